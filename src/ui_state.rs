@@ -114,6 +114,18 @@ pub struct UiState {
     /// Window whose name the table of windows shall let be typed.
     #[serde(skip)]
     pub renaming: Option<String>,
+    /// The note being written, by the name of its manoeuvre.
+    #[serde(skip)]
+    pub noting: Option<(String, String)>,
+    /// Time the menu was opened on from which the next command comes, s.
+    #[serde(skip)]
+    pub at_s: Option<f64>,
+    /// Start of the candidate that is asked about first, s.
+    #[serde(skip)]
+    pub candidate_s: Option<f64>,
+    /// Flights and starts of candidates that were refused.
+    #[serde(skip)]
+    refused: BTreeSet<(String, u64)>,
     /// An instruments file with what was fitted, to be written.
     #[serde(skip)]
     pub instruments: Option<String>,
@@ -147,6 +159,10 @@ impl Default for UiState {
             renaming: None,
             instruments: None,
             annotating: None,
+            noting: None,
+            at_s: None,
+            candidate_s: None,
+            refused: BTreeSet::new(),
             report: ReportChoice::default(),
             flight_plots: None,
             recent: Vec::new(),
@@ -170,6 +186,32 @@ impl UiState {
         self.recent.insert(0, path);
         self.recent.truncate(RECENT);
         self.thumbnails.retain(|path, _| self.recent.contains(path));
+    }
+
+    /// Whether a candidate was refused.
+    pub fn is_refused(&self, candidate: &Manoeuvre) -> bool {
+        !self.refused.is_empty() && self.refused.contains(&refusal(candidate))
+    }
+
+    /// Refuses a candidate.
+    pub fn refuse(&mut self, candidate: &Manoeuvre) {
+        self.refused.insert(refusal(candidate));
+    }
+
+    /// Offers every refused candidate again.
+    pub fn offer_refused(&mut self) {
+        self.refused.clear();
+    }
+
+    /// The candidate that is asked about, of those on screen in the order of time.
+    pub fn candidate_of<'a>(&self, mut shown: impl Iterator<Item = &'a Manoeuvre>) -> Option<&'a Manoeuvre> {
+        let first = shown.next()?;
+        let from_s = self.candidate_s.unwrap_or(f64::NEG_INFINITY);
+        if first.window.start_s >= from_s {
+            Some(first)
+        } else {
+            shown.find(|one| one.window.start_s >= from_s).or(Some(first))
+        }
     }
 
     /// Puts the layout `key` on screen; the one before is kept as it is.
@@ -225,6 +267,11 @@ impl UiState {
     pub fn save(&self, storage: &mut dyn eframe::Storage) {
         eframe::set_value(storage, STORAGE_KEY, self);
     }
+}
+
+/// What is remembered of a refused candidate.
+fn refusal(candidate: &Manoeuvre) -> (String, u64) {
+    (candidate.flight.clone(), candidate.window.start_s.to_bits())
 }
 
 /// What a session looked like when it was open last: its altitude over its time and its windows, each from 0 to 1.

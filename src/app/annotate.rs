@@ -1,12 +1,37 @@
-//! The question for the words of an annotation.
+//! The questions for the words of an annotation and for the note on a manoeuvre.
 
-use doublet_engine::session::{AnnotationEdit, Edit};
+use doublet_engine::session::{AnnotationEdit, Edit, WindowEdit};
 use eframe::egui::{self, Button, Key, TextEdit};
 
 use super::Workbench;
 use crate::notation;
 
 impl Workbench {
+    /// Asks for the note on a manoeuvre; Enter keeps it.
+    pub(super) fn ask_note(&mut self, ctx: &egui::Context) {
+        let Some((name, mut note)) = self.state.noting.take() else { return };
+        let (mut kept, mut given_up) = (false, false);
+        egui::Modal::new(egui::Id::unique("note")).show(ctx, |ui| {
+            ui.set_width(360.0);
+            ui.heading(format!("Note on {name}"));
+            let field = TextEdit::singleline(&mut note).hint_text("For example: light turbulence");
+            let field = ui.add(field.desired_width(f32::INFINITY));
+            ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("note"));
+            let confirmed = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+            field.request_focus();
+            ui.add_space(8.0);
+            ui.horizontal(|ui| {
+                kept = ui.button("Keep").clicked() || confirmed;
+                given_up = ui.button("Cancel").clicked() || ui.input(|input| input.key_pressed(Key::Escape));
+            });
+        });
+        if kept {
+            self.apply(&Edit::Window(WindowEdit::Note { name, note: note.trim().to_owned() }));
+        } else if !given_up {
+            self.state.noting = Some((name, note));
+        }
+    }
+
     /// Asks for the words of the annotation being written; Enter keeps them, without words it is removed.
     pub(super) fn ask_annotation(&mut self, ctx: &egui::Context) {
         let Some((mut new, before)) = self.state.annotating.take() else { return };

@@ -59,6 +59,7 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
     app.show_help(ui.ctx());
     app.ask_layout_name(ui.ctx());
     app.ask_annotation(ui.ctx());
+    app.ask_note(ui.ctx());
     app.guard(ui.ctx());
     app.take_figures(ui.ctx());
     app.offer_work(ui.ctx());
@@ -122,8 +123,8 @@ fn menu(app: &mut Workbench, ui: &mut Ui) -> bool {
                     let is_on = is_on(&app.state, row.command);
                     let name = name.unwrap_or(&row.name);
                     let mut button = Button::selectable(is_on, name);
-                    if let Some(keys) = row.shortcut {
-                        button = button.shortcut_text(ui.ctx().format_shortcut(&keys));
+                    if row.shortcut.is_some() {
+                        button = button.shortcut_text(row.keys(ui.ctx()));
                     }
                     if ui.add_enabled(enabled, button).clicked() {
                         app.commands.push(row.command);

@@ -264,6 +264,7 @@ impl Workbench {
             || self.is_beginning()
             || self.naming.is_some()
             || self.state.annotating.is_some()
+            || self.state.noting.is_some()
     }
 
     /// Says one line.

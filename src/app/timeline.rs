@@ -9,13 +9,13 @@ use doublet_engine::run::Snapshot;
 use doublet_engine::session::{Manoeuvre, WindowRole};
 use doublet_engine::verdict::Level;
 use eframe::egui::{
-    self, Color32, CornerRadius, CursorIcon, FontId, Id, PointerButton, Pos2, Rect, Role, Sense, Stroke, StrokeKind,
-    Ui, WidgetInfo, pos2, vec2,
+    self, Color32, CornerRadius, CursorIcon, FontId, Id, PointerButton, Pos2, Rect, Response, Role, Sense, Stroke,
+    StrokeKind, Ui, WidgetInfo, pos2, vec2,
 };
 
 use super::Workbench;
 use crate::command::{FileCommand, UiCommand};
-use crate::panels::{self, Pane};
+use crate::panels::{self, Pane, Spot};
 use crate::theme::{self, Palette};
 use crate::widgets::level_mark;
 use crate::widgets::time_plot::{time_at, x_at};
@@ -241,6 +241,7 @@ fn brush(app: &mut Workbench, ui: &mut Ui, frame: Rect, full: TimeRange) {
     } else if response.double_clicked() {
         app.state.time.home();
     }
+    menu(app, &response, None, (frame, full));
     ui.painter().rect_filled(shown, 0.0, accent.gamma_multiply(0.13));
     for x in [shown.left(), shown.right()] {
         ui.painter().vline(x, frame.y_range(), Stroke::new(1.5, accent));
@@ -276,6 +277,7 @@ fn block(app: &mut Workbench, ui: &mut Ui, (lane, full): (Rect, TimeRange), wind
     let name = format!("timeline {}: {word}", window.name);
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
     let response = response.on_hover_text(format!("{}\n{}, {word}", window.name, window.role.name()));
+    menu(app, &response, Some(window), (lane, full));
     if response.clicked() {
         let modifiers = ui.input(|input| input.modifiers);
         let session = Arc::clone(app.document.history.present());
@@ -286,6 +288,30 @@ fn block(app: &mut Workbench, ui: &mut Ui, (lane, full): (Rect, TimeRange), wind
         app.state.time.zoom_to(TimeRange::new(window.window.start_s - room, window.window.end_s + room));
         app.state.show_pane(Pane::Flight);
     }
+}
+
+/// The menu of a manoeuvre of the strip, or of where there is none.
+fn menu(app: &mut Workbench, response: &Response, window: Option<&Manoeuvre>, (frame, full): (Rect, TimeRange)) {
+    let id = response.id.with("menu at");
+    if response.secondary_clicked()
+        && let Some(at) = response.interact_pointer_pos()
+    {
+        response.ctx.data_mut(|data| data.insert_temp(id, time_at(frame, full, at.x)));
+    }
+    let session = Arc::clone(app.document.history.present());
+    let markers_s = app.state.time.markers_s;
+    let time_s = response.ctx.data(|data| data.get_temp(id));
+    let spot = Spot { session: &session, table: &app.table, window, time_s, markers_s };
+    let mut chosen = None;
+    response.context_menu(|ui| chosen = panels::mark_menu(ui, &spot));
+    let Some(command) = chosen else {
+        return;
+    };
+    if let Some(window) = window.filter(|window| !app.state.selection.is_selected(&window.name)) {
+        panels::choose(&mut app.state, &session, &window.name);
+    }
+    app.state.at_s = time_s;
+    app.commands.push(command);
 }
 
 fn draw_block(ui: &Ui, rect: Rect, (level, color): (Option<Level>, Color32), chosen: bool, palette: &Palette) {

@@ -4,6 +4,7 @@ use doublet_core::series::TimeRange;
 use doublet_engine::session::{Annotation, Edit, Manoeuvre, WindowEdit};
 use eframe::egui;
 
+use super::marking::mark;
 use super::ui_command::{EditCommand, FileCommand, HelpCommand, RunCommand, UiCommand, ViewCommand};
 use crate::app::help::Topic;
 use crate::app::{Asked, Document, Pending, Workbench};
@@ -15,9 +16,11 @@ const WINDOW_ROOM: f64 = 0.25;
 
 /// Carries out one command.
 pub fn dispatch(app: &mut Workbench, command: UiCommand, ctx: &egui::Context) {
+    let menu_s = app.state.at_s.take();
     match command {
         UiCommand::File(command) => file(app, command, ctx),
         UiCommand::Edit(command) => edit(app, command),
+        UiCommand::Mark(command) => mark(app, command, menu_s),
         UiCommand::Run(RunCommand::Again) => app.compute_again(),
         UiCommand::Run(RunCommand::Study(study)) => app.study(study),
         UiCommand::Run(RunCommand::Cancel) => app.cancel(),
@@ -101,7 +104,7 @@ fn annotate(app: &mut Workbench) {
 }
 
 /// Changes every selected window in one step of undo.
-fn each_selected(app: &mut Workbench, what: &str, edit: impl Fn(String) -> WindowEdit) {
+pub(super) fn each_selected(app: &mut Workbench, what: &str, edit: impl Fn(String) -> WindowEdit) {
     let session = app.document.session().clone();
     let names: Vec<String> = app.state.selection.windows(&session).map(|window| window.name.clone()).collect();
     match names.as_slice() {

@@ -1,8 +1,11 @@
 //! Commands: what a user can ask for, from the menu, a shortcut or the palette, out of one table.
 
 pub mod dispatch;
+mod marking;
 pub mod palette;
 pub mod ui_command;
 
 pub use palette::CommandPalette;
-pub use ui_command::{CommandInfo, EditCommand, FileCommand, HelpCommand, Menu, RunCommand, UiCommand, ViewCommand};
+pub use ui_command::{
+    CommandInfo, EditCommand, FileCommand, HelpCommand, MarkCommand, Menu, RunCommand, UiCommand, ViewCommand,
+};

@@ -123,7 +123,7 @@ impl CommandPalette {
                     ui.weak("No command is called so or is about that.");
                 }
                 for (at, row) in found.into_iter().take(ROWS).enumerate() {
-                    let shortcut = row.shortcut.map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default();
+                    let shortcut = row.keys(ui.ctx());
                     let button = egui::Button::selectable(at == self.chosen, &row.name).shortcut_text(shortcut);
                     let response = ui.add_sized([ui.available_width(), 24.0], button);
                     if response.clicked() || (enter && at == self.chosen) {

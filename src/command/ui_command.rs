@@ -1,8 +1,8 @@
 //! The table of commands: name, menu and shortcut of each.
 
-use doublet_engine::session::WindowRole;
+use doublet_engine::session::{Surface, WindowRole};
 use doublet_engine::study::Study;
-use eframe::egui::{Key, KeyboardShortcut, Modifiers, ThemePreference};
+use eframe::egui::{self, Key, KeyboardShortcut, Modifiers, ThemePreference};
 
 use crate::layouts::Step;
 use crate::notation::Units;
@@ -15,6 +15,8 @@ pub enum UiCommand {
     File(FileCommand),
     /// The session.
     Edit(EditCommand),
+    /// Manoeuvres marked in the flight.
+    Mark(MarkCommand),
     /// The run in the background.
     Run(RunCommand),
     /// What is on screen.
@@ -85,6 +87,37 @@ pub enum EditCommand {
     NextWindow,
     /// Choose the previous window.
     PreviousWindow,
+}
+
+/// Commands that mark manoeuvres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MarkCommand {
+    /// Make a manoeuvre of all that is on screen.
+    NewShown,
+    /// Let the chosen one start at the pointer.
+    StartHere,
+    /// Let the chosen one end at the pointer.
+    EndHere,
+    /// Divide the chosen one at the pointer.
+    Split,
+    /// Leave the stretch between the markers out.
+    Exclude,
+    /// Take the excluded stretch at the pointer in again, else all of the chosen one.
+    Include,
+    /// State the surface the selected ones move.
+    Surface(Option<Surface>),
+    /// Write a note on the chosen one.
+    Note,
+    /// Lock the edges of the chosen one, or free them.
+    Lock,
+    /// Accept the candidate on screen and show the next.
+    Accept,
+    /// Refuse the candidate on screen and show the next.
+    Refuse,
+    /// Show the next candidate.
+    NextCandidate,
+    /// Offer refused candidates again.
+    ShowRefused,
 }
 
 /// Commands on the run in the background.
@@ -169,6 +202,8 @@ pub enum Menu {
     File,
     /// The session.
     Edit,
+    /// Manoeuvres.
+    Mark,
     /// What is on screen.
     View,
     /// Steps and layouts.
@@ -183,13 +218,15 @@ pub enum Menu {
 
 impl Menu {
     /// Every menu, from left to right.
-    pub const ALL: [Self; 7] = [Self::File, Self::Edit, Self::View, Self::Layout, Self::Panels, Self::Run, Self::Help];
+    pub const ALL: [Self; 8] =
+        [Self::File, Self::Edit, Self::Mark, Self::View, Self::Layout, Self::Panels, Self::Run, Self::Help];
 
     /// Its title.
     pub fn title(self) -> &'static str {
         match self {
             Self::File => "File",
             Self::Edit => "Edit",
+            Self::Mark => "Mark",
             Self::Run => "Run",
             Self::View => "View",
             Self::Layout => "Layout",
@@ -213,13 +250,20 @@ pub struct CommandInfo {
 }
 
 impl CommandInfo {
+    /// Its keys in words; empty where it has none.
+    pub fn keys(&self, ctx: &egui::Context) -> String {
+        let words = self.shortcut.map(|keys| ctx.format_shortcut(&keys)).unwrap_or_default();
+        words.replace("OpenBracket", "[").replace("CloseBracket", "]")
+    }
+
     /// Whether a menu draws a line above it.
     pub fn begins_group(&self) -> bool {
-        use {EditCommand as E, FileCommand as F, ViewCommand as V};
+        use {EditCommand as E, FileCommand as F, MarkCommand as M, ViewCommand as V};
         matches!(
             self.command,
             UiCommand::File(F::Save | F::Export | F::AddReference | F::Quit)
-                | UiCommand::Edit(E::AddWindow | E::UseWindows(WindowRole::Identification) | E::NextWindow)
+                | UiCommand::Edit(E::RenameWindow | E::UseWindows(WindowRole::Identification) | E::NextWindow)
+                | UiCommand::Mark(M::StartHere | M::Exclude | M::Surface(None) | M::Accept)
                 | UiCommand::View(
                     V::Larger
                         | V::Appearance(ThemePreference::Dark)
@@ -255,9 +299,7 @@ const fn plain(key: Key) -> Option<KeyboardShortcut> {
 
 /// Every command, in the order menus and palette show them.
 pub fn table() -> Vec<CommandInfo> {
-    use ViewCommand::{
-        Appearance, ClearMarkers, ResetLayout, Show, ZoomBack, ZoomForward, ZoomHome, ZoomToMarkers, ZoomToWindow,
-    };
+    use ViewCommand::{Appearance, ClearMarkers, ResetLayout, Show, ZoomBack, ZoomForward, ZoomHome, ZoomToMarkers};
     let row = |menu, name: &str, command, shortcut| CommandInfo { command, name: name.to_owned(), menu, shortcut };
     let view = |name, command, shortcut| row(Menu::View, name, UiCommand::View(command), shortcut);
     let file = |name, command, shortcut| row(Menu::File, name, UiCommand::File(command), shortcut);
@@ -280,16 +322,7 @@ pub fn table() -> Vec<CommandInfo> {
         file("Quit", FileCommand::Quit, ctrl(Key::Q)),
         edit("Undo", EditCommand::Undo, ctrl(Key::Z)),
         edit("Redo", EditCommand::Redo, ctrl_shift(Key::Z)),
-        edit("Add window", EditCommand::AddWindow, plain(Key::Insert)),
-        edit("Remove window", EditCommand::RemoveWindow, plain(Key::Delete)),
-        edit("Rename window", EditCommand::RenameWindow, plain(Key::F2)),
-        edit("Use for identification", EditCommand::UseWindows(WindowRole::Identification), plain(Key::I)),
-        edit("Use for validation", EditCommand::UseWindows(WindowRole::Validation), plain(Key::V)),
-        edit("Ignore", EditCommand::UseWindows(WindowRole::Ignored), plain(Key::X)),
-        edit("Select all windows", EditCommand::SelectAll, ctrl_shift(Key::A)),
         edit("Annotate at the pointer…", EditCommand::Annotate, plain(Key::T)),
-        edit("Next window", EditCommand::NextWindow, plain(Key::N)),
-        edit("Previous window", EditCommand::PreviousWindow, plain(Key::P)),
         run("Compute again", RunCommand::Again, plain(Key::F5)),
         run("Compute sensitivity", RunCommand::Study(Study::Sensitivity), None),
         run("Find lags of the controls", RunCommand::Study(Study::Lags), None),
@@ -298,8 +331,6 @@ pub fn table() -> Vec<CommandInfo> {
         view("Show whole recording", ZoomHome, plain(Key::Home)),
         view("Zoom back", ZoomBack, plain(Key::Backspace)),
         view("Zoom forward", ZoomForward, alt(Key::ArrowRight)),
-        view("Zoom to window", ZoomToWindow, plain(Key::W)),
-        view("Open window", ViewCommand::OpenWindow, plain(Key::Enter)),
         view("Zoom to markers", ZoomToMarkers, plain(Key::M)),
         view("Clear markers", ClearMarkers, plain(Key::Escape)),
         view("Larger text and controls", ViewCommand::Larger, ctrl(Key::Plus)),
@@ -311,6 +342,7 @@ pub fn table() -> Vec<CommandInfo> {
         view("Units: degrees, ft, kt", ViewCommand::Units(Units::Aviation), None),
         view("Units: SI and radians", ViewCommand::Units(Units::Si), None),
     ];
+    table.extend(mark_table());
     let layout = |name: &str, command, shortcut| row(Menu::Layout, name, UiCommand::View(command), shortcut);
     table.push(layout("Start page", ViewCommand::StartPage, alt(Key::Home)));
     let keys = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
@@ -330,6 +362,55 @@ pub fn table() -> Vec<CommandInfo> {
     table.push(row(Menu::Help, "Find a command", UiCommand::Help(HelpCommand::Palette), ctrl(Key::P)));
     table.push(help("About doublet", HelpCommand::About, None));
     table
+}
+
+/// Commands on manoeuvres: made, moved, divided, used, accepted.
+fn mark_table() -> Vec<CommandInfo> {
+    use {EditCommand as E, MarkCommand as M};
+    let row =
+        |name: &str, command, shortcut| CommandInfo { command, name: name.to_owned(), menu: Menu::Mark, shortcut };
+    let edit = |name, command, shortcut| row(name, UiCommand::Edit(command), shortcut);
+    let mark = |name, command, shortcut| row(name, UiCommand::Mark(command), shortcut);
+    let view = |name, command, shortcut| row(name, UiCommand::View(command), shortcut);
+    let mut table = vec![
+        edit("New manoeuvre between markers", E::AddWindow, plain(Key::Insert)),
+        mark("New manoeuvre of what is shown", M::NewShown, None),
+        mark("Start manoeuvre here", M::StartHere, plain(Key::OpenBracket)),
+        mark("End manoeuvre here", M::EndHere, plain(Key::CloseBracket)),
+        mark("Split manoeuvre here", M::Split, plain(Key::S)),
+        mark("Exclude between markers", M::Exclude, plain(Key::E)),
+        mark("Include excluded stretch", M::Include, plain(Key::R)),
+        edit("Rename manoeuvre", E::RenameWindow, plain(Key::F2)),
+        mark("Note on manoeuvre…", M::Note, plain(Key::F4)),
+        mark("Lock or unlock edges", M::Lock, plain(Key::L)),
+        edit("Remove manoeuvre", E::RemoveWindow, plain(Key::Delete)),
+        edit("Use for identification", E::UseWindows(WindowRole::Identification), plain(Key::I)),
+        edit("Use for validation", E::UseWindows(WindowRole::Validation), plain(Key::V)),
+        edit("Ignore", E::UseWindows(WindowRole::Ignored), plain(Key::X)),
+        mark("Surface: any", M::Surface(None), None),
+    ];
+    let surface = |surface: Surface| mark(surface_title(surface), M::Surface(Some(surface)), None);
+    table.extend(Surface::ALL.map(surface));
+    table.extend([
+        mark("Accept candidate", M::Accept, plain(Key::Y)),
+        mark("Refuse candidate", M::Refuse, plain(Key::N)),
+        mark("Next candidate", M::NextCandidate, plain(Key::C)),
+        mark("Offer refused candidates again", M::ShowRefused, None),
+        edit("Next manoeuvre", E::NextWindow, plain(Key::PageDown)),
+        edit("Previous manoeuvre", E::PreviousWindow, plain(Key::PageUp)),
+        edit("Select all manoeuvres", E::SelectAll, ctrl_shift(Key::A)),
+        view("Zoom to manoeuvre", ViewCommand::ZoomToWindow, plain(Key::W)),
+        view("Open manoeuvre in Flight", ViewCommand::OpenWindow, plain(Key::Enter)),
+    ]);
+    table
+}
+
+fn surface_title(surface: Surface) -> &'static str {
+    match surface {
+        Surface::Elevator => "Surface: elevator",
+        Surface::Aileron => "Surface: aileron",
+        Surface::Rudder => "Surface: rudder",
+    }
 }
 
 #[cfg(test)]

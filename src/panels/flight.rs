@@ -3,20 +3,21 @@
 use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording, TimeRange};
 use doublet_engine::begin;
-use doublet_engine::session::{EXPRESSION_SOURCE, Edit, WindowEdit, WindowFlag};
+use doublet_engine::session::{EXPRESSION_SOURCE, Edit, Manoeuvre, WindowEdit};
 use doublet_engine::stage::LoadedFlight;
 use doublet_engine::verdict::Level;
 use eframe::egui::{self, DragAndDrop, Id, Panel as Bar, Response, RichText, ScrollArea, TextEdit, Ui, vec2};
 
 use super::expressions::{self, Draft};
+use super::marking::{self, Spot};
 use super::{Panel, PanelContext, View, awaiting, empty, role_color, select, trouble};
 use crate::command::dispatch::new_window;
 use crate::notation::{self, Units};
 use crate::theme;
 use crate::widgets::matrix_view::shortened;
 use crate::widgets::snap::{SnapPoint, gap_edges};
-use crate::widgets::span_editor::{LANE_HEIGHT, Lane, SpanEvent, SpanItem, span_lane};
-use crate::widgets::time_plot::{PlotCache, SpanMark, TimePlot, Trace, step_markers};
+use crate::widgets::span_editor::{LANE_HEIGHT, Lane, SpanEvent, SpanItem, body_id, span_lane};
+use crate::widgets::time_plot::{PlotCache, SpanMark, TimePlot, Trace, step_markers, time_at};
 
 /// Roles of the usual plots; of each inner list the first role the recording has is taken, all of them where `true`.
 const USUAL: [(&[Role], bool); 6] = [
@@ -233,6 +234,12 @@ impl Flight {
                 let modifiers = ui.input(|input| input.modifiers);
                 take(ctx, (&flight, modifiers), event);
             }
+            for (at, window) in &windows {
+                let body = body_id(Id::unique("windows"), *at as u64);
+                if let Some(response) = ui.ctx().read_response(body) {
+                    lane_menu(ctx, &response, window, &lane);
+                }
+            }
         }
         if let Some(time_s) = seen.clicked_s
             && let Some(item) = items.iter().find(|item| item.stretch.contains(time_s))
@@ -389,21 +396,30 @@ fn take(ctx: &mut PanelContext<'_>, (flight, modifiers): (&str, egui::Modifiers)
                 ctx.edit_phase(phase, Edit::Window(WindowEdit::Place { name: window.name.clone(), window: place }));
             }
         }
-        SpanEvent::Lock { id, locked } => {
-            if let Some(window) = session.windows.get(id as usize) {
-                ctx.edit(Edit::Window(WindowEdit::Flag {
-                    name: window.name.clone(),
-                    flag: WindowFlag::Locked,
-                    on: locked,
-                }));
-            }
-        }
         SpanEvent::Zoomed(stretch) => ctx.state.time.zoom_to(stretch),
         SpanEvent::Drawn(stretch) => {
             let window = new_window(session, flight.to_owned(), stretch);
             ctx.state.selection.window = Some(window.name.clone());
             ctx.edit(Edit::Window(WindowEdit::Add(window)));
         }
+    }
+}
+
+/// The menu of a manoeuvre in the lane.
+fn lane_menu(ctx: &mut PanelContext<'_>, response: &Response, window: &Manoeuvre, lane: &Lane<'_>) {
+    let id = response.id.with("menu at");
+    if response.secondary_clicked()
+        && let Some(at) = response.interact_pointer_pos()
+    {
+        response.ctx.data_mut(|data| data.insert_temp(id, time_at(lane.frame, lane.range, at.x)));
+    }
+    let time_s = response.ctx.data(|data| data.get_temp(id));
+    let (session, table, markers_s) = (ctx.session, ctx.table, ctx.state.time.markers_s);
+    let spot = Spot { session, table, window: session.window(&window.name), time_s, markers_s };
+    let mut chosen = None;
+    response.context_menu(|ui| chosen = marking::menu(ui, &spot));
+    if let Some(command) = chosen {
+        ctx.follow_menu(&spot, command);
     }
 }
 

@@ -9,10 +9,11 @@ use eframe::egui::text::{CCursor, CCursorRange};
 use eframe::egui::{self, ComboBox, FontId, Galley, Id, Label, Response, RichText, TextEdit, Ui};
 use egui_extras::{Column, TableBuilder, TableRow};
 
+use super::marking::{self, Spot};
 use super::proposals::{proposals, thumbnails};
 use super::window_filter::{Order, WindowFilter};
 use super::{EditRequest, Panel, PanelContext, role_color, select_among};
-use crate::command::{EditCommand, UiCommand, ViewCommand};
+use crate::command::{EditCommand, UiCommand};
 use crate::notation;
 use crate::theme;
 use crate::widgets::quantity_edit::QuantityEdit;
@@ -76,8 +77,8 @@ impl Panel for Manoeuvres {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         ui.horizontal(|ui| {
             for (name, command, hint) in [
-                ("◀", EditCommand::PreviousWindow, "Previous window (P)"),
-                ("▶", EditCommand::NextWindow, "Next window (N)"),
+                ("◀", EditCommand::PreviousWindow, "Previous manoeuvre (Page up)"),
+                ("▶", EditCommand::NextWindow, "Next manoeuvre (Page down)"),
                 ("Add", EditCommand::AddWindow, "A window between the markers, or in the middle of what is on screen (Insert). Drag in the lane above the plots to draw one."),
                 ("Remove", EditCommand::RemoveWindow, "Remove the selected windows (Delete)"),
             ] {
@@ -314,27 +315,22 @@ fn menu(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
         ctx.choose(&window.name);
     }
     let count = ctx.selection().windows(ctx.session).count();
-    ui.weak(if count > 1 { format!("{count} windows") } else { window.name.clone() });
-    let edits = [
-        ("Use for identification   I", EditCommand::UseWindows(WindowRole::Identification)),
-        ("Use for validation   V", EditCommand::UseWindows(WindowRole::Validation)),
-        ("Ignore   X", EditCommand::UseWindows(WindowRole::Ignored)),
-        ("Rename   F2", EditCommand::RenameWindow),
-        ("Remove   Delete", EditCommand::RemoveWindow),
-        ("Select all   Ctrl+Shift+A", EditCommand::SelectAll),
-    ];
-    for (name, command) in edits {
-        if ui.button(name).clicked() {
-            ctx.commands.push(UiCommand::Edit(command));
-            ui.close();
-        }
+    if count > 1 {
+        ui.weak(format!("{count} manoeuvres"));
+    }
+    let (session, table, markers_s) = (ctx.session, ctx.table, ctx.state.time.markers_s);
+    let spot = Spot { session, table, window: session.window(&window.name), time_s: None, markers_s };
+    let chosen = marking::menu(ui, &spot);
+    ui.separator();
+    if ui.button("Select all   Ctrl+Shift+A").clicked() {
+        ctx.commands.push(UiCommand::Edit(EditCommand::SelectAll));
+        ui.close();
+    }
+    if let Some(command) = chosen {
+        ctx.follow_menu(&spot, command);
     }
     if ui.button("Confirm").clicked() {
         flag_selected(ctx, WindowFlag::Confirmed);
-        ui.close();
-    }
-    if ui.button("Show in the flight   Enter").clicked() {
-        ctx.commands.push(UiCommand::View(ViewCommand::OpenWindow));
         ui.close();
     }
 }
@@ -471,6 +467,10 @@ fn hint(ctx: &PanelContext<'_>, window: &Manoeuvre) -> String {
     let mut hint = format!("{} s", notation::fixed(window.window.end_s - window.window.start_s, 2));
     if let Some(path) = results.and_then(|results| results.path.latest()) {
         hint += &format!(", {} samples", path.data.inputs.time_s.len());
+    }
+    let excluded_s: f64 = window.excluded.iter().map(TimeRange::length_s).sum();
+    if excluded_s > 0.0 {
+        hint += &format!(", {} s excluded", notation::fixed(excluded_s, 2));
     }
     match results.and_then(|results| measure_steadiness(results.aero.latest()?)) {
         Some(before) => hint + "\n" + &describe_before_input(&before),

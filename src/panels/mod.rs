@@ -29,6 +29,7 @@ mod live;
 mod loading;
 mod log;
 mod manoeuvres;
+mod marking;
 mod match_panel;
 mod model;
 mod noise;
@@ -80,8 +81,9 @@ use crate::widgets::chart::Chart;
 use crate::widgets::document_view::document_view;
 use crate::widgets::figure::FigureRequest;
 use crate::widgets::quantity_edit::QuantityEdited;
-use crate::widgets::time_plot::{PlotCache, SpanMark, StackResponse, TimePlot, time_stack};
+use crate::widgets::time_plot::{PlotCache, SpanMark, StackResponse, TimePlot, time_stack_with};
 use crate::widgets::time_view::{TimeRange, TimeView};
+pub use marking::{Spot, menu as mark_menu};
 pub use pane::Pane;
 use working::Working;
 
@@ -209,12 +211,29 @@ impl<'a> PanelContext<'a> {
         plots: &[TimePlot<'_>],
         spans: &[SpanMark],
     ) -> StackResponse {
-        let mut response = time_stack(ui, Id::unique(id), self.view(view), cache, plots, spans);
+        let (session, table) = (self.session, self.table);
+        let mut chosen = None;
+        let mut time = std::mem::take(self.view(view));
+        let markers_s = time.markers_s;
+        let spots = &*self;
+        let mut menu = |ui: &mut Ui, time_s: f64| {
+            let window = marking::at(spots, view, time_s);
+            let spot = marking::Spot { session, table, window, time_s: Some(time_s), markers_s };
+            chosen = marking::menu(ui, &spot).map(|command| (spot, command)).or(chosen);
+            ui.separator();
+        };
+        let mut response = time_stack_with(ui, Id::unique(id), &mut time, cache, plots, spans, &mut menu);
+        *self.view(view) = time;
+        if let Some((spot, command)) = chosen {
+            self.follow_menu(&spot, command);
+        }
         if let Some(time_s) = response.hovered_s {
             *self.hovered_s = Some(time_s);
         }
+        marking::show(self, ui, view, &response);
         annotations::show(self, ui, view, &response);
         if let Some(mut request) = response.figure.take() {
+            request.figure = marking::add(self, view, request.figure);
             annotations::add(self, view, &mut request.figure);
             request.figure.name = format!("{}_{}", id.replace(' ', "_"), request.figure.name);
             self.figures.push(request);

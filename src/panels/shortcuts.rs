@@ -40,7 +40,7 @@ impl Panel for Shortcuts {
                         if ui.link(&row.name).clicked() {
                             ctx.commands.push(row.command);
                         }
-                        ui.monospace(row.shortcut.map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default());
+                        ui.monospace(row.keys(ui.ctx()));
                         ui.end_row();
                     }
                 });

@@ -3,9 +3,9 @@
 use doublet_engine::report::document::{Figure, Mark, Panel};
 use eframe::egui::{self, Key, PointerButton, Rect, Stroke, Ui};
 
-use super::figure::FigureForm;
+use super::figure::{FigureForm, FigureRequest};
 use super::stack_figure::file_word;
-use super::time_plot::{StackResponse, time_at};
+use super::time_plot::time_at;
 use super::time_view::{TimeRange, TimeView};
 use crate::theme;
 
@@ -85,6 +85,88 @@ impl Area {
     }
 }
 
+/// What the pointer did in a stack this frame.
+#[derive(Clone, Debug, Default)]
+pub struct StackResponse {
+    /// Time of a plain click, s.
+    pub clicked_s: Option<f64>,
+    /// Time under the pointer, s.
+    pub hovered_s: Option<f64>,
+    /// Index of the plot under the pointer.
+    pub hovered_plot: Option<usize>,
+    /// What of the plots is on screen: a stack that is higher scrolls.
+    pub visible: Option<Rect>,
+    /// Where the data area of every plot is on screen, from the left end of the range to its right end.
+    pub frames: Vec<Rect>,
+    /// Values at the foot and at the head of every data area, in the unit of its plot.
+    pub values: Vec<(f64, f64)>,
+    /// A figure asked for in the menu of a plot.
+    pub figure: Option<FigureRequest>,
+    /// What a drag with Ctrl or Alt marks.
+    pub marked: Option<Marked>,
+    /// Whether the values of the plot at hand are chosen by hand.
+    pub(super) zoomed: bool,
+}
+
+/// More entries of the menu of a plot, opened at a time, s.
+pub type PlotMenu<'m> = &'m mut dyn FnMut(&mut Ui, f64);
+
+/// What a drag marks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MarkKind {
+    /// A manoeuvre: with Ctrl.
+    Manoeuvre,
+    /// A stretch that is left out: with Alt.
+    Excluded,
+    /// A stretch that is taken in again: with Alt and Shift.
+    Included,
+}
+
+/// A drag that marks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Marked {
+    /// What.
+    pub kind: MarkKind,
+    /// Where it began, s.
+    pub from_s: f64,
+    /// What it covers.
+    pub stretch: TimeRange,
+    /// Whether it has ended.
+    pub is_done: bool,
+}
+
+/// A drag of the primary button with Ctrl or Alt marks a stretch of time; Escape gives it up.
+fn mark(ui: &Ui, response: &egui::Response, frame: Rect, range: TimeRange) -> Option<Marked> {
+    let id = response.id.with("mark");
+    if response.drag_started_by(PointerButton::Primary) {
+        let modifiers = ui.input(|input| input.modifiers);
+        let kind = match (modifiers.command, modifiers.alt, modifiers.shift) {
+            (true, false, _) => MarkKind::Manoeuvre,
+            (false, true, false) => MarkKind::Excluded,
+            (false, true, true) => MarkKind::Included,
+            _ => return None,
+        };
+        let pressed = ui.input(|input| input.pointer.press_origin()).or(response.interact_pointer_pos())?;
+        ui.data_mut(|data| data.insert_temp(id, (kind, time_at(frame, range, pressed.x))));
+    }
+    let (kind, from_s): (MarkKind, f64) = ui.data(|data| data.get_temp(id))?;
+    let is_done = response.drag_stopped();
+    let at = response.interact_pointer_pos();
+    // Escape ends a drag before it comes here; a drag that ends without a release was given up.
+    let (escape, released) = ui.input(|input| (input.key_pressed(Key::Escape), input.pointer.any_released()));
+    let given_up = escape || (is_done && !released);
+    if is_done || given_up || at.is_none() {
+        ui.data_mut(|data| data.remove::<(MarkKind, f64)>(id));
+    }
+    if given_up {
+        ui.ctx().stop_dragging();
+        return None;
+    }
+    ui.set_cursor_icon(egui::CursorIcon::Crosshair);
+    let to_s = time_at(frame, range, at?.x.clamp(frame.left(), frame.right()));
+    Some(Marked { kind, from_s, stretch: TimeRange::new(from_s, to_s), is_done })
+}
+
 /// Lets the pointer over one plot move the view; the time under the pointer, and what becomes of the values.
 pub(super) fn interact(
     ui: &Ui,
@@ -97,7 +179,10 @@ pub(super) fn interact(
     let s_per_point = range.length_s() / f64::from(frame.width());
     let (now_s, modifiers) = ui.input(|i| (i.time, i.modifiers));
     let mut values = None;
-    if response.dragged_by(PointerButton::Primary) || response.dragged_by(PointerButton::Middle) {
+    let marked = mark(ui, response, frame, range);
+    if marked.is_some() {
+        out.marked = marked;
+    } else if response.dragged_by(PointerButton::Primary) || response.dragged_by(PointerButton::Middle) {
         ui.set_cursor_icon(egui::CursorIcon::Grabbing);
         let by = response.drag_delta();
         if by.x != 0.0 {
@@ -235,8 +320,13 @@ pub fn step_markers(ui: &Ui, view: &mut TimeView, time_s: &[f64]) {
     }
 }
 
-/// The menu of a plot: figures and numbers to take away, markers, zoom. `count`: plots of its stack.
-pub(super) fn plot_menu(response: &egui::Response, frame: Rect, view: &mut TimeView, count: usize) -> Option<Wanted> {
+/// The menu of a plot: figures and numbers to take away, markers, zoom, and `more`. `count`: plots of its stack.
+pub(super) fn plot_menu(
+    response: &egui::Response,
+    frame: Rect,
+    view: &mut TimeView,
+    (count, more): (usize, PlotMenu<'_>),
+) -> Option<Wanted> {
     let mut wanted = None;
     // Ctrl+C takes a picture of what is under the pointer, with Shift its numbers.
     if response.hovered() && response.ctx.input(|i| i.events.contains(&egui::Event::Copy)) {
@@ -252,6 +342,7 @@ pub(super) fn plot_menu(response: &egui::Response, frame: Rect, view: &mut TimeV
     }
     response.context_menu(|ui| {
         let here_s: f64 = ui.data(|data| data.get_temp(id)).unwrap_or_default();
+        more(ui, here_s);
         let all = |ui: &mut Ui, of: FigureOf, wanted: &mut Option<Wanted>| {
             for (form, name) in FigureForm::ALL {
                 if ui.button(name).clicked() {

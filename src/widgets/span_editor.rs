@@ -54,13 +54,6 @@ pub enum SpanEvent {
         /// Where the span is.
         stretch: TimeRange,
     },
-    /// The edges of a span shall be locked or freed.
-    Lock {
-        /// The span.
-        id: u64,
-        /// Whether they are to be locked.
-        locked: bool,
-    },
     /// A new span was drawn in the empty lane.
     Drawn(TimeRange),
     /// This stretch was covered with the secondary button: to be zoomed to, as everywhere in the plots.
@@ -217,9 +210,6 @@ fn catch(ui: &mut Ui, id: Id, lane: &Lane<'_>, clip: Rect, shown: Rect, span: &S
         if response.clicked() {
             event = Some(SpanEvent::Selected(span.id));
         }
-        if grip == Grip::Body {
-            event = lock_menu(&response, span).or(event);
-        }
         event = zoom(ui, &response, lane).or(event);
         if !still {
             event = drag(ui, &response, part, lane, grip, span).or(event);
@@ -234,16 +224,9 @@ fn zoom(ui: &Ui, response: &egui::Response, lane: &Lane<'_>) -> Option<SpanEvent
     box_stretch(ui, response, area, lane.range).map(SpanEvent::Zoomed)
 }
 
-/// The menu of a span: locks its edges or frees them.
-fn lock_menu(response: &egui::Response, span: &SpanItem<'_>) -> Option<SpanEvent> {
-    let mut event = None;
-    response.context_menu(|ui| {
-        if ui.button(if span.locked { "Unlock edges" } else { "Lock edges" }).clicked() {
-            event = Some(SpanEvent::Lock { id: span.id, locked: !span.locked });
-            ui.close();
-        }
-    });
-    event
+/// What the body of a span in the lane `id` is called by: its menu is that of the panel.
+pub fn body_id(id: Id, span: u64) -> Id {
+    id.with((span, Grip::Body))
 }
 
 /// One drag from press to release.

@@ -10,8 +10,8 @@ use super::chart::{LEGEND_HEIGHT, legend_entry};
 use super::figure::FigureRequest;
 use super::plot_cache::Drawn;
 pub use super::plot_cache::PlotCache;
-pub use super::pointer::step_markers;
 use super::pointer::{Area, Values, interact, plot_menu, time_axis, value_axis};
+pub use super::pointer::{MarkKind, Marked, PlotMenu, StackResponse, step_markers};
 use super::readout::{self, readable, value_of, with_band};
 use super::stack_figure::stack_figure;
 use super::ticks::{draw_time_axis, inner_ticks, tick, ticks};
@@ -149,25 +149,6 @@ pub struct SpanMark {
     pub selected: bool,
 }
 
-/// What the pointer did in a stack this frame.
-#[derive(Clone, Debug, Default)]
-pub struct StackResponse {
-    /// Time of a plain click, s.
-    pub clicked_s: Option<f64>,
-    /// Time under the pointer, s.
-    pub hovered_s: Option<f64>,
-    /// Index of the plot under the pointer.
-    pub hovered_plot: Option<usize>,
-    /// Where the data area of every plot is on screen, from the left end of the range to its right end.
-    pub frames: Vec<Rect>,
-    /// Values at the foot and at the head of every data area, in the unit of its plot.
-    pub values: Vec<(f64, f64)>,
-    /// A figure asked for in the menu of a plot.
-    pub figure: Option<FigureRequest>,
-    /// Whether the values of the plot at hand are chosen by hand.
-    pub(super) zoomed: bool,
-}
-
 /// Value range that shows `extents` with some room, never empty.
 pub fn value_bounds(extents: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
     let (low, high) = extents.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), e| (low.min(e.0), high.max(e.1)));
@@ -185,8 +166,8 @@ pub fn value_bounds(extents: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
 }
 
 /// Shows `plots` under one another over the range of `view` and lets the pointer move it: the wheel zooms time about the pointer, with
-/// Shift the values; a drag pans, a right drag zooms to a box, a drag on an axis zooms that axis, a double click shows everything; A and
-/// B, or Shift and Ctrl with a click, set the markers, the arrow keys step them by a sample. A click on a name of the legend hides it, a
+/// Shift the values; a drag pans, with Ctrl or Alt it marks, a right drag zooms to a box, a drag on an axis zooms that axis, a double
+/// click shows everything; A and B, or Shift and Ctrl with a click, set the markers, the arrow keys step them by a sample. A click on a name of the legend hides it, a
 /// double click hides the others. A right click opens a menu with figures and numbers to take away, Ctrl+C takes a picture. With both
 /// markers set a table below says what lies between them.
 pub fn time_stack(
@@ -196,6 +177,19 @@ pub fn time_stack(
     cache: &mut PlotCache,
     plots: &[TimePlot<'_>],
     spans: &[SpanMark],
+) -> StackResponse {
+    time_stack_with(ui, id, view, cache, plots, spans, &mut |_, _| {})
+}
+
+/// [`time_stack`] with more in the menu of its plots.
+pub fn time_stack_with(
+    ui: &mut Ui,
+    id: Id,
+    view: &mut TimeView,
+    cache: &mut PlotCache,
+    plots: &[TimePlot<'_>],
+    spans: &[SpanMark],
+    menu: PlotMenu<'_>,
 ) -> StackResponse {
     let mut out = StackResponse::default();
     if plots.is_empty() {
@@ -249,17 +243,18 @@ pub fn time_stack(
             changed = moved.or(axis).map(|values| (row, values)).or(changed);
             let entry = draw_cursors(ui, (frame, range), view, (plot, names), (&look, id.with((row, "legend"))));
             named = entry.or(named.take());
-            if let Some((of, form)) = plot_menu(&shown.response, frame, view, plots.len()) {
+            if let Some((of, form)) = plot_menu(&shown.response, frame, view, (plots.len(), &mut *menu)) {
                 wanted = Some((row, of, form));
             }
         }
     };
     let spacing = std::mem::take(&mut ui.spacing_mut().item_spacing.y);
-    egui::ScrollArea::vertical()
+    let scroll = egui::ScrollArea::vertical()
         .id_salt(id.with("scroll"))
         .auto_shrink([false, true])
         .max_height(shown)
         .show(ui, |ui| egui::Frame::new().inner_margin(margin).show(ui, &mut show));
+    out.visible = Some(scroll.inner_rect);
     foot(ui, id, view, out.frames.first(), range);
     ui.spacing_mut().item_spacing.y = spacing;
     if readout > 0.0 {

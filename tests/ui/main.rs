@@ -14,6 +14,7 @@ mod help;
 mod identified;
 mod live;
 mod manoeuvres;
+mod marking;
 mod painted;
 mod panels;
 mod plots;

@@ -48,13 +48,13 @@ fn fly_a_doublet(folder: &Path) {
 }
 
 /// The workbench on a flight with a doublet and a gap, its window from 5 s to 25 s chosen.
-fn bench<'a>() -> Bench<'a> {
+pub(crate) fn bench<'a>() -> Bench<'a> {
     Bench::open_changed(fly_a_doublet)
 }
 
 impl Bench<'_> {
     /// Where the lane shows `time_s`.
-    fn at_s(&self, time_s: f64) -> Pos2 {
+    pub(crate) fn at_s(&self, time_s: f64) -> Pos2 {
         let place = |name: &str| self.harness.get_by_role_and_label(Role::Button, name).rect().center();
         let (start, end) = (place("first start"), place("first end"));
         let TimeRange { start_s, end_s } = self.first();
@@ -66,7 +66,7 @@ impl Bench<'_> {
     }
 
     /// The window that is dragged.
-    fn first(&self) -> TimeRange {
+    pub(crate) fn first(&self) -> TimeRange {
         self.session().window("first").expect("it is in the session").window
     }
 
@@ -225,11 +225,11 @@ fn locked_edges_stay_where_they_are_when_dragged_and_go_where_they_are_typed() {
     bench.request(UiCommand::Edit(EditCommand::Undo));
     assert!(!bench.session().window("first").expect("it is there").flags.locked, "no drag left a step of undo");
     secondary_click(&mut bench.harness, body);
-    bench.harness.get_by_label("Lock edges").click();
+    bench.harness.get_by_label_contains("Lock or unlock edges").click();
     bench.settle();
     assert!(bench.session().window("first").expect("it is there").flags.locked);
     secondary_click(&mut bench.harness, body);
-    bench.harness.get_by_label("Unlock edges").click();
+    bench.harness.get_by_label_contains("Lock or unlock edges").click();
     bench.settle();
     assert!(!bench.session().window("first").expect("it is there").flags.locked);
     drag(&mut bench.harness, end, free, 6);

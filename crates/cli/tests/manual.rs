@@ -206,6 +206,7 @@ fn in_words(kind: &str) -> String {
     let word = word.unwrap_or_else(|| match core.as_str() {
         "String" | "&'static str" => "text".to_owned(),
         "Level" => "good, caution or bad".to_owned(),
+        "TimeRange" => "times `start_s`, `end_s`".to_owned(),
         other if other.starts_with('[') => "list of numbers".to_owned(),
         other if other.starts_with("BTreeMap") => "table by name".to_owned(),
         _ => String::new(),

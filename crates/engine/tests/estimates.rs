@@ -62,6 +62,7 @@ fn windows() -> Vec<(Manoeuvre, Arc<WindowAero>)> {
             kind: String::new(),
             note: String::new(),
             flags: WindowFlags::default(),
+            excluded: Vec::new(),
         };
         (manoeuvre, Arc::new(WindowAero::form(data, settings.clone(), AirDensity::Recorded).unwrap()))
     };

@@ -15,8 +15,7 @@ use doublet_engine::session::{
     self, Annotation, ClockPairSetting, ClockSetting, Edit, EditError, ErrorValues, Estimation, ExpressionEdit,
     ExpressionSetting, FilterEdit, Flight, GravitySource, GustSource, HeldSampleUse, InstrumentSetting, KeptStructure,
     LevelFlight, Manoeuvre, MapRef, ModelEdit, NoiseChannel, Preparation, RecordingRef, SensorErrorMethod,
-    SensorErrors, Session, SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit, WindowFlag, WindowFlags,
-    WindowRole,
+    SensorErrors, Session, SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit, WindowFlag,
 };
 use doublet_engine::undo::History;
 use doublet_engine::verdict::{Level, PlausibleRange};
@@ -45,16 +44,10 @@ fn instruments() -> InstrumentSetting {
 }
 
 fn example() -> Session {
-    let window = |name: &str, start_s: f64| Manoeuvre {
-        name: name.to_owned(),
-        flight: "one".to_owned(),
-        window: TimeRange { start_s, end_s: start_s + 20.0 },
-        role: WindowRole::Identification,
-        surface: Some(Surface::Elevator),
-        also: None,
-        kind: "doublet".to_owned(),
-        note: String::new(),
-        flags: WindowFlags::default(),
+    let window = |name: &str, start_s: f64| {
+        let range = TimeRange { start_s, end_s: start_s + 20.0 };
+        let named = Manoeuvre::new(name.to_owned(), "one".to_owned(), range);
+        Manoeuvre { surface: Some(Surface::Elevator), kind: "doublet".to_owned(), ..named }
     };
     Session {
         title: "example".to_owned(),

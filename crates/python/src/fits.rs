@@ -52,7 +52,9 @@ impl Coefficients {
         })?;
         let of = |window: &crate::path::PathWindow| -> StageResult<(Manoeuvre, Keyed<WindowAero>)> {
             let found = &window.path;
-            let formed = aero(&path.flight.recording, (&found.data, &found.reconstruction), &aircraft, &preparation);
+            let of_path = (&*found.data, &found.reconstruction);
+            let aircraft = (&*aircraft, &*window.manoeuvre.excluded);
+            let formed = aero(&path.flight.recording, of_path, aircraft, &preparation);
             let formed = formed.map_err(|error| error.at(format!("window '{}'", window.manoeuvre.name)))?;
             Ok((window.manoeuvre.clone(), Keyed::new(Arc::new(formed), Key::unique())))
         };

@@ -225,7 +225,7 @@ fn reconstructed(
     if let Some(inertial) = flight.recording.role(Role::SpecificForceZ) {
         fit_in_memory(windows.iter().map(|window| window.window.indices(&inertial.series.time_s).len()).sum())?;
     }
-    let taken = windows.iter().map(|window| samples(&flight.recording, window.window, aircraft, preparation));
+    let taken = windows.iter().map(|window| samples(&flight.recording, window.samples(), aircraft, preparation));
     let taken =
         taken.zip(&windows).map(|(found, window)| found.map_err(|error| error.at(format!("window '{}'", window.name))));
     let taken: Vec<Samples> = taken.collect::<Result<_, _>>()?;

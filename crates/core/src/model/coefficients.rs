@@ -22,6 +22,13 @@ impl Coefficients {
     pub fn get(&self, coefficient: Coefficient) -> &[f64] {
         &self.columns[coefficient as usize]
     }
+
+    /// Those of the rows `left`, counted from `first`; `None` for all.
+    fn with_rows(self, left: Option<&[usize]>, first: usize) -> Self {
+        let Some(left) = left else { return self };
+        let pick = |column: &Arc<[f64]>| left.iter().map(|row| column[row - first]).collect();
+        Self { time_s: pick(&self.time_s), columns: self.columns.each_ref().map(pick) }
+    }
 }
 
 /// Dimensionless forces and moments (thesis Eq. 3.23-3.24, A.13).
@@ -35,6 +42,8 @@ impl Coefficients {
 /// `Cn = N / (q_dyn S b)`. `CL = -CZ cos(alpha) + CX sin(alpha)`, `CD = -CX cos(alpha) - CZ sin(alpha)`. Thrust and `h`
 /// enter as the settings say; `F` is the force that stays in the coefficients, so that a thrust left in keeps its own
 /// moment about the reference. The specific force is moved from the accelerometers to the centre of gravity (thesis Eq. 4.10).
+///
+/// Samples of excluded stretches have no row.
 ///
 /// With matched smoothing the angular acceleration `D w` is that of smoothed rates, and all that does not contain it is smoothed
 /// alike: `C = G C(w' = 0) + (C(w' = D w) - C(w' = 0))`, the coefficients being linear in it.
@@ -50,7 +59,8 @@ pub fn coefficients(data: &AeroData, settings: &CoefficientSettings) -> Result<C
     let columns = columns(data, settings, |k| acceleration.each_ref().map(|column| column[k]));
     let Some(smoothing) = matched_smoothing(data, settings)? else {
         let (time_s, columns) = (Arc::clone(&data.time_s), columns.map(Arc::from));
-        return Ok(Coefficients { time_s, columns });
+        let left = settings.rows_left(&data.time_s, 0..data.time_s.len(), 0);
+        return Ok(Coefficients { time_s, columns }.with_rows(left.as_deref(), 0));
     };
     let steady = self::columns(data, settings, |_| [0.0; 3]);
     let rows = smoothing.reach()..data.time_s.len() - smoothing.reach();
@@ -58,10 +68,12 @@ pub fn coefficients(data: &AeroData, settings: &CoefficientSettings) -> Result<C
         let moving = with[rows.clone()].iter().zip(&without[rows.clone()]).map(|(with, without)| with - without);
         smoothing.apply(without).into_iter().zip(moving).map(|(steady, moving)| steady + moving).collect()
     };
-    Ok(Coefficients {
+    let all = Coefficients {
         columns: std::array::from_fn(|c| matched(&columns[c], &steady[c])),
         time_s: data.time_s[rows.clone()].into(),
-    })
+    };
+    let left = settings.rows_left(&data.time_s, rows.clone(), smoothing.reach());
+    Ok(all.with_rows(left.as_deref(), rows.start))
 }
 
 /// The smoothing the settings ask for over this window.

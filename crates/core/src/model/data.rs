@@ -1,11 +1,13 @@
 //! What one window offers to the aerodynamic model, and how it is to be read.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::airframe::{MassHistory, ReferenceGeometry};
 use crate::prep::Differentiation;
 use crate::quantity::Role;
+use crate::series::TimeRange;
 
 /// A point of the aircraft.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -140,6 +142,8 @@ pub struct CoefficientSettings {
     pub matched: bool,
     /// Lag of each control; controls not named act at once.
     pub control_lags: BTreeMap<Role, Lag>,
+    /// Stretches of time that coefficients and regressors have no rows for, nor for the samples beside them whose derivative reaches in.
+    pub excluded: Vec<TimeRange>,
 }
 
 impl CoefficientSettings {
@@ -155,6 +159,20 @@ impl CoefficientSettings {
             differentiation: Differentiation::Central4,
             matched: false,
             control_lags: BTreeMap::new(),
+            excluded: Vec::new(),
         }
+    }
+
+    /// Which of `rows` of `time_s` are left where stretches are excluded, smoothed over `reach` samples; `None` where all are.
+    pub(super) fn rows_left(&self, time_s: &[f64], rows: Range<usize>, reach: usize) -> Option<Vec<usize>> {
+        // What is smoothed was differentiated over two samples before.
+        let reach = self.differentiation.half_width().max(reach + 2);
+        let widened = |stretch: &TimeRange| {
+            let inside = stretch.indices(time_s);
+            (!inside.is_empty()).then(|| inside.start.saturating_sub(reach)..inside.end.saturating_add(reach))
+        };
+        let excluded: Vec<Range<usize>> = self.excluded.iter().filter_map(widened).collect();
+        let is_left = |row: &usize| !excluded.iter().any(|stretch| stretch.contains(row));
+        (!excluded.is_empty()).then(|| rows.filter(is_left).collect())
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVectorViewMut};
 
 use super::coefficients::matched_smoothing;
 use super::data::{AeroData, Axes, CoefficientSettings, Lag};
@@ -19,6 +19,8 @@ pub struct Variables {
     samples: usize,
     columns: BTreeMap<Variable, Column>,
     smoothing: Option<MatchedSmoothing>,
+    /// Samples that have a row, where stretches are excluded.
+    left: Option<Vec<usize>>,
 }
 
 /// Values of one variable and, once a term asked for them, the same smoothed: coefficients and fits share them.
@@ -26,6 +28,8 @@ pub struct Variables {
 struct Column {
     values: Arc<[f64]>,
     smoothed: OnceLock<Vec<f64>>,
+    /// Values of the samples that have a row, where some have none.
+    left: Option<Arc<[f64]>>,
 }
 
 impl PartialEq for Column {
@@ -35,10 +39,23 @@ impl PartialEq for Column {
 }
 
 impl Variables {
-    /// Samples of the window that coefficients and regressors have rows for.
-    pub fn rows(&self) -> Range<usize> {
+    /// Samples of the window that smoothing leaves.
+    fn smoothed_rows(&self) -> Range<usize> {
         let reach = self.smoothing.as_ref().map_or(0, MatchedSmoothing::reach);
         reach..self.samples - reach
+    }
+
+    /// Number of samples that coefficients and regressors have rows for.
+    pub fn rows(&self) -> usize {
+        self.left.as_ref().map_or(self.smoothed_rows().len(), Vec::len)
+    }
+
+    /// `column`, which has a value for every sample of the window, at the samples that have a row.
+    pub fn at_rows<'c>(&self, column: &'c [f64]) -> Cow<'c, [f64]> {
+        match &self.left {
+            None => Cow::Borrowed(&column[self.smoothed_rows()]),
+            Some(left) => Cow::Owned(left.iter().map(|&row| column[row]).collect()),
+        }
     }
 
     /// The variables there are.
@@ -55,7 +72,10 @@ impl Variables {
 
     /// Column of `variable` at those rows, not smoothed, if the window has it.
     pub fn get(&self, variable: Variable) -> Option<&[f64]> {
-        self.columns.get(&variable).map(|column| &column.values[self.rows()])
+        self.columns.get(&variable).map(|column| match &column.left {
+            Some(left) => &**left,
+            None => &column.values[self.smoothed_rows()],
+        })
     }
 }
 
@@ -119,33 +139,43 @@ pub fn variables(data: &AeroData, settings: &CoefficientSettings) -> Result<Vari
     if !data.engines.is_empty() {
         columns.insert(Variable::ThrustCoefficient, thrust_coefficient(data, reference.area_m2).into());
     }
-    let columns =
-        columns.into_iter().map(|(variable, values)| (variable, Column { values, smoothed: OnceLock::new() }));
-    Ok(Variables { samples: data.time_s.len(), columns: columns.collect(), smoothing })
+    let mut all = Variables { samples: data.time_s.len(), columns: BTreeMap::new(), smoothing, left: None };
+    let reach = all.smoothing.as_ref().map_or(0, MatchedSmoothing::reach);
+    all.left = settings.rows_left(&data.time_s, all.smoothed_rows(), reach);
+    let column = |values: Arc<[f64]>| {
+        let left = all.left.as_ref().map(|left| left.iter().map(|&row| values[row]).collect());
+        Column { values, smoothed: OnceLock::new(), left }
+    };
+    let columns = columns.into_iter().map(|(variable, values)| (variable, column(values))).collect();
+    Ok(Variables { columns, ..all })
 }
 
 /// Samples beyond which a window is long: what can be formed again is not kept then, and large work goes one after the other. Smoothed
 /// variables are a twentieth of what a window takes.
 pub const LONG_WINDOW: usize = 1 << 16;
 
-/// Regressor matrix: one row per sample of [`Variables::rows`], one column per term, in the order of `terms`; with matched
+/// Regressor matrix: one row per sample that has one, one column per term, in the order of `terms`; with matched
 /// smoothing each term, a product of unsmoothed variables, is smoothed.
 ///
 /// # Errors
 /// [`ModelError::MissingVariable`] for a term that needs a variable the window does not have.
 pub fn regressors(terms: &[Term], variables: &Variables) -> Result<DMatrix<f64>, ModelError> {
-    let mut matrix = DMatrix::from_element(variables.rows().len(), terms.len(), 1.0);
-    for (term, mut regressor) in terms.iter().zip(matrix.column_iter_mut()) {
+    let mut matrix = DMatrix::from_element(variables.rows(), terms.len(), 1.0);
+    let first = variables.smoothed_rows().start;
+    // From the values behind the smoothing, of which excluded stretches leave some.
+    let fill = |mut regressor: DVectorViewMut<'_, f64>, values: &[f64]| match &variables.left {
+        None => regressor.copy_from_slice(values),
+        Some(left) => regressor.iter_mut().zip(left).for_each(|(value, row)| *value = values[row - first]),
+    };
+    for (term, regressor) in terms.iter().zip(matrix.column_iter_mut()) {
         if let [(variable, 1)] = *term.factors() {
             let column = variables.of(term, variable)?;
             match &variables.smoothing {
-                Some(smoothing) if variables.samples > LONG_WINDOW => {
-                    regressor.copy_from_slice(&smoothing.apply(&column.values));
-                }
+                Some(smoothing) if variables.samples > LONG_WINDOW => fill(regressor, &smoothing.apply(&column.values)),
                 Some(smoothing) => {
-                    regressor.copy_from_slice(column.smoothed.get_or_init(|| smoothing.apply(&column.values)));
+                    fill(regressor, column.smoothed.get_or_init(|| smoothing.apply(&column.values)));
                 }
-                None => regressor.copy_from_slice(&column.values),
+                None => fill(regressor, &column.values),
             }
             continue;
         }
@@ -156,8 +186,8 @@ pub fn regressors(terms: &[Term], variables: &Variables) -> Result<DMatrix<f64>,
         }
         match &variables.smoothing {
             Some(_) if term.is_constant() => {}
-            Some(smoothing) => regressor.copy_from_slice(&smoothing.apply(&products)),
-            None => regressor.copy_from_slice(&products),
+            Some(smoothing) => fill(regressor, &smoothing.apply(&products)),
+            None => fill(regressor, &products),
         }
     }
     Ok(matrix)

@@ -65,8 +65,9 @@ impl Replay {
         wind_ned_m_s: &[Vec<f64>; 3],
         gravity_m_s2: f64,
     ) -> Result<Self, ReplayError> {
-        // A simulation has every sample as it is: nothing is smoothed.
-        let variables = variables(data, &CoefficientSettings { matched: false, ..settings.clone() })?;
+        // A simulation has every sample as it is: nothing is smoothed, nothing left out.
+        let every = CoefficientSettings { matched: false, excluded: Vec::new(), ..settings.clone() };
+        let variables = variables(data, &every)?;
         if data.time_s.len() < 2 {
             return Err(ReplayError::TooShort { samples: data.time_s.len() });
         }

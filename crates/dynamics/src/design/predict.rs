@@ -138,7 +138,7 @@ pub fn window_variables(
         airspeed_m_s,
     };
     // Designed deflections are those in the air: lags between a recording and the air are not in them.
-    let settings = CoefficientSettings { control_lags: BTreeMap::new(), ..settings.clone() };
+    let settings = CoefficientSettings { control_lags: BTreeMap::new(), excluded: Vec::new(), ..settings.clone() };
     Ok(variables(&data, &settings)?)
 }
 

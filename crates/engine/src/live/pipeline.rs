@@ -217,8 +217,8 @@ impl LivePipeline {
         }
         let window = TimeRange { start_s: self.segment_s.max(from_s - KEPT_S), end_s: until_s };
         let aircraft = self.settings.aircraft.as_ref();
-        let found =
-            samples(recording, window, aircraft, &self.settings.preparation).map_err(|error| error.to_string())?;
+        let found = samples(recording, (window, &[]), aircraft, &self.settings.preparation)
+            .map_err(|error| error.to_string())?;
         let data = part(&found.data, from_s, end_s);
         let mut filter = match self.filter.take() {
             Some(filter) => filter,
@@ -297,8 +297,8 @@ impl LivePipeline {
         let data = FilterData { inputs, measurements: std::array::from_fn(|_| MeasurementSeries::default()) };
         grid.next = end;
         self.grid = Some(grid);
-        let formed =
-            aero(recording, (&data, &path), aircraft, &self.settings.preparation).map_err(|error| error.to_string())?;
+        let formed = aero(recording, (&data, &path), (aircraft, &[]), &self.settings.preparation)
+            .map_err(|error| error.to_string())?;
         if self.estimates.as_ref().is_some_and(|estimates| estimates.is_airborne) {
             for (airspeed, density) in formed.data.airspeed_m_s.iter().zip(formed.data.density_kg_m3.iter()) {
                 note(&mut self.extremes, Role::CalibratedAirspeed.name(), calibrated_m_s(*airspeed, *density));

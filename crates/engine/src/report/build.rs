@@ -200,6 +200,7 @@ fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {
         surface: window.surface_name(),
         kind: window.kind.clone(),
         note: window.note.clone(),
+        excluded: window.excluded.clone(),
         mass_properties: mass::window_mass(window, snapshot),
         verdict: verdicts.and_then(|found| Some(found.windows.get(&window.name)?.verdict.clone())),
         error: results.error().map(str::to_owned),

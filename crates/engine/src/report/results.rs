@@ -1,6 +1,7 @@
 //! The results as they leave the program: `results.json`, documented in `docs/results.md`.
 
 use doublet_core::airframe::ReferenceGeometry;
+use doublet_core::series::TimeRange;
 use serde::Serialize;
 
 use super::dynamics::DynamicsRow;
@@ -389,6 +390,9 @@ pub struct WindowRow {
     /// What there is to say about it.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub note: String,
+    /// Stretches left out of filter updates, fits and scores; absent where there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub excluded: Vec<TimeRange>,
     /// Whether its samples, its flight path and its loading may be believed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verdict: Option<Verdict>,

@@ -1,6 +1,8 @@
 //! The results as tables.
 
 pub use super::mass::table as mass_properties;
+use doublet_core::series::TimeRange;
+
 use super::prediction::PredictionAgreement;
 use super::results::{AgreementRow, EngineRow, FitRow, Results};
 use super::table::{Cell, Column, Table, TableOf};
@@ -213,6 +215,7 @@ pub fn validation(results: &Results) -> Table {
 pub fn windows(results: &Results) -> Table {
     let noted = results.windows.iter().any(|row| !row.note.is_empty());
     let failed = results.windows.iter().any(|row| row.error.is_some());
+    let excluded = results.windows.iter().any(|row| !row.excluded.is_empty());
     let steady = results.windows.iter().any(|row| row.before_input.is_some());
     TableOf::new("windows", "Manoeuvre windows, and how steady each is before its input.", &results.windows)
         .text("window", "Window", |row| &row.name)
@@ -223,6 +226,9 @@ pub fn windows(results: &Results) -> Table {
         .optional("surface", "Surface", |row| row.surface)
         .text("kind", "Input", |row| &row.kind)
         .count("samples", "Samples", |row| row.samples)
+        .when(excluded, |table| {
+            table.number("excluded_s", "Excluded", "s", 3, |row| row.excluded.iter().map(TimeRange::length_s).sum())
+        })
         .when(steady, |table| {
             table
                 .maybe("before_input_s", "Before input", "s", 3, |row| Some(row.before_input?.length_s))

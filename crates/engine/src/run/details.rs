@@ -220,7 +220,7 @@ fn by_every_filter(
 ) -> Result<[Arc<WindowPath>; 2], StageError> {
     let flight = inputs.flight.ok_or("its flight is not read")?;
     let aircraft = inputs.aircraft.map(|aircraft| context.get::<AircraftData>(loading, aircraft)).transpose()?;
-    let samples = context.get::<Samples>((manoeuvre.window, preparation), (flight, aircraft.as_ref()))?;
+    let samples = context.get::<Samples>((manoeuvre.samples(), preparation), (flight, aircraft.as_ref()))?;
     let iterated = if matches!(filter.method, Method::Iekf { .. }) { filter.method } else { ITERATED };
     let by = |method: Method| {
         let filter = FilterSettings { method, ..filter.clone() };

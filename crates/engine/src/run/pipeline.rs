@@ -229,7 +229,7 @@ impl<'a> Run<'a> {
                 flights.iter().find(|read| read.flight.name == manoeuvre.flight)?;
             let inputs = (loaded, aircraft.as_ref());
             // A window without samples says why where it is prepared.
-            self.context.get::<Samples>((manoeuvre.window, &session.preparation), inputs).ok()
+            self.context.get::<Samples>((manoeuvre.samples(), &session.preparation), inputs).ok()
         };
         let samples: Vec<_> = self.windows.par_iter().filter_map(samples).collect();
         let gusts = |settings: &FilterSettings| {
@@ -354,7 +354,7 @@ impl<'a> Run<'a> {
         });
         let prepared = flight.and_then(|ReadFlight { loaded, aircraft, .. }| {
             let inputs = (loaded, aircraft.as_ref());
-            let samples = self.context.get::<Samples>((manoeuvre.window, &session.preparation), inputs)?;
+            let samples = self.context.get::<Samples>((manoeuvre.samples(), &session.preparation), inputs)?;
             let path = self.context.find::<WindowPath>(&(&session.filter, session.preparation.path), &&samples);
             Ok(Task { manoeuvre, flight: loaded.clone(), aircraft: aircraft.clone(), samples, path })
         });

@@ -142,4 +142,14 @@ fn windows(session: &Session, found: &mut Vec<Finding>) {
             found.push(finding.with_setting("Manoeuvres", ""));
         }
     }
+    for window in &session.windows {
+        for TimeRange { start_s, end_s } in &window.excluded {
+            if !(start_s.is_finite() && end_s.is_finite() && end_s > start_s) {
+                let place = format!("window '{}'", window.name);
+                let text = format!("an excluded stretch from {start_s} s to {end_s} s is empty");
+                let finding = Finding::new(Level::Bad, WINDOW, place, text).with_cure("let it end after it starts");
+                found.push(finding.with_setting("Manoeuvres", ""));
+            }
+        }
+    }
 }

@@ -8,9 +8,9 @@ use doublet_core::series::TimeRange;
 use thiserror::Error;
 
 use super::{
-    AircraftEdit, AnnotationEdit, ExpressionEdit, Flight, GravitySource, GustSource, KeptStructure, Manoeuvre,
-    NoiseEdit, PathSource, PooledConstants, PredictionParameters, Preparation, ReportFigureEdit, Session, SignalEdit,
-    Surface, TermConstraint, WindowFlag, WindowRole,
+    AircraftEdit, AnnotationEdit, ExpressionEdit, Flight, GravitySource, GustSource, KeptStructure, NoiseEdit,
+    PathSource, PooledConstants, PredictionParameters, Preparation, ReportFigureEdit, Session, SignalEdit, Surface,
+    TermConstraint, WindowEdit,
 };
 
 /// A change of the session, grouped by area.
@@ -66,61 +66,6 @@ pub enum LoadingEdit {
         flight: String,
         /// Its loading.
         loading: Option<Loading>,
-    },
-}
-
-/// A change of the manoeuvre windows.
-#[derive(Clone, Debug, PartialEq)]
-pub enum WindowEdit {
-    /// Adds a window.
-    Add(Manoeuvre),
-    /// Adds several windows in one step.
-    AddAll(Vec<Manoeuvre>),
-    /// Removes the window of this name.
-    Remove(String),
-    /// Renames a window.
-    Rename {
-        /// Present name.
-        from: String,
-        /// New name.
-        to: String,
-    },
-    /// Moves or resizes a window.
-    Place {
-        /// Name of the window.
-        name: String,
-        /// New interval.
-        window: TimeRange,
-    },
-    /// Changes the use of a window.
-    Role {
-        /// Name of the window.
-        name: String,
-        /// New use.
-        role: WindowRole,
-    },
-    /// States the surface a window's manoeuvre moves.
-    Surface {
-        /// Name of the window.
-        name: String,
-        /// Surface, or `None` for several or unknown.
-        surface: Option<Surface>,
-    },
-    /// Says something about a window.
-    Note {
-        /// Name of the window.
-        name: String,
-        /// New note; empty for none.
-        note: String,
-    },
-    /// Sets a flag of a window, or takes it back.
-    Flag {
-        /// Name of the window.
-        name: String,
-        /// Flag.
-        flag: WindowFlag,
-        /// Whether it is set.
-        on: bool,
     },
 }
 
@@ -210,6 +155,14 @@ pub enum EditError {
     /// An interval that ends before it begins.
     #[error("a window from {start_s} s to {end_s} s is empty: let it end after it starts")]
     EmptyWindow {
+        /// Start, s.
+        start_s: f64,
+        /// End, s.
+        end_s: f64,
+    },
+    /// An excluded stretch that ends before it begins.
+    #[error("an excluded stretch from {start_s} s to {end_s} s is empty: let it end after it starts")]
+    EmptyStretch {
         /// Start, s.
         start_s: f64,
         /// End, s.
@@ -318,86 +271,10 @@ impl LoadingEdit {
     }
 }
 
-impl WindowEdit {
-    fn label(&self) -> String {
-        match self {
-            Self::Add(window) => format!("add window {}", window.name),
-            Self::AddAll(windows) => format!("add {} windows", windows.len()),
-            Self::Remove(name) => format!("remove window {name}"),
-            Self::Rename { from, to } => format!("rename window {from} to {to}"),
-            Self::Place { name, .. } => format!("move window {name}"),
-            Self::Role { name, role: WindowRole::Ignored } => format!("ignore window {name}"),
-            Self::Role { name, role } => format!("use window {name} for {}", role.name()),
-            Self::Surface { name, surface } => {
-                format!("set surface of window {name} to {}", surface.map_or("any", Surface::name))
-            }
-            Self::Note { name, .. } => format!("change note on window {name}"),
-            Self::Flag { name, flag, on } => format!("{} window {name}", flag.verb(*on)),
-        }
-    }
-
-    fn apply(&self, session: &mut Session) -> Result<(), EditError> {
-        match self {
-            Self::Add(window) => add(session, window)?,
-            Self::AddAll(windows) => windows.iter().try_for_each(|window| add(session, window))?,
-            Self::Remove(name) => {
-                find(session, name)?;
-                session.windows.retain(|window| window.name != *name);
-            }
-            Self::Rename { from, to } => {
-                if from != to && session.window(to).is_some() {
-                    return Err(EditError::WindowExists(to.clone()));
-                }
-                if from != to {
-                    usable("window", to)?;
-                }
-                find(session, from)?.name.clone_from(to);
-            }
-            Self::Place { name, window } => {
-                check_interval(*window)?;
-                find(session, name)?.window = *window;
-            }
-            Self::Role { name, role } => find(session, name)?.role = *role,
-            Self::Surface { name, surface } => {
-                let window = find(session, name)?;
-                (window.surface, window.also) = (*surface, None);
-            }
-            Self::Note { name, note } => find(session, name)?.note.clone_from(note),
-            Self::Flag { name, flag, on } => *flag.among(&mut find(session, name)?.flags) = *on,
-        }
-        Ok(())
-    }
-}
-
 /// The flight called `name`, to change it.
 pub(super) fn flight_mut<'a>(session: &'a mut Session, name: &str) -> Result<&'a mut Flight, EditError> {
     let found = session.flights.iter_mut().find(|flight| flight.name == name);
     found.ok_or_else(|| EditError::NoFlight(name.to_owned()))
-}
-
-/// Refuses a name that is empty or too long.
-fn usable(kind: &str, name: &str) -> Result<(), EditError> {
-    if name.trim().is_empty() {
-        return Err(EditError::Name(format!("the name of a {kind} cannot be empty: give it one")));
-    }
-    super::check::name_fits(kind, name).map_err(EditError::Name)
-}
-
-fn add(session: &mut Session, window: &Manoeuvre) -> Result<(), EditError> {
-    if session.window(&window.name).is_some() {
-        return Err(EditError::WindowExists(window.name.clone()));
-    }
-    usable("window", &window.name)?;
-    if session.flight(&window.flight).is_none() {
-        return Err(EditError::NoFlight(window.flight.clone()));
-    }
-    check_interval(window.window)?;
-    session.windows.push(window.clone());
-    Ok(())
-}
-
-fn find<'a>(session: &'a mut Session, name: &str) -> Result<&'a mut Manoeuvre, EditError> {
-    session.windows.iter_mut().find(|window| window.name == name).ok_or_else(|| EditError::NoWindow(name.to_owned()))
 }
 
 pub(super) fn check_interval(window: TimeRange) -> Result<(), EditError> {

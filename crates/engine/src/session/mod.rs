@@ -5,6 +5,7 @@ mod annotation;
 mod check;
 mod constraint;
 mod edit;
+mod excluded;
 mod expression;
 mod file;
 mod fix;
@@ -17,6 +18,7 @@ mod report_figure;
 mod schema;
 mod sensor_errors;
 mod signals;
+mod window_edit;
 
 use std::collections::BTreeMap;
 use std::hash::{Hash, Hasher};
@@ -35,7 +37,7 @@ pub use aircraft::AircraftEdit;
 pub use annotation::{Annotation, AnnotationEdit};
 pub use check::{MOST_WINDOWS, check, stops_run};
 pub use constraint::TermConstraint;
-pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit, WindowEdit};
+pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit};
 pub use expression::{EXPRESSION_SOURCE, ExpressionEdit, ExpressionSetting};
 pub use file::{Opened, content_hash, open, rebased, save, save_without_backup, shipped};
 pub use fix::Fix;
@@ -48,6 +50,7 @@ pub use report_figure::{ReportFigure, ReportFigureEdit};
 pub use schema::{FORMAT, SessionError, VERSION, json_schema, parse, print};
 pub use sensor_errors::{ErrorValues, SensorErrorMethod, SensorErrors};
 pub use signals::{HeldSampleUse, SignalEdit, SignalPreset, SignalRule, SignalSetting};
+pub use window_edit::WindowEdit;
 
 /// Everything an analysis is made from.
 #[derive(Clone, Debug, PartialEq)]
@@ -298,6 +301,8 @@ pub struct Manoeuvre {
     pub note: String,
     /// What else is so of it; no result follows from it.
     pub flags: WindowFlags,
+    /// Stretches left out, in the order of time and apart from each other: no measurement of them enters the filter, no sample a fit.
+    pub excluded: Vec<TimeRange>,
 }
 
 /// The path the coefficients are formed from.
@@ -384,7 +389,18 @@ impl Manoeuvre {
     /// A window to identify with, of which nothing more is known.
     pub fn new(name: String, flight: String, window: TimeRange) -> Self {
         let (kind, note, flags) = (String::new(), String::new(), WindowFlags::default());
-        Self { name, flight, window, role: WindowRole::Identification, surface: None, also: None, kind, note, flags }
+        Self {
+            name,
+            flight,
+            window,
+            role: WindowRole::Identification,
+            surface: None,
+            also: None,
+            kind,
+            note,
+            flags,
+            excluded: Vec::new(),
+        }
     }
 
     /// Name of the surface or the two surfaces moved, in files and tables.
@@ -401,8 +417,8 @@ impl Manoeuvre {
 /// By all that results follow from.
 impl Hash for Manoeuvre {
     fn hash<H: Hasher>(&self, state: &mut H) {
-        let Self { name, flight, window, role, surface, also, kind, note: _, flags: _ } = self;
-        (name, flight, window, role, surface, also, kind).hash(state);
+        let Self { name, flight, window, role, surface, also, kind, note: _, flags: _, excluded } = self;
+        (name, flight, window, role, surface, also, kind, excluded).hash(state);
     }
 }
 

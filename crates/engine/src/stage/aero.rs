@@ -1,6 +1,7 @@
 //! Coefficients and the variables they depend on, from the reconstructed path of one window.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use doublet_core::atmos::{Atmosphere, density_kg_m3};
@@ -11,15 +12,16 @@ use doublet_core::model::{
 use doublet_core::prep::{MatchedSmoothing, smoothed_rate};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{FilterData, INPUTS, Input, Reconstruction, STATES, State};
-use doublet_core::series::{Recording, Series};
+use doublet_core::series::{Recording, Series, TimeRange};
+use doublet_core::statistics::median_step;
 
 use super::aircraft::AircraftData;
 use super::engines::{Air, ExtrapolatedThrust, engines};
 use super::path::WindowPath;
 use super::recording::LoadedFlight;
-use super::samples::differentiation;
+use super::samples::{differentiation, span};
 use super::window_context::{ANGULAR_ACCELERATIONS, WindowContext};
-use super::window_samples::Samples;
+use super::window_samples::{Samples, is_in};
 use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::session::{AngularAcceleration, PathSource, Preparation, Surface};
 use crate::verdict::{Finding, Level};
@@ -115,6 +117,36 @@ impl Stage for WindowAero {
 pub const CONTROLS: [Surface; 3] = [Surface::Aileron, Surface::Elevator, Surface::Rudder];
 
 impl WindowAero {
+    /// Which samples of its data are not in an excluded stretch; `None` where all are.
+    pub(crate) fn left(&self) -> Option<Vec<usize>> {
+        let Self { data, settings, .. } = self;
+        let excluded = &settings.excluded;
+        (!excluded.is_empty())
+            .then(|| (0..data.time_s.len()).filter(|&sample| !is_in(excluded, data.time_s[sample])).collect())
+    }
+
+    /// Time its rows cover, s: without that of excluded stretches.
+    pub(crate) fn covered_s(&self) -> f64 {
+        let time_s = &self.coefficients.time_s;
+        let (first, last) = span(time_s);
+        match self.settings.excluded.as_slice() {
+            [] => last - first,
+            _ => median_step(time_s).unwrap_or(f64::NAN) * (time_s.len().max(2) - 1) as f64,
+        }
+    }
+
+    /// The longest stretch of its rows without an excluded one in between.
+    pub(crate) fn longest_rows(&self) -> Range<usize> {
+        let time_s = &self.coefficients.time_s;
+        let mut longest = 0..time_s.len();
+        for stretch in &self.settings.excluded {
+            let at = time_s[longest.clone()].partition_point(|time_s| *time_s < stretch.start_s) + longest.start;
+            let (before, after) = (longest.start..at, at..longest.end);
+            longest = if before.len() > after.len() { before } else { after };
+        }
+        longest
+    }
+
     /// The same window with other columns or settings.
     ///
     /// # Errors
@@ -122,6 +154,9 @@ impl WindowAero {
     pub fn form(data: AeroData, settings: CoefficientSettings, air_density: AirDensity) -> StageResult<Self> {
         let coefficients = coefficients(&data, &settings)?;
         let variables = variables(&data, &settings)?;
+        if coefficients.time_s.is_empty() {
+            return Err("excluded stretches leave no sample of the manoeuvre: shorten them".into());
+        }
         let series = Coefficient::ALL.map(|c| Series {
             time_s: Arc::clone(&coefficients.time_s),
             values: Arc::clone(&coefficients.columns[c as usize]),
@@ -194,17 +229,17 @@ pub fn aero_along_from(
     WindowAero::form(data, aero.settings.clone(), aero.air_density)
 }
 
-/// Forms the coefficients of one window from the samples its filter got and the path it found.
+/// Forms the coefficients of one window from the samples its filter got and the path it found, without those of excluded stretches.
 ///
 /// # Errors
 /// One line: nothing left of the window after settling, a control with a gap, or what the model refuses.
 pub fn aero(
     recording: &Recording,
     (data, path): (&FilterData, &Reconstruction),
-    aircraft: &AircraftData,
+    (aircraft, excluded): (&AircraftData, &[TimeRange]),
     preparation: &Preparation,
 ) -> StageResult<WindowAero> {
-    aero_in(&WindowContext::new(recording, data, aircraft, preparation)?, path, aircraft, preparation)
+    aero_in(&WindowContext::new(recording, (data, excluded), aircraft, preparation)?, path, aircraft, preparation)
 }
 
 fn aero_in(
@@ -235,6 +270,7 @@ fn aero_in(
         differentiation,
         matched,
         control_lags: CONTROLS.map(|surface| (surface.role(), preparation.control_lags.of(surface))).into(),
+        excluded: window.excluded.to_vec(),
     };
     let formed = WindowAero::form(data, settings, air_density)?;
     Ok(WindowAero { warnings, unknown_thrust, extrapolated_thrust, ..formed })

@@ -92,13 +92,13 @@ pub struct KindSummary {
 /// Residuals of the fits of one window.
 pub fn residual_studies(fits: &WindowFits) -> Vec<ResidualStudy> {
     let one = |fit: &CoefficientFit| {
-        let residual = &fit.series.as_ref()?.residual;
+        let series = fit.series.as_ref()?;
+        let residual = &series.residual;
         let samples = residual.values.len();
         let lags = (samples / LAG_PART).min(MOST_LAGS);
-        let length_s = residual.time_s.last()? - residual.time_s.first()?;
         (lags > 0).then(|| ResidualStudy {
             coefficient: fit.coefficient,
-            step_s: length_s / (samples - 1) as f64,
+            step_s: series.step_s,
             whiteness: whiteness(&residual.values, lags),
             histogram: histogram(&residual.values, BINS),
         })

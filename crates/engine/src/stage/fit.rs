@@ -48,13 +48,17 @@ pub struct FittedSeries {
     observed: Series,
     /// Observed less fitted.
     pub residual: Series,
+    /// Time between samples, s.
+    pub step_s: f64,
     fitted: OnceLock<Series>,
 }
 
 impl FittedSeries {
-    fn new(observed: &Series, residuals: &Arc<[f64]>) -> Self {
+    fn new(aero: &WindowAero, coefficient: Coefficient, residuals: &Arc<[f64]>) -> Self {
+        let observed = aero.series[coefficient as usize].clone();
         let residual = Series { time_s: Arc::clone(&observed.time_s), values: Arc::clone(residuals) };
-        Self { observed: observed.clone(), residual, fitted: OnceLock::new() }
+        let step_s = aero.covered_s() / (residuals.len().max(2) - 1) as f64;
+        Self { observed, residual, step_s, fitted: OnceLock::new() }
     }
 
     /// Fitted coefficient, formed when it is first asked for.
@@ -153,9 +157,14 @@ pub(crate) fn window_terms(
     aero: &WindowAero,
     estimation: &Estimation,
 ) -> (Vec<Term>, Vec<DroppedTerm>) {
+    let left = aero.left();
+    let deviation = |values: &Arc<[f64]>| match &left {
+        None => standard_deviation(values),
+        Some(left) => standard_deviation(&left.iter().map(|&sample| values[sample]).collect::<Vec<_>>()),
+    };
     let motion = Surface::ALL.map(|surface| {
         let deflection = aero.data.controls.get(&surface.role());
-        (surface.variable(), deflection.map_or(f64::NAN, |values| standard_deviation(values)))
+        (surface.variable(), deflection.map_or(f64::NAN, deviation))
     });
     let largest = motion.iter().map(|(_, deviation)| *deviation).fold(0.0, f64::max);
     let is_resting = |variable: Variable| {
@@ -341,7 +350,7 @@ fn coefficient_fit(
         coefficient,
         windows: used.iter().map(|(window, aero)| (window.name.clone(), aero.coefficients.time_s.len())).collect(),
         series: match (&fit, used) {
-            (Ok(fit), [(_, aero)]) => Some(FittedSeries::new(&aero.series[coefficient as usize], &fit.residuals)),
+            (Ok(fit), [(_, aero)]) => Some(FittedSeries::new(aero, coefficient, &fit.residuals)),
             _ => None,
         },
         corrected_errors,

@@ -197,7 +197,7 @@ fn mean_residual<'a>(
     Ok(sum / observed.len() as f64)
 }
 
-/// Flies a window with `model` from its reconstructed start as [`window_flight`] has it, and judges it.
+/// Flies a window with `model` from its reconstructed start as [`window_flight`] has it, and judges it outside excluded stretches.
 ///
 /// # Errors
 /// One line: a path that was not smoothed, a model that cannot fly, a motion that diverges.
@@ -211,8 +211,9 @@ pub fn replay(
     let ReplayWindow { manoeuvre, path, aero } = window;
     let flight = window_flight(&path.reconstruction, aero, preparation, gravity_m_s2)?;
     let response = flight.replay.fly(model, &flight.start)?;
-    let measured = measured_histories(&flight.motion, aero);
-    let simulated = simulated_histories(&response);
+    let left = aero.left();
+    let measured = outside(&left, measured_histories(&flight.motion, aero));
+    let simulated = outside(&left, simulated_histories(&response));
     let tests = tolerances.tests(manoeuvre).into_iter();
     let tests: Vec<_> = tests.map(|test| judge(test, &measured, &simulated)).collect();
     let theil = Signal::ALL.map(|signal| {
@@ -221,6 +222,13 @@ pub fn replay(
     });
     let series = series(&measured, &simulated, &tests);
     Ok(WindowReplay { measured, simulated, series, theil: theil.into(), tests })
+}
+
+/// The samples of `histories` that are left.
+fn outside(left: &Option<Vec<usize>>, histories: Histories) -> Histories {
+    let Some(left) = left else { return histories };
+    let pick = |column: &Vec<f64>| left.iter().map(|&sample| column[sample]).collect();
+    Histories { time_s: pick(&histories.time_s), columns: histories.columns.each_ref().map(pick) }
 }
 
 /// Columns shared for drawing, with the bands of the tests.

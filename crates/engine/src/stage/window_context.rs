@@ -7,7 +7,7 @@ use doublet_core::airframe::MassHistory;
 use doublet_core::model::RECORDED;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{FilterData, Input};
-use doublet_core::series::Recording;
+use doublet_core::series::{Recording, TimeRange};
 
 use super::aero::CONTROLS;
 use super::aircraft::AircraftData;
@@ -43,6 +43,8 @@ pub struct WindowContext {
     pub first: usize,
     /// Times of the samples from there on, s.
     pub time_s: Arc<[f64]>,
+    /// Stretches that are left out.
+    pub excluded: Arc<[TimeRange]>,
     /// Mass properties at these times, or why there are none.
     pub mass: StageResult<MassHistory>,
     channels: BTreeMap<Role, StageResult<Arc<[f64]>>>,
@@ -63,18 +65,18 @@ impl Stage for WindowContext {
 
     fn run(preparation: &Preparation, inputs: Self::Inputs<'_>, _: &Context<'_>) -> StageResult<Self> {
         let (flight, samples, aircraft) = inputs;
-        Self::new(&flight.recording, &samples.data, aircraft, preparation)
+        Self::new(&flight.recording, (&samples.data, &samples.excluded), aircraft, preparation)
     }
 }
 
 impl WindowContext {
-    /// What was recorded around the samples `data` of a window.
+    /// What was recorded around the samples `data` of a window of which stretches are left out.
     ///
     /// # Errors
     /// One line when settling leaves nothing of the window.
     pub fn new(
         recording: &Recording,
-        data: &FilterData,
+        (data, excluded): (&FilterData, &[TimeRange]),
         aircraft: &AircraftData,
         preparation: &Preparation,
     ) -> StageResult<Self> {
@@ -99,6 +101,7 @@ impl WindowContext {
         };
         Ok(Self {
             first,
+            excluded: excluded.into(),
             channels: roles.filter_map(values).collect(),
             mass: aircraft.mass_history(recording, &time_s),
             time_s,

@@ -22,6 +22,8 @@ pub struct Samples {
     pub data: Arc<FilterData>,
     /// Identity of these and of what is carried along, by every number.
     pub content: Key,
+    /// Stretches that are left out.
+    pub excluded: Arc<[TimeRange]>,
     /// Truth of each state over the window, where the recording carries it.
     pub(super) truth: Arc<[Option<Series>; STATES]>,
     /// Findings on the way.
@@ -39,7 +41,7 @@ impl Footprint for Samples {
 }
 
 impl Stage for Samples {
-    type Params<'a> = (TimeRange, &'a Preparation);
+    type Params<'a> = ((TimeRange, &'a [TimeRange]), &'a Preparation);
     type Inputs<'a> = (&'a Keyed<LoadedFlight>, Option<&'a Keyed<AircraftData>>);
     type Output = Self;
     const NAME: &'static str = "samples";
@@ -56,20 +58,22 @@ pub const NO_PATH_MEASUREMENT: &str = "No flight-path measurement besides rates 
 /// Shortest window the filter is run on, samples.
 const MIN_SAMPLES: usize = 10;
 
-/// Takes the samples of one window for the filter. Without an aircraft every sensor is taken to be at the centre of gravity.
+/// Takes the samples of one window for the filter, without measurements in the stretches `excluded`. Without an aircraft every sensor is
+/// taken to be at the centre of gravity.
 ///
 /// # Errors
 /// One line: a missing inertial channel, a window without samples, a gap that cannot be bridged.
 pub fn samples(
     recording: &Recording,
-    window: TimeRange,
+    (window, excluded): (TimeRange, &[TimeRange]),
     aircraft: Option<&AircraftData>,
     preparation: &Preparation,
 ) -> StageResult<Samples> {
     let mut warnings: Vec<_> = partly_outside(recording, window).into_iter().collect();
     let mut inputs = input_series(recording, window, preparation.path, &mut warnings)?;
     fit_in_memory(inputs.time_s.len())?;
-    let mut measurements = measurement_series(recording, window, &inputs.time_s, &mut warnings);
+    leaves_enough(&inputs.time_s, excluded)?;
+    let mut measurements = measurement_series(recording, (window, excluded), &inputs.time_s, &mut warnings);
     if measurements.iter().all(|series| series.time_s.is_empty()) {
         let names = Measurement::ALL.map(Measurement::name).join(", ");
         return Err(format!("{NO_PATH_MEASUREMENT} {names}").into());
@@ -84,7 +88,26 @@ pub fn samples(
         State::ALL.map(|state| recording.truth.get(state.name()).map(within)).into();
     let mut data = FilterData { inputs, measurements };
     preparation.known_errors.correct(&mut data);
-    Ok(Samples { content: content(&data, &truth, &warnings), data: data.into(), truth, warnings })
+    let content = content(&data, (&truth, &warnings), excluded);
+    Ok(Samples { content, data: data.into(), excluded: excluded.into(), truth, warnings })
+}
+
+/// Whether `time_s` lies in one of `stretches`.
+pub(super) fn is_in(stretches: &[TimeRange], time_s: f64) -> bool {
+    stretches.iter().any(|stretch| stretch.contains(time_s))
+}
+
+/// Refuses excluded stretches that leave too few samples.
+fn leaves_enough(time_s: &[f64], excluded: &[TimeRange]) -> StageResult<()> {
+    let left = time_s.iter().filter(|time_s| !is_in(excluded, **time_s)).take(MIN_SAMPLES).count();
+    if left >= MIN_SAMPLES {
+        return Ok(());
+    }
+    let text = format!(
+        "excluded stretches leave {left} of {} inertial samples, at least {MIN_SAMPLES} are needed: shorten them",
+        time_s.len()
+    );
+    Err(text.into())
 }
 
 /// Longest part of a window that may lie outside the inertial samples without a word, s: recorders of one flight start and end apart.
@@ -129,7 +152,11 @@ fn move_sensors(
 }
 
 /// Identity of the samples of a window and of what its path carries with them: what changes none of it leaves the path as it is.
-fn content(data: &FilterData, truth: &[Option<Series>; STATES], warnings: &[String]) -> Key {
+fn content(
+    data: &FilterData,
+    (truth, warnings): (&[Option<Series>; STATES], &[String]),
+    excluded: &[TimeRange],
+) -> Key {
     let mut key = KeyBuilder::new("samples of a window").column(&data.inputs.time_s);
     for column in &data.inputs.columns {
         key = key.column(column);
@@ -143,7 +170,8 @@ fn content(data: &FilterData, truth: &[Option<Series>; STATES], warnings: &[Stri
             None => key.with("no truth"),
         };
     }
-    key.with(warnings).finish()
+    let key = key.with(warnings);
+    if excluded.is_empty() { key } else { key.with(excluded) }.finish()
 }
 
 /// Inertial samples on the clock of the first rate there is. The filter is driven by all of them; a path as measured goes without those
@@ -235,7 +263,7 @@ pub fn measured_by<T>(measurement: Measurement, by_role: impl Fn(Role) -> Option
 /// Measurements of the window at their own times, which share a column where they are the same.
 fn measurement_series(
     recording: &Recording,
-    window: TimeRange,
+    (window, excluded): (TimeRange, &[TimeRange]),
     inputs_s: &Arc<[f64]>,
     warnings: &mut Vec<String>,
 ) -> [MeasurementSeries; MEASUREMENTS] {
@@ -258,9 +286,20 @@ fn measurement_series(
                 measurement.name()
             ));
         }
+        let (time_s, values) = outside(excluded, time_s, values);
         let values = if sign == 1.0 { values } else { values.iter().map(|value| sign * value).collect() };
         MeasurementSeries { time_s: shared(time_s), values }
     })
+}
+
+/// The samples outside the stretches.
+fn outside(stretches: &[TimeRange], time_s: Arc<[f64]>, values: Arc<[f64]>) -> (Arc<[f64]>, Arc<[f64]>) {
+    if !time_s.iter().any(|time_s| is_in(stretches, *time_s)) {
+        return (time_s, values);
+    }
+    let samples = time_s.iter().zip(values.iter()).filter(|(time_s, _)| !is_in(stretches, **time_s));
+    let (time_s, values): (Vec<f64>, Vec<f64>) = samples.map(|(&time_s, &value)| (time_s, value)).unzip();
+    (time_s.into(), values.into())
 }
 
 #[cfg(test)]
@@ -276,9 +315,10 @@ mod tests {
         let none = [const { None }; STATES];
         let mut known = none.clone();
         known[3] = Some(Series { time_s: [0.0, 1.0].into(), values: [2.0, 3.0].into() });
-        let alone = content(&data, &none, &[]);
-        assert_eq!(alone, content(&data, &none, &[]));
-        assert_ne!(alone, content(&data, &known, &[]));
-        assert_ne!(alone, content(&data, &none, &["another source".to_owned()]));
+        let alone = content(&data, (&none, &[]), &[]);
+        assert_eq!(alone, content(&data, (&none, &[]), &[]));
+        assert_ne!(alone, content(&data, (&known, &[]), &[]));
+        assert_ne!(alone, content(&data, (&none, &["another source".to_owned()]), &[]));
+        assert_ne!(alone, content(&data, (&none, &[]), &[TimeRange { start_s: 1.0, end_s: 2.0 }]));
     }
 }

@@ -114,7 +114,8 @@ fn fitted_terms(input: &StudyInput<'_>, coefficient: Coefficient, fit: &Fit) -> 
 }
 
 /// Equation error in the frequency domain from twice the lowest frequency the window resolves, at the frequencies it resolves:
-/// each adds information of its own, so that the standard errors need no correction.
+/// each adds information of its own, so that the standard errors need no correction. Of a window with excluded stretches the longest
+/// part without one counts.
 fn in_frequency(
     input: &StudyInput<'_>,
     window: &StudyWindow<'_>,
@@ -125,8 +126,12 @@ fn in_frequency(
     let terms: Vec<Term> =
         fitted_terms(input, coefficient, fit).into_iter().filter(|term| !term.is_constant()).collect();
     let names: Vec<String> = terms.iter().map(|term| term.derivative_name(coefficient)).collect();
-    let x = regressors(&terms, &aero.variables)?;
-    let time_s = &aero.coefficients.time_s;
+    let rows = aero.longest_rows();
+    let x = regressors(&terms, &aero.variables)?.rows(rows.start, rows.len()).into_owned();
+    let time_s = &aero.coefficients.time_s[rows.clone()];
+    if time_s.len() < 2 {
+        return Err("excluded stretches leave too few samples".into());
+    }
     let duration_s = time_s[time_s.len() - 1] - time_s[0];
     let step_s = duration_s / (time_s.len() - 1) as f64;
     let defaults = FrequencySettings::default();
@@ -135,7 +140,7 @@ fn in_frequency(
         step_hz: 1.0 / duration_s,
         ..defaults
     };
-    let window = FrequencyWindow { step_s, x, z: aero.coefficients.get(coefficient).to_vec() };
+    let window = FrequencyWindow { step_s, x, z: aero.coefficients.get(coefficient)[rows].to_vec() };
     let found = frequency_equation_error(&names, &[window], &settings)?;
     let rows = found.names.iter().zip(&found.estimates).zip(&found.standard_errors);
     Ok(rows

@@ -156,7 +156,7 @@ pub(crate) fn fly<'a>(
     let recording = record_flight(&flight, session, aircraft, seed);
     let data = windows
         .iter()
-        .map(|window| Ok(stage::samples(&recording, window.window, Some(aircraft), &session.preparation)?.data))
+        .map(|window| Ok(stage::samples(&recording, window.samples(), Some(aircraft), &session.preparation)?.data))
         .collect::<StageResult<Vec<_>>>()?;
     let samples: Vec<_> = data.iter().map(|data| &**data).collect();
     let found = stage::estimate_delays_and_gusts(session, &samples, context.control())?;
@@ -168,7 +168,8 @@ pub(crate) fn fly<'a>(
     for ((window, data), path) in windows.iter().zip(&data).zip(paths) {
         context.checkpoint()?;
         let path = path?;
-        aero.push((window, Arc::new(stage::aero(&recording, (data, &path), aircraft, &session.preparation)?)));
+        let formed = stage::aero(&recording, (data, &path), (aircraft, &window.excluded), &session.preparation)?;
+        aero.push((window, Arc::new(formed)));
         kept.push(path);
     }
     let pooled = stage::pooled_fits(&aero, &session.structure, &session.estimation);

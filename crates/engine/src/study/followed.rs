@@ -166,7 +166,7 @@ struct Compared<'a> {
 }
 
 impl Compared<'_> {
-    /// Recorded outputs of the axis, a column each; specific forces where the accelerometers are.
+    /// Recorded outputs of the axis, a column each, not a number in excluded stretches; specific forces where the accelerometers are.
     fn measurements(&self) -> Vec<Vec<f64>> {
         let (data, motion) = (&self.aero.data, &self.flight.motion);
         let column = |output: &FlightOutput| -> &[f64] {
@@ -184,18 +184,27 @@ impl Compared<'_> {
                 FlightOutput::SpecificForceZ => &data.specific_force_m_s2[2],
             }
         };
-        self.axis.outputs().iter().map(|output| column(output).to_vec()).collect()
+        let compared = |output: &FlightOutput| match self.aero.left() {
+            None => column(output).to_vec(),
+            Some(left) => {
+                let mut values = vec![f64::NAN; data.time_s.len()];
+                left.iter().for_each(|&sample| values[sample] = column(output)[sample]);
+                values
+            }
+        };
+        self.axis.outputs().iter().map(compared).collect()
     }
 
     /// What the estimated derivatives leave of the coefficients along the path, every sample as it is, without its mean, which is
-    /// a constant's.
+    /// a constant's; nothing in excluded stretches.
     fn unexplained(
         &self,
         model: &Derivatives,
         freedom: &FlightFreedom,
         found: &FlightOutputFit,
     ) -> StageResult<Vec<Unexplained>> {
-        let settings = CoefficientSettings { matched: false, ..self.aero.settings.clone() };
+        let settings = CoefficientSettings { matched: false, excluded: Vec::new(), ..self.aero.settings.clone() };
+        let left = self.aero.left();
         let aero = WindowAero::form(self.aero.data.clone(), settings, self.aero.air_density)?;
         let mut model = model.clone();
         freedom.shared.iter().zip(&found.fit.estimates).for_each(|(&entry, &value)| model.set(entry, value));
@@ -204,8 +213,14 @@ impl Compared<'_> {
         let rest = |coefficient: Coefficient| {
             let observed = aero.coefficients.get(coefficient).iter();
             let rest: Vec<f64> = observed.zip(&modelled).map(|(z, y)| z - y[coefficient as usize]).collect();
-            let mean = rest.iter().sum::<f64>() / rest.len() as f64;
-            (coefficient, rest.into_iter().map(|value| value - mean).collect())
+            let Some(left) = &left else {
+                let mean = rest.iter().sum::<f64>() / rest.len() as f64;
+                return (coefficient, rest.into_iter().map(|value| value - mean).collect());
+            };
+            let mean = left.iter().map(|&sample| rest[sample]).sum::<f64>() / left.len() as f64;
+            let mut compared = vec![0.0; rest.len()];
+            left.iter().for_each(|&sample| compared[sample] = rest[sample] - mean);
+            (coefficient, compared)
         };
         Ok(moves.map(rest).collect())
     }

@@ -1,5 +1,6 @@
 //! Frequency responses between signals of a session's windows, or between columns of a table.
 
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -169,7 +170,10 @@ pub fn session_responses(
         let time_s = window.time_s();
         let names = request.inputs.iter().chain([&request.output]);
         match names.map(|name| window.signal(name, time_s)).collect::<Result<Vec<_>, _>>() {
-            Ok(columns) => even_records(window.name, time_s, &columns, &mut records, &mut left_out),
+            Ok(columns) => {
+                let (time_s, columns) = window.outside_excluded(time_s, columns);
+                even_records(window.name, &time_s, &columns, &mut records, &mut left_out);
+            }
             Err(error) => left_out.push(format!("{}: {error}", window.name)),
         }
     }
@@ -179,6 +183,13 @@ pub fn session_responses(
 impl ResponseWindow<'_> {
     fn time_s(&self) -> &[f64] {
         self.aero.map_or(&self.path.data.inputs.time_s, |aero| &aero.data.time_s)
+    }
+
+    /// Times and columns without excluded stretches, which part the window into records.
+    fn outside_excluded<'t>(&self, time_s: &'t [f64], columns: Vec<Vec<f64>>) -> (Cow<'t, [f64]>, Vec<Vec<f64>>) {
+        let Some(left) = self.aero.and_then(WindowAero::left) else { return (Cow::Borrowed(time_s), columns) };
+        let pick = |column: &[f64]| left.iter().map(|&sample| column[sample]).collect::<Vec<f64>>();
+        (Cow::Owned(pick(time_s)), columns.iter().map(|column| pick(column)).collect())
     }
 
     /// Values of a state or role at `time_s`, SI.

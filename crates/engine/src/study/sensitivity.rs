@@ -114,7 +114,7 @@ fn recompute<'a>(
     let mut changed = Vec::new();
     for (window, aircraft) in input.windows.iter().zip(&aircraft) {
         let recording = &window.flight.recording;
-        let samples = stage::samples(recording, window.manoeuvre.window, Some(aircraft), settings.preparation)?;
+        let samples = stage::samples(recording, window.manoeuvre.samples(), Some(aircraft), settings.preparation)?;
         if samples.data != window.path.data {
             changed.push((window.manoeuvre.name.as_str(), samples.data));
         }
@@ -130,6 +130,7 @@ fn recompute<'a>(
             None => (&*window.path.data, &window.path.reconstruction),
             Some(index) => (&*changed[index].1, reconstructions[index].as_ref().map_err(|error| named(error, window))?),
         };
+        let aircraft = (aircraft, &*window.manoeuvre.excluded);
         Ok((window.manoeuvre, stage::aero(&window.flight.recording, path, aircraft, settings.preparation)?.into()))
     };
     input.windows.iter().zip(&aircraft).map(|each| context.checkpoint().and_then(|()| form(each))).collect()

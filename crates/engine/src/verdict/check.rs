@@ -146,7 +146,7 @@ fn of_samples(session: &Session, others: &[&Manoeuvre], snapshot: &Snapshot) -> 
         vec![Finding::new(Level::Good, "window", "windows", text).with_cure("`doublet run` computes all")];
     for window in others {
         let Some(loaded) = snapshot.flights.get(&window.flight).and_then(|slot| slot.ready()) else { continue };
-        let samples = stage::samples(&loaded.recording, window.window, None, &session.preparation);
+        let samples = stage::samples(&loaded.recording, window.samples(), None, &session.preparation);
         let place = || format!("window '{}'", window.name);
         findings.extend(samples.err().map(|text| Finding::new(Level::Bad, "run", place(), text.to_string())));
     }

@@ -271,7 +271,7 @@ impl Shifted {
             if time_s.len() < 2 {
                 return None;
             }
-            spans_s += time_s[time_s.len() - 1] - time_s[0];
+            spans_s += aero.covered_s();
             samples += time_s.len() - 1;
             let column: DMatrix<f64> = regressors(std::slice::from_ref(control), &aero.variables).ok()?;
             let mut of_others: DMatrix<f64> = regressors(others, &aero.variables).ok()?;

@@ -111,7 +111,7 @@ pub fn fly_and_judge(
     }
     let mut snapshot = Snapshot { aircraft: Slot::Ready(loaded), ..Snapshot::default() };
     let samples = |window: &Manoeuvre| {
-        stage::samples(&recording, window.window, Some(&aircraft), &session.preparation).map_err(named)
+        stage::samples(&recording, window.samples(), Some(&aircraft), &session.preparation).map_err(named)
     };
     let samples: Vec<Samples> = session.windows.iter().map(samples).collect::<Result<_, _>>()?;
     let data: Vec<_> = samples.iter().map(|samples| &*samples.data).collect();
@@ -125,7 +125,7 @@ pub fn fly_and_judge(
         let results = snapshot.windows.entry(window.name.clone()).or_default();
         let aero = path.and_then(|path| {
             let found = (&*samples.data, &path.reconstruction);
-            let aero = stage::aero(&recording, found, &aircraft, &session.preparation);
+            let aero = stage::aero(&recording, found, (&aircraft, &window.excluded), &session.preparation);
             results.path = path.into();
             Ok(Keyed::from(aero?))
         });

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use doublet_core::series::{Band, Decimated, Pyramid, Series, decimate, decimate_band};
+use doublet_core::series::{Band, Decimated, Pyramid, Series, TimeRange, decimate, decimate_band};
 use serde::{Deserialize, Serialize};
 
 use super::super::table::rounded;
@@ -90,6 +90,9 @@ impl Colour {
         Self([0x5a, 0x4f, 0xcf]),
         Self([0x56, 0x60, 0x6b]),
     ];
+
+    /// Of what is left out.
+    pub const EXCLUDED: Self = Self([0x70, 0x70, 0x70]);
 
     /// The colour at a place of the palette, which begins again behind its end.
     pub fn of(index: usize) -> Self {
@@ -201,6 +204,22 @@ pub fn line(label: &'static str, colour: usize, series: &Series, scale: f64) -> 
 }
 
 impl Figure {
+    /// The figure with excluded stretches of time behind what its plots show.
+    #[must_use]
+    pub fn with_excluded(mut self, stretches: &[TimeRange]) -> Self {
+        let excluded = |TimeRange { start_s, end_s }: &TimeRange| Mark::Span {
+            label: "excluded".into(),
+            colour: Colour::EXCLUDED,
+            ends: [*start_s, *end_s],
+        };
+        for panel in &mut self.panels {
+            if let Panel::Plot(plot) = panel {
+                plot.marks.splice(..0, stretches.iter().map(excluded));
+            }
+        }
+        self
+    }
+
     /// The figure with no more samples than can be told apart on paper, each to as many digits.
     #[must_use]
     pub fn thinned(&self) -> Self {

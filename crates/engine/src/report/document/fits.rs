@@ -1,6 +1,6 @@
 //! Sections on fits, residuals and predictions.
 
-use doublet_core::series::Series;
+use doublet_core::series::{Series, TimeRange};
 
 use super::figure::line;
 use super::{Axis, Block, Contents, Figure, Mark, Panel, Plot, table_or};
@@ -33,7 +33,7 @@ pub fn fits(contents: &Contents<'_>) -> Vec<Block> {
             Some((fit.coefficient.name(), observed, vec![("fit", series.fitted())], &series.residual))
         });
         let caption = format!("{}: observed coefficients, fits of this window alone, residuals.", described(window));
-        blocks.extend(pairs(format!("fits {}", window.name), caption, rows));
+        blocks.extend(pairs(format!("fits {}", window.name), (caption, &window.excluded), rows));
     }
     blocks
 }
@@ -78,7 +78,7 @@ pub fn validation(contents: &Contents<'_>) -> Vec<Block> {
              the own one.",
             described(window)
         );
-        blocks.extend(pairs(format!("validation {}", window.name), caption, rows));
+        blocks.extend(pairs(format!("validation {}", window.name), (caption, &window.excluded), rows));
     }
     blocks
 }
@@ -92,10 +92,10 @@ fn described(window: &Manoeuvre) -> String {
     }
 }
 
-/// Observation and model on the left, residual on the right, one row per coefficient.
+/// Observation and model on the left, residual on the right, one row per coefficient, over the stretches left out.
 fn pairs<'a>(
     name: String,
-    caption: String,
+    (caption, excluded): (String, &[TimeRange]),
     rows: impl Iterator<Item = (&'static str, &'a Series, Vec<(&'static str, &'a Series)>, &'a Series)>,
 ) -> Option<Block> {
     let panels: Vec<Panel> = rows
@@ -113,5 +113,6 @@ fn pairs<'a>(
             ]
         })
         .collect();
-    (!panels.is_empty()).then_some(Block::Figure(Figure { name, caption, columns: 2, panel_height_mm: 22.0, panels }))
+    let figure = Figure { name, caption, columns: 2, panel_height_mm: 22.0, panels };
+    (!figure.panels.is_empty()).then(|| Block::Figure(figure.with_excluded(excluded)))
 }

@@ -156,13 +156,14 @@ pub fn innovations(contents: &Contents<'_>) -> Vec<Block> {
         };
         let panels: Vec<Panel> = Measurement::ALL.into_iter().filter_map(|m| innovation(m, path)).collect();
         if !panels.is_empty() {
-            blocks.push(Block::Figure(Figure {
+            let figure = Figure {
                 name: format!("innovations {}", window.name),
                 caption: format!("Innovations of window {} in their predicted ±2σ band.", window.name),
                 columns: 4,
                 panel_height_mm: 14.0,
                 panels,
-            }));
+            };
+            blocks.push(Block::Figure(figure.with_excluded(&window.excluded)));
         }
     }
     blocks

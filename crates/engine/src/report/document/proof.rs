@@ -40,7 +40,12 @@ pub fn proof_of_match(contents: &Contents<'_>) -> Vec<Block> {
     blocks.extend((!bands.rows.is_empty()).then_some(Block::Table(bands)));
     blocks.push(Block::Table(proof::theil(found)));
     let replays = contents.snapshot.proof.ready().into_iter().flat_map(|proof| &proof.windows);
-    blocks.extend(replays.filter_map(|(window, replay)| figure(window, replay.as_ref().ok()?)));
+    let excluded = |window: &str| contents.session.window(window).map_or(&[][..], |window| &window.excluded);
+    blocks.extend(
+        replays
+            .filter_map(|(window, replay)| Some(figure(window, replay.as_ref().ok()?)?.with_excluded(excluded(window))))
+            .map(Block::Figure),
+    );
     blocks
 }
 
@@ -69,17 +74,17 @@ fn used(test: &TestRow) -> f64 {
 }
 
 /// Measured with its band, simulated on top: the signals that have a band, or all where none has.
-fn figure(window: &str, replay: &WindowReplay) -> Option<Block> {
+fn figure(window: &str, replay: &WindowReplay) -> Option<Figure> {
     let any = replay.series.iter().any(|series| series.half_band.is_some());
     let panels: Vec<Panel> =
         replay.series.iter().filter(|series| series.half_band.is_some() || !any).map(panel).collect();
-    (!panels.is_empty()).then_some(Block::Figure(Figure {
+    (!panels.is_empty()).then_some(Figure {
         name: format!("match {window}"),
         caption: format!("Window {window}: as measured with the widest tolerance band, and as the model flies it."),
         columns: 2,
         panel_height_mm: 22.0,
         panels,
-    }))
+    })
 }
 
 fn panel(series: &ReplaySeries) -> Panel {

@@ -1,6 +1,7 @@
 //! Sections on what was analysed and with what.
 
 use doublet_core::quantity::{Dimension, Role};
+use doublet_core::series::TimeRange;
 
 use super::cover;
 use super::figure::line;
@@ -115,8 +116,18 @@ pub fn channels(contents: &Contents<'_>) -> Vec<Block> {
 
 /// The windows on each flight.
 pub fn windows(contents: &Contents<'_>) -> Vec<Block> {
-    let table = tables::windows(contents.results)
-        .select(&["window", "flight", "start_s", "end_s", "role", "surface", "kind", "samples", "note"]);
+    let table = tables::windows(contents.results).select(&[
+        "window",
+        "flight",
+        "start_s",
+        "end_s",
+        "role",
+        "surface",
+        "kind",
+        "samples",
+        "excluded_s",
+        "note",
+    ]);
     let mut blocks = vec![table_or(table, "No window is in use.")];
     for flight in &contents.session.flights {
         let Some(loaded) = contents.snapshot.flights.get(&flight.name).and_then(|slot| slot.ready()) else { continue };
@@ -147,13 +158,16 @@ pub fn windows(contents: &Contents<'_>) -> Vec<Block> {
         };
         let panels: Vec<Panel> = [Role::Altitude, Role::TrueAirspeed].into_iter().filter_map(panel).collect();
         if !panels.is_empty() {
-            blocks.push(Block::Figure(Figure {
+            let figure = Figure {
                 name: format!("flight {}", flight.name),
                 caption: format!("Flight {} with its windows.", flight.name),
                 columns: 1,
                 panel_height_mm: 32.0,
                 panels,
-            }));
+            };
+            let of_flight = contents.session.active_windows().filter(|window| window.flight == flight.name);
+            let excluded: Vec<TimeRange> = of_flight.flat_map(|window| window.excluded.iter().copied()).collect();
+            blocks.push(Block::Figure(figure.with_excluded(&excluded)));
         }
     }
     blocks

@@ -184,12 +184,12 @@ fn window_histories<'a>(histories: &mut Vec<History<'a>>, group: &str, results: 
             columns.push(HistoryColumn::new(path, variable_unit(variable), variable.description(), column));
         }
     }
-    columns.push(HistoryColumn::new(
-        "aero/air_density".into(),
-        "kg/m^3",
-        "air density",
-        &aero.data.density_kg_m3[aero.variables.rows()],
-    ));
+    columns.push(HistoryColumn {
+        path: "aero/air_density".into(),
+        unit: "kg/m^3".to_owned(),
+        description: "air density".to_owned(),
+        values: aero.variables.at_rows(&aero.data.density_kg_m3),
+    });
     for fit in results.fits.ready().iter().flat_map(|fits| &fits.fits) {
         if let Some(series) = &fit.series {
             let path = format!("fits/{}", fit.coefficient.name());

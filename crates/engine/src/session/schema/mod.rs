@@ -31,6 +31,7 @@ use self::noise::{NoiseTable, SteadyTable, steady_from, steady_table};
 use self::preparation::{PreparationTable, preparation_from, preparation_table};
 use self::sensor_errors::{SensorErrorTable, sensor_error_table, sensor_errors_from};
 use super::edit::set_term;
+use super::excluded::apart;
 use super::{
     Annotation, DelaySource, Estimation, GravitySource, GustSource, Manoeuvre, PooledConstants, PredictionParameters,
     Preparation, ReportFigure, Session, Surface, WindowFlags, WindowRole,
@@ -165,6 +166,15 @@ struct WindowTable {
     locked: bool,
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     confirmed: bool,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    exclude: Vec<StretchTable>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StretchTable {
+    start_s: f64,
+    end_s: f64,
 }
 
 #[derive(Default, Serialize, Deserialize)]
@@ -374,7 +384,16 @@ fn window_from(table: WindowTable) -> Result<Manoeuvre, SessionError> {
         kind: table.kind,
         note: table.note,
         flags: WindowFlags { locked: table.locked, confirmed: table.confirmed },
+        excluded: apart(table.exclude.into_iter().map(stretch).collect()),
     })
+}
+
+fn stretch(StretchTable { start_s, end_s }: StretchTable) -> TimeRange {
+    TimeRange { start_s, end_s }
+}
+
+fn stretch_table(&TimeRange { start_s, end_s }: &TimeRange) -> StretchTable {
+    StretchTable { start_s, end_s }
 }
 
 /// The surface a window moves, or the two it moves, as in `aileron and rudder`.
@@ -509,6 +528,7 @@ fn window_table(window: &Manoeuvre) -> WindowTable {
         note: window.note.clone(),
         locked: window.flags.locked,
         confirmed: window.flags.confirmed,
+        exclude: window.excluded.iter().map(stretch_table).collect(),
     }
 }
 

@@ -1,5 +1,7 @@
 //! Modes measured in the recording: the free response at the end of each window, fitted without any model of the aircraft.
 
+use std::ops::Range;
+
 use doublet_core::statistics::median_step;
 use doublet_dynamics::modes::{MeasuredMode, Mode, fit_free_response};
 
@@ -33,15 +35,15 @@ pub fn measured_modes(windows: &[StudyWindow<'_>], model: &[Mode]) -> Vec<Measur
 fn measured(window: &StudyWindow<'_>, model: &[Mode]) -> Option<MeasuredWindow> {
     let aero = &*window.aero;
     let data = &aero.data;
-    let first = rest_from(aero);
-    let time = &data.time_s[first..];
+    let rows = free_rows(aero);
+    let time = &data.time_s[rows.clone()];
     let (start_s, end_s) = (*time.first()?, *time.last()?);
     if end_s - start_s < SHORTEST_S {
         return None;
     }
     let step_s = median_step(time)?;
-    let [p, q, r] = data.rates_rad_s.each_ref().map(|column| &column[first..]);
-    let (alpha, beta) = (&data.alpha_rad[first..], &data.beta_rad[first..]);
+    let [p, q, r] = data.rates_rad_s.each_ref().map(|column| &column[rows.clone()]);
+    let (alpha, beta) = (&data.alpha_rad[rows.clone()], &data.beta_rad[rows]);
     let symmetric = window.manoeuvre.surface? == Surface::Elevator;
     let found =
         if symmetric { fit_free_response(&[q, alpha], step_s, 2) } else { fit_free_response(&[p, r, beta], step_s, 3) };
@@ -55,6 +57,20 @@ fn measured(window: &StudyWindow<'_>, model: &[Mode]) -> Option<MeasuredWindow> 
     };
     let modes = found.map(|found| found.modes.into_iter().map(named).collect()).map_err(|error| error.to_string());
     Some(MeasuredWindow { window: window.manoeuvre.name.clone(), span_s: [start_s, end_s], modes })
+}
+
+/// Samples of the free response: behind the last motion of the controls, up to an excluded stretch, or behind it where more is left.
+fn free_rows(aero: &WindowAero) -> Range<usize> {
+    let (time_s, mut rows) = (&aero.data.time_s, rest_from(aero)..aero.data.time_s.len());
+    for stretch in &aero.settings.excluded {
+        let excluded = stretch.indices(&time_s[rows.clone()]);
+        let before = rows.start..rows.start + excluded.start;
+        let after = rows.start + excluded.end..rows.end;
+        if !excluded.is_empty() {
+            rows = if before.len() > after.len() { before } else { after };
+        }
+    }
+    rows
 }
 
 /// First sample from which all controls stay where they end.

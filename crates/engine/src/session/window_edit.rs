@@ -1,0 +1,189 @@
+//! Edits of the manoeuvre windows.
+
+use doublet_core::series::TimeRange;
+
+use super::edit::check_interval;
+use super::excluded::apart;
+use super::{EditError, Manoeuvre, Session, Surface, WindowFlag, WindowRole};
+
+/// A change of the manoeuvre windows.
+#[derive(Clone, Debug, PartialEq)]
+pub enum WindowEdit {
+    /// Adds a window.
+    Add(Manoeuvre),
+    /// Adds several windows in one step.
+    AddAll(Vec<Manoeuvre>),
+    /// Removes the window of this name.
+    Remove(String),
+    /// Renames a window.
+    Rename {
+        /// Present name.
+        from: String,
+        /// New name.
+        to: String,
+    },
+    /// Moves or resizes a window.
+    Place {
+        /// Name of the window.
+        name: String,
+        /// New interval.
+        window: TimeRange,
+    },
+    /// Changes the use of a window.
+    Role {
+        /// Name of the window.
+        name: String,
+        /// New use.
+        role: WindowRole,
+    },
+    /// States the surface a window's manoeuvre moves.
+    Surface {
+        /// Name of the window.
+        name: String,
+        /// Surface, or `None` for several or unknown.
+        surface: Option<Surface>,
+    },
+    /// Says something about a window.
+    Note {
+        /// Name of the window.
+        name: String,
+        /// New note; empty for none.
+        note: String,
+    },
+    /// Divides a window: it ends at one instant, a second one like it starts at another and stands behind it.
+    Split {
+        /// Name of the window.
+        name: String,
+        /// New end, s.
+        end_s: f64,
+        /// Start of the second window, s.
+        start_s: f64,
+        /// Name of the second window.
+        second: String,
+    },
+    /// Leaves these stretches of a window out, and no others.
+    Exclude {
+        /// Name of the window.
+        name: String,
+        /// Stretches.
+        excluded: Vec<TimeRange>,
+    },
+    /// Sets a flag of a window, or takes it back.
+    Flag {
+        /// Name of the window.
+        name: String,
+        /// Flag.
+        flag: WindowFlag,
+        /// Whether it is set.
+        on: bool,
+    },
+}
+
+impl WindowEdit {
+    pub(super) fn label(&self) -> String {
+        match self {
+            Self::Add(window) => format!("add window {}", window.name),
+            Self::AddAll(windows) => format!("add {} windows", windows.len()),
+            Self::Remove(name) => format!("remove window {name}"),
+            Self::Rename { from, to } => format!("rename window {from} to {to}"),
+            Self::Place { name, .. } => format!("move window {name}"),
+            Self::Role { name, role: WindowRole::Ignored } => format!("ignore window {name}"),
+            Self::Role { name, role } => format!("use window {name} for {}", role.name()),
+            Self::Surface { name, surface } => {
+                format!("set surface of window {name} to {}", surface.map_or("any", Surface::name))
+            }
+            Self::Note { name, .. } => format!("change note on window {name}"),
+            Self::Split { name, .. } => format!("split {name}"),
+            Self::Exclude { name, .. } => format!("change excluded stretches of {name}"),
+            Self::Flag { name, flag, on } => format!("{} window {name}", flag.verb(*on)),
+        }
+    }
+
+    pub(super) fn apply(&self, session: &mut Session) -> Result<(), EditError> {
+        match self {
+            Self::Add(window) => add(session, window)?,
+            Self::AddAll(windows) => windows.iter().try_for_each(|window| add(session, window))?,
+            Self::Remove(name) => {
+                find(session, name)?;
+                session.windows.retain(|window| window.name != *name);
+            }
+            Self::Rename { from, to } => {
+                if from != to && session.window(to).is_some() {
+                    return Err(EditError::WindowExists(to.clone()));
+                }
+                if from != to {
+                    usable("window", to)?;
+                }
+                find(session, from)?.name.clone_from(to);
+            }
+            Self::Place { name, window } => {
+                check_interval(*window)?;
+                find(session, name)?.window = *window;
+            }
+            Self::Role { name, role } => find(session, name)?.role = *role,
+            Self::Surface { name, surface } => {
+                let window = find(session, name)?;
+                (window.surface, window.also) = (*surface, None);
+            }
+            Self::Note { name, note } => find(session, name)?.note.clone_from(note),
+            Self::Split { name, end_s, start_s, second } => split(session, name, (*end_s, *start_s), second)?,
+            Self::Exclude { name, excluded } => {
+                let stretches = |stretch: &TimeRange| check_interval(*stretch).map_err(|_| empty_stretch(*stretch));
+                excluded.iter().try_for_each(stretches)?;
+                find(session, name)?.excluded = apart(excluded.clone());
+            }
+            Self::Flag { name, flag, on } => *flag.among(&mut find(session, name)?.flags) = *on,
+        }
+        Ok(())
+    }
+}
+
+/// Refuses a name that is empty or too long.
+fn usable(kind: &str, name: &str) -> Result<(), EditError> {
+    if name.trim().is_empty() {
+        return Err(EditError::Name(format!("the name of a {kind} cannot be empty: give it one")));
+    }
+    super::check::name_fits(kind, name).map_err(EditError::Name)
+}
+
+fn add(session: &mut Session, window: &Manoeuvre) -> Result<(), EditError> {
+    if session.window(&window.name).is_some() {
+        return Err(EditError::WindowExists(window.name.clone()));
+    }
+    usable("window", &window.name)?;
+    if session.flight(&window.flight).is_none() {
+        return Err(EditError::NoFlight(window.flight.clone()));
+    }
+    check_interval(window.window)?;
+    session.windows.push(window.clone());
+    Ok(())
+}
+
+/// Divides the window called `name` before `start_s`.
+fn split(session: &mut Session, name: &str, (end_s, start_s): (f64, f64), second: &str) -> Result<(), EditError> {
+    if session.window(second).is_some() {
+        return Err(EditError::WindowExists(second.to_owned()));
+    }
+    usable("window", second)?;
+    let first = find(session, name)?;
+    let parts = [TimeRange { end_s, ..first.window }, TimeRange { start_s, ..first.window }];
+    parts.into_iter().try_for_each(check_interval)?;
+    let mut behind = Manoeuvre { name: second.to_owned(), window: parts[1], ..first.clone() };
+    first.window = parts[0];
+    for window in [first, &mut behind] {
+        let inside =
+            |stretch: &TimeRange| stretch.start_s < window.window.end_s && stretch.end_s > window.window.start_s;
+        window.excluded = window.excluded.iter().filter(|stretch| inside(stretch)).copied().collect();
+    }
+    let at = session.windows.iter().position(|window| window.name == name).unwrap_or(session.windows.len() - 1);
+    session.windows.insert(at + 1, behind);
+    Ok(())
+}
+
+fn find<'a>(session: &'a mut Session, name: &str) -> Result<&'a mut Manoeuvre, EditError> {
+    session.windows.iter_mut().find(|window| window.name == name).ok_or_else(|| EditError::NoWindow(name.to_owned()))
+}
+
+fn empty_stretch(TimeRange { start_s, end_s }: TimeRange) -> EditError {
+    EditError::EmptyStretch { start_s, end_s }
+}

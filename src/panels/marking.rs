@@ -1,0 +1,279 @@
+//! Manoeuvres marked in any plot against time: what a drag marks, the menu under the pointer, excluded stretches and candidates.
+
+use doublet_core::quantity::Role as ChannelRole;
+use doublet_engine::report::document::Figure;
+use doublet_engine::session::{Edit, Manoeuvre, Session, Surface, WindowEdit, WindowRole};
+use eframe::egui::{self, Align2, Color32, CornerRadius, FontId, Rect, Shape, Stroke, Ui, pos2, vec2};
+
+use super::{Pane, PanelContext, View};
+use crate::command::dispatch::new_window;
+use crate::command::{CommandInfo, EditCommand, MarkCommand, UiCommand, ViewCommand};
+use crate::theme;
+use crate::widgets::span_editor::snapped;
+use crate::widgets::time_plot::{MarkKind, Marked, StackResponse, x_at};
+use crate::widgets::time_view::TimeRange;
+
+/// Distance between the lines of a hatch, points.
+const HATCH: f32 = 7.0;
+/// Shortest stretch a drag marks, s.
+const SHORTEST_S: f64 = 1e-3;
+/// Most candidates drawn at once.
+const MOST_CANDIDATES: usize = 200;
+
+/// The manoeuvres of the flight that a view shows; in that of the chosen one, that alone.
+fn shown<'a>(ctx: &PanelContext<'a>, view: View) -> impl Iterator<Item = &'a Manoeuvre> {
+    let selection = ctx.selection();
+    ctx.session.windows.iter().filter(move |window| match view {
+        View::Flight => selection.flight.as_ref() == Some(&window.flight),
+        View::Window => selection.window.as_ref() == Some(&window.name),
+    })
+}
+
+/// The manoeuvre at a time: the chosen one where it lies there.
+pub fn at<'a>(ctx: &PanelContext<'a>, view: View, time_s: f64) -> Option<&'a Manoeuvre> {
+    let here = |window: &&Manoeuvre| window.window.contains(time_s);
+    let chosen =
+        ctx.window().filter(|window| view == View::Window || Some(&window.flight) == ctx.selection().flight.as_ref());
+    chosen.filter(here).or_else(|| shown(ctx, view).find(here))
+}
+
+/// Draws over a stack what is left out, the candidates and the drag that marks; carries that out where it ends.
+pub fn show(ctx: &mut PanelContext<'_>, ui: &Ui, view: View, response: &StackResponse) {
+    let clip = response.visible.map_or(ui.clip_rect(), |visible| visible.intersect(ui.clip_rect()));
+    let seen = |frame: &Rect| Rect::from_x_y_ranges(frame.x_range(), frame.intersect(clip).y_range());
+    let frames: Vec<Rect> = response.frames.iter().map(seen).filter(Rect::is_positive).collect();
+    let Some(first) = frames.first().copied() else { return };
+    let range = ctx.view(view).range();
+    let over = |stretch: TimeRange, frame: &Rect| {
+        let x = [stretch.start_s, stretch.end_s].map(|time_s| x_at(*frame, range, time_s));
+        Rect::from_x_y_ranges(x[0]..=x[1], frame.y_range()).intersect(*frame)
+    };
+    for stretch in shown(ctx, view).flat_map(|window| &window.excluded) {
+        for frame in &frames {
+            hatch(ui, over(*stretch, frame));
+        }
+    }
+    if view == View::Flight {
+        candidates(ctx, ui, (&frames, range));
+    }
+    let Some(marked) = response.marked else { return };
+    let (text, color) = meaning(ctx, ui, view, marked);
+    for frame in &frames {
+        let rect = over(marked.stretch, frame);
+        ui.painter().rect_filled(rect, 0.0, color.gamma_multiply(0.18));
+        for x in [rect.left(), rect.right()] {
+            ui.painter().vline(x, rect.y_range(), Stroke::new(1.0, color));
+        }
+    }
+    words(ui, first, over(marked.stretch, &first).left(), 40.0, &text);
+    if marked.is_done && marked.stretch.length_s() > SHORTEST_S {
+        carry_out(ctx, view, marked);
+    }
+}
+
+/// What is left out, paled and hatched.
+fn hatch(ui: &Ui, rect: Rect) {
+    if !rect.is_positive() {
+        return;
+    }
+    let ground = theme::palette(ui).plot_background;
+    let painter = ui.painter().with_clip_rect(rect);
+    painter.rect_filled(rect, 0.0, ground.gamma_multiply(0.55));
+    let stroke = Stroke::new(1.0, ui.visuals().weak_text_color().gamma_multiply(0.45));
+    // On the same lines in every stretch, so that a drag does not move them.
+    let from = ((rect.left() - rect.height()) / HATCH).floor() as i32;
+    let to = (rect.right() / HATCH).ceil() as i32;
+    painter.extend((from..=to).map(|line| {
+        let x = line as f32 * HATCH;
+        Shape::line_segment([pos2(x, rect.bottom()), pos2(x + rect.height(), rect.top())], stroke)
+    }));
+    for x in [rect.left(), rect.right()] {
+        painter.vline(x, rect.y_range(), stroke);
+    }
+}
+
+/// The candidates on screen as ghosts; the one that the keys accept or refuse says so.
+fn candidates(ctx: &PanelContext<'_>, ui: &Ui, (frames, range): (&[Rect], TimeRange)) {
+    let open: Vec<&Manoeuvre> = open_candidates(ctx, range).take(MOST_CANDIDATES).collect();
+    let asked = ctx.state.candidate_of(open.iter().copied());
+    let (accent, weak) = (theme::palette(ui).accent, ui.visuals().weak_text_color());
+    for candidate in &open {
+        let is_asked = asked.is_some_and(|asked| std::ptr::eq(asked, *candidate));
+        let color = if is_asked { accent } else { weak };
+        for frame in frames {
+            let painter = ui.painter().with_clip_rect(*frame);
+            let TimeRange { start_s, end_s } = candidate.window;
+            let [left, right] = [start_s, end_s].map(|time_s| x_at(*frame, range, time_s));
+            let rect = Rect::from_x_y_ranges(left..=right, frame.y_range());
+            painter.rect_filled(rect, 0.0, color.gamma_multiply(if is_asked { 0.08 } else { 0.04 }));
+            for x in [left, right] {
+                let ends = [pos2(x, frame.top()), pos2(x, frame.bottom())];
+                painter.extend(Shape::dashed_line(&ends, Stroke::new(1.0, color.gamma_multiply(0.8)), 4.0, 4.0));
+            }
+        }
+        if is_asked && let Some(frame) = frames.first() {
+            let left = x_at(*frame, range, candidate.window.start_s).max(frame.left());
+            words(ui, *frame, left, 22.0, &format!("{}?  Y accept, N refuse", candidate.name));
+        }
+    }
+}
+
+/// The candidates of the flight on screen that overlap `range`, neither in the session nor refused, in the order of time.
+fn open_candidates<'a>(ctx: &PanelContext<'a>, range: TimeRange) -> impl Iterator<Item = &'a Manoeuvre> {
+    let found = ctx.selection().flight.as_deref().and_then(|flight| ctx.snapshot.proposals.get(flight));
+    let found = found.and_then(|slot| slot.latest()).map_or(&[][..], |found| &found.windows);
+    let session = ctx.session;
+    let on_screen = move |window: TimeRange| window.start_s < range.end_s && window.end_s > range.start_s;
+    let state = &*ctx.state;
+    let open: Vec<&'a Manoeuvre> = found
+        .iter()
+        .filter(|one| on_screen(one.manoeuvre.window) && !state.is_refused(&one.manoeuvre))
+        .filter(|one| one.covering_window(session).is_none())
+        .map(|one| &one.manoeuvre)
+        .collect();
+    open.into_iter()
+}
+
+/// Words on a ground beside the line at `x`, on the side that has room.
+fn words(ui: &Ui, frame: Rect, x: f32, below: f32, text: &str) {
+    let ink = ui.visuals().strong_text_color();
+    let galley = ui.painter().layout_no_wrap(text.to_owned(), FontId::proportional(11.0), ink);
+    let size = galley.size() + vec2(8.0, 4.0);
+    let left = (x + 2.0).min(frame.right() - size.x).max(frame.left());
+    let ground = Rect::from_min_size(pos2(left, frame.top() + below), size);
+    ui.painter().rect_filled(ground, CornerRadius::same(3), ui.visuals().extreme_bg_color);
+    ui.painter().text(ground.center(), Align2::CENTER_CENTER, text, FontId::proportional(11.0), ink);
+}
+
+/// What a drag does, in words, and its colour.
+fn meaning(ctx: &PanelContext<'_>, ui: &Ui, view: View, marked: Marked) -> (String, Color32) {
+    let palette = theme::palette(ui);
+    let length = format!("{:.2} s", marked.stretch.length_s());
+    let of = at(ctx, view, marked.from_s).map(|window| window.name.as_str());
+    match (marked.kind, of) {
+        (MarkKind::Manoeuvre, _) => (format!("New manoeuvre, {length}"), palette.identification),
+        (MarkKind::Excluded, Some(name)) => (format!("Exclude {length} of {name}"), palette.cursor),
+        (MarkKind::Included, Some(name)) => (format!("Include {length} of {name} again"), palette.cursor),
+        (_, None) => ("No manoeuvre here".to_owned(), palette.ignored),
+    }
+}
+
+/// Does what a drag that ended marks.
+fn carry_out(ctx: &mut PanelContext<'_>, view: View, marked: Marked) {
+    if marked.kind == MarkKind::Manoeuvre {
+        let Some(flight) = ctx.selection().flight.clone() else { return };
+        let loaded = ctx.snapshot.flights.get(&flight).and_then(|slot| slot.latest());
+        let rate = loaded.and_then(|loaded| loaded.recording.role(ChannelRole::RollRate));
+        let samples_s = rate.map_or(&[][..], |channel| &channel.series.time_s);
+        let TimeRange { start_s, end_s } = marked.stretch;
+        let window =
+            new_window(ctx.session, flight, TimeRange::new(snapped(samples_s, start_s), snapped(samples_s, end_s)));
+        ctx.state.selection.window = Some(window.name.clone());
+        return ctx.edit(Edit::Window(WindowEdit::Add(window)));
+    }
+    let Some(window) = at(ctx, view, marked.from_s) else { return };
+    // Whole milliseconds are read easily in the session file.
+    let stretch = TimeRange::new(to_ms(marked.stretch.start_s), to_ms(marked.stretch.end_s));
+    let excluded = match marked.kind {
+        MarkKind::Excluded => window.excluded_with(stretch),
+        _ => Some(window.excluded_without(stretch)),
+    };
+    if let Some(excluded) = excluded.filter(|excluded| *excluded != window.excluded) {
+        ctx.choose(&window.name);
+        ctx.edit(Edit::Window(WindowEdit::Exclude { name: window.name.clone(), excluded }));
+    }
+}
+
+fn to_ms(time_s: f64) -> f64 {
+    (1000.0 * time_s).round() / 1000.0
+}
+
+/// Marks what is left out in a figure of a view.
+pub fn add(ctx: &PanelContext<'_>, view: View, figure: Figure) -> Figure {
+    let excluded: Vec<TimeRange> = shown(ctx, view).flat_map(|window| window.excluded.iter().copied()).collect();
+    figure.with_excluded(&excluded)
+}
+
+/// What a menu on manoeuvres is opened on.
+#[derive(Clone, Copy)]
+pub struct Spot<'a> {
+    /// The session.
+    pub session: &'a Session,
+    /// The table of commands.
+    pub table: &'a [CommandInfo],
+    /// Its manoeuvre.
+    pub window: Option<&'a Manoeuvre>,
+    /// Its time, where it has one, s.
+    pub time_s: Option<f64>,
+    /// Markers of the view.
+    pub markers_s: [Option<f64>; 2],
+}
+
+/// The entries on manoeuvres of a menu; the command that was chosen.
+pub fn menu(ui: &mut Ui, spot: &Spot<'_>) -> Option<UiCommand> {
+    let mut chosen = None;
+    let mut entry = |ui: &mut Ui, command: UiCommand, is_on: bool| {
+        let Some(row) = spot.table.iter().find(|row| row.command == command) else { return };
+        let button = egui::Button::new(&row.name).shortcut_text(row.keys(ui.ctx()));
+        if ui.add_enabled(is_on, button).clicked() {
+            chosen = Some(command);
+            ui.close();
+        }
+    };
+    let (edit, mark) = (UiCommand::Edit, UiCommand::Mark);
+    let between = match spot.markers_s {
+        [Some(a), Some(b)] if a != b => Some(TimeRange::new(a, b)),
+        _ => None,
+    };
+    if let Some(window) = spot.window {
+        ui.weak(&window.name);
+        if let Some(time_s) = spot.time_s {
+            let free = !window.flags.locked;
+            let inside = window.window.start_s < time_s && time_s < window.window.end_s;
+            entry(ui, mark(MarkCommand::StartHere), free && time_s < window.window.end_s);
+            entry(ui, mark(MarkCommand::EndHere), free && time_s > window.window.start_s);
+            entry(ui, mark(MarkCommand::Split), free && inside);
+        }
+        let excludes = between.is_some_and(|between| window.excluded_with(between).is_some());
+        entry(ui, mark(MarkCommand::Exclude), excludes);
+        entry(ui, mark(MarkCommand::Include), !window.excluded.is_empty());
+        ui.menu_button("Use", |ui| {
+            for role in WindowRole::ALL {
+                entry(ui, edit(EditCommand::UseWindows(role)), true);
+            }
+        });
+        ui.menu_button("Surface", |ui| {
+            for surface in [None].into_iter().chain(Surface::ALL.map(Some)) {
+                entry(ui, mark(MarkCommand::Surface(surface)), true);
+            }
+        });
+        entry(ui, edit(EditCommand::RenameWindow), true);
+        entry(ui, mark(MarkCommand::Note), true);
+        entry(ui, mark(MarkCommand::Lock), true);
+        entry(ui, edit(EditCommand::RemoveWindow), true);
+        entry(ui, UiCommand::View(ViewCommand::ZoomToWindow), true);
+        ui.menu_button("Open in", |ui| {
+            entry(ui, UiCommand::View(ViewCommand::OpenWindow), true);
+            for pane in
+                [Pane::Manoeuvres, Pane::Reconstruction, Pane::Innovations, Pane::Fits, Pane::Derivatives, Pane::Replay]
+            {
+                entry(ui, UiCommand::View(ViewCommand::Show(pane)), true);
+            }
+        });
+        ui.separator();
+    }
+    entry(ui, edit(EditCommand::AddWindow), between.is_some());
+    entry(ui, mark(MarkCommand::NewShown), true);
+    chosen
+}
+
+impl PanelContext<'_> {
+    /// Carries out what was chosen in a menu: of all selected manoeuvres where its own is one of them, of its own else.
+    pub fn follow_menu(&mut self, spot: &Spot<'_>, command: UiCommand) {
+        if let Some(window) = spot.window.filter(|window| !self.selection().is_selected(&window.name)) {
+            self.choose(&window.name);
+        }
+        self.state.at_s = spot.time_s;
+        self.commands.push(command);
+    }
+}

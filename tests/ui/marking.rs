@@ -1,0 +1,198 @@
+//! Manoeuvres marked in the plots by drags, keys and menus, and candidates taken one by one.
+
+use doublet::command::{EditCommand, MarkCommand, UiCommand};
+use doublet::panels::Pane;
+use doublet_core::series::TimeRange;
+use doublet_engine::session::Manoeuvre;
+use egui::{Key, Modifiers, Pos2, vec2};
+use egui_kittest::kittest::Queryable;
+
+use crate::manoeuvres::bench;
+use crate::recording::STEP_S;
+use crate::workbench::Bench;
+use crate::{drag, hold, picture, secondary_click};
+
+const ALT_SHIFT: Modifiers = Modifiers::ALT.plus(Modifiers::SHIFT);
+const CTRL: Modifiers = Modifiers { ctrl: true, command: true, ..Modifiers::NONE };
+
+impl Bench<'_> {
+    /// A place in the first plot of the flight.
+    fn in_plot(&self, time_s: f64) -> Pos2 {
+        self.at_s(time_s) + vec2(0.0, 70.0)
+    }
+
+    fn held(&mut self, modifiers: Modifiers, act: impl FnOnce(&mut Self)) {
+        self.harness.event(egui::Event::ModifiersChanged(modifiers));
+        act(self);
+        self.harness.event(egui::Event::ModifiersChanged(Modifiers::NONE));
+        self.settle();
+    }
+
+    fn mark(&mut self, modifiers: Modifiers, from_s: f64, to_s: f64) {
+        let (from, to) = (self.in_plot(from_s), self.in_plot(to_s));
+        self.held(modifiers, |bench| drag(&mut bench.harness, from, to, 6));
+    }
+
+    /// Presses a key with the pointer at a time.
+    fn press_at(&mut self, time_s: f64, key: Key) {
+        self.harness.hover_at(self.in_plot(time_s));
+        self.harness.run_steps(2);
+        self.harness.key_press(key);
+        self.settle();
+    }
+
+    fn window(&self, at: usize) -> Manoeuvre {
+        self.session().windows[at].clone()
+    }
+
+    fn undo(&mut self) {
+        self.request(UiCommand::Edit(EditCommand::Undo));
+    }
+}
+
+/// Whether two times are a few points of the screen apart at most.
+fn is_near(time_s: f64, expected_s: f64) -> bool {
+    (time_s - expected_s).abs() < 3.0 * STEP_S
+}
+
+fn covers(stretch: TimeRange, start_s: f64, end_s: f64) -> bool {
+    is_near(stretch.start_s, start_s) && is_near(stretch.end_s, end_s)
+}
+
+#[test]
+fn ctrl_drag_in_a_plot_makes_a_manoeuvre_of_what_it_covers_and_escape_gives_it_up() {
+    let mut bench = bench();
+    let range = bench.harness.state().state.time.range();
+    bench.mark(CTRL, 36.0, 42.0);
+    assert_eq!(bench.session().windows.len(), 2);
+    assert!(covers(bench.window(1).window, 36.0, 42.0), "{:?}", bench.window(1).window);
+    assert_eq!(bench.harness.state().state.selection.window.as_deref(), Some(bench.window(1).name.as_str()));
+    assert_eq!(bench.harness.state().state.time.range(), range, "nothing is panned");
+    bench.undo();
+    assert_eq!(bench.session().windows.len(), 1);
+    let (from, to) = (bench.in_plot(36.0), bench.in_plot(42.0));
+    bench.held(CTRL, |bench| {
+        hold(&mut bench.harness, from, to, 6);
+        bench.harness.key_press(Key::Escape);
+        bench.harness.run_steps(2);
+        bench.harness.drop_at(to);
+    });
+    assert_eq!(bench.session().windows.len(), 1, "Escape gives it up");
+}
+
+#[test]
+fn alt_drag_leaves_a_stretch_out_of_filter_and_fits_and_alt_shift_takes_it_in_again() {
+    let mut bench = bench();
+    let samples = |bench: &Bench<'_>| {
+        let results = &bench.snapshot().windows["first"];
+        let aero = results.aero.ready().expect("there are coefficients");
+        let path = &results.path.ready().expect("there is a path").reconstruction;
+        let updates = path.update_time_s.iter().zip(&path.nis).filter(|(_, nis)| nis.is_finite());
+        let inside = |time_s: f64| (12.1..15.9).contains(&time_s);
+        (
+            aero.coefficients.time_s.iter().filter(|time_s| inside(**time_s)).count(),
+            updates.filter(|(time_s, _)| inside(**time_s)).count(),
+        )
+    };
+    let (rows, updates) = samples(&bench);
+    assert!(rows > 10 && updates > 10);
+    let from = bench.in_plot(12.0);
+    let to = bench.in_plot(16.0);
+    bench.held(Modifiers::ALT, |bench| {
+        hold(&mut bench.harness, from, to, 6);
+        picture(&mut bench.harness, "excluding");
+        bench.harness.drop_at(to);
+        bench.harness.run_steps(2);
+    });
+    let [stretch] = bench.window(0).excluded[..] else { panic!("{:?}", bench.window(0).excluded) };
+    assert!(covers(stretch, 12.0, 16.0), "{stretch:?}");
+    assert_eq!(samples(&bench), (0, 0));
+    picture(&mut bench.harness, "excluded");
+    bench.mark(ALT_SHIFT, 14.0, 18.0);
+    let [stretch] = bench.window(0).excluded[..] else { panic!("{:?}", bench.window(0).excluded) };
+    assert!(covers(stretch, 12.0, 14.0), "{stretch:?}");
+    bench.request(UiCommand::Mark(MarkCommand::Include));
+    assert!(bench.window(0).excluded.is_empty());
+    assert_eq!(samples(&bench), (rows, updates));
+    (0..3).for_each(|_| bench.undo());
+    assert!(bench.window(0).excluded.is_empty());
+    assert_eq!(bench.harness.state().document.history.undo_label(), None, "each was one step");
+    bench.mark(Modifiers::ALT, 38.0, 40.0);
+    assert!(bench.window(0).excluded.is_empty(), "outside of every manoeuvre nothing is excluded");
+}
+
+#[test]
+fn keys_set_the_edges_split_and_exclude_between_the_markers() {
+    let mut bench = bench();
+    bench.press_at(8.0, Key::OpenBracket);
+    bench.press_at(22.0, Key::CloseBracket);
+    assert!(covers(bench.first(), 8.0, 22.0), "{:?}", bench.first());
+    bench.press_at(12.0, Key::A);
+    bench.press_at(13.0, Key::B);
+    bench.press_at(20.0, Key::E);
+    let [stretch] = bench.window(0).excluded[..] else { panic!("{:?}", bench.window(0).excluded) };
+    assert!(covers(stretch, 12.0, 13.0), "{stretch:?}");
+    bench.press_at(15.0, Key::S);
+    assert_eq!(bench.session().windows.len(), 2);
+    assert!(covers(bench.window(0).window, 8.0, 15.0) && covers(bench.window(1).window, 15.0, 22.0));
+    assert_eq!((bench.window(0).excluded.len(), bench.window(1).excluded.len()), (1, 0));
+    bench.undo();
+    bench.press_at(12.5, Key::R);
+    assert!(bench.window(0).excluded.is_empty());
+    // What cannot be says why and changes nothing.
+    let before = bench.first();
+    bench.press_at(30.0, Key::S);
+    assert_eq!((bench.session().windows.len(), bench.first()), (1, before));
+    assert!(bench.harness.state().message.as_ref().expect("it is said").text.contains("split"));
+}
+
+#[test]
+fn candidates_are_accepted_and_refused_one_by_one() {
+    let mut bench = bench();
+    let found = bench.snapshot().proposals["flight"].ready().expect("the flight was looked through").windows.clone();
+    let open: Vec<_> = found.iter().filter(|one| one.covering_window(bench.session()).is_none()).collect();
+    let expected = open.first().expect("the doublet is found").manoeuvre.window;
+    let count = open.len();
+    picture(&mut bench.harness, "candidates");
+    bench.request(UiCommand::Mark(MarkCommand::Accept));
+    assert_eq!(bench.session().windows.len(), 2);
+    assert_eq!(bench.window(1).window, expected);
+    bench.undo();
+    (0..count).for_each(|_| bench.request(UiCommand::Mark(MarkCommand::Refuse)));
+    bench.request(UiCommand::Mark(MarkCommand::Accept));
+    assert_eq!(bench.session().windows.len(), 1, "all were refused");
+    assert!(bench.harness.state().message.as_ref().expect("it is said").text.contains("No candidate"));
+    bench.request(UiCommand::Mark(MarkCommand::ShowRefused));
+    bench.request(UiCommand::Mark(MarkCommand::Accept));
+    assert_eq!(bench.session().windows.len(), 2, "offered again");
+}
+
+#[test]
+fn menus_of_plot_strip_and_row_have_the_commands_of_the_manoeuvre_under_the_pointer() {
+    let mut bench = bench();
+    bench.show(Pane::Manoeuvres);
+    let at = bench.in_plot(15.0);
+    secondary_click(&mut bench.harness, at);
+    picture(&mut bench.harness, "marking_menu");
+    bench.harness.get_by_label_contains("Split manoeuvre here").click();
+    bench.settle();
+    assert_eq!(bench.session().windows.len(), 2);
+    assert!(is_near(bench.first().end_s, 15.0), "{:?}", bench.first());
+    bench.undo();
+    let row = bench.harness.get_by_label("name of first").rect().center();
+    secondary_click(&mut bench.harness, row);
+    bench.harness.get_by_label_contains("Note on manoeuvre").click();
+    bench.settle();
+    let entry = bench.harness.get_by_label("note");
+    entry.focus();
+    entry.type_text("smooth air");
+    bench.harness.run_steps(2);
+    bench.harness.get_by_label("Keep").click();
+    bench.settle();
+    assert_eq!(bench.window(0).note, "smooth air");
+    let block = bench.harness.get_by_label_contains("timeline first:").rect().center();
+    secondary_click(&mut bench.harness, block);
+    bench.harness.get_by_label_contains("Remove manoeuvre").click();
+    bench.settle();
+    assert!(bench.session().windows.is_empty());
+}
