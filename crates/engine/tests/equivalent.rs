@@ -1,0 +1,166 @@
+//! Equivalent systems of records whose system is known: intervals of right forms, and the verdict on wrong ones.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "helpers of tests are not marked as tests; figures are shown"
+)]
+
+use std::f64::consts::TAU;
+use std::fmt::Write;
+
+use doublet_dynamics::frequency::{Delay, Form};
+use doublet_engine::study::{EquivalentStudy, ResponseRequest, equivalent_study, table_responses};
+use doublet_engine::verdict::Level;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+const SEEDS: u64 = 200;
+/// Interval of the records, s, and steps of the simulation in it.
+const STEP_S: f64 = 0.02;
+const PARTS: usize = 10;
+/// Frequencies of the sweep, Hz.
+const SWEEP_HZ: [f64; 2] = [0.03, 2.0];
+/// Noise over the deviation of the output, and its correlation from sample to sample.
+const NOISE: f64 = 0.03;
+const CORRELATION: f64 = 0.8;
+
+/// A system: polynomials in descending powers, the denominator monic.
+struct System {
+    numerator: Vec<f64>,
+    denominator: Vec<f64>,
+    delay_s: f64,
+    /// Parameters of the form that is fitted, where it is the right one.
+    truth: Vec<(&'static str, f64)>,
+    form: Form,
+}
+
+fn times(a: &[f64], b: &[f64]) -> Vec<f64> {
+    let mut product = vec![0.0; a.len() + b.len() - 1];
+    for (i, x) in a.iter().enumerate() {
+        b.iter().enumerate().for_each(|(j, y)| product[i + j] += x * y);
+    }
+    product
+}
+
+fn system(seed: u64, random: &mut ChaCha8Rng) -> System {
+    let delay_s = random.random_range(0.02..0.15);
+    let pair = |omega: f64, zeta: f64| vec![1.0, 2.0 * zeta * omega, omega * omega];
+    if seed.is_multiple_of(2) {
+        let (omega, zeta) = (random.random_range(1.5..4.0), random.random_range(0.35..0.9));
+        let (gain, lead) = (-random.random_range(2.0..8.0), random.random_range(0.6..1.5));
+        let truth = vec![("K", gain), ("inv_Ttheta2", lead), ("zeta", zeta), ("omega", omega), ("tau", delay_s)];
+        let numerator = vec![gain, gain * lead];
+        return System { numerator, denominator: pair(omega, zeta), delay_s, truth, form: Form::ShortPeriod };
+    }
+    let (gain, rate) = (random.random_range(2.0..10.0), random.random_range(1.0..5.0));
+    if seed % 4 == 1 {
+        let truth = vec![("K", gain), ("inv_TR", rate), ("tau", delay_s)];
+        return System { numerator: vec![gain], denominator: vec![1.0, rate], delay_s, truth, form: Form::Roll };
+    }
+    // The Dutch roll shows in the roll rate: a single pole is the wrong form.
+    let (omega, zeta) = (random.random_range(1.5..3.0), random.random_range(0.08..0.25));
+    let beside = if random.random_bool(0.5) { random.random_range(0.6..0.85) } else { random.random_range(1.2..1.5) };
+    System {
+        numerator: times(&[gain], &pair(omega * beside, zeta)),
+        denominator: times(&[1.0, rate], &pair(omega, zeta)),
+        delay_s,
+        truth: Vec::new(),
+        form: Form::Roll,
+    }
+}
+
+/// A sine sweep whose frequency rises exponentially over `length_s`.
+fn sweep(t: f64, length_s: f64) -> f64 {
+    let rise = (SWEEP_HZ[1] / SWEEP_HZ[0]).ln();
+    if t < 0.0 { 0.0 } else { (TAU * SWEEP_HZ[0] * length_s / rise * ((rise * t / length_s).exp() - 1.0)).sin() }
+}
+
+/// Output of a system at rest at first, by the classical Runge-Kutta method in controllable form.
+fn output(system: &System, length_s: f64, samples: usize) -> Vec<f64> {
+    let order = system.denominator.len() - 1;
+    let slope = |t: f64, x: &[f64]| -> Vec<f64> {
+        let mut slope: Vec<f64> = x[1..].to_vec();
+        let back: f64 = (0..order).map(|k| system.denominator[order - k] * x[k]).sum();
+        slope.push(sweep(t - system.delay_s, length_s) - back);
+        slope
+    };
+    let step_s = STEP_S / PARTS as f64;
+    let moved =
+        |x: &[f64], slope: &[f64], by: f64| -> Vec<f64> { x.iter().zip(slope).map(|(x, s)| x + by * s).collect() };
+    let mut x = vec![0.0; order];
+    let mut y = Vec::with_capacity(samples);
+    for sample in 0..samples {
+        let last = system.numerator.len() - 1;
+        y.push(system.numerator.iter().enumerate().map(|(k, b)| b * x[last - k]).sum());
+        for part in 0..PARTS {
+            let t = STEP_S * sample as f64 + step_s * part as f64;
+            let first = slope(t, &x);
+            let second = slope(t + 0.5 * step_s, &moved(&x, &first, 0.5 * step_s));
+            let third = slope(t + 0.5 * step_s, &moved(&x, &second, 0.5 * step_s));
+            let fourth = slope(t + step_s, &moved(&x, &third, step_s));
+            for (k, x) in x.iter_mut().enumerate() {
+                *x += step_s / 6.0 * (first[k] + 2.0 * second[k] + 2.0 * third[k] + fourth[k]);
+            }
+        }
+    }
+    y
+}
+
+/// Adds noise of a first-order autoregression.
+fn disturb(y: &mut [f64], random: &mut ChaCha8Rng) {
+    let deviation = (y.iter().map(|y| y * y).sum::<f64>() / y.len() as f64).sqrt();
+    let fresh = NOISE * deviation * (1.0 - CORRELATION * CORRELATION).sqrt();
+    let mut noise = 0.0;
+    for y in y {
+        // Twelve uniform numbers have the variance of one normal number.
+        let normal: f64 = (0..12).map(|_| random.random_range(-0.5..0.5)).sum();
+        noise = CORRELATION * noise + fresh * normal;
+        *y += noise;
+    }
+}
+
+fn identify(seed: u64) -> (System, EquivalentStudy) {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let system = system(seed, &mut random);
+    let length_s = random.random_range(60.0..120.0);
+    let samples = (length_s / STEP_S) as usize;
+    let mut y = output(&system, length_s, samples);
+    disturb(&mut y, &mut random);
+    let mut text = "time,d,y\n".to_owned();
+    for (sample, y) in y.iter().enumerate() {
+        let t = STEP_S * sample as f64;
+        writeln!(text, "{t:.2},{:.9},{y:.9}", sweep(t, length_s)).unwrap();
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("records.csv");
+    std::fs::write(&path, text).unwrap();
+    let request =
+        ResponseRequest { inputs: vec!["d".to_owned()], output: "y".to_owned(), ..ResponseRequest::default() };
+    let study = table_responses(&path, None, &request, true).unwrap();
+    let found = equivalent_study(&study, 0, (system.form, Delay::Free), None).unwrap();
+    (system, found)
+}
+
+#[test]
+fn intervals_under_good_hold_the_truth_and_wrong_forms_are_not_good() {
+    let all: Vec<(System, EquivalentStudy)> = (0..SEEDS).into_par_iter().map(identify).collect();
+    let (right, wrong): (Vec<_>, Vec<_>) = all.into_iter().partition(|(system, _)| !system.truth.is_empty());
+    let good: Vec<_> = right.iter().filter(|(_, found)| found.verdict.level == Level::Good).collect();
+    assert!(good.len() * 10 >= right.len() * 9, "{} of {} right forms are good", good.len(), right.len());
+    let (mut intervals, mut held) = (0, 0);
+    for (system, found) in good {
+        for (name, truth) in &system.truth {
+            let parameter = found.fit.parameter(name).unwrap();
+            intervals += 1;
+            held += usize::from((parameter.low..=parameter.high).contains(truth));
+        }
+    }
+    let part = f64::from(held as u32) / f64::from(intervals as u32);
+    println!("{held} of {intervals} intervals hold the truth");
+    assert!((0.93..=0.97).contains(&part), "{held} of {intervals}");
+    let caught = wrong.iter().filter(|(_, found)| found.verdict.level > Level::Good).count();
+    println!("{caught} of {} wrong forms are not good", wrong.len());
+    assert!(caught * 20 >= wrong.len() * 19, "{caught} of {}", wrong.len());
+}
