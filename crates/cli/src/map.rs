@@ -175,6 +175,7 @@ pub fn explain_row(role: Role, row: &ManualChannel, probes: &[Probe]) -> String 
         let (least, greatest, first) = (number(values.least), number(values.greatest), number(values.first));
         format!(": {least} to {greatest} {}, first {first}", values.unit.symbol)
     });
+    let evidence = row.evidence.as_ref().map_or_else(String::new, |evidence| format!(" ({evidence})"));
     let by = row.by.words();
-    format!("{}: '{}' of {} {by}, unit {why}{values}", role.name(), row.from.channel, row.from.source)
+    format!("{}: '{}' of {} {by}{evidence}, unit {why}{values}", role.name(), row.from.channel, row.from.source)
 }

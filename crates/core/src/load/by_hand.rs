@@ -44,6 +44,8 @@ pub struct ManualChannel {
     pub is_unit_known: bool,
     /// Nothing says its sign.
     pub asks_sign: bool,
+    /// The relation to other channels that it was found by.
+    pub evidence: Option<String>,
 }
 
 /// How the channel of a role was found.
@@ -79,7 +81,8 @@ impl ManualChannel {
     /// A channel as it is, in `unit`.
     pub fn new(from: ChannelName, unit: Option<Unit>) -> Self {
         let (by, is_unit_known, asks_sign) = (By::Hand, false, false);
-        Self { from, unit, turned: false, scale: 1.0, offset: 0.0, by, is_unit_known, asks_sign }
+        let evidence = None;
+        Self { from, unit, turned: false, scale: 1.0, offset: 0.0, by, is_unit_known, asks_sign, evidence }
     }
 
     /// Whether its channel states no unit, neither beside its name nor at the end of it, or says no more than that it has none.

@@ -12,7 +12,7 @@ use super::recorders::{self, Claims};
 use super::stated_unit::{name_and_unit, stem_and_unit};
 use super::tokens::{end_on, forbidden, tokens};
 use super::words::{join_words, plain_letters};
-use super::{Probe, guess_frames, kinds, motion, motion_units, ranges, slopes, vectors};
+use super::{Probe, by_physics, guess_frames, kinds, motion, motion_units, ranges, slopes, vectors};
 use crate::quantity::{Dimension, Role, Unit};
 
 /// Mean specific force along z that is taken for g, as magnitude; larger ones for m/s².
@@ -30,6 +30,13 @@ pub fn guess(probes: &[Probe]) -> ManualChannelMap {
     let candidates = free_candidates(probes, &claims, &mut map);
     (map.rows, map.attitude, map.velocity) = (claims.rows, claims.attitude, claims.velocity);
     (map.recorders, map.kind) = (claims.names, claims.kind);
+    if map.recorders.is_empty()
+        && by_physics::names_say_nothing(&candidates)
+        && by_physics::add_roles(&mut map, &candidates, probes)
+    {
+        add_position(&mut map);
+        return map;
+    }
     let mut taken: Vec<usize> = Vec::new();
     add_names(&mut map, &candidates, &mut taken);
     settle_airspeed(&mut map, probes, &candidates, &taken);

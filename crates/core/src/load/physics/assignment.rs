@@ -1,0 +1,180 @@
+//! A whole assignment: what follows from a hypothesis of attitude and rates, relation by relation.
+
+use super::fit::line;
+use super::kinematics::{Motion, TURNED, Taken, find_copies, log_likelihood};
+use super::windows::{Column, Windows};
+use super::{Found, air, air_data, earth, surfaces};
+use crate::quantity::Role;
+
+/// Least share of the likelihood that one channel must have of all that fit a role.
+const LEAST_SHARE: f64 = 0.9;
+
+/// Squared correlation of two records of one quantity, and by how much the likelihood of one must then exceed the other's.
+const ALIKE_R2: f64 = 0.9;
+const ALIKE_COUNT: f64 = 40.0;
+const ALIKE_LEAD: f64 = 8.0;
+
+/// Roles found so far, with the quantities that relations need, in SI and for every window.
+#[derive(Clone)]
+pub struct Assignment<'w> {
+    pub windows: &'w Windows,
+    pub found: Vec<Found>,
+    /// Logarithm of the likelihood of all relations.
+    pub score: f64,
+    pub phi: Vec<f64>,
+    pub theta: Vec<f64>,
+    pub psi: Option<Vec<f64>>,
+    pub p: Vec<f64>,
+    pub q: Vec<f64>,
+    pub r: Vec<f64>,
+    pub speed: Option<Taken>,
+    pub airspeed: Option<Vec<f64>>,
+    /// Its change, m/s^2.
+    pub acceleration: Option<Vec<f64>>,
+    /// Angle of attack and its change.
+    pub alpha: Option<[Vec<f64>; 2]>,
+    pub beta: Option<[Vec<f64>; 2]>,
+    /// Height and its change.
+    pub height: Option<[Vec<f64>; 2]>,
+    used: Vec<usize>,
+}
+
+impl<'w> Assignment<'w> {
+    pub fn column(&self, index: usize) -> &'w Column {
+        &self.windows.columns[index]
+    }
+
+    /// One number for every window.
+    pub fn each(&self, value: impl Fn(usize) -> f64) -> Vec<f64> {
+        (0..self.windows.count).map(value).collect()
+    }
+
+    /// A channel in SI.
+    pub fn mean_of(&self, taken: Taken) -> Vec<f64> {
+        self.column(taken.column).mean.iter().map(|value| taken.factor * value).collect()
+    }
+
+    /// Its change per second.
+    pub fn slope_of(&self, taken: Taken) -> Vec<f64> {
+        self.column(taken.column).slope.iter().map(|value| taken.factor * value).collect()
+    }
+
+    /// Channels that vary and have no role yet.
+    pub fn free(&self) -> Vec<usize> {
+        (0..self.windows.columns.len()).filter(|i| self.column(*i).varies() && !self.used.contains(i)).collect()
+    }
+
+    /// The channel that fits best, with its share of the likelihood of all.
+    pub fn choose(&self, fits: impl Fn(&Self, usize) -> Option<Taken>) -> Option<(Taken, f64)> {
+        let all: Vec<Taken> = self.free().into_iter().filter_map(|i| fits(self, i)).collect();
+        let best = *all.iter().max_by(|a, b| a.r2.total_cmp(&b.r2))?;
+        let of = |taken: &Taken| log_likelihood(taken.r2, self.windows.independent);
+        // Another place or filter of the same quantity must fit clearly worse.
+        let is_alike = |other: &&Taken| {
+            other.column != best.column
+                && line(&self.column(other.column).mean, &self.column(best.column).mean)
+                    .is_some_and(|(_, r2)| r2 > ALIKE_R2)
+        };
+        let close = all
+            .iter()
+            .filter(is_alike)
+            .any(|other| log_likelihood(best.r2, ALIKE_COUNT) - log_likelihood(other.r2, ALIKE_COUNT) < ALIKE_LEAD);
+        if close {
+            return None;
+        }
+        let sum: f64 = all.iter().map(|taken| (of(taken) - of(&best)).exp()).sum();
+        Some((best, 1.0 / sum))
+    }
+
+    /// Gives a role a channel.
+    pub fn take(&mut self, role: Role, taken: Taken, share: f64, relation: &str) {
+        self.used.push(taken.column);
+        self.score +=
+            log_likelihood(taken.r2, self.windows.independent) - if taken.factor < 0.0 { TURNED } else { 0.0 };
+        self.found.push(Found {
+            role,
+            column: taken.column,
+            unit: (!taken.unit.is_empty()).then_some(taken.unit),
+            turned: taken.factor < 0.0,
+            offset: 0.0,
+            confidence: share,
+            evidence: format!("{relation}, R2 {:.3}", taken.r2),
+        });
+    }
+
+    /// Adds what other windows show of roles and channels that are still free.
+    pub fn merge(&mut self, other: &Self) {
+        let heights = [Role::Altitude, Role::PositionDown];
+        for found in &other.found {
+            let has_height = heights.contains(&found.role) && self.found.iter().any(|one| heights.contains(&one.role));
+            if !has_height && self.found.iter().all(|one| one.role != found.role && one.column != found.column) {
+                self.found.push(found.clone());
+            }
+        }
+    }
+
+    /// The same of the channel that fits best, where none fits as well.
+    pub fn take_best(
+        &mut self,
+        role: Role,
+        relation: &str,
+        fits: impl Fn(&Self, usize) -> Option<Taken>,
+    ) -> Option<Taken> {
+        let (taken, share) = self.choose(fits).filter(|(_, share)| *share > LEAST_SHARE)?;
+        self.take(role, taken, share, relation);
+        Some(taken)
+    }
+}
+
+/// What follows from a hypothesis of attitude and rates.
+pub fn complete(windows: &Windows, motion: Motion, speed: Option<Taken>) -> Assignment<'_> {
+    let copies = find_copies(windows);
+    let nothing = Vec::new;
+    let mut whole = Assignment {
+        windows,
+        found: Vec::new(),
+        score: motion.score,
+        phi: nothing(),
+        theta: nothing(),
+        psi: None,
+        p: nothing(),
+        q: nothing(),
+        r: nothing(),
+        speed: None,
+        airspeed: None,
+        acceleration: None,
+        alpha: None,
+        beta: None,
+        height: None,
+        used: (0..copies.len()).filter(|i| copies[*i].is_some()).collect(),
+    };
+    let roles = [
+        (motion.angles, [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle], "turns as the rates do"),
+        (motion.rates, [Role::RollRate, Role::PitchRate, Role::YawRate], "the change of the attitude"),
+    ];
+    let score = whole.score;
+    for (taken, role, relation) in roles
+        .into_iter()
+        .flat_map(|(taken, roles, relation)| taken.into_iter().zip(roles).map(move |(t, r)| (t, r, relation)))
+    {
+        if let Some(taken) = taken {
+            whole.take(role, taken, 1.0, relation);
+        }
+    }
+    whole.score = score;
+    let [phi, theta, psi] = motion.angles.map(|taken| taken.map(|taken| whole.mean_of(taken)));
+    let (Some(phi), Some(theta)) = (phi, theta) else { return whole };
+    (whole.phi, whole.theta, whole.psi) = (phi, theta, psi);
+    let made = motion.body_rates(windows);
+    let [p, q, r] =
+        std::array::from_fn(|i| motion.rates[i].map_or_else(|| made[i].clone(), |taken| whole.mean_of(taken)));
+    (whole.p, whole.q, whole.r) = (p, q, r);
+    if speed.is_none() {
+        air_data::complete(&mut whole);
+    }
+    air::complete(&mut whole, speed);
+    earth::complete(&mut whole);
+    air::complete_forces(&mut whole);
+    surfaces::complete(&mut whole);
+    whole
+}

@@ -1,0 +1,74 @@
+//! Roles of channels whose names say nothing, by the relations between their values alone.
+//!
+//! Hypotheses of attitude and rates come first (Euler kinematics need nothing else), then forces, airspeed and flow angles by the equations of
+//! motion, heights and velocities over the Earth, and controls by the angular accelerations that they start.
+
+mod air;
+mod air_data;
+mod assignment;
+mod coarse;
+mod earth;
+mod fit;
+mod kinematics;
+mod surfaces;
+mod windows;
+
+use crate::quantity::Role;
+use assignment::Assignment;
+use kinematics::Motion;
+pub use windows::Series;
+use windows::{Windows, cut};
+
+/// A channel that the values of others make a role.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// The role.
+    pub role: Role,
+    /// Index of its channel.
+    pub column: usize,
+    /// Its unit, where the relations decide it.
+    pub unit: Option<&'static str>,
+    /// Its sign is turned.
+    pub turned: bool,
+    /// Added to its values as recorded.
+    pub offset: f64,
+    /// Share of the likelihood of all channels that fit the role.
+    pub confidence: f64,
+    /// The relation that it was found by.
+    pub evidence: String,
+}
+
+/// Roles of the channels of a recording; none where no attitude and rates fit each other.
+pub fn search(all: &[Series<'_>]) -> Vec<Found> {
+    let short = cut(all, 1.0);
+    if short.count == 0 {
+        return Vec::new();
+    }
+    let long = cut(all, LONG);
+    let hypotheses = kinematics::hypotheses(&short);
+    let complete = hypotheses.into_iter().map(|motion| complete(&short, &long, motion));
+    let best = complete.max_by(|a, b| a.score.total_cmp(&b.score));
+    best.map_or_else(Vec::new, |best| best.found)
+}
+
+/// Windows for what is slow and noisy, as many times as long.
+const LONG: f64 = 4.0;
+
+/// The whole assignment of a hypothesis: what only longer windows show of the airspeed is taken from those.
+fn complete<'w>(short: &'w Windows, long: &'w Windows, motion: Motion) -> Assignment<'w> {
+    let plain = assignment::complete(short, motion.clone(), None);
+    if long.count < LEAST_LONG {
+        return plain;
+    }
+    let slow = assignment::complete(long, motion.clone(), plain.speed);
+    let mut whole = if plain.speed.is_none() && slow.speed.is_some() {
+        assignment::complete(short, motion, slow.speed)
+    } else {
+        plain
+    };
+    whole.merge(&slow);
+    whole
+}
+
+/// Fewest of the longer windows.
+const LEAST_LONG: usize = 40;
