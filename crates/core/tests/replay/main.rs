@@ -347,7 +347,7 @@ fn rates_of_the_flow_angles_are_solved_for() {
     // What the unsteady terms added, against the differentiated flow angles of the motion itself.
     let columns = variables(&recorded(&flown, &response), &settings).unwrap();
     let mut compared = 0;
-    for k in columns.rows() {
+    for k in 0..columns.rows() {
         let mut values = [0.0; Variable::ALL.len()];
         for variable in columns.known() {
             values[variable as usize] = columns.get(variable).map_or(0.0, |column| column[k]);

@@ -97,8 +97,11 @@ impl<'w> Assignment<'w> {
             unit: (!taken.unit.is_empty()).then_some(taken.unit),
             turned: taken.factor < 0.0,
             offset: 0.0,
-            confidence: share,
-            evidence: format!("{relation}, R2 {:.3}", taken.r2),
+            evidence: format!(
+                "{relation}, R2 {:.3}, {:.0} % of the likelihood of all channels",
+                taken.r2,
+                100.0 * share
+            ),
         });
     }
 

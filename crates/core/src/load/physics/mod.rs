@@ -32,9 +32,7 @@ pub struct Found {
     pub turned: bool,
     /// Added to its values as recorded.
     pub offset: f64,
-    /// Share of the likelihood of all channels that fit the role.
-    pub confidence: f64,
-    /// The relation that it was found by.
+    /// The relation that it was found by, its R2, and the share of the likelihood of all channels that fit the role.
     pub evidence: String,
 }
 
