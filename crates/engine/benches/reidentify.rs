@@ -88,7 +88,8 @@ fn stages(session: &Session, snapshot: &Snapshot, cache: &Cache) -> StageResult<
     for manoeuvre in session.active_windows() {
         let results = snapshot.windows.get(&manoeuvre.name).ok_or("a window was not computed")?;
         let flight = snapshot.flights.get(&manoeuvre.flight).and_then(|slot| slot.keyed()).ok_or("no flight")?.clone();
-        let samples = context.get::<Samples>((manoeuvre.samples(), &session.preparation), (&flight, Some(&aircraft)))?;
+        let samples =
+            context.get::<Samples>((manoeuvre.samples(), &session.preparation), (&flight, Some(&aircraft)))?;
         let path = results.path.keyed().ok_or("a window has no path")?.clone();
         let aero = results.aero.keyed().ok_or("a window has no coefficients")?.clone();
         let fits = results.fits.keyed().ok_or("a window has no fits")?.clone();
