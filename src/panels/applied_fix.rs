@@ -34,19 +34,21 @@ impl AppliedFix {
         self.fixed == *session
     }
 
-    /// One line: the fix, the verdict before and, once it is computed, after.
+    /// The fix, and the verdict before and, once it is computed, after.
     pub fn show(&self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         ui.horizontal_wrapped(|ui| {
             ui.label(RichText::new(format!("Applied: {}.", self.label)).strong());
+            if ui.small_button("Undo").clicked() {
+                ctx.commands.push(UiCommand::Edit(EditCommand::Undo));
+            }
+        });
+        ui.horizontal_wrapped(|ui| {
             describe(ui, self.before);
             ui.label("→");
             let verdicts = ctx.snapshot.verdicts.ready();
             match verdicts.filter(|_| ctx.snapshot.generation > self.generation) {
                 Some(verdicts) => describe(ui, VerdictCounts::of(verdicts)),
                 None => drop(ui.weak("computing")),
-            }
-            if ui.small_button("Undo").clicked() {
-                ctx.commands.push(UiCommand::Edit(EditCommand::Undo));
             }
         });
     }
