@@ -135,7 +135,8 @@ fn select_windows<'a>(data: &[&'a FilterData]) -> Vec<&'a FilterData> {
     data.iter().step_by(every).copied().collect()
 }
 
-/// [`select_windows`] without the outliers that a filter with `settings` finds in them.
+/// Every so many windows that their samples together are about 20,000, without those of more than 60,000 and without the outliers that
+/// a filter with `settings` finds in them.
 ///
 /// # Errors
 /// [`ReconstructError::Cancelled`] where `is_stopped` says so.
