@@ -80,7 +80,13 @@ impl Fix {
         if !corrected.iter().all(|(role, _)| is_free(*role)) {
             return None;
         }
-        let parts: Vec<String> = corrected.iter().map(|(role, text)| format!("{} = {text}", role.name())).collect();
+        // What is added is in SI, which an angle does not show by itself.
+        let has_offset = matches!(cure, Cure::Scale { offset, .. } if *offset != 0.0);
+        let part = |(role, text): &(Role, String)| {
+            let unit = if has_offset { format!(" [{}]", role.dimension().si_symbol()) } else { String::new() };
+            format!("{} = {text}{unit}", role.name())
+        };
+        let parts: Vec<String> = corrected.iter().map(part).collect();
         let edit = |(role, expression): (Role, String)| {
             let (name, unit) = (format!("{} corrected", role.name()), role.dimension().si_symbol().to_owned());
             let to = Some(ExpressionSetting { name, unit, expression, role: Some(role) });

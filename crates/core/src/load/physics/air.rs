@@ -45,7 +45,7 @@ pub fn taken(column: usize, coefficient: f64, units: &[(&'static str, f64)], rat
 /// Airspeed and angle of attack, with what they need of each other.
 pub fn complete(whole: &mut Assignment<'_>, speed: Option<Taken>) {
     if let Some(speed) = speed {
-        take_speed(whole, speed, 1.0, RELATION);
+        take_speed(whole, speed, RELATION);
     }
     let before = whole.clone();
     let about = find_lift(whole);
@@ -115,17 +115,17 @@ fn find_lift(whole: &mut Assignment<'_>) -> Option<f64> {
     let (_, r2, alpha, speed) = best?;
     if let Some(alpha) = alpha.filter(|_| r2 > FLOW_R2) {
         whole.alpha = Some([whole.mean_of(alpha), whole.slope_of(alpha)]);
-        whole.take(Role::AngleOfAttack, alpha, 1.0, "the flight path turns by its change less the pitch rate");
+        whole.take(Role::AngleOfAttack, alpha, "the flight path turns by its change less the pitch rate");
     }
     Some(speed)
 }
 
 /// Gives the airspeed its channel.
-pub fn take_speed(whole: &mut Assignment<'_>, speed: Taken, share: f64, relation: &str) {
+pub fn take_speed(whole: &mut Assignment<'_>, speed: Taken, relation: &str) {
     whole.speed = Some(speed);
     whole.airspeed = Some(whole.mean_of(speed));
     whole.acceleration = Some(whole.slope_of(speed));
-    whole.take(Role::TrueAirspeed, speed, share, relation);
+    whole.take(Role::TrueAirspeed, speed, relation);
 }
 
 /// Channels that can be an airspeed.
@@ -246,8 +246,7 @@ fn find_speed(whole: &mut Assignment<'_>, about: Option<f64>) {
     let Some(&(best, _)) = tied().max_by(|a, b| level(&a.0).total_cmp(&level(&b.0))) else { return };
     let is_near = |taken: &Taken| taken.unit == best.unit && (level(taken) / level(&best)).ln().abs() < 0.4;
     if tied().all(|(taken, _)| is_near(taken)) {
-        let share = 1.0 / all.iter().map(|(_, other)| (other - score).exp()).sum::<f64>();
-        take_speed(whole, best, share, RELATION);
+        take_speed(whole, best, RELATION);
         whole.score += score;
     }
 }
@@ -262,7 +261,7 @@ fn find_alpha(whole: &mut Assignment<'_>) {
     let least = if airspeed.is_some() { FLOW_R2 } else { FLOW_R2_ALONE };
     let fits = |whole: &Assignment<'_>, i: usize| {
         let column = whole.column(i);
-        if column.largest > 60.0 || column.turn.is_some() {
+        if !can_be_flow(whole, i) {
             return None;
         }
         let found = fit(&column.slope, &[&drive, &column.mean])?;
@@ -315,10 +314,10 @@ fn find_side(whole: &mut Assignment<'_>) {
     }
     if let Some((angle, side)) = best.filter(|(angle, _)| angle.r2 > FLOW_R2) {
         if let Some(side) = side {
-            whole.take(Role::SpecificForceY, side, 1.0, "with yaw rate and bank the change of the sideslip");
+            whole.take(Role::SpecificForceY, side, "with yaw rate and bank the change of the sideslip");
         }
         whole.beta = Some([whole.mean_of(angle), whole.slope_of(angle)]);
-        whole.take(Role::Sideslip, angle, 1.0, "its change is the yaw rate, the bank and the side force");
+        whole.take(Role::Sideslip, angle, "its change is the yaw rate, the bank and the side force");
     }
 }
 

@@ -94,8 +94,8 @@ fn find_height(whole: &mut Assignment<'_>) {
     }
     if let Some((height, pressure)) = best {
         whole.height = Some([whole.mean_of(height), whole.slope_of(height)]);
-        whole.take(Role::Altitude, height, 1.0, "the height of the static pressure");
-        whole.take(Role::StaticPressure, pressure, 1.0, "the pressure of its height");
+        whole.take(Role::Altitude, height, "the height of the static pressure");
+        whole.take(Role::StaticPressure, pressure, "the pressure of its height");
     }
 }
 
@@ -130,8 +130,8 @@ fn find_mach(whole: &mut Assignment<'_>) {
         }
     }
     if let Some((speed, mach)) = best.filter(|_| !is_ambiguous) {
-        air::take_speed(whole, speed, 1.0, "the Mach number times the speed of sound");
-        whole.take(Role::Mach, mach, 1.0, "airspeed over the speed of sound");
+        air::take_speed(whole, speed, "the Mach number times the speed of sound");
+        whole.take(Role::Mach, mach, "airspeed over the speed of sound");
     }
 }
 

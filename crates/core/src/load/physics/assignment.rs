@@ -87,7 +87,7 @@ impl<'w> Assignment<'w> {
     }
 
     /// Gives a role a channel.
-    pub fn take(&mut self, role: Role, taken: Taken, share: f64, relation: &str) {
+    pub fn take(&mut self, role: Role, taken: Taken, relation: &str) {
         self.used.push(taken.column);
         self.score +=
             log_likelihood(taken.r2, self.windows.independent) - if taken.factor < 0.0 { TURNED } else { 0.0 };
@@ -97,11 +97,7 @@ impl<'w> Assignment<'w> {
             unit: (!taken.unit.is_empty()).then_some(taken.unit),
             turned: taken.factor < 0.0,
             offset: 0.0,
-            evidence: format!(
-                "{relation}, R2 {:.3}, {:.0} % of the likelihood of all channels",
-                taken.r2,
-                100.0 * share
-            ),
+            evidence: format!("{relation}, R2 {:.3}", taken.r2),
         });
     }
 
@@ -123,8 +119,8 @@ impl<'w> Assignment<'w> {
         relation: &str,
         fits: impl Fn(&Self, usize) -> Option<Taken>,
     ) -> Option<Taken> {
-        let (taken, share) = self.choose(fits).filter(|(_, share)| *share > LEAST_SHARE)?;
-        self.take(role, taken, share, relation);
+        let (taken, _) = self.choose(fits).filter(|(_, share)| *share > LEAST_SHARE)?;
+        self.take(role, taken, relation);
         Some(taken)
     }
 }
@@ -161,7 +157,7 @@ pub fn complete(windows: &Windows, motion: Motion, speed: Option<Taken>) -> Assi
         .flat_map(|(taken, roles, relation)| taken.into_iter().zip(roles).map(move |(t, r)| (t, r, relation)))
     {
         if let Some(taken) = taken {
-            whole.take(role, taken, 1.0, relation);
+            whole.take(role, taken, relation);
         }
     }
     whole.score = score;

@@ -80,10 +80,10 @@ fn find_height(whole: &mut Assignment<'_>) {
         whole.height = Some([whole.mean_of(height), whole.slope_of(height)]);
     }
     if let Some(up) = up {
-        whole.take(Role::Altitude, up, 1.0, "its change is the climb");
+        whole.take(Role::Altitude, up, "its change is the climb");
     }
     if let Some(down) = down {
-        whole.take(Role::PositionDown, Taken { factor: -down.factor, ..down }, 1.0, "its change is the descent");
+        whole.take(Role::PositionDown, Taken { factor: -down.factor, ..down }, "its change is the descent");
     }
 }
 

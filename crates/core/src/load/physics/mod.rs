@@ -32,7 +32,7 @@ pub struct Found {
     pub turned: bool,
     /// Added to its values as recorded.
     pub offset: f64,
-    /// The relation that it was found by, its R2, and the share of the likelihood of all channels that fit the role.
+    /// The relation that it was found by, and its R2.
     pub evidence: String,
 }
 

@@ -77,6 +77,6 @@ fn find(whole: &mut Assignment<'_>, role: Role, wanted: &[f64], explained: &[&[f
     if gain < LEAST_GAIN || lead < LEAST_LEAD || best.r2 < LEAST_R2 {
         return None;
     }
-    whole.take(role, best, 1.0, "starts the angular acceleration");
+    whole.take(role, best, "starts the angular acceleration");
     Some(best)
 }
