@@ -240,7 +240,7 @@ fn stamps_of_a_recorder_that_are_late_are_named_with_the_shift() {
         let is_named = match raised[..] {
             [] => source.is_empty(),
             [row] => {
-                let says = row.hypothesis.contains(source) && row.cure.contains("set the offset of source");
+                let says = row.hypothesis.contains(source) && row.cure.contains("clock offset of source");
                 !source.is_empty() && says && row.shift_s.is_some_and(|shift_s| (shift_s + by_s).abs() < 0.05)
             }
             _ => false,

@@ -122,7 +122,7 @@ fn pace_in_words(pace: &Pace, factor: f64) -> String {
 fn in_unit(pace: &Pace, factor: f64, unit: &'static str, (decisive, hold): (usize, usize)) -> CompatibilityRow {
     let cure = Cure::Clock { factor, unit: Some(unit) };
     let evidence = format!(
-        "as read there are {}, and no rate fits its integral; as {} there are {}, and {hold} of {decisive} integrals fit",
+        "as read {}, and rates do not match their integrals; as {} {}, and {hold} of {decisive} integrals match",
         pace_in_words(pace, 1.0),
         cure.hypothesis(),
         pace_in_words(pace, factor),
@@ -140,11 +140,11 @@ fn asked(pace: &Pace, possible: &[(f64, &'static str)]) -> CompatibilityRow {
             (
                 Some(cure),
                 format!(
-                    "as read there are {as_read}; as {words}, by which the rest is judged, there would be {then}: say which it is"
+                    "as read {as_read}; as {words}, used for the other checks, {then}: state the unit of the time stamps"
                 ),
             )
         }
-        None => (None, format!("as read there are {as_read}: say what unit the stamps are in")),
+        None => (None, format!("as read {as_read}: state the unit of the time stamps")),
     };
     CompatibilityRow::of_clock(Agreement::Doubtful, cure, evidence, None, 0)
 }
@@ -176,9 +176,9 @@ fn common_error(motion: &Motion, relations: &[Relation]) -> Option<Compatibility
     if apart || common.abs() < least || count < FEWEST_SLOPES {
         return None;
     }
-    let (percent, words) = (100.0 * common.abs(), if common > 0.0 { "far apart" } else { "near together" });
+    let (percent, words) = (100.0 * common.abs(), if common > 0.0 { "far apart" } else { "close together" });
     let evidence = format!(
-        "{count} rates against their integrals: slope {:.3} in turning, {:.3} in moving; the stamps are {percent:.1} % too {words}",
+        "{count} rates against their integrals: slope {:.3} in rotation, {:.3} in translation; time stamps {percent:.1} % too {words}",
         1.0 + turns,
         1.0 + moves
     );

@@ -301,7 +301,7 @@ pub(super) fn beside_vane(offset: f64, motion: &Motion) -> (bool, String) {
     let degrees = offset.to_degrees();
     let side = if wind_m_s < 0.0 { "downward" } else { "upward" };
     let text = format!(
-        "; one comparison: a vane off by {degrees:+.1} deg, a pitch angle off by {:+.1} deg or {side} wind of {:.1} m/s explains it",
+        "; one comparison: explained by a vane offset of {degrees:+.1} deg, a pitch offset of {:+.1} deg or {side} wind of {:.1} m/s",
         -degrees,
         wind_m_s.abs()
     );
@@ -311,7 +311,7 @@ pub(super) fn beside_vane(offset: f64, motion: &Motion) -> (bool, String) {
 /// What an offset of a heading looks like, in words.
 pub(super) fn magnetic(offset: f64) -> String {
     let (degrees, side) = (offset.abs().to_degrees(), if offset > 0.0 { "west" } else { "east" });
-    format!("it looks like a magnetic, not a true heading, where the variation is {degrees:.1} deg {side}")
+    format!("probably a magnetic heading, not true, if the variation is {degrees:.1} deg {side}")
 }
 
 /// A vector to the north and the east, as it is and as the heading says, with what else may be between them.

@@ -90,7 +90,7 @@ impl CompatibilityRow {
 
     /// `az: sign reversed (correlation -0.999)`: what is wrong in a few words.
     pub fn headline(&self) -> String {
-        let what = if self.hypothesis.is_empty() { "does not fit, cause not found" } else { &self.hypothesis };
+        let what = if self.hypothesis.is_empty() { "inconsistent, cause unknown" } else { &self.hypothesis };
         let figure = match (&self.cure, self.slope, self.r2) {
             (Some(Cure::Scale { factor, offset: 0.0, units: None, .. }), Some(slope), Some(r2)) if *factor < 0.0 => {
                 // A line of another channel may run the right way.
@@ -201,17 +201,17 @@ fn of_cure(mistake: &Mistake, cure: &Cure) -> Option<CompatibilityRow> {
         .collect();
     let mut evidence = sentence(relation, before);
     if relation.is_of_lines() {
-        evidence += &format!("; after the cure slope {}, R2 {:.3}", significant(after.slope), after.r2);
+        evidence += &format!("; corrected: slope {}, R2 {:.3}", significant(after.slope), after.r2);
     }
     if !others.is_empty() {
-        evidence += &format!("; it mends also {}", others.join(", "));
+        evidence += &format!("; also fixes {}", others.join(", "));
     }
     let rivals: Vec<String> = mistake.rivals.iter().map(headline_of).collect();
     if !rivals.is_empty() {
-        evidence += &format!("; as likely: {}", rivals.join(", "));
+        evidence += &format!("; equally likely: {}", rivals.join(", "));
     }
     if mistake.is_linear {
-        evidence += "; ax and ay are without gravity, too: what accelerometers feel is ax + g sin(theta), \
+        evidence += "; ax and ay lack gravity too: accelerometers measure ax + g sin(theta), \
                      ay - g cos(theta) sin(phi), az - g cos(theta) cos(phi)";
     }
     let (agreement, remark) = of_offset(cure, before, &mistake.motions[0]);
@@ -263,8 +263,7 @@ fn of_outcome(relation: &Relation, outcome: &Outcome) -> Option<CompatibilityRow
         Outcome::Absent => return None,
         Outcome::Fits(_) | Outcome::Undetermined if relation.is_of_values() => return None,
         Outcome::Undetermined => {
-            let evidence =
-                format!("{channel} against {}: not determined, nothing varies enough in flight", relation.with());
+            let evidence = format!("{channel} against {}: not determined, too little motion", relation.with());
             (Agreement::Undetermined, None, evidence)
         }
         Outcome::Fits(figures) => (Agreement::Fits, Some(figures), sentence(relation, figures)),
@@ -272,7 +271,8 @@ fn of_outcome(relation: &Relation, outcome: &Outcome) -> Option<CompatibilityRow
             (Agreement::Doubtful, Some(figures), sentence(relation, figures))
         }
         Outcome::Differs(figures) => {
-            let evidence = format!("{}: not determined, gusts and sensors hide it", sentence(relation, figures));
+            let evidence =
+                format!("{}: not determined, masked by gusts and sensor errors", sentence(relation, figures));
             (Agreement::Undetermined, Some(figures), evidence)
         }
     };

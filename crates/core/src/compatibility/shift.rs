@@ -221,7 +221,7 @@ fn row(found: &Shifted, before: &Motion, after: &Motion) -> CompatibilityRow {
     };
     let said: Vec<String> = agreeing.iter().take(4).map(say).collect();
     let evidence = format!(
-        "{} comparison{} between its channels and those of other sources fit best so: {}",
+        "{} comparison{} with other sources fit best after this shift: {}",
         agreeing.len(),
         if agreeing.len() == 1 { "" } else { "s" },
         said.join("; ")

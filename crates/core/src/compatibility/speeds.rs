@@ -62,7 +62,7 @@ pub(super) fn in_knots(rows: &[CompatibilityRow]) -> Option<CompatibilityRow> {
         r2: None,
         segments: factors.len(),
         evidence: format!(
-            "climb and normal acceleration by airspeed and attitude are {} of what they are: speeds are in knots, {:.3} m/s",
+            "climb and normal acceleration from airspeed and attitude are {} of the measured: speeds are in knots, {:.3} m/s",
             said.join(", "),
             knot.scale
         ),
@@ -128,7 +128,7 @@ pub(super) fn scaled(rows: &[CompatibilityRow], motion: &Motion) -> Option<Compa
     let others: Vec<String> = against(rows, factor).iter().map(|other| format!("{other:.3}")).collect();
     let disagreeing = match others.is_empty() {
         true => String::new(),
-        false => format!("; two comparisons disagree: other relations give {} times", others.join(", ")),
+        false => format!("; other comparisons disagree: {} times", others.join(", ")),
     };
     Some(CompatibilityRow {
         channel: role.name().to_owned(),
@@ -140,8 +140,7 @@ pub(super) fn scaled(rows: &[CompatibilityRow], motion: &Motion) -> Option<Compa
         r2: None,
         segments: factors.len(),
         evidence: format!(
-            "velocity over the ground, climb and normal acceleration, as far as they are recorded, are those of {} times this \
-             airspeed{disagreeing}",
+            "recorded ground velocity, climb and normal acceleration match {} times this airspeed{disagreeing}",
             said.join(", ")
         ),
         cure: Some(cure),

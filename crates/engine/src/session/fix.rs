@@ -50,7 +50,7 @@ impl Fix {
     /// Adds a term to the model of a coefficient, or leaves it out.
     pub fn set_term(coefficient: Coefficient, term: &Term, on: bool) -> Self {
         let name = term.derivative_name(coefficient);
-        let label = if on { format!("add the term {name}") } else { format!("leave the term {name} out") };
+        let label = if on { format!("add the term {name}") } else { format!("remove the term {name}") };
         Self::new(label, Edit::Model(ModelEdit::SetTerm { coefficient, term: term.clone(), on }))
     }
 
@@ -59,7 +59,7 @@ impl Fix {
         // Milliseconds are what a delay is known to.
         let delay_s = (1000.0 * delay_s).round() / 1000.0;
         let lag = Lag { delay_s, ..session.preparation.control_lags.of(surface) };
-        let label = format!("state a delay of {delay_s:.3} s for the {}", surface.name());
+        let label = format!("set a delay of {delay_s:.3} s for the {}", surface.name());
         Self::new(label, Edit::Estimation(EstimationEdit::ControlLag(surface, lag)))
     }
 

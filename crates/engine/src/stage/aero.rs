@@ -84,12 +84,10 @@ impl AirDensity {
     pub fn finding(self) -> Option<Finding> {
         let Self::AssumedAltitude(origin_m) = self else { return None };
         let text = format!(
-            "assumed: standard atmosphere {origin_m:.0} m above the sea and the climb of the path, since neither altitude, \
-             pressure nor density is recorded; every derivative is inversely proportional to it"
+            "Altitude, pressure and density not recorded: density is that of {origin_m:.0} m above the sea at the start."
         );
         let finding = Finding::new(Level::Caution, "assumed", "air density", text);
-        let cure =
-            "map the pressure altitude, or see that the altitude stated for the beginning of the flight is right";
+        let cure = "Map the pressure altitude, or check the stated initial altitude.";
         Some(finding.with_cure(cure).with_setting("Model", "preparation.origin_altitude_m"))
     }
 }

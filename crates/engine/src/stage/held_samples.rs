@@ -44,10 +44,9 @@ pub(crate) fn use_held_once(recording: &mut Recording, flight: &str) -> (Vec<Tre
 fn describe(flight: &str, role: Role, channel: &Channel, held: &HeldSamples, drives: bool) -> (String, Finding) {
     let (own, all) = (held.own.values.len(), held.samples);
     let (percent, rate_hz) = (100.0 * (1.0 - own as f64 / all as f64), held.rate_hz());
-    let done = if drives { "joined by straight lines" } else { "used once" };
+    let done = if drives { "interpolated linearly" } else { "used once" };
     let text = format!(
-        "{} of {all} samples repeat the one before ({percent:.0} %, each value about {:.1} samples long): the {own} own ones, {rate_hz:.3} Hz, \
-         are {done}",
+        "{} of {all} samples are repeats ({percent:.0} %, {:.1} samples per value): the other {own}, {rate_hz:.3} Hz, are {done}",
         all - own,
         held.period
     );
@@ -56,9 +55,7 @@ fn describe(flight: &str, role: Role, channel: &Channel, held: &HeldSamples, dri
     let place = format!("flight '{flight}', {} ({})", role.name(), channel.full_name());
     let finding = Finding::new(level, "held-samples", place, text.clone())
         .with_figure(rate_hz, f64::NAN)
-        .with_cure(
-            "record the sensor at its own rate, or set held_samples = \"keep\" in [flight.signals] to use every sample",
-        )
+        .with_cure("record the sensor at its own rate, or use every sample")
         .with_setting("Preprocess", "flight.signals.held_samples");
     (text, finding)
 }

@@ -23,11 +23,11 @@ impl Observability {
         let names: Vec<_> = self.hidden.iter().filter(matters).map(|state| state.name()).collect();
         let hidden = (!names.is_empty()).then(|| {
             let (rank, open, names) = (self.rank, self.open, names.join(", "));
-            format!("observability rank {rank} of {open}: not determined by what is measured: {names}")
+            format!("observability rank {rank} of {open}: {names} not observable")
         });
         let weak = self.weak.iter().map(|weak| {
             format!(
-                "the window tells little of {}: {:.0} % of its first deviation is left, and it moves with {} (correlation {:.2})",
+                "{} is weakly observable: {:.0} % of its initial standard deviation remains, correlated with {} ({:.2})",
                 weak.state.name(),
                 100.0 * weak.remaining,
                 weak.partner.name(),

@@ -236,8 +236,8 @@ fn contradiction(reconstruction: &Reconstruction) -> Option<String> {
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
     (!named.is_empty()).then(|| {
         format!(
-            "filter and smoother disagree beyond three deviations of their difference in {}{more}: look at process noise, random \
-             walks, initial deviations, and sensors the model does not describe",
+            "filter and smoother differ by over three standard deviations in {}{more}: check process noise, random walks and \
+             unmodelled sensor errors",
             named.join(", ")
         )
     })

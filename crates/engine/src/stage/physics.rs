@@ -86,7 +86,7 @@ impl FlightPhysics {
             |row: &PhysicsRow| Fix::channel(session.flight(flight)?, row.change.as_ref()?, self.has_down_of_altitude);
         let finding = |row: &PhysicsRow| {
             let place = format!("flight '{flight}', {}", row.channel);
-            let text = format!("{}: {}", row.headline, row.evidence);
+            let text = format!("{}: {}.", row.headline, row.evidence);
             let finding = Finding::new(row.level, "physics", place, text).with_cure(row.cure.clone());
             let finding = finding.with_setting("Channels", "").with_fix(fix(row));
             match row.slope {
@@ -185,14 +185,14 @@ fn map_of(recordings: &[RecordingRef], recording: &Recording, role: Option<Role>
     entry.map_or_else(String::new, |entry| entry.channel_map.name().to_owned())
 }
 
-/// What to change in a channel map, one sentence.
+/// Change of a channel map, one sentence.
 fn sentence(cure: &Cure, map: &str) -> String {
-    let of = format!("of the channel map {map}");
+    let of = format!("Channel map {map}");
     match cure {
         Cure::Scale { role, factor, offset, units } => {
             let mut parts = Vec::new();
             if *factor < 0.0 {
-                parts.push("turn sign (sign = -1, or take it away)".to_owned());
+                parts.push("reverse the sign".to_owned());
             }
             match units {
                 Some((is, was)) => parts.push(format!("set unit = \"{is}\" instead of \"{was}\"")),
@@ -202,33 +202,25 @@ fn sentence(cure: &Cure, map: &str) -> String {
             match role {
                 _ if *offset == 0.0 => {}
                 Role::AirTemperature => parts.push("set unit = \"degC\"".to_owned()),
-                Role::SpecificForceZ => parts.push("let offset give back the 1 g that was taken off".to_owned()),
-                _ => parts.push(format!(
-                    "set offset = {:.1}, of numbers in degrees, or {offset:.4} of radians",
-                    offset.to_degrees()
-                )),
+                Role::SpecificForceZ => parts.push("restore 1 g with offset".to_owned()),
+                _ => parts.push(format!("set offset = {:.1} (degrees) or {offset:.4} (radians)", offset.to_degrees())),
             }
-            let also = if *role == Role::Altitude { " (and [roles.z], where it is of the same channel)" } else { "" };
-            format!("under [roles.{}]{also} {of} {}", role.name(), parts.join(" and "))
+            let also = if *role == Role::Altitude { " (and [roles.z] of the same channel)" } else { "" };
+            format!("{of}, [roles.{}]{also}: {}.", role.name(), parts.join(" and "))
         }
         Cure::Swap { one, other } => {
-            format!("exchange the channels of [roles.{}] and [roles.{}] {of}", one.name(), other.name())
+            format!("{of}: exchange the channels of [roles.{}] and [roles.{}].", one.name(), other.name())
         }
-        Cure::Reassign { from, to } => format!("rename [roles.{}] {of} to [roles.{}]", from.name(), to.name()),
-        Cure::Clock { factor: _, unit: Some(unit) } => format!("set unit = \"{unit}\" under [[time]] {of}"),
+        Cure::Reassign { from, to } => format!("{of}: rename [roles.{}] to [roles.{}].", from.name(), to.name()),
+        Cure::Clock { factor: _, unit: Some(unit) } => format!("{of}, [[time]]: set unit = \"{unit}\"."),
         Cure::Clock { factor, unit: None } => {
-            format!(
-                "check the rate of the recorder; under [[flight.clock]] a drift of {:.4} would mend it",
-                factor - 1.0
-            )
+            format!("Check the rate of the recorder, or set a clock drift of {:.4}.", factor - 1.0)
         }
-        Cure::Shift { source, late_s } => format!(
-            "set the offset of source {source}: under [[flight.clock]] of the session source = \"{source}\", offset_s = {:.2}, added to \
-             what stands there, or drag it in the Preprocess panel",
-            -late_s
-        ),
+        Cure::Shift { source, late_s } => {
+            format!("Add {:.2} s to the clock offset of source {source} (panel Preprocess).", -late_s)
+        }
         Cure::Travel { role, form, .. } => format!(
-            "under [roles.{}] {of} set unit = \"deg\" and scale = the deflection at full travel in degrees, divided by {}",
+            "{of}, [roles.{}]: set unit = \"deg\" and scale = full travel in degrees / {}.",
             role.name(),
             form.full()
         ),
@@ -245,10 +237,9 @@ mod tests {
             Cure::Scale { role: Role::RollRate, factor: -0.0174, offset: 0.0, units: Some(("deg/s", "rad/s")) };
         assert_eq!(
             sentence(&degrees, "mine.toml"),
-            "under [roles.p] of the channel map mine.toml turn sign (sign = -1, or take it away) and set unit = \"deg/s\" \
-             instead of \"rad/s\""
+            "Channel map mine.toml, [roles.p]: reverse the sign and set unit = \"deg/s\" instead of \"rad/s\"."
         );
         let ticks = Cure::Clock { factor: 1e-3, unit: Some("ms") };
-        assert_eq!(sentence(&ticks, "mine.toml"), "set unit = \"ms\" under [[time]] of the channel map mine.toml");
+        assert_eq!(sentence(&ticks, "mine.toml"), "Channel map mine.toml, [[time]]: set unit = \"ms\".");
     }
 }

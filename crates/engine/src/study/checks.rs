@@ -57,7 +57,7 @@ impl WindowChecks {
             Ok(flight) => flight.findings(&self.window),
             Err(error) => {
                 let place = format!("window '{}', output error ({})", self.window, axis.name());
-                vec![Finding::new(Level::Caution, "follows", place, format!("there is no output error: {error}"))]
+                vec![Finding::new(Level::Caution, "follows", place, format!("Output error failed: {error}."))]
             }
         };
         self.output_error.iter().flat_map(of_axis).collect()

@@ -81,7 +81,7 @@ impl FollowedFlight {
     /// Outputs it does not follow and starts away from the path (`follows`): its derivatives are then those of another flight.
     pub fn findings(&self, window: &str) -> Vec<Finding> {
         let place = format!("window '{window}', output error ({})", self.axis.name());
-        let cure = "Do not use these derivatives; look for a term, a gust or a control the model does not have, or cut the window.";
+        let cure = "Do not use these derivatives: add a term or shorten the manoeuvre.";
         let mut found = Vec::new();
         for output in self.outputs.iter().filter(|output| output.rms > WITHIN * output.deviation) {
             let (level, limit) = match output.r_squared {
@@ -91,7 +91,7 @@ impl FollowedFlight {
             };
             let (name, unit) = (output.output.name(), output.output.unit());
             let text = format!(
-                "the flight does not follow {name}: R2 {:.2}, largest deviation {:.3e} {unit}",
+                "The simulation does not follow {name}: R2 {:.2}, largest error {:.3e} {unit}.",
                 output.r_squared, output.largest_deviation
             );
             found.push(
@@ -100,7 +100,7 @@ impl FollowedFlight {
         }
         for start in self.starts.iter().filter(|start| start.distance.abs() > AWAY) {
             let text = format!(
-                "{} {:.5} {} leaves the path, {:.5}, by {:.0} deviations",
+                "{} {:.5} {} differs from the path, {:.5}, by {:.0} standard errors.",
                 start.state.name(),
                 start.estimate,
                 start.state.unit(),

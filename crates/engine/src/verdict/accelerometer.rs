@@ -106,17 +106,15 @@ fn of_flight(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<Fin
     };
     let words: Vec<String> = elsewhere.iter().map(one).collect();
     let taken_at = match taken {
-        [0.0, 0.0, 0.0] => "there".to_owned(),
+        [0.0, 0.0, 0.0] => "at it".to_owned(),
         [x, y, z] => format!("{x:.2}, {y:.2}, {z:.2} m forward, right and down of it"),
     };
     let text = format!(
-        "the accelerometers are {} the centre of gravity by what {} says, not {taken_at}: they feel the turning of the \
-         aircraft, which forces, damping and flow angles then contain",
+        "Accelerometers are {} the centre of gravity by {}, not {taken_at}.",
         words.join(" and "),
         match found.by {
-            TellingVelocity::Ground => "the ground velocity",
-            TellingVelocity::Air =>
-                "the velocity by airspeed and vanes (unless that is of another place than it is taken for)",
+            TellingVelocity::Ground => "ground velocity",
+            TellingVelocity::Air => "airspeed and vanes",
         }
     );
     // Without an aircraft there is a path, and no force that could be wrong.
@@ -134,12 +132,10 @@ fn of_flight(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<Fin
 /// What to state where, in datum axes where the centre of gravity is known in them.
 fn cure(place: [f64; 3], cg_m: Option<[f64; 3]>) -> String {
     match cg_m {
-        None => "name an aircraft that states their place".to_owned(),
+        None => "Choose an aircraft file that states their position.".to_owned(),
         Some(cg_m) => {
             let [x, y, z] = datum_m(place, cg_m);
-            format!(
-                "state their place in the aircraft file, by this estimate accelerometer_datum_m = [{x:.2}, {y:.2}, {z:.2}] of [sensors]"
-            )
+            format!("State their position in the aircraft file: {x:.2}, {y:.2}, {z:.2} m from the datum.")
         }
     }
 }
@@ -153,9 +149,9 @@ fn datum_m([x, y, z]: [f64; 3], cg_m: [f64; 3]) -> [f64; 3] {
 fn place_fix(session: &Session, datum_m: [f64; 3]) -> Fix {
     let datum_m = datum_m.map(|part| (1000.0 * part).round() / 1000.0);
     let value = ChangedValue::Triple(datum_m);
-    let edit = AircraftEdit::set("place of the accelerometers", "sensors.accelerometer_datum_m", value);
+    let edit = AircraftEdit::set("position of the accelerometers", "sensors.accelerometer_datum_m", value);
     let [x, y, z] = datum_m;
-    let label = format!("place the accelerometers at {x:.2}, {y:.2}, {z:.2} m of the datum");
+    let label = format!("place the accelerometers {x:.2}, {y:.2}, {z:.2} m from the datum");
     let mut fix = Fix::new(label, Edit::Aircraft(edit));
     if !session.preparation.correct_accelerometer {
         let preparation = Preparation { correct_accelerometer: true, ..session.preparation.clone() };

@@ -58,16 +58,16 @@ pub fn check_file(path: &Path) -> Checked {
     if session::shipped(path).is_some() {
         return match session::open(path) {
             Ok(opened) => check_session(&opened.session, &opened.folder),
-            Err(error) => refused("file", error.to_string(), "name one of these, or a file"),
+            Err(error) => refused("file", error.to_string(), "name one of these, or give a file"),
         };
     }
     let text = match doublet_core::load::read_bytes(path).map(String::from_utf8) {
-        Err(error) => return refused("file", error.to_string(), "name a session or an aircraft file"),
+        Err(error) => return refused("file", error.to_string(), "give a session or an aircraft file"),
         Ok(Err(_)) => {
             return refused(
                 "file",
-                "it is binary data, no session and no aircraft file".to_owned(),
-                "for a recording make a session with `doublet new`",
+                "this is binary data, not a session or an aircraft file".to_owned(),
+                "make a session of a recording with `doublet new`",
             );
         }
         Ok(Ok(text)) => text,
@@ -75,7 +75,7 @@ pub fn check_file(path: &Path) -> Checked {
     let text = text.trim_start_matches('\u{feff}');
     if text.trim().is_empty() {
         let cure = "open another file, or its .bak beside it";
-        return refused("file", "there is nothing in it: an empty session or aircraft file".to_owned(), cure);
+        return refused("file", "the file is empty: not a session or an aircraft file".to_owned(), cure);
     }
     if has_format(text, aircraft_file::FORMAT) {
         return check_aircraft(path, text);
@@ -140,10 +140,12 @@ fn of_samples(session: &Session, others: &[&Manoeuvre], snapshot: &Snapshot) -> 
     if others.is_empty() {
         return Vec::new();
     }
-    let text =
-        format!("the first {MOST_COMPUTED} were computed, of the other {} the samples were looked at", others.len());
+    let text = format!(
+        "Computed the first {MOST_COMPUTED} manoeuvres, checked only the samples of the other {}.",
+        others.len()
+    );
     let mut findings =
-        vec![Finding::new(Level::Good, "window", "windows", text).with_cure("`doublet run` computes all")];
+        vec![Finding::new(Level::Good, "window", "windows", text).with_cure("Compute all with `doublet run`.")];
     for window in others {
         let Some(loaded) = snapshot.flights.get(&window.flight).and_then(|slot| slot.ready()) else { continue };
         let samples = stage::samples(&loaded.recording, window.samples(), None, &session.preparation);
@@ -177,7 +179,7 @@ fn of_recordings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
         let place = format!("window '{}'", window.name);
         findings.extend(text.map(|text| {
             Finding::new(Level::Caution, "window", place, text)
-                .with_cure("move its edges")
+                .with_cure("move its start or end")
                 .with_setting("Manoeuvres", "")
         }));
     }
@@ -213,7 +215,7 @@ fn check_aircraft(path: &Path, text: &str) -> Checked {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             let context = Context::new(path.parent().unwrap_or(Path::new("")));
             let engines = stage::load_aircraft(&context, &name).err();
-            let cure = "put the files its [propulsion] section names beside it";
+            let cure = "put the engine files that it names beside it";
             let engines =
                 engines.map(|e| Finding::new(Level::Caution, "engines", place.clone(), e.to_string()).with_cure(cure));
             let mass = aircraft.standard_loading.mass_properties(&aircraft);

@@ -144,28 +144,32 @@ pub(super) fn findings(
         changed if changed > CHANGE_CAUTION => Level::Caution,
         _ => return None,
     };
-    Some(finding(evidence, delay, level, &format!("{} is {is:.4}, not {was:.4}", term.derivative_name(coefficient))))
+    Some(finding(
+        evidence,
+        delay,
+        level,
+        &format!("{} becomes {is:.4} (was {was:.4})", term.derivative_name(coefficient)),
+    ))
 }
 
 fn finding(evidence: Evidence<'_>, delay: &ControlDelay, level: Level, changed: &str) -> Finding {
     let ControlDelay { surface, moment, delay_s, sample_s, left } = *delay;
     let name = surface.name();
     let text = format!(
-        "the {name} acts {delay_s:+.3} s after its recording, besides the delay stated: with it {:.0} % of the residual of {} is left and \
-         {changed}",
+        "{name} needs {delay_s:+.3} s more delay: this leaves {:.0} % of the {} residual; {changed}.",
         100.0 * left,
         moment.name()
     );
     let finding = Finding::new(level, "timing", name, text).with_figure(delay_s, SAMPLES * sample_s);
     let stated_s = evidence.session.preparation.control_lags.of(surface).delay_s;
     let why = if delay_s.abs() < sample_s {
-        "it moves between two samples: record it faster"
+        "Record it faster"
     } else if delay_s < 0.0 {
-        "look at the clock of its recorder"
+        "Check the clock of its recorder"
     } else {
-        "record the surface, where a command was, or look at the clock of its recorder"
+        "Record the surface, not the command; check its clock"
     };
-    let cure = format!("{why}; or state delay_s = {:.3} under [preparation.control_lag.{name}]", stated_s + delay_s);
+    let cure = format!("{why}, or apply a delay of {:.3} s.", stated_s + delay_s);
     let finding = finding.with_cure(cure).with_setting("Model", format!("preparation.control_lag.{name}.delay_s"));
     let fix = Fix::control_delay(evidence.session, surface, stated_s + delay_s);
     finding.with_value(format!("{:.3}", stated_s + delay_s)).with_fix(fix)

@@ -67,9 +67,9 @@ fn determined(at: &str, fit: &CoefficientFit, index: usize) -> Option<Finding> {
         return None;
     }
     let (relative, _) = significance(fit.fit.as_ref().ok()?, &fit.corrected_errors, index);
-    let text = format!("known to {relative:.0} % of its value only (limit {RELATIVE_ERROR:.0} %)");
+    let text = format!("Poorly determined: standard error {relative:.0} % of the value (limit {RELATIVE_ERROR:.0} %).");
     let finding = Finding::new(Level::Caution, DETERMINED, at, text).with_figure(relative, RELATIVE_ERROR);
-    let cure = "fix it at a known value, leave the term out, or add manoeuvres that tell of it";
+    let cure = "Remove the term, fix it, or fly a manoeuvre that excites it.";
     Some(finding.with_cure(cure).with_setting("Model", "estimation.constraint"))
 }
 
@@ -86,13 +86,12 @@ fn implausible(at: &str, name: &str, (value, error): (f64, Option<f64>), range: 
     } else {
         return None;
     };
-    let said = if wrong_sign { "has the wrong sign" } else { "is outside its plausible range" };
+    let said = if wrong_sign { "has the wrong sign: plausible range" } else { "is outside its plausible range" };
     let error = error.map_or(String::new(), |error| format!(" ± {error:.2}"));
-    let text = format!("{value:.4}{error} {said}, {:.3} to {:.3} ({})", range.low, range.high, range.source);
+    let text = format!("{value:.4}{error} {said} {:.3} to {:.3} ({}).", range.low, range.high, range.source);
     let limit = if value > range.high { range.high } else { range.low };
     let finding = Finding::new(level, "plausible", at, text).with_figure(value, limit);
-    let cure = "look for the sign and the unit of the control, the flow angle or the rate, for mass, area, inertia and airspeed, and for terms that do \
-                the same; or state what is plausible for this aircraft";
+    let cure = "Check signs, units, mass and inertia, or state a plausible range.";
     Some(finding.with_cure(cure).with_setting("Derivatives", format!("verdict.plausible.{name}")))
 }
 
@@ -132,18 +131,15 @@ fn scatter(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, index: usize)
     let apart = |single: &Single<'_>| ((single.estimate - pooled) / single.error).abs();
     let worst = singles.iter().max_by(|a, b| apart(a).total_cmp(&apart(b)))?;
     let text = format!(
-        "the windows contradict each other: '{}' alone says {:.4} ± {:.2}, pooled {pooled:.4} ± {:.2}; their scatter is {q:.1} times what \
-         their errors explain (limit {limit:.0})",
+        "Manoeuvres disagree: '{}' gives {:.4} ± {:.2}, all together {pooled:.4} ± {:.2}; scatter {q:.1} times the standard errors \
+         (limit {limit:.0}).",
         worst.window,
         worst.estimate,
         worst.error,
         fit.corrected_errors.get(index).copied().unwrap_or(f64::NAN)
     );
     let finding = Finding::new(level, "scatter", at, text).with_figure(q, limit);
-    let cure = format!(
-        "look at '{}' and at the windows that hardly move this regressor; use for it only those that do",
-        worst.window
-    );
+    let cure = format!("Check '{}', and use only manoeuvres that excite this term.", worst.window);
     let fix = (singles.len() > 2).then(|| Fix::ignore([worst.window]));
     Some(finding.with_cure(cure).with_setting("Derivatives", format!("window.{}.role", worst.window)).with_fix(fix))
 }

@@ -58,7 +58,7 @@ fn without_terms(evidence: Evidence<'_>, coefficient: Coefficient, variables: &[
     let contains = |term: &&Term| term.factors().iter().any(|(variable, _)| variables.contains(&variable.name()));
     let fixes: Vec<Fix> = terms.iter().filter(contains).map(|term| Fix::set_term(coefficient, term, false)).collect();
     let is_rest = terms.iter().any(|term| !term.is_constant() && !contains(&term));
-    let label = format!("leave the terms of {} out of {}", variables.join(", "), coefficient.name());
+    let label = format!("remove the terms of {} from {}", variables.join(", "), coefficient.name());
     is_rest.then(|| Fix { label, edits: fixes.into_iter().flat_map(|fix| fix.edits).collect() })
 }
 
@@ -72,14 +72,14 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
             let absent = absent(evidence, fit);
             if !absent.is_empty() {
                 let text =
-                    format!("no estimate: the recording has no {}, of which the model has terms", absent.join(", "));
+                    format!("No estimate: the model has terms of {}, which the recording lacks.", absent.join(", "));
                 let finding = Finding::new(Level::Bad, "failed", at, text);
-                let cure = "add the recording or the channel that has it, or leave its terms out";
+                let cure = "Add a recording with that channel, or remove its terms.";
                 let finding = finding.with_cure(cure).with_setting("Channels", format!("model.{name}"));
                 return vec![finding.with_fix(without_terms(evidence, fit.coefficient, &absent))];
             }
-            let finding = Finding::new(Level::Bad, "rank", at, format!("no estimate: {error}"));
-            let cure = "leave a term out, or use a manoeuvre that moves the regressors apart";
+            let finding = Finding::new(Level::Bad, "rank", at, format!("No estimate: {error}."));
+            let cure = "Remove a term, or add manoeuvres that separate the regressors.";
             return vec![finding.with_cure(cure).with_setting("Model", format!("model.{name}"))];
         }
     };
@@ -87,9 +87,10 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
     let terms = moving_terms(evidence.session, fit);
     let mut findings = Vec::new();
     if terms.is_empty() {
-        let text = "no regressor moves: nothing but the constant is estimated";
+        let text = "Not excited: only the constant can be estimated.";
         let finding = Finding::new(Level::Bad, "excitation", &at, text);
-        findings.push(finding.with_cure("use a manoeuvre that moves them").with_setting("Flight", "window"));
+        findings
+            .push(finding.with_cure("Use a manoeuvre that excites the other terms.").with_setting("Flight", "window"));
     }
     let formed: Vec<&WindowAero> = used.iter().map(|used| used.aero).collect();
     let moved: Vec<(&Term, Motion)> = terms.iter().filter_map(|term| Some((term, Motion::of(term, &used)?))).collect();
@@ -106,12 +107,12 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
     if estimate.quality.r_squared < R2_FIT {
         let r2 = estimate.quality.r_squared;
         let text = format!(
-            "the fit explains {:.0} % of the coefficient's variation (limit {:.0} %)",
+            "The fit explains {:.0} % of the variation of the coefficient (limit {:.0} %).",
             100.0 * r2,
             100.0 * R2_FIT
         );
         let finding = Finding::new(Level::Caution, "r2", &at, text).with_figure(r2, R2_FIT);
-        let cure = "look at the residual of the windows, for a term that is missing or a window that does not belong";
+        let cure = "Check the residuals for a missing term or an outlying manoeuvre.";
         findings.push(finding.with_cure(cure).with_setting("Model", format!("model.{name}")));
     }
     findings
@@ -177,14 +178,14 @@ fn unmoved(
     let least = weak.iter().map(|(_, times)| *times).reduce(f64::min)?;
     let names: Vec<&str> = weak.iter().map(|(name, _)| name.as_str()).collect();
     let text = format!(
-        "{} hardly {}: {least:.1} times the noise (limit {EXCITATION})",
+        "{} {} barely excited: {least:.1} times the noise (limit {EXCITATION}).",
         names.join(", "),
-        if names.len() == 1 { "moves" } else { "move" }
+        if names.len() == 1 { "is" } else { "are" }
     );
     let finding = Finding::new(Level::Caution, "excitation", at, text).with_figure(least, EXCITATION);
     let first = moved.iter().map(|(term, _)| *term).find(|term| term.to_string() == weak[0].0);
     let fix = first.map(|term| Fix::set_term(coefficient, term, false));
-    let finding = finding.with_cure("leave the term out, or use a manoeuvre that moves it");
+    let finding = finding.with_cure("Remove the term, or use a manoeuvre that excites it.");
     Some(finding.with_setting("Model", "model").with_fix(fix))
 }
 
@@ -233,12 +234,11 @@ fn condition(at: &str, name: &str, estimate: &Fit) -> Option<Finding> {
     if found <= CONDITION {
         return None;
     }
-    let text =
-        format!("condition number {found:.0} of the scaled regressors (limit {CONDITION:.0}): some do nearly the same");
+    let text = format!("Regressors are nearly collinear: condition number {found:.0} (limit {CONDITION:.0}).");
     let finding = Finding::new(Level::Caution, "condition", at, text).with_figure(found, CONDITION);
     Some(
         finding
-            .with_cure("leave a term out, or add manoeuvres that tell them apart")
+            .with_cure("Remove a term, or add manoeuvres that separate them.")
             .with_setting("Model", format!("model.{name}")),
     )
 }
@@ -258,14 +258,13 @@ fn inflated(at: &str, fit: &CoefficientFit, estimate: &Fit, moved: &[(&Term, Mot
         return None;
     }
     let partner = partner(estimate, &name);
-    let text = format!(
-        "the variance of {name} is {factor:.0} times that of a regressor by itself (limit {INFLATION:.0}): it can hardly be told from the others, {partner} above all"
-    );
+    let text =
+        format!("{name} is nearly collinear with {partner}: variance inflation {factor:.0} (limit {INFLATION:.0}).");
     let finding = Finding::new(Level::Caution, "vif", at, text).with_figure(factor, INFLATION);
     let setting = format!("model.{}", fit.coefficient.name());
     Some(
         finding
-            .with_cure("leave one of the two out, or add manoeuvres that tell them apart")
+            .with_cure("Remove one of the two, or add manoeuvres that separate them.")
             .with_setting("Correlation", setting)
             .with_fix(term_of(fit, &name, moved).map(|term| Fix::set_term(fit.coefficient, term, false))),
     )
@@ -314,17 +313,12 @@ fn prediction(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit) -> Option<
     let why = if variation > VARIES {
         String::new()
     } else {
-        format!(
-            "; its variation there is {variation:.1} times what any fit leaves over, so the manoeuvres hardly tell of it"
-        )
+        format!("; its variation is only {variation:.1} times the residual")
     };
-    let text = format!(
-        "R2 {r2:.2} of the prediction of '{}' with the constant of the identification (limit {limit}){why}",
-        prediction.window
-    );
+    let text =
+        format!("Prediction of '{}', constant not refitted: R2 {r2:.2} (limit {limit}){why}.", prediction.window);
     let finding = Finding::new(level, "r2", at, text).with_figure(r2, limit);
-    let cure =
-        "look at the prediction of the validation windows; add manoeuvres that vary what the coefficient depends on";
+    let cure = "Check the predictions, or add manoeuvres that excite the coefficient more.";
     Some(finding.with_cure(cure).with_setting("Fits and residuals", format!("model.{name}")))
 }
 

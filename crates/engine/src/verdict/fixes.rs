@@ -64,6 +64,6 @@ pub fn try_fix(session: &Session, folder: &Path, fix: &Fix, cache: &Cache) -> Re
     let fixed = fix.apply(session).map_err(|error| error.to_string())?;
     let scope = Scope { session: &fixed, folder, first: None, studies: &[], cause: "fix", generation: 1 };
     let snapshot = run(&scope, &Snapshot::default(), cache, &Control::default(), &|_| {});
-    let verdicts = snapshot.verdicts.ready().ok_or("nothing was judged")?;
+    let verdicts = snapshot.verdicts.ready().ok_or("no verdict was formed")?;
     Ok(VerdictCounts::of(verdicts))
 }

@@ -25,7 +25,7 @@ const STALL_BAD: f64 = 0.9;
 /// Change of the heading within a window, deg.
 const TURN_DEG: f64 = 45.0;
 
-const CURE: &str = "leave the window out, or look at the airspeed: its unit, its zero, the wheels on the ground";
+const CURE: &str = "Ignore the manoeuvre, or check airspeed: unit, zero, weight on wheels.";
 
 /// Weight on the wheels; an airspeed at which the wing does not carry the aircraft, or that is far below that of the other windows or
 /// of the flight. The first that holds.
@@ -51,11 +51,8 @@ fn on_wheels(place: &str, recording: &Recording, manoeuvre: &Manoeuvre) -> Optio
     let values = &weight.values[manoeuvre.window.indices(&weight.time_s)];
     let part = values.iter().filter(|value| **value > 0.5).count() as f64 / values.len().max(1) as f64;
     let (level, limit) = level_above(part, WHEELS_CAUTION, WHEELS_BAD)?;
-    let text = format!(
-        "dynamic pressure carries only a part of the aircraft: weight is on the wheels in {:.0} % of the samples (limit {:.0} %)",
-        100.0 * part,
-        100.0 * limit
-    );
+    let text =
+        format!("Weight is on the wheels in {:.0} % of the samples (limit {:.0} %).", 100.0 * part, 100.0 * limit);
     Some(Finding::new(level, "dynamic-pressure", place, text).with_figure(part, limit))
 }
 
@@ -71,8 +68,8 @@ fn too_slow_to_fly(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Op
             return None;
         }
         let text = format!(
-            "dynamic pressure {pressure:.1} Pa (airspeed {airspeed:.1} m/s): to fly, the wing would need a normal-force coefficient of \
-             {lift:.1} (limit {LARGEST_LIFT})"
+            "Dynamic pressure {pressure:.1} Pa (airspeed {airspeed:.1} m/s) needs a normal-force coefficient of {lift:.1} \
+             (limit {LARGEST_LIFT})."
         );
         return Some(Finding::new(Level::Bad, "dynamic-pressure", place, text).with_figure(lift, LARGEST_LIFT));
     };
@@ -83,8 +80,7 @@ fn too_slow_to_fly(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Op
         _ => (Level::Bad, STALL_BAD),
     };
     let text = format!(
-        "dynamic pressure {pressure:.0} Pa: the airspeed of {airspeed:.1} m/s is {part:.2} times that of the stall at this weight and load \
-         factor (limit {limit})"
+        "Airspeed {airspeed:.1} m/s (dynamic pressure {pressure:.0} Pa) is {part:.2} times the stall speed (limit {limit})."
     );
     Some(Finding::new(level, "dynamic-pressure", place, text).with_figure(part, limit))
 }
@@ -95,8 +91,8 @@ fn below_other_windows(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -
     let part = pressure / median;
     let (level, limit) = level_below(part, PRESSURE_CAUTION)?;
     let text = format!(
-        "dynamic pressure {pressure:.0} Pa (airspeed {airspeed:.1} m/s) is {part:.2} times the median of the windows, {median:.0} Pa \
-         (limit {limit})"
+        "Dynamic pressure {pressure:.0} Pa (airspeed {airspeed:.1} m/s) is {part:.2} times the manoeuvres' median {median:.0} Pa \
+         (limit {limit})."
     );
     Some(Finding::new(level, "dynamic-pressure", place, text).with_figure(part, limit))
 }
@@ -107,8 +103,8 @@ fn below_flight(place: &str, median_m_s: f64, aero: &WindowAero) -> Option<Findi
     let part = (airspeed / median_m_s).powi(2);
     let (level, limit) = level_below(part, LEAST_PRESSURE_SHARE)?;
     let text = format!(
-        "dynamic pressure is {part:.2} times that of the flight: airspeed {airspeed:.1} m/s, its median in flight {median_m_s:.1} m/s \
-         (limit {limit})"
+        "Dynamic pressure is {part:.2} times that of the flight: airspeed {airspeed:.1} m/s, median {median_m_s:.1} m/s \
+         (limit {limit})."
     );
     Some(Finding::new(level, "dynamic-pressure", place, text).with_figure(part, limit))
 }
@@ -136,10 +132,9 @@ pub(super) fn turn(place: &str, path: &WindowPath) -> Option<Finding> {
     if turned <= TURN_DEG {
         return None;
     }
-    let text =
-        format!("the window lies across a turn: the heading changes by {turned:.0} deg (limit {TURN_DEG:.0} deg)");
+    let text = format!("The manoeuvre includes a turn: heading changes by {turned:.0} deg (limit {TURN_DEG:.0} deg).");
     let finding = Finding::new(Level::Caution, "turn", place, text).with_figure(turned, TURN_DEG);
-    let cure = "let the window end before the turn, or begin behind it";
+    let cure = "End the manoeuvre before the turn, or start it after.";
     Some(finding.with_cure(cure).with_setting("Manoeuvres", "window.end_s"))
 }
 

@@ -31,7 +31,7 @@ impl std::fmt::Display for Folded {
     /// Where, what and what to do, in one line.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}: {}", self.place, self.text)?;
-        if self.cure.is_empty() { Ok(()) } else { write!(f, ": {}", self.cure) }
+        super::write_fix(f, &self.text, &self.cure)
     }
 }
 
@@ -176,7 +176,7 @@ impl Group<'_> {
             text.push_str(between);
         }
         if ranges > RANGES {
-            text.push_str(&format!(" (the first of {} alike)", self.places.len()));
+            text.push_str(&format!(" (first of {} similar)", self.places.len()));
         }
         let mut places: Vec<&str> = Vec::new();
         self.places.iter().for_each(|place| {
@@ -327,7 +327,7 @@ mod tests {
             found,
             [
                 "Cl_r, Cn_p, Cn_r (pooled): 'a' alone says -1.4 ± 0.1, pooled -0.98; their scatter is 3.3 times what their errors \
-              explain (the first of 3 alike)"
+              explain (first of 3 similar)"
             ]
         );
     }

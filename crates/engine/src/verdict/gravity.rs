@@ -53,11 +53,10 @@ fn of_flight(recording: &Recording, bias: f64, used_m_s2: f64) -> Option<Found> 
         let altitude_m = altitude_m.unwrap_or_default();
         let found = gravity_explains(bias, used_m_s2, latitude, altitude_m)?;
         let text = format!(
-            "the mean bias of az is {bias:+.4} m/s2, and the gravity used, {used_m_s2:.5}, is {:+.4} m/s2 off that of the place: \
-             that explains it",
+            "The gravity used, {used_m_s2:.5} m/s2, is off by {:+.4} m/s2, which explains the az bias of {bias:+.4} m/s2.",
             found.difference_m_s2
         );
-        let cure = format!("use {:.5} m/s2, the gravity by latitude and altitude", found.gravity_m_s2);
+        let cure = format!("Use {:.5} m/s2, from latitude and altitude.", found.gravity_m_s2);
         let gravity_m_s2 = Some(found.gravity_m_s2);
         return Some(Found { text, off_m_s2: found.difference_m_s2, cure, gravity_m_s2 });
     }
@@ -67,11 +66,10 @@ fn of_flight(recording: &Recording, bias: f64, used_m_s2: f64) -> Option<Found> 
         return None;
     }
     let text = format!(
-        "the gravity used, {used_m_s2:.5} m/s2, is that of no place ({least} to {most}); the mean bias of az is {bias:+.4} m/s2, \
-         which a gravity of {:.4} would take away",
+        "The gravity used, {used_m_s2:.5} m/s2, is outside {least} to {most}; the az bias {bias:+.4} m/s2 suggests {:.4} m/s2.",
         used_m_s2 - bias
     );
-    let cure = "state the gravity of the place, or its latitude".to_owned();
+    let cure = "State the local gravity, or the latitude.".to_owned();
     Some(Found { text, off_m_s2, cure, gravity_m_s2: None })
 }
 

@@ -65,7 +65,7 @@ pub struct DerivativeVerdict {
 const LEAST_SHARE: f64 = 0.05;
 
 /// Why a coefficient of the model has no fit.
-pub(crate) const NO_WINDOW: &str = "no window is used for it";
+pub(crate) const NO_WINDOW: &str = "no manoeuvre is used for it";
 
 impl Footprint for Verdicts {
     fn bytes(&self) -> usize {
@@ -92,7 +92,7 @@ impl Verdicts {
     /// The verdict in one line: its level, in how many windows the path is good, and the coefficients by theirs.
     pub fn headline(&self) -> String {
         let good = self.windows.values().filter(|window| window.verdict.level == Level::Good).count();
-        let windows = format!("path good in {good} of {} windows", self.windows.len());
+        let windows = format!("flight path consistent in {good} of {} manoeuvres", self.windows.len());
         let of = |level: Level| -> Option<String> {
             let fits = self.pooled.iter().filter(|fit| fit.verdict.level == level);
             let names: Vec<&str> = fits.map(|fit| fit.coefficient.name()).collect();
@@ -222,7 +222,7 @@ fn with_unused(evidence: Evidence<'_>, mut pooled: Vec<FitVerdict>) -> Vec<FitVe
         let known = pooled.iter().position(|fit| fit.coefficient == coefficient).map(|index| pooled.remove(index));
         known.unwrap_or_else(|| {
             let finding = not_computed(Level::Caution, place(coefficient.name(), None), NO_WINDOW);
-            let cure = "use a window for identification that tells about it, or leave the coefficient out of the model";
+            let cure = "Mark an identification manoeuvre that excites it, or remove the coefficient.";
             let finding = finding.with_cure(cure).with_setting("Manoeuvres", "window.role");
             FitVerdict { coefficient, verdict: Verdict::of([finding]), derivatives: Vec::new(), is_unused: true }
         })
@@ -289,5 +289,5 @@ pub(super) fn level_above(figure: f64, caution: f64, bad: f64) -> Option<(Level,
 
 /// A finding about something that could not be computed.
 pub(super) fn not_computed(level: Level, place: String, error: &str) -> Finding {
-    Finding::new(level, "failed", place, format!("not computed: {error}"))
+    Finding::new(level, "failed", place, format!("Not computed: {error}."))
 }

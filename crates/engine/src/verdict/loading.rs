@@ -27,26 +27,26 @@ fn envelope(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Fi
     let (text, figure) = if margin.nearest_m() < 0.0 {
         let beyond_m = -margin.nearest_m();
         (
-            format!("the centre of gravity lies {beyond_m:.3} m beyond the {} limit of the envelope", margin.side),
+            format!("The centre of gravity is {beyond_m:.3} m beyond the {} limit of the envelope.", margin.side),
             beyond_m,
         )
     } else {
-        (format!("the mass of {mass_kg:.0} kg lies outside the envelope"), mass_kg)
+        (format!("The mass of {mass_kg:.0} kg is outside the envelope."), mass_kg)
     };
     let finding = Finding::new(Level::Caution, "loading", place, text).with_figure(figure, 0.0);
-    Some(finding.with_cure("look at the loading: seats, luggage, fuel").with_setting("Loading", "loading"))
+    Some(finding.with_cure("Check the loading: seats, luggage, fuel.").with_setting("Loading", "loading"))
 }
 
 /// Whether mass and inertia are those of no body.
 fn impossible(place: &str, aero: &WindowAero) -> Option<Finding> {
     let MassProperties { mass_kg, inertia, .. } = *aero.data.mass.first()?;
     let text = if mass_kg.is_nan() || mass_kg <= 0.0 {
-        format!("the mass is {mass_kg:.1} kg")
+        format!("The mass is {mass_kg:.1} kg; it must be above zero.")
     } else {
-        format!("no body has this inertia: {}", inertia.check().err()?)
+        format!("Impossible inertia: {}.", inertia.check().err()?)
     };
     let finding = Finding::new(Level::Bad, "loading", place, text);
-    Some(finding.with_cure("look at the aircraft file and the loading").with_setting("Loading", "aircraft"))
+    Some(finding.with_cure("Check the aircraft file and the loading.").with_setting("Loading", "aircraft"))
 }
 
 /// Whether the session changes the fuel that was recorded.
@@ -54,12 +54,12 @@ fn shifted(place: &str, fuel: &FuelSource) -> Option<Finding> {
     let (_, most_kg) = fuel.shifts_kg.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     let one = |(tank, shift_kg): &(Option<String>, f64)| match tank {
         Some(tank) => format!("'{tank}' by {shift_kg:+.1} kg"),
-        None => format!("all of it by {shift_kg:+.1} kg"),
+        None => format!("all by {shift_kg:+.1} kg"),
     };
     let all: Vec<String> = fuel.shifts_kg.iter().map(one).collect();
-    let text = format!("its mass is not the one recorded: the session shifts the recorded fuel, {}", all.join(", "));
+    let text = format!("The session shifts the recorded fuel: {}.", all.join(", "));
     let finding = Finding::new(Level::Caution, "loading", place, text).with_figure(*most_kg, 0.0);
-    let cure = "keep it where the fuel was measured otherwise, else take the recorded fuel";
+    let cure = "Use the recorded fuel, unless the load was measured otherwise.";
     Some(finding.with_cure(cure).with_setting("Loading", "loading.fuel_kg"))
 }
 
@@ -83,24 +83,18 @@ fn assumed_in(flight: &str, session: &Session, aircraft: &Aircraft, flown: &Flow
     let full = if fuel_kg >= full_kg * (1.0 - 1e-9) { ", all tanks full" } else { "" };
     let mut parts = Vec::new();
     if session.loading_in(flight).is_none() && on_board_kg > 0.0 {
-        parts.push(format!(
-            "the standard {on_board_kg:.0} kg in seats and luggage, since the session states no loading"
-        ));
+        parts.push(format!("standard seats and luggage of {on_board_kg:.0} kg (loading not stated)"));
     }
     match (flown.fuel.record, flown.fuel.is_stated) {
         _ if fuel_kg <= 0.0 => {}
         (FuelRecord::None, false) => {
-            parts.push(format!(
-                "the standard {fuel_kg:.0} kg of fuel{full} at all times, since neither fuel nor flow is recorded"
-            ));
+            parts.push(format!("standard fuel of {fuel_kg:.0} kg{full}, constant (fuel not recorded)"));
         }
         (FuelRecord::None, true) => {
-            parts.push(format!("{fuel_kg:.0} kg of fuel at all times, since no burn is recorded"));
+            parts.push(format!("fuel of {fuel_kg:.0} kg, constant (burn not recorded)"));
         }
         (FuelRecord::Flow, false) => {
-            parts.push(format!(
-                "the standard {fuel_kg:.0} kg of fuel{full} at the start, since only its flow is recorded"
-            ));
+            parts.push(format!("standard fuel of {fuel_kg:.0} kg{full} at the start (only flow recorded)"));
         }
         (FuelRecord::Flow, true) | (FuelRecord::Tanks | FuelRecord::Total, _) => {}
     }
@@ -108,8 +102,8 @@ fn assumed_in(flight: &str, session: &Session, aircraft: &Aircraft, flown: &Flow
         return None;
     }
     let mass_kg = flown.start.state.properties.mass_kg;
-    let text = format!("the mass of {mass_kg:.0} kg at the start is assumed: {}", parts.join("; "));
+    let text = format!("The initial mass of {mass_kg:.0} kg is assumed: {}.", parts.join("; "));
     let finding = Finding::new(Level::Caution, "loading", format!("flight '{flight}'"), text);
-    let cure = "state who and what was on board, and the fuel at the start; map a record of the fuel";
+    let cure = "State occupants, luggage and initial fuel, or map a fuel channel.";
     Some(finding.with_cure(cure).with_setting("Loading", "loading"))
 }

@@ -28,10 +28,9 @@ pub(super) fn findings(evidence: Evidence<'_>, fit: &CoefficientFit) -> Vec<Find
 pub(super) fn airspeed<'w>(evidence: Evidence<'_>, mut windows: impl Iterator<Item = &'w str>) -> Option<Finding> {
     let path = |window: &str| evidence.snapshot.windows.get(window)?.path.ready();
     windows.find(|window| path(window).is_some_and(|path| path.missing.contains(&Measurement::Airspeed)))?;
-    let text = "no airspeed is measured: that of the path is the ground velocity less a wind that nothing tells, and with it dynamic \
-                pressure, flow angles and every derivative";
+    let text = "Airspeed not recorded: dynamic pressure, flow angles and derivatives depend on an assumed wind.";
     let finding = Finding::new(Level::Caution, "assumed", "airspeed", text.to_owned());
-    let cure = "map an airspeed, true or calibrated";
+    let cure = "Map a true or calibrated airspeed.";
     Some(finding.with_cure(cure).with_setting("Channels", "airspeed"))
 }
 
@@ -63,8 +62,8 @@ fn contradicted(at: &str, evidence: Evidence<'_>, fit: &CoefficientFit) -> Optio
     if names.is_empty() {
         return None;
     }
-    let text = format!("it is made of channels that others contradict: {}", names.join(", "));
+    let text = format!("Computed from inconsistent channels: {}.", names.join(", "));
     let finding = Finding::new(Level::Bad, "physics", at, text);
-    let finding = finding.with_cure("change in the channel map what is said of them");
+    let finding = finding.with_cure("Correct these channels in the channel map.");
     Some(finding.with_setting("Channels", ""))
 }

@@ -168,7 +168,15 @@ impl std::fmt::Display for Finding {
     /// Where, what and what to do, in one line.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}: {}", self.place, self.text)?;
-        if self.cure.is_empty() { Ok(()) } else { write!(f, ": {}", self.cure) }
+        write_fix(f, &self.text, &self.cure)
+    }
+}
+
+/// What to do behind what was found: two sentences, or two parts of one.
+fn write_fix(f: &mut std::fmt::Formatter<'_>, text: &str, fix: &str) -> std::fmt::Result {
+    match fix {
+        "" => Ok(()),
+        _ => write!(f, "{}{fix}", if text.ends_with('.') { " " } else { ": " }),
     }
 }
 

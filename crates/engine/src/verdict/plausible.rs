@@ -46,8 +46,7 @@ struct FileTable {
 }
 
 static TABLE: LazyLock<Result<FileTable, String>> = LazyLock::new(|| {
-    let text =
-        builtin::text("plausible", BUILTIN).ok_or_else(|| format!("no plausible ranges are called '{BUILTIN}'"))?;
+    let text = builtin::text("plausible", BUILTIN).ok_or_else(|| format!("plausible ranges '{BUILTIN}' not found"))?;
     toml::from_str(text).map_err(|error| error.to_string())
 });
 

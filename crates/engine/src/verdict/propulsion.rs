@@ -32,11 +32,11 @@ pub(super) fn extrapolated(
     }
     let (thrust, (off_range, _)) = furthest;
     let text = format!(
-        "the thrust of engine '{}' is extrapolated, which changes CX by {change:.4}, more than its fit leaves over, {residual:.4}: {off_range}",
+        "Thrust of engine '{}' is extrapolated: CX changes by {change:.4}, residual {residual:.4} ({off_range}).",
         thrust.engine
     );
     let finding = Finding::new(Level::Caution, "propulsion", place, text).with_figure(change, residual);
-    let cure = "fly within the engine chart and the propeller map, extend them, or record the thrust";
+    let cure = "Extend the engine chart and propeller map, or record the thrust.";
     Some(finding.with_cure(cure).with_setting("Propulsion", "aircraft"))
 }
 
@@ -69,8 +69,7 @@ pub(super) fn unknown(at: &str, fit: &CoefficientFit, used: &[&WindowAero]) -> O
         return None;
     }
     let name = fit.coefficient.name();
-    let cure =
-        "record the thrust, or what the aircraft's engine chart and propeller map need: speed and manifold pressure";
+    let cure = "Record the thrust, or engine speed and manifold pressure.";
     let said = |level: Level, text: String| {
         Some(
             Finding::new(level, "propulsion", at, text)
@@ -83,9 +82,7 @@ pub(super) fn unknown(at: &str, fit: &CoefficientFit, used: &[&WindowAero]) -> O
     if let Some(engine) = partly {
         return said(
             Level::Bad,
-            format!(
-                "{name} is freed of the thrust of the other engines only: that of engine '{engine}' is neither recorded nor modelled"
-            ),
+            format!("Thrust of engine '{engine}' is neither recorded nor modelled; {name} contains it."),
         );
     }
     let with_thrust = used.iter().all(|aero| aero.settings.thrust == ThrustTreatment::Included);
@@ -93,8 +90,5 @@ pub(super) fn unknown(at: &str, fit: &CoefficientFit, used: &[&WindowAero]) -> O
     if !(with_thrust && none_known) {
         return None;
     }
-    said(
-        Level::Caution,
-        format!("the thrust is not known: {name} contains it, and its changes with airspeed count as those of {name}"),
-    )
+    said(Level::Caution, format!("Thrust is unknown: {name} contains it and its change with airspeed."))
 }

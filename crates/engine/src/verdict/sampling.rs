@@ -75,8 +75,8 @@ pub(super) fn sudden_control(
         return None;
     }
     let text = format!(
-        "{} moves by {:.0} % of its travel between two samples {:.3} s apart: when it did is known to {:.3} s, {:.0} % of the time constant \
-         of {}, {time_constant_s:.2} s (limit {:.0} %)",
+        "{} moves {:.0} % of its travel per {:.3} s sample: timing error {:.3} s, {:.0} % of the {} time constant {time_constant_s:.2} s \
+         (limit {:.0} %).",
         motion.control.name(),
         100.0 * jump.part,
         jump.apart_s,
@@ -86,10 +86,7 @@ pub(super) fn sudden_control(
         100.0 * PART_OF_TIME_CONSTANT
     );
     let finding = Finding::new(Level::Caution, "sampling", place, text).with_figure(part, PART_OF_TIME_CONSTANT);
-    let cure = format!(
-        "record it faster or move it slower; until then the derivatives of {} are wrong by about as much",
-        motion.name
-    );
+    let cure = format!("Record it faster or move it slower; {} derivatives are biased.", motion.name);
     Some(finding.with_cure(cure).with_setting("Flight", ""))
 }
 

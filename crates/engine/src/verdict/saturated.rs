@@ -32,13 +32,9 @@ pub(super) fn finding(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre
         Some((role, end, samples))
     });
     let (role, end, samples) = resting.max_by_key(|(_, _, samples)| *samples)?;
-    let text = format!(
-        "{} rests at {end:.4}, the end of what was recorded of it, for {samples} samples (limit {IN_A_ROW}): the sensor is at the end of its \
-         range and the motion went on",
-        role.name()
-    );
+    let text = format!("{} is saturated at {end:.4} for {samples} samples (limit {IN_A_ROW}).", role.name());
     let finding = Finding::new(Level::Caution, "saturated", place, text).with_figure(samples as f64, IN_A_ROW as f64);
-    let cure = "leave the window out, or move less; a sensor of a wider range is wanted";
+    let cure = "Ignore the manoeuvre, fly smaller inputs, or use a wider-range sensor.";
     let fix = Fix::ignore([manoeuvre.name.as_str()]);
     Some(finding.with_cure(cure).with_setting("Flight", "window.role").with_fix(fix))
 }

@@ -9,8 +9,8 @@ pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
     let physics = snapshot.physics.iter().filter_map(|(name, slot)| Some((name, slot.ready()?)));
     let physics = physics.flat_map(|(name, physics)| physics.findings(evidence.session, name));
     let unnamed = evidence.session.aircraft.is_none().then(|| {
-        let text = "no aircraft is named: flight paths were computed, coefficients and derivatives were not";
-        let cure = "name one: `doublet new --aircraft`, or `aircraft` in the session";
+        let text = "No aircraft: coefficients and derivatives were not computed.";
+        let cure = "Choose an aircraft.";
         Finding::new(Level::Caution, "aircraft", "session", text).with_cure(cure).with_setting("Loading", "aircraft")
     });
     let failures = snapshot.failures().into_iter();

@@ -24,33 +24,32 @@ pub(super) fn of_session(snapshot: &Snapshot) -> Vec<Finding> {
 pub(super) fn findings(place: &str, reference: &ReferenceGeometry, mass: Option<&MassProperties>) -> Vec<Finding> {
     let ReferenceGeometry { area_m2, span_m, chord_m, .. } = *reference;
     let outline = finding(place, area_m2 / (span_m * chord_m), FILLED, |part| {
-        let text = format!(
-            "an area of {area_m2:.4} m2 is {part:.3} times span {span_m:.4} m and chord {chord_m:.4} m, no wing has that"
-        );
-        (text, "look at the units of area, span and chord: m2 and m, not ft2 and ft")
+        let text = format!("Area {area_m2:.4} m2 is {part:.3} times span {span_m:.4} m by chord {chord_m:.4} m");
+        (text, "Check the units of area, span and chord: m2 and m.")
     });
     let bodies = mass.filter(|mass| mass.mass_kg > 0.0).into_iter().flat_map(|mass| {
         let (mass_kg, inertia) = (mass.mass_kg, mass.inertia);
         let radius = (inertia.xx / mass_kg).sqrt() / (0.5 * span_m);
         let roll = finding(place, radius, ROLL_RADIUS, |radius| {
             let text = format!(
-                "Ixx of {:.4} kg m2 and a mass of {mass_kg:.4} kg make a radius of gyration in roll of {radius:.3} half spans, no known \
-                 aeroplane has that",
+                "Ixx {:.4} kg m2 at mass {mass_kg:.4} kg gives a roll radius of gyration of {radius:.3} half-spans",
                 inertia.xx
             );
-            (text, "look at the units of mass, inertia and span: kg, kg m2 and m, not lb, slug ft2 and ft")
+            (text, "Check the units of mass, inertia and span: kg, kg m2 and m.")
         });
         let flatness = finding(place, inertia.zz / (inertia.xx + inertia.yy), FLATNESS, |part| {
-            let text = format!("Izz is {part:.3} times Ixx and Iyy together, of aeroplanes it is nearly their sum");
-            (text, "look for a slip in the moments of inertia")
+            let text = format!("Izz is {part:.3} times Ixx + Iyy");
+            (text, "Check the moments of inertia.")
         });
         let triangle = inertia.triangle_excess().filter(|_| flatness.is_none()).map(|excess| {
             let text = format!(
-                "the largest principal moment of inertia exceeds the sum of the others by {:.1} %, no body has that",
+                "The largest principal inertia exceeds the sum of the others by {:.1} %, which is impossible.",
                 100.0 * excess
             );
             let finding = Finding::new(Level::Caution, "aircraft", place, text).with_figure(excess, 0.0);
-            finding.with_cure("look for the loading that the moments were published for").with_setting("Airframe", "aircraft")
+            finding
+                .with_cure("Check the loading that the published moments belong to.")
+                .with_setting("Airframe", "aircraft")
         });
         [roll, flatness, triangle]
     });
@@ -69,7 +68,7 @@ fn finding(place: &str, figure: f64, limits: [f64; 2], say: impl Fn(f64) -> (Str
     let (text, cure) = say(figure);
     let (limit, times) = if figure > high { (high, figure / high) } else { (low, low / figure) };
     let level = if times > BAD_TIMES { Level::Bad } else { Level::Caution };
-    let text = format!("{text} ({low} to {high}): the derivatives go with it");
+    let text = format!("{text} (limits {low} to {high}).");
     let finding = Finding::new(level, "aircraft", place, text).with_figure(figure, limit);
     Some(finding.with_cure(cure).with_setting("Airframe", "aircraft"))
 }

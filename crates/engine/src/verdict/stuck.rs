@@ -36,12 +36,11 @@ pub(super) fn finding(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre
 fn of_channel(place: &str, role: Role, value: f64, length_s: f64, least_s: f64) -> Finding {
     let name = role.name();
     let text = format!(
-        "{name} stands still at {value:.4} {} for {length_s:.1} s (limit {least_s:.1} s) and moves elsewhere in the recording: its sensor or \
-         its recorder stopped",
+        "{name} is stuck at {value:.4} {} for {length_s:.1} s (limit {least_s:.1} s).",
         role.dimension().si_symbol()
     );
     let finding = Finding::new(Level::Bad, "stuck", place, text).with_figure(length_s, least_s);
-    let cure = "leave the window out, or the channel";
+    let cure = "Ignore the manoeuvre, or leave the channel out.";
     finding.with_cure(cure).with_setting("Flight", "window.role")
 }
 

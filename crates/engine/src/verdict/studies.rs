@@ -85,11 +85,11 @@ fn apart(window: &str, fits: &WindowFits, method: &str, twin: &CheckedDerivative
     let times = difference / error.hypot(twin.standard_error);
     let (level, limit) = level_above(times, TWIN_CAUTION, TWIN_BAD)?;
     let text = format!(
-        "{estimate:.4} ± {error:.2} by equation error, {:.4} ± {:.2} by {method}: {times:.1} joint errors apart (limit {limit})",
+        "Equation error {estimate:.4} ± {error:.2}, {method} {:.4} ± {:.2}: {times:.1} joint standard errors apart (limit {limit}).",
         twin.estimate, twin.standard_error
     );
     let finding = Finding::new(level, "twin", place(&twin.name, Some(window)), text).with_figure(times, limit);
-    let cure = "look at the outputs that output error follows, at delays, and at the band of frequencies";
+    let cure = "Check the fit of output error, the delays and the frequency band.";
     Some(finding.with_cure(cure).with_setting("Derivatives", "model"))
 }
 
@@ -110,11 +110,9 @@ fn timing(evidence: Evidence<'_>, found: &mut StudyFindings) {
         }
         let limit_s = if level == Level::Bad { DELAY_BAD_S } else { DELAY_SAMPLES * step_s };
         let name = lag.surface.name();
-        let text = format!(
-            "the {name} acts {left_s:+.3} s ± {error_s:.3} after its recording, besides the delay stated (limit {limit_s:.3} s)"
-        );
+        let text = format!("{name} needs {left_s:+.3} ± {error_s:.3} s more delay (limit {limit_s:.3} s).");
         let finding = Finding::new(level, "timing", name, text).with_figure(left_s, limit_s);
-        let cure = format!("take the delay that was found, or look at the clock of the {name}");
+        let cure = format!("Use this delay, or check the clock of the {name}.");
         let fix = Fix::control_delay(evidence.session, lag.surface, delay_s);
         let finding = finding.with_cure(cure).with_setting("Model", format!("preparation.control_lag.{name}"));
         found.session.push(finding.with_fix(fix));
@@ -148,7 +146,7 @@ fn missed(window: &str, replay: &WindowReplay, tolerances: &str) -> Option<Findi
     });
     let (test, band) = failed.max_by(|a, b| a.1.worst_ratio.total_cmp(&b.1.worst_ratio))?;
     let text = format!(
-        "flown again by the model, {} leaves its band of test {} by {:.2} times its half width ({tolerances}, limit 1)",
+        "Simulated {} misses test {}: {:.2} times its tolerance ({tolerances}, limit 1).",
         band.tolerance.signal.name(),
         test.id,
         band.worst_ratio
@@ -157,7 +155,7 @@ fn missed(window: &str, replay: &WindowReplay, tolerances: &str) -> Option<Findi
     let finding = finding.with_figure(band.worst_ratio, 1.0);
     Some(
         finding
-            .with_cure("look at the proof of match and at the derivatives that move this output")
+            .with_cure("Check the proof of match and the derivatives behind this output.")
             .with_setting("Match", "model"),
     )
 }

@@ -151,7 +151,7 @@ impl<'a> Judged<'a> {
                     "without {}",
                     self.suspects.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ")
                 ),
-                "Fix the findings on these manoeuvres, or exclude them.".to_owned(),
+                "Fix the findings on these manoeuvres, or ignore them.".to_owned(),
                 "Manoeuvres",
                 "window.role".to_owned(),
             ),
@@ -164,8 +164,8 @@ impl<'a> Judged<'a> {
             ),
             Cause::Accelerometer => (
                 "accelerometer",
-                "with the accelerometers where they are found".to_owned(),
-                "State the place of the accelerometers.".to_owned(),
+                "with the accelerometers at their estimated position".to_owned(),
+                "State the position of the accelerometers.".to_owned(),
                 "Airframe",
                 "aircraft".to_owned(),
             ),
@@ -180,7 +180,7 @@ impl<'a> Judged<'a> {
         };
         let times = (effect.estimate - self.estimate).abs() / self.error;
         let text = format!(
-            "{:.4} ± {} becomes {:.4} {cause}: {times:.1} standard errors (limit {})",
+            "{:.4} ± {} becomes {:.4} {cause}: {times:.1} standard errors (limit {}).",
             self.estimate,
             significant(self.error, 2),
             effect.estimate,
@@ -198,7 +198,7 @@ impl<'a> Judged<'a> {
         match effect.cause {
             Cause::PathMeasured => {
                 let edit = Edit::Estimation(EstimationEdit::Path(PathSource::Measured));
-                Some(Fix::new("take the path as measured", edit))
+                Some(Fix::new("use the path as measured", edit))
             }
             Cause::SuspectsLeftOut => Some(Fix::ignore(self.suspects.iter().copied())),
             Cause::Channel => {

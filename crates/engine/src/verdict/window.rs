@@ -44,8 +44,7 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
     findings.extend(stuck::finding(&place, evidence, manoeuvre));
     if let Some(path) = results.path.ready() {
         if evidence.session.preparation.path == PathSource::Measured {
-            let text = "the path is taken as measured: errors of its sensors are in the coefficients and in what explains them, and no \
-                        innovation tells of them";
+            let text = "Path as measured: sensor errors bias the coefficients, without innovations as a check.";
             let finding = Finding::new(Level::Caution, "as-measured", place.clone(), text.to_owned());
             findings.push(finding.with_setting("Noise and filter", "preparation.path"));
         }
@@ -103,25 +102,17 @@ fn nis(place: &str, consistency: &Consistency, evidence: Evidence<'_>, channels_
         found.map_or(("a measurement", f64::NAN), |found| (found.measurement.name(), found.deviation_ratio));
     let (said, cure) = if ratio > 1.0 {
         (
-            format!(
-                "the innovations are larger than the noise explains, most those of {name} ({times:.1} times their prediction)"
-            ),
+            format!("innovations exceed the noise, most in {name} ({times:.1} times predicted)"),
             too_large(name, found.filter(|_| channels_fit && ratio < NOISE_EXPLAINS).map(|found| found.measurement)),
         )
     } else {
         (
-            format!(
-                "the noise stated is larger than what was recorded, most that of {name} ({times:.2} times its prediction)"
-            ),
-            format!(
-                "take the noise from steady windows, or lower that stated under [filter.measurement_noise], {name} first; until then the \
-                 path is less exact than it could be"
-            ),
+            format!("noise set too high, most in {name} ({times:.2} times predicted)"),
+            format!("Estimate the noise from steady flight, or lower it, {name} first."),
         )
     };
     let (mean, expected) = (consistency.nis_mean, consistency.nis_mean / ratio);
-    let text =
-        format!("mean NIS {mean:.3} where {expected:.3} is expected (ratio {ratio:.2}, limit {limit:.2}): {said}");
+    let text = format!("Mean NIS {mean:.3}, expected {expected:.3} (ratio {ratio:.2}, limit {limit:.2}): {said}.");
     let setting = found
         .filter(|_| ratio > 1.0)
         .map_or("filter.measurement_noise".to_owned(), |_| format!("filter.measurement_noise.{name}"));
@@ -143,7 +134,7 @@ fn noise_fix(evidence: Evidence<'_>, measurement: Measurement) -> Option<Fix> {
     }
     let (name, ratio) = (measurement.name(), square.sqrt());
     let std = evidence.session.filter.measurement_noise[measurement as usize] * ratio;
-    let label = format!("state {} times the noise of {name}", significant(ratio, 2));
+    let label = format!("multiply the noise of {name} by {}", significant(ratio, 2));
     Some(Fix::new(label, Edit::noise(NoiseChannel::Measurement(measurement), std)))
 }
 
@@ -151,14 +142,11 @@ fn noise_fix(evidence: Evidence<'_>, measurement: Measurement) -> Option<Fix> {
 fn too_large(name: &str, fits: Option<Measurement>) -> String {
     use Measurement::{Airspeed, AngleOfAttack, Sideslip};
     match fits {
-        None => format!("look for a wrong sign, unit or clock of {name}, then take its noise from steady windows"),
-        Some(Airspeed | AngleOfAttack | Sideslip) => format!(
-            "its channel fits the others: take the noise of {name} from steady windows; in turbulence, which no constant wind explains, the \
-             path as measured (preparation.path); else look for its clock"
-        ),
-        Some(_) => format!(
-            "its channel fits the others: take the noise of {name} from steady windows, or let `doublet tune` find it; then look for its clock"
-        ),
+        None => format!("Check sign, unit and clock of {name}, then estimate its noise."),
+        Some(Airspeed | AngleOfAttack | Sideslip) => {
+            format!("Estimate the noise of {name}, or use the path as measured in turbulence.")
+        }
+        Some(_) => format!("Estimate the noise of {name} from steady flight, then check its clock."),
     }
 }
 
@@ -168,8 +156,8 @@ fn offset(place: &str, channel: &ChannelConsistency) -> Option<Finding> {
     if !channel.has_offset() {
         return None;
     }
-    let text = format!("the mean innovation of {name} is {:+.2} predicted deviations (limit {limit})", channel.mean);
-    let cure = format!("look for an offset, a wrong sign or a wrong clock of {name}");
+    let text = format!("Mean innovation of {name} is {:+.2} standard deviations (limit {limit}).", channel.mean);
+    let cure = format!("Check {name} for an offset, a wrong sign or a clock error.");
     let finding = Finding::new(level, "innovation", format!("{place}, {name}"), text).with_figure(channel.mean, limit);
     Some(finding.with_cure(cure).with_setting("Innovations", format!("filter.measurement_noise.{name}")))
 }
@@ -181,9 +169,9 @@ fn correlated(place: &str, channel: &ChannelConsistency) -> Option<Finding> {
     }
     let name = channel.measurement.name();
     let text = format!(
-        "the innovations of {name} are {ratio:.2} times their prediction and correlated ({lag_one:.2} from sample to sample, limit {LAG_ONE})"
+        "{name} innovations are {ratio:.2} times predicted and correlated (lag one {lag_one:.2}, limit {LAG_ONE})."
     );
-    let cure = format!("look for a delay, a filter or repeated samples of {name}, then for its noise");
+    let cure = format!("Check {name} for a delay, a filter or repeated samples.");
     let finding = Finding::new(Level::Caution, "innovation", format!("{place}, {name}"), text);
     let finding = finding.with_figure(lag_one, LAG_ONE).with_cure(cure);
     Some(finding.with_setting("Innovations", format!("filter.measurement_delay_s.{name}")))
@@ -200,7 +188,7 @@ fn smoother(place: &str, path: &WindowPath) -> Option<Finding> {
     let (state, level, text, figure, limit) = match (lasting, outside) {
         (Some((state, it)), _) => {
             let text = format!(
-                "filter and smoother differ by up to {:.0} deviations in {} (limit {SMOOTHER_BAD} for {SMOOTHER_BAD_S} s)",
+                "Filter and smoother differ by {:.0} standard deviations in {} (limit {SMOOTHER_BAD} for {SMOOTHER_BAD_S} s).",
                 it.largest,
                 state.name()
             );
@@ -208,7 +196,7 @@ fn smoother(place: &str, path: &WindowPath) -> Option<Finding> {
         }
         (None, Some((state, it))) if it.outside > SMOOTHER_OUTSIDE => {
             let text = format!(
-                "filter and smoother differ by more than {SMOOTHER_BAND} deviations in {} at {:.0} % of the samples (limit {:.0} %)",
+                "Filter and smoother differ by over {SMOOTHER_BAND} standard deviations in {} at {:.0} % of samples (limit {:.0} %).",
                 state.name(),
                 100.0 * it.outside,
                 100.0 * SMOOTHER_OUTSIDE
@@ -217,7 +205,7 @@ fn smoother(place: &str, path: &WindowPath) -> Option<Finding> {
         }
         _ => return None,
     };
-    let cure = "look at process noise and random walks, and for an effect of the sensors the filter does not describe";
+    let cure = "Check process noise and random walks, and look for unmodelled sensor errors.";
     let finding = Finding::new(level, "smoother", place, text).with_figure(figure, limit).with_cure(cure);
     Some(finding.with_setting("Noise and filter", format!("filter.random_walk.{}", state.name())))
 }
