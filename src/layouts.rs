@@ -72,14 +72,14 @@ impl Step {
     pub fn done_when(self) -> &'static str {
         match self {
             Self::Recording => "Done when every recording is read",
-            Self::Channels => "Done when no channel contradicts another",
+            Self::Channels => "Done when all channels are consistent",
             Self::Aircraft => "Done when mass, inertia and envelope are valid",
-            Self::Signals => "Done when clocks are fitted and no gap lies inside a window",
-            Self::Manoeuvres => "Done when every window is confirmed or ignored",
-            Self::Filter => "Done when the innovations of every window are as predicted",
-            Self::Model => "Done when every coefficient has a fit whose terms can be told apart",
+            Self::Signals => "Done when clocks are fitted and no manoeuvre has a gap",
+            Self::Manoeuvres => "Done when every manoeuvre is confirmed or ignored",
+            Self::Filter => "Done when the innovations of every manoeuvre are as predicted",
+            Self::Model => "Done when every coefficient has a fit with separable terms",
             Self::Results => "Done when the verdict is good",
-            Self::Report => "Done when the report is written as things stand",
+            Self::Report => "Done when the report is up to date",
         }
     }
 

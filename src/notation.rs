@@ -257,7 +257,7 @@ mod tests {
         assert_eq!(set("CXα and ΔCY"), ["C|Xα", " and ΔC|Y"]);
         assert_eq!(set("Cmα̇ [1]"), ["C|mα̇", " [1]|"]);
         assert_eq!(set("most of psi, v_east"), ["most of ψ, Ve|"]);
-        for same in ["Clear of Clouds, CG, C, CXYZ, Cmd", "nothing gives 'delta_e'", "the window's CSV"] {
+        for same in ["Clear of Clouds, CG, C, CXYZ, Cmd", "nothing gives 'delta_e'", "the manoeuvre's CSV"] {
             assert_eq!(set(same), [format!("{same}|")]);
         }
         assert_eq!(set("alone says -0.18, 3-2-1-1 (-4)"), ["alone says \u{2212}0.18, 3-2-1-1 (\u{2212}4)|"]);

@@ -56,7 +56,7 @@ impl Workbench {
             ui.set_width(620.0);
             ui.heading("This session was changed on disk");
             let count = question.changed.differences.len();
-            ui.label(format!("Somebody else has written its file since it was opened here ({count} differences)."));
+            ui.label(format!("Another program has changed its file ({count} differences)."));
             if question.shown {
                 ui.add_space(8.0);
                 ScrollArea::vertical().max_height(300.0).show(ui, |ui| {
@@ -93,7 +93,7 @@ impl Workbench {
             Answer::KeepMine => self.ask(Asked::Save(after), ctx),
             Answer::TakeTheirs => {
                 self.document.take_theirs(changed);
-                self.say("The version on disk was taken: undo brings yours back");
+                self.say("Loaded the version on disk: undo restores yours");
                 if let Some(pending) = after {
                     self.leave(pending, ctx);
                 }

@@ -216,7 +216,7 @@ fn recent(paths: &[std::path::PathBuf], commands: &mut Vec<UiCommand>, ui: &mut 
 fn status(app: &mut Workbench, ui: &mut Ui) {
     let palette = theme::palette(ui);
     if let Some(error) = app.document.autosave_error() {
-        let text = format!("Unsaved work is not kept ({error}): save often");
+        let text = format!("Autosave failed ({error}): save often");
         ui.add(egui::Label::new(RichText::new(text).color(palette.error)).wrap());
     }
     let errors = app.message.as_ref().is_some_and(|message| message.is_error);
@@ -227,7 +227,7 @@ fn status(app: &mut Workbench, ui: &mut Ui) {
         ui.set_min_height(24.0);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if errors || app.message.is_none() {
-                ui.weak("Ctrl+P finds a command");
+                ui.weak("Ctrl+P: find a command");
             } else {
                 let room = vec2(0.5 * ui.available_width(), ui.available_height());
                 ui.allocate_ui_with_layout(room, Layout::right_to_left(Align::Center), |ui| message(app, ui));
@@ -313,7 +313,7 @@ fn lamp(app: &mut Workbench, ui: &mut Ui, busy: bool) {
     }
     let name = format!("verdict: {}{}", level.map_or("none yet", Level::name), if busy { ", computing" } else { "" });
     lamp.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
-    let mut clicked = lamp.on_hover_text("What may be believed, and why").clicked();
+    let mut clicked = lamp.on_hover_text("Which results can be trusted, and why").clicked();
     if let Some(verdicts) = verdicts {
         let (visuals, is_stale) = (ui.visuals(), app.snapshot.verdicts.is_stale());
         let ink = if is_stale { visuals.weak_text_color() } else { visuals.text_color() };

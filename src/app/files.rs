@@ -322,7 +322,7 @@ impl OwnDialog {
                 }
             }
             if self.question.purpose == Purpose::Several {
-                ui.weak("Ctrl+click: several of one flight");
+                ui.weak("Ctrl+click: select several of one flight");
             }
             if pressed || confirmed {
                 enter = Some(single_ending(self.typed.trim(), &self.question.extensions));
@@ -342,7 +342,7 @@ impl OwnDialog {
         area.show_rows(ui, ROW, entries.len().max(1), |ui, rows| {
             if entries.is_empty() {
                 let is_filtered = !self.all && !self.question.extensions.is_empty();
-                ui.weak(if is_filtered { "No file here has one of these endings." } else { "This folder is empty." });
+                ui.weak(if is_filtered { "No file of these types in this folder." } else { "This folder is empty." });
             }
             for entry in entries.get(rows).unwrap_or_default() {
                 self.row(ui, entry, &mut enter);

@@ -84,7 +84,7 @@ impl Topic {
                     };
                     format!("# {}\n\n{also}{}\n\n{facts}\n[The whole glossary](glossary.md)\n", entry.word, entry.what)
                 }
-                None => format!("There is no entry '{word}'. [The whole glossary](glossary.md)\n"),
+                None => format!("'{word}' is not in the glossary. [The whole glossary](glossary.md)\n"),
             },
         }
     }
@@ -243,7 +243,7 @@ fn found(sought: &str, ui: &mut Ui, next: &mut Option<Topic>) {
         });
     }
     if count == 0 {
-        ui.weak("Nothing in the manual holds that: try one word of it.");
+        ui.weak("Not found in the manual: try one word.");
     }
 }
 

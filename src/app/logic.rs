@@ -102,7 +102,7 @@ fn edit(app: &mut Workbench, request: EditRequest) {
         EditRequest::Commit => history.commit(),
         EditRequest::Abort => {
             history.abort();
-            "take a drag back".clone_into(&mut app.cause);
+            "undo the drag".clone_into(&mut app.cause);
         }
         EditRequest::Apply(edit) => {
             let label = edit.label();

@@ -315,7 +315,7 @@ impl Workbench {
         });
         if kept {
             self.state.keep_layout(name.trim());
-            self.say(format!("The layout is kept as {}: it is found in the menu Layout", name.trim()));
+            self.say(format!("Layout saved as {} (menu Layout)", name.trim()));
         } else if !given_up {
             self.naming = Some(name);
         }
@@ -448,11 +448,9 @@ fn has_display() -> bool {
 /// Why there is no window and what to do, in one line.
 fn no_window(cause: &str, has_display: bool) -> String {
     let missing = if has_display {
-        format!(
-            "no window could be opened ({cause}): on Debian `apt-get install {DEBIAN_PACKAGES}` installs what it needs"
-        )
+        format!("no window could be opened ({cause}): on Debian run `apt-get install {DEBIAN_PACKAGES}`")
     } else {
-        format!("doublet needs a display for its window, and neither DISPLAY nor WAYLAND_DISPLAY names one ({cause})")
+        format!("doublet needs a display: DISPLAY and WAYLAND_DISPLAY are not set ({cause})")
     };
     format!("{missing}; without a window use `doublet run SESSION --out DIR`")
 }

@@ -158,7 +158,7 @@ impl Workbench {
             Asked::Export => ("Folder for the results", Purpose::Save, Vec::new(), "results".to_owned()),
             Asked::Report => ("Folder for the report", Purpose::Save, Vec::new(), "report".to_owned()),
             Asked::ExportModel => ("Folder for the model", Purpose::Save, Vec::new(), "model".to_owned()),
-            Asked::Missing(..) => ("The recording that is not found", Purpose::Open, recordings(), String::new()),
+            Asked::Missing(..) => ("Find the missing recording", Purpose::Open, recordings(), String::new()),
             Asked::Reference => ("Results, a table or a DATCOM listing", Purpose::Open, Vec::new(), String::new()),
             Asked::Figure(form, name) => {
                 let extension = form.extension();
@@ -189,7 +189,7 @@ impl Workbench {
         let index = flight.recordings.iter().position(|recording| is_missing(&recording.path));
         match index.map(|index| (flight.name.clone(), index)) {
             Some((name, index)) => self.ask(Asked::Missing(name, index), ctx),
-            None => self.complain("every recording of this flight is where the session says"),
+            None => self.complain("no recording of this flight is missing"),
         }
     }
 
@@ -357,7 +357,7 @@ impl Workbench {
             match ReportFigure::of(&figure) {
                 Ok(figure) => {
                     self.apply(&Edit::ReportFigure(ReportFigureEdit::Add(figure)));
-                    self.say("Added to the report: the panel Report shows its figures, Undo takes it out");
+                    self.say("Added to the report: see the panel Report");
                 }
                 Err(line) => self.complain(line),
             }
@@ -365,12 +365,12 @@ impl Workbench {
         match copied.last() {
             Some(FigureRequest { figure, form: FigureForm::Copy }) => {
                 ctx.copy_text(figure::csv(figure));
-                self.say("The data of the plot are in the clipboard");
+                self.say("Copied the data of the plot");
             }
             Some(FigureRequest { figure, .. }) => match figure::picture(figure) {
                 Ok(picture) => {
                     ctx.copy_image(picture);
-                    self.say("The picture of the plot is in the clipboard; Ctrl+Shift+C takes its data");
+                    self.say("Copied the picture of the plot; Ctrl+Shift+C copies its data");
                 }
                 Err(line) => self.complain(line),
             },
@@ -424,7 +424,7 @@ impl Workbench {
             return;
         };
         if !matches!(opening.join(), Ok(Ok(()))) {
-            self.complain(format!("No program of the desktop opens {}: open it by hand", path.display()));
+            self.complain(format!("No program found for {}: open it yourself", path.display()));
         }
     }
 
@@ -436,7 +436,7 @@ impl Workbench {
             ui.set_width(340.0);
             ui.heading("Save the changes to this session?");
             ui.add_space(4.0);
-            ui.label("They are lost otherwise.");
+            ui.label("Otherwise they are lost.");
             ui.add_space(10.0);
             ui.horizontal(|ui| {
                 for (name, choice) in [("Save", Some(true)), ("Discard", Some(false)), ("Stay", None)] {

@@ -93,8 +93,8 @@ impl Workbench {
         let (mut answer, mut later) = (None, false);
         egui::Modal::new(egui::Id::unique("recovery")).show(ctx, |ui| {
             ui.set_width(560.0);
-            ui.heading("Unsaved work was found");
-            ui.label("The program ended before it was saved.");
+            ui.heading("Unsaved work found");
+            ui.label("The program ended before saving.");
             ui.add_space(8.0);
             for (at, found) in self.recovery.found.iter().enumerate() {
                 if let Some(chosen) = found.show(ui) {
@@ -135,7 +135,7 @@ impl Workbench {
             Ok(()) if self.document.path.is_some() => {
                 self.say("Recovered unsaved work: undo returns to the saved file");
             }
-            Ok(()) => self.say("Recovered unsaved work: it has no file yet, save it"),
+            Ok(()) => self.say("Recovered unsaved work without a file: save it"),
             Err(line) => self.complain(line),
         }
         self.look_for_work(|_| true);
@@ -167,7 +167,7 @@ impl Found {
         ui.label(RichText::new(&self.name).strong());
         let windows = self.abandoned.autosave.session.windows.len();
         let since = self.since.as_deref().map_or(String::new(), |since| format!("kept {since}, "));
-        ui.weak(format!("{since}{windows} windows"));
+        ui.weak(format!("{since}{windows} manoeuvres"));
         ui.horizontal(|ui| {
             // What was never saved has nothing to be compared with.
             let show = self.abandoned.autosave.of.is_some().then_some(("Show what differs", Answer::Show));

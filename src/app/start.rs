@@ -113,10 +113,10 @@ fn actions(app: &Workbench, ui: &mut Ui) -> Option<UiCommand> {
     ui.weak("Aerodynamic derivatives from flight test");
     ui.add_space(18.0);
     let rows = [
-        ("New session from recording…", "One file, or several of one flight", UiCommand::File(FileCommand::New)),
+        ("New session from recording…", "One or several files of one flight", UiCommand::File(FileCommand::New)),
         (
             "New session from folder of CSV files…",
-            "A folder whose files are channels or recorders",
+            "One file per channel or recorder",
             UiCommand::File(FileCommand::NewFromFolder),
         ),
         ("Open session…", "A session file (TOML)", UiCommand::File(FileCommand::Open)),
@@ -125,7 +125,7 @@ fn actions(app: &Workbench, ui: &mut Ui) -> Option<UiCommand> {
             "From recording to report on the shipped flight, with the real controls",
             UiCommand::Help(HelpCommand::Tour),
         ),
-        ("Keys and gestures", "What the mouse and every key do", UiCommand::Help(HelpCommand::Shortcuts)),
+        ("Keys and gestures", "Mouse and keyboard shortcuts", UiCommand::Help(HelpCommand::Shortcuts)),
     ];
     for (name, about, command) in rows {
         if ui.add_sized(vec2(ACTIONS, 30.0), Button::new(name)).on_hover_text(about).clicked() {
@@ -133,7 +133,7 @@ fn actions(app: &Workbench, ui: &mut Ui) -> Option<UiCommand> {
         }
     }
     ui.add_space(10.0);
-    ui.add(Label::new(RichText::new("Or drop a recording, or a session file, anywhere on this window.").weak()).wrap());
+    ui.add(Label::new(RichText::new("Or drop a recording or a session file on this window.").weak()).wrap());
     if !app.document.session().flights.is_empty() {
         ui.add_space(10.0);
         if ui.link(format!("Back to {} ▸", app.document.session().title)).clicked() {
@@ -165,14 +165,14 @@ fn cards(app: &Workbench, ui: &mut Ui) -> Option<UiCommand> {
         .iter()
         .map(|(name, title)| Card {
             name: title.clone(),
-            about: "comes with the program; save it under a name to keep changes".to_owned(),
+            about: "shipped session; save it under a name to keep changes".to_owned(),
             thumbnail: thumbnails.get(&PathBuf::from(format!("{}{name}", builtin::PREFIX))),
             command: FileCommand::OpenShippedSession(name),
         })
         .collect();
     for (title, cards, nothing) in [
-        ("Sessions opened last", recent, "None yet: what you open and save is found here again."),
-        ("Flights that come with the program", shipped, ""),
+        ("Sessions opened last", recent, "None yet. Opened and saved sessions appear here."),
+        ("Shipped flights", shipped, ""),
     ] {
         ui.add_space(28.0);
         ui.heading(title);

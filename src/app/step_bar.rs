@@ -164,7 +164,7 @@ fn entry(ui: &mut Ui, step: Step, mark: Mark, chosen: bool, snapshot: &Snapshot)
         }
         let more = findings(step, snapshot).count().saturating_sub(TOLD);
         if more > 0 {
-            ui.weak(format!("and {more} more: see the summary"));
+            ui.weak(format!("and {more} more: see Summary"));
         }
     });
     response.clicked()

@@ -20,71 +20,65 @@ const STOPS: [Stop; 9] = [
     Stop {
         step: Step::Results,
         pane: Pane::Summary,
-        title: "Can I believe this?",
-        text: "Every number of this flight has been computed by now. The summary says which of them may be used: a dot is good, a \
-               triangle wants a look, a square must not be used. The lamp at the lower left says the same of the whole session.",
-        todo: "Click the triangle below CX: the reasons stand beside it, each with what cures it.",
+        title: "Can I trust the results?",
+        text: "The flight is computed. Summary shows which results you can trust: a dot is good, a triangle needs a check, a square must not be used. The lamp at the lower left shows the whole session.",
+        todo: "Click the triangle below CX: the reasons appear beside it, each with a fix.",
     },
     Stop {
         step: Step::Recording,
         pane: Pane::Flight,
         title: "The recording",
-        text: "Any channel, in as many plots as you like. The strip at the top is the whole flight; its brush is what the plots show.",
-        todo: "Turn the wheel over a plot to zoom time, drag to move along, double click to see all again. Drag with the right \
-               button for a box.",
+        text: "Plot any channel, in any number of plots. The strip at the top is the whole flight; its brush selects the part shown.",
+        todo: "Wheel: zoom time. Drag: move. Double click: show all. Drag with the right button: zoom to a box.",
     },
     Stop {
         step: Step::Channels,
         pane: Pane::Channels,
-        title: "What the channels mean",
-        text: "Each role with its range and its curve. Kinematics and air data are held against each other: a wrong sign or unit \
-               shows here before it spoils a derivative.",
-        todo: "Look at the column of ranges: degrees that should be radians are seen at once.",
+        title: "Meaning of the channels",
+        text: "Each role with its range and curve. Kinematics and air data are compared: a wrong sign or unit shows here before it biases a derivative.",
+        todo: "Check the column of ranges: degrees instead of radians are obvious.",
     },
     Stop {
         step: Step::Aircraft,
         pane: Pane::Loading,
         title: "What flew",
-        text: "Mass, centre of gravity and inertia follow the fuel as it is burnt. They turn accelerations into coefficients.",
-        todo: "Drag the seat of a passenger to zero and watch the centre of gravity move. Ctrl+Z takes it back.",
+        text: "Mass, centre of gravity and inertia follow the fuel as it is burnt. They convert accelerations to coefficients.",
+        todo: "Drag a passenger to zero and watch the centre of gravity move. Ctrl+Z undoes it.",
     },
     Stop {
         step: Step::Manoeuvres,
         pane: Pane::Manoeuvres,
         title: "The manoeuvres",
-        text: "Only these windows enter the analysis: blue ones identify, amber ones are kept to check the model against.",
-        todo: "Click a window in the strip at the top; Shift+click another and press V: all between them turn into validation. \
-               Ctrl+Z takes it back in one step.",
+        text: "Only these manoeuvres are analysed: blue for identification, amber for validation.",
+        todo: "Click a manoeuvre in the strip at the top, Shift+click another and press V: all between become validation. Ctrl+Z undoes it.",
     },
     Stop {
         step: Step::Filter,
         pane: Pane::Innovations,
         title: "The flight path",
-        text: "A Kalman filter makes one consistent path of all sensors. Innovations inside their bands mean that the noise it was told \
-               is the noise there is.",
-        todo: "Drag a number in the column of Q: innovations and derivatives follow within a blink.",
+        text: "A Kalman filter combines all sensors into one flight path. Innovations inside their bands show that the noise settings are right.",
+        todo: "Drag a number in column Q: innovations and derivatives update at once.",
     },
     Stop {
         step: Step::Model,
         pane: Pane::Fits,
         title: "The model",
-        text: "Ticks choose the terms of each coefficient. Measured and fitted coefficient are drawn over their residual: what is left \
-               there is what the model does not know.",
+        text: "Tick the terms of each coefficient. The plots compare measured and fitted coefficient; the residual is the part not modelled.",
         todo: "Untick q for Cm and watch the residual and the derivatives; tick it again.",
     },
     Stop {
         step: Step::Results,
         pane: Pane::Derivatives,
         title: "The derivatives",
-        text: "Estimates with their intervals, window by window and together, beside what the wind tunnel or the handbook says.",
-        todo: "Choose Intervals to see which windows agree on a derivative.",
+        text: "Estimates with intervals, per manoeuvre and pooled, beside wind-tunnel or handbook values.",
+        todo: "Choose Intervals to see which manoeuvres agree on a derivative.",
     },
     Stop {
         step: Step::Report,
         pane: Pane::Report,
         title: "The report",
-        text: "What you tick on the left becomes a PDF and a page for the browser, with the verdict in front and a block to sign.",
-        todo: "Write report… ends the tour where a real analysis ends. New session from recording… (Ctrl+N) begins yours.",
+        text: "Tick sections on the left for a PDF and HTML report with the verdict in front and a signature block.",
+        todo: "Write report… ends the tour. New session from recording… (Ctrl+N) starts your own.",
     },
 ];
 

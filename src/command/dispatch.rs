@@ -53,7 +53,7 @@ fn file(app: &mut Workbench, command: FileCommand, ctx: &egui::Context) {
         FileCommand::SaveInstruments => app.ask(Asked::Instruments, ctx),
         FileCommand::SaveAircraft => app.ask(Asked::OwnAircraft, ctx),
         FileCommand::Export | FileCommand::ExportModel | FileCommand::Report if app.is_busy() => {
-            app.complain("results are still being computed: write them when the run is done");
+            app.complain("results are still being computed: write them after the run");
         }
         FileCommand::Export | FileCommand::ExportModel | FileCommand::Report if app.is_exporting() => {
             app.complain("files are still being written")
@@ -112,7 +112,7 @@ pub(super) fn each_selected(app: &mut Workbench, what: &str, edit: impl Fn(Strin
         [one] => app.apply(&Edit::Window(edit(one.clone()))),
         several => {
             let edits = several.iter().map(|name| Edit::Window(edit(name.clone())));
-            app.apply_together(&format!("{what} {} windows", several.len()), edits);
+            app.apply_together(&format!("{what} {} manoeuvres", several.len()), edits);
         }
     }
 }

@@ -71,10 +71,10 @@ fn at_time(app: &mut Workbench, command: MarkCommand, window: &Manoeuvre, at_s: 
             WindowEdit::Split { name, end_s: at_s, start_s: next.unwrap_or(at_s).min(end_s), second }
         }
         MarkCommand::StartHere => {
-            return app.complain(format!("A start must lie before the end of {name}, {end_s:.2} s."));
+            return app.complain(format!("The start must be before the end of {name}, {end_s:.2} s."));
         }
         MarkCommand::EndHere => {
-            return app.complain(format!("An end must lie behind the start of {name}, {start_s:.2} s."));
+            return app.complain(format!("The end must be after the start of {name}, {start_s:.2} s."));
         }
         _ => return app.complain(format!("{name} can only be split inside: {start_s:.2} s to {end_s:.2} s.")),
     };
@@ -110,7 +110,7 @@ fn exclude(app: &mut Workbench, window: &Manoeuvre) {
 /// Takes the excluded stretch at a time in again; all of them where there is none.
 fn include(app: &mut Workbench, window: &Manoeuvre, at_s: Option<f64>) {
     if window.excluded.is_empty() {
-        return app.complain(format!("No stretch of {} is excluded.", window.name));
+        return app.complain(format!("{} has no excluded parts.", window.name));
     }
     let here = at_s.and_then(|at_s| window.excluded_at(at_s));
     let excluded = here.map_or_else(Vec::new, |here| window.excluded_without(here));
@@ -177,7 +177,7 @@ fn next(app: &mut Workbench) {
             app.state.candidate_s = Some(window.start_s);
             app.state.time.reveal(window);
         }
-        None => app.complain("No candidate is left: every manoeuvre found is in the session or was refused."),
+        None => app.complain("No candidates left: all found manoeuvres are accepted or refused."),
     }
 }
 

@@ -120,7 +120,7 @@ impl CommandPalette {
                 let last = found.len().min(ROWS).saturating_sub(1);
                 self.chosen = (self.chosen + usize::from(down)).saturating_sub(usize::from(up)).min(last);
                 if found.is_empty() {
-                    ui.weak("No command is called so or is about that.");
+                    ui.weak("No command found.");
                 }
                 for (at, row) in found.into_iter().take(ROWS).enumerate() {
                     let shortcut = row.keys(ui.ctx());

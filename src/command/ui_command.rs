@@ -354,7 +354,7 @@ pub fn table() -> Vec<CommandInfo> {
     table.push(layout("Reset layout", ResetLayout, None));
     table.extend(Pane::ALL.iter().map(|&pane| row(Menu::Panels, pane.title(), UiCommand::View(Show(pane)), None)));
     let help = |name: &str, command, shortcut| row(Menu::Help, name, UiCommand::Help(command), shortcut);
-    table.push(help("What is under the pointer", HelpCommand::Here, plain(Key::F1)));
+    table.push(help("Explain item under the pointer", HelpCommand::Here, plain(Key::F1)));
     table.push(help("Manual", HelpCommand::Manual, None));
     table.push(help("Glossary", HelpCommand::Glossary, None));
     table.push(help("Keyboard shortcuts", HelpCommand::Shortcuts, ctrl(Key::F1)));

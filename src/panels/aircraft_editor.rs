@@ -48,9 +48,9 @@ pub(super) fn way_back(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     }
     let name = match changes.len() {
         1 => "Take back 1 change".to_owned(),
-        count => format!("Take back {count} changes"),
+        count => format!("Undo {count} edits"),
     };
-    let back = ui.button(name).on_hover_text("The aircraft as its file says; Undo brings the changes again");
+    let back = ui.button(name).on_hover_text("Return to the aircraft file; Undo restores the edits");
     if back.clicked() {
         ctx.edit(Edit::Aircraft(AircraftEdit::RestoreAll));
     }
@@ -61,7 +61,7 @@ impl AircraftEditor {
         let fields = fields(aircraft, &ctx.session.aircraft_changes);
         ui.horizontal_wrapped(|ui| {
             let save =
-                ui.button("Save aircraft as…").on_hover_text("Into a file of its own, which the session then uses");
+                ui.button("Save aircraft as…").on_hover_text("Save to a new file, used by the session from then on");
             if save.clicked() {
                 ctx.commands.push(UiCommand::File(FileCommand::SaveAircraft));
             }
@@ -299,12 +299,12 @@ fn follows(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState, when: &str
         }
     })
     .response
-    .on_hover_text("With the fuel of the first record, where a flight is read; the derivatives beside follow");
+    .on_hover_text("At the fuel of the first record; the derivatives update");
     let inside = loaded.envelope.is_none_or(|margin| margin.inside());
     if !inside {
         ui.colored_label(
             theme::palette(ui).error,
-            egui::RichText::new("The CG on board lies outside the envelope.").size(11.5),
+            egui::RichText::new("The loaded CG is outside the envelope.").size(11.5),
         );
     }
 }

@@ -82,7 +82,7 @@ fn row(ctx: &mut PanelContext<'_>, ui: &mut Ui, field: &AircraftField, is_chosen
             Some(value) => values(ctx, ui, field, value, problem.as_deref()),
             None => {
                 let name = format!("state {}", field.title());
-                let state = ui.small_button("state").on_hover_text("The file does not state it");
+                let state = ui.small_button("state").on_hover_text("Not in the file");
                 ui.ctx().accesskit_node_builder(state.id, |node| node.set_label(name.as_str()));
                 if state.clicked() {
                     let edit = AircraftEdit::set(field.title(), &field.key, field.proposal.clone());
@@ -92,7 +92,7 @@ fn row(ctx: &mut PanelContext<'_>, ui: &mut Ui, field: &AircraftField, is_chosen
         }
         if field.changed {
             let name = format!("restore {}", field.title());
-            let back = ui.small_button("↺").on_hover_text("Changed in the session: back to what the file says");
+            let back = ui.small_button("↺").on_hover_text("Changed in the session: return to the file value");
             ui.ctx().accesskit_node_builder(back.id, |node| node.set_label(name.as_str()));
             if back.clicked() {
                 ctx.edit(Edit::Aircraft(AircraftEdit::Restore(field.key.clone())));
@@ -173,7 +173,7 @@ fn envelope(ctx: &mut PanelContext<'_>, ui: &mut Ui, field: &AircraftField, rows
                     }
                 }
                 let out = ui.add_enabled(rows.len() > 1, egui::Button::new("×").small());
-                if out.on_hover_text("Leave out this row").clicked() {
+                if out.on_hover_text("Remove this row").clicked() {
                     let next = rows.iter().enumerate().filter(|(other, _)| *other != at).map(|(_, row)| *row);
                     asked = Some((EditPhase::Commit, next.collect()));
                 }
@@ -208,7 +208,7 @@ fn add_new(ctx: &mut PanelContext<'_>, ui: &mut Ui, section: Section, fields: &[
             let is_free = !fields.iter().any(|field| field.owner_key() == Some(key.as_str()));
             let usable = !name.trim().is_empty() && !name.contains('.') && is_free;
             let button = ui.add_enabled(usable, egui::Button::new(format!("Add {}", kind.name())));
-            let hint = "Type a name without a dot that nothing else of its kind has";
+            let hint = "Type a unique name without a dot";
             if !button.on_disabled_hover_text(hint).clicked() {
                 continue;
             }

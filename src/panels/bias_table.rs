@@ -16,11 +16,11 @@ const DIGITS: i32 = 4;
 /// Draws the table.
 pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let Some(details) = ctx.snapshot.details.latest() else {
-        return awaiting(ctx, ui, "the paths of all windows", "No window has a path.");
+        return awaiting(ctx, ui, "the paths of all manoeuvres", "No manoeuvre has a flight path.");
     };
     let table = &details.biases;
     ui.horizontal(|ui| {
-        ui.weak("Mean over the last second of every window");
+        ui.weak("Mean over the last second of every manoeuvre");
         if ui.button("Copy as CSV").clicked() {
             ui.ctx().copy_text(csv(table));
         }
@@ -43,7 +43,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             .columns(Column::exact(82.0), BIAS_STATES.len())
             .header(34.0, |mut header| {
                 header.col(|ui| {
-                    ui.weak("Window");
+                    ui.weak("Manoeuvre");
                 });
                 for (state, (unit, _)) in BIAS_STATES.into_iter().zip(units) {
                     header.col(|ui| {

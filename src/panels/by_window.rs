@@ -23,7 +23,7 @@ fn fits<'a>(ctx: &PanelContext<'a>, window: &Manoeuvre) -> &'a [CoefficientFit] 
 /// Draws the table; copies it first where that was asked for.
 pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
     let Some(pooled) = ctx.snapshot.pooled.latest() else {
-        return awaiting(ctx, ui, "the derivatives", "There is no estimate yet.");
+        return awaiting(ctx, ui, "the derivatives", "No estimate yet.");
     };
     let windows: Vec<&Manoeuvre> = ctx.session.active_windows().collect();
     let models = &ctx.session.structure.models;
@@ -40,7 +40,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
     }
     ScrollArea::horizontal().show(ui, |ui| {
         TableBuilder::new(ui)
-            .id_salt("by window")
+            .id_salt("by manoeuvre")
             .striped(true)
             .auto_shrink(false)
             .cell_layout(egui::Layout::right_to_left(egui::Align::Center))

@@ -124,7 +124,7 @@ fn shortened(ui: &mut Ui, name: &str) {
 fn cells(ctx: &PanelContext<'_>, line: &mut TableRow<'_, '_>, row: &Row, level: Option<Level>) {
     let (unit, scale) = ctx.state.units.of_role(row.role);
     line.col(|ui| {
-        let word = level.map_or("nothing to compare it with", |level| level.name());
+        let word = level.map_or("no other channel to compare with", |level| level.name());
         level_mark(ui, level).on_hover_text(format!("{}: {word}", row.role.name()));
     });
     line.col(|ui| {
@@ -184,7 +184,7 @@ fn rows(recording: &Recording) -> Vec<Row> {
 fn compared(ui: &mut Ui, is_compared: bool, contradictions: &[&PhysicsRow]) {
     ui.add_space(4.0);
     if contradictions.is_empty() {
-        ui.weak(if is_compared { "No channel contradicts another." } else { "The channels are being compared." });
+        ui.weak(if is_compared { "All channels are consistent." } else { "Comparing channels…" });
         return;
     }
     ScrollArea::vertical().id_salt("contradictions").auto_shrink(false).show(ui, |ui| {

@@ -16,7 +16,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let now = &ctx.session.preparation;
     let mut next = now.clone();
     Grid::new("coefficients").num_columns(2).spacing([10.0, 3.0]).show(ui, |ui| {
-        ui.weak("Axes").on_hover_text("Of moments, roll and yaw rate; CL and CD are always those of the airspeed");
+        ui.weak("Axes").on_hover_text("Axes of moments, roll rate and yaw rate; CL and CD always use wind axes");
         choices(ui, &mut next.axes, &[(Axes::Body, "Body"), (Axes::Stability, "Stability")]);
         ui.end_row();
         ui.weak("Moments about");
@@ -30,7 +30,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         ];
         choices(ui, &mut next.moment_reference, &all);
         ui.end_row();
-        ui.weak("Thrust").on_hover_text("What of it is in the coefficients; the engines or a record must tell it");
+        ui.weak("Thrust").on_hover_text("Thrust in the coefficients; needs an engine model or a thrust channel");
         let all = [
             (ThrustTreatment::Included, "Inside"),
             (ThrustTreatment::ForceRemoved, "Force out"),
@@ -38,14 +38,12 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         ];
         choices(ui, &mut next.thrust, &all);
         ui.end_row();
-        ui.weak("Propellers").on_hover_text("Their gyroscopic moment, where the speeds are known");
+        ui.weak("Propellers").on_hover_text("Gyroscopic moment of the propellers, if their speeds are known");
         let all =
             [(Gyroscopic::Signed, "Own sense"), (Gyroscopic::Summed, "All alike"), (Gyroscopic::Ignored, "Left out")];
         choices(ui, &mut next.gyroscopic, &all);
         ui.end_row();
-        ui.weak("Angular acceleration").on_hover_text(
-            "By differentiation of the rates, as a state of a smoother over them, or as a recorded channel",
-        );
+        ui.weak("Angular acceleration").on_hover_text("Differentiated rates, a smoother state, or a recorded channel");
         let all = [
             (AngularAcceleration::Differentiated, "Differentiated"),
             (AngularAcceleration::Smoother, "Smoother"),
@@ -88,9 +86,9 @@ fn lags(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let slot = &ctx.snapshot.studies.lags;
     Grid::new("lags").num_columns(5).spacing([10.0, 3.0]).show(ui, |ui| {
         ui.weak("Control");
-        ui.weak("First-order lag").on_hover_text("Time constant between the recorded deflection and the one that acts");
+        ui.weak("First-order lag").on_hover_text("Time constant between recorded and acting deflection");
         ui.weak("");
-        ui.weak("Delay").on_hover_text("Negative where the deflection was recorded late");
+        ui.weak("Delay").on_hover_text("Negative if the deflection was recorded late");
         ui.end_row();
         for surface in Surface::ALL {
             let lag = ctx.session.preparation.control_lags.of(surface);
@@ -112,7 +110,7 @@ fn lags(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         }
     });
     ui.horizontal(|ui| {
-        let hint = "The lag and the delay of each control that fit all its coefficients best, one at a time";
+        let hint = "Best-fitting lag and delay of each control, one at a time";
         study_button(ctx, ui, (Study::Lags, slot), "Find lags of the controls", hint);
     });
     trouble(ui, slot.error());
@@ -127,8 +125,8 @@ fn take(ui: &mut Ui, found: Option<&ControlLag>, is_stale: bool) -> Option<f64> 
     match found.found_s() {
         Ok((value, error)) => {
             let text = format!("{:.1} ± {:.1} ms", 1e3 * value, 1e3 * error);
-            let button = ui.add_enabled(!is_stale, Button::new(text).small()).on_hover_text("Take what the fit finds");
-            button.on_disabled_hover_text("The session has changed since: find again").clicked().then_some(value)
+            let button = ui.add_enabled(!is_stale, Button::new(text).small()).on_hover_text("Use the fitted value");
+            button.on_disabled_hover_text("The session has changed: find again").clicked().then_some(value)
         }
         Err(error) => {
             ui.weak("none").on_hover_text(error.to_string());

@@ -40,16 +40,16 @@ pub fn menu(ctx: &mut PanelContext<'_>, tick: &Response, coefficient: Coefficien
         let value = rounded(estimate.map_or(0.0, |(value, _)| value), DIGITS);
         let spread = rounded(SPREAD * value.abs(), DIGITS).max(1e-3);
         let begins = [
-            ("Free", "The samples alone tell it", Constraint::Free),
-            ("Fixed", "It has this value: no error, one parameter less", Constraint::Fixed(value)),
+            ("Free", "Estimated from the data alone", Constraint::Free),
+            ("Fixed", "Fixed value: no error, one parameter less", Constraint::Fixed(value)),
             (
                 "Bounds",
-                "It stays inside; at a bound it is held there",
+                "Limited to this range; held at a bound",
                 Constraint::Bounds { lower: value - spread, upper: value + spread },
             ),
             (
                 "Prior",
-                "A wind tunnel or a handbook expects it with a standard deviation",
+                "Prior value with standard deviation, from wind tunnel or handbook",
                 Constraint::Prior { mean: value, deviation: spread },
             ),
         ];

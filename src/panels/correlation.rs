@@ -61,7 +61,8 @@ impl Panel for Correlation {
         });
         ui.horizontal_wrapped(|ui| {
             color_bar(ui);
-            let of = if alone { ctx.selection().window.clone().unwrap_or_default() } else { "all windows".to_owned() };
+            let of =
+                if alone { ctx.selection().window.clone().unwrap_or_default() } else { "all manoeuvres".to_owned() };
             ui.weak(format!("{of}; outlined from {NOTABLE} on"));
         });
         let (blocks, stale) = match self.of {
@@ -74,7 +75,7 @@ impl Panel for Correlation {
         let blocks: Vec<Block> =
             blocks.into_iter().filter(|block| self.only.is_none_or(|only| only == block.coefficient)).collect();
         if blocks.is_empty() {
-            return awaiting(ctx, ui, "the estimate", "There is no estimate yet.");
+            return awaiting(ctx, ui, "the estimate", "No estimate yet.");
         }
         warnings(ui, self.of, &blocks);
         grid(ctx, ui, self.of, &blocks, stale);
@@ -154,8 +155,8 @@ fn warnings(ui: &mut Ui, of: Of, blocks: &[Block]) {
         return;
     }
     let what = match of {
-        Of::Parameters => "The data tell these together better than each",
-        Of::Regressors => "These move together in the windows used: one can take the other's place",
+        Of::Parameters => "These derivatives cannot be separated",
+        Of::Regressors => "These regressors are nearly proportional in these manoeuvres",
     };
     let text = format!("{what}: {}", pairs.iter().map(|pair| pair.1.as_str()).collect::<Vec<_>>().join(", "));
     ui.add(Label::new(notation::typeset_in(&text, 11.5, theme::palette(ui).warning)).wrap());

@@ -27,7 +27,7 @@ impl Panel for CrossPlot {
         let Some(loaded) = chosen_flight(ctx, ui) else { return };
         let recording = &loaded.recording;
         let Some(mut chosen) = self.chosen.clone().or_else(|| usual(recording)) else {
-            return empty(ui, "The recording has no two channels with a role.");
+            return empty(ui, "The recording needs two channels with roles.");
         };
         ui.horizontal_wrapped(|ui| {
             for (name, key) in ["along", "up"].into_iter().zip(&mut chosen) {

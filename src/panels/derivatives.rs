@@ -42,12 +42,12 @@ impl Panel for Derivatives {
         let of_window = ctx.results();
         let copied = ui.horizontal_wrapped(|ui| {
             let selection = &mut ctx.state.selection;
-            let name = format!("{} alone", window.as_deref().unwrap_or("chosen window"));
+            let name = format!("{} alone", window.as_deref().unwrap_or("chosen manoeuvre"));
             for (scope, name) in [
-                (Scope::All, "All windows"),
+                (Scope::All, "All manoeuvres"),
                 (Scope::Chosen, &name),
-                (Scope::Each, "Each window"),
-                (Scope::Over, "Over windows"),
+                (Scope::Each, "Each manoeuvre"),
+                (Scope::Over, "Over manoeuvres"),
                 (Scope::Intervals, "Intervals"),
                 (Scope::Board, "Structures"),
                 (Scope::Structures, "A and B"),
@@ -57,7 +57,7 @@ impl Panel for Derivatives {
                 }
             }
             if selection.scope == Scope::All {
-                ui.checkbox(&mut selection.constants, "constants").on_hover_text("The constant of every window");
+                ui.checkbox(&mut selection.constants, "constants").on_hover_text("Constant of every manoeuvre");
             }
             selection.scope != Scope::Intervals
                 && ui.button("Copy as CSV").on_hover_text("Copy the table to the clipboard").clicked()
@@ -78,10 +78,10 @@ impl Panel for Derivatives {
                 (slot.error(), slot.latest().map(|pooled| pooled.fits.as_slice()), slot.is_stale())
             }
         };
-        ui.label(RichText::new("per rad; rates without dimension, as the reference geometry states").size(11.0).weak());
+        ui.label(RichText::new("per rad; rates non-dimensional with the reference geometry").size(11.0).weak());
         trouble(ui, error);
         let Some(fits) = fits.filter(|fits| !fits.is_empty()) else {
-            return awaiting(ctx, ui, "the derivatives", "No window is used for identification.");
+            return awaiting(ctx, ui, "the derivatives", "No identification manoeuvre.");
         };
         if copied.inner {
             ui.ctx().copy_text(csv(fits));

@@ -38,7 +38,7 @@ impl Panel for Design {
         }
         self.writing.show(ui);
         if self.blocks.is_empty() {
-            return empty(ui, "Inputs are designed from the identified model when asked for.");
+            return empty(ui, "Design an input from the identified model to see signals and predicted errors.");
         }
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| ctx.document(ui, &self.blocks));
     }
@@ -54,7 +54,7 @@ impl Design {
             }
         });
         ui.add(DragValue::new(&mut request.time_s).range(6.0..=1800.0).prefix("time ").suffix(" s"))
-            .on_hover_text("Time of all windows together");
+            .on_hover_text("Total time of the manoeuvres");
         let written = |criterion: Criterion| format!("criterion {}", criterion.name());
         let combo = ComboBox::from_id_salt("criterion").selected_text(written(request.criterion)).width(110.0);
         let combo = combo.show_ui(ui, |ui| {
@@ -64,8 +64,9 @@ impl Design {
         });
         explained(combo.response, request.criterion.name());
         let rounds = DragValue::new(&mut request.rounds).range(0..=10).prefix("search rounds ");
-        ui.add(rounds).on_hover_text("Over times, levels and spectra; none for the shapes as published");
-        ui.checkbox(&mut request.compare, "compare kinds").on_hover_text("Every kind within the same limits and time");
+        ui.add(rounds).on_hover_text("Search over times, levels and spectra; none for published shapes");
+        ui.checkbox(&mut request.compare, "compare kinds")
+            .on_hover_text("Compare all kinds within the same limits and time");
     }
 
     fn start(&mut self, ctx: &PanelContext<'_>, ui: &Ui) {
@@ -84,7 +85,7 @@ impl Design {
         text_field(ui, "folder of the card", &mut self.folder, "folder: card, scenario, autopilot", 220.0);
         let possible = !self.folder.trim().is_empty() && !self.writing.is_busy();
         let button = ui.add_enabled(possible, Button::new("Write card and files"));
-        let hint = "The ArduPilot script takes the surfaces to travel 20° to either side; `doublet design --travel` another angle";
+        let hint = "The ArduPilot script assumes a surface travel of ±20°";
         if !button.on_hover_text(hint).clicked() {
             return;
         }

@@ -51,7 +51,7 @@ impl Panel for Dynamics {
         trouble(ui, slot.error());
         let Some(study) = slot.latest() else {
             if slot.error().is_none() {
-                awaiting(ctx, ui, "the identified model", "Modes and levels follow once something is identified.");
+                awaiting(ctx, ui, "the identified model", "Modes and levels need an identified model.");
             }
             return;
         };
@@ -114,7 +114,7 @@ impl Dynamics {
                     }
                 });
             }
-            if ui.button("As flown").on_hover_text("The median condition of the identification windows").clicked() {
+            if ui.button("As flown").on_hover_text("Median condition of the identification manoeuvres").clicked() {
                 let DynamicsRequest { class, category, .. } = *request;
                 *request = DynamicsRequest { class, category, ..DynamicsRequest::default() };
             }
@@ -177,7 +177,7 @@ fn modes(ui: &mut Ui, study: &DynamicsStudy) {
                 ui.end_row();
             }
         });
-        ui.weak("± is one standard error, by the corrected errors of all derivatives and how they go together.");
+        ui.weak("± is one standard error, from the corrected covariance of the derivatives.");
         study.notes.iter().for_each(|note| drop(ui.weak(note)));
     });
 }

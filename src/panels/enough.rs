@@ -19,10 +19,10 @@ impl Panel for Enough {
         let still = ui.horizontal_wrapped(|ui| {
             let percent = DragValue::new(&mut self.typed.relative_percent).range(0.1..=100.0).speed(0.1);
             let percent = ui.add(percent.prefix("goal ").suffix(" %"));
-            let percent = percent.on_hover_text("Standard error over the magnitude of every derivative");
+            let percent = percent.on_hover_text("Target relative standard error of every derivative");
             surfaces(ui, &mut self.typed.surfaces);
             let time = DragValue::new(&mut self.typed.time_s).range(6.0..=120.0).prefix("next manoeuvre ").suffix(" s");
-            let time = ui.add(time).on_hover_text("Time of the manoeuvre that could be flown next");
+            let time = ui.add(time).on_hover_text("Length of the next manoeuvre");
             [percent, time].iter().all(is_at_rest)
         });
         if still.inner {
@@ -30,7 +30,7 @@ impl Panel for Enough {
         }
         ctx.wanted.inquiry.enough = Some(self.asked.clone());
         let snapshot = ctx.snapshot;
-        answer(ctx, ui, &snapshot.inquiries.enough, &mut self.kept, "Whether it is enough", enough_blocks);
+        answer(ctx, ui, &snapshot.inquiries.enough, &mut self.kept, "Check against the goals", enough_blocks);
     }
 }
 

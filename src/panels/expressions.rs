@@ -154,7 +154,7 @@ fn fields(ui: &mut Ui, setting: &mut ExpressionSetting) -> bool {
         confirmed |= field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         ui.end_row();
     }
-    ui.weak("Role").on_hover_text("In the place of a recorded channel where there is one");
+    ui.weak("Role").on_hover_text("Replaces the recorded channel of this role");
     let name = |role: Option<Role>| role.map_or("none", |role| notation::role(role));
     let dimension = Unit::parse(&setting.unit).ok().map(|unit| unit.dimension);
     let combo = ComboBox::from_id_salt("role").selected_text(name(setting.role)).width(180.0).show_ui(ui, |ui| {

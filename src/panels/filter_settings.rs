@@ -13,8 +13,7 @@ const HALF_WIDTH_S: f64 = 0.2;
 const COLUMN: f32 = 96.0;
 
 /// What the kinds of filter are.
-const ABOUT_FILTER: &str = "EKF: extended Kalman filter. Iterated: linearises about its own update until that stands still (IEKF). \
-                            Unscented: carries points instead of derivatives through the equations (UKF)";
+const ABOUT_FILTER: &str = "EKF: extended Kalman filter. Iterated: relinearises about its own update until converged (IEKF). Unscented: propagates sigma points instead of derivatives (UKF)";
 
 /// Filter, path, and how coefficients follow from the path.
 pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
@@ -31,14 +30,14 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         if choices(ui, &mut method, &[(Method::Ekf, "EKF"), (iterated, "Iterated"), (unscented, "Unscented")]) {
             ctx.edit(Edit::Filter(FilterEdit::Method(method)));
         }
-        ui.weak("Input between samples").on_hover_text("How the inertial sensors go on between two samples");
+        ui.weak("Input between samples").on_hover_text("Interpolation of the inertial sensors between samples");
         let mut hold = filter.hold;
         if choices(ui, &mut hold, &[(InputHold::FirstOrder, "Linear"), (InputHold::ZeroOrder, "Held")]) {
             ctx.edit(Edit::Filter(FilterEdit::Hold(hold)));
         }
         ui.end_row();
         ui.weak("Path used").on_hover_text(
-            "Filtered: from the past alone. Smoothed: from the whole window. Measured: airspeed, flow angles and attitude as recorded, no filter",
+            "Filtered: past data only. Smoothed: whole manoeuvre. Measured: airspeed, flow angles and attitude as recorded, no filter",
         );
         let mut path = ctx.session.preparation.path;
         let all = [(PathSource::Filtered, "Filtered"), (PathSource::Smoothed, "Smoothed"), (PathSource::Measured, "Measured")];
@@ -47,7 +46,7 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         }
         let used = ctx.snapshot.gravity.as_ref();
         ui.weak("Gravity")
-            .on_hover_text(used.map_or("Until it is set, by latitude and altitude", |used| used.origin.as_str()));
+            .on_hover_text(used.map_or("Default: from latitude and altitude", |used| used.origin.as_str()));
         let gravity_m_s2 = match ctx.session.gravity {
             GravitySource::Stated => filter.gravity_m_s2,
             GravitySource::Position => used.map_or(filter.gravity_m_s2, |used| used.m_s2),
@@ -57,7 +56,7 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         ctx.edit_quantity(edited, |value| Edit::Filter(FilterEdit::Gravity(value)));
         ui.end_row();
         if ctx.session.preparation.path == PathSource::Smoothed {
-            ui.weak("Smoother passes").on_hover_text("More than one linearises about the smoothed path again");
+            ui.weak("Smoother passes").on_hover_text("More than one relinearises about the smoothed path");
             let passes = filter.smoother_passes as f64;
             let edited = QuantityEdit::new("smoother passes", passes).per_point(0.1).allowed(1.0..=100.0).show(ui);
             ctx.edit_quantity(edited, |value| {
@@ -66,7 +65,7 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             ui.end_row();
         }
         ui.weak("Outliers beyond").on_hover_text(
-            "A spike of up to three samples whose innovation exceeds this many deviations is left out. At least 3; 0 leaves none out",
+            "Rejects spikes of up to three samples beyond this many standard deviations. At least 3; 0 turns it off",
         );
         let limit = QuantityEdit::new("outlier limit", filter.outlier_limit).unit("σ", 1.0).per_point(0.1);
         let edited = limit.allowed(0.0..=1000.0).show(ui);
@@ -77,14 +76,14 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         });
         ui.end_row();
         if let Method::Ukf { spread } = filter.method {
-            ui.weak("Spread").on_hover_text("How far the sigma points lie from the mean");
+            ui.weak("Spread").on_hover_text("Distance of the sigma points from the mean");
             let edited =
                 QuantityEdit::new("spread", spread).unit("σ", 1.0).per_point(0.01).allowed(0.1..=10.0).show(ui);
             ctx.edit_quantity(edited, |spread| Edit::Filter(FilterEdit::Method(Method::Ukf { spread })));
             ui.end_row();
         }
         if let Method::Iekf { max_iterations, tolerance } = filter.method {
-            ui.weak("Iterations").on_hover_text("At most so many for one sample");
+            ui.weak("Iterations").on_hover_text("Largest number per sample");
             let edited =
                 QuantityEdit::new("iterations", max_iterations as f64).per_point(0.1).allowed(1.0..=100.0).show(ui);
             ctx.edit_quantity(edited, |value| {
@@ -92,7 +91,7 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
                 Edit::Filter(FilterEdit::Method(Method::Iekf { max_iterations, tolerance }))
             });
             ui.weak("Tolerance")
-                .on_hover_text("Iterations end when no state moves by more than this part of its deviation");
+                .on_hover_text("Converged when all state changes are below this fraction of the standard deviation");
             let edited =
                 QuantityEdit::new("tolerance", tolerance).unit("σ", 1.0).logarithmic().allowed(1e-12..=1.0).show(ui);
             ctx.edit_quantity(edited, |tolerance| {
@@ -125,7 +124,7 @@ fn preparation(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     ui.horizontal_wrapped(|ui| {
         for (on, text, hint) in [
             (&mut next.correct_accelerometer, "accelerometers", "Moves the specific force to the centre of gravity"),
-            (&mut next.correct_vanes, "vanes", "Takes the flow that body rates make out of the flow angles"),
+            (&mut next.correct_vanes, "vanes", "Removes the effect of body rates from the flow angles"),
             (&mut next.correct_antenna, "antenna", "Moves position and ground velocity to the centre of gravity"),
         ] {
             ui.checkbox(on, text).on_hover_text(hint);
@@ -133,11 +132,11 @@ fn preparation(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     });
     ui.horizontal_wrapped(|ui| {
         let mut local = next.differentiation_half_width_s.is_some();
-        let hint = "Angular acceleration by a local parabola; without it by central differences (thesis Eq. D.1)";
+        let hint = "Angular acceleration by a local parabola; off: central differences (thesis Eq. D.1)";
         if ui.checkbox(&mut local, "local differentiation").on_hover_text(hint).changed() {
             next.differentiation_half_width_s = local.then_some(HALF_WIDTH_S);
         }
-        let hint = "Regressors are smoothed as the differentiation smooths the angular acceleration";
+        let hint = "Gives the regressors the same smoothing as the differentiated rates";
         ui.checkbox(&mut next.matched_smoothing, "smooth both sides alike").on_hover_text(hint);
     });
     if next != *now {

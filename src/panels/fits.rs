@@ -54,8 +54,8 @@ impl Panel for Fits {
         if self.aspect == Aspect::Table {
             return table(ctx, ui);
         }
-        let Some(window) = ctx.window() else { return empty(ui, "Choose a window that is in use.") };
-        let Some(results) = ctx.results() else { return empty(ui, "This window is ignored.") };
+        let Some(window) = ctx.window() else { return empty(ui, "Select a manoeuvre that is in use.") };
+        let Some(results) = ctx.results() else { return empty(ui, "This manoeuvre is ignored.") };
         trouble(ui, results.aero.error().or(results.fits.error()));
         match self.aspect {
             Aspect::Contributions => return self.contributions(ctx, ui),
@@ -65,7 +65,7 @@ impl Panel for Fits {
         }
         let stale = results.fits.is_stale();
         let (Some(aero), Some(fits)) = (results.aero.latest(), results.fits.latest()) else {
-            return awaiting(ctx, ui, "the fits of this window", "This window has no fit.");
+            return awaiting(ctx, ui, "the fits of this manoeuvre", "This manoeuvre has no fit.");
         };
         let colors = theme::palette(ui).series;
         let pooled = ctx.snapshot.pooled.latest();
@@ -112,7 +112,7 @@ impl Fits {
     fn contributions(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let (Some(details), Some(aero)) = (ctx.details(), ctx.results().and_then(|results| results.aero.latest()))
         else {
-            return awaiting(ctx, ui, "the fits of this window", "This window has no fit.");
+            return awaiting(ctx, ui, "the fits of this manoeuvre", "This manoeuvre has no fit.");
         };
         let colors = theme::palette(ui).series;
         let names: Vec<Vec<String>> = details
@@ -141,9 +141,9 @@ impl Fits {
 /// Which seconds of the chosen window tell which derivative.
 fn information(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let Some(details) = ctx.details() else {
-        return awaiting(ctx, ui, "the fits of this window", "This window has no fit.");
+        return awaiting(ctx, ui, "the fits of this manoeuvre", "This manoeuvre has no fit.");
     };
-    ui.weak("How much each moment adds to what this window says of each derivative, all others of its coefficient estimated too. Where a strip is dark nothing is learnt.");
+    ui.weak("Information on each derivative over time, with all others of its coefficient estimated too. Dark: no information.");
     let range = ctx.state.window_time.range();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         for found in &details.information {
@@ -184,7 +184,7 @@ fn said(fit: &CoefficientFit, ui: &mut Ui) {
 fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let palette = theme::palette(ui);
     let figures = theme::figures(ui);
-    let Some(pooled) = ctx.snapshot.pooled.latest() else { return empty(ui, "No window is used for identification.") };
+    let Some(pooled) = ctx.snapshot.pooled.latest() else { return empty(ui, "No identification manoeuvre.") };
     if ctx.snapshot.pooled.is_stale() {
         ui.multiply_opacity(0.45);
     }
@@ -201,7 +201,7 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         .column(Column::exact(94.0))
         .column(Column::exact(60.0))
         .header(20.0, |mut header| {
-            let titles = ["Window", "Use", "Coefficient", "R² identified", "RMS [%]", "R² own const.", "RMS [%]"];
+            let titles = ["Manoeuvre", "Use", "Coefficient", "R² identified", "RMS [%]", "R² own const.", "RMS [%]"];
             for title in titles {
                 header.col(|ui| {
                     column_title(ui, title);

@@ -89,7 +89,7 @@ impl Panel for Flight {
         trouble(ui, slot.error());
         let Some(loaded) = slot.latest() else {
             if slot.error().is_none() {
-                awaiting(ctx, ui, "the recording", "The recording was not read.");
+                awaiting(ctx, ui, "the recording", "The recording could not be read.");
             } else if let Some(flight) = ctx.selection().flight.clone() {
                 expressions::mend(ctx, ui, &flight, &mut self.draft);
                 expressions::dialog(ctx, ui, None, &mut self.draft, &mut Vec::new());
@@ -143,7 +143,7 @@ impl Flight {
             if fold.clicked() {
                 self.listed = Some(false);
             }
-            let new = ui.small_button("New channel…").on_hover_text("A channel by an expression of others");
+            let new = ui.small_button("New channel…").on_hover_text("Channel computed from others");
             ui.ctx().accesskit_node_builder(new.id, |node| node.set_label("New channel by expression…"));
             if new.clicked() {
                 self.draft = Some(Draft::new(&flight));
@@ -450,7 +450,7 @@ fn drop_on<'a>(
         None => return,
     };
     if row.is_some() && !fits {
-        let text = format!("[{}] is another unit: a plot of its own", own.unwrap_or_default());
+        let text = format!("[{}] differs: opens a new plot", own.unwrap_or_default());
         egui::Tooltip::always_open(
             ui.ctx().clone(),
             ui.layer_id(),

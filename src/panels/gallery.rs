@@ -60,7 +60,7 @@ impl Panel for Gallery {
             })
             .collect();
         if shown.is_empty() {
-            return empty(ui, "No such window: draw one above the plots of the flight.");
+            return empty(ui, "No manoeuvre: draw one above the plots of the flight.");
         }
         if self.over {
             return self.overlay.show(ctx, ui, &shown);

@@ -22,7 +22,7 @@ pub struct Innovations {
 impl Panel for Innovations {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let Some(results) = ctx.results() else {
-            return awaiting(ctx, ui, "the windows", "Choose a window that is in use.");
+            return awaiting(ctx, ui, "the manoeuvres", "Select a manoeuvre that is in use.");
         };
         let stale = results.path.is_stale();
         let error = results.path.error().map(str::to_owned);
@@ -34,23 +34,22 @@ impl Panel for Innovations {
                 let [mean, ratio] =
                     [consistency.nis_mean, consistency.nis_ratio].map(|value| notation::fixed(value, 2));
                 ui.separator();
-                ui.label(format!("mean NIS {mean} ({ratio} of its expectation)"))
+                ui.label(format!("mean NIS {mean} ({ratio} of expected)"))
                     .on_hover_text(format!(
-                        "NIS, the normalised innovation squared: all innovations of an instant together, in predicted deviations \
-                         squared. The mean of a consistent filter lies between {low} and {high} in 95 of 100 cases."
+                        "NIS: normalised innovation squared. For a consistent filter the mean is between {low} and {high} with 95 % probability."
                     ));
             }
         });
         trouble(ui, error.as_deref());
         let Some(path) = latest else {
-            return awaiting(ctx, ui, "the path of this window", "This window has no path.");
+            return awaiting(ctx, ui, "the path of this manoeuvre", "This manoeuvre has no path.");
         };
         if self.table {
             return advice(&path, ui);
         }
         let palette = theme::palette(ui);
         let Some(consistency) = &path.assessment().consistency else {
-            return empty(ui, "Nothing was measured in this window.");
+            return empty(ui, "No measurements in this manoeuvre.");
         };
         let nis = vec![Trace { stale, ..Trace::new("NIS", &path.series().nis, palette.series[4]) }];
         let levels = vec![consistency.nis_mean / consistency.nis_ratio];

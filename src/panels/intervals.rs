@@ -19,7 +19,7 @@ const NAME_LENGTH: usize = 3;
 /// Draws the chart of the chosen derivative.
 pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let Some(pooled) = ctx.snapshot.pooled.latest() else {
-        return awaiting(ctx, ui, "the derivatives of every window", "There is no estimate yet.");
+        return awaiting(ctx, ui, "the derivatives of every manoeuvre", "No estimate yet.");
     };
     let names: Vec<&String> = pooled
         .fits
@@ -40,7 +40,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             }
         });
         ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label("derivative shown"));
-        let hint = "Mark results of another session, a table of derivatives or a Digital DATCOM listing";
+        let hint = "Mark values of another session, a table or a Digital DATCOM listing";
         if ui.button("Add reference…").on_hover_text(hint).clicked() {
             ctx.commands.push(UiCommand::File(FileCommand::AddReference));
         }
@@ -69,7 +69,7 @@ pub fn estimate(fits: &[CoefficientFit], name: &str) -> Option<(f64, f64)> {
 fn chart(ctx: &PanelContext<'_>, ui: &Ui, name: &str) -> Chart {
     let palette = theme::palette(ui);
     let label = format!("{} ± {QUANTILE} corrected standard errors", notation::derivative(name));
-    let mut chart = Chart::new("estimates of every window", "window", label);
+    let mut chart = Chart::new("estimates of every manoeuvre", "window", label);
     let mut kinds: BTreeMap<&str, ChartCurve> = BTreeMap::new();
     let used = ctx.session.active_windows();
     let with_estimate = used.filter_map(|window| {
@@ -90,7 +90,7 @@ fn chart(ctx: &PanelContext<'_>, ui: &Ui, name: &str) -> Chart {
     let last = chart.places.len().saturating_sub(1) as f64;
     if let Some((value, error)) = ctx.snapshot.pooled.latest().and_then(|pooled| estimate(&pooled.fits, name)) {
         let ends = |value: f64| vec![[-0.5, value], [last + 0.5, value]];
-        chart.curves.push(ChartCurve::new("all windows", palette.good, ChartStyle::Line, ends(value)));
+        chart.curves.push(ChartCurve::new("all manoeuvres", palette.good, ChartStyle::Line, ends(value)));
         for edge in [value - QUANTILE * error, value + QUANTILE * error] {
             chart.curves.push(ChartCurve::new("", palette.good, ChartStyle::Dashed, ends(edge)));
         }

@@ -76,7 +76,7 @@ impl Panel for Live {
         ui.add_enabled_ui(!runs, |ui| self.source(ui));
         ui.horizontal(|ui| {
             if runs {
-                if ui.button("Stop").on_hover_text("Ends it; what was recorded becomes a session").clicked()
+                if ui.button("Stop").on_hover_text("Stop; the recorded data become a session").clicked()
                     && let Some(thread) = &self.thread
                 {
                     thread.stop();
@@ -90,7 +90,7 @@ impl Panel for Live {
         });
         trouble(ui, self.error.as_deref());
         let Some(view) = view else {
-            return empty(ui, "A flight is watched while it is flown, or flown again, when asked for.");
+            return empty(ui, "Press Watch to follow a flight in real time, or to replay one.");
         };
         trouble(ui, view.error.as_deref());
         if let Some(session) = &view.session {
@@ -110,7 +110,7 @@ impl Live {
     fn source(&mut self, ui: &mut Ui) {
         ui.horizontal_wrapped(|ui| {
             let all = [
-                (From::Session, "Session", "The first flight of the session, flown again"),
+                (From::Session, "Session", "Replay the first flight of the session"),
                 (From::File, "File", "A recording, a growing text file, or a telemetry log"),
                 (From::Lines, "UDP lines", "JSON or CSV at an address such as 127.0.0.1:9000"),
                 (From::Mavlink, "MAVLink", "Packets at an address such as 127.0.0.1:14550"),
@@ -196,7 +196,7 @@ impl Live {
         let Some(trace) = view.estimates.get(&self.derivative) else { return };
         ui.horizontal(|ui| {
             choose(ui, "Live derivative", &mut self.derivative, &names, |name| notation::typeset(name, 13.0).into());
-            ui.weak("with twice its standard error, since that is within eight times the latest");
+            ui.weak("with twice its standard error");
         });
         let mut chart = Chart::new("live estimate", "time [s]", notation::derivative(&self.derivative));
         chart.legend = false;
@@ -247,7 +247,7 @@ fn lamps(ctx: &PanelContext<'_>, ui: &mut Ui, latest: &LiveUpdate) {
         counts.stray,
         counts.skipped,
         counts.restarts,
-        if latest.is_airborne { "" } else { "; not in flight: nothing is estimated" }
+        if latest.is_airborne { "" } else { "; not in flight: no estimates" }
     ));
     ui.horizontal_wrapped(|ui| {
         let known = latest.derivatives.iter().filter(|derivative| derivative.level == Level::Good).count();
@@ -264,8 +264,7 @@ fn lamps(ctx: &PanelContext<'_>, ui: &mut Ui, latest: &LiveUpdate) {
         }
         for limit in &latest.limits {
             level_mark(ui, Some(limit.level));
-            ui.add(Label::new(within(ctx, limit)).extend())
-                .on_hover_text("What was flown since the last update, and in brackets its limits");
+            ui.add(Label::new(within(ctx, limit)).extend()).on_hover_text("Range since the last update (limits)");
         }
     });
     let count = latest.findings.len();

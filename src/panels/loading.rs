@@ -68,8 +68,8 @@ impl Panel for LoadingPanel {
                 own_or_common(ctx, ui);
                 places(ctx, ui, aircraft);
                 let fuel = ui.add_enabled(fuel_is_stated, egui::Button::new("Fuel as recorded"));
-                let fuel = fuel.on_hover_text("Gives up the fuel stated by hand");
-                if fuel.on_disabled_hover_text("It is: a moved slider states the fuel by hand").clicked() {
+                let fuel = fuel.on_hover_text("Discards the fuel stated by hand");
+                if fuel.on_disabled_hover_text("Used now; moving a slider states the fuel by hand").clicked() {
                     let loading = Loading { fuel_kg: BTreeMap::new(), ..own_loading(ctx, aircraft) };
                     change(ctx, loading);
                 }
@@ -109,19 +109,19 @@ impl LoadingPanel {
     /// Every derivative before and after the loading was changed.
     fn changes(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let (Some((mass, before)), Some(now)) = (&self.before, ctx.snapshot.pooled.latest()) else {
-            return awaiting(ctx, ui, "the derivatives", "There is no estimate yet.");
+            return awaiting(ctx, ui, "the derivatives", "No estimate yet.");
         };
         let changed = *mass != settings(ctx);
         let again = ui.horizontal_wrapped(|ui| {
             ui.weak(if changed {
-                "Since loading or aircraft was changed"
+                "Change since the last loading or aircraft edit"
             } else {
-                "Move a slider, or a part of the aircraft: what changes shows here"
+                "Move a slider or a part of the aircraft to see the changes"
             });
             changed
                 && ui
                     .button("Compare from here")
-                    .on_hover_text("Take the loading now as the one to compare with")
+                    .on_hover_text("Compare with the present loading from now on")
                     .clicked()
         });
         let rows = changes(before, now);
@@ -213,7 +213,7 @@ fn own_or_common(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let Some(flight) = shown_flight(ctx).filter(|_| ctx.session.flights.len() > 1) else { return };
     let mut own = flight.loading.is_some();
     let shown = ui.checkbox(&mut own, format!("Own loading of flight {}", flight.name));
-    if shown.on_hover_text("Otherwise it has what is on board in all flights").changed() {
+    if shown.on_hover_text("Otherwise the loading of all flights").changed() {
         let loading = own.then(|| stated(ctx).cloned().unwrap_or_default());
         ctx.edit(Edit::Loading(LoadingEdit::OfFlight { flight: flight.name.clone(), loading }));
     }
@@ -325,7 +325,7 @@ fn fuel_in_words(ctx: &PanelContext<'_>, own: &Loading) -> (&'static str, String
     };
     let basis = flown(ctx).map_or("no flight is read", |flown| flown.fuel.words());
     let long = format!(
-        "{basis}. A moved tank states the fuel of the first record by hand: what is recorded is shifted by the difference and tells the burn."
+        "{basis}. Moving a tank states the fuel at the first record and shifts the recorded fuel by the difference."
     );
     (short, long)
 }
@@ -339,7 +339,7 @@ fn numbers(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
     let mut columns = vec![("Loading", loaded)];
     if let Some(flown) = flown {
         columns = vec![("Start", &flown.start.state)];
-        columns.extend(window.map(|state| ("Window", state)));
+        columns.extend(window.map(|state| ("Manoeuvre", state)));
         columns.push(("End", &flown.end.state));
     }
     type Figure = fn(&LoadedState) -> String;

@@ -79,8 +79,8 @@ impl Panel for Manoeuvres {
             for (name, command, hint) in [
                 ("◀", EditCommand::PreviousWindow, "Previous manoeuvre (Page up)"),
                 ("▶", EditCommand::NextWindow, "Next manoeuvre (Page down)"),
-                ("Add", EditCommand::AddWindow, "A window between the markers, or in the middle of what is on screen (Insert). Drag in the lane above the plots to draw one."),
-                ("Remove", EditCommand::RemoveWindow, "Remove the selected windows (Delete)"),
+                ("Add", EditCommand::AddWindow, "New manoeuvre between the markers or at the centre of the screen (Insert). Or drag in the lane above the plots."),
+                ("Remove", EditCommand::RemoveWindow, "Remove the selected manoeuvres (Delete)"),
             ] {
                 if ui.button(name).on_hover_text(hint).clicked() {
                     ctx.commands.push(UiCommand::Edit(command));
@@ -289,7 +289,7 @@ fn bulk(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
                     ctx.commands.push(UiCommand::Edit(EditCommand::UseWindows(role)));
                 }
             }
-            if ui.button("confirm").on_hover_text("Looked at and taken as they stand").clicked() {
+            if ui.button("confirm").on_hover_text("Checked and confirmed").clicked() {
                 flag_selected(ctx, WindowFlag::Confirmed);
             }
             if ui.button("remove").on_hover_text("Delete").clicked() {
@@ -302,7 +302,7 @@ fn bulk(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
 /// Sets a flag of every selected window in one step of undo.
 fn flag_selected(ctx: &mut PanelContext<'_>, flag: WindowFlag) {
     let names: Vec<String> = ctx.selection().windows(ctx.session).map(|window| window.name.clone()).collect();
-    ctx.edits.push(EditRequest::Begin(format!("{} {} windows", flag.verb(true), names.len())));
+    ctx.edits.push(EditRequest::Begin(format!("{} {} manoeuvres", flag.verb(true), names.len())));
     for name in names {
         ctx.edit(Edit::Window(WindowEdit::Flag { name, flag, on: true }));
     }
@@ -497,7 +497,7 @@ const LOCK: FlagButton = FlagButton {
     flag: WindowFlag::Locked,
     marks: ["🔒", "🔓"],
     hints: [
-        "Start and end are locked against dragging; they may be typed. Click to free them",
+        "Start and end are locked against dragging. Click to unlock",
         "Click to lock start and end against dragging",
     ],
 };
@@ -505,7 +505,7 @@ const LOCK: FlagButton = FlagButton {
 const CONFIRM: FlagButton = FlagButton {
     flag: WindowFlag::Confirmed,
     marks: ["✔", "○"],
-    hints: ["Looked at and taken as it stands. Click to take that back", "Click once you have looked at this window"],
+    hints: ["Confirmed. Click to undo", "Click to confirm this manoeuvre"],
 };
 
 impl FlagButton {

@@ -40,7 +40,7 @@ impl Panel for Match {
         let slot = &ctx.snapshot.proof;
         trouble(ui, slot.error());
         let stale = slot.is_stale();
-        let Some(proof) = slot.latest() else { return empty(ui, "No window was flown again yet.") };
+        let Some(proof) = slot.latest() else { return empty(ui, "No simulation yet.") };
         if self.aspect == Aspect::Tests {
             return tests(ctx, proof, stale, ui);
         }
@@ -53,7 +53,7 @@ impl Panel for Match {
             verdict(test, ui);
         }
         if replay.tests.is_empty() {
-            ui.weak(format!("No test of {} applies to this window.", proof.tolerances));
+            ui.weak(format!("No test of {} applies to this manoeuvre.", proof.tolerances));
         }
         if self.aspect == Aspect::Theil {
             return theil(&replay, stale, ui);
@@ -84,7 +84,7 @@ impl Match {
             })
             .collect();
         if plots.is_empty() {
-            return empty(ui, "No test gives this window a band: look at all signals.");
+            return empty(ui, "No tolerance band for this manoeuvre: show all signals.");
         }
         ctx.stack(ui, "match", View::Window, &mut self.cache, &plots, &[]);
     }
@@ -93,16 +93,13 @@ impl Match {
 /// The windows that were flown again, to choose from.
 fn offer(ctx: &mut PanelContext<'_>, proof: &ProofOfMatch, ui: &mut Ui) {
     if proof.windows.is_empty() {
-        return empty(
-            ui,
-            "Validation windows are flown again by the model: make one of the windows a validation window.",
-        );
+        return empty(ui, "The model simulates validation manoeuvres: mark a manoeuvre as validation.");
     }
     ui.vertical_centered(|ui| {
         ui.add_space((0.3 * ui.available_height()).max(0.0));
-        ui.weak("Validation windows are flown again by the model: choose one, or make the chosen window one of them.");
+        ui.weak("The model simulates validation manoeuvres: select one, or mark this manoeuvre as validation.");
         ui.add_space(6.0);
-        egui::ScrollArea::vertical().id_salt("validation windows").show(ui, |ui| {
+        egui::ScrollArea::vertical().id_salt("validation manoeuvres").show(ui, |ui| {
             for (window, _) in &proof.windows {
                 if ui.button(window.as_str()).clicked() {
                     ctx.choose(window);
@@ -122,7 +119,7 @@ fn verdict(test: &TestResult, ui: &mut Ui) {
         let choices: Vec<_> =
             test.requirements.iter().map(|bands| bands.iter().map(used).collect::<Vec<_>>().join(" or ")).collect();
         ui.add(egui::Label::new(choices.join(", and ")).wrap())
-            .on_hover_text("Largest difference as a part of the tolerance: up to 100 % is inside.");
+            .on_hover_text("Largest difference as a fraction of the tolerance (limit 100 %).");
     });
 }
 
@@ -178,7 +175,7 @@ fn tests(ctx: &mut PanelContext<'_>, proof: &ProofOfMatch, stale: bool, ui: &mut
         })
         .collect();
     if rows.is_empty() {
-        return empty(ui, "No validation window has a test: mark one as validation and give it a surface.");
+        return empty(ui, "No validation manoeuvre has a test: mark one as validation and set its surface.");
     }
     if stale {
         ui.multiply_opacity(0.45);
@@ -193,7 +190,7 @@ fn tests(ctx: &mut PanelContext<'_>, proof: &ProofOfMatch, stale: bool, ui: &mut
         .column(Column::exact(56.0))
         .column(Column::remainder().clip(true))
         .header(20.0, |mut header| {
-            for title in ["Window", "Test", "", "Part of the tolerance used"] {
+            for title in ["Manoeuvre", "Test", "", "Fraction of the tolerance used"] {
                 header.col(|ui| {
                     column_title(ui, title);
                 });

@@ -319,7 +319,7 @@ fn chosen_flight<'a>(ctx: &mut PanelContext<'a>, ui: &mut Ui) -> Option<&'a Load
         ctx.commands.push(UiCommand::File(FileCommand::FindRecording));
     }
     if loaded.is_none() {
-        awaiting(ctx, ui, "the recording", "The recording was not read.");
+        awaiting(ctx, ui, "the recording", "The recording could not be read.");
     }
     loaded.map(AsRef::as_ref)
 }
@@ -337,7 +337,7 @@ fn awaiting(ctx: &PanelContext<'_>, ui: &mut Ui, what: &str, otherwise: &str) {
         let read = snapshot.flights.values().filter(|slot| slot.latest().is_some()).count();
         let doing = match snapshot.windows.values().filter(|results| results.path.ready().is_some()).count() {
             0 if read < snapshot.flights.len() => "reading recordings and fitting their clocks".to_owned(),
-            done => format!("{done} of {} windows reconstructed", snapshot.windows.len()),
+            done => format!("{done} of {} manoeuvres reconstructed", snapshot.windows.len()),
         };
         ui.label(RichText::new(doing).size(11.0).weak());
     });
@@ -399,7 +399,7 @@ fn answer<T>(
                 ui.weak("computing");
             });
         } else if slot.error().is_none() {
-            empty(ui, &format!("{what} follows once something is identified."));
+            empty(ui, &format!("{what} needs an identified model."));
         }
         return;
     };

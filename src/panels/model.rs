@@ -33,13 +33,9 @@ type Preset = (&'static str, fn() -> Structure, &'static str);
 /// Structures to start from.
 const PRESETS: [Preset; 4] = [
     ("Thesis", Structure::thesis, "CX CZ Cm of 1, α, q, δe and CY Cl Cn of 1, β, p, r, δa, δr (thesis Eq. 3.21, 3.22)"),
-    ("Alternative", Structure::alternative, "The same with the rates of the flow angles (thesis Eq. B.1, B.2)"),
-    ("Quadratic", Structure::quadratic, "The first with α² in CX, CZ, Cm (thesis Eq. 3.20)"),
-    (
-        "With power",
-        Structure::with_power,
-        "The first with the power of the engines: it needs windows of different power",
-    ),
+    ("Alternative", Structure::alternative, "Adds the rates of the flow angles (thesis Eq. B.1, B.2)"),
+    ("Quadratic", Structure::quadratic, "Adds α² in CX, CZ, Cm (thesis Eq. 3.20)"),
+    ("With power", Structure::with_power, "Adds engine power: needs manoeuvres at different power"),
 ];
 
 /// The panel.
@@ -71,12 +67,13 @@ impl Panel for Model {
         ui.horizontal_wrapped(|ui| {
             ui.weak("Constants");
             let mut constants = ctx.session.estimation.constants;
-            let all = [(PooledConstants::PerWindow, "per window"), (PooledConstants::Common, "common")];
+            let all = [(PooledConstants::PerWindow, "per manoeuvre"), (PooledConstants::Common, "common")];
             if choices(ui, &mut constants, &all) {
                 ctx.edit(Edit::Estimation(EstimationEdit::Constants(constants)));
             }
             let mut by_surface = ctx.session.estimation.by_surface;
-            let hint = "Symmetric coefficients from elevator windows, asymmetric ones from aileron and rudder windows";
+            let hint =
+                "Symmetric coefficients from elevator manoeuvres, asymmetric ones from aileron and rudder manoeuvres";
             if ui.checkbox(&mut by_surface, "by surface").on_hover_text(hint).changed() {
                 ctx.edit(Edit::Estimation(EstimationEdit::BySurface(by_surface)));
             }
@@ -86,7 +83,7 @@ impl Panel for Model {
             let mut predict_with = ctx.session.estimation.predict_with;
             let all = [
                 (PredictionParameters::Pooled, "pooled estimate"),
-                (PredictionParameters::WindowMeans, "means of single windows"),
+                (PredictionParameters::WindowMeans, "means of single manoeuvres"),
             ];
             if choices(ui, &mut predict_with, &all) {
                 ctx.edit(Edit::Estimation(EstimationEdit::PredictWith(predict_with)));
@@ -171,7 +168,7 @@ impl Model {
                             ui.label(known.words());
                         }
                         if was {
-                            ui.weak("Secondary click: fix it, bound it, expect it");
+                            ui.weak("Right click: fix, bound, prior");
                         }
                     });
                     mark(ui, &cell, effect, session.estimation.known(coefficient, &term));
@@ -212,21 +209,21 @@ impl Model {
 /// The second structure: kept from the first, exchanged with it, dropped.
 fn second(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let keep =
-        ui.button("Keep as B").on_hover_text("Keep this structure as B and go on changing A; both are estimated");
+        ui.button("Keep as B").on_hover_text("Store this structure as B and continue editing A; both are estimated");
     if keep.clicked() {
         ctx.edit(Edit::Model(ModelEdit::Second(Some(ctx.session.structure.clone()))));
     }
-    if ui.button("Board").on_hover_text("Keep any number of structures and compare them").clicked() {
+    if ui.button("Board").on_hover_text("Store and compare any number of structures").clicked() {
         ctx.state.selection.scope = Scope::Board;
         ctx.commands.push(UiCommand::View(ViewCommand::Show(Pane::Derivatives)));
     }
     if ctx.session.second_structure.is_none() {
         return;
     }
-    if ui.button("A ⇄ B").on_hover_text("Let A and B change places").clicked() {
+    if ui.button("A ⇄ B").on_hover_text("Exchange A and B").clicked() {
         ctx.edit(Edit::Model(ModelEdit::Exchange));
     }
-    if ui.button("Show both").on_hover_text("Derivatives of A and B beside each other").clicked() {
+    if ui.button("Show both").on_hover_text("Derivatives of A and B side by side").clicked() {
         ctx.state.selection.scope = Scope::Structures;
         ctx.commands.push(UiCommand::View(ViewCommand::Show(Pane::Derivatives)));
     }

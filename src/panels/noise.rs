@@ -83,19 +83,23 @@ fn observability(ctx: &PanelContext<'_>, ui: &mut Ui) {
     let (observability, palette) = (&path.assessment().observability, theme::palette(ui));
     ui.horizontal_wrapped(|ui| {
         let color = if observability.hidden.is_empty() { palette.good } else { palette.warning };
-        let text = format!("{}: observability rank {} of {}", window.name, observability.rank.min(observability.open), observability.open);
-        ui.label(RichText::new(text).color(color)).on_hover_text(
-            "How many of the states that are not known beforehand the measurements tell, in the middle of the chosen window",
+        let text = format!(
+            "{}: observability rank {} of {}",
+            window.name,
+            observability.rank.min(observability.open),
+            observability.open
         );
+        ui.label(RichText::new(text).color(color))
+            .on_hover_text("Number of unknown states that are observable at the middle of this manoeuvre");
         if !observability.hidden.is_empty() {
             let names: Vec<_> = observability.hidden.iter().map(|state| notation::state(*state)).collect();
             let label = ui.label(RichText::new(format!("not observable: {}", names.join(" "))).color(palette.warning));
-            label.on_hover_text("No measurement of this window sees these states: they stay where they start");
+            label.on_hover_text("Not observable in this manoeuvre: these states keep their initial values");
         }
         for weak in &observability.weak {
             let text = format!("weak: {} {:.0} %", notation::state(weak.state), 100.0 * weak.remaining);
             ui.label(RichText::new(text).color(palette.warning)).on_hover_text(format!(
-                "{:.0} % of the first deviation of {} is left at the end; it moves with {} (correlation {})",
+                "{:.0} % of the initial standard deviation of {} remains; correlated with {} ({})",
                 100.0 * weak.remaining,
                 notation::state(weak.state),
                 notation::state(weak.partner),
@@ -193,13 +197,13 @@ fn initial(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
 /// Errors of the air-data sensors the filter finds, and delays of the measurements.
 fn sensors(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
     CollapsingHeader::new("Errors of air data, √P₀").show(ui, |ui| {
-        ui.weak("Zero leaves an error out.");
+        ui.weak("Zero: not estimated.");
         Grid::new("air data").num_columns(3).spacing([6.0, 3.0]).show(ui, |ui| {
             for state in AirState::ALL {
                 let row = Row {
                     name: format!("P {}", state.name()),
                     symbol: state.description(),
-                    about: "Constant over a window; found where wind and manoeuvre tell it from the motion",
+                    about: "Constant over a manoeuvre; needs excitation to be observable",
                     dimension: state.dimension(),
                     value: ctx.session.filter.air_data_deviation[state as usize],
                     usual: usual.air_data_deviation[state as usize],
@@ -253,8 +257,8 @@ fn take_recorded(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, row: &Nois
     }
     let whiteness = row.statistics.map_or(f64::NAN, |found| found.whiteness);
     let note = match (is_far, is_unlike) {
-        (true, _) => ". ⚠ The two differ by more than a factor 3: look at the steady windows first",
-        (false, true) => ". ⚠ What is used differs by more than a factor 3",
+        (true, _) => ". ⚠ They differ by more than a factor 3: check the steady windows first",
+        (false, true) => ". ⚠ The value in use differs by more than a factor 3",
         (false, false) => "",
     };
     let why = format!(
@@ -272,7 +276,7 @@ fn take_recorded(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, row: &Nois
     }
     let kept = ctx.session.noise_reasons.get(row.channel.name());
     let mark = RichText::new(if kept.is_some() { "✎●" } else { "✎" }).size(11.0);
-    let hint = kept.map_or("Why it is not what is proposed", String::as_str);
+    let hint = kept.map_or("Reason for another value", String::as_str);
     // A click into the field must not close what holds it.
     let stays = MenuConfig::new().close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
     let (menu, _) = MenuButton::new(mark).config(stays).ui(ui, |ui| {

@@ -11,15 +11,15 @@ use crate::theme;
 use crate::widgets::term::{column_title, column_title_called};
 
 /// Titles of the columns over all windows.
-const TITLES: [&str; 6] = ["Windows", "Mean", "Scatter", "Std. error", "Min", "Max"];
+const TITLES: [&str; 6] = ["Manoeuvres", "Mean", "Scatter", "Std. error", "Min", "Max"];
 
 /// Draws the table; copies it first where that was asked for.
 pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
     let Some(details) = ctx.snapshot.details.latest() else {
-        return awaiting(ctx, ui, "the derivatives of every window", "There is no estimate yet.");
+        return awaiting(ctx, ui, "the derivatives of every manoeuvre", "No estimate yet.");
     };
     let Some((all, kinds)) = details.kinds.split_first() else {
-        return super::empty(ui, "No window is used for identification.");
+        return super::empty(ui, "No identification manoeuvre.");
     };
     if copy {
         ui.ctx().copy_text(csv(&details.kinds));
@@ -30,7 +30,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
     ScrollArea::horizontal().show(ui, |ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
         TableBuilder::new(ui)
-            .id_salt("over windows")
+            .id_salt("over manoeuvres")
             .striped(true)
             .auto_shrink(false)
             .sense(egui::Sense::click())

@@ -83,7 +83,7 @@ impl Overlay {
         ui.horizontal_wrapped(|ui| {
             self.choose(ctx, ui, first, &signals);
             let more = if of.len() > MOST { format!(", the first {MOST} of {}", of.len()) } else { String::new() };
-            ui.weak(format!("{} windows from their onset on{more}; dashed: the model", drawn.len()));
+            ui.weak(format!("{} manoeuvres from onset{more}; dashed: model", drawn.len()));
         });
         self.make(ctx, drawn, &signals);
         let units = ctx.state.units;

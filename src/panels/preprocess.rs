@@ -77,10 +77,10 @@ fn presets(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, now: &SignalSe
         for preset in SignalPreset::ALL {
             let button = egui::Button::selectable(now.preset() == Some(preset), preset.name());
             let hint = match preset {
-                SignalPreset::AsRecorded => "Every signal keeps its own samples",
+                SignalPreset::AsRecorded => "Every signal as sampled",
                 SignalPreset::Thesis => {
                     "Inertial samples by moving average of 4, polynomial of degree 2 over 11 and quadratic spline to 100 Hz; \
-                     flow angles by quadratic spline, the rest by straight lines to 100 Hz"
+                     flow angles by quadratic spline, others linearly to 100 Hz"
                 }
             };
             if ui.add(button).on_hover_text(hint).clicked() && now.preset() != Some(preset) {
@@ -91,7 +91,7 @@ fn presets(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, now: &SignalSe
         ui.weak("Gaps bridged");
         let mut stated = now.max_gap_s.is_some();
         let tick = ui.checkbox(&mut stated, "up to").on_hover_text(
-            "Nothing is interpolated over a longer pause; without a limit, over a few of a channel's own intervals",
+            "No interpolation over longer gaps. Default: a few sample intervals",
         );
         ui.ctx().accesskit_node_builder(tick.id, |node| node.set_label("limit gaps"));
         if stated != now.max_gap_s.is_some() {
@@ -377,7 +377,7 @@ fn steady(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, proposals: Opti
     };
     let found = proposals.map(|proposals| &proposals.steady[..]).unwrap_or_default();
     ui.horizontal(|ui| {
-        if ui.button("Mark what is on screen").on_hover_text("Or the stretch between the markers A and B").clicked() {
+        if ui.button("Mark what is on screen").on_hover_text("Or the time between markers A and B").clicked() {
             let view = ctx.view(View::Flight);
             let stretch = match view.markers_s {
                 [Some(a), Some(b)] => TimeRange::new(a, b),
@@ -387,7 +387,7 @@ fn steady(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, proposals: Opti
             let added = SteadyWindow { flight: flight.to_owned(), window, roles: Vec::new() };
             set(ctx, own.iter().cloned().chain([added]).collect());
         }
-        let hint = "Marks the windows that were found steady; they can be removed one by one";
+        let hint = "Marks all steady windows found";
         if !found.is_empty()
             && own.is_empty()
             && ui.button(format!("Mark the {} found", found.len())).on_hover_text(hint).clicked()
@@ -398,8 +398,7 @@ fn steady(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, proposals: Opti
             set(ctx, Vec::new());
         }
         let (used, how) = if own.is_empty() { (found, "found") } else { (&own[..], "marked") };
-        let about = "A signal's noise is taken over the steady windows that speak for it: inertial sensors and air data in flight, \
-                     attitude and navigation on the ground where there are windows on the ground";
+        let about = "Noise is estimated over steady windows: inertial sensors and air data in flight, attitude and navigation on the ground if available";
         ui.weak(steady_windows(used, how)).on_hover_text(about);
     });
     for (index, steady) in own.iter().enumerate() {
@@ -455,7 +454,7 @@ fn statistics(ctx: &PanelContext<'_>, ui: &mut Ui, flight: &str) {
             ui.label(found.samples.to_string());
             ui.label(notation::fixed(found.lag_one, 2));
             let white = RichText::new(notation::fixed(found.whiteness, 3));
-            let hint = "Probability that white noise looks less white: small where motion or a filter is left in it";
+            let hint = "p-value of the whiteness test: small if motion or a filter remains";
             ui.label(white).on_hover_text(hint);
             ui.end_row();
         }

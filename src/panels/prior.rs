@@ -38,10 +38,10 @@ impl Panel for Prior {
                 ctx.commands.push(UiCommand::File(FileCommand::AddReference));
             }
             let percent = DragValue::new(&mut self.percent).range(1.0..=200.0).prefix("known to ").suffix(" %");
-            ui.add(percent).on_hover_text("Standard deviation of a derivative that states none, of its size");
+            ui.add(percent).on_hover_text("Default relative standard deviation of the derivatives");
         });
         let Some(reference) = chosen else {
-            return empty(ui, "Add an earlier estimate: it is held against the flight and combined with it.");
+            return empty(ui, "Add an earlier estimate to compare and combine it with the flight.");
         };
         ctx.wanted.inquiry.prior = Some(PriorRequest::of_reference(reference, 0.01 * self.percent));
         let snapshot = ctx.snapshot;

@@ -109,7 +109,7 @@ pub(super) fn figure_of(ctx: &PanelContext<'_>, response: &Response, window: &Ma
     };
     let figure = Figure {
         name: format!("window_{}", window.name.replace(' ', "_")),
-        caption: format!("window {}", window.name),
+        caption: format!("manoeuvre {}", window.name),
         columns: 1,
         panel_height_mm: PANEL_MM,
         panels: roles(window.surface).into_iter().enumerate().filter_map(panel).collect(),

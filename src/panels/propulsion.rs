@@ -39,15 +39,15 @@ pub struct Propulsion {
 impl Panel for Propulsion {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let slot = ctx.selection().flight.as_deref().and_then(|flight| ctx.snapshot.engines.get(flight));
-        let Some(slot) = slot else { return empty(ui, "There is no flight yet.") };
+        let Some(slot) = slot else { return empty(ui, "No flight yet.") };
         trouble(ui, slot.error());
         let stale = slot.is_stale();
         let latest: Option<Arc<FlightEngines>> = slot.latest().cloned();
         let Some(flight) = latest.filter(|flight| !flight.engines.is_empty()) else {
             let text = if stale {
-                "The engines are being computed."
+                "Computing engines…"
             } else {
-                "No engine of this flight has its speed and manifold pressure recorded and a model in the aircraft file."
+                "No engine has recorded speed and manifold pressure and a model in the aircraft file."
             };
             return empty(ui, text);
         };
@@ -103,7 +103,7 @@ fn charts(
         for (ui, engine) in columns.iter_mut().zip(&flight.engines) {
             match chart(ctx, ui, engine) {
                 Some(chart) => ctx.chart(ui, &chart, height),
-                None => empty(ui, "Its monitor's power is not recorded."),
+                None => empty(ui, "Monitor power not recorded."),
             }
         }
     });
@@ -172,8 +172,7 @@ fn agreement(ctx: &PanelContext<'_>, engine: &EngineOverFlight, ui: &mut Ui) {
         );
         ui.add(egui::Label::new(RichText::new(text)).wrap())
             .on_hover_text(format!(
-                "Over {} samples where both powers are known. r² is the square of their correlation coefficient (thesis Table 6.12): it \
-                 does not see a scale or an offset, the RMS of the difference does.",
+                "Over {} samples where both powers are known. r² is the squared correlation (thesis Table 6.12), which ignores scale and offset; the RMS difference includes them.",
                 whole.samples
             ));
     });

@@ -60,16 +60,15 @@ impl Panel for Qualification {
                 ui,
                 match self.named(ctx.session).trim() {
                     "" => {
-                        "Name a file of objective tests: a rule, and for each test the windows of this session that flew it. builtin:qtg/demo is \
-                       that of the shipped flight to begin from; Help says what such a file holds."
+                        "Choose a file of objective tests: a rule, and the manoeuvres of each test. Start from builtin:qtg/demo of the shipped flight; see Help."
                     }
-                    _ => "The tests of a file are judged on the windows of the session when asked for.",
+                    _ => "Judge the tests to compare the model with the manoeuvres of the session.",
                 },
             );
         };
         let palette = theme::palette(ui);
         if self.of.as_deref().is_some_and(|of| of != ctx.session) {
-            ui.label(RichText::new("the session has changed since these were judged").color(palette.warning));
+            ui.label(RichText::new("the session has changed: evaluate again").color(palette.warning));
         }
         ui.label(format!("{}: {}", judged.found.rule, judged.found.tally()));
         egui::Panel::left("list of tests").resizable(false).exact_size(LIST).show(ui, |ui| {

@@ -76,21 +76,20 @@ impl Panel for Reconstruction {
         ui.horizontal_wrapped(|ui| {
             choices(ui, &mut self.aspect, &Aspect::ALL);
             if by_states {
-                ui.checkbox(&mut self.compare, "compare filters").on_hover_text(
-                    "The same window by the extended and the iterated extended Kalman filter, and smoothed",
-                );
+                ui.checkbox(&mut self.compare, "compare filters")
+                    .on_hover_text("This manoeuvre by extended and iterated extended Kalman filter, and smoothed");
             }
         });
         if self.aspect == Aspect::Table {
             return bias_table::show(ctx, ui);
         }
         let Some(results) = ctx.results() else {
-            return awaiting(ctx, ui, "the windows", "Choose a window that is in use.");
+            return awaiting(ctx, ui, "the manoeuvres", "Select a manoeuvre that is in use.");
         };
         trouble(ui, results.path.error());
         let stale = results.path.is_stale();
         let Some(path) = results.path.latest().cloned() else {
-            return awaiting(ctx, ui, "the path of this window", "This window has no path.");
+            return awaiting(ctx, ui, "the path of this manoeuvre", "This manoeuvre has no flight path.");
         };
         if self.compare && by_states {
             return self.comparison(ctx, ui, &path);

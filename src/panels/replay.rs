@@ -64,7 +64,7 @@ impl Panel for Replay {
             None => ctx.state.time.range(),
         };
         let Some(read) = ctx.snapshot.aircraft.latest() else {
-            return awaiting(ctx, ui, "the aircraft", "The picture has the proportions of the aircraft: choose one.");
+            return awaiting(ctx, ui, "the aircraft", "Choose an aircraft: the picture uses its proportions.");
         };
         let now_s = self.follow_time(ctx, ui, range);
         self.controls(ctx, ui, range, now_s);
@@ -133,7 +133,7 @@ impl Replay {
             }
             choices(ui, &mut self.speed, &SPEEDS);
             ui.separator();
-            choices(ui, &mut self.of_window, &[(true, "Window"), (false, "Flight")]);
+            choices(ui, &mut self.of_window, &[(true, "Manoeuvre"), (false, "Flight")]);
             ui.separator();
             choices(ui, &mut self.side_by_side, &[(false, "Overlaid"), (true, "Side by side")]);
         });
@@ -163,7 +163,7 @@ impl Replay {
         let size = ui.available_size();
         let there: Vec<usize> = (0..3).filter(|&source| sources[source].attitude_rad.is_some()).collect();
         if there.is_empty() {
-            return empty(ui, "Neither the recording nor a window tells the attitude here.");
+            return empty(ui, "No attitude here, neither recorded nor reconstructed.");
         }
         if self.side_by_side {
             let camera = &mut self.camera;

@@ -85,7 +85,7 @@ impl Report {
     fn notes(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         caption(ui, "Notes");
         let mut notes = self.notes.clone().unwrap_or_else(|| ctx.session.report_notes.clone());
-        let field = TextEdit::multiline(&mut notes).hint_text("What the reader has to know").desired_rows(3);
+        let field = TextEdit::multiline(&mut notes).hint_text("Notes for the reader").desired_rows(3);
         let field = ui.add(field.desired_width(f32::INFINITY));
         ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("notes of the report"));
         if field.lost_focus() {
@@ -103,7 +103,7 @@ impl Report {
         caption(ui, "Chosen figures");
         let session = ctx.session;
         if session.report_figures.is_empty() {
-            ui.add(egui::Label::new(RichText::new("A right click on any plot adds it to the report.").weak()).wrap());
+            ui.add(egui::Label::new(RichText::new("Right click on a plot to add it to the report.").weak()).wrap());
         }
         for (at, figure) in session.report_figures.iter().enumerate() {
             ui.horizontal(|ui| {

@@ -13,7 +13,7 @@ use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, chosen: &mut Coefficient) {
     let studies = ctx.details().map(|details| details.residuals.as_slice()).unwrap_or_default();
     let Some(first) = studies.first() else {
-        return awaiting(ctx, ui, "the fits of this window", "This window has no fit.");
+        return awaiting(ctx, ui, "the fits of this manoeuvre", "This manoeuvre has no fit.");
     };
     let all: Vec<_> = studies.iter().map(|study| (study.coefficient, study.coefficient.name())).collect();
     let of = |coefficient| studies.iter().find(|study| study.coefficient == coefficient).unwrap_or(first);
@@ -25,7 +25,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, chosen: &mut Coefficient) {
     let study = of(shown);
     let (probability, said) =
         (study.whiteness.probability, if study.whiteness.is_white() { "white" } else { "not white" });
-    ui.weak(format!("{said}: white noise is as correlated in {} % of cases", notation::fixed(100.0 * probability, 1)));
+    ui.weak(format!("{said}: p-value of white noise {} %", notation::fixed(100.0 * probability, 1)));
     let height = 0.5 * ui.available_height() - 6.0;
     let correlation = correlation(study, ui);
     ctx.chart(ui, &correlation, height);

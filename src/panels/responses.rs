@@ -29,15 +29,14 @@ impl Panel for Responses {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let slot = &ctx.snapshot.studies.responses;
         ui.horizontal_wrapped(|ui| {
-            let hint = "Spectra of all windows in which one control moves alone, with a low-order equivalent system of each response";
+            let hint = "Spectra of all single-control manoeuvres, with low-order equivalent systems";
             study_button(ctx, ui, (Study::Responses, slot), "Compute frequency responses", hint);
             let all = Surface::ALL.map(|surface| (surface, surface.name()));
             choices(ui, &mut self.surface, &all);
         });
         trouble(ui, slot.error());
         let Some(study) = slot.latest() else {
-            let text =
-                "Here will be how the rates answer each control over frequency, with low-order equivalent systems.";
+            let text = "Frequency responses of the rates to each control, with low-order equivalent systems.";
             if !matches!(slot, Slot::Running { .. }) && offer(ui, text, "Compute them") {
                 ctx.commands.push(UiCommand::Run(RunCommand::Study(Study::Responses)));
             }
@@ -47,7 +46,7 @@ impl Panel for Responses {
             ui.multiply_opacity(0.45);
         }
         let Some(found) = study.surfaces.iter().find(|found| found.surface == self.surface) else {
-            return empty(ui, "No window in use moves this control alone.");
+            return empty(ui, "No manoeuvre moves this control alone.");
         };
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| response(ui, found));
     }

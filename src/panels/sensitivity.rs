@@ -28,14 +28,14 @@ impl Panel for Sensitivity {
         let slot = &ctx.snapshot.studies.sensitivity;
         let mut copied = false;
         ui.horizontal_wrapped(|ui| {
-            let hint = "Both steps again with every quantity a little lower and higher: takes some seconds";
+            let hint = "Repeats both steps with every quantity lower and higher; takes seconds";
             study_button(ctx, ui, (Study::Sensitivity, slot), "Compute sensitivity", hint);
             choices(ui, &mut self.table, &[(false, "Tornado"), (true, "Table")]);
             copied = ui.button("Copy as CSV").clicked();
         });
         trouble(ui, slot.error());
         let Some(study) = slot.latest() else {
-            let text = "Here will be how much each derivative changes with what it was computed with.";
+            let text = "Sensitivity of each derivative to its inputs.";
             if !matches!(slot, Slot::Running { .. }) && offer(ui, text, "Compute it") {
                 ctx.commands.push(UiCommand::Run(RunCommand::Study(Study::Sensitivity)));
             }
@@ -63,7 +63,7 @@ fn tornado(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &SensitivityStudy) {
     let slope =
         names.iter().find(|name| name.as_str() == "Cm_alpha").or(names.iter().find(|name| !name.ends_with("_0")));
     let Some(mut chosen) = chosen.or_else(|| slope.or(names.first()).map(|name| (*name).clone())) else {
-        return empty(ui, "No derivative depends on what was varied.");
+        return empty(ui, "No derivative depends on the varied quantities.");
     };
     let before = chosen.clone();
     ui.horizontal_wrapped(|ui| {

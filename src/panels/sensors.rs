@@ -88,13 +88,9 @@ impl Sensors {
                 ui.weak("an example: the flight names no instruments");
             }
             let changed = self.with_fits(text);
-            let hint = "Every calibration fitted here, into an instruments file that the flight then uses";
+            let hint = "Save all calibrations to an instruments file, used by the flight from then on";
             let save = ui.add_enabled(matches!(changed, Some(Ok(_))), egui::Button::new("Save instruments as…"));
-            if save
-                .on_hover_text(hint)
-                .on_disabled_hover_text("Nothing is fitted yet: type or paste readings")
-                .clicked()
-            {
+            if save.on_hover_text(hint).on_disabled_hover_text("No calibration yet: type or paste readings").clicked() {
                 ctx.state.instruments = changed.clone().and_then(Result::ok);
                 ctx.commands.push(UiCommand::File(FileCommand::SaveInstruments));
             }
@@ -162,9 +158,7 @@ impl Sensors {
                 ui.add(Label::new(RichText::new(line).color(color)).wrap());
             }
             None => {
-                ui.add(
-                    Label::new(RichText::new("The curve of the file is drawn; readings fit another.").weak()).wrap(),
-                );
+                ui.add(Label::new(RichText::new("Curve of the file. Readings give a new fit.").weak()).wrap());
             }
         }
         in_file(ui, calibration);

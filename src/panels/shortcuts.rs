@@ -18,11 +18,11 @@ const POINTER: [(&str, &str); 17] = [
     ("A, B; Shift+Click, Ctrl+Click", "Set marker A, marker B"),
     ("Click on a name of a legend", "Hide or show the curve; a double click hides the others"),
     ("Ctrl+C, Ctrl+Shift+C", "Copy the plot under the pointer: picture, data"),
-    ("Ctrl+Click, Shift+Click on a window", "Select it too, or all up to it"),
-    ("Drag in the strip of the flight", "Choose what is on screen; drag its edges or its middle"),
+    ("Ctrl+Click, Shift+Click on a manoeuvre", "Add to the selection, or extend to it"),
+    ("Drag in the strip of the flight", "Select the time shown; drag its ends or middle"),
     ("← →, Shift+← →", "Step marker A, marker B by a sample"),
-    ("Alt in a drag of a window", "Snap to samples alone, not to onsets, ends, markers, windows, gaps"),
-    ("Escape in a drag", "Give the drag up"),
+    ("Alt in a drag of a manoeuvre", "Snap to samples alone, not to onsets, ends, markers, manoeuvres, gaps"),
+    ("Escape in a drag", "Cancel the drag"),
     ("Ctrl++, Ctrl+-", "Larger and smaller text and controls, everywhere"),
 ];
 

@@ -89,13 +89,13 @@ impl Studies {
             (Chosen::LeftOut, "Each manoeuvre left out"),
             (Chosen::Kinds, "Kinds of input"),
         ];
-        let about = "Each manoeuvre left out in turn, doublets against 3-2-1-1, derivatives over the flight condition";
+        let about = "Leave one out, doublets against 3-2-1-1, derivatives over flight condition";
         entry(ctx, ui, "Between manoeuvres", about, (Study::Manoeuvres, state(&studies.manoeuvres)));
         self.aspects(ui, &manoeuvres);
-        let about = "Every window again in the frequency domain and by output error";
+        let about = "Every manoeuvre in the frequency domain and by output error";
         entry(ctx, ui, "Independent checks", about, (Study::Checks { axis: None }, state(&studies.checks)));
-        self.aspects(ui, &[(Chosen::Checks, "By window")]);
-        let about = "Fresh noise of the recording through both steps: the scatter of the derivatives";
+        self.aspects(ui, &[(Chosen::Checks, "By manoeuvre")]);
+        let about = "Scatter of the derivatives under fresh measurement noise";
         entry(ctx, ui, "Monte Carlo", about, (monte_carlo, state(&studies.monte_carlo)));
         ui.horizontal(|ui| {
             ui.add_space(10.0);
@@ -103,7 +103,7 @@ impl Studies {
             ui.weak("realisations");
         });
         self.aspects(ui, &[(Chosen::MonteCarlo, "Scatter and shift")]);
-        let about = "A delay and a first-order lag of every control, found by the fit";
+        let about = "Fitted delay and first-order lag of every control";
         entry(ctx, ui, "Lags of the controls", about, (Study::Lags, state(&studies.lags)));
         self.aspects(ui, &[(Chosen::Lags, "Table")]);
         ui.separator();
@@ -149,7 +149,7 @@ impl Studies {
         // The damping in pitch moves most with the condition; anything else where it is not modelled.
         let first = || two.iter().find(|one| one.derivative == "Cm_q").or(two.first());
         let Some(regression) = found.or_else(first).copied() else {
-            return empty(ui, "No derivative is estimated from single windows.");
+            return empty(ui, "No derivative is estimated from single manoeuvres.");
         };
         ui.horizontal_wrapped(|ui| {
             let combo = ComboBox::from_id_salt("derivative over the condition");
@@ -174,7 +174,7 @@ impl Studies {
                     })
                     .collect();
                 let scatter = notation::fixed(found.scatter_ratio, 2);
-                ui.weak(format!("{}; scatter about the line {scatter} times the stated errors", texts.join(", ")));
+                ui.weak(format!("{}; scatter about the line {scatter} times the standard errors", texts.join(", ")));
             }
             Err(error) => trouble(ui, Some(&error.to_string())),
         }
@@ -188,7 +188,7 @@ impl Studies {
         let place = |point: &doublet_core::estimate::ConditionPoint| [point.condition[self.variable], point.estimate];
         let points = regression.points.iter().map(|(_, point)| place(point)).collect();
         let spread = regression.points.iter().map(|(_, point)| 2.0 * point.standard_error).collect();
-        let dots = ChartCurve::new("windows, ± 2 standard errors", palette.series[1], ChartStyle::Dots(3.0), points);
+        let dots = ChartCurve::new("manoeuvres, ± 2 standard errors", palette.series[1], ChartStyle::Dots(3.0), points);
         chart.curves.push(ChartCurve { spread, ..dots });
         if let Some(line) = regression.line(self.variable) {
             let about = "regression, the other variable at its mean";
@@ -250,7 +250,7 @@ fn shown<T>(
             ui.add(ProgressBar::new(*progress).desired_width(220.0).desired_height(8.0));
             return;
         }
-        return empty(ui, "Computed when asked for: press Compute on the left.");
+        return empty(ui, "Press Compute on the left.");
     };
     if slot.is_stale() {
         ui.multiply_opacity(0.5);
@@ -312,7 +312,7 @@ fn cells(
 
 /// Largest change of a derivative without each window, and how the others predict that window.
 fn left_out(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &ManoeuvreStudy) {
-    ui.weak("What one window weighs: the derivative that moves most without it, in standard errors, and how the others predict it.");
+    ui.weak("Influence of each manoeuvre: largest change of a derivative without it, in standard errors, and its prediction by the others.");
     let mut rows = Vec::new();
     let mut windows = Vec::new();
     for found in &study.left_out {
@@ -331,7 +331,7 @@ fn left_out(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &ManoeuvreStudy) {
             windows.push(one.label.clone());
         }
     }
-    let titles = ["Window", "Coefficient", "Moves most", "by σ", "R² predicted", "R² own const."];
+    let titles = ["Manoeuvre", "Coefficient", "Moves most", "by σ", "R² predicted", "R² own const."];
     let chosen = ctx.selection().window.clone();
     table(ui, "left out", &titles, &rows, |at| Some(&windows[at]) == chosen.as_ref());
 }
@@ -344,9 +344,9 @@ fn own_constant(shared: f64, own: f64) -> String {
 /// Derivatives by kind of input.
 fn kinds(ui: &mut Ui, study: &ManoeuvreStudy) {
     if study.kinds.is_empty() {
-        return empty(ui, "All windows have one kind of input.");
+        return empty(ui, "All manoeuvres have the same kind of input.");
     }
-    ui.weak("Means over the manoeuvres of two kinds of input; two errors apart or more they contradict each other. A dash: one of the kinds was flown once.");
+    ui.weak("Means over the manoeuvres of two kinds of input; inconsistent from two standard errors on. Dash: only one manoeuvre of a kind.");
     let mut rows = Vec::new();
     for found in &study.kinds {
         for one in &found.derivatives {
@@ -365,7 +365,7 @@ fn kinds(ui: &mut Ui, study: &ManoeuvreStudy) {
 fn checks(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &CheckStudy) {
     let name = ctx.selection().window.clone().unwrap_or_default();
     let Some(found) = study.windows.iter().find(|one| one.window == name) else {
-        return empty(ui, "Choose a window that is in use.");
+        return empty(ui, "Select a manoeuvre that is in use.");
     };
     ui.weak(format!("{name}: the same derivatives by three methods, with standard errors"));
     let own = ctx.results().and_then(|results| results.fits.latest()).cloned();
@@ -406,7 +406,7 @@ fn check_rows(found: &WindowChecks, time: impl Fn(&str) -> Option<(f64, f64)>) -
 
 /// What noise of the recording does to the derivatives.
 fn monte_carlo(ui: &mut Ui, study: &MonteCarloStudy) {
-    ui.weak(format!("{} realisations, {} of them failed. Shift is the mean less the estimate; 2.5 % and 97.5 % are where the realisations lie about their mean. The scatter holds the noise of the sensors alone, not what differs between windows.",
+    ui.weak(format!("{} realisations, {} of them failed. Shift: mean minus estimate. 2.5 % and 97.5 %: quantiles about the mean. The scatter contains sensor noise only, not differences between manoeuvres.",
         study.realisations, study.failed));
     let rows: Vec<Vec<String>> = study
         .effects
@@ -435,7 +435,7 @@ fn monte_carlo(ui: &mut Ui, study: &MonteCarloStudy) {
 /// Lag and delay of every control.
 fn lags(ui: &mut Ui, study: &LagStudy) {
     ui.weak(
-        "How late each control acts, beside the lag the session has: a delay below zero means that its recording is late, by the clock of its recorder. Set it in Model ▸ Axes, reference, thrust and lags.",
+        "Delay of each control beside the lag of the session. A negative delay means a late recording (recorder clock). Set it in Model ▸ Axes, reference, thrust and lags.",
     );
     let rows: Vec<Vec<String>> = study
         .lags

@@ -50,7 +50,7 @@ impl Place {
         let of = self.fit.map_or("Flight path", Coefficient::name);
         match (&self.window, self.fit) {
             (None, None) => "Session".to_owned(),
-            (None, Some(_)) => format!("{of}, all windows"),
+            (None, Some(_)) => format!("{of}, all manoeuvres"),
             (Some(window), _) => format!("{of}, {window}"),
         }
     }
@@ -87,7 +87,7 @@ pub struct Summary {
 impl Panel for Summary {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let Some(verdicts) = ctx.snapshot.verdicts.latest().cloned() else {
-            return awaiting(ctx, ui, "the verdict", "Nothing was judged yet: compute again (F5).");
+            return awaiting(ctx, ui, "the verdict", "No verdict yet: compute again (F5).");
         };
         if self.chosen.judged(&verdicts).is_none() {
             self.chosen = Place::default();
@@ -169,7 +169,7 @@ impl Summary {
     ) {
         row.set_selected(window.is_some() && ctx.selection().window.as_deref() == window);
         row.col(|ui| {
-            let text = window.map_or_else(|| RichText::new("All windows").strong(), RichText::new);
+            let text = window.map_or_else(|| RichText::new("All manoeuvres").strong(), RichText::new);
             let name = ui.add(Label::new(text).truncate().sense(Sense::click()));
             if name.clicked() {
                 self.choose(ctx, Place::new(window, None));
@@ -237,7 +237,7 @@ impl Summary {
         ScrollArea::vertical().id_salt("reasons").auto_shrink(false).show(ui, |ui| {
             let kinds = kinds(&reasons);
             if kinds.is_empty() {
-                ui.weak("Nothing speaks against it.");
+                ui.weak("No findings.");
             }
             let (worst, more) = kinds.split_at(WORST.min(kinds.len()));
             let title = self.chosen.title();
@@ -288,7 +288,7 @@ fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, reason: &Finding, alike: usize)
                 if let Some(fix) = &reason.fix {
                     let button = ui.small_button(format!("Apply: {}", fix.label));
                     is_wanted =
-                        button.on_hover_text("One step of undo; the verdict before and after is then shown").clicked();
+                        button.on_hover_text("Applies the fix as one undo step and shows the new verdict").clicked();
                 }
                 if let Some(pane) = reason.panel.and_then(Pane::from_title)
                     && ui.link(RichText::new(format!("{} ▸", pane.title())).size(11.5)).clicked()

@@ -24,11 +24,11 @@ const TITLES: [&str; 7] = ["", "Term", "VIF", "Partial F", "ΔR²", "ΔPSE", ""]
 /// One line of judgement, with its colour; `None` where nothing needs to be said.
 pub fn judgement(effect: &TermEffect, palette: &Palette) -> Option<(&'static str, Color32)> {
     if !effect.informative {
-        return Some(("tells nothing beside the other terms: no estimate is possible", palette.error));
+        return Some(("collinear with the other terms: cannot be estimated", palette.error));
     }
     match effect.in_model {
         true if effect.partial_f < SIGNIFICANT => Some(("not significant", palette.warning)),
-        true if effect.variance_inflation > INFLATED => Some(("hard to tell from the others", palette.warning)),
+        true if effect.variance_inflation > INFLATED => Some(("nearly collinear with the others", palette.warning)),
         false if effect.predicted_error_change < WORTHWHILE => Some(("would improve prediction", palette.good)),
         _ => None,
     }

@@ -39,7 +39,7 @@ impl Weighing {
     /// Readings of the scales at several attitudes, and the centre of gravity they give (thesis 5.1.3, Eq. 5.4 to 5.6).
     pub(super) fn show(&mut self, ctx: &PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft) {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            ui.add(Label::new("Readings of the scales under the wheels at two or more pitch attitudes, with the fuel at rest. Over the tangent of pitch their moments lie on a line, and its slope is the height of the centre of gravity.").wrap());
+            ui.add(Label::new("Scale readings under the wheels at two or more pitch attitudes, fuel at rest. The slope of their moment over the tangent of pitch gives the height of the centre of gravity.").wrap());
             ui.add_space(4.0);
             self.readings(ui);
             let rows: Vec<ScaleReadings> = self.rows.iter().map(Readings::si).collect();
@@ -97,7 +97,7 @@ impl Readings {
 
 /// Mass and centre of gravity as weighed, beside what the file states for the empty aircraft.
 fn result(ctx: &PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft, found: &WeighingResult) {
-    caption(ui, "As weighed, with what was on board");
+    caption(ui, "As weighed, including the load");
     let (unit, scale) = ctx.unit(Dimension::Length);
     let length = |value: f64, error: Option<f64>| {
         let error = error.map_or_else(String::new, |error| format!(" ± {}", notation::fixed(scale * error, 4)));

@@ -87,18 +87,18 @@ impl WindowFilter {
         kinds.retain(|kind| !kind.is_empty());
         ui.horizontal_wrapped(|ui| {
             let field = ui.add(TextEdit::singleline(&mut self.words).hint_text("Filter").desired_width(96.0));
-            ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("filter windows"));
+            ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("filter manoeuvres"));
             let kinds = kinds.into_iter().map(|kind| (kind.to_owned(), kind.to_owned()));
             choice(ui, ("type", "any type"), &mut self.kind, kinds);
             choice(ui, ("use", "any use"), &mut self.role, WindowRole::ALL.map(|role| (role, role.name().to_owned())));
             let levels = [Level::Bad, Level::Caution, Level::Good].map(|level| (level, level.name().to_owned()));
             choice(ui, ("verdict", "any verdict"), &mut self.level, levels);
             let worst = ui.selectable_label(self.order == Order::Verdict, "worst first");
-            if worst.on_hover_text("Orders the windows by their verdict").clicked() {
+            if worst.on_hover_text("Sort by verdict").clicked() {
                 self.order = if self.order == Order::Verdict { Order::Session } else { Order::Verdict };
                 self.reversed = false;
             }
-            if self.is_set() && ui.small_button("✖").on_hover_text("Show all windows").clicked() {
+            if self.is_set() && ui.small_button("✖").on_hover_text("Show all manoeuvres").clicked() {
                 *self = Self { order: self.order, reversed: self.reversed, ..Self::default() };
             }
         });
@@ -132,12 +132,12 @@ fn choice<T: Clone + PartialEq>(
 ) {
     let all: Vec<(T, String)> = all.into_iter().collect();
     let shown = all.iter().find(|(value, _)| Some(value) == chosen.as_ref()).map_or(any, |(_, text)| text);
-    let combo = ComboBox::from_id_salt(("filter of windows", name)).selected_text(shown).width(92.0);
+    let combo = ComboBox::from_id_salt(("filter of manoeuvres", name)).selected_text(shown).width(92.0);
     let combo = combo.show_ui(ui, |ui| {
         ui.selectable_value(chosen, None, any);
         for (value, text) in all.iter().cloned() {
             ui.selectable_value(chosen, Some(value), text);
         }
     });
-    ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label(format!("{name} of windows shown")));
+    ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label(format!("{name} of manoeuvres shown")));
 }

@@ -46,7 +46,7 @@ fn figure(ui: &mut Ui, channel: &str, when: &str, trace: &Trace) {
     shown.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, format!("curves of {name}")));
     shown.response.on_hover_ui(|ui| {
         ui.colored_label(palette.series[0], format!("{channel}, {when}"));
-        ui.colored_label(palette.ignored, "what the other channels say");
+        ui.colored_label(palette.ignored, "from the other channels");
         if let (Some(first), Some(last)) = (trace.time_s.first(), trace.time_s.last()) {
             ui.weak(format!("{first:.1} to {last:.1} s of the recording"));
         }

@@ -81,7 +81,7 @@ impl HeatStrips<'_> {
             let (name, values) = &self.rows[row];
             let (from, to) = (notation::fixed(self.edges_s[at], 2), notation::fixed(self.edges_s[at + 1], 2));
             let share = notation::fixed(100.0 * values[at], 1);
-            response.on_hover_text_at_pointer(format!("{from} to {to} s: {share} % of what tells {name}"));
+            response.on_hover_text_at_pointer(format!("{from} to {to} s: {share} % of the information on {name}"));
         }
         form.map(|form| FigureRequest { figure: self.figure(ui), form })
     }

@@ -98,7 +98,8 @@ fn structures_kept_are_scored_as_their_fits_say_and_one_is_taken_back_in_one_ste
     assert!((kept.bayes - bayes).abs() < ROUNDING * bayes.abs(), "{} is not {bayes}", kept.bayes);
     assert_eq!(now.parameters + 1, kept.parameters);
     assert!(now.akaike > kept.akaike + 100.0 && now.predicted_squared_error > kept.predicted_squared_error);
-    let [before, without] = [kept, now].map(|score| score.validation_r_squared.expect("there are validation windows"));
+    let [before, without] =
+        [kept, now].map(|score| score.validation_r_squared.expect("there are validation manoeuvres"));
     assert!(before > without + 0.01, "pitch damping predicts: {before}, {without} without");
     bench.harness.get_by_label("Cm").click();
     bench.settle();
@@ -162,7 +163,7 @@ fn aircraft_replay_and_pictures_of_windows_go_into_the_report() {
     let verdicts = ["good", "caution", "bad"].map(|word| format!("picture {first}: {word}"));
     bench.show(Pane::Gallery);
     let named = verdicts.into_iter().find(|name| bench.harness.query_by_label(name).is_some());
-    let at = bench.harness.get_by_label(&named.expect("the window has its picture")).rect();
+    let at = bench.harness.get_by_label(&named.expect("the manoeuvre has its picture")).rect();
     secondary_click(&mut bench.harness, at.center());
     bench.harness.get_by_label("Add to the report").click();
     bench.settle();
@@ -170,7 +171,7 @@ fn aircraft_replay_and_pictures_of_windows_go_into_the_report() {
         bench.session().report_figures.iter().map(|one| one.figure().expect("it can be read")).collect();
     let caption = |at: usize| figures[at].caption.as_str();
     assert_eq!([0, 1, 2].map(caption), ["the aircraft from above", "the aircraft from the side", "attitude, attitude"]);
-    assert_eq!((caption(3), figures[3].panels.len()), (format!("window {first}").as_str(), 2));
+    assert_eq!((caption(3), figures[3].panels.len()), (format!("manoeuvre {first}").as_str(), 2));
     let lines = |at: usize| doublet_report::svg::svg(&figures[at], "p").matches("<path").count();
     assert!((0..4).all(|at| lines(at) > 2), "each has its lines");
     // The wing is as wide in the figure as it is, but for its rounded tip.

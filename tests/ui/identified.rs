@@ -153,7 +153,7 @@ fn tests_that_come_with_the_program_are_offered_where_the_session_has_their_wind
     let mut bench = Bench::open();
     bench.show(Pane::Qualification);
     assert_eq!(bench.harness.get_by_label("file of tests").accesskit_node().value().as_deref(), Some(""));
-    assert!(bench.harness.query_by_label_contains("Name a file of objective tests").is_some());
+    assert!(bench.harness.query_by_label_contains("Choose a file of objective tests").is_some());
     let judge = bench.harness.get_by_role_and_label(Role::Button, "Judge the tests");
     assert!(judge.accesskit_node().is_disabled());
     picture(&mut bench.harness, "qualification_empty");

@@ -259,9 +259,9 @@ fn table_of_windows_is_filtered_by_words_use_and_verdict_and_ordered_by_a_click_
     bench.show(Pane::Manoeuvres);
     let all = bench.session().windows.clone();
     assert_eq!(rows(&bench).len(), all.len(), "all are on screen");
-    bench.harness.get_by_label("filter windows").click();
+    bench.harness.get_by_label("filter manoeuvres").click();
     bench.harness.run_steps(2);
-    bench.harness.get_by_label("filter windows").type_text("RUDDER 3-2");
+    bench.harness.get_by_label("filter manoeuvres").type_text("RUDDER 3-2");
     bench.settle();
     let wanted: Vec<String> = all
         .iter()

@@ -62,7 +62,10 @@ fn effects_of_terms_are_those_of_fits_with_and_without_them() {
         assert_eq!(effect(name).in_model, !on);
     }
     assert!(!effect("Cm_beta").informative, "sideslip is zero all the time");
-    assert!(bench.harness.query_all_by_label_contains("tells nothing beside").next().is_some(), "the table says so");
+    assert!(
+        bench.harness.query_all_by_label_contains("collinear with the other terms").next().is_some(),
+        "the table says so"
+    );
     bench.harness.get_by_label("effect of Cm alpha_dot*c/V").click();
     bench.settle();
     assert!(bench.cm().parameter("Cm_alpha_dot").is_some(), "a tick of the table is a tick of the model");
@@ -125,8 +128,8 @@ fn filters_are_compared_by_the_paths_each_gives_alone() {
     bench.harness.get_by_label("compare filters").click();
     bench.settle();
     picture(&mut bench.harness, "filters_compared");
-    let details = bench.snapshot().details.ready().expect("the window was looked at").clone();
-    let window = details.window.as_ref().expect("a window is chosen");
+    let details = bench.snapshot().details.ready().expect("the manoeuvre was looked at").clone();
+    let window = details.window.as_ref().expect("a manoeuvre is chosen");
     let [plain, iterated] = window.filters.as_ref().expect("it was asked for").as_ref().expect("both run");
     for (path, method) in [(plain, Method::Ekf), (iterated, Method::Iekf { max_iterations: 10, tolerance: 1e-3 })] {
         let edit = Edit::Filter(FilterEdit::Method(method));
@@ -155,8 +158,8 @@ fn contributions_add_up_to_the_fit_and_residuals_are_tested() {
     bench.harness.get_by_label("Contributions").click();
     bench.settle();
     picture(&mut bench.harness, "contributions");
-    let details = bench.snapshot().details.ready().expect("the window was looked at").clone();
-    let window = details.window.as_ref().expect("a window is chosen");
+    let details = bench.snapshot().details.ready().expect("the manoeuvre was looked at").clone();
+    let window = details.window.as_ref().expect("a manoeuvre is chosen");
     let fits = bench.snapshot().windows["first"].fits.ready().expect("it is fitted").clone();
     let series = fits.fits[0].series.as_ref().expect("it is fitted");
     let (fitted, residual) = (series.fitted(), &series.residual);
@@ -187,7 +190,7 @@ fn every_kind_of_input_has_the_mean_of_its_windows_in_the_shipped_flight() {
         bench.settle();
         picture(&mut bench.harness, name);
     }
-    let details = bench.snapshot().details.ready().expect("the windows were looked at").clone();
+    let details = bench.snapshot().details.ready().expect("the manoeuvres were looked at").clone();
     assert_eq!(details.kinds.iter().map(|kind| kind.kind.as_str()).collect::<Vec<_>>(), ["", "3-2-1-1", "doublet"]);
     for kind in &details.kinds[1..] {
         let found = kind.parameters.iter().find(|parameter| parameter.name == "Cm_q").expect("Cm is modelled");
@@ -229,7 +232,7 @@ fn derivatives_from_elsewhere_are_marked_beside_the_estimates() {
     bench.harness.get_by_label("Open").click();
     bench.settle();
     picture(&mut bench.harness, "references");
-    let plot = bench.harness.get_by_label("estimates of every window").rect();
+    let plot = bench.harness.get_by_label("estimates of every manoeuvre").rect();
     secondary_click(&mut bench.harness, plot.center());
     bench.harness.get_by_label("Copy data").click();
     bench.harness.run_steps(1);

@@ -195,13 +195,13 @@ fn a_window_that_cannot_keep_work_says_so_until_it_can() {
     std::fs::write(&desk.autosaves, "in the way").unwrap();
     let mut harness = desk.workbench(Some(&desk.session));
     for title in ["one", "two"] {
-        harness.get_by_label_contains("Unsaved work is not kept");
+        harness.get_by_label_contains("Autosave failed");
         harness.state_mut().apply(&Edit::Title(title.to_owned()));
         harness.run_steps(3);
     }
-    harness.get_by_label_contains("Unsaved work is not kept");
+    harness.get_by_label_contains("Autosave failed");
     std::fs::remove_file(&desk.autosaves).unwrap();
     std::thread::sleep(std::time::Duration::from_secs(3));
     harness.run_steps(3);
-    assert!(harness.query_by_label_contains("Unsaved work is not kept").is_none());
+    assert!(harness.query_by_label_contains("Autosave failed").is_none());
 }

@@ -32,7 +32,7 @@ fn replay_follows_the_flight_while_it_plays_and_stands_still_otherwise() {
     // Numbers of the picture are those of the path.
     let flight = window.flight.clone();
     let now = instant(bench.snapshot(), &flight, Some(&window), now_s);
-    let [bank, ..] = now.reconstructed.attitude_rad.expect("the window has a path");
+    let [bank, ..] = now.reconstructed.attitude_rad.expect("the manoeuvre has a path");
     let path = bench.snapshot().windows[&window.name].path.ready().expect("it is up to date").clone();
     let series = &path.series().states[State::BankAngle as usize];
     let after = series.time_s.partition_point(|&time_s| time_s < now_s);

@@ -125,7 +125,7 @@ fn speed_of_the_workbench() {
         .collect();
     let windows = harness.state().snapshot().windows.len();
     println!(
-        "from a Q entry to derivatives of {windows} windows on screen: median {:.0} ms, quickest {:.0} ms",
+        "from a Q entry to derivatives of {windows} manoeuvres on screen: median {:.0} ms, quickest {:.0} ms",
         quantile_ms(&mut moves, 0.5),
         quantile_ms(&mut moves, 0.0)
     );

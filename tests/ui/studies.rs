@@ -45,7 +45,7 @@ fn information_of_a_window_adds_up_and_lies_where_the_aircraft_moves() {
     picture(&mut bench.harness, "information");
     assert!(bench.harness.query_by_label("information on Cm").is_some());
     let details = bench.snapshot().details.ready().expect("it was looked at").clone();
-    let window = details.window.as_ref().expect("a window is chosen");
+    let window = details.window.as_ref().expect("a manoeuvre is chosen");
     let found = window.information.iter().find(|one| one.coefficient == Coefficient::Cm).expect("Cm is fitted");
     let session = bench.session().windows[0].window;
     assert!((found.edges_s[0] - session.start_s).abs() < 0.1);

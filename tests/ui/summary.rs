@@ -44,7 +44,7 @@ fn first_tab_and_lamp_show_the_verdict_of_the_run() {
     let level = verdicts.session.level.name();
     assert!(bench.has_button(&format!("verdict: {level}")));
     let pooled = verdicts.fit(None, Coefficient::Cm).expect("Cm is estimated").verdict.level.name();
-    assert!(bench.has_button(&format!("Cm, all windows: {pooled}")));
+    assert!(bench.has_button(&format!("Cm, all manoeuvres: {pooled}")));
     let path = verdicts.windows["first"].verdict.level.name();
     assert!(bench.has_button(&format!("Flight path, first: {path}")));
     for finding in findings(&verdicts) {
@@ -73,7 +73,7 @@ fn reason_of_a_cell_leads_to_the_panel_that_cures_it() {
     let panel = Pane::from_title(reason.panel.expect("it has a cure")).expect("the panel is there");
     bench
         .harness
-        .get_by_role_and_label(Role::Button, &format!("Cm, all windows: {}", fit.verdict.level.name()))
+        .get_by_role_and_label(Role::Button, &format!("Cm, all manoeuvres: {}", fit.verdict.level.name()))
         .click();
     bench.settle();
     assert!(bench.harness.query_by_label(&reason.text).is_some(), "{reason:?}");
@@ -135,7 +135,7 @@ fn failed_coefficient_turns_the_lamp_red_and_computing_is_another_sign() {
     bench.show(Pane::Log);
     bench.harness.get_by_role_and_label(Role::Button, "verdict: bad").click();
     bench.settle();
-    assert!(bench.has_button("Cm, all windows: bad"), "a click on the lamp shows why");
+    assert!(bench.has_button("Cm, all manoeuvres: bad"), "a click on the lamp shows why");
 }
 
 #[test]

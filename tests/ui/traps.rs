@@ -92,7 +92,7 @@ fn click_on_a_name_chooses_and_the_next_key_is_a_shortcut() {
     }
     bench.settle();
     assert_eq!(bench.session().windows[0].name, "first");
-    assert!(bench.harness.state().state.time.range().length_s() < 0.6 * full.length_s(), "W zoomed to the window");
+    assert!(bench.harness.state().state.time.range().length_s() < 0.6 * full.length_s(), "W zoomed to the manoeuvre");
 }
 
 #[test]

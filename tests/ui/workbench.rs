@@ -264,7 +264,7 @@ fn window_without_recorded_controls_says_so_in_its_row_and_the_others_keep_their
     bench.settle();
     let failures = bench.snapshot().failures();
     assert_eq!(failures.len(), 1, "{failures:?}");
-    assert_eq!(failures[0].0, "window 'without elevator'");
+    assert_eq!(failures[0].0, "manoeuvre 'without elevator'");
     let shown = bench.harness.get_by_label(&failures[0].1).rect();
     let row = bench.harness.get_by_label("name of without elevator").rect();
     assert!(
@@ -273,7 +273,7 @@ fn window_without_recorded_controls_says_so_in_its_row_and_the_others_keep_their
     );
     let pooled = bench.snapshot().pooled.ready().expect("the estimate is up to date").fits[0].fit.clone();
     assert_eq!(pooled.expect("Cm is estimated").estimates, alone.estimates);
-    assert!(bench.snapshot().windows["first"].fits.ready().is_some(), "the other window keeps its results");
+    assert!(bench.snapshot().windows["first"].fits.ready().is_some(), "the other manoeuvre keeps its results");
     picture(&mut bench.harness, "reason");
 }
 
@@ -389,10 +389,11 @@ fn match_panel_shows_measured_and_simulated_motion_with_a_verdict() {
     };
     choose(&mut bench, "11 aileron 3-2-1-1");
     assert_eq!(bench.snapshot().failures(), [], "nothing fails");
-    assert!(bench.harness.query_by_label_contains("2.d.2 roll response").is_some(), "the test of an aileron window");
+    assert!(bench.harness.query_by_label_contains("2.d.2 roll response").is_some(), "the test of an aileron manoeuvre");
     assert!(bench.harness.query_by_label("pass").is_some(), "the identified model passes");
     let proof = bench.snapshot().proof.ready().expect("the proof is up to date").clone();
-    let replay = proof.window("11 aileron 3-2-1-1").expect("it is a validation window").clone().expect("it is flown");
+    let replay =
+        proof.window("11 aileron 3-2-1-1").expect("it is a validation manoeuvre").clone().expect("it is flown");
     let used = 100.0 * replay.tests[0].requirements[0][0].worst_ratio;
     assert!(bench.harness.query_by_label(&format!("p {used:.0} %")).is_some(), "the part of the tolerance used");
     picture(&mut bench.harness, "match_bands");
@@ -401,11 +402,11 @@ fn match_panel_shows_measured_and_simulated_motion_with_a_verdict() {
     assert!(bench.harness.query_by_label("Covariance").is_some());
     bench.harness.get_by_label("All tests").click();
     bench.settle();
-    assert!(bench.harness.query_all_by_label("pass").count() >= proof.windows.len(), "a verdict per window");
+    assert!(bench.harness.query_all_by_label("pass").count() >= proof.windows.len(), "a verdict per manoeuvre");
     picture(&mut bench.harness, "match_tests");
     bench.harness.get_by_label("Bands").click();
     choose(&mut bench, "12 rudder 3-2-1-1");
-    assert!(bench.harness.query_by_label_contains("Validation windows are flown again").is_some());
+    assert!(bench.harness.query_by_label_contains("The model simulates validation manoeuvres").is_some());
 }
 
 #[test]
@@ -418,7 +419,7 @@ fn missing_recording_is_said_in_one_line_and_nothing_else_breaks() {
         failures.iter().any(|(_, error)| error.contains("flight.csv") && error.lines().count() == 1),
         "{failures:?}"
     );
-    assert!(bench.harness.query_all_by_label_contains("flight.csv").next().is_some(), "the window says so");
+    assert!(bench.harness.query_all_by_label_contains("flight.csv").next().is_some(), "the manoeuvre says so");
 }
 
 impl Bench<'_> {

@@ -34,11 +34,11 @@ enum AircraftCommand {
         #[arg(long)]
         json: bool,
     },
-    /// Write the file of an aircraft from few figures.
+    /// Write an aircraft file from a few numbers.
     New {
         /// Name of the aircraft.
         name: String,
-        /// File to write; it is never written over.
+        /// File to write; an existing file is not replaced.
         #[arg(short, long)]
         output: PathBuf,
         #[command(flatten)]
@@ -55,23 +55,22 @@ pub struct PlainArguments {
     /// Reference area, m2, of an aircraft described by its numbers.
     #[arg(long, value_name = "M2", requires_all = ["span", "chord", "mass"])]
     area: Option<f64>,
-    /// Its span, m.
+    /// Span, m.
     #[arg(long, value_name = "M", requires = "area")]
     span: Option<f64>,
-    /// Its mean chord, m.
+    /// Mean chord, m.
     #[arg(long, value_name = "M", requires = "area")]
     chord: Option<f64>,
-    /// Its mass, kg.
+    /// Mass, kg.
     #[arg(long, value_name = "KG", requires = "area")]
     mass: Option<f64>,
-    /// Its moments of inertia and product about the centre of gravity, kg m2.
+    /// Moments and product of inertia about the centre of gravity, kg m2.
     #[arg(long, value_name = "IXX,IYY,IZZ[,IXZ]", requires = "area", value_parser = new::inertia, conflicts_with = "class")]
     inertia: Option<[f64; 4]>,
-    /// Kind of aircraft whose radii of gyration give the inertia: single-propeller, twin-propeller, fuselage-jets, two-wing-jets or
-    /// four-wing-jets.
+    /// Class for estimated inertia: single-propeller, twin-propeller, fuselage-jets, two-wing-jets or four-wing-jets.
     #[arg(long, requires = "length", value_parser = class)]
     class: Option<AircraftClass>,
-    /// Its length, m, for the inertia of its class.
+    /// Length, m, for the inertia of its class.
     #[arg(long, value_name = "M", requires = "class")]
     length: Option<f64>,
 }
@@ -115,8 +114,7 @@ pub fn aircraft(arguments: &AircraftArguments) -> Result<(), String> {
         AircraftCommand::Show { name, json } => {
             let known = || builtin::aircraft().join(", ");
             let found = builtin::text("aircraft", name).filter(|_| builtin::aircraft().contains(&name.as_str()));
-            let found =
-                found.ok_or_else(|| format!("no aircraft '{name}' comes with the program: give one of {}", known()))?;
+            let found = found.ok_or_else(|| format!("aircraft '{name}' not found: give one of {}", known()))?;
             match json {
                 true => text::document(&json!({ "version": 1, "aircraft": found }).to_string()),
                 false => text::document(found.trim_end()),

@@ -31,113 +31,111 @@ use crate::structure::StructureArguments;
 use crate::tune::TuneArguments;
 use crate::variants::VariantArguments;
 
-/// Aircraft system identification from flight test.
-///
-/// Without a command the workbench opens, on SESSION or on the session that comes with the program.
+/// Aircraft system identification from flight test; without a command, the workbench.
 #[derive(Debug, Parser)]
 #[command(name = "doublet", version = crate::version::version(), about, args_conflicts_with_subcommands = true, disable_help_subcommand = true)]
 pub struct Arguments {
-    /// Session to open in the workbench: a file, or `builtin:` and the name of one that comes with the program.
+    /// Session to open: a file, or builtin:NAME.
     pub session: Option<PathBuf>,
-    /// What to do without a window.
+    /// Command to run without a window.
     #[command(subcommand)]
     pub command: Option<Command>,
 }
 
-/// Commands that need no window.
+/// Commands without a window.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// List sources, channels, units, rates and gaps of a recording.
     Inspect(InspectArguments),
-    /// Guess a channel map for recordings, or list and print those that come with the program.
+    /// Guess a channel map for recordings, or list and print shipped maps.
     Map(MapArguments),
     /// Make a session for one or more recordings.
     New(NewArguments),
     /// List, print or make aircraft files.
     Aircraft(AircraftArguments),
-    /// Check a session or an aircraft file and print what it says.
+    /// Check a session or an aircraft file and print the findings.
     Check(CheckArguments),
-    /// Compute everything a session asks for and write tables and time histories.
+    /// Run a session and write tables and time histories.
     Run(RunArguments),
-    /// Compute everything a session asks for and write a report on it.
+    /// Run a session and write a report.
     Report(ReportArguments),
-    /// Print how each derivative changes with centre of gravity, inertia, deflections, air angles and fuel.
+    /// Print sensitivities of the derivatives to loading, deflections, air angles and fuel.
     Sensitivity(StudyArguments),
-    /// Compare manoeuvres: each left out in turn, kinds of input, derivatives over the flight condition.
+    /// Compare manoeuvres: leave one out, input kinds, flight conditions.
     Manoeuvres(StudyArguments),
-    /// Estimate every window again in the frequency domain and by output error.
+    /// Estimate each manoeuvre again in the frequency domain and by output error.
     Checks(CheckStudyArguments),
-    /// Find lag and delay of every control by the fit.
+    /// Find lag and delay of each control from the fit.
     Lags(LagArguments),
-    /// Watch a flight while it is flown, or a recording flown again: filter, derivatives with error bars, correlation and limits.
+    /// Follow a flight in real time: path, derivatives, correlation and limits.
     Live(crate::live::LiveArguments),
-    /// Estimate constant errors of the sensors over all windows: bias, scale factor, misalignment.
+    /// Estimate constant sensor errors over all manoeuvres: bias, scale factor, misalignment.
     Compatibility(CompatibilityArguments),
-    /// Search for the terms the data ask for, stepwise or by orthogonal functions, and print every step.
+    /// Search for model terms, stepwise or by orthogonal functions.
     Structure(StructureArguments),
-    /// Fit a column of any table by terms of others, with plain and corrected errors; no session is needed.
+    /// Fit one column of a table by others, without a session.
     Regress(RegressArguments),
-    /// Fit equations of motion, as you write them, to columns of any table by equation error and output error.
+    /// Fit your equations of motion to a table.
     Equations(EquationArguments),
-    /// Print the frequency response between signals of a session or columns of a table, with coherence and error bars.
+    /// Print frequency responses with coherence and error bars.
     Response(ResponseArguments),
-    /// Fit a low-order equivalent system to a frequency response: gain, zeros, poles, delay, bandwidth and phase delay.
+    /// Fit a low-order equivalent system to a frequency response.
     Loes(LoesArguments),
-    /// Print the derivatives by weighted, generalised, constrained and total least squares beside the ordinary ones.
+    /// Print weighted, generalised, constrained and total least-squares estimates beside ordinary ones.
     Variants(VariantArguments),
-    /// Carry fresh noise of the recording through both steps, many times.
+    /// Repeat both steps many times with fresh measurement noise.
     MonteCarlo(MonteCarloArguments),
-    /// List the fixes of a session's findings with the verdict before and after each, or apply some.
+    /// List the fixes of a session with their effect, or apply some.
     Fix(FixArguments),
-    /// Propose manoeuvre windows, steady windows or noise from the recordings of a session.
+    /// Propose manoeuvres, steady windows or noise from the recordings of a session.
     Propose(ProposeArguments),
-    /// Fly validation manoeuvres again with the identified model and print which tests of a simulator's qualification pass.
+    /// Simulate validation manoeuvres with the model and print which tolerances pass.
     Match(MatchArguments),
-    /// Judge the objective tests of a qualification test guide on a session and write the guide.
+    /// Evaluate a qualification test guide on a session and write it.
     Qtg(crate::qtg::QtgArguments),
-    /// Write the identified aircraft as a Functional Mock-up Unit (FMI 3.0) that begins in a trim.
+    /// Write the identified aircraft as a Functional Mock-up Unit (FMI 3.0).
     Fmu(FmuArguments),
-    /// Set an earlier estimate beside that of the flight: both combined, and whether they contradict each other.
+    /// Combine an earlier estimate with that of the flight, and compare both.
     Prior(PriorArguments),
-    /// Print the linear model about a trim, or write it as MAT, JSON or CSV.
+    /// Print or write the linear model about a trim.
     Linear(LinearArguments),
-    /// Print the natural modes about a trim with their intervals, or a root locus.
+    /// Print natural modes with intervals, or a root locus.
     Modes(ModesArguments),
-    /// Print the levels of the flying qualities about a trim, with reasons and probabilities.
+    /// Print flying-qualities levels with reasons and probabilities.
     Qualities(QualitiesArguments),
-    /// Design the inputs of the next flight within limits: signals, excursions and the standard errors they will give.
+    /// Design the inputs of the next flight within limits.
     Design(crate::design::DesignArguments),
-    /// Lay out a campaign: envelope, test points in their order with fuel and centre of gravity, a card each, matched with what was flown.
+    /// Plan a campaign: envelope, test points in order, flight-test cards.
     Campaign(crate::campaign::CampaignArguments),
-    /// Say whether what was flown is enough: errors after every window against goals, and the next best manoeuvre.
+    /// Compare the errors so far with goals, and propose the next manoeuvre.
     Enough(crate::design::EnoughArguments),
     /// Print a function of the derivatives with its interval.
     Propagate(PropagateArguments),
-    /// Write the identified model for JSBSim or as DAVE-ML, with the points it is checked at.
+    /// Write the identified model for JSBSim or as DAVE-ML, with check points.
     Export(ExportArguments),
-    /// Show what differs between two sessions or two runs: settings, and derivatives with the significance of their difference.
+    /// Compare two sessions or two runs: settings and derivatives.
     Diff(DiffArguments),
-    /// Run many sessions, or one with settings swept, over all cores; what was interrupted is taken up again.
+    /// Run many sessions or swept settings on all cores; continues when interrupted.
     Batch(BatchArguments),
-    /// Fly a scenario many times over and print how often the intervals of the derivatives hold the truth.
+    /// Simulate a scenario many times and print the coverage of the intervals.
     Coverage(CoverageArguments),
-    /// Fly flights of known truth, sound and faulty, and print how the verdict's levels fit them.
+    /// Simulate sound and faulty flights and print how the verdict rates them.
     Calibrate(CalibrateArguments),
-    /// Write the estimates of the shipped flight beside its truth into a document.
+    /// Compare the shipped flight's estimates with its truth in a document.
     Fidelity(FidelityArguments),
-    /// Print the JSON Schema of a file that doublet reads, for editors that complete and check TOML.
+    /// Print the JSON Schema of a doublet file, for editors.
     Schema(crate::schema::SchemaArguments),
-    /// Fly a simulated flight and write its recordings and its truth.
+    /// Simulate a flight and write its recordings and its truth.
     Simulate(SimulateArguments),
-    /// Print power, thrust and their sensitivities of an aircraft's engines at one condition.
+    /// Print power, thrust and their sensitivities at one condition.
     Engine(EngineArguments),
-    /// Print noise settings, or a sensor's delay, that make the measurements of a session most likely.
+    /// Find the noise settings, or a sensor delay, of maximum likelihood.
     Tune(TuneArguments),
-    /// Print the derivatives of a Digital DATCOM listing beside identified ones, or write its input deck.
+    /// Compare Digital DATCOM derivatives with identified ones, or write an input deck.
     Datcom(DatcomArguments),
-    /// Print a page of the manual or the help of a command, or search the manual.
+    /// Print a page of the manual or the help of a command.
     Help(HelpArguments),
-    /// Print the completions of commands and options for a shell.
+    /// Print shell completions.
     Completions(CompletionArguments),
     /// Write man pages, one per command.
     Man(ManArguments),
@@ -148,7 +146,7 @@ pub enum Command {
 pub struct InspectArguments {
     /// File, or folder of one file per channel.
     pub recording: PathBuf,
-    /// Channel map (file, or the name of one that comes with the program) to show what each channel would be used for.
+    /// Channel map (file or name of a shipped one) to apply.
     #[arg(long)]
     pub map: Option<String>,
     /// Print one JSON document.
@@ -159,49 +157,48 @@ pub struct InspectArguments {
 /// Arguments of `new`.
 #[derive(Debug, Args)]
 pub struct NewArguments {
-    /// Recordings: each becomes a flight of its own, unless --merge is given.
+    /// Recordings: one flight each, unless --merge is given.
     #[arg(required = true)]
     pub recordings: Vec<PathBuf>,
     /// Session file to write.
     #[arg(short, long)]
     pub output: PathBuf,
-    /// Channel map (file or name); without it the shipped map that fits best is taken.
+    /// Channel map (file or name) [default: the best-fitting shipped map].
     #[arg(long)]
     pub map: Option<String>,
-    /// Take the channel map that `doublet map` guesses; the session holds it and it is printed row by row.
+    /// Use the guessed channel map; the session stores it.
     #[arg(long, conflicts_with = "map")]
     pub guess: bool,
-    /// A channel for a role in the place of the one guessed, with its calibration: SI value = scale x (value + offset) of its unit.
-    /// May be given several times.
+    /// Override a role's channel: SI value = scale x (value + offset). Repeatable.
     #[arg(long, value_name = crate::role_option::FORM, requires = "guess")]
     pub role: Vec<String>,
-    /// The channel that is the time of its source, with its unit, where none is recognised. May be given several times.
+    /// Time channel of a source and its unit. Repeatable.
     #[arg(long, value_name = crate::time_option::FORM, requires = "guess")]
     pub time: Vec<String>,
-    /// Aircraft (file or name); without it the one the channel map names. Without any only flight paths are computed.
+    /// Aircraft (file or name) [default: the one the channel map names].
     #[arg(long)]
     pub aircraft: Option<String>,
-    /// An aircraft described by its numbers, which is written beside the session.
+    /// Aircraft described by numbers; its file is written beside the session.
     #[command(flatten)]
     pub plain: PlainArguments,
-    /// Put all recordings into one flight, on one time line.
+    /// Merge all recordings into one flight on one time line.
     #[arg(long)]
     pub merge: bool,
-    /// Terms of the coefficients to start from.
+    /// Initial terms of the coefficients.
     #[arg(long, value_enum, default_value_t = StructureName::Thesis)]
     pub structure: StructureName,
 }
 
-/// A model structure to start from.
+/// Initial model structure.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum StructureName {
     /// Thesis Eq. 3.21-3.22: constant, flow angle, rates and deflections.
     Thesis,
-    /// Thesis Eq. B.1-B.2: also the rates of the flow angles.
+    /// Thesis Eq. B.1-B.2: adds the rates of the flow angles.
     Alternative,
-    /// Also alpha squared in CX, CZ and Cm.
+    /// Adds alpha squared in CX, CZ and Cm.
     Quadratic,
-    /// Also the total-pressure rise through the propellers in CX, CZ and Cm.
+    /// Adds the propeller total-pressure rise in CX, CZ and Cm.
     WithPower,
 }
 
@@ -220,25 +217,25 @@ pub struct CheckArguments {
 pub struct RunArguments {
     /// Session file.
     pub session: PathBuf,
-    /// Folder for the results: it appears complete or not at all.
+    /// Folder for the results; appears only when complete.
     #[arg(long)]
     pub out: PathBuf,
-    /// Studies to compute as well.
+    /// Additional studies to compute.
     #[arg(long, value_name = "STUDY,...", value_delimiter = ',')]
     pub with: Vec<StudyName>,
-    /// Forms of the tables.
+    /// Formats of the tables.
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = "csv", value_parser = table_format())]
     pub tables: Vec<String>,
-    /// Forms of the time histories.
+    /// Formats of the time histories.
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = "hdf5", value_parser = history_format())]
     pub histories: Vec<String>,
-    /// Put every recorded channel into the time histories too.
+    /// Include every recorded channel in the time histories.
     #[arg(long)]
     pub recordings: bool,
-    /// Exit with 3 where the verdict is caution as well, not only where it is bad.
+    /// Exit with 3 also when the verdict is caution.
     #[arg(long)]
     pub strict: bool,
-    /// Print every window, every table and every finding.
+    /// Print all manoeuvres, tables and findings.
     #[arg(long)]
     pub verbose: bool,
 }
@@ -248,33 +245,33 @@ pub struct RunArguments {
 pub struct ReportArguments {
     /// Session file.
     pub session: PathBuf,
-    /// Folder for the report, which has the name of the session file.
+    /// Folder for the report, named after the session file.
     #[arg(long, default_value = ".")]
     pub out: PathBuf,
-    /// Forms.
+    /// Formats.
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = "html,pdf", value_parser = report_format())]
     pub format: Vec<String>,
-    /// Sections; all of them unless given.
+    /// Sections [default: all].
     #[arg(long, value_name = "SECTION,SECTION", value_delimiter = ',', value_parser = section())]
     pub sections: Vec<String>,
 }
 
-/// A study `run` can compute as well.
+/// A study that `run` can add.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum StudyName {
-    /// Derivatives against what they were computed with.
+    /// Sensitivity of the derivatives to their inputs.
     Sensitivity,
-    /// Manoeuvre against manoeuvre.
+    /// Comparison of manoeuvres.
     Manoeuvres,
-    /// Every window again in the frequency domain and by output error.
+    /// Each manoeuvre in the frequency domain and by output error.
     Checks,
-    /// Lag and delay of every control.
+    /// Lag and delay of each control.
     Lags,
     /// Frequency responses of the rates to the controls.
     Responses,
-    /// Derivatives under fresh noise of the recording, 200 realisations.
+    /// Derivatives under fresh measurement noise, 200 realisations.
     MonteCarlo,
-    /// Linear model, modes and flying qualities about the median condition of the windows.
+    /// Linear model, modes and flying qualities at the median condition.
     Dynamics,
 }
 
@@ -283,7 +280,7 @@ pub enum StudyName {
 pub struct StudyArguments {
     /// Session file.
     pub session: PathBuf,
-    /// Folder for all results, those of the study among them.
+    /// Folder for all results, including the study.
     #[arg(long)]
     pub out: Option<PathBuf>,
 }
@@ -291,27 +288,26 @@ pub struct StudyArguments {
 /// Arguments of `checks`.
 #[derive(Debug, Args)]
 pub struct CheckStudyArguments {
-    /// What every study takes.
+    /// Options of every study.
     #[command(flatten)]
     pub study: StudyArguments,
-    /// Motion that output error follows, the other as reconstructed: longitudinal, lateral or both; without it that which each
-    /// window's surface moves.
+    /// Motion for output error: longitudinal, lateral or both [default: by surface].
     #[arg(long, value_name = "AXIS", value_parser = axis)]
     pub axis: Option<MotionAxis>,
 }
 
 fn axis(text: &str) -> Result<MotionAxis, String> {
     let found = MotionAxis::ALL.into_iter().find(|axis| axis.name() == text);
-    found.ok_or_else(|| format!("'{text}' is no motion: use longitudinal, lateral or both"))
+    found.ok_or_else(|| format!("'{text}' is not a motion: use longitudinal, lateral or both"))
 }
 
 /// Arguments of `lags`.
 #[derive(Debug, Args)]
 pub struct LagArguments {
-    /// What every study takes.
+    /// Options of every study.
     #[command(flatten)]
     pub study: StudyArguments,
-    /// Takes what was found into the session, which is saved: a control and what of it, for example elevator=delay or rudder=lag.
+    /// Save the result to the session: CONTROL=delay or CONTROL=lag.
     #[arg(long, value_name = "CONTROL=KIND", value_parser = crate::lags::taken)]
     pub take: Vec<(Surface, LagKind)>,
 }
@@ -321,10 +317,10 @@ pub struct LagArguments {
 pub struct MatchArguments {
     /// Session file.
     pub session: PathBuf,
-    /// Tolerance file; without it those of 14 CFR Part 60.
+    /// Tolerance file [default: 14 CFR Part 60].
     #[arg(long, value_name = "FILE")]
     pub tolerances: Option<PathBuf>,
-    /// What percentages are of: of the largest value in the record (range), as the regulation has it, or of each sample.
+    /// Percentages refer to the largest value (range) or to each sample.
     #[arg(long, value_name = "OF", default_value = "range", value_parser = percent_rules())]
     pub percent: String,
 }
@@ -337,7 +333,7 @@ pub struct ExportArguments {
     /// Formats: jsbsim, daveml.
     #[arg(long, value_delimiter = ',', default_value = "jsbsim,daveml")]
     pub format: Vec<String>,
-    /// Folder for the files; files of an earlier export are replaced, others never are.
+    /// Folder for the files; only files of an earlier export are replaced.
     #[arg(long)]
     pub out: PathBuf,
 }
@@ -345,13 +341,13 @@ pub struct ExportArguments {
 /// Arguments of `monte-carlo`.
 #[derive(Debug, Args)]
 pub struct MonteCarloArguments {
-    /// What every study takes.
+    /// Options of every study.
     #[command(flatten)]
     pub study: StudyArguments,
     /// Number of realisations.
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
     pub realisations: u32,
-    /// Seed of the noise: the same seed gives the same numbers.
+    /// Seed of the noise; equal seeds give equal numbers.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
 }
@@ -359,11 +355,11 @@ pub struct MonteCarloArguments {
 /// Arguments of `diff`.
 #[derive(Debug, Args)]
 pub struct DiffArguments {
-    /// Session, which is run, or folder of results.
+    /// Session (will be run) or folder of results.
     pub first: PathBuf,
-    /// Another one.
+    /// Session or folder to compare with.
     pub second: PathBuf,
-    /// Compare settings only: nothing is run.
+    /// Compare settings only, without a run.
     #[arg(long)]
     pub settings: bool,
     /// Print JSON.
@@ -379,10 +375,10 @@ pub struct DiffArguments {
 pub struct BatchArguments {
     /// Folder of sessions and sweeps, or one of them.
     pub sessions: PathBuf,
-    /// Table to write, .parquet or .csv; what is finished is kept in NAME.runs beside it.
+    /// Table to write, .parquet or .csv; finished runs are kept in NAME.runs.
     #[arg(long)]
     pub out: PathBuf,
-    /// Compute the I-th of N parts and write no table: for the jobs of a scheduler, which share the folder of finished runs.
+    /// Compute part I of N without a table, for scheduler jobs.
     #[arg(long, value_name = "I/N", value_parser = part)]
     pub task: Option<(usize, usize)>,
 }
@@ -390,37 +386,36 @@ pub struct BatchArguments {
 /// Arguments of `coverage`.
 #[derive(Debug, Args)]
 pub struct CoverageArguments {
-    /// Session whose settings identify the flights; without it those of the session that comes with the program.
+    /// Session whose settings identify the flights [default: the shipped one].
     pub session: Option<PathBuf>,
-    /// Scenario to fly: one that comes with the program, or a file (.toml) as `doublet design --out` writes it.
+    /// Scenario to simulate: a shipped name, or a file of `doublet design`.
     #[arg(long, default_value = crate::coverage::SCENARIO)]
     pub scenario: String,
-    /// Standard deviation of the gusts, m/s, in the place of the scenario's.
+    /// Override the standard deviation of the gusts, m/s.
     #[arg(long, value_name = "M_S", value_parser = not_negative)]
     pub gusts: Option<f64>,
     /// Number of flights.
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
     pub realisations: u64,
-    /// Seed of the first flight; each following one has the next.
+    /// Seed of the first flight; each next flight adds one.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Print instead how the flights are judged: nothing is wrong with them.
+    /// Print the false-alarm rate on fault-free flights instead.
     #[arg(long)]
     pub verdict: bool,
-    /// Print instead how often the intervals of the natural modes hold those of the truth at the same trim.
+    /// Print the coverage of the mode intervals instead.
     #[arg(long, conflicts_with = "verdict")]
     pub modes: bool,
-    /// Identify flights of the scenario, design an input of this kind from them, fly that many times and print predicted errors and
-    /// excursions beside the scatter.
+    /// Design and simulate an input of this kind; compare predictions with results.
     #[arg(long, value_name = "KIND", conflicts_with_all = ["verdict", "modes"], value_parser = crate::design::kind)]
     pub design: Option<DesignKind>,
-    /// Flights of the scenario that the design starts from.
+    /// Flights the design starts from.
     #[arg(long, requires = "design", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub known: u32,
     /// Surfaces of that design.
     #[arg(long, value_name = "SURFACE,...", value_delimiter = ',', requires = "design", default_value = "aileron,elevator,rudder", value_parser = PossibleValuesParser::new(doublet_dynamics::design::SURFACE_NAMES))]
     pub surfaces: Vec<String>,
-    /// Time of its windows together, s.
+    /// Total time of the designed manoeuvres, s.
     #[arg(long, value_name = "S", requires = "design", default_value_t = 120.0)]
     pub time: f64,
 }
@@ -428,15 +423,15 @@ pub struct CoverageArguments {
 /// Arguments of `calibrate`.
 #[derive(Debug, Args)]
 pub struct CalibrateArguments {
-    /// Session whose settings identify the flights [default: the shipped one, with gusts by their likelihood as in new sessions].
+    /// Session for the settings [default: shipped one, gusts by likelihood].
     pub session: Option<PathBuf>,
-    /// Scenario to fly.
+    /// Scenario to simulate.
     #[arg(long, default_value = crate::coverage::SCENARIO)]
     pub scenario: String,
     /// Flights of each case.
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub realisations: u64,
-    /// Seed of the first flight; each following one has the next.
+    /// Seed of the first flight; each next flight adds one.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Print one JSON document.
@@ -447,10 +442,10 @@ pub struct CalibrateArguments {
 /// Arguments of `fidelity`.
 #[derive(Debug, Args)]
 pub struct FidelityArguments {
-    /// Document whose tables are written anew: everything behind its marker line.
+    /// Document whose tables are rewritten below its marker line.
     #[arg(long)]
     pub out: PathBuf,
-    /// Number of flights of the coverage study.
+    /// Flights of the coverage study.
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
     pub realisations: u64,
 }
@@ -458,24 +453,24 @@ pub struct FidelityArguments {
 /// Arguments of `simulate`.
 #[derive(Debug, Args)]
 pub struct SimulateArguments {
-    /// Scenario to fly: one that comes with the program, or a file (.toml) as `doublet design --out` writes it.
+    /// Scenario to simulate: a shipped name, or a file of `doublet design`.
     pub scenario: Option<String>,
-    /// Folder for the recordings: it appears complete or not at all.
+    /// Folder for the recordings; appears only when complete.
     #[arg(long)]
     pub out: Option<PathBuf>,
-    /// Seed of noise, gusts and hand-flown imperfections: the same seed gives the same bytes.
+    /// Seed of noise, gusts and pilot imperfections; equal seeds give equal bytes.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Change a derivative of the truth, for example Cm_alpha=-0.9; may be given several times.
+    /// Change a true derivative, for example Cm_alpha=-0.9. Repeatable.
     #[arg(long, value_name = "NAME=VALUE", value_parser = derivative)]
     pub derivative: Vec<(String, f64)>,
     /// Scale the amplitude of every manoeuvre.
     #[arg(long, default_value_t = 1.0)]
     pub amplitude: f64,
-    /// True airspeed of a scenario that starts in trim, kt.
+    /// True airspeed of a trimmed scenario, kt.
     #[arg(long, value_name = "KT")]
     pub airspeed_kt: Option<f64>,
-    /// Altitude of a scenario that starts in trim, ft.
+    /// Altitude of a trimmed scenario, ft.
     #[arg(long, value_name = "FT")]
     pub altitude_ft: Option<f64>,
     /// List scenarios, aircraft and inputs.
@@ -503,10 +498,10 @@ pub struct EngineArguments {
     /// True airspeed, kt.
     #[arg(long, value_name = "KT", allow_negative_numbers = true)]
     pub airspeed_kt: f64,
-    /// Differences over this part of each input's value, per cent; without it over the resolution the input is read to.
+    /// Step of the differences, per cent of each input [default: its resolution].
     #[arg(long, value_name = "PERCENT")]
     pub step_percent: Option<f64>,
-    /// Let the temperature at sea level change the static pressure, as the published sensitivities do.
+    /// Let sea-level temperature change static pressure, as in the published sensitivities.
     #[arg(long)]
     pub thesis_density: bool,
 }
@@ -517,13 +512,13 @@ pub struct DatcomArguments {
     /// Output listing of Digital DATCOM.
     #[arg(required_unless_present = "deck", conflicts_with = "deck")]
     pub listing: Option<PathBuf>,
-    /// Aircraft (file or name) whose normalisation of rates the derivatives are to have; without it q c/V, p b/2V and r b/2V.
+    /// Aircraft for the rate normalisation [default: q c/V, p b/2V, r b/2V].
     #[arg(long, conflicts_with = "deck")]
     pub aircraft: Option<String>,
-    /// Results of a run to stand beside: its results.json.
+    /// Results to compare with: results.json of a run.
     #[arg(long, value_name = "RESULTS.JSON", conflicts_with = "deck")]
     pub results: Option<PathBuf>,
-    /// Angles of attack, deg: those of the tables (without them that of level flight), or of the deck (-2 to 13).
+    /// Angles of attack, deg [default: level flight; deck: -2 to 13].
     #[arg(long, value_name = "DEG,DEG", value_delimiter = ',', allow_negative_numbers = true)]
     pub alpha_deg: Vec<f64>,
     /// Aircraft (file or name) to write an input deck for.
@@ -542,7 +537,7 @@ pub struct DatcomArguments {
 
 /// Reads `I/N`.
 fn part(text: &str) -> Result<(usize, usize), String> {
-    let wrong = || format!("'{text}' is no part: write it as I/N with I from 1 to N, for example 3/8");
+    let wrong = || format!("'{text}' is not a part: write it as I/N with I from 1 to N, for example 3/8");
     let (part, parts) = text.split_once('/').ok_or_else(wrong)?;
     let (part, parts) = part.parse().ok().zip(parts.parse().ok()).ok_or_else(wrong)?;
     if (1..=parts).contains(&part) { Ok((part, parts)) } else { Err(wrong()) }

@@ -21,7 +21,7 @@ use crate::text::{self, number};
 pub struct CampaignArguments {
     /// Campaign file, or one that comes with the program, `builtin:c337f`.
     pub campaign: PathBuf,
-    /// Session whose windows are matched with the cards, and whose loading is flown.
+    /// Session whose manoeuvres are matched with the cards; gives the loading.
     #[arg(long)]
     session: Option<PathBuf>,
     /// Folder for envelope and cards.

@@ -17,25 +17,25 @@ use crate::text;
 pub struct CompatibilityArguments {
     /// Session file.
     pub session: PathBuf,
-    /// Errors with one value for all windows, in the place of the session's: bias_SENSOR, scale_SENSOR, misalignment_x, _y, _z.
+    /// Errors common to all manoeuvres: bias_SENSOR, scale_SENSOR, misalignment_x, _y, _z.
     #[arg(long, value_name = "ERROR,ERROR", value_delimiter = ',', value_parser = error)]
     pub free: Vec<SensorError>,
-    /// Errors with a value for each window.
+    /// Errors estimated per manoeuvre.
     #[arg(long, value_name = "ERROR,ERROR", value_delimiter = ',', value_parser = error)]
     pub per_window: Vec<SensorError>,
     /// Measurements compared.
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',', value_parser = measurement)]
     pub outputs: Vec<Measurement>,
-    /// Estimate a wind in each window.
+    /// Estimate a wind in each manoeuvre.
     #[arg(long)]
     pub wind: bool,
-    /// What has noise: measurements only, or inertial samples too, as the filter's settings state.
+    /// Noise model: measurements only, or inertial samples too.
     #[arg(long, value_enum)]
     pub method: Option<Method>,
-    /// Windows to use, by name; without it all that are not ignored.
+    /// Manoeuvres to use, by name [default: all not ignored].
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
     pub windows: Vec<String>,
-    /// Write the common errors into the session as known: its samples are freed of them from then on.
+    /// Save the common errors to the session, which then corrects for them.
     #[arg(long)]
     pub take: bool,
     /// Print one JSON document.
@@ -43,25 +43,25 @@ pub struct CompatibilityArguments {
     pub json: bool,
 }
 
-/// What has noise.
+/// Noise model.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Method {
-    /// The measurements, by as much as their residuals say.
+    /// Measurements only, sized by their residuals.
     OutputError,
-    /// Inertial samples and measurements, as the filter's settings state.
+    /// Inertial samples and measurements, by the filter settings.
     FilterError,
 }
 
 fn error(name: &str) -> Result<SensorError, String> {
     SensorError::from_name(name.trim()).ok_or_else(|| {
         let all: Vec<String> = SensorError::all().map(|error| error.to_string()).collect();
-        format!("no error is called '{name}': use {}", all.join(", "))
+        format!("error '{name}' not found: use {}", all.join(", "))
     })
 }
 
 fn measurement(name: &str) -> Result<Measurement, String> {
     let known = || Measurement::ALL.map(Measurement::name).join(", ");
-    Measurement::from_name(name.trim()).ok_or_else(|| format!("no measurement is called '{name}': use {}", known()))
+    Measurement::from_name(name.trim()).ok_or_else(|| format!("measurement '{name}' not found: use {}", known()))
 }
 
 /// Estimates errors of the sensors, prints them, takes them where asked.
@@ -80,9 +80,10 @@ pub fn compatibility(arguments: &CompatibilityArguments) -> Result<(), String> {
     let snapshot = compute_session(&asked, &opened.folder, &[], &progress, 1.0);
     progress.finish();
     let snapshot = snapshot?;
-    let found = snapshot.sensor_errors.ready().ok_or_else(|| {
-        snapshot.sensor_errors.error().unwrap_or("the errors of the sensors were not estimated").to_owned()
-    })?;
+    let found = snapshot
+        .sensor_errors
+        .ready()
+        .ok_or_else(|| snapshot.sensor_errors.error().unwrap_or("sensor errors were not estimated").to_owned())?;
     let rows = report::sensor_error_rows(&found.0);
     if arguments.json {
         text::document(&serde_json::to_string_pretty(&rows).map_err(|error| error.to_string())?);
@@ -96,7 +97,7 @@ pub fn compatibility(arguments: &CompatibilityArguments) -> Result<(), String> {
             next.preparation.known_errors.0.insert(row.error, row.value);
         }
         session::save(&next, &arguments.session).map_err(|error| error.to_string())?;
-        let text = format!("{} knows them now; the file before is kept as *.bak", arguments.session.display());
+        let text = format!("{} now corrects them; the old file is kept as *.bak", arguments.session.display());
         text::error_line(&text);
     }
     Ok(())
@@ -105,7 +106,7 @@ pub fn compatibility(arguments: &CompatibilityArguments) -> Result<(), String> {
 /// What the arguments ask for, in the place of what the session does.
 fn ask(session: &mut Session, arguments: &CompatibilityArguments) -> Result<(), String> {
     if let Some(unknown) = arguments.windows.iter().find(|name| session.window(name).is_none()) {
-        return Err(format!("the session has no window '{unknown}'"));
+        return Err(format!("manoeuvre '{unknown}' not found in the session"));
     }
     if !arguments.windows.is_empty() {
         session.windows.retain(|window| arguments.windows.contains(&window.name));
@@ -126,8 +127,10 @@ fn ask(session: &mut Session, arguments: &CompatibilityArguments) -> Result<(), 
         None => {}
     }
     match errors.is_empty() {
-        true => Err("no error of a sensor is asked for: name some by --free scale_alpha,bias_q or under [sensor_errors] of the session"
-            .to_owned()),
+        true => Err(
+            "no sensor error to estimate: name some by --free scale_alpha,bias_q, or in [sensor_errors] of the session"
+                .to_owned(),
+        ),
         false => Ok(()),
     }
 }

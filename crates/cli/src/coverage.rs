@@ -150,7 +150,7 @@ fn print_design(arguments: &CoverageArguments, found: &DesignCoverage) {
     });
     let header = ["excursion", "predicted", "flown", "% of flights inside"];
     text::table(&header, &cells.collect::<Vec<_>>());
-    text::line(&format!("all excursions hold in {:.1} % of the flights", 100.0 * found.inside));
+    text::line(&format!("all excursions within limits in {:.1} % of the flights", 100.0 * found.inside));
     text::line(&format!("largest error over magnitude {} %", text::number(100.0 * found.worst_relative_error, 3)));
     for (first, second, correlation) in &found.correlations {
         text::line(&format!("{first} and {second} are correlated at {correlation:+.2}"));
@@ -232,7 +232,7 @@ fn fly_many<T>(
             (opened.session, opened.folder)
         }
         None => {
-            let text = builtin::session("demo").ok_or("no session comes with the program")?;
+            let text = builtin::session("demo").ok_or("shipped session not found")?;
             (session::parse(text).map_err(|error| error.to_string())?, Path::new(".").to_path_buf())
         }
     };

@@ -39,13 +39,14 @@ fn print_listing(path: &Path, arguments: &DatcomArguments) -> Result<(), String>
     let listing = DatcomListing::read(path).map_err(|error| error.to_string())?;
     let aircraft = arguments.aircraft.as_deref().map(aircraft_data).transpose()?;
     let identified = arguments.results.as_deref().map(identified).transpose()?;
-    let alphas: Vec<f64> = if arguments.alpha_deg.is_empty() {
-        vec![listing.level_flight_alpha_rad().ok_or_else(|| {
-            format!("{}: it does not tell the angle of attack of level flight: give --alpha-deg", path.display())
-        })?]
-    } else {
-        arguments.alpha_deg.iter().map(|alpha| alpha.to_radians()).collect()
-    };
+    let alphas: Vec<f64> =
+        if arguments.alpha_deg.is_empty() {
+            vec![listing.level_flight_alpha_rad().ok_or_else(|| {
+                format!("{}: angle of attack in level flight unknown: give --alpha-deg", path.display())
+            })?]
+        } else {
+            arguments.alpha_deg.iter().map(|alpha| alpha.to_radians()).collect()
+        };
     let tables = alphas
         .into_iter()
         .map(|alpha| predicted(&listing, alpha, aircraft.as_ref()).map(|found| (alpha, found)))
@@ -153,7 +154,7 @@ pub fn identified(path: &Path) -> Result<Vec<Identified>, String> {
     let content = doublet_core::load::read_text(path).map_err(|error| refuse(&error.to_string()))?;
     let results: Value = serde_json::from_str(&content).map_err(|error| refuse(&error.to_string()))?;
     if results["format"] != report::FORMAT {
-        return Err(refuse("these are no results: give the results.json of a `doublet run`"));
+        return Err(refuse("not a results file: give the results.json of a `doublet run`"));
     }
     let derivatives =
         results["pooled"].as_array().into_iter().flatten().filter_map(|fit| fit["derivatives"].as_array());
@@ -166,7 +167,7 @@ pub fn identified(path: &Path) -> Result<Vec<Identified>, String> {
     });
     let rows: Vec<_> = rows.collect();
     if rows.is_empty() {
-        return Err(refuse("it has no pooled derivatives: mark windows for identification and run again"));
+        return Err(refuse("it has no pooled derivatives: mark manoeuvres for identification and run again"));
     }
     Ok(rows)
 }

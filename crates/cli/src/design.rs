@@ -26,34 +26,34 @@ pub struct BasisArguments {
     /// Surfaces to move.
     #[arg(long, value_name = "SURFACE,...", value_delimiter = ',', default_value = "aileron,elevator,rudder", value_parser = PossibleValuesParser::new(SURFACE_NAMES))]
     surfaces: Vec<String>,
-    /// What is made small: d, the determinant of the covariance; a, the sum of squared relative errors; max-relative, the largest of them.
+    /// Criterion to minimise: d (determinant), a (sum of squared relative errors), max-relative.
     #[arg(long, default_value = "a", value_parser = PossibleValuesParser::new(Criterion::ALL.map(Criterion::name)))]
     criterion: String,
-    /// Largest deflection of every surface from the trim, deg: of the sum of what moves it. That of the windows unless given.
+    /// Largest deflection from trim, deg [default: that of the manoeuvres].
     #[arg(long, value_name = "DEG", value_parser = positive)]
     peak: Option<f64>,
-    /// Fastest deflection, deg/s.
+    /// Largest deflection rate, deg/s.
     #[arg(long, value_name = "DEG_S", default_value = "60", value_parser = positive)]
     rate: f64,
-    /// Limit of alpha, beta, phi (rad), n_z, p (rad/s), V (m/s) or h (m) in the place of that of the windows; may be given several times.
+    /// Limit of alpha, beta, phi (rad), n_z, p (rad/s), V (m/s) or h (m). Repeatable.
     #[arg(long, value_name = "NAME=LOW:HIGH", value_parser = limit, allow_hyphen_values = true)]
     limit: Vec<(Quantity, f64, f64)>,
-    /// Part of the room between trim and limits that the undisturbed flight may take.
+    /// Fraction of the margin to the limits for the nominal response.
     #[arg(long, default_value_t = Request::USUAL_USAGE)]
     usage: f64,
-    /// Standard deviation of the gusts, m/s; that of the filter's random walk of the wind unless given.
+    /// Standard deviation of the gusts, m/s [default: from the filter].
     #[arg(long, value_name = "M_S", value_parser = not_negative)]
     gusts: Option<f64>,
-    /// True airspeed of the trim, m/s; what is not given is the median of the identification windows.
+    /// True airspeed of the trim, m/s [default: median of identification manoeuvres].
     #[arg(long, value_name = "M_S")]
     airspeed: Option<f64>,
     /// Altitude of the trim, m.
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     altitude: Option<f64>,
-    /// Fuel on board in all, kg: mass, centre of gravity and inertia follow from the loading.
+    /// Total fuel on board, kg.
     #[arg(long, value_name = "KG")]
     fuel: Option<f64>,
-    /// Seed of all draws.
+    /// Random seed.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Print one JSON document.
@@ -64,34 +64,34 @@ pub struct BasisArguments {
 /// Arguments of `design`.
 #[derive(Debug, Args)]
 pub struct DesignArguments {
-    /// What every design takes.
+    /// Options of every design.
     #[command(flatten)]
     basis: BasisArguments,
-    /// Time of all windows together, s.
+    /// Total time of the manoeuvres, s.
     #[arg(long, value_name = "S", default_value = "60", value_parser = positive)]
     time: f64,
     /// Kind of input.
     #[arg(long, default_value = "multisine", value_parser = kind)]
     kind: DesignKind,
-    /// Rounds of the search over times, levels and spectra; 0 for shapes as published.
+    /// Search rounds over times, levels and spectra; 0 for published shapes.
     #[arg(long, default_value_t = 3)]
     rounds: usize,
-    /// Draws of the derivatives, each with gusts and a start of its own, for excursions and the scatter of the errors.
+    /// Random draws of derivatives, gusts and initial states.
     #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u32).range(0..=10_000))]
     samples: u32,
-    /// Count the windows flown so far: errors of both together.
+    /// Include the manoeuvres flown so far in the errors.
     #[arg(long)]
     with_flown: bool,
-    /// Design every kind within the same limits and time, and print them side by side.
+    /// Compare all kinds within the same limits and time.
     #[arg(long)]
     compare: bool,
-    /// Folder for the card, nodes as CSV, a scenario for `doublet simulate`, a script for ArduPilot and parameters for PX4.
+    /// Folder for card, nodes (CSV), scenario, ArduPilot script and PX4 parameters.
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Forms of the card.
+    /// Formats of the card.
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = "html", value_parser = report_format())]
     format: Vec<String>,
-    /// Full travel of the surfaces to either side, deg, for the autopilot.
+    /// Full travel of the surfaces each way, deg, for the autopilot.
     #[arg(long, value_name = "DEG", default_value = "20", value_parser = positive)]
     travel: f64,
 }
@@ -99,16 +99,16 @@ pub struct DesignArguments {
 /// Arguments of `enough`.
 #[derive(Debug, Args)]
 pub struct EnoughArguments {
-    /// What every design takes.
+    /// Options of every design.
     #[command(flatten)]
     basis: BasisArguments,
-    /// Standard error to reach of a derivative; may be given several times.
+    /// Target standard error of a derivative. Repeatable.
     #[arg(long, value_name = "NAME=ERROR", value_parser = goal)]
     goal: Vec<Goal>,
-    /// Goal of all other derivatives: standard error over the magnitude of the estimate, per cent.
+    /// Target relative error of all other derivatives, per cent.
     #[arg(long, value_name = "PERCENT", default_value = "5", value_parser = positive)]
     goal_percent: f64,
-    /// Length of the manoeuvre that could be flown next, s.
+    /// Length of the next manoeuvre, s.
     #[arg(long, value_name = "S", default_value = "15", value_parser = positive)]
     time: f64,
 }
@@ -116,23 +116,23 @@ pub struct EnoughArguments {
 /// A kind of input by its name, spaces as hyphens.
 pub fn kind(text: &str) -> Result<DesignKind, String> {
     let names = || DesignKind::ALL.map(|kind| kind.name().replace(' ', "-")).join(", ");
-    DesignKind::from_name(text).ok_or_else(|| format!("'{text}' is no kind of input: use one of {}", names()))
+    DesignKind::from_name(text).ok_or_else(|| format!("'{text}' is not a kind of input: use one of {}", names()))
 }
 
 fn positive(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok().filter(|value| value.is_finite() && *value > 0.0);
-    value.ok_or_else(|| format!("'{text}' is no number above zero"))
+    value.ok_or_else(|| format!("'{text}' must be a number above zero"))
 }
 
 fn not_negative(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok().filter(|value| value.is_finite() && *value >= 0.0);
-    value.ok_or_else(|| format!("'{text}' is no number of zero or more"))
+    value.ok_or_else(|| format!("'{text}' must be a number, zero or more"))
 }
 
 fn limit(text: &str) -> Result<(Quantity, f64, f64), String> {
     let wrong = || {
         let names = Quantity::ALL.map(Quantity::name).join(", ");
-        format!("'{text}' is no limit: write NAME=LOW:HIGH with one of {names}, for example alpha=0.02:0.18")
+        format!("'{text}' is not a limit: write NAME=LOW:HIGH with one of {names}, for example alpha=0.02:0.18")
     };
     let (name, ends) = text.split_once('=').ok_or_else(wrong)?;
     let (low, high) = ends.split_once(':').ok_or_else(wrong)?;
@@ -145,7 +145,7 @@ fn limit(text: &str) -> Result<(Quantity, f64, f64), String> {
 }
 
 fn goal(text: &str) -> Result<Goal, String> {
-    let wrong = || format!("'{text}' is no goal: write NAME=ERROR, for example Cm_q=0.05");
+    let wrong = || format!("'{text}' is not a goal: write NAME=ERROR, for example Cm_q=0.05");
     let (name, error) = text.split_once('=').ok_or_else(wrong)?;
     let standard_error = positive(error).map_err(|_| wrong())?;
     Ok(Goal { name: name.trim().to_owned(), standard_error })
@@ -229,7 +229,7 @@ fn write(
     row: &DesignRow,
     designed: &Designed,
 ) -> Result<String, String> {
-    let folder = arguments.out.as_ref().ok_or("no folder is named")?;
+    let folder = arguments.out.as_ref().ok_or("folder missing")?;
     let beside = planning::design_files(session, row, designed, [arguments.travel.to_radians(); 3])?;
     let formats = named(&ReportFormat::ALL, &arguments.format, |format| format.name());
     let set = DocumentSet { folder, name: "design", formats: &formats, beside: &beside };
@@ -242,7 +242,7 @@ fn write(
 
 fn print(row: &DesignRow) {
     text::line(&format!(
-        "{} on {}, {} s in {} windows, at {} m/s and {} m, gusts of {} m/s",
+        "{} on {}, {} s in {} manoeuvres, at {} m/s and {} m, gusts of {} m/s",
         row.kind,
         row.surfaces.join(", "),
         number(row.time_s, 4),
@@ -296,7 +296,7 @@ fn print(row: &DesignRow) {
             )
         });
         let moved = moved.collect::<Vec<_>>().join("; ");
-        text::line(&format!("window {}: {}, {} s; {moved}", own.number, own.name, number(own.duration_s, 4)));
+        text::line(&format!("manoeuvre {}: {}, {} s; {moved}", own.number, own.name, number(own.duration_s, 4)));
     }
     let close = row.correlations.iter().filter(|own| own.correlation.abs() > 0.6);
     for own in close {
@@ -365,7 +365,7 @@ pub fn enough(arguments: &EnoughArguments) -> Result<(), String> {
             ratio(own.worst_over_goal),
         ]
     });
-    text::table(&["after window", "time, s", "goals met", "worst", "error over goal"], &cells.collect::<Vec<_>>());
+    text::table(&["after manoeuvre", "time, s", "goals met", "worst", "error over goal"], &cells.collect::<Vec<_>>());
     if !found.next.is_empty() {
         text::line("");
         let cells = found.next.iter().map(|own| {

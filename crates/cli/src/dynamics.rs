@@ -20,37 +20,37 @@ use crate::text::{self, number};
 pub struct TrimArguments {
     /// Session file.
     pub session: PathBuf,
-    /// True airspeed, m/s; what is not given is the median of the identification windows.
+    /// True airspeed, m/s [default: median of identification manoeuvres].
     #[arg(long, value_name = "M_S")]
     airspeed: Option<f64>,
     /// Altitude, m.
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     altitude: Option<f64>,
-    /// Angle of the flight path, deg; level unless given.
+    /// Flight-path angle, deg [default: level].
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     gamma: Option<f64>,
-    /// Load factor of a steady turn, or with --pull-up of a pull-up.
+    /// Load factor of a steady turn, or of a pull-up (--pull-up).
     #[arg(long, value_name = "N")]
     load_factor: Option<f64>,
-    /// Take the load factor as that of a pull-up with the wings level.
+    /// Use the load factor for a wings-level pull-up.
     #[arg(long, requires = "load_factor")]
     pull_up: bool,
-    /// Mass, kg; the inertia stays.
+    /// Mass, kg; the inertia is unchanged.
     #[arg(long, value_name = "KG")]
     mass: Option<f64>,
     /// Centre of gravity along the datum's x axis, m.
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     cg: Option<f64>,
-    /// Fuel on board in all, kg: mass, centre of gravity and inertia follow from the loading.
+    /// Total fuel on board, kg.
     #[arg(long, value_name = "KG")]
     fuel: Option<f64>,
-    /// Take the conditions of this window.
+    /// Use the conditions of this manoeuvre.
     #[arg(long, value_name = "NAME")]
     window: Option<String>,
-    /// Draws of the derivatives for sampled intervals and probabilities.
+    /// Random draws of the derivatives for sampled intervals and probabilities.
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
     samples: u32,
-    /// Seed of the draws.
+    /// Random seed.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Print one JSON document.
@@ -75,7 +75,7 @@ pub struct ModesArguments {
     /// The trim.
     #[command(flatten)]
     trim: TrimArguments,
-    /// Print the modes over a parameter instead: a derivative, cg (m), mass (kg), airspeed (m/s) or altitude (m), from, to, steps.
+    /// Root locus over a derivative, cg (m), mass (kg), airspeed (m/s) or altitude (m).
     #[arg(long, value_name = "NAME=FROM:TO:STEPS", value_parser = locus_range)]
     locus: Option<(String, f64, f64, usize)>,
 }
@@ -86,18 +86,16 @@ pub struct QualitiesArguments {
     /// The trim.
     #[command(flatten)]
     trim: TrimArguments,
-    /// Class of the aircraft: I small and light, II of medium weight (II-L from land, II-C from a carrier), III large, IV highly
-    /// manoeuvrable. By its greatest mass unless given.
+    /// Aircraft class: I, II, II-L, II-C, III or IV [default: by mass].
     #[arg(long, value_parser = PossibleValuesParser::new(["I", "II", "II-L", "II-C", "III", "IV"]))]
     class: Option<String>,
-    /// Category of the flight phase: A rapid manoeuvring or precision, B gradual manoeuvres, C take-off, approach and landing. B unless
-    /// given.
+    /// Flight phase category: A, B or C [default: B].
     #[arg(long, value_parser = PossibleValuesParser::new(CATEGORIES))]
     category: Option<String>,
 }
 
 fn locus_range(text: &str) -> Result<(String, f64, f64, usize), String> {
-    let wrong = || format!("'{text}' is no range: write NAME=FROM:TO:STEPS, for example Cm_alpha=-1.2:-0.2:11");
+    let wrong = || format!("'{text}' is not a range: write NAME=FROM:TO:STEPS, for example Cm_alpha=-1.2:-0.2:11");
     let (name, range) = text.split_once('=').ok_or_else(wrong)?;
     let parts: Vec<&str> = range.split(':').collect();
     let [from, to, steps] = parts.as_slice() else { return Err(wrong()) };
@@ -130,7 +128,7 @@ pub fn study(
     };
     let (_, snapshot) = computed(&trim.session, &[Study::Dynamics(request)])?;
     let study = snapshot.studies.dynamics.ready().cloned();
-    study.ok_or_else(|| "there is no model: the session has no aircraft or no identification window".to_owned())
+    study.ok_or_else(|| "no model: the session needs an aircraft and an identification manoeuvre".to_owned())
 }
 
 /// Key of a window in use.
@@ -140,7 +138,7 @@ fn window(path: &Path, name: &str) -> Result<u64, String> {
     if used().any(|known| known == name) {
         return Ok(window_key(name));
     }
-    Err(format!("no window in use is called '{name}': use one of {}", used().collect::<Vec<_>>().join(", ")))
+    Err(format!("manoeuvre '{name}' is not in use: use one of {}", used().collect::<Vec<_>>().join(", ")))
 }
 
 /// Prints or writes the linear models about a trim.
@@ -402,7 +400,7 @@ fn print_trim(row: &DynamicsRow) {
         degrees(trim.delta_r_rad),
         number(trim.thrust_n, 4),
     ));
-    text::line(&format!("what was not given is the median of {} windows", row.windows.len()));
+    text::line(&format!("other conditions: median of {} manoeuvres", row.windows.len()));
 }
 
 fn print_notes(row: &DynamicsRow) {

@@ -18,30 +18,30 @@ use crate::text;
 /// Arguments of `equations`.
 #[derive(Debug, Args)]
 pub struct EquationArguments {
-    /// Table: text, or any recording, whose channels are the columns. Columns are taken as they stand, without conversion.
+    /// Table: text, or any recording whose channels are the columns, unconverted.
     pub table: PathBuf,
     /// File of equations, or short-period, longitudinal or lateral.
     #[arg(long, value_name = "FILE")]
     pub equations: String,
-    /// Column of an input or output, or an expression of columns, where it is not called so: alpha=ALPHA*pi/180.
+    /// Column or expression of an input or output: alpha=ALPHA*pi/180.
     #[arg(long, value_name = "NAME=COLUMN", value_parser = pair)]
     pub column: Vec<(String, String)>,
-    /// Constant of the equations in the place of their own.
+    /// Override a constant of the equations.
     #[arg(long, value_name = "NAME=VALUE", value_parser = number)]
     pub constant: Vec<(String, f64)>,
-    /// Column of time, s, or an expression of columns.
+    /// Time column, s, or an expression of columns.
     #[arg(long, value_name = "COLUMN")]
     pub time: Option<String>,
-    /// Interval of the rows, s, where the table has no time.
+    /// Row interval, s, if the table has no time.
     #[arg(long, value_name = "S", conflicts_with = "time")]
     pub dt: Option<f64>,
-    /// Stretch of time to use, s; may be given several times. All rows without it.
+    /// Time range to use, s [default: all rows]. Repeatable.
     #[arg(long, value_name = "START:END", value_parser = window)]
     pub window: Vec<TimeRange>,
-    /// Half width of the differentiation of equation error, s.
+    /// Half-width of the differentiation in equation error, s.
     #[arg(long, value_name = "S", value_parser = positive)]
     pub half_width: Option<f64>,
-    /// Output error in pieces of this length with initial states of their own, s: for unstable motions, about twice the time to double.
+    /// Piece length of output error, s, for unstable motions.
     #[arg(long, value_name = "S", value_parser = positive)]
     pub piece: Option<f64>,
     /// Print one JSON document.
@@ -57,17 +57,17 @@ fn pair(text: &str) -> Result<(String, String), String> {
 fn number(text: &str) -> Result<(String, f64), String> {
     let (name, value) = pair(text)?;
     let value = value.parse::<f64>().ok().filter(|value| value.is_finite());
-    Ok((name, value.ok_or_else(|| format!("'{text}': the value is no number"))?))
+    Ok((name, value.ok_or_else(|| format!("'{text}': the value must be a number"))?))
 }
 
 fn positive(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok().filter(|value| value.is_finite() && *value > 0.0);
-    value.ok_or_else(|| format!("'{text}' is no length above 0 s"))
+    value.ok_or_else(|| format!("'{text}' must be a length above 0 s"))
 }
 
 fn window(text: &str) -> Result<TimeRange, String> {
     let (start, end) = text.split_once(':').ok_or("write it as START:END, in s")?;
-    let time = |text: &str| text.trim().parse::<f64>().map_err(|_| format!("'{text}' is no time in s"));
+    let time = |text: &str| text.trim().parse::<f64>().map_err(|_| format!("'{text}' must be a time in s"));
     let (start_s, end_s) = (time(start)?, time(end)?);
     if start_s < end_s {
         Ok(TimeRange { start_s, end_s })

@@ -20,13 +20,13 @@ const COMPUTED: f32 = 0.3;
 pub struct FixArguments {
     /// Session file.
     pub session: PathBuf,
-    /// Most fixes that are tried, in the order of what they change.
+    /// Number of fixes to try, largest effect first.
     #[arg(long, value_name = "N", default_value_t = 5)]
     pub most: usize,
-    /// Apply fixes by their numbers, in this order, and write the session; the file before stays beside it as *.bak.
+    /// Apply fixes by number and save; the old file becomes *.bak.
     #[arg(long, value_name = "N,N", value_delimiter = ',')]
     pub apply: Vec<usize>,
-    /// Write the fixed session to another file.
+    /// Write the fixed session to this file instead.
     #[arg(long, short, value_name = "FILE", requires = "apply")]
     pub output: Option<PathBuf>,
 }
@@ -78,7 +78,7 @@ fn list(opened: &Opened, now: VerdictCounts, found: &[(&Fix, &str)], progress: &
     };
     let rows: Vec<Vec<String>> = tried.into_iter().map(row).collect();
     match rows.is_empty() {
-        true => text::line("no finding has a fix that can be applied"),
+        true => text::line("no fix to apply"),
         false => text::table(&["#", "fix", "session", "good", "caution", "bad", "for"], &rows),
     }
 }
@@ -93,7 +93,7 @@ fn apply(numbers: &[usize], found: &[(&Fix, &str)], session: &Session) -> Result
 /// The fix of a number.
 fn pick<'a>(found: &[(&'a Fix, &str)], number: usize) -> Result<&'a Fix, String> {
     let fix = number.checked_sub(1).and_then(|index| found.get(index));
-    fix.map(|(fix, _)| *fix).ok_or_else(|| format!("there is no fix {number}: the session has {}", found.len()))
+    fix.map(|(fix, _)| *fix).ok_or_else(|| format!("fix {number} not found: the session has {}", found.len()))
 }
 
 fn describe(counts: VerdictCounts) -> String {

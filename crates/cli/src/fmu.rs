@@ -13,10 +13,10 @@ use crate::text;
 /// Arguments of `fmu`.
 #[derive(Debug, Args)]
 pub struct FmuArguments {
-    /// The trim the flight begins in.
+    /// Initial trim of the flight.
     #[command(flatten)]
     trim: TrimArguments,
-    /// File to write; an earlier one is replaced.
+    /// File to write; an existing one is replaced.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
 }

@@ -137,7 +137,7 @@ mod tests {
         let nis = find("normalised innovation squared").unwrap();
         assert_eq!((nis.word.as_str(), nis.unit.as_deref()), ("NIS", Some("none")));
         assert_eq!(nis.formula.as_deref(), Some("nu' S^-1 nu"));
-        assert!(nis.worry.as_deref().unwrap().starts_with("its mean over a window"));
+        assert!(nis.worry.as_deref().unwrap().starts_with("its mean over a manoeuvre"));
         assert_eq!(find("Mass [kg]").unwrap().word, "Mass [kg]");
         assert_eq!(find("x aft [ft]").unwrap().word, "x aft");
         assert_eq!(find("CAP").map(|entry| entry.what.contains("elevator")), Some(true), "a word of the conventions");

@@ -13,8 +13,7 @@ use crate::text;
 pub fn taken(text: &str) -> Result<(Surface, LagKind), String> {
     let (control, kind) = text.split_once('=').ok_or("write it as CONTROL=KIND, for example elevator=delay")?;
     let surface = Surface::ALL.into_iter().find(|surface| surface.name() == control.trim());
-    let surface =
-        surface.ok_or_else(|| format!("no control is called '{control}': use elevator, aileron or rudder"))?;
+    let surface = surface.ok_or_else(|| format!("control '{control}' not found: use elevator, aileron or rudder"))?;
     let kind = match kind.trim() {
         "delay" => LagKind::Delay,
         "lag" => LagKind::FirstOrder,
@@ -33,11 +32,11 @@ pub fn lags(arguments: &LagArguments) -> Result<(), String> {
     if arguments.take.is_empty() {
         return Ok(());
     }
-    let found = snapshot.studies.lags.ready().ok_or("the lags were not found")?;
+    let found = snapshot.studies.lags.ready().ok_or("lags were not determined")?;
     let mut next = session;
     for &(surface, kind) in &arguments.take {
         let name = format!("{} of the {}", kind.name(), surface.name());
-        let row = found.of(surface, kind).ok_or_else(|| format!("{name}: no coefficient has a term of it"))?;
+        let row = found.of(surface, kind).ok_or_else(|| format!("{name}: no coefficient has a term with it"))?;
         let (value_s, _) = row.found_s().map_err(|error| format!("{name}: {error}"))?;
         let lag = kind.set(next.preparation.control_lags.of(surface), value_s);
         let edit = Edit::Estimation(EstimationEdit::ControlLag(surface, lag));

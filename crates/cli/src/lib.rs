@@ -102,7 +102,7 @@ fn with_json(command: clap::Command) -> clap::Command {
             {
                 return sub;
             }
-            let help = "Print one JSON document in the place of text";
+            let help = "Print one JSON document instead of text";
             sub.arg(clap::Arg::new("json").long("json").action(ArgAction::SetTrue).help(help))
         })
     })

@@ -18,60 +18,58 @@ use crate::text;
 /// Arguments of `live`.
 #[derive(Debug, Args)]
 pub struct LiveArguments {
-    /// Recording, text file that grows, telemetry log (.tlog), or session whose first flight is flown again (`builtin:demo`).
+    /// Recording, growing text file, telemetry log (.tlog), or session to replay.
     #[arg(long, conflicts_with_all = ["udp", "mavlink"])]
     pub file: Option<String>,
-    /// Address and port at which lines of JSON or CSV come by UDP, such as 127.0.0.1:9000.
+    /// UDP address and port for JSON or CSV lines: 127.0.0.1:9000.
     #[arg(long, value_name = "ADDR:PORT", conflicts_with = "mavlink")]
     pub udp: Option<String>,
-    /// Address and port at which MAVLink packets come by UDP, such as 127.0.0.1:14550, or a telemetry log.
+    /// UDP address and port for MAVLink: 127.0.0.1:14550; or a telemetry log.
     #[arg(long, value_name = "ADDR:PORT")]
     pub mavlink: Option<String>,
-    /// The one IP address whose packets are taken, such as 192.168.1.10; without it those of every sender.
+    /// Accept packets from this IP address only [default: all senders].
     #[arg(long, value_name = "ADDRESS")]
     pub from: Option<IpAddr>,
-    /// Session, or builtin: and a name, whose settings are used; its first flight is flown again where nothing else is named.
+    /// Session (file or builtin:NAME) for the settings; replayed without another source.
     #[arg(long)]
     pub session: Option<String>,
-    /// Channel map (file or name); without it that of the session, the shipped map that fits best, a guess, or roles by their names.
+    /// Channel map (file or name) [default: session's, best fit or guess].
     #[arg(long)]
     pub map: Option<String>,
-    /// Aircraft (file or name); without it that of the session or the map.
+    /// Aircraft (file or name) [default: from session or map].
     #[arg(long)]
     pub aircraft: Option<String>,
-    /// Times real time at which a recording is flown again; `max` for as fast as it goes. Without it a file is read as fast as it goes.
+    /// Replay speed, times real time, or `max` [default: max].
     #[arg(long, value_name = "X", value_parser = speed)]
     pub speed: Option<Speed>,
-    /// Seconds of the flight between updates.
+    /// Flight time between updates, s.
     #[arg(long, value_name = "S", default_value_t = 0.5)]
     pub every: f64,
-    /// Seconds that a sample waits for others that are late.
+    /// Time to wait for late samples, s.
     #[arg(long, value_name = "S", default_value_t = 0.3)]
     pub latency: f64,
-    /// Seconds after which a sample counts 1/e in the estimates; 0 for never.
+    /// Forgetting time constant of the estimates, s; 0 for none.
     #[arg(long, value_name = "S", default_value_t = 120.0)]
     pub forget: f64,
-    /// Relative error asked for, per cent: of all derivatives, or NAME=PERCENT of one.
+    /// Target relative error, per cent: of all derivatives, or NAME=PERCENT.
     #[arg(long, value_name = "PERCENT")]
     pub goal: Vec<String>,
-    /// What is not to be passed: QUANTITY=LOW:HIGH, such as airspeed=75kt:150kt, alpha=:14deg, n_z=0.2:3.5; of the same quantity in the
-    /// place of the campaign's and the envelope's.
+    /// Limits: QUANTITY=LOW:HIGH, such as airspeed=75kt:150kt, alpha=:14deg, n_z=0.2:3.5.
     #[arg(long, value_name = "LIMIT")]
     pub limit: Vec<Limit>,
-    /// Campaign whose limits are watched beside those of the aircraft's envelope: file, or one that comes with the program,
-    /// `builtin:c337f`.
+    /// Campaign whose limits are added: file, or builtin:c337f.
     #[arg(long, value_name = "CAMPAIGN")]
     pub campaign: Option<String>,
-    /// New folder that keeps every row that came, in the order of time at the end, and a session of it.
+    /// Record all incoming data into this new folder, with a session.
     #[arg(long, value_name = "FOLDER")]
     pub record: Option<PathBuf>,
-    /// Seconds without anything new after which a file or a stream has ended; 0 for never.
+    /// Silence after which the source has ended, s; 0 for never.
     #[arg(long, value_name = "S", default_value_t = 10.0)]
     pub wait: f64,
-    /// Seconds of the clock after which it ends.
+    /// Stop after this time, s.
     #[arg(long = "for", value_name = "S")]
     pub duration: Option<f64>,
-    /// Print one line of JSON an update.
+    /// Print one JSON line per update.
     #[arg(long)]
     pub json: bool,
 }
@@ -149,7 +147,7 @@ fn interrupted() -> Result<Arc<AtomicBool>, String> {
     for signal in [SIGINT, SIGTERM] {
         flag::register_conditional_shutdown(signal, INTERRUPTED, Arc::clone(&interrupted))
             .and_then(|_| flag::register(signal, Arc::clone(&interrupted)))
-            .map_err(|error| format!("Ctrl-C cannot be waited for: {error}"))?;
+            .map_err(|error| format!("Ctrl-C cannot be caught: {error}"))?;
     }
     Ok(interrupted)
 }
@@ -183,7 +181,7 @@ fn follow(watch: &mut LiveWatch, arguments: &LiveArguments, interrupted: &Atomic
 
 /// Seconds as a span of time; none for zero.
 fn seconds(name: &str, value: f64) -> Result<Option<Duration>, String> {
-    let span = Duration::try_from_secs_f64(value).map_err(|_| format!("--{name}: {value} is no time in seconds"))?;
+    let span = Duration::try_from_secs_f64(value).map_err(|_| format!("--{name}: {value} is not a time in seconds"))?;
     Ok(Some(span).filter(|span| !span.is_zero()))
 }
 

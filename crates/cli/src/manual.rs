@@ -14,12 +14,12 @@ const MOST_LINES: usize = 60;
 /// Arguments of `help`.
 #[derive(Debug, Args)]
 pub struct HelpArguments {
-    /// A command, or a page of the manual: `doublet help run`, `doublet help conventions`. Without one they are listed.
+    /// A command or a page, such as run or conventions [default: list].
     pub topic: Vec<String>,
-    /// Print every line of the manual that holds this text, with its page.
+    /// Search the manual for this text.
     #[arg(long, value_name = "TEXT", conflicts_with = "topic")]
     pub search: Option<String>,
-    /// Print what the glossary says of this word of tables and plots: `doublet help --term NIS`.
+    /// Explain a term of tables and plots: `doublet help --term NIS`.
     #[arg(long, value_name = "WORD", conflicts_with_all = ["topic", "search"])]
     pub term: Option<String>,
 }
@@ -140,7 +140,7 @@ pub fn help(arguments: &HelpArguments) -> Result<(), String> {
         return Ok(());
     }
     let page = pages().into_iter().find(|page| page.topic.eq_ignore_ascii_case(first));
-    let page = page.ok_or_else(|| format!("no command and no page is called '{first}': `doublet help` lists them"))?;
+    let page = page.ok_or_else(|| format!("command or page '{first}' not found: `doublet help` lists them"))?;
     text::document(page.whole().trim_end());
     Ok(())
 }
@@ -165,7 +165,7 @@ fn search(sought: &str) -> Result<(), String> {
         text::line(&format!("{path}:{number}: {}", formula::readable_page(text)));
     }
     match found.len() {
-        0 => Err(format!("no page holds '{}': try one word of it", sought.to_lowercase())),
+        0 => Err(format!("'{}' not found: try one word of it", sought.to_lowercase())),
         found if found > MOST_LINES => {
             text::line(&format!("{} more: search for a longer text", found - MOST_LINES));
             Ok(())
@@ -176,8 +176,7 @@ fn search(sought: &str) -> Result<(), String> {
 
 fn explain(word: &str) -> Result<(), String> {
     let entry = glossary::find(word);
-    let entry =
-        entry.ok_or_else(|| format!("the glossary has no word '{word}': `doublet help glossary` prints all"))?;
+    let entry = entry.ok_or_else(|| format!("'{word}' is not in the glossary: `doublet help glossary` prints all"))?;
     text::document(entry.to_string().trim_end());
     Ok(())
 }

@@ -23,7 +23,7 @@ pub struct MapArguments {
     /// Recordings of one flight.
     #[arg(required_unless_present_any = ["list", "show"])]
     pub recordings: Vec<PathBuf>,
-    /// File the map is written to; without it the map is printed.
+    /// Output file [default: print the map].
     #[arg(long, value_name = "FILE")]
     pub write: Option<PathBuf>,
     /// List the maps that come with the program.
@@ -32,11 +32,10 @@ pub struct MapArguments {
     /// Print a map that comes with the program.
     #[arg(long, value_name = "NAME", conflicts_with_all = ["recordings", "write"])]
     pub show: Option<String>,
-    /// A channel for a role in the place of the one guessed, with its calibration: SI value = scale x (value + offset) of its unit.
-    /// May be given several times.
+    /// Override a role's channel: SI value = scale x (value + offset). Repeatable.
     #[arg(long, value_name = FORM, conflicts_with_all = ["list", "show"])]
     pub role: Vec<String>,
-    /// The channel that is the time of its source, with its unit, where none is recognised. May be given several times.
+    /// Time channel of a source and its unit. Repeatable.
     #[arg(long, value_name = time_option::FORM, conflicts_with_all = ["list", "show"])]
     pub time: Vec<String>,
     /// Print one JSON document.
@@ -61,8 +60,7 @@ pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
     if let Some(name) = &arguments.show {
         let known = || builtin::names("channel_maps").join(", ");
         let text = builtin::text("channel_maps", name);
-        let text =
-            text.ok_or_else(|| format!("no channel map '{name}' comes with the program: give one of {}", known()))?;
+        let text = text.ok_or_else(|| format!("channel map '{name}' not found: give one of {}", known()))?;
         match arguments.json {
             true => text::document(&json!({ "version": 1, "map": text }).to_string()),
             false => text::document(text),
@@ -76,7 +74,7 @@ pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
     let written = write_map(&inspected, &asked)?;
     if let Some(path) = &arguments.write {
         if path.exists() {
-            return Err(format!("{} exists: choose another name, a map is never overwritten", path.display()));
+            return Err(format!("{} exists: choose another name", path.display()));
         }
         keep::replace(path, written.as_bytes()).map_err(|error| format!("{}: {error}", path.display()))?;
     }
@@ -96,7 +94,7 @@ pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
         text::document(&serde_json::to_string_pretty(&document).map_err(|error| error.to_string())?);
     } else if let Some(path) = &arguments.write {
         asked.iter().for_each(|question| text::line(&format!("question: {}", question.text)));
-        text::line(&format!("{}: look at every row, then give it with --map", path.display()));
+        text::line(&format!("{}: check every row, then use it with --map", path.display()));
     } else {
         text::document(written.trim_end());
     }
@@ -135,7 +133,7 @@ fn write_map(inspected: &Inspected, asked: &[Question]) -> Result<String, String
     let guess = &inspected.guess;
     let map = guess.text().map_err(|error| error.to_string())?;
     let mut written =
-        "# Guessed from the names, units and values of the channels: look at every row before it is used.\n".to_owned();
+        "# Guessed from the names, units and values of the channels: check every row before use.\n".to_owned();
     for question in asked {
         _ = writeln!(written, "# Question: {}", text::harmless(&question.text));
     }

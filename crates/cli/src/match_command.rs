@@ -26,10 +26,10 @@ pub fn match_command(arguments: &MatchArguments) -> Result<(), String> {
         None => Tolerances::builtin_by(&reading)?,
     };
     let (session, snapshot) = computed(&arguments.session, &[])?;
-    let proof = snapshot.proof.ready().ok_or("nothing was flown again")?;
+    let proof = snapshot.proof.ready().ok_or("nothing was simulated")?;
     let rows = proof_rows(&proof.judge_by(&session, &tolerances));
     if rows.windows.is_empty() {
-        return Err("the session has no validation window: mark one as validation".to_owned());
+        return Err("no validation manoeuvre: mark one as validation".to_owned());
     }
     if text::is_json() {
         text::document(&serde_json::to_string_pretty(&rows).map_err(|error| error.to_string())?);
@@ -40,7 +40,7 @@ pub fn match_command(arguments: &MatchArguments) -> Result<(), String> {
     let unflown = rows.windows.iter().filter(|window| window.error.is_some()).count();
     match (failed, unflown) {
         (0, 0) => Ok(()),
-        (0, _) => Err(format!("{unflown} of {} windows could not be flown", rows.windows.len())),
+        (0, _) => Err(format!("{unflown} of {} manoeuvres could not be simulated", rows.windows.len())),
         _ => Err(format!("{failed} of {} tests fail", tests().count())),
     }
 }
@@ -61,7 +61,7 @@ fn print(rows: &ProofRow, rule: PercentRule) {
 
 fn tests(window: &ReplayRow) {
     if window.tests.is_empty() {
-        text::line("  no test applies: the window has no surface, and its kind of input none of the words of a test");
+        text::line("  no test applies: state the surface or the kind of input of the manoeuvre");
         return;
     }
     for test in &window.tests {

@@ -34,7 +34,7 @@ pub fn channel_map(name: &str) -> Result<(String, ChannelMap), String> {
     let path = Path::new(name);
     if !path.exists() {
         let known = builtin::names("channel_maps").join(", ");
-        return Err(format!("no channel map '{name}': give a file, or one of {known}"));
+        return Err(format!("channel map '{name}' not found: give a file, or one of {known}"));
     }
     let map = ChannelMap::read(path).map_err(|error| error.to_string())?;
     Ok((absolute(path)?, map))
@@ -52,10 +52,7 @@ fn absolute(path: &Path) -> Result<String, String> {
 /// One line: a recording or map that cannot be used, an aircraft that cannot be, a session that exists already or cannot be written.
 pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
     if arguments.output.exists() {
-        return Err(format!(
-            "{} exists: choose another name, a session is never overwritten",
-            arguments.output.display()
-        ));
+        return Err(format!("{} exists: choose another name", arguments.output.display()));
     }
     let groups: Vec<(String, Vec<PathBuf>)> = if arguments.merge {
         vec![("flight".to_owned(), arguments.recordings.clone())]
@@ -97,9 +94,7 @@ pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
         text::line(&format!("not measured: {}", missing.join(", ")));
     }
     if stage::ANGULAR_ACCELERATIONS.iter().all(|(acceleration, _)| measured.contains(acceleration)) {
-        text::line(
-            "p_dot, q_dot and r_dot are there: preparation.angular_acceleration = \"recorded\" takes them instead of slopes",
-        );
+        text::line("p_dot, q_dot and r_dot recorded: preparation.angular_acceleration = \"recorded\" uses them");
     }
     text::line(&match &session.aircraft {
         Some(aircraft) => format!("aircraft: {aircraft}"),
@@ -107,7 +102,7 @@ pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
             "{NO_AIRCRAFT}, or give --aircraft, or --area --span --chord --mass with --inertia or --class --length"
         ),
     });
-    text::line(&format!("{}: set windows, noise and terms, then `doublet run`", arguments.output.display()));
+    text::line(&format!("{}: set manoeuvres, noise and terms, then `doublet run`", arguments.output.display()));
     Ok(Outcome::Done)
 }
 
@@ -121,7 +116,7 @@ fn take_guess(inspected: &Inspected, options: &[String]) -> Result<Option<(MapRe
     if !open.is_empty() {
         open.iter().for_each(|question| text::line(&format!("question: {}", question.text)));
         text::line(
-            "nothing is written: `doublet map --write FILE`, answer it there, then --map FILE; or by --role, where a role is asked for",
+            "nothing written: answer it with --role, or in the map of `doublet map --write FILE`, then use --map FILE",
         );
         return Ok(None);
     }
@@ -130,9 +125,7 @@ fn take_guess(inspected: &Inspected, options: &[String]) -> Result<Option<(MapRe
     }
     inspected.guess.derivations().iter().for_each(|line| text::line(&format!("  {line}")));
     if let Some(kind) = inspected.guess.kind.as_deref().filter(|kind| *kind != "aeroplane") {
-        text::line(&format!(
-            "not an aeroplane: {kind}; its flight path can be reconstructed, aeroplane derivatives not"
-        ));
+        text::line(&format!("not an aeroplane: {kind}; only its flight path can be reconstructed"));
     }
     let written = inspected.guess.text().map_err(|error| error.to_string())?;
     let map = ChannelMap::parse(&written).map_err(|error| error.to_string())?;
@@ -162,15 +155,13 @@ fn flight(
         Ok(found) => {
             if found.windows.is_empty() {
                 found.findings.iter().for_each(|line| text::line(&format!("  {line}")));
-                text::line("  no manoeuvre was found: one window holds the whole recording");
+                text::line("  no manoeuvre found: the whole recording is one");
             } else {
-                text::line(&format!("  manoeuvres found as windows: {}", session.windows.len() - before));
+                text::line(&format!("  manoeuvres found: {}", session.windows.len() - before));
             }
             match (session.flights.len(), found.steady.len()) {
-                (1, 0) => text::line(
-                    "  no steady window was found: second differences give the noise, or it is the built-in one",
-                ),
-                (1, steady) => text::line(&format!("  noise taken from steady windows: {steady}")),
+                (1, 0) => text::line("  no steady window found: noise from second differences, or default"),
+                (1, steady) => text::line(&format!("  noise from steady windows: {steady}")),
                 _ => {}
             }
         }
@@ -190,7 +181,7 @@ fn flight(
 
 /// Why no session is made of recordings of which no channel plays a role, and what to do, in one line.
 fn without_role(name: &str, inspected: &Inspected, plan: &Plan, reference: &MapRef) -> String {
-    let nothing = format!("{name}: nothing is written, no channel plays a role");
+    let nothing = format!("{name}: nothing written, no channel has a role");
     let mut errors = plan.problems.iter().filter(|problem| problem.is_error);
     if let Some(first) = errors.next() {
         let more = match errors.count() {
@@ -207,14 +198,14 @@ fn without_role(name: &str, inspected: &Inspected, plan: &Plan, reference: &MapR
     let file = inspected.paths.first().map_or_else(|| "FILE".to_owned(), |path| path.display().to_string());
     let (known, cure) = match reference {
         MapRef::Own(_) => (
-            format!("the names of its {count} channels tell none"),
+            format!("none of its {count} channel names is recognised"),
             format!(
                 "say them by --role ROLE=CHANNEL, or complete what `doublet map {file} --write MAP` gives and take --map MAP"
             ),
         ),
         MapRef::File(map) => (
             format!("the channel map {map} names none of its {count} channels"),
-            "correct the map, or take --guess".to_owned(),
+            "correct the map, or use --guess".to_owned(),
         ),
     };
     format!("{nothing}: {known}; `doublet inspect {file}` lists them: {cure}")
@@ -275,7 +266,7 @@ pub fn aircraft_reference(name: &str) -> Result<String, String> {
     if Path::new(name).exists() {
         return absolute(Path::new(name));
     }
-    Err(format!("no aircraft '{name}': give a file, or one of {}", builtin::aircraft().join(", ")))
+    Err(format!("aircraft '{name}' not found: give a file, or one of {}", builtin::aircraft().join(", ")))
 }
 
 /// The shipped map that gives these recordings the most roles without an error.
@@ -302,7 +293,7 @@ fn best_map(inspected: &Inspected) -> Result<(String, ChannelMap), String> {
 pub fn inertia(text: &str) -> Result<[f64; 4], String> {
     let numbers: Vec<f64> = text
         .split(',')
-        .map(|number| number.trim().parse().map_err(|_| format!("'{number}' is no number")))
+        .map(|number| number.trim().parse().map_err(|_| format!("'{number}' is not a number")))
         .collect::<Result<_, _>>()?;
     match numbers[..] {
         [xx, yy, zz] => Ok([xx, yy, zz, 0.0]),

@@ -19,17 +19,16 @@ use crate::{datcom, text};
 pub struct PriorArguments {
     /// Session file.
     session: PathBuf,
-    /// Earlier estimate: results.json of another run, a table with the columns name, mean and deviation (.csv), or a Digital DATCOM
-    /// listing.
+    /// Earlier estimate: results.json, CSV (name, mean, deviation), or Digital DATCOM listing.
     #[arg(long, value_name = "FILE")]
     prior: PathBuf,
-    /// Standard deviation of a listing's derivatives as a part of their size; that of a control derivative or damping may be larger.
+    /// Relative standard deviation of the listing's derivatives.
     #[arg(long, default_value_t = 0.2)]
     relative: f64,
-    /// Angle of attack the listing is read at, deg; level flight unless given.
+    /// Angle of attack for the listing, deg [default: level flight].
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     alpha_deg: Option<f64>,
-    /// Aircraft whose normalisation of rates the listing is turned into.
+    /// Aircraft for the rate normalisation of the listing.
     #[arg(long)]
     aircraft: Option<String>,
     /// Print one JSON document.
@@ -76,8 +75,7 @@ fn read(arguments: &PriorArguments) -> Result<Vec<PriorValue>, String> {
             let listing = DatcomListing::read(path).map_err(|error| error.to_string())?;
             let aircraft = arguments.aircraft.as_deref().map(datcom::aircraft_data).transpose()?;
             let alpha = arguments.alpha_deg.map(f64::to_radians).or_else(|| listing.level_flight_alpha_rad());
-            let alpha = alpha
-                .ok_or_else(|| refuse("it does not tell the angle of attack of level flight: give --alpha-deg"))?;
+            let alpha = alpha.ok_or_else(|| refuse("angle of attack in level flight unknown: give --alpha-deg"))?;
             let found = datcom::predicted(&listing, alpha, aircraft.as_ref()).map_err(|error| refuse(&error))?;
             let values = found.into_iter().map(|known| (known.name.to_owned(), known.value, None));
             let reference = Reference { name: path.display().to_string(), values: values.collect() };
@@ -87,7 +85,7 @@ fn read(arguments: &PriorArguments) -> Result<Vec<PriorValue>, String> {
     if known.iter().any(PriorValue::is_usable) {
         Ok(known)
     } else {
-        Err(refuse("it has no derivative with a deviation above zero"))
+        Err(refuse("it has no derivative with a standard deviation above zero"))
     }
 }
 

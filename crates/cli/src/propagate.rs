@@ -15,14 +15,13 @@ use crate::text::{self, number};
 pub struct PropagateArguments {
     /// Session file.
     pub session: PathBuf,
-    /// Expression of derivatives such as "-Cm_alpha/CZ_alpha", and of S, b, c, V, rho, qbar, mass, Ixx, Iyy, Izz, Ixz of the median
-    /// condition; functions and operators are those of channels by expression.
+    /// Expression, e.g. "-Cm_alpha/CZ_alpha": derivatives, S, b, c, V, rho, qbar, mass, Ixx..Ixz.
     #[arg(allow_hyphen_values = true)]
     pub expression: String,
-    /// Draws of the derivatives.
+    /// Random draws of the derivatives.
     #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
     pub samples: u32,
-    /// Seed of the draws.
+    /// Random seed.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Print one JSON document.
@@ -38,7 +37,7 @@ pub fn propagate(arguments: &PropagateArguments) -> Result<(), String> {
     let request = DynamicsRequest { samples: 2, ..DynamicsRequest::default() };
     let (_, snapshot) = computed(&arguments.session, &[Study::Dynamics(request)])?;
     let study = snapshot.studies.dynamics.ready();
-    let study = study.ok_or("there is no model: the session has no aircraft or no identification window")?;
+    let study = study.ok_or("no model: the session needs an aircraft and an identification manoeuvre")?;
     let Named { result, names } =
         propagate_expression(study, &arguments.expression, arguments.samples as usize, arguments.seed)
             .map_err(|error| error.to_string())?;

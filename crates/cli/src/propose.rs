@@ -17,33 +17,33 @@ use crate::text;
 /// Arguments of `propose`.
 #[derive(Debug, Args)]
 pub struct ProposeArguments {
-    /// What to look for.
+    /// Kind of proposal.
     #[command(subcommand)]
     pub what: What,
 }
 
-/// What is proposed.
+/// Kind of proposal.
 #[derive(Debug, Subcommand)]
 pub enum What {
-    /// Manoeuvre windows, found from the control deflections.
+    /// Manoeuvres, from the control deflections.
     Windows(Target),
-    /// Steady windows, in which what a channel still does is its noise.
+    /// Steady windows, for estimating noise.
     Steady(Target),
-    /// Shifts of the control sensors by the first response of the aircraft to each manoeuvre; for `shift_s` of their clock.
+    /// Clock shifts of the control sensors, from the first response.
     Onsets(Target),
-    /// Standard deviations for Q and R, from the session's steady windows or from those found.
+    /// Standard deviations for Q and R, from steady windows.
     Noise(Target),
 }
 
-/// A session, and whether to change it.
+/// Session and whether to change it.
 #[derive(Debug, Args)]
 pub struct Target {
     /// Session file.
     pub session: PathBuf,
-    /// Write the proposals into the session file; the file before stays beside it as *.bak.
+    /// Save the proposals to the session; the old file becomes *.bak.
     #[arg(long)]
     pub apply: bool,
-    /// No manoeuvre is proposed below this share of the flight's median dynamic pressure.
+    /// Lowest dynamic pressure, as a fraction of the flight's median.
     #[arg(long, value_name = "SHARE", default_value_t = stage::LEAST_PRESSURE_SHARE)]
     pub least_dynamic_pressure: f64,
 }

@@ -18,13 +18,13 @@ use crate::text;
 pub struct QtgArguments {
     /// Session file.
     pub session: PathBuf,
-    /// Tests: a file, or one that comes with the program, `builtin:qtg/demo`.
+    /// Tests: a file, or a shipped one such as builtin:qtg/demo.
     #[arg(long, value_name = "FILE")]
     pub tests: PathBuf,
-    /// Folder for the guide, its results and the copies of its data; files of an earlier guide are replaced, others never are.
+    /// Folder for the guide; only files of an earlier guide are replaced.
     #[arg(long)]
     pub out: PathBuf,
-    /// Forms of the guide.
+    /// Formats of the guide.
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = "html,pdf", value_parser = report_format())]
     pub format: Vec<String>,
     /// Print the results as one JSON document.

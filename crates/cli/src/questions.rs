@@ -75,8 +75,9 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
     let of_roles = guessed.rows.iter().filter(|(_, row)| row.by == By::Physics).map(|(role, row)| {
         let (source, name, role) = (&row.from.source, &row.from.channel, role.name());
         let evidence = row.evidence.as_ref().map_or_else(String::new, |evidence| format!(" ({evidence})"));
-        let text =
-            format!("{source}: '{name}' can be {role} by what other channels say{evidence}, which its name does not");
+        let text = format!(
+            "{source}: '{name}' can be {role} by comparison with other channels{evidence}, but not by its name"
+        );
         Question { text, must_be_answered: false, role: None, about: About::Role }
     });
     of_clocks.chain(without_time).chain(of_deflections).chain(of_units).chain(of_signs).chain(of_roles).collect()

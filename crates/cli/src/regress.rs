@@ -12,24 +12,24 @@ use crate::text;
 /// Arguments of `regress`.
 #[derive(Debug, Args)]
 pub struct RegressArguments {
-    /// Table: text, or any recording, whose channels are the columns. Columns are taken as they stand, without conversion.
+    /// Table: text, or any recording whose channels are the columns, unconverted.
     pub table: PathBuf,
-    /// Column that is fitted, or an expression of columns.
+    /// Column to fit, or an expression of columns.
     #[arg(long, value_name = "NAME")]
     pub y: String,
-    /// Terms, parted by commas: "1" for the constant, columns, or expressions of columns such as alpha^2 or q*2.1/(2*V).
+    /// Terms, comma-separated: "1", columns, or expressions such as alpha^2 or q*2.1/(2*V).
     #[arg(long, value_name = "TERM,TERM")]
     pub terms: String,
-    /// Interval of the rows, s, where the table has no time: for the times of --out.
+    /// Row interval, s, if the table has no time (for --out).
     #[arg(long, value_name = "S")]
     pub dt: Option<f64>,
-    /// Column of the standard deviation of each row; all are the same without it.
+    /// Column with the standard deviation of each row [default: equal].
     #[arg(long, value_name = "NAME")]
     pub deviations: Option<String>,
-    /// Which of the terms are taken.
+    /// Selection of the terms.
     #[arg(long, value_enum, default_value_t = Choice::All)]
     pub method: Choice,
-    /// File for measured and fitted values and residuals, as CSV.
+    /// CSV file for measured values, fitted values and residuals.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Print one JSON document.
@@ -37,14 +37,14 @@ pub struct RegressArguments {
     pub json: bool,
 }
 
-/// How terms are chosen.
+/// Selection of terms.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Choice {
-    /// All of them.
+    /// All terms.
     All,
-    /// One at a time by partial correlation and partial F.
+    /// Stepwise, by partial correlation and partial F.
     Stepwise,
-    /// By orthogonal functions up to the least predicted squared error.
+    /// Orthogonal functions, to the least predicted squared error.
     Orthogonal,
 }
 
@@ -103,7 +103,7 @@ pub fn split_terms(text: &str) -> Result<Vec<String>, String> {
         return Err(format!("--terms '{text}': term {} is empty", index + 1));
     }
     if let Some((index, term)) = terms.iter().enumerate().find(|(index, term)| terms[..*index].contains(term)) {
-        return Err(format!("--terms '{text}': '{term}' stands twice, the second time as term {}", index + 1));
+        return Err(format!("--terms '{text}': '{term}' appears twice, again as term {}", index + 1));
     }
     Ok(terms)
 }

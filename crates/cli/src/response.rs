@@ -22,37 +22,36 @@ use crate::text;
 /// Arguments of `response`, and the first ones of `loes`.
 #[derive(Debug, Args)]
 pub struct ResponseArguments {
-    /// Session file (.toml), or a table: text or any recording, whose channels are the columns, taken as they stand.
+    /// Session (.toml), or a table: text, or any recording, unconverted.
     pub source: PathBuf,
-    /// Inputs, parted by commas: delta_e, delta_a, delta_r or another role; of a table columns or expressions of them. Of several each
-    /// response is the one with the others held.
+    /// Inputs, comma-separated: roles, columns or expressions. Responses are conditioned on all others.
     #[arg(long, value_name = "NAME,NAME", required = true, allow_hyphen_values = true)]
     pub input: String,
-    /// Output: p, q, r, ay, az, alpha, beta, phi, theta or another role or state; of a table a column or an expression.
+    /// Output role, column or expression: p, q, r, ay, alpha, beta ...
     #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
     pub output: String,
-    /// Windows of the session; without it those in use.
+    /// Manoeuvres of the session [default: those in use].
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
     pub windows: Vec<String>,
     /// Lowest and highest frequency, rad/s.
     #[arg(long, value_name = "LOW..HIGH", value_parser = band)]
     pub band: Option<[f64; 2]>,
-    /// Lengths of the windows of the spectra, s: with several, each frequency is a composite. Without it five lengths the records allow.
+    /// Lengths of the spectral windows, s [default: five that the records allow].
     #[arg(long, value_name = "S,S", value_delimiter = ',', value_parser = above_zero)]
     pub window_length: Vec<f64>,
-    /// Part by which windows overlap.
+    /// Overlap of the spectral windows, fraction.
     #[arg(long, default_value_t = ResponseRequest::default().overlap)]
     pub overlap: f64,
-    /// Number of frequencies, the same factor apart.
+    /// Number of frequencies, evenly spaced on a logarithmic scale.
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u16).range(2..=400))]
     pub points: u16,
-    /// Interval of the rows of a table without time, s.
+    /// Row interval, s, of a table without time.
     #[arg(long, value_name = "S", value_parser = above_zero)]
     pub dt: Option<f64>,
-    /// File for the responses, as CSV.
+    /// CSV file for the responses.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// File for the Bode plot, .svg or .pdf; of several inputs one page each, and .svg the first.
+    /// Bode plot, .svg or .pdf (one page per input).
     #[arg(long, value_name = "FILE")]
     pub figure: Option<PathBuf>,
     /// Print one JSON document.
@@ -63,25 +62,24 @@ pub struct ResponseArguments {
 /// Arguments of `loes`.
 #[derive(Debug, Args)]
 pub struct LoesArguments {
-    /// What the response is of.
+    /// Input, output and band.
     #[command(flatten)]
     pub response: ResponseArguments,
-    /// Form: short-period (q/delta_e), roll (p/delta_a), yaw (r/delta_r), or the orders of numerator and denominator such as 1/2.
+    /// Form: short-period, roll, yaw, or orders such as 1/2.
     #[arg(long, value_name = "FORM", value_parser = form)]
     pub form: Form,
-    /// What the form is fitted to: the records by output error (of a single input), or the response by coherence. Without it output error
-    /// where it can, with the other beside it.
+    /// Fit the records (output error) or the response [default: both].
     #[arg(long, value_enum)]
     pub method: Option<Method>,
-    /// Delay that is known, s; searched for without it.
+    /// Known delay, s [default: estimated].
     #[arg(long, value_name = "S", value_parser = not_negative)]
     pub delay: Option<f64>,
 }
 
-/// What a form is fitted to.
+/// Data a form is fitted to.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Method {
-    /// Transforms of the records, by maximum likelihood.
+    /// Fourier transforms of the records, by maximum likelihood.
     OutputError,
     /// The response, weighted by coherence.
     Coherence,
@@ -103,7 +101,7 @@ fn not_negative(text: &str) -> Result<f64, String> {
 
 /// Reads `LOW..HIGH`.
 fn band(text: &str) -> Result<[f64; 2], String> {
-    let wrong = || format!("'{text}' is no band: write it as LOW..HIGH in rad/s, for example 0.3..10");
+    let wrong = || format!("'{text}' is not a band: write it as LOW..HIGH in rad/s, for example 0.3..10");
     let (low, high) = text.split_once("..").ok_or_else(wrong)?;
     let (low, high): (f64, f64) = low.trim().parse().ok().zip(high.trim().parse().ok()).ok_or_else(wrong)?;
     if low > 0.0 && low < high && high.is_finite() { Ok([low, high]) } else { Err(wrong()) }
@@ -173,7 +171,7 @@ fn studied(arguments: &ResponseArguments, for_fit: bool) -> Result<ResponseStudy
     };
     if arguments.source.extension().is_none_or(|extension| extension != "toml") {
         if !arguments.windows.is_empty() {
-            return Err("--windows: a table has none, only a session (.toml)".to_owned());
+            return Err("--windows: not for a table, only for a session (.toml)".to_owned());
         }
         return table_responses(&arguments.source, arguments.dt, &request, for_fit).map_err(|error| error.to_string());
     }
@@ -191,7 +189,7 @@ fn windows_of<'a>(
 ) -> Result<Vec<ResponseWindow<'a>>, String> {
     if let Some(name) = names.iter().find(|name| !session.windows.iter().any(|window| window.name == **name)) {
         let known: Vec<&str> = session.windows.iter().map(|window| window.name.as_str()).collect();
-        return Err(format!("no window is called '{name}': there are {}", known.join(", ")));
+        return Err(format!("manoeuvre '{name}' not found: use one of {}", known.join(", ")));
     }
     // Without names, windows in which another surface alone moves tell nothing of the input.
     let moved: Vec<Surface> =
@@ -322,7 +320,7 @@ fn describe_fit(study: &ResponseStudy, found: &EquivalentStudy) -> Value {
 
 /// Writes the responses as CSV.
 fn write_rows(path: &Path, study: &ResponseStudy) -> Result<(), String> {
-    let table = response_table(&response_rows(study)).ok_or("there is no response to write")?;
+    let table = response_table(&response_rows(study)).ok_or("no response to write")?;
     let bytes = report::csv(&table).map_err(|error| format!("{}: {error}", path.display()))?;
     write(path, &bytes)
 }

@@ -40,7 +40,7 @@ pub fn says_unit(role: Role, options: &[String]) -> bool {
 /// A role and what is said of it; a channel's name may hold commas.
 fn parse(option: &str) -> Result<(Role, RoleOption<'_>), String> {
     let (name, rest) = option.split_once('=').ok_or_else(|| format!("write it as {FORM}"))?;
-    let role = Role::from_name(name.trim()).ok_or_else(|| format!("there is no role '{}'", name.trim()))?;
+    let role = Role::from_name(name.trim()).ok_or_else(|| format!("role '{}' not found", name.trim()))?;
     let mut said = RoleOption::default();
     let (channel, keys) = split_keys(rest, &["source", "unit", "scale", "offset"]);
     for (key, value) in keys {

@@ -98,7 +98,7 @@ pub fn say(error: &str) {
 /// # Errors
 /// One line where it did it for none.
 pub fn some_done(done: usize) -> Result<(), String> {
-    if done > 0 { Ok(()) } else { Err("no coefficient has data to fit: mark a window as identification".to_owned()) }
+    if done > 0 { Ok(()) } else { Err("no coefficient has data to fit: mark a manoeuvre as identification".to_owned()) }
 }
 
 /// Says what failed, a line each, and how the command ends by the verdict; `strict` takes a caution for bad.

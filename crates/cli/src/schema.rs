@@ -19,15 +19,15 @@ pub struct SchemaArguments {
 /// Kinds of files.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum FileKind {
-    /// What is analysed and how.
+    /// Session: recordings, manoeuvres and settings.
     Session,
-    /// Which channel plays which role.
+    /// Channel map: the channel of each role.
     ChannelMap,
     /// Geometry, mass, inertia, engines.
     Aircraft,
-    /// Instruments whose raw signals become roles.
+    /// Instruments: raw signals converted to roles.
     Instruments,
-    /// Settings of a session and the values each is to have.
+    /// Batch: settings to sweep and their values.
     Sweep,
     /// Equations of motion.
     Equations,

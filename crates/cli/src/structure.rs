@@ -19,20 +19,20 @@ const ASYMMETRIC: [&str; 6] = ["beta", "beta_dot", "pb/2V", "rb/2V", "delta_a", 
 pub struct StructureArguments {
     /// Session file.
     pub session: PathBuf,
-    /// How to search.
+    /// Search method.
     #[arg(long, value_enum, default_value_t = Search::Stepwise)]
     pub method: Search,
-    /// Candidates beside the terms of the session; without it the usual variables, alpha^2 and alpha*delta_e.
+    /// Candidate terms [default: usual variables, alpha^2 and alpha*delta_e].
     #[arg(long, value_name = "TERM,TERM", value_delimiter = ',', value_parser = term)]
     pub terms: Vec<Term>,
 }
 
-/// How to search.
+/// Search method.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Search {
-    /// One term at a time by partial correlation and partial F.
+    /// Stepwise, by partial correlation and partial F.
     Stepwise,
-    /// Orthogonal functions up to the least predicted squared error.
+    /// Orthogonal functions, to the least predicted squared error.
     Orthogonal,
 }
 
@@ -65,7 +65,7 @@ pub fn structure(arguments: &StructureArguments) -> Result<(), String> {
             };
             done += 1;
             let all = stacked(&pooled.names, &pooled.per_window, &pooled.windows).map_err(|error| error.to_string())?;
-            text::line(&format!("{} over {} windows", coefficient.name(), pooled.windows.len()));
+            text::line(&format!("{} over {} manoeuvres", coefficient.name(), pooled.windows.len()));
             let selected = search(arguments.method, *coefficient, &all)?;
             let has = |term: &&Term| term.is_constant() || selected.contains(&term.derivative_name(*coefficient));
             let kept: Vec<String> = candidates.iter().filter(has).map(|term| format!("\"{term}\"")).collect();

@@ -97,7 +97,9 @@ fn sensitivity(results: &report::StudyResults) {
             text::line("");
         }
     }
-    text::line("widest of each derivative: change over one step, per cent and in corrected standard errors");
+    text::line(
+        "dominant uncertainty of each derivative: change over one step, per cent and in corrected standard errors",
+    );
     let widest = derivatives.iter().filter_map(|name| results.tornado.iter().find(|bar| bar.derivative == **name));
     let cells = widest.map(|bar| {
         vec![
@@ -119,7 +121,7 @@ fn beyond_rounding(row: &report::SensitivityRow) -> f64 {
 }
 
 fn manoeuvres(results: &report::StudyResults) {
-    text::line("each window left out and predicted by the others");
+    text::line("each manoeuvre left out and predicted by the others");
     let mut last = ("", "");
     let mut cells: Vec<Vec<String>> = Vec::new();
     for row in &results.leave_one_out {
@@ -139,7 +141,7 @@ fn manoeuvres(results: &report::StudyResults) {
     }
     text::table(&["", "window", "R2, others' constants", "R2, own constant", "largest shift, std errors"], &cells);
     text::line("");
-    text::line("kinds of input: mean and scatter over the windows");
+    text::line("kinds of input: mean and scatter over the manoeuvres");
     let cells = results.input_kinds.iter().map(|row| {
         let side = |count: usize, mean, scatter| {
             format!("{} +- {} ({count})", text::number(mean, 4), text::number(scatter, 2))

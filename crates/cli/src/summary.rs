@@ -207,5 +207,5 @@ fn engine_summary(engine: &EngineRow) {
 
 /// Names of the windows, or how many there are.
 fn windows(names: &[String]) -> String {
-    if names.len() > 3 { format!("{} windows", names.len()) } else { names.join(", ") }
+    if names.len() > 3 { format!("{} manoeuvres", names.len()) } else { names.join(", ") }
 }

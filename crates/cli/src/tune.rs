@@ -21,29 +21,29 @@ const CACHE_BYTES: usize = 1 << 30;
 pub struct TuneArguments {
     /// Session file.
     pub session: PathBuf,
-    /// Windows to use, by name; without it all that are not ignored.
+    /// Manoeuvres to use, by name [default: all not ignored].
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
     pub windows: Vec<String>,
-    /// How to raise the likelihood.
+    /// Method to maximise the likelihood.
     #[arg(long, value_enum, default_value_t = Search::QuasiNewton)]
     pub method: Search,
-    /// Steps at most.
+    /// Largest number of steps.
     #[arg(long, default_value_t = 60)]
     pub steps: usize,
-    /// Refine the common delay of these measurements instead of noise, for example alpha,beta.
+    /// Refine the common delay of these measurements, not noise: alpha,beta.
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',', value_parser = measurement)]
     pub delay: Vec<Measurement>,
-    /// Search delays within this of the present one, s.
+    /// Search range about the present delay, s.
     #[arg(long, value_name = "S", default_value_t = 0.25, requires = "delay", value_parser = range)]
     pub range: f64,
 }
 
-/// How to raise the likelihood.
+/// Method to maximise the likelihood.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Search {
     /// Quasi-Newton on the logarithms of the standard deviations.
     QuasiNewton,
-    /// Expectation-maximisation: slow, never falls.
+    /// Expectation-maximisation: slow, monotonic.
     Em,
 }
 
@@ -75,7 +75,7 @@ pub fn tune(arguments: &TuneArguments) -> Result<(), String> {
     for (name, results) in &snapshot.windows {
         match (results.path.ready(), results.path.error()) {
             (Some(path), _) => paths.push(path),
-            (None, error) => return Err(format!("window '{name}': {}", error.unwrap_or("was not reconstructed"))),
+            (None, error) => return Err(format!("manoeuvre '{name}': {}", error.unwrap_or("was not reconstructed"))),
         }
     }
     // Gravity, delays and gusts its paths were made with.
@@ -111,7 +111,7 @@ pub fn tune(arguments: &TuneArguments) -> Result<(), String> {
 /// Leaves only the windows of these names in use.
 fn choose_windows(session: &mut Session, names: &[String]) -> Result<(), String> {
     if let Some(unknown) = names.iter().find(|name| session.window(name).is_none()) {
-        return Err(format!("the session has no window '{unknown}'"));
+        return Err(format!("manoeuvre '{unknown}' not found in the session"));
     }
     if !names.is_empty() {
         session.windows.retain(|window| names.contains(&window.name));
@@ -122,7 +122,9 @@ fn choose_windows(session: &mut Session, names: &[String]) -> Result<(), String>
 fn print(found: &NoiseProposal, windows: usize) {
     let row = |name: &str, unit: &str, proposed: &ProposedDeviation| {
         let error = match proposed.log_standard_error.map(f64::exp) {
-            _ if proposed.at_bound => "not determined: the likelihood has no maximum here, keep what is set".to_owned(),
+            _ if proposed.at_bound => {
+                "not determined: the likelihood has no maximum here, settings unchanged".to_owned()
+            }
             Some(factor) => format!("x/ {}", text::number(factor, 3)),
             None => "not determined".to_owned(),
         };
@@ -140,7 +142,7 @@ fn print(found: &NoiseProposal, windows: usize) {
     let gain = found.log_likelihood.last().zip(found.log_likelihood.first()).map_or(0.0, |(last, first)| last - first);
     let outliers: usize = found.outliers.iter().sum();
     text::line(&format!(
-        "{windows} windows, {} steps{}, log-likelihood risen by {}, {outliers} outliers left out; nothing was changed",
+        "{windows} manoeuvres, {} steps{}, log-likelihood increased by {}, {outliers} outliers left out; session unchanged",
         found.log_likelihood.len() - 1,
         if found.converged { "" } else { " (not converged: allow more)" },
         text::number(gain, 5)

@@ -18,13 +18,13 @@ use crate::text;
 pub struct VariantArguments {
     /// Session file.
     pub session: PathBuf,
-    /// What is known of a derivative: its value, its range or a value with its deviation: Cm_q=-5, Cm_q=-8..-4, Cl_p=-0.45~0.05.
+    /// Known derivative, range or deviation: Cm_q=-5, Cm_q=-8..-4, Cl_p=-0.45~0.05.
     #[arg(long, value_name = "NAME=KNOWN", value_parser = knowledge, allow_hyphen_values = true)]
     pub know: Vec<(String, Constraint)>,
-    /// Standard deviation of the noise of a derivative's regressor, for example Cm_alpha=5e-4.
+    /// Noise of a regressor, standard deviation: Cm_alpha=5e-4.
     #[arg(long, value_name = "NAME=DEVIATION", value_parser = deviation)]
     pub noise: Vec<(String, f64)>,
-    /// Order of the autoregression of the residuals in the generalised fit.
+    /// Autoregression order of the residuals in the generalised fit.
     #[arg(long, default_value_t = 2)]
     pub order: usize,
 }
@@ -93,7 +93,7 @@ pub fn variants(arguments: &VariantArguments) -> Result<(), String> {
         print(&all.names[..shared], &fits);
     }
     match unknown.first() {
-        Some(name) => Err(format!("no pooled derivative is called '{name}'")),
+        Some(name) => Err(format!("pooled derivative '{name}' not found")),
         None => run::some_done(done),
     }
 }

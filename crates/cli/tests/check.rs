@@ -94,11 +94,11 @@ fn files_that_cannot_be_used_are_a_bad_finding_as_json_too() {
 fn check_finds_what_a_run_would_refuse() {
     let first = ("start_s = 1056.75\nend_s = 1069.70", "start_s = 9056.75\nend_s = 9069.70");
     for (from, to, words) in [
-        (first.0, first.1, ["window '01 aileron doublet'", "0 inertial samples"]),
-        (first.0, "start_s = 1056.75\nend_s = 1056.80", ["window '01 aileron doublet'", "inertial samples"]),
-        (first.0, "start_s = 1056.75\nend_s = 1056.75", ["window '01 aileron doublet'", "it is empty"]),
-        (first.0, "start_s = 2950.0\nend_s = 3360.0", ["window '01 aileron doublet'", "has a gap of"]),
-        ("name = \"01 aileron doublet\"", "name = \"\"", ["window ''", "the name is empty"]),
+        (first.0, first.1, ["manoeuvre '01 aileron doublet'", "0 inertial samples"]),
+        (first.0, "start_s = 1056.75\nend_s = 1056.80", ["manoeuvre '01 aileron doublet'", "inertial samples"]),
+        (first.0, "start_s = 1056.75\nend_s = 1056.75", ["manoeuvre '01 aileron doublet'", "it is empty"]),
+        (first.0, "start_s = 2950.0\nend_s = 3360.0", ["manoeuvre '01 aileron doublet'", "has a gap of"]),
+        ("name = \"01 aileron doublet\"", "name = \"\"", ["manoeuvre ''", "the name is empty"]),
         (
             "differentiation_half_width_s = 0.",
             "differentiation_half_width_s = 1e9 # 0.",
@@ -128,7 +128,7 @@ fn window_that_is_partly_outside_its_recording_is_named() {
     let says = |finding: &Value| finding["text"].as_str().unwrap().contains("the rest of it is left out");
     let finding =
         found["findings"].as_array().unwrap().iter().find(|finding| says(finding)).unwrap_or_else(|| panic!("{found}"));
-    assert_eq!((&finding["level"], &finding["where"]), (&"caution".into(), &"window '01 aileron doublet'".into()));
+    assert_eq!((&finding["level"], &finding["where"]), (&"caution".into(), &"manoeuvre '01 aileron doublet'".into()));
 }
 
 #[test]
@@ -216,7 +216,7 @@ fn new_takes_windows_from_the_controls_and_names_what_lies_beside_it_from_there(
     let made = doublet(folder.path(), &["new", "sub/rec.csv", "--map", "sub/map.toml", "-o", "sub/s.toml"]);
     let said = String::from_utf8_lossy(&made.stdout).into_owned();
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
-    assert!(said.contains("manoeuvres found as windows: 3") && said.contains("no aircraft is chosen"), "{said}");
+    assert!(said.contains("manoeuvres found: 3") && said.contains("no aircraft is chosen"), "{said}");
     let text = std::fs::read_to_string(sub.join("s.toml")).unwrap();
     assert!(text.contains("path = \"rec.csv\"") && text.contains("channel_map = \"map.toml\""), "{text}");
     assert!(text.matches("surface = \"elevator\"").count() >= 2 && !text.contains("\naircraft"), "{text}");

@@ -108,7 +108,7 @@ fn what_cannot_be_designed_is_said_in_one_line() {
     for (arguments, words) in [
         (&["--surfaces", "elevator", "--time", "3"][..], "takes at least"),
         (&["--limit", "alpha=0.5:0.1"][..], "NAME=LOW:HIGH"),
-        (&["--kind", "square"][..], "is no kind of input"),
+        (&["--kind", "square"][..], "is not a kind of input"),
         (&["--surfaces", "elevator", "--limit", "V=60:70"][..], "leaves no room"),
     ] {
         let all = [&["design", "sessions/demo.toml"][..], arguments].concat();

@@ -124,9 +124,9 @@ fn trim_follows_what_is_asked_for() {
     let aft = of(&["--cg", &(number(&level, "/trim/cg_from_datum_m/0") + 0.1).to_string()]);
     let stiffness = |document: &Value| number(document, "/systems/short_period/A/1/0");
     assert!(stiffness(&aft) > stiffness(&level), "an aft centre of gravity is less stable");
-    let window = doublet(&["linear", "sessions/demo.toml", "--window", "no such window"]);
+    let window = doublet(&["linear", "sessions/demo.toml", "--window", "no such manoeuvre"]);
     let error = text(&window.stderr);
-    assert!(!window.status.success() && error.contains("no window in use is called 'no such window'"), "{error}");
+    assert!(!window.status.success() && error.contains("manoeuvre 'no such manoeuvre' is not in use"), "{error}");
     let slow = doublet(&["linear", "sessions/demo.toml", "--load-factor", "0.5"]);
     assert!(text(&slow.stderr).contains("a turn at a load factor of 0.5 does not exist"), "{}", text(&slow.stderr));
 }

@@ -248,9 +248,9 @@ fn output_error_is_near_the_truth(studies: &Value, truth_of: &impl Fn(&str) -> f
         };
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         let (flown, frequency) = (of_method("output error"), of_method("frequency domain"));
-        assert!(flown.len() >= 5 && frequency.len() == flown.len(), "{name}: {} windows", flown.len());
+        assert!(flown.len() >= 5 && frequency.len() == flown.len(), "{name}: {} manoeuvres", flown.len());
         let off = mean(&flown) / truth_of(name) - 1.0;
-        println!("{name} by output error over {} windows: {:+.1} %", flown.len(), 100.0 * off);
+        println!("{name} by output error over {} manoeuvres: {:+.1} %", flown.len(), 100.0 * off);
         assert!(off.abs() < MEAN_OF_WINDOWS, "{name} by output error is {off:+.3} off the truth");
         assert!((mean(&frequency) / truth_of(name) - 1.0).abs() < FEW_FREQUENCIES, "{name} in the frequency domain");
     }
@@ -280,7 +280,7 @@ fn studies_agree_with_the_pooled_fit(results: &Value, folder: &Path) {
     let flown: Vec<f64> = flown.map(|window| number(&window["mass_properties"]["ixx_kg_m2"])).collect();
     let mean = flown.iter().sum::<f64>() / flown.len() as f64;
     let ixx = row(&studies["sensitivity"], &[("quantity", "Ixx"), ("derivative", "Cl_p")]);
-    assert!((number(&ixx["value"]) / mean - 1.0).abs() < 1e-4, "{ixx}, mean over the windows {mean}");
+    assert!((number(&ixx["value"]) / mean - 1.0).abs() < 1e-4, "{ixx}, mean over the manoeuvres {mean}");
     // Derivatives of a moment follow the moment of inertia of its axis; products of inertia and thrust leave a little.
     for (quantity, name) in [("Ixx", "Cl_p"), ("Iyy", "Cm_q"), ("Izz", "Cn_delta_r")] {
         let (found, inertia) = partial(quantity, name);
@@ -355,7 +355,7 @@ fn assert_says(lines: &[String], words: &[&str]) {
 #[test]
 fn bad_sessions_end_in_one_clear_line_each() {
     let gone = failing("demo", |text| text.replace("builtin:flights/demo/bus.h5", "gone.h5"));
-    assert_says(&gone, &["gone.h5", "no such file"]);
+    assert_says(&gone, &["gone.h5", "not found"]);
     let map = failing("demo", |text| text.replace("builtin:demo_flight", "builtin:demo_flihgt"));
     assert_says(&map, &["demo_flihgt", "demo_flight"]);
     let term = failing("demo", |text| text.replacen("\"qc/V\"", "\"qc/W\"", 1));
@@ -373,7 +373,7 @@ fn recordings_that_do_not_fit_end_in_one_clear_line_each() {
         return;
     }
     let (few, lines) = partly("reference/attas", |text| text.replacen("end_s = 25.0", "end_s = 0.2", 1));
-    assert_says(&lines, &["window 'elevator 3-2-1-1'", "samples"]);
+    assert_says(&lines, &["manoeuvre 'elevator 3-2-1-1'", "samples"]);
     assert!(few["windows"][0]["error"].as_str().unwrap().contains("samples") && few["windows"][1]["error"].is_null());
     assert!(derivative(&few["pooled"], "Cl_p") < 0.0);
     // A thrust that is constant moves nothing; times the roll rate it does what the roll rate does.

@@ -279,7 +279,7 @@ fn datcom_stands_beside_results() {
     write(r#"{"format": "doublet results", "pooled": []}"#);
     assert!(refused(&["datcom", listing, "--results", &path]).contains("no pooled derivatives"));
     write("{}");
-    assert!(refused(&["datcom", listing, "--results", &path]).contains("these are no results"));
+    assert!(refused(&["datcom", listing, "--results", &path]).contains("not a results file"));
     assert!(refused(&["datcom", "README.md"]).contains("README.md: no flight conditions in the listing"));
 }
 

@@ -179,11 +179,11 @@ fn what_cannot_be_answered_is_said_in_a_line() {
     let path = table(folder.path(), false);
     let said = |more: &[&str]| error_line(&[&["response", &path, "--input", "eta", "--output", "q"], more].concat());
     assert!(error_line(&["response", &path, "--input", "nu", "--output", "q"]).contains("no column is called 'nu'"));
-    assert!(error_line(&["response", &path, "--input", "q", "--output", "q"]).contains("asked for twice"));
+    assert!(error_line(&["response", &path, "--input", "q", "--output", "q"]).contains("is given twice"));
     assert!(said(&["--band", "0.01..0.02", "--window-length", "30"]).contains("two cycles"));
     assert!(said(&["--band", "1..200"]).contains("half the sampling frequency"));
     assert!(said(&["--window-length", "900"]).contains("the longest record lasts 120"));
-    assert!(said(&["--windows", "1"]).contains("a table has none"));
+    assert!(said(&["--windows", "1"]).contains("not for a table"));
     assert!(said(&["--figure", "bode.gif"]).contains(".svg or .pdf"));
     let untimed = folder.path().join("untimed.csv");
     std::fs::write(&untimed, "a,b\n".to_owned() + &"1.0,2.0\n0.5,1.5\n".repeat(300)).unwrap();

@@ -59,7 +59,7 @@ fn manual_is_found_by_topic_and_by_text() {
     assert!(said(&["help", "--search", "trailing edge down"]).contains("conventions.md:"));
     let wrong = doublet(&["help", "nothing"]);
     assert!(!wrong.status.success());
-    assert!(String::from_utf8_lossy(&wrong.stderr).contains("no command and no page is called 'nothing'"));
+    assert!(String::from_utf8_lossy(&wrong.stderr).contains("command or page 'nothing' not found"));
 }
 
 #[test]
@@ -88,5 +88,5 @@ fn session_that_comes_with_the_program_runs_by_its_name() {
     assert_eq!(document, written);
     let unknown = doublet(&["run", "builtin:nothing", "--out", out.to_str().unwrap()]);
     let error = String::from_utf8_lossy(&unknown.stderr).into_owned();
-    assert!(error.contains("no session that comes with doublet is called so: there are demo"), "{error}");
+    assert!(error.contains("shipped session not found: use one of demo"), "{error}");
 }

@@ -89,18 +89,18 @@ fn many_windows_are_checked_or_refused_in_a_time_that_grows_with_their_number() 
         put_windows(folder.path(), count);
         let begun = Instant::now();
         let text = said(folder.path(), &["check", "session.toml"]);
-        println!("{count} windows: {:.2} s", begun.elapsed().as_secs_f64());
+        println!("{count} manoeuvres: {:.2} s", begun.elapsed().as_secs_f64());
         (text, begun.elapsed())
     };
     let (text, _) = timed(200);
-    assert!(text.contains("200 windows") && !text.contains("checked only"), "{text}");
+    assert!(text.contains("200 manoeuvres") && !text.contains("checked only"), "{text}");
     let (_, quarter) = timed(2_500);
     let (text, many) = timed(10_000);
     assert!(text.contains("Computed the first 200 manoeuvres, checked only the samples of the other 9800."), "{text}");
     // Four times as many; sixteen times as long were quadratic.
-    assert!(many < 8 * quarter + Duration::from_secs(2), "{many:?} of 10,000 windows, {quarter:?} of 2,500");
+    assert!(many < 8 * quarter + Duration::from_secs(2), "{many:?} of 10,000 manoeuvres, {quarter:?} of 2,500");
     let (text, refused) = timed(100_000);
-    assert!(text.contains("the session has 100000 windows, at most 10000 are computed together"), "{text}");
+    assert!(text.contains("the session has 100000 manoeuvres, at most 10000 are computed together"), "{text}");
     assert!(refused < 2 * many + Duration::from_secs(5), "{refused:?}");
 }
 
@@ -116,5 +116,5 @@ fn a_window_behind_those_that_are_computed_is_still_looked_at() {
     let outside = "[[window]]\nname = \"outside\"\nflight = \"flight\"\nstart_s = 500.0\nend_s = 510.0\n";
     std::fs::write(&path, format!("{before}{outside}")).unwrap();
     let text = said(folder.path(), &["check", "session.toml"]);
-    assert!(text.contains("bad: window 'outside': 0 inertial samples between 500 s and 510 s"), "{text}");
+    assert!(text.contains("bad: manoeuvre 'outside': 0 inertial samples between 500 s and 510 s"), "{text}");
 }

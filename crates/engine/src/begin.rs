@@ -187,7 +187,7 @@ pub fn unit_reason(row: &ManualChannel, probes: &[Probe]) -> &'static str {
     let channel = row.from.find(probes);
     let recorded = channel.and_then(|channel| Unit::parse(channel.unit.as_deref()?).ok());
     match (recorded, channel.and_then(stated_unit)) {
-        (Some(recorded), _) if row.unit.is_some_and(|unit| unit != recorded) => "in the place of the one recorded",
+        (Some(recorded), _) if row.unit.is_some_and(|unit| unit != recorded) => "instead of the recorded one",
         (Some(_), _) => "as recorded",
         (None, Some(_)) => "as its name ends",
         (None, None) if row.is_unit_known => "of its recorder or its size",

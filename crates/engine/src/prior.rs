@@ -140,7 +140,7 @@ impl Stage for PriorStudy {
         }
         if study.derivatives.is_empty() {
             return Err(format!(
-                "{}: it has no derivative of the session's model with a deviation above zero",
+                "{}: it has no derivative of the session's model with a standard deviation above zero",
                 request.name
             )
             .into());

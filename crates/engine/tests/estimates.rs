@@ -262,7 +262,7 @@ fn constants_of_the_identification_and_the_windows_own_are_told_apart() {
         let mut moved = values.to_vec();
         moved[0] += left.mean();
         let own = r_squared(&aero, CM, &moved);
-        println!("{what}: R2 {identified:.4}, with the window's own constant {own:.4}");
+        println!("{what}: R2 {identified:.4}, with the manoeuvre's own constant {own:.4}");
         assert!((prediction.quality_identified.r_squared - identified).abs() < 1e-10, "{what}: {identified}");
         assert!((prediction.quality_own_constant.r_squared - own).abs() < 1e-10, "{what}: {own}");
         assert!(own - identified > 0.1, "{what}: another trim must show");
@@ -273,7 +273,7 @@ fn constants_of_the_identification_and_the_windows_own_are_told_apart() {
         used[..last].iter().map(|(window, _)| fit.parameter(&format!("Cm_0[{}]", window.name)).unwrap().0).collect();
     let shared = |name: &String| fit.parameter(name).unwrap().0;
     let mean = constants.iter().sum::<f64>() / constants.len() as f64;
-    check("per window", &prediction, &[&[mean], &names[1..].iter().map(shared).collect::<Vec<_>>()[..]].concat());
+    check("per manoeuvre", &prediction, &[&[mean], &names[1..].iter().map(shared).collect::<Vec<_>>()[..]].concat());
 
     let (fit, prediction) = predicted(&Estimation { constants: PooledConstants::Common, ..per_window.clone() });
     check("common", &prediction, &names.iter().map(|name| fit.parameter(name).unwrap().0).collect::<Vec<_>>());
@@ -286,5 +286,5 @@ fn constants_of_the_identification_and_the_windows_own_are_told_apart() {
         values.sum::<f64>() / singles.len() as f64
     };
     let (_, prediction) = predicted(&means);
-    check("means of single windows", &prediction, &names.iter().map(mean).collect::<Vec<_>>());
+    check("means of single manoeuvres", &prediction, &names.iter().map(mean).collect::<Vec<_>>());
 }

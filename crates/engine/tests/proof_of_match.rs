@@ -119,7 +119,7 @@ fn the_run_flies_every_validation_window_with_the_identified_model() {
             passed += usize::from(test.passed());
         }
     }
-    assert_eq!(passed, flown.len(), "every validation window passes its test with the identified model");
+    assert_eq!(passed, flown.len(), "every validation manoeuvre passes its test with the identified model");
     // The same flights by narrower bands fail: the tolerances decide, not the program.
     let narrow = "name = \"narrow\"\n[[test]]\nid = \"n\"\nname = \"narrow\"\nsurface = \"elevator\"\n\
                   require = [{ any = [{ signal = \"theta\", absolute = 0.0001, unit = \"deg\" }] }]\n";

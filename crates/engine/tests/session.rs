@@ -138,7 +138,7 @@ fn session_roundtrips() {
     session.sensor_errors.free.push(error("bias_beta"));
     session.sensor_errors.random_walk.0.insert(error("scale_theta"), -1.0);
     let said: Vec<String> = session::check(&session).iter().map(ToString::to_string).collect();
-    for part in ["known of bias_beta", "known and asked for", "not asked for", "-1 is not usable"] {
+    for part in ["known of bias_beta", "both known and free", "it is not free", "-1 is not usable"] {
         assert!(said.iter().any(|line| line.contains(part)), "'{part}' is not in {said:?}");
     }
 }
@@ -264,7 +264,7 @@ fn check_names_the_field_of_every_problem() {
     session.filter.measurement_noise[Measurement::AngleOfAttack as usize] = -1.0;
     session.preparation.settle_s = f64::NAN;
     let fields: Vec<_> = session::check(&session).into_iter().map(|finding| finding.place).collect();
-    assert_eq!(fields, ["window 'e1'", "window 'e1'", "filter.measurement_noise.alpha", "preparation.settle_s"]);
+    assert_eq!(fields, ["manoeuvre 'e1'", "manoeuvre 'e1'", "filter.measurement_noise.alpha", "preparation.settle_s"]);
 }
 
 #[test]
@@ -285,18 +285,18 @@ fn a_drag_is_one_step_and_an_empty_one_is_none() {
     let mut history = History::new(example());
     let place =
         |start_s| Edit::Window(WindowEdit::Place { name: "e1".into(), window: TimeRange { start_s, end_s: 40.0 } });
-    history.begin("move window e1");
+    history.begin("move manoeuvre e1");
     (11..20).for_each(|start| history.apply(&place(f64::from(start))).unwrap());
     history.commit();
-    assert_eq!(history.undo_label(), Some("move window e1"));
+    assert_eq!(history.undo_label(), Some("move manoeuvre e1"));
     assert!(history.undo());
     assert_eq!(**history.present(), example());
     assert!(!history.is_modified());
     assert_eq!(history.undo_label(), None);
-    assert_eq!(history.redo_label(), Some("move window e1"));
+    assert_eq!(history.redo_label(), Some("move manoeuvre e1"));
     history.begin("nothing");
     history.commit();
-    assert_eq!(history.redo_label(), Some("move window e1"));
+    assert_eq!(history.redo_label(), Some("move manoeuvre e1"));
     assert!(history.redo());
     assert_eq!(history.present().window("e1").unwrap().window.start_s, 19.0);
 }
@@ -559,7 +559,7 @@ fn note_on_a_window_is_one_step_of_undo_and_left_out_of_the_file_where_there_is_
     assert!(!before.contains("note"), "a session without notes reads as it always did");
     let note = Edit::Window(WindowEdit::Note { name: "e2".to_owned(), note: "rough air".to_owned() });
     history.apply(&note).unwrap();
-    assert_eq!(history.undo_label(), Some("change note on window e2"));
+    assert_eq!(history.undo_label(), Some("change note on manoeuvre e2"));
     assert_eq!(history.present().windows[1].note, "rough air");
     assert_eq!(history.present().windows[0].note, "");
     let text = session::print(history.present()).unwrap();
@@ -577,7 +577,7 @@ fn lock_of_a_window_is_saved_only_where_there_is_one_and_does_not_refuse_a_typed
     assert!(!before.contains("locked"), "a session without locks reads as it always did");
     let lock = |on| Edit::Window(WindowEdit::Flag { name: "e1".to_owned(), flag: WindowFlag::Locked, on });
     history.apply(&lock(true)).unwrap();
-    assert_eq!(history.undo_label(), Some("lock window e1"));
+    assert_eq!(history.undo_label(), Some("lock manoeuvre e1"));
     let text = session::print(history.present()).unwrap();
     assert_eq!(text.matches("locked = true\n").count(), 1, "{text}");
     assert_eq!(session::parse(&text).unwrap(), **history.present());
@@ -588,6 +588,6 @@ fn lock_of_a_window_is_saved_only_where_there_is_one_and_does_not_refuse_a_typed
     assert_eq!(history.present().windows[0].window, window);
     history.undo();
     history.apply(&lock(false)).unwrap();
-    assert_eq!(history.undo_label(), Some("unlock window e1"));
+    assert_eq!(history.undo_label(), Some("unlock manoeuvre e1"));
     assert_eq!(session::print(history.present()).unwrap(), before);
 }

@@ -76,7 +76,7 @@ fn a_stage_runs_again_when_a_file_that_it_or_its_inputs_read_changes_and_only_th
     std::fs::remove_file(folder.path().join("a")).unwrap();
     let context = Context::new(folder.path()).with_cache(&cache);
     let error = context.get::<Double>("list", ()).err().unwrap();
-    assert!(error.to_string().ends_with("there is no such file or folder"), "{error}");
+    assert!(error.to_string().ends_with("file or folder not found"), "{error}");
 }
 
 #[test]

@@ -57,7 +57,7 @@ fn no_manoeuvre_is_proposed_on_the_ground_of_a_flight_from_gate_to_gate() {
     let airspeed = &loaded.recording.role(Role::TrueAirspeed).unwrap().series;
     let slowest = |window: TimeRange| airspeed.statistics(window).unwrap().min;
     let lowest = proposals.windows.iter().map(|one| slowest(one.manoeuvre.window)).fold(f64::INFINITY, f64::min);
-    println!("PH-LAB: {} windows, the slowest sample {lowest:.1} m/s", proposals.windows.len());
+    println!("PH-LAB: {} manoeuvres, the slowest sample {lowest:.1} m/s", proposals.windows.len());
     assert!(proposals.windows.len() > 20 && lowest > 40.0, "{lowest}");
     // Its signals were interpolated to their rate: nothing of them is white, so nothing is called noise.
     assert!(proposals.steady.is_empty(), "{:?}", proposals.steady);

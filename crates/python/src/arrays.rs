@@ -39,7 +39,9 @@ pub fn smooth<'py>(
         "moving-average" => Smoothing::MovingAverage { width },
         "spencer" => Smoothing::Spencer15,
         "polynomial" => Smoothing::LocalPolynomial { degree, half_width: width / 2 },
-        other => return Err(refuse(format!("'{other}' is no smoothing: use moving-average, polynomial or spencer"))),
+        other => {
+            return Err(refuse(format!("'{other}' is not a smoothing: use moving-average, polynomial or spencer")));
+        }
     };
     at_same_times((&time, &values), py, |time, values| smooth_samples(time, values, method))
 }
@@ -57,7 +59,7 @@ pub fn differentiate<'py>(
     let method = match method {
         "central" => Differentiation::Central4,
         "polynomial" => Differentiation::LocalPolynomial { degree, half_width: width / 2 },
-        other => return Err(refuse(format!("'{other}' is no differentiation: use central or polynomial"))),
+        other => return Err(refuse(format!("'{other}' is not a differentiation: use central or polynomial"))),
     };
     at_same_times((&time, &values), py, |time, values| differentiate_samples(time, values, method))
 }

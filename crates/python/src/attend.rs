@@ -14,7 +14,7 @@ pyo3::create_exception!(
     doublet,
     DoubletError,
     PyValueError,
-    "What doublet refuses: one sentence that says what, where and what to do, the same as on the command line."
+    "Error of doublet in one sentence: what, where and what to do, as on the command line."
 );
 
 /// A refusal as an exception.

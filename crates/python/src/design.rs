@@ -60,11 +60,11 @@ pub fn design_input(
         surfaces: places(&surfaces)?,
         time_s: positive("duration", time_s)?,
         kind: DesignKind::from_name(kind)
-            .ok_or_else(|| refuse(format!("'{kind}' is no kind of input: use one of {}", kinds())))?,
+            .ok_or_else(|| refuse(format!("'{kind}' is not a kind of input: use one of {}", kinds())))?,
         criterion: Criterion::ALL
             .into_iter()
             .find(|known| known.name() == criterion)
-            .ok_or_else(|| refuse(format!("'{criterion}' is no criterion: use one of {}", criteria())))?,
+            .ok_or_else(|| refuse(format!("'{criterion}' is not a criterion: use one of {}", criteria())))?,
         rounds,
         search_samples: SEARCH_SAMPLES,
         samples,
@@ -93,7 +93,7 @@ pub fn design_input(
         Identified::Results(results) if results.snapshot.studies.dynamics.ready().is_none() => {
             let failed = results.snapshot.studies.dynamics.error();
             return Err(refuse(
-                failed.unwrap_or("there is no model to design with: run the session with studies=[\"dynamics\"]"),
+                failed.unwrap_or("no model to design with: run the session with studies=[\"dynamics\"]"),
             ));
         }
         Identified::Results(_) if !trim.is_empty() => {
@@ -127,7 +127,7 @@ fn row(source: &Source, request: &Request, options: &DesignOptions, control: &Co
 fn places(names: &[String]) -> PyResult<Vec<usize>> {
     let place = |name: &String| {
         let found = SURFACE_NAMES.iter().position(|known| known == name);
-        found.ok_or_else(|| refuse(format!("'{name}' is no surface: use one of {}", SURFACE_NAMES.join(", "))))
+        found.ok_or_else(|| refuse(format!("'{name}' is not a surface: use one of {}", SURFACE_NAMES.join(", "))))
     };
     let mut places = names.iter().map(place).collect::<PyResult<Vec<_>>>()?;
     places.sort_unstable();

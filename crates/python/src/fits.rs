@@ -42,7 +42,7 @@ impl Coefficients {
         let axes = match axes {
             "body" => Axes::Body,
             "stability" => Axes::Stability,
-            other => return Err(refuse(format!("'{other}' are no axes: use body or stability"))),
+            other => return Err(refuse(format!("'{other}' are not axes: use body or stability"))),
         };
         let thrust = if thrust_removed { ThrustTreatment::Removed } else { ThrustTreatment::Included };
         let path = Arc::clone(&path.inner);
@@ -55,7 +55,7 @@ impl Coefficients {
             let of_path = (&*found.data, &found.reconstruction);
             let aircraft = (&*aircraft, &*window.manoeuvre.excluded);
             let formed = aero(&path.flight.recording, of_path, aircraft, &preparation);
-            let formed = formed.map_err(|error| error.at(format!("window '{}'", window.manoeuvre.name)))?;
+            let formed = formed.map_err(|error| error.at(format!("manoeuvre '{}'", window.manoeuvre.name)))?;
             Ok((window.manoeuvre.clone(), Keyed::new(Arc::new(formed), Key::unique())))
         };
         let windows = detached(py, "coefficients", || path.windows.iter().map(of).collect::<StageResult<Vec<_>>>())?;
@@ -74,7 +74,7 @@ impl Coefficients {
         py: Python<'py>,
         index: usize,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyDict>, Bound<'py, PyDict>)> {
-        let (_, aero) = self.windows.get(index).ok_or_else(|| refuse("there is no such window"))?;
+        let (_, aero) = self.windows.get(index).ok_or_else(|| refuse("manoeuvre not found"))?;
         let coefficients = PyDict::new(py);
         for coefficient in Coefficient::ALL {
             coefficients.set_item(coefficient.name(), shared(py, &aero.series[coefficient as usize].values)?)?;
@@ -96,14 +96,14 @@ impl Coefficients {
         index: usize,
         terms: Vec<String>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let (_, aero) = self.windows.get(index).ok_or_else(|| refuse("there is no such window"))?;
+        let (_, aero) = self.windows.get(index).ok_or_else(|| refuse("manoeuvre not found"))?;
         let terms = terms.iter().map(|term| Term::parse(term).map_err(refuse)).collect::<PyResult<Vec<_>>>()?;
         Ok(matrix(py, &regressors(&terms, &aero.variables).map_err(refuse)?))
     }
 
     /// Findings of a window.
     fn warnings(&self, index: usize) -> PyResult<Vec<String>> {
-        let (_, aero) = self.windows.get(index).ok_or_else(|| refuse("there is no such window"))?;
+        let (_, aero) = self.windows.get(index).ok_or_else(|| refuse("manoeuvre not found"))?;
         Ok(aero.warnings.clone())
     }
 }
@@ -113,7 +113,7 @@ fn structure(models: Vec<(String, Vec<String>)>) -> PyResult<Structure> {
     let model = |(name, terms): (String, Vec<String>)| {
         let known = || Coefficient::ALL.map(Coefficient::name).join(", ");
         let coefficient = Coefficient::from_name(&name)
-            .ok_or_else(|| refuse(format!("'{name}' is no coefficient: use one of {}", known())))?;
+            .ok_or_else(|| refuse(format!("'{name}' is not a coefficient: use one of {}", known())))?;
         let terms = terms.iter().map(|term| Term::parse(term).map_err(|error| refuse(format!("{name}: {error}"))));
         Ok((coefficient, terms.collect::<PyResult<Vec<_>>>()?))
     };
@@ -128,13 +128,14 @@ pub fn constraint(kind: &str, first: f64, second: f64) -> PyResult<Constraint> {
         "fixed" => Ok(Constraint::Fixed(first)),
         "bounds" => Ok(Constraint::Bounds { lower: first, upper: second }),
         "prior" => Ok(Constraint::Prior { mean: first, deviation: second }),
-        other => Err(refuse(format!("'{other}' is no constraint: use fixed, bounds or prior"))),
+        other => Err(refuse(format!("'{other}' is not a constraint: use fixed, bounds or prior"))),
     }
 }
 
 fn constraints(given: Vec<ConstraintGiven>) -> PyResult<Vec<TermConstraint>> {
     let one = |(name, term, kind, first, second): ConstraintGiven| {
-        let coefficient = Coefficient::from_name(&name).ok_or_else(|| refuse(format!("'{name}' is no coefficient")))?;
+        let coefficient =
+            Coefficient::from_name(&name).ok_or_else(|| refuse(format!("'{name}' is not a coefficient")))?;
         let term = Term::parse(&term).map_err(|error| refuse(format!("{name}: {error}")))?;
         Ok(TermConstraint { coefficient, term, known: constraint(&kind, first, second)? })
     };
@@ -158,7 +159,7 @@ impl Fitted {
 
     /// Does `work` with what a study looks at.
     pub fn study<R>(&self, work: impl FnOnce(&StudyInput<'_>) -> StageResult<R>) -> StageResult<R> {
-        let no_aircraft = || StageError::from("there is no aircraft");
+        let no_aircraft = || StageError::from("no aircraft");
         let aircraft = self.path.aircraft.as_ref().ok_or_else(no_aircraft)?;
         let own = |name: &str| self.path.windows.iter().find(|window| window.manoeuvre.name == name);
         let windows = self.windows.iter().filter_map(|(manoeuvre, aero)| {
@@ -245,7 +246,7 @@ impl Fit {
         if let Some(names) = &windows {
             if let Some(unknown) = names.iter().find(|name| !used.iter().any(|(window, _)| window.name == **name)) {
                 return Err(refuse(format!(
-                    "no window is called '{unknown}': there are {}",
+                    "no manoeuvre is called '{unknown}': there are {}",
                     coefficients.windows().join(", ")
                 )));
             }
@@ -378,7 +379,7 @@ impl Fit {
         let axis = axis
             .map(|name| {
                 let found = MotionAxis::ALL.into_iter().find(|axis| axis.name() == name);
-                found.ok_or_else(|| refuse(format!("'{name}' is no motion: use longitudinal, lateral or both")))
+                found.ok_or_else(|| refuse(format!("'{name}' is not a motion: use longitudinal, lateral or both")))
             })
             .transpose()?;
         let inner = Arc::clone(&self.inner);

@@ -47,7 +47,7 @@ const FLIGHT: &str = "flight";
 
 fn window((name, start_s, end_s, surface, kind, role): WindowGiven) -> PyResult<Manoeuvre> {
     let wrong = |what: &str, found: &str, known: &[&str]| {
-        refuse(format!("window '{name}': '{found}' is no {what}: use one of {}", known.join(", ")))
+        refuse(format!("manoeuvre '{name}': '{found}' is not a {what}: use one of {}", known.join(", ")))
     };
     let surface = surface
         .map(|text| {
@@ -75,7 +75,7 @@ fn settings(
         "ekf" => Method::Ekf,
         "iekf" => Method::USUAL_IEKF,
         "ukf" => Method::Ukf { spread: Method::USUAL_SPREAD },
-        other => return Err(refuse(format!("'{other}' is no filter: use ekf, iekf or ukf"))),
+        other => return Err(refuse(format!("'{other}' is not a filter: use ekf, iekf or ukf"))),
     };
     let mut settings = FilterSettings { method, smooth, smoother_passes: passes, ..FilterSettings::default() };
     let unknown = |name: &str| {
@@ -99,7 +99,7 @@ fn settings(
 
 impl Path {
     fn window(&self, index: usize) -> PyResult<&PathWindow> {
-        self.inner.windows.get(index).ok_or_else(|| refuse("there is no such window"))
+        self.inner.windows.get(index).ok_or_else(|| refuse("manoeuvre not found"))
     }
 }
 
@@ -134,7 +134,7 @@ impl Path {
     }
 
     /// Name, start and end (s), surface, kind and role of each window.
-    #[allow(clippy::type_complexity, reason = "one row per window")]
+    #[allow(clippy::type_complexity, reason = "one row per manoeuvre")]
     fn windows(&self) -> Vec<(&str, f64, f64, Option<&'static str>, &str, &'static str)> {
         let windows = self.inner.windows.iter().map(|window| &window.manoeuvre);
         windows
@@ -219,15 +219,16 @@ fn reconstructed(
     control: &Control,
 ) -> Result<Vec<PathWindow>, StageError> {
     if windows.len() > MOST_WINDOWS {
-        return Err(format!("{} windows are too many: give at most {MOST_WINDOWS} at a time", windows.len()).into());
+        return Err(format!("{} manoeuvres are too many: give at most {MOST_WINDOWS} at a time", windows.len()).into());
     }
     // What they take is known before they are taken: without memory Python itself would end.
     if let Some(inertial) = flight.recording.role(Role::SpecificForceZ) {
         fit_in_memory(windows.iter().map(|window| window.window.indices(&inertial.series.time_s).len()).sum())?;
     }
     let taken = windows.iter().map(|window| samples(&flight.recording, window.samples(), aircraft, preparation));
-    let taken =
-        taken.zip(&windows).map(|(found, window)| found.map_err(|error| error.at(format!("window '{}'", window.name))));
+    let taken = taken
+        .zip(&windows)
+        .map(|(found, window)| found.map_err(|error| error.at(format!("manoeuvre '{}'", window.name))));
     let taken: Vec<Samples> = taken.collect::<Result<_, _>>()?;
     let found = paths(&taken.iter().collect::<Vec<_>>(), (filter, preparation.path), control);
     let settings = (filter, preparation.path);
@@ -236,7 +237,7 @@ fn reconstructed(
         .zip(found)
         .zip(&taken)
         .map(|((manoeuvre, path), samples)| {
-            let path = path.map_err(|error| error.at(format!("window '{}'", manoeuvre.name)))?;
+            let path = path.map_err(|error| error.at(format!("manoeuvre '{}'", manoeuvre.name)))?;
             let key: Key = KeyBuilder::new("path").with(&samples.content).with(&settings).finish();
             Ok(PathWindow { manoeuvre, path: Keyed::new(Arc::new(path), key) })
         })

@@ -153,7 +153,7 @@ impl Recording {
         py: Python<'py>,
         index: usize,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
-        let channel = self.samples().channels.get(index).ok_or_else(|| refuse("there is no such channel"))?;
+        let channel = self.samples().channels.get(index).ok_or_else(|| refuse("channel not found"))?;
         Ok((shared(py, &channel.series.time_s)?, shared(py, &channel.series.values)?))
     }
 

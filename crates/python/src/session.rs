@@ -37,7 +37,7 @@ fn set(table: &mut toml::Value, key: &str, value: toml::Value) -> Result<(), Str
             let index: Option<usize> = first.parse().ok();
             index
                 .and_then(|index| list.get_mut(index))
-                .ok_or_else(|| format!("'{first}' is no place in a list of {count}"))?
+                .ok_or_else(|| format!("'{first}' is outside the list of {count}"))?
         }
         toml::Value::Table(table) => table.entry(first).or_insert_with(|| toml::Value::Table(toml::Table::new())),
         _ => return Err(format!("'{first}' lies below a value that has no keys")),
@@ -210,7 +210,7 @@ fn study(name: &str, realisations: usize, seed: u64) -> PyResult<Study> {
         "dynamics" => Study::Dynamics(DynamicsRequest::default()),
         other => {
             let known = "sensitivity, manoeuvres, checks, lags, responses, monte-carlo, dynamics";
-            return Err(refuse(format!("'{other}' is no study: use {known}")));
+            return Err(refuse(format!("'{other}' is not a study: use {known}")));
         }
     })
 }
@@ -270,8 +270,7 @@ impl Results {
         let first = self.settings.flights.first().map(|flight| flight.name.as_str());
         let slot = flight.or(first).and_then(|name| all.get(name));
         let found = slot.and_then(|slot| slot.keyed());
-        let found = found
-            .ok_or_else(|| refuse(format!("there is no such flight that could be read: there are {}", names())))?;
+        let found = found.ok_or_else(|| refuse(format!("flight not found or not readable: use one of {}", names())))?;
         Ok(Recording::of_flight(found.clone()))
     }
 
@@ -283,7 +282,8 @@ impl Results {
     /// Time, s, and smoothed or filtered states of a window by name.
     fn states<'py>(&self, py: Python<'py>, window: &str) -> PyResult<Bound<'py, pyo3::types::PyDict>> {
         let found = self.snapshot.windows.get(window).and_then(|window| window.path.ready());
-        let path = found.ok_or_else(|| refuse(format!("no window in use is called '{window}', or it has no path")))?;
+        let path =
+            found.ok_or_else(|| refuse(format!("no manoeuvre in use is called '{window}', or it has no path")))?;
         let series = path.series();
         let states = series.smoothed.as_ref().map_or(&series.states, |smoothed| &smoothed.states);
         let all = pyo3::types::PyDict::new(py);

@@ -23,7 +23,7 @@ fn chosen(names: &[String], x: &DMatrix<f64>, z: &[f64], method: &str) -> PyResu
         "ols" => Ok((0..names.len()).collect()),
         "stepwise" => Ok(stepwise(names, x, z, &forced, &StepwiseSettings::default()).map_err(refuse)?.selected),
         "orthogonal" => Ok(orthogonal(names, x, z, &forced, &OrthogonalSettings::default()).map_err(refuse)?.selected),
-        other => Err(refuse(format!("'{other}' is no method: use ols, stepwise or orthogonal"))),
+        other => Err(refuse(format!("'{other}' is not a method: use ols, stepwise or orthogonal"))),
     }
 }
 
@@ -98,7 +98,7 @@ pub fn lstsq<'py>(
         })
         .transpose()?;
     if weights.is_some() && !constraints.is_empty() {
-        return Err(refuse("constraints and deviations do not go together: leave one of them out"));
+        return Err(refuse("constraints and standard deviations cannot be combined: leave one out"));
     }
     let settings = Coloured::default();
     let whole = 0..z.len();

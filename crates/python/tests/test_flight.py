@@ -86,9 +86,9 @@ def test_windows_and_constraints_are_obeyed(path):
     assert half.coefficients["Cm"].windows == names[:2]
     fixed = db.fit(coefs, {"Cm": STRUCTURE["Cm"]}, constraints={("Cm", "qc/V"): -10.0})
     assert fixed["Cm_q"].value == -10.0 and fixed.coefficients["Cm"].held[fixed.coefficients["Cm"].names.index("Cm_q")] == "fixed"
-    with pytest.raises(db.DoubletError, match="no window is called 'x'"):
+    with pytest.raises(db.DoubletError, match="no manoeuvre is called 'x'"):
         db.fit(coefs, {"Cm": ["1", "alpha"]}, windows=["x"])
-    with pytest.raises(db.DoubletError, match="'Cz' is no coefficient"):
+    with pytest.raises(db.DoubletError, match="'Cz' is not a coefficient"):
         db.fit(coefs, {"Cz": ["1"]})
     with pytest.raises(db.DoubletError, match="term|variable"):
         db.fit(coefs, {"Cm": ["1", "alfa"]})

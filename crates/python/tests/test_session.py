@@ -58,7 +58,7 @@ def test_replace_keeps_the_rules_of_the_file(demo):
     assert changed.run().derivatives["CZ_alpha"].value != demo.derivatives["CZ_alpha"].value
     with pytest.raises(db.DoubletError, match="filter.method|unknown"):
         session.replace({"filter.method": "best"})
-    with pytest.raises(db.DoubletError, match="no place in a list"):
+    with pytest.raises(db.DoubletError, match="outside the list"):
         session.replace({"window.99.role": "validation"})
 
 
@@ -67,7 +67,7 @@ def test_saved_session_opens_and_gives_the_same(tmp_path, demo):
     again = db.Session.load(tmp_path / "copy.toml")
     assert again.to_dict() == session.to_dict()
     assert again.run().derivatives == demo.derivatives
-    with pytest.raises(db.DoubletError, match="comes with doublet"):
+    with pytest.raises(db.DoubletError, match="shipped session"):
         session.save("builtin:demo")
 
 

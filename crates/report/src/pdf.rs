@@ -152,7 +152,7 @@ fn breakable(text: &str) -> String {
 }
 
 fn file_id(name: &str) -> Result<FileId, String> {
-    let path = VirtualPath::new(name).map_err(|_| format!("{name} is no name of a file"))?;
+    let path = VirtualPath::new(name).map_err(|_| format!("{name} is not a file name"))?;
     Ok(RootedPath::new(VirtualRoot::Project, path).intern())
 }
 

@@ -62,7 +62,7 @@ pub enum HistoryError {
         highest_kg: f64,
     },
     /// A name is not that of a tank.
-    #[error("there is no tank '{name}', the tanks are {}", tanks.join(", "))]
+    #[error("tank '{name}' not found, the tanks are {}", tanks.join(", "))]
     UnknownTank {
         /// Name given.
         name: String,

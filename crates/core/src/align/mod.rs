@@ -30,7 +30,7 @@ pub enum AlignError {
         allowed: &'static str,
     },
     /// A channel is not one value per increasing stamp.
-    #[error("channel '{channel}' is no signal: {reason}")]
+    #[error("channel '{channel}' is not a signal: {reason}")]
     Signal {
         /// The channel, by the name of its pair.
         channel: String,
@@ -75,7 +75,7 @@ pub enum AlignError {
     },
     /// The response does not tell the time of the input.
     #[error(
-        "the response explains {share:.2} of its variance by the input, {needed} are needed: choose another channel or window"
+        "the response explains {share:.2} of its variance by the input, {needed} are needed: choose another channel or manoeuvre"
     )]
     NoResponse {
         /// Share of the variance explained at the best shift.

@@ -86,7 +86,7 @@ pub fn constant_errors(
     let count = prior_deviations.len();
     if let Some(&value) = prior_deviations.iter().find(|value| !(**value > 0.0 && value.is_finite())) {
         return Err(EstimateError::Setting {
-            setting: "prior deviation of a constant error".to_owned(),
+            setting: "prior standard deviation of a constant error".to_owned(),
             value,
             allowed: "positive and finite",
         });

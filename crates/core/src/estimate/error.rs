@@ -35,7 +35,7 @@ pub enum EstimateError {
         parameters: usize,
     },
     /// There is nothing to estimate.
-    #[error("there is no parameter to estimate: the model has no terms, or all are fixed")]
+    #[error("no parameter to estimate: the model has no terms, or all are fixed")]
     NoParameters,
     /// Regressors, measurements or names differ in number.
     #[error("{quantity}: {found} given, {expected} expected")]
@@ -57,7 +57,7 @@ pub enum EstimateError {
     },
     /// Regressors are linearly dependent, so that the data cannot tell their parameters apart.
     #[error(
-        "the regressors have rank {rank} of {parameters}: {}; remove terms or add windows that excite them",
+        "the regressors have rank {rank} of {parameters}: {}; remove terms or add manoeuvres that excite them",
         dependent.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
     )]
     RankDeficient {

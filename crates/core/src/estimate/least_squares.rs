@@ -87,7 +87,7 @@ mod tests {
         assert_eq!(
             error.to_string(),
             "the regressors have rank 3 of 5: 'c' depends on 'a', 'e' depends on 'd'; \
-             remove terms or add windows that excite them"
+             remove terms or add manoeuvres that excite them"
         );
         x.column_mut(4).fill(0.0);
         let error = least_squares(&letters(5), &x, &vec![1.0; 600]).unwrap_err();

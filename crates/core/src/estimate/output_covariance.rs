@@ -107,7 +107,7 @@ impl<'a> Joint<'a> {
             let (Some(OutputWindow { sensitivities, residuals, .. }), &expected) = window else { continue };
             if sensitivities.nrows() != expected || residuals.len() != expected {
                 let found = residuals.len();
-                return Err(EstimateError::Size { quantity: "samples of a window", expected, found });
+                return Err(EstimateError::Size { quantity: "samples of a manoeuvre", expected, found });
             }
         }
         let max_lag = longest_lag(shortest, lengths.iter().sum());

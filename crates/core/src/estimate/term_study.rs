@@ -237,7 +237,7 @@ mod tests {
         assert!(!own.terms[3].informative && own.terms[3].variance_inflation.is_infinite());
         assert!(own.terms[..3].iter().all(|term| term.informative));
         let common = term_study(&names(), &in_model, &IS_CONSTANT, false, &windows()).unwrap();
-        assert!(common.terms[3].informative, "it differs from window to window");
+        assert!(common.terms[3].informative, "it differs from manoeuvre to manoeuvre");
         let few = PooledWindow { label: "few".to_owned(), x: DMatrix::from_element(2, 5, 1.0), z: vec![1.0, 2.0] };
         assert!(term_study(&names(), &in_model, &IS_CONSTANT, false, &[few]).is_err());
         assert!(least_squares(&names(), &windows()[0].x, &windows()[0].z).is_err(), "the fit refuses it too");

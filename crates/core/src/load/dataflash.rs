@@ -257,7 +257,7 @@ impl Log {
         }
         if skipped > 0 {
             self.warnings.push(format!(
-                "{skipped} lines, the first line {first_skipped}, are no complete message and are left out"
+                "{skipped} lines, the first line {first_skipped}, are not complete messages and are left out"
             ));
         }
     }

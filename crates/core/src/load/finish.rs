@@ -61,7 +61,7 @@ impl Source {
     pub(super) fn describe_unread_time(&self) -> Option<String> {
         let (name, cell) = self.unread_time.as_ref()?;
         Some(format!(
-            "'{name}' is no time that is read, for example '{cell}' (seconds, hh:mm:ss.fff and YYYY-MM-DD hh:mm:ss.fff are)"
+            "'{name}' is not a time in a known format, for example '{cell}' (seconds, hh:mm:ss.fff and YYYY-MM-DD hh:mm:ss.fff are)"
         ))
     }
 }

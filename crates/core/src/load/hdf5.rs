@@ -491,7 +491,7 @@ impl Walk<'_> {
         for (index, address) in bytes.as_chunks::<8>().0.iter().enumerate() {
             let Ok(Some(target)) = refs.child_name_by_address(u64::from_le_bytes(*address)) else { continue };
             let Ok(cell) = refs.dataset(&target) else {
-                self.warnings.push(format!("cell {} of '{path}/{name}' is no array and is left out", index + 1));
+                self.warnings.push(format!("cell {} of '{path}/{name}' is not an array and is left out", index + 1));
                 continue;
             };
             let before = self.sources[at].channels.len();

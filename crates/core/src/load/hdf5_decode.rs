@@ -135,7 +135,7 @@ pub(super) fn layout(dataset: &Dataset, by_rows: bool) -> Layout {
                 };
                 Layout::Columns(samples, (0..count).map(column).collect())
             }
-            None => Layout::Other("of a type that is no number"),
+            None => Layout::Other("of a type that is not a number"),
         },
     }
 }

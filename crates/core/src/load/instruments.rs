@@ -61,7 +61,7 @@ pub enum InstrumentError {
         allowed: &'static str,
     },
     /// Noise of a role that does not exist.
-    #[error("noise '{source_name}': there is no role '{role}', use the names of a channel map")]
+    #[error("noise '{source_name}': role '{role}' not found, use the names of a channel map")]
     Role {
         /// Source of the entry.
         source_name: String,

@@ -381,7 +381,7 @@ impl Text<'_> {
         let at = name.span().start;
         let unit = Unit::parse(name.get_ref()).map_err(|error| self.fault(at, error.to_string()))?;
         if let Some(dimension) = dimension.filter(|dimension| unit.dimension != *dimension) {
-            let what = format!("unit '{}' does not measure what is wanted in {}", unit.symbol, dimension.si_symbol());
+            let what = format!("unit '{}' does not convert to {}", unit.symbol, dimension.si_symbol());
             return Err(self.fault(at, what));
         }
         Ok(unit)

@@ -61,7 +61,7 @@ pub(super) fn variables(path: &Path, contents: &[u8]) -> Result<Vec<Variable>, L
                 budget.give_back(plain.len() as u64);
             }
             MI_MATRIX => variables.extend(file.within(element.data).matrix(0)?),
-            kind => return Err(file.damaged(format!("element of type {kind} at byte {} is no variable", file.at))),
+            kind => return Err(file.damaged(format!("element of type {kind} at byte {} is not a variable", file.at))),
         }
     }
     Ok(variables)
@@ -160,7 +160,7 @@ impl<'a> Cursor<'a> {
         let flags = self.element("array flags")?;
         let flags = self.within(flags.data).word("array flags")?;
         let dims = self.element("dimensions")?;
-        let dims = numbers(&dims, self.big).ok_or_else(|| self.damaged("dimensions are no integers".to_owned()))?;
+        let dims = numbers(&dims, self.big).ok_or_else(|| self.damaged("dimensions are not integers".to_owned()))?;
         let name = self.element("a name")?;
         let name = word_of(name.data);
         let count = dims.iter().try_fold(1_usize, |product, &dim| product.checked_mul(dim as usize));
@@ -226,7 +226,7 @@ impl<'a> Cursor<'a> {
     fn child(&mut self, depth: usize) -> Result<Value, LoadError> {
         let element = self.element("a cell or field")?;
         if element.kind != MI_MATRIX {
-            return Err(self.damaged(format!("cell or field of type {} is no array", element.kind)));
+            return Err(self.damaged(format!("cell or field of type {} is not an array", element.kind)));
         }
         let variable = self.within(element.data).matrix(depth + 1)?;
         Ok(variable.map_or(Value::Cells(Vec::new()), |variable| variable.value))

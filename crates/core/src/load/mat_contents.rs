@@ -66,7 +66,7 @@ impl Tree {
                 let channels = rows.min(columns);
                 if channels > MAX_COLUMNS {
                     self.warnings
-                        .push(format!("'{full}' is {rows} x {columns} and is no set of channels; it is left out"));
+                        .push(format!("'{full}' is {rows} x {columns}, not a set of channels; it is left out"));
                 } else if !values.is_empty() {
                     self.sources[at].push_columns(name, None, split(rows, columns, values));
                 }

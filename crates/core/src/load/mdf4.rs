@@ -244,7 +244,7 @@ pub(super) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<
         return Err(damaged("it is of a version before 4: convert it to MDF 4"));
     }
     let header = Block::at(contents, HEADER as u64).filter(|block| block.id == b"HD");
-    let header = header.ok_or_else(|| damaged("there is no header block at byte 64"))?;
+    let header = header.ok_or_else(|| damaged("no header block at byte 64"))?;
     let budget = Budget::of(path, Format::Mdf4);
     let (mut sources, mut warnings) = (Vec::new(), Vec::new());
     let data_groups = chain(contents, header.link(0), b"DG", MOST_GROUPS).map_err(|what| damaged(&what))?;
@@ -261,7 +261,7 @@ pub(super) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<
         let records = records.map_err(|what| damaged(&format!("data group {}: {what}", number + 1)))?;
         let (found, left) = collect(&groups, &records, id_bytes, &budget)?;
         if left > 0 {
-            warnings.push(format!("data group {}: {left} bytes at its end are no whole record", number + 1));
+            warnings.push(format!("data group {}: {left} bytes at its end are not a whole record", number + 1));
         }
         sources.extend(found);
     }

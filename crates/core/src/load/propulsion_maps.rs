@@ -102,7 +102,7 @@ pub enum MapError {
     },
     /// A chart or propeller map that is not a plain file name.
     #[error(
-        "propulsion.engine '{name}': '{file}' is no file name: put charts and maps into the folder of the aircraft file"
+        "propulsion.engine '{name}': '{file}' is not a file name: put charts and maps into the folder of the aircraft file"
     )]
     Place {
         /// Name of the engine.

@@ -157,7 +157,7 @@ fn parse(text: &str) -> Result<Recorder, String> {
     let mut units = columns.filter_map(|column| column.unit.as_deref());
     units.try_for_each(|unit| Unit::parse(unit).map(|_| ()).map_err(|error| error.to_string()))?;
     match recorder.roles.keys().find(|name| Role::from_name(name).is_none()) {
-        Some(name) => Err(format!("there is no role '{name}'")),
+        Some(name) => Err(format!("role '{name}' not found")),
         None => Ok(recorder),
     }
 }

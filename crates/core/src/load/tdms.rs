@@ -157,7 +157,8 @@ pub(super) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<
             Ok(Some(next)) => at = next,
             Ok(None) => {
                 let left = contents.len() - at;
-                file.warnings.push(format!("the file is cut off: {left} bytes from byte {at} on are no whole segment"));
+                file.warnings
+                    .push(format!("the file is cut off: {left} bytes from byte {at} on are not a whole segment"));
                 break;
             }
             Err(what) => return Err(damaged(format!("segment at byte {at}: {what}"))),
@@ -205,7 +206,7 @@ impl File {
             self.data(&mut data, contains & INTERLEAVED != 0)?;
         }
         if is_open {
-            self.warnings.push("the last segment was not closed; what is whole in it counts".to_owned());
+            self.warnings.push("the last segment was not closed; its complete part is used".to_owned());
         }
         Ok(Some(end.max(start + LEAD_IN)))
     }

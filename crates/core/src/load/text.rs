@@ -258,7 +258,7 @@ impl<'l> Table<'l> {
             if let Some((line, word)) = column.first_word {
                 let count = column.words;
                 warnings.push(format!(
-                    "'{name}': {count} cells are no numbers and are NaN, the first '{word}' in line {line}"
+                    "'{name}': {count} cells are not numbers and become NaN, the first '{word}' in line {line}"
                 ));
             }
             if source.channels.iter().any(|channel| channel.name == name) {

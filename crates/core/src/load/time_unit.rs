@@ -197,7 +197,7 @@ pub(super) fn contradiction(source: &Source, clock: &Clock) -> Option<String> {
                 unit.symbol
             )
         }
-        None => format!("{stated}; see that this is meant, or correct unit in the map's [[time]]"),
+        None => format!("{stated}; check this, or correct unit in the map's [[time]]"),
     })
 }
 

@@ -54,7 +54,7 @@ pub enum ModelError {
         value: f64,
     },
     /// A sample is not a number.
-    #[error("{column} is not finite at {time_s:.3} s: choose another window or fill the gap")]
+    #[error("{column} is not finite at {time_s:.3} s: choose another manoeuvre or fill the gap")]
     NotFinite {
         /// Name of the column.
         column: String,
@@ -62,7 +62,7 @@ pub enum ModelError {
         time_s: f64,
     },
     /// A term needs a variable the data do not offer.
-    #[error("term '{term}' needs {variable}, which this window does not have")]
+    #[error("term '{term}' needs {variable}, which this manoeuvre does not have")]
     MissingVariable {
         /// The term.
         term: String,

@@ -84,7 +84,7 @@ pub fn pod_history(calibration: &PodCalibration, numbers: &[f64], margin: f64) -
         (
             count(&|n| n <= low),
             format!(
-                "at the lower end, faster than the pod can tell (alpha below {:.1} deg)",
+                "at the lower end, faster than the pod can measure (alpha below {:.1} deg)",
                 degrees(calibration, low)
             ),
         ),

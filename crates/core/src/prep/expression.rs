@@ -276,7 +276,7 @@ fn unknown<'a>(
     name: &str,
     known: impl Iterator<Item = &'a str>,
 ) -> ExpressionError {
-    let hint = did_you_mean(name, known, "none is written alike");
+    let hint = did_you_mean(name, known, "no similar name found");
     ExpressionError::Unknown { position, kind, name: name.to_owned(), hint }
 }
 
@@ -422,7 +422,7 @@ impl Parser<'_> {
             return Ok(());
         }
         let known = CONSTANTS.iter().map(|(known, _)| *known).chain(Role::ALL.iter().map(|role| role.name()));
-        let hint = did_you_mean(&name, known, "a recorded channel stands in quotes, as in \"source/name\"");
+        let hint = did_you_mean(&name, known, "a recorded channel is written in quotes, as in \"source/name\"");
         Err(ExpressionError::Unknown { position, kind: "role", name, hint })
     }
 

@@ -212,8 +212,7 @@ pub fn noise_proposal(
     let measured = match measured {
         Err(reason) => Err(reason),
         Ok(found) if found.lag_one > MAX_LAG_ONE => Err(format!(
-            "what a trend leaves in the steady windows is motion, or filtered: its correlation from sample to sample is {:.2}, that \
-             of noise below {MAX_LAG_ONE}",
+            "the steady windows contain motion or filtered noise: lag-one correlation {:.2} (limit {MAX_LAG_ONE})",
             found.lag_one
         )),
         Ok(found) if found.std == 0.0 && found.resolution == 0.0 => Err("its samples are all the same".to_owned()),

@@ -14,7 +14,7 @@ pub enum ReconstructError {
         measurement: &'static str,
     },
     /// Fewer than two inertial samples.
-    #[error("{samples} inertial samples: a reconstruction needs at least 2; widen the window")]
+    #[error("{samples} inertial samples: a reconstruction needs at least 2; widen the manoeuvre")]
     TooFewSamples {
         /// Number found.
         samples: usize,
@@ -43,7 +43,7 @@ pub enum ReconstructError {
     },
     /// An inertial sample that is not a number: the filter is driven by these and cannot skip one.
     #[error(
-        "{input} is {value} at {time_s} s; the filter needs every inertial sample, so choose a window without this gap"
+        "{input} is {value} at {time_s} s; the filter needs every inertial sample, so choose a manoeuvre without this gap"
     )]
     InputNotFinite {
         /// Input.
@@ -55,7 +55,7 @@ pub enum ReconstructError {
     },
     /// Euler angles are singular at +-90 deg of pitch.
     #[error(
-        "pitch angle is {theta_deg:.2} deg at {time_s} s; Euler angles are singular at 90 deg, end the window before"
+        "pitch angle is {theta_deg:.2} deg at {time_s} s; Euler angles are singular at 90 deg, end the manoeuvre before"
     )]
     NearVertical {
         /// Time, s.
@@ -77,7 +77,7 @@ pub enum ReconstructError {
     },
     /// A variance that is not positive, also in the Joseph form.
     #[error(
-        "variance of {state} is {variance} at {time_s} s: the covariance lost positive definiteness; bring initial deviations and measurement noise closer together"
+        "variance of {state} is {variance} at {time_s} s: the covariance lost positive definiteness; choose initial standard deviations and measurement noise of closer size"
     )]
     NotPositiveDefinite {
         /// State.

@@ -11,7 +11,7 @@ pub enum ReplayError {
     #[error(transparent)]
     Model(#[from] ModelError),
     /// Too few samples.
-    #[error("the window has {samples} samples: two at least are needed to fly")]
+    #[error("the manoeuvre has {samples} samples: two at least are needed to fly")]
     TooShort {
         /// Samples there are.
         samples: usize,
@@ -49,7 +49,7 @@ pub enum ReplayError {
         needed: &'static str,
     },
     /// A term needs a variable the window does not have.
-    #[error("term '{term}' needs {variable}, which this window does not have")]
+    #[error("term '{term}' needs {variable}, which this manoeuvre does not have")]
     MissingVariable {
         /// The term.
         term: String,

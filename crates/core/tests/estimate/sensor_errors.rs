@@ -111,7 +111,7 @@ fn estimate(data: &[FilterData], settings: &SensorErrorSettings) -> Result<Senso
     sensor_errors(&windows, settings, &|| true)
 }
 
-#[expect(clippy::single_range_in_vec_init, reason = "the samples of the only window")]
+#[expect(clippy::single_range_in_vec_init, reason = "the samples of the only manoeuvre")]
 const WHOLE: [std::ops::Range<usize>; 1] = [0..SAMPLES];
 const HALVES: [std::ops::Range<usize>; 2] = [0..SAMPLES / 2, SAMPLES / 2..SAMPLES];
 
@@ -322,7 +322,7 @@ fn what_the_samples_cannot_tell_is_named() {
     let mut blind = settings(NoiseModel::Residuals);
     blind.outputs.retain(|output| *output != Measurement::AngleOfAttack);
     let error = estimate(&recorded(1, 0.0, &WHOLE), &blind).unwrap_err();
-    assert!(error.to_string().contains("scale_alpha is free, but alpha is no output"), "{error}");
+    assert!(error.to_string().contains("scale_alpha is free, but alpha is not a measured output"), "{error}");
     // The start of the heading and a bias of the heading are one number.
     let mut twice = settings(NoiseModel::Residuals);
     twice.errors.push(term("bias_psi"));

@@ -159,5 +159,5 @@ fn missing_variable_is_named_with_the_term_that_needs_it() {
     let Some(data) = aero_data("de3211_1") else { return };
     let variables = variables(&data, &settings(0.0)).unwrap();
     let error = regressors(&[Term::product([(Variable::Alpha, 1), (Variable::Mach, 2)])], &variables).unwrap_err();
-    assert_eq!(error.to_string(), "term 'alpha*mach^2' needs mach, which this window does not have");
+    assert_eq!(error.to_string(), "term 'alpha*mach^2' needs mach, which this manoeuvre does not have");
 }

@@ -245,9 +245,9 @@ fn damaged_listings_are_refused_in_one_line() {
     let cut: String = text.lines().take(100).map(|line| format!("{line}\n")).collect();
     assert_eq!(refuse(&cut), "line 100 is the last and no END OF JOB came: the listing is cut off");
     let replaced = |from: &str, to: &str| refuse(&text.replacen(from, to, 1));
-    assert_eq!(replaced("0.197 ", "0.1x7 "), "line 14: static characteristics: '0.1x7' is no number");
+    assert_eq!(replaced("0.197 ", "0.1x7 "), "line 14: static characteristics: '0.1x7' is not a number");
     assert_eq!(replaced(" 0.197 ", "       "), "line 14: static characteristics: column 3 is blank");
-    assert_eq!(replaced("   8.8469E+04", "   *********"), "line 10: flight conditions: '*********' is no number");
+    assert_eq!(replaced("   8.8469E+04", "   *********"), "line 10: flight conditions: '*********' is not a number");
     assert_eq!(
         replaced("-2.28E-06", "         "),
         "line 78: induced drag of the control: 9 values where the heading asks for 10"

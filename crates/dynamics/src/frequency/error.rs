@@ -6,7 +6,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum FrequencyError {
     /// Nothing to transform.
-    #[error("there is no record with samples")]
+    #[error("no record with samples")]
     NoRecord,
     /// Signals of one record, or records, that do not go together.
     #[error("record {record}: {what}")]
@@ -50,7 +50,7 @@ pub enum FrequencyError {
     },
     /// A form that is none.
     #[error(
-        "'{text}' is no form: use short-period, roll, yaw, or numerator/denominator order such as 1/2, the first not above the second (6 at most)"
+        "'{text}' is not a form: use short-period, roll, yaw, or numerator/denominator order such as 1/2, the first not above the second (6 at most)"
     )]
     Form {
         /// As written.

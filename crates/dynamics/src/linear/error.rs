@@ -6,7 +6,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum LinearError {
     /// Coefficients without derivatives.
-    #[error("the model has no derivatives of {}: a trim needs CX and CZ (or CD and CL) and Cm; mark windows that tell about them as identification", missing.join(", "))]
+    #[error("the model has no derivatives of {}: a trim needs CX and CZ (or CD and CL) and Cm; mark identification manoeuvres that excite them", missing.join(", "))]
     NoCoefficient {
         /// Names of the coefficients.
         missing: Vec<&'static str>,

@@ -37,7 +37,7 @@ pub struct Oscillation {
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum ReadError {
     /// Too few samples.
-    #[error("{samples} samples tell no oscillation: {needed} are needed")]
+    #[error("{samples} samples are too few for an oscillation: {needed} are needed")]
     TooFew {
         /// Samples there are.
         samples: usize,
@@ -51,7 +51,7 @@ pub enum ReadError {
     #[error("less than a cycle of an oscillation lies in the record")]
     LessThanACycle,
     /// Nothing oscillates, or it dies before its period can be told.
-    #[error("no oscillation stands out of the record")]
+    #[error("no oscillation found in the record")]
     NoOscillation,
 }
 

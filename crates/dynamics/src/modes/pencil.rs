@@ -64,9 +64,7 @@ pub enum PencilError {
         signal: usize,
     },
     /// No fit.
-    #[error(
-        "the stretch has no modes that can be told apart: it may be no free response, or too short for its slowest mode"
-    )]
+    #[error("the modes cannot be separated: not a free response, or too short for its slowest mode")]
     NoFit,
 }
 

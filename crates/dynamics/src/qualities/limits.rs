@@ -22,7 +22,7 @@ pub enum LimitsError {
         reason: String,
     },
     /// A class or category that is not one.
-    #[error("'{given}' is no {what}: use one of {}", known.join(", "))]
+    #[error("'{given}' is not a known {what}: use one of {}", known.join(", "))]
     Unknown {
         /// Class or category.
         what: &'static str,

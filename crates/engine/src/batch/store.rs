@@ -50,7 +50,7 @@ impl Store {
     /// # Errors
     /// One line when it cannot be made.
     pub fn beside(out: &Path) -> Result<Self, String> {
-        let name = out.file_name().ok_or_else(|| format!("{} is no file name", out.display()))?;
+        let name = out.file_name().ok_or_else(|| format!("{} is not a file name", out.display()))?;
         let folder = out.with_file_name(format!("{}.runs", name.to_string_lossy()));
         std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
         sweep(&folder);

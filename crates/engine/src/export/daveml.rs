@@ -50,7 +50,7 @@ fn header(d: &mut Document, model: &IdentifiedModel, date: &str) -> Result<(), E
 pub fn statement(model: &IdentifiedModel) -> String {
     let [x, y, z] = model.moment_reference_datum_m.map(number);
     let point =
-        if model.about_centre_of_gravity { "the mean centre of gravity of the windows identified, " } else { "" };
+        if model.about_centre_of_gravity { "the mean centre of gravity of the manoeuvres identified, " } else { "" };
     let thrust = match model.thrust {
         ThrustTreatment::Included => {
             "Force and moment of the thrust are inside the coefficients: they hold at the power of the tests only."
@@ -79,7 +79,7 @@ pub fn statement(model: &IdentifiedModel) -> String {
         "Coefficients CX CY CZ of forces and Cl Cm Cn of moments in body axes (x forward, y right, z down), force / (q S), moment / \
          (q S b) and (q S c); moments about {point}x {x} m, y {y} m, z {z} m in datum axes (x aft, y right, z up; origin: {}). \
          {thrust}{rotors}{lag}{mean} Errors are one standard deviation, corrected for residuals correlated in time; ranges are those of the \
-         windows identified, and nothing is limited to them.",
+         manoeuvres identified, and nothing is limited to them.",
         model.datum
     )
 }

@@ -40,7 +40,7 @@ pub enum DaveMlError {
         element: String,
     },
     /// A variable without definition, value or calculation, or defined by itself.
-    #[error("variable '{0}' has no value: it is not defined, or defined by itself")]
+    #[error("variable '{0}' has no value: it is not defined, or defined in terms of itself")]
     Undefined(String),
 }
 

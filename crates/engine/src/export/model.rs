@@ -88,7 +88,7 @@ impl IdentifiedModel {
         }
         let pooled = snapshot.pooled.ready().filter(|pooled| !pooled.fits.is_empty());
         let pooled = pooled.ok_or_else(|| {
-            refuse("there is no pooled estimate to export: mark at least one window as identification".into())
+            refuse("no pooled estimate to export: mark at least one manoeuvre as identification".into())
         })?;
         let loaded = snapshot.aircraft.ready().ok_or_else(|| refuse("the aircraft could not be read".into()))?;
         let reference = loaded.aircraft.reference;

@@ -184,7 +184,7 @@ impl<'a> Context<'a> {
         match place.metadata() {
             Ok(about) if about.is_file() || about.is_dir() => Ok(place),
             Ok(_) => Err(format!("{} is neither a file nor a folder", place.display()).into()),
-            Err(_) => Err(format!("{}: there is no such file or folder", place.display()).into()),
+            Err(_) => Err(format!("{}: file or folder not found", place.display()).into()),
         }
     }
 
@@ -205,8 +205,7 @@ impl<'a> Context<'a> {
         if let Some(name) = path.strip_prefix(builtin::PREFIX) {
             let text = builtin::text(kind, name).map(str::to_owned);
             let known = || builtin::names(kind).join(", ");
-            return text
-                .ok_or_else(|| format!("no built-in in {kind} is called '{name}': use one of {}", known()).into());
+            return text.ok_or_else(|| format!("built-in '{name}' not found in {kind}: use one of {}", known()).into());
         }
         let place = self.locate(path)?;
         self.read_text(&place).map_err(|error| format!("{}: {error}", place.display()).into())

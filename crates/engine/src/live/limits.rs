@@ -70,7 +70,7 @@ impl FromStr for Limit {
         let role = Role::from_name(quantity);
         if role.is_none() && quantity != LOAD_FACTOR {
             return Err(format!(
-                "'{quantity}' is no quantity: use {LOAD_FACTOR} or a role of the channel maps, such as airspeed"
+                "'{quantity}' is not a known quantity: use {LOAD_FACTOR} or a role of the channel maps, such as airspeed"
             ));
         }
         let bound = |text: &str| -> Result<Option<f64>, String> {
@@ -88,7 +88,7 @@ impl FromStr for Limit {
             let parsed = Unit::parse(unit.trim()).map_err(|error| error.to_string())?;
             match role {
                 Some(role) if role.dimension() == parsed.dimension => Ok(Some(parsed.to_si(number))),
-                _ => Err(format!("'{unit}' is no unit of {quantity}")),
+                _ => Err(format!("'{unit}' is not a unit of {quantity}")),
             }
         };
         let (low, high) = (bound(low)?, bound(high)?);

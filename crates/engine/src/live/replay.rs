@@ -53,7 +53,7 @@ impl Replay {
         }
         let mut names: BTreeMap<String, usize> = BTreeMap::new();
         let mut map = String::from(
-            "format = \"doublet channel map\"\nversion = 1\nname = \"live\"\ndescription = \"Roles as they were flown again, in SI\"\n\n\
+            "format = \"doublet channel map\"\nversion = 1\nname = \"live\"\ndescription = \"Roles of the replay, in SI\"\n\n\
              [[time]]\nsource = \"*\"\nchannel = \"time\"\nunit = \"s\"\n",
         );
         let mut groups = Vec::new();

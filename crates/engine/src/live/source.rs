@@ -196,7 +196,7 @@ impl Source {
             Self::Replay(_) => (None, 0),
             Self::Tail { file, .. } => {
                 let (refused, restarts) = (file.refused_bytes(), file.restarts);
-                let line = || format!("{refused} bytes of the file are no rows; it was begun anew {restarts} times");
+                let line = || format!("{refused} bytes of the file are not rows; it was restarted {restarts} times");
                 ((refused > 0 || restarts > 0).then(line), 0)
             }
             Self::Lines { socket, text, json, .. } => {

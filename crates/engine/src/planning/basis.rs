@@ -57,7 +57,7 @@ pub type FlownWindow<'a> = (AeroWindow<'a>, &'a Reconstruction);
 pub fn design_basis(session: &Session, snapshot: &Snapshot, options: &DesignOptions) -> StageResult<Basis> {
     let study = snapshot.studies.dynamics.ready();
     let study =
-        study.ok_or("there is no model to design with: the session needs an aircraft and an identification window")?;
+        study.ok_or("no model to design with: the session needs an aircraft and an identification manoeuvre")?;
     let windows: Vec<FlownWindow<'_>> = snapshot
         .aero(session)
         .into_iter()
@@ -92,8 +92,8 @@ pub fn basis(
 ) -> StageResult<Basis> {
     let aero: Vec<AeroWindow<'_>> = windows.iter().map(|(window, _)| (window.0, window.1.clone())).collect();
     let first = aero.iter().find(|(window, _)| window.role == WindowRole::Identification);
-    let (_, first) = first.ok_or("there is nothing to design with: no identification window has coefficients")?;
-    let step_s = median_step(&first.data.time_s).ok_or("the windows have too few samples")?;
+    let (_, first) = first.ok_or("there is nothing to design with: no identification manoeuvre has coefficients")?;
+    let step_s = median_step(&first.data.time_s).ok_or("the manoeuvres have too few samples")?;
     let mut coefficients = Vec::new();
     for regression in pooled_regressions(&aero, settings.structure, settings.estimation) {
         // A coefficient without a fit is not designed for; its failure is told where it is fitted.

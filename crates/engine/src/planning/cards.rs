@@ -156,8 +156,7 @@ fn runs(point: &PlannedPoint, surface: &str) -> Table {
 fn order(planned: &[PlannedPoint]) -> Table {
     Table {
         name: "order".to_owned(),
-        caption: "Fuel burns from one to the next and takes mass and centre of gravity along; what was flown is what the session's \
-                  windows show."
+        caption: "Mass and centre of gravity follow the fuel burn; flown cards are matched with the manoeuvres of the session."
             .to_owned(),
         columns: vec![
             Column::new("id", "Card"),
@@ -258,7 +257,7 @@ pub fn envelope_figure(
     Figure {
         name: "envelope".to_owned(),
         caption: format!(
-            "Envelope at {} kg with the points planned and flown; of a window flown the least and the greatest load factor.",
+            "Envelope at {} kg with the points planned and flown; of a manoeuvre flown the least and the greatest load factor.",
             number(mass_kg, 4)
         ),
         columns: 1,

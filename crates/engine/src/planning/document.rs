@@ -46,7 +46,7 @@ fn facts(row: &DesignRow) -> Block {
         fact("Altitude", format!("{} m", significant(trim["altitude_m"], 4))),
         fact("Mass", format!("{} kg", significant(trim["mass_kg"], 4))),
         fact("Configuration", "trimmed, level, power as set for the trim".to_owned()),
-        fact("Windows", format!("{} of {} s in all", row.manoeuvres.len(), significant(row.time_s, 4))),
+        fact("Manoeuvres", format!("{} of {} s in all", row.manoeuvres.len(), significant(row.time_s, 4))),
         fact("Knock it off", "at any limit below, or when the motion is not that of the picture".to_owned()),
     ])
 }
@@ -74,7 +74,7 @@ fn input(row: &DesignRow, designed: &Designed) -> Vec<Block> {
         };
         blocks.push(Block::Figure(Figure {
             name: format!("input-{}", index + 1),
-            caption: format!("Window {}: {}.", index + 1, manoeuvre.name),
+            caption: format!("Manoeuvre {}: {}.", index + 1, manoeuvre.name),
             columns: 1,
             panel_height_mm: 24.0,
             panels: manoeuvre.surfaces.iter().map(panel).collect(),
@@ -105,7 +105,7 @@ fn excursions(row: &DesignRow) -> Table {
 }
 
 fn predicted(row: &DesignRow) -> Table {
-    let caption = "Standard errors this input will give by itself; the error now beside them.";
+    let caption = "Predicted standard errors of this input alone, beside the present errors.";
     TableOf::new("predicted", caption, &row.predicted)
         .symbol("name", "derivative", |own| &own.name)
         .number("estimate", "estimate", "", 4, |own| own.estimate)
@@ -143,7 +143,7 @@ pub fn enough_blocks(found: &Enough) -> Vec<Block> {
     let mut blocks = vec![Block::Outcome(level, format!("{word}: {} of {} goals are met", found.met, found.of))];
     let met = |met: usize| Cell::text(format!("{met} of {}", found.of));
     if !found.next.is_empty() {
-        let caption = "What to fly next, best first: what the windows flown and this manoeuvre would say together.";
+        let caption = "Next manoeuvre, best first: errors of all manoeuvres flown plus this one.";
         let peaks = |own: &&NextRow| {
             let peaks: Vec<String> = own.signal_peak_rad.iter().map(|rad| significant(rad.to_degrees(), 3)).collect();
             Cell::text(peaks.join(", "))
@@ -160,15 +160,15 @@ pub fn enough_blocks(found: &Enough) -> Vec<Block> {
         blocks.push(Block::Table(next.done()));
     }
     blocks.push(Block::Figure(errors_over_goals(found)));
-    let caption = "Standard error of all windows together against the goal of each derivative.";
+    let caption = "Standard error of all manoeuvres together against the goal of each derivative.";
     let goals = TableOf::new("goals", caption, &found.derivatives)
         .symbol("name", "derivative", |own| &own.name)
         .number("estimate", "estimate", "", 4, |own| own.estimate)
         .maybe("corrected", "corrected error", "", 2, |own| own.corrected)
         .number("goal", "goal", "", 2, |own| own.goal)
         .text("met_after", "met after", |own| own.met_after.as_deref().unwrap_or("not met"));
-    let windows = TableOf::new("windows", "What the windows up to each say together.", &found.windows)
-        .text("window", "after window", |own| &own.window)
+    let windows = TableOf::new("windows", "Combined errors up to each manoeuvre.", &found.windows)
+        .text("window", "after manoeuvre", |own| &own.window)
         .number("time_s", "time flown", "s", 4, |own| own.time_s)
         .column(Column::new("met", "goals met"), |own| met(own.met))
         .column(Column::new("worst", "worst"), |own| own.worst.as_deref().map_or(Cell::Empty, symbol))

@@ -105,7 +105,7 @@ impl DesignSheet {
         let best = best.min_by(|a, b| a.1.total_cmp(b.1)).filter(|(own, _)| own.kind != self.row.kind);
         let better = best.map(|(own, _)| {
             let text = format!(
-                "{} tells more in the same time (cost {} below that of the {})",
+                "{} gives smaller errors in the same time (cost {} below that of the {})",
                 own.kind, self.row.criterion, self.row.kind
             );
             Block::Outcome(Level::Caution, text)

@@ -83,9 +83,7 @@ fn cover(file: &TestFile, found: &Qualification) -> Vec<Block> {
         tally(found),
         facts([("Failed", listed(found, Some(false))), ("Not judged", listed(found, None))]),
         Block::Paragraph(format!(
-            "Results in this guide are those of the mathematical model of {} that was identified from flight by {}. They were computed \
-             without a training device: nothing here shows what a device with controls, instruments, visual or motion system does, and \
-             nothing here is an approval. Whoever builds a device on this model repeats the tests on it.",
+            "Results in this guide are those of the mathematical model of {} that was identified from flight by {}. They were computed without a training device. They do not show the behaviour of a device with controls, instruments, visual or motion system, and are not an approval. Repeat the tests on any device built on this model.",
             found.aircraft, found.app
         )),
     ]
@@ -123,7 +121,7 @@ fn revisions(file: &TestFile, found: &Qualification) -> Vec<Block> {
     };
     let log = if table.rows.is_empty() { Block::Paragraph(NOT_GIVEN.to_owned()) } else { Block::Table(table) };
     let effective = format!(
-        "Effective pages: the guide is made as a whole. All of its pages, numbered at the foot, are of revision {} and hold results of {}.",
+        "Effective pages: all pages, numbered at the foot, are of revision {} with results of {}.",
         revision(file),
         found.date
     );
@@ -144,7 +142,7 @@ fn references(session: &Session, snapshot: &Snapshot, file: &TestFile, found: &Q
     });
     let table = Table {
         name: "validation_data".to_owned(),
-        caption: "Validation data: recordings of the flights, whole, as read. The part each test uses is copied to a file named on its page."
+        caption: "Validation data: complete flight recordings as read. The part used by each test is copied to a file named on its page."
             .to_owned(),
         columns: [("flight", "Flight"), ("recording", "Recording"), ("sha256", "SHA-256")]
             .map(|(key, heading)| Column::new(key, heading))
@@ -166,7 +164,7 @@ const GLOSSARY: [[&str; 4]; 19] = [
     ["p", "roll rate, body axes", "deg/s", "right wing going down"],
     ["q", "pitch rate, body axes", "deg/s", "nose going up"],
     ["r", "yaw rate, body axes", "deg/s", "nose going right"],
-    ["n", "normal acceleration: specific force along body z, turned over", "g", "up"],
+    ["n", "normal acceleration: specific force along body z, sign reversed", "g", "up"],
     ["ax, ay", "specific forces along body x and y", "g", "forward, right"],
     ["elevator", "deflection of the elevator", "deg", "trailing edge down: negative pitch rate"],
     ["aileron", "deflection of the right aileron", "deg", "right aileron down: negative roll rate"],
@@ -222,7 +220,7 @@ fn methods(file: &TestFile, found: &Qualification) -> Vec<Block> {
 }
 
 fn results(found: &Qualification) -> Table {
-    let columns = [("id", "Test"), ("title", "Title"), ("window", "Window"), ("kind", "Kind"), ("result", "Result")];
+    let columns = [("id", "Test"), ("title", "Title"), ("window", "Manoeuvre"), ("kind", "Kind"), ("result", "Result")];
     let rows = found.tests.iter().map(|test| {
         let window = test.window.as_deref().unwrap_or("none");
         [test.id.as_str(), &test.title, window, test.kind, test.outcome.words()].map(Cell::text).into()

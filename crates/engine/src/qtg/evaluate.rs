@@ -73,7 +73,7 @@ pub fn judge(
 ) -> StageResult<Judged> {
     let prepared = prepare(session, file);
     if let Some(finding) = session::check(&prepared).into_iter().find(session::stops_run) {
-        return Err(format!("with the windows of the tests: {finding}").into());
+        return Err(format!("with the manoeuvres of the tests: {finding}").into());
     }
     let scope = Scope { session: &prepared, folder, first: None, studies: &[], cause: "qualification", generation: 1 };
     let publish = |snapshot: Snapshot| progress(snapshot.progress);
@@ -166,7 +166,7 @@ fn windows_of<'a>(
 ) -> Vec<Result<&'a Manoeuvre, String>> {
     if !entry.windows.is_empty() {
         let named =
-            |name: &'a String| session.window(name).ok_or_else(|| format!("the session has no window '{name}'"));
+            |name: &'a String| session.window(name).ok_or_else(|| format!("the session has no manoeuvre '{name}'"));
         return entry.windows.iter().map(named).collect();
     }
     let word = entry.kind.as_ref().map(|kind| kind.to_lowercase());
@@ -175,7 +175,7 @@ fn windows_of<'a>(
     let found: Vec<_> = windows.filter(|window| rule.applies_to(window) && of_kind(window)).map(Ok).collect();
     if found.is_empty() {
         let kind = entry.kind.as_ref().map(|kind| format!(" with '{kind}' in its kind of input")).unwrap_or_default();
-        return vec![Err(format!("the session has no validation window for it{kind}"))];
+        return vec![Err(format!("the session has no validation manoeuvre for it{kind}"))];
     }
     found
 }
@@ -225,7 +225,7 @@ impl Evaluation<'_> {
         let aero = results.and_then(|results| results.aero.ready());
         let (Some(path), Some(aero)) = (path, aero) else {
             let error = results.and_then(|results| results.path.error().or(results.aero.error()));
-            let reason = error.unwrap_or("the window was not computed").to_owned();
+            let reason = error.unwrap_or("the manoeuvre was not computed").to_owned();
             return Ok(unflown(Outcome::NotComputed, reason));
         };
         let Some(pooled) = self.snapshot.pooled.ready() else {
@@ -327,7 +327,7 @@ impl Evaluation<'_> {
         if !lacks.is_empty() {
             reasons.push(format!("the record has {}", lacks.join(", ")));
             if let Some(deviation) = &self.entry.deviation {
-                reasons.push("judged by the deviation stated on the page".to_owned());
+                reasons.push("judged by the difference stated on the page".to_owned());
                 test.page.facts.push(("Deviation".to_owned(), deviation.clone()));
             }
         }
@@ -365,11 +365,11 @@ impl Evaluation<'_> {
 
     /// The trim in another window.
     fn trim(&self, name: &str, model: &Derivatives) -> StageResult<snapshot::Snapshot> {
-        let manoeuvre = self.session.window(name).ok_or_else(|| format!("the session has no window '{name}'"))?;
+        let manoeuvre = self.session.window(name).ok_or_else(|| format!("the session has no manoeuvre '{name}'"))?;
         let results = self.snapshot.windows.get(name);
         let path = results.and_then(|results| results.path.ready());
         let (Some(path), Some(aero)) = (path, results.and_then(|results| results.aero.ready())) else {
-            return Err(format!("window '{name}' was not computed").into());
+            return Err(format!("manoeuvre '{name}' was not computed").into());
         };
         require_vane(name, path)?;
         let flight = window_flight(&path.reconstruction, aero, &self.session.preparation, self.gravity_m_s2())?;
@@ -430,7 +430,7 @@ impl Evaluation<'_> {
 /// Refuses a window without a measured angle of attack: the trim angle of attack of the flight is not known there.
 fn require_vane(name: &str, path: &WindowPath) -> StageResult<()> {
     if path.missing.contains(&Measurement::AngleOfAttack) {
-        return Err(format!("no angle of attack is measured in window '{name}': its trim is not known").into());
+        return Err(format!("no angle of attack is measured in manoeuvre '{name}': its trim is not known").into());
     }
     Ok(())
 }

@@ -238,7 +238,7 @@ fn check(entry: &TestEntry, rule: &Tolerances) -> StageResult<()> {
     let is_change = matches!(test.judgement, Judgement::TrimChange(_));
     if is_change != entry.trim.is_some() {
         let line = if is_change {
-            "trim is missing: name the window from whose trim the changes are counted"
+            "trim is missing: name the manoeuvre from whose trim the changes are counted"
         } else {
             "trim belongs to a test of kind \"trim change\""
         };

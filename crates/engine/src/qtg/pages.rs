@@ -58,7 +58,7 @@ pub fn stated(entry: &TestEntry, rule: &ObjectiveTest, rule_name: &str) -> Vec<(
     if !entry.scale.is_empty() {
         let changed = entry.scale.iter().map(|(name, factor)| format!("{} × {factor}", notation::derivative(name)));
         let changed = changed.collect::<Vec<_>>().join(", ");
-        facts.push(("Model changed on purpose", format!("{changed}: this test shows that a wrong model is found")));
+        facts.push(("Model changed on purpose", format!("{changed}: this test shows that a wrong model fails")));
     }
     facts.extend(entry.note.iter().map(|note| ("Note", note.clone())));
     facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()
@@ -72,7 +72,7 @@ fn evaluation(judgement: &Judgement) -> &'static str {
         }
         Judgement::Snapshot(_) => "the model's trim beside the means of the flight",
         Judgement::TrimChange(_) => {
-            "how much the model's trim differs from its trim in another window, beside the same of the means of the flight"
+            "change of the model's trim from another manoeuvre, beside the same for the flight means"
         }
         Judgement::Value { .. } => "flight and model at one time after the controls came to rest",
         Judgement::FreeResponse { .. } => "period and damping read alike from the free response of flight and model",
@@ -102,18 +102,19 @@ pub(crate) fn of_snapshot(window: &Manoeuvre, [from_s, to_s]: [f64; 2], trim: Op
     let mut facts = vec![
         (
             "Automatic procedure",
-            "the identified model is trimmed, with the mean of the constants of the identification windows".to_owned(),
+            "the identified model is trimmed, with the mean of the constants of the identification manoeuvres"
+                .to_owned(),
         ),
         ("Driven or constrained", "airspeed, flight path, rates, rudder and power: the means of the flight".to_owned()),
         (
             "Validation data",
             format!(
-                "flight {}, window '{}', means from {from_s:.2} to {to_s:.2} s; recordings with their hashes under References",
+                "flight {}, manoeuvre '{}', means from {from_s:.2} to {to_s:.2} s; recordings with their hashes under References",
                 window.flight, window.name
             ),
         ),
     ];
-    facts.extend(trim.map(|window| ("Trim", format!("window '{window}': what is compared are the changes from it"))));
+    facts.extend(trim.map(|window| ("Trim", format!("manoeuvre '{window}': changes from it are compared"))));
     facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()
 }
 
@@ -137,7 +138,7 @@ pub(crate) fn of_record(
         (
             "Validation data",
             format!(
-                "flight {}, window '{}', {:.2} to {:.2} s ({duration_s:.1} s); recordings with their hashes under References",
+                "flight {}, manoeuvre '{}', {:.2} to {:.2} s ({duration_s:.1} s); recordings with their hashes under References",
                 window.flight, window.name, window.window.start_s, window.window.end_s
             ),
         ),
@@ -149,7 +150,7 @@ pub(crate) fn of_record(
             "Input",
             movement.map_or("no deflection moved".to_owned(), |movement| {
                 format!(
-                    "{} by {} deg at most; {:.1} s of flight before it, {:.1} s after it",
+                    "{} by at most {} deg; {:.1} s of flight before, {:.1} s after",
                     movement.surface.name(),
                     significant(movement.largest_rad.to_degrees(), 3),
                     movement.before_s,
@@ -159,7 +160,10 @@ pub(crate) fn of_record(
         ),
     ];
     if window.role == WindowRole::Identification {
-        facts.push(("Independence", "none: the derivatives were identified from this window among others".to_owned()));
+        facts.push((
+            "Independence",
+            "none: the derivatives were identified from this manoeuvre among others".to_owned(),
+        ));
     }
     facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()
 }
@@ -204,7 +208,7 @@ pub fn figure(id: &str, window: &Manoeuvre, replay: &WindowReplay, aero: &Window
     let rows = panels.len().div_ceil(COLUMNS).max(1) as f64;
     Figure {
         name: format!("qtg {id}"),
-        caption: format!("{id}: the flight, window {},{band} and the model.", window.name),
+        caption: format!("{id}: the flight, manoeuvre {},{band} and the model.", window.name),
         columns: COLUMNS,
         panel_height_mm: (PAGE_MM / rows - AROUND_MM).clamp(LOWEST_MM, HIGHEST_MM),
         panels,

@@ -185,7 +185,7 @@ fn write_results(session: &Session, results: &Results, folder: &Path) -> Result<
     let path = folder.join(SESSION);
     let text = crate::session::print(session)
         .map_err(|error| ReportError::Form { what: SESSION, reason: error.to_string() })?;
-    let note = "# The session as it was run. Relative paths start from where it lay.\n";
+    let note = "# The session as run. Relative paths start from its original folder.\n";
     std::fs::write(&path, format!("{note}{text}")).map_err(file_error(&path))
 }
 

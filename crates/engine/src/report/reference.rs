@@ -88,7 +88,7 @@ fn of_table(text: &str) -> Result<Values, String> {
 
 fn of_listing(path: &Path) -> Result<Values, String> {
     let listing = DatcomListing::read(path).map_err(|error| error.to_string())?;
-    let alpha_rad = listing.level_flight_alpha_rad().ok_or("it does not tell the angle of attack of level flight")?;
+    let alpha_rad = listing.level_flight_alpha_rad().ok_or("angle of attack in level flight unknown")?;
     let found = listing.derivatives(alpha_rad, &PredictionOptions::default()).map_err(|error| error.to_string())?;
     Ok(found.into_iter().map(|derivative| (derivative.name.to_owned(), derivative.value, None)).collect())
 }

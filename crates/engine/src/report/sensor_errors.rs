@@ -133,8 +133,7 @@ type Line<'a> = (&'a SensorErrorRow, &'a str, [f64; 3], &'a str, f64);
 
 /// The errors, a row each, and below it what each window alone says.
 pub fn error_table(found: &SensorErrorsRow) -> Table {
-    const CAPTION: &str = "Constant errors of the sensors by maximum likelihood over all windows, and the standard error each window \
-                           alone would leave; the partner is the estimate whose error goes most with this one's.";
+    const CAPTION: &str = "Constant sensor errors by maximum likelihood over all manoeuvres, and the standard error of each manoeuvre alone; the partner is the estimate with the highest correlation.";
     let lines = found.errors.iter().flat_map(|row| {
         let numbers = [row.estimate, row.standard_error, row.corrected_standard_error];
         let whole: Line<'_> = (row, row.window.as_deref().unwrap_or("all"), numbers, &row.partner, row.correlation);

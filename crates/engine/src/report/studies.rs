@@ -21,7 +21,7 @@ pub struct StudyResults {
     /// The same as bars of a tornado chart: derivative by derivative, the widest first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tornado: Vec<TornadoRow>,
-    /// Pooled derivatives without each window in turn.
+    /// Pooled derivatives without each manoeuvre in turn.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub leave_one_out: Vec<LeftOutRow>,
     /// Derivatives by kind of input.
@@ -33,7 +33,7 @@ pub struct StudyResults {
     /// Derivatives over the flight condition.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub conditions: Vec<ConditionRow>,
-    /// Derivatives of every window by other methods.
+    /// Derivatives of every manoeuvre by other methods.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub checks: Vec<CheckRow>,
     /// Output errors that do not follow their recordings.
@@ -502,17 +502,17 @@ fn condition_rows(found: &ConditionRegression) -> Vec<ConditionRow> {
 /// One table per study that was asked for.
 pub fn tables(results: &StudyResults) -> Vec<Table> {
     let tables = [
-        table("sensitivity", "Derivatives against what they were computed with.", &results.sensitivity),
+        table("sensitivity", "Sensitivity of the derivatives to their inputs.", &results.sensitivity),
         table("tornado", "Change of each derivative over one step of each quantity.", &results.tornado),
-        table("leave_one_out", "Pooled derivatives without each window in turn.", &results.leave_one_out),
+        table("leave_one_out", "Pooled derivatives without each manoeuvre in turn.", &results.leave_one_out),
         table("input_kinds", "Derivatives by kind of input.", &results.input_kinds),
         table("contributions", "Share of every term in its coefficient.", &results.contributions),
         table("conditions", "Derivatives over the flight condition.", &results.conditions),
-        table("checks", "Derivatives of every window by other methods.", &results.checks),
+        table("checks", "Derivatives of every manoeuvre by other methods.", &results.checks),
         table("lags", "Delay and first-order lag of every control.", &results.lags),
         response_table(&results.response),
         table("equivalent_systems", "Low-order equivalent systems of the responses.", &results.equivalent_systems),
-        table("monte_carlo", "What noise of the recording does to each pooled derivative.", &results.monte_carlo),
+        table("monte_carlo", "Effect of measurement noise on each pooled derivative.", &results.monte_carlo),
     ];
     tables.into_iter().flatten().collect()
 }

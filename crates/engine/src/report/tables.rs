@@ -68,7 +68,7 @@ pub fn derivatives(results: &Results) -> Table {
 /// Each derivative pooled and over the identification windows.
 pub fn derivative_summary(results: &Results) -> Table {
     let rows = results.derivative_summary.iter();
-    TableOf::new("derivative_summary", "Derivatives from all identification windows and from each alone.", rows)
+    TableOf::new("derivative_summary", "Derivatives from all identification manoeuvres and from each alone.", rows)
         .symbol("coefficient", "Coefficient", |row| row.coefficient)
         .symbol("derivative", "Derivative", |row| &row.name)
         .maybe("pooled", "Pooled", "", 4, |row| row.pooled)
@@ -104,7 +104,7 @@ pub fn fits(results: &Results) -> Table {
 /// Residuals over the identification windows (thesis Table 6.3).
 pub(crate) fn residual_summary(results: &Results) -> Table {
     let caption =
-        "Root mean square of the residual over the largest magnitude of the observation, fits of single windows.";
+        "Root mean square of the residual over the largest magnitude of the observation, fits of single manoeuvres.";
     let rows = results.residual_summary.iter();
     TableOf::new("residual_summary", caption, rows)
         .symbol("coefficient", "Coefficient", |row| row.coefficient)
@@ -186,7 +186,7 @@ pub fn predictions(results: &Results) -> Table {
 }
 
 /// What the two agreements of a prediction are.
-pub(super) const CONSTANTS: &str = "Identified: with derivatives and constants of the identification, constants that each window has to                                     itself by their mean; own: with the constant fitted to the window predicted.";
+pub(super) const CONSTANTS: &str = "Identified: with derivatives and constants of the identification, constants that each manoeuvre has to                                     itself by their mean; own: with the constant fitted to the manoeuvre predicted.";
 
 /// The table with the agreement of predictions.
 fn agreement<R>(table: TableOf<R>, of: impl Fn(&R) -> &PredictionAgreement) -> Table {
@@ -204,7 +204,7 @@ fn agreement<R>(table: TableOf<R>, of: impl Fn(&R) -> &PredictionAgreement) -> T
 
 /// Prediction of the validation windows (thesis Table 7.1).
 pub fn validation(results: &Results) -> Table {
-    let caption = format!("Predictions averaged over the validation windows. {CONSTANTS}");
+    let caption = format!("Predictions averaged over the validation manoeuvres. {CONSTANTS}");
     let table = TableOf::new("validation", caption, &results.validation)
         .symbol("coefficient", "Coefficient", |row| row.coefficient)
         .count("windows", "Windows", |row| row.windows);
@@ -217,7 +217,7 @@ pub fn windows(results: &Results) -> Table {
     let failed = results.windows.iter().any(|row| row.error.is_some());
     let excluded = results.windows.iter().any(|row| !row.excluded.is_empty());
     let steady = results.windows.iter().any(|row| row.before_input.is_some());
-    TableOf::new("windows", "Manoeuvre windows, and how steady each is before its input.", &results.windows)
+    TableOf::new("windows", "Manoeuvres, and how steady each is before its input.", &results.windows)
         .text("window", "Window", |row| &row.name)
         .text("flight", "Flight", |row| &row.flight)
         .number("start_s", "Start", "s", 6, |row| row.start_s)

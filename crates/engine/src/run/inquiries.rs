@@ -102,7 +102,7 @@ pub fn with_study_input<T>(
     });
     let windows: Vec<_> = windows.collect();
     let pooled = snapshot.pooled.ready_keyed();
-    let pooled = pooled.ok_or("nothing is identified yet: mark at least one window as identification")?;
+    let pooled = pooled.ok_or("nothing is identified yet: mark at least one manoeuvre as identification")?;
     let input = StudyInput { settings: used.settings(), aircraft: &aircraft, windows: &windows, pooled };
     study(&input)
 }

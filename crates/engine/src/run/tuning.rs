@@ -27,7 +27,7 @@ pub fn tune_noise(
     progress: &(dyn Fn(NoiseProgress) + Sync),
 ) -> StageResult<NoiseProposal> {
     if paths.is_empty() {
-        return Err("no window to tell the noise from: choose windows that the filter can run on".into());
+        return Err("no manoeuvre to estimate noise from: choose manoeuvres the filter can process".into());
     }
     let mut outliers = [0; MEASUREMENTS];
     let mut clean = Vec::new();
@@ -66,7 +66,9 @@ pub fn tune_delay(
 ) -> StageResult<DelayEstimate> {
     let is_measured = |m: &Measurement| paths.iter().any(|path| !path.missing.contains(m));
     if let Some(missing) = measurements.iter().find(|m| !is_measured(m)) {
-        return Err(format!("{} is not measured in any window: its delay cannot be told", missing.name()).into());
+        return Err(
+            format!("{} is not measured in any manoeuvre: its delay cannot be estimated", missing.name()).into()
+        );
     }
     let settings = FilterSettings { smooth: false, ..settings.clone() };
     let whole: Vec<FilterData> =

@@ -38,8 +38,10 @@ pub fn check(session: &Session) -> Vec<Finding> {
         found.push(contradiction("flight".to_owned(), "the session has no recording", cure));
     }
     if session.windows.len() > MOST_WINDOWS {
-        let text =
-            format!("the session has {} windows, at most {MOST_WINDOWS} are computed together", session.windows.len());
+        let text = format!(
+            "the session has {} manoeuvres, at most {MOST_WINDOWS} are computed together",
+            session.windows.len()
+        );
         found.push(contradiction("window".to_owned(), text, "split it: `doublet batch` runs a folder of sessions"));
         return found;
     }
@@ -129,7 +131,7 @@ fn flights(session: &Session, found: &mut Vec<Finding>) {
 fn windows(session: &Session, found: &mut Vec<Finding>) {
     let steady = session.steady.iter().map(|steady| ("steady".to_owned(), &steady.flight, steady.window));
     let windows =
-        session.windows.iter().map(|window| (format!("window '{}'", window.name), &window.flight, window.window));
+        session.windows.iter().map(|window| (format!("manoeuvre '{}'", window.name), &window.flight, window.window));
     for (place, flight, TimeRange { start_s, end_s }) in steady.chain(windows) {
         if session.flight(flight).is_none() {
             let text = format!("it lies in flight '{flight}', which the session does not have");
@@ -145,7 +147,7 @@ fn windows(session: &Session, found: &mut Vec<Finding>) {
     for window in &session.windows {
         for TimeRange { start_s, end_s } in &window.excluded {
             if !(start_s.is_finite() && end_s.is_finite() && end_s > start_s) {
-                let place = format!("window '{}'", window.name);
+                let place = format!("manoeuvre '{}'", window.name);
                 let text = format!("an excluded stretch from {start_s} s to {end_s} s is empty");
                 let finding = Finding::new(Level::Bad, WINDOW, place, text).with_cure("let it end after it starts");
                 found.push(finding.with_setting("Manoeuvres", ""));

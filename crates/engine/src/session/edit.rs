@@ -141,10 +141,10 @@ pub enum ModelEdit {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum EditError {
     /// The window is not in the session.
-    #[error("no window is called '{0}'")]
+    #[error("no manoeuvre is called '{0}'")]
     NoWindow(String),
     /// The name is taken.
-    #[error("a window called '{0}' exists already: choose another name")]
+    #[error("a manoeuvre called '{0}' exists already: choose another name")]
     WindowExists(String),
     /// A name that no file of results can have.
     #[error("{0}")]
@@ -153,7 +153,7 @@ pub enum EditError {
     #[error("no flight is called '{0}'")]
     NoFlight(String),
     /// An interval that ends before it begins.
-    #[error("a window from {start_s} s to {end_s} s is empty: let it end after it starts")]
+    #[error("a manoeuvre from {start_s} s to {end_s} s is empty: let it end after it starts")]
     EmptyWindow {
         /// Start, s.
         start_s: f64,
@@ -289,12 +289,12 @@ pub(super) fn check_interval(window: TimeRange) -> Result<(), EditError> {
 impl FilterEdit {
     fn label(&self) -> String {
         match self {
-            Self::InitialDeviation(state, _) => format!("change initial deviation of {}", state.name()),
+            Self::InitialDeviation(state, _) => format!("change initial standard deviation of {}", state.name()),
             Self::RandomWalk(state, _) => format!("change random walk of {}", state.name()),
             Self::Method(_) => "change filter".to_owned(),
             Self::Hold(_) => "change input hold".to_owned(),
             Self::Gravity(_) => "change gravity".to_owned(),
-            Self::AirDataDeviation(state, _) => format!("change initial deviation of {}", state.name()),
+            Self::AirDataDeviation(state, _) => format!("change initial standard deviation of {}", state.name()),
             Self::MeasurementDelay(measurement, _) => format!("change delay of {}", measurement.name()),
             Self::SmootherPasses(_) => "change passes of the smoother".to_owned(),
             Self::OutlierLimit(_) => "change limit of outliers".to_owned(),
@@ -358,7 +358,7 @@ impl EstimationEdit {
             Self::Preparation(_) => "change preparation of coefficients".to_owned(),
             Self::BySurface(_) => "change assignment of coefficients to manoeuvres".to_owned(),
             Self::Constants(_) => "change constants of the pooled estimate".to_owned(),
-            Self::PredictWith(_) => "change what windows are predicted with".to_owned(),
+            Self::PredictWith(_) => "change what manoeuvres are predicted with".to_owned(),
             Self::ControlLag(surface, _) => format!("change lag of the {}", surface.name()),
             Self::Constrain(constraint) => match constraint.known {
                 Constraint::Free => format!("free {}", constraint.derivative()),

@@ -36,10 +36,7 @@ fn file_error(path: &Path) -> impl FnOnce(std::io::Error) -> SessionError {
 pub fn open(path: &Path) -> Result<Opened, SessionError> {
     if let Some(name) = shipped(path) {
         let unknown = || {
-            std::io::Error::other(format!(
-                "no session that comes with doublet is called so: there are {}",
-                builtin::sessions().join(", ")
-            ))
+            std::io::Error::other(format!("shipped session not found: use one of {}", builtin::sessions().join(", ")))
         };
         let text = builtin::session(name).ok_or_else(unknown).map_err(file_error(path))?;
         let sha256 = hash_bytes(text.as_bytes());
@@ -61,10 +58,10 @@ fn text_of(path: &Path) -> std::io::Result<String> {
     let refuse = |text: &str| Err(std::io::Error::new(std::io::ErrorKind::InvalidData, text.to_owned()));
     let bytes = doublet_core::load::read_bytes(path)?;
     if bytes.is_empty() {
-        return refuse("there is nothing in it (0 bytes): open another file, or its .bak beside it");
+        return refuse("the file is empty (0 bytes): open another file, or its .bak beside it");
     }
     String::from_utf8(bytes)
-        .or_else(|_| refuse("it is no session but binary data: make a session from a recording with `doublet new`"))
+        .or_else(|_| refuse("this is binary data, not a session: make a session of a recording with `doublet new`"))
 }
 
 /// Like [`save`], and what `*.bak` holds stays.
@@ -89,7 +86,7 @@ pub fn save(session: &Session, path: &Path) -> Result<(), SessionError> {
 
 /// What comes with the program is not written over.
 fn refuse_shipped(path: &Path) -> Result<(), SessionError> {
-    let text = "it comes with doublet and stays as it is: save under the name of a file";
+    let text = "shipped sessions cannot be changed: save to a file";
     shipped(path).map_or(Ok(()), |_| Err(file_error(path)(std::io::Error::other(text))))
 }
 

@@ -73,7 +73,7 @@ pub fn path_warning(session: &Session) -> Option<String> {
             None => format!("{count} files, {first} the first, lie"),
         },
     };
-    Some(format!("{what} outside the session's folder: see that this is meant"))
+    Some(format!("{what} outside the session's folder: check that this is intended"))
 }
 
 /// The folder all paths are in, unless that is but a step upwards or the root.

@@ -136,15 +136,15 @@ pub(super) fn findings(session: &Session) -> Vec<Finding> {
     let asked: Vec<SensorError> = errors.free.iter().chain(&errors.per_window).copied().collect();
     for (index, error) in asked.iter().enumerate() {
         if asked[..index].contains(error) {
-            say("free", *error, "it is asked for twice".to_owned(), "keep one");
+            say("free", *error, "it is listed twice".to_owned(), "keep one");
         }
         if session.preparation.known_errors.0.contains_key(error) {
-            say("known", *error, "it is known and asked for".to_owned(), "take it out of one of the two");
+            say("known", *error, "it is both known and free".to_owned(), "remove it from one of the two");
         }
     }
     for (error, walk) in &errors.random_walk.0 {
         if !asked.contains(error) {
-            say("random_walk", *error, "it is not asked for".to_owned(), "add it to sensor_errors.free");
+            say("random_walk", *error, "it is not free".to_owned(), "add it to sensor_errors.free");
         }
         if !(*walk >= 0.0 && *walk < 1e3) {
             say("random_walk", *error, format!("{walk} is not usable, allowed is 0 to 1e3"), "correct it");

@@ -82,20 +82,20 @@ pub enum WindowEdit {
 impl WindowEdit {
     pub(super) fn label(&self) -> String {
         match self {
-            Self::Add(window) => format!("add window {}", window.name),
-            Self::AddAll(windows) => format!("add {} windows", windows.len()),
-            Self::Remove(name) => format!("remove window {name}"),
-            Self::Rename { from, to } => format!("rename window {from} to {to}"),
-            Self::Place { name, .. } => format!("move window {name}"),
-            Self::Role { name, role: WindowRole::Ignored } => format!("ignore window {name}"),
-            Self::Role { name, role } => format!("use window {name} for {}", role.name()),
+            Self::Add(window) => format!("add manoeuvre {}", window.name),
+            Self::AddAll(windows) => format!("add {} manoeuvres", windows.len()),
+            Self::Remove(name) => format!("remove manoeuvre {name}"),
+            Self::Rename { from, to } => format!("rename manoeuvre {from} to {to}"),
+            Self::Place { name, .. } => format!("move manoeuvre {name}"),
+            Self::Role { name, role: WindowRole::Ignored } => format!("ignore manoeuvre {name}"),
+            Self::Role { name, role } => format!("use manoeuvre {name} for {}", role.name()),
             Self::Surface { name, surface } => {
-                format!("set surface of window {name} to {}", surface.map_or("any", Surface::name))
+                format!("set surface of manoeuvre {name} to {}", surface.map_or("any", Surface::name))
             }
-            Self::Note { name, .. } => format!("change note on window {name}"),
+            Self::Note { name, .. } => format!("change note on manoeuvre {name}"),
             Self::Split { name, .. } => format!("split {name}"),
             Self::Exclude { name, .. } => format!("change excluded stretches of {name}"),
-            Self::Flag { name, flag, on } => format!("{} window {name}", flag.verb(*on)),
+            Self::Flag { name, flag, on } => format!("{} manoeuvre {name}", flag.verb(*on)),
         }
     }
 

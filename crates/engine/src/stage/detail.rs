@@ -179,11 +179,11 @@ fn study_terms(
     estimation: &Estimation,
 ) -> StageResult<TermStudy> {
     if used.is_empty() {
-        return Err("no window is used for this coefficient".into());
+        return Err("no manoeuvre is used for this coefficient".into());
     }
     let fixed: Vec<Option<f64>> = terms.iter().map(|term| fixed_value(estimation.known(coefficient, term))).collect();
     let window = |(window, aero): &&AeroWindow<'_>| {
-        let x = regressors(terms, &aero.variables).map_err(|error| format!("window '{}': {error}", window.name))?;
+        let x = regressors(terms, &aero.variables).map_err(|error| format!("manoeuvre '{}': {error}", window.name))?;
         let mut z = aero.coefficients.get(coefficient).to_vec();
         for (column, value) in fixed.iter().enumerate().filter_map(|(column, value)| Some((column, (*value)?))) {
             z.iter_mut().zip(x.column(column).iter()).for_each(|(z, x)| *z -= value * x);

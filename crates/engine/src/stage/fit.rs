@@ -104,7 +104,7 @@ impl Stage for WindowFits {
     type Params<'a> = (&'a Manoeuvre, &'a Structure, &'a Estimation);
     type Inputs<'a> = &'a Keyed<WindowAero>;
     type Output = Self;
-    const NAME: &'static str = "fits of a window";
+    const NAME: &'static str = "fits of a manoeuvre";
 
     fn run(params: Self::Params<'_>, aero: &Keyed<WindowAero>, _: &Context<'_>) -> StageResult<Self> {
         let (manoeuvre, structure, estimation) = params;
@@ -218,7 +218,8 @@ fn moving_terms(
         let is_zero = is_constant(all) && all.0.abs().max(all.1.abs()) <= SMALLEST_MOTION;
         is_zero || (has_constant && is_constant(all)) || (own_constants && ends.iter().all(|&own| is_constant(own)))
     };
-    let reason = if used.len() == 1 { "it does not move in this window" } else { "it moves in none of the windows" };
+    let reason =
+        if used.len() == 1 { "it does not move in this manoeuvre" } else { "it moves in none of the manoeuvres" };
     let dropped = terms
         .iter()
         .filter(rests)
@@ -330,7 +331,7 @@ fn coefficient_fit(
     let (terms, resting) = moving_terms(coefficient, terms, used, estimation);
     dropped.extend(resting);
     if terms.is_empty() {
-        let fit = Err("no term of the model moves in the windows: add one that does, or a constant".into());
+        let fit = Err("no term of the model moves in the manoeuvres: add one that does, or a constant".into());
         let windows = used.iter().map(|(window, aero)| (window.name.clone(), aero.coefficients.time_s.len())).collect();
         return CoefficientFit {
             coefficient,
@@ -401,7 +402,8 @@ impl Regression {
         let own_constants = estimation.constants == PooledConstants::PerWindow && used.len() > 1;
         let constraints: Vec<_> = terms.iter().map(|term| estimation.known(coefficient, term)).collect();
         let window = |(window, aero): &&AeroWindow<'_>| -> StageResult<PooledWindow> {
-            let x = regressors(terms, &aero.variables).map_err(|error| format!("window '{}': {error}", window.name))?;
+            let x =
+                regressors(terms, &aero.variables).map_err(|error| format!("manoeuvre '{}': {error}", window.name))?;
             Ok(PooledWindow { label: window.name.clone(), x, z: aero.coefficients.get(coefficient).to_vec() })
         };
         let pooled = PooledRegression {

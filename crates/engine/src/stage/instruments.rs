@@ -171,8 +171,7 @@ fn deflections(
         derived.push((Role::Rudder, Series { time_s: Arc::clone(&turned.time_s), values: values.into() }));
     }
     let stated: Vec<_> = noise.iter().map(|(surface, deg)| format!("{surface} {deg:.3}")).collect();
-    warnings
-        .push(format!("deflections are known to one sigma, about neutral, deg: {} (Eq. 4.6-4.7)", stated.join(", ")));
+    warnings.push(format!("1-sigma deflection error near neutral, deg: {} (Eq. 4.6-4.7)", stated.join(", ")));
     Ok(derived)
 }
 
@@ -322,7 +321,7 @@ fn fuel(
         let width_kg = zones.map(|zone| zone.most_kg - zone.least_kg).fold(0.0, f64::max);
         if blind_s > 0.0 {
             warnings.push(format!(
-                "fuel probe of {} tells little for {blind_s:.0} s of the flight: to {width_kg:.0} kg at worst",
+                "{} fuel probe unreliable for {blind_s:.0} s of the flight; worst resolution {width_kg:.0} kg",
                 probe.tank
             ));
         }

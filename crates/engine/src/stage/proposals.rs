@@ -138,7 +138,7 @@ pub fn proposals_above(flight: &str, loaded: &LoadedFlight, least_pressure_share
 fn manoeuvres(recording: &Recording, least_pressure_share: f64) -> StageResult<(ManoeuvreSearch, Option<f64>)> {
     let controls = series(recording, &[Role::Aileron, Role::Elevator, Role::Rudder]);
     if controls.is_empty() {
-        return Err("no manoeuvres are looked for: the recording has no control deflections".into());
+        return Err("no manoeuvre search: the recording has no control deflections".into());
     }
     let rates = series(recording, &[Role::RollRate, Role::PitchRate, Role::YawRate]);
     let role = |role: Role| recording.role(role).map(|channel| &channel.series);
@@ -164,7 +164,7 @@ fn none_found(search: &ManoeuvreSearch, least_airspeed_m_s: Option<f64>) -> Opti
     let least = ManoeuvreSettings::default().least_amplitude_rad.to_degrees();
     let part = |(why, (count, most)): (&PassedOver, &(usize, f64))| {
         let more = match (why, least_airspeed_m_s) {
-            (PassedOver::Small, _) => format!(" (up to {:.2} deg, {least} deg are wanted)", most.to_degrees()),
+            (PassedOver::Small, _) => format!(" (up to {:.2} deg, limit {least} deg)", most.to_degrees()),
             (PassedOver::OnGround, Some(least)) => format!(" (below {least:.0} m/s)"),
             _ => String::new(),
         };
@@ -172,10 +172,10 @@ fn none_found(search: &ManoeuvreSearch, least_airspeed_m_s: Option<f64>) -> Opti
     };
     let parts: Vec<String> = reasons.iter().map(part).collect();
     let why = match parts.is_empty() {
-        true => format!("no control leaves its resting place by {:.2} deg", 0.5 * least),
+        true => format!("no control moves by {:.2} deg", 0.5 * least),
         false => format!("of the inputs are {}", parts.join(", ")),
     };
-    Some(format!("no manoeuvre was found: {why}; mark windows by hand"))
+    Some(format!("no manoeuvre found: {why}; mark manoeuvres by hand"))
 }
 
 fn spectra(loaded: &LoadedFlight) -> Vec<SignalSpectrum> {

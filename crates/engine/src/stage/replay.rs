@@ -161,7 +161,7 @@ pub fn model_of_window(
         let name = coefficient.name();
         let fit = pooled.fits.iter().find(|fit| fit.coefficient == *coefficient);
         let fit =
-            fit.ok_or_else(|| format!("{name} has no estimate: mark a window that tells about it as identification"))?;
+            fit.ok_or_else(|| format!("{name} has no estimate: mark an identification manoeuvre that excites it"))?;
         let estimate = fit.fit.as_ref().map_err(|error| format!("{name} has no estimate: {error}"))?;
         let mut unexplained: Option<f64> = None;
         for term in terms {

@@ -44,7 +44,7 @@ pub(crate) fn channel_at(
     let place = format!("{what} (channel '{}' of {})", channel.name, channel.source);
     let (Some(&start), Some(&end)) = (own_time.first(), own_time.last()) else {
         return Err(format!(
-            "{place} has no samples over {first:.2} s to {last:.2} s: choose a window where it was recorded"
+            "{place} has no samples over {first:.2} s to {last:.2} s: choose a manoeuvre where it was recorded"
         )
         .into());
     };
@@ -52,14 +52,14 @@ pub(crate) fn channel_at(
     let interval = (end - start) / (own_time.len().max(2) - 1) as f64;
     if start > first + interval || end < last - interval {
         return Err(format!(
-            "{place} was recorded from {start:.2} s to {end:.2} s here: let the window lie inside, not from {first:.2} s to {last:.2} s"
+            "{place} was recorded from {start:.2} s to {end:.2} s here: let the manoeuvre lie inside, not from {first:.2} s to {last:.2} s"
         ).into());
     }
     if let Some((at, length)) =
         gaps(recording, &own_time).into_iter().find(|(at, length)| *at < last && at + length > first)
     {
         return Err(format!(
-            "{place} has a gap of {length:.2} s at {at:.2} s: end the window before it or start after"
+            "{place} has a gap of {length:.2} s at {at:.2} s: end the manoeuvre before it or start after"
         )
         .into());
     }

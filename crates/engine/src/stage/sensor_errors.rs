@@ -30,7 +30,7 @@ impl Stage for EstimatedSensorErrors {
             return Err(StageError::NotApplicable);
         }
         if windows.is_empty() {
-            return Err("no window has samples to tell them from".into());
+            return Err("no manoeuvre has samples to estimate them from".into());
         }
         let windows: Vec<SensorErrorWindow<'_>> = windows
             .iter()

@@ -120,7 +120,7 @@ pub fn partly_outside(recording: &Recording, window: TimeRange) -> Option<String
     let outside_s = (first - start_s).max(end_s - last);
     let overlaps = start_s < last && end_s > first;
     (overlaps && outside_s > OUTSIDE_S).then(|| {
-        format!("the window goes from {start_s} s to {end_s} s, the inertial samples from {first:.2} s to {last:.2} s: the rest of it is left out")
+        format!("the manoeuvre goes from {start_s} s to {end_s} s, the inertial samples from {first:.2} s to {last:.2} s: the rest of it is left out")
     })
 }
 
@@ -157,7 +157,7 @@ fn content(
     (truth, warnings): (&[Option<Series>; STATES], &[String]),
     excluded: &[TimeRange],
 ) -> Key {
-    let mut key = KeyBuilder::new("samples of a window").column(&data.inputs.time_s);
+    let mut key = KeyBuilder::new("samples of a manoeuvre").column(&data.inputs.time_s);
     for column in &data.inputs.columns {
         key = key.column(column);
     }
@@ -213,7 +213,7 @@ fn input_series(
     }
     if let Some((at, length)) = gaps(recording, &time_s).into_iter().next() {
         return Err(
-            format!("the inertial samples pause for {length:.2} s at {at:.2} s: end the window before it").into()
+            format!("the inertial samples pause for {length:.2} s at {at:.2} s: end the manoeuvre before it").into()
         );
     }
     let mut columns: [Arc<[f64]>; INPUTS] = Default::default();
@@ -281,10 +281,7 @@ fn measurement_series(
         };
         let Series { time_s, values } = channel.series.within(window).finite();
         for (at, length) in gaps(recording, &time_s) {
-            warnings.push(format!(
-                "{} pauses for {length:.2} s at {at:.2} s; nothing was put in its place",
-                measurement.name()
-            ));
+            warnings.push(format!("{} pauses for {length:.2} s at {at:.2} s; not interpolated", measurement.name()));
         }
         let (time_s, values) = outside(excluded, time_s, values);
         let values = if sign == 1.0 { values } else { values.iter().map(|value| sign * value).collect() };

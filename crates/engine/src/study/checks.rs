@@ -56,7 +56,7 @@ impl WindowChecks {
         let of_axis = |(axis, found): &(MotionAxis, StageResult<FollowedFlight>)| match found {
             Ok(flight) => flight.findings(&self.window),
             Err(error) => {
-                let place = format!("window '{}', output error ({})", self.window, axis.name());
+                let place = format!("manoeuvre '{}', output error ({})", self.window, axis.name());
                 vec![Finding::new(Level::Caution, "follows", place, format!("Output error failed: {error}."))]
             }
         };

@@ -110,7 +110,7 @@ pub enum EquationError {
         row: usize,
     },
     /// No rows.
-    #[error("between {start_s} s and {end_s} s the table has {rows} rows: choose another window")]
+    #[error("between {start_s} s and {end_s} s the table has {rows} rows: choose another manoeuvre")]
     Window {
         /// Beginning, s.
         start_s: f64,

@@ -93,7 +93,7 @@ impl Stage for FlightResponses {
             surfaces.push(SurfaceResponse { surface, response, system, model });
         }
         if surfaces.is_empty() {
-            return Err("no window in use moves one control alone: state the surface of a window".into());
+            return Err("no manoeuvre in use moves one control alone: state the surface of a manoeuvre".into());
         }
         Ok(Self { surfaces })
     }

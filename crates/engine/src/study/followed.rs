@@ -80,7 +80,7 @@ pub struct FollowedFlight {
 impl FollowedFlight {
     /// Outputs it does not follow and starts away from the path (`follows`): its derivatives are then those of another flight.
     pub fn findings(&self, window: &str) -> Vec<Finding> {
-        let place = format!("window '{window}', output error ({})", self.axis.name());
+        let place = format!("manoeuvre '{window}', output error ({})", self.axis.name());
         let cure = "Do not use these derivatives: add a term or shorten the manoeuvre.";
         let mut found = Vec::new();
         for output in self.outputs.iter().filter(|output| output.rms > WITHIN * output.deviation) {
@@ -127,7 +127,7 @@ pub(super) fn follow(
     let ready = stage::window_flight(path, aero, settings.preparation, settings.filter.gravity_m_s2)?;
     let (model, shared) = model(input, window, axis);
     if shared.is_empty() {
-        return Err("the window has no fit of this axis to start from".into());
+        return Err("the manoeuvre has no fit of this axis to start from".into());
     }
     let compared = Compared { axis, settings, aero, path, flight: &ready };
     let windows = [FlightWindow {

@@ -83,7 +83,7 @@ impl ControlLag {
             return Err(disagreement.into());
         }
         if !search.standard_error.is_finite() {
-            return Err("the best value lies at or beyond an end of the range searched, it is not taken".into());
+            return Err("the best value is at the limit of the search range and is not used".into());
         }
         Ok(((1e4 * search.value).round() / 1e4, search.standard_error))
     }
@@ -105,7 +105,7 @@ impl ControlLag {
     pub fn disagreement(&self) -> Option<String> {
         let agreement = self.result.as_ref().ok()?.agreement();
         let said = |(coefficient, found): (Coefficient, LagAlone)| match found {
-            Ok((value, error)) => format!("{} says {:.0} +- {:.0} ms", coefficient.name(), 1e3 * value, 1e3 * error),
+            Ok((value, error)) => format!("{} gives {:.0} +- {:.0} ms", coefficient.name(), 1e3 * value, 1e3 * error),
             Err(beyond) => format!("{} says {beyond}", coefficient.name()),
         };
         let words: Vec<String> = self.by_coefficient().into_iter().map(said).collect();

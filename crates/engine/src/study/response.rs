@@ -124,13 +124,13 @@ pub enum ResponseError {
         hint: String,
     },
     /// Input and output are one.
-    #[error("'{name}' is asked for twice: inputs and output differ")]
+    #[error("'{name}' is given twice: inputs and output must differ")]
     Twice {
         /// As written.
         name: String,
     },
     /// No window gives samples.
-    #[error("no window gives samples: {reasons}")]
+    #[error("no manoeuvre gives samples: {reasons}")]
     NoWindow {
         /// Of each window, the reason.
         reasons: String,
@@ -340,7 +340,7 @@ fn study(
     for_fit: bool,
 ) -> Result<ResponseStudy, ResponseError> {
     if records.is_empty() {
-        let reasons = if left_out.is_empty() { "none is in use".to_owned() } else { left_out.join("; ") };
+        let reasons = if left_out.is_empty() { "no manoeuvre in use".to_owned() } else { left_out.join("; ") };
         return Err(ResponseError::NoWindow { reasons });
     }
     let seconds = records.iter().map(|(name, record)| (name.clone(), record.length_s())).collect();

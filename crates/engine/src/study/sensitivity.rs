@@ -122,8 +122,9 @@ fn recompute<'a>(
     let data: Vec<_> = changed.iter().map(|(_, data)| &**data).collect();
     let reconstructions =
         stage::reconstructions(&data, (settings.filter, settings.preparation.path), context.control());
-    let named =
-        |error: &StageError, window: &StudyWindow<'_>| error.clone().at(format!("window '{}'", window.manoeuvre.name));
+    let named = |error: &StageError, window: &StudyWindow<'_>| {
+        error.clone().at(format!("manoeuvre '{}'", window.manoeuvre.name))
+    };
     let form = |(window, aircraft): (&StudyWindow<'a>, &AircraftData)| -> StageResult<AeroWindow<'a>> {
         let place = changed.iter().position(|(name, _)| *name == window.manoeuvre.name);
         let path = match place {

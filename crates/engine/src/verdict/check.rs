@@ -149,7 +149,7 @@ fn of_samples(session: &Session, others: &[&Manoeuvre], snapshot: &Snapshot) -> 
     for window in others {
         let Some(loaded) = snapshot.flights.get(&window.flight).and_then(|slot| slot.ready()) else { continue };
         let samples = stage::samples(&loaded.recording, window.samples(), None, &session.preparation);
-        let place = || format!("window '{}'", window.name);
+        let place = || format!("manoeuvre '{}'", window.name);
         findings.extend(samples.err().map(|text| Finding::new(Level::Bad, "run", place(), text.to_string())));
     }
     findings
@@ -176,7 +176,7 @@ fn of_recordings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     for window in session.active_windows() {
         let loaded = snapshot.flights.get(&window.flight).and_then(|slot| slot.ready());
         let text = loaded.and_then(|loaded| stage::partly_outside(&loaded.recording, window.window));
-        let place = format!("window '{}'", window.name);
+        let place = format!("manoeuvre '{}'", window.name);
         findings.extend(text.map(|text| {
             Finding::new(Level::Caution, "window", place, text)
                 .with_cure("move its start or end")

@@ -28,7 +28,7 @@ pub fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     }
     for window in &session.windows {
         let Some(results) = snapshot.windows.get(&window.name) else { continue };
-        let place = format!("window '{}'", window.name);
+        let place = format!("manoeuvre '{}'", window.name);
         let path = results.path.ready();
         path.iter().flat_map(|path| &path.assessment().warnings).for_each(|text| note(&place, text));
         results.aero.ready().iter().flat_map(|aero| &aero.warnings).for_each(|text| note(&place, text));
@@ -53,7 +53,7 @@ fn advice(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
                 _ => continue,
             };
             let text = format!("innovations of {name} are {ratio:.2} times their prediction, {said} 1");
-            let finding = Finding::new(Level::Good, "innovation-advice", format!("window '{}'", window.name), text);
+            let finding = Finding::new(Level::Good, "innovation-advice", format!("manoeuvre '{}'", window.name), text);
             let setting = format!("filter.measurement_noise.{name}");
             found.push(finding.with_figure(ratio, 1.0).with_cure(cure).with_setting("Noise and filter", setting));
         }

@@ -202,7 +202,7 @@ impl Group<'_> {
 fn in_words(places: &[&str]) -> String {
     let windows: Vec<&str> = places
         .iter()
-        .filter_map(|place| place.strip_prefix("window '")?.split_once('\'').map(|(name, _)| name))
+        .filter_map(|place| place.strip_prefix("manoeuvre '")?.split_once('\'').map(|(name, _)| name))
         .collect();
     // `window 'a', alpha` and `window 'b', alpha`: the channel is the same, or it is left to the text.
     let tails: Vec<&str> = places.iter().filter_map(|place| Some(place.rsplit_once("', ")?.1)).collect();
@@ -222,7 +222,7 @@ fn in_words(places: &[&str]) -> String {
         [place] => (*place).to_owned(),
         [first, second] => format!("{first} and {second}"),
         [first, .., last] if windows.len() < places.len() => format!("{first} to {last} ({} places)", places.len()),
-        _ => format!("in {} windows{tail}", windows.len()),
+        _ => format!("in {} manoeuvres{tail}", windows.len()),
     }
 }
 
@@ -272,18 +272,18 @@ mod tests {
             )
         };
         let found = said(&[
-            ("window '01 a'", &engine("front", "2344.5", "55.5")),
-            ("window '01 a'", &engine("rear", "2350", "50")),
-            ("window '02 b'", &engine("front", "2340.0", "60.0")),
-            ("window '03 c'", &engine("front", "2340.0", "60.0")),
-            ("window '02 b'", "alpha pauses for 0.80 s at 2141.05 s; nothing was put in its place"),
+            ("manoeuvre '01 a'", &engine("front", "2344.5", "55.5")),
+            ("manoeuvre '01 a'", &engine("rear", "2350", "50")),
+            ("manoeuvre '02 b'", &engine("front", "2340.0", "60.0")),
+            ("manoeuvre '03 c'", &engine("front", "2340.0", "60.0")),
+            ("manoeuvre '02 b'", "alpha pauses for 0.80 s at 2141.05 s; nothing was put in its place"),
         ]);
         assert_eq!(
             found,
             [
-                "in 3 windows: engine 'front', 'rear': speed 2340.0–2350 rpm is 50–60.0 rpm below the range 2400 to 2800 \
+                "in 3 manoeuvres: engine 'front', 'rear': speed 2340.0–2350 rpm is 50–60.0 rpm below the range 2400 to 2800 \
                  rpm: extrapolated, 648 samples (4 times)",
-                "window '02 b': alpha pauses for 0.80 s at 2141.05 s; nothing was put in its place",
+                "manoeuvre '02 b': alpha pauses for 0.80 s at 2141.05 s; nothing was put in its place",
             ]
         );
     }
@@ -334,7 +334,7 @@ mod tests {
 
     #[test]
     fn the_worst_come_first_then_those_found_most_often_and_levels_are_not_mixed() {
-        let finding = |level, place: &str, text: &str| Finding::new(level, "nis", format!("window '{place}'"), text);
+        let finding = |level, place: &str, text: &str| Finding::new(level, "nis", format!("manoeuvre '{place}'"), text);
         let found = fold(
             &[
                 finding(Level::Good, "a", "ratio 1.1"),
@@ -349,10 +349,10 @@ mod tests {
         assert_eq!(
             said,
             [
-                (Level::Bad, 1, "window 'c': ratio 9.0".to_owned()),
-                (Level::Caution, 2, "window 'b' and window 'd': ratio 1.6–2.5: look at the noise".to_owned()),
-                (Level::Caution, 1, "window 'a': alone".to_owned()),
-                (Level::Good, 1, "window 'a': ratio 1.1".to_owned()),
+                (Level::Bad, 1, "manoeuvre 'c': ratio 9.0".to_owned()),
+                (Level::Caution, 2, "manoeuvre 'b' and manoeuvre 'd': ratio 1.6–2.5: look at the noise".to_owned()),
+                (Level::Caution, 1, "manoeuvre 'a': alone".to_owned()),
+                (Level::Good, 1, "manoeuvre 'a': ratio 1.1".to_owned()),
             ]
         );
     }

@@ -272,7 +272,7 @@ fn fit_verdict(
 pub(super) fn place(name: &str, window: Option<&str>) -> String {
     match window {
         None => format!("{name} (pooled)"),
-        Some(window) => format!("{name} (window '{window}')"),
+        Some(window) => format!("{name} (manoeuvre '{window}')"),
     }
 }
 

@@ -204,7 +204,7 @@ mod tests {
 
     #[test]
     fn verdict_is_the_worst_of_its_findings_and_names_it_first() {
-        let finding = |level, text| Finding::new(level, "nis", "window 'a'", text);
+        let finding = |level, text| Finding::new(level, "nis", "manoeuvre 'a'", text);
         let verdict = Verdict::of([
             finding(Level::Good, "fine"),
             finding(Level::Caution, "high"),
@@ -219,12 +219,12 @@ mod tests {
 
     #[test]
     fn finding_serialises_by_the_documented_keys() {
-        let finding = Finding::new(Level::Bad, "nis", "window 'a'", "mean NIS 40")
+        let finding = Finding::new(Level::Bad, "nis", "manoeuvre 'a'", "mean NIS 40")
             .with_figure(40.0, f64::INFINITY)
             .with_cure("raise the noise of alpha")
             .with_setting("Noise and filter", "filter.measurement_noise.alpha");
         let text = serde_json::to_string(&finding).unwrap();
-        let expected = "{\"level\":\"bad\",\"code\":\"nis\",\"where\":\"window 'a'\",\"text\":\"mean NIS 40\",\"figure\":40.0,\
+        let expected = "{\"level\":\"bad\",\"code\":\"nis\",\"where\":\"manoeuvre 'a'\",\"text\":\"mean NIS 40\",\"figure\":40.0,\
                         \"cure\":\"raise the noise of alpha\",\"panel\":\"Noise and filter\",\"setting\":\"filter.measurement_noise.alpha\"}";
         assert_eq!(text, expected);
     }

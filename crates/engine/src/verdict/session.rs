@@ -15,7 +15,7 @@ pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
     });
     let failures = snapshot.failures().into_iter();
     // Failures of windows are theirs.
-    let others = failures.filter(|(place, _)| !place.starts_with("window '"));
+    let others = failures.filter(|(place, _)| !place.starts_with("manoeuvre '"));
     let failed = others.map(|(place, error)| not_computed(weight(&place), place, &error));
     let densities = evidence.windows().filter_map(|window| snapshot.windows.get(&window.name)?.aero.ready());
     // Windows of one session share what it assumes.

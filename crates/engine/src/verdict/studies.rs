@@ -151,7 +151,7 @@ fn missed(window: &str, replay: &WindowReplay, tolerances: &str) -> Option<Findi
         test.id,
         band.worst_ratio
     );
-    let finding = Finding::new(Level::Caution, "match", format!("window '{window}'"), text);
+    let finding = Finding::new(Level::Caution, "match", format!("manoeuvre '{window}'"), text);
     let finding = finding.with_figure(band.worst_ratio, 1.0);
     Some(
         finding

@@ -34,7 +34,7 @@ const COMPARED: [State; 5] =
 
 /// What speaks against the samples, the flight path and the loading of a window.
 pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Finding> {
-    let place = format!("window '{}'", manoeuvre.name);
+    let place = format!("manoeuvre '{}'", manoeuvre.name);
     let Some(results) = evidence.snapshot.windows.get(&manoeuvre.name) else { return Vec::new() };
     if let Some(error) = results.path.error().or(results.aero.error()) {
         return vec![not_computed(Level::Bad, place, error).with_setting("Flight", "")];

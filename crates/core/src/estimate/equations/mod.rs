@@ -72,7 +72,7 @@ pub enum EquationFault {
         expected: usize,
     },
     /// An input without a value.
-    #[error("record '{record}': input '{input}' is not finite at {time_s:.3} s: end the window before it")]
+    #[error("record '{record}': input '{input}' is not finite at {time_s:.3} s: end the manoeuvre before it")]
     Input {
         /// Record.
         record: String,

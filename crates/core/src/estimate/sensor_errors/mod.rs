@@ -179,7 +179,7 @@ pub struct SensorErrorWindow<'a> {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum SensorErrorFault {
     /// Samples of a window that cannot be integrated.
-    #[error("window '{window}': {error}")]
+    #[error("manoeuvre '{window}': {error}")]
     Window {
         /// Window.
         window: String,
@@ -188,14 +188,14 @@ pub enum SensorErrorFault {
     },
     /// Nothing to compare with.
     #[error(
-        "none of the outputs {outputs} is measured in any window: choose others, or name their channels in the channel map"
+        "none of the outputs {outputs} is measured in any manoeuvre: choose others, or name their channels in the channel map"
     )]
     NoOutput {
         /// Outputs asked for.
         outputs: String,
     },
     /// An error of a measurement that is not compared.
-    #[error("{error} is free, but {sensor} is no output that is measured: add it to the outputs, or fix the error")]
+    #[error("{error} is free, but {sensor} is not a measured output: add it to the outputs, or fix the error")]
     NotCompared {
         /// Error.
         error: SensorError,

@@ -93,7 +93,7 @@ impl<'a> Lines<'a> {
             for (centre, word) in words(line) {
                 let distance = |column: &usize| (heading.0[*column] - centre).abs();
                 let nearest = (0..heading.0.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
-                let number = value(word).ok_or_else(|| refuse(format!("'{}' is no number", short(word))))?;
+                let number = value(word).ok_or_else(|| refuse(format!("'{}' is not a number", short(word))))?;
                 match nearest.map(|column| &mut values[column]) {
                     Some(slot @ None) => *slot = Some(number),
                     _ => return Err(refuse(format!("two values under one heading at '{}'", short(word)))),
@@ -139,7 +139,7 @@ impl<'a> Lines<'a> {
 pub(super) fn numbers(text: &str, index: usize, table: &'static str) -> Result<Vec<f64>, ListingError> {
     text.split_whitespace()
         .map(|word| {
-            let reason = || format!("'{}' is no number", short(word));
+            let reason = || format!("'{}' is not a number", short(word));
             value(word).ok_or_else(|| ListingError::Row { line: index + 1, table, reason: reason() })
         })
         .collect()

@@ -112,10 +112,10 @@ impl<'a> File<'a> {
         if !is_closed {
             let at = contents.len() - reader.0.len();
             if file.messages.is_empty() {
-                let what = format!("no message stands before byte {at}, where its records end");
+                let what = format!("no message before byte {at}, where its records end");
                 return Err(LoadError::Damaged { path: path.to_owned(), format: Format::Mcap, what });
             }
-            file.warnings.push(format!("the file is cut off or damaged at byte {at}; what stands before counts"));
+            file.warnings.push(format!("the file is cut off or damaged at byte {at}; only the part before is used"));
         }
         Ok(file)
     }

@@ -8,14 +8,13 @@ use crate::report::table::{Table, TableOf};
 pub fn checks(contents: &Contents<'_>) -> Vec<Block> {
     let studies = &contents.results.studies;
     if studies.checks.is_empty() {
-        return vec![paragraph("The windows were not checked by other methods.")];
+        return vec![paragraph("No checks by other methods were computed.")];
     }
     let (outputs, estimates): (Vec<_>, Vec<_>) =
         studies.checks.iter().partition(|row| row.largest_deviation.is_finite());
     let mut blocks = vec![
         paragraph(
-            "Each window again by equation error in the frequency domain and by output error: the estimated derivatives fly the \
-             recorded controls, the motion of the other axis as reconstructed.",
+            "Each manoeuvre by equation error in the frequency domain and by output error: simulation from the recorded controls, the other axis as reconstructed.",
         ),
         Block::Table(derivatives(&estimates)),
     ];
@@ -35,9 +34,9 @@ fn derivatives(rows: &[&CheckRow]) -> Table {
     let finite = |value: f64| value.is_finite().then_some(value);
     // Initial states and biases belong to one window and have no twin.
     let of_model = rows.iter().filter(|row| !row.derivative.ends_with(']') && row.error.is_none());
-    let caption = "Derivatives of each window by other methods beside equation error in the time domain.";
+    let caption = "Derivatives of each manoeuvre by other methods, beside time-domain equation error.";
     TableOf::new("checks", caption, of_model)
-        .text("window", "Window", |row| &row.window)
+        .text("window", "Manoeuvre", |row| &row.window)
         .text("method", "Method", |row| row.method)
         .symbol("derivative", "Derivative", |row| &row.derivative)
         .maybe("estimate", "Estimate", "", 4, |row| finite(row.estimate))
@@ -48,9 +47,9 @@ fn derivatives(rows: &[&CheckRow]) -> Table {
 }
 
 fn followed(rows: &[&CheckRow]) -> Table {
-    let caption = "How the flight of output error follows the recorded outputs; deviations in SI units.";
+    let caption = "Fit of output error to the recorded outputs; differences in SI units.";
     TableOf::new("followed", caption, rows)
-        .text("window", "Window", |row| &row.window)
+        .text("window", "Manoeuvre", |row| &row.window)
         .text("axis", "Motion", |row| row.axis)
         .text("output", "Output", |row| &row.derivative)
         .number("r_squared", "R²", "", 3, |row| row.r_squared)

@@ -45,7 +45,7 @@ pub fn cover(contents: &Contents<'_>) -> Vec<Block> {
     );
     let mut summary = vec![
         ("Verdict", verdict_line(contents)),
-        ("Windows", windows),
+        ("Manoeuvres", windows),
         ("Filter", consistency(&results.windows)),
         ("Proof of match", proof(contents)),
         ("Findings", format!("{}, listed at the end", findings::counted(contents))),
@@ -92,7 +92,7 @@ fn reasons(contents: &Contents<'_>) -> Option<Block> {
 fn consistency(windows: &[WindowRow]) -> String {
     let judged: Vec<&WindowRow> = windows.iter().filter(|window| window.mean_nis.is_finite()).collect();
     if judged.is_empty() {
-        return "no window was judged".to_owned();
+        return "no manoeuvre was judged".to_owned();
     }
     let mean = |value: &dyn Fn(&WindowRow) -> f64| {
         significant(judged.iter().map(|window| value(window)).sum::<f64>() / judged.len() as f64, 3)
@@ -102,7 +102,7 @@ fn consistency(windows: &[WindowRow]) -> String {
         (low..=high).contains(&window.mean_nis)
     });
     format!(
-        "mean normalised innovation squared {}, expected {}; inside its 95 % band in {} of {} windows",
+        "mean normalised innovation squared {}, expected {}; inside its 95 % band in {} of {} manoeuvres",
         mean(&|window| window.mean_nis),
         mean(&|window| window.expected_nis),
         inside.count(),
@@ -117,11 +117,11 @@ fn proof(contents: &Contents<'_>) -> String {
     let tests: Vec<bool> =
         found.windows.iter().flat_map(|window| window.tests.iter().map(|test| test.passed)).collect();
     if tests.is_empty() {
-        return format!("no test applies; {flown} of {} validation windows flown again", found.windows.len());
+        return format!("no test applies; {flown} of {} validation manoeuvres simulated", found.windows.len());
     }
     let passed = tests.iter().filter(|passed| **passed).count();
     format!(
-        "{passed} of {} tests pass over {flown} of {} windows, {}",
+        "{passed} of {} tests pass over {flown} of {} manoeuvres, {}",
         tests.len(),
         found.windows.len(),
         found.tolerances
@@ -158,13 +158,11 @@ fn coefficients(contents: &Contents<'_>) -> Table {
     let r_squared = |key: &str, heading: &str| Column::number(key, heading, "", 4);
     Table {
         name: "summary".to_owned(),
-        caption: "The pooled estimate of each coefficient, its prediction of the validation windows (mean and least with the constants \
-                  of the identification, mean with each window's own constant), and the derivative with the largest relative error \
-                  (corrected for coloured residuals; derivatives are per radian)."
+        caption: "Pooled estimate of each coefficient; prediction of the validation manoeuvres (mean and smallest with the identified constants, mean with own constants); least certain derivative (error corrected for coloured residuals; derivatives per radian)."
             .to_owned(),
         columns: vec![
             Column::new("coefficient", "Coefficient"),
-            Column::new("windows", "Windows"),
+            Column::new("windows", "Manoeuvres"),
             Column::new("derivatives", "Derivatives"),
             r_squared("r_squared", "R² fit"),
             r_squared("validation_mean", "R² validation"),

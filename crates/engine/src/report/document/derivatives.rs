@@ -28,8 +28,8 @@ pub fn model(contents: &Contents<'_>) -> Vec<Block> {
         "Every coefficient is estimated from every manoeuvre."
     };
     let constants = match session.estimation.constants {
-        PooledConstants::PerWindow => "The pooled estimate gives each window its own constant.",
-        PooledConstants::Common => "The pooled estimate has one constant for all windows.",
+        PooledConstants::PerWindow => "The pooled estimate has one constant per manoeuvre.",
+        PooledConstants::Common => "The pooled estimate has one constant for all manoeuvres.",
     };
     let mut blocks = vec![Block::Facts(formulas.collect()), Block::Paragraph(format!("{surfaces} {constants}"))];
     let known = session.estimation.constraints.iter();
@@ -38,7 +38,7 @@ pub fn model(contents: &Contents<'_>) -> Vec<Block> {
     if !known.is_empty() {
         let words = "Known beforehand: ".to_owned() + &known.join(", ");
         blocks.push(Block::Paragraph(format!(
-            "{words}. A derivative that is fixed or at a bound has no standard error; a prior weighs against white residuals."
+            "{words}. Derivatives that are fixed or at a bound have no standard error; priors are weighted against white residuals."
         )));
     }
     let fits: Vec<&FitRow> = results.pooled.iter().filter(|fit| fit.error.is_none()).collect();
@@ -46,8 +46,9 @@ pub fn model(contents: &Contents<'_>) -> Vec<Block> {
     if !panels.is_empty() {
         blocks.push(Block::Figure(Figure {
             name: "correlation".to_owned(),
-            caption: "Correlation of the parameters in the pooled estimate, without the constants of single windows."
-                .to_owned(),
+            caption:
+                "Correlation of the parameters in the pooled estimate, without the constants of single manoeuvres."
+                    .to_owned(),
             columns: 3,
             panel_height_mm: 40.0,
             panels,
@@ -107,9 +108,7 @@ fn close_pairs(fits: &[&FitRow]) -> Table {
     }
     Table {
         name: "correlated".to_owned(),
-        caption: format!(
-            "Derivatives correlated by {CLOSE} or more: the data tell their combination better than each."
-        ),
+        caption: format!("Derivatives with a correlation of {CLOSE} or more: they cannot be separated."),
         columns: vec![
             Column::new("first", "Derivative"),
             Column::new("second", "with"),
@@ -123,12 +122,10 @@ fn close_pairs(fits: &[&FitRow]) -> Table {
 pub fn derivatives(contents: &Contents<'_>) -> Vec<Block> {
     let results = contents.results;
     if results.derivative_summary.is_empty() {
-        return vec![paragraph("There is no estimate.")];
+        return vec![paragraph("No estimate.")];
     }
     let mut blocks = vec![paragraph(
-        "Pooled: the estimate from all identification windows together, with its standard error for white residuals and the one \
-         corrected for the correlation of the residuals in time. Scatter: the standard deviation of the estimates of single \
-         windows, what repeating a manoeuvre shows. Mean, minimum, maximum and variances are those of the single windows.",
+        "Pooled: estimate from all identification manoeuvres, with the standard error for white residuals and the one corrected for correlated residuals. Scatter: standard deviation of the single-manoeuvre estimates. Mean, minimum, maximum and variances are those of single manoeuvres.",
     )];
     let mut coefficients: Vec<&str> = results.derivative_summary.iter().map(|row| row.coefficient).collect();
     coefficients.dedup();
@@ -159,7 +156,7 @@ pub fn derivatives(contents: &Contents<'_>) -> Vec<Block> {
         if !panels.is_empty() {
             blocks.push(Block::Figure(Figure {
                 name: format!("derivatives {coefficient}"),
-                caption: format!("Derivatives of {coefficient} by number of the identification window."),
+                caption: format!("Derivatives of {coefficient} by number of the identification manoeuvre."),
                 columns: 3,
                 panel_height_mm: 26.0,
                 panels,

@@ -22,8 +22,7 @@ pub fn dynamics(contents: &Contents<'_>) -> Vec<Block> {
     };
     let mut blocks = vec![
         paragraph(
-            "The identified model in steady flight, linearised there; what the trim leaves open is the median condition of the \
-             identification windows. Intervals hold what the corrected errors of the derivatives make of them, by slopes and by samples.",
+            "The identified model linearised in steady flight, by default at the median condition of the identification manoeuvres. Intervals follow from the corrected standard errors, by slopes and by samples.",
         ),
         Block::Facts(trim(row)),
     ];
@@ -104,8 +103,7 @@ fn modes(row: &DynamicsRow) -> Table {
     };
     Table {
         name: "modes".to_owned(),
-        caption: "Natural modes with standard errors; the 95 % interval by samples is that of the frequency, of the real part \
-                  where the mode is aperiodic."
+        caption: "Natural modes with standard errors; the sampled 95 % interval is that of the frequency, or of the real part of aperiodic modes."
             .to_owned(),
         columns: vec![
             Column::new("mode", "Mode"),
@@ -170,8 +168,7 @@ fn levels(row: &DynamicsRow) -> Table {
     });
     Table {
         name: "levels".to_owned(),
-        caption: "Levels of flying qualities; levels in brackets rest on unverified limits and do not count."
-            .to_owned(),
+        caption: "Levels of flying qualities; levels in brackets use unverified limits and do not count.".to_owned(),
         columns: vec![
             Column::new("criterion", "Criterion"),
             Column::new("level", "Level"),

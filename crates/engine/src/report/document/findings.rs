@@ -7,10 +7,10 @@ use crate::verdict::{self, Level};
 pub fn warnings(contents: &Contents<'_>) -> Vec<Block> {
     let found = verdict::folded(contents.session, contents.snapshot);
     if found.is_empty() {
-        return vec![paragraph("Nothing was found that wants attention.")];
+        return vec![paragraph("No findings.")];
     }
     let mut blocks = vec![paragraph(
-        "What differs only in its numbers, in the names it quotes or in its window is one line, from the least number to the greatest.",
+        "Findings that differ only in numbers, names or manoeuvre are combined in one line with their range.",
     )];
     for (level, heading) in [(Level::Bad, "Bad"), (Level::Caution, "Caution"), (Level::Good, "Notes")] {
         let lines: Vec<String> = found.iter().filter(|line| line.level == level).map(ToString::to_string).collect();

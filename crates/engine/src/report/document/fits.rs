@@ -11,7 +11,7 @@ use crate::session::{Manoeuvre, PredictionParameters, WindowRole};
 /// Fit and residual of every coefficient of every window.
 pub fn fits(contents: &Contents<'_>) -> Vec<Block> {
     let results = contents.results;
-    let mut blocks = vec![table_or(tables::residual_summary(results), "No window has a fit.")];
+    let mut blocks = vec![table_or(tables::residual_summary(results), "No manoeuvre has a fit.")];
     let quality = tables::fits(results).only("window", |cell| *cell != Cell::text("pooled")).select(&[
         "window",
         "coefficient",
@@ -22,7 +22,7 @@ pub fn fits(contents: &Contents<'_>) -> Vec<Block> {
         "error",
     ]);
     if !quality.rows.is_empty() {
-        blocks.push(Block::Table(quality.captioned("Quality of the fits of single windows.")));
+        blocks.push(Block::Table(quality.captioned("Quality of the fits of single manoeuvres.")));
     }
     for window in contents.session.active_windows() {
         let Some(found) = contents.snapshot.windows.get(&window.name) else { continue };
@@ -32,7 +32,7 @@ pub fn fits(contents: &Contents<'_>) -> Vec<Block> {
             let observed = &aero.series[fit.coefficient as usize];
             Some((fit.coefficient.name(), observed, vec![("fit", series.fitted())], &series.residual))
         });
-        let caption = format!("{}: observed coefficients, fits of this window alone, residuals.", described(window));
+        let caption = format!("{}: measured coefficients, fits of this manoeuvre alone, residuals.", described(window));
         blocks.extend(pairs(format!("fits {}", window.name), (caption, &window.excluded), rows));
     }
     blocks
@@ -41,7 +41,7 @@ pub fn fits(contents: &Contents<'_>) -> Vec<Block> {
 /// Predictions of the validation windows by the pooled derivatives (thesis Table 7.1).
 pub fn validation(contents: &Contents<'_>) -> Vec<Block> {
     let results = contents.results;
-    let mut blocks = vec![table_or(tables::validation(results), "No window is kept for validation.")];
+    let mut blocks = vec![table_or(tables::validation(results), "No validation manoeuvre.")];
     let rows =
         tables::predictions(results).only("role", |cell| *cell == Cell::text(WindowRole::Validation.name())).select(&[
             "window",
@@ -56,9 +56,9 @@ pub fn validation(contents: &Contents<'_>) -> Vec<Block> {
     }
     let by = match contents.session.estimation.predict_with {
         PredictionParameters::Pooled => "the pooled estimate",
-        PredictionParameters::WindowMeans => "the means over the estimates of single windows",
+        PredictionParameters::WindowMeans => "the means over the estimates of single manoeuvres",
     };
-    let caption = format!("Prediction of each validation window by {by}. {}", tables::CONSTANTS);
+    let caption = format!("Prediction of each validation manoeuvre by {by}. {}", tables::CONSTANTS);
     blocks.push(Block::Table(rows.captioned(caption)));
     let Some(pooled) = contents.snapshot.pooled.ready() else { return blocks };
     for window in contents.session.windows.iter().filter(|window| window.role == WindowRole::Validation) {
@@ -74,8 +74,7 @@ pub fn validation(contents: &Contents<'_>) -> Vec<Block> {
             (name, observed, lines.to_vec(), residual)
         });
         let caption = format!(
-            "{}: observed coefficients, predictions with the window's own constant and with that of the identification, residuals with \
-             the own one.",
+            "{}: measured coefficients, predictions with own and with identified constant, residuals with the own constant.",
             described(window)
         );
         blocks.extend(pairs(format!("validation {}", window.name), (caption, &window.excluded), rows));
@@ -86,9 +85,9 @@ pub fn validation(contents: &Contents<'_>) -> Vec<Block> {
 /// Name and input of a window.
 fn described(window: &Manoeuvre) -> String {
     if window.kind.is_empty() || window.name.contains(&window.kind) {
-        format!("Window {}", window.name)
+        format!("Manoeuvre {}", window.name)
     } else {
-        format!("Window {} ({})", window.name, window.kind)
+        format!("Manoeuvre {} ({})", window.name, window.kind)
     }
 }
 

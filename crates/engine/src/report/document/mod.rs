@@ -199,7 +199,7 @@ impl SectionKind {
             Self::Overview => "Overview",
             Self::Aircraft => "Aircraft and loading",
             Self::Channels => "Channels and clocks",
-            Self::Windows => "Manoeuvre windows",
+            Self::Windows => "Manoeuvres",
             Self::Filter => "Filter settings and consistency",
             Self::WindAndBias => "Wind and biases",
             Self::Innovations => "Innovations",

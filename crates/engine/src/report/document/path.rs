@@ -66,15 +66,15 @@ pub fn filter(contents: &Contents<'_>) -> Vec<Block> {
         ("Coefficients are formed from", path.to_owned()),
         ("Rates are differentiated by", results.differentiation.clone()),
         ("Accelerations moved to the centre of gravity", yes_no(preparation.correct_accelerometer)),
-        ("Flow angles corrected for the place of the vanes", yes_no(preparation.correct_vanes)),
-        ("GPS corrected for the place of its antenna", yes_no(preparation.correct_antenna)),
+        ("Flow angles corrected for the position of the vanes", yes_no(preparation.correct_vanes)),
+        ("GPS corrected for the position of its antenna", yes_no(preparation.correct_antenna)),
         ("Delays of measurements", listed(delays.collect())),
-        ("Errors of the air data estimated", listed(errors.collect())),
-        ("Thrust taken out of the coefficients", thrust.to_owned()),
+        ("Air-data errors estimated", listed(errors.collect())),
+        ("Thrust removed from the coefficients", thrust.to_owned()),
         ("Gyroscopic moment of the propellers", rotors.to_owned()),
         ("Axes of moments and rates", axes.to_owned()),
         ("Actuator lag", preparation.control_lags.words()),
-        ("Left out at the start of a window", format!("{} s", preparation.settle_s)),
+        ("Omitted at the start of a manoeuvre", format!("{} s", preparation.settle_s)),
     ];
     let consistency = tables::windows(results).select(&[
         "window",
@@ -87,11 +87,10 @@ pub fn filter(contents: &Contents<'_>) -> Vec<Block> {
         Block::Facts(facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()),
         table_or(
             tables::noise(results).select(&["flight", "entry", "unit", "used", "proposed", "origin", "samples", "whiteness", "reason"]),
-            "The noise of no flight was looked at.",
+            "Noise was not estimated for any flight.",
         ),
         Block::Table(consistency.captioned(
-            "Mean normalised innovation squared (NIS) of each window, its expectation, and the 95 % band for as many independent \
-             samples as its autocorrelation leaves.",
+            "Mean normalised innovation squared (NIS) of each manoeuvre, its expectation, and the 95 % band for the effective number of independent samples.",
         )),
     ]
 }
@@ -99,7 +98,7 @@ pub fn filter(contents: &Contents<'_>) -> Vec<Block> {
 /// Wind and biases over the windows (thesis Tables 6.1 and 6.2).
 pub(crate) fn wind_and_bias(contents: &Contents<'_>) -> Vec<Block> {
     let results = contents.results;
-    let mut blocks = vec![table_or(tables::wind_and_bias(results), "No window was reconstructed.")];
+    let mut blocks = vec![table_or(tables::wind_and_bias(results), "No manoeuvre was reconstructed.")];
     blocks.extend(results.sensor_errors.as_ref().map(|found| Block::Table(error_table(found))));
     let mut panels = Vec::new();
     for spread in &results.wind_and_bias {
@@ -121,7 +120,7 @@ pub(crate) fn wind_and_bias(contents: &Contents<'_>) -> Vec<Block> {
             });
         }
         marks.push(Mark::Points {
-            label: "window ± 2σ of the filter".into(),
+            label: "manoeuvre ± 2σ of the filter".into(),
             colour: Colour::of(0),
             style: LineStyle::Dots,
             points: points.collect(),
@@ -132,7 +131,7 @@ pub(crate) fn wind_and_bias(contents: &Contents<'_>) -> Vec<Block> {
     if !panels.is_empty() {
         blocks.push(Block::Figure(Figure {
             name: "wind and bias".to_owned(),
-            caption: "Wind and biases by number of the window.".to_owned(),
+            caption: "Wind and biases by number of the manoeuvre.".to_owned(),
             columns: 3,
             panel_height_mm: 26.0,
             panels,
@@ -144,7 +143,7 @@ pub(crate) fn wind_and_bias(contents: &Contents<'_>) -> Vec<Block> {
 /// Innovations of every measurement.
 pub fn innovations(contents: &Contents<'_>) -> Vec<Block> {
     let results = contents.results;
-    let mut blocks = vec![table_or(tables::innovation_summary(results), "No window was reconstructed.")];
+    let mut blocks = vec![table_or(tables::innovation_summary(results), "No manoeuvre was reconstructed.")];
     let ratios = ratios(contents);
     if !ratios.rows.is_empty() {
         blocks.push(Block::Table(ratios));
@@ -158,7 +157,7 @@ pub fn innovations(contents: &Contents<'_>) -> Vec<Block> {
         if !panels.is_empty() {
             let figure = Figure {
                 name: format!("innovations {}", window.name),
-                caption: format!("Innovations of window {} in their predicted ±2σ band.", window.name),
+                caption: format!("Innovations of manoeuvre {} in their predicted ±2σ band.", window.name),
                 columns: 4,
                 panel_height_mm: 14.0,
                 panels,
@@ -197,7 +196,7 @@ fn innovation(measurement: Measurement, path: &WindowPath) -> Option<Panel> {
 fn ratios(contents: &Contents<'_>) -> Table {
     let results = contents.results;
     let measurements: Vec<&str> = results.innovation_summary.iter().map(|row| row.measurement).collect();
-    let mut columns = vec![Column::new("window", "Window")];
+    let mut columns = vec![Column::new("window", "Manoeuvre")];
     columns.extend(measurements.iter().map(|&name| {
         let symbol = Measurement::from_name(name).map_or(name, notation::measurement);
         Column::number(name, symbol, "", 3)
@@ -212,7 +211,7 @@ fn ratios(contents: &Contents<'_>) -> Table {
     Table {
         name: "innovation_ratios".to_owned(),
         caption: format!(
-            "Root mean square of the innovations of each window in predicted standard deviations: {} when the noise is as stated.",
+            "Root mean square of the innovations of each manoeuvre in predicted standard deviations: {} if the noise is as stated.",
             significant(1.0, 1)
         ),
         columns,

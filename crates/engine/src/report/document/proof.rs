@@ -11,11 +11,10 @@ use crate::stage::{ReplaySeries, WindowReplay};
 pub fn proof_of_match(contents: &Contents<'_>) -> Vec<Block> {
     let found = &contents.results.proof_of_match;
     if found.windows.is_empty() {
-        return vec![paragraph("No window was flown again: none is kept for validation.")];
+        return vec![paragraph("No proof of match: no validation manoeuvre.")];
     }
     let mut blocks = vec![Block::Paragraph(format!(
-        "Validation windows flown again by the pooled model in six degrees of freedom, from the recorded controls, thrust, wind and \
-         loading, and judged by {}. A test passes when in each of its requirements one band holds the whole simulation.",
+        "Validation manoeuvres simulated by the pooled model in six degrees of freedom, from the recorded controls, thrust, wind and loading, and judged by {}. A test passes if, for each requirement, the whole simulation is within one band.",
         found.tolerances
     ))];
     let unflown =
@@ -24,7 +23,7 @@ pub fn proof_of_match(contents: &Contents<'_>) -> Vec<Block> {
     if !unflown.is_empty() {
         blocks.push(Block::List(unflown));
     }
-    blocks.push(table_or(verdicts(contents), "No test of these tolerances applies to a window."));
+    blocks.push(table_or(verdicts(contents), "No test of these tolerances applies to a manoeuvre."));
     let bands = proof::bands(found).select(&[
         "window",
         "test",
@@ -53,9 +52,9 @@ pub fn proof_of_match(contents: &Contents<'_>) -> Vec<Block> {
 fn verdicts(contents: &Contents<'_>) -> Table {
     let windows = contents.results.proof_of_match.windows.iter();
     let rows = windows.flat_map(|window| window.tests.iter().map(move |test| (window, test)));
-    let caption = "Tests: the largest difference as a part of the half width of the band, up to 1 is inside.";
+    let caption = "Tests: largest difference as a fraction of the half-width of the band (limit 1).";
     TableOf::new("match_tests", caption, rows)
-        .text("window", "Window", |(window, _)| &window.window)
+        .text("window", "Manoeuvre", |(window, _)| &window.window)
         .text("test", "Test", |(_, test)| &test.id)
         .text("name", "Name", |(_, test)| &test.name)
         .text("verdict", "Verdict", |(_, test)| if test.passed { "pass" } else { "fail" })
@@ -80,7 +79,7 @@ fn figure(window: &str, replay: &WindowReplay) -> Option<Figure> {
         replay.series.iter().filter(|series| series.half_band.is_some() || !any).map(panel).collect();
     (!panels.is_empty()).then_some(Figure {
         name: format!("match {window}"),
-        caption: format!("Window {window}: as measured with the widest tolerance band, and as the model flies it."),
+        caption: format!("Manoeuvre {window}: measured with the widest tolerance band, and simulated."),
         columns: 2,
         panel_height_mm: 22.0,
         panels,

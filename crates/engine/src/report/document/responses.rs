@@ -13,10 +13,8 @@ pub fn responses(contents: &Contents<'_>) -> Vec<Block> {
         return vec![paragraph("The frequency responses were not computed.")];
     };
     let mut blocks = vec![paragraph(
-        "Responses of the rates to the controls over all windows in which one control moves alone: composites of windows of several \
-         lengths, with 95 % bars of their random error. The low-order equivalent systems are fitted to the transforms of the records \
-         by output error; intervals hold 95 %. What is no value by its coherence is left out. The identified model is linear about \
-         the median of the windows' conditions.",
+        "Responses of the rates to the controls over all single-control manoeuvres: composites of several spectral window lengths, with 95 % bars of the random error. The low-order equivalent systems are fitted to the transforms of the records \
+         by output error; intervals hold 95 %. Points of low coherence are omitted. The identified model is linearised at the median condition of the manoeuvres.",
     )];
     blocks.extend(found.surfaces.iter().filter_map(surface_figure).map(Block::Figure));
     let systems = &contents.results.studies.equivalent_systems;

@@ -15,8 +15,7 @@ pub fn sensitivity(contents: &Contents<'_>) -> Vec<Block> {
         return vec![paragraph("The sensitivity was not computed.")];
     }
     let mut blocks = vec![paragraph(
-        "Change of each pooled derivative per unit of a quantity it was computed with, by a central difference over the step \
-         stated in the table of quantities.",
+        "Change of each pooled derivative per unit of an input quantity, by central difference over the step in the table of quantities.",
     )];
     blocks.push(Block::Table(quantities(&study.sensitivity)));
     for group in distinct(study.sensitivity.iter().map(|row| row.table)) {
@@ -40,7 +39,7 @@ pub fn sensitivity(contents: &Contents<'_>) -> Vec<Block> {
     });
     blocks.push(Block::Table(Table {
         name: "widest".to_owned(),
-        caption: "What moves each derivative most: its change over one step down and up.".to_owned(),
+        caption: "Dominant uncertainty of each derivative: change over one step down and up.".to_owned(),
         columns: vec![
             Column::new("derivative", "Derivative"),
             Column::new("quantity", "Quantity"),

@@ -27,8 +27,7 @@ pub fn overview(contents: &Contents<'_>) -> Vec<Block> {
             facts.into_iter().chain(delays).chain(gusts).map(|(name, text)| (name.to_owned(), text)).collect(),
         ),
         paragraph(
-            "Angles are in degrees and angular rates in degrees per second, in tables as in figures; all else is in SI units, and so are the \
-             channels as they are kept. Derivatives are per radian and per unit of the dimensionless rate. Body axes are x forward, y right, z down.",
+            "Angles are in degrees and angular rates in degrees per second, in tables as in figures; all else, including the stored channels, is in SI units. Derivatives are per radian and per unit of the dimensionless rate. Body axes are x forward, y right, z down.",
         ),
     ];
     blocks.extend(cover::recordings(contents, false));
@@ -62,7 +61,7 @@ pub fn aircraft(contents: &Contents<'_>) -> Vec<Block> {
     let fuel = results.flights.iter().find_map(|flight| Some(flight.mass_properties.as_ref()?.fuel.clone()));
     blocks.push(Block::Heading("Mass properties as flown".to_owned()));
     blocks.extend(fuel.map(|fuel| {
-        paragraph(&format!("At the start and the end of each flight and in the middle of each window: {fuel}."))
+        paragraph(&format!("At the start and the end of each flight and in the middle of each manoeuvre: {fuel}."))
     }));
     blocks.push(Block::Table(tables::mass_properties(results)));
     if !mass.items.is_empty() {
@@ -128,7 +127,7 @@ pub fn windows(contents: &Contents<'_>) -> Vec<Block> {
         "excluded_s",
         "note",
     ]);
-    let mut blocks = vec![table_or(table, "No window is in use.")];
+    let mut blocks = vec![table_or(table, "No manoeuvre is in use.")];
     for flight in &contents.session.flights {
         let Some(loaded) = contents.snapshot.flights.get(&flight.name).and_then(|slot| slot.ready()) else { continue };
         let spans: Vec<Mark> = contents
@@ -160,7 +159,7 @@ pub fn windows(contents: &Contents<'_>) -> Vec<Block> {
         if !panels.is_empty() {
             let figure = Figure {
                 name: format!("flight {}", flight.name),
-                caption: format!("Flight {} with its windows.", flight.name),
+                caption: format!("Flight {} with its manoeuvres.", flight.name),
                 columns: 1,
                 panel_height_mm: 32.0,
                 panels,
@@ -178,7 +177,7 @@ pub fn engines(contents: &Contents<'_>) -> Vec<Block> {
     let results = contents.results;
     if results.engines.is_empty() {
         return vec![paragraph(
-            "No engine has its speed and manifold pressure recorded and a chart and propeller map in the aircraft file.",
+            "No engine has recorded speed and manifold pressure, and a chart and propeller map in the aircraft file.",
         )];
     }
     let mut blocks = Vec::new();

@@ -194,7 +194,7 @@ fn window_histories<'a>(histories: &mut Vec<History<'a>>, group: &str, results: 
         if let Some(series) = &fit.series {
             let path = format!("fits/{}", fit.coefficient.name());
             let values = Cow::Borrowed(&*series.fitted().values);
-            let (unit, description) = ("-".to_owned(), "fit of this window alone".to_owned());
+            let (unit, description) = ("-".to_owned(), "fit of this manoeuvre alone".to_owned());
             columns.push(HistoryColumn { path, unit, description, values });
         }
     }

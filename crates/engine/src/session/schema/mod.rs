@@ -371,7 +371,7 @@ fn readable(figure: ReportFigure) -> Result<ReportFigure, SessionError> {
 }
 
 fn window_from(table: WindowTable) -> Result<Manoeuvre, SessionError> {
-    let place = format!("window '{}'", table.name);
+    let place = format!("manoeuvre '{}'", table.name);
     let roles = WindowRole::ALL.map(|role| (role.name(), role));
     let [surface, also] = surfaces_from(&place, table.surface.as_deref())?;
     Ok(Manoeuvre {
@@ -506,7 +506,7 @@ pub fn print(session: &Session) -> Result<String, SessionError> {
     };
     let body = toml::to_string_pretty(&file)
         .map_err(|error| SessionError::Term { place: "session".to_owned(), reason: error.to_string() })?;
-    Ok(format!("# Noise and deviations are standard deviations. Every number is in SI units and radians.\n{body}"))
+    Ok(format!("# Noise is stated as standard deviations. Every number is in SI units and radians.\n{body}"))
 }
 
 fn model_table(structure: &Structure) -> BTreeMap<String, Vec<String>> {

@@ -218,12 +218,12 @@ fn airplane(request: &DynamicsRequest, mass_kg: f64) -> StageResult<(Airplane, S
     let airplane = Airplane::new(class.unwrap_or(by_mass), category.unwrap_or(USUAL_CATEGORY));
     let airplane = airplane.map_err(|error| error.to_string())?;
     let class = match class {
-        Some(class) => format!("class {class} as asked for"),
+        Some(class) => format!("class {class} as requested"),
         None => format!("class {by_mass} by its greatest mass of {mass_kg:.0} kg"),
     };
     let category = match category {
-        Some(category) => format!("category {category} as asked for"),
-        None => format!("category {USUAL_CATEGORY}, as none was asked for"),
+        Some(category) => format!("category {category} as requested"),
+        None => format!("category {USUAL_CATEGORY} by default"),
     };
     Ok((airplane, format!("{class}; {category}")))
 }

@@ -50,7 +50,7 @@ pub fn pooled_model(
     notes: &mut Vec<String>,
 ) -> StageResult<UncertainModel> {
     let first = windows.iter().find(|(manoeuvre, _)| manoeuvre.role == WindowRole::Identification);
-    let (_, aero) = first.ok_or("there is no model: no identification window has coefficients")?;
+    let (_, aero) = first.ok_or("no model: no identification manoeuvre has coefficients")?;
     let settings = &aero.settings;
     let mut found = Vec::new();
     for fit in &pooled.fits {
@@ -61,8 +61,7 @@ pub fn pooled_model(
         }
     }
     if found.is_empty() {
-        let line =
-            "there is no model: no coefficient has a pooled estimate; mark at least one window as identification";
+        let line = "no model: no pooled estimate; mark at least one manoeuvre as identification";
         return Err(line.into());
     }
     let pairs: Vec<_> = found.iter().map(|(fit, coefficient)| (*fit, coefficient)).collect();

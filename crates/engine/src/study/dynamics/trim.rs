@@ -41,7 +41,7 @@ pub fn condition(
     if model.model.has_thrust() {
         let engines = &input.aircraft.loaded.powerplant.engines;
         if !flown.set_thrust_slope(&model.model, engines, &mut condition)? {
-            notes.push("thrust is held while the airspeed changes: no propeller map says how it falls".to_owned());
+            notes.push("thrust is constant over airspeed: no propeller map".to_owned());
         }
     } else {
         notes.push(
@@ -69,16 +69,16 @@ pub fn level_model(input: &StudyInput<'_>, context: &Context<'_>) -> StageResult
 }
 
 /// What a window without samples says.
-const EMPTY: &str = "the windows of the trim have no samples";
+const EMPTY: &str = "the manoeuvres of the trim have no samples";
 
 fn windows<'a, 'b>(request: &DynamicsRequest, input: &'a StudyInput<'b>) -> StageResult<Vec<&'a StudyWindow<'b>>> {
     if let Some(key) = request.window {
         let window = input.windows.iter().find(|window| window_key(&window.manoeuvre.name) == key);
-        return Ok(vec![window.ok_or_else(|| "the window of the trim has no coefficients".to_owned())?]);
+        return Ok(vec![window.ok_or_else(|| "the manoeuvre of the trim has no coefficients".to_owned())?]);
     }
     let used = input.windows.iter().filter(|window| window.manoeuvre.role == WindowRole::Identification);
     let used: Vec<_> = used.collect();
-    if used.is_empty() { Err("there is no model: mark at least one window as identification".into()) } else { Ok(used) }
+    if used.is_empty() { Err("no model: mark at least one manoeuvre as identification".into()) } else { Ok(used) }
 }
 
 /// Mass properties that are asked for.
