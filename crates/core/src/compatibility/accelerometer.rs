@@ -38,8 +38,8 @@ const CLEAR_RATIO: f64 = 1.5;
 /// Standard errors within which a place is none.
 const SIGNIFICANT: f64 = 5.0;
 
-/// Ratio of the deviations with a specific force reversed and as recorded, below which it is reversed: without a fault it was 1.2 to 5 on
-/// three aircraft of the fleet, with one 0.34 to 0.74.
+/// Ratio of the deviations with a specific force reversed and as recorded, below which its recorded sign is wrong. On three aircraft it was
+/// 1.15 to 5.3 without a fault and 0.34, 0.51 and 0.74 with `ay` reversed; slopes show the last of these.
 const REVERSED_RATIO: f64 = 0.7;
 
 /// Roles without which there is no estimate, beside one velocity.
