@@ -19,13 +19,14 @@ pub struct AppliedFix {
 }
 
 impl AppliedFix {
-    /// Applies a fix as one step of undo; none where it cannot be applied, which the edits then say.
+    /// Applies a fix as one step of undo; none where an edit is refused: that edit says why, and those before it are taken back.
     pub fn apply(ctx: &mut PanelContext<'_>, fix: &Fix) -> Option<Self> {
         let before = VerdictCounts::of(ctx.snapshot.verdicts.latest()?);
         ctx.edits.push(EditRequest::Begin(fix.label.clone()));
         ctx.edits.extend(fix.edits.iter().cloned().map(EditRequest::Apply));
-        ctx.edits.push(EditRequest::Commit);
-        let fixed = fix.apply(ctx.session).ok()?;
+        let fixed = fix.apply(ctx.session);
+        ctx.edits.push(if fixed.is_ok() { EditRequest::Commit } else { EditRequest::Abort });
+        let fixed = fixed.ok()?;
         Some(Self { label: fix.label.clone(), before, fixed, generation: ctx.snapshot.generation })
     }
 

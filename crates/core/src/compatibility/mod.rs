@@ -44,7 +44,7 @@ pub fn check(recording: &Recording) -> Compatibility {
         let (shifts, motion) = shift::find(recording, clocked.factor, motion, &relations);
         rows.extend(shifts);
         let (turned, motion) = search::turn_force(motion, &relations);
-        rows.extend(turned.iter().flat_map(rows::of_mistake));
+        rows.extend(turned);
         place = accelerometer::place(&motion);
         // What accelerometers feel far from the centre of gravity looks like a mistake of their channels.
         let motion = match place.filter(AccelerometerPlace::is_clear) {

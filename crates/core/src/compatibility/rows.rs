@@ -88,6 +88,28 @@ impl CompatibilityRow {
         }
     }
 
+    /// A specific force that the ground velocity shows reversed: deviations of its changes as recorded and reversed, m/s.
+    pub(super) fn of_reversed_force(force: Role, residuals_m_s: [f64; 2]) -> Self {
+        let cure = Cure::Scale { role: force, factor: -1.0, offset: 0.0, units: None };
+        let [recorded, reversed] = residuals_m_s.map(significant);
+        Self {
+            channel: force.name().to_owned(),
+            relation: None,
+            agreement: Agreement::Contradicts,
+            hypothesis: cure.hypothesis(),
+            factor: Some(-1.0),
+            slope: None,
+            r2: None,
+            segments: 1,
+            evidence: format!(
+                "ground velocity against specific force and attitude: rms {recorded} m/s with {} as recorded, {reversed} m/s with it reversed",
+                force.name()
+            ),
+            cure: Some(cure),
+            curves: None,
+        }
+    }
+
     /// `az: sign reversed (correlation -0.999)`: what is wrong in a few words.
     pub fn headline(&self) -> String {
         let what = if self.hypothesis.is_empty() { "inconsistent, cause unknown" } else { &self.hypothesis };

@@ -4,10 +4,12 @@ use std::cell::OnceCell;
 
 use rayon::prelude::*;
 
+use super::accelerometer::reversed_residuals;
 use super::changes::{Candidate, Cure, SPECIFIC_FORCE, candidates, turned_together};
 use super::line::Figures;
 use super::motion::{COMPARED, Motion, is_signed};
 use super::outcome::{Outcome, Relation};
+use super::rows::{CompatibilityRow, of_mistake};
 use crate::quantity::Role;
 
 /// Most mistakes looked for in one recording.
@@ -196,9 +198,10 @@ fn attempt(candidate: Candidate, motion: &Motion, outcomes: &[(Relation, Outcome
     (score > 0.0).then_some(Trial { candidate, repaired, sharpened, score, motion: changed })
 }
 
-/// The motion with the sign of a specific force turned whose own relation tells nothing, where lines it enters hold much better then and
-/// none holds less; and what was found. Before the place of the accelerometers is sought: a turned axis tells a wrong one.
-pub(super) fn turn_force(motion: Motion, relations: &[Relation]) -> (Option<Mistake>, Motion) {
+/// The motion with the sign of a specific force reversed whose own relation shows nothing, and the rows that say so: where lines it enters
+/// hold much better then and none holds less, or the ground velocity shows it. Before the place of the accelerometers is sought: a
+/// reversed axis gives a wrong one.
+pub(super) fn turn_force(motion: Motion, relations: &[Relation]) -> (Vec<CompatibilityRow>, Motion) {
     let outcomes = judge(relations, &motion);
     let is_own =
         |relation: &Relation, role: Role| matches!(relation, Relation::Kinematic(_)) && relation.compared() == role;
@@ -206,13 +209,19 @@ pub(super) fn turn_force(motion: Motion, relations: &[Relation]) -> (Option<Mist
         let mut own = outcomes.iter().filter(|(relation, _)| is_own(relation, *role));
         motion.has(*role) && own.all(|(_, outcome)| matches!(outcome, Outcome::Undetermined))
     };
-    let mut silent = SPECIFIC_FORCE.into_iter().filter(is_silent);
-    match silent.find_map(|role| turned_force(role, &motion, &outcomes)) {
-        None => (None, motion),
-        Some(Trial { candidate, repaired, sharpened, motion: turned, .. }) => {
-            let motions = [motion, turned.clone()];
-            let Candidate { cures, is_linear, .. } = candidate;
-            (Some(Mistake { cures, is_linear, repaired, sharpened, rivals: Vec::new(), motions }), turned)
+    let silent: Vec<Role> = SPECIFIC_FORCE.into_iter().filter(is_silent).collect();
+    if let Some(trial) = silent.iter().find_map(|role| turned_force(*role, &motion, &outcomes)) {
+        let Trial { candidate: Candidate { cures, is_linear, .. }, repaired, sharpened, motion: turned, .. } = trial;
+        let motions = [motion, turned.clone()];
+        let mistake = Mistake { cures, is_linear, repaired, sharpened, rivals: Vec::new(), motions };
+        return (of_mistake(&mistake), turned);
+    }
+    let by_velocity = |role: &Role| Some((*role, reversed_residuals(&motion, *role)?));
+    match silent.iter().find_map(by_velocity) {
+        None => (Vec::new(), motion),
+        Some((role, residuals_m_s)) => {
+            let row = CompatibilityRow::of_reversed_force(role, residuals_m_s);
+            (vec![row], Candidate::turned(role).applied(&motion))
         }
     }
 }

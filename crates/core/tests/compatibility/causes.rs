@@ -164,3 +164,40 @@ fn a_clear_line_of_another_slope_is_no_matter_of_gusts() {
         assert!((slope - factor).abs() < 0.1 && r2 > 0.98, "{slope} {r2}");
     }
 }
+
+/// Motion by inertial sensors, attitude and ground velocity alone, which is noisy: its slopes show no sign of `ay`.
+fn inertial(columns: &mut BTreeMap<Role, Vec<f64>>) {
+    let kept = [
+        RollRate,
+        PitchRate,
+        YawRate,
+        SpecificForceX,
+        SpecificForceY,
+        SpecificForceZ,
+        BankAngle,
+        PitchAngle,
+        HeadingAngle,
+        VelocityNorth,
+        VelocityEast,
+        VelocityDown,
+    ];
+    columns.retain(|role, _| kept.contains(role));
+    for (index, role) in [VelocityNorth, VelocityEast, VelocityDown].into_iter().enumerate() {
+        let noise = |sample: usize| 0.6 * ((1.7 + sample as f64) * (12.9898 + index as f64)).sin() * 43758.547;
+        let values = columns.get_mut(&role).into_iter().flatten().enumerate();
+        values.for_each(|(sample, value)| *value += noise(sample).rem_euclid(1.2) - 0.6);
+    }
+}
+
+#[test]
+fn a_side_force_reversed_is_named_by_the_noisy_ground_velocity_alone() {
+    let clean = found(inertial);
+    assert_eq!(mistakes(&clean), Vec::<String>::new());
+    let reversed = found(|columns| {
+        inertial(columns);
+        scaled(columns, SpecificForceY, -1.0);
+    });
+    assert_eq!(mistakes(&reversed), ["ay: sign reversed"]);
+    // No slope shows it: the row is of the ground velocity.
+    assert!(reversed.contradictions().all(|row| row.slope.is_none() && row.factor == Some(-1.0)));
+}
