@@ -1,6 +1,7 @@
 //! Arguments of every command.
 
 use crate::aircraft::{AircraftArguments, PlainArguments};
+use crate::compare::CompareArguments;
 use crate::compatibility::CompatibilityArguments;
 use crate::equations::EquationArguments;
 use crate::fix::FixArguments;
@@ -87,6 +88,8 @@ pub enum Command {
     Variants(VariantArguments),
     /// Carry fresh noise of the recording through both steps, many times.
     MonteCarlo(MonteCarloArguments),
+    /// Compare the experiments of a session: verdict, NIS, fits, prediction and derivatives of each.
+    Compare(CompareArguments),
     /// List the fixes of a session's findings with the verdict before and after each, or apply some.
     Fix(FixArguments),
     /// Propose manoeuvre windows, steady windows or noise from the recordings of a session.
