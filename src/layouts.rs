@@ -122,6 +122,7 @@ impl Step {
                 &[
                     Pane::Summary,
                     Pane::Derivatives,
+                    Pane::Experiments,
                     Pane::Correlation,
                     Pane::Studies,
                     Pane::Sensitivity,

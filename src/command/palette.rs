@@ -51,6 +51,7 @@ const MEANINGS: [(&str, &str); 32] = [
     ("Innovations", "nis residual whiteness consistency"),
     ("Model", "aic bic pse terms structure regressors stepwise polynomial coefficients"),
     ("Derivatives", "compare aic bic pse board stability control estimates intervals table reference"),
+    ("Experiments", "compare filters structures configurations keep variants overlay board"),
     ("Fits and residuals", "compare contributions prediction validation information r2"),
     ("Match", "proof part 60 simulator tolerance qtg"),
     ("3-D replay", "attitude play animation compass velocity wind fly film"),

@@ -17,6 +17,8 @@ mod derivatives;
 mod design;
 mod dynamics;
 mod enough;
+mod experiment_intervals;
+mod experiments;
 mod expressions;
 mod filter_settings;
 mod fits;

@@ -35,6 +35,8 @@ pub enum Pane {
     Model,
     /// Derivatives.
     Derivatives,
+    /// Configurations kept by name, side by side.
+    Experiments,
     /// Coefficients, their fits and residuals.
     Fits,
     /// Validation windows flown again by the model.
@@ -92,6 +94,7 @@ impl Pane {
         Self::Innovations,
         Self::Model,
         Self::Derivatives,
+        Self::Experiments,
         Self::Fits,
         Self::Match,
         Self::Replay,
@@ -130,6 +133,7 @@ impl Pane {
             Self::Innovations => "Innovations",
             Self::Model => "Model",
             Self::Derivatives => "Derivatives",
+            Self::Experiments => "Experiments",
             Self::Fits => "Fits and residuals",
             Self::Match => "Match",
             Self::Replay => "3-D replay",
@@ -171,7 +175,7 @@ impl Pane {
             Self::Channels | Self::Manoeuvres | Self::Gallery => "own_recording",
             Self::Preprocess | Self::Reconstruction | Self::Sensors | Self::Replay => "method_path",
             Self::Noise | Self::Innovations => "noise",
-            Self::Model | Self::Fits | Self::Correlation => "structure",
+            Self::Model | Self::Experiments | Self::Fits | Self::Correlation => "structure",
             Self::Derivatives => "method_estimation",
             Self::Match => "match",
             Self::Propulsion | Self::Airframe | Self::Loading => "method_coefficients",
@@ -208,6 +212,7 @@ impl Pane {
             Self::Innovations => Box::new(super::innovations::Innovations::default()),
             Self::Model => Box::new(super::model::Model::default()),
             Self::Derivatives => Box::new(super::derivatives::Derivatives::default()),
+            Self::Experiments => Box::new(super::experiments::Experiments::default()),
             Self::Fits => Box::new(super::fits::Fits::default()),
             Self::Match => Box::new(super::match_panel::Match::default()),
             Self::Replay => Box::new(super::replay::Replay::default()),

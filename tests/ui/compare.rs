@@ -5,6 +5,7 @@ use doublet::notation;
 use doublet::panels::Pane;
 use doublet::ui_state::Scope;
 use doublet_core::model::{Coefficient, Term};
+use doublet_engine::compare::PRESENT;
 use doublet_engine::session::{self, Edit, ModelEdit, Surface};
 use egui::{Key, pos2, vec2};
 use egui_kittest::kittest::Queryable;
@@ -228,4 +229,42 @@ fn plot_and_notes_go_into_the_report_with_their_words() {
         bench.session().report_figures.is_empty() && bench.session().report_notes.is_empty(),
         "three steps of undo"
     );
+}
+
+#[test]
+fn experiments_are_added_computed_compared_and_one_is_made_current_in_one_step() {
+    let mut bench = Bench::shipped();
+    bench.show(Pane::Experiments);
+    let add = |bench: &mut Bench<'_>, family: &str| {
+        bench.click("Add experiments");
+        bench.click(family);
+    };
+    add(&mut bench, "Half and twice the measurement noise");
+    add(&mut bench, "Cm without each term");
+    bench.click("Keep");
+    let names: Vec<String> = bench.session().experiments.iter().map(|one| one.name.clone()).collect();
+    assert!(names.len() >= 5 && names.last().map(String::as_str) == Some("Experiment 1"), "{names:?}");
+    let rows = &bench.snapshot().inquiries.experiments;
+    let row = |name: &str| rows.row(name).and_then(|slot| slot.ready()).unwrap_or_else(|| panic!("{name} is computed"));
+    assert!(names.iter().chain([&PRESENT.to_owned()]).all(|name| !row(name).outcome.coefficients.is_empty()));
+    let without = names.iter().find(|name| name.contains("Cm_q")).expect("pitch damping is a term").clone();
+    let akaike = row(&without).outcome.coefficient("Cm").and_then(|one| one.fit.as_ref()?.delta_akaike);
+    let akaike = notation::fixed(akaike.expect("the samples are the same"), 0);
+    bench.click("Cm");
+    assert!(bench.harness.query_all_by_label(&akaike).next().is_some(), "the table says {akaike}");
+    assert!(bench.harness.query_by_label("intervals of Cm_q").is_some());
+    picture(&mut bench.harness, "experiments");
+    bench.click(&without);
+    picture(&mut bench.harness, "experiments_chosen");
+    let before = bench.session().clone();
+    bench.click("Make current");
+    let structure = &bench.session().experiment(&without).expect("it stays").configuration.structure;
+    assert_eq!(&bench.session().structure, structure);
+    assert_ne!(structure, &before.structure);
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert_eq!(bench.session(), &before, "one step");
+    // A second row beside it: what differs is named.
+    bench.click("Measurement noise x 2");
+    assert!(bench.harness.query_all_by_label("model.Cm").next().is_some());
+    picture(&mut bench.harness, "experiments_compared");
 }

@@ -1,6 +1,7 @@
 //! Arguments of every command.
 
 use crate::aircraft::{AircraftArguments, PlainArguments};
+use crate::compare::CompareArguments;
 use crate::compatibility::CompatibilityArguments;
 use crate::equations::EquationArguments;
 use crate::fix::FixArguments;
@@ -85,6 +86,8 @@ pub enum Command {
     Variants(VariantArguments),
     /// Repeat both steps many times with fresh measurement noise.
     MonteCarlo(MonteCarloArguments),
+    /// Compare the experiments of a session: verdict, NIS, fits, prediction and derivatives of each.
+    Compare(CompareArguments),
     /// List the fixes of a session with their effect, or apply some.
     Fix(FixArguments),
     /// Propose manoeuvres, steady windows or noise from the recordings of a session.

@@ -5,6 +5,7 @@ mod arguments;
 mod batch;
 mod campaign;
 mod check;
+mod compare;
 mod compatibility;
 mod coverage;
 mod datcom;
@@ -167,6 +168,7 @@ fn outcome(command: Command) -> Result<Outcome, String> {
             let realisations = arguments.realisations as usize;
             study::study(Study::MonteCarlo { realisations, seed: arguments.seed }, &arguments.study)
         }
+        Command::Compare(arguments) => compare::compare(&arguments),
         Command::Fix(arguments) => fix::fix(&arguments),
         Command::Propose(arguments) => propose::propose(&arguments),
         Command::Match(arguments) => match_command::match_command(&arguments),

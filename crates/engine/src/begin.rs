@@ -382,6 +382,7 @@ pub fn empty_session(title: &str, aircraft: Option<&str>) -> Session {
         estimation: Estimation::default(),
         structure: Structure::thesis(),
         second_structure: None,
+        experiments: Vec::new(),
         kept_structures: Vec::new(),
         annotations: Vec::new(),
         report_notes: String::new(),

@@ -2,10 +2,16 @@
 
 #![allow(clippy::panic, clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
 
+use doublet_core::model::Coefficient;
 use doublet_core::reconstruct::{Input, Measurement, State};
 use doublet_core::series::TimeRange;
-use doublet_engine::compare::{Estimates, differences, read_estimates, settings};
-use doublet_engine::session::{self, Edit, FilterEdit, NoiseChannel, Session, WindowEdit};
+use doublet_engine::compare::{Estimates, PRESENT, differences, read_estimates, settings};
+use doublet_engine::graph::{Cache, Context};
+use doublet_engine::run::{Control, ExperimentRows, Scope, Snapshot, experiment_rows, run as run_stages};
+use doublet_engine::session::{
+    self, Edit, ExperimentEdit, FilterEdit, NoiseChannel, Session, WindowEdit, noise_experiments, structure_experiments,
+};
+use doublet_engine::verdict::VerdictCounts;
 
 /// Rounding of a difference of doubles.
 const ROUNDING: f64 = 1e-12;
@@ -88,4 +94,53 @@ fn folders_without_results_are_refused() {
     assert!(read_estimates(folder.path()).unwrap_err().contains("results.json"));
     std::fs::write(folder.path().join("results.json"), r#"{"format": "x", "version": 1}"#).unwrap();
     assert!(read_estimates(folder.path()).unwrap_err().contains("'x' version 1 is not understood"));
+}
+
+#[test]
+fn experiment_gives_what_the_session_with_its_configuration_gives() {
+    let session = demo();
+    let added = [structure_experiments(&session, Coefficient::Cm), noise_experiments(&session)].concat();
+    let added: Vec<_> =
+        added.into_iter().filter(|one| one.name.contains("Cm_q") || one.name.ends_with("x 2")).collect();
+    let [damping, noise] = [0, 1].map(|at| added[at].name.clone());
+    let session = Edit::Experiment(ExperimentEdit::Add(added)).apply(&session).unwrap();
+    let cache = Cache::new(1 << 30);
+    let folder = std::path::Path::new("");
+    let rows_of = |session: &Session| {
+        let mut rows = ExperimentRows::default();
+        experiment_rows(session, &mut rows, &Context::new(folder).with_cache(&cache), &|_| ()).unwrap();
+        rows
+    };
+    let rows = rows_of(&session);
+    let row = |name: &str| rows.row(name).unwrap().ready().unwrap_or_else(|| panic!("{name}: {rows:?}"));
+    // Number for number what a run of that session gives.
+    let applied = Edit::Experiment(ExperimentEdit::Apply(damping.clone())).apply(&session).unwrap();
+    let scope = Scope { session: &applied, folder, first: None, studies: &[], cause: "test", generation: 1 };
+    let snapshot = run_stages(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| ());
+    let found = &row(&damping).outcome;
+    assert_eq!(found.verdict, VerdictCounts::of(snapshot.verdicts.ready().unwrap()));
+    for fit in &snapshot.pooled.ready().unwrap().fits {
+        let own = found.coefficient(fit.coefficient.name()).unwrap();
+        let estimates = &fit.fit.as_ref().unwrap().estimates;
+        assert!(own.derivatives.iter().all(|one| estimates.contains(&one.interval.estimate)), "{}", own.coefficient);
+        assert!(!own.derivatives.is_empty());
+    }
+    // Without pitch damping Cm is worse by far, and no other coefficient moves.
+    let delta = |name: &str, coefficient: &str| {
+        row(name).outcome.coefficient(coefficient).and_then(|one| one.fit.as_ref()?.delta_akaike)
+    };
+    assert!(delta(&damping, "Cm").unwrap() > 100.0, "{:?}", delta(&damping, "Cm"));
+    assert_eq!((delta(&damping, "CZ"), delta(PRESENT, "Cm")), (Some(0.0), Some(0.0)));
+    let honest = |name: &str| row(name).outcome.coefficient("Cm").unwrap().fit.as_ref().unwrap().honest_r_squared;
+    assert!(honest(PRESENT).unwrap() > honest(&damping).unwrap() + 0.01);
+    assert!(row(PRESENT).outcome.validation_error < row(&damping).outcome.validation_error);
+    // Twice the noise: smaller NIS, other samples, so that no criterion is compared.
+    assert_eq!((delta(&noise, "Cm"), row(&noise).delta_akaike), (None, None));
+    let [before, after] = [PRESENT, noise.as_str()].map(|name| row(name).outcome.nis.unwrap());
+    assert!(after < 0.6 * before && after > 0.2 * before, "{before} {after}");
+    assert!(row(&noise).differences.iter().all(|one| one.setting.starts_with("filter.measurement_noise.")));
+    // Taken up, it is the session's own; rows that are known are found again.
+    let rows = rows_of(&applied);
+    assert!(rows.row(&damping).unwrap().ready().unwrap().is_current);
+    assert!(!rows.row(&noise).unwrap().ready().unwrap().is_current);
 }

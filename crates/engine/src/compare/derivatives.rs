@@ -49,6 +49,14 @@ pub struct Interval {
     pub high: f64,
 }
 
+impl Interval {
+    /// The 95 % interval of an estimate.
+    pub fn new(estimate: f64, standard_error: f64) -> Self {
+        let half = NORMAL_95 * standard_error;
+        Self { estimate, standard_error, low: estimate - half, high: estimate + half }
+    }
+}
+
 /// One derivative in two runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DerivativeDifference {
@@ -100,8 +108,7 @@ impl Estimates {
             let shared = fit.derivatives.iter().filter(|row| !row.name.ends_with(']'));
             shared.filter_map(|row| {
                 let (estimate, standard_error) = (row.estimate?, row.corrected_standard_error.unwrap_or(f64::NAN));
-                let half = NORMAL_95 * standard_error;
-                let interval = Interval { estimate, standard_error, low: estimate - half, high: estimate + half };
+                let interval = Interval::new(estimate, standard_error);
                 Some((fit.coefficient.as_str(), row.name.as_str(), interval))
             })
         })

@@ -80,6 +80,21 @@ impl<'a> Context<'a> {
         (self.progress)(done as f32 / self.total.max(1) as f32);
     }
 
+    /// Tells the part done, 0 to 1.
+    pub(crate) fn advance(&self, part: f32) {
+        (self.progress)(part);
+    }
+
+    /// Folder relative paths start from.
+    pub(crate) fn folder(&self) -> &'a Path {
+        self.folder
+    }
+
+    /// Where outputs are kept.
+    pub(crate) fn cache(&self) -> Option<&'a Cache> {
+        self.cache
+    }
+
     /// Handle that stops it.
     pub fn control(&self) -> &Control {
         &self.control
@@ -166,7 +181,8 @@ impl<'a> Context<'a> {
         self.files.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn declare(&self, read: &BTreeMap<PathBuf, FileStamp>) {
+    /// States what was read in another context.
+    pub(crate) fn declare(&self, read: &BTreeMap<PathBuf, FileStamp>) {
         self.read().extend(read.iter().map(|(place, stamp)| (place.clone(), stamp.clone())));
     }
 

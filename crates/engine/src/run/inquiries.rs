@@ -1,5 +1,6 @@
 //! What is asked of the identified model while somebody looks at it: computed in the background after the run, for what is on screen alone.
 
+use super::experiments::{ExperimentRows, experiment_rows};
 use super::snapshot::{AnySlot, Inquiries, Slot, Snapshot};
 use crate::graph::{Context, Keyed, Stage, StageResult};
 use crate::planning::{Enough, EnoughRequest};
@@ -17,6 +18,8 @@ pub struct InquiryRequest {
     pub enough: Option<EnoughRequest>,
     /// Earlier estimate it is held against.
     pub prior: Option<PriorRequest>,
+    /// Whether the experiments of the session are compared.
+    pub experiments: bool,
 }
 
 /// Computes what is asked of the model of `snapshot`, which shows each answer as it comes.
@@ -25,7 +28,7 @@ pub(super) fn inquire(
     snapshot: &mut Snapshot,
     request: &InquiryRequest,
     context: &Context<'_>,
-    publish: &dyn Fn(Snapshot),
+    publish: &(dyn Fn(Snapshot) + Sync),
 ) {
     let mut ask = Inquiry { session, snapshot, context, publish };
     if let Some(wanted) = request.dynamics {
@@ -37,13 +40,16 @@ pub(super) fn inquire(
     if let Some(wanted) = &request.enough {
         ask.answer::<Enough>(wanted, |inquiries| &mut inquiries.enough);
     }
+    if request.experiments {
+        ask.compare_experiments();
+    }
 }
 
 struct Inquiry<'a> {
     session: &'a Session,
     snapshot: &'a mut Snapshot,
     context: &'a Context<'a>,
-    publish: &'a dyn Fn(Snapshot),
+    publish: &'a (dyn Fn(Snapshot) + Sync),
 }
 
 impl Inquiry<'_> {
@@ -57,6 +63,19 @@ impl Inquiry<'_> {
         let found = answer::<S>(self.session, self.snapshot, params, self.context);
         slot(&mut self.snapshot.inquiries).finish(found);
         (self.publish)(self.snapshot.clone());
+    }
+
+    fn compare_experiments(&mut self) {
+        let mut rows = std::mem::take(&mut self.snapshot.inquiries.experiments);
+        let shown = &*self.snapshot;
+        let show = |rows: &ExperimentRows| {
+            let mut snapshot = shown.clone();
+            snapshot.inquiries.experiments = rows.clone();
+            (self.publish)(snapshot);
+        };
+        // A row that was not computed says so itself.
+        let _ = experiment_rows(self.session, &mut rows, self.context, &show);
+        self.snapshot.inquiries.experiments = rows;
     }
 }
 

@@ -3,6 +3,7 @@
 mod autosaver;
 mod coordinator;
 mod details;
+mod experiments;
 mod inquiries;
 mod job;
 mod live;
@@ -16,6 +17,7 @@ pub use crate::graph::{Cancelled, Control};
 pub use autosaver::Autosaver;
 pub use coordinator::{CACHE_BYTES, Engine, Request};
 pub use details::{DetailRequest, Details, WindowDetails};
+pub use experiments::{ExperimentRows, experiment_rows};
 pub use inquiries::{InquiryRequest, answer, with_study_input};
 pub use job::Job;
 pub use live::{EstimateTrace, LiveOrder, LiveThread, LiveView};

@@ -8,6 +8,7 @@ use std::time::Duration;
 use doublet_core::airframe::LoadedState;
 
 use super::details::Details;
+use super::experiments::ExperimentRows;
 use crate::graph::{FileStamp, Keyed, Stage, StageError};
 use crate::planning::Enough;
 use crate::prior::PriorStudy;
@@ -367,6 +368,8 @@ slots! {
         enough: Slot<Enough>,
         /// The flight against an earlier estimate.
         prior: Slot<PriorStudy>,
+        /// Experiments of the session side by side.
+        experiments: ExperimentRows,
     }
 }
 

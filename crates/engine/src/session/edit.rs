@@ -8,9 +8,9 @@ use doublet_core::series::TimeRange;
 use thiserror::Error;
 
 use super::{
-    AircraftEdit, AnnotationEdit, ExpressionEdit, Flight, GravitySource, GustSource, KeptStructure, NoiseEdit,
-    PathSource, PooledConstants, PredictionParameters, Preparation, ReportFigureEdit, Session, SignalEdit, Surface,
-    TermConstraint, WindowEdit,
+    AircraftEdit, AnnotationEdit, ExperimentEdit, ExpressionEdit, Flight, GravitySource, GustSource, KeptStructure,
+    NoiseEdit, PathSource, PooledConstants, PredictionParameters, Preparation, ReportFigureEdit, Session, SignalEdit,
+    Surface, TermConstraint, WindowEdit,
 };
 
 /// A change of the session, grouped by area.
@@ -36,6 +36,8 @@ pub enum Edit {
     Estimation(EstimationEdit),
     /// Terms of the aerodynamic model.
     Model(ModelEdit),
+    /// Configurations kept by name.
+    Experiment(ExperimentEdit),
     /// Words at instants of a flight.
     Annotation(AnnotationEdit),
     /// Notes of the author for the report.
@@ -152,6 +154,9 @@ pub enum EditError {
     /// The window's flight is not in the session.
     #[error("no flight is called '{0}'")]
     NoFlight(String),
+    /// The experiment is not in the session.
+    #[error("no experiment is called '{0}'")]
+    NoExperiment(String),
     /// An interval that ends before it begins.
     #[error("a manoeuvre from {start_s} s to {end_s} s is empty: let it end after it starts")]
     EmptyWindow {
@@ -204,6 +209,7 @@ impl Edit {
             Self::ReportFigure(edit) => edit.label().to_owned(),
             Self::RecordingPath { flight, .. } => format!("find a recording of {flight}"),
             Self::Model(edit) => edit.label(),
+            Self::Experiment(edit) => edit.label(),
         }
     }
 
@@ -237,6 +243,7 @@ impl Edit {
                 }
             }
             Self::Model(edit) => edit.apply(&mut next),
+            Self::Experiment(edit) => edit.apply(&mut next)?,
         }
         Ok(next)
     }

@@ -6,6 +6,7 @@ mod check;
 mod constraint;
 mod edit;
 mod excluded;
+mod experiment;
 mod expression;
 mod file;
 mod fix;
@@ -38,6 +39,10 @@ pub use annotation::{Annotation, AnnotationEdit};
 pub use check::{MOST_WINDOWS, check, stops_run};
 pub use constraint::TermConstraint;
 pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit};
+pub use experiment::{
+    Configuration, Experiment, ExperimentEdit, MOST_EXPERIMENTS, ManoeuvreUse, filter_experiments, noise_experiments,
+    structure_experiments,
+};
 pub use expression::{EXPRESSION_SOURCE, ExpressionEdit, ExpressionSetting};
 pub use file::{Opened, content_hash, open, rebased, save, save_without_backup, shipped};
 pub use fix::Fix;
@@ -92,6 +97,8 @@ pub struct Session {
     pub second_structure: Option<Structure>,
     /// Structures kept by name, to be compared with the first and taken back.
     pub kept_structures: Vec<KeptStructure>,
+    /// Configurations kept by name, each with the manoeuvres of the session.
+    pub experiments: Vec<Experiment>,
     /// Words at instants of the flights, in the order of time.
     pub annotations: Vec<Annotation>,
     /// What the author has to say: in the report, before its figures.

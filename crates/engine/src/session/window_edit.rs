@@ -115,6 +115,7 @@ impl WindowEdit {
                     usable("window", to)?;
                 }
                 find(session, from)?.name.clone_from(to);
+                session.rename_in_experiments(from, to);
             }
             Self::Place { name, window } => {
                 check_interval(*window)?;
@@ -133,6 +134,9 @@ impl WindowEdit {
                 find(session, name)?.excluded = apart(excluded.clone());
             }
             Self::Flag { name, flag, on } => *flag.among(&mut find(session, name)?.flags) = *on,
+        }
+        if matches!(self, Self::Add(_) | Self::AddAll(_) | Self::Remove(_) | Self::Split { .. }) {
+            session.follow_manoeuvres();
         }
         Ok(())
     }

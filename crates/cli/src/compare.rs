@@ -1,0 +1,182 @@
+//! `doublet compare`: the experiments of a session side by side.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use doublet_core::model::Coefficient;
+use doublet_engine::compare::{CoefficientOutcome, ExperimentRow};
+use doublet_engine::graph::{Cache, Context};
+use doublet_engine::run::{ExperimentRows, Slot, experiment_rows};
+use doublet_engine::session::{
+    self, Edit, Experiment, ExperimentEdit, Session, filter_experiments, noise_experiments, structure_experiments,
+};
+use serde_json::json;
+
+use crate::progress::Progress;
+use crate::run::{CACHE_BYTES, open_to_run, say};
+use crate::text;
+
+/// Arguments of `compare`.
+#[derive(Debug, Args)]
+pub struct CompareArguments {
+    /// Session file.
+    pub session: PathBuf,
+    /// Add usual experiments to those of the session: filters, noise, or a coefficient, which adds one without each of its terms.
+    #[arg(long, value_name = "FAMILY,FAMILY", value_delimiter = ',')]
+    pub with: Vec<Family>,
+    /// Write the session with the added experiments to this file.
+    #[arg(long, short, value_name = "FILE", requires = "with")]
+    pub output: Option<PathBuf>,
+}
+
+/// Experiments that are usual.
+#[derive(Clone, Copy, Debug)]
+pub enum Family {
+    /// Every filter with the smoothed, the filtered and the measured path.
+    Filters,
+    /// Half and twice the noise of the measurements.
+    Noise,
+    /// The structure without each term of a coefficient.
+    Terms(Coefficient),
+}
+
+impl std::str::FromStr for Family {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "filters" => Ok(Self::Filters),
+            "noise" => Ok(Self::Noise),
+            name => Coefficient::ALL.into_iter().find(|one| one.name() == name).map(Self::Terms).ok_or_else(|| {
+                let all = Coefficient::ALL.map(Coefficient::name).join(", ");
+                format!("'{name}' is not a family: use filters, noise or a coefficient ({all})")
+            }),
+        }
+    }
+}
+
+impl Family {
+    fn experiments(self, session: &Session) -> Vec<Experiment> {
+        match self {
+            Self::Filters => filter_experiments(session),
+            Self::Noise => noise_experiments(session),
+            Self::Terms(coefficient) => structure_experiments(session, coefficient),
+        }
+    }
+}
+
+/// Computes every experiment and prints a row each.
+///
+/// # Errors
+/// One line: what is wrong with the session, that it has no experiments, that the file cannot be written.
+pub fn compare(arguments: &CompareArguments) -> Result<(), String> {
+    let opened = open_to_run(&arguments.session)?;
+    let add = |session: Session, family: &Family| {
+        let added = ExperimentEdit::Add(family.experiments(&session));
+        Edit::Experiment(added).apply(&session).map_err(|error| error.to_string())
+    };
+    let session = arguments.with.iter().try_fold(opened.session, add)?;
+    if session.experiments.is_empty() {
+        return Err("the session has no experiments: keep some in the panel Experiments, or add --with filters".into());
+    }
+    let progress = Progress::new();
+    let cache = Cache::new(CACHE_BYTES);
+    let context = Context::new(&opened.folder).with_cache(&cache);
+    let total = session.experiments.len() as f32 + 1.0;
+    let show = |rows: &ExperimentRows| {
+        let part = |slot: &Slot<ExperimentRow>| match slot {
+            Slot::Running { progress, .. } => *progress,
+            _ => 1.0,
+        };
+        let done: f32 = rows.0.iter().map(|(_, slot)| part(slot)).sum();
+        progress.show(done / total, "computing experiments");
+    };
+    let mut rows = ExperimentRows::default();
+    let computed = experiment_rows(&session, &mut rows, &context, &show);
+    progress.finish();
+    computed.map_err(|error| error.to_string())?;
+    print(&rows)?;
+    let Some(target) = &arguments.output else { return Ok(()) };
+    let absolute = |path: &Path| std::path::absolute(path).map_err(|error| error.to_string());
+    let folder = absolute(target.parent().unwrap_or(Path::new("")))?;
+    let session = session::rebased(&session, &absolute(&opened.folder)?, &folder);
+    session::save(&session, target).map_err(|error| error.to_string())?;
+    text::line(&format!("written to {}", target.display()));
+    Ok(())
+}
+
+fn print(rows: &ExperimentRows) -> Result<(), String> {
+    let ready: Vec<&ExperimentRow> = rows.0.iter().filter_map(|(_, slot)| slot.ready()).map(AsRef::as_ref).collect();
+    let failed: Vec<_> = rows.0.iter().filter_map(|(name, slot)| Some((name, slot.error()?))).collect();
+    failed.iter().for_each(|(name, error)| say(&format!("{name}: {error}")));
+    if text::is_json() {
+        let failed: Vec<_> = failed.iter().map(|(name, error)| json!({ "name": name, "error": error })).collect();
+        let all = json!({ "experiments": ready, "failed": failed });
+        text::document(&serde_json::to_string_pretty(&all).map_err(|error| error.to_string())?);
+        return Ok(());
+    }
+    let header =
+        ["experiment", "verdict", "good", "caution", "bad", "NIS", "dAIC", "validation error", "settings that differ"];
+    text::table(&header, &ready.iter().map(|row| overview(row)).collect::<Vec<_>>());
+    for coefficient in Coefficient::ALL {
+        let name = coefficient.name();
+        let own: Vec<_> = ready.iter().filter_map(|row| Some((*row, row.outcome.coefficient(name)?))).collect();
+        if !own.is_empty() {
+            print_coefficient(name, &own);
+        }
+    }
+    text::line("95 % intervals of corrected standard errors. dAIC is given where the samples fitted are the same.");
+    Ok(())
+}
+
+fn number(value: Option<f64>, digits: usize) -> String {
+    value.map_or("-".to_owned(), |value| text::number(value, digits))
+}
+
+fn overview(row: &ExperimentRow) -> Vec<String> {
+    let outcome = &row.outcome;
+    let verdict = outcome.verdict;
+    let counts = [verdict.good, verdict.caution, verdict.bad].map(|count| count.to_string());
+    let differing = match row.differences.as_slice() {
+        [] => "none".to_owned(),
+        [one] => one.setting.clone(),
+        [first, rest @ ..] => format!("{} and {} more", first.setting, rest.len()),
+    };
+    let mut cells = vec![row.name.clone(), verdict.level.name().to_owned()];
+    cells.extend(counts);
+    cells.extend([number(outcome.nis, 3), number(row.delta_akaike, 4), number(outcome.validation_error, 3), differing]);
+    cells
+}
+
+/// The fits and derivatives of one coefficient, a row per experiment.
+fn print_coefficient(name: &str, rows: &[(&ExperimentRow, &CoefficientOutcome)]) {
+    let mut names: Vec<&str> = Vec::new();
+    for derivative in rows.iter().flat_map(|(_, outcome)| &outcome.derivatives) {
+        if !names.contains(&derivative.name.as_str()) {
+            names.push(&derivative.name);
+        }
+    }
+    let cells = rows.iter().map(|(row, outcome)| {
+        let fit = outcome.fit.as_ref();
+        let figures = [
+            fit.map(|fit| fit.r_squared),
+            fit.and_then(|fit| fit.honest_r_squared),
+            fit.and_then(|fit| fit.delta_akaike),
+        ];
+        let interval = |name: &&str| {
+            let found = outcome.derivatives.iter().find(|derivative| derivative.name == *name);
+            found.map_or("-".to_owned(), |found| {
+                let half = found.interval.high - found.interval.estimate;
+                format!("{} ± {}", text::number(found.interval.estimate, 4), text::number(half, 2))
+            })
+        };
+        std::iter::once(row.name.clone())
+            .chain(figures.into_iter().map(|value| number(value, 4)))
+            .chain(names.iter().map(interval))
+            .collect()
+    });
+    let mut header = vec![name, "R2", "honest R2", "dAIC"];
+    header.extend(&names);
+    text::line("");
+    text::table(&header, &cells.collect::<Vec<Vec<String>>>());
+}
