@@ -101,7 +101,7 @@ impl Step {
                 &[],
             ),
             Self::Manoeuvres => Arrangement::new(
-                &[Pane::Flight, Pane::Gallery, Pane::GroundTrack],
+                &[Pane::Flight, Pane::ManoeuvreMap, Pane::Gallery, Pane::GroundTrack],
                 Beside::Wide,
                 &[Pane::Manoeuvres],
                 &[],

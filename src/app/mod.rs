@@ -281,11 +281,13 @@ impl Workbench {
     /// Shows the start page.
     pub fn show_start_page(&mut self) {
         self.keep_thumbnail();
+        self.leave_beginning();
         self.start_shown = true;
     }
 
     /// Goes back to the session from the start page.
     pub fn leave_start_page(&mut self) {
+        self.leave_beginning();
         self.start_shown = false;
     }
 
@@ -331,7 +333,7 @@ impl Workbench {
 
     /// Shows a document that was just opened: all of it, with nothing of the one before.
     fn enter(&mut self) {
-        self.start_shown = false;
+        self.leave_start_page();
         self.fresh = true;
         OPENED.clone_into(&mut self.cause);
         self.look_at_all();

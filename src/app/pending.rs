@@ -91,6 +91,16 @@ pub enum Asked {
     Missing(String, usize),
 }
 
+/// A name in letters and digits for a file; `otherwise` where it has none.
+fn file_stem(name: &str, otherwise: &str) -> String {
+    let letters = name.chars().map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' });
+    let stem: String = letters.take(LONGEST_NAME).collect();
+    match stem.trim_matches('_') {
+        "" => otherwise.to_owned(),
+        stem => stem.to_owned(),
+    }
+}
+
 impl Workbench {
     /// Leaves the present session, after asking where changes would be lost.
     pub fn leave(&mut self, pending: Pending, ctx: &egui::Context) {
@@ -148,7 +158,11 @@ impl Workbench {
             Asked::Recording(purpose) => ("A recording", *purpose, recordings(), String::new()),
             Asked::Beside => ("A recording of the same flight", Purpose::Several, recordings(), String::new()),
             Asked::Aircraft => ("An aircraft file", Purpose::Open, toml(), String::new()),
-            Asked::NewAircraft | Asked::OwnAircraft => {
+            Asked::NewAircraft => {
+                let name = file_stem(self.described_aircraft().unwrap_or_default(), "aircraft");
+                ("Save the aircraft", Purpose::Save, toml(), format!("{name}.toml"))
+            }
+            Asked::OwnAircraft => {
                 let name = self.proposed_name();
                 let stem = name.strip_suffix(".toml").unwrap_or(&name);
                 ("Save the aircraft", Purpose::Save, toml(), format!("{stem}_aircraft.toml"))
@@ -198,11 +212,7 @@ impl Workbench {
         if let Some(name) = self.document.path.as_deref().and_then(Path::file_name) {
             return name.to_string_lossy().into_owned();
         }
-        let letters =
-            self.document.session().title.chars().map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' });
-        let title: String = letters.take(LONGEST_NAME).collect();
-        let title = title.trim_matches('_').to_owned();
-        format!("{}.toml", if title.is_empty() { "session" } else { title.as_str() })
+        format!("{}.toml", file_stem(&self.document.session().title, "session"))
     }
 
     /// Goes on once a file was chosen.

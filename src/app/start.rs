@@ -132,6 +132,12 @@ fn actions(app: &Workbench, ui: &mut Ui) -> Option<UiCommand> {
             wanted = Some(command);
         }
     }
+    if let Some(name) = app.draft_name() {
+        ui.add_space(10.0);
+        if ui.link(format!("Continue the new session {name} ▸")).clicked() {
+            wanted = Some(UiCommand::File(FileCommand::ContinueNew));
+        }
+    }
     ui.add_space(10.0);
     ui.add(Label::new(RichText::new("Or drop a recording or a session file on this window.").weak()).wrap());
     if !app.document.session().flights.is_empty() {

@@ -39,6 +39,7 @@ pub fn dispatch(app: &mut Workbench, command: UiCommand, ctx: &egui::Context) {
 fn file(app: &mut Workbench, command: FileCommand, ctx: &egui::Context) {
     match command {
         FileCommand::New => app.leave(Pending::AskRecording, ctx),
+        FileCommand::ContinueNew => app.continue_beginning(),
         FileCommand::NewFromFolder => app.leave(Pending::AskFolder, ctx),
         FileCommand::Open => app.leave(Pending::AskOpen, ctx),
         FileCommand::OpenShipped => app.leave(Pending::Shipped(Document::SHIPPED), ctx),

@@ -36,7 +36,7 @@ pub fn matching<'a>(table: &'a [CommandInfo], typed: &str) -> Vec<&'a CommandInf
 }
 
 /// Other words for what a command is about, by its name.
-const MEANINGS: [(&str, &str); 32] = [
+const MEANINGS: [(&str, &str); 33] = [
     ("Summary", "verdict believe trust good bad caution"),
     ("Channels", "sensors units signs roles physics check mapping"),
     ("Flight", "recording time history overview plot"),
@@ -44,6 +44,7 @@ const MEANINGS: [(&str, &str); 32] = [
     ("Cross plot", "xy scatter hysteresis"),
     ("Manoeuvres", "windows doublet 3211 segments cut select"),
     ("Gallery", "thumbnails side by side overlay onset"),
+    ("Manoeuvre map", "scatter lasso select candidates speed altitude alpha cg nis r2 excitation"),
     ("Preprocess", "smoothing filter resample clock sync lag steady spectrum"),
     ("Sensors", "calibration slope drum pulley pedal yoke pod probes fit instruments"),
     ("Noise and filter", "kalman ekf iekf ukf covariance tuning q r"),

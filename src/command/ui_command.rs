@@ -32,6 +32,8 @@ pub enum FileCommand {
     New,
     /// Make a session of a folder of CSV files, asking for it.
     NewFromFolder,
+    /// Go on with the new session that was left.
+    ContinueNew,
     /// Open a session, asking for its file.
     Open,
     /// Open the session that comes with the program.
@@ -308,6 +310,7 @@ pub fn table() -> Vec<CommandInfo> {
     let mut table = vec![
         file("New session from recording…", FileCommand::New, ctrl(Key::N)),
         file("New session from folder of CSV files…", FileCommand::NewFromFolder, ctrl_shift(Key::N)),
+        file("Continue new session", FileCommand::ContinueNew, None),
         file("Open session…", FileCommand::Open, ctrl(Key::O)),
         file("Open shipped session", FileCommand::OpenShipped, None),
         file("Save session", FileCommand::Save, ctrl(Key::S)),

@@ -5,7 +5,7 @@ use doublet_engine::stage::CoefficientFit;
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
-use super::{PanelContext, awaiting, is_window_constant, role_color};
+use super::{PanelContext, awaiting, is_window_constant, role_color, select};
 use crate::notation;
 use crate::theme;
 
@@ -74,10 +74,14 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
 
 /// Name of a window in the colour of its use; a click chooses it.
 fn heading(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
-    let text = RichText::new(&window.name).size(11.0).color(role_color(theme::palette(ui), window.role));
+    let mut text = RichText::new(&window.name).size(11.0).color(role_color(theme::palette(ui), window.role));
+    if ctx.selection().is_selected(&window.name) {
+        text = text.strong().background_color(ui.visuals().selection.bg_fill);
+    }
     let label = ui.add(egui::Label::new(text).truncate().sense(egui::Sense::click()));
     if label.on_hover_text(&window.name).clicked() {
-        ctx.choose(&window.name);
+        let modifiers = ui.input(|input| input.modifiers);
+        select(ctx.state, ctx.session, &window.name, modifiers);
     }
 }
 

@@ -13,7 +13,7 @@ use super::marking::{self, Spot};
 use super::proposals::{proposals, thumbnails};
 use super::window_filter::{Order, WindowFilter};
 use super::{EditRequest, Panel, PanelContext, role_color, select_among};
-use crate::command::{EditCommand, UiCommand};
+use crate::command::{EditCommand, MarkCommand, UiCommand};
 use crate::notation;
 use crate::theme;
 use crate::widgets::quantity_edit::QuantityEdit;
@@ -281,22 +281,33 @@ fn bulk(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     }
     // There with one too where there is room: rows below do not move under the pointer when more of them are selected.
     ui.add_enabled_ui(count > 0, |ui| {
-        ui.horizontal_wrapped(|ui| {
-            ui.strong(format!("{count} selected:"));
-            for (role, keys) in WindowRole::ALL.into_iter().zip(["I", "V", "X"]) {
-                let name = if role == WindowRole::Ignored { "ignore" } else { role.name() };
-                if ui.button(name).on_hover_text(keys).clicked() {
-                    ctx.commands.push(UiCommand::Edit(EditCommand::UseWindows(role)));
-                }
-            }
-            if ui.button("confirm").on_hover_text("Checked and confirmed").clicked() {
-                flag_selected(ctx, WindowFlag::Confirmed);
-            }
-            if ui.button("remove").on_hover_text("Delete").clicked() {
-                ctx.commands.push(UiCommand::Edit(EditCommand::RemoveWindow));
-            }
-        })
+        ui.horizontal_wrapped(|ui| bulk_buttons(ctx, ui, count));
     });
+}
+
+/// The buttons that act on the `count` selected manoeuvres, each in one step of undo.
+pub(super) fn bulk_buttons(ctx: &mut PanelContext<'_>, ui: &mut Ui, count: usize) {
+    ui.strong(format!("{count} selected:"));
+    for (role, keys) in WindowRole::ALL.into_iter().zip(["I", "V", "X"]) {
+        let name = if role == WindowRole::Ignored { "ignore" } else { role.name() };
+        if ui.button(name).on_hover_text(keys).clicked() {
+            ctx.commands.push(UiCommand::Edit(EditCommand::UseWindows(role)));
+        }
+    }
+    ui.menu_button("surface", |ui| {
+        for surface in [None].into_iter().chain(Surface::ALL.map(Some)) {
+            if ui.button(surface.map_or("any", Surface::name)).clicked() {
+                ctx.commands.push(UiCommand::Mark(MarkCommand::Surface(surface)));
+                ui.close();
+            }
+        }
+    });
+    if ui.button("confirm").on_hover_text("Looked at and taken as they stand").clicked() {
+        flag_selected(ctx, WindowFlag::Confirmed);
+    }
+    if ui.button("remove").on_hover_text("Delete").clicked() {
+        ctx.commands.push(UiCommand::Edit(EditCommand::RemoveWindow));
+    }
 }
 
 /// Sets a flag of every selected window in one step of undo.
@@ -310,7 +321,7 @@ fn flag_selected(ctx: &mut PanelContext<'_>, flag: WindowFlag) {
 }
 
 /// The menu of a row: of all selected windows where it is one of them, of its own else.
-fn menu(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
+pub(super) fn menu(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
     if !ctx.selection().is_selected(&window.name) {
         ctx.choose(&window.name);
     }

@@ -30,6 +30,7 @@ mod intervals;
 mod live;
 mod loading;
 mod log;
+mod manoeuvre_map;
 mod manoeuvres;
 mod marking;
 mod match_panel;

@@ -21,6 +21,8 @@ pub enum Pane {
     Manoeuvres,
     /// The windows side by side.
     Gallery,
+    /// Manoeuvres and candidates over two of their quantities.
+    ManoeuvreMap,
     /// Smoothing, resampling, clocks, steady windows.
     Preprocess,
     /// Calibrations of the sensors.
@@ -87,6 +89,7 @@ impl Pane {
         Self::CrossPlot,
         Self::Manoeuvres,
         Self::Gallery,
+        Self::ManoeuvreMap,
         Self::Preprocess,
         Self::Sensors,
         Self::Noise,
@@ -126,6 +129,7 @@ impl Pane {
             Self::CrossPlot => "Cross plot",
             Self::Manoeuvres => "Manoeuvres",
             Self::Gallery => "Gallery",
+            Self::ManoeuvreMap => "Manoeuvre map",
             Self::Preprocess => "Preprocess",
             Self::Sensors => "Sensors",
             Self::Noise => "Noise and filter",
@@ -159,6 +163,7 @@ impl Pane {
     /// Its title on a tab.
     pub fn short_title(self) -> &'static str {
         match self {
+            Self::ManoeuvreMap => "Map",
             Self::Responses => "Frequency",
             Self::Dynamics => "Modes",
             Self::Fits => "Fits",
@@ -172,7 +177,7 @@ impl Pane {
         match self {
             Self::Summary => "warnings",
             Self::Flight | Self::GroundTrack | Self::CrossPlot | Self::Shortcuts => "tutorial",
-            Self::Channels | Self::Manoeuvres | Self::Gallery => "own_recording",
+            Self::Channels | Self::Manoeuvres | Self::Gallery | Self::ManoeuvreMap => "own_recording",
             Self::Preprocess | Self::Reconstruction | Self::Sensors | Self::Replay => "method_path",
             Self::Noise | Self::Innovations => "noise",
             Self::Model | Self::Experiments | Self::Fits | Self::Correlation => "structure",
@@ -205,6 +210,7 @@ impl Pane {
             Self::CrossPlot => Box::new(super::cross_plot::CrossPlot::default()),
             Self::Manoeuvres => Box::new(super::manoeuvres::Manoeuvres::default()),
             Self::Gallery => Box::new(super::gallery::Gallery::default()),
+            Self::ManoeuvreMap => Box::new(super::manoeuvre_map::ManoeuvreMap::default()),
             Self::Preprocess => Box::new(super::preprocess::Preprocess::default()),
             Self::Sensors => Box::new(super::sensors::Sensors::default()),
             Self::Noise => Box::new(super::noise::Noise),

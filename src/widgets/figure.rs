@@ -68,7 +68,7 @@ pub struct FigureRequest {
 }
 
 /// A colour of the window as it is printed on white.
-pub(super) fn printed(color: Color32) -> Colour {
+pub fn printed(color: Color32) -> Colour {
     let [red, green, blue, _] = theme::printed(color).to_array();
     Colour([red, green, blue])
 }

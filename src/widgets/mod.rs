@@ -14,6 +14,7 @@ mod pointer;
 pub mod quantity_edit;
 mod readout;
 pub mod scale_view;
+pub mod scatter;
 pub mod snap;
 pub mod span_editor;
 pub mod sparkline;

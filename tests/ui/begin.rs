@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use doublet::command::{FileCommand, UiCommand};
 use doublet_core::model::Coefficient;
 use doublet_core::quantity::Role;
 use doublet_engine::session::{self, MapRef, Surface};
 use egui::accesskit::Role as Kind;
 use egui_kittest::kittest::{NodeT, Queryable};
 
+use crate::painted::faults;
 use crate::picture;
 use crate::recording::{LENGTH_S, STEP_S};
 use crate::workbench::Bench;
@@ -69,10 +71,18 @@ impl Bench<'_> {
         let path = foreign(bench.folder.path());
         bench.drop_file(path);
         bench.wait_for("Create session");
+        bench.step("Channels");
         bench.choose_entry("channel of q", "channel 17");
         bench.choose_entry("unit of q", "deg/s");
         bench.wait_for("shape of q");
         bench
+    }
+
+    /// Goes to a step of the page.
+    fn step(&mut self, title: &str) {
+        let label = format!("step {title}: ");
+        self.harness.get_by_label_contains(&label).click();
+        self.harness.run_steps(4);
     }
 
     fn drop_file(&mut self, path: PathBuf) {
@@ -123,6 +133,7 @@ fn dropped_recording_becomes_a_session_whose_numbers_are_in_si_and_come_back() {
     let path = foreign(bench.folder.path());
     bench.drop_file(path);
     bench.wait_for("Create session");
+    bench.step("Channels");
     assert!(
         bench.harness.query_by_label_contains("no reconstruction without: q").is_some(),
         "the pitch rate is missing"
@@ -138,10 +149,11 @@ fn dropped_recording_becomes_a_session_whose_numbers_are_in_si_and_come_back() {
     bench.choose_entry("unit of q", "deg/s");
     assert!(bench.harness.query_by_label_contains("no reconstruction").is_none());
     let reasons = |word: &str| bench.harness.query_all_by_label(word).count();
-    assert!(reasons("guessed") >= 5 && reasons("by hand") == 1, "what each row rests on is said beside it");
+    let evidence = bench.harness.query_all_by_label_contains("by its").count();
+    assert!(evidence >= 5 && reasons("by hand") == 1, "the evidence of each row stands beside it");
+    bench.step("Recording and aircraft");
     bench.harness.get_by_label("Aircraft file…").click();
     bench.harness.run_steps(4);
-    assert!(bench.harness.query_by_label("Create session").is_none(), "one dialog at a time");
     let aircraft = bench.folder.path().join("aircraft.toml");
     bench.harness.get_by_label("File name").type_text(&aircraft.display().to_string());
     bench.harness.run_steps(2);
@@ -167,11 +179,14 @@ fn dropped_recording_becomes_a_session_whose_numbers_are_in_si_and_come_back() {
 #[test]
 fn further_file_leaves_what_was_chosen_and_a_broken_one_is_said() {
     let mut bench = Bench::with_mapped_recording();
+    bench.step("Recording and aircraft");
     bench.choose_entry("aircraft", "none: flight path only");
     let seconds = (0..(LENGTH_S / STEP_S) as u32).map(|k| f64::from(k) * STEP_S);
     let rows: String = seconds.map(|t| format!("{t},{}\n", 1000.0 + t)).collect();
     let chosen = |bench: &Bench<'_>| {
+        bench.step("Channels");
         assert!(bench.harness.query_all_by_label("5.73").next().is_some(), "the pitch rate is mapped by hand");
+        bench.step("Recording and aircraft");
         let aircraft = bench.harness.get_by_role_and_label(Kind::ComboBox, "aircraft");
         assert_eq!(aircraft.accesskit_node().value().as_deref(), Some("none: flight path only"));
     };
@@ -184,7 +199,6 @@ fn further_file_leaves_what_was_chosen_and_a_broken_one_is_said() {
         bench.harness.run_steps(2);
         bench.harness.key_press(egui::Key::Enter);
         bench.wait_for("Create session");
-        bench.wait_for("shape of q");
         assert!(bench.harness.query_all_by_label_contains(name).next().is_some(), "{name} is read or refused");
         chosen(&bench);
     }
@@ -195,6 +209,7 @@ fn recording_without_an_aircraft_gives_its_flight_path() {
     let mut bench = Bench::with_mapped_recording();
     // q = 0.04 * 1.3 + 0.02 * 2.4 rad/s at the start, in the unit of the channel.
     assert!(bench.harness.query_all_by_label("5.73").next().is_some(), "the first value is in degrees per second");
+    bench.step("Recording and aircraft");
     bench.choose_entry("aircraft", "none: flight path only");
     bench.harness.get_by_label("Create session").click();
     bench.wait_until_made();
@@ -221,6 +236,7 @@ fn pulse_of_a_servo_becomes_a_deflection_by_the_travel_that_is_said() {
     std::fs::write(&path, all.join("\n")).expect("it can be written");
     bench.drop_file(path);
     bench.wait_for("Create session");
+    bench.step("Channels");
     bench.choose_entry("channel of q", "channel 17");
     bench.choose_entry("unit of q", "deg/s");
     // The list is narrowed by what is typed, and Return takes what is left.
@@ -240,6 +256,7 @@ fn pulse_of_a_servo_becomes_a_deflection_by_the_travel_that_is_said() {
         bench.enter(&format!("{name} of delta_e"), value);
     }
     assert!(bench.harness.query_by_label("deflection there of delta_e").is_none(), "Return in the last field ends it");
+    bench.step("Recording and aircraft");
     bench.choose_entry("aircraft", "none: flight path only");
     bench.harness.get_by_label("Create session").click();
     bench.wait_until_made();
@@ -256,6 +273,8 @@ fn contradiction_of_a_channel_is_named_and_cured_by_one_click() {
     bench.harness.get_by_label("sign of az").scroll_to_me();
     bench.harness.run_steps(3);
     bench.harness.get_by_label("sign of az").click();
+    bench.harness.run_steps(2);
+    bench.step("Check");
     bench.wait_for("apply cure of az");
     for when in ["as read", "with the cure"] {
         let name = format!("curves of az {when}");
@@ -333,4 +352,93 @@ fn file_that_is_no_recording_is_refused_in_one_line() {
         "{message:?}"
     );
     assert_eq!(bench.session().title, "Test flight", "the session stays");
+}
+
+/// A recording of the foreign flight with forty more channels of long names that nobody knows.
+fn unmapped(folder: &Path) -> PathBuf {
+    let text = std::fs::read_to_string(foreign(folder)).expect("it was written");
+    let more: Vec<String> = (1..=40).map(|at| format!("Messstelle {at:02} hinten links oben [counts]")).collect();
+    let mut lines = text.lines();
+    let mut out = format!("{},{}", lines.next().expect("it has a header"), more.join(","));
+    for (row, line) in lines.enumerate() {
+        out.push_str(&format!("\n{line}"));
+        (0..more.len()).for_each(|at| out.push_str(&format!(",{}", (row * (at + 3)) % 977)));
+    }
+    let path = folder.join("unmapped recording.csv");
+    std::fs::write(&path, out).expect("it can be written");
+    path
+}
+
+#[test]
+fn page_with_a_long_unmapped_table_fits_a_laptop() {
+    let mut bench = Bench::open();
+    bench.harness.set_size(egui::vec2(1280.0, 720.0));
+    let path = unmapped(bench.folder.path());
+    bench.drop_file(path);
+    bench.wait_for("Create session");
+    bench.harness.get_by_label("Describe one").click();
+    bench.harness.run_steps(4);
+    bench.step("Channels");
+    bench.choose_entry("channel of q", "Messstelle 07 hinten links oben [counts]");
+    bench.choose_entry("unit of q", "deg/s");
+    bench.wait_for("shape of q");
+    let mut all = Vec::new();
+    for theme in [egui::ThemePreference::Dark, egui::ThemePreference::Light] {
+        bench.harness.state_mut().state.appearance = theme;
+        for page in ["Recording and aircraft", "Channels", "Check"] {
+            bench.step(page);
+            bench.harness.hover_at(egui::pos2(640.0, 717.0));
+            bench.harness.run_steps(4);
+            picture(&mut bench.harness, &format!("begin_{page}_{theme:?}"));
+            let found = faults(&bench);
+            all.extend(found.into_iter().map(|fault| format!("{page}, {theme:?}: {fault}")));
+            let create = bench.harness.get_by_label("Create session").rect();
+            assert!(create.right() < 1280.0 && create.bottom() < 720.0, "{page}: {create:?}");
+        }
+    }
+    assert!(all.is_empty(), "{} faults:\n{}", all.len(), all.join("\n"));
+}
+
+#[test]
+fn draft_of_a_new_session_is_kept_when_left_and_escape_asks_before_it_is_lost() {
+    let mut bench = Bench::with_mapped_recording();
+    let escape = |bench: &mut Bench<'_>| {
+        bench.harness.key_press(egui::Key::Escape);
+        bench.harness.run_steps(4);
+    };
+    let is_asked = |bench: &Bench<'_>| bench.harness.query_by_label("Cancel the new session?").is_some();
+    escape(&mut bench);
+    assert!(is_asked(&bench), "what was chosen by hand is not dropped without a question");
+    picture(&mut bench.harness, "begin_asks");
+    escape(&mut bench);
+    assert!(!is_asked(&bench) && bench.harness.state().is_beginning(), "Escape goes on");
+    bench.harness.get_by_label("Leave, keep the draft").click();
+    bench.settle();
+    assert!(!bench.harness.state().is_beginning());
+    assert_eq!(bench.harness.state().draft_name(), Some("foreign"));
+    bench.request(UiCommand::File(FileCommand::ContinueNew));
+    bench.step("Channels");
+    let channel = bench.harness.get_by_role_and_label(Kind::ComboBox, "channel of q");
+    assert_eq!(channel.accesskit_node().value().as_deref(), Some("channel 17"));
+    bench.harness.get_by_label("Cancel").click();
+    bench.harness.run_steps(4);
+    assert!(is_asked(&bench));
+    bench.harness.get_by_label("Discard the draft").click();
+    bench.settle();
+    assert!(!bench.harness.state().is_beginning() && bench.harness.state().draft_name().is_none());
+}
+
+#[test]
+fn described_aircraft_is_saved_under_its_own_name() {
+    let mut bench = Bench::open();
+    let path = foreign(bench.folder.path());
+    bench.drop_file(path);
+    bench.wait_for("Create session");
+    bench.harness.get_by_label("Describe one").click();
+    bench.harness.run_steps(4);
+    bench.enter("name of the aircraft", "Trainer II");
+    bench.harness.get_by_label("Save the aircraft…").click();
+    bench.harness.run_steps(4);
+    let name = bench.harness.get_by_label("File name").accesskit_node().value();
+    assert_eq!(name.as_deref(), Some("Trainer_II.toml"));
 }

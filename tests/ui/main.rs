@@ -13,6 +13,7 @@ mod gestures;
 mod help;
 mod identified;
 mod live;
+mod manoeuvre_map;
 mod manoeuvres;
 mod marking;
 mod painted;

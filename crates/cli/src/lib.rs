@@ -33,7 +33,7 @@ mod progress;
 mod propagate;
 mod propose;
 mod qtg;
-mod questions;
+pub mod questions;
 mod regress;
 mod report;
 mod response;

@@ -4,6 +4,7 @@ use doublet_engine::report::{self, Outputs};
 use doublet_engine::run::{Control, Snapshot};
 use doublet_engine::session::Session;
 use doublet_engine::study::Study;
+use doublet_engine::verdict::Level;
 
 use crate::arguments::StudyArguments;
 use crate::lags;
@@ -29,13 +30,19 @@ pub fn study(study: Study, arguments: &StudyArguments) -> Result<(), String> {
 pub fn shown(study: Study, session: &Session, snapshot: &Snapshot, arguments: &StudyArguments) -> Result<(), String> {
     let results = report::build(session, snapshot);
     if text::is_json() {
-        let all =
+        let mut all =
             serde_json::json!({ "version": report::VERSION, "studies": results.studies, "dynamics": results.dynamics });
+        if study == Study::Manoeuvres {
+            all["manoeuvre_map"] = serde_json::json!(results.manoeuvre_map);
+        }
         text::document(&serde_json::to_string_pretty(&all).map_err(|error| error.to_string())?);
     }
     match study {
         Study::Sensitivity => sensitivity(&results.studies),
-        Study::Manoeuvres => manoeuvres(&results.studies),
+        Study::Manoeuvres => {
+            manoeuvre_map(&results.manoeuvre_map);
+            manoeuvres(&results.studies);
+        }
         Study::Checks { .. } => checks(&results.studies),
         Study::Lags => lags::print(&results.studies),
         Study::Responses => {}
@@ -118,6 +125,45 @@ fn beyond_rounding(row: &report::SensitivityRow) -> f64 {
     /// Change of the estimate, per cent, that rounding alone can cause.
     const ROUNDING_PERCENT: f64 = 1e-9;
     if row.relative_percent.abs() < ROUNDING_PERCENT { 0.0 } else { row.partial }
+}
+
+/// Manoeuvres and candidates with their flight condition, input and consistency.
+fn manoeuvre_map(rows: &[report::MapRow]) {
+    let degrees = |angle_rad: Option<f64>| angle_rad.map(f64::to_degrees);
+    let cells = rows.iter().map(|row| {
+        let numbers = [
+            (Some(row.start_s), 6),
+            (Some(row.duration_s), 3),
+            (row.airspeed_m_s, 3),
+            (row.altitude_m, 4),
+            (degrees(row.alpha_rad), 3),
+            (degrees(row.deflection_rad), 3),
+            (row.nis_ratio, 3),
+            (row.worst_r_squared(), 3),
+            (row.information, 3),
+        ];
+        let numbers = numbers
+            .into_iter()
+            .map(|(value, digits)| value.map_or_else(|| "-".to_owned(), |value| text::number(value, digits)));
+        let words = [row.name.as_str(), row.role, row.level.map_or("-", Level::name)].map(str::to_owned);
+        words.into_iter().chain(numbers).collect()
+    });
+    let header = [
+        "manoeuvre",
+        "use",
+        "verdict",
+        "start, s",
+        "duration, s",
+        "airspeed, m/s",
+        "altitude, m",
+        "alpha, deg",
+        "deflection, deg",
+        "NIS ratio",
+        "worst R2",
+        "estimate / error",
+    ];
+    text::table(&header, &cells.collect::<Vec<_>>());
+    text::line("");
 }
 
 fn manoeuvres(results: &report::StudyResults) {

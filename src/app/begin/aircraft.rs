@@ -31,6 +31,11 @@ impl Default for AircraftForm {
 }
 
 impl AircraftForm {
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.aircraft.name
+    }
+
     /// The aircraft as the text of its file.
     pub fn text(&self) -> Result<String, String> {
         self.aircraft.text()

@@ -20,7 +20,7 @@ pub(super) fn show(
 ) -> Option<Option<ChannelName>> {
     let text = now.map_or_else(|| "–".to_owned(), &shown);
     let mut chosen = None;
-    let combo = ComboBox::from_id_salt(("channel", key)).selected_text(text).width(190.0).truncate().height(HEIGHT);
+    let combo = ComboBox::from_id_salt(("channel", key)).selected_text(text).width(172.0).truncate().height(HEIGHT);
     let combo = combo.close_behavior(PopupCloseBehavior::CloseOnClickOutside).show_ui(ui, |ui| {
         let typed = if names.len() > MANY { narrowing(ui, key) } else { Typed::default() };
         let fits = |name: &&ChannelName| shown(name).to_lowercase().contains(&typed.text.to_lowercase());

@@ -2,8 +2,9 @@
 
 mod aircraft;
 mod channel_choice;
-mod form;
+mod page;
 mod physics;
+mod recording;
 mod roles;
 mod travel;
 
@@ -11,6 +12,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use doublet_cli::questions::{group, list_questions};
 use doublet_core::load::{ManualChannel, ManualChannelMap, Plan, RowValues};
 use doublet_core::quantity::Role;
 use doublet_engine::begin::{self, Inspected, Order};
@@ -20,7 +22,7 @@ use eframe::egui;
 
 use super::{Asked, Document, Workbench};
 use aircraft::AircraftForm;
-use form::Answer;
+use page::{Answer, Page};
 use physics::Comparison;
 
 /// Roles from which a shipped map that fits is taken to be the recorder's own.
@@ -60,7 +62,10 @@ struct Choosing {
     comparison: Comparison,
     aircraft_form: Option<AircraftForm>,
     complaint: Option<String>,
-    /// Whether the dialog has been drawn, and the field that had the keyboard then.
+    /// What the recordings leave open by the map made by hand.
+    questions: Vec<String>,
+    page: Page,
+    /// Whether the page has been drawn, and the field that had the keyboard then.
     has_begun: bool,
     first_field: Option<egui::Id>,
     /// The field that had the keyboard in the frame before: Escape has taken it from there when this frame begins.
@@ -79,6 +84,12 @@ enum Step {
 #[derive(Default)]
 pub struct Beginning {
     step: Option<Step>,
+    /// Whether the user has left the page; the draft is kept.
+    is_left: bool,
+    /// Whether the user is asked what becomes of the draft.
+    is_asked: bool,
+    /// Whether that was asked in the frame before: the Escape that asks is not the answer.
+    was_asked: bool,
 }
 
 impl Choosing {
@@ -101,6 +112,8 @@ impl Choosing {
             comparison: Comparison::default(),
             aircraft_form: None,
             complaint: None,
+            questions: questions(&inspected, &inspected.guess),
+            page: Page::default(),
             has_begun: false,
             first_field: None,
             focused: None,
@@ -111,6 +124,7 @@ impl Choosing {
     /// With what was chosen before further recordings came.
     fn continuing(mut self, before: Self) -> Self {
         self.name = before.name;
+        self.page = before.page;
         self.aircraft_form = before.aircraft_form;
         if before.aircraft != AircraftChoice::Open {
             self.aircraft = before.aircraft;
@@ -145,19 +159,36 @@ impl Choosing {
 
     /// What is still to be done before the session can be made.
     fn lacks(&self) -> Option<&'static str> {
+        self.lacks_aircraft_or_name().or(self.lacks_roles())
+    }
+
+    fn lacks_aircraft_or_name(&self) -> Option<&'static str> {
+        let is_open = self.aircraft == AircraftChoice::Open;
+        match () {
+            () if self.name.trim().is_empty() => Some("give the session a name"),
+            () if is_open && self.aircraft_form.is_some() => Some("save the aircraft described above"),
+            () if is_open => Some("choose the aircraft: mass, inertia and reference area come from it"),
+            () => None,
+        }
+    }
+
+    fn lacks_roles(&self) -> Option<&'static str> {
         match self.plan() {
-            _ if self.name.trim().is_empty() => Some("give the session a name"),
-            _ if self.aircraft == AircraftChoice::Open && self.aircraft_form.is_some() => {
-                Some("save the aircraft described above")
-            }
-            _ if self.aircraft == AircraftChoice::Open => {
-                Some("choose the aircraft: mass, inertia and reference area come from it")
-            }
             Err(_) => Some("choose a channel map"),
             Ok(plan) if plan.roles.is_empty() => Some("give a role to a channel"),
-            Ok(plan) if plan.has_errors() => Some("mend the roles marked as wrong"),
+            Ok(plan) if plan.has_errors() => Some("correct the roles marked as wrong"),
             Ok(_) => None,
         }
+    }
+
+    /// What the recordings leave open; nothing by a map that comes with the program.
+    fn questions(&self) -> &[String] {
+        if self.choice == Choice::ByHand { &self.questions } else { &[] }
+    }
+
+    /// Whether anything was chosen by hand that would be lost.
+    fn is_touched(&self) -> bool {
+        self.hand != self.inspected.guess || self.aircraft_form.is_some()
     }
 
     /// The map as the session is to refer to it.
@@ -173,18 +204,67 @@ impl Choosing {
     /// Plans again after a change of the map made by hand.
     fn plan_again(&mut self) {
         self.hand_plan = begin::plan_by_hand(&self.inspected.probes, &self.hand);
+        self.questions = questions(&self.inspected, &self.hand);
     }
 }
 
+/// What recordings leave open by a map.
+fn questions(inspected: &Inspected, map: &ManualChannelMap) -> Vec<String> {
+    let all = inspected.probes.iter().flat_map(|probe| list_questions(probe, map));
+    group(all.collect()).into_iter().map(|question| question.text).collect()
+}
+
 impl Workbench {
-    /// Whether a session is being made of a recording.
+    /// Whether a session is being made of a recording, and on screen.
     pub fn is_beginning(&self) -> bool {
-        self.beginning.step.is_some()
+        self.beginning.step.is_some() && !self.beginning.is_left
+    }
+
+    /// Name of the session being made that was left.
+    pub fn draft_name(&self) -> Option<&str> {
+        match &self.beginning.step {
+            Some(Step::Choosing(choosing)) if self.beginning.is_left => Some(&choosing.name),
+            _ => None,
+        }
+    }
+
+    /// Whether the page of a new session takes the place of the panels.
+    pub(super) fn is_on_beginning_page(&self) -> bool {
+        self.is_beginning() && matches!(self.beginning.step, Some(Step::Choosing(_)))
+    }
+
+    /// Leaves the page of a new session; its draft is kept.
+    pub(super) fn leave_beginning(&mut self) {
+        self.beginning.is_left = true;
+    }
+
+    /// Goes on with the new session that was left.
+    pub fn continue_beginning(&mut self) {
+        match self.beginning.step {
+            Some(_) => self.beginning.is_left = false,
+            None => self.complain("No new session was left: choose a recording first."),
+        }
+    }
+
+    /// Name of the aircraft that is described.
+    pub(super) fn described_aircraft(&self) -> Option<&str> {
+        match &self.beginning.step {
+            Some(Step::Choosing(choosing)) => choosing.aircraft_form.as_ref().map(AircraftForm::name),
+            _ => None,
+        }
     }
 
     /// Looks at the recordings at `paths`, all of one flight, in the background, then asks what they mean.
     pub(super) fn begin_with(&mut self, paths: Vec<PathBuf>, ctx: &egui::Context) {
+        if let Some(Step::Choosing(choosing)) = &self.beginning.step
+            && choosing.is_touched()
+        {
+            let line = format!("The new session {} is not finished: create or cancel it first.", choosing.name);
+            self.beginning.is_left = false;
+            return self.complain(line);
+        }
         self.give_up_beginning();
+        self.beginning.is_left = false;
         self.inspect(paths, None, ctx);
     }
 
@@ -292,23 +372,69 @@ impl Workbench {
         });
     }
 
-    /// Draws the dialog and carries out what it asks for.
+    /// Draws the page in the place of the panels.
+    pub(super) fn show_beginning_page(&mut self, ui: &mut egui::Ui) {
+        let below = self.files.is_shown() || self.files.is_asking() || self.beginning.is_asked;
+        let Some(Step::Choosing(choosing)) = &mut self.beginning.step else { return };
+        let answer = page::show(choosing, below, ui);
+        let is_touched = choosing.is_touched();
+        match answer {
+            Answer::GivenUp if is_touched => self.beginning.is_asked = true,
+            answer => self.follow_beginning(answer, ui.ctx()),
+        }
+    }
+
+    /// Draws what is waited for, and asks before a draft is lost.
     pub(super) fn show_beginning(&mut self, ctx: &egui::Context) {
-        // One of two dialogs would hide the other.
-        if self.files.is_shown() {
+        if self.beginning.is_asked {
+            return self.ask_about_draft(ctx);
+        }
+        if self.beginning.is_left || self.files.is_shown() {
             return;
         }
         let below = self.files.is_asking();
-        let Some(step) = &mut self.beginning.step else { return };
-        let answer = form::show(step, below, ctx);
+        let Some(step) = &self.beginning.step else { return };
+        let answer = page::wait(step, below, ctx);
+        self.follow_beginning(answer, ctx);
+    }
+
+    fn follow_beginning(&mut self, answer: Answer, ctx: &egui::Context) {
         match answer {
             Answer::Open => {}
+            Answer::Left => self.leave_beginning(),
             Answer::GivenUp => self.give_up_beginning(),
             Answer::AskBeside => self.ask(Asked::Beside, ctx),
             Answer::AskAircraft => self.ask(Asked::Aircraft, ctx),
             Answer::SaveAircraft => self.ask(Asked::NewAircraft, ctx),
             Answer::Make => self.make(ctx),
         }
+    }
+
+    /// Asks what becomes of a draft with choices made by hand.
+    fn ask_about_draft(&mut self, ctx: &egui::Context) {
+        let mut is_asked = true;
+        egui::Modal::new(egui::Id::unique("draft of a new session")).show(ctx, |ui| {
+            ui.set_width(380.0);
+            ui.heading("Cancel the new session?");
+            ui.label("Channels or an aircraft were chosen by hand.");
+            ui.add_space(8.0);
+            ui.horizontal(|ui| {
+                if ui.button("Go on").clicked() {
+                    is_asked = false;
+                }
+                if ui.button("Leave and keep the draft").clicked() {
+                    is_asked = false;
+                    self.beginning.is_left = true;
+                }
+                if ui.button("Discard the draft").clicked() {
+                    is_asked = false;
+                    self.give_up_beginning();
+                }
+            });
+        });
+        let escaped = ctx.input(|input| input.key_pressed(egui::Key::Escape)) && self.beginning.was_asked;
+        self.beginning.was_asked = is_asked && !escaped;
+        self.beginning.is_asked = is_asked && !escaped;
     }
 
     /// Starts making the session.

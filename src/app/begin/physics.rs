@@ -9,7 +9,7 @@ use doublet_engine::begin;
 use doublet_engine::run::{Control, Job};
 use doublet_engine::stage::{FlightPhysics, PhysicsRow};
 use doublet_engine::verdict::Level;
-use eframe::egui::{self, Label, RichText, ScrollArea, Sense, Spinner, Ui, vec2};
+use eframe::egui::{self, Label, RichText, Sense, Spinner, Ui, vec2};
 
 use super::{Choice, Choosing};
 use crate::theme;
@@ -20,9 +20,6 @@ use crate::widgets::sparkline::Sparkline;
 /// Width and points of the shape of a channel.
 const SHAPE: f32 = 84.0;
 const POINTS: usize = 56;
-/// Height of the list, and of the line that says there is nothing in it.
-const ROOM: f32 = 96.0;
-const NOTHING: f32 = 24.0;
 /// Least width left to the words beside the curves.
 const WORDS: f32 = 220.0;
 
@@ -116,55 +113,59 @@ fn shapes(recording: &Recording) -> BTreeMap<Role, Shape> {
 }
 
 impl Comparison {
-    /// Height of the list; what it does not take the roles have, so that nothing below moves with it.
-    pub(super) fn room(&self) -> f32 {
-        if self.found.contradictions().next().is_none() { NOTHING } else { ROOM }
+    /// The worst contradiction.
+    pub(super) fn worst(&self) -> Level {
+        self.found.contradictions().map(|row| row.level).max().unwrap_or_default()
     }
 }
 
-/// Lists what contradicts; a click applies the cure to the map made by hand.
-pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui, room: f32) {
+/// Compares the channels in the background where the map has changed, whatever page is on screen.
+pub(super) fn follow(choosing: &mut Choosing, ctx: &egui::Context) {
     let mut comparison = std::mem::take(&mut choosing.comparison);
-    comparison.follow(choosing.choice, &choosing.hand, choosing.plan().ok(), ui.ctx());
-    let mut applied = None;
-    let list = ScrollArea::vertical().id_salt("physics").max_height(room).min_scrolled_height(room).auto_shrink(false);
-    list.show(ui, |ui| {
-        if comparison.job.is_some() {
-            ui.horizontal(|ui| {
-                ui.add(Spinner::new().size(12.0));
-                ui.weak("Comparing the channels with each other");
-            });
-            ui.ctx().request_repaint_after(std::time::Duration::from_millis(50));
-        } else if comparison.found.contradictions().next().is_none() {
-            ui.weak("No channel contradicts another.");
-        }
-        for (at, row) in comparison.found.contradictions().enumerate() {
-            ui.horizontal_top(|ui| {
-                level_mark(ui, Some(row.level));
-                let by_hand = choosing.choice == Choice::ByHand;
-                let cure = row.change.as_ref().filter(|cure| by_hand && cure.is_of_map());
-                if let Some(cure) = cure {
-                    let button = ui.small_button("Apply").on_hover_text(&row.cure);
-                    ui.ctx().accesskit_node_builder(button.id, |node| {
-                        node.set_label(format!("apply cure of {}", row.channel));
-                    });
-                    if button.clicked() {
-                        applied = Some(cure.clone());
-                    }
-                }
-                let curves = row.curves.as_ref().filter(|_| ui.available_width() > WORDS + curves::WIDTH);
-                ui.vertical(|ui| {
-                    ui.set_width(ui.available_width() - curves.map_or(0.0, |_| curves::WIDTH));
-                    words(ui, row);
-                });
-                if let Some(curves) = curves {
-                    // Two contradictions may be of one channel.
-                    ui.push_id(at, |ui| curves::show(ui, &row.channel, curves));
-                }
-            });
-        }
-    });
+    comparison.follow(choosing.choice, &choosing.hand, choosing.plan().ok(), ctx);
+    if comparison.job.is_some() {
+        ctx.request_repaint_after(std::time::Duration::from_millis(50));
+    }
     choosing.comparison = comparison;
+}
+
+/// Lists what contradicts; a click applies the fix to the map made by hand.
+pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui) {
+    let comparison = &choosing.comparison;
+    let by_hand = choosing.choice == Choice::ByHand;
+    let mut applied = None;
+    if comparison.job.is_some() {
+        ui.horizontal(|ui| {
+            ui.add(Spinner::new().size(12.0));
+            ui.weak("Comparing the channels with each other");
+        });
+    } else if comparison.found.contradictions().next().is_none() {
+        ui.weak("No channel contradicts another.");
+    }
+    for (at, row) in comparison.found.contradictions().enumerate() {
+        ui.horizontal_top(|ui| {
+            level_mark(ui, Some(row.level));
+            let cure = row.change.as_ref().filter(|cure| by_hand && cure.is_of_map());
+            if let Some(cure) = cure {
+                let button = ui.small_button("Apply").on_hover_text(&row.cure);
+                ui.ctx().accesskit_node_builder(button.id, |node| {
+                    node.set_label(format!("apply cure of {}", row.channel));
+                });
+                if button.clicked() {
+                    applied = Some(cure.clone());
+                }
+            }
+            let curves = row.curves.as_ref().filter(|_| ui.available_width() > WORDS + curves::WIDTH);
+            ui.vertical(|ui| {
+                ui.set_width(ui.available_width() - curves.map_or(0.0, |_| curves::WIDTH));
+                words(ui, row);
+            });
+            if let Some(curves) = curves {
+                // Two contradictions may be of one channel.
+                ui.push_id(at, |ui| curves::show(ui, &row.channel, curves));
+            }
+        });
+    }
     if let Some(cure) = applied {
         choosing.hand = begin::cure(&choosing.hand, &cure, &choosing.inspected.probes);
         choosing.plan_again();

@@ -1,4 +1,4 @@
-//! The table of roles in the dialog of a new session.
+//! The table of roles on the page of a new session.
 
 use doublet_core::load::{ChannelName, ManualChannel, ManualTime, QuaternionAxes, RowValues, guess_row};
 use doublet_core::quantity::{Dimension, Role, Unit};
@@ -15,6 +15,10 @@ use crate::{notation, theme};
 
 /// Rate offered first for a source without time, Hz.
 const USUAL_RATE_HZ: f64 = 50.0;
+
+/// Widths of the columns with what a role is, and with the evidence for its channel.
+const MEANING: f32 = 152.0;
+const EVIDENCE: f32 = 118.0;
 
 /// Title of the column with the travel of controls.
 const TRAVEL: &str = "travel";
@@ -51,7 +55,7 @@ impl Choosing {
 
 /// Draws the roles of the chosen map, `room` points high; those made by hand can be changed.
 pub fn show(choosing: &mut Choosing, ui: &mut Ui, room: f32) {
-    ScrollArea::vertical().id_salt("roles").max_height(room).min_scrolled_height(room).auto_shrink(false).show(
+    ScrollArea::both().id_salt("roles").max_height(room).min_scrolled_height(room).auto_shrink(false).show(
         ui,
         |ui| match choosing.choice {
             Choice::Shipped(index) => planned(choosing, index, ui),
@@ -187,7 +191,7 @@ fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mu
         "role",
         "what it is",
         "channel",
-        "reason",
+        "evidence",
         "unit",
         "sign",
         "scale",
@@ -207,7 +211,7 @@ fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mu
             for &role in roles {
                 mark(choosing, role, ui);
                 ui.label(notation::role(role));
-                ui.add(egui::Label::new(RichText::new(role.description()).weak()));
+                cell(ui, MEANING, RichText::new(role.description()).weak(), role.description());
                 row(choosing, names, (role, single, has_travel), ui);
                 ui.end_row();
             }
@@ -269,20 +273,36 @@ fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single, has_travel
     }
 }
 
-/// What a row rests on: the guess by name with its unit, or the user's own choice.
+/// A text of at most that width; all of it, or more, under the pointer.
+fn cell(ui: &mut Ui, width: f32, text: RichText, about: &str) {
+    ui.scope(|ui| {
+        ui.set_max_width(width);
+        ui.add(egui::Label::new(text).truncate()).on_hover_text(about);
+    });
+}
+
+/// What a row rests on: the evidence of the guess, or the user's own choice. Marked where the unit is open.
 fn reason(choosing: &Choosing, (role, row): (Role, &ManualChannel), ui: &mut Ui) {
     let guessed = choosing.inspected.guess.row(role);
+    let probes = &choosing.inspected.probes;
+    let is_open = row.is_unit_open(probes);
     let (text, about) = match guessed {
         Some(guess) if guess == row => {
-            let unit = unit_reason(row, &choosing.inspected.probes);
-            ("guessed", format!("Its name is one of this role; its unit {unit}. Look whether its values can be right"))
+            let unit = unit_reason(row, probes);
+            let evidence = row.evidence.as_ref().map_or_else(String::new, |evidence| format!(" ({evidence})"));
+            let words = row.by.words();
+            let text = if is_open { format!("{words}, unit?") } else { words.to_owned() };
+            (text, format!("Taken {words}{evidence}. Unit {unit}. Check its range and shape."))
         }
         Some(guess) if guess.from == row.from => {
-            ("changed", "The channel as guessed, with what you changed".to_owned())
+            ("changed".to_owned(), "The channel as guessed, with what you changed".to_owned())
         }
-        _ => ("by hand", "Chosen by hand".to_owned()),
+        _ => ("by hand".to_owned(), "Chosen by hand".to_owned()),
     };
-    ui.label(RichText::new(text).small().weak()).on_hover_text(about);
+    let text = RichText::new(text).small();
+    let is_asked = is_open && guessed == Some(row);
+    let text = if is_asked { text.color(theme::palette(ui).warning) } else { text.weak() };
+    cell(ui, EVIDENCE, text, &about);
 }
 
 fn unit(row: &mut ManualChannel, role: Role, ui: &mut Ui) {

@@ -5,6 +5,7 @@ use doublet_core::reconstruct::{AirState, Method, State};
 use doublet_core::series::{Recording, TimeRange};
 use doublet_core::statistics::sample_rate_hz;
 
+use super::manoeuvre_map::{MapOf, manoeuvre_map};
 use super::prediction::{PredictionAgreement, PredictionRow};
 use super::results::{
     ChannelRow, ClockRow, DerivativeRow, DroppedRow, ExpressionRow, FORMAT, FitRow, FlightRow, InnovationRow,
@@ -56,6 +57,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         flights: flights(session, snapshot),
         engines: super::engines::rows(session, snapshot),
         windows: active.filter_map(|window| window_row(window, snapshot)).collect(),
+        manoeuvre_map: manoeuvre_map(session, snapshot, MapOf::Ready),
         pooled: pooled
             .iter()
             .flat_map(|pooled| pooled.fits.iter().map(pooled_row))

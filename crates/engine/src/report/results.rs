@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::dynamics::DynamicsRow;
 use super::gusts::{DelayRow, GustRow};
+use super::manoeuvre_map::MapRow;
 use super::mass::{FlownMassRow, MassRow};
 use super::prediction::{PredictionRow, ValidationRow};
 use super::proof::ProofRow;
@@ -73,6 +74,8 @@ pub struct Results {
     pub engines: Vec<EngineRow>,
     /// One entry per window that is not ignored.
     pub windows: Vec<WindowRow>,
+    /// Every manoeuvre and candidate with its flight condition, its input and what became of it.
+    pub manoeuvre_map: Vec<MapRow>,
     /// Derivatives from all identification windows together.
     pub pooled: Vec<FitRow>,
     /// The same by the session's second structure, where it has one.

@@ -1,5 +1,6 @@
 //! The results as tables.
 
+pub use super::manoeuvre_map::table as manoeuvre_map;
 pub use super::mass::table as mass_properties;
 use doublet_core::series::TimeRange;
 
@@ -23,6 +24,7 @@ pub fn all(results: &Results) -> Vec<Table> {
         validation(results),
         engines(results),
         windows(results),
+        manoeuvre_map(results),
         mass_properties(results),
         channels(results),
         clocks(results),

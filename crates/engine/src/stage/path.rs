@@ -112,6 +112,11 @@ impl WindowPath {
         })
     }
 
+    /// The assessment, where it was formed.
+    pub fn assessed(&self) -> Option<&PathAssessment> {
+        self.assessment.get()
+    }
+
     /// The assessment, to put another in its place.
     pub fn assessment_mut(&mut self) -> Option<&mut PathAssessment> {
         self.assessment();

@@ -1,0 +1,181 @@
+//! The first page of a new session: what the recordings hold, the session's name, and whose flight it is.
+
+use std::path::Path;
+
+use doublet_core::load::{Probe, Source};
+use doublet_engine::builtin;
+use eframe::egui::{CollapsingHeader, ComboBox, Grid, Label, RichText, ScrollArea, TextEdit, Ui};
+
+use super::aircraft::AircraftForm;
+use super::page::Answer;
+use super::{AircraftChoice, Choosing};
+use crate::notation::{self, plural};
+use crate::theme;
+
+/// Sources listed.
+const LISTED: usize = 6;
+/// The choice of no aircraft.
+const WITHOUT: &str = "none: flight path only";
+/// Channels listed of one source.
+const MOST_CHANNELS: usize = 400;
+/// Height of a list of findings and of channels.
+const LIST: f32 = 150.0;
+
+/// Draws the page.
+pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
+    let mut answer = Answer::Open;
+    ui.horizontal_wrapped(|ui| {
+        ui.label("Name");
+        let name = ui.add(TextEdit::singleline(&mut choosing.name).desired_width(220.0));
+        ui.ctx().accesskit_node_builder(name.id, |node| node.set_label("name of the session"));
+        ui.add_space(16.0);
+        answer = aircraft(choosing, ui);
+    });
+    if let Some(form) = &mut choosing.aircraft_form {
+        ui.add_space(4.0);
+        form.show(ui);
+        ui.horizontal(|ui| {
+            if ui.button("Save the aircraft…").clicked() {
+                answer = Answer::SaveAircraft;
+            }
+            if ui.button("Not now").clicked() {
+                choosing.aircraft_form = None;
+            }
+        });
+    }
+    ui.separator();
+    contents(choosing, ui);
+    ui.add_space(4.0);
+    let hint = "Another file of the same flight, read along: of another recorder, or with the rest of the channels";
+    if ui.button("Add a file…").on_hover_text(hint).clicked() {
+        answer = Answer::AskBeside;
+    }
+    answer
+}
+
+/// Format, sources and findings.
+fn contents(choosing: &Choosing, ui: &mut Ui) {
+    for probe in &choosing.inspected.probes {
+        let count: usize = probe.sources.iter().map(|source| source.channels.len()).sum();
+        let sources = match probe.sources.len() {
+            1 => String::new(),
+            sources => format!(" in {sources} sources"),
+        };
+        ui.add(Label::new(format!("{}: {}, {count} channels{sources}", probe.path.display(), probe.format)).truncate());
+        ui.horizontal_wrapped(|ui| {
+            for source in probe.sources.iter().take(LISTED) {
+                ui.label(RichText::new(summary(source)).weak());
+            }
+            let more = probe.sources.get(LISTED..).unwrap_or_default();
+            if !more.is_empty() {
+                let rest = more.iter().map(summary).collect::<Vec<_>>().join("\n");
+                ui.label(RichText::new(format!("and {} more", more.len())).weak()).on_hover_text(rest);
+            }
+        });
+        let findings = findings(probe);
+        if !findings.is_empty() {
+            let color = theme::palette(ui).warning;
+            let title = RichText::new(plural(findings.len(), "finding")).color(color);
+            CollapsingHeader::new(title).id_salt(&probe.path).show(ui, |ui| {
+                ScrollArea::vertical().max_height(LIST).auto_shrink([false, true]).show(ui, |ui| {
+                    findings.iter().for_each(|line| drop(ui.add(Label::new(line).wrap())));
+                });
+            });
+        }
+        CollapsingHeader::new("Channels").id_salt((&probe.path, "channels")).default_open(true).show(ui, |ui| channels(probe, ui));
+    }
+}
+
+/// Times of a source in one line.
+fn summary(source: &Source) -> String {
+    let name = if source.name.is_empty() { "recording" } else { &source.name };
+    match source.clocks.first() {
+        Some(clock) => format!(
+            "{name}: {} samples, {} Hz, {} s to {} s",
+            clock.samples,
+            notation::number(clock.rate_hz),
+            notation::fixed(clock.start_s, 2),
+            notation::fixed(clock.end_s, 2)
+        ),
+        None => format!("{name}: no time"),
+    }
+}
+
+fn findings(probe: &Probe) -> Vec<String> {
+    let mut lines = probe.warnings.clone();
+    for source in &probe.sources {
+        lines.extend(source.clocks.iter().filter_map(|clock| Some(format!("time {}", clock.question.as_ref()?))));
+        for clock in source.clocks.iter().filter(|clock| !clock.gaps.is_empty()) {
+            let longest = clock.gaps.iter().map(|gap| gap.end_s - gap.start_s).fold(0.0, f64::max);
+            let (count, name) = (clock.gaps.len(), &source.name);
+            lines.push(format!("{name}: {count} gaps, the longest {} s", notation::fixed(longest, 2)));
+        }
+        for channel in source.channels.iter().filter(|channel| channel.non_finite.is_some_and(|count| count > 0)) {
+            let count = channel.non_finite.unwrap_or_default();
+            lines.push(format!("{}: {count} of {} samples are not finite", channel.name, channel.samples));
+        }
+    }
+    lines
+}
+
+/// Every channel with its unit and samples.
+fn channels(probe: &Probe, ui: &mut Ui) {
+    ScrollArea::vertical().max_height(LIST).auto_shrink([false, true]).show(ui, |ui| {
+        Grid::new((&probe.path, "listed")).num_columns(4).striped(true).spacing([14.0, 1.0]).show(ui, |ui| {
+            for source in &probe.sources {
+                for channel in source.channels.iter().take(MOST_CHANNELS) {
+                    ui.weak(&source.name);
+                    ui.label(&channel.name);
+                    ui.label(channel.unit.as_deref().unwrap_or("no unit"));
+                    ui.label(format!("{} samples{}", channel.samples, if channel.is_time { ", time" } else { "" }));
+                    ui.end_row();
+                }
+            }
+        });
+    });
+}
+
+/// The aircraft: one that comes with the program, a file, or a few numbers.
+fn aircraft(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
+    let mut answer = Answer::Open;
+    ui.label("Aircraft");
+    let (shown, about) = match &choosing.aircraft {
+        AircraftChoice::Open => (
+            RichText::new("choose…").color(theme::palette(ui).warning),
+            "Whose recording it is: mass, inertia and reference area come from it".to_owned(),
+        ),
+        AircraftChoice::Without => {
+            (RichText::new(WITHOUT), "No coefficients and no derivatives are computed".to_owned())
+        }
+        AircraftChoice::Of(reference) => {
+            let shown = match reference.strip_prefix(builtin::PREFIX) {
+                Some(name) => name.into(),
+                None => Path::new(reference).file_name().unwrap_or_default().to_string_lossy(),
+            };
+            (RichText::new(shown), reference.clone())
+        }
+    };
+    let combo = ComboBox::from_id_salt("aircraft").selected_text(shown).width(220.0).truncate();
+    let combo = combo.show_ui(ui, |ui| {
+        ui.selectable_value(&mut choosing.aircraft, AircraftChoice::Without, WITHOUT);
+        for name in builtin::aircraft() {
+            let of = AircraftChoice::Of(format!("{}{name}", builtin::PREFIX));
+            ui.selectable_value(&mut choosing.aircraft, of, name);
+        }
+    });
+    ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label("aircraft"));
+    // Nothing goes on without an aircraft, so the keyboard begins here.
+    if !std::mem::replace(&mut choosing.has_begun, true) {
+        combo.response.request_focus();
+    }
+    choosing.first_field = Some(combo.response.id);
+    combo.response.on_hover_text(about);
+    if ui.button("Aircraft file…").on_hover_text("An aircraft file of your own (TOML)").clicked() {
+        answer = Answer::AskAircraft;
+    }
+    let own = ui.button("Describe one").on_hover_text("Area, span, chord, mass and inertia make an aircraft file");
+    if own.clicked() {
+        choosing.aircraft_form = Some(AircraftForm::default());
+    }
+    answer
+}
