@@ -107,7 +107,12 @@ impl Panel for ManoeuvreMap {
         };
         if rows.rows.is_empty() {
             self.rows = Some(rows);
-            return awaiting(ctx, ui, "manoeuvres", "No manoeuvre: drag with Ctrl in a plot of the flight to make one.");
+            return awaiting(
+                ctx,
+                ui,
+                "manoeuvres",
+                "No manoeuvre: drag with Ctrl in a plot of the flight to make one.",
+            );
         }
         self.choices(ui, &rows);
         self.chosen.retain(|key| rows.candidates.iter().flatten().any(|one| key_of(one) == *key));
@@ -168,7 +173,8 @@ impl ManoeuvreMap {
             let [across, up] = &mut self.axes;
             for (name, quantity) in [("Across", across), ("Up", up)] {
                 ui.label(name);
-                let combo = ComboBox::from_id_salt(("map", name)).selected_text(quantity.title()).width(CHOICE).truncate();
+                let combo =
+                    ComboBox::from_id_salt(("map", name)).selected_text(quantity.title()).width(CHOICE).truncate();
                 let combo = combo.show_ui(ui, |ui| {
                     for choice in &rows.quantities {
                         ui.selectable_value(quantity, *choice, choice.title());

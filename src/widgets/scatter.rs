@@ -2,8 +2,8 @@
 
 use doublet_engine::verdict::Level;
 use eframe::egui::{
-    self, Color32, EventFilter, Id, Key, Modifiers, Painter, Pos2, Rect, Response, Role, Sense, Shape,
-    Stroke, Ui, WidgetInfo, pos2, vec2,
+    self, Color32, EventFilter, Id, Key, Modifiers, Painter, Pos2, Rect, Response, Role, Sense, Shape, Stroke, Ui,
+    WidgetInfo, pos2, vec2,
 };
 use egui_plot::{AxisHints, Plot, PlotPoint};
 
@@ -277,7 +277,9 @@ mod tests {
         // A square with a bay from the right.
         let outline = [(0.0, 0.0), (10.0, 0.0), (10.0, 4.0), (4.0, 5.0), (10.0, 6.0), (10.0, 10.0), (0.0, 10.0)];
         let outline: Vec<Pos2> = outline.into_iter().map(|(x, y)| pos2(x, y)).collect();
-        for (x, y, inside) in [(2.0, 5.0, true), (9.0, 5.0, false), (9.0, 2.0, true), (9.0, 8.0, true), (-1.0, 5.0, false)] {
+        for (x, y, inside) in
+            [(2.0, 5.0, true), (9.0, 5.0, false), (9.0, 2.0, true), (9.0, 8.0, true), (-1.0, 5.0, false)]
+        {
             assert_eq!(contains(&outline, pos2(x, y)), inside, "{x}, {y}");
         }
         assert!(!contains(&[], pos2(0.0, 0.0)));

@@ -61,7 +61,10 @@ fn values_of_the_map_are_those_of_the_flight_that_was_made() {
     let rows = bench.map_rows();
     let first = &rows[0];
     let close = |value: Option<f64>, expected: f64, error: f64| value.is_some_and(|v| (v - expected).abs() < error);
-    assert_eq!((first.name.as_str(), first.role, first.start_s, first.duration_s), ("first", "identification", 5.0, 20.0));
+    assert_eq!(
+        (first.name.as_str(), first.role, first.start_s, first.duration_s),
+        ("first", "identification", 5.0, 20.0)
+    );
     assert!(close(first.airspeed_m_s, AIRSPEED_M_S, 0.5), "{:?}", first.airspeed_m_s);
     assert!(close(first.alpha_rad, 0.06, 0.004), "{:?}", first.alpha_rad);
     let density = Atmosphere::STANDARD.density_kg_m3(1500.0).unwrap();

@@ -3,9 +3,7 @@
 use doublet_core::reconstruct::Measurement;
 use doublet_engine::begin::{Missing, missing};
 use doublet_engine::verdict::Level;
-use eframe::egui::{
-    self, Align, Button, Key, Label, Layout, Modifiers, ProgressBar, RichText, ScrollArea, Ui, vec2,
-};
+use eframe::egui::{self, Align, Button, Key, Label, Layout, Modifiers, ProgressBar, RichText, ScrollArea, Ui, vec2};
 
 use super::{Choice, Choosing, Step, physics, recording, roles};
 use crate::notation;

@@ -82,7 +82,10 @@ fn contents(choosing: &Choosing, ui: &mut Ui) {
                 });
             });
         }
-        CollapsingHeader::new("Channels").id_salt((&probe.path, "channels")).default_open(true).show(ui, |ui| channels(probe, ui));
+        CollapsingHeader::new("Channels")
+            .id_salt((&probe.path, "channels"))
+            .default_open(true)
+            .show(ui, |ui| channels(probe, ui));
     }
 }
 

@@ -55,13 +55,12 @@ impl Choosing {
 
 /// Draws the roles of the chosen map, `room` points high; those made by hand can be changed.
 pub fn show(choosing: &mut Choosing, ui: &mut Ui, room: f32) {
-    ScrollArea::both().id_salt("roles").max_height(room).min_scrolled_height(room).auto_shrink(false).show(
-        ui,
-        |ui| match choosing.choice {
+    ScrollArea::both().id_salt("roles").max_height(room).min_scrolled_height(room).auto_shrink(false).show(ui, |ui| {
+        match choosing.choice {
             Choice::Shipped(index) => planned(choosing, index, ui),
             Choice::ByHand => by_hand(choosing, ui),
-        },
-    );
+        }
+    });
 }
 
 /// What a shipped map gives.

@@ -273,7 +273,8 @@ impl MapRow {
     fn add_aero(&mut self, window: &Manoeuvre, aero: &WindowAero) {
         let data = &aero.data;
         self.airspeed_m_s = mean(data.airspeed_m_s.iter().copied());
-        self.altitude_m = data.altitude_m.as_ref().and_then(|altitude| mean(altitude.iter().copied())).or(self.altitude_m);
+        self.altitude_m =
+            data.altitude_m.as_ref().and_then(|altitude| mean(altitude.iter().copied())).or(self.altitude_m);
         self.alpha_rad = mean(data.alpha_rad.iter().copied());
         self.sideslip_range_rad = range(&data.beta_rad);
         let pressure = data.airspeed_m_s.iter().zip(&*data.density_kg_m3).map(|(speed, rho)| 0.5 * rho * speed * speed);
@@ -327,7 +328,8 @@ fn finite(value: f64) -> Option<f64> {
 
 /// Mean of the finite values.
 fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let (sum, count) = values.filter(|value| value.is_finite()).fold((0.0, 0.0), |(sum, n), value| (sum + value, n + 1.0));
+    let (sum, count) =
+        values.filter(|value| value.is_finite()).fold((0.0, 0.0), |(sum, n), value| (sum + value, n + 1.0));
     finite(sum / count)
 }
 
