@@ -1,7 +1,8 @@
 //! `doublet inspect`: what a recording holds.
 
 use doublet_core::load::{
-    ChannelInfo, ChannelMap, Gap, ManualChannelMap, Probe, Source, guess, inspect as read_contents, plan, stated_unit,
+    ChannelInfo, ChannelMap, Gap, ManualChannelMap, Probe, Source, UserNames, guess_with, inspect as read_contents, plan,
+    stated_unit,
 };
 use doublet_core::quantity::{Role, Unit};
 use serde_json::{Value, json};
@@ -17,7 +18,7 @@ use crate::{new, text};
 pub fn inspect(arguments: &InspectArguments) -> Result<(), String> {
     let probe = read_contents(&arguments.recording).map_err(|error| error.to_string())?;
     if arguments.json {
-        let document = serde_json::to_string_pretty(&describe(&probe)).map_err(|error| error.to_string())?;
+        let document = serde_json::to_string_pretty(&describe(&probe)?).map_err(|error| error.to_string())?;
         text::document(&document);
         return Ok(());
     }
@@ -132,10 +133,11 @@ fn print_plan(probe: &Probe, map: &ChannelMap) {
 }
 
 /// The recording as one document: sources with their channels, and what is to be asked.
-fn describe(probe: &Probe) -> Value {
-    let guessed = guess(std::slice::from_ref(probe));
+fn describe(probe: &Probe) -> Result<Value, String> {
+    let names = UserNames::read(&UserNames::folders(std::slice::from_ref(&probe.path)));
+    let guessed = guess_with(std::slice::from_ref(probe), &names.map_err(|error| error.to_string())?);
     let sources: Vec<Value> = probe.sources.iter().map(|source| describe_source(source, &guessed)).collect();
-    json!({
+    Ok(json!({
         "version": 1,
         "program": doublet_engine::PROGRAM,
         "file": probe.path.display().to_string(),
@@ -143,7 +145,7 @@ fn describe(probe: &Probe) -> Value {
         "sources": sources,
         "questions": list_questions(probe, &guessed).into_iter().map(|question| question.text).collect::<Vec<_>>(),
         "warnings": probe.warnings,
-    })
+    }))
 }
 
 fn describe_source(source: &Source, guessed: &ManualChannelMap) -> Value {

@@ -8,8 +8,10 @@ use doublet_core::load::{ManualChannel, Probe};
 use doublet_core::quantity::Role;
 use doublet_engine::begin::{self, Inspected};
 use doublet_engine::builtin;
+use doublet_engine::confidence::weigh;
 use doublet_engine::keep;
 use doublet_engine::run::Control;
+use doublet_engine::stage::FlightPhysics;
 use serde_json::json;
 
 use crate::outcome::Outcome;
@@ -71,7 +73,10 @@ pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
     set_roles(&mut inspected, &arguments.role)?;
     time_option::set_times(&mut inspected, &arguments.time)?;
     let asked = ask(&inspected, &arguments.role);
-    let written = write_map(&inspected, &asked)?;
+    // What cannot be read is said by what needs it.
+    let compared = begin::plan_by_hand(&inspected.probes, &inspected.guess).and_then(|plan| begin::compare(&plan)).ok();
+    let against = compared.as_ref().map(find_contradictions).unwrap_or_default();
+    let written = write_map(&inspected, &asked, &against)?;
     if let Some(path) = &arguments.write {
         if path.exists() {
             return Err(format!("{} exists: choose another name", path.display()));
@@ -79,16 +84,17 @@ pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
         keep::replace(path, written.as_bytes()).map_err(|error| format!("{}: {error}", path.display()))?;
     }
     if arguments.json {
-        let (roles, unused) = describe_roles(&inspected);
+        let (roles, unused) = describe_roles(&inspected, compared.as_ref());
         let document = json!({
             "version": 1,
             "map": written,
             "recorders": inspected.guess.recorders,
+            "names": inspected.names,
             "kind": inspected.guess.kind,
             "roles": roles,
             "unused": unused,
             "derived": inspected.guess.derivations(),
-            "contradictions": find_contradictions(&inspected),
+            "contradictions": against,
             "questions": asked.iter().map(|question| &question.text).collect::<Vec<_>>(),
         });
         text::document(&serde_json::to_string_pretty(&document).map_err(|error| error.to_string())?);
@@ -108,9 +114,17 @@ pub fn ask(inspected: &Inspected, options: &[String]) -> Vec<Question> {
 }
 
 /// Roles of the guess with their channels, and the channels left out with the reason of each.
-fn describe_roles(inspected: &Inspected) -> (Vec<serde_json::Value>, Vec<serde_json::Value>) {
+fn describe_roles(
+    inspected: &Inspected,
+    compared: Option<&FlightPhysics>,
+) -> (Vec<serde_json::Value>, Vec<serde_json::Value>) {
     let guess = &inspected.guess;
-    let roles = guess.rows.iter().map(|(role, row)| {
+    let weighed = weigh(&inspected.probes, guess, compared);
+    let roles = guess.rows.iter().zip(&weighed).map(|((role, row), weighed)| {
+        let runner_up = weighed.runner_up.as_ref();
+        let runner_up = runner_up.map(|other| {
+            json!({ "source": other.from.source, "channel": other.from.channel, "reason": other.reason })
+        });
         json!({
             "role": role.name(),
             "source": row.from.source,
@@ -120,7 +134,10 @@ fn describe_roles(inspected: &Inspected) -> (Vec<serde_json::Value>, Vec<serde_j
             "scale": row.scale,
             "offset": row.offset,
             "unit_is_open": row.is_unit_open(&inspected.probes),
-            "evidence": explain_row(*role, row, &inspected.probes),
+            "confidence": (1000.0 * weighed.confidence).round() / 1000.0,
+            "evidence": weighed.evidence,
+            "values": explain_row(*role, row, &inspected.probes),
+            "runner_up": runner_up,
         })
     });
     let unused = guess.left_out.iter();
@@ -129,16 +146,19 @@ fn describe_roles(inspected: &Inspected) -> (Vec<serde_json::Value>, Vec<serde_j
 }
 
 /// The guess as the text of a channel map, with the reason of every row, what is left open, and what contradicts it.
-fn write_map(inspected: &Inspected, asked: &[Question]) -> Result<String, String> {
+fn write_map(inspected: &Inspected, asked: &[Question], against: &[String]) -> Result<String, String> {
     let guess = &inspected.guess;
     let map = guess.text().map_err(|error| error.to_string())?;
     let mut written =
         "# Guessed from the names, units and values of the channels: check every row before use.\n".to_owned();
+    for file in &inspected.names {
+        _ = writeln!(written, "# Names: {}", text::harmless(&file.display().to_string()));
+    }
     for question in asked {
         _ = writeln!(written, "# Question: {}", text::harmless(&question.text));
     }
-    for line in find_contradictions(inspected) {
-        _ = writeln!(written, "# Contradiction: {}", text::harmless(&line));
+    for line in against {
+        _ = writeln!(written, "# Contradiction: {}", text::harmless(line));
     }
     if let Some(kind) = guess.kind.as_deref().filter(|kind| *kind != "aeroplane") {
         _ = writeln!(written, "# Finding: not an aeroplane: {}", text::harmless(kind));
@@ -158,10 +178,7 @@ fn write_map(inspected: &Inspected, asked: &[Question]) -> Result<String, String
 }
 
 /// What speaks against the guess among the channels themselves.
-fn find_contradictions(inspected: &Inspected) -> Vec<String> {
-    let compared = begin::plan_by_hand(&inspected.probes, &inspected.guess).and_then(|plan| begin::compare(&plan));
-    // What cannot be read is said by what needs it.
-    let Ok(physics) = compared else { return Vec::new() };
+fn find_contradictions(physics: &FlightPhysics) -> Vec<String> {
     physics.contradictions().map(|row| format!("{}; {}", row.headline, row.cure)).collect()
 }
 

@@ -69,7 +69,7 @@ pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
     let mut measured = BTreeSet::new();
     let mut of_maps = None;
     for (name, paths) in groups {
-        let mut inspected = begin::inspect(&paths, &Control::default(), &|_| {})?;
+        let mut inspected = begin::inspect_for(&paths, Some(&arguments.output), &Control::default(), &|_| {})?;
         set_roles(&mut inspected, &arguments.role)?;
         set_times(&mut inspected, &arguments.time)?;
         let (reference, map) = match &arguments.map {

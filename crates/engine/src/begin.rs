@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use doublet_core::airframe::{AircraftClass, GyrationRadii};
 use doublet_core::compatibility::Cure;
 use doublet_core::load::{
-    self, ChannelMap, ManualChannel, ManualChannelMap, ManualTime, Plan, Probe, plan_all, stated_unit,
+    self, ChannelMap, ManualChannel, ManualChannelMap, ManualTime, Plan, Probe, UserNames, plan_all, stated_unit,
 };
 use doublet_core::model::Structure;
 use doublet_core::quantity::{Dimension, Role, Unit};
@@ -58,6 +58,8 @@ pub struct Inspected {
     pub refused: Vec<(&'static str, Vec<String>)>,
     /// A map guessed from names, units and values.
     pub guess: ManualChannelMap,
+    /// Files of names that a user put beside recording or session.
+    pub names: Vec<PathBuf>,
 }
 
 /// A session to be made.
@@ -137,6 +139,22 @@ pub fn name_of(path: &Path) -> String {
 /// # Errors
 /// One line when one cannot be read, or the work was cancelled.
 pub fn inspect(paths: &[PathBuf], control: &Control, progress: &dyn Fn(f32)) -> Result<Inspected, String> {
+    inspect_for(paths, None, control, progress)
+}
+
+/// The same for a session, in whose folder a file of names is looked for too.
+///
+/// # Errors
+/// As [`inspect`].
+pub fn inspect_for(
+    paths: &[PathBuf],
+    session: Option<&Path>,
+    control: &Control,
+    progress: &dyn Fn(f32),
+) -> Result<Inspected, String> {
+    let folder = session.and_then(Path::parent).map(Path::to_owned);
+    let folders: Vec<PathBuf> = folder.into_iter().chain(UserNames::folders(paths)).collect();
+    let names = UserNames::read(&folders).map_err(|error| error.to_string())?;
     let mut probes = Vec::new();
     for (index, path) in paths.iter().enumerate() {
         go_on(control)?;
@@ -144,9 +162,9 @@ pub fn inspect(paths: &[PathBuf], control: &Control, progress: &dyn Fn(f32)) -> 
         progress(0.8 * (index + 1) as f32 / paths.len() as f32);
     }
     let (fitting, refused) = fitting_maps(&probes);
-    let guess = settle_units(&probes, load::guess(&probes));
+    let guess = settle_units(&probes, load::guess_with(&probes, &names));
     go_on(control)?;
-    Ok(Inspected { paths: paths.to_vec(), probes, fitting, refused, guess })
+    Ok(Inspected { paths: paths.to_vec(), probes, fitting, refused, guess, names: names.files })
 }
 
 /// A guess with the units that the motion tells: where a channel states none and the others contradict the one it was taken for by the

@@ -10,6 +10,7 @@ pub mod begin;
 pub mod builtin;
 pub mod calibrate;
 pub mod compare;
+pub mod confidence;
 pub mod date;
 pub mod document;
 pub mod export;

@@ -96,6 +96,16 @@ impl Relation {
         }
     }
 
+    /// Whether there is no relation without the channel of `role`.
+    pub(super) fn needs(&self, role: Role) -> bool {
+        let needs: &[Role] = match self {
+            Self::Kinematic(one) => one.needs,
+            Self::Air(one) => one.needs,
+            Self::Response(_) | Self::Size(_) | Self::Offset(_) | Self::Travel(_) => return self.involves(role),
+        };
+        needs.contains(&role)
+    }
+
     /// Whether nothing but a wrong channel makes it differ.
     pub(super) fn is_exact(&self) -> bool {
         match self {

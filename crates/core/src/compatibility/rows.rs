@@ -5,7 +5,7 @@ use super::changes::Cure;
 use super::line::Figures;
 use super::motion::Motion;
 use super::offsets::{beside_vane, magnetic};
-use super::outcome::{Outcome, Relation};
+use super::outcome::{Outcome, Relation, relations};
 use super::search::{CLEAR_R2, Found, Mistake, OPPOSITE_R2, OPPOSITE_SLOPE, Repaired};
 use super::traces::Curves;
 use crate::quantity::Role;
@@ -128,6 +128,16 @@ impl CompatibilityRow {
             (_, Some(slope), _) => format!(" (slope {})", significant(slope)),
         };
         format!("{}: {what}{figure}", self.channel)
+    }
+
+    /// Roles without which there is nothing to compare; none about the clock.
+    pub fn needed(&self) -> Vec<Role> {
+        let Some((compared, with)) = self.relation else { return Vec::new() };
+        let all = relations();
+        let same = all.iter().filter(|relation| relation.compared() == compared && relation.with() == with);
+        let same: Vec<&Relation> = same.collect();
+        let is_needed = |role: &Role| same.iter().any(|relation| relation.needs(*role));
+        Role::ALL.into_iter().filter(|role| *role == compared || is_needed(role)).collect()
     }
 
     /// Whether it does not fit and no mistake explains it.

@@ -3,7 +3,9 @@
 use toml::{Table, Value};
 
 use super::attitude::QuaternionAxes;
+use super::by_words::NameFit;
 use super::map::{FORMAT, VERSION};
+use super::runner_up::RunnerUp;
 use super::stated_unit::{is_count, stated_unit};
 use super::{ChannelInfo, LoadError, Probe};
 use crate::quantity::{Role, Unit};
@@ -40,6 +42,10 @@ pub struct ManualChannel {
     pub offset: f64,
     /// How it was found.
     pub by: By,
+    /// How its name fits the role, where that decided.
+    pub fit: Option<NameFit>,
+    /// Share of the likelihood of all channels that were compared, where values alone decided.
+    pub share: Option<f64>,
     /// The recorder's documentation, or what values of its size must be, says its unit.
     pub is_unit_known: bool,
     /// Nothing says its sign.
@@ -54,6 +60,8 @@ pub enum By {
     /// Named by the user.
     #[default]
     Hand,
+    /// A file of names that the user gives.
+    File,
     /// The recorder is known.
     Recorder,
     /// Words of its name.
@@ -69,6 +77,7 @@ impl By {
     pub fn words(self) -> &'static str {
         match self {
             Self::Hand => "by its name",
+            Self::File => "by the names file",
             Self::Recorder => "by its recorder",
             Self::Name => "by its name",
             Self::Axes => "by its name and axes",
@@ -81,8 +90,9 @@ impl ManualChannel {
     /// A channel as it is, in `unit`.
     pub fn new(from: ChannelName, unit: Option<Unit>) -> Self {
         let (by, is_unit_known, asks_sign) = (By::Hand, false, false);
-        let evidence = None;
-        Self { from, unit, turned: false, scale: 1.0, offset: 0.0, by, is_unit_known, asks_sign, evidence }
+        let (fit, share, evidence) = (None, None, None);
+        let (turned, scale, offset) = (false, 1.0, 0.0);
+        Self { from, unit, turned, scale, offset, by, fit, share, is_unit_known, asks_sign, evidence }
     }
 
     /// Whether its channel states no unit, neither beside its name nor at the end of it, or says no more than that it has none.
@@ -147,6 +157,8 @@ pub struct ManualChannelMap {
     pub kind: Option<String>,
     /// Channels that were left out although their names fit, and why.
     pub left_out: Vec<(ChannelName, String)>,
+    /// Channels that would play a role if the one chosen did not.
+    pub runners_up: Vec<(Role, RunnerUp)>,
 }
 
 /// The parts `w, x, y, z` of a quaternion in a source, and the axes it turns into each other.
@@ -174,6 +186,13 @@ impl ManualChannelMap {
             )
         });
         attitude.into_iter().chain(velocity).collect()
+    }
+
+    /// The channel that would play a role if the one chosen did not.
+    pub fn runner_up(&self, role: Role) -> Option<&RunnerUp> {
+        let chosen = self.row(role)?;
+        let found = self.runners_up.iter().find(|(other, _)| *other == role);
+        found.map(|(_, runner_up)| runner_up).filter(|runner_up| runner_up.from != chosen.from)
     }
 
     /// The row of `role`.

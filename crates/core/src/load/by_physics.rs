@@ -4,6 +4,7 @@ use super::Probe;
 use super::by_hand::{By, ManualChannel, ManualChannelMap};
 use super::candidates::{Candidate, row};
 use super::physics::{Series, search};
+use super::runner_up::RunnerUp;
 use super::slopes::stamps_of;
 use crate::quantity::{Role, Unit};
 
@@ -48,7 +49,7 @@ pub(super) fn add_roles(map: &mut ManualChannelMap, candidates: &[Candidate<'_>]
         .collect();
     let all = search(&series);
     for found in &all {
-        let Some(candidate) = candidates.get(found.column) else { continue };
+        let Some(candidate) = candidates.get(found.column).filter(|_| map.row(found.role).is_none()) else { continue };
         let unit =
             found.unit.and_then(|unit| Unit::parse(unit).ok()).filter(|unit| unit.dimension == found.role.dimension());
         if candidate.unit.is_some_and(|stated| unit.is_some_and(|unit| unit.dimension != stated.dimension)) {
@@ -62,9 +63,15 @@ pub(super) fn add_roles(map: &mut ManualChannelMap, candidates: &[Candidate<'_>]
             offset: found.offset,
             is_unit_known: unit.is_some(),
             evidence: Some(found.evidence.clone()),
+            share: Some(found.share),
             ..start
         };
         map.set(found.role, Some(made));
+        if let Some((column, reason)) = &found.runner_up
+            && let Some(other) = candidates.get(*column)
+        {
+            map.runners_up.push((found.role, RunnerUp { from: other.from.clone(), reason: reason.clone() }));
+        }
     }
     map.row(Role::RollRate).is_some()
 }

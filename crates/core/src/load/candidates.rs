@@ -35,8 +35,17 @@ pub(super) struct Candidate<'p> {
     pub channel: &'p ChannelInfo,
 }
 
-/// Channels that may play a role.
+/// Channels that may play a role, but for those that hold no measurement of the aircraft.
 pub(super) fn candidates(probes: &[Probe]) -> Vec<Candidate<'_>> {
+    let mut found = all(probes);
+    found.retain(|candidate| {
+        !NOT_MEASURED.iter().any(|name| candidate.full.contains(name)) && !is_commanded(&candidate.channel.name)
+    });
+    found
+}
+
+/// Channels that have a clock and samples.
+pub(super) fn all(probes: &[Probe]) -> Vec<Candidate<'_>> {
     let sources = probes.iter().flat_map(|probe| &probe.sources);
     let channels = sources.flat_map(|source| source.channels.iter().map(move |channel| (source, channel)));
     let usable = channels.filter(|(source, channel)| {
@@ -55,8 +64,6 @@ pub(super) fn candidates(probes: &[Probe]) -> Vec<Candidate<'_>> {
             let from = ChannelName { source: source.name.clone(), channel: channel.name.clone() };
             Candidate { from, plain, words, tokens, essence, leaf, full, unit: stated_unit(channel), channel }
         })
-        .filter(|candidate| !NOT_MEASURED.iter().any(|name| candidate.full.contains(name)))
-        .filter(|candidate| !is_commanded(&candidate.channel.name))
         .collect()
 }
 

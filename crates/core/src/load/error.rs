@@ -105,6 +105,16 @@ pub enum LoadError {
         /// What is wrong and what would be right.
         what: String,
     },
+    /// A file of names could not be understood.
+    #[error("names file{}, line {line}: {what}", path.as_ref().map(|path| format!(" {}", path.display())).unwrap_or_default())]
+    Names {
+        /// File, when it was read from one.
+        path: Option<PathBuf>,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong and what would be right.
+        what: String,
+    },
     /// The plan has problems that make reading pointless.
     #[error("{}", join(problems))]
     Plan {

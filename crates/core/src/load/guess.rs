@@ -5,12 +5,15 @@
 use std::collections::BTreeSet;
 
 use super::by_hand::{By, ChannelName, ManualChannel, ManualChannelMap};
-use super::candidates::{Candidate, Fits, LEFT, RIGHT, best, candidates, row};
-use super::foreign_names::{AIRSPEEDS_OF_NO_KIND, FOREIGN_AILERON, FOREIGN_NAMES, ends_on, has_one_reading};
-use super::names::{AILERON, NAMES};
+use super::by_words::add_names;
+use super::candidates::{Candidate, best, candidates, row};
+use super::foreign_names::{AIRSPEEDS_OF_NO_KIND, FOREIGN_NAMES};
+use super::names::NAMES;
 use super::recorders::{self, Claims};
+use super::runner_up::add_runners_up;
 use super::stated_unit::{name_and_unit, stem_and_unit};
-use super::tokens::{end_on, forbidden, tokens};
+use super::tokens::tokens;
+use super::user_names::UserNames;
 use super::words::{join_words, plain_letters};
 use super::{Probe, by_physics, guess_frames, kinds, motion, motion_units, ranges, slopes, vectors};
 use crate::quantity::{Dimension, Role, Unit};
@@ -22,14 +25,21 @@ const LARGEST_MEAN_G: f64 = 4.0;
 /// where the values tell them (specific force along z is about -g in level flight). A channel without time of its own, or one that
 /// time itself is, plays no role.
 pub fn guess(probes: &[Probe]) -> ManualChannelMap {
+    guess_with(probes, &UserNames::default())
+}
+
+/// The same with the names that a user gives.
+pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
     let claims = recorders::claim(probes);
     let mut map = ManualChannelMap {
         name: probes.first().map(|probe| super::finish::stem(&probe.path)).unwrap_or_default(),
         ..ManualChannelMap::default()
     };
-    let candidates = free_candidates(probes, &claims, &mut map);
+    let mut candidates = free_candidates(probes, &claims, names, &mut map);
     (map.rows, map.attitude, map.velocity) = (claims.rows, claims.attitude, claims.velocity);
     (map.recorders, map.kind) = (claims.names, claims.kind);
+    names.add(&mut map, probes, true);
+    candidates.retain(|candidate| map.rows.iter().all(|(_, row)| row.by != By::File || row.from != candidate.from));
     if map.recorders.is_empty()
         && by_physics::names_say_nothing(&candidates)
         && by_physics::add_roles(&mut map, &candidates, probes)
@@ -39,8 +49,10 @@ pub fn guess(probes: &[Probe]) -> ManualChannelMap {
     }
     let mut taken: Vec<usize> = Vec::new();
     add_names(&mut map, &candidates, &mut taken);
+    names.add(&mut map, probes, false);
     settle_airspeed(&mut map, probes, &candidates, &taken);
-    let free: Vec<Candidate<'_>> = untaken(candidates, &taken);
+    let mut free: Vec<Candidate<'_>> = untaken(candidates, &taken);
+    free.retain(|candidate| map.rows.iter().all(|(_, row)| row.by != By::File || row.from != candidate.from));
     vectors::add_vectors(&mut map, &free);
     slopes::add_place(&mut map, &free);
     slopes::add_velocity(&mut map, &free, probes);
@@ -59,13 +71,20 @@ pub fn guess(probes: &[Probe]) -> ManualChannelMap {
     slopes::turn_climb(&mut map, probes);
     guess_frames::add_attitude(&mut map, &free);
     guess_frames::add_velocity(&mut map, &free);
+    names.restore(&mut map, probes);
     add_position(&mut map);
+    add_runners_up(&mut map, &free);
     map.kind = map.kind.take().or_else(|| kinds::find_kind(probes, &map));
     map
 }
 
 /// Candidates that no recorder is known to have given another meaning and no token of whose names forbids it.
-fn free_candidates<'p>(probes: &'p [Probe], claims: &Claims, map: &mut ManualChannelMap) -> Vec<Candidate<'p>> {
+fn free_candidates<'p>(
+    probes: &'p [Probe],
+    claims: &Claims,
+    names: &UserNames,
+    map: &mut ManualChannelMap,
+) -> Vec<Candidate<'p>> {
     let is_claimed = |from: &ChannelName| claims.closed.contains(&from.source) || claims.never.contains(from);
     // What every source is called says nothing of one of them.
     let sources = probes.iter().flat_map(|probe| &probe.sources);
@@ -82,9 +101,9 @@ fn free_candidates<'p>(probes: &'p [Probe], claims: &Claims, map: &mut ManualCha
             continue;
         }
         let (name, _) = name_and_unit(&candidate.channel.name);
-        let of_source =
-            || forbidden(&candidate.from.source).filter(|token| parts.iter().any(|parts| !parts.contains(*token)));
-        match forbidden(&name).or_else(of_source) {
+        let is_of_all = |token: &String| parts.iter().all(|parts| parts.contains(token));
+        let of_source = || names.forbidden(&candidate.from.source).filter(|token| !is_of_all(token));
+        match names.forbidden(&name).or_else(of_source) {
             Some(token) => map.left_out.push((candidate.from, format!("'{token}' in its name"))),
             None => free.push(candidate),
         }
@@ -99,102 +118,6 @@ fn untaken<'p>(candidates: Vec<Candidate<'p>>, taken: &[usize]) -> Vec<Candidate
         .filter(|(index, _)| !taken.contains(index))
         .map(|(_, candidate)| candidate)
         .collect()
-}
-
-/// Names that stand for a role as a whole name alone: behind other words they are other quantities.
-const WHOLE: [&str; 3] = ["pressure", "press", "height"];
-
-/// Gives the roles that are still open the channels that go by their names.
-fn add_names(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &mut Vec<usize>) {
-    let is = |candidate: &Candidate<'_>, name: &str| candidate.plain == name;
-    let is_in_essence = |candidate: &Candidate<'_>, name: &str| candidate.essence == name;
-    let ends_alone = |candidate: &Candidate<'_>, name: &str| {
-        name.len() > 2
-            && !WHOLE.contains(&name)
-            && end_on(&candidate.tokens, name)
-            && !is_other_quantity(&candidate.tokens, name)
-            && !is_other_side(&candidate.plain, name)
-    };
-    let is_foreign = |candidate: &Candidate<'_>, name: &str| candidate.words == name;
-    let ends_foreign = |candidate: &Candidate<'_>, name: &str| {
-        ends_on(&candidate.words, name) && !is_other_side(&candidate.plain, name)
-    };
-    let is_leaf = |candidate: &Candidate<'_>, name: &str| {
-        candidate.leaf == name && !["x", "y", "z", "u", "v", "w"].contains(&name)
-    };
-    let begins = |candidate: &Candidate<'_>, name: &str| {
-        name.len() > 2
-            && !WHOLE.contains(&name)
-            && begins_on(&candidate.tokens, name)
-            && !is_other_side(&candidate.plain, name)
-    };
-    // Names that are a role's own first: `z` of one recorder does not take the `az` of another.
-    let passes: [(&[_], Fits<'_>); 7] = [
-        (NAMES, &is),
-        (FOREIGN_NAMES, &is_foreign),
-        (NAMES, &is_in_essence),
-        (NAMES, &is_leaf),
-        (NAMES, &ends_alone),
-        (NAMES, &begins),
-        (FOREIGN_NAMES, &ends_foreign),
-    ];
-    for (list, fits) in passes {
-        for &(role, names) in list {
-            if map.row(role).is_some() {
-                continue;
-            }
-            let goes_by = |candidate: &Candidate<'_>, name: &str| {
-                fits(candidate, name)
-                    && has_one_reading((name, role), candidate, map, candidates)
-                    && vectors::has_brothers(name, role, candidate, candidates)
-            };
-            let found = best(candidates, taken, role, names, &goes_by);
-            if let Some(index) = found {
-                taken.push(index);
-                map.set(role, Some(row(&candidates[index], role)));
-            }
-        }
-    }
-}
-
-/// Tokens behind a name that say where it was measured, not what.
-const QUALIFIERS: [&str; 34] = [
-    "l", "r", "lh", "rh", "left", "right", "1", "01", "main", "primary", "pri", "avg", "mean", "average", "true",
-    "att", "nb", "boom", "vane", "probe", "body", "cg", "gps", "imu", "ins", "ahrs", "adc", "air", "filt", "filtered",
-    "meas", "measured", "sensor", "pos",
-];
-
-/// Whether a name of these tokens is `name` with a word behind it that says where it was measured.
-fn begins_on(tokens: &[String], name: &str) -> bool {
-    (1..tokens.len()).any(|end| {
-        tokens[..end].concat() == name && tokens[end..].iter().all(|token| QUALIFIERS.contains(&token.as_str()))
-    })
-}
-
-/// Tokens before a name that make another quantity of it.
-const OTHER_QUANTITIES: [&str; 14] = [
-    "engine",
-    "prop",
-    "propeller",
-    "rotor",
-    "servo",
-    "gear",
-    "trim",
-    "tail",
-    "nose",
-    "fuel",
-    "surface",
-    "skin",
-    "cabin",
-    "density",
-];
-
-/// Whether the tokens before `name`, on which a channel's name ends, make another quantity of it.
-fn is_other_quantity(tokens: &[String], name: &str) -> bool {
-    let from = (0..tokens.len()).find(|from| tokens[*from..].concat() == name).unwrap_or(0);
-    let has_own =
-        |token: &str| name.contains(token) || ["rpm", "power", "thrust"].iter().any(|engine| name.contains(engine));
-    tokens[..from].iter().any(|token| OTHER_QUANTITIES.contains(&token.as_str()) && !has_own(token))
 }
 
 /// Sources whose airspeed is calibrated: `ARSP` of ArduPilot (Log Messages) and `VFR_HUD` of MAVLink (Common Message Set).
@@ -245,19 +168,11 @@ fn settle_airspeed(map: &mut ManualChannelMap, probes: &[Probe], candidates: &[C
     if !says_no_kind || !(of_autopilot || in_knots || is_of_vehicle) || map.row(Role::CalibratedAirspeed).is_some() {
         return;
     }
-    map.set(Role::CalibratedAirspeed, Some(row(candidate, Role::CalibratedAirspeed)));
+    let calibrated = ManualChannel { fit: given.fit, ..row(candidate, Role::CalibratedAirspeed) };
+    map.set(Role::CalibratedAirspeed, Some(calibrated));
     let names = NAMES.iter().find(|(role, _)| *role == Role::TrueAirspeed).map_or(&[][..], |(_, names)| names);
     let another = best(candidates, taken, Role::TrueAirspeed, names, &|candidate, name| candidate.plain == name);
     map.set(Role::TrueAirspeed, another.map(|index| row(&candidates[index], Role::TrueAirspeed)));
-}
-
-/// Whether a channel's name says a side and `name`, of ailerons, which it ends on, does not: one of a pair is not their common deflection.
-fn is_other_side(plain: &str, name: &str) -> bool {
-    let is_aileron = AILERON.contains(&name) || FOREIGN_AILERON.contains(&name);
-    let is_short = |side: &str| plain == format!("{side}{name}") || plain == format!("{name}{side}");
-    let has_short_side = ["l", "r", "lh", "rh"].iter().any(|side| is_short(side));
-    let has_word = || LEFT.iter().chain(&RIGHT).any(|side| plain.contains(side) && !name.contains(side));
-    is_aileron && (has_short_side || has_word())
 }
 
 /// Whether a channel of this name is made for a role.

@@ -13,6 +13,7 @@ mod budget;
 mod by_hand;
 mod by_name;
 mod by_physics;
+mod by_words;
 mod candidates;
 mod clock;
 mod contents;
@@ -48,6 +49,7 @@ mod ranges;
 mod read;
 mod recognise;
 mod recorders;
+mod runner_up;
 mod slopes;
 mod stamp;
 mod stated_unit;
@@ -59,24 +61,28 @@ mod text_layout;
 mod time_unit;
 mod tokens;
 mod ulog;
+mod user_names;
 mod utc;
 mod vectors;
 mod words;
 
 pub use attitude::QuaternionAxes;
 pub use budget::{BUDGET_VARIABLE, memory};
+pub use by_words::NameFit;
 pub use by_hand::{By, ChannelName, ManualChannel, ManualChannelMap, ManualQuaternion, ManualTime, RowValues};
 pub use clock::{Clock, Gap, TimeFault};
 pub use contents::{ChannelInfo, Format, Probe, Source};
 pub use error::LoadError;
 pub use expected::mismatches;
 pub use file::{MOST_BYTES, read_bytes, read_text};
-pub use guess::{guess, guess_row, share_rate_unit};
+pub use guess::{guess, guess_row, guess_with, share_rate_unit};
 pub use map::{ChannelMap, Derivations, Entry, FlatEarth, Term, TimeEntry, TimeOrigin};
 pub use plan::{Assignment, Plan, Problem, plan, plan_all};
 pub use read::{read, read_all};
 pub use recognise::{inspect, probe};
+pub use runner_up::RunnerUp;
 pub use stated_unit::{stated_unit, stem_and_unit};
+pub use user_names::{NAMES_FILE, UserNames};
 
 /// What a text holds as a recording called `mine.csv`.
 #[cfg(test)]

@@ -23,6 +23,7 @@ mod schema;
 mod strange_tables;
 mod stream;
 mod time_stamps;
+mod user_names;
 
 use std::path::{Path, PathBuf};
 

@@ -55,6 +55,12 @@ pub struct PhysicsRow {
     /// What to change, one sentence; empty where nothing is wrong or nothing is known to help.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub cure: String,
+    /// Whether the channels agree, which is not so where the recording shows nothing.
+    #[serde(skip)]
+    pub fits: bool,
+    /// Roles without which there is nothing to compare.
+    #[serde(skip)]
+    pub needed: Vec<Role>,
     /// `az: sign reversed (correlation -0.999)`.
     #[serde(skip)]
     pub headline: String,
@@ -139,6 +145,8 @@ fn compared(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Flig
         },
         cure: found.cure.as_ref().map(|cure| sentence(cure, &map(cure.roles().first().copied()))).unwrap_or_default(),
         headline: found.headline(),
+        fits: found.agreement == Agreement::Fits,
+        needed: found.needed(),
         channel: found.channel,
         hypothesis: found.hypothesis,
         factor: found.factor,

@@ -64,8 +64,8 @@ impl<'w> Assignment<'w> {
         (0..self.windows.columns.len()).filter(|i| self.column(*i).varies() && !self.used.contains(i)).collect()
     }
 
-    /// The channel that fits best, with its share of the likelihood of all.
-    pub fn choose(&self, fits: impl Fn(&Self, usize) -> Option<Taken>) -> Option<(Taken, f64)> {
+    /// The channel that fits best, with its share of the likelihood of all, and the one that fits next best.
+    pub fn choose(&self, fits: impl Fn(&Self, usize) -> Option<Taken>) -> Option<(Taken, f64, Option<Taken>)> {
         let all: Vec<Taken> = self.free().into_iter().filter_map(|i| fits(self, i)).collect();
         let best = *all.iter().max_by(|a, b| a.r2.total_cmp(&b.r2))?;
         let of = |taken: &Taken| log_likelihood(taken.r2, self.windows.independent);
@@ -83,7 +83,8 @@ impl<'w> Assignment<'w> {
             return None;
         }
         let sum: f64 = all.iter().map(|taken| (of(taken) - of(&best)).exp()).sum();
-        Some((best, 1.0 / sum))
+        let others = all.iter().filter(|other| other.column != best.column);
+        Some((best, 1.0 / sum, others.max_by(|a, b| a.r2.total_cmp(&b.r2)).copied()))
     }
 
     /// Gives a role a channel.
@@ -98,6 +99,8 @@ impl<'w> Assignment<'w> {
             turned: taken.factor < 0.0,
             offset: 0.0,
             evidence: format!("{relation}, R2 {:.3}", taken.r2),
+            share: 1.0,
+            runner_up: None,
         });
     }
 
@@ -119,8 +122,12 @@ impl<'w> Assignment<'w> {
         relation: &str,
         fits: impl Fn(&Self, usize) -> Option<Taken>,
     ) -> Option<Taken> {
-        let (taken, _) = self.choose(fits).filter(|(_, share)| *share > LEAST_SHARE)?;
+        let (taken, share, next) = self.choose(fits).filter(|(_, share, _)| *share > LEAST_SHARE)?;
         self.take(role, taken, relation);
+        if let Some(found) = self.found.last_mut() {
+            found.share = share;
+            found.runner_up = next.map(|next| (next.column, format!("R2 {:.3} against {:.3}", next.r2, taken.r2)));
+        }
         Some(taken)
     }
 }

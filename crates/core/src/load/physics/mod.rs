@@ -34,6 +34,10 @@ pub struct Found {
     pub offset: f64,
     /// The relation that it was found by, and its R2.
     pub evidence: String,
+    /// Share of the likelihood of all channels and hypotheses that were compared.
+    pub share: f64,
+    /// Index of the channel that fits next best, and why it is not taken.
+    pub runner_up: Option<(usize, String)>,
 }
 
 /// Roles of the channels of a recording; none where no attitude and rates fit each other.
@@ -44,9 +48,30 @@ pub fn search(all: &[Series<'_>]) -> Vec<Found> {
     }
     let long = cut(all, LONG);
     let hypotheses = kinematics::hypotheses(&short);
-    let complete = hypotheses.into_iter().map(|motion| complete(&short, &long, motion));
-    let best = complete.max_by(|a, b| a.score.total_cmp(&b.score));
-    best.map_or_else(Vec::new, |best| best.found)
+    let mut all: Vec<Assignment<'_>> =
+        hypotheses.into_iter().map(|motion| complete(&short, &long, motion)).collect();
+    all.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let Some(best) = all.first() else { return Vec::new() };
+    best.found.iter().map(|found| compare(found, &all)).collect()
+}
+
+/// What was found, with its share of the likelihood of all hypotheses, the best first, and what the next that differs takes instead.
+fn compare(found: &Found, all: &[Assignment<'_>]) -> Found {
+    let best = all.first().map_or(0.0, |whole| whole.score);
+    let is_same = |other: &Found| other.column == found.column && other.turned == found.turned;
+    let (mut agreeing, mut sum) = (0.0, 0.0);
+    let mut runner_up = found.runner_up.clone();
+    for whole in all {
+        let likelihood = (whole.score - best).exp();
+        let other = whole.found.iter().find(|other| other.role == found.role);
+        sum += likelihood;
+        agreeing += if other.is_some_and(is_same) { likelihood } else { 0.0 };
+        if let Some(other) = other.filter(|other| runner_up.is_none() && other.column != found.column) {
+            let less = best - whole.score;
+            runner_up = Some((other.column, format!("all roles together less likely by a factor of exp({less:.0})")));
+        }
+    }
+    Found { share: found.share * agreeing / sum, runner_up, ..found.clone() }
 }
 
 /// Windows for what is slow and noisy, as many times as long.
