@@ -1,8 +1,8 @@
 //! `doublet inspect`: what a recording holds.
 
 use doublet_core::load::{
-    ChannelInfo, ChannelMap, Gap, ManualChannelMap, Probe, Source, UserNames, guess_with, inspect as read_contents, plan,
-    stated_unit,
+    ChannelInfo, ChannelMap, Gap, ManualChannelMap, Probe, Source, UserNames, guess_with, inspect as read_contents,
+    plan, stated_unit,
 };
 use doublet_core::quantity::{Role, Unit};
 use serde_json::{Value, json};

@@ -122,9 +122,8 @@ fn describe_roles(
     let weighed = weigh(&inspected.probes, guess, compared);
     let roles = guess.rows.iter().zip(&weighed).map(|((role, row), weighed)| {
         let runner_up = weighed.runner_up.as_ref();
-        let runner_up = runner_up.map(|other| {
-            json!({ "source": other.from.source, "channel": other.from.channel, "reason": other.reason })
-        });
+        let runner_up = runner_up
+            .map(|other| json!({ "source": other.from.source, "channel": other.from.channel, "reason": other.reason }));
         json!({
             "role": role.name(),
             "source": row.from.source,

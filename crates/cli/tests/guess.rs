@@ -149,6 +149,54 @@ fn deflection_that_can_be_two_things_is_asked_for() {
     }
 }
 
+#[test]
+fn names_file_beside_recording_or_session_gives_roles_and_is_listed() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows: String = (0..500).map(|k| format!("{},{},{}\n", 0.02 * f64::from(k), k % 50, k % 9)).collect();
+    let path = written(folder.path(), &format!("time [s],Pitch [deg],Knueppel quer\n{rows}"));
+    let roles = |path: &str| {
+        let said: serde_json::Value = serde_json::from_str(&said(&["map", path, "--json"]).0).unwrap();
+        let roles = said["roles"].as_array().unwrap().clone();
+        let row = |row: &serde_json::Value| {
+            (row["role"].as_str().unwrap().to_owned(), row["unit"].clone(), row["sign"].clone())
+        };
+        (roles.iter().map(row).collect::<Vec<_>>(), said["names"].as_array().unwrap().len())
+    };
+    let theta = ("theta".to_owned(), "deg".into(), 1.into());
+    assert_eq!(roles(&path), (vec![theta.clone()], 0));
+    let names = "format = \"doublet names\"\nversion = 1\n[[names]]\nrole = \"delta_a\"\nwords = [\"Knueppel quer\"]\n";
+    let file = folder.path().join("doublet-names.toml");
+    std::fs::write(&file, format!("{names}unit = \"deg\"\nsign = -1\n")).unwrap();
+    let aileron = ("delta_a".to_owned(), "deg".into(), (-1).into());
+    assert_eq!(roles(&path), (vec![theta, aileron], 1));
+    // Of a session elsewhere.
+    let other = tempfile::tempdir().unwrap();
+    std::fs::rename(&file, other.path().join("doublet-names.toml")).unwrap();
+    let session = other.path().join("s.toml");
+    let (text, code) = said(&["new", &path, "--guess", "-o", session.to_str().unwrap()]);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(text.contains("delta_a: 'Knueppel quer' of log by the names file"), "{text}");
+    std::fs::write(&file, format!("{names}unit = \"kg\"\n")).unwrap();
+    let output = doublet(&root(), &["map", &path]);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(1) && error.contains("line 6: delta_a is in rad, not in kg"), "{error}");
+}
+
+#[test]
+fn role_has_its_confidence_and_the_channel_that_would_take_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows: String = (0..500).map(|k| format!("{},{},{},{}\n", 0.02 * f64::from(k), k % 50, k % 9, k % 7)).collect();
+    let path = written(folder.path(), &format!("time [s],Pitch [deg],main_pitch [deg],q\n{rows}"));
+    let said: serde_json::Value = serde_json::from_str(&said(&["map", &path, "--json"]).0).unwrap();
+    let row = |role: &str| said["roles"].as_array().unwrap().iter().find(|row| row["role"] == role).unwrap().clone();
+    let (theta, q) = (row("theta"), row("q"));
+    assert_eq!((&theta["channel"], &theta["runner_up"]["channel"]), (&"Pitch".into(), &"main_pitch".into()));
+    assert!(theta["runner_up"]["reason"].as_str().unwrap().starts_with("only the end of the name fits"), "{theta}");
+    assert_eq!(q["runner_up"], serde_json::Value::Null);
+    // A unit that nothing states costs confidence.
+    assert!(theta["confidence"].as_f64().unwrap() > 0.98 && q["confidence"].as_f64().unwrap() < 0.95, "{theta} {q}");
+}
+
 /// A time that no name says is asked for, until `--time` says it.
 #[test]
 fn time_said_on_the_command_line_is_the_clock_of_its_source() {

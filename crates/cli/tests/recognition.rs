@@ -32,6 +32,15 @@ struct Score {
     wrong: usize,
     silent: Vec<String>,
     questions: usize,
+    rows: Vec<Weighed>,
+}
+
+/// A role with the confidence that is stated, whether it is right and whether it is asked for.
+#[derive(Clone, Copy, Debug)]
+struct Weighed {
+    confidence: f64,
+    is_right: bool,
+    is_asked: bool,
 }
 
 /// A name without the unit in brackets at its end.
@@ -129,6 +138,7 @@ fn score(truth: &Value, said: &Value) -> Score {
             || contradictions
                 .iter()
                 .any(|text| text.starts_with(&format!("{role}:")) || text.contains(&format!("'{channel}'")));
+        let wrong = score.wrong;
         let mut complain = |what: &str| {
             score.wrong += 1;
             if !is_asked {
@@ -152,6 +162,8 @@ fn score(truth: &Value, said: &Value) -> Score {
             }
             score.right += 1;
         }
+        let is_right = score.wrong == wrong;
+        score.rows.push(Weighed { confidence: row["confidence"].as_f64().unwrap_or(f64::NAN), is_right, is_asked });
     }
     score
 }
@@ -177,6 +189,33 @@ fn scores(folder: &Path) -> Vec<(String, Score)> {
     found.into_inner().unwrap()
 }
 
+/// Bounds of confidence, below 0.8 to above 0.98, between which rows must be right and unasked more and more often.
+const CONFIDENCES: [f64; 5] = [0.0, 0.8, 0.95, 0.98, 1.0];
+/// Difference of stated confidence and share right, at most, of 20 rows or more.
+const MOST_MISCALIBRATED: f64 = 0.08;
+
+/// Rows of more confidence are more often right and less often asked for, and the confidence is the share that is right.
+fn check_confidence(rows: &[Weighed]) {
+    let mut last = (0.0, 0.0);
+    for bounds in CONFIDENCES.windows(2) {
+        let is_last = bounds[1] == 1.0;
+        let is_in = |row: &&Weighed| row.confidence >= bounds[0] && (row.confidence < bounds[1] || is_last);
+        let inside: Vec<&Weighed> = rows.iter().filter(is_in).collect();
+        let share = |count: usize| count as f64 / inside.len() as f64;
+        let right = share(inside.iter().filter(|row| row.is_right).count());
+        let unasked = share(inside.iter().filter(|row| !row.is_asked).count());
+        let stated = inside.iter().map(|row| row.confidence).sum::<f64>() / inside.len() as f64;
+        println!(
+            "confidence {bounds:?}: {} rows, {right:.3} right, {unasked:.3} unasked, {stated:.3} stated",
+            inside.len()
+        );
+        assert!(right >= last.0 && unasked >= last.1, "{bounds:?}");
+        assert!(inside.len() < 20 || (right - stated).abs() < MOST_MISCALIBRATED, "{bounds:?}");
+        last = (right, unasked);
+    }
+    assert!(rows.iter().all(|row| (0.0..=1.0).contains(&row.confidence)));
+}
+
 #[test]
 fn strangers_recordings_are_recognised_or_asked_about() {
     let Some(folder) = shared::shared("data/strangers") else { return };
@@ -194,6 +233,7 @@ fn strangers_recordings_are_recognised_or_asked_about() {
     let silent: Vec<String> =
         all.iter().flat_map(|(file, score)| score.silent.iter().map(move |text| format!("{file}: {text}"))).collect();
     assert_eq!(silent, Vec::<String>::new());
+    check_confidence(&all.iter().flat_map(|(_, score)| score.rows.clone()).collect::<Vec<_>>());
     assert!(right >= LEAST_RIGHT, "{right} roles right");
     assert!(median <= MOST_QUESTIONS, "{median} questions in the median of {questions:?}");
 }

@@ -36,7 +36,7 @@ mod _doublet {
     #[pymodule_export]
     use crate::path::Path;
     #[pymodule_export]
-    use crate::recording::{Recording, roles, units};
+    use crate::recording::{Recording, guess_roles, roles, units};
     #[pymodule_export]
     use crate::session::{Results, Session};
     #[pymodule_export]

@@ -10,6 +10,7 @@ use doublet_core::quantity::{Role, Unit};
 use doublet_core::series::{Channel, Recording as Samples, Series};
 use doublet_engine::begin;
 use doublet_engine::builtin;
+use doublet_engine::confidence::{WeighedRole, weigh};
 use doublet_engine::graph::{Control, Key, Keyed, StageError};
 use doublet_engine::stage::{LoadedFlight, physics_of, proposals};
 use numpy::{PyArray1, PyReadonlyArray1};
@@ -28,6 +29,27 @@ pub fn roles() -> Vec<(&'static str, &'static str, &'static str)> {
 #[pyfunction]
 pub fn units() -> Vec<(&'static str, &'static str)> {
     Unit::all().map(|unit| (unit.symbol, unit.dimension.si_symbol())).collect()
+}
+
+/// Role, channel, unit, sign, confidence, evidence, runner-up and the reason against it.
+type GuessedRole = (&'static str, String, Option<&'static str>, f64, f64, String, Option<String>, Option<String>);
+
+/// What the channels of files of one flight look like, role by role.
+#[pyfunction]
+pub fn guess_roles(py: Python<'_>, paths: Vec<PathBuf>) -> PyResult<Vec<GuessedRole>> {
+    detached(py, "guess", || {
+        let begin::Inspected { probes, guess, .. } = begin::inspect(&paths, &Control::default(), &|_| {})?;
+        let compared = begin::plan_by_hand(&probes, &guess).and_then(|plan| begin::compare(&plan)).ok();
+        let weighed = weigh(&probes, &guess, compared.as_ref());
+        let row = |weighed: WeighedRole| {
+            let row = guess.row(weighed.role)?;
+            let (other, reason) = weighed.runner_up.map(|other| (other.from.channel, other.reason)).unzip();
+            let (unit, sign) = (row.unit.map(|unit| unit.symbol), if row.turned { -1.0 } else { 1.0 });
+            let channel = row.from.channel.clone();
+            Some((weighed.role.name(), channel, unit, sign, weighed.confidence, weighed.evidence, other, reason))
+        };
+        Ok::<_, String>(weighed.into_iter().filter_map(row).collect())
+    })
 }
 
 /// What was recorded in one flight.

@@ -137,6 +137,17 @@ def test_tables_become_frames():
     assert list(table.to_pandas()["role"])[:6] == ["ax", "ay", "az", "p", "q", "r"]
 
 
+def test_roles_of_a_file_are_guessed_with_their_confidence(tmp_path):
+    rows = "".join(f"{0.02 * k},{k % 50},{k % 9},{k % 7}\n" for k in range(500))
+    path = tmp_path / "log.csv"
+    path.write_text("time [s],Pitch [deg],pitch_angle [deg],q [deg/s]\n" + rows)
+    table = db.guess_roles(path)
+    found = {row["role"]: row for row in table}
+    assert set(found) == {"theta", "q"}
+    assert found["theta"]["runner_up"] is not None and found["q"]["runner_up"] is None
+    assert all(0.9 < row["confidence"] <= 1.0 for row in table)
+
+
 def test_what_is_out_of_range_is_refused_in_a_sentence():
     u = np.sin(np.arange(200.0))
     for arguments in ({"dt": 0.0}, {"dt": float("nan")}, {"dt": 0.02, "points": 2**63}, {"dt": 0.02, "points": 0}):

@@ -127,6 +127,29 @@ mod tests {
     }
 
     #[test]
+    fn places_are_found_by_the_path_that_they_make() {
+        let plain = flight("");
+        let (mut north, mut east) = (0.0, 0.0);
+        let mut text = "time,ch1,ch2,ch3,ch4,ch5,ch6,ch7,ch8,ch9,ch10\n".to_owned();
+        for line in plain.lines().skip(1) {
+            let heading = line.split(',').nth(5).and_then(|cell| cell.parse::<f64>().ok()).unwrap().to_radians();
+            // 55 m/s in a wind of 8 m/s from the north.
+            let (north_m_s, east_m_s) = (55.0 * heading.cos() - 8.0, 55.0 * heading.sin());
+            (north, east) = (north + 0.02 * north_m_s, east + 0.02 * east_m_s);
+            let latitude = 48.7 + (north / 6.371e6_f64).to_degrees();
+            let longitude = 2.35 + (east / 6.371e6_f64 / 48.7_f64.to_radians().cos()).to_degrees();
+            text += &format!("{line},{longitude:.9},{:.4},{latitude:.9}\n", east_m_s * 1.943_844);
+        }
+        let map = guess(&[probe_of(&text)]);
+        for (role, channel, unit) in
+            [(Role::Latitude, "ch10", "deg"), (Role::Longitude, "ch8", "deg"), (Role::VelocityEast, "ch9", "kt")]
+        {
+            let found = map.row(role).unwrap();
+            assert_eq!((found.from.channel.as_str(), found.unit.unwrap().symbol), (channel, unit), "{}", role.name());
+        }
+    }
+
+    #[test]
     fn names_that_say_something_are_not_searched() {
         for (name, is) in [
             ("ch12", true),

@@ -59,9 +59,7 @@ impl NameFit {
             Self::Foreign => candidate.words == name,
             Self::Essence => candidate.essence == name,
             Self::Leaf => candidate.leaf == name && !["x", "y", "z", "u", "v", "w"].contains(&name),
-            Self::End => {
-                is_long() && end_on(&candidate.tokens, name) && !is_other_quantity(&candidate.tokens, name)
-            }
+            Self::End => is_long() && end_on(&candidate.tokens, name) && !is_other_quantity(&candidate.tokens, name),
             Self::Begin => is_long() && begins_on(&candidate.tokens, name),
             Self::ForeignEnd => ends_on(&candidate.words, name) && !is_other_side(&candidate.plain, name),
         }

@@ -115,11 +115,12 @@ pub(super) fn add_attitude(map: &mut ManualChannelMap, candidates: &[Candidate<'
 /// Source and channels of the quaternion that begins with a channel: four of one source whose squares add up to one.
 fn find_quaternion(first: &Candidate<'_>, candidates: &[Candidate<'_>]) -> Option<(String, [String; 4])> {
     let of = |parts: &[&str; 4]| {
-        let stem = first.plain.strip_suffix(parts[0])?;
+        // Of `quat_w` the end is no unit.
+        let stem = first.full.strip_suffix(parts[0])?;
         QUATERNIONS.iter().find(|name| stem.ends_with(**name))?;
         let part = |end: &str| {
             let name = format!("{stem}{end}");
-            candidates.iter().find(|other| other.from.source == first.from.source && other.plain == name)
+            candidates.iter().find(|other| other.from.source == first.from.source && other.full == name)
         };
         let all = [Some(first), part(parts[1]), part(parts[2]), part(parts[3])];
         let [Some(w), Some(x), Some(y), Some(z)] = all else { return None };

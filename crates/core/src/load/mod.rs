@@ -68,8 +68,8 @@ mod words;
 
 pub use attitude::QuaternionAxes;
 pub use budget::{BUDGET_VARIABLE, memory};
-pub use by_words::NameFit;
 pub use by_hand::{By, ChannelName, ManualChannel, ManualChannelMap, ManualQuaternion, ManualTime, RowValues};
+pub use by_words::NameFit;
 pub use clock::{Clock, Gap, TimeFault};
 pub use contents::{ChannelInfo, Format, Probe, Source};
 pub use error::LoadError;

@@ -19,9 +19,8 @@ pub(super) fn add_runners_up(map: &mut ManualChannelMap, free: &[Candidate<'_>])
     let is_used = |candidate: &Candidate<'_>| map.rows.iter().any(|(_, row)| row.from == candidate.from);
     let is_left_out = |candidate: &Candidate<'_>| map.left_out.iter().any(|(from, _)| *from == candidate.from);
     let taken: Vec<usize> = (0..free.len()).filter(|i| is_used(&free[*i]) || is_left_out(&free[*i])).collect();
-    let next = |role: Role| {
-        NameFit::ALL.into_iter().find_map(|fit| Some((fit, &free[named(fit, role, map, free, &taken)?])))
-    };
+    let next =
+        |role: Role| NameFit::ALL.into_iter().find_map(|fit| Some((fit, &free[named(fit, role, map, free, &taken)?])));
     let found = map.rows.iter().filter_map(|(role, row)| {
         let (fit, other) = next(*role)?;
         Some((*role, RunnerUp { from: other.from.clone(), reason: compare(row, fit) }))

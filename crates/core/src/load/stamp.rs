@@ -5,6 +5,9 @@ use super::utc;
 /// Bytes of the longest cell that is read as a time.
 const LONGEST: usize = 40;
 
+/// Half a day, s.
+const HALF_DAY_S: f64 = 43_200.0;
+
 /// A time written with colons.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Stamp {
@@ -24,8 +27,24 @@ impl Stamp {
         for (to, &from) in plain.iter_mut().zip(cell) {
             *to = if from == b',' { b'.' } else { from };
         }
-        let text = std::str::from_utf8(&plain[..cell.len()]).ok()?;
-        time_of_day(text).map(Self::OfDay).or_else(|| utc::parse(text).map(Self::Dated))
+        let text = std::str::from_utf8(&plain[..cell.len()]).ok()?.trim_end();
+        let (text, half_s) = match text.get(text.len().saturating_sub(2)..).map(str::to_ascii_lowercase).as_deref() {
+            Some("am") => (text[..text.len() - 2].trim_end(), Some(0.0)),
+            Some("pm") => (text[..text.len() - 2].trim_end(), Some(HALF_DAY_S)),
+            _ => (text, None),
+        };
+        let stamp = time_of_day(text).map(Self::OfDay).or_else(|| utc::parse(text).map(Self::Dated))?;
+        half_s.map_or(Some(stamp), |half_s| stamp.in_half_of_day(half_s))
+    }
+
+    /// A time on a clock of twelve hours, in the half of the day that begins at `half_s`.
+    fn in_half_of_day(self, half_s: f64) -> Option<Self> {
+        let hour = (self.seconds().rem_euclid(2.0 * HALF_DAY_S) / 3600.0).floor();
+        let shift_s = half_s - if hour == 12.0 { HALF_DAY_S } else { 0.0 };
+        (1.0..=12.0).contains(&hour).then_some(match self {
+            Self::OfDay(seconds) => Self::OfDay(seconds + shift_s),
+            Self::Dated(seconds) => Self::Dated(seconds + shift_s),
+        })
     }
 
     /// Seconds since midnight, or since 1970-01-01.
@@ -61,10 +80,25 @@ mod tests {
             ("2026-05-12T10:23:11,020", Stamp::Dated(1_778_581_391.02)),
             ("2026-05-12 12:23:11.020000+02:00", Stamp::Dated(1_778_581_391.02)),
             ("12.05.2026 10:23:11,020", Stamp::Dated(1_778_581_391.02)),
+            ("10:23:11.020 AM", Stamp::OfDay(37_391.02)),
+            ("12:00:01 am", Stamp::OfDay(1.0)),
+            ("12:59:59 PM", Stamp::OfDay(46_799.0)),
+            ("1:00:00PM", Stamp::OfDay(46_800.0)),
+            ("1970-01-02 12:00:11.5 AM", Stamp::Dated(86_411.5)),
         ] {
             assert_eq!(Stamp::parse(cell.as_bytes()), Some(wanted), "{cell}");
         }
-        for cell in ["10:23", "10h23m11s", "10:61:00", "12/05/2026 10:23:11", "ratio 1:2:3", "1:2:3:4", ""] {
+        for cell in [
+            "10:23",
+            "10h23m11s",
+            "10:61:00",
+            "12/05/2026 10:23:11",
+            "ratio 1:2:3",
+            "1:2:3:4",
+            "13:00:00 PM",
+            "0:10:00 AM",
+            "",
+        ] {
             assert_eq!(Stamp::parse(cell.as_bytes()), None, "{cell}");
         }
     }

@@ -190,7 +190,8 @@ impl UserNames {
 
     /// Part of the tokens of a channel's name that one of the words covers; none where another token forbids it.
     fn coverage(&self, name: &UserName, candidate: &Candidate<'_>) -> f64 {
-        let fits_unit = name.unit.is_some() || candidate.unit.is_none_or(|unit| unit.dimension == name.role.dimension());
+        let fits_unit =
+            name.unit.is_some() || candidate.unit.is_none_or(|unit| unit.dimension == name.role.dimension());
         if !fits_unit {
             return 0.0;
         }
@@ -200,8 +201,7 @@ impl UserNames {
             }
             let all = &candidate.tokens;
             let Some(at) = all.windows(word.len()).position(|part| part == &word[..]) else { return 0.0 };
-            let rest: Vec<&str> =
-                all[..at].iter().chain(&all[at + word.len()..]).map(String::as_str).collect();
+            let rest: Vec<&str> = all[..at].iter().chain(&all[at + word.len()..]).map(String::as_str).collect();
             if self.forbidden(&rest.join(" ")).is_some() { 0.0 } else { word.len() as f64 / all.len() as f64 }
         };
         name.words.iter().map(of_word).fold(0.0, f64::max)
@@ -251,5 +251,11 @@ fn read_name(raw: RawName, refused: &dyn Fn(usize, String) -> LoadError) -> Resu
         }
         all => Ok(all),
     });
-    Ok(UserName { role, words: words.collect::<Result<_, _>>()?, unit: unit.transpose()?, turned: turned.transpose()?, weight })
+    Ok(UserName {
+        role,
+        words: words.collect::<Result<_, _>>()?,
+        unit: unit.transpose()?,
+        turned: turned.transpose()?,
+        weight,
+    })
 }

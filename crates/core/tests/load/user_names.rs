@@ -67,7 +67,8 @@ fn tokens_of_a_user_forbid_and_allow() {
 #[test]
 fn row_by_the_names_file_says_so_and_keeps_its_sign() {
     let given = names("[[names]]\nrole = \"az\"\nwords = [\"hoch\"]\nunit = \"g\"\nsign = 1\n");
-    let rows: String = (0..60).map(|k| format!("{},{}\n", 0.02 * f64::from(k), 1.0 + 0.001 * f64::from(k % 7))).collect();
+    let rows: String =
+        (0..60).map(|k| format!("{},{}\n", 0.02 * f64::from(k), 1.0 + 0.001 * f64::from(k % 7))).collect();
     let (_folder, path) = written("log.csv", format!("time,hoch\n{rows}"));
     let probe = inspect(&path).unwrap();
     let map = guess_with(std::slice::from_ref(&probe), &given);

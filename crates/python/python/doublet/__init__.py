@@ -34,7 +34,7 @@ from ._functions import (
     smooth,
 )
 from ._path import Path, WindowPath, reconstruct
-from ._recording import Aircraft, Recording, Signal, Window, aircraft, find_manoeuvres, read, roles, units
+from ._recording import Aircraft, Recording, Signal, Window, aircraft, find_manoeuvres, guess_roles, read, roles, units
 from ._session import Results, Session, export, match, run, show, simulate
 from ._table import Table, Value
 
@@ -69,6 +69,7 @@ __all__ = [
     "find_manoeuvres",
     "fit",
     "frequency_response",
+    "guess_roles",
     "instructions",
     "lstsq",
     "match",

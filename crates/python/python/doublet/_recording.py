@@ -35,6 +35,14 @@ def roles() -> Table:
     return Table([dict(role=name, unit=unit, description=text) for name, unit, text in _doublet.roles()], "roles")
 
 
+def guess_roles(*paths: PathLike) -> Table:
+    """What the channels of files of one flight look like, as ``doublet map --json``: role, channel, unit, sign, confidence (0 to 1), evidence,
+    and the channel that would play the role otherwise with the reason against it."""
+    names = ("role", "channel", "unit", "sign", "confidence", "evidence", "runner_up", "reason")
+    found = _doublet.guess_roles([os.fspath(path) for path in paths])
+    return Table([dict(zip(names, row)) for row in found], "guessed roles")
+
+
 def units() -> Table:
     """Every unit that is understood, with the SI unit it becomes."""
     return Table([dict(unit=unit, si=si) for unit, si in _doublet.units()], "units")

@@ -57,6 +57,10 @@ pub fn complete(whole: &mut Assignment<'_>, speed: Option<Taken>) {
         *whole = before;
         find_speed(whole, None);
     }
+    if let Some([north, east]) = whole.ground.clone().filter(|_| whole.airspeed.is_none()) {
+        let over_ground = whole.each(|k| north[k].hypot(east[k]));
+        find_speed(whole, Some(average(&over_ground)));
+    }
     if whole.alpha.is_none() {
         find_alpha(whole);
     }

@@ -3,7 +3,7 @@
 use super::fit::line;
 use super::kinematics::{Motion, TURNED, Taken, find_copies, log_likelihood};
 use super::windows::{Column, Windows};
-use super::{Found, air, air_data, earth, surfaces};
+use super::{Found, air, air_data, earth, surfaces, tracks};
 use crate::quantity::Role;
 
 /// Least share of the likelihood that one channel must have of all that fit a role.
@@ -36,6 +36,8 @@ pub struct Assignment<'w> {
     pub beta: Option<[Vec<f64>; 2]>,
     /// Height and its change.
     pub height: Option<[Vec<f64>; 2]>,
+    /// Velocity over the ground, north and east, m/s.
+    pub ground: Option<[Vec<f64>; 2]>,
     used: Vec<usize>,
 }
 
@@ -65,7 +67,7 @@ impl<'w> Assignment<'w> {
     }
 
     /// The channel that fits best, with its share of the likelihood of all, and the one that fits next best.
-    pub fn choose(&self, fits: impl Fn(&Self, usize) -> Option<Taken>) -> Option<(Taken, f64, Option<Taken>)> {
+    fn choose(&self, fits: impl Fn(&Self, usize) -> Option<Taken>) -> Option<(Taken, f64, Option<Taken>)> {
         let all: Vec<Taken> = self.free().into_iter().filter_map(|i| fits(self, i)).collect();
         let best = *all.iter().max_by(|a, b| a.r2.total_cmp(&b.r2))?;
         let of = |taken: &Taken| log_likelihood(taken.r2, self.windows.independent);
@@ -79,10 +81,10 @@ impl<'w> Assignment<'w> {
             .iter()
             .filter(is_alike)
             .any(|other| log_likelihood(best.r2, ALIKE_COUNT) - log_likelihood(other.r2, ALIKE_COUNT) < ALIKE_LEAD);
+        let sum: f64 = all.iter().map(|taken| (of(taken) - of(&best)).exp()).sum();
         if close {
             return None;
         }
-        let sum: f64 = all.iter().map(|taken| (of(taken) - of(&best)).exp()).sum();
         let others = all.iter().filter(|other| other.column != best.column);
         Some((best, 1.0 / sum, others.max_by(|a, b| a.r2.total_cmp(&b.r2)).copied()))
     }
@@ -152,6 +154,7 @@ pub fn complete(windows: &Windows, motion: Motion, speed: Option<Taken>) -> Assi
         alpha: None,
         beta: None,
         height: None,
+        ground: None,
         used: (0..copies.len()).filter(|i| copies[*i].is_some()).collect(),
     };
     let roles = [
@@ -178,7 +181,9 @@ pub fn complete(windows: &Windows, motion: Motion, speed: Option<Taken>) -> Assi
     if speed.is_none() {
         air_data::complete(&mut whole);
     }
+    tracks::complete(&mut whole);
     air::complete(&mut whole, speed);
+    tracks::complete(&mut whole);
     earth::complete(&mut whole);
     air::complete_forces(&mut whole);
     surfaces::complete(&mut whole);

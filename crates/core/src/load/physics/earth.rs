@@ -8,12 +8,12 @@ use super::kinematics::Taken;
 use crate::quantity::Role;
 
 /// Units with how many of them make one of SI.
-const LENGTHS: [(&str, f64); 2] = [("m", 1.0), ("ft", 3.280_84)];
+pub const LENGTHS: [(&str, f64); 2] = [("m", 1.0), ("ft", 3.280_84)];
 const CLIMBS: [(&str, f64); 5] =
     [("m/s", 1.0), ("kt", 1.943_844), ("ft/s", 3.280_84), ("km/h", 3.6), ("ft/min", 196.850_4)];
 const ACCELERATIONS: [(&str, f64); 2] = [("rad/s^2", 1.0), ("deg/s^2", 57.295_779_513_082_32)];
 /// Mean radius of the Earth, m.
-const EARTH_M: f64 = 6.371e6;
+pub const EARTH_M: f64 = 6.371e6;
 const RATIO: f64 = 1.15;
 /// Heights that are flown at, m.
 const HEIGHTS_M: std::ops::Range<f64> = 0.0..25_000.0;
@@ -110,7 +110,8 @@ fn find_ground(whole: &mut Assignment<'_>) {
     let axes = [whole.each(|k| flat[k] * track[k].cos()), whole.each(|k| flat[k] * track[k].sin())];
     let finite = || psi.iter().filter(|angle| angle.is_finite());
     let range = finite().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
-    if range[1] - range[0] < LEAST_TURN {
+    // Places that were found make all others.
+    if range[1] - range[0] < LEAST_TURN || whole.ground.is_some() {
         return;
     }
     let fits = |y: &[f64], axis: usize| {

@@ -11,6 +11,7 @@ mod earth;
 mod fit;
 mod kinematics;
 mod surfaces;
+mod tracks;
 mod windows;
 
 use crate::quantity::Role;
@@ -48,8 +49,7 @@ pub fn search(all: &[Series<'_>]) -> Vec<Found> {
     }
     let long = cut(all, LONG);
     let hypotheses = kinematics::hypotheses(&short);
-    let mut all: Vec<Assignment<'_>> =
-        hypotheses.into_iter().map(|motion| complete(&short, &long, motion)).collect();
+    let mut all: Vec<Assignment<'_>> = hypotheses.into_iter().map(|motion| complete(&short, &long, motion)).collect();
     all.sort_by(|a, b| b.score.total_cmp(&a.score));
     let Some(best) = all.first() else { return Vec::new() };
     best.found.iter().map(|found| compare(found, &all)).collect()
