@@ -302,7 +302,7 @@ pub(super) fn bulk_buttons(ctx: &mut PanelContext<'_>, ui: &mut Ui, count: usize
             }
         }
     });
-    if ui.button("confirm").on_hover_text("Looked at and taken as they stand").clicked() {
+    if ui.button("confirm").on_hover_text("Checked and confirmed").clicked() {
         flag_selected(ctx, WindowFlag::Confirmed);
     }
     if ui.button("remove").on_hover_text("Delete").clicked() {
