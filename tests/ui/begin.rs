@@ -183,7 +183,7 @@ fn further_file_leaves_what_was_chosen_and_a_broken_one_is_said() {
     bench.choose_entry("aircraft", "none: flight path only");
     let seconds = (0..(LENGTH_S / STEP_S) as u32).map(|k| f64::from(k) * STEP_S);
     let rows: String = seconds.map(|t| format!("{t},{}\n", 1000.0 + t)).collect();
-    let chosen = |bench: &Bench<'_>| {
+    let chosen = |bench: &mut Bench<'_>| {
         bench.step("Channels");
         assert!(bench.harness.query_all_by_label("5.73").next().is_some(), "the pitch rate is mapped by hand");
         bench.step("Recording and aircraft");
@@ -200,7 +200,7 @@ fn further_file_leaves_what_was_chosen_and_a_broken_one_is_said() {
         bench.harness.key_press(egui::Key::Enter);
         bench.wait_for("Create session");
         assert!(bench.harness.query_all_by_label_contains(name).next().is_some(), "{name} is read or refused");
-        chosen(&bench);
+        chosen(&mut bench);
     }
 }
 
