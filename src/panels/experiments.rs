@@ -1,4 +1,4 @@
-//! Experiments: configurations kept by name, what each gives, and what differs between two of them.
+//! Experiments: named configurations, their results, and the differences between two of them.
 
 use doublet_core::model::Coefficient;
 use doublet_engine::compare::{ExperimentRow, PRESENT, SettingDifference, experiment_differences};

@@ -1,4 +1,4 @@
-//! The windows as a table: name, interval, use, surface, note, lock, state of their results.
+//! The manoeuvres as a table: name, interval, use, surface, note, lock, state of their results.
 
 use std::sync::Arc;
 

@@ -94,7 +94,7 @@ fn argument(argument: &clap::Arg) -> String {
     }
     let defaults: Vec<_> = argument.get_default_values().iter().map(|value| value.to_string_lossy()).collect();
     if takes && !defaults.is_empty() {
-        write!(help, " Without it {}.", defaults.join(", ")).unwrap();
+        write!(help, " Default {}.", defaults.join(", ")).unwrap();
     }
     format!("| `{}` | {} |", cell(&name), cell(&help))
 }
@@ -104,8 +104,8 @@ fn every_command_has_its_entry() {
     let mut command = doublet_cli::command_line();
     command.build();
     let mut page = String::from(
-        "# Commands\n\nMade from the program's arguments; `doublet help COMMAND` prints the same. Exit codes: 0 done, 1 refused in one \
-         line, 2 wrong arguments, 3 something found is bad.\n\n",
+        "# Commands\n\nAll commands with their arguments; `doublet help COMMAND` prints the same. Exit codes: 0 done, 1 refused in one \
+         line, 2 wrong arguments, 3 a finding is bad.\n\n",
     );
     describe(&command, "doublet", &mut page);
     hold("commands", &page);
@@ -135,8 +135,9 @@ fn every_panel_has_its_entry() {
     let names: Vec<&str> = list.split(',').filter_map(|entry| entry.trim().strip_prefix("Self::")).collect();
     assert!(names.len() >= 20, "{names:?}");
     let mut page = String::from(
-        "# Panels\n\nMade from the program. Menu **Panels** brings each to the front; they are moved and put side by side by their tabs. \
-         F1 explains the panel or the word under the pointer, Ctrl+F1 lists every command with its keys, Ctrl+P finds one by its name.\n\n",
+        "# Panels\n\nAfter this page you can choose the panel for a task. Menu **Panels** brings each to the front; drag \
+         their tabs to move them. F1 explains the panel or the term under the pointer, Ctrl+F1 lists all commands with their keys, \
+         Ctrl+P finds one by its name.\n\n",
     );
     for name in names {
         let title = title(name).unwrap_or_else(|| panic!("{name} has no title"));
@@ -233,8 +234,8 @@ fn every_key_of_the_results_has_its_entry() {
         shapes.extend(self::shapes(&format!("crates/engine/src/{room}")));
     }
     let mut page = format!(
-        "# Keys of results.json, version {}\n\nMade from the program. A key with `?` is left out where there is nothing to say. Numbers \
-         are SI and radians; one that does not exist is null. What the tables hold stands in [Results](../results.md).\n\n",
+        "# Keys of results.json, version {}\n\nAll keys by table; [Results](../results.md) explains the tables. A key with `?` \
+         is optional. Numbers are SI and radians; a missing number is null.\n\n",
         doublet_engine::report::VERSION
     );
     let mut queue: VecDeque<(String, String)> = VecDeque::from([("results.json".to_owned(), "Results".to_owned())]);

@@ -12,7 +12,7 @@ use crate::stage::{ProofOfMatch, WindowReplay};
 pub struct ProofRow {
     /// Name of the tolerances.
     pub tolerances: String,
-    /// One entry per validation window.
+    /// One entry per validation manoeuvre.
     pub windows: Vec<ReplayRow>,
 }
 
@@ -21,7 +21,7 @@ pub struct ProofRow {
 pub struct ReplayRow {
     /// Window.
     pub window: String,
-    /// Why it could not be flown.
+    /// Why the simulation failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
     /// Tests of the tolerances that apply.
@@ -46,7 +46,7 @@ pub struct TestRow {
 /// One band of a test.
 #[derive(Clone, Debug, Serialize)]
 pub struct BandRow {
-    /// Requirement it belongs to, counted from 1: one band of each must hold.
+    /// Its requirement, counted from 1: one band of each must hold.
     pub requirement: usize,
     /// Signal.
     pub signal: &'static str,
@@ -56,7 +56,7 @@ pub struct BandRow {
     pub passed: bool,
     /// Largest difference over the half width there.
     pub worst_ratio: f64,
-    /// Simulated less measured there, SI.
+    /// Simulated minus measured there, SI.
     pub worst_error: f64,
     /// Time of it, s.
     pub worst_time_s: f64,

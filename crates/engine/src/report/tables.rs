@@ -134,7 +134,7 @@ pub fn states(results: &Results) -> Table {
         .done()
 }
 
-/// Wind and biases over the windows (thesis Tables 6.1 and 6.2).
+/// Wind and biases over the manoeuvres (thesis Tables 6.1 and 6.2).
 pub(crate) fn wind_and_bias(results: &Results) -> Table {
     let caption = "Wind and biases: mean of the last second of each window, over the windows.";
     let rows = results.wind_and_bias.iter();
@@ -163,7 +163,7 @@ pub fn innovations(results: &Results) -> Table {
         .done()
 }
 
-/// Innovations of each measurement over the windows.
+/// Innovations of each measurement over the manoeuvres.
 pub(crate) fn innovation_summary(results: &Results) -> Table {
     let caption = "Innovations of each measurement in predicted standard deviations: 1 when the noise is as stated.";
     let rows = results.innovation_summary.iter();
@@ -177,7 +177,7 @@ pub(crate) fn innovation_summary(results: &Results) -> Table {
         .done()
 }
 
-/// Prediction of every window by the pooled derivatives.
+/// Prediction of every manoeuvre by the pooled derivatives.
 pub fn predictions(results: &Results) -> Table {
     let caption = format!("Prediction of each window. {CONSTANTS}");
     let table = TableOf::new("predictions", caption, &results.predictions)
@@ -204,7 +204,7 @@ fn agreement<R>(table: TableOf<R>, of: impl Fn(&R) -> &PredictionAgreement) -> T
         .done()
 }
 
-/// Prediction of the validation windows (thesis Table 7.1).
+/// Prediction of the validation manoeuvres (thesis Table 7.1).
 pub fn validation(results: &Results) -> Table {
     let caption = format!("Predictions averaged over the validation manoeuvres. {CONSTANTS}");
     let table = TableOf::new("validation", caption, &results.validation)
