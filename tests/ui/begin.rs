@@ -80,7 +80,7 @@ impl Bench<'_> {
 
     /// Goes to a step of the page.
     fn step(&mut self, title: &str) {
-        let label = format!("step {title}: ");
+        let label = format!("new session step {title}: ");
         self.harness.get_by_label_contains(&label).click();
         self.harness.run_steps(4);
     }

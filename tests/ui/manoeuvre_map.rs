@@ -104,7 +104,7 @@ fn click_lasso_and_buttons_of_the_map_act_on_all_selected_with_one_undo() {
     assert!(places[0].distance(first) > 1.0 || places[1].distance(candidate) > 1.0 || places[0] != places[1]);
     bench.lasso(&about(&places), Modifiers::NONE);
     assert_eq!(selection(&bench).len(), 2);
-    bench.click("validation");
+    bench.press("validation");
     let roles = |bench: &Bench<'_>| bench.session().windows.iter().map(|window| window.role).collect::<Vec<_>>();
     assert_eq!(roles(&bench), [WindowRole::Validation; 2]);
     bench.undo_once();

@@ -125,6 +125,12 @@ impl Bench<'_> {
         self.settle();
     }
 
+    /// Clicks a button whose label another widget has too.
+    pub fn press(&mut self, label: &str) {
+        self.harness.get_by_role_and_label(egui::accesskit::Role::Button, label).click();
+        self.settle();
+    }
+
     /// Double clicks a text that is typed in place, types over it, and ends that by `key`.
     pub fn retype(&mut self, name: &str, text: &str, key: Key) {
         self.harness.get_by_label(name).scroll_to_me();

@@ -103,9 +103,9 @@ fn pooled(out: &mut String, results: &Results, truth: &BTreeMap<String, f64>) ->
     )?;
     writeln!(
         out,
-        "identification (their mean over its windows), and with the constant fitted to the window predicted.\n"
+        "identification (their mean over its manoeuvres), and with the constant fitted to the manoeuvre predicted.\n"
     )?;
-    writeln!(out, "| window | coefficient | R2, identified constants | R2, own constant |\n|---|---|---|---|")?;
+    writeln!(out, "| manoeuvre | coefficient | R2, identified constants | R2, own constant |\n|---|---|---|---|")?;
     for row in results.predictions.iter().filter(|row| row.role == "validation") {
         let PredictionAgreement { r_squared_identified_constants: identified, r_squared_own_constant: own, .. } =
             row.agreement;

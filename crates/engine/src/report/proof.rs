@@ -133,7 +133,7 @@ pub fn bands(proof: &ProofRow) -> Table {
     let rows = tests.flat_map(|(window, test)| test.bands.iter().map(move |band| (window, test, band)));
     let caption = "Bands of every test: the largest difference, simulated less measured, and where it is.";
     TableOf::new("match", caption, rows)
-        .text("window", "Window", |(window, ..)| &window.window)
+        .text("window", "Manoeuvre", |(window, ..)| &window.window)
         .text("test", "Test", |(_, test, _)| &test.id)
         .text("name", "Name", |(_, test, _)| &test.name)
         .column(Column::new("test_passed", "Test passed"), |(_, test, _)| Cell::Flag(test.passed))
@@ -153,7 +153,7 @@ pub fn theil(proof: &ProofRow) -> Table {
     let rows = proof.windows.iter().flat_map(|window| window.theil.iter().map(move |row| (window, row)));
     let caption = "Theil's inequality coefficient, 0 perfect and 1 none, and the shares of the mean square error.";
     TableOf::new("match_theil", caption, rows)
-        .text("window", "Window", |(window, _)| &window.window)
+        .text("window", "Manoeuvre", |(window, _)| &window.window)
         .text("signal", "Signal", |(_, row)| row.signal)
         .number("theil", "Theil", "", 3, |(_, row)| row.coefficient)
         .number("bias", "Bias", "", 3, |(_, row)| row.bias)

@@ -145,7 +145,7 @@ pub fn error_table(found: &SensorErrorsRow) -> Table {
     });
     TableOf::new("sensor_errors", CAPTION, lines)
         .text("error", "Error", |(row, ..)| &row.error)
-        .text("window", "Window", |(_, window, ..)| window)
+        .text("window", "Manoeuvre", |(_, window, ..)| window)
         .text("unit", "Unit", |(row, ..)| row.unit)
         .number("estimate", "Estimate", "", 5, |(_, _, numbers, ..)| numbers[0])
         .number("standard_error", "Standard error", "", 3, |(_, _, numbers, ..)| numbers[1])

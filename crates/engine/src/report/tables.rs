@@ -120,7 +120,7 @@ pub(crate) fn residual_summary(results: &Results) -> Table {
 /// Final states of every window.
 pub fn states(results: &Results) -> Table {
     let rows = results.windows.iter().flat_map(|window| window.states.iter().map(move |row| (window, row)));
-    TableOf::new("states", "States at the end of every window.", rows)
+    TableOf::new("states", "States at the end of each manoeuvre.", rows)
         .text("window", "Window", |(window, _)| &window.name)
         .text("state", "State", |(_, row)| row.state)
         .text("unit", "Unit", |(_, row)| row.unit)
@@ -136,7 +136,7 @@ pub fn states(results: &Results) -> Table {
 
 /// Wind and biases over the manoeuvres (thesis Tables 6.1 and 6.2).
 pub(crate) fn wind_and_bias(results: &Results) -> Table {
-    let caption = "Wind and biases: mean of the last second of each window, over the windows.";
+    let caption = "Wind and biases: mean of the last second of each manoeuvre, over all manoeuvres.";
     let rows = results.wind_and_bias.iter();
     TableOf::new("wind_and_bias", caption, rows)
         .text("quantity", "Quantity", |row| row.quantity)
@@ -179,7 +179,7 @@ pub(crate) fn innovation_summary(results: &Results) -> Table {
 
 /// Prediction of every manoeuvre by the pooled derivatives.
 pub fn predictions(results: &Results) -> Table {
-    let caption = format!("Prediction of each window. {CONSTANTS}");
+    let caption = format!("Prediction of each manoeuvre. {CONSTANTS}");
     let table = TableOf::new("predictions", caption, &results.predictions)
         .text("window", "Window", |row| &row.window)
         .text("role", "Use", |row| row.role)
