@@ -125,9 +125,11 @@ impl Bench<'_> {
         self.settle();
     }
 
-    /// Clicks a button whose label another widget has too.
+    /// Clicks the first button called `label` where other widgets have that label too.
     pub fn press(&mut self, label: &str) {
-        self.harness.get_by_role_and_label(egui::accesskit::Role::Button, label).click();
+        let is_button = |node: &egui_kittest::Node<'_>| node.accesskit_node().role() == egui::accesskit::Role::Button;
+        let button = self.harness.get_all_by_label(label).find(is_button);
+        button.unwrap_or_else(|| panic!("no button '{label}'")).click();
         self.settle();
     }
 

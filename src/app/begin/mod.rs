@@ -367,8 +367,7 @@ impl Workbench {
             let found = crate::notation::plural(windows, "manoeuvre");
             format!("New session: {found} manoeuvres found. Save it with Ctrl+S")
         } else {
-            "New session: no manoeuvre found; one covers the whole recording. Draw others above the plots"
-                .to_owned()
+            "New session: no manoeuvre found; one covers the whole recording. Draw others above the plots".to_owned()
         });
     }
 
