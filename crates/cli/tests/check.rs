@@ -102,7 +102,7 @@ fn check_finds_what_a_run_would_refuse() {
         (
             "differentiation_half_width_s = 0.",
             "differentiation_half_width_s = 1e9 # 0.",
-            ["window", "the local polynomial needs"],
+            ["manoeuvre", "the local polynomial needs"],
         ),
         ("builtin:flights/demo/bus.h5", "gone.h5", ["flight", "gone.h5"]),
         ("builtin:c337f\"", "builtin:c338\"", ["aircraft", "c338"]),
