@@ -44,11 +44,14 @@ pub struct Scatter {
     at: Option<usize>,
 }
 
+/// The mark that was clicked, and the keys held.
+pub type ClickedMark = (usize, Modifiers);
+
 /// What was done.
 #[derive(Debug)]
 pub struct ScatterDone {
     /// The mark that was clicked, and what was held.
-    pub clicked: Option<(usize, Modifiers)>,
+    pub clicked: Option<ClickedMark>,
     /// The marks inside a lasso that was closed, and what was held.
     pub enclosed: Option<(Vec<usize>, Modifiers)>,
     /// The marks under the pointer or with an open menu.
@@ -140,7 +143,7 @@ impl Scatter {
         marks: &[ScatterMark],
         places: &[Pos2],
         frame: Rect,
-    ) -> (Option<(usize, Modifiers)>, Vec<(usize, Response)>) {
+    ) -> (Option<ClickedMark>, Vec<(usize, Response)>) {
         let (mut clicked, mut pointed) = (None, Vec::new());
         let inside = places.iter().enumerate().filter(|(_, place)| frame.contains(**place)).take(MOST);
         for (at, place) in inside {

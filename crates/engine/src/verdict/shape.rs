@@ -108,6 +108,6 @@ mod tests {
         // All lengths in feet, as areas and lengths among themselves agree: the mass tells.
         let [area, span, chord, rest @ ..] = SINGLE;
         let feet = [area * 10.764, span * 3.2808, chord * 3.2808, rest[0], rest[1], rest[2], rest[3]];
-        assert!(found(feet)[0].contains("radius of gyration in roll of 0.088"), "{:?}", found(feet));
+        assert!(found(feet)[0].contains("roll radius of gyration of 0.088"), "{:?}", found(feet));
     }
 }
