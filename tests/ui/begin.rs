@@ -95,11 +95,6 @@ impl Bench<'_> {
         self.wait_until(label, |bench| bench.harness.query_all_by_label(label).next().is_some());
     }
 
-    /// Draws frames until something is there whose label contains `part`.
-    fn wait_for_part(&mut self, part: &str) {
-        self.wait_until(part, |bench| bench.harness.query_all_by_label_contains(part).next().is_some());
-    }
-
     fn wait_until(&mut self, what: &str, is_there: impl Fn(&Self) -> bool) {
         let started = Instant::now();
         while !is_there(self) {
@@ -207,7 +202,10 @@ fn further_file_leaves_what_was_chosen_and_a_broken_one_is_said() {
         bench.harness.get_by_label("File name").type_text(&path.display().to_string());
         bench.harness.run_steps(2);
         bench.harness.key_press(egui::Key::Enter);
-        bench.wait_for_part(name);
+        bench.wait_until(name, |bench| {
+            let is_there = |part: &str| bench.harness.query_all_by_label_contains(part).next().is_some();
+            !is_there("File name") && is_there("new session step Channels: ") && is_there(name)
+        });
         chosen(&mut bench);
     }
 }

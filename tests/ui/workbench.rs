@@ -129,7 +129,7 @@ impl Bench<'_> {
     pub fn press(&mut self, label: &str) {
         let is_button = |node: &egui_kittest::Node<'_>| node.accesskit_node().role() == egui::accesskit::Role::Button;
         let button = self.harness.get_all_by_label(label).find(is_button);
-        button.unwrap_or_else(|| panic!("no button '{label}'")).click();
+        button.expect("there is a button of that name").click();
         self.settle();
     }
 
