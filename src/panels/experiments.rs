@@ -207,7 +207,8 @@ impl Experiments {
                     Some(value) => format!("{value} {}", difference.unit),
                     None => "not set".to_owned(),
                 };
-                for text in [difference.setting.clone(), value(&difference.first), value(&difference.second)] {
+                ui.add(Label::new(&difference.setting).extend());
+                for text in [value(&difference.first), value(&difference.second)] {
                     ui.add(Label::new(text).wrap());
                 }
                 ui.end_row();

@@ -7,7 +7,7 @@ use eframe::egui::{
 };
 use egui_plot::{AxisHints, Plot, PlotPoint};
 
-use super::chart::{RIGHT_ROOM, TICK_SPACING, settle_axes, titled};
+use super::chart::{RIGHT_ROOM, TICK_SPACING, settle_axes, titled, unit_of};
 use super::level_mark;
 use super::ticks::ticks;
 use crate::theme;
@@ -78,6 +78,9 @@ pub struct ScatterPlot<'a> {
     pub height: f32,
 }
 
+/// Height of a plot from which the title of its upright axis fits, points.
+const TITLE_ROOM: f32 = 200.0;
+
 impl Scatter {
     /// Draws marks.
     pub fn show(&mut self, ui: &mut Ui, plot: &ScatterPlot<'_>) -> ScatterDone {
@@ -85,6 +88,9 @@ impl Scatter {
         let ends = plot.marks.iter().fold([[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]], |[low, high], mark| {
             [[low[0].min(mark.at[0]), low[1].min(mark.at[1])], [high[0].max(mark.at[0]), high[1].max(mark.at[1])]]
         });
+        // A long title would leave a low plot: there its unit stands alone.
+        let low = unit_of(plot.titles[1]);
+        let up = if plot.height < TITLE_ROOM { low.trim() } else { plot.titles[1] };
         let mut shown = Plot::new(Id::unique(("scatter", plot.name, plot.titles)))
             .height(plot.height.max(80.0))
             .width((ui.available_width() - RIGHT_ROOM).max(60.0))
@@ -96,7 +102,7 @@ impl Scatter {
             .label_formatter(|_| None)
             .x_grid_spacer(|input| ticks(input, TICK_SPACING[0]))
             .y_grid_spacer(|input| ticks(input, TICK_SPACING[1]))
-            .custom_y_axes(vec![titled(AxisHints::new_y(), plot.titles[1], &[], ui)])
+            .custom_y_axes(vec![titled(AxisHints::new_y(), up, &[], ui)])
             .custom_x_axes(vec![titled(AxisHints::new_x(), plot.titles[0], &[], ui)]);
         for [x, y] in ends.into_iter().filter(|end| end.iter().all(|value| value.is_finite())) {
             shown = shown.include_x(x).include_y(y);
