@@ -37,6 +37,8 @@ FORBIDDEN = [
     ("lend and borrow", r"\b(borrows?|lends?|borrowed)\b"),
     ("to and fro", r"\bto and fro\b|\bturned over\b"),
     ("cure", r"\bcures?\b"),
+    ("anew", r"\banew\b|\bcalled so\b"),
+    ("hold the truth", r"\b(holds?|held) the truth\b|\bspeaks? for\b"),
 ]
 LONGEST = {"finding": 15, "fix": 12, "help": 12}
 UNITS = {"s", "m", "deg", "rad", "Pa", "kg", "m2", "m/s", "m/s2", "deg/s", "rad/s", "Hz", "ms", "kt", "ft"}

@@ -113,7 +113,7 @@ impl Step {
                 &[Pane::Summary, Pane::Manoeuvres],
             ),
             Self::Model => Arrangement::new(
-                &[Pane::Fits, Pane::Match, Pane::Reconstruction],
+                &[Pane::Fits, Pane::Experiments, Pane::Match, Pane::Reconstruction],
                 Beside::Wide,
                 &[Pane::Model],
                 &[Pane::Derivatives, Pane::Correlation, Pane::Summary],
@@ -122,7 +122,6 @@ impl Step {
                 &[
                     Pane::Summary,
                     Pane::Derivatives,
-                    Pane::Experiments,
                     Pane::Correlation,
                     Pane::Studies,
                     Pane::Sensitivity,

@@ -36,7 +36,7 @@ pub fn matching<'a>(table: &'a [CommandInfo], typed: &str) -> Vec<&'a CommandInf
 }
 
 /// Other words for what a command is about, by its name.
-const MEANINGS: [(&str, &str); 33] = [
+const MEANINGS: [(&str, &str); 34] = [
     ("Summary", "verdict believe trust good bad caution"),
     ("Channels", "sensors units signs roles physics check mapping"),
     ("Flight", "recording time history overview plot"),

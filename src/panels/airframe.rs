@@ -1,5 +1,5 @@
-//! The aircraft to scale, from above and from the side, with everything on it to drag and to type; and the weighing that gives its
-//! centre of gravity.
+//! The aircraft to scale from above and from the side, with all masses and sensors to drag or type; and the weighing for its centre of
+//! gravity.
 
 use eframe::egui::{Label, RichText, Ui};
 

@@ -212,7 +212,7 @@ fn chart(ui: &Ui, scored: &[ScoredStructure], coefficient: Coefficient) -> Chart
     chart.curves.push(ChartCurve::new("", Color32::TRANSPARENT, ChartStyle::Dots(1.0), ends));
     chart.curves.push(ChartCurve::new("fit", palette.series[0], ChartStyle::Dots(4.0), fitted));
     chart.curves.push(ChartCurve::new(
-        "honest: validation windows",
+        "honest: validation manoeuvres",
         palette.series[1],
         ChartStyle::Dots(4.0),
         predicted,

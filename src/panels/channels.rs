@@ -1,4 +1,4 @@
-//! What every channel means: role, source, unit, rate, range and shape; and whether the channels fit each other.
+//! Role, source, unit, rate, range and shape of every channel, and the consistency of the channels.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Correlation of the estimated parameters, and of the regressors they belong to (thesis 4.4.3): every coefficient at once.
+//! Correlation of the estimated parameters, and of their regressors (thesis 4.4.3), for all coefficients at once.
 
 use doublet_core::model::Coefficient;
 use doublet_engine::stage::CoefficientFit;

@@ -1,4 +1,4 @@
-//! One channel against another over the chosen window, or between the markers.
+//! One channel plotted over another for the selected manoeuvre, or between the markers.
 
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Series, TimeRange, gap_threshold_s, value_at};

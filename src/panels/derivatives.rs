@@ -1,4 +1,4 @@
-//! Derivatives with their uncertainty: of all identification windows, of the chosen one, or window by window.
+//! Derivatives with their uncertainty: of all identification manoeuvres, of the selected one, or of each manoeuvre.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -1,5 +1,4 @@
-//! Inputs of the next flight, designed from the identified model: kinds side by side, the stick picture, the errors to expect before flying
-//! and how far the aircraft goes.
+//! Input design for the next flight from the identified model: kinds side by side, the stick picture, predicted errors and excursions.
 
 use std::path::PathBuf;
 

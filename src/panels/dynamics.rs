@@ -1,5 +1,5 @@
-//! Modes and levels: eigenvalues of the identified aircraft about a trim with their intervals, and the levels of its flying qualities,
-//! live while airspeed, altitude, fuel, class or category change.
+//! Modes and levels: eigenvalues of the identified aircraft about a trim with their intervals, and levels of flying qualities, updated
+//! while airspeed, altitude, fuel, class or category change.
 
 use std::ops::RangeInclusive;
 

@@ -1,5 +1,5 @@
-//! Whether what was flown is enough: standard errors against the goal of each derivative after every window, and the manoeuvre that would
-//! tell most next.
+//! Sufficiency of the data: standard errors compared with the goal of each derivative after every manoeuvre, and the best manoeuvre to
+//! fly next.
 
 use doublet_engine::planning::{self, EnoughRequest, enough_blocks};
 use eframe::egui::{DragValue, Response, Ui};

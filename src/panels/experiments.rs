@@ -1,4 +1,4 @@
-//! Experiments: configurations kept by name, what each gives, and what differs between two of them.
+//! Experiments: named configurations, their results, and the differences between two of them.
 
 use doublet_core::model::Coefficient;
 use doublet_engine::compare::{ExperimentRow, PRESENT, SettingDifference, experiment_differences};
@@ -207,7 +207,8 @@ impl Experiments {
                     Some(value) => format!("{value} {}", difference.unit),
                     None => "not set".to_owned(),
                 };
-                for text in [difference.setting.clone(), value(&difference.first), value(&difference.second)] {
+                ui.add(Label::new(&difference.setting).extend());
+                for text in [value(&difference.first), value(&difference.second)] {
                     ui.add(Label::new(text).wrap());
                 }
                 ui.end_row();

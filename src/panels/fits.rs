@@ -1,4 +1,4 @@
-//! Observed coefficients with their fit, residual or prediction over the chosen window; how well each window is predicted.
+//! Observed coefficients with fit, residual or prediction in the selected manoeuvre; quality of the prediction of each manoeuvre.
 
 use doublet_core::model::Coefficient;
 use doublet_engine::stage::CoefficientFit;

@@ -1,4 +1,4 @@
-//! The whole recording: any channels in stacked plots, the windows as bands, what is missing.
+//! The whole recording: any channels in stacked plots, the manoeuvres as bands, missing channels.
 
 use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording, TimeRange};

@@ -1,4 +1,4 @@
-//! Every window side by side, or several over each other, aligned at their onset: input, response and model over one scale of time.
+//! All manoeuvres side by side, or several superimposed and aligned at their onset: input, response and model on one time scale.
 
 use doublet_engine::session::{Manoeuvre, Surface};
 use eframe::egui::{self, Align2, FontId, Rect, RichText, Role, ScrollArea, Sense, Stroke, Ui, WidgetInfo, vec2};

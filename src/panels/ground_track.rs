@@ -1,4 +1,4 @@
-//! The track over ground, windows in their colours, the cursor where the aircraft was.
+//! The ground track, manoeuvres in their colours, the cursor at the position of the aircraft.
 
 use doublet_core::quantity::{Dimension, Role};
 use doublet_core::series::{Recording, Series, TimeRange, gap_threshold_s, value_at};

@@ -1,4 +1,4 @@
-//! Whether the filter believes the right things: innovations in their band, normalised innovations squared, advice.
+//! Check of the noise settings: innovations in their band, normalised innovation squared, advice.
 
 use std::sync::Arc;
 

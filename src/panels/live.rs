@@ -1,4 +1,4 @@
-//! A flight while it is flown: traces, estimates with error bars over time, lamps, limits.
+//! Real-time monitoring of a flight: traces, estimates with error bars over time, lamps, limits.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

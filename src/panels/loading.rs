@@ -1,4 +1,4 @@
-//! What is on board: fuel, seats and luggage; mass, centre of gravity and inertia that follow.
+//! Loading of the aircraft: fuel, seats and luggage, with the resulting mass, centre of gravity and inertia.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! What was computed, when and why, and what went wrong.
+//! Log of the computations: time, cause, result and errors.
 
 use eframe::egui::{self, Label, RichText, TextStyle, Ui};
 use egui_extras::{Column, TableBuilder};

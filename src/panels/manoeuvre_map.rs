@@ -1,4 +1,4 @@
-//! Every manoeuvre and candidate over any two of flight condition, input, fit and consistency; selected by click, lasso or keys.
+//! Every manoeuvre and candidate plotted over any two of flight condition, input, fit and consistency; select by click, lasso or keys.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! The windows as a table: name, interval, use, surface, note, lock, state of their results.
+//! The manoeuvres as a table: name, interval, use, surface, note, lock, state of their results.
 
 use std::sync::Arc;
 
@@ -302,7 +302,7 @@ pub(super) fn bulk_buttons(ctx: &mut PanelContext<'_>, ui: &mut Ui, count: usize
             }
         }
     });
-    if ui.button("confirm").on_hover_text("Looked at and taken as they stand").clicked() {
+    if ui.button("confirm").on_hover_text("Checked and confirmed").clicked() {
         flag_selected(ctx, WindowFlag::Confirmed);
     }
     if ui.button("remove").on_hover_text("Delete").clicked() {

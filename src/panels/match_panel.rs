@@ -1,4 +1,4 @@
-//! Proof of match: a validation window as measured and as the identified model flies it, with tolerance bands, pass or fail.
+//! Proof of match: a validation manoeuvre as measured and as simulated by the model, with tolerance bands, pass or fail.
 
 use doublet_core::validate::{BandResult, TestResult};
 use doublet_engine::stage::{ProofOfMatch, WindowReplay};

@@ -1,4 +1,4 @@
-//! Terms of the aerodynamic model: coefficients against terms, ticked.
+//! Terms of the aerodynamic model: a table of coefficients and terms with ticks.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,4 @@
-//! What the filter believes about noise, and where it starts.
+//! Noise settings and initial uncertainty of the filter.
 
 use doublet_core::quantity::Dimension;
 use doublet_core::reconstruct::consistency::ChannelConsistency;

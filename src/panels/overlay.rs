@@ -78,7 +78,7 @@ impl Overlay {
         let selected: Vec<&Manoeuvre> = ctx.selection().windows(ctx.session).collect();
         let of = if selected.len() > 1 { selected.as_slice() } else { shown };
         let drawn = &of[..of.len().min(MOST)];
-        let Some(first) = drawn.first() else { return empty(ui, "No such window.") };
+        let Some(first) = drawn.first() else { return empty(ui, "Manoeuvre not found.") };
         let signals = self.chosen.clone().unwrap_or_else(|| usual(first.surface));
         ui.horizontal_wrapped(|ui| {
             self.choose(ctx, ui, first, &signals);

@@ -1,4 +1,4 @@
-//! What happens to signals before they are used: smoothing, resampling, time shifts, steady windows.
+//! Treatment of signals before use: smoothing, resampling, time shifts, steady windows.
 
 use doublet_core::prep::{Interpolation, Resampling, Spectrum};
 use doublet_core::quantity::Role;

@@ -1,4 +1,4 @@
-//! An earlier estimate, the flight alone and both combined for each derivative, with the test of whether they contradict each other.
+//! An earlier estimate, this flight alone and both combined for each derivative, with a test of their consistency.
 
 use doublet_engine::prior::{PriorRequest, PriorStudy};
 use eframe::egui::{ComboBox, DragValue, Ui};

@@ -1,5 +1,5 @@
-//! Engines over the whole flight: modelled power beside that of the engine monitor, over time and one against the other, how the two agree,
-//! thrust, the flight on the engine's chart and on the propeller's map, and what each input of an engine changes.
+//! Engines over the whole flight: modelled power compared with the engine monitor, thrust, the flight on the engine chart and on the
+//! propeller map, and the effect of each engine input.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
-//! Objective tests of flight simulators on the identified model: the tests of a file judged on the windows of the session, each with its
-//! tolerance bands over flight and model, and the guide as a file.
+//! Objective tests of flight simulators on the identified model: tests of a file on the manoeuvres of the session, with tolerance
+//! bands, flight and model, and the guide as a file.
 
 use std::path::{Path, PathBuf};
 

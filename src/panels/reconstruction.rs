@@ -1,4 +1,4 @@
-//! The flight path of the chosen window: states with their deviation, measured beside reconstructed, biases and wind.
+//! The flight path of the selected manoeuvre: states with standard deviation, measured and reconstructed signals, biases and wind.
 
 use doublet_core::reconstruct::{Measurement, State};
 use doublet_core::series::Series;

@@ -1,4 +1,4 @@
-//! The flight played: the aircraft in its attitude, measured beside reconstructed beside model, velocity, wind and controls.
+//! Replay of the flight: the aircraft in its attitude, measured, reconstructed and simulated, with velocity, wind and controls.
 
 use doublet_core::airframe::Aircraft;
 use doublet_core::quantity::Dimension;

@@ -1,4 +1,4 @@
-//! The report: which sections it has, what they hold, and the button that writes it.
+//! The report: its sections, their contents, and the button that writes it.
 
 use doublet_engine::report;
 use doublet_engine::report::document::{Document, Section, SectionKind, build, chosen};

@@ -1,4 +1,4 @@
-//! Frequency responses of the rates to the controls with their equivalent systems, on request.
+//! Frequency responses of the rates to the controls with low-order equivalent systems, on request.
 
 use doublet_engine::report::document::surface_figure;
 use doublet_engine::run::Slot;

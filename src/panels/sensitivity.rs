@@ -1,4 +1,4 @@
-//! How much each derivative changes with what it was computed with (thesis 7.2): tornado chart and tables, on request.
+//! Sensitivity of each derivative to the input quantities (thesis 7.2): tornado chart and tables, on request.
 
 use doublet_core::sensitivity::TornadoBar;
 use doublet_engine::run::Slot;

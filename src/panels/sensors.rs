@@ -1,5 +1,5 @@
-//! Sensors of the controls, pulleys, pod and fuel probes: their calibrations as the instruments file has them, and fitted to readings on
-//! the ground, with residuals.
+//! Sensors of the controls, pulleys, pod and fuel probes: calibrations of the instruments file, and fits to ground readings with
+//! residuals.
 
 use std::collections::BTreeMap;
 

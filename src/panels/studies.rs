@@ -1,4 +1,4 @@
-//! Studies on request: manoeuvre against manoeuvre, independent checks, noise carried through, lags; each with its progress.
+//! Studies on request: comparison of manoeuvres, independent checks, effect of noise, lags; each with its progress.
 
 use doublet_engine::run::Slot;
 use doublet_engine::study::{

@@ -1,5 +1,4 @@
-//! What may be believed: the verdict in a sentence, its levels window by window and coefficient by coefficient, and the reasons with
-//! what cures them. Every word of a reason is the engine's.
+//! Which results can be trusted: the verdict, its level for every manoeuvre and coefficient, and the findings with their fixes.
 
 use doublet_core::model::Coefficient;
 use doublet_engine::verdict::{Finding, Level, Verdicts};

@@ -271,7 +271,7 @@ pub(super) fn marks_at(places: &[(f64, String)]) -> Vec<egui_plot::GridMark> {
 }
 
 /// The unit in the brackets at the end of a label, after a space.
-fn unit_of(label: &str) -> String {
+pub(super) fn unit_of(label: &str) -> String {
     let unit = label.strip_suffix(']').and_then(|label| label.rsplit_once('[')).map(|(_, unit)| unit);
     unit.map_or_else(String::new, |unit| format!(" {unit}"))
 }

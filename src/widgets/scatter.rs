@@ -7,7 +7,7 @@ use eframe::egui::{
 };
 use egui_plot::{AxisHints, Plot, PlotPoint};
 
-use super::chart::{RIGHT_ROOM, TICK_SPACING, settle_axes, titled};
+use super::chart::{RIGHT_ROOM, TICK_SPACING, settle_axes, titled, unit_of};
 use super::level_mark;
 use super::ticks::ticks;
 use crate::theme;
@@ -44,11 +44,14 @@ pub struct Scatter {
     at: Option<usize>,
 }
 
+/// The mark that was clicked, and the keys held.
+pub type ClickedMark = (usize, Modifiers);
+
 /// What was done.
 #[derive(Debug)]
 pub struct ScatterDone {
     /// The mark that was clicked, and what was held.
-    pub clicked: Option<(usize, Modifiers)>,
+    pub clicked: Option<ClickedMark>,
     /// The marks inside a lasso that was closed, and what was held.
     pub enclosed: Option<(Vec<usize>, Modifiers)>,
     /// The marks under the pointer or with an open menu.
@@ -75,6 +78,9 @@ pub struct ScatterPlot<'a> {
     pub height: f32,
 }
 
+/// Height of a plot from which the title of its upright axis fits, points.
+const TITLE_ROOM: f32 = 200.0;
+
 impl Scatter {
     /// Draws marks.
     pub fn show(&mut self, ui: &mut Ui, plot: &ScatterPlot<'_>) -> ScatterDone {
@@ -82,6 +88,9 @@ impl Scatter {
         let ends = plot.marks.iter().fold([[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]], |[low, high], mark| {
             [[low[0].min(mark.at[0]), low[1].min(mark.at[1])], [high[0].max(mark.at[0]), high[1].max(mark.at[1])]]
         });
+        // A long title would leave a low plot: there its unit stands alone.
+        let low = unit_of(plot.titles[1]);
+        let up = if plot.height < TITLE_ROOM { low.trim() } else { plot.titles[1] };
         let mut shown = Plot::new(Id::unique(("scatter", plot.name, plot.titles)))
             .height(plot.height.max(80.0))
             .width((ui.available_width() - RIGHT_ROOM).max(60.0))
@@ -93,7 +102,7 @@ impl Scatter {
             .label_formatter(|_| None)
             .x_grid_spacer(|input| ticks(input, TICK_SPACING[0]))
             .y_grid_spacer(|input| ticks(input, TICK_SPACING[1]))
-            .custom_y_axes(vec![titled(AxisHints::new_y(), plot.titles[1], &[], ui)])
+            .custom_y_axes(vec![titled(AxisHints::new_y(), up, &[], ui)])
             .custom_x_axes(vec![titled(AxisHints::new_x(), plot.titles[0], &[], ui)]);
         for [x, y] in ends.into_iter().filter(|end| end.iter().all(|value| value.is_finite())) {
             shown = shown.include_x(x).include_y(y);
@@ -140,7 +149,7 @@ impl Scatter {
         marks: &[ScatterMark],
         places: &[Pos2],
         frame: Rect,
-    ) -> (Option<(usize, Modifiers)>, Vec<(usize, Response)>) {
+    ) -> (Option<ClickedMark>, Vec<(usize, Response)>) {
         let (mut clicked, mut pointed) = (None, Vec::new());
         let inside = places.iter().enumerate().filter(|(_, place)| frame.contains(**place)).take(MOST);
         for (at, place) in inside {

@@ -80,7 +80,7 @@ impl Bench<'_> {
 
     /// Goes to a step of the page.
     fn step(&mut self, title: &str) {
-        let label = format!("step {title}: ");
+        let label = format!("new session step {title}: ");
         self.harness.get_by_label_contains(&label).click();
         self.harness.run_steps(4);
     }
@@ -92,9 +92,13 @@ impl Bench<'_> {
 
     /// Draws frames until something called `label` is there.
     fn wait_for(&mut self, label: &str) {
+        self.wait_until(label, |bench| bench.harness.query_all_by_label(label).next().is_some());
+    }
+
+    fn wait_until(&mut self, what: &str, is_there: impl Fn(&Self) -> bool) {
         let started = Instant::now();
-        while self.harness.query_all_by_label(label).next().is_none() {
-            assert!(started.elapsed() < PATIENCE, "'{label}' comes up: {:?}", self.harness.state().message);
+        while !is_there(self) {
+            assert!(started.elapsed() < PATIENCE, "'{what}' comes up: {:?}", self.harness.state().message);
             std::thread::sleep(Duration::from_millis(5));
             self.harness.step();
         }
@@ -183,7 +187,7 @@ fn further_file_leaves_what_was_chosen_and_a_broken_one_is_said() {
     bench.choose_entry("aircraft", "none: flight path only");
     let seconds = (0..(LENGTH_S / STEP_S) as u32).map(|k| f64::from(k) * STEP_S);
     let rows: String = seconds.map(|t| format!("{t},{}\n", 1000.0 + t)).collect();
-    let chosen = |bench: &Bench<'_>| {
+    let chosen = |bench: &mut Bench<'_>| {
         bench.step("Channels");
         assert!(bench.harness.query_all_by_label("5.73").next().is_some(), "the pitch rate is mapped by hand");
         bench.step("Recording and aircraft");
@@ -198,9 +202,11 @@ fn further_file_leaves_what_was_chosen_and_a_broken_one_is_said() {
         bench.harness.get_by_label("File name").type_text(&path.display().to_string());
         bench.harness.run_steps(2);
         bench.harness.key_press(egui::Key::Enter);
-        bench.wait_for("Create session");
-        assert!(bench.harness.query_all_by_label_contains(name).next().is_some(), "{name} is read or refused");
-        chosen(&bench);
+        bench.wait_until(name, |bench| {
+            let is_there = |part: &str| bench.harness.query_all_by_label_contains(part).next().is_some();
+            !is_there("File name") && is_there("new session step Channels: ") && is_there(name)
+        });
+        chosen(&mut bench);
     }
 }
 
@@ -379,7 +385,15 @@ fn page_with_a_long_unmapped_table_fits_a_laptop() {
     bench.harness.get_by_label("Describe one").click();
     bench.harness.run_steps(4);
     bench.step("Channels");
-    bench.choose_entry("channel of q", "Messstelle 07 hinten links oben [counts]");
+    let combo = bench.harness.get_by_role_and_label(Kind::ComboBox, "channel of q");
+    combo.scroll_to_me();
+    bench.harness.run_steps(3);
+    bench.harness.get_by_role_and_label(Kind::ComboBox, "channel of q").click();
+    bench.harness.run_steps(3);
+    bench.harness.get_by_label("part of the channel's name for q").type_text("Messstelle 07");
+    bench.harness.run_steps(2);
+    bench.harness.key_press(egui::Key::Enter);
+    bench.harness.run_steps(3);
     bench.choose_entry("unit of q", "deg/s");
     bench.wait_for("shape of q");
     let mut all = Vec::new();

@@ -250,7 +250,7 @@ fn experiments_are_added_computed_compared_and_one_is_made_current_in_one_step()
     let without = names.iter().find(|name| name.contains("Cm_q")).expect("pitch damping is a term").clone();
     let akaike = row(&without).outcome.coefficient("Cm").and_then(|one| one.fit.as_ref()?.delta_akaike);
     let akaike = notation::fixed(akaike.expect("the samples are the same"), 0);
-    bench.click("Cm");
+    bench.press("Cm");
     assert!(bench.harness.query_all_by_label(&akaike).next().is_some(), "the table says {akaike}");
     assert!(bench.harness.query_by_label("intervals of Cm_q").is_some());
     picture(&mut bench.harness, "experiments");

@@ -125,6 +125,14 @@ impl Bench<'_> {
         self.settle();
     }
 
+    /// Clicks the first button called `label` where other widgets have that label too.
+    pub fn press(&mut self, label: &str) {
+        let is_button = |node: &egui_kittest::Node<'_>| node.accesskit_node().role() == egui::accesskit::Role::Button;
+        let button = self.harness.get_all_by_label(label).find(is_button);
+        button.expect("there is a button of that name").click();
+        self.settle();
+    }
+
     /// Double clicks a text that is typed in place, types over it, and ends that by `key`.
     pub fn retype(&mut self, name: &str, text: &str, key: Key) {
         self.harness.get_by_label(name).scroll_to_me();

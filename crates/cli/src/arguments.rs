@@ -86,7 +86,7 @@ pub enum Command {
     Variants(VariantArguments),
     /// Repeat both steps many times with fresh measurement noise.
     MonteCarlo(MonteCarloArguments),
-    /// Compare the experiments of a session: verdict, NIS, fits, prediction and derivatives of each.
+    /// Compare the experiments of a session: verdict, NIS, fits and derivatives.
     Compare(CompareArguments),
     /// List the fixes of a session with their effect, or apply some.
     Fix(FixArguments),

@@ -21,7 +21,7 @@ use crate::text;
 pub struct CompareArguments {
     /// Session file.
     pub session: PathBuf,
-    /// Add usual experiments to those of the session: filters, noise, or a coefficient, which adds one without each of its terms.
+    /// Add experiments: filters, noise, or a coefficient without each of its terms.
     #[arg(long, value_name = "FAMILY,FAMILY", value_delimiter = ',')]
     pub with: Vec<Family>,
     /// Write the session with the added experiments to this file.

@@ -166,7 +166,7 @@ fn print(rows: &SensorErrorsRow) {
             ]
         }));
     }
-    text::table(&["error", "window", "estimate", "std error", "corrected", "", "correlation above 0.9"], &cells);
+    text::table(&["error", "manoeuvre", "estimate", "std error", "corrected", "", "correlation above 0.9"], &cells);
     let cells = rows.outputs.iter().map(|row| {
         let normalised = if row.normalised.is_finite() { number(row.normalised, 3) } else { String::new() };
         vec![

@@ -55,7 +55,7 @@ pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
     }
     let found = computed(arguments)?;
     text::line(&format!(
-        "{} flights of scenario '{}', {} manoeuvres each: part of the 95 % intervals that hold the truth",
+        "{} flights of scenario '{}', {} manoeuvres each: part of the 95 % intervals that contain the truth",
         found.realisations, arguments.scenario, found.manoeuvres
     ));
     let row = |derivative: &study::DerivativeCoverage| {
@@ -160,7 +160,7 @@ fn print_design(arguments: &CoverageArguments, found: &DesignCoverage) {
 /// How often the intervals of the modes hold the truth.
 fn print_modes(arguments: &CoverageArguments, found: &study::ModeCoverage) {
     text::line(&format!(
-        "{} flights of scenario '{}', {} manoeuvres each: part of the 95 % intervals of modes that hold the truth's at the same trim",
+        "{} flights of scenario '{}', {} manoeuvres each: part of the 95 % intervals of modes that contain the truth's at the same trim",
         found.realisations, arguments.scenario, found.manoeuvres
     ));
     let row = |row: &study::FigureCoverage| {

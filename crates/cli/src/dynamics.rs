@@ -328,7 +328,7 @@ fn print_measured(row: &DynamicsRow) {
         return;
     }
     text::line("");
-    text::line("measured in the free response at the end of each window, without the model");
+    text::line("measured in the free response at the end of each manoeuvre, without the model");
     let cells = row.measured.iter().map(|found| {
         let figure = |value: Option<f64>, digits| value.map_or_else(String::new, |value| number(value, digits));
         let with_error = |value: Option<f64>, error: Option<f64>| match (value, error) {
@@ -346,7 +346,7 @@ fn print_measured(row: &DynamicsRow) {
             found.error.clone().unwrap_or_default(),
         ]
     });
-    let header = ["window", "s", "near", "real, 1/s", "imaginary, rad/s", "frequency, rad/s", "damping", ""];
+    let header = ["manoeuvre", "s", "near", "real, 1/s", "imaginary, rad/s", "frequency, rad/s", "damping", ""];
     text::table(&header, &cells.collect::<Vec<_>>());
 }
 

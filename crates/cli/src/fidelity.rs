@@ -95,7 +95,7 @@ fn pooled(out: &mut String, results: &Results, truth: &BTreeMap<String, f64>) ->
     writeln!(out, "\n{within} of {count} within two corrected standard errors.\n")?;
     writeln!(
         out,
-        "Validation manoeuvres: R2 of the prediction against the observed coefficient, both smoothed alike by the"
+        "Validation manoeuvres: R2 of the prediction compared with the observed coefficient, both smoothed alike by the"
     )?;
     writeln!(
         out,
@@ -103,9 +103,9 @@ fn pooled(out: &mut String, results: &Results, truth: &BTreeMap<String, f64>) ->
     )?;
     writeln!(
         out,
-        "identification (their mean over its windows), and with the constant fitted to the window predicted.\n"
+        "identification (their mean over its manoeuvres), and with the constant fitted to the manoeuvre predicted.\n"
     )?;
-    writeln!(out, "| window | coefficient | R2, identified constants | R2, own constant |\n|---|---|---|---|")?;
+    writeln!(out, "| manoeuvre | coefficient | R2, identified constants | R2, own constant |\n|---|---|---|---|")?;
     for row in results.predictions.iter().filter(|row| row.role == "validation") {
         let PredictionAgreement { r_squared_identified_constants: identified, r_squared_own_constant: own, .. } =
             row.agreement;
@@ -118,7 +118,7 @@ fn covered(out: &mut String, study: &Coverage) -> std::fmt::Result {
     writeln!(out, "\n## Coverage of the intervals\n")?;
     writeln!(
         out,
-        "{} flights of {} manoeuvres, each with its own gusts, hand and noise: per cent of the 95 % intervals that hold the truth.\n",
+        "{} flights of {} manoeuvres, each with its own gusts, pilot and noise: per cent of the 95 % intervals that contain the truth.\n",
         study.realisations, study.manoeuvres
     )?;
     writeln!(
@@ -144,7 +144,7 @@ fn by_manoeuvre(out: &mut String, results: &Results, truth: &BTreeMap<String, f6
     writeln!(out, "\n## Shipped flight treated as in the thesis\n")?;
     writeln!(
         out,
-        "Every manoeuvre by itself (`sessions/demo_thesis.toml`), over identification manoeuvres; thrust is inside CX and Cm.\n"
+        "Every manoeuvre separately (`sessions/demo_thesis.toml`), over identification manoeuvres; thrust is inside CX and Cm.\n"
     )?;
     writeln!(
         out,

@@ -113,7 +113,7 @@ mod tests {
         let (_, said) = parse("airspeed=Vtrue,_ktas,unit=kt").unwrap();
         assert_eq!((said.channel, said.unit.map(|unit| unit.symbol)), ("Vtrue,_ktas", Some("kt")));
         assert!(parse("delta_e").unwrap_err().contains("ROLE=CHANNEL"));
-        assert!(parse("elev=C2").unwrap_err().contains("no role 'elev'"));
+        assert!(parse("elev=C2").unwrap_err().contains("role 'elev' not found"));
         assert!(parse("delta_e=C2,scale=many").unwrap_err().contains("'many' is not a number"));
     }
 }

@@ -185,7 +185,7 @@ fn manoeuvres(results: &report::StudyResults) {
             cells.push(vec![row.coefficient.to_owned(), row.window.clone(), identified, own, shift]);
         }
     }
-    text::table(&["", "window", "R2, others' constants", "R2, own constant", "largest shift, std errors"], &cells);
+    text::table(&["", "manoeuvre", "R2, others' constants", "R2, own constant", "largest shift, std errors"], &cells);
     text::line("");
     text::line("kinds of input: mean and scatter over the manoeuvres");
     let cells = results.input_kinds.iter().map(|row| {
@@ -257,7 +257,7 @@ fn checks(results: &report::StudyResults) {
             row.error.clone().unwrap_or_default(),
         ]
     });
-    text::table(&["window", "method", "", "estimate", "equation error", ""], &cells.collect::<Vec<_>>());
+    text::table(&["manoeuvre", "method", "", "estimate", "equation error", ""], &cells.collect::<Vec<_>>());
     let outputs: Vec<_> = results.checks.iter().filter(is_output).collect();
     if !outputs.is_empty() {
         text::line("");
@@ -266,7 +266,7 @@ fn checks(results: &report::StudyResults) {
             let numbers = [text::number(row.r_squared, 3), text::number(row.largest_deviation, 3)];
             [row.window.clone(), method(row), row.derivative.clone()].into_iter().chain(numbers).collect()
         });
-        text::table(&["window", "method", "", "R2", "largest deviation"], &cells.collect::<Vec<_>>());
+        text::table(&["manoeuvre", "method", "", "R2", "largest deviation"], &cells.collect::<Vec<_>>());
     }
     for finding in &results.check_findings {
         text::line(&format!("{}: {}: {}", finding.level.name(), finding.place, finding.text));

@@ -199,9 +199,9 @@ mod tests {
     fn long_lines_are_cut_behind_a_word_or_broken_between_words() {
         let text = "manoeuvre 'a': the airspeed, 40 m/s, is too low";
         assert_eq!(shortened(text, 80), text);
-        assert_eq!(shortened(text, 26), "manoeuvre 'a': the…");
+        assert_eq!(shortened(text, 29), "manoeuvre 'a': the…");
         assert_eq!(wrapped(text, 80), [text]);
-        assert_eq!(wrapped(text, 26), ["manoeuvre 'a': the airspeed,", "    40 m/s, is too low"]);
+        assert_eq!(wrapped(text, 29), ["manoeuvre 'a': the airspeed,", "    40 m/s, is too low"]);
         assert_eq!(shortened("ä".repeat(9).as_str(), 4), "äää…");
         assert_eq!(wrapped("", 4), [""]);
     }

@@ -36,21 +36,21 @@ const ROLL_AND_AILERON: f64 = -0.92;
 
 /// What is concluded; its numbers are those of the table and held by the tests of the engine (`thesis`).
 const CONCLUSION: &str = "\
-What shows here as in the thesis: single manoeuvres do not tell CY_p, CX_q or Cn_p: the first two change their sign from one to the
-next, the third lies between nothing and twice the truth; the lateral derivatives scatter by five to fifteen times their standard error for white residuals; and manoeuvres of the rudder
-understate the roll damping by up to a tenth.
+In both flights single manoeuvres do not determine CY_p, CX_q or Cn_p: the first two change their sign from one to the next, the third
+lies between zero and twice the truth. The lateral derivatives scatter by five to fifteen times their standard error for white residuals.
+Rudder manoeuvres underestimate the roll damping by up to a tenth.
 
-What does not show: a roll damping of zero, an R2 of Cl of 0.46, a pitch damping of either sign, a correlation of roll rate and aileron
-of -0.92. Every aileron manoeuvre of this flight gives Cl_p and Cl_delta_a within two per cent; smoothed inputs, splined flow angles
-and single manoeuvres, which are all in the first run, do not bring the weaknesses about. A wrong clock of the control sensors brings
-most of their signs: stamped a fifth of a second early, Cl_delta_a loses two fifths, the roll damping a third, Cm_q turns positive,
-and R2 falls for the moments of the moved surface. The thesis aligned these sensors by hand, up to 1.5 s, and reports a
-delay between fitted and observed Cl that it could not explain (section 4.4.3); that this was the reason there is likely, not shown. The
-shipped session fits this clock to what both recorders see and finds it to some milliseconds.
+Other weaknesses do not appear: a roll damping of zero, an R2 of Cl of 0.46, a pitch damping of either sign, a correlation of roll rate and
+aileron of -0.92. Every aileron manoeuvre of this flight gives Cl_p and Cl_delta_a within two per cent. Smoothed inputs, splined flow angles
+and single manoeuvres are all in the first run and do not cause these weaknesses. A wrong clock of the control sensors causes
+most of them: stamped a fifth of a second early, Cl_delta_a loses two fifths, the roll damping a third, Cm_q becomes positive,
+and R2 decreases for the moments of the moved surface. The thesis aligned these sensors by hand, up to 1.5 s, and reports an unexplained
+delay between fitted and observed Cl (section 4.4.3). A wrong clock is a likely reason, not a proven one. The
+shipped session fits this clock to common signals of both recorders and finds it to some milliseconds.
 
-R2 of the validation manoeuvres as the thesis has it (7.1, mean parameters and constants) is negative for CX, where the thesis states 0.834:
-thrust is inside CX, so that its constant differs from manoeuvre to manoeuvre by more than a manoeuvre moves it. Only with each manoeuvre's
-own constant is it 0.94, which says nothing of the constant. The five others are above those of the thesis either way.";
+R2 of the validation manoeuvres as in the thesis (7.1, mean parameters and constants) is negative for CX, where the thesis states 0.834:
+thrust is inside CX, so its constant varies between manoeuvres by more than CX varies in a manoeuvre. Only with each manoeuvre's
+own constant is it 0.94, which does not test the constant. The five others are above those of the thesis either way.";
 
 /// The session with the clock of its control sensors set wrong.
 pub fn early_sensors(session: &Session) -> Session {
@@ -76,10 +76,10 @@ pub struct Run {
 
 /// The table and what follows from it: as the thesis has it, the flight treated so, and the same with early control sensors.
 pub fn weaknesses(out: &mut String, treated: &Run, early: &Run) -> std::fmt::Result {
-    writeln!(out, "\n### Its weaknesses beside those of the thesis\n")?;
+    writeln!(out, "\n### Weaknesses compared with the thesis\n")?;
     writeln!(
         out,
-        "Mean over the identification manoeuvres, least and greatest; in the last column the control sensors are stamped {EARLY_S} s too early.\n"
+        "Mean over the identification manoeuvres, smallest and largest; in the last column the control sensors are stamped {EARLY_S} s too early.\n"
     )?;
     writeln!(out, "| what | thesis | this flight | early sensors |\n|---|---|---|---|")?;
     let both = |value: &dyn Fn(&Run) -> String| format!("{} | {}", value(treated), value(early));

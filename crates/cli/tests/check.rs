@@ -73,7 +73,7 @@ fn run_of_the_shipped_flight_fits_one_screen_and_its_results_say_everything() {
     let reasons = derivatives.iter().flat_map(|row| row["verdict"]["reasons"].as_array().unwrap());
     let open: Vec<&Value> = reasons.filter(|reason| reason["code"] == "determined").collect();
     assert_eq!(open.len(), 2, "{open:?}");
-    assert!(open.iter().all(|reason| reason["text"].as_str().unwrap().ends_with("(limit 50 %)")), "{open:?}");
+    assert!(open.iter().all(|reason| reason["text"].as_str().unwrap().contains("(limit 50 %)")), "{open:?}");
 }
 
 #[test]
@@ -102,7 +102,7 @@ fn check_finds_what_a_run_would_refuse() {
         (
             "differentiation_half_width_s = 0.",
             "differentiation_half_width_s = 1e9 # 0.",
-            ["window", "the local polynomial needs"],
+            ["manoeuvre", "the local polynomial needs"],
         ),
         ("builtin:flights/demo/bus.h5", "gone.h5", ["flight", "gone.h5"]),
         ("builtin:c337f\"", "builtin:c338\"", ["aircraft", "c338"]),

@@ -94,7 +94,7 @@ fn argument(argument: &clap::Arg) -> String {
     }
     let defaults: Vec<_> = argument.get_default_values().iter().map(|value| value.to_string_lossy()).collect();
     if takes && !defaults.is_empty() {
-        write!(help, " Without it {}.", defaults.join(", ")).unwrap();
+        write!(help, " Default {}.", defaults.join(", ")).unwrap();
     }
     format!("| `{}` | {} |", cell(&name), cell(&help))
 }
@@ -104,8 +104,8 @@ fn every_command_has_its_entry() {
     let mut command = doublet_cli::command_line();
     command.build();
     let mut page = String::from(
-        "# Commands\n\nMade from the program's arguments; `doublet help COMMAND` prints the same. Exit codes: 0 done, 1 refused in one \
-         line, 2 wrong arguments, 3 something found is bad.\n\n",
+        "# Commands\n\nAll commands with their arguments; `doublet help COMMAND` prints the same. Exit codes: 0 done, 1 refused in one \
+         line, 2 wrong arguments, 3 a finding is bad.\n\n",
     );
     describe(&command, "doublet", &mut page);
     hold("commands", &page);
@@ -135,8 +135,9 @@ fn every_panel_has_its_entry() {
     let names: Vec<&str> = list.split(',').filter_map(|entry| entry.trim().strip_prefix("Self::")).collect();
     assert!(names.len() >= 20, "{names:?}");
     let mut page = String::from(
-        "# Panels\n\nMade from the program. Menu **Panels** brings each to the front; they are moved and put side by side by their tabs. \
-         F1 explains the panel or the word under the pointer, Ctrl+F1 lists every command with its keys, Ctrl+P finds one by its name.\n\n",
+        "# Panels\n\nAfter this page you can choose the panel for a task. Menu **Panels** brings each to the front; drag \
+         their tabs to move them. F1 explains the panel or the term under the pointer, Ctrl+F1 lists all commands with their keys, \
+         Ctrl+P finds one by its name.\n\n",
     );
     for name in names {
         let title = title(name).unwrap_or_else(|| panic!("{name} has no title"));
@@ -233,13 +234,13 @@ fn every_key_of_the_results_has_its_entry() {
         shapes.extend(self::shapes(&format!("crates/engine/src/{room}")));
     }
     let mut page = format!(
-        "# Keys of results.json, version {}\n\nMade from the program. A key with `?` is left out where there is nothing to say. Numbers \
-         are SI and radians; one that does not exist is null. What the tables hold stands in [Results](../results.md).\n\n",
+        "# Keys of results.json, version {}\n\nAll keys by table; [Results](../results.md) explains the tables. A key with `?` \
+         is optional. Numbers are SI and radians; a missing number is null.\n\n",
         doublet_engine::report::VERSION
     );
     let mut queue: VecDeque<(String, String)> = VecDeque::from([("results.json".to_owned(), "Results".to_owned())]);
     let mut known: BTreeMap<String, String> = BTreeMap::new();
-    let mut words = BTreeSet::new();
+    let (mut words, mut by_name) = (BTreeSet::new(), BTreeSet::new());
     while let Some((path, shape)) = queue.pop_front() {
         if known.contains_key(&shape) {
             continue;
@@ -267,25 +268,31 @@ fn every_key_of_the_results_has_its_entry() {
                 None => in_words(&field.kind),
             };
             words.insert(field.name.clone());
+            if field.kind.contains("Map<") {
+                by_name.insert(field.name.clone());
+            }
             writeln!(page, "| `{}{mark}` | {kind} | {} |", field.name, cell(&field.text)).unwrap();
         }
         page.push('\n');
     }
     hold("result_keys", &page);
-    for key in written_keys() {
+    for key in written_keys(&by_name) {
         assert!(words.contains(&key), "the key '{key}' of results.json has no entry");
     }
 }
 
-/// Keys of what a run writes. Names of tables and studies that were not asked for are keys too.
-fn written_keys() -> BTreeSet<String> {
-    fn collect(value: &serde_json::Value, found: &mut BTreeSet<String>) {
+/// Keys of what a run writes, without the names in objects `by_name`. Names of tables and studies that were not asked for are keys too.
+fn written_keys(by_name: &BTreeSet<String>) -> BTreeSet<String> {
+    fn collect(value: &serde_json::Value, by_name: &BTreeSet<String>, found: &mut BTreeSet<String>) {
         match value {
             serde_json::Value::Object(all) => all.iter().for_each(|(key, value)| {
                 found.insert(key.clone());
-                collect(value, found);
+                match value.as_object().filter(|_| by_name.contains(key)) {
+                    Some(named) => named.values().for_each(|value| collect(value, by_name, found)),
+                    None => collect(value, by_name, found),
+                }
             }),
-            serde_json::Value::Array(all) => all.iter().for_each(|value| collect(value, found)),
+            serde_json::Value::Array(all) => all.iter().for_each(|value| collect(value, by_name, found)),
             _ => {}
         }
     }
@@ -296,7 +303,7 @@ fn written_keys() -> BTreeSet<String> {
         .output()
         .unwrap();
     let mut found = BTreeSet::new();
-    collect(&serde_json::from_slice(&program.stdout).unwrap(), &mut found);
+    collect(&serde_json::from_slice(&program.stdout).unwrap(), by_name, &mut found);
     assert!(found.len() > 150, "{}", found.len());
     found
 }

@@ -216,7 +216,7 @@ fn engine_says_what_leaves_its_charts_and_refuses_nonsense() {
     assert!(refused(&with(3, "-5")).contains("--rpm is -5: allowed is 0 to"));
     assert!(refused(&with(3, "NaN")).contains("--rpm is NaN"));
     assert!(refused(&with(7, "90000")).contains("--altitude-ft is 90000: allowed is"));
-    assert!(refused(&with(1, "c999")).contains("no aircraft 'c999'"));
+    assert!(refused(&with(1, "c999")).contains("aircraft 'c999' not found"));
     assert!(refused(&with(1, "attas_vfw614")).contains("no engine has a chart"));
 }
 
@@ -329,7 +329,7 @@ fn decks_that_cannot_be_written_leave_nothing_behind() {
     let deck = path.to_str().unwrap();
     let with = |extra: &[&str]| refused(&[&["datcom", "-o", deck, "--deck"], extra].concat());
     assert!(with(&["attas_vfw614"]).contains("no [datcom] section"));
-    assert!(with(&["nothing"]).contains("no aircraft 'nothing'"));
+    assert!(with(&["nothing"]).contains("aircraft 'nothing' not found"));
     assert!(with(&["c337f", "--mach", "NaN"]).contains("MACH(1) is NaN"));
     assert!(with(&["c337f", "--alpha-deg", "2,1"]).contains("must increase"));
     let gone = folder.path().join("gone/deck.txt");

@@ -56,7 +56,7 @@ fn a_session_that_reads_outside_its_folder_says_so_once() {
     session.aircraft = Some("../plane.toml".to_owned());
     assert_eq!(
         path_warning(&session).unwrap(),
-        "../plane.toml lies outside the session's folder: see that this is meant"
+        "../plane.toml lies outside the session's folder: check that this is intended"
     );
     // Many files in one place, over two flights, some of them twice: one line.
     session.aircraft = Some("builtin:c337f".to_owned());
@@ -68,7 +68,7 @@ fn a_session_that_reads_outside_its_folder_says_so_once() {
     let said = path_warning(&session).unwrap();
     assert_eq!(
         said,
-        format!("{files} files under ../../data lie outside the session's folder: see that this is meant")
+        format!("{files} files under ../../data lie outside the session's folder: check that this is intended")
     );
     // Nothing in common but the way up: the first is named.
     session.aircraft = Some("../plane.toml".to_owned());

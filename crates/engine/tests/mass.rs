@@ -183,13 +183,13 @@ fn mass_that_nobody_stated_and_nothing_recorded_is_called_assumed() {
     // Four seats of 74.7 kg and 45.9 kg of luggage.
     let standard = Session { loading: None, ..plain.clone() };
     let told = assumed(&standard);
-    assert!(told.len() == 1 && told[0].contains("the standard 345 kg in seats and luggage"), "{told:?}");
+    assert!(told.len() == 1 && told[0].contains("standard seats and luggage of 345 kg"), "{told:?}");
     assert!(!told[0].contains("fuel"), "the probes tell it: {told:?}");
     let mut without_probes = plain;
     without_probes.flights[0].instruments.as_mut().unwrap().fuel.clear();
     let told = assumed(&without_probes);
-    assert!(told.len() == 1 && told[0].contains("the standard 373 kg of fuel, all tanks full"), "{told:?}");
+    assert!(told.len() == 1 && told[0].contains("standard fuel of 373 kg, all tanks full"), "{told:?}");
     without_probes.loading.as_mut().unwrap().fuel_kg.insert("main right".to_owned(), 100.0);
     let told = assumed(&without_probes);
-    assert!(told.len() == 1 && told[0].contains("100 kg of fuel at all times, since no burn is recorded"), "{told:?}");
+    assert!(told.len() == 1 && told[0].contains("fuel of 100 kg, constant (burn not recorded)"), "{told:?}");
 }

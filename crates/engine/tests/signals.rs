@@ -158,7 +158,7 @@ fn the_position_is_the_integral_of_the_velocity_and_begins_anew_after_a_gap() {
     // A gap ends the integral: the velocity comes every 0.2 s, so that nothing may be summed over 0.1 s.
     let torn = bus(SignalSetting { max_gap_s: Some(0.1), ..integrated }, 0.0);
     assert!(of(&torn, Role::PositionNorth).values.iter().all(|&value| value == 0.0));
-    assert!(torn.recording.warnings.iter().any(|line| line.contains("begin anew")));
+    assert!(torn.recording.warnings.iter().any(|line| line.contains("x and y restart")));
 }
 
 #[test]

@@ -82,7 +82,7 @@ fn accelerometers_that_are_not_where_they_are_taken_are_named_with_their_place()
     println!("{text}: {cure}");
     let sensors = snapshot.aircraft.ready().unwrap().aircraft.sensors;
     let [x, ..] = sensors.accelerometer_from_datum_m.unwrap();
-    let stated = cure.split('[').nth(1).and_then(|list| list.split(',').next()).unwrap();
+    let stated = cure.split(": ").nth(1).and_then(|list| list.split(',').next()).unwrap();
     let found: f64 = stated.parse().unwrap();
     assert!((found - x).abs() < 0.1, "{found} {x}");
 }

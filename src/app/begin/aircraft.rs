@@ -2,7 +2,7 @@
 
 use doublet_core::airframe::AircraftClass;
 use doublet_engine::begin::PlainAircraft;
-use eframe::egui::{ComboBox, DragValue, Grid, TextEdit, Ui};
+use eframe::egui::{ComboBox, DragValue, Grid, TextEdit, Ui, vec2};
 
 /// The numbers being typed.
 pub struct AircraftForm {
@@ -46,7 +46,7 @@ impl AircraftForm {
         let aircraft = &mut self.aircraft;
         Grid::new("own aircraft").num_columns(8).spacing([8.0, 3.0]).show(ui, |ui| {
             ui.label("Name");
-            let name = ui.add(TextEdit::singleline(&mut aircraft.name).desired_width(110.0));
+            let name = ui.add(TextEdit::singleline(&mut aircraft.name).desired_width(110.0).min_size(vec2(118.0, 0.0)));
             ui.ctx().accesskit_node_builder(name.id, |node| node.set_label("name of the aircraft"));
             if !std::mem::replace(&mut self.has_begun, true) {
                 name.request_focus();

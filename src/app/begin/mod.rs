@@ -365,10 +365,9 @@ impl Workbench {
         self.state.show_layout(crate::layouts::LayoutKey::Step(crate::layouts::Step::Manoeuvres));
         self.say(if found {
             let found = crate::notation::plural(windows, "manoeuvre");
-            format!("New session: {found} of its controls found as windows. Save it with Ctrl+S")
+            format!("New session: {found} manoeuvres found. Save it with Ctrl+S")
         } else {
-            "New session: no manoeuvre was found, one window holds the whole recording. Draw others above the plots"
-                .to_owned()
+            "New session: no manoeuvre found; one covers the whole recording. Draw others above the plots".to_owned()
         });
     }
 

@@ -156,7 +156,7 @@ fn steps(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
             level_mark(ui, Some(level));
             let text = format!("{} {}", at + 1, page.title());
             let button = ui.add(Button::selectable(choosing.page == page, text).min_size(vec2(0.0, STEP.y)));
-            let label = format!("step {}: {}", page.title(), level.name());
+            let label = format!("new session step {}: {}", page.title(), level.name());
             ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(label));
             if button.clicked() {
                 choosing.page = page;

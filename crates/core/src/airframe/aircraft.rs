@@ -73,11 +73,12 @@ pub struct ReferenceGeometry {
     pub span_m: f64,
     /// Reference chord c, the length in `Cm`, m.
     pub chord_m: f64,
-    /// Length in `Cl` and `Cn`, m: the span unless the file says otherwise.
+    /// Length in `Cl` and `Cn`, m: the span unless the file states another.
     pub lateral_moment_length_m: f64,
-    /// Length L in `p L / V`, `r L / V` and `beta_dot L / V`, m: half the span, hence `p b / (2 V)`, unless the file says otherwise.
+    /// Length L in `p L / V`, `r L / V` and `beta_dot L / V`, m: half the span, hence `p b / (2 V)`, unless the file states
+    /// another.
     pub lateral_rate_length_m: f64,
-    /// Length L in `q L / V` and `alpha_dot L / V`, m: the chord unless the file says otherwise.
+    /// Length L in `q L / V` and `alpha_dot L / V`, m: the chord unless the file states another.
     pub pitch_rate_length_m: f64,
 }
 

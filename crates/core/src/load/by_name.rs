@@ -81,7 +81,7 @@ mod tests {
         let rows: String = (0..9).map(|k| format!("10h23m11s{k:03},0.1,0.2,0.{k}\n")).collect();
         std::fs::write(&path, format!("Timestamp,P [deg/s],Q [deg/s],R [deg/s]\n{rows}")).unwrap();
         let probe = inspect(&path).unwrap();
-        let what = "source 'flight': 'Timestamp' is no time that is read, for example '10h23m11s000' (seconds, hh:mm:ss.fff and \
+        let what = "source 'flight': 'Timestamp' is not a time in a known format, for example '10h23m11s000' (seconds, hh:mm:ss.fff and \
             YYYY-MM-DD hh:mm:ss.fff are); write it as one of these, or give sample_rate in the map's [[time]] entry";
         assert_eq!(probe.sources[0].missing_time().as_deref(), Some(what));
         let guessed = guess(std::slice::from_ref(&probe)).text().unwrap();

@@ -50,7 +50,7 @@ pub enum LoadError {
         left: u64,
     },
     /// The content contradicts its format.
-    #[error("{}: damaged {format} file, {what}; copy it again or export it anew", path.display())]
+    #[error("{}: damaged {format} file, {what}; copy it again or export it again", path.display())]
     Damaged {
         /// File.
         path: PathBuf,

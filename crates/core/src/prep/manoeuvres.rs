@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
-use super::pulses::{Excursion, excursions, half_crossing};
-use super::{PrepError, check, stretches};
+use super::control_activity::{Activity, OVERSHOOT, activity, ends, highest, inputs};
+use super::pulses::{Excursion, half_crossing};
+use super::{PrepError, check};
 use crate::quantity::Role;
 use crate::series::{Series, TimeRange};
 use crate::statistics;
@@ -155,17 +156,6 @@ impl Default for ManoeuvreSettings {
     }
 }
 
-/// One surface's deflection and where it left its resting place.
-struct Activity<'a> {
-    surface: Role,
-    time: &'a [f64],
-    deviation: Vec<f64>,
-    stretches: Vec<Range<usize>>,
-    /// Noise of each stretch, rad.
-    noise: Vec<f64>,
-    excursions: Vec<Excursion>,
-}
-
 /// An input of one surface.
 struct Candidate {
     manoeuvre: Manoeuvre,
@@ -176,16 +166,17 @@ struct Candidate {
 /// Manoeuvres in the deflections of aileron, elevator and rudder (rad).
 ///
 /// Each control's deviation from its own resting place (a moving median, so that trim and drift do not matter) is cut into
-/// excursions beyond half the least amplitude; excursions that follow each other closely after a rest are one input. Its
-/// pulses, bounded where they pass half their height, are compared with the ideal lengths of each shape:
-/// `e = rms(d_i / (T p_i) - 1)` with the base time `T` of least squares. The confidence is
+/// excursions beyond half the least amplitude; excursions that follow each other closely after a rest are one input. A control
+/// rests where it stays below 0.35 of the input. Its pulses, bounded where they pass half their height, are compared with the
+/// ideal lengths of each shape: `e = rms(d_i / (T p_i) - 1)` with the base time `T` of least squares. The confidence is
 /// `1 / (1 + (e / 0.4)^2) / (1 + (s / 0.6)^2) / (1 + (o / 0.5)^2)` with the relative spread `s` of the amplitudes and the greatest
-/// deviation `o` of another surface relative to this one's. Inputs of several surfaces that overlap and are at least half as high as
-/// the highest are one manoeuvre; of others that overlap, the most confident is kept. A cut in which none is found but a control moves is
-/// one irregular manoeuvre. `responses` are
-/// the body rates (rad/s) that tell the end of the free response: roll for aileron, pitch for elevator, yaw for rudder; without
-/// one it lasts until a control moves, or the longest allowed. `airborne` are the spans in which a manoeuvre may lie from its lead-in
-/// to its onset.
+/// deviation `o` of another surface relative to this one's or, where higher, to its own typical input (the median height of its
+/// inputs of several pulses). Inputs below a quarter of their surface's typical one are passed over. Inputs of several surfaces
+/// that overlap and are at least half as high as the highest, or half as high as their own typical one, are one manoeuvre; of
+/// others that overlap, the most confident is kept. A cut in which none is found but a control moves is one irregular manoeuvre.
+/// `responses` are the body rates (rad/s) that tell the end of the free response: roll for aileron, pitch for elevator, yaw for
+/// rudder; without one it lasts until a control moves, or the longest allowed. `airborne` are the spans in which a manoeuvre may
+/// lie from its lead-in to its onset.
 ///
 /// # Errors
 /// Lengths that differ, time that does not increase, a least amplitude that is not above zero, a resting time below 1 s.
@@ -214,7 +205,7 @@ pub fn find_manoeuvres(
     let mut candidates: Vec<Candidate> = Vec::new();
     for activity in &activities {
         for (input, rested) in inputs(activity, settings) {
-            let highest = input.iter().map(|excursion| excursion.amplitude.abs()).fold(0.0, f64::max);
+            let highest = highest(input);
             match candidate(activity, input, rested, highest, settings) {
                 Ok(candidate) => candidates.push(candidate),
                 Err(why) => {
@@ -223,11 +214,16 @@ pub fn find_manoeuvres(
             }
         }
     }
+    let flies = |found: &Manoeuvre| airborne.iter().any(|span| lies_within(span, found, &activities, settings));
+    let typical = TypicalInputs::new(&activities, candidates.iter().filter(|one| flies(&one.manoeuvre)));
     let (mut kept, mut passed): (Vec<Candidate>, Vec<(Candidate, PassedOver)>) = (Vec::new(), Vec::new());
-    let mut ranked: Vec<Candidate> = joined(candidates)
+    let (candidates, small) = candidates.into_iter().partition(|one| !typical.dwarfs(one));
+    let small: Vec<Candidate> = small;
+    passed.extend(small.into_iter().map(|one| (one, PassedOver::Small)));
+    let mut ranked: Vec<Candidate> = joined(candidates, &typical, settings.lead_in_s)
         .into_iter()
         .map(|mut candidate| {
-            candidate.manoeuvre.confidence *= stillness(&candidate, &activities);
+            candidate.manoeuvre.confidence *= stillness(&candidate, &activities, &typical);
             candidate
         })
         .collect();
@@ -235,7 +231,7 @@ pub fn find_manoeuvres(
     for candidate in ranked {
         let found = &candidate.manoeuvre;
         let overlaps = |other: &Candidate| overlap(&other.manoeuvre, found);
-        if !airborne.iter().any(|span| lies_within(span, found, &activities, settings)) {
+        if !flies(found) {
             passed.push((candidate, PassedOver::OnGround));
         } else if found.confidence < settings.min_confidence {
             passed.push((candidate, PassedOver::Unlike));
@@ -247,8 +243,7 @@ pub fn find_manoeuvres(
     }
     for cut in whole_cuts(&activities, settings) {
         let found = &cut.manoeuvre;
-        let flies = airborne.iter().any(|span| lies_within(span, found, &activities, settings));
-        if flies && !kept.iter().any(|other| in_one_stretch(&activities, &other.manoeuvre, found)) {
+        if flies(found) && !kept.iter().any(|other| in_one_stretch(&activities, &other.manoeuvre, found)) {
             kept.push(cut);
         }
     }
@@ -329,17 +324,76 @@ fn overlap(a: &Manoeuvre, b: &Manoeuvre) -> bool {
 /// Share of the highest deflection from which on a surface is one of those that make the input.
 const ALIKE: f64 = 0.5;
 
-/// Inputs of several surfaces at one time as one manoeuvre, the others as they are.
-fn joined(candidates: Vec<Candidate>) -> Vec<Candidate> {
+/// The same for a surface that moves by [`ALIKE`] of its own typical input: a rudder of 5 deg beside an aileron of 12 deg.
+const BESIDE: f64 = 0.2;
+
+/// Height of each surface's inputs in a recording, against which its other motion is small or large.
+struct TypicalInputs(Vec<TypicalInput>);
+
+struct TypicalInput {
+    surface: Role,
+    /// Of doublets and 3-2-1-1s, rad.
+    shaped: Option<f64>,
+    /// Of inputs of several pulses, rad.
+    any: Option<f64>,
+}
+
+impl TypicalInputs {
+    fn new<'a>(activities: &[Activity<'_>], candidates: impl Iterator<Item = &'a Candidate> + Clone) -> Self {
+        let surfaces = activities.iter().map(|activity| activity.surface);
+        let typical = |surface: Role| {
+            let own = candidates.clone().filter(|one| one.manoeuvre.surfaces[0] == surface);
+            let shaped = own.clone().filter(|one| {
+                let shape = one.manoeuvre.shape;
+                matches!(shape, ManoeuvreShape::Doublet | ManoeuvreShape::ThreeTwoOneOne)
+            });
+            let several = own.filter(|one| one.manoeuvre.pulses.len() > 1);
+            TypicalInput { surface, shaped: typical_height(shaped, 0.5), any: typical_height(several, 0.2) }
+        };
+        Self(surfaces.map(typical).collect())
+    }
+
+    fn of_surface(&self, surface: Role) -> Option<&TypicalInput> {
+        self.0.iter().find(|typical| typical.surface == surface)
+    }
+
+    /// Height of a surface's inputs of several pulses, rad; zero where it has none.
+    fn height(&self, surface: Role) -> f64 {
+        self.of_surface(surface).and_then(|typical| typical.any).unwrap_or(0.0)
+    }
+
+    /// Whether an input is a correction beside the manoeuvres of its surface: below a quarter of their height.
+    fn dwarfs(&self, candidate: &Candidate) -> bool {
+        let Some(typical) = self.of_surface(candidate.manoeuvre.surfaces[0]) else { return false };
+        let height = if candidate.manoeuvre.shape == ManoeuvreShape::Irregular { typical.any } else { typical.shaped };
+        height.is_some_and(|height| candidate.highest < 0.25 * height)
+    }
+}
+
+/// Median height of the inputs above a confidence that are at least half as high as the highest of them, at least two.
+fn typical_height<'a>(inputs: impl Iterator<Item = &'a Candidate>, least_confidence: f64) -> Option<f64> {
+    let sure = inputs.filter(|one| one.manoeuvre.confidence > least_confidence);
+    let mut heights: Vec<f64> = sure.map(|one| one.highest).collect();
+    let highest = heights.iter().copied().fold(0.0, f64::max);
+    heights.retain(|height| *height >= 0.5 * highest);
+    if heights.len() < 2 { None } else { statistics::median(&mut heights) }
+}
+
+/// Inputs of several surfaces at one time as one manoeuvre, the others as they are. What begins before the lead-in of another is apart.
+fn joined(candidates: Vec<Candidate>, typical: &TypicalInputs, lead_in_s: f64) -> Vec<Candidate> {
     let mut sorted = candidates;
     sorted.sort_by(|a, b| b.highest.total_cmp(&a.highest));
     let mut groups: Vec<Candidate> = Vec::new();
     for candidate in sorted {
         let own = candidate.manoeuvre.surfaces[0];
+        let height = typical.height(own);
+        let is_typical = height > 0.0 && candidate.highest >= ALIKE * height;
+        let least = if is_typical { BESIDE } else { ALIKE };
         let with = |group: &&mut Candidate| {
             !group.manoeuvre.surfaces.contains(&own)
-                && candidate.highest >= ALIKE * group.highest
+                && candidate.highest >= least * group.highest
                 && overlap(&group.manoeuvre, &candidate.manoeuvre)
+                && candidate.manoeuvre.onset_s >= group.manoeuvre.onset_s - lead_in_s
         };
         let Some(Candidate { manoeuvre: group, .. }) = groups.iter_mut().find(with) else {
             groups.push(candidate);
@@ -358,90 +412,19 @@ fn joined(candidates: Vec<Candidate>) -> Vec<Candidate> {
 }
 
 /// From 0 to 1: how still the surfaces were that make no part of an input.
-fn stillness(candidate: &Candidate, activities: &[Activity<'_>]) -> f64 {
+fn stillness(candidate: &Candidate, activities: &[Activity<'_>], typical: &TypicalInputs) -> f64 {
     let found = &candidate.manoeuvre;
     let others = activities.iter().filter(|other| !found.surfaces.contains(&other.surface));
-    let other = others.map(|other| other.greatest(found.onset_s, found.input_end_s)).fold(0.0, f64::max);
-    share(other / candidate.highest, 0.5)
+    let moved = |other: &Activity<'_>| {
+        let against = typical.height(other.surface).max(candidate.highest);
+        other.greatest(found.onset_s, found.input_end_s) / against
+    };
+    share(others.map(moved).fold(0.0, f64::max), 0.5)
 }
 
 /// `1 / (1 + (value / scale)^2)`.
 fn share(value: f64, scale: f64) -> f64 {
     1.0 / (1.0 + (value / scale).powi(2))
-}
-
-fn activity<'a>(surface: Role, series: &'a Series, settings: &ManoeuvreSettings) -> Activity<'a> {
-    let time = &series.time_s[..];
-    let stretches = stretches(time, settings.max_gap_s);
-    let mut deviation = vec![0.0; time.len()];
-    let (mut found, mut noise) = (Vec::new(), Vec::new());
-    for range in &stretches {
-        let values = &series.values[range.clone()];
-        let resting = resting_place(&time[range.clone()], values, settings.resting_s);
-        for ((slot, value), rest) in deviation[range.clone()].iter_mut().zip(values).zip(resting) {
-            *slot = if value.is_finite() { value - rest } else { 0.0 };
-        }
-        found.extend(excursions(&deviation, range.clone(), 0.5 * settings.least_amplitude_rad));
-        noise.push(median_step(&deviation[range.clone()]));
-    }
-    Activity { surface, time, deviation, stretches, noise, excursions: found }
-}
-
-/// Median step from sample to sample: 0.95 of the standard deviation of white noise.
-fn median_step(deviation: &[f64]) -> f64 {
-    let mut steps: Vec<f64> = deviation.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
-    statistics::median(&mut steps).unwrap_or(0.0)
-}
-
-/// Moving median, worked out every twentieth of its length and joined by straight lines; one median where the stretch is not
-/// twice as long.
-fn resting_place(time: &[f64], values: &[f64], length_s: f64) -> Vec<f64> {
-    let median = |range: Range<usize>| {
-        let mut inside: Vec<f64> = values[range].iter().copied().filter(|value| value.is_finite()).collect();
-        statistics::median(&mut inside).unwrap_or(0.0)
-    };
-    let (start, end) = (time[0], time[time.len() - 1]);
-    if end - start < 2.0 * length_s {
-        return vec![median(0..time.len()); time.len()];
-    }
-    let step = length_s / 20.0;
-    let count = ((end - start) / step).floor() as usize;
-    let knots: Vec<f64> = (0..=count)
-        .map(|k| {
-            // The whole length everywhere: near the ends the nearest one.
-            let from = (start + k as f64 * step - 0.5 * length_s).clamp(start, end - length_s);
-            median(TimeRange { start_s: from, end_s: from + length_s }.indices(time))
-        })
-        .collect();
-    time.iter()
-        .map(|t| {
-            let place = ((t - start) / step).min(count as f64);
-            let left = (place as usize).min(count - 1);
-            knots[left] + (knots[left + 1] - knots[left]) * (place - left as f64)
-        })
-        .collect()
-}
-
-/// Excursions of one input, consecutive ones without a pause within one stretch, and whether the control rested before them. What
-/// came before a stretch is not known: its first input counts as rested.
-fn inputs<'a>(activity: &'a Activity<'_>, settings: &ManoeuvreSettings) -> Vec<(&'a [Excursion], bool)> {
-    let (time, all) = (activity.time, &activity.excursions[..]);
-    let mut found = Vec::new();
-    let mut from = 0;
-    for k in 1..=all.len() {
-        let joined = k < all.len()
-            && all[k].stretch == all[k - 1].stretch
-            && time[all[k].samples.start] - time[all[k - 1].samples.end - 1] <= settings.join_s;
-        if joined {
-            continue;
-        }
-        let group = &all[from..k];
-        let before = all[..from].last().filter(|before| before.stretch == group[0].stretch);
-        let pause = before.map(|before| time[group[0].samples.start] - time[before.samples.end - 1]);
-        found.push((group, pause.is_none_or(|pause| pause >= settings.rest_s)));
-        from = k;
-    }
-    found
 }
 
 /// The manoeuvre an input is, if it is large, rested before and finished.
@@ -452,8 +435,6 @@ fn candidate(
     highest: f64,
     settings: &ManoeuvreSettings,
 ) -> Result<Candidate, PassedOver> {
-    /// Pulses lower than this share of the highest are the hand's overshoot.
-    const OVERSHOOT: f64 = 0.35;
     if highest < settings.least_amplitude_rad {
         return Err(PassedOver::Small);
     }
@@ -519,28 +500,7 @@ fn shape(pulses: &[Pulse], step_s: f64) -> (ManoeuvreShape, f64, f64) {
     let base = lengths.iter().zip(ideal).map(|(d, p)| d * p).sum::<f64>() / square;
     let errors = lengths.iter().zip(ideal).map(|(d, p)| (d / (base * p) - 1.0).powi(2));
     let error = (errors.sum::<f64>() / lengths.len() as f64).sqrt();
-    if error > LIKE { (ManoeuvreShape::Irregular, mean, error) } else { (named, base, error) }
-}
-
-/// First movement and return of an input, s: where the control leaves and meets its resting place to a twentieth of its
-/// highest deflection or four times its noise.
-fn ends(activity: &Activity<'_>, first: &Excursion, last: &Excursion, highest: f64) -> (f64, f64) {
-    let (start, end) = first.stretch;
-    let stretch = activity.stretches.partition_point(|range| range.end < end);
-    let noise = activity.noise.get(stretch).copied().unwrap_or(0.0);
-    let rest = (0.05 * highest).max(4.0 * noise);
-    let resting = |&k: &usize| activity.deviation[k].abs() <= rest;
-    let before = (start..first.samples.start).rev().find(resting).unwrap_or(first.samples.start);
-    let after = (last.samples.end..end).find(resting).unwrap_or(last.samples.end - 1);
-    (activity.time[before], activity.time[after])
-}
-
-impl Activity<'_> {
-    /// Greatest deviation between two times, rad.
-    fn greatest(&self, start_s: f64, end_s: f64) -> f64 {
-        let inside = TimeRange { start_s, end_s }.indices(self.time);
-        self.deviation[inside].iter().map(|value| value.abs()).fold(0.0, f64::max)
-    }
+    if error > LIKE { (ManoeuvreShape::Irregular, mean, LIKE) } else { (named, base, error) }
 }
 
 /// From the lead-in to where the free response has died down, a control moves again, or the longest allowed.

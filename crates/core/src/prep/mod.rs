@@ -3,6 +3,7 @@
 
 mod air_data;
 mod airborne;
+mod control_activity;
 mod control_sensors;
 mod control_surfaces;
 mod differentiate;

@@ -232,3 +232,71 @@ fn inputs_that_are_no_manoeuvre_are_told_with_their_reason() {
     assert_eq!(told, [(20, PassedOver::OnGround), (60, PassedOver::Small), (103, PassedOver::NotRested)]);
     assert_eq!(found.found.iter().map(|one| one.onset_s.round() as i64).collect::<Vec<_>>(), [100]);
 }
+
+/// Sum of twelve sines of 15 s from `onset` on, of about the given amplitude, rad.
+fn multisine(t: f64, onset: f64, amplitude: f64) -> f64 {
+    let t = t - onset;
+    if !(0.0..15.0).contains(&t) {
+        return 0.0;
+    }
+    let phase = |k: f64| std::f64::consts::PI * k * k / 12.0;
+    let sines = (1..=12).map(|k| (std::f64::consts::TAU * f64::from(k) * t / 15.0 + phase(f64::from(k))).sin());
+    amplitude * sines.sum::<f64>() / 3.2
+}
+
+/// Motion of a stabilised control in gusts, rad.
+fn stabilised(t: f64, amplitude: f64) -> f64 {
+    amplitude * ((1.9 * t).sin() + (3.1 * t + 1.0).sin() + (0.83 * t).cos()) / 2.0
+}
+
+fn onsets(found: &[Manoeuvre]) -> Vec<i64> {
+    found.iter().map(|one| one.onset_s.round() as i64).collect()
+}
+
+#[test]
+fn a_control_that_never_rests_still_shows_its_manoeuvres() {
+    // 1 deg of stabilisation throughout, doublets of 5 deg, a multisine of 4 deg.
+    let input = |t: f64| doublet(t, 40.0, 0.087) + doublet(t, 80.0, -0.087) + multisine(t, 120.0, 0.07);
+    let rudder = deflection(180.0, |t| input(t) + stabilised(t, 0.012));
+    let found = find_manoeuvres(&[(Role::Rudder, &rudder)], &[], &ALWAYS, &ManoeuvreSettings::default()).unwrap();
+    let at = onsets(&found.found);
+    assert_eq!(at.len(), 3, "{at:?} {:?}", found.passed_over);
+    for (onset, flown) in found.found.iter().map(|one| one.onset_s).zip([40.0, 80.0, 120.0]) {
+        assert!((onset - flown).abs() < 1.5, "{at:?}");
+    }
+    assert!(found.found[2].input_end_s > 132.0, "{}", found.found[2].input_end_s);
+}
+
+#[test]
+fn another_surface_is_still_by_its_own_inputs() {
+    // Ailerons hold the wings level with 1.4 deg in gusts, which is little beside their own 12 deg and much beside 1.7 deg of elevator.
+    let aileron = deflection(240.0, |t| doublet(t, 40.0, 0.2) + doublet(t, 80.0, -0.2) + stabilised(t, 0.018));
+    let elevator = deflection(240.0, |t| multisine(t, 120.0, 0.024));
+    let controls = [(Role::Aileron, &aileron), (Role::Elevator, &elevator)];
+    let found = find_manoeuvres(&controls, &[], &ALWAYS, &ManoeuvreSettings::default()).unwrap();
+    assert_eq!(onsets(&found.found), [40, 80, 120], "{:?}", found.passed_over);
+    assert_eq!(found.found[2].surfaces, [Role::Elevator]);
+}
+
+#[test]
+fn surfaces_of_unequal_travel_at_one_time_are_one_manoeuvre() {
+    // The rudder's multisine is as high as its doublets and 0.4 of the aileron's.
+    let aileron = deflection(200.0, |t| multisine(t, 120.0, 0.15));
+    let rudder = deflection(200.0, |t| doublet(t, 40.0, 0.06) + doublet(t, 80.0, -0.06) + multisine(t, 120.4, -0.06));
+    let controls = [(Role::Aileron, &aileron), (Role::Rudder, &rudder)];
+    let found = find_manoeuvres(&controls, &[], &ALWAYS, &ManoeuvreSettings::default()).unwrap();
+    assert_eq!(onsets(&found.found), [40, 80, 120], "{:?}", found.passed_over);
+    assert_eq!(found.found[2].surfaces, [Role::Aileron, Role::Rudder]);
+}
+
+#[test]
+fn corrections_beside_large_manoeuvres_are_passed_over_as_small() {
+    let input = |t: f64| doublet(t, 40.0, 0.2) + doublet(t, 120.0, -0.2);
+    // A correction of 0.7 deg and 1.2 s that has the shape of a pulse.
+    let control = deflection(160.0, |t| input(t) + if (80.0..81.2).contains(&t) { 0.012 } else { 0.0 });
+    let found = find_manoeuvres(&[(Role::Aileron, &control)], &[], &ALWAYS, &ManoeuvreSettings::default()).unwrap();
+    assert_eq!(onsets(&found.found), [40, 120]);
+    let passed: Vec<(i64, PassedOver)> =
+        found.passed_over.iter().map(|(_, at, _, why)| (at.round() as i64, *why)).collect();
+    assert_eq!(passed, [(80, PassedOver::Small)]);
+}

@@ -97,7 +97,7 @@ fn proposals_are_what_was_measured_or_stated_and_nothing_else() {
     // What is no noise, or was not recorded, gives the reason or what is stated.
     let coloured = noise_statistics(&gyro(0.9, 0.0, 2), &WINDOWS, 1).unwrap();
     let reason = noise_proposal(Ok(&coloured), None).unwrap_err();
-    assert!(reason.contains("correlation from sample to sample is 0.9") && reason.contains("below 0.5"), "{reason}");
+    assert!(reason.contains("lag-one correlation 0.9") && reason.contains("(limit 0.5)"), "{reason}");
     assert_eq!(noise_proposal(Ok(&coloured), Some(&stated)).unwrap().origin, NoiseOrigin::Stated("bench".to_owned()));
     assert_eq!(noise_proposal(Err("it is not recorded".to_owned()), None).unwrap_err(), "it is not recorded");
 }

@@ -71,7 +71,7 @@ pub fn statement(model: &IdentifiedModel) -> String {
         None => format!(" Deflections act late (first-order lag, delay): {}.", model.control_lags.words()),
     };
     let mean = if model.coefficients.iter().any(|c| c.mean_constant) {
-        " Constants are means of one constant per window, weighted by samples."
+        " Constants are means of one constant per manoeuvre, weighted by samples."
     } else {
         ""
     };

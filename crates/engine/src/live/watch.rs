@@ -194,7 +194,7 @@ impl LiveWatch {
             )
         });
         let restarts = Some(self.arrivals.restarts()).filter(|count| *count > 0);
-        let restarts = restarts.map(|count| format!("a clock of the stream began anew, {count} in all: time goes on"));
+        let restarts = restarts.map(|count| format!("a clock of the stream restarted, {count} in all: time continues"));
         let others = restarts.into_iter().chain(self.source.losses()).chain(self.recording_error.clone());
         missing.chain(left_out).chain(others).collect()
     }

@@ -227,7 +227,7 @@ impl Campaign {
     pub fn open(path: &Path) -> Result<Self, String> {
         let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
         let text = match path.to_str().and_then(|name| name.strip_prefix(builtin::PREFIX)) {
-            Some(name) => builtin::text(FOLDER, name).ok_or_else(|| named(&"no campaign is called so"))?.to_owned(),
+            Some(name) => builtin::text(FOLDER, name).ok_or_else(|| named(&"campaign not found"))?.to_owned(),
             None => read_text(path).map_err(|error| named(&error))?,
         };
         Self::parse(&text).map_err(|error| named(&error))

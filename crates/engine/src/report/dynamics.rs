@@ -15,17 +15,17 @@ use crate::study::dynamics::MeasuredWindow;
 /// How the identified aircraft flies at one trim.
 #[derive(Clone, Debug, Serialize)]
 pub struct DynamicsRow {
-    /// Windows whose median conditions fill what was not asked for.
+    /// Manoeuvres whose median conditions are the defaults.
     pub windows: Vec<String>,
     /// The trim.
     pub trim: TrimRow,
-    /// What the signs mean.
+    /// Meaning of the signs.
     pub signs: &'static str,
     /// Linear models of the parts of the motion.
     pub systems: BTreeMap<&'static str, LinearRow>,
     /// Natural modes, fastest first.
     pub modes: Vec<ModeRow>,
-    /// Modes measured in the free responses of the windows, beside those of the model.
+    /// Modes measured in the free responses of the manoeuvres.
     pub measured: Vec<MeasuredRow>,
     /// Draws of the derivatives behind the sampled intervals and the probabilities.
     pub samples: usize,
@@ -33,7 +33,7 @@ pub struct DynamicsRow {
     pub seed: u64,
     /// Levels of flying qualities.
     pub qualities: QualitiesRow,
-    /// What is to be known of it.
+    /// Notes.
     pub notes: Vec<String>,
 }
 
@@ -111,7 +111,7 @@ pub struct FigureRow {
 pub struct ModeRow {
     /// Name.
     pub name: &'static str,
-    /// Why its figures are not judged, where they are not.
+    /// Why its values are not judged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub not_judged: Option<&'static str>,
     /// Undamped natural frequency.
@@ -132,7 +132,7 @@ pub struct ModeRow {
     pub intervals: BTreeMap<&'static str, FigureRow>,
     /// Share of the samples in which it oscillates.
     pub oscillating_share: f64,
-    /// Share of the samples in which it dies out.
+    /// Share of the samples in which it is stable.
     pub stable_share: f64,
     /// Variance of the real and of the imaginary part, and their covariance.
     pub covariance: [f64; 3],
@@ -147,11 +147,11 @@ pub struct ModeRow {
 pub struct MeasuredRow {
     /// Window.
     pub window: String,
-    /// Begin of the free response.
+    /// Start of the free response.
     pub start_s: f64,
     /// Its end.
     pub end_s: f64,
-    /// Mode of the model it is near to.
+    /// Nearest mode of the model.
     pub name: Option<&'static str>,
     /// Undamped natural frequency.
     pub frequency_rad_s: Option<f64>,
@@ -165,7 +165,7 @@ pub struct MeasuredRow {
     pub imaginary_rad_s: Option<f64>,
     /// Its standard error by the fit.
     pub imaginary_standard_error: Option<f64>,
-    /// Why nothing was measured.
+    /// Why the measurement failed.
     pub error: Option<String>,
 }
 
@@ -180,15 +180,15 @@ pub struct QualitiesRow {
     pub class: &'static str,
     /// Category of the flight phase.
     pub category: &'static str,
-    /// Where class and category come from.
+    /// Source of class and category.
     pub airplane_from: String,
     /// Worst level of the criteria judged.
     pub level: Option<&'static str>,
-    /// How likely each level is: Level 1, 2, 3, worse.
+    /// Probability of each level: Level 1, 2, 3, worse.
     pub probabilities: Option<[f64; 4]>,
     /// Criteria.
     pub criteria: Vec<QualityRow>,
-    /// What is to be known of the definitions.
+    /// Note on the definitions.
     pub note: String,
 }
 
@@ -199,13 +199,13 @@ pub struct QualityRow {
     pub criterion: String,
     /// Its level, or `not judged`.
     pub level: &'static str,
-    /// Values it was judged by.
+    /// Judged values.
     pub values: BTreeMap<&'static str, Option<f64>>,
-    /// Limits that keep it from Level 1, or why it is not judged.
+    /// Limits missed for Level 1, or why it is not judged.
     pub reasons: Vec<String>,
-    /// Whether it counts: limits that are only remembered do not.
+    /// Whether it counts: limits from secondary literature do not.
     pub counts: bool,
-    /// How likely each level is: Level 1, 2, 3, worse.
+    /// Probability of each level: Level 1, 2, 3, worse.
     pub probabilities: Option<[f64; 4]>,
 }
 

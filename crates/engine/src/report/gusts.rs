@@ -10,17 +10,17 @@ use crate::stage::SensorDelay;
 /// Gusts the likelihood calls for, and what they do to the angle of attack.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GustRow {
-    /// Whether the filter takes them: where they are significant.
+    /// Whether the filter uses them, because they are significant.
     pub applied: bool,
-    /// Random walk of the wind that stands for them, m/s per square root of a second: horizontal, vertical.
+    /// Random walk of the wind that represents them, m/s per square root of a second: horizontal, vertical.
     pub random_walk: [f64; 2],
     /// Standard error of the logarithm of each.
     pub log_standard_error: [Option<f64>; 2],
     /// Gain of the logarithm of the likelihood over a steady wind.
     pub log_likelihood_gain: f64,
-    /// Standard deviation of the reconstructed wind about its mean in each window, m/s: horizontal component, vertical.
+    /// Standard deviation of the reconstructed wind about its mean in each manoeuvre, m/s: horizontal component, vertical.
     pub deviation_m_s: [f64; 2],
-    /// Deviation of the vertical wind over airspeed, as a part of that of the angle of attack.
+    /// Standard deviation of the vertical wind over airspeed, as a part of that of the angle of attack.
     pub part_of_alpha: f64,
 }
 
@@ -71,11 +71,11 @@ pub fn gusts(snapshot: &Snapshot) -> Option<GustRow> {
 pub struct DelayRow {
     /// Measurements.
     pub measurements: Vec<&'static str>,
-    /// Delay beside what the session states, s: what their time stamps are late.
+    /// Delay of the time stamps in addition to the stated one, s.
     pub delay_s: f64,
     /// Its standard error, s.
     pub standard_error_s: f64,
-    /// Whether the filter takes it: where it is significant.
+    /// Whether the filter uses it, because it is significant.
     pub applied: bool,
 }
 

@@ -27,11 +27,11 @@ pub const CANDIDATE: &str = "candidate";
 /// One manoeuvre or candidate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct MapRow {
-    /// Name; of a candidate the name it would have.
+    /// Name; of a candidate the proposed name.
     pub name: String,
     /// Flight.
     pub flight: String,
-    /// Use; `candidate` where it is not in the session.
+    /// Use; `candidate` if it is not in the session.
     #[serde(rename = "use")]
     pub role: &'static str,
     /// Surface moved.
@@ -59,10 +59,10 @@ pub struct MapRow {
     /// Mean angle of attack, rad.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alpha_rad: Option<f64>,
-    /// Largest less smallest angle of sideslip, rad.
+    /// Largest minus smallest angle of sideslip, rad.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sideslip_range_rad: Option<f64>,
-    /// Largest deflection of its surface from where it began, rad.
+    /// Largest deflection of its surface from its initial value, rad.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub deflection_rad: Option<f64>,
     /// Mass in its middle, kg.
@@ -83,7 +83,7 @@ pub struct MapRow {
     /// Mean NIS over its expectation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nis_ratio: Option<f64>,
-    /// Root mean square of the innovations of each measurement over the predicted deviation.
+    /// Root mean square of the innovations of each measurement over the predicted standard deviation.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub innovation_ratio: BTreeMap<&'static str, f64>,
     /// Coefficient of determination of each coefficient's fit to this manoeuvre alone.
@@ -92,7 +92,7 @@ pub struct MapRow {
     /// Median over the derivatives from this manoeuvre alone of estimate over corrected standard error.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub information: Option<f64>,
-    /// How near a candidate's input is to the ideal shape, from 0 to 1.
+    /// Agreement of a candidate's input with the ideal shape, from 0 to 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub confidence: Option<f64>,
 }

@@ -12,7 +12,7 @@ use crate::stage::{self, FlownMass, FlownState};
 /// Mass properties in datum axes (x aft, y right, z up) and inertia about the centre of gravity in body axes.
 #[derive(Clone, Debug, Serialize)]
 pub struct MassRow {
-    /// Instant they are of, s; none where they are those of the loading alone.
+    /// Time, s; absent if they follow from the loading alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_s: Option<f64>,
     /// Mass, centre of gravity and inertia.
@@ -22,22 +22,22 @@ pub struct MassRow {
     pub mean_chord_fraction: Option<f64>,
     /// Distance of the centre of gravity to the nearer limit of the envelope, m; negative outside.
     pub envelope_margin_m: Option<f64>,
-    /// What is on board besides the empty aircraft.
+    /// Masses on board in addition to the empty aircraft.
     pub items: Vec<ItemRow>,
 }
 
 /// Mass properties over a flight.
 #[derive(Clone, Debug, Serialize)]
 pub struct FlownMassRow {
-    /// Where the fuel comes from, in words.
+    /// Source of the fuel data, in words.
     pub fuel: String,
     /// Time of the first record, s.
     pub start_s: f64,
-    /// Mass properties then.
+    /// Mass properties at that time.
     pub start: MassRow,
     /// Time of the last record, s.
     pub end_s: f64,
-    /// Mass properties then.
+    /// Mass properties at that time.
     pub end: MassRow,
 }
 

@@ -21,11 +21,11 @@ pub struct PredictionRow {
 /// largest magnitude of the observation, per cent.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct PredictionAgreement {
-    /// With derivatives and constant of the identification; constants that each of its windows has to itself by their mean.
+    /// With derivatives and constant of the identification; separate constants of manoeuvres are averaged.
     pub r_squared_identified_constants: f64,
     /// Likewise.
     pub rms_relative_percent_identified_constants: f64,
-    /// With the derivatives of the identification and the window's own constant, fitted to the window that is predicted.
+    /// With the derivatives of the identification and a constant fitted to the predicted manoeuvre.
     pub r_squared_own_constant: f64,
     /// Likewise.
     pub rms_relative_percent_own_constant: f64,
@@ -48,7 +48,7 @@ impl PredictionAgreement {
 pub struct ValidationRow {
     /// Coefficient.
     pub coefficient: &'static str,
-    /// Validation windows.
+    /// Validation manoeuvres.
     pub windows: usize,
     /// Means of the numbers of [`PredictionRow`].
     #[serde(flatten)]

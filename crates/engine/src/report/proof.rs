@@ -12,7 +12,7 @@ use crate::stage::{ProofOfMatch, WindowReplay};
 pub struct ProofRow {
     /// Name of the tolerances.
     pub tolerances: String,
-    /// One entry per validation window.
+    /// One entry per validation manoeuvre.
     pub windows: Vec<ReplayRow>,
 }
 
@@ -21,7 +21,7 @@ pub struct ProofRow {
 pub struct ReplayRow {
     /// Window.
     pub window: String,
-    /// Why it could not be flown.
+    /// Why the simulation failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
     /// Tests of the tolerances that apply.
@@ -46,7 +46,7 @@ pub struct TestRow {
 /// One band of a test.
 #[derive(Clone, Debug, Serialize)]
 pub struct BandRow {
-    /// Requirement it belongs to, counted from 1: one band of each must hold.
+    /// Its requirement, counted from 1: one band of each must hold.
     pub requirement: usize,
     /// Signal.
     pub signal: &'static str,
@@ -56,7 +56,7 @@ pub struct BandRow {
     pub passed: bool,
     /// Largest difference over the half width there.
     pub worst_ratio: f64,
-    /// Simulated less measured there, SI.
+    /// Simulated minus measured there, SI.
     pub worst_error: f64,
     /// Time of it, s.
     pub worst_time_s: f64,
@@ -133,7 +133,7 @@ pub fn bands(proof: &ProofRow) -> Table {
     let rows = tests.flat_map(|(window, test)| test.bands.iter().map(move |band| (window, test, band)));
     let caption = "Bands of every test: the largest difference, simulated less measured, and where it is.";
     TableOf::new("match", caption, rows)
-        .text("window", "Window", |(window, ..)| &window.window)
+        .text("window", "Manoeuvre", |(window, ..)| &window.window)
         .text("test", "Test", |(_, test, _)| &test.id)
         .text("name", "Name", |(_, test, _)| &test.name)
         .column(Column::new("test_passed", "Test passed"), |(_, test, _)| Cell::Flag(test.passed))
@@ -153,7 +153,7 @@ pub fn theil(proof: &ProofRow) -> Table {
     let rows = proof.windows.iter().flat_map(|window| window.theil.iter().map(move |row| (window, row)));
     let caption = "Theil's inequality coefficient, 0 perfect and 1 none, and the shares of the mean square error.";
     TableOf::new("match_theil", caption, rows)
-        .text("window", "Window", |(window, _)| &window.window)
+        .text("window", "Manoeuvre", |(window, _)| &window.window)
         .text("signal", "Signal", |(_, row)| row.signal)
         .number("theil", "Theil", "", 3, |(_, row)| row.coefficient)
         .number("bias", "Bias", "", 3, |(_, row)| row.bias)

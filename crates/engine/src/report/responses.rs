@@ -21,7 +21,7 @@ pub struct ResponseRow {
     /// Phase without jumps, deg.
     #[serde(serialize_with = "where_finite")]
     pub phase_deg: f64,
-    /// Coherence with the other inputs held.
+    /// Coherence conditioned on the other inputs.
     #[serde(serialize_with = "where_finite")]
     pub coherence: f64,
     /// Coherence regardless of the other inputs.
@@ -50,7 +50,7 @@ pub struct SystemRow {
     pub output: String,
     /// Form.
     pub form: String,
-    /// What it was fitted to.
+    /// Data of the fit.
     pub method: &'static str,
     /// Name of the parameter.
     pub name: String,
@@ -66,7 +66,7 @@ pub struct SystemRow {
     /// Upper end.
     #[serde(serialize_with = "where_finite")]
     pub high: f64,
-    /// Why there is no system.
+    /// Why the system is missing.
     pub error: Option<String>,
 }
 

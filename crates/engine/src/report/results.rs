@@ -50,17 +50,17 @@ pub struct Results {
     pub reference: Option<ReferenceRow>,
     /// Gravity used by the filter, m/s².
     pub gravity_m_s2: f64,
-    /// Where it comes from.
+    /// Origin of the value.
     pub gravity_origin: String,
-    /// Delays of the measurements; empty where the session states them or too few windows determine them.
+    /// Delays of the measurements; empty if the session states them or too few manoeuvres determine them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sensor_delays: Vec<DelayRow>,
-    /// Gusts over the windows; none where the session states the random walk of the wind.
+    /// Gusts over the manoeuvres; absent if the session states the random walk of the wind.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gusts: Option<GustRow>,
     /// How body rates were differentiated.
     pub differentiation: String,
-    /// What of all this may be believed, and why not; none where the run was stopped.
+    /// Which results can be trusted, and why not; absent if the run was stopped.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verdict: Option<Verdict>,
     /// Findings about the session itself.
@@ -68,40 +68,40 @@ pub struct Results {
     pub warnings: Vec<String>,
     /// Recordings read.
     pub recordings: Vec<RecordingRow>,
-    /// Flights they belong to.
+    /// Flights of the recordings.
     pub flights: Vec<FlightRow>,
-    /// One entry per flight and engine whose power could be modelled.
+    /// One entry per flight and engine with a power model.
     pub engines: Vec<EngineRow>,
-    /// One entry per window that is not ignored.
+    /// One entry per manoeuvre that is not ignored.
     pub windows: Vec<WindowRow>,
-    /// Every manoeuvre and candidate with its flight condition, its input and what became of it.
+    /// Every manoeuvre and candidate with its flight condition, its input and its results.
     pub manoeuvre_map: Vec<MapRow>,
-    /// Derivatives from all identification windows together.
+    /// Derivatives from all identification manoeuvres together.
     pub pooled: Vec<FitRow>,
-    /// The same by the session's second structure, where it has one.
+    /// The same by the second structure of the session, if stated.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub pooled_second: Vec<FitRow>,
-    /// Prediction of every window by the pooled derivatives.
+    /// Prediction of every manoeuvre by the pooled derivatives.
     pub predictions: Vec<PredictionRow>,
-    /// Constant errors of the sensors, where the session asks for them.
+    /// Constant sensor errors, if the session estimates them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sensor_errors: Option<SensorErrorsRow>,
-    /// Studies that were asked for.
+    /// Studies on request.
     pub studies: StudyResults,
-    /// Linear model, modes and flying qualities about a trim, where they were asked for.
+    /// Linear model, modes and flying qualities about a trim, on request.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dynamics: Option<DynamicsRow>,
-    /// Validation windows flown again by the pooled model, against tolerances.
+    /// Validation manoeuvres simulated by the pooled model, with tolerances.
     pub proof_of_match: ProofRow,
-    /// Wind and biases over the windows (thesis Tables 6.1 and 6.2).
+    /// Wind and biases over the manoeuvres (thesis Tables 6.1 and 6.2).
     pub wind_and_bias: Vec<SpreadRow>,
-    /// Innovations of each measurement over the windows.
+    /// Innovations of each measurement over the manoeuvres.
     pub innovation_summary: Vec<InnovationSummaryRow>,
-    /// Residuals of the fits of single windows (thesis Table 6.3).
+    /// Residuals of the fits of single manoeuvres (thesis Table 6.3).
     pub residual_summary: Vec<ResidualSummaryRow>,
-    /// Each derivative over the identification windows (thesis Tables 6.4 to 6.9).
+    /// Each derivative over the identification manoeuvres (thesis Tables 6.4 to 6.9).
     pub derivative_summary: Vec<DerivativeSummaryRow>,
-    /// Prediction of the validation windows (thesis Table 7.1).
+    /// Prediction of the validation manoeuvres (thesis Table 7.1).
     pub validation: Vec<ValidationRow>,
 }
 
@@ -111,7 +111,7 @@ pub struct ReferenceRow {
     /// Lengths and area.
     #[serde(flatten)]
     pub geometry: ReferenceGeometry,
-    /// Point the moment coefficients are about, from the datum, m; the centre of gravity where there is none.
+    /// Reference point of the moment coefficients, from the datum, m; the centre of gravity if not stated.
     pub moment_reference_from_datum_m: Option<[f64; 3]>,
 }
 
@@ -124,9 +124,9 @@ pub struct SpreadRow {
     pub unit: &'static str,
     /// Windows.
     pub windows: usize,
-    /// Mean of the windows' values.
+    /// Mean over the manoeuvres.
     pub mean: f64,
-    /// Standard deviation of the windows' values.
+    /// Standard deviation over the manoeuvres.
     pub standard_deviation: f64,
     /// Smallest value.
     pub minimum: f64,
@@ -139,15 +139,15 @@ pub struct SpreadRow {
 pub struct InnovationSummaryRow {
     /// Measurement.
     pub measurement: &'static str,
-    /// Windows with this measurement.
+    /// Manoeuvres with this measurement.
     pub windows: usize,
-    /// Mean over the windows of the root mean square in predicted deviations.
+    /// Mean over the manoeuvres of the root mean square in predicted standard deviations.
     pub mean_ratio: f64,
     /// Smallest.
     pub minimum_ratio: f64,
     /// Largest.
     pub maximum_ratio: f64,
-    /// Windows whose innovations are white.
+    /// Manoeuvres with white innovations.
     pub white_windows: usize,
 }
 
@@ -173,18 +173,18 @@ pub struct DerivativeSummaryRow {
     pub coefficient: &'static str,
     /// Derivative.
     pub name: String,
-    /// Estimate from all identification windows together.
+    /// Estimate from all identification manoeuvres together.
     pub pooled: Option<f64>,
-    /// What it rests on beside the samples: `fixed`, `at bound`, `prior`.
+    /// Constraint in use: `fixed`, `at bound`, `prior`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held: Option<&'static str>,
-    /// Its standard error for white residuals; none where it is fixed or at a bound.
+    /// Its standard error for white residuals; null if it is fixed or at a bound.
     pub standard_error: Option<f64>,
     /// Its standard error corrected for the correlation of the residuals in time.
     pub corrected_standard_error: Option<f64>,
-    /// Standard deviation of the estimates of single windows; the error a repetition of the manoeuvre shows.
+    /// Standard deviation of the estimates of single manoeuvres: the error of a repetition.
     pub scatter: f64,
-    /// Single windows with an estimate.
+    /// Single manoeuvres with an estimate.
     pub windows: usize,
     /// Mean of their estimates.
     pub mean: f64,
@@ -207,7 +207,7 @@ pub struct RecordingRow {
     pub flight: String,
     /// Path as in the session.
     pub path: String,
-    /// SHA-256 of what was read.
+    /// SHA-256 of the file.
     pub sha256: String,
 }
 
@@ -216,19 +216,19 @@ pub struct RecordingRow {
 pub struct FlightRow {
     /// Name.
     pub name: String,
-    /// Day of its first sample in UTC, where a recorder's clock says.
+    /// Day of its first sample in UTC, if recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub date: Option<String>,
     /// Roles the channel maps assigned.
     pub roles: Vec<String>,
-    /// Channels that play them.
+    /// Channels of the roles.
     pub channels: Vec<ChannelRow>,
     /// Clocks of its recorders.
     pub clocks: Vec<ClockRow>,
     /// Mass properties at its start and its end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_properties: Option<FlownMassRow>,
-    /// Longest interval between samples that was interpolated over, s, where the session states one.
+    /// Longest gap that was interpolated, s, if the session states one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_gap_s: Option<f64>,
     /// Signals that were smoothed or resampled; the others were used as recorded.
@@ -236,11 +236,11 @@ pub struct FlightRow {
     /// Channels by expression.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub expressions: Vec<ExpressionRow>,
-    /// Noise over steady windows beside what the filter used.
+    /// Noise over steady windows and the values of the filter.
     pub noise: Vec<NoiseRow>,
     /// Manoeuvres found in the control deflections.
     pub proposals: Vec<ProposalRow>,
-    /// Channels against each other.
+    /// Consistency of the channels.
     pub physics: Vec<PhysicsRow>,
     /// Findings.
     pub warnings: Vec<String>,
@@ -251,18 +251,18 @@ pub struct FlightRow {
 pub struct ExpressionRow {
     /// Name.
     pub name: String,
-    /// Unit of the numbers below: SI with a role, as the session states otherwise.
+    /// Unit of the values below: SI with a role, otherwise as stated in the session.
     pub unit: String,
     /// Expression.
     pub expression: String,
-    /// Role it plays.
+    /// Role.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub role: Option<&'static str>,
     /// Samples.
     pub samples: usize,
-    /// Samples that have a value.
+    /// Samples with a value.
     pub values: usize,
-    /// Smallest value, mean and largest value, where there is any.
+    /// Smallest value, mean and largest value; absent without values.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min_mean_max: Option<[f64; 3]>,
 }
@@ -272,7 +272,7 @@ pub struct ExpressionRow {
 pub struct ChannelRow {
     /// Role.
     pub role: &'static str,
-    /// Recorder or file group it came from.
+    /// Recorder or file group.
     pub source: String,
     /// Name as recorded.
     pub name: String,
@@ -287,18 +287,18 @@ pub struct ChannelRow {
 /// A recorder's clock, `t = offset + (1 + drift) t_own`.
 #[derive(Clone, Debug, Serialize)]
 pub struct ClockRow {
-    /// Sources it stamps.
+    /// Sources with this clock.
     pub source: String,
     /// Flight time at its own time zero, s.
     pub offset_s: f64,
-    /// Gain of the flight's time on it, s per s.
+    /// Drift of the flight's time relative to it, s per s.
     pub drift: f64,
-    /// Part of the offset that was added by hand, s.
+    /// Part of the offset added by hand, s.
     pub shift_s: f64,
-    /// Standard error of a flight time where the clock is known best, s; where it was fitted.
+    /// Standard error of a flight time at the best-known time, s; of a fitted clock.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub standard_error_s: Option<f64>,
-    /// Standard error of the drift, s per s; where it was fitted.
+    /// Standard error of the drift, s per s; of a fitted clock.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drift_standard_error: Option<f64>,
 }
@@ -390,16 +390,16 @@ pub struct WindowRow {
     pub surface: Option<&'static str>,
     /// Kind of input in words.
     pub kind: String,
-    /// What there is to say about it.
+    /// Note.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub note: String,
-    /// Stretches left out of filter updates, fits and scores; absent where there are none.
+    /// Parts excluded from filter updates, fits and scores; absent if empty.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub excluded: Vec<TimeRange>,
-    /// Whether its samples, its flight path and its loading may be believed.
+    /// Verdict on its samples, its flight path and its loading.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verdict: Option<Verdict>,
-    /// Why its path or its coefficients could not be computed; what could be is in the other keys.
+    /// Why its flight path or its coefficients could not be computed; computed results are in the other keys.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
     /// Mass properties in its middle.
@@ -407,10 +407,10 @@ pub struct WindowRow {
     pub mass_properties: Option<MassRow>,
     /// Inertial samples.
     pub samples: usize,
-    /// Where the air density comes from; none where no coefficients were formed.
+    /// Source of the air density; absent without coefficients.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub air_density: Option<&'static str>,
-    /// How steady it is before its input; none where it begins with that.
+    /// How steady it is before its input; absent if it begins with the input.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub before_input: Option<Steadiness>,
     /// Mean normalised innovation squared.
@@ -427,7 +427,7 @@ pub struct WindowRow {
     pub states: Vec<StateRow>,
     /// Consistency of each measurement's innovations.
     pub innovations: Vec<InnovationRow>,
-    /// Derivatives from this window alone.
+    /// Derivatives from this manoeuvre alone.
     pub fits: Vec<FitRow>,
     /// Findings.
     pub warnings: Vec<String>,
@@ -446,10 +446,10 @@ pub struct StateRow {
     pub deviation: f64,
     /// Mean of the filtered estimates over the last second (thesis 6.1).
     pub last_second_mean: f64,
-    /// Truth at the last sample, where the recording has it.
+    /// Truth at the last sample, if recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub truth: Option<f64>,
-    /// Mean squared normalised error after the first second, where the recording has the truth.
+    /// Mean squared normalised error after the first second, if the truth is recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mean_squared_normalised_error: Option<f64>,
 }
@@ -463,9 +463,9 @@ pub struct InnovationRow {
     pub samples: usize,
     /// Samples left out as outliers.
     pub outliers: usize,
-    /// Mean, in predicted deviations.
+    /// Mean, in predicted standard deviations.
     pub mean: f64,
-    /// Root mean square, in predicted deviations: one when consistent, above when the filter is over-confident.
+    /// Root mean square, in predicted standard deviations: one if consistent, above one if the filter is over-confident.
     pub ratio: f64,
     /// Whether they count as white: Ljung and Box at 5 %.
     pub is_white: bool,
@@ -478,12 +478,12 @@ pub struct InnovationRow {
 pub struct FitRow {
     /// Coefficient.
     pub coefficient: &'static str,
-    /// Windows whose samples it used.
+    /// Manoeuvres of its samples.
     pub windows: Vec<String>,
-    /// Whether the fit may be believed.
+    /// Verdict on the fit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verdict: Option<Verdict>,
-    /// Why there is no fit.
+    /// Why the fit failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
     /// Samples.
@@ -496,7 +496,7 @@ pub struct FitRow {
     pub residual_deviation: f64,
     /// Condition number of the scaled regressor matrix.
     pub condition_number: f64,
-    /// Stated number that all its derivatives follow one to one.
+    /// Stated value to which all its derivatives are proportional.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub follows: Option<StatedQuantity>,
     /// Derivatives.
@@ -512,20 +512,20 @@ pub struct FitRow {
 pub struct DerivativeRow {
     /// Name, for example `Cm_q`.
     pub name: String,
-    /// Whether it may be believed.
+    /// Its verdict.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verdict: Option<Verdict>,
-    /// Its part of the coefficient's motion, and what it becomes without suspect causes; of pooled fits alone.
+    /// Its part of the coefficient's motion, and its estimate without suspect causes; of pooled fits only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub consequence: Option<Consequence>,
     /// Estimate; per radian where the variable is an angle.
     pub estimate: f64,
-    /// What it rests on beside the samples: `fixed`, `at bound`, `prior`.
+    /// Constraint in use: `fixed`, `at bound`, `prior`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held: Option<&'static str>,
-    /// Standard error for white residuals; none where the derivative is fixed or at a bound.
+    /// Standard error for white residuals; null if the derivative is fixed or at a bound.
     pub standard_error: f64,
-    /// Standard error corrected for the correlation of the residuals in time; none likewise.
+    /// Standard error corrected for the correlation of the residuals in time; null likewise.
     pub corrected_standard_error: f64,
     /// Standard error over estimate, per cent.
     pub relative_error_percent: f64,

@@ -11,7 +11,7 @@ use super::table::{Table, TableOf};
 pub struct SensorErrorsRow {
     /// One entry per error.
     pub errors: Vec<SensorErrorRow>,
-    /// Initial states and winds of the windows.
+    /// Initial states and winds of the manoeuvres.
     pub initial: Vec<InitialRow>,
     /// Measurements compared.
     pub outputs: Vec<SensorOutputRow>,
@@ -22,7 +22,7 @@ pub struct SensorErrorsRow {
 pub struct SensorErrorRow {
     /// Error, `scale_alpha`.
     pub error: String,
-    /// Window it is of, where each has its own.
+    /// Manoeuvre, if each has its own value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub window: Option<String>,
     /// Unit.
@@ -33,12 +33,12 @@ pub struct SensorErrorRow {
     pub standard_error: f64,
     /// Standard error corrected for coloured residuals.
     pub corrected_standard_error: f64,
-    /// Estimate whose error goes most with this one's.
+    /// Estimate with the highest correlation of errors.
     pub partner: String,
     /// Their correlation.
     #[serde(serialize_with = "where_finite")]
     pub correlation: f64,
-    /// What each window alone says of it.
+    /// Result of each manoeuvre alone.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub windows: Vec<SensorWindowRow>,
 }
@@ -48,12 +48,12 @@ pub struct SensorErrorRow {
 pub struct SensorWindowRow {
     /// Window.
     pub window: String,
-    /// Whether it tells it.
+    /// Whether it determines the error.
     pub told: bool,
-    /// Standard error from it alone; null where it does not tell it.
+    /// Standard error from it alone; null if not determined.
     #[serde(serialize_with = "where_finite")]
     pub standard_error: f64,
-    /// Estimate whose error goes most with this one's there.
+    /// Estimate with the highest correlation of errors there.
     pub partner: String,
     /// Their correlation.
     #[serde(serialize_with = "where_finite")]
@@ -63,7 +63,7 @@ pub struct SensorWindowRow {
 /// An initial state or a component of the wind.
 #[derive(Clone, Debug, Serialize)]
 pub struct InitialRow {
-    /// Name with its window.
+    /// Name with its manoeuvre.
     pub name: String,
     /// Estimate, SI.
     pub estimate: f64,
@@ -80,7 +80,7 @@ pub struct SensorOutputRow {
     pub samples: usize,
     /// Root mean square of the residual, of filter error the innovation, SI.
     pub rms: f64,
-    /// The same over its expected deviation; null for output error.
+    /// The same over its expected standard deviation; null for output error.
     #[serde(serialize_with = "where_finite")]
     pub normalised: f64,
     /// Coefficient of determination.
@@ -145,7 +145,7 @@ pub fn error_table(found: &SensorErrorsRow) -> Table {
     });
     TableOf::new("sensor_errors", CAPTION, lines)
         .text("error", "Error", |(row, ..)| &row.error)
-        .text("window", "Window", |(_, window, ..)| window)
+        .text("window", "Manoeuvre", |(_, window, ..)| window)
         .text("unit", "Unit", |(row, ..)| row.unit)
         .number("estimate", "Estimate", "", 5, |(_, _, numbers, ..)| numbers[0])
         .number("standard_error", "Standard error", "", 3, |(_, _, numbers, ..)| numbers[1])

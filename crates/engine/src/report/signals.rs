@@ -11,15 +11,15 @@ use crate::stage::{FlightNoise, FlightProposals, LoadedFlight, TreatedSignal};
 pub struct SignalRow {
     /// Role.
     pub role: &'static str,
-    /// Channel it was recorded in, `source/name`.
+    /// Recorded channel, `source/name`.
     pub recorded: String,
-    /// What was done, in order.
+    /// Treatment, in order.
     pub steps: Vec<String>,
     /// Samples as recorded.
     pub samples_recorded: usize,
     /// Samples as used.
     pub samples: usize,
-    /// Stretches between gaps, each treated by itself.
+    /// Segments between gaps, each treated separately.
     pub stretches: usize,
 }
 
@@ -32,18 +32,18 @@ pub struct NoiseRow {
     pub unit: &'static str,
     /// Standard deviation the filter used, SI.
     pub used: f64,
-    /// Standard deviation proposed, SI; absent where nothing tells it.
+    /// Standard deviation proposed, SI; absent without a proposal.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub proposed: Option<f64>,
-    /// Where the proposal comes from, or why there is none.
+    /// Source of the proposal, or why it is absent.
     pub origin: String,
-    /// Why the filter used what it used, where the session says.
+    /// Reason of the value used, if the session states one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Standard deviation about the trend of each steady window, SI; absent like the next where nothing was recorded in them.
+    /// Standard deviation about the trend of each steady window, SI; absent like the next without samples in them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub deviation: Option<f64>,
-    /// Samples it rests on.
+    /// Samples used.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub samples: Option<usize>,
     /// Correlation of successive residuals.
@@ -57,7 +57,7 @@ pub struct NoiseRow {
 /// A manoeuvre found in the control deflections.
 #[derive(Clone, Debug, Serialize)]
 pub struct ProposalRow {
-    /// Name it would have.
+    /// Proposed name.
     pub name: String,
     /// First instant, s.
     pub start_s: f64,
@@ -69,7 +69,7 @@ pub struct ProposalRow {
     pub kind: String,
     /// From 0 to 1.
     pub confidence: f64,
-    /// The session's window that covers it.
+    /// Manoeuvre of the session that covers it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub window: Option<String>,
 }

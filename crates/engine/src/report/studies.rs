@@ -15,10 +15,10 @@ use crate::verdict::Finding;
 /// Results of the studies that were asked for; what was not is absent.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct StudyResults {
-    /// Every derivative against every quantity it was computed with.
+    /// Every derivative for every input quantity.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sensitivity: Vec<SensitivityRow>,
-    /// The same as bars of a tornado chart: derivative by derivative, the widest first.
+    /// The same as bars of a tornado chart, the widest first for each derivative.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tornado: Vec<TornadoRow>,
     /// Pooled derivatives without each manoeuvre in turn.
@@ -48,7 +48,7 @@ pub struct StudyResults {
     /// Parameters of their low-order equivalent systems.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub equivalent_systems: Vec<SystemRow>,
-    /// What noise of the recording does to the derivatives.
+    /// Effect of recording noise on the derivatives.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub monte_carlo: Vec<MonteCarloRow>,
 }
@@ -60,7 +60,7 @@ pub struct CheckRow {
     pub window: String,
     /// `frequency domain` or `output error`.
     pub method: &'static str,
-    /// Motion that output error followed; empty for the frequency domain.
+    /// Motion fitted by output error; empty for the frequency domain.
     pub axis: &'static str,
     /// Derivative; initial states, biases and outputs of output error among them.
     pub derivative: String,
@@ -70,22 +70,22 @@ pub struct CheckRow {
     /// Its standard error.
     #[serde(serialize_with = "where_finite")]
     pub standard_error: f64,
-    /// Estimate by equation error in the time domain from the same window.
+    /// Estimate by equation error in the time domain from the same manoeuvre.
     #[serde(serialize_with = "where_finite")]
     pub equation_error: f64,
     /// Its corrected standard error.
     #[serde(serialize_with = "where_finite")]
     pub equation_standard_error: f64,
-    /// Of an output: coefficient of determination of the flown one.
+    /// Of an output: coefficient of determination of the simulation.
     #[serde(serialize_with = "where_finite")]
     pub r_squared: f64,
-    /// Of an output: largest magnitude of recorded less flown, SI.
+    /// Of an output: largest magnitude of recorded minus simulated, SI.
     #[serde(serialize_with = "where_finite")]
     pub largest_deviation: f64,
-    /// Of an initial state: its distance from the path in joint standard deviations.
+    /// Of an initial state: its distance from the flight path in joint standard deviations.
     #[serde(serialize_with = "where_finite")]
     pub distance: f64,
-    /// Why there is no estimate.
+    /// Why the estimate is missing.
     pub error: Option<String>,
 }
 
@@ -98,17 +98,17 @@ pub struct MonteCarloRow {
     pub estimate: f64,
     /// Standard deviation over the realisations.
     pub noise_error: f64,
-    /// Mean over the realisations less the estimate.
+    /// Mean over the realisations minus the estimate.
     pub shift: f64,
     /// Standard error of the shift.
     pub shift_error: f64,
-    /// Estimate less the shift.
+    /// Estimate minus the shift.
     pub extrapolated: f64,
     /// 2.5 % quantile of the realisations about their mean.
     pub low: f64,
     /// 97.5 % quantile about the mean.
     pub high: f64,
-    /// Realisations that count.
+    /// Realisations used.
     pub realisations: usize,
     /// Seed.
     pub seed: u64,
@@ -132,18 +132,18 @@ pub struct LagRow {
     /// Coefficient of determination of the fit with the lag or delay found from all coefficients.
     #[serde(serialize_with = "where_finite")]
     pub r_squared: f64,
-    /// Why there is no value.
+    /// Why the value is missing.
     pub error: Option<String>,
 }
 
 /// One derivative against one quantity.
 #[derive(Clone, Debug, Serialize)]
 pub struct SensitivityRow {
-    /// Table of the thesis it belongs to.
+    /// Table of the thesis.
     pub table: &'static str,
     /// Quantity.
     pub quantity: String,
-    /// Unit of its value, its step and of what the derivative changes per.
+    /// Unit of its value, its step and its change.
     pub unit: &'static str,
     /// Value.
     pub value: f64,
@@ -185,22 +185,22 @@ pub struct TornadoRow {
 pub struct LeftOutRow {
     /// Coefficient.
     pub coefficient: &'static str,
-    /// Window left out.
+    /// Manoeuvre left out.
     pub window: String,
     /// Derivative.
     pub derivative: String,
-    /// Estimate without the window.
+    /// Estimate without the manoeuvre.
     pub estimate: f64,
     /// Its change in standard errors of the full fit.
     pub shift_in_errors: f64,
-    /// Coefficient of determination of the coefficient predicted over the window with the constants of the others, by their mean
-    /// where each has its own.
+    /// Coefficient of determination of the coefficient predicted over the manoeuvre with the constants of the others, their mean if
+    /// separate.
     #[serde(serialize_with = "where_finite")]
     pub r_squared_identified_constants: f64,
     /// Root mean square of the residual there over the largest observation, per cent.
     #[serde(serialize_with = "where_finite")]
     pub rms_relative_percent_identified_constants: f64,
-    /// The first with the constant fitted to the window itself.
+    /// The first with the constant fitted to the manoeuvre itself.
     #[serde(serialize_with = "where_finite")]
     pub r_squared_own_constant: f64,
     /// The second likewise.
@@ -217,7 +217,7 @@ pub struct KindRow {
     pub derivative: String,
     /// First kind.
     pub first_kind: String,
-    /// Manoeuvres of it.
+    /// Number of its manoeuvres.
     pub first_count: usize,
     /// Mean over them.
     pub first_mean: f64,
@@ -226,7 +226,7 @@ pub struct KindRow {
     pub first_scatter: f64,
     /// Second kind.
     pub second_kind: String,
-    /// Manoeuvres of it.
+    /// Number of its manoeuvres.
     pub second_count: usize,
     /// Mean over them.
     pub second_mean: f64,
@@ -257,9 +257,9 @@ pub struct ContributionRow {
 pub struct ConditionRow {
     /// Derivative.
     pub derivative: String,
-    /// Variables it was regressed on, `V` m/s, `h` m, `alpha` rad.
+    /// Variables of the regression, `V` m/s, `h` m, `alpha` rad.
     pub variables: String,
-    /// `value` at the mean condition, or the variable the slope is over.
+    /// `value` at the mean condition, or the variable of the slope.
     pub parameter: String,
     /// Mean of the variable.
     #[serde(serialize_with = "where_finite")]
@@ -275,7 +275,7 @@ pub struct ConditionRow {
     pub scatter_ratio: f64,
     /// Manoeuvres.
     pub manoeuvres: usize,
-    /// Why there is no regression.
+    /// Why the regression failed.
     pub error: Option<String>,
 }
 

@@ -120,7 +120,7 @@ pub(crate) fn residual_summary(results: &Results) -> Table {
 /// Final states of every window.
 pub fn states(results: &Results) -> Table {
     let rows = results.windows.iter().flat_map(|window| window.states.iter().map(move |row| (window, row)));
-    TableOf::new("states", "States at the end of every window.", rows)
+    TableOf::new("states", "States at the end of each manoeuvre.", rows)
         .text("window", "Window", |(window, _)| &window.name)
         .text("state", "State", |(_, row)| row.state)
         .text("unit", "Unit", |(_, row)| row.unit)
@@ -134,9 +134,9 @@ pub fn states(results: &Results) -> Table {
         .done()
 }
 
-/// Wind and biases over the windows (thesis Tables 6.1 and 6.2).
+/// Wind and biases over the manoeuvres (thesis Tables 6.1 and 6.2).
 pub(crate) fn wind_and_bias(results: &Results) -> Table {
-    let caption = "Wind and biases: mean of the last second of each window, over the windows.";
+    let caption = "Wind and biases: mean of the last second of each manoeuvre, over all manoeuvres.";
     let rows = results.wind_and_bias.iter();
     TableOf::new("wind_and_bias", caption, rows)
         .text("quantity", "Quantity", |row| row.quantity)
@@ -163,7 +163,7 @@ pub fn innovations(results: &Results) -> Table {
         .done()
 }
 
-/// Innovations of each measurement over the windows.
+/// Innovations of each measurement over the manoeuvres.
 pub(crate) fn innovation_summary(results: &Results) -> Table {
     let caption = "Innovations of each measurement in predicted standard deviations: 1 when the noise is as stated.";
     let rows = results.innovation_summary.iter();
@@ -177,9 +177,9 @@ pub(crate) fn innovation_summary(results: &Results) -> Table {
         .done()
 }
 
-/// Prediction of every window by the pooled derivatives.
+/// Prediction of every manoeuvre by the pooled derivatives.
 pub fn predictions(results: &Results) -> Table {
-    let caption = format!("Prediction of each window. {CONSTANTS}");
+    let caption = format!("Prediction of each manoeuvre. {CONSTANTS}");
     let table = TableOf::new("predictions", caption, &results.predictions)
         .text("window", "Window", |row| &row.window)
         .text("role", "Use", |row| row.role)
@@ -204,7 +204,7 @@ fn agreement<R>(table: TableOf<R>, of: impl Fn(&R) -> &PredictionAgreement) -> T
         .done()
 }
 
-/// Prediction of the validation windows (thesis Table 7.1).
+/// Prediction of the validation manoeuvres (thesis Table 7.1).
 pub fn validation(results: &Results) -> Table {
     let caption = format!("Predictions averaged over the validation manoeuvres. {CONSTANTS}");
     let table = TableOf::new("validation", caption, &results.validation)

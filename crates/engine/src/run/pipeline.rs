@@ -78,8 +78,8 @@ pub fn run(
         snapshot.verdicts.finish(verdicts);
         failures = snapshot.failures();
         match failures.len() {
-            0 => format!("up to date: {} in use", plural(windows.len(), "window")),
-            failures => format!("{} in use, {}", plural(windows.len(), "window"), plural(failures, "failure")),
+            0 => format!("up to date: {} in use", plural(windows.len(), "manoeuvre")),
+            failures => format!("{} in use, {}", plural(windows.len(), "manoeuvre"), plural(failures, "failure")),
         }
     };
     let mut note = |text: String, duration, failed| {

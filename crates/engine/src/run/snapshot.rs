@@ -317,7 +317,7 @@ slots! {
         /// Noise of each flight over its steady windows, and what it proposes.
         noise: BTreeMap<String, Slot<FlightNoise>>,
         /// Results by window.
-        windows: BTreeMap<String, WindowResults> => "window",
+        windows: BTreeMap<String, WindowResults> => "manoeuvre",
         /// Constant errors of the sensors over all windows; not requested where the session asks for none.
         sensor_errors: Slot<EstimatedSensorErrors> => EstimatedSensorErrors::NAME,
         /// Derivatives from all identification windows together, and how well they predict the validation windows.

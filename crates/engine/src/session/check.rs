@@ -46,7 +46,7 @@ pub fn check(session: &Session) -> Vec<Finding> {
         return found;
     }
     names("flight", session.flights.iter().map(|flight| flight.name.as_str()), &mut found);
-    names("window", session.windows.iter().map(|window| window.name.as_str()), &mut found);
+    names("manoeuvre", session.windows.iter().map(|window| window.name.as_str()), &mut found);
     found.extend(unfit("title", &session.title));
     flights(session, &mut found);
     windows(session, &mut found);

@@ -13,7 +13,7 @@ use crate::session::ClockSetting;
 /// A recorder's clock as used.
 #[derive(Clone, Debug)]
 pub struct UsedClock {
-    /// Sources it stamps.
+    /// Sources with this clock.
     pub source: String,
     /// The clock, shifted by hand where the session says so.
     pub model: ClockModel,

@@ -77,7 +77,7 @@ pub struct WindowFits {
     pub fits: Vec<CoefficientFit>,
 }
 
-/// Derivatives from all identification windows together.
+/// Derivatives from all identification manoeuvres together.
 #[derive(Clone, Debug, Default)]
 pub struct PooledFits {
     /// One fit per coefficient of the structure.

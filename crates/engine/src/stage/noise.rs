@@ -77,7 +77,7 @@ impl NoiseRow {
     pub fn origin(&self) -> String {
         match self.choice.as_ref().map(|choice| &choice.origin) {
             Ok(NoiseOrigin::Windows(found)) => {
-                format!("{} samples of the {} steady windows that speak for it", found.samples, found.windows)
+                format!("{} samples of {} steady windows", found.samples, found.windows)
             }
             Ok(NoiseOrigin::Resolution(_)) => "resolution of the recorder over the root of 12".to_owned(),
             Ok(NoiseOrigin::Stated(source)) => source.clone(),
@@ -172,7 +172,7 @@ fn measure(role: Role, flights: &[NoiseFlight<'_>], found: &[FlightNoise]) -> St
     let refused = || flights.iter().find_map(|flight| flight.proposals.no_steady.clone());
     match (is_recorded, has_windows) {
         (false, _) => Err("it is not recorded".into()),
-        (true, false) => Err(refused().unwrap_or_else(|| "no steady window speaks for it".to_owned()).into()),
+        (true, false) => Err(refused().unwrap_or_else(|| "no steady window has samples of it".to_owned()).into()),
         (true, true) => Ok(sums.statistics()?),
     }
 }

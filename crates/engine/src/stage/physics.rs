@@ -32,27 +32,27 @@ pub struct FlightPhysics {
 pub struct PhysicsRow {
     /// Role of the channel, or `time`.
     pub channel: String,
-    /// Bad where a mistake explains what does not fit, caution where its cause was not found or must be asked for.
+    /// Bad if a mistake explains the contradiction, caution if the cause was not found or needs an answer.
     pub level: Level,
-    /// What is wrong, for example `sign reversed`; empty where nothing is.
+    /// Mistake, for example `sign reversed`; empty without one.
     pub hypothesis: String,
-    /// What the channel's SI values, or the seconds as read, are to be multiplied by.
+    /// Factor on the channel's SI values, or on the seconds as read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub factor: Option<f64>,
-    /// What is to be added to the stamps of a source, s.
+    /// Time to add to the stamps of a source, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shift_s: Option<f64>,
-    /// Slope of the channel on what the others say it is.
+    /// Slope of the channel on the value predicted by the others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slope: Option<f64>,
     /// Squared correlation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub r2: Option<f64>,
-    /// Segments of the flight that tell; none where the recording does not tell.
+    /// Segments of the flight with enough motion; 0 if not observable.
     pub segments: usize,
-    /// One sentence with the figures.
+    /// One sentence with the values.
     pub evidence: String,
-    /// What to change, one sentence; empty where nothing is wrong or nothing is known to help.
+    /// What to change, one sentence; empty without a remedy.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub cure: String,
     /// Whether the channels agree, which is not so where the recording shows nothing.

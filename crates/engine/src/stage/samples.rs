@@ -126,7 +126,7 @@ fn fit_in(samples: usize, memory: Option<u64>) -> StageResult<()> {
     match memory.filter(|memory| needed > *memory) {
         None => Ok(()),
         Some(memory) => Err(format!(
-            "{samples} samples take about {:.1} GB while they are computed, of {:.1} GB that there are: shorten the window, use fewer, or resample the recording (flight.signals)",
+            "{samples} samples take about {:.1} GB while they are computed, of {:.1} GB that there are: shorten the manoeuvre, use fewer, or resample the recording (flight.signals)",
             needed as f64 / 1e9,
             memory as f64 / 1e9
         ).into()),

@@ -115,7 +115,7 @@ fn position(recording: &mut Recording, max_gap_s: Option<f64>) -> StageResult<Ve
         let gaps = ranges.len() - 1;
         recording
             .warnings
-            .push(format!("x and y begin anew after {gaps} gaps of the velocity: let no manoeuvre span one"));
+            .push(format!("x and y restart after {gaps} gaps of the velocity: keep manoeuvres clear of them"));
     }
     let shared: Arc<[f64]> = time_s.into();
     let mut done = Vec::new();

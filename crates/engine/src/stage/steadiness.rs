@@ -22,7 +22,7 @@ pub struct Steadiness {
     pub airspeed_slope_m_s2: f64,
     /// Slope of the velocity along the z body axis, m/s².
     pub w_slope_m_s2: f64,
-    /// Climb, m/s; none without an altitude.
+    /// Climb, m/s; absent without an altitude.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub climb_m_s: Option<f64>,
 }

@@ -214,7 +214,7 @@ mod tests {
         // Of the simulated Citation's aileron 3-2-1-1: seven times its standard error, from Cl alone.
         let found = lag(LagKind::Delay, 0.008, vec![(0.099, 0.0087), (0.0074, 0.0007), (0.171, 0.015)]);
         let said = found.found_s().unwrap_err().to_string();
-        assert_eq!(said, "coefficients disagree: CY says 99 +- 9 ms, Cl says 7 +- 1 ms, Cn says 171 +- 15 ms");
+        assert_eq!(said, "coefficients disagree: CY gives 99 +- 9 ms, Cl gives 7 +- 1 ms, Cn gives 171 +- 15 ms");
         // Of the shipped flight's ailerons.
         let found = lag(LagKind::Delay, -0.0006, vec![(0.0128, 0.0071), (-0.00065, 0.00036), (0.00487, 0.0043)]);
         assert_eq!(found.found_s().unwrap(), (-0.0006, 0.001));

@@ -198,7 +198,7 @@ fn in_one_line(session: &Session) -> String {
         "{}: {}, {}, {}",
         if session.title.is_empty() { "session" } else { &session.title },
         plural(session.flights.len(), "flight"),
-        plural(session.windows.len(), "window"),
+        plural(session.windows.len(), "manoeuvre"),
         plural(session.structure.models.len(), "coefficient")
     )
 }

@@ -77,33 +77,33 @@ impl Level {
 /// Something found in a session, its recordings or its results: what, where, by how much, and what to do.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
-    /// How bad it is.
+    /// Level.
     pub level: Level,
     /// Kind, for example `nis` or `held-samples`; findings of one kind are folded into one line.
     pub code: &'static str,
-    /// What it is about, for example `window '03 elevator'`, `flight 'demo', az` or `Cm_q (pooled)`.
+    /// Its object, for example `window '03 elevator'`, `flight 'demo', az` or `Cm_q (pooled)`.
     #[serde(rename = "where")]
     pub place: String,
-    /// One sentence: what was found, with its figure.
+    /// One sentence: the finding with its value.
     pub text: String,
-    /// The number that was judged.
+    /// The judged value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub figure: Option<f64>,
-    /// The limit it passed.
+    /// The limit exceeded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit: Option<f64>,
-    /// What to do, one sentence; empty where nothing can be done.
+    /// What to do, one sentence; empty without a remedy.
     pub cure: String,
-    /// Panel of the workbench where it is done.
+    /// Panel of the workbench to do it in.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub panel: Option<&'static str>,
-    /// Dotted key of the session's setting that cures it, for example `filter.measurement_noise.alpha`.
+    /// Dotted key of the session's setting that fixes it, for example `filter.measurement_noise.alpha`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub setting: Option<String>,
-    /// Value of that key, as TOML, that is the fix; none where a person must choose.
+    /// Value of that key that fixes it, as TOML; absent if you must choose.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<String>,
-    /// Edits that remove it, as `doublet fix` lists them; none where a person must choose.
+    /// Edits that fix it, as `doublet fix` lists them; absent if you must choose.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fix: Option<Fix>,
 }
@@ -185,7 +185,7 @@ fn write_fix(f: &mut std::fmt::Formatter<'_>, text: &str, fix: &str) -> std::fmt
 pub struct Verdict {
     /// The worst level of its reasons; good without any.
     pub level: Level,
-    /// What speaks against it, worst first.
+    /// Findings, worst first.
     pub reasons: Vec<Finding>,
 }
 

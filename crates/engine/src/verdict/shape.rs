@@ -92,11 +92,11 @@ mod tests {
     fn numbers_in_different_units_are_told_and_consistent_ones_are_not() {
         assert_eq!(found(SINGLE), [""; 0]);
         let cases: [(usize, f64, &str); 6] = [
-            (0, 10.764, "an area of 174.0539 m2 is 10.620 times"),
-            (1, 3.2808, "an area of 16.1700 m2 is 0.301 times"),
-            (2, 3.2808, "an area of 16.1700 m2 is 0.301 times"),
-            (3, 1.0 / 14.594, "Ixx of 2839.0000 kg m2 and a mass of 77.0865 kg"),
-            (4, 3.0, "Ixx of 8517.0000 kg m2"),
+            (0, 10.764, "Area 174.0539 m2 is 10.620 times"),
+            (1, 3.2808, "Area 16.1700 m2 is 0.301 times"),
+            (2, 3.2808, "Area 16.1700 m2 is 0.301 times"),
+            (3, 1.0 / 14.594, "Ixx 2839.0000 kg m2 at mass 77.0865 kg"),
+            (4, 3.0, "Ixx 8517.0000 kg m2"),
             (6, 0.5, "Izz is 0.437 times"),
         ];
         for (index, factor, text) in cases {
@@ -108,6 +108,6 @@ mod tests {
         // All lengths in feet, as areas and lengths among themselves agree: the mass tells.
         let [area, span, chord, rest @ ..] = SINGLE;
         let feet = [area * 10.764, span * 3.2808, chord * 3.2808, rest[0], rest[1], rest[2], rest[3]];
-        assert!(found(feet)[0].contains("radius of gyration in roll of 0.088"), "{:?}", found(feet));
+        assert!(found(feet)[0].contains("roll radius of gyration of 0.088"), "{:?}", found(feet));
     }
 }

@@ -15,9 +15,9 @@ pub struct StatedQuantity {
     pub value: f64,
     /// Unit.
     pub unit: &'static str,
-    /// Where it is from: `aircraft file`, or `aircraft file and recorded fuel`.
+    /// Source: `aircraft file`, or `aircraft file and recorded fuel`.
     pub source: &'static str,
-    /// Per cent that one per cent more of it changes of every derivative.
+    /// Change of every derivative, per cent, for one per cent more of it.
     pub percent_per_percent: f64,
 }
 

@@ -181,7 +181,7 @@ fn scatter(contents: &Contents<'_>, summary: &DerivativeSummaryRow) -> Panel {
         marks.push(Mark::Level { label: "pooled, 95 %".into(), colour: Colour::of(1), value, band });
     }
     marks.push(Mark::Points {
-        label: "one window, 95 %".into(),
+        label: "one manoeuvre, 95 %".into(),
         colour: Colour::of(0),
         style: LineStyle::Dots,
         points: points.collect(),

@@ -95,7 +95,7 @@ pub fn filter(contents: &Contents<'_>) -> Vec<Block> {
     ]
 }
 
-/// Wind and biases over the windows (thesis Tables 6.1 and 6.2).
+/// Wind and biases over the manoeuvres (thesis Tables 6.1 and 6.2).
 pub(crate) fn wind_and_bias(contents: &Contents<'_>) -> Vec<Block> {
     let results = contents.results;
     let mut blocks = vec![table_or(tables::wind_and_bias(results), "No manoeuvre was reconstructed.")];

@@ -7,7 +7,7 @@ use crate::report::proof::{self, TestRow};
 use crate::report::table::{Table, TableOf};
 use crate::stage::{ReplaySeries, WindowReplay};
 
-/// Validation windows flown again by the pooled model, against tolerances.
+/// Validation manoeuvres simulated by the pooled model, with tolerances.
 pub fn proof_of_match(contents: &Contents<'_>) -> Vec<Block> {
     let found = &contents.results.proof_of_match;
     if found.windows.is_empty() {

@@ -205,7 +205,7 @@ fn use_from(place: &str, table: &UseTable) -> Result<ManoeuvreUse, SessionError>
     Ok(ManoeuvreUse {
         name: table.name.clone(),
         window: TimeRange { start_s: table.start_s, end_s: table.end_s },
-        role: choose(&roles, &format!("{place}, window '{}'", table.name), &table.role)?,
+        role: choose(&roles, &format!("{place}, manoeuvre '{}'", table.name), &table.role)?,
         excluded: apart(table.exclude.iter().map(stretch).collect()),
     })
 }

@@ -50,7 +50,7 @@ pub enum Cause {
 pub struct Effect {
     /// Cause.
     pub cause: Cause,
-    /// What it concerns: manoeuvres, or a flight and its channel; empty for all manoeuvres.
+    /// Object: manoeuvres, or a flight and its channel; empty for all manoeuvres.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub of: Vec<String>,
     /// Estimate without the cause.
