@@ -3,9 +3,7 @@
 use toml::{Table, Value};
 
 use super::attitude::QuaternionAxes;
-use super::by_words::NameFit;
 use super::map::{FORMAT, VERSION};
-use super::runner_up::RunnerUp;
 use super::stated_unit::{is_count, stated_unit};
 use super::{ChannelInfo, LoadError, Probe};
 use crate::quantity::{Role, Unit};
@@ -84,6 +82,51 @@ impl By {
             Self::Physics => "by other channels",
         }
     }
+}
+
+/// How a channel's name fits a role, the best first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum NameFit {
+    /// The whole name, in the words of recorders.
+    Whole,
+    /// The whole name in German or French words.
+    Foreign,
+    /// The name without words such as `measured`.
+    Essence,
+    /// The last part of a path.
+    Leaf,
+    /// It ends on the name.
+    End,
+    /// It begins with the name, and a place or sensor follows.
+    Begin,
+    /// It ends on German or French words.
+    ForeignEnd,
+}
+
+impl NameFit {
+    /// In the order in which roles are given: names that are a role's own first, so that `z` of one recorder does not take the `az` of another.
+    pub(super) const ALL: [Self; 7] =
+        [Self::Whole, Self::Foreign, Self::Essence, Self::Leaf, Self::End, Self::Begin, Self::ForeignEnd];
+
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Whole | Self::Foreign => "whole name",
+            Self::Essence => "name without qualifiers",
+            Self::Leaf => "last part of the name",
+            Self::End | Self::ForeignEnd => "end of the name",
+            Self::Begin => "start of the name",
+        }
+    }
+}
+
+/// A channel that could play a role, and why another is preferred.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RunnerUp {
+    /// The channel.
+    pub from: ChannelName,
+    /// Why another is preferred.
+    pub reason: String,
 }
 
 impl ManualChannel {

@@ -1,10 +1,9 @@
 //! Roles of recordings whose names say nothing, such as `ch1` or `column[4]`: by the relations between the values of the channels alone.
 
 use super::Probe;
-use super::by_hand::{By, ManualChannel, ManualChannelMap};
+use super::by_hand::{By, ManualChannel, ManualChannelMap, RunnerUp};
 use super::candidates::{Candidate, row};
 use super::physics::{Series, search};
-use super::runner_up::RunnerUp;
 use super::slopes::stamps_of;
 use crate::quantity::{Role, Unit};
 

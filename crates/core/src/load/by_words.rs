@@ -1,6 +1,6 @@
 //! Roles by the words of channel names: passes from a role's own name to a name that only ends on it.
 
-use super::by_hand::{ManualChannel, ManualChannelMap};
+use super::by_hand::{ManualChannel, ManualChannelMap, NameFit};
 use super::candidates::{Candidate, LEFT, RIGHT, best, row};
 use super::foreign_names::{FOREIGN_AILERON, FOREIGN_NAMES, ends_on, has_one_reading};
 use super::names::{AILERON, NAMES, RoleNames};
@@ -8,41 +8,10 @@ use super::tokens::end_on;
 use super::vectors;
 use crate::quantity::Role;
 
-/// How a channel's name fits a role, the best first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum NameFit {
-    /// The whole name, in the words of recorders.
-    Whole,
-    /// The whole name in German or French words.
-    Foreign,
-    /// The name without words such as `measured`.
-    Essence,
-    /// The last part of a path.
-    Leaf,
-    /// It ends on the name.
-    End,
-    /// It begins with the name, and a place or sensor follows.
-    Begin,
-    /// It ends on German or French words.
-    ForeignEnd,
-}
+/// Names that stand for a role as a whole name alone: behind other words they are other quantities.
+const WHOLE: [&str; 3] = ["pressure", "press", "height"];
 
 impl NameFit {
-    /// In the order in which roles are given: names that are a role's own first, so that `z` of one recorder does not take the `az` of another.
-    pub(super) const ALL: [Self; 7] =
-        [Self::Whole, Self::Foreign, Self::Essence, Self::Leaf, Self::End, Self::Begin, Self::ForeignEnd];
-
-    /// In words.
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Whole | Self::Foreign => "whole name",
-            Self::Essence => "name without qualifiers",
-            Self::Leaf => "last part of the name",
-            Self::End | Self::ForeignEnd => "end of the name",
-            Self::Begin => "start of the name",
-        }
-    }
-
     /// The names it is of.
     fn names(self) -> &'static [RoleNames] {
         match self {
@@ -65,9 +34,6 @@ impl NameFit {
         }
     }
 }
-
-/// Names that stand for a role as a whole name alone: behind other words they are other quantities.
-const WHOLE: [&str; 3] = ["pressure", "press", "height"];
 
 /// Gives the roles that are still open the channels that go by their names.
 pub(super) fn add_names(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &mut Vec<usize>) {

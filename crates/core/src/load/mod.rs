@@ -68,8 +68,9 @@ mod words;
 
 pub use attitude::QuaternionAxes;
 pub use budget::{BUDGET_VARIABLE, memory};
-pub use by_hand::{By, ChannelName, ManualChannel, ManualChannelMap, ManualQuaternion, ManualTime, RowValues};
-pub use by_words::NameFit;
+pub use by_hand::{
+    By, ChannelName, ManualChannel, ManualChannelMap, ManualQuaternion, ManualTime, NameFit, RowValues, RunnerUp,
+};
 pub use clock::{Clock, Gap, TimeFault};
 pub use contents::{ChannelInfo, Format, Probe, Source};
 pub use error::LoadError;
@@ -80,7 +81,6 @@ pub use map::{ChannelMap, Derivations, Entry, FlatEarth, Term, TimeEntry, TimeOr
 pub use plan::{Assignment, Plan, Problem, plan, plan_all};
 pub use read::{read, read_all};
 pub use recognise::{inspect, probe};
-pub use runner_up::RunnerUp;
 pub use stated_unit::{stated_unit, stem_and_unit};
 pub use user_names::{NAMES_FILE, UserNames};
 

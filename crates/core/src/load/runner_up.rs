@@ -1,18 +1,9 @@
 //! Runners-up: the channels that would play the roles of a guess if those chosen did not.
 
-use super::by_hand::{By, ChannelName, ManualChannel, ManualChannelMap};
-use super::by_words::{NameFit, named};
+use super::by_hand::{By, ManualChannel, ManualChannelMap, NameFit, RunnerUp};
+use super::by_words::named;
 use super::candidates::Candidate;
 use crate::quantity::Role;
-
-/// A channel that could play a role, and why another is preferred.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct RunnerUp {
-    /// The channel.
-    pub from: ChannelName,
-    /// Why another is preferred.
-    pub reason: String,
-}
 
 /// Lists for every row of a guess by words the free channel whose name fits its role next best.
 pub(super) fn add_runners_up(map: &mut ManualChannelMap, free: &[Candidate<'_>]) {
