@@ -186,7 +186,7 @@ fn names_file_beside_recording_or_session_gives_roles_and_is_listed() {
 fn role_has_its_confidence_and_the_channel_that_would_take_its_place() {
     let folder = tempfile::tempdir().unwrap();
     let rows: String = (0..500).map(|k| format!("{},{},{},{}\n", 0.02 * f64::from(k), k % 50, k % 9, k % 7)).collect();
-    let path = written(folder.path(), &format!("time [s],Pitch [deg],main_pitch [deg],q\n{rows}"));
+    let path = written(folder.path(), &format!("time [s],Pitch [deg],main_pitch [deg],pitch_rate\n{rows}"));
     let said: serde_json::Value = serde_json::from_str(&said(&["map", &path, "--json"]).0).unwrap();
     let row = |role: &str| said["roles"].as_array().unwrap().iter().find(|row| row["role"] == role).unwrap().clone();
     let (theta, q) = (row("theta"), row("q"));
