@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use doublet_core::load::{ManualChannelMap, Plan};
+use doublet_core::load::{ManualChannelMap, Plan, Probe};
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Statistics, TimeRange};
 use doublet_engine::begin;
+use doublet_engine::confidence::{WeighedRole, weigh};
 use doublet_engine::run::{Control, Job};
 use doublet_engine::stage::{FlightPhysics, PhysicsRow};
 use doublet_engine::verdict::Level;
@@ -29,6 +30,7 @@ pub struct Comparison {
     of: Option<(Choice, ManualChannelMap)>,
     job: Option<Job<(Recording, FlightPhysics)>>,
     found: FlightPhysics,
+    weighed: Vec<WeighedRole>,
     shapes: BTreeMap<Role, Shape>,
 }
 
@@ -57,10 +59,16 @@ impl Shape {
 
 impl Comparison {
     /// Takes in what was found, and compares again where the map has changed.
-    fn follow(&mut self, choice: Choice, hand: &ManualChannelMap, plan: Option<&Plan>, ctx: &egui::Context) {
+    fn follow(
+        &mut self,
+        (choice, hand, probes): (Choice, &ManualChannelMap, &[Probe]),
+        plan: Option<&Plan>,
+        ctx: &egui::Context,
+    ) {
         if let Some(job) = self.job.take_if(|job| job.is_finished()) {
             let (recording, found) = job.finish().unwrap_or_default();
             self.shapes = shapes(&recording);
+            self.weighed = weigh(probes, hand, Some(&found));
             self.found = found;
         }
         let is_same = self.of.as_ref().is_some_and(|(of, map)| *of == choice && map == hand);
@@ -72,6 +80,7 @@ impl Comparison {
         self.stop();
         let Some(plan) = plan.filter(|plan| !plan.has_errors() && !plan.roles.is_empty()).cloned() else {
             self.found = FlightPhysics::default();
+            self.weighed = weigh(probes, hand, None);
             self.shapes.clear();
             return;
         };
@@ -88,6 +97,11 @@ impl Comparison {
     /// What the other channels say of that of `role`: the worst level, and the rows with it.
     pub(super) fn level(&self, role: Role) -> Option<Level> {
         self.found.rows.iter().filter(|row| row.channel == role.name()).map(|row| row.level).max()
+    }
+
+    /// Confidence, evidence and runner-up of the row of `role`, once the channels are compared.
+    pub(super) fn weighed(&self, role: Role) -> Option<&WeighedRole> {
+        self.weighed.iter().find(|row| row.role == role)
     }
 
     fn stop(&mut self) {
@@ -122,7 +136,8 @@ impl Comparison {
 /// Compares the channels in the background where the map has changed, whatever page is on screen.
 pub(super) fn follow(choosing: &mut Choosing, ctx: &egui::Context) {
     let mut comparison = std::mem::take(&mut choosing.comparison);
-    comparison.follow(choosing.choice, &choosing.hand, choosing.plan().ok(), ctx);
+    let map = (choosing.choice, &choosing.hand, choosing.inspected.probes.as_slice());
+    comparison.follow(map, choosing.plan().ok(), ctx);
     if comparison.job.is_some() {
         ctx.request_repaint_after(std::time::Duration::from_millis(50));
     }

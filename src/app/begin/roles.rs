@@ -4,6 +4,7 @@ use doublet_core::load::{ChannelName, ManualChannel, ManualTime, QuaternionAxes,
 use doublet_core::quantity::{Dimension, Role, Unit};
 use doublet_core::reconstruct::{Input, Measurement};
 use doublet_engine::begin::unit_reason;
+use doublet_engine::confidence::WeighedRole;
 use doublet_engine::verdict::Level;
 use eframe::egui::{self, CollapsingHeader, ComboBox, DragValue, Grid, RichText, ScrollArea, Ui};
 
@@ -13,6 +14,8 @@ use crate::widgets::level_mark::level_mark;
 use crate::widgets::term::column_title;
 use crate::{notation, theme};
 
+/// Confidence below which a row asks to be looked at.
+const DOUBTFUL: f64 = 0.8;
 /// Rate offered first for a source without time, Hz.
 const USUAL_RATE_HZ: f64 = 50.0;
 
@@ -285,13 +288,15 @@ fn reason(choosing: &Choosing, (role, row): (Role, &ManualChannel), ui: &mut Ui)
     let guessed = choosing.inspected.guess.row(role);
     let probes = &choosing.inspected.probes;
     let is_open = row.is_unit_open(probes);
+    let weighed = choosing.comparison.weighed(role).filter(|_| guessed == Some(row));
     let (text, about) = match guessed {
         Some(guess) if guess == row => {
-            let unit = unit_reason(row, probes);
-            let evidence = row.evidence.as_ref().map_or_else(String::new, |evidence| format!(" ({evidence})"));
             let words = row.by.words();
-            let text = if is_open { format!("{words}, unit?") } else { words.to_owned() };
-            (text, format!("Taken {words}{evidence}. Unit {unit}. Check its range and shape."))
+            let words = if is_open { format!("{words}, unit?") } else { words.to_owned() };
+            match weighed {
+                Some(weighed) => (format!("{:.0} % {words}", 100.0 * weighed.confidence), certainty(weighed)),
+                None => (words, format!("Unit {}", unit_reason(row, probes))),
+            }
         }
         Some(guess) if guess.from == row.from => {
             ("changed".to_owned(), "The channel as guessed, with what you changed".to_owned())
@@ -300,8 +305,19 @@ fn reason(choosing: &Choosing, (role, row): (Role, &ManualChannel), ui: &mut Ui)
     };
     let text = RichText::new(text).small();
     let is_asked = is_open && guessed == Some(row);
-    let text = if is_asked { text.color(theme::palette(ui).warning) } else { text.weak() };
+    let is_doubtful = weighed.is_some_and(|weighed| weighed.confidence < DOUBTFUL);
+    let text = if is_asked || is_doubtful { text.color(theme::palette(ui).warning) } else { text.weak() };
     cell(ui, EVIDENCE, text, &about);
+}
+
+/// How certain a row of the guess is, what speaks for it and which channel comes next.
+fn certainty(weighed: &WeighedRole) -> String {
+    let percent = 100.0 * weighed.confidence;
+    let other = weighed
+        .runner_up
+        .as_ref()
+        .map_or_else(String::new, |other| format!("\nNext: '{}' ({})", other.from.channel, other.reason));
+    format!("{percent:.1} % confidence\n{}{other}", weighed.evidence.replace("; ", "\n"))
 }
 
 fn unit(row: &mut ManualChannel, role: Role, ui: &mut Ui) {
