@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use doublet::command::{FileCommand, UiCommand};
+use doublet::command::{FileCommand, UiCommand, ViewCommand};
 use doublet_core::model::Coefficient;
 use doublet_core::quantity::Role;
 use doublet_engine::session::{self, MapRef, Surface};
@@ -293,6 +293,11 @@ fn contradiction_of_a_channel_is_named_and_cured_by_one_click() {
         );
     }
     picture(&mut bench.harness, "new_session_contradiction");
+    // A unit that nothing states is confirmed by a click, and not asked for again.
+    bench.harness.get_by_label("confirm the unit of p").click();
+    bench.harness.run_steps(3);
+    assert!(bench.harness.query_by_label("confirm the unit of p").is_none());
+    assert!(bench.harness.query_by_label("confirm the unit of r").is_some());
     bench.harness.get_by_label("apply cure of az").click();
     bench.harness.run_steps(3);
     let started = Instant::now();
@@ -396,9 +401,12 @@ fn page_with_a_long_unmapped_table_fits_a_laptop() {
     bench.harness.run_steps(3);
     bench.choose_entry("unit of q", "deg/s");
     bench.wait_for("shape of q");
+    let certain = bench.harness.query_all_by_label_contains("% by its name").count();
+    let asked = bench.harness.query_all_by_label_contains("% unit?").count();
+    assert!(certain > 0 && asked > 0, "confidence of the guessed roles: {certain}, {asked}");
     let mut all = Vec::new();
     for theme in [egui::ThemePreference::Dark, egui::ThemePreference::Light] {
-        bench.harness.state_mut().state.appearance = theme;
+        bench.request(UiCommand::View(ViewCommand::Appearance(theme)));
         for page in ["Recording and aircraft", "Channels", "Check"] {
             bench.step(page);
             bench.harness.hover_at(egui::pos2(640.0, 717.0));

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use doublet_cli::questions::{group, list_questions};
+use doublet_cli::questions::{Question, list_questions};
 use doublet_core::load::{ManualChannel, ManualChannelMap, Plan, RowValues};
 use doublet_core::quantity::Role;
 use doublet_engine::begin::{self, Inspected, Order};
@@ -63,7 +63,7 @@ struct Choosing {
     aircraft_form: Option<AircraftForm>,
     complaint: Option<String>,
     /// What the recordings leave open by the map made by hand.
-    questions: Vec<String>,
+    questions: Vec<Question>,
     page: Page,
     /// Whether the page has been drawn, and the field that had the keyboard then.
     has_begun: bool,
@@ -182,7 +182,7 @@ impl Choosing {
     }
 
     /// What the recordings leave open; nothing by a map that comes with the program.
-    fn questions(&self) -> &[String] {
+    fn questions(&self) -> &[Question] {
         if self.choice == Choice::ByHand { &self.questions } else { &[] }
     }
 
@@ -201,6 +201,15 @@ impl Choosing {
         }
     }
 
+    /// Takes the unit of `role` in the map made by hand for known.
+    fn confirm_unit(&mut self, role: Role) {
+        if let Some(mut row) = self.hand.row(role).cloned() {
+            row.is_unit_known = true;
+            self.hand.set(role, Some(row));
+            self.plan_again();
+        }
+    }
+
     /// Plans again after a change of the map made by hand.
     fn plan_again(&mut self) {
         self.hand_plan = begin::plan_by_hand(&self.inspected.probes, &self.hand);
@@ -209,9 +218,8 @@ impl Choosing {
 }
 
 /// What recordings leave open by a map.
-fn questions(inspected: &Inspected, map: &ManualChannelMap) -> Vec<String> {
-    let all = inspected.probes.iter().flat_map(|probe| list_questions(probe, map));
-    group(all.collect()).into_iter().map(|question| question.text).collect()
+fn questions(inspected: &Inspected, map: &ManualChannelMap) -> Vec<Question> {
+    inspected.probes.iter().flat_map(|probe| list_questions(probe, map)).collect()
 }
 
 impl Workbench {

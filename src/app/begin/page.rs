@@ -226,20 +226,37 @@ fn channels(choosing: &mut Choosing, ui: &mut Ui) {
 fn check(choosing: &mut Choosing, ui: &mut Ui) {
     ui.strong("Missing");
     lacking(choosing, ui);
-    let questions = choosing.questions();
-    if !questions.is_empty() {
-        ui.add_space(8.0);
-        ui.strong("Open questions");
-        for question in questions {
-            ui.horizontal_top(|ui| {
-                level_mark(ui, Some(Level::Caution));
-                ui.add(Label::new(question.as_str()).wrap());
-            });
-        }
-    }
+    open_questions(choosing, ui);
     ui.add_space(8.0);
     ui.strong("Channels against each other");
     physics::show(choosing, ui);
+}
+
+/// What the recording leaves open, one line each; a unit that its values suggest is confirmed by a click.
+fn open_questions(choosing: &mut Choosing, ui: &mut Ui) {
+    if choosing.questions().is_empty() {
+        return;
+    }
+    ui.add_space(8.0);
+    ui.strong("Open questions");
+    let mut confirmed = None;
+    for question in choosing.questions() {
+        ui.horizontal_top(|ui| {
+            level_mark(ui, Some(Level::Caution));
+            let role = question.role.filter(|_| !question.must_be_answered);
+            let unit = role.and_then(|role| choosing.hand.row(role)?.unit);
+            if let (Some(role), Some(unit)) = (role, unit) {
+                let button = ui.small_button(format!("Confirm {}", notation::unit_symbol(unit.symbol)));
+                let name = format!("confirm the unit of {}", role.name());
+                ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(name.as_str()));
+                confirmed = button.clicked().then_some(role).or(confirmed);
+            }
+            ui.add(Label::new(question.text.as_str()).wrap());
+        });
+    }
+    if let Some(role) = confirmed {
+        choosing.confirm_unit(role);
+    }
 }
 
 /// The maps that fit, the one with most roles first, and the one made by hand.

@@ -291,11 +291,10 @@ fn reason(choosing: &Choosing, (role, row): (Role, &ManualChannel), ui: &mut Ui)
     let weighed = choosing.comparison.weighed(role).filter(|_| guessed == Some(row));
     let (text, about) = match guessed {
         Some(guess) if guess == row => {
-            let words = row.by.words();
-            let words = if is_open { format!("{words}, unit?") } else { words.to_owned() };
+            let words = if is_open { "unit?" } else { row.by.words() };
             match weighed {
-                Some(weighed) => (format!("{:.0} % {words}", 100.0 * weighed.confidence), certainty(weighed)),
-                None => (words, format!("Unit {}", unit_reason(row, probes))),
+                Some(weighed) => (format!("{:.0} % {words}", percent(weighed)), certainty(weighed)),
+                None => (words.to_owned(), format!("Unit {}", unit_reason(row, probes))),
             }
         }
         Some(guess) if guess.from == row.from => {
@@ -310,14 +309,18 @@ fn reason(choosing: &Choosing, (role, row): (Role, &ManualChannel), ui: &mut Ui)
     cell(ui, EVIDENCE, text, &about);
 }
 
+/// Confidence in whole per cent; 100 only where it is certain.
+fn percent(weighed: &WeighedRole) -> f64 {
+    (100.0 * weighed.confidence).floor()
+}
+
 /// How certain a row of the guess is, what speaks for it and which channel comes next.
 fn certainty(weighed: &WeighedRole) -> String {
-    let percent = 100.0 * weighed.confidence;
     let other = weighed
         .runner_up
         .as_ref()
         .map_or_else(String::new, |other| format!("\nNext: '{}' ({})", other.from.channel, other.reason));
-    format!("{percent:.1} % confidence\n{}{other}", weighed.evidence.replace("; ", "\n"))
+    format!("{:.0} % confidence\n{}{other}", percent(weighed), weighed.evidence.replace("; ", "\n"))
 }
 
 fn unit(row: &mut ManualChannel, role: Role, ui: &mut Ui) {
