@@ -401,8 +401,8 @@ fn page_with_a_long_unmapped_table_fits_a_laptop() {
     bench.harness.run_steps(3);
     bench.choose_entry("unit of q", "deg/s");
     bench.wait_for("shape of q");
-    let certain = bench.harness.query_all_by_label_contains("% by its name").count();
-    let asked = bench.harness.query_all_by_label_contains("% unit?").count();
+    let certain = bench.harness.query_all_by_label_contains("%, by its name").count();
+    let asked = bench.harness.query_all_by_label_contains("%, unit?").count();
     assert!(certain > 0 && asked > 0, "confidence of the guessed roles: {certain}, {asked}");
     let mut all = Vec::new();
     for theme in [egui::ThemePreference::Dark, egui::ThemePreference::Light] {

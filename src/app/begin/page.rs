@@ -214,7 +214,7 @@ fn foot(choosing: &mut Choosing, below: bool, ui: &mut Ui) -> Answer {
 fn channels(choosing: &mut Choosing, ui: &mut Ui) {
     maps(choosing, ui);
     ui.add_space(4.0);
-    let room = (ui.available_height() - LACKING - 10.0).max(80.0);
+    let room = (ui.available_height() - LACKING - 18.0).max(80.0);
     roles::show(choosing, ui, room);
     ui.separator();
     // Of one height whatever is missing: nothing moves under the pointer.

@@ -293,7 +293,7 @@ fn reason(choosing: &Choosing, (role, row): (Role, &ManualChannel), ui: &mut Ui)
         Some(guess) if guess == row => {
             let words = if is_open { "unit?" } else { row.by.words() };
             match weighed {
-                Some(weighed) => (format!("{:.0} % {words}", percent(weighed)), certainty(weighed)),
+                Some(weighed) => (format!("{:.0} %, {words}", percent(weighed)), certainty(weighed)),
                 None => (words.to_owned(), format!("Unit {}", unit_reason(row, probes))),
             }
         }
