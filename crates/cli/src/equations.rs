@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use doublet_core::estimate::{EquationFault, EquationFit};
+use doublet_core::estimate::{EquationFault, EquationFit, FilterErrorFit, ProcessNoise};
 use doublet_core::load::read_text;
 use doublet_core::series::TimeRange;
 use doublet_engine::study::{
@@ -76,10 +76,10 @@ fn window(text: &str) -> Result<TimeRange, String> {
     }
 }
 
-/// Fits equations of motion and prints their parameters by both methods.
+/// Fits equations of motion and prints their parameters by all methods.
 ///
 /// # Errors
-/// One line: what is wrong with equations, table, columns or time, or why neither method has a result.
+/// One line: what is wrong with equations, table, columns or time, or why no method has a result.
 pub fn equations(arguments: &EquationArguments) -> Result<Outcome, String> {
     if let Some(dt) = arguments.dt.filter(|dt| !(dt.is_finite() && *dt > 0.0)) {
         return Err(format!("--dt {dt}: an interval is above 0 s"));
@@ -115,11 +115,32 @@ pub fn equations(arguments: &EquationArguments) -> Result<Outcome, String> {
     Ok(found.verdict.level.into())
 }
 
-fn described(result: &Result<EquationFit, EquationFault>) -> Value {
+fn described(result: Result<&EquationFit, &EquationFault>) -> Value {
+    match result {
+        Ok(found) => describe_fit(found, found.fit.names.len()),
+        Err(error) => json!({ "error": error.to_string() }),
+    }
+}
+
+/// Filter error: its fit, with the noise that drives the states.
+fn describe_filter(result: &Result<FilterErrorFit, EquationFault>) -> Value {
     let found = match result {
         Ok(found) => found,
         Err(error) => return json!({ "error": error.to_string() }),
     };
+    let mut described = describe_fit(&found.estimate, found.estimate.fit.names.len() - found.process_noise.len());
+    let process = found.process_noise.iter().map(|noise| {
+        json!({ "state": noise.state, "intensity": noise.intensity, "log_error": noise.log_error, "is_none": noise.is_none })
+    });
+    described["process_noise"] = process.collect();
+    let measurement = found.estimate.compared.iter().zip(&found.measurement_noise);
+    described["measurement_noise"] =
+        measurement.map(|(name, value)| json!({ "name": name, "standard_deviation": value })).collect();
+    described
+}
+
+/// Parameters, initial states up to `end`, and outputs.
+fn describe_fit(found: &EquationFit, end: usize) -> Value {
     let fit = &found.fit;
     let row = |index: usize| {
         json!({
@@ -137,7 +158,7 @@ fn described(result: &Result<EquationFit, EquationFault>) -> Value {
     let outputs: Vec<Value> = outputs.collect();
     json!({
         "parameters": (0..found.parameters).map(row).collect::<Vec<_>>(),
-        "initial": (found.parameters..fit.names.len()).map(row).collect::<Vec<_>>(),
+        "initial": (found.parameters..end).map(row).collect::<Vec<_>>(),
         "outputs": outputs,
         "samples": found.time_s.len(),
     })
@@ -148,16 +169,21 @@ fn describe(found: &EquationStudy) -> Value {
         "version": 1,
         "program": concat!("doublet ", env!("CARGO_PKG_VERSION")),
         "records": found.records.len(),
-        "equation_error": described(&found.equation_error),
-        "output_error": described(&found.output_error),
+        "equation_error": described(found.equation_error.as_ref()),
+        "output_error": described(found.output_error.as_ref()),
+        "filter_error": describe_filter(&found.filter_error),
+        "is_driven_by_noise": found.is_driven_by_noise(),
         "verdict": found.verdict,
     })
 }
 
 fn print(found: &EquationStudy) {
-    let both = [("equation error", &found.equation_error), ("output error", &found.output_error)];
-    let fits: Vec<(&str, &EquationFit)> =
-        both.iter().filter_map(|(name, fit)| Some((*name, fit.as_ref().ok()?))).collect();
+    let all = [
+        ("equation error", found.equation_error.as_ref()),
+        ("output error", found.output_error.as_ref()),
+        ("filter error", found.filter_error.as_ref().map(|filter| &filter.estimate)),
+    ];
+    let fits: Vec<(&str, &EquationFit)> = all.iter().filter_map(|(name, fit)| Some((*name, fit.ok()?))).collect();
     let mut rows = Vec::new();
     if let Some((_, first)) = fits.first() {
         for index in 0..first.parameters {
@@ -181,7 +207,18 @@ fn print(found: &EquationStudy) {
         let quality: Vec<String> = found.compared.iter().zip(&found.fit.quality).map(of).collect();
         text::line(&format!("{name}: R2 of {}", quality.join(", ")));
     }
-    for (name, error) in both.iter().filter_map(|(name, fit)| Some((name, fit.as_ref().err()?))) {
+    if let Ok(filter) = &found.filter_error {
+        let shown = |noise: &ProcessNoise| match noise.is_none {
+            true => format!("{} none", noise.state),
+            false => format!("{} {}", noise.state, text::number(noise.intensity, 3)),
+        };
+        let noise: Vec<String> = filter.process_noise.iter().map(shown).collect();
+        text::line(&format!("filter error: process noise per root second of {}", noise.join(", ")));
+    }
+    if found.is_driven_by_noise() {
+        text::line("Process noise drives the motion: use the parameters of filter error.");
+    }
+    for (name, error) in all.iter().filter_map(|(name, fit)| Some((name, fit.err()?))) {
         text::line(&format!("{name}: {error}"));
     }
 }

@@ -151,3 +151,44 @@ fn equations_are_fitted_to_columns_of_different_rates() {
         }
     }
 }
+
+/// x' = -2 x + 3 u + w with w white: output error drifts away from the motion, filter error finds parameters and the intensity of w.
+#[test]
+fn equations_in_gusts_are_fitted_by_filter_error() {
+    let folder = tempfile::tempdir().unwrap();
+    // Normal noise by a generator any reader can write again (Park and Miller), two at a time.
+    let mut state = 12_345_u64;
+    let mut uniform = move || {
+        state = state * 16_807 % 2_147_483_647;
+        state as f64 / 2_147_483_647.0
+    };
+    let mut normal = move || (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos();
+    let (step, fine, intensity) = (0.02, 20, 0.5_f64);
+    let mut text = "time_s,x,u\n".to_owned();
+    let mut x = 0.0_f64;
+    for k in 0..2000 {
+        let u = |k: i32| if (k / 60) % 2 == 0 { 0.5 } else { -0.5 };
+        text += &format!("{},{},{}\n", step * f64::from(k), x + 0.01 * normal(), u(k));
+        for part in 0..fine {
+            let h = step / f64::from(fine);
+            let now = u(k) + (f64::from(part) + 0.5) / f64::from(fine) * (u(k + 1) - u(k));
+            x += h * (-2.0 * x + 3.0 * now) + intensity * h.sqrt() * normal();
+        }
+    }
+    let path = folder.path().join("gusts.csv");
+    std::fs::write(&path, text).unwrap();
+    let equations = folder.path().join("one.toml");
+    let one = "format = \"doublet equations\"\ninputs = [\"u\"]\n[[state]]\nname = \"x\"\nrate = \"L*x + M*u\"\n[[output]]\nname = \"x\"\nshows = \"x\"\n[parameters]\nL = -0.5\nM = 0.5\n";
+    std::fs::write(&equations, one).unwrap();
+    let command = ["equations", path.to_str().unwrap(), "--equations", equations.to_str().unwrap(), "--json"];
+    let found: Value = serde_json::from_str(&said(&command)).unwrap();
+    assert_eq!((&found["is_driven_by_noise"], &found["verdict"]["level"]), (&true.into(), &"good".into()), "{found}");
+    for (row, truth) in found["filter_error"]["parameters"].as_array().unwrap().iter().zip([-2.0, 3.0]) {
+        let [estimate, error] = ["estimate", "corrected_standard_error"].map(|key| row[key].as_f64().unwrap());
+        assert!((estimate - truth).abs() < 2.5 * error && error < 0.15 * f64::abs(truth), "{row}");
+    }
+    let noise = &found["filter_error"]["process_noise"][0];
+    let [found_intensity, error] = ["intensity", "log_error"].map(|key| noise[key].as_f64().unwrap());
+    assert!((found_intensity / intensity).ln().abs() < 3.0 * error && error < 0.1, "{noise}");
+    assert_eq!(found["filter_error"]["initial"].as_array().unwrap().len(), 1);
+}

@@ -1,8 +1,8 @@
-//! Equations of motion as they are written: an unstable short period, three degrees of freedom with gravity, what is refused.
+//! Equations of motion as they are written: an unstable short period, three degrees of freedom with gravity, gusts, what is refused.
 
 use doublet_core::estimate::{
     EquationFault, EquationFit, EquationModel, EquationRecord, EquationSettings, EquationText, equation_error_of,
-    output_error_of,
+    filter_error_of, output_error_of,
 };
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -255,4 +255,170 @@ fn equations_that_are_wrong_say_what() {
     let record = EquationRecord { label: "w".to_owned(), time_s, inputs: Vec::new(), outputs };
     let error = equation_error_of(&model, &[record], &EquationSettings::default()).unwrap_err();
     assert!(matches!(error, EquationFault::NotMeasured { .. }), "{error}");
+}
+
+/// Derivatives of a Dutch roll and roll mode at 60 m/s: roots -0.42 +- 2.0i, -5.1 and 0.0.
+const LATERAL: [(&str, f64); 10] = [
+    ("Y_beta", -0.25),
+    ("Y_delta_r", 0.05),
+    ("L_beta", -12.0),
+    ("L_p", -5.0),
+    ("L_r", 1.2),
+    ("L_delta_a", -22.0),
+    ("N_beta", 4.0),
+    ("N_p", -0.3),
+    ("N_r", -0.7),
+    ("N_delta_r", -3.0),
+];
+/// Speed, m/s, and gravity over it, 1/s.
+const SPEED: f64 = 60.0;
+const GRAVITY_PART: f64 = 9.81 / SPEED;
+
+/// Gust of the test, m/s rms, and the time its length takes, s (MIL-F-8785C: 530 m).
+const GUST_M_S: f64 = 1.5;
+const GUST_TIME_S: f64 = 530.0 / SPEED;
+
+fn lateral() -> EquationModel {
+    EquationModel::new(&EquationText {
+        states: pairs(&[
+            ("beta", "Y_0 + Y_beta*beta - r + g*sin(phi) + Y_delta_r*delta_r"),
+            ("p", "L_0 + L_beta*beta + L_p*p + L_r*r + L_delta_a*delta_a"),
+            ("r", "N_0 + N_beta*beta + N_p*p + N_r*r + N_delta_r*delta_r"),
+            ("phi", "p"),
+        ]),
+        outputs: pairs(&[("beta", "beta"), ("p", "p"), ("r", "r"), ("phi", "phi")]),
+        inputs: vec!["delta_a".to_owned(), "delta_r".to_owned()],
+        parameters: LATERAL
+            .iter()
+            .map(|(name, _)| ((*name).to_owned(), 0.0))
+            .chain(["Y_0", "L_0", "N_0"].map(|name| (name.to_owned(), 0.0)))
+            .collect(),
+        constants: vec![("g".to_owned(), GRAVITY_PART)],
+    })
+    .unwrap()
+}
+
+/// Standard deviations of the measurement noise of beta, p, r and phi.
+const LATERAL_NOISE: [f64; 4] = [2e-3, 2e-3, 1e-3, 2e-3];
+
+/// Half a minute of rudder doublets and aileron steps in a lateral Dryden gust (forming filter
+/// `sqrt(3) tau s + 1 over (tau s + 1)^2`) of `gust_m_s` rms; beta against the air. Integrated in steps of a millisecond.
+fn gusty(seed: u64, gust_m_s: f64) -> EquationRecord {
+    const FINE: usize = 20;
+    let [y_b, y_d, l_b, l_p, l_r, l_d, n_b, n_p, n_r, n_d] = LATERAL.map(|(_, value)| value);
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+    let tau = GUST_TIME_S;
+    let h = STEP_S / FINE as f64;
+    // Standard deviation of samples of white noise whose filtered variance is that of the gust.
+    let intensity = gust_m_s / SPEED * (tau / h).sqrt();
+    let mut filter = [0.0_f64; 2];
+    let gust = |filter: [f64; 2]| filter[0] + 3.0_f64.sqrt() * tau * filter[1];
+    let mut x = [0.0_f64; 4];
+    let (mut time_s, mut inputs, mut outputs) = (Vec::new(), vec![Vec::new(); 2], vec![Vec::new(); 4]);
+    // By whole samples: a step lies at one sample, whatever is rounded.
+    let input = |k: usize| {
+        let doublet = |from: usize, half: usize, size: f64| match (k % 500).checked_sub(from) {
+            Some(k) if k < half => size,
+            Some(k) if k < 2 * half => -size,
+            _ => 0.0,
+        };
+        [doublet(250, 30, 0.05), doublet(25, 40, 0.06)]
+    };
+    // From some minutes of gusts on.
+    for _ in 0..100_000 {
+        let white = intensity * normal(&mut rng);
+        let rate = [filter[1], (white - filter[0] - 2.0 * tau * filter[1]) / (tau * tau)];
+        filter = [0, 1].map(|i| filter[i] + h * rate[i]);
+    }
+    for k in 0..1500 {
+        time_s.push(STEP_S * k as f64);
+        inputs.iter_mut().zip(input(k)).for_each(|(column, value)| column.push(value));
+        let air = [x[0] + gust(filter), x[1], x[2], x[3]];
+        for (column, (value, noise)) in outputs.iter_mut().zip(air.iter().zip(LATERAL_NOISE)) {
+            column.push(value + noise * normal(&mut rng));
+        }
+        let [from, to] = [input(k), input(k + 1)];
+        for fine in 0..FINE {
+            let part = (fine as f64 + 0.5) / FINE as f64;
+            let [d_a, d_r] = [0, 1].map(|i| from[i] + part * (to[i] - from[i]));
+            let white = intensity * normal(&mut rng);
+            let slope = |x: [f64; 4]| {
+                let beta = x[0] + gust(filter);
+                [
+                    y_b * beta - x[2] + GRAVITY_PART * x[3].sin() + y_d * d_r,
+                    l_b * beta + l_p * x[1] + l_r * x[2] + l_d * d_a,
+                    n_b * beta + n_p * x[1] + n_r * x[2] + n_d * d_r,
+                    x[1],
+                ]
+            };
+            let first = slope(x);
+            let second = slope([0, 1, 2, 3].map(|i| x[i] + 0.5 * h * first[i]));
+            x = [0, 1, 2, 3].map(|i| x[i] + h * second[i]);
+            let rate = [filter[1], (white - filter[0] - 2.0 * tau * filter[1]) / (tau * tau)];
+            filter = [0, 1].map(|i| filter[i] + h * rate[i]);
+        }
+    }
+    EquationRecord { label: "w".to_owned(), time_s, inputs, outputs }
+}
+
+/// Distances from the truth of the lateral derivatives, in corrected errors.
+fn lateral_distances(found: &EquationFit) -> Vec<f64> {
+    let off = |(k, (_, value)): (usize, &(&str, f64))| (found.fit.estimates[k] - value) / found.corrected_errors[k];
+    LATERAL.iter().enumerate().map(off).collect()
+}
+
+#[test]
+fn filter_error_finds_the_lateral_derivatives_in_gusts_that_output_error_misses() {
+    let model = lateral();
+    let settings = EquationSettings::default();
+    let (mut held, mut missed, mut squares, mut count) = ([0.0; 2], 0, [0.0; 2], 0.0);
+    for seed in 0..6 {
+        let record = gusty(seed, GUST_M_S);
+        let records = std::slice::from_ref(&record);
+        let start = equation_error_of(&model, records, &settings).unwrap();
+        let output = output_error_of(&model, records, &settings, Some(&start.fit.estimates)).unwrap();
+        let filter = filter_error_of(&model, records, &settings, Some(&start.fit.estimates)).unwrap();
+        for (method, fit) in [&output, &filter.estimate].into_iter().enumerate() {
+            let off = lateral_distances(fit);
+            held[method] += off.iter().filter(|off| off.abs() < 2.0).count() as f64;
+            squares[method] +=
+                (0..LATERAL.len()).map(|k| ((fit.fit.estimates[k] - LATERAL[k].1) / LATERAL[k].1).powi(2)).sum::<f64>();
+        }
+        // By the errors of white residuals, which is what output error assumes.
+        let off = |k: usize| (output.fit.estimates[k] - LATERAL[k].1) / output.fit.standard_errors[k];
+        missed += (0..LATERAL.len()).filter(|k| off(*k).abs() > 2.0).count();
+        count += LATERAL.len() as f64;
+        // The gust alone drives beta: high above its corner its slope is white of this intensity.
+        let expected = GUST_M_S / SPEED * (3.0 / GUST_TIME_S).sqrt();
+        for (state, noise) in filter.process_noise.iter().enumerate() {
+            let off = (noise.intensity / expected).ln() / noise.log_error;
+            assert!(if state == 0 { off.abs() < 3.0 } else { noise.is_none || off < -3.0 }, "{noise:?}");
+        }
+    }
+    let [of_output, of_filter] = held.map(|held| held / count);
+    let relative = squares.map(|squares| (squares / (0.8 * count)).sqrt());
+    println!(
+        "output error misses {missed}; within two corrected errors: output error {of_output:.3}, filter error {of_filter:.3}; rms relative {relative:?}"
+    );
+    assert!(missed > 30, "output error misses {missed} of {count} by more than two of its errors");
+    assert!(of_filter > 0.9, "{of_filter}");
+    assert!(relative[1] < 0.1 * relative[0], "{relative:?}");
+}
+
+#[test]
+fn filter_error_without_process_noise_is_output_error() {
+    let record = gusty(3, 0.0);
+    let records = std::slice::from_ref(&record);
+    let (model, settings) = (lateral(), EquationSettings::default());
+    let start = equation_error_of(&model, records, &settings).unwrap().fit.estimates;
+    let output = output_error_of(&model, records, &settings, Some(&start)).unwrap();
+    let filter = filter_error_of(&model, records, &settings, Some(&start)).unwrap();
+    assert!(filter.process_noise.iter().all(|noise| noise.is_none), "{:?}", filter.process_noise);
+    for (k, (name, value)) in LATERAL.iter().enumerate() {
+        let apart = filter.estimate.fit.estimates[k] - output.fit.estimates[k];
+        assert!(apart.abs() < output.corrected_errors[k], "{name} {value}: {apart}");
+    }
+    for (found, truth) in filter.measurement_noise.iter().zip(LATERAL_NOISE) {
+        assert!((found / truth - 1.0).abs() < 0.06, "{found} {truth}");
+    }
 }

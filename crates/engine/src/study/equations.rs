@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use doublet_core::estimate::{
-    EquationFault, EquationFit, EquationModel, EquationRecord, EquationSettings, EquationText, equation_error_of,
-    output_error_of,
+    EquationFault, EquationFit, EquationModel, EquationRecord, EquationSettings, EquationText, FilterErrorFit,
+    equation_error_of, filter_error_of, output_error_of,
 };
 use doublet_core::load::inspect;
 use doublet_core::schema::{Refused, schema_of};
@@ -15,7 +15,7 @@ use thiserror::Error;
 
 use super::table::{Columns, OnOneClock, TableError};
 use crate::builtin;
-use crate::verdict::{Verdict, of_equations};
+use crate::verdict::{Verdict, is_driven_by_noise, of_equations};
 
 /// Value of the `format` key of a file of equations.
 const FORMAT: &str = "doublet equations";
@@ -70,17 +70,26 @@ pub struct EquationRequest {
     pub piece_s: Option<f64>,
 }
 
-/// Parameters by both methods.
+/// Parameters by three methods.
 #[derive(Debug)]
 pub struct EquationStudy {
     /// By equation error, or one line why not.
     pub equation_error: Result<EquationFit, EquationFault>,
     /// By output error, which starts there where it can.
     pub output_error: Result<EquationFit, EquationFault>,
+    /// By filter error, which starts there too: with noise that drives the states, such as gusts.
+    pub filter_error: Result<FilterErrorFit, EquationFault>,
     /// The records that were fitted.
     pub records: Vec<EquationRecord>,
-    /// Whether the parameters may be believed: both methods, what they explain, and whether they agree.
+    /// Whether the parameters may be believed: the methods, what they explain, and whether they agree.
     pub verdict: Verdict,
+}
+
+impl EquationStudy {
+    /// Whether noise drives the states, so that the parameters of filter error are the ones to take.
+    pub fn is_driven_by_noise(&self) -> bool {
+        is_driven_by_noise(&self.output_error, &self.filter_error)
+    }
 }
 
 /// Why equations could not be fitted to a table.
@@ -164,8 +173,8 @@ pub fn equation_text(text: &str, constants: &BTreeMap<String, f64>) -> Result<Eq
     })
 }
 
-/// Fits equations of motion to the columns of a table, by equation error and then by output error
-/// ([`doublet_core::estimate::output_error_of`]). Any recording is a table; only the columns the equations name are looked at, and where they
+/// Fits equations of motion to the columns of a table, by equation error, output error
+/// ([`doublet_core::estimate::output_error_of`]) and filter error ([`doublet_core::estimate::filter_error_of`]). Any recording is a table; only the columns the equations name are looked at, and where they
 /// have clocks of their own, those with fewer values are taken on straight lines at the stamps of the one with most.
 ///
 /// # Errors
@@ -192,11 +201,12 @@ pub fn fit_equations(path: &Path, request: &EquationRequest) -> Result<EquationS
     let equation_error = equation_error_of(&model, &records, &settings);
     let start = equation_error.as_ref().ok().map(|found| found.fit.estimates.as_slice());
     let output_error = output_error_of(&model, &records, &settings, start);
-    match (equation_error, output_error) {
-        (Err(error), Err(_)) => Err(error.into()),
-        (equation_error, output_error) => {
-            let verdict = of_equations(&equation_error, &output_error);
-            Ok(EquationStudy { equation_error, output_error, records, verdict })
+    let filter_error = filter_error_of(&model, &records, &settings, start);
+    match (equation_error, output_error, filter_error) {
+        (Err(error), Err(_), Err(_)) => Err(error.into()),
+        (equation_error, output_error, filter_error) => {
+            let verdict = of_equations(&equation_error, &output_error, &filter_error);
+            Ok(EquationStudy { equation_error, output_error, filter_error, records, verdict })
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Verdicts on equivalent systems and on equations of motion fitted to a table.
 
-use doublet_core::estimate::{EquationFault, EquationFit};
+use doublet_core::estimate::{EquationFault, EquationFit, FilterErrorFit, FitQuality};
 use doublet_dynamics::frequency::{EquivalentSystem, FittedParameter, FrequencyError, Mismatch};
 
 use super::{Finding, Level, Verdict};
@@ -91,13 +91,36 @@ fn apart(one: &FittedParameter, other: &FittedParameter) -> Option<(Level, f64)>
     (difference > APART_PART * one.value.abs()).then_some((level, times))
 }
 
-/// Verdict on parameters of equations of motion by both methods.
+/// Gain in log-likelihood from which process noise counts as shown: the chance of it without any is below one in a million for four states.
+const SHOWN: f64 = 20.0;
+
+/// Whether noise drives the states more than output error allows for, so that the parameters of filter error are the ones to take.
+pub(crate) fn is_driven_by_noise(
+    output_error: &Result<EquationFit, EquationFault>,
+    filter_error: &Result<FilterErrorFit, EquationFault>,
+) -> bool {
+    let Ok(filter) = filter_error else { return false };
+    let cost = |found: &EquationFit| found.fit.cost.last().copied().unwrap_or(f64::INFINITY);
+    let samples = filter.estimate.time_s.len() as f64;
+    let gain =
+        output_error.as_ref().map_or(f64::INFINITY, |output| 0.5 * samples * (cost(output) - cost(&filter.estimate)));
+    gain > SHOWN && filter.process_noise.iter().any(|noise| !noise.is_none)
+}
+
+/// Verdict on parameters of equations of motion: what each method explains, and whether equation error agrees with the method that allows for
+/// the noise there is.
 pub(crate) fn of_equations(
     equation_error: &Result<EquationFit, EquationFault>,
     output_error: &Result<EquationFit, EquationFault>,
+    filter_error: &Result<FilterErrorFit, EquationFault>,
 ) -> Verdict {
     let mut findings = Vec::new();
-    if let Err(error) = output_error {
+    let driven = filter_error.as_ref().ok().filter(|_| is_driven_by_noise(output_error, filter_error));
+    let (name, second) = match driven {
+        Some(filter) => ("filter error", Ok(&filter.estimate)),
+        None => ("output error", output_error.as_ref()),
+    };
+    if let Err(error) = second {
         let text = format!("Output error has no result: {error}");
         let fix = "Do not use equation error alone; check columns, signs and units.";
         findings.push(finding(Level::Bad, "failed", "output error", text, fix));
@@ -106,40 +129,54 @@ pub(crate) fn of_equations(
         let text = format!("Equation error has no result: {error}");
         findings.push(finding(Level::Caution, "failed", "equation error", text, "Check columns, signs and units."));
     }
-    for (name, fit) in [("equation error", equation_error), ("output error", output_error)] {
-        let Ok(found) = fit else { continue };
-        for (output, quality) in found.compared.iter().zip(&found.fit.quality) {
-            let level = match quality.r_squared {
-                r2 if r2 >= R2[0] => continue,
-                r2 if r2 >= R2[1] => Level::Caution,
-                _ => Level::Bad,
-            };
-            let place = format!("{name}, {output}");
-            let text = format!("R2 of {output} is {:.2} (limit {}).", quality.r_squared, R2[0]);
-            let fix = "Check columns, signs and units, or add a term.";
-            findings.push(finding(level, "r2", &place, text, fix).with_figure(quality.r_squared, R2[0]));
-        }
+    // The slopes that equation error explains hold the noise that drives the states.
+    let explained =
+        [("equation error", equation_error.as_ref().ok().filter(|_| driven.is_none())), (name, second.ok())];
+    for (name, found) in explained.into_iter().filter_map(|(name, found)| Some((name, found?))) {
+        findings.extend(judge_explained(name, found));
     }
-    if let (Ok(first), Ok(second)) = (equation_error, output_error) {
-        for index in 0..first.parameters.min(second.parameters) {
-            let row = |found: &EquationFit| FittedParameter {
-                name: found.fit.names[index].clone(),
-                value: found.fit.estimates[index],
-                standard_error: found.corrected_errors[index],
-                low: f64::NAN,
-                high: f64::NAN,
-            };
-            let (first, second) = (row(first), row(second));
-            let Some((level, times)) = apart(&first, &second) else { continue };
-            let text = format!(
-                "{} is {:.4} by equation error, {:.4} by output error: {times:.1} standard errors (limit {:.0}).",
-                first.name, first.value, second.value, APART[0]
-            );
-            let fix = "Check delays, noise of the states and the band.";
-            findings.push(finding(level, "twin", &first.name, text, fix).with_figure(times, APART[0]));
-        }
+    if let (Ok(first), Ok(second)) = (equation_error, second) {
+        findings.extend(compare_methods(first, (name, second)));
     }
     Verdict::of(findings)
+}
+
+/// Outputs of which a method explains too little.
+fn judge_explained(name: &str, found: &EquationFit) -> Vec<Finding> {
+    let judge = |(output, quality): (&String, &FitQuality)| {
+        let level = match quality.r_squared {
+            r2 if r2 >= R2[0] => return None,
+            r2 if r2 >= R2[1] => Level::Caution,
+            _ => Level::Bad,
+        };
+        let place = format!("{name}, {output}");
+        let text = format!("R2 of {output} is {:.2} (limit {}).", quality.r_squared, R2[0]);
+        let fix = "Check columns, signs and units, or add a term.";
+        Some(finding(level, "r2", &place, text, fix).with_figure(quality.r_squared, R2[0]))
+    };
+    found.compared.iter().zip(&found.fit.quality).filter_map(judge).collect()
+}
+
+/// Parameters that differ between equation error and another method.
+fn compare_methods(first: &EquationFit, (name, second): (&str, &EquationFit)) -> Vec<Finding> {
+    let row = |found: &EquationFit, index: usize| FittedParameter {
+        name: found.fit.names[index].clone(),
+        value: found.fit.estimates[index],
+        standard_error: found.corrected_errors[index],
+        low: f64::NAN,
+        high: f64::NAN,
+    };
+    let compare = |index: usize| {
+        let (first, second) = (row(first, index), row(second, index));
+        let (level, times) = apart(&first, &second)?;
+        let text = format!(
+            "{} is {:.4} by equation error, {:.4} by {name}: {times:.1} standard errors (limit {:.0}).",
+            first.name, first.value, second.value, APART[0]
+        );
+        let fix = "Check delays, noise of the states and the band.";
+        Some(finding(level, "twin", &first.name, text, fix).with_figure(times, APART[0]))
+    };
+    (0..first.parameters.min(second.parameters)).filter_map(compare).collect()
 }
 
 fn finding(level: Level, code: &'static str, place: &str, text: String, fix: &str) -> Finding {

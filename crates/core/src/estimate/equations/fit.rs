@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use nalgebra::DMatrix;
 
+use super::shooting::{Shooting, free, integrate};
 use super::{EquationFault, EquationModel, EquationRecord};
 use crate::estimate::flight_output_error::corrected_errors;
 use crate::estimate::{EstimateError, OutputErrorFit, OutputErrorSettings, OutputParameter, output_error};
@@ -43,15 +44,6 @@ pub struct EquationFit {
     pub time_s: Vec<f64>,
     /// Rows of each record.
     pub rows: Vec<Range<usize>>,
-}
-
-/// A run of samples integrated from initial states of its own.
-struct Piece {
-    record: usize,
-    samples: Range<usize>,
-    label: String,
-    /// First of its rows among all.
-    first_row: usize,
 }
 
 /// Equation error (Klein and Morelli 2006, chapter 5): slopes of the measured states against the right-hand sides at the measured
@@ -159,41 +151,18 @@ pub fn output_error_of(
     start: Option<&[f64]>,
 ) -> Result<EquationFit, EquationFault> {
     check(model, records)?;
-    let pieces = pieces(records, settings.piece_s, model.states.len());
-    let count = model.parameters.len();
-    let states = model.states.len();
-    let given = |(k, (name, value)): (usize, &(String, f64))| {
-        free(name, start.and_then(|start| start.get(k)).copied().unwrap_or(*value))
-    };
-    let mut parameters: Vec<OutputParameter> = model.parameters.iter().enumerate().map(given).collect();
-    for piece in &pieces {
-        for (state, name) in model.states.iter().enumerate() {
-            // From rest nothing would tell what the motion depends on.
-            let value = model.output_of_state[state]
-                .map_or(SCALE, |output| beginning(&records[piece.record].outputs[output][piece.samples.clone()]));
-            parameters.push(free(&format!("{name} start[{}]", piece.label), value));
-        }
-    }
-    let total = records.iter().map(|record| record.time_s.len()).sum();
-    let mut measured = DMatrix::zeros(total, model.outputs.len());
-    let (mut time_s, mut rows) = (Vec::with_capacity(total), Vec::new());
-    for record in records {
-        let first = time_s.len();
-        time_s.extend_from_slice(&record.time_s);
-        rows.push(first..time_s.len());
-        for (column, values) in record.outputs.iter().enumerate() {
-            measured.view_mut((first, column), (values.len(), 1)).copy_from_slice(values);
-        }
-    }
+    let Shooting { pieces, parameters, measured, time_s, rows } =
+        Shooting::new(model, records, settings.piece_s, start);
+    let (count, states) = (model.parameters.len(), model.states.len());
     // Initial states of one piece leave the others as they were.
     let mut known: Vec<Option<(Vec<f64>, DMatrix<f64>)>> = pieces.iter().map(|_| None).collect();
     let fit = output_error(&parameters, &measured, &settings.search, |theta| {
-        let mut all = DMatrix::zeros(total, model.outputs.len());
+        let mut all = DMatrix::zeros(measured.nrows(), model.outputs.len());
         for (index, piece) in pieces.iter().enumerate() {
             let initial = &theta[count + index * states..count + (index + 1) * states];
             let own = [&theta[..count], initial].concat();
             if !known[index].as_ref().is_some_and(|(before, _)| *before == own) {
-                let flown = integrate(model, &records[piece.record], &piece.samples, (&theta[..count], initial));
+                let flown = integrate(model, &records[piece.record], &piece.samples, (&theta[..count], initial), None);
                 known[index] = Some((own, flown));
             }
             if let Some((_, flown)) = &known[index] {
@@ -205,95 +174,8 @@ pub fn output_error_of(
     finish(model, fit, &measured, model.outputs.clone(), (time_s, rows))
 }
 
-/// Records cut in pieces of about `piece_s`, none shorter than leaves something of every state to estimate.
-fn pieces(records: &[EquationRecord], piece_s: Option<f64>, states: usize) -> Vec<Piece> {
-    let mut pieces = Vec::new();
-    let mut first_row = 0;
-    for (index, record) in records.iter().enumerate() {
-        let samples = record.time_s.len();
-        let length_s = record.time_s[samples - 1] - record.time_s[0];
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a positive count, clamped")]
-        let wanted = piece_s.map_or(1, |piece_s| (length_s / piece_s).round().clamp(1.0, 1e4) as usize);
-        let count = wanted.min(samples / (2 * states + 2)).max(1);
-        for piece in 0..count {
-            let range = piece * samples / count..(piece + 1) * samples / count;
-            let label = if count == 1 { record.label.clone() } else { format!("{}:{}", record.label, piece + 1) };
-            pieces.push(Piece { record: index, first_row: first_row + range.start, samples: range, label });
-        }
-        first_row += samples;
-    }
-    pieces
-}
-
-/// Value at the first sample, by a straight line through the first few finite ones.
-fn beginning(values: &[f64]) -> f64 {
-    /// Samples of the line.
-    const SAMPLES: usize = 9;
-    let points: Vec<(f64, f64)> = values
-        .iter()
-        .enumerate()
-        .filter(|(_, value)| value.is_finite())
-        .take(SAMPLES)
-        .map(|(k, value)| (k as f64, *value))
-        .collect();
-    let count = points.len() as f64;
-    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count.max(1.0);
-    let (middle, value) = (mean(|point| point.0), mean(|point| point.1));
-    let squares: f64 = points.iter().map(|(k, _)| (k - middle).powi(2)).sum();
-    let slope: f64 =
-        points.iter().map(|(k, v)| (k - middle) * (v - value)).sum::<f64>() / squares.max(f64::MIN_POSITIVE);
-    value - slope * middle
-}
-
-/// Outputs over the samples of a piece.
-fn integrate(
-    model: &EquationModel,
-    record: &EquationRecord,
-    samples: &Range<usize>,
-    (theta, initial): (&[f64], &[f64]),
-) -> DMatrix<f64> {
-    let states = initial.len();
-    let mut x = initial.to_vec();
-    let mut stack = Vec::new();
-    let mut slopes = vec![vec![0.0; states]; 4];
-    let mut trial = vec![0.0; states];
-    let mut shown = vec![0.0; model.outputs.len()];
-    let mut all = DMatrix::zeros(samples.len(), model.outputs.len());
-    let inputs = |k: usize| record.inputs.iter().map(|column| column[k]).collect::<Vec<f64>>();
-    let mut now = inputs(samples.start);
-    for (row, k) in samples.clone().enumerate() {
-        model.shown((&x, &now, theta), &mut stack, &mut shown);
-        shown.iter().enumerate().for_each(|(column, value)| all[(row, column)] = *value);
-        if k + 1 == samples.end {
-            break;
-        }
-        let next = inputs(k + 1);
-        let middle: Vec<f64> = now.iter().zip(&next).map(|(a, b)| 0.5 * (a + b)).collect();
-        let h = record.time_s[k + 1] - record.time_s[k];
-        for (stage, (u, part)) in [(&now, 0.0), (&middle, 0.5), (&middle, 0.5), (&next, 1.0)].into_iter().enumerate() {
-            for state in 0..states {
-                let before = if stage == 0 { 0.0 } else { slopes[stage - 1][state] };
-                trial[state] = x[state] + part * h * before;
-            }
-            model.rates((&trial, u, theta), &mut stack, &mut slopes[stage]);
-        }
-        for (state, value) in x.iter_mut().enumerate() {
-            let [k1, k2, k3, k4] = [0, 1, 2, 3].map(|stage| slopes[stage][state]);
-            *value += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
-        }
-        now = next;
-    }
-    all
-}
-
-/// Smallest change of a parameter or initial state that matters.
-const SCALE: f64 = 1e-2;
-
-fn free(name: &str, start: f64) -> OutputParameter {
-    OutputParameter { name: name.to_owned(), start, scale: SCALE, bounds: (f64::NEG_INFINITY, f64::INFINITY) }
-}
-
-fn finish(
+/// The fit with errors corrected for coloured residuals.
+pub(super) fn finish(
     model: &EquationModel,
     fit: OutputErrorFit,
     measured: &DMatrix<f64>,
@@ -305,7 +187,7 @@ fn finish(
 }
 
 /// Refuses records that do not fit the model.
-fn check(model: &EquationModel, records: &[EquationRecord]) -> Result<(), EquationFault> {
+pub(super) fn check(model: &EquationModel, records: &[EquationRecord]) -> Result<(), EquationFault> {
     /// Fewest samples of a record.
     const FEWEST: usize = 5;
     for record in records {

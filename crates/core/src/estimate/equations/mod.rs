@@ -1,10 +1,13 @@
-//! Equations of motion as they are written: states, inputs and outputs as chosen, parameters by equation error and by output error.
+//! Equations of motion as they are written: states, inputs and outputs as chosen, parameters by equation error, output error and filter error.
 
+mod filter_error;
 mod fit;
 mod model;
+mod shooting;
 
 use thiserror::Error;
 
+pub use filter_error::{FilterErrorFit, ProcessNoise, filter_error_of};
 pub use fit::{EquationFit, EquationSettings, equation_error_of, output_error_of};
 pub use model::{EquationModel, EquationText};
 
