@@ -225,7 +225,7 @@ fn what_is_recorded_opens_as_a_session_with_the_same_roles() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path().join("day");
     let mut live = LiveWatch::new(watched.source, watched.map, watched.settings, None, None).unwrap();
-    live.record(&place).unwrap();
+    live.record(&place, watched.session.as_ref(), watched.aircraft.as_deref()).unwrap();
     let mut updates = 0;
     loop {
         let step = live.step(Instant::now()).unwrap();
@@ -234,7 +234,7 @@ fn what_is_recorded_opens_as_a_session_with_the_same_roles() {
             break;
         }
     }
-    let path = live.finish(watched.session.as_ref(), watched.aircraft.as_deref()).unwrap().unwrap();
+    let path = live.finish().unwrap().unwrap().session;
     assert!(updates > 90, "{updates}");
     let opened = session::open(&path).unwrap();
     let read = |session: &Session, folder: &Path| {
@@ -252,11 +252,50 @@ fn what_is_recorded_opens_as_a_session_with_the_same_roles() {
     assert!(live_again_refuses(&place));
 }
 
+/// A program that is killed leaves the session that was written while it watched, and which runs.
+#[test]
+fn a_session_is_written_within_the_first_minute_and_renewed_each_minute() {
+    let folder = tempfile::tempdir().unwrap();
+    let (source, place) = (folder.path().join("growing.csv"), folder.path().join("day"));
+    let lines = text();
+    std::fs::write(&source, lines[..60].join("\n") + "\n").unwrap();
+    let opening = Opening {
+        feed: Some(Feed::File(source.display().to_string())),
+        aircraft: Some("c337f".to_owned()),
+        wait: Some(Duration::from_secs(300)),
+        ..Opening::default()
+    };
+    let watched = open(&opening).unwrap();
+    let mut live = LiveWatch::new(watched.source, watched.map, watched.settings, None, None).unwrap();
+    live.record(&place, None, Some("builtin:c337f")).unwrap();
+    let session = place.join("session.toml");
+    let start = Instant::now();
+    let mut step_at = |seconds: u64| live.step(start + Duration::from_secs(seconds)).unwrap();
+    step_at(0);
+    assert!(!session.exists());
+    assert!(step_at(59).updates.iter().any(|update| update.alarms == ["no data for 59 s"]));
+    let first = session::open(&session).unwrap().session.windows[0].window;
+    // A row twice and one out of order are in the recording as they came.
+    let mut file = std::fs::OpenOptions::new().append(true).open(&source).unwrap();
+    let more = [&lines[60..400], &lines[390..400], &lines[380..390], &lines[400..]].concat();
+    file.write_all((more.join("\n") + "\n").as_bytes()).unwrap();
+    for seconds in [60, 61, 62, 130] {
+        step_at(seconds);
+    }
+    let opened = session::open(&session).unwrap();
+    let window = opened.session.windows[0].window;
+    assert!(window.start_s == first.start_s && window.end_s > first.end_s + 5.0, "{first:?} {window:?}");
+    let session = &opened.session;
+    let scope = Scope { session, folder: &opened.folder, first: None, studies: &[], cause: "test", generation: 1 };
+    let found = run(&scope, &Snapshot::default(), &Cache::new(0), &Control::default(), &|_| {});
+    assert!(found.pooled.ready().is_some(), "{:?}", found.failures());
+}
+
 /// Whether a recording is refused where there is one already.
 fn live_again_refuses(place: &Path) -> bool {
     let watched = open(&opening()).unwrap();
     let mut live = LiveWatch::new(watched.source, watched.map, watched.settings, None, None).unwrap();
-    live.record(place).is_err()
+    live.record(place, None, None).is_err()
 }
 
 /// Steps until `enough` updates came or patience ends.
