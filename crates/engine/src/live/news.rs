@@ -29,7 +29,9 @@ impl News {
     }
 
     fn is_new(&mut self, line: &str, time_s: f64) -> bool {
-        let key = line.chars().filter(|letter| !letter.is_ascii_digit()).collect();
+        let is_number =
+            |word: &&str| word.trim_start_matches(['(', '-', '+']).starts_with(|first: char| first.is_ascii_digit());
+        let key = line.split_whitespace().filter(|word| !is_number(word)).collect::<Vec<_>>().join(" ");
         let stated = self.stated.get(&key);
         let is_new = stated.is_none_or(|known| known.text != line && time_s - known.stated_s >= RENEWED_S);
         let known = stated.filter(|_| !is_new);
@@ -49,6 +51,7 @@ mod tests {
         let mut news = News::default();
         let mut at = |time_s: f64, line: &str| news.of(vec![line.to_owned()], time_s).len();
         assert_eq!([at(0.0, "3 lost"), at(0.5, "3 lost"), at(1.0, "4 lost"), at(60.0, "9 lost")], [1, 0, 0, 1]);
+        assert_eq!([at(61.0, "no power_1"), at(61.0, "no power_2")], [1, 1]);
         assert_eq!([at(61.0, "9 lost"), at(200.0, "9 lost"), at(200.0, "no alpha")], [0, 1, 1]);
     }
 }

@@ -14,7 +14,7 @@ use doublet_core::reconstruct::{
 };
 use doublet_core::series::{Recording, TimeRange, gap_threshold_s};
 
-use super::airborne::Airborne;
+use super::airborne::{Airborne, Flown};
 use super::estimates::LiveEstimates;
 use super::limits::LOAD_FACTOR;
 use super::order::OrderedSamples;
@@ -261,14 +261,16 @@ impl LivePipeline {
     /// Whether the aircraft flies, by every filtered sample and the inertial sample before it.
     fn decide_airborne(&mut self, steps: &[FilteredSample], inputs: &InputSeries) {
         let end_s = steps.last().map_or(f64::NEG_INFINITY, |step| step.time_s);
-        let weight = self.ordered.latest(end_s).get(&Role::WeightOnWheels).copied();
+        let latest = self.ordered.latest(end_s);
+        let is_on_wheels = latest.get(&Role::WeightOnWheels).is_some_and(|weight| *weight > 0.5);
+        let altitude_m = latest.get(&Role::Altitude).copied();
         let Some(airborne) = &mut self.airborne else { return };
         for step in steps {
             let [(_, airspeed_m_s), ..] = motion(step);
             let at = inputs.time_s.partition_point(|time_s| *time_s <= step.time_s).saturating_sub(1);
             let load_factor = -inputs.columns[2][at] / self.settings.filter.gravity_m_s2;
             let calibrated_m_s = calibrated_m_s(airspeed_m_s, self.density_kg_m3);
-            airborne.take(step.time_s, calibrated_m_s, load_factor, weight.is_some_and(|weight| weight > 0.5));
+            airborne.take(Flown { time_s: step.time_s, calibrated_m_s, load_factor, altitude_m, is_on_wheels });
         }
     }
 
