@@ -99,6 +99,7 @@ impl Panel for Live {
         let Some(latest) = &view.latest else { return empty(ui, "Waiting for the first second of samples.") };
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             lamps(ctx, ui, latest);
+            findings(ui, &view);
             self.charts(ctx, ui, &view);
             self.table(ui, latest);
         });
@@ -237,12 +238,13 @@ impl Live {
 fn lamps(ctx: &PanelContext<'_>, ui: &mut Ui, latest: &LiveUpdate) {
     let counts = latest.counts;
     ui.label(format!(
-        "{:.1} s, {:.2} s behind; {} samples, {} lost, {} late, {} doubled, {} stray, {} skipped, {} restarts{}",
+        "{:.1} s, {:.2} s behind; {} samples, {} lost, {} late, {} reordered, {} doubled, {} stray, {} skipped, {} restarts{}",
         latest.time_s,
         latest.lag_s,
         counts.samples,
         counts.lost,
         counts.late,
+        counts.reordered,
         counts.doubled,
         counts.stray,
         counts.skipped,
@@ -267,11 +269,22 @@ fn lamps(ctx: &PanelContext<'_>, ui: &mut Ui, latest: &LiveUpdate) {
             ui.add(Label::new(within(ctx, limit)).extend()).on_hover_text("Range since the last update (limits)");
         }
     });
-    let count = latest.findings.len();
+    for alarm in &latest.alarms {
+        ui.horizontal_wrapped(|ui| {
+            level_mark(ui, Some(Level::Bad));
+            ui.strong(alarm);
+        });
+    }
+}
+
+/// Findings so far with their times, the latest first.
+fn findings(ui: &mut Ui, view: &LiveView) {
+    let count = view.findings.len();
     if count > 0 {
         CollapsingHeader::new(notation::plural(count, "note")).id_salt("live notes").show(ui, |ui| {
-            for finding in &latest.findings {
-                ui.add(Label::new(notation::typeset_in(finding, 12.0, ui.visuals().weak_text_color())).wrap());
+            for (time_s, finding) in view.findings.iter().rev() {
+                let text = format!("{time_s:.1} s: {finding}");
+                ui.add(Label::new(notation::typeset_in(&text, 12.0, ui.visuals().weak_text_color())).wrap());
             }
         });
     }

@@ -124,7 +124,7 @@ pub fn live(arguments: &LiveArguments) -> Result<(), String> {
     };
     let mut watch = LiveWatch::new(watched.source, watched.map, settings, speed, wait)?;
     if let Some(folder) = &arguments.record {
-        watch.record(folder)?;
+        watch.record(folder, watched.session.as_ref(), watched.aircraft.as_deref())?;
     }
     watched.notes.iter().for_each(|note| text::error_line(note));
     if let Some(address) = watch.address() {
@@ -133,8 +133,9 @@ pub fn live(arguments: &LiveArguments) -> Result<(), String> {
     let interrupted = interrupted()?;
     follow(&mut watch, arguments, &interrupted)?;
     let stopped = watch.recording_error().map(str::to_owned);
-    if let Some(session) = watch.finish(watched.session.as_ref(), watched.aircraft.as_deref())? {
-        text::error_line(&format!("session: {}", session.display()));
+    if let Some(recorded) = watch.finish()? {
+        recorded.notes.iter().for_each(|note| text::error_line(note));
+        text::error_line(&format!("session: {}", recorded.session.display()));
     }
     stopped.map_or(Ok(()), Err)
 }
@@ -206,13 +207,14 @@ fn print(update: &LiveUpdate) {
     let of = |name: &str| update.state.get(name).copied().unwrap_or(f64::NAN);
     let counts = update.counts;
     let mut parts = vec![format!(
-        "{:9.2} s  V {:.1} m/s  alpha {:.1} deg  lag {:.2} s  lost {}  late {}  doubled {}  stray {}  skipped {}",
+        "{:9.2} s  V {:.1} m/s  alpha {:.1} deg  lag {:.2} s  lost {}  late {}  reordered {}  doubled {}  stray {}  skipped {}",
         update.time_s,
         of("airspeed"),
         of("alpha").to_degrees(),
         update.lag_s,
         counts.lost,
         counts.late,
+        counts.reordered,
         counts.doubled,
         counts.stray,
         counts.skipped
@@ -229,6 +231,7 @@ fn print(update: &LiveUpdate) {
     }
     let near = update.limits.iter().filter(|limit| limit.level > Level::Good);
     parts.extend(near.map(|limit| format!("{} {}, margin {:.3}", limit.quantity, limit.level.name(), limit.margin)));
+    parts.extend(update.alarms.iter().map(|alarm| format!("ALARM: {alarm}")));
     parts.extend(update.findings.iter().cloned());
     text::line(&parts.join("  "));
 }

@@ -106,6 +106,7 @@ fn doubled_exchanged_and_stray_rows_are_counted_and_a_session_is_written() {
     let (last, said) = watched(folder.path(), &["--file", "flight.csv", "--wait", "0.1", "--record", "kept"]);
     let count = |name: &str| last["counts"][name].as_u64().unwrap();
     assert_eq!((count("doubled"), count("stray"), count("late"), count("restarts")), (1, 1, 0, 1), "{last}");
+    assert_eq!((count("reordered"), count("clock_restarts")), (1, 1), "{last}");
     // Twenty seconds, a pause of one second, twenty seconds again.
     assert!((last["time_s"].as_f64().unwrap() - 40.98).abs() < 1e-6, "{last}");
     assert!(last["findings"].to_string().contains("restarted"), "{last}");
@@ -119,13 +120,23 @@ fn doubled_exchanged_and_stray_rows_are_counted_and_a_session_is_written() {
     assert!(!document.contains("repeats the stamp"), "{document}");
 }
 
-/// Watches with the settings of the flight to the end: the last update and what was said beside.
+/// Watches with the settings of the flight to the end: the last update with the findings of all, and what was said beside.
 fn watched(folder: &std::path::Path, with: &[&str]) -> (Value, String) {
     let output = doublet(folder, &[&["live", "--session", "session.toml", "--json"], with].concat());
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{said}");
-    let last = String::from_utf8_lossy(&output.stdout).lines().last().map(str::to_owned).unwrap();
-    (serde_json::from_str(&last).unwrap(), said)
+    (last_with_findings(String::from_utf8_lossy(&output.stdout).lines().map(str::to_owned)), said)
+}
+
+/// The last update with the findings of all.
+fn last_with_findings(lines: impl Iterator<Item = String>) -> Value {
+    let (mut last, mut findings) = (Value::Null, Vec::new());
+    for line in lines {
+        last = serde_json::from_str(&line).unwrap();
+        findings.extend(last["findings"].as_array().unwrap().iter().cloned());
+    }
+    last["findings"] = findings.into();
+    last
 }
 
 /// A file that may not grow beyond 32 kB stands for a full disk.
@@ -145,7 +156,7 @@ fn full_disk_ends_the_recording_and_not_the_watching() {
     let last = String::from_utf8_lossy(&output.stdout).lines().last().map(str::to_owned).unwrap();
     let last: Value = serde_json::from_str(&last).unwrap();
     assert!((last["time_s"].as_f64().unwrap() - 9.99).abs() < 1e-6, "{last}");
-    assert!(last["findings"].to_string().contains("recording has stopped, watching goes on"), "{last}");
+    assert!(last["alarms"].to_string().contains("recording has stopped, watching goes on"), "{last}");
     assert!(said.contains("error: recording has stopped") && said.contains("session: "), "{said}");
     let kept = std::fs::read_to_string(folder.path().join("kept/flight.csv")).unwrap();
     assert!(kept.ends_with('\n') && kept.lines().all(|line| line.split(',').count() == 17));
@@ -179,7 +190,7 @@ fn removed_file_ends_after_the_wait_and_a_replaced_one_is_followed() {
         if is_replaced {
             std::fs::write(&path, [&lines[..1], &lines[1001..]].concat().join("\n") + "\n").unwrap();
         }
-        let last: Value = serde_json::from_str(&updates.map_while(Result::ok).last().unwrap()).unwrap();
+        let last = last_with_findings(updates.map_while(Result::ok));
         let output = running.wait_with_output().unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         assert!(start.elapsed().as_secs_f64() < 30.0, "{:?}", start.elapsed());

@@ -17,7 +17,7 @@ use crate::builtin;
 use crate::run::Control;
 use crate::session::{
     DelaySource, Edit, Estimation, Flight, GravitySource, GustSource, Manoeuvre, MapRef, NoiseEdit, Preparation,
-    RecordingRef, Session, content_hash,
+    RecordingRef, Session, content_hash, fitting_name,
 };
 use crate::stage::{
     FlightPhysics, FlightProposals, LoadedFlight, NO_PATH_MEASUREMENT, NoiseFlight, measured_by, noise, open_entries,
@@ -129,9 +129,10 @@ pub(crate) fn fitting_maps(probes: &[Probe]) -> (Vec<FittingMap>, Vec<(&'static 
     (fitting, refused)
 }
 
-/// Name a recording gives to its flight: that of the file without its extension.
+/// Name a recording gives to its flight: that of the file without its extension and without what no name may hold.
 pub fn name_of(path: &Path) -> String {
-    path.file_stem().map_or_else(|| "flight".to_owned(), |stem| stem.to_string_lossy().into_owned())
+    let name = path.file_stem().map(|stem| fitting_name(&stem.to_string_lossy()));
+    name.filter(|name| !name.trim().is_empty()).unwrap_or_else(|| "flight".to_owned())
 }
 
 /// Looks at recordings of one flight: everything they hold, the maps that fit and a guess.

@@ -218,6 +218,11 @@ pub fn derivative(name: &str) -> String {
     format!("{letter}{subscript}{suffix}")
 }
 
+/// Whether a character changes the direction of the text behind it.
+pub fn is_direction_mark(letter: char) -> bool {
+    matches!(letter, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -77,6 +77,21 @@ fn a_session_that_reads_outside_its_folder_says_so_once() {
     assert!(said.starts_with(&format!("{} files, ../../data/day0/0.csv the first, lie", files + 2)), "{said}");
 }
 
+/// A control character made an export an error without a name; a mark of direction turned the rest of a title round.
+#[test]
+fn titles_and_names_that_no_document_can_hold_are_refused_and_never_made() {
+    let demo = session::parse(doublet_engine::builtin::session("demo").unwrap()).unwrap();
+    for (letter, code) in [('\u{7}', "U+0007"), ('\u{202e}', "U+202E"), ('\u{2066}', "U+2066")] {
+        let mut titled = demo.clone();
+        titled.title = format!("Bell {letter} end");
+        let found = session::check(&titled);
+        let finding = found.iter().find(|finding| session::stops_run(finding)).unwrap().to_string();
+        assert!(finding.contains("title") && finding.contains(code), "{finding}");
+        let name = doublet_engine::begin::name_of(Path::new(&format!("day/fl{letter}ight.csv")));
+        assert_eq!(name, "flight");
+    }
+}
+
 fn flight_of(path: &str, map: &str) -> Flight {
     let recording = RecordingRef { path: path.to_owned(), sha256: None, channel_map: map.into(), only: None };
     Flight {

@@ -7,7 +7,7 @@ mod mavlink;
 
 use std::io::Write;
 use std::net::UdpSocket;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
@@ -225,7 +225,7 @@ fn what_is_recorded_opens_as_a_session_with_the_same_roles() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path().join("day");
     let mut live = LiveWatch::new(watched.source, watched.map, watched.settings, None, None).unwrap();
-    live.record(&place).unwrap();
+    live.record(&place, watched.session.as_ref(), watched.aircraft.as_deref()).unwrap();
     let mut updates = 0;
     loop {
         let step = live.step(Instant::now()).unwrap();
@@ -234,7 +234,7 @@ fn what_is_recorded_opens_as_a_session_with_the_same_roles() {
             break;
         }
     }
-    let path = live.finish(watched.session.as_ref(), watched.aircraft.as_deref()).unwrap().unwrap();
+    let path = live.finish().unwrap().unwrap().session;
     assert!(updates > 90, "{updates}");
     let opened = session::open(&path).unwrap();
     let read = |session: &Session, folder: &Path| {
@@ -252,11 +252,55 @@ fn what_is_recorded_opens_as_a_session_with_the_same_roles() {
     assert!(live_again_refuses(&place));
 }
 
+/// A program that is killed leaves the session that was written while it watched, and which runs.
+#[test]
+fn a_session_is_written_within_the_first_minute_and_renewed_each_minute() {
+    let folder = tempfile::tempdir().unwrap();
+    let (source, place) = (folder.path().join("growing.csv"), folder.path().join("day"));
+    let lines = text();
+    std::fs::write(&source, lines[..200].join("\n") + "\n").unwrap();
+    let opening = Opening {
+        feed: Some(Feed::File(source.display().to_string())),
+        map: Some(map_in(folder.path()).display().to_string()),
+        aircraft: Some("c337f".to_owned()),
+        wait: Some(Duration::from_secs(300)),
+        ..Opening::default()
+    };
+    let watched = open(&opening).unwrap();
+    let mut live = LiveWatch::new(watched.source, watched.map, watched.settings, None, None).unwrap();
+    live.record(&place, None, watched.aircraft.as_deref()).unwrap();
+    let session = place.join("session.toml");
+    let start = Instant::now();
+    let mut step_at = |seconds: u64| live.step(start + Duration::from_secs(seconds)).unwrap();
+    step_at(0);
+    assert!(!session.exists());
+    assert!(step_at(59).updates.iter().any(|update| update.alarms == ["no data for 59 s"]));
+    let first = session::open(&session).unwrap().session.windows[0].window;
+    // Rows out of order are in the recording as they came.
+    let mut file = std::fs::OpenOptions::new().append(true).open(&source).unwrap();
+    let more = [&lines[200..380], &lines[390..400], &lines[380..390], &lines[400..]].concat();
+    file.write_all((more.join("\n") + "\n").as_bytes()).unwrap();
+    assert!(
+        [60, 61, 62, 130]
+            .map(&mut step_at)
+            .iter()
+            .flat_map(|step| &step.updates)
+            .all(|update| update.counts.reordered == 10)
+    );
+    let opened = session::open(&session).unwrap();
+    let window = opened.session.windows[0].window;
+    assert!(window.start_s == first.start_s && window.end_s > first.end_s + 5.0, "{first:?} {window:?}");
+    let session = &opened.session;
+    let scope = Scope { session, folder: &opened.folder, first: None, studies: &[], cause: "test", generation: 1 };
+    let found = run(&scope, &Snapshot::default(), &Cache::new(0), &Control::default(), &|_| {});
+    assert!(found.windows.values().all(|one| one.path.ready().is_some()), "{:?}", found.failures());
+}
+
 /// Whether a recording is refused where there is one already.
 fn live_again_refuses(place: &Path) -> bool {
     let watched = open(&opening()).unwrap();
     let mut live = LiveWatch::new(watched.source, watched.map, watched.settings, None, None).unwrap();
-    live.record(place).is_err()
+    live.record(place, None, None).is_err()
 }
 
 /// Steps until `enough` updates came or patience ends.
@@ -306,14 +350,9 @@ fn text() -> Vec<String> {
     lines
 }
 
-#[test]
-fn a_file_is_followed_while_it_grows_and_ends_when_nothing_comes() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("growing.csv");
-    let lines = text();
-    let head = lines[..30].join("\n") + "\n";
-    std::fs::write(&path, head).unwrap();
-    let map = folder.path().join("map.toml");
+/// The channel map of these lines, written into a folder.
+fn map_in(folder: &Path) -> PathBuf {
+    let map = folder.join("map.toml");
     let roles = ["ax", "ay", "az", "p", "q", "r", "airspeed", "alpha", "beta", "delta_e", "delta_a", "delta_r"];
     let units = ["m/s^2", "m/s^2", "m/s^2", "rad/s", "rad/s", "rad/s", "m/s", "rad", "rad", "rad", "rad", "rad"];
     let rows: Vec<String> = roles
@@ -323,6 +362,17 @@ fn a_file_is_followed_while_it_grows_and_ends_when_nothing_comes() {
         .collect();
     let header = "format = \"doublet channel map\"\nversion = 1\nname = \"own\"\n[[time]]\nsource = \"*\"\nchannel = \"time\"\nunit = \"s\"\n[roles]\n";
     std::fs::write(&map, format!("{header}{}\n", rows.join("\n"))).unwrap();
+    map
+}
+
+#[test]
+fn a_file_is_followed_while_it_grows_and_ends_when_nothing_comes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("growing.csv");
+    let lines = text();
+    let head = lines[..30].join("\n") + "\n";
+    std::fs::write(&path, head).unwrap();
+    let map = map_in(folder.path());
     let opening = Opening {
         feed: Some(Feed::File(path.display().to_string())),
         map: Some(map.display().to_string()),

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::LazyLock;
 
 use doublet_engine::builtin;
-use doublet_engine::notation;
+use doublet_engine::notation::{self, is_direction_mark};
 use doublet_engine::report::document::{Block, Document, Section};
 use doublet_engine::report::{Cell, Table, alignments};
 use doublet_engine::run::Control;
@@ -40,7 +40,7 @@ pub fn pdf(document: &Document, control: &Control, progress: &dyn Fn(f32)) -> Re
         checkpoint()?;
         files.push((figure_file(index), svg(figure, "c").into_bytes()));
     }
-    files.push(("report.json".to_owned(), contents(document).to_string().into_bytes()));
+    files.push(("report.json".to_owned(), contents(document).to_string().replace(is_direction_mark, "").into_bytes()));
     for (name, bytes) in files {
         world.files.insert(file_id(&name)?, Bytes::new(bytes));
     }

@@ -180,7 +180,7 @@ fn write_recording(random: &mut ChaCha8Rng, folder: &Path) -> String {
 }
 
 /// Seeds of the parsers of recordings.
-fn seeds() -> Vec<PathBuf> {
+pub fn seeds() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds");
     let folders = ["csv", "dataflash", "hdf5", "mat", "mcap", "mdf4", "parquet", "tdms", "ulog"];
     let files = |folder: &&str| std::fs::read_dir(root.join(folder)).unwrap().map(|entry| entry.unwrap().path());
@@ -194,18 +194,23 @@ pub fn changed_table(random: &mut ChaCha8Rng) -> String {
     let mut header: Vec<String> = HEADER.iter().map(|name| (*name).to_owned()).collect();
     let row = |index: u32| oscillation(f64::from(index) / 20.0).map(|value| format!("{value:.5}")).to_vec();
     let mut rows: Vec<Vec<String>> = (0..400).map(row).collect();
-    for _ in 0..random.random_range(1..=4) {
-        match random.random_range(0..4) {
-            0 => change_header(random, &mut header),
-            1 => change_columns(random, &mut header, &mut rows),
-            2 => change_rows(random, &mut rows),
-            _ => change_cells(random, &mut rows),
-        }
-    }
+    change_table(random, &mut header, &mut rows);
     let separator = [",", ",", ",", ";", "\t"][random.random_range(0..5)];
     let mut text = header.join(separator) + "\n";
     rows.iter().for_each(|row| writeln!(text, "{}", row.join(separator)).unwrap());
     text
+}
+
+/// One to four changes of a table.
+pub fn change_table(random: &mut ChaCha8Rng, header: &mut Vec<String>, rows: &mut Vec<Vec<String>>) {
+    for _ in 0..random.random_range(1..=4) {
+        match random.random_range(0..4) {
+            0 => change_header(random, header),
+            1 => change_columns(random, header, rows),
+            2 => change_rows(random, rows),
+            _ => change_cells(random, header.len(), rows),
+        }
+    }
 }
 
 fn change_header(random: &mut ChaCha8Rng, header: &mut [String]) {
@@ -265,13 +270,16 @@ fn change_rows(random: &mut ChaCha8Rng, rows: &mut Vec<Vec<String>>) {
         1 => drop(rows.drain(at..(at + random.random_range(1..100)).min(rows.len()))),
         2 => rows.insert(at, rows[at].clone()),
         3 => rows.reverse(),
-        _ => rows[at].truncate(random.random_range(0..17)),
+        _ => {
+            let length = random.random_range(0..=rows[at].len());
+            rows[at].truncate(length);
+        }
     }
 }
 
 /// Puts cells that are no usual numbers into some rows of a column, or into one row.
-fn change_cells(random: &mut ChaCha8Rng, rows: &mut [Vec<String>]) {
-    let (column, cell) = (random.random_range(0..17), CELLS[random.random_range(0..CELLS.len())]);
+fn change_cells(random: &mut ChaCha8Rng, columns: usize, rows: &mut [Vec<String>]) {
+    let (column, cell) = (random.random_range(0..columns.max(1)), CELLS[random.random_range(0..CELLS.len())]);
     let share = [0.003, 0.1, 1.0][random.random_range(0..3)];
     for row in rows.iter_mut().filter(|row| row.len() > column) {
         if random.random_bool(share) {
@@ -281,7 +289,7 @@ fn change_cells(random: &mut ChaCha8Rng, rows: &mut [Vec<String>]) {
 }
 
 /// Turns bits, cuts, doubles and replaces pieces.
-fn change_bytes(random: &mut ChaCha8Rng, bytes: &mut Vec<u8>) {
+pub fn change_bytes(random: &mut ChaCha8Rng, bytes: &mut Vec<u8>) {
     for _ in 0..random.random_range(1..=4) {
         if bytes.is_empty() {
             return;

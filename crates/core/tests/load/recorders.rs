@@ -172,6 +172,19 @@ fn wave_forms_of_two_rates_in_one_group_have_their_own_times() {
     assert_eq!(rates, [2.0, 1.0]);
 }
 
+/// It was called damaged, and to be copied again.
+#[cfg(feature = "parquet")]
+#[test]
+fn parquet_compressed_with_brotli_is_refused_with_what_to_write() {
+    let mut bytes = parquet();
+    // Codec of the first column, behind its path: 1 is Snappy, 4 is Brotli.
+    let at = bytes.windows(6).position(|window| window == b"when\x15\x02").unwrap();
+    bytes[at + 5] = 8;
+    let (_folder, path) = written("flight.parquet", bytes);
+    let line = inspect(&path).unwrap_err().to_string();
+    assert!(line.contains("Brotli") && line.contains("write the file with zstd or snappy"), "{line}");
+}
+
 /// A list of each kind that leads back to its first block: each once was followed for up to 43 s.
 #[test]
 fn mdf_links_that_lead_back_are_refused() {

@@ -23,8 +23,18 @@ pub struct Arrived {
     pub row: StreamRow,
     /// Time in the flight, s: that of its source, later where the clock of the source began anew; not a number where it has none.
     pub time_s: f64,
+    /// Stamp of its source, s; not a number where it has none.
+    pub stamp_s: f64,
     /// How often clocks had begun anew before it.
     pub restarts: usize,
+}
+
+impl Arrived {
+    /// A row that no clock has shifted, none where its source has no clock.
+    pub fn new(row: StreamRow, stamp_s: Option<f64>) -> Self {
+        let stamp_s = stamp_s.unwrap_or(f64::NAN);
+        Self { row, time_s: stamp_s, stamp_s, restarts: 0 }
+    }
 }
 
 /// What became of the rows of all sources.
@@ -38,6 +48,8 @@ pub struct Arrivals {
     pub doubled: u64,
     /// Rows with a stamp far from those around it.
     pub stray: u64,
+    /// Rows that came after a later one of their source.
+    pub reordered: u64,
 }
 
 /// Stamps of one source.
@@ -81,7 +93,7 @@ fn content(row: &StreamRow) -> u64 {
 impl Arrivals {
     /// Takes a row whose stamp is `stamp_s`, none where its source has no clock, and gives those that are taken now.
     pub fn take(&mut self, row: StreamRow, stamp_s: Option<f64>) -> Vec<Arrived> {
-        let Some(stamp_s) = stamp_s else { return vec![Arrived { row, time_s: f64::NAN, restarts: 0 }] };
+        let Some(stamp_s) = stamp_s else { return vec![Arrived::new(row, None)] };
         if !stamp_s.is_finite() {
             self.stray += 1;
             return Vec::new();
@@ -142,12 +154,13 @@ impl Arrivals {
 
     fn accept(&mut self, row: StreamRow, stamp_s: f64) -> Arrived {
         let clock = self.sources.entry(Arc::clone(&row.source)).or_default();
+        self.reordered += u64::from(clock.rows > 0 && stamp_s < clock.newest_s);
         clock.note(stamp_s, content(&row));
         let restarts = clock.restarts;
         let shift_s = restarts.checked_sub(1).and_then(|last| self.shifts_s.get(last)).copied().unwrap_or(0.0);
         let time_s = stamp_s + shift_s;
         self.newest_s = Some(self.newest_s.map_or(time_s, |newest_s| newest_s.max(time_s)));
-        Arrived { row, time_s, restarts }
+        Arrived { row, time_s, stamp_s, restarts }
     }
 }
 
@@ -203,7 +216,7 @@ mod tests {
     fn doubled_rows_are_left_out_and_exchanged_ones_are_not() {
         let mut arrivals = Arrivals::default();
         assert_eq!(times(&mut arrivals, "a", [0.0, 0.2, 0.1, 0.1, 0.3, 0.2]), [0.0, 0.2, 0.1, 0.3]);
-        assert_eq!((arrivals.doubled, arrivals.stray), (2, 0));
+        assert_eq!((arrivals.doubled, arrivals.stray, arrivals.reordered), (2, 0, 1));
         // Other values at the same time are another row.
         assert_eq!(arrivals.take(row("a", [0.3, 7.0]), Some(0.3)).len(), 1);
     }

@@ -45,8 +45,6 @@ pub struct LiveEstimates {
     step_s: f64,
     /// What the structure asks for that the stream does not have.
     pub findings: Vec<String>,
-    /// Whether the last sample was one of flight.
-    pub is_airborne: bool,
 }
 
 /// One coefficient.
@@ -108,10 +106,10 @@ impl LiveEstimates {
         }
         let columns = models.len() + terms.len();
         let fourier = RecursiveFourier::new(columns, step_s, &settings.band, settings.forgetting_s)?;
-        Ok(Self { models, terms, fourier, next: first, taken: 0, step_s, findings, is_airborne: false })
+        Ok(Self { models, terms, fourier, next: first, taken: 0, step_s, findings })
     }
 
-    /// Takes in the samples of `aero` whose index on the grid, `index(time)`, is not passed yet, up to before `end`.
+    /// Takes in, where the aircraft flies, the samples of `aero` whose index on the grid, `index(time)`, is not passed yet, up to before `end`.
     ///
     /// # Errors
     /// One line: what the model refuses.
@@ -120,7 +118,7 @@ impl LiveEstimates {
         aero: &WindowAero,
         index: impl Fn(f64) -> u64,
         end: u64,
-        on_wheels: bool,
+        is_airborne: bool,
     ) -> Result<(), String> {
         let x = regressors(&self.terms, &aero.variables).map_err(|error| error.to_string())?;
         let normal_force = aero.coefficients.get(Coefficient::CZ);
@@ -130,8 +128,7 @@ impl LiveEstimates {
                 continue;
             }
             self.skip_to(at);
-            self.is_airborne = !on_wheels && normal_force[row].abs() < MOST_CZ;
-            if !self.is_airborne {
+            if !is_airborne || normal_force[row].abs() >= MOST_CZ {
                 continue;
             }
             let measured: Vec<f64> =

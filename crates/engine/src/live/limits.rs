@@ -46,12 +46,12 @@ pub struct LimitReading {
 }
 
 impl LimitReading {
-    /// The same, without the least airspeed while the aircraft is on the ground: there it does not stall.
+    /// The same, but good while the aircraft is on the ground if it is a limit of flight: there it does not stall, vanes hang loose and
+    /// wheels carry load.
     pub(crate) fn silence_on_ground(mut self, is_airborne: bool) -> Self {
-        let airspeeds = [Role::CalibratedAirspeed, Role::TrueAirspeed].map(Role::name);
-        let is_below = self.low.is_some_and(|low| self.range[0] < low);
-        let is_above = self.high.is_some_and(|high| self.range[1] > high);
-        if !is_airborne && is_below && !is_above && airspeeds.contains(&self.quantity.as_str()) {
+        let of_flight =
+            [Role::CalibratedAirspeed, Role::TrueAirspeed, Role::AngleOfAttack, Role::Sideslip].map(Role::name);
+        if !is_airborne && (self.quantity == LOAD_FACTOR || of_flight.contains(&self.quantity.as_str())) {
             self.level = Level::Good;
         }
         self

@@ -3,9 +3,11 @@
 //! `source` gives rows, `arrivals` leaves out doubled and stray ones, the channel map makes samples of roles of them, `pace` holds them until their time, `pipeline` orders them in time and
 //! computes, `record` keeps the rows and makes a session of them at the end. `watch` ties these together.
 
+mod airborne;
 mod arrivals;
 mod estimates;
 mod limits;
+mod news;
 mod open;
 mod order;
 mod pace;
@@ -21,6 +23,7 @@ mod watch;
 pub use limits::{Limit, LimitReading};
 pub use open::{Feed, Opening, Watched, open};
 pub use pipeline::LivePipeline;
+pub use record::Recorded;
 pub use replay::Replay;
 pub use settings::{Goal, LiveSettings};
 pub use source::{LineFormat, Polled, Source};

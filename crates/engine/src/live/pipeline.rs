@@ -14,12 +14,13 @@ use doublet_core::reconstruct::{
 };
 use doublet_core::series::{Recording, TimeRange, gap_threshold_s};
 
+use super::airborne::{Airborne, Flown};
 use super::estimates::LiveEstimates;
 use super::limits::LOAD_FACTOR;
 use super::order::OrderedSamples;
 use super::settings::LiveSettings;
 use super::update::{Counts, LiveUpdate};
-use crate::stage::{aero, samples};
+use crate::stage::{WindowAero, aero, samples};
 
 /// What the filter starts from, s.
 const START_S: f64 = 1.0;
@@ -31,6 +32,8 @@ const LONGEST_WAIT_S: f64 = 0.5;
 const STALE_S: f64 = 2.0;
 /// Time after which what cannot be computed is left behind, s.
 const STUCK_S: f64 = 3.0;
+/// Density until one is known, kg/m^3.
+const SEA_LEVEL_KG_M3: f64 = 1.225;
 /// Shortest step of the regression, s: faster samples are thinned out.
 const LEAST_STEP_S: f64 = 0.01;
 
@@ -47,6 +50,10 @@ pub struct LivePipeline {
     path: VecDeque<FilteredSample>,
     grid: Option<Grid>,
     estimates: Option<LiveEstimates>,
+    /// None without an aircraft.
+    airborne: Option<Airborne>,
+    /// Latest density, kg/m^3.
+    density_kg_m3: f64,
     /// Variables that the estimates began with.
     known: BTreeSet<Variable>,
     counts: Counts,
@@ -93,6 +100,8 @@ impl LivePipeline {
         if !(settings.update_s > 0.0 && settings.update_s.is_finite() && (0.0..=60.0).contains(&settings.latency_s)) {
             return Err("the interval of updates must be above 0 s, the latency 0 s to 60 s".to_owned());
         }
+        let airborne = settings.aircraft.as_ref();
+        let airborne = airborne.map(|aircraft| Airborne::new(aircraft, settings.filter.gravity_m_s2));
         Ok(Self {
             settings,
             valid,
@@ -103,6 +112,8 @@ impl LivePipeline {
             path: VecDeque::new(),
             grid: None,
             estimates: None,
+            airborne,
+            density_kg_m3: SEA_LEVEL_KG_M3,
             known: BTreeSet::new(),
             counts: Counts::default(),
             nis: (0.0, 0),
@@ -233,6 +244,7 @@ impl LivePipeline {
             self.counts.restarts += 1;
             error.to_string()
         })?;
+        self.decide_airborne(&steps, &data.inputs);
         for step in steps {
             self.nis = (self.nis.0 + step.nis, self.nis.1 + step.nis_degrees);
             self.note_extremes(&step);
@@ -244,6 +256,27 @@ impl LivePipeline {
         }
         self.filter = Some(filter);
         Ok(())
+    }
+
+    /// Whether the aircraft flies, by every filtered sample and the inertial sample before it.
+    fn decide_airborne(&mut self, steps: &[FilteredSample], inputs: &InputSeries) {
+        let end_s = steps.last().map_or(f64::NEG_INFINITY, |step| step.time_s);
+        let latest = self.ordered.latest(end_s);
+        let is_on_wheels = latest.get(&Role::WeightOnWheels).is_some_and(|weight| *weight > 0.5);
+        let altitude_m = latest.get(&Role::Altitude).copied();
+        let Some(airborne) = &mut self.airborne else { return };
+        for step in steps {
+            let [(_, airspeed_m_s), ..] = motion(step);
+            let at = inputs.time_s.partition_point(|time_s| *time_s <= step.time_s).saturating_sub(1);
+            let load_factor = -inputs.columns[2][at] / self.settings.filter.gravity_m_s2;
+            let calibrated_m_s = calibrated_m_s(airspeed_m_s, self.density_kg_m3);
+            airborne.take(Flown { time_s: step.time_s, calibrated_m_s, load_factor, altitude_m, is_on_wheels });
+        }
+    }
+
+    /// Whether the aircraft flies; none where that is not known, without an aircraft.
+    fn is_airborne(&self) -> Option<bool> {
+        self.airborne.as_ref().map(Airborne::is_airborne)
     }
 
     /// The even steps of the regression, by the first inertial samples.
@@ -299,11 +332,7 @@ impl LivePipeline {
         self.grid = Some(grid);
         let formed = aero(recording, (&data, &path), (aircraft, &[]), &self.settings.preparation)
             .map_err(|error| error.to_string())?;
-        if self.estimates.as_ref().is_some_and(|estimates| estimates.is_airborne) {
-            for (airspeed, density) in formed.data.airspeed_m_s.iter().zip(formed.data.density_kg_m3.iter()) {
-                note(&mut self.extremes, Role::CalibratedAirspeed.name(), calibrated_m_s(*airspeed, *density));
-            }
-        }
+        self.note_airspeeds(&formed);
         let known: BTreeSet<Variable> = formed.variables.known().collect();
         // A channel that begins later than the others begins the estimates anew: nothing could be told of it before.
         let estimates = match self.estimates.take().filter(|_| known.is_subset(&self.known)) {
@@ -314,9 +343,18 @@ impl LivePipeline {
                 self.estimates.insert(new.map_err(|error| error.to_string())?)
             }
         };
-        let latest = self.ordered.latest(end_s);
-        let on_wheels = latest.get(&Role::WeightOnWheels).is_some_and(|weight| *weight > 0.5);
-        estimates.take(&formed, |time_s| grid.index(time_s), end, on_wheels)
+        let is_airborne = self.airborne.as_ref().is_some_and(Airborne::is_airborne);
+        estimates.take(&formed, |time_s| grid.index(time_s), end, is_airborne)
+    }
+
+    /// Calibrated airspeeds, for the limits.
+    fn note_airspeeds(&mut self, formed: &WindowAero) {
+        for (airspeed, density) in formed.data.airspeed_m_s.iter().zip(formed.data.density_kg_m3.iter()) {
+            self.density_kg_m3 = *density;
+            if self.is_airborne() == Some(true) {
+                note(&mut self.extremes, Role::CalibratedAirspeed.name(), calibrated_m_s(*airspeed, *density));
+            }
+        }
     }
 
     fn note_extremes(&mut self, step: &FilteredSample) {
@@ -342,6 +380,7 @@ impl LivePipeline {
         if let Some(step) = self.path.back() {
             state.extend(motion(step).into_iter().map(|(name, value)| (name.to_owned(), value)));
         }
+        let is_airborne = self.is_airborne();
         let estimates = self.estimates.as_ref();
         let derivatives = estimates.map(|estimates| estimates.derivatives(&self.settings)).unwrap_or_default();
         let extremes = std::mem::take(&mut self.extremes);
@@ -355,19 +394,18 @@ impl LivePipeline {
             counts: self.counts,
             state,
             nis_per_measurement: (degrees > 0).then(|| nis / degrees as f64),
-            is_airborne: estimates.is_some_and(|estimates| estimates.is_airborne),
+            is_airborne: is_airborne == Some(true),
             correlation: estimates.and_then(LiveEstimates::correlation),
             derivatives,
             limits: self
                 .settings
                 .limits
                 .iter()
-                .filter_map(|limit| {
-                    Some(limit.read(&extremes)?.silence_on_ground(estimates.is_none_or(|found| found.is_airborne)))
-                })
+                .filter_map(|limit| Some(limit.read(&extremes)?.silence_on_ground(is_airborne != Some(false))))
                 .collect(),
             is_enough,
             findings: own.chain(estimates.into_iter().flat_map(|estimates| estimates.findings.clone())).collect(),
+            alarms: Vec::new(),
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Rows kept as they come, and the session made of them: a flight more each time a clock begins anew, in a folder of its own.
+//! Rows kept as they come, and the session made of them: a flight more each time a clock begins anew, in a folder of its own. While
+//! they come, a session of one manoeuvre a flight is kept up to date, so that a killed program leaves one.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -7,12 +8,14 @@ use std::sync::Arc;
 
 use doublet_core::load::stream::{StreamChannel, StreamRow};
 use doublet_core::load::{ChannelMap, plan_all};
+use doublet_core::series::TimeRange;
+use toml_edit::DocumentMut;
 
 use super::arrivals::Arrived;
 use super::recorded_file::{cut_to_whole_lines, put_in_order};
 use crate::begin::{self, add_flight, empty_session};
 use crate::run::Control;
-use crate::session::{self, MapRef, Session};
+use crate::session::{self, Flight, Manoeuvre, MapRef, RecordingRef, Session};
 
 /// Name of the session in its folder.
 const SESSION: &str = "session.toml";
@@ -24,18 +27,27 @@ const FLIGHT: &str = "live";
 /// Writes the rows of every source into a file of its own in a new folder.
 pub struct Recorder {
     folder: PathBuf,
+    /// Text of the channel map.
+    map: String,
+    /// Session whose settings are taken.
+    like: Option<Session>,
+    /// Aircraft as a session refers to it.
+    aircraft: Option<String>,
     /// By the number of times that clocks had begun anew, and by source.
     files: BTreeMap<(usize, Arc<str>), SourceFile>,
 }
 
-/// What a recording is made into a session with.
-pub struct Ending<'a> {
-    /// Text of the channel map.
-    pub map: &'a str,
-    /// Session whose settings are taken.
-    pub like: Option<&'a Session>,
-    /// Aircraft as a session refers to it.
-    pub aircraft: Option<&'a str>,
+/// A recording that has ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Recorded {
+    /// Its session.
+    pub session: PathBuf,
+    /// What of it the session leaves out, a line each.
+    pub notes: Vec<String>,
+}
+
+/// How the rows on disk are read.
+pub struct Reading<'a> {
     /// Sources that the map cannot tell from others.
     pub left_out: &'a [Arc<str>],
     /// Time of a row on the clock of its source, s.
@@ -48,18 +60,21 @@ struct SourceFile {
     channels: Arc<[StreamChannel]>,
     path: PathBuf,
     writer: csv::Writer<File>,
-    /// Time of the latest row, s.
+    rows: u64,
+    /// Earliest and latest stamp, s.
+    first_s: f64,
     last_s: f64,
     /// Whether every row has a later time than the one before.
     is_in_order: bool,
 }
 
 impl Recorder {
-    /// Into `folder`, which must not exist, with the text of the channel map that reads it.
+    /// Into `folder`, which must not exist, with the text of the channel map that reads it; the session takes the settings of `like`, or
+    /// those by default with this aircraft.
     ///
     /// # Errors
     /// One line when it exists or cannot be made.
-    pub fn new(folder: &Path, map: &str) -> Result<Self, String> {
+    pub fn new(folder: &Path, map: &str, like: Option<&Session>, aircraft: Option<&str>) -> Result<Self, String> {
         if folder.exists() {
             return Err(format!(
                 "{} exists: choose another folder, a recording is never overwritten",
@@ -68,7 +83,8 @@ impl Recorder {
         }
         std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
         std::fs::write(folder.join(MAP), map).map_err(|error| format!("{}: {error}", folder.join(MAP).display()))?;
-        Ok(Self { folder: folder.to_owned(), files: BTreeMap::new() })
+        let (like, aircraft) = (like.cloned(), aircraft.map(str::to_owned));
+        Ok(Self { folder: folder.to_owned(), map: map.to_owned(), like, aircraft, files: BTreeMap::new() })
     }
 
     /// Writes rows.
@@ -76,15 +92,16 @@ impl Recorder {
     /// # Errors
     /// One line when the disk does not take them.
     pub fn write(&mut self, rows: &[Arrived]) -> Result<(), String> {
-        for Arrived { row, time_s, restarts } in rows {
+        for Arrived { row, stamp_s, restarts, .. } in rows {
             let key = (*restarts, Arc::clone(&row.source));
             if self.files.get(&key).is_none_or(|file| file.channels.len() != row.channels.len()) {
                 let file = self.file(row, &key)?;
                 self.files.insert(key.clone(), file);
             }
             let Some(file) = self.files.get_mut(&key) else { continue };
-            file.is_in_order &= time_s.is_nan() || *time_s > file.last_s;
-            file.last_s = file.last_s.max(*time_s);
+            file.is_in_order &= stamp_s.is_nan() || *stamp_s > file.last_s;
+            file.rows += 1;
+            (file.first_s, file.last_s) = (file.first_s.min(*stamp_s), file.last_s.max(*stamp_s));
             let cells = row.values.iter().map(|value| if value.is_nan() { String::new() } else { value.to_string() });
             file.writer.write_record(cells).map_err(|error| format!("{}: {error}", file.path.display()))?;
         }
@@ -101,12 +118,12 @@ impl Recorder {
         let folder = self.folder_of(key.0);
         let path = folder.join(format!("{plain}.csv"));
         let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-        let (mut before, mut last_s, mut is_in_order) = (String::new(), f64::NEG_INFINITY, true);
+        let (mut before, mut seen) = (String::new(), (0, f64::INFINITY, f64::NEG_INFINITY, true));
         match self.files.remove(key) {
             Some(mut file) => {
                 file.writer.flush().map_err(|error| named(&error))?;
                 before = std::fs::read_to_string(&path).map_err(|error| named(&error))?;
-                (last_s, is_in_order) = (file.last_s, file.is_in_order);
+                seen = (file.rows, file.first_s, file.last_s, file.is_in_order);
             }
             None if key.0 > 0 => std::fs::create_dir_all(&folder).map_err(|error| named(&error))?,
             None => {}
@@ -125,7 +142,8 @@ impl Recorder {
             writer.write_record(&record).map_err(|error| named(&error))?;
         }
         let (source, channels) = (Arc::clone(&row.source), Arc::clone(&row.channels));
-        Ok(SourceFile { source, channels, path, writer, last_s, is_in_order })
+        let (rows, first_s, last_s, is_in_order) = seen;
+        Ok(SourceFile { source, channels, path, writer, rows, first_s, last_s, is_in_order })
     }
 
     /// Folder of the rows after so many times that clocks began anew.
@@ -145,11 +163,64 @@ impl Recorder {
         Ok(())
     }
 
-    /// Ends the recording and writes a session of it; its path.
+    /// Writes a session of what was recorded so far, each flight as one manoeuvre; none before there are two rows.
     ///
     /// # Errors
-    /// One line when nothing was recorded or it cannot be read by the map.
-    pub fn finish(mut self, ending: &Ending<'_>) -> Result<PathBuf, String> {
+    /// As [`Self::flush`].
+    pub fn renew(&mut self, left_out: &[Arc<str>]) -> Result<(), String> {
+        self.flush()?;
+        // Rows are put in order at the end alone.
+        let map = MapRef::Own(dropping_faults(&self.map).into());
+        let mut session = self.session();
+        let mut flights: BTreeMap<usize, Vec<&SourceFile>> = BTreeMap::new();
+        for ((restarts, _), file) in self.files.iter().filter(|((_, source), _)| !left_out.contains(source)) {
+            flights.entry(*restarts).or_default().push(file);
+        }
+        for (restarts, files) in flights {
+            // The source of most rows is that of the rates.
+            let fastest = files.iter().filter(|file| file.last_s > file.first_s).max_by_key(|file| file.rows);
+            let Some(SourceFile { first_s, last_s, .. }) = fastest else { continue };
+            let window = TimeRange { start_s: *first_s, end_s: *last_s };
+            let name = flight_name(restarts);
+            let recording = |file: &&SourceFile| RecordingRef {
+                path: file.path.display().to_string(),
+                sha256: None,
+                channel_map: map.clone(),
+                only: None,
+            };
+            session.flights.push(Flight::new(name.clone(), files.iter().map(recording).collect()));
+            session.windows.push(Manoeuvre::new(name.clone(), name, window));
+        }
+        if session.flights.is_empty() {
+            return Ok(());
+        }
+        self.save(&session).map(drop)
+    }
+
+    /// A session without flights.
+    fn session(&self) -> Session {
+        let title = begin::name_of(&self.folder);
+        match &self.like {
+            Some(like) => {
+                Session { flights: Vec::new(), windows: Vec::new(), steady: Vec::new(), title, ..like.clone() }
+            }
+            None => empty_session(&title, self.aircraft.as_deref()),
+        }
+    }
+
+    fn save(&self, session: &Session) -> Result<PathBuf, String> {
+        let path = self.folder.join(SESSION);
+        let session = session::relative_to(session, &self.folder);
+        session::save_without_backup(&session, &path).map_err(|error| error.to_string())?;
+        Ok(path)
+    }
+
+    /// Ends the recording and writes a session of it, with the manoeuvres found. A flight that cannot be read is left out unless it is
+    /// the only one.
+    ///
+    /// # Errors
+    /// One line when nothing was recorded or nothing of it can be read by the map.
+    pub fn finish(mut self, reading: &Reading<'_>) -> Result<Recorded, String> {
         let mut flights: BTreeMap<usize, Vec<PathBuf>> = BTreeMap::new();
         for ((restarts, _), file) in std::mem::take(&mut self.files) {
             let SourceFile { source, channels, path, writer, is_in_order, .. } = file;
@@ -158,34 +229,55 @@ impl Recorder {
             cut_to_whole_lines(&path).map_err(|error| format!("{}: {error}", path.display()))?;
             if !is_in_order {
                 let row = |values| StreamRow { source: Arc::clone(&source), channels: Arc::clone(&channels), values };
-                put_in_order(&path, &|values| (ending.time_s)(&row(values)))
+                put_in_order(&path, &|values| (reading.time_s)(&row(values)))
                     .map_err(|error| format!("{}: {error}", path.display()))?;
             }
-            if !ending.left_out.contains(&source) {
+            if !reading.left_out.contains(&source) {
                 flights.entry(restarts).or_default().push(path);
             }
         }
         if flights.is_empty() {
             return Err(format!("{}: nothing was recorded", self.folder.display()));
         }
-        let title = begin::name_of(&self.folder);
-        let mut session = match ending.like {
-            Some(like) => {
-                Session { flights: Vec::new(), windows: Vec::new(), steady: Vec::new(), title, ..like.clone() }
-            }
-            None => empty_session(&title, ending.aircraft),
-        };
-        let parsed = ChannelMap::parse(ending.map).map_err(|error| error.to_string())?;
-        let own = MapRef::Own(ending.map.into());
+        let parsed = ChannelMap::parse(&self.map).map_err(|error| error.to_string())?;
+        let (mut session, mut notes) = (self.session(), Vec::new());
         for (restarts, paths) in &flights {
-            let name = if *restarts == 0 { FLIGHT.to_owned() } else { format!("{FLIGHT} {}", restarts + 1) };
-            let inspected = begin::inspect(paths, &Control::default(), &|_| {})?;
-            let plan = plan_all(&inspected.probes, &parsed);
-            add_flight(&mut session, (&name, &own), &inspected, &plan, &Control::default(), &|_| {})?;
+            match self.with_flight(&session, (*restarts, paths), &parsed) {
+                Ok(longer) => session = longer,
+                Err(line) => notes.push(format!("flight '{}' is left out: {line}", flight_name(*restarts))),
+            }
         }
-        let path = self.folder.join(SESSION);
-        let session = session::relative_to(&session, &self.folder);
-        session::save(&session, &path).map_err(|error| error.to_string())?;
-        Ok(path)
+        if session.flights.is_empty() {
+            return Err(notes.join("; "));
+        }
+        Ok(Recorded { session: self.save(&session)?, notes })
     }
+
+    /// A session with one more flight.
+    fn with_flight(
+        &self,
+        session: &Session,
+        (restarts, paths): (usize, &[PathBuf]),
+        map: &ChannelMap,
+    ) -> Result<Session, String> {
+        let mut session = session.clone();
+        let inspected = begin::inspect(paths, &Control::default(), &|_| {})?;
+        let plan = plan_all(&inspected.probes, map);
+        let own = MapRef::Own(self.map.as_str().into());
+        add_flight(&mut session, (&flight_name(restarts), &own), &inspected, &plan, &Control::default(), &|_| {})?;
+        Ok(session)
+    }
+}
+
+/// Name of the flight after so many times that clocks had begun anew.
+fn flight_name(restarts: usize) -> String {
+    if restarts == 0 { FLIGHT.to_owned() } else { format!("{FLIGHT} {}", restarts + 1) }
+}
+
+/// The channel map that leaves out rows whose time goes back or repeats.
+fn dropping_faults(map: &str) -> String {
+    let Ok(mut document) = map.parse::<DocumentMut>() else { return map.to_owned() };
+    let entries = document.get_mut("time").and_then(|time| time.as_array_of_tables_mut());
+    entries.into_iter().flat_map(|entries| entries.iter_mut()).for_each(|entry| entry["repair"] = "drop".into());
+    document.to_string()
 }

@@ -130,6 +130,11 @@ impl Source {
         matches!(self, Self::Replay(_))
     }
 
+    /// Whether rows come as they are measured, so that silence is a fault.
+    pub(super) fn is_live(&self) -> bool {
+        matches!(self, Self::Tail { .. } | Self::Lines { .. } | Self::Mavlink { .. })
+    }
+
     /// Place of the socket, where there is one.
     pub fn address(&self) -> Option<SocketAddr> {
         match self {

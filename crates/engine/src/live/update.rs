@@ -32,8 +32,10 @@ pub struct LiveUpdate {
     pub limits: Vec<LimitReading>,
     /// Whether every derivative is known as well as asked for.
     pub is_enough: bool,
-    /// What stands in the way, a line each.
+    /// What is new since the update before, a line each: what is missing, left out or lost.
     pub findings: Vec<String>,
+    /// What needs attention now, in every update as long as it does: no data, a recording that has stopped.
+    pub alarms: Vec<String>,
 }
 
 /// Samples and what became of them, since the start.
@@ -47,12 +49,16 @@ pub struct Counts {
     pub late: u64,
     /// Rows that came again, and were left out.
     pub doubled: u64,
+    /// Rows that came after a later one of their source, and were put in order.
+    pub reordered: u64,
     /// Rows with a stamp far from those around it, or without one, which were left out.
     pub stray: u64,
     /// Inertial samples that came and that the filter passed over where it began anew.
     pub skipped: u64,
     /// Pauses after which the filter began anew.
     pub restarts: u64,
+    /// Times that a clock of the stream began anew.
+    pub clock_restarts: u64,
 }
 
 /// A derivative as estimated so far.

@@ -1,15 +1,16 @@
 //! A flight watched: source, channel map, pace, pipeline and recorder together.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use doublet_core::load::ChannelMap;
 use doublet_core::load::stream::{StreamMap, StreamRow};
 
 use super::arrivals::{Arrivals, Arrived};
+use super::news::News;
 use super::pace::Pace;
 use super::pipeline::LivePipeline;
-use super::record::{Ending, Recorder};
+use super::record::{Reading, Recorded, Recorder};
 use super::settings::LiveSettings;
 use super::source::{Polled, Source};
 use super::update::LiveUpdate;
@@ -20,6 +21,12 @@ const REST: Duration = Duration::from_millis(20);
 
 /// Longest time that what was recorded waits for the disk.
 const FLUSHED_EVERY: Duration = Duration::from_secs(1);
+
+/// Time from the first row to the first session of what was recorded, and from one to the next.
+const FIRST_SESSION: Duration = Duration::from_secs(10);
+const NEXT_SESSION: Duration = Duration::from_secs(60);
+/// Silence of a live source that is an alarm, and its repetition.
+const SILENCE: Duration = Duration::from_secs(2);
 
 /// A flight that is watched.
 pub struct LiveWatch {
@@ -36,6 +43,13 @@ pub struct LiveWatch {
     wait: Option<Duration>,
     last_rows: Option<Instant>,
     last_flush: Option<Instant>,
+    /// When the session of the recording is written next.
+    session_due: Option<Instant>,
+    news: News,
+    /// The latest update, for alarms while nothing comes.
+    latest: Option<LiveUpdate>,
+    /// Alarms of the present silence.
+    silences: u32,
     has_ended: bool,
     is_finished: bool,
 }
@@ -67,7 +81,8 @@ impl LiveWatch {
         let pipeline = LivePipeline::new(settings)?;
         let (map, pace) = (StreamMap::new(map), Pace::new(speed));
         let (recorder, recording_error, arrivals) = (None, None, Arrivals::default());
-        let (last_rows, last_flush, has_ended, is_finished) = (None, None, false, false);
+        let (last_rows, last_flush, session_due, has_ended, is_finished) = (None, None, None, false, false);
+        let (news, latest, silences) = (News::default(), None, 0);
         Ok(Self {
             source,
             map,
@@ -80,17 +95,22 @@ impl LiveWatch {
             wait,
             last_rows,
             last_flush,
+            session_due,
+            news,
+            latest,
+            silences,
             has_ended,
             is_finished,
         })
     }
 
-    /// Keeps every row in the new folder `folder`, beside the channel map.
+    /// Keeps every row in the new folder `folder`, beside the channel map and a session with the settings of `like`, or those by
+    /// default with this aircraft.
     ///
     /// # Errors
     /// One line when it exists or cannot be made.
-    pub fn record(&mut self, folder: &Path) -> Result<(), String> {
-        self.recorder = Some(Recorder::new(folder, &self.map_text)?);
+    pub fn record(&mut self, folder: &Path, like: Option<&Session>, aircraft: Option<&str>) -> Result<(), String> {
+        self.recorder = Some(Recorder::new(folder, &self.map_text, like, aircraft)?);
         Ok(())
     }
 
@@ -114,8 +134,7 @@ impl LiveWatch {
                 self.arrivals.finish();
                 // Sources that ended before their clock was found are recorded all the same.
                 let waiting = self.map.waiting().into_iter();
-                let short = waiting.map(|row| Arrived { row, time_s: f64::NAN, restarts: 0 });
-                let short: Vec<Arrived> = short.collect();
+                let short: Vec<Arrived> = waiting.map(|row| Arrived::new(row, None)).collect();
                 self.keep(&short, now);
             }
             self.keep(&arrived, now);
@@ -130,18 +149,45 @@ impl LiveWatch {
             updates.extend(self.pipeline.finish());
             self.is_finished = true;
         }
-        let problems = self.problems();
-        for update in &mut updates {
-            (update.counts.doubled, update.counts.stray) = (self.arrivals.doubled, self.arrivals.stray);
-            update.findings.extend(problems.iter().cloned());
-        }
+        self.complete(&mut updates);
+        updates.extend(self.silence(now));
         Ok(Step { updates, is_finished: self.is_finished, rest: (!is_busy).then_some(REST) })
+    }
+
+    /// Adds the counts, findings and alarms of the stream to updates.
+    fn complete(&mut self, updates: &mut [LiveUpdate]) {
+        let problems = self.problems();
+        for update in updates.iter_mut() {
+            let counts = &mut update.counts;
+            (counts.doubled, counts.stray) = (self.arrivals.doubled, self.arrivals.stray);
+            (counts.reordered, counts.clock_restarts) = (self.arrivals.reordered, self.arrivals.restarts() as u64);
+            update.findings.extend(problems.iter().cloned());
+            update.findings = self.news.of(std::mem::take(&mut update.findings), update.time_s);
+            update.alarms.extend(self.recording_error.clone());
+        }
+        if let Some(latest) = updates.last() {
+            self.latest = Some(latest.clone());
+        }
+    }
+
+    /// The latest update again with an alarm, each time that a live source was silent for some seconds more.
+    fn silence(&mut self, now: Instant) -> Option<LiveUpdate> {
+        let silence = now.saturating_duration_since(self.last_rows?);
+        if self.has_ended || !self.source.is_live() || !self.pace.is_empty() || silence < SILENCE * (self.silences + 1)
+        {
+            return None;
+        }
+        self.silences += 1;
+        let alarm = format!("no data for {} s", silence.as_secs());
+        let alarms = std::iter::once(alarm).chain(self.recording_error.clone()).collect();
+        let (limits, findings) = (Vec::new(), Vec::new());
+        Some(LiveUpdate { limits, findings, alarms, nis_per_measurement: None, ..self.latest.clone()? })
     }
 
     /// Whether nothing came for so long that the stream has ended.
     fn is_silent(&mut self, now: Instant, has_rows: bool) -> bool {
         if has_rows {
-            self.last_rows = Some(now);
+            (self.last_rows, self.silences) = (Some(now), 0);
         }
         let silence = self.last_rows.map(|last| now.saturating_duration_since(last));
         self.source.address().is_some() && silence.zip(self.wait).is_some_and(|(silence, wait)| silence > wait)
@@ -151,19 +197,26 @@ impl LiveWatch {
     fn arrive(&mut self, row: StreamRow) -> Vec<Arrived> {
         let stamp_s = self.map.time_s(&row);
         if self.source.is_trusted() {
-            return vec![Arrived { row, time_s: stamp_s.unwrap_or(f64::NAN), restarts: 0 }];
+            return vec![Arrived::new(row, stamp_s)];
         }
         self.arrivals.take(row, stamp_s)
     }
 
-    /// Records rows; what was recorded is on its way to the disk within a second. A disk that does not take them ends the recording and
-    /// nothing else.
+    /// Records rows; what was recorded is on its way to the disk within a second, its session within the first minute. A disk that does
+    /// not take them ends the recording and nothing else.
     fn keep(&mut self, rows: &[Arrived], now: Instant) {
         let Some(recorder) = self.recorder.as_mut().filter(|_| self.recording_error.is_none()) else { return };
         let mut kept = recorder.write(rows);
         if self.last_flush.is_none_or(|last| now.saturating_duration_since(last) > FLUSHED_EVERY) {
             self.last_flush = Some(now);
             kept = kept.and_then(|()| recorder.flush());
+        }
+        let is_due = self.session_due.is_some_and(|due| now >= due);
+        if is_due {
+            kept = kept.and_then(|()| recorder.renew(&self.map.left_out));
+        }
+        if is_due || self.session_due.is_none() && !rows.is_empty() {
+            self.session_due = Some(now + if is_due { NEXT_SESSION } else { FIRST_SESSION });
         }
         self.recording_error =
             kept.err().map(|error| format!("recording has stopped, watching goes on: {error}: free the disk"));
@@ -185,7 +238,7 @@ impl LiveWatch {
         self.source.address()
     }
 
-    /// What the map cannot find, what of the stream is lost, clocks that began anew and a recording that stopped.
+    /// What the map cannot find, what of the stream is lost and clocks that began anew.
     fn problems(&self) -> Vec<String> {
         let missing = self.map.problems.iter().filter(|problem| problem.is_error).map(ToString::to_string);
         let left_out = self.map.left_out.iter().map(|source| {
@@ -195,20 +248,18 @@ impl LiveWatch {
         });
         let restarts = Some(self.arrivals.restarts()).filter(|count| *count > 0);
         let restarts = restarts.map(|count| format!("a clock of the stream restarted, {count} in all: time continues"));
-        let others = restarts.into_iter().chain(self.source.losses()).chain(self.recording_error.clone());
+        let others = restarts.into_iter().chain(self.source.losses());
         missing.chain(left_out).chain(others).collect()
     }
 
-    /// Ends the recording, if there is one, and makes a session of it with the settings of `like`; its path.
+    /// Ends the recording, if there is one, and makes a session of it.
     ///
     /// # Errors
     /// One line when nothing was recorded or it cannot be read.
-    pub fn finish(self, like: Option<&Session>, aircraft: Option<&str>) -> Result<Option<PathBuf>, String> {
+    pub fn finish(self) -> Result<Option<Recorded>, String> {
         let Some(recorder) = self.recorder else { return Ok(None) };
-        let (map, left_out) = (&self.map_text, &self.map.left_out);
-        let ending = Ending { map, like, aircraft, left_out, time_s: &|row| self.map.time_s(row) };
-        let finished = recorder.finish(&ending);
+        let reading = Reading { left_out: &self.map.left_out, time_s: &|row| self.map.time_s(row) };
         // Why there is no session is why nothing was recorded.
-        finished.map(Some).map_err(|error| self.recording_error.unwrap_or(error))
+        recorder.finish(&reading).map(Some).map_err(|error| self.recording_error.unwrap_or(error))
     }
 }

@@ -1,6 +1,6 @@
 //! A flight watched in the background.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -12,6 +12,8 @@ use crate::live::{Limit, LiveUpdate, LiveWatch, Opening, open};
 
 /// Interval of updates in the window, s.
 const UPDATE_S: f64 = 0.25;
+/// Most findings that are kept.
+const FINDINGS: usize = 100;
 
 /// What is to be watched in the background.
 #[derive(Clone, Debug, Default)]
@@ -56,6 +58,8 @@ pub struct LiveView {
     pub traces: BTreeMap<String, Vec<[f64; 2]>>,
     /// Derivatives at the updates.
     pub estimates: BTreeMap<String, EstimateTrace>,
+    /// Findings so far, each with its time of flight, s; the latest of many.
+    pub findings: VecDeque<(f64, String)>,
     /// What was chosen, a line each.
     pub notes: Vec<String>,
     /// What went wrong.
@@ -77,6 +81,10 @@ impl LiveView {
                 trace.points.push([update.time_s, estimate]);
                 trace.spread.push(2.0 * error);
             }
+        }
+        self.findings.extend(update.findings.iter().map(|finding| (update.time_s, finding.clone())));
+        while self.findings.len() > FINDINGS {
+            self.findings.pop_front();
         }
         self.latest = Some(update);
     }
@@ -144,7 +152,7 @@ fn watch(order: &LiveOrder, shared: &Mutex<Arc<LiveView>>, stop: &AtomicBool, wa
     let speed = order.speed.filter(|_| watched.is_recorded);
     let mut live = LiveWatch::new(watched.source, watched.map, settings, speed, order.opening.wait)?;
     if let Some(folder) = &order.record {
-        live.record(folder)?;
+        live.record(folder, watched.session.as_ref(), watched.aircraft.as_deref())?;
     }
     Arc::make_mut(&mut lock(shared)).notes = notes;
     loop {
@@ -166,8 +174,12 @@ fn watch(order: &LiveOrder, shared: &Mutex<Arc<LiveView>>, stop: &AtomicBool, wa
             sleep(rest);
         }
     }
-    let session = live.finish(watched.session.as_ref(), watched.aircraft.as_deref())?;
-    Arc::make_mut(&mut lock(shared)).session = session;
+    if let Some(recorded) = live.finish()? {
+        let mut guard = lock(shared);
+        let view = Arc::make_mut(&mut guard);
+        view.notes.extend(recorded.notes);
+        view.session = Some(recorded.session);
+    }
     Ok(())
 }
 

@@ -6,6 +6,7 @@ use doublet_core::quantity::in_words;
 use doublet_core::series::TimeRange;
 
 use super::{Session, constraint, expression, preparation, sensor_errors};
+use crate::notation;
 use crate::verdict::{Finding, Level};
 
 /// Code of what makes the session contradict itself: nothing can be computed from it.
@@ -90,12 +91,20 @@ pub(super) fn name_fits(kind: &str, name: &str) -> Result<(), String> {
     unfit(kind, name).map_or(Ok(()), |finding| Err(finding.to_string()))
 }
 
+/// Whether no name may hold a character.
+fn is_unfit(letter: char) -> bool {
+    letter.is_control() || notation::is_direction_mark(letter)
+}
+
+/// A name without what no name may hold, and as long as one may be.
+pub fn fitting_name(name: &str) -> String {
+    name.chars().filter(|letter| !is_unfit(*letter)).take(LONGEST_NAME).collect()
+}
+
 /// Why a name does not suit the files of results: too long for a path, or with a character that no document holds or that changes the
 /// direction of the text behind it.
 fn unfit(kind: &str, name: &str) -> Option<Finding> {
-    let is_unfit =
-        |letter: &char| letter.is_control() || matches!(letter, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-    if let Some((place, letter)) = name.chars().enumerate().find(|(_, letter)| is_unfit(letter)) {
+    if let Some((place, letter)) = name.chars().enumerate().find(|(_, letter)| is_unfit(*letter)) {
         let text =
             format!("character {} is U+{:04X}, which reports and exports cannot hold", place + 1, u32::from(letter));
         return Some(contradiction(kind.to_owned(), text, "remove it"));

@@ -36,7 +36,7 @@ use crate::verdict::PlausibleRange;
 
 pub use aircraft::AircraftEdit;
 pub use annotation::{Annotation, AnnotationEdit};
-pub use check::{MOST_WINDOWS, check, stops_run};
+pub use check::{MOST_WINDOWS, check, fitting_name, stops_run};
 pub use constraint::TermConstraint;
 pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit};
 pub use experiment::{

@@ -5,7 +5,7 @@ mod plot;
 
 use std::fmt::Write;
 
-use doublet_engine::notation::significant;
+use doublet_engine::notation::{is_direction_mark, significant};
 use doublet_engine::report::document::{Colour, Figure, LineStyle, Mark, Matrix, Panel};
 
 pub use plot::{Range, range};
@@ -49,7 +49,8 @@ fn ink(Colour([red, green, blue]): Colour) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
-/// Characters with a meaning in SVG and HTML as entities; those no XML may hold are left out.
+/// Characters with a meaning in SVG and HTML as entities; those no XML may hold and those that change the direction of the text behind
+/// them are left out.
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
@@ -60,7 +61,7 @@ pub fn escape(text: &str) -> String {
             '"' => escaped.push_str("&quot;"),
             '\'' => escaped.push_str("&#39;"),
             '\t' | '\n' | '\r' => escaped.push(' '),
-            control if control.is_control() => {}
+            hidden if hidden.is_control() || is_direction_mark(hidden) => {}
             other => escaped.push(other),
         }
     }
