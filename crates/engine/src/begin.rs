@@ -12,6 +12,7 @@ use doublet_core::model::Structure;
 use doublet_core::quantity::{Dimension, Role, Unit};
 use doublet_core::reconstruct::{FilterSettings, Input, MEASUREMENTS, Measurement};
 use doublet_core::series::{Channel, Recording, TimeRange};
+use doublet_core::statistics::median_step;
 
 use crate::builtin;
 use crate::run::Control;
@@ -356,10 +357,27 @@ pub fn add_flight(
     }
     session.windows.extend(windows);
     if session.flights.len() == 1 {
+        take_half_width(session, &loaded.recording);
         take_noise(session, NoiseFlight { name, loaded: &loaded, proposals: &found })?;
     }
     progress(1.0);
     Ok(found)
+}
+
+/// Half width of the differentiation of a new session, s. Over it the local quadratic leaves the fast motion of small and slow aircraft;
+/// 20 aircraft with known truth are in docs/fidelity.md.
+const HALF_WIDTH_S: f64 = 0.1;
+
+/// Takes the half width of the differentiation by the interval of the rates: two samples at least, and no more than that of an old session.
+fn take_half_width(session: &mut Session, recording: &Recording) {
+    let rates = [Role::PitchRate, Role::RollRate, Role::YawRate];
+    let rate = rates.into_iter().find_map(|role| recording.role(role));
+    let step_s = rate.and_then(|rate| median_step(&rate.series.time_s));
+    let built_in = Preparation::default().differentiation_half_width_s;
+    let half_width_s = &mut session.preparation.differentiation_half_width_s;
+    if let (Some(step_s), Some(longest_s)) = (step_s, built_in.filter(|_| *half_width_s == built_in)) {
+        *half_width_s = Some(HALF_WIDTH_S.max(2.0 * step_s).min(longest_s));
+    }
 }
 
 /// Marks the steady windows found in the first flight of a session whose noise is the built-in one, that of one aircraft's sensors, and takes
