@@ -391,6 +391,22 @@ impl Fit {
         .collect()
     }
 
+    /// Predictions of a coefficient by window: time (s), observation, prediction with the constants of the identification and with its own.
+    #[expect(clippy::type_complexity, reason = "a tuple of Python")]
+    fn predicted<'py>(
+        &self,
+        py: Python<'py>,
+        coefficient: &str,
+    ) -> PyResult<Vec<(&str, [Bound<'py, PyArray1<f64>>; 4])>> {
+        let rows = self.inner.pooled.predictions.iter().filter(|row| row.coefficient.name() == coefficient);
+        rows.map(|row| {
+            let values = [&row.observed.time_s, &row.observed.values, &row.identified.values, &row.own_constant.values];
+            let [time, observed, identified, own] = values.map(|column| shared(py, column));
+            Ok((&*row.window, [time?, observed?, identified?, own?]))
+        })
+        .collect()
+    }
+
     /// Trim, linear models, modes and levels, as `dynamics` of results.json: JSON.
     fn dynamics(
         &self,

@@ -10,7 +10,7 @@ use doublet_engine::graph::{Context, Control, Key, Keyed, Stage, StageError};
 use doublet_engine::run::{Slot, Snapshot, WindowResults};
 use doublet_engine::session::{Estimation, Flight, Manoeuvre, Preparation, Session};
 use doublet_engine::stage::{FlownMass, PooledFits, WindowAero, WindowFits, WindowPath};
-use doublet_engine::verdict::{Verdicts, judge};
+use doublet_engine::verdict::{Verdicts, fold, judge};
 use pyo3::prelude::*;
 
 use crate::attend::{detached, refuse};
@@ -117,8 +117,10 @@ pub fn json(verdicts: &Verdicts) -> PyResult<String> {
     let coefficients: BTreeMap<_, _> = pooled.clone().map(|fit| (fit.coefficient.name(), fit.verdict.level)).collect();
     let derivatives = pooled.flat_map(|fit| &fit.derivatives);
     let derivatives: BTreeMap<_, _> = derivatives.map(|one| (&one.name, one.verdict.level)).collect();
+    let lines: Vec<String> = fold(&verdicts.session.reasons, &[]).iter().map(ToString::to_string).collect();
     let all = serde_json::json!({
         "level": verdicts.session.level,
+        "lines": lines,
         "reasons": verdicts.session.reasons,
         "windows": windows,
         "coefficients": coefficients,
