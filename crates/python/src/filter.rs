@@ -1,6 +1,8 @@
 //! Settings of the filter as Python gives them.
 
-use doublet_core::reconstruct::{FilterSettings, Input, InputHold, Linearisation, Measurement, Method, SettingError, State};
+use doublet_core::reconstruct::{
+    FilterSettings, Input, InputHold, Linearisation, Measurement, Method, SettingError, State,
+};
 use doublet_engine::session::GravitySource;
 use pyo3::prelude::*;
 
@@ -102,5 +104,6 @@ impl FilterGiven {
 
 fn state(name: &str) -> PyResult<State> {
     let known = || State::ALL.map(State::name).join(", ");
-    State::from_name(name).ok_or_else(|| refuse(format!("'{name}' is not a state of the filter: use one of {}", known())))
+    State::from_name(name)
+        .ok_or_else(|| refuse(format!("'{name}' is not a state of the filter: use one of {}", known())))
 }

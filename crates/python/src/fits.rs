@@ -323,9 +323,8 @@ impl Fit {
                 manoeuvre.role = if is_named { WindowRole::Identification } else { WindowRole::Validation };
             }
         }
-        let pooled = detached(py, "fit", || {
-            Ok::<_, StageError>(pooled_fits(&aero_windows(&used), &structure, &estimation))
-        })?;
+        let pooled =
+            detached(py, "fit", || Ok::<_, StageError>(pooled_fits(&aero_windows(&used), &structure, &estimation)))?;
         let pooled = Keyed::new(Arc::new(pooled), Key::unique());
         Ok(Self { inner: Arc::new(Fitted { preparation, structure, estimation, windows: used, pooled }) })
     }

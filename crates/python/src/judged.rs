@@ -57,11 +57,7 @@ pub fn of_path(py: Python<'_>, path: &Arc<Reconstructed>) -> PyResult<String> {
 }
 
 /// Verdicts on windows, and on the fit over them where there is one.
-pub fn verdicts(
-    windows: Vec<JudgedWindow<'_>>,
-    preparation: &Preparation,
-    fit: Option<JudgedFit<'_>>,
-) -> Verdicts {
+pub fn verdicts(windows: Vec<JudgedWindow<'_>>, preparation: &Preparation, fit: Option<JudgedFit<'_>>) -> Verdicts {
     let Some(first) = windows.first().map(|window| window.source) else { return Verdicts::default() };
     let manoeuvres = windows.iter().map(|window| window.manoeuvre.clone()).collect();
     let mut session = Session {
@@ -111,8 +107,7 @@ fn add_flights(snapshot: &mut Snapshot, windows: &[JudgedWindow<'_>]) {
 
 /// Level, findings in order of weight, and the level of every window, coefficient and derivative.
 pub fn json(verdicts: &Verdicts) -> PyResult<String> {
-    let windows: BTreeMap<_, _> =
-        verdicts.windows.iter().map(|(name, window)| (name, window.verdict.level)).collect();
+    let windows: BTreeMap<_, _> = verdicts.windows.iter().map(|(name, window)| (name, window.verdict.level)).collect();
     let pooled = verdicts.pooled.iter();
     let coefficients: BTreeMap<_, _> = pooled.clone().map(|fit| (fit.coefficient.name(), fit.verdict.level)).collect();
     let derivatives = pooled.flat_map(|fit| &fit.derivatives);

@@ -227,8 +227,7 @@ impl Recording {
 
     /// Channels against each other: the rows of `physics` in `doublet check --json`, as JSON.
     fn physics(&self, py: Python<'_>) -> PyResult<String> {
-        let found =
-            detached(py, "channels against each other", || Ok::<_, StageError>(self.flight.physics().clone()))?;
+        let found = detached(py, "channels against each other", || Ok::<_, StageError>(self.flight.physics().clone()))?;
         serde_json::to_string(&found.rows).map_err(refuse)
     }
 

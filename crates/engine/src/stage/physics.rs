@@ -221,7 +221,11 @@ fn sentence(cure: &Cure, map: &str) -> String {
         }
         Cure::Swap { one, other } => match map {
             "" => format!("Exchange channels {} and {}.", one.name(), other.name()),
-            map => format!("Channel map {map}: exchange the channels of [roles.{}] and [roles.{}].", one.name(), other.name()),
+            map => format!(
+                "Channel map {map}: exchange the channels of [roles.{}] and [roles.{}].",
+                one.name(),
+                other.name()
+            ),
         },
         Cure::Reassign { from, to } => match map {
             "" => format!("Rename channel {} to {}.", from.name(), to.name()),
@@ -237,11 +241,9 @@ fn sentence(cure: &Cure, map: &str) -> String {
         Cure::Shift { source, late_s } => {
             format!("Add {:.2} s to the clock offset of source {source} (panel Preprocess).", -late_s)
         }
-        Cure::Travel { role, form, .. } => format!(
-            "{}: set unit = \"deg\" and scale = full travel in degrees / {}.",
-            role_of(role),
-            form.full()
-        ),
+        Cure::Travel { role, form, .. } => {
+            format!("{}: set unit = \"deg\" and scale = full travel in degrees / {}.", role_of(role), form.full())
+        }
     }
 }
 
