@@ -44,6 +44,7 @@ mod shell;
 mod simulate;
 mod structure;
 mod study;
+mod suggest;
 mod summary;
 mod text;
 mod thesis;
@@ -78,7 +79,14 @@ pub fn invoke() -> Invocation {
     let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let as_json = asks_for_json(&matches);
     match arguments.command {
-        None => Invocation::Window(arguments.session),
+        None => {
+            let command_line = command_line();
+            let commands = command_line.get_subcommands().map(clap::Command::get_name);
+            match arguments.session.as_deref().and_then(|session| suggest::mistyped(session, commands)) {
+                Some(error) => Invocation::Done(fail(error)),
+                None => Invocation::Window(arguments.session),
+            }
+        }
         Some(command) => Invocation::Done(execute(command, as_json)),
     }
 }

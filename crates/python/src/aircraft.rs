@@ -10,7 +10,7 @@ use doublet_engine::stage::{AircraftData, LoadedAircraft, aircraft_data, load_ai
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::attend::refuse;
+use crate::attend::{pooled, refuse};
 
 /// An aircraft with its standard loading.
 #[pyclass(frozen, module = "doublet")]
@@ -43,7 +43,7 @@ impl Aircraft {
             }
         };
         let folder = std::env::current_dir()?;
-        let loaded = load_aircraft(&Context::new(&folder), &reference).map_err(refuse)?;
+        let loaded = pooled(|| load_aircraft(&Context::new(&folder), &reference)).map_err(refuse)?;
         Ok(Self::of(loaded.shared(), Some(reference), None))
     }
 

@@ -1,14 +1,15 @@
-//! Errors as exceptions, and work that leaves Python free, tells how far it is and can be interrupted.
+//! Errors as exceptions, and work that leaves Python free, reports its progress, can be interrupted and survives a fork.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use doublet_engine::graph::{Control, StageError, guarded};
 use doublet_engine::run::Job;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 pyo3::create_exception!(
     doublet,
@@ -22,13 +23,51 @@ pub fn refuse(error: impl std::fmt::Display) -> PyErr {
     DoubletError::new_err(error.to_string())
 }
 
+/// Process that loaded the module: the threads of the global pool exist in it alone.
+static HOME: AtomicU32 = AtomicU32::new(0);
+/// Pool of a process that was forked from it, with the process that made the pool.
+static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+
+/// Notes which process loads the module.
+pub fn note_process() {
+    HOME.store(std::process::id(), Ordering::Relaxed);
+}
+
+/// Does `work` with threads of this process. A fork copies no threads, so that a forked process uses a pool of its own.
+pub fn pooled<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    let process = std::process::id();
+    if process == HOME.load(Ordering::Relaxed) {
+        return work();
+    }
+    match pool_of(process) {
+        Some(pool) => pool.install(work),
+        None => work(),
+    }
+}
+
+/// The pool of a forked process; `None` where the operating system refuses threads.
+fn pool_of(process: u32) -> Option<Arc<ThreadPool>> {
+    let build = || ThreadPoolBuilder::new().build().ok().map(Arc::new);
+    // A thread that another fork did not copy may have held the lock: then the pool serves one call.
+    let Ok(mut known) = POOL.try_lock() else { return build() };
+    match &*known {
+        Some((owner, pool)) if *owner == process => Some(Arc::clone(pool)),
+        _ => {
+            let pool = build()?;
+            // The pool of the parent has no threads here that could end.
+            std::mem::forget(known.replace((process, Arc::clone(&pool))));
+            Some(pool)
+        }
+    }
+}
+
 /// Does `work` while other Python threads run; a panic in it becomes the same exception as a refusal.
 pub fn detached<T: Send, E: std::fmt::Display + Send>(
     py: Python<'_>,
     name: &str,
     work: impl FnOnce() -> Result<T, E> + Send,
 ) -> PyResult<T> {
-    py.detach(|| guarded(name, || work().map_err(|error| error.to_string()))).map_err(refuse)
+    py.detach(|| guarded(name, || pooled(|| work().map_err(|error| error.to_string())))).map_err(refuse)
 }
 
 /// Tells the part that is done, 0 to 1, from any thread.
@@ -41,7 +80,7 @@ const LOOK: Duration = Duration::from_millis(50);
 ///
 /// # Errors
 /// The line of the work, `KeyboardInterrupt`, or what `progress` raised.
-pub fn attend<T: Send + 'static, E: Into<StageError>>(
+pub fn attend<T: Send + 'static, E: Into<StageError> + Send>(
     py: Python<'_>,
     name: &str,
     progress: Option<&Bound<'_, PyAny>>,
@@ -54,10 +93,10 @@ pub fn attend<T: Send + 'static, E: Into<StageError>>(
     };
     let part = Arc::new(AtomicU32::new(0.0_f32.to_bits()));
     let done = Arc::clone(&part);
-    let told_work = move |control: &Control, _: &(dyn Fn(f32) + Sync)| {
-        work(control, &move |part: f32| done.store(part.to_bits(), Ordering::Relaxed))
+    let pooled_work = move |control: &Control, _: &(dyn Fn(f32) + Sync)| {
+        pooled(|| work(control, &move |part: f32| done.store(part.to_bits(), Ordering::Relaxed)))
     };
-    let job = Job::start(name, wake, told_work)?;
+    let job = Job::start(name, wake, pooled_work)?;
     let mut shown = -1.0;
     loop {
         // A receiver is one thread's alone: it goes there and comes back.

@@ -11,17 +11,20 @@ use doublet_engine::session::{
     Estimation, Manoeuvre, PooledConstants, Preparation, Settings, TermConstraint, WindowRole,
 };
 use doublet_engine::stage::{
-    AeroWindow, PooledFits, StudyWindow, WindowAero, WindowFits, aero, describe_origin, pooled_fits, window_fits,
+    AeroWindow, PooledFits, StudyWindow, WindowAero, WindowFits, WindowPath, aero, describe_origin, pooled_fits,
+    window_fits,
 };
 use doublet_engine::study::dynamics::{pooled_model, propagate_expression, window_key};
 use doublet_engine::study::{CheckStudy, DynamicsRequest, DynamicsStudy, StudyInput};
+use doublet_engine::verdict::Verdicts;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::attend::{Show, attend, detached, refuse};
 use crate::columns::{matrix, owned, shared};
-use crate::path::{Path, Reconstructed};
+use crate::judged::{self, JudgedWindow};
+use crate::path::{FLIGHT, Path, Reconstructed};
 
 /// What is known of a derivative beforehand, as Python gives it: coefficient, term, kind, two numbers.
 type ConstraintGiven = (String, String, String, f64, f64);
@@ -54,7 +57,7 @@ impl Coefficients {
             let found = &window.path;
             let of_path = (&*found.data, &found.reconstruction);
             let aircraft = (&*aircraft, &*window.manoeuvre.excluded);
-            let formed = aero(&path.flight.recording, of_path, aircraft, &preparation);
+            let formed = aero(&path.flight.loaded.recording, of_path, aircraft, &preparation);
             let formed = formed.map_err(|error| error.at(format!("manoeuvre '{}'", window.manoeuvre.name)))?;
             Ok((window.manoeuvre.clone(), Keyed::new(Arc::new(formed), Key::unique())))
         };
@@ -65,6 +68,22 @@ impl Coefficients {
     /// Names of the windows.
     fn windows(&self) -> Vec<&str> {
         self.windows.iter().map(|(window, _)| &*window.name).collect()
+    }
+
+    /// Verdict of the windows as JSON: that of a session of the same windows.
+    fn verdict(&self, py: Python<'_>) -> PyResult<String> {
+        let found = detached(py, "verdict", || {
+            let windows = self.windows.iter().zip(&self.path.windows);
+            let judged = windows.map(|((manoeuvre, aero), window)| JudgedWindow {
+                manoeuvre,
+                source: &self.path,
+                path: &window.path,
+                aero: Some(aero),
+                fits: None,
+            });
+            Ok::<_, StageError>(judged::verdicts(judged.collect(), &self.preparation, None))
+        })?;
+        judged::json(&found)
     }
 
     /// Time, s, of a window, its coefficients and its variables by name.
@@ -142,46 +161,92 @@ fn constraints(given: Vec<ConstraintGiven>) -> PyResult<Vec<TermConstraint>> {
     given.into_iter().map(one).collect()
 }
 
+/// A window of a fit, with everything its coefficients were made from.
+struct FitWindow {
+    manoeuvre: Manoeuvre,
+    source: Arc<Reconstructed>,
+    path: Keyed<WindowPath>,
+    aero: Keyed<WindowAero>,
+}
+
 /// Everything a fit was made from, and the fit.
 pub struct Fitted {
-    path: Arc<Reconstructed>,
     preparation: Arc<Preparation>,
     structure: Structure,
     estimation: Estimation,
-    windows: Vec<(Manoeuvre, Keyed<WindowAero>)>,
+    windows: Vec<FitWindow>,
     pooled: Keyed<PooledFits>,
 }
 
 impl Fitted {
     fn aero(&self) -> Vec<AeroWindow<'_>> {
-        self.windows.iter().map(|(window, aero)| (window, Arc::clone(aero.shared()))).collect()
+        aero_windows(&self.windows)
+    }
+
+    fn own_fits(&self, window: &FitWindow) -> WindowFits {
+        window_fits(&window.manoeuvre, window.aero.shared(), &self.structure, &self.estimation)
     }
 
     /// Does `work` with what a study looks at.
     pub fn study<R>(&self, work: impl FnOnce(&StudyInput<'_>) -> StageResult<R>) -> StageResult<R> {
         let no_aircraft = || StageError::from("no aircraft");
-        let aircraft = self.path.aircraft.as_ref().ok_or_else(no_aircraft)?;
-        let own = |name: &str| self.path.windows.iter().find(|window| window.manoeuvre.name == name);
-        let windows = self.windows.iter().filter_map(|(manoeuvre, aero)| {
-            let fits: WindowFits = window_fits(manoeuvre, aero.shared(), &self.structure, &self.estimation);
-            Some(StudyWindow {
-                manoeuvre,
-                flight: self.path.flight.clone(),
-                aircraft: aircraft.clone(),
-                path: own(&manoeuvre.name)?.path.clone(),
-                aero: aero.clone(),
-                fits: Keyed::new(Arc::new(fits), Key::unique()),
-            })
+        let first = self.windows.first().map(|window| &window.source).ok_or("there is no manoeuvre")?;
+        let aircraft = first.aircraft.as_ref().ok_or_else(no_aircraft)?;
+        let windows = self.windows.iter().map(|window| StudyWindow {
+            manoeuvre: &window.manoeuvre,
+            flight: window.source.flight.loaded.clone(),
+            aircraft: aircraft.clone(),
+            path: window.path.clone(),
+            aero: window.aero.clone(),
+            fits: Keyed::new(Arc::new(self.own_fits(window)), Key::unique()),
         });
         let windows: Vec<_> = windows.collect();
         let settings = Settings {
-            filter: &self.path.filter,
+            filter: &first.filter,
             preparation: &self.preparation,
             structure: &self.structure,
             estimation: &self.estimation,
         };
         work(&StudyInput { settings, aircraft, windows: &windows, pooled: &self.pooled })
     }
+
+    fn verdicts(&self) -> Verdicts {
+        let windows = self.windows.iter().map(|window| JudgedWindow {
+            manoeuvre: &window.manoeuvre,
+            source: &window.source,
+            path: &window.path,
+            aero: Some(&window.aero),
+            fits: Some(self.own_fits(window)),
+        });
+        let fit = (&self.structure, &self.estimation, &self.pooled);
+        judged::verdicts(windows.collect(), &self.preparation, Some(fit))
+    }
+}
+
+fn aero_windows(windows: &[FitWindow]) -> Vec<AeroWindow<'_>> {
+    windows.iter().map(|window| (&window.manoeuvre, Arc::clone(window.aero.shared()))).collect()
+}
+
+/// Windows of coefficients of one flight or several; of several each flight has its number, as a name has that is there already.
+fn pooled_windows(several: &[PyRef<'_, Coefficients>]) -> PyResult<Vec<FitWindow>> {
+    let mut windows: Vec<FitWindow> = Vec::new();
+    for (index, coefficients) in several.iter().enumerate() {
+        if coefficients.preparation != several[0].preparation {
+            return Err(refuse("the coefficients differ in axes or thrust: form all of them alike"));
+        }
+        for ((manoeuvre, aero), window) in coefficients.windows.iter().zip(&coefficients.path.windows) {
+            let mut manoeuvre = manoeuvre.clone();
+            if index > 0 {
+                manoeuvre.flight = format!("{FLIGHT} {}", index + 1);
+            }
+            if windows.iter().any(|known| known.manoeuvre.name == manoeuvre.name) {
+                manoeuvre.name = format!("{} (flight {})", manoeuvre.name, index + 1);
+            }
+            let (source, path) = (Arc::clone(&coefficients.path), window.path.clone());
+            windows.push(FitWindow { manoeuvre, source, path, aero: aero.clone() });
+        }
+    }
+    Ok(windows)
 }
 
 /// Derivatives fitted over windows.
@@ -215,23 +280,26 @@ pub fn request(trim: &Bound<'_, PyDict>, samples: usize, seed: u64) -> PyResult<
 }
 
 impl Fit {
+    fn window(&self, name: &str) -> Option<&FitWindow> {
+        self.inner.windows.iter().find(|window| window.manoeuvre.name == name)
+    }
+
     /// Observed coefficient over the windows it was fitted in.
     fn observed(&self, fit: &doublet_engine::stage::CoefficientFit) -> Vec<f64> {
-        let of = |name: &String| self.inner.windows.iter().find(|(window, _)| window.name == *name);
-        let used = fit.windows.iter().filter_map(|(name, _)| of(name));
-        used.flat_map(|(_, aero)| aero.coefficients.get(fit.coefficient)).copied().collect()
+        let used = fit.windows.iter().filter_map(|(name, _)| self.window(name));
+        used.flat_map(|window| window.aero.coefficients.get(fit.coefficient)).copied().collect()
     }
 }
 
 #[pymethods]
 impl Fit {
-    /// Fits the derivatives of a structure over the windows of coefficients.
+    /// Fits the derivatives of a structure over the windows of coefficients of one flight or several.
     #[staticmethod]
     #[allow(clippy::too_many_arguments, reason = "what the Python function has by name")]
     #[expect(clippy::self_named_constructors, reason = "the name of the Python function")]
     fn fit(
         py: Python<'_>,
-        coefficients: &Coefficients,
+        coefficients: Vec<PyRef<'_, Coefficients>>,
         models: Vec<(String, Vec<String>)>,
         windows: Option<Vec<String>>,
         given: Vec<ConstraintGiven>,
@@ -242,27 +310,40 @@ impl Fit {
         let constants = if common_constant { PooledConstants::Common } else { PooledConstants::PerWindow };
         let estimation =
             Estimation { by_surface, constants, constraints: constraints(given)?, ..Estimation::default() };
-        let mut used = coefficients.windows.as_ref().clone();
+        let preparation = coefficients.first().map(|first| Arc::clone(&first.preparation));
+        let preparation = preparation.ok_or_else(|| refuse("there are no coefficients: give those of one flight"))?;
+        let mut used = pooled_windows(&coefficients)?;
         if let Some(names) = &windows {
-            if let Some(unknown) = names.iter().find(|name| !used.iter().any(|(window, _)| window.name == **name)) {
-                return Err(refuse(format!(
-                    "no manoeuvre is called '{unknown}': there are {}",
-                    coefficients.windows().join(", ")
-                )));
+            if let Some(unknown) = names.iter().find(|name| !used.iter().any(|one| one.manoeuvre.name == **name)) {
+                let known: Vec<_> = used.iter().map(|one| &*one.manoeuvre.name).collect();
+                return Err(refuse(format!("no manoeuvre is called '{unknown}': there are {}", known.join(", "))));
             }
-            for (window, _) in &mut used {
-                let is_named = names.contains(&window.name);
-                window.role = if is_named { WindowRole::Identification } else { WindowRole::Validation };
+            for FitWindow { manoeuvre, .. } in &mut used {
+                let is_named = names.contains(&manoeuvre.name);
+                manoeuvre.role = if is_named { WindowRole::Identification } else { WindowRole::Validation };
             }
         }
-        let pooled = detached(py, "fit", || {
-            let aero: Vec<AeroWindow<'_>> =
-                used.iter().map(|(window, aero)| (window, Arc::clone(aero.shared()))).collect();
-            Ok::<_, StageError>(pooled_fits(&aero, &structure, &estimation))
-        })?;
-        let (path, preparation) = (Arc::clone(&coefficients.path), Arc::clone(&coefficients.preparation));
+        let pooled =
+            detached(py, "fit", || Ok::<_, StageError>(pooled_fits(&aero_windows(&used), &structure, &estimation)))?;
         let pooled = Keyed::new(Arc::new(pooled), Key::unique());
-        Ok(Self { inner: Arc::new(Fitted { path, preparation, structure, estimation, windows: used, pooled }) })
+        Ok(Self { inner: Arc::new(Fitted { preparation, structure, estimation, windows: used, pooled }) })
+    }
+
+    /// Names of the windows, in order.
+    fn windows(&self) -> Vec<&str> {
+        self.inner.windows.iter().map(|window| &*window.manoeuvre.name).collect()
+    }
+
+    /// Time of the samples of a window, s, as its coefficients have it.
+    fn time<'py>(&self, py: Python<'py>, window: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let found = self.window(window).ok_or_else(|| refuse("manoeuvre not found"))?;
+        shared(py, &found.aero.series[0].time_s)
+    }
+
+    /// Verdict of the fit as JSON: that of a session of the same windows and structure.
+    fn verdict(&self, py: Python<'_>) -> PyResult<String> {
+        let found = detached(py, "verdict", || Ok::<_, StageError>(self.inner.verdicts()))?;
+        judged::json(&found)
     }
 
     /// Each coefficient: its estimates and what is said about them, or why there are none.
@@ -305,6 +386,22 @@ impl Fit {
         rows.map(|row| {
             let quality = (row.quality_identified.r_squared, row.quality_own_constant.r_squared);
             (&*row.window, row.role.name(), row.coefficient.name(), quality.0, quality.1)
+        })
+        .collect()
+    }
+
+    /// Predictions of a coefficient by window: time (s), observation, prediction with the constants of the identification and with its own.
+    #[expect(clippy::type_complexity, reason = "a tuple of Python")]
+    fn predicted<'py>(
+        &self,
+        py: Python<'py>,
+        coefficient: &str,
+    ) -> PyResult<Vec<(&str, [Bound<'py, PyArray1<f64>>; 4])>> {
+        let rows = self.inner.pooled.predictions.iter().filter(|row| row.coefficient.name() == coefficient);
+        rows.map(|row| {
+            let values = [&row.observed.time_s, &row.observed.values, &row.identified.values, &row.own_constant.values];
+            let [time, observed, identified, own] = values.map(|column| shared(py, column));
+            Ok((&*row.window, [time?, observed?, identified?, own?]))
         })
         .collect()
     }

@@ -8,8 +8,10 @@ mod arrays;
 mod attend;
 mod columns;
 mod design;
+mod filter;
 mod fits;
 mod flight;
+mod judged;
 mod path;
 mod recording;
 mod session;
@@ -44,6 +46,7 @@ mod _doublet {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        crate::attend::note_process();
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         module.add("instructions", doublet_core::reconstruct::instructions())
     }

@@ -3,11 +3,13 @@
 use std::sync::Arc;
 
 use doublet_core::quantity::{Dimension, Role};
-use doublet_core::reconstruct::{FilterSettings, Input, Measurement, Method, State};
+use doublet_core::reconstruct::{FilterSettings, Measurement, State};
 use doublet_core::series::TimeRange;
 use doublet_engine::graph::{Control, Key, KeyBuilder, Keyed, StageError};
-use doublet_engine::session::{MOST_WINDOWS, Manoeuvre, PathSource, Preparation, Surface, WindowRole};
-use doublet_engine::stage::{AircraftData, LoadedFlight, Samples, WindowPath, fit_in_memory, paths, samples};
+use doublet_engine::session::{MOST_WINDOWS, Manoeuvre, PathSource, Preparation, Session, Surface, WindowRole};
+use doublet_engine::stage::{
+    AircraftData, Gravity, LoadedFlight, Samples, WindowPath, fit_in_memory, gravity, paths, samples,
+};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -15,7 +17,9 @@ use pyo3::types::PyDict;
 use crate::aircraft::Aircraft;
 use crate::attend::{Show, attend, refuse};
 use crate::columns::{owned, shared};
-use crate::recording::Recording;
+use crate::filter::FilterGiven;
+use crate::judged::{self, session_of};
+use crate::recording::{RecordedFlight, Recording};
 
 /// A window as Python gives it: name, start and end (s), surface, kind of input, role.
 pub type WindowGiven = (String, f64, f64, Option<String>, String, String);
@@ -29,9 +33,10 @@ pub struct PathWindow {
 
 /// Everything a path was made from, and the path of each window.
 pub struct Reconstructed {
-    pub flight: Keyed<LoadedFlight>,
+    pub flight: Arc<RecordedFlight>,
     pub aircraft: Option<Keyed<AircraftData>>,
     pub filter: FilterSettings,
+    pub gravity: Gravity,
     pub preparation: Preparation,
     pub windows: Vec<PathWindow>,
 }
@@ -43,7 +48,7 @@ pub struct Path {
 }
 
 /// Name of the flight that arrays and files make.
-const FLIGHT: &str = "flight";
+pub const FLIGHT: &str = "flight";
 
 fn window((name, start_s, end_s, surface, kind, role): WindowGiven) -> PyResult<Manoeuvre> {
     let wrong = |what: &str, found: &str, known: &[&str]| {
@@ -63,40 +68,6 @@ fn window((name, start_s, end_s, surface, kind, role): WindowGiven) -> PyResult<
     Ok(Manoeuvre { surface, kind, role, ..Manoeuvre::new(name, FLIGHT.to_owned(), window) })
 }
 
-/// Filter settings by method and by the standard deviations of inputs and measurements, SI.
-fn settings(
-    method: &str,
-    noise: Vec<(String, f64)>,
-    delays: Vec<(String, f64)>,
-    smooth: bool,
-    passes: usize,
-) -> PyResult<FilterSettings> {
-    let method = match method {
-        "ekf" => Method::Ekf,
-        "iekf" => Method::USUAL_IEKF,
-        "ukf" => Method::Ukf { spread: Method::USUAL_SPREAD },
-        other => return Err(refuse(format!("'{other}' is not a filter: use ekf, iekf or ukf"))),
-    };
-    let mut settings = FilterSettings { method, smooth, smoother_passes: passes, ..FilterSettings::default() };
-    let unknown = |name: &str| {
-        let known: Vec<_> =
-            Input::ALL.map(Input::name).into_iter().chain(Measurement::ALL.map(Measurement::name)).collect();
-        refuse(format!("'{name}' is neither an input nor a measurement of the filter: use one of {}", known.join(", ")))
-    };
-    for (name, deviation) in noise {
-        match (Input::from_name(&name), Measurement::from_name(&name)) {
-            (Some(input), _) => settings.process_noise[input as usize] = deviation,
-            (None, Some(measurement)) => settings.measurement_noise[measurement as usize] = deviation,
-            (None, None) => return Err(unknown(&name)),
-        }
-    }
-    for (name, delay_s) in delays {
-        let measurement = Measurement::from_name(&name).ok_or_else(|| unknown(&name))?;
-        settings.measurement_delay_s[measurement as usize] = delay_s;
-    }
-    Ok(settings)
-}
-
 impl Path {
     fn window(&self, index: usize) -> PyResult<&PathWindow> {
         self.inner.windows.get(index).ok_or_else(|| refuse("manoeuvre not found"))
@@ -107,30 +78,39 @@ impl Path {
 impl Path {
     /// Reconstructs the flight path of each window.
     #[staticmethod]
-    #[allow(clippy::too_many_arguments, reason = "what the Python function has by name")]
     fn reconstruct(
         py: Python<'_>,
         recording: &Recording,
         aircraft: Option<&Aircraft>,
         windows: Vec<WindowGiven>,
-        method: &str,
-        noise: Vec<(String, f64)>,
-        delays: Vec<(String, f64)>,
-        smooth: bool,
-        passes: usize,
+        settings: FilterGiven,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let filter = settings(method, noise, delays, smooth, passes)?;
+        let (mut filter, source) = settings.settings()?;
         let windows = windows.into_iter().map(window).collect::<PyResult<Vec<_>>>()?;
-        let source = if smooth { PathSource::Smoothed } else { PathSource::Filtered };
-        let preparation = Preparation { path: source, ..Preparation::default() };
-        let (flight, aircraft) = (recording.flight.clone(), aircraft.map(|aircraft| aircraft.data.clone()));
+        let path = if settings.smooth { PathSource::Smoothed } else { PathSource::Filtered };
+        let preparation = Preparation { path, ..Preparation::default() };
+        let (flight, aircraft) = (Arc::clone(&recording.flight), aircraft.map(|aircraft| aircraft.data.clone()));
         let work = move |control: &Control, show: Show<'_>| -> Result<Reconstructed, StageError> {
-            let windows = reconstructed(&flight, aircraft.as_deref(), &filter, &preparation, windows, control)?;
+            let session = Session { filter: filter.clone(), gravity: source, ..session_of(windows.clone()) };
+            let gravity = gravity(&session, |_| Some(&flight.loaded.recording));
+            filter.gravity_m_s2 = gravity.m_s2;
+            let windows = reconstructed(&flight.loaded, aircraft.as_deref(), &filter, &preparation, windows, control)?;
             show(1.0);
-            Ok(Reconstructed { flight, aircraft, filter, preparation, windows })
+            Ok(Reconstructed { flight, aircraft, filter, gravity, preparation, windows })
         };
         Ok(Self { inner: Arc::new(attend(py, "reconstruct", progress, work)?) })
+    }
+
+    /// Verdict of the paths as JSON: that of a session of the same windows.
+    fn verdict(&self, py: Python<'_>) -> PyResult<String> {
+        judged::of_path(py, &self.inner)
+    }
+
+    /// Gravity in use, m/s².
+    #[getter]
+    fn gravity(&self) -> f64 {
+        self.inner.gravity.m_s2
     }
 
     /// Name, start and end (s), surface, kind and role of each window.

@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use doublet_core::load::{ChannelMap, plan_all, read};
 use doublet_core::quantity::{Role, Unit};
@@ -12,7 +12,7 @@ use doublet_engine::begin;
 use doublet_engine::builtin;
 use doublet_engine::confidence::{WeighedRole, weigh};
 use doublet_engine::graph::{Control, Key, Keyed, StageError};
-use doublet_engine::stage::{LoadedFlight, physics_of, proposals};
+use doublet_engine::stage::{FlightPhysics, LoadedFlight, physics_of, proposals};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 
@@ -52,29 +52,51 @@ pub fn guess_roles(py: Python<'_>, paths: Vec<PathBuf>) -> PyResult<Vec<GuessedR
     })
 }
 
+/// A flight and the comparison of its channels, formed at most once.
+pub struct RecordedFlight {
+    pub loaded: Keyed<LoadedFlight>,
+    /// The channel map it was read by.
+    map: Option<String>,
+    physics: OnceLock<Keyed<FlightPhysics>>,
+}
+
+impl RecordedFlight {
+    /// Channels against each other.
+    pub fn physics(&self) -> &Keyed<FlightPhysics> {
+        let map = self.map.as_deref().unwrap_or_default();
+        self.physics.get_or_init(|| physics_of(&self.loaded.recording, map).into())
+    }
+}
+
 /// What was recorded in one flight.
 #[pyclass(frozen, module = "doublet")]
 pub struct Recording {
-    pub(crate) flight: Keyed<LoadedFlight>,
-    /// The channel map it was read by.
-    map: Option<String>,
+    pub(crate) flight: Arc<RecordedFlight>,
 }
 
 impl Recording {
     fn of(recording: Samples, map: Option<String>) -> Self {
         let flight = LoadedFlight { recording, ..LoadedFlight::default() };
-        Self { flight: Keyed::new(Arc::new(flight), Key::unique()), map }
+        Self::new(flight.into(), map)
+    }
+
+    fn new(loaded: Keyed<LoadedFlight>, map: Option<String>) -> Self {
+        Self { flight: Arc::new(RecordedFlight { loaded, map, physics: OnceLock::new() }) }
     }
 
     /// What a run read of a flight: clocks, instruments and signals treated as its session asks.
     pub(crate) fn of_flight(flight: Keyed<LoadedFlight>) -> Self {
-        Self { flight, map: None }
+        Self::new(flight, None)
     }
 
     fn samples(&self) -> &Samples {
-        &self.flight.recording
+        &self.flight.loaded.recording
     }
 }
+
+/// A channel as it is pickled: source, name, unit, role, time (s) and values.
+type KeptChannel<'py> =
+    (String, String, String, Option<String>, PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>);
 
 /// Reads files of one flight by a channel map: a file, one that comes with doublet, or that which fits best, or else a guess.
 fn read_files(paths: &[PathBuf], map: Option<&str>) -> Result<(Samples, String), String> {
@@ -151,10 +173,29 @@ impl Recording {
         Ok(Self::of(recording, None))
     }
 
+    /// A recording of channels as another one holds them: values in SI, roles as they were.
+    #[staticmethod]
+    fn restore(channels: Vec<KeptChannel<'_>>, warnings: Vec<String>, map: Option<String>) -> PyResult<Self> {
+        let mut recording = Samples { warnings, ..Samples::default() };
+        let mut last: Option<Arc<[f64]>> = None;
+        for (source, name, unit, role, time, values) in channels {
+            let time = slice("time", &time)?;
+            let time_s = last.filter(|known| **known == *time).unwrap_or_else(|| time.into());
+            last = Some(Arc::clone(&time_s));
+            if let Some(role) = role {
+                let role = Role::from_name(&role).ok_or_else(|| refuse(format!("'{role}' is not a role")))?;
+                recording.roles.insert(role, recording.channels.len());
+            }
+            let series = Series { time_s, values: slice(&name, &values)?.into() };
+            recording.channels.push(Channel { source, name, unit, series });
+        }
+        Ok(Self::of(recording, map))
+    }
+
     /// The channel map it was read by.
     #[getter]
     fn channel_map(&self) -> Option<&str> {
-        self.map.as_deref()
+        self.flight.map.as_deref()
     }
 
     /// Source, name, unit, role and samples of each channel.
@@ -186,9 +227,7 @@ impl Recording {
 
     /// Channels against each other: the rows of `physics` in `doublet check --json`, as JSON.
     fn physics(&self, py: Python<'_>) -> PyResult<String> {
-        let map = self.map.as_deref().unwrap_or("the arrays");
-        let found =
-            detached(py, "channels against each other", || Ok::<_, StageError>(physics_of(self.samples(), map)))?;
+        let found = detached(py, "channels against each other", || Ok::<_, StageError>(self.flight.physics().clone()))?;
         serde_json::to_string(&found.rows).map_err(refuse)
     }
 
@@ -198,7 +237,7 @@ impl Recording {
         &self,
         py: Python<'_>,
     ) -> PyResult<(Vec<(String, f64, f64, Option<&'static str>, String, f64)>, Vec<String>)> {
-        let found = detached(py, "manoeuvres", || Ok::<_, StageError>(proposals("flight", &self.flight)))?;
+        let found = detached(py, "manoeuvres", || Ok::<_, StageError>(proposals("flight", &self.flight.loaded)))?;
         let row = |proposal: &doublet_engine::stage::WindowProposal| {
             let window = &proposal.manoeuvre;
             let surface = window.surface.map(doublet_engine::session::Surface::name);

@@ -13,7 +13,7 @@ use doublet_engine::study::{DynamicsRequest, Study};
 use doublet_engine::verdict::check_session;
 use pyo3::prelude::*;
 
-use crate::attend::{Show, attend, detached, refuse};
+use crate::attend::{Show, attend, detached, pooled, refuse};
 use crate::recording::Recording;
 
 /// Memory for intermediate results of one run with studies, bytes.
@@ -56,7 +56,7 @@ impl Session {
     /// Opens a session file, or `builtin:` and the name of one that comes with doublet.
     #[staticmethod]
     fn load(path: PathBuf) -> PyResult<Self> {
-        let opened = session::open(&path).map_err(|error| refuse(format!("{}: {error}", path.display())))?;
+        let opened = pooled(|| session::open(&path)).map_err(|error| refuse(format!("{}: {error}", path.display())))?;
         let is_file = session::shipped(&path).is_none();
         Ok(Self { settings: Arc::new(opened.session), folder: opened.folder, path: is_file.then_some(opened.path) })
     }
@@ -65,6 +65,12 @@ impl Session {
     #[staticmethod]
     fn parse(text: &str, folder: PathBuf) -> PyResult<Self> {
         Ok(Self { settings: Arc::new(session::parse(text).map_err(refuse)?), folder, path: None })
+    }
+
+    /// A session from its text and its place.
+    #[staticmethod]
+    fn restore(text: &str, folder: PathBuf, path: Option<PathBuf>) -> PyResult<Self> {
+        Ok(Self { path, ..Self::parse(text, folder)? })
     }
 
     /// A session for recordings of one flight: the channel map that fits best or else a guess, the manoeuvres found as windows.

@@ -16,14 +16,15 @@ use crate::columns::{matrix, owned, slice, to_matrix};
 use crate::fits::constraint;
 
 /// Columns that stay, by the way they are chosen.
-fn chosen(names: &[String], x: &DMatrix<f64>, z: &[f64], method: &str) -> PyResult<Vec<usize>> {
+fn chosen(names: &[String], x: &DMatrix<f64>, z: &[f64], method: &str) -> Result<Vec<usize>, String> {
     let forced: Vec<usize> =
         (0..names.len()).filter(|&index| x.column(index).iter().all(|&value| value == 1.0)).collect();
+    let text = |error: doublet_core::estimate::EstimateError| error.to_string();
     match method {
         "ols" => Ok((0..names.len()).collect()),
-        "stepwise" => Ok(stepwise(names, x, z, &forced, &StepwiseSettings::default()).map_err(refuse)?.selected),
-        "orthogonal" => Ok(orthogonal(names, x, z, &forced, &OrthogonalSettings::default()).map_err(refuse)?.selected),
-        other => Err(refuse(format!("'{other}' is not a method: use ols, stepwise or orthogonal"))),
+        "stepwise" => Ok(stepwise(names, x, z, &forced, &StepwiseSettings::default()).map_err(text)?.selected),
+        "orthogonal" => Ok(orthogonal(names, x, z, &forced, &OrthogonalSettings::default()).map_err(text)?.selected),
+        other => Err(format!("'{other}' is not a method: use ols, stepwise or orthogonal")),
     }
 }
 
@@ -79,7 +80,7 @@ pub fn lstsq<'py>(
     if groups.as_ref().is_some_and(|groups| groups.len() != z.len()) {
         return Err(refuse("groups has another number of entries than y: give one per row"));
     }
-    let chosen = chosen(&names, &x, z, method)?;
+    let chosen = detached(py, "choice of columns", || chosen(&names, &x, z, method))?;
     let x = x.select_columns(&chosen);
     let kept: Vec<String> = chosen.iter().map(|&index| names[index].clone()).collect();
     let mut constraints = Vec::new();

@@ -126,7 +126,7 @@ impl Stage for FlightPhysics {
     }
 }
 
-/// Compares the channels of a recording whose channel map is called `map`.
+/// Compares the channels of a recording whose channel map is called `map`; arrays have none.
 pub fn physics_of(recording: &Recording, map: &str) -> FlightPhysics {
     compared(recording, |_| map.to_owned())
 }
@@ -193,9 +193,12 @@ fn map_of(recordings: &[RecordingRef], recording: &Recording, role: Option<Role>
     entry.map_or_else(String::new, |entry| entry.channel_map.name().to_owned())
 }
 
-/// Change of a channel map, one sentence.
+/// Change of a channel map, or of arrays where there is none, one sentence.
 fn sentence(cure: &Cure, map: &str) -> String {
-    let of = format!("Channel map {map}");
+    let role_of = |role: &Role| match map {
+        "" => format!("Channel {}", role.name()),
+        map => format!("Channel map {map}, [roles.{}]", role.name()),
+    };
     match cure {
         Cure::Scale { role, factor, offset, units } => {
             let mut parts = Vec::new();
@@ -214,24 +217,33 @@ fn sentence(cure: &Cure, map: &str) -> String {
                 _ => parts.push(format!("set offset = {:.1} (degrees) or {offset:.4} (radians)", offset.to_degrees())),
             }
             let also = if *role == Role::Altitude { " (and [roles.z] of the same channel)" } else { "" };
-            format!("{of}, [roles.{}]{also}: {}.", role.name(), parts.join(" and "))
+            format!("{}{also}: {}.", role_of(role), parts.join(" and "))
         }
-        Cure::Swap { one, other } => {
-            format!("{of}: exchange the channels of [roles.{}] and [roles.{}].", one.name(), other.name())
-        }
-        Cure::Reassign { from, to } => format!("{of}: rename [roles.{}] to [roles.{}].", from.name(), to.name()),
-        Cure::Clock { factor: _, unit: Some(unit) } => format!("{of}, [[time]]: set unit = \"{unit}\"."),
+        Cure::Swap { one, other } => match map {
+            "" => format!("Exchange channels {} and {}.", one.name(), other.name()),
+            map => format!(
+                "Channel map {map}: exchange the channels of [roles.{}] and [roles.{}].",
+                one.name(),
+                other.name()
+            ),
+        },
+        Cure::Reassign { from, to } => match map {
+            "" => format!("Rename channel {} to {}.", from.name(), to.name()),
+            map => format!("Channel map {map}: rename [roles.{}] to [roles.{}].", from.name(), to.name()),
+        },
+        Cure::Clock { factor: _, unit: Some(unit) } => match map {
+            "" => format!("Give time in seconds: it is in {unit}."),
+            map => format!("Channel map {map}, [[time]]: set unit = \"{unit}\"."),
+        },
         Cure::Clock { factor, unit: None } => {
             format!("Check the rate of the recorder, or set a clock drift of {:.4}.", factor - 1.0)
         }
         Cure::Shift { source, late_s } => {
             format!("Add {:.2} s to the clock offset of source {source} (panel Preprocess).", -late_s)
         }
-        Cure::Travel { role, form, .. } => format!(
-            "{of}, [roles.{}]: set unit = \"deg\" and scale = full travel in degrees / {}.",
-            role.name(),
-            form.full()
-        ),
+        Cure::Travel { role, form, .. } => {
+            format!("{}: set unit = \"deg\" and scale = full travel in degrees / {}.", role_of(role), form.full())
+        }
     }
 }
 
@@ -249,5 +261,8 @@ mod tests {
         );
         let ticks = Cure::Clock { factor: 1e-3, unit: Some("ms") };
         assert_eq!(sentence(&ticks, "mine.toml"), "Channel map mine.toml, [[time]]: set unit = \"ms\".");
+        assert_eq!(sentence(&ticks, ""), "Give time in seconds: it is in ms.");
+        let turned = Cure::Scale { role: Role::PitchRate, factor: -1.0, offset: 0.0, units: None };
+        assert_eq!(sentence(&turned, ""), "Channel q: reverse the sign.");
     }
 }

@@ -9,20 +9,11 @@ down, rudder trailing edge left are positive. What is refused raises :class:`Dou
 >>> results.derivatives["Cm_alpha"].value                                                              # doctest: +SKIP
 """
 
+from ._after import Distribution, OutputError, output_error, propagate
 from ._design import Design, design_input
 from ._doublet import DoubletError, __version__, instructions
-from ._fit import (
-    CoefficientFit,
-    Coefficients,
-    Distribution,
-    Fit,
-    Linear,
-    OutputError,
-    coefficients,
-    fit,
-    output_error,
-    propagate,
-)
+from ._errors import DoubletFileNotFoundError, DoubletKeyError, DoubletWarning
+from ._fit import CoefficientFit, Coefficients, Fit, coefficients, fit
 from ._functions import (
     FrequencyResponse,
     Regression,
@@ -33,10 +24,12 @@ from ._functions import (
     modes,
     smooth,
 )
+from ._linear import Linear
 from ._path import Path, WindowPath, reconstruct
 from ._recording import Aircraft, Recording, Signal, Window, aircraft, find_manoeuvres, guess_roles, read, roles, units
 from ._session import Results, Session, export, match, run, show, simulate
 from ._table import Table, Value
+from ._verdict import Verdict
 
 __all__ = [
     "Aircraft",
@@ -45,6 +38,9 @@ __all__ = [
     "Design",
     "Distribution",
     "DoubletError",
+    "DoubletFileNotFoundError",
+    "DoubletKeyError",
+    "DoubletWarning",
     "Fit",
     "FrequencyResponse",
     "Linear",
@@ -57,6 +53,7 @@ __all__ = [
     "Signal",
     "Table",
     "Value",
+    "Verdict",
     "Window",
     "WindowPath",
     "__version__",

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import Any, Callable, Iterator, Mapping, Optional, Sequence, Union
+from typing import Any, Iterator, Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _doublet
 from ._doublet import DoubletError
+from ._errors import unknown
+from ._frames import terms_of
+from ._linear import Linear
 from ._path import Path
 from ._recording import Aircraft, Progress
-from ._table import Table, Value
+from ._replayed import Replayed
+from ._table import Table, Value, normal_quantile
+from ._verdict import Verdict
 
 Constraint = tuple[str, str, str, float, float]
 
@@ -22,24 +27,26 @@ class WindowCoefficients:
     """Coefficients of one window and the variables they depend on, smoothed as the angular acceleration is: arrays of shape (n,)
     over ``time`` (s)."""
 
-    def __init__(self, inner: _doublet.Coefficients, index: int, name: str) -> None:
+    def __init__(self, coefs: "Coefficients", index: int, name: str) -> None:
         self.name = name
-        self._inner, self._index = inner, index
+        self._coefs, self._index = coefs, index
+        inner = coefs._inner
         self.time, self._coefficients, self.variables = inner.columns(index)
         self.warnings = inner.warnings(index)
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
         found = self._coefficients.get(name, self.variables.get(name))
         if found is None:
-            raise DoubletError(f"'{name}' is neither a coefficient nor a variable: use {', '.join(self)}")
+            raise unknown("coefficient or variable", name, self)
         return found
 
     def __iter__(self) -> Iterator[str]:
         return iter([*self._coefficients, *self.variables])
 
-    def regressors(self, terms: Sequence[str]) -> NDArray[np.float64]:
-        """Columns of terms as :func:`fit` has them, smoothed as the angular acceleration is, shape (n, p)."""
-        return self._inner.regressors(self._index, list(terms))
+    def regressors(self, terms: Union[str, Sequence[str]]) -> NDArray[np.float64]:
+        """Columns of terms as :func:`fit` has them, smoothed as the angular acceleration is, shape (n, p); also of a formula
+        ``"1 + alpha + delta_e"``."""
+        return np.asarray(self._coefs._inner.regressors(self._index, terms_of(terms)))
 
     def to_pandas(self) -> Any:
         """Coefficients and variables as a ``pandas.DataFrame`` over time: what SysIdentPy or scikit-learn take."""
@@ -47,13 +54,25 @@ class WindowCoefficients:
 
         return pandas.DataFrame({name: self[name] for name in self}, index=pandas.Index(self.time, name="time"))
 
+    def __repr__(self) -> str:
+        return f"<doublet.WindowCoefficients '{self.name}': {len(self.time)} samples of {', '.join(self)}>"
 
-class Coefficients(Sequence[WindowCoefficients]):
+
+class Coefficients(Replayed, Sequence[WindowCoefficients]):
     """``CX CY CZ Cl Cm Cn CD CL`` of every window; ``coefs["window"]["Cm"]`` is an array."""
 
-    def __init__(self, inner: _doublet.Coefficients) -> None:
-        self._inner = inner
+    def __init__(self, inner: _doublet.Coefficients, call: Any, aircraft: Optional[Aircraft]) -> None:
+        super().__init__(inner, call)
         self.windows = inner.windows()
+        self.aircraft = aircraft
+        self._verdict: Optional[Verdict] = None
+
+    @property
+    def verdict(self) -> Verdict:
+        """How far paths and coefficients may be trusted: the verdict of a session of the same windows."""
+        if self._verdict is None:
+            self._verdict = Verdict._of(self._inner.verdict())
+        return self._verdict
 
     def __len__(self) -> int:
         return len(self.windows)
@@ -61,10 +80,10 @@ class Coefficients(Sequence[WindowCoefficients]):
     def __getitem__(self, key: Any) -> Any:
         if isinstance(key, str):
             if key not in self.windows:
-                raise DoubletError(f"no window is called '{key}': there are {', '.join(self.windows)}")
+                raise unknown("window", key, self.windows)
             key = self.windows.index(key)
         index = range(len(self))[key]
-        return WindowCoefficients(self._inner, index, self.windows[index])
+        return WindowCoefficients(self, index, self.windows[index])
 
     def to_pandas(self) -> Any:
         """All windows below each other, with a column ``window``."""
@@ -73,7 +92,10 @@ class Coefficients(Sequence[WindowCoefficients]):
         return pandas.concat([one.to_pandas().assign(window=one.name) for one in self])
 
     def __repr__(self) -> str:
-        return f"<doublet.Coefficients of {', '.join(self.windows)}>"
+        return f"<doublet.Coefficients of {', '.join(self.windows)}: {self.verdict.line()}>"
+
+    def _repr_html_(self) -> str:
+        return self.verdict._repr_html_()
 
 
 def coefficients(
@@ -83,14 +105,23 @@ def coefficients(
 
     Args:
         path: Path of :func:`reconstruct`, which must have been given an aircraft.
-        aircraft: The same one; only there to be named.
+        aircraft: That of the path; another one is refused.
         axes: ``"body"`` or ``"stability"`` (moments and roll and yaw rate turned by the angle of attack).
         thrust: ``"included"``, or ``"removed"`` where it is recorded or follows from the engines.
     """
-    del aircraft
+    if aircraft is not None and path.aircraft is not None and not aircraft._is(path.aircraft):
+        raise DoubletError(f"the path is of {path.aircraft!r}: reconstruct it with {aircraft!r}, or leave the aircraft out")
     if thrust not in ("included", "removed"):
         raise DoubletError(f"'{thrust}' is no treatment of thrust: use included or removed")
-    return Coefficients(_doublet.Coefficients.form(path._inner, axes, thrust == "removed"))
+    call = (path, axes, thrust == "removed")
+    formed = Coefficients(_formed(*call), (_formed, call), path.aircraft)
+    if path.verdict.level != "bad":
+        formed.verdict.warn("coefficients")
+    return formed
+
+
+def _formed(path: Path, axes: str, thrust_removed: bool) -> _doublet.Coefficients:
+    return _doublet.Coefficients.form(path._inner, axes, thrust_removed)
 
 
 @dataclass(frozen=True)
@@ -140,21 +171,42 @@ class CoefficientFit:
             r2=row["r2"], condition=row["condition"], held=tuple(row["held"]),
         )
 
+    @property
+    def nobs(self) -> int:
+        """Samples it used."""
+        return 0 if self.residuals is None else len(self.residuals)
+
+    @property
+    def aic(self) -> float:
+        """Akaike's criterion of white normal residuals; compare structures over the same windows only."""
+        return information_criterion(self.residuals, len(self.names)) if self.names else float("nan")
+
     def __getitem__(self, name: str) -> Value:
         if name not in self.names:
-            raise DoubletError(f"{self.coefficient} has no parameter '{name}': there are {', '.join(self.names)}")
+            raise unknown(f"parameter of {self.coefficient}", name, self.names)
         at = self.names.index(name)
         return Value(float(self.estimates[at]), float(self.stderr[at]))
 
 
-class Fit:
+class Fit(Replayed):
     """Derivatives over windows: ``fit["Cm_alpha"]`` is a value with its error, ``fit.coefficients["Cm"]`` everything about one
     coefficient."""
 
-    def __init__(self, inner: _doublet.Fit, errors: str) -> None:
-        self._inner = inner
+    def __init__(self, inner: _doublet.Fit, call: Any, errors: str) -> None:
+        super().__init__(inner, call)
         rows = [CoefficientFit._of(row, errors) for row in inner.rows()]
         self.coefficients: dict[str, CoefficientFit] = {row.coefficient: row for row in rows}
+        self.errors = errors
+        self.windows: list[str] = inner.windows()
+        self._verdict: Optional[Verdict] = None
+
+    @property
+    def verdict(self) -> Verdict:
+        """How far the derivatives may be trusted: the verdict of a session of the same windows and structure. Its keys
+        ``windows``, ``coefficients`` and ``derivatives`` have the level of each."""
+        if self._verdict is None:
+            self._verdict = Verdict._of(self._inner.verdict())
+        return self._verdict
 
     @property
     def params(self) -> dict[str, float]:
@@ -166,19 +218,76 @@ class Fit:
         """Standard errors by name."""
         return {n: float(v) for row in self.coefficients.values() for n, v in zip(row.names, row.stderr if row.names else ())}
 
+    @property
+    def cov(self) -> NDArray[np.float64]:
+        """Covariance of all parameters in the order of ``params``, shape (p, p). Coloured errors include the covariance between
+        coefficients where the engine states it."""
+        names = list(self.params)
+        joint = np.zeros((len(names), len(names)))
+        for row in self.coefficients.values():
+            at = [names.index(name) for name in row.names]
+            if at:
+                joint[np.ix_(at, at)] = row.cov
+        if self.errors == "coloured":
+            known, _, covariance, _ = self._inner.draws(1, 0)
+            pairs = [(names.index(name), index) for index, name in enumerate(known) if name in names]
+            at, of = [pair[0] for pair in pairs], [pair[1] for pair in pairs]
+            joint[np.ix_(at, at)] = covariance[np.ix_(of, of)]
+        return joint
+
+    @property
+    def nobs(self) -> dict[str, int]:
+        """Samples by coefficient."""
+        return {name: one.nobs for name, one in self.coefficients.items()}
+
+    @property
+    def aic(self) -> dict[str, float]:
+        """Akaike's criterion by coefficient."""
+        return {name: one.aic for name, one in self.coefficients.items()}
+
+    def conf_int(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
+        """Ends of the intervals of ``level`` by name."""
+        times, errors = normal_quantile(level), self.stderr
+        return {name: (value - times * errors[name], value + times * errors[name]) for name, value in self.params.items()}
+
+    def predict(self, coefficient: str, *, constants: str = "identified") -> dict[str, dict[str, NDArray[np.float64]]]:
+        """Predictions by window, those of validation included: ``time`` (s), ``observed`` and ``predicted``.
+
+        Args:
+            coefficient: Coefficient.
+            constants: ``"identified"``: constants of the identification; ``"own"``: the constant of each window.
+        """
+        if constants not in ("identified", "own"):
+            raise DoubletError(f"'{constants}' are no constants: use identified or own")
+        if coefficient not in self.coefficients:
+            raise unknown("coefficient of the fit", coefficient, self.coefficients)
+        rows = self._inner.predicted(coefficient)
+        return {
+            window: {"time": time, "observed": observed, "predicted": identified if constants == "identified" else own}
+            for window, (time, observed, identified, own) in rows
+        }
+
     def __getitem__(self, name: str) -> Value:
         for row in self.coefficients.values():
             if name in row.names:
                 return row[name]
-        raise DoubletError(f"no derivative is called '{name}': there are {', '.join(self.params)}")
+        raise unknown("derivative", name, self.params)
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """The derivative, or ``default`` where there is none."""
+        return self[name] if name in self.params else default
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.params
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.params)
 
     @property
     def table(self) -> Table:
-        """A row per derivative: estimate, both standard errors, relative error, t."""
+        """A row per derivative: estimate, both standard errors, relative error, t, verdict."""
         rows: list[dict[str, Any]] = []
+        levels = self.verdict["derivatives"]
         for one in self.coefficients.values():
             if one.error is not None:
                 rows.append(dict(derivative=one.coefficient, note=one.error))
@@ -187,7 +296,7 @@ class Fit:
                 rows.append(
                     dict(derivative=name, estimate=value, stderr=error, stderr_white=float(one.stderr_white[k]),
                          relative_percent=100 * abs(error / value) if value else float("nan"),
-                         t=value / error if error else float("nan"), note=one.held[k])
+                         t=value / error if error else float("nan"), verdict=levels.get(name), note=one.held[k])
                 )
         return Table(rows, "derivatives")
 
@@ -198,9 +307,9 @@ class Fit:
         return Table([dict(zip(keys, row)) for row in self._inner.predictions()], "predictions")
 
     def summary(self) -> str:
-        """The derivatives as text, with R² of each coefficient."""
+        """The derivatives as text, with R² of each coefficient and the verdict."""
         quality = ", ".join(f"{c} {one.r2:.4f}" for c, one in self.coefficients.items() if one.error is None)
-        return f"{self.table.summary()}\nR2: {quality}"
+        return f"{self.table.summary()}\nR2: {quality}\n{self.verdict.line()}"
 
     def linearise(self, *, samples: int = 500, seed: int = 1, progress: Progress = None, **trim: Any) -> "Linear":
         """Linear models, modes and flying-qualities levels about a trim. What is left open is the median over the windows.
@@ -218,28 +327,45 @@ class Fit:
         return self.linearise(**trim).modes
 
     def plot(self, coefficient: str, *, axes: Any = None) -> Any:
-        """Draws what was observed of a coefficient, what was fitted and the residual; returns the axes."""
+        """Draws what was observed of a coefficient, what was fitted, over the time of its windows end to end; returns the axes."""
         from ._plots import one as axis_of
 
+        if coefficient not in self.coefficients:
+            raise unknown("coefficient of the fit", coefficient, self.coefficients)
         row = self.coefficients[coefficient]
+        if row.error is not None:
+            raise DoubletError(f"{coefficient}: {row.error}")
         axis = axis_of(axes)
-        axis.plot(row.fitted + row.residuals, linewidth=1, label="observed")
-        axis.plot(row.fitted, linewidth=1, label="fitted")
-        axis.set_xlabel("sample")
-        axis.set_ylabel(coefficient)
+        time, breaks = self._end_to_end(row)
+        axis.plot(time, row.fitted + row.residuals, linewidth=1, label="observed")
+        axis.plot(time, row.fitted, linewidth=1, label="fitted")
+        for instant in breaks:
+            axis.axvline(instant, linewidth=0.3, color="grey")
+        axis.set_xlabel("time in the windows, end to end [s]")
+        axis.set_ylabel(f"{coefficient} [-]")
         axis.legend()
         return axis
+
+    def _end_to_end(self, row: CoefficientFit) -> tuple[NDArray[np.float64], list[float]]:
+        """Time of the samples of a coefficient, its windows end to end, and where each begins."""
+        parts, breaks, end = [], [], 0.0
+        for window in row.windows:
+            time = self._inner.time(window)
+            parts.append(time - time[0] + end)
+            breaks.append(end)
+            end = float(parts[-1][-1])
+        return np.concatenate(parts), breaks[1:]
 
     def __repr__(self) -> str:
         return self.summary()
 
     def _repr_html_(self) -> str:
-        return self.table._repr_html_()
+        return self.table._repr_html_() + self.verdict._repr_html_()
 
 
 def fit(
-    coefs: Coefficients,
-    structure: Mapping[str, Sequence[str]],
+    coefs: Union[Coefficients, Sequence[Coefficients]],
+    structure: Union[str, Sequence[str], Mapping[str, Union[str, Sequence[str]]]],
     *,
     windows: Optional[Sequence[str]] = None,
     method: str = "ols",
@@ -251,8 +377,10 @@ def fit(
     """Derivatives by least squares over windows.
 
     Args:
-        coefs: Coefficients of :func:`coefficients`.
-        structure: Terms of each coefficient, products of powers of variables: ``{"Cm": ["1", "alpha", "qc/V", "delta_e"]}``.
+        coefs: Coefficients of :func:`coefficients`, or a list of those of several flights, which are pooled; a window of flight 2
+            whose name is taken is called ``"NAME (flight 2)"``.
+        structure: Terms of each coefficient, products of powers of variables: ``{"Cm": ["1", "alpha", "qc/V", "delta_e"]}``, or
+            formulas: ``{"Cm": "1 + alpha + qc/V + delta_e"}``, ``"Cm ~ 1 + alpha"``.
         windows: Names of the windows to identify with, the others being predicted; without it those whose role says so.
         method: ``"ols"``; constraints make it constrained or mixed estimation.
         errors: ``"coloured"`` or ``"white"``: what ``stderr`` and ``cov`` are.
@@ -260,6 +388,9 @@ def fit(
             ``{"mean": .., "std": ..}``.
         constants: ``"per_window"``, or ``"common"``.
         by_surface: Symmetric coefficients from windows of the elevator, asymmetric ones from those of aileron and rudder.
+
+    Warns:
+        DoubletWarning: The verdict on the fit is bad.
     """
     if method != "ols":
         raise DoubletError(f"'{method}' is no method of fit: use ols; lstsq has stepwise and orthogonal")
@@ -267,12 +398,40 @@ def fit(
         raise DoubletError(f"'{errors}' are no errors: use coloured or white")
     if constants not in ("per_window", "common"):
         raise DoubletError(f"'{constants}' are no constants: use per_window or common")
-    models = [(str(name), [str(term) for term in terms]) for name, terms in structure.items()]
+    several = [coefs] if isinstance(coefs, Coefficients) else list(coefs)
+    planes = [one.aircraft for one in several if one.aircraft is not None]
+    if any(not plane._is(planes[0]) for plane in planes):
+        raise DoubletError("the flights are of different aircraft: fit each aircraft alone")
     given: list[Constraint] = [(c, t, *_known(value)) for (c, t), value in constraints.items()]
-    inner = _doublet.Fit.fit(
-        coefs._inner, models, None if windows is None else list(windows), given, by_surface, constants == "common"
-    )
-    return Fit(inner, errors)
+    chosen = None if windows is None else list(windows)
+    call = (several, _models(structure), chosen, given, by_surface, constants == "common")
+    found = Fit(_fitted(*call), (_fitted, call), errors)
+    found.verdict.warn("fit")
+    return found
+
+
+def _models(structure: Any) -> list[tuple[str, list[str]]]:
+    """Coefficients with their terms."""
+    if isinstance(structure, Mapping):
+        return [(str(name), terms_of(terms)) for name, terms in structure.items()]
+    formulas = [structure] if isinstance(structure, str) else list(structure)
+    halves = [str(text).partition("~") for text in formulas]
+    if any(not tilde for _, tilde, _ in halves):
+        raise DoubletError("a formula names its coefficient: write 'Cm ~ 1 + alpha', or give a mapping")
+    return [(name.strip(), terms_of(terms)) for name, _, terms in halves]
+
+
+def _fitted(
+    several: Sequence[Coefficients], models: Any, windows: Optional[list[str]], given: Any, by_surface: bool, common: bool
+) -> _doublet.Fit:
+    return _doublet.Fit.fit([one._inner for one in several], models, windows, given, by_surface, common)
+
+
+def information_criterion(residuals: NDArray[np.float64], parameters: int) -> float:
+    """Akaike's criterion of white normal residuals."""
+    count = len(residuals)
+    likelihood = -0.5 * count * (np.log(2 * np.pi * float(residuals @ residuals) / count) + 1.0)
+    return float(2 * parameters - 2 * likelihood)
 
 
 def _known(value: Any) -> tuple[str, float, float]:
@@ -283,204 +442,3 @@ def _known(value: Any) -> tuple[str, float, float]:
         low, high = (default if end is None else float(end) for end, default in zip(value, (-np.inf, np.inf)))
         return "bounds", low, high
     return "fixed", float(value), 0.0
-
-
-@dataclass(frozen=True)
-class StateSpace:
-    """``x' = A x + B u, y = C x + D u`` of deviations from a trim, with standard errors of A and B.
-
-    Attributes:
-        states, inputs, outputs: Names; ``units`` has their SI units.
-        A, B, C, D: Matrices.
-        A_stderr, B_stderr: Standard errors.
-    """
-
-    name: str
-    states: list[str]
-    inputs: list[str]
-    outputs: list[str]
-    units: dict[str, str]
-    A: NDArray[np.float64]
-    B: NDArray[np.float64]
-    C: NDArray[np.float64]
-    D: NDArray[np.float64]
-    A_stderr: NDArray[np.float64]
-    B_stderr: NDArray[np.float64]
-
-    def to_control(self) -> Any:
-        """The model as ``control.ss`` of python-control."""
-        import control
-
-        return control.ss(
-            self.A, self.B, self.C, self.D, states=self.states, inputs=self.inputs, outputs=self.outputs, name=self.name
-        )
-
-
-class Linear:
-    """How an identified aircraft flies about a trim: ``linear["longitudinal"]`` is a state space."""
-
-    def __init__(self, row: dict[str, Any]) -> None:
-        self._row = row
-
-    @property
-    def trim(self) -> dict[str, float]:
-        """The trim, SI and radians."""
-        return dict(self._row["trim"])
-
-    @property
-    def systems(self) -> list[str]:
-        """Names of the parts of the motion."""
-        return list(self._row["systems"])
-
-    def __getitem__(self, name: str) -> StateSpace:
-        row = self._row["systems"].get(name)
-        if row is None:
-            raise DoubletError(f"there is no linear model '{name}': there are {', '.join(self.systems)}")
-        array = lambda key, rows, columns: np.asarray(row[key], dtype=np.float64).reshape(rows, columns)
-        n, m, p = len(row["states"]), len(row["inputs"]), len(row["outputs"])
-        units = dict(zip(row["states"] + row["inputs"] + row["outputs"],
-                         row["state_units"] + row["input_units"] + row["output_units"]))
-        return StateSpace(
-            name, row["states"], row["inputs"], row["outputs"], units, array("A", n, n), array("B", n, m),
-            array("C", p, n), array("D", p, m), array("A_standard_error", n, n), array("B_standard_error", n, m),
-        )
-
-    @property
-    def modes(self) -> Table:
-        """Natural modes, fastest first, with the ends of their 95 % intervals by slopes."""
-        rows = []
-        for mode in self._row["modes"]:
-            row = {key: mode[key] for key in ("name", "frequency_rad_s", "damping", "real_1_s", "imaginary_rad_s")}
-            for key in ("frequency_rad_s", "damping"):
-                delta = (mode["intervals"].get(key) or {}).get("delta") or {}
-                row[f"{key}_low"], row[f"{key}_high"] = delta.get("low"), delta.get("high")
-            rows.append(row)
-        return Table(rows, "modes")
-
-    @property
-    def qualities(self) -> dict[str, Any]:
-        """Levels of the flying qualities, as ``dynamics.qualities`` of results.json."""
-        return dict(self._row["qualities"])
-
-    @property
-    def notes(self) -> list[str]:
-        """What is to be known of it."""
-        return list(self._row["notes"])
-
-    def to_dict(self) -> dict[str, Any]:
-        """``dynamics`` of results.json."""
-        return self._row
-
-    def __repr__(self) -> str:
-        return self.modes.summary()
-
-    def _repr_html_(self) -> str:
-        return self.modes._repr_html_()
-
-
-@dataclass(frozen=True)
-class Distribution:
-    """A function of the derivatives.
-
-    Attributes:
-        value: At the estimates.
-        samples: At each draw, shape (n, ...), of a function; ``None`` of an expression.
-        std: Standard deviation of the draws.
-        interval: Ends of the 95 % interval by quantiles of the draws.
-    """
-
-    value: Any
-    samples: Optional[NDArray[np.float64]] = None
-    _stderr: Optional[float] = None
-    _interval: Optional[tuple[float, float]] = None
-
-    @property
-    def std(self) -> Any:
-        return self._stderr if self.samples is None else np.nanstd(self.samples, axis=0, ddof=1)
-
-    @property
-    def interval(self) -> tuple[Any, Any]:
-        if self.samples is None:
-            return self._interval or (float("nan"), float("nan"))
-        low, high = np.nanquantile(self.samples, [0.025, 0.975], axis=0)
-        return low, high
-
-    def __repr__(self) -> str:
-        low, high = self.interval
-        return f"<{self.value} ± {self.std}, 95 %: {low} to {high}>"
-
-
-def propagate(
-    fit: Fit,
-    function: Union[str, Callable[[Mapping[str, float]], Any]],
-    *,
-    n: int = 2000,
-    seed: int = 0,
-    **trim: Any,
-) -> Distribution:
-    """Any function of the derivatives with its interval, by draws of all of them together with their covariance within and
-    across coefficients.
-
-    Args:
-        fit: Fit of :func:`fit`.
-        function: Of a mapping of derivatives to a number or an array; or an expression such as ``"-Cm_alpha/CZ_alpha"``, which
-            may name S, b, c, V, rho, qbar, mass, Ixx, Iyy, Izz, Ixz of the trim too and needs a model that can be trimmed.
-        n: Draws.
-        seed: Their seed: the same seed gives the same numbers.
-        trim: As :meth:`Fit.linearise`, for an expression.
-    """
-    if isinstance(function, str):
-        value, _, sampled = fit._inner.propagate(function, trim, n, seed)
-        if sampled is None:
-            raise DoubletError(f"'{function}' has no bounded interval: some draws have no value")
-        return Distribution(value, _stderr=sampled[0], _interval=(sampled[1], sampled[2]))
-    names, estimates, _, draws = fit._inner.draws(n, seed)
-    at = lambda row: function(dict(zip(names, map(float, row))))
-    return Distribution(at(estimates), np.asarray([at(row) for row in draws], dtype=np.float64))
-
-
-@dataclass(frozen=True)
-class OutputError:
-    """Output error of one window.
-
-    Attributes:
-        window: Window.
-        axis: ``"longitudinal"``, ``"lateral"`` or ``"both"``.
-        derivatives: Estimates with errors corrected for coloured residuals.
-        outputs: By name: time (s), measured and flown (SI), R².
-        error: Why there is none, or ``None``.
-    """
-
-    window: str
-    axis: str
-    derivatives: dict[str, Value]
-    outputs: dict[str, tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]]
-    iterations: int = 0
-    error: Optional[str] = None
-
-    def plot(self, axes: Any = None) -> Any:
-        """Draws measured and flown outputs; returns the axes."""
-        from ._plots import stack
-
-        return stack([(n, "SI", [(t, m, None), (t, f, None)]) for n, (t, m, f, _) in self.outputs.items()], axes)
-
-
-def output_error(
-    path: Path, fit: Fit, *, axis: Optional[str] = None, progress: Progress = None
-) -> list[OutputError]:
-    """Output error of every window with the equations of motion: the moved axis flies the recorded controls until its outputs
-    follow the reconstructed ones; the other axis moves as reconstructed.
-
-    Args:
-        path: The path the fit was made from; only there to be named.
-        fit: Fit whose derivatives are the start and whose terms are free.
-        axis: ``"longitudinal"``, ``"lateral"`` or ``"both"``; without it that which each window's surface moves.
-    """
-    del path
-    found = []
-    for row in fit._inner.output_error(axis, progress):
-        derivatives = {name: Value(value, error) for name, value, error in row.get("derivatives", [])}
-        found.append(
-            OutputError(row["window"], row["axis"], derivatives, row.get("outputs", {}), row.get("iterations", 0), row.get("error"))
-        )
-    return found

@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _doublet
 from ._doublet import DoubletError
-from ._fit import _known
-from ._recording import _column
-from ._table import Table, Value
+from ._errors import unknown
+from ._fit import _known, information_criterion
+from ._frames import column as _column
+from ._table import Table, Value, normal_quantile
 
 
 @dataclass(frozen=True)
@@ -53,9 +54,36 @@ class Regression:
 
     def __getitem__(self, name: str) -> Value:
         if name not in self.names:
-            raise DoubletError(f"no parameter is called '{name}': there are {', '.join(self.names)}")
+            raise unknown("parameter", name, self.names)
         at = self.names.index(name)
         return Value(float(self.params[at]), float(self.stderr[at]))
+
+    @property
+    def nobs(self) -> int:
+        """Samples, n."""
+        return len(self.residuals)
+
+    @property
+    def aic(self) -> float:
+        """Akaike's criterion of white normal residuals; compare regressions of the same samples only."""
+        return information_criterion(self.residuals, len(self.names))
+
+    def conf_int(self, level: float = 0.95) -> NDArray[np.float64]:
+        """Ends of the intervals of ``level``, shape (p, 2)."""
+        half = normal_quantile(level) * self.stderr
+        return np.column_stack([self.params - half, self.params + half])
+
+    def predict(self, X: Any) -> NDArray[np.float64]:
+        """Values at other regressors, shape (m,): an array with a column per parameter, or a frame with columns of their names."""
+        if hasattr(X, "columns"):
+            missing = [name for name in self.names if name not in [str(column) for column in X.columns]]
+            if missing:
+                raise unknown("column", missing[0], [str(column) for column in X.columns])
+            X = X[list(self.names)]
+        matrix = _matrix(X)
+        if matrix.shape[1] != len(self.names):
+            raise DoubletError(f"X has {matrix.shape[1]} columns: give one for each of {', '.join(self.names)}")
+        return np.asarray(matrix @ self.params)
 
     @property
     def table(self) -> Table:
@@ -113,9 +141,9 @@ def lstsq(
         raise DoubletError(f"'{errors}' are no errors: use coloured or white")
     if names is None and hasattr(X, "columns"):
         names = [str(column) for column in X.columns]
-    matrix = np.asarray(X, dtype=np.float64)
-    if matrix.ndim != 2:
-        raise DoubletError(f"X has {matrix.ndim} dimensions: give samples by columns")
+    if hasattr(X, "index") and hasattr(y, "index") and len(X) == len(y) and not X.index.equals(y.index):
+        raise DoubletError("X and y have different indices: align them, or give y.to_numpy()")
+    matrix = _matrix(X)
     columns = list(names) if names is not None else [f"x{k}" for k in range(matrix.shape[1])]
     given = [(name, *_known(value)) for name, value in constraints.items()]
     numbers = None if groups is None else [int(k) for k in np.unique(np.asarray(groups), return_inverse=True)[1]]
@@ -128,10 +156,20 @@ def lstsq(
     )
 
 
+def _matrix(X: Any) -> NDArray[np.float64]:
+    try:
+        matrix = np.asarray(X, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise DoubletError(f"X holds values that are not numbers: {error}") from None
+    if matrix.ndim != 2:
+        raise DoubletError(f"X has {matrix.ndim} dimensions: give samples by columns")
+    return matrix
+
+
 def coloured_covariance(X: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
     """Covariance of the estimates of ordinary least squares of ``y`` (n,) on ``X`` (n, p) for residuals that are correlated in
     time, shape (p, p)."""
-    return _doublet.coloured_covariance(np.asarray(X, dtype=np.float64), _column(y, "y"))
+    return _doublet.coloured_covariance(_matrix(X), _column(y, "y"))
 
 
 def smooth(

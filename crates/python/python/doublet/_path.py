@@ -9,8 +9,11 @@ from numpy.typing import NDArray
 
 from . import _doublet
 from ._doublet import DoubletError
+from ._errors import unknown
+from ._replayed import Replayed
 from ._recording import Aircraft, Progress, Recording, Window
 from ._table import Table
+from ._verdict import Verdict
 
 
 class States(Mapping[str, NDArray[np.float64]]):
@@ -25,7 +28,7 @@ class States(Mapping[str, NDArray[np.float64]]):
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
         if name not in self._values:
-            raise DoubletError(f"no state is called '{name}': there are {', '.join(self._values)}")
+            raise unknown("state", name, self._values)
         return self._values[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -59,8 +62,12 @@ class States(Mapping[str, NDArray[np.float64]]):
 class WindowPath:
     """The path of one window."""
 
-    def __init__(self, inner: _doublet.Path, index: int, window: Window) -> None:
-        self._inner, self._index, self.window = inner, index, window
+    def __init__(self, path: "Path", index: int, window: Window) -> None:
+        self._path, self._index, self.window = path, index, window
+
+    @property
+    def _inner(self) -> _doublet.Path:
+        return self._path._inner  # type: ignore[no-any-return]
 
     @property
     def time(self) -> NDArray[np.float64]:
@@ -108,22 +115,73 @@ class WindowPath:
         """Findings, one line each."""
         return self._inner.warnings(self._index)
 
+    @property
+    def verdict(self) -> str:
+        """Level of the window: ``"good"``, ``"caution"`` or ``"bad"``; ``path.verdict`` has the findings."""
+        return str(self._path.verdict["windows"][self.window.name])
+
+    def _best(self) -> States:
+        return self.smoothed if self._path.is_smoothed else self.states
+
+    def to_pandas(self) -> Any:
+        """States over time, smoothed where they were smoothed, each with a column ``NAME_std``."""
+        import pandas
+
+        states = self._best()
+        columns = {name: states[name] for name in states}
+        columns.update({f"{name}_std": states.std[name] for name in states})
+        return pandas.DataFrame(columns, index=pandas.Index(self.time, name="time"))
+
+    def to_xarray(self) -> Any:
+        """The same as an ``xarray.Dataset`` with units."""
+        import xarray
+
+        states, units = self._best(), _doublet.Path.units()
+        pairs = [(name, states[name], units[name]) for name in states]
+        pairs += [(f"{name}_std", states.std[name], units[name]) for name in states]
+        return xarray.Dataset({n: ("time", v, {"units": u}) for n, v, u in pairs}, coords={"time": self.time})
+
     def plot(self, *names: str, axes: Any = None) -> Any:
-        """Draws states over time with two standard deviations; returns the axes."""
+        """Draws states over time with two standard deviations, or ``"nis"``; returns the axes."""
         from ._plots import stack
 
         states, units = self.states, _doublet.Path.units()
-        rows = [(name, units[name], [(self.time, states[name], states.std[name])]) for name in names or ("u", "w", "theta")]
-        return stack(rows, axes)
+
+        def row(name: str) -> tuple[str, str, list[tuple[Any, Any, Any]]]:
+            if name == "nis":
+                return name, "-", [(self.update_time, self.nis, None), (self.update_time, self.nis_degrees, None)]
+            if name not in units:
+                raise unknown("state", name, [*units, "nis"])
+            return name, units[name], [(self.time, states[name], states.std[name])]
+
+        return stack([row(name) for name in names or ("u", "w", "theta")], axes)
+
+    def __repr__(self) -> str:
+        return f"<doublet.WindowPath '{self.window.name}': {len(self.time)} samples, verdict {self.verdict}>"
 
 
-class Path(Sequence[WindowPath]):
+class Path(Replayed, Sequence[WindowPath]):
     """Flight paths of windows; ``path[0]`` or ``path["name"]`` is one of them. With a single window its attributes are those of
     the path."""
 
-    def __init__(self, inner: _doublet.Path) -> None:
-        self._inner = inner
+    def __init__(self, inner: _doublet.Path, call: Any, recording: Recording, aircraft: Optional[Aircraft]) -> None:
+        super().__init__(inner, call)
         self.windows = [Window(*row) for row in inner.windows()]
+        self.recording, self.aircraft = recording, aircraft
+        self.gravity: float = inner.gravity
+        self._verdict: Optional[Verdict] = None
+
+    @property
+    def is_smoothed(self) -> bool:
+        """Whether the paths were smoothed."""
+        return bool(self._call[1][3]["smooth"]) if self._call else False
+
+    @property
+    def verdict(self) -> Verdict:
+        """How far the paths may be trusted: the verdict of a session of the same windows."""
+        if self._verdict is None:
+            self._verdict = Verdict._of(self._inner.verdict())
+        return self._verdict
 
     def __len__(self) -> int:
         return len(self.windows)
@@ -132,9 +190,9 @@ class Path(Sequence[WindowPath]):
         if isinstance(key, str):
             names = [window.name for window in self.windows]
             if key not in names:
-                raise DoubletError(f"no window is called '{key}': there are {', '.join(names)}")
+                raise unknown("window", key, names)
             key = names.index(key)
-        return WindowPath(self._inner, range(len(self))[key], self.windows[key])
+        return WindowPath(self, range(len(self))[key], self.windows[key])
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_") or not hasattr(WindowPath, name):
@@ -153,19 +211,25 @@ class Path(Sequence[WindowPath]):
             mean = [float(column[seen].mean()) if seen.any() else float("nan") for column in (nis, degrees)]
             rows.append(
                 dict(window=one.window.name, start_s=one.window.start, end_s=one.window.end, samples=len(one.time),
-                     mean_nis=mean[0], expected_nis=mean[1], warnings=len(one.warnings))
+                     mean_nis=mean[0], expected_nis=mean[1], verdict=one.verdict)
             )
         return Table(rows, "flight paths")
 
+    def to_pandas(self) -> Any:
+        """All windows below each other, with a column ``window``."""
+        import pandas
+
+        return pandas.concat([one.to_pandas().assign(window=one.window.name) for one in self])
+
     def summary(self) -> str:
-        """The same as text."""
-        return self.summary_table.summary()
+        """The windows and the verdict as text."""
+        return f"{self.summary_table.summary()}\n{self.verdict.line()}"
 
     def __repr__(self) -> str:
         return self.summary()
 
     def _repr_html_(self) -> str:
-        return self.summary_table._repr_html_()
+        return self.summary_table._repr_html_() + self.verdict._repr_html_()
 
 
 def reconstruct(
@@ -176,6 +240,13 @@ def reconstruct(
     method: str = "iekf",
     noise: Optional[Mapping[str, float]] = None,
     delays: Optional[Mapping[str, float]] = None,
+    gravity: Optional[float] = None,
+    hold: str = "first_order",
+    linearisation: str = "prior",
+    random_walk: Optional[Mapping[str, float]] = None,
+    initial: Optional[Mapping[str, float]] = None,
+    initial_std: Optional[Mapping[str, float]] = None,
+    outlier_limit: Optional[float] = None,
     smooth: bool = True,
     passes: int = 1,
     progress: Progress = None,
@@ -190,9 +261,19 @@ def reconstruct(
         noise: Standard deviations of inputs (``ax .. r``, the root of the diagonal of Q) and of measurements (``x y z v_north
             v_east v_down phi theta psi airspeed alpha beta``, of R), SI; others are those of good flight-test instruments.
         delays: Delay of a measurement, s.
+        gravity: Acceleration of gravity, m/s²; without it that of the recorded latitude and altitude, or else the standard one.
+        hold: Inputs between samples: ``"first_order"`` (linear) or ``"zero_order"``.
+        linearisation: Of the transition: at the ``"prior"`` or the ``"predicted"`` state.
+        random_walk: Standard deviation of a random walk on a state, SI per root of a second: ``{"wind_north": 0.3}``.
+        initial: Initial value of a state, SI; without it from the first measurements, zero for biases and wind.
+        initial_std: Standard deviation of the initial value, SI; zero: the value is known.
+        outlier_limit: Standard deviations beyond which a spike is left out; 0 for none.
         smooth: Rauch-Tung-Striebel smoother; coefficients are then formed from the smoothed path.
         passes: Passes of the iterated smoother at most.
         progress: Called with the part done. Ctrl-C stops.
+
+    Warns:
+        DoubletWarning: The verdict on the paths is bad.
     """
     given: list[Window] = []
     for index, window in enumerate(windows if windows is not None else []):
@@ -204,9 +285,23 @@ def reconstruct(
         given = [Window("all", float(base.time[0]), float(base.time[-1]))]
     if not given:
         raise DoubletError("there is no window: give one, or leave windows out for everything")
-    pairs = [list(map(lambda item: (str(item[0]), float(item[1])), (given_ or {}).items())) for given_ in (noise, delays)]
-    inner = _doublet.Path.reconstruct(
-        recording._inner, None if aircraft is None else aircraft._inner, [one._row() for one in given], method,
-        pairs[0], pairs[1], smooth, passes, progress,
+    settings = dict(
+        method=method, hold=hold, linearisation=linearisation, gravity=gravity, noise=_pairs(noise), delays=_pairs(delays),
+        random_walk=_pairs(random_walk), initial_state=_pairs(initial), initial_std=_pairs(initial_std),
+        outlier_limit=outlier_limit, smooth=smooth, passes=passes,
     )
-    return Path(inner)
+    call = (recording, aircraft, [one._row() for one in given], settings)
+    path = Path(_reconstructed(*call, progress), (_reconstructed, call), recording, aircraft)
+    path.verdict.warn("flight path")
+    return path
+
+
+def _pairs(values: Optional[Mapping[str, float]]) -> list[tuple[str, float]]:
+    return [(str(name), float(value)) for name, value in (values or {}).items()]
+
+
+def _reconstructed(
+    recording: Recording, aircraft: Optional[Aircraft], rows: Sequence[Any], settings: dict[str, Any], progress: Progress = None
+) -> _doublet.Path:
+    plane = None if aircraft is None else aircraft._inner
+    return _doublet.Path.reconstruct(recording._inner, plane, rows, settings, progress)

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from typing import Any, Optional, Sequence
 
+from ._doublet import DoubletError
+
 
 def stack(rows: Sequence[tuple[str, str, Sequence[tuple[Any, Any, Optional[Any]]]]], axes: Any = None) -> Any:
     """Rows of curves over time, one below the other: name, unit, curves of time, values and standard deviation."""
     import matplotlib.pyplot as plt
+    import numpy as np
 
     if axes is None:
         _, axes = plt.subplots(len(rows), 1, sharex=True, squeeze=False, figsize=(8, 1.6 * len(rows) + 0.8))
-        axes = axes[:, 0]
+    axes = np.ravel(np.asarray(axes, dtype=object))
+    if len(axes) < len(rows):
+        raise DoubletError(f"there are {len(axes)} axes for {len(rows)} curves: give one for each")
     for axis, (name, unit, curves) in zip(axes, rows):
         for time, values, deviation in curves:
             line = axis.plot(time, values, linewidth=1)[0]

@@ -9,25 +9,18 @@ from dataclasses import dataclass
 from typing import Any, Callable, Iterator, Mapping, Optional, Sequence, Union
 
 import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
 from numpy.typing import ArrayLike, NDArray
 
 from . import _doublet
 from ._doublet import DoubletError
+from ._errors import existing, nearest, unknown, warn
+from ._frames import column, columns_of, numeric, seconds
+from ._replayed import Replayed
 from ._table import Table
 
 PathLike = Union[str, "os.PathLike[str]"]
 Progress = Optional[Callable[[float], object]]
-
-
-def _column(values: ArrayLike, name: str) -> NDArray[np.float64]:
-    """Values as float64 in one piece: the same memory where they are so already."""
-    try:
-        array = np.ascontiguousarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise DoubletError(f"{name} are no numbers: {error}") from None
-    if array.ndim != 1:
-        raise DoubletError(f"{name} has {array.ndim} dimensions: give one column")
-    return array
 
 
 def roles() -> Table:
@@ -48,9 +41,10 @@ def units() -> Table:
     return Table([dict(unit=unit, si=si) for unit, si in _doublet.units()], "units")
 
 
-@dataclass(frozen=True)
-class Signal:
-    """Samples of one channel.
+@dataclass(frozen=True, eq=False)
+class Signal(NDArrayOperatorsMixin):
+    """Samples of one channel. NumPy takes it for its values: ``np.mean(signal)``, ``np.degrees(signal)`` and ``signal - 1.0`` give
+    plain arrays.
 
     Attributes:
         name: Name as recorded.
@@ -68,6 +62,18 @@ class Signal:
 
     def __len__(self) -> int:
         return len(self.values)
+
+    def __getitem__(self, key: Any) -> Any:
+        return self.values[key]
+
+    def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> NDArray[Any]:
+        if copy:
+            return np.array(self.values, dtype=dtype)
+        return np.asarray(self.values, dtype=dtype)
+
+    def __array_ufunc__(self, function: Any, method: str, *inputs: Any, **options: Any) -> Any:
+        plain = [one.values if isinstance(one, Signal) else one for one in inputs]
+        return getattr(function, method)(*plain, **options)
 
     def to_pandas(self) -> Any:
         """A ``pandas.Series`` over time."""
@@ -102,41 +108,61 @@ class Window:
         return self.name, float(self.start), float(self.end), self.surface, self.kind, self.role
 
 
-class Recording:
+class Recording(Replayed):
     """What was recorded in one flight. Channels that play a role are in SI and radians."""
 
-    def __init__(self, inner: _doublet.Recording) -> None:
-        self._inner = inner
+    def __init__(self, inner: _doublet.Recording, call: Any = None) -> None:
+        super().__init__(inner, call)
         self._channels = inner.channels()
+
+    def __getstate__(self) -> dict[str, Any]:
+        call = self._call or (_restored, (_kept(self._inner, self._channels), self.warnings, self.channel_map))
+        return {**super().__getstate__(), "_call": call}
 
     @classmethod
     def from_arrays(
-        cls, time: Optional[ArrayLike], channels: Mapping[str, Any], *, source: str = "arrays"
+        cls, time: Optional[ArrayLike], channels: Mapping[str, Any], *, source: str = "arrays", check: bool = True
     ) -> "Recording":
         """A recording of arrays.
 
         Args:
-            time: Time of all channels, s, shape (n,), strictly increasing; ``None`` where each channel gives its own.
+            time: Time of all channels, s, shape (n,), strictly increasing; ``None`` where each channel gives its own. Durations
+                (``timedelta64``) become seconds; instants (``datetime64``) become seconds since the first one.
             channels: By name: ``values``, ``(values, unit)`` or ``(time, values, unit)``. A name of :func:`roles` plays that
                 role and its values are converted from ``unit`` to SI (without a unit they are taken for SI); any other name
                 stays as it is.
             source: Name of the recorder.
+            check: Compare the channels: a time in another unit is refused, other contradictions give a :class:`DoubletWarning`.
 
         Raises:
-            DoubletError: Lengths that differ, time that does not increase, a unit that does not fit its role.
+            DoubletError: Lengths that differ, time that does not increase or is not in seconds, a unit that does not fit its role.
         """
-        shared = None if time is None else _column(time, "time")
+        shared = None if time is None else seconds(time)
         rows = []
         for name, given in channels.items():
             own, values, unit = shared, given, ""
             if isinstance(given, tuple) and len(given) == 2:
                 values, unit = given
             elif isinstance(given, tuple) and len(given) == 3:
-                own, values, unit = _column(given[0], f"time of '{name}'"), given[1], given[2]
+                own, values, unit = seconds(given[0], name=f"time of '{name}'"), given[1], given[2]
             if own is None:
                 raise DoubletError(f"'{name}' has no time: give it as (time, values, unit), or give time for all")
-            rows.append((str(name), own, _column(values, f"'{name}'"), str(unit)))
-        return cls(_doublet.Recording.from_arrays(rows, source))
+            rows.append((str(name), own, column(values, f"'{name}'"), str(unit)))
+        made = cls(_doublet.Recording.from_arrays(rows, source))
+        if check:
+            made._refuse_or_warn()
+        return made
+
+    def _refuse_or_warn(self) -> None:
+        """Refuses a time in another unit and warns of channels that contradict each other."""
+        wrong = [row for row in self.check() if row["level"] == "bad"]
+        said = [f"{row['channel']}: {row['hypothesis']}. {row['evidence']}. {row.get('cure', '')}".strip() for row in wrong]
+        for row, line in zip(wrong, said):
+            if row["channel"] == "time":
+                raise DoubletError(f"{line} check=False takes it as it is.")
+        if said:
+            more = f" ({len(said) - 1} more in recording.check())" if len(said) > 1 else ""
+            warn(f"channels contradict each other: {said[0]}{more}")
 
     @classmethod
     def from_frame(
@@ -147,38 +173,43 @@ class Recording:
         units: Optional[Mapping[str, str]] = None,
         names: Optional[Mapping[str, str]] = None,
         source: str = "frame",
+        check: bool = True,
     ) -> "Recording":
-        """A recording of the columns of a pandas or polars frame.
+        """A recording of the columns of a frame of pandas or polars, of an ``xarray.Dataset`` or of a table of pyarrow.
 
         Args:
-            frame: Frame with one row per instant.
-            time: Column of time, s; without it ``time`` or ``t``, or else the index.
+            frame: Frame with one row per instant. Units in ``frame.attrs["units"]`` of pandas and in ``attrs["units"]`` of the
+                variables of xarray are used.
+            time: Column of time; without it ``time`` or ``t``, or else the index. Numbers are s unless ``units`` states
+                another unit of time under the name of the column or ``"time"``; durations become seconds, instants become
+                seconds since the first one.
             units: Unit of each column that is not SI, by the name it has here.
             names: Role of a column that is called otherwise: ``{"AoA": "alpha"}``.
             source: Name of the recorder.
+            check: As in :meth:`from_arrays`.
         """
-        columns = [str(column) for column in frame.columns]
-        if time is None:
-            time = next((name for name in ("time", "t") if name in columns), None)
-        if time is not None:
-            stamps = np.asarray(frame[time], dtype=np.float64)
-        elif hasattr(frame, "index"):
-            stamps = np.asarray(frame.index, dtype=np.float64)
-        else:
+        found = columns_of(frame)
+        names = dict(names or {})
+        known = [*found.names, *names.values(), "time"]
+        wrong = next((name for name in [*(units or {}), *names] if name not in known), None)
+        if wrong is not None:
+            raise unknown("column", wrong, found.names)
+        _check_names(found.names, names)
+        if time is not None and time not in found.names:
+            raise unknown("column", time, found.names)
+        time = time or next((name for name in ("time", "t") if name in found.names), None)
+        stated = {**found.units, **(units or {})}
+        if time is None and found.index is None:
             raise DoubletError("the frame has no column time or t: name it by time=")
-        units, names = dict(units or {}), dict(names or {})
-        known = set(columns) | set(names.values())
-        unknown = next((name for name in [*units, *names] if name not in known), None)
-        if unknown is not None:
-            raise DoubletError(f"no column is called '{unknown}': there are {', '.join(columns)}")
+        unit_of_time = stated.get(time or "time", stated.get("time", ""))
+        stamps = seconds(found.index if time is None else found.get(time), unit_of_time)
         channels = {}
-        for column in columns:
-            values = frame[column]
-            if column == time or not np.issubdtype(np.asarray(values).dtype, np.number):
+        for name in found.names:
+            if name == time or not numeric(values := found.get(name)):
                 continue
-            name = names.get(column, column)
-            channels[name] = (np.asarray(values, dtype=np.float64), units.get(column, units.get(name, "")))
-        return cls.from_arrays(stamps, channels, source=source)
+            role = names.get(name, name)
+            channels[role] = (np.asarray(values, dtype=np.float64), stated.get(name, stated.get(role, "")))
+        return cls.from_arrays(stamps, channels, source=source, check=check)
 
     @property
     def channels(self) -> Table:
@@ -208,7 +239,11 @@ class Recording:
                 if row[at] == name or (at == 1 and f"{row[0]}/{row[1]}" == name):
                     time, values = self._inner.signal(index)
                     return Signal(row[1], time, values, row[2], row[3])
-        raise DoubletError(f"no channel plays or is called '{name}': recording.channels lists them")
+        raise unknown("channel or role", name, list(self))
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """The channel, or ``default`` where there is none."""
+        return self[name] if name in self else default
 
     def __contains__(self, name: object) -> bool:
         return any(name in (row[3], row[1], f"{row[0]}/{row[1]}") for row in self._channels)
@@ -256,6 +291,35 @@ class Recording:
         return self.channels._repr_html_()
 
 
+def _check_names(columns: Sequence[str], names: Mapping[str, str]) -> None:
+    """Every name must be a role, and no two columns may play the same one."""
+    known = [name for name, _, _ in _doublet.roles()]
+    played: dict[str, str] = {}
+    for one in columns:
+        role = names.get(one, one)
+        if one in names and role not in known:
+            near = nearest(role, known) or ": doublet.roles() lists them"
+            raise DoubletError(f"names: '{role}' of column '{one}' is not a role{near}")
+        if role in played:
+            raise DoubletError(f"columns '{played[role]}' and '{one}' are both '{role}': rename or leave out one of them")
+        played[role] = one
+
+
+def _kept(inner: _doublet.Recording, channels: Sequence[Any]) -> list[tuple[Any, ...]]:
+    """Channels as they are pickled; those of one clock share its array."""
+    rows: list[tuple[Any, ...]] = []
+    for index, (source, name, unit, role, _) in enumerate(channels):
+        time, values = inner.signal(index)
+        if rows and np.array_equal(rows[-1][4], time):
+            time = rows[-1][4]
+        rows.append((source, name, unit, role, time, values))
+    return rows
+
+
+def _restored(rows: list[tuple[Any, ...]], warnings: list[str], channel_map: Optional[str]) -> _doublet.Recording:
+    return _doublet.Recording.restore(rows, warnings, channel_map)
+
+
 def read(
     paths: Union[PathLike, Sequence[PathLike]], *, channel_map: Optional[str] = None, progress: Progress = None
 ) -> Recording:
@@ -268,7 +332,9 @@ def read(
         progress: Called with the part done, 0 to 1. Ctrl-C stops.
     """
     several = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
-    return Recording(_doublet.Recording.read([os.fspath(path) for path in several], channel_map, progress))
+    if not several:
+        raise DoubletError("there is no file: give one")
+    return Recording(_doublet.Recording.read([existing(path) for path in several], channel_map, progress))
 
 
 def find_manoeuvres(recording: Recording) -> list[Window]:
@@ -278,7 +344,7 @@ def find_manoeuvres(recording: Recording) -> list[Window]:
     return [Window(name, start, end, surface, kind, confidence=sure) for name, start, end, surface, kind, sure in rows]
 
 
-class Aircraft:
+class Aircraft(Replayed):
     """Reference lengths, mass and inertia.
 
     Args:
@@ -302,15 +368,20 @@ class Aircraft:
     ) -> None:
         if len(inertia) not in (3, 4):
             raise DoubletError("inertia is (Ixx, Iyy, Izz) or (Ixx, Iyy, Izz, Ixz), kg m²")
-        moments, xz = list(inertia[:3]), float(inertia[3]) if len(inertia) == 4 else 0.0
-        with tempfile.TemporaryDirectory() as folder:
-            self._inner = _doublet.Aircraft.plain(name, area, span, chord, mass, moments, xz, folder)
+        moments, xz = [float(value) for value in inertia[:3]], float(inertia[3]) if len(inertia) == 4 else 0.0
+        numbers = (name, area, span, chord, mass, moments, xz)
+        super().__init__(_plain(*numbers), (_plain, numbers))
 
     @classmethod
-    def _of(cls, inner: _doublet.Aircraft) -> "Aircraft":
+    def _named(cls, name: str) -> "Aircraft":
         made = cls.__new__(cls)
-        made._inner = inner
+        place = os.path.abspath(name) if os.path.exists(name) else name
+        Replayed.__init__(made, _doublet.Aircraft.named(name), (_doublet.Aircraft.named, (place,)))
         return made
+
+    def _is(self, other: "Aircraft") -> bool:
+        """Whether the other one has the same name, lengths and masses."""
+        return bool(self._inner.figures() == other._inner.figures())
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):
@@ -335,4 +406,11 @@ class Aircraft:
 
 def aircraft(name: PathLike) -> Aircraft:
     """An aircraft that comes with doublet, by its name (``"c337f"``), or that of an aircraft file, with its standard loading."""
-    return Aircraft._of(_doublet.Aircraft.named(os.fspath(name)))
+    return Aircraft._named(os.fspath(name))
+
+
+def _plain(
+    name: str, area: float, span: float, chord: float, mass: float, moments: Sequence[float], xz: float
+) -> _doublet.Aircraft:
+    with tempfile.TemporaryDirectory() as folder:
+        return _doublet.Aircraft.plain(name, area, span, chord, mass, moments, xz, folder)

@@ -13,23 +13,32 @@ from typing import Any, Mapping, Optional, Sequence, Union
 import numpy as np
 
 from . import _doublet
+from ._bridge import Keeper, begin, opened
 from ._doublet import DoubletError
-from ._recording import PathLike, Progress, Recording, Window
+from ._errors import DoubletKeyError, existing, unknown
+from ._recording import Aircraft, PathLike, Progress, Recording, Window
+from ._replayed import Replayed
 from ._table import Table, Value
+from ._verdict import Verdict
 
 
-class Session:
+class Session(Replayed):
     """Recordings, windows, settings, structure. It never changes: :meth:`replace` gives another."""
 
-    def __init__(self, inner: _doublet.Session) -> None:
+    def __init__(self, inner: _doublet.Session, keeper: Optional[Keeper] = None) -> None:
         if not isinstance(inner, _doublet.Session):
             raise DoubletError(f"{inner!r} is not a session: use Session.load(path), Session.parse(text) or Session.new(recordings)")
-        self._inner = inner
+        super().__init__(inner, None)
+        self._keeper = keeper
+
+    def __getstate__(self) -> dict[str, Any]:
+        place = (self.text, os.path.abspath(os.fspath(self._inner.folder) or "."), self.path)
+        return {"_made": None, "_call": (opened, (*place, self._keeper)), "_keeper": self._keeper}
 
     @classmethod
     def load(cls, path: PathLike) -> "Session":
         """Opens a session file, or ``"builtin:demo"`` for the one that comes with doublet."""
-        return cls(_doublet.Session.load(os.fspath(path)))
+        return cls(_doublet.Session.load(existing(path)))
 
     @classmethod
     def parse(cls, text: str, *, folder: PathLike = "") -> "Session":
@@ -55,7 +64,9 @@ class Session:
             aircraft: Aircraft file, or the name of one that comes with doublet; without any only flight paths are computed.
         """
         several = [recordings] if isinstance(recordings, (str, os.PathLike)) else list(recordings)
-        paths = [os.fspath(path) for path in several]
+        if any(isinstance(one, Recording) for one in several):
+            raise DoubletError("a Recording is not a file: use Session.from_recordings")
+        paths = [existing(path) for path in several]
         if not paths:
             raise DoubletError("there is no recording: give one")
         plane = None
@@ -63,6 +74,37 @@ class Session:
             found = _doublet.Aircraft.named(os.fspath(aircraft))
             plane = found.reference if (found.reference or "").startswith("builtin:") else os.path.abspath(os.fspath(aircraft))
         return cls(_doublet.Session.begin(paths, name or FilePath(paths[0]).stem, channel_map, plane, progress))
+
+    @classmethod
+    def from_recordings(
+        cls,
+        recordings: Union[Recording, Sequence[Recording]],
+        *,
+        aircraft: Optional[Aircraft] = None,
+        windows: Optional[Any] = None,
+        model: Optional[Any] = None,
+        name: str = "arrays",
+        folder: Optional[PathLike] = None,
+        progress: Progress = None,
+    ) -> "Session":
+        """A session of recordings in memory, one per flight.
+
+        Args:
+            recordings: Recording, or several.
+            aircraft: Aircraft; without any only flight paths are computed.
+            windows: Windows of the only flight, or a list of them for each flight; without it the manoeuvres found.
+            model: Terms of each coefficient, as ``structure`` of :func:`fit`; without it that of every new session.
+            name: Title.
+            folder: Folder to write the recordings to, made where it does not exist; without it a temporary one, which lasts as
+                long as the session. :meth:`save` copies the files of a temporary one beside the session.
+            progress: Called with the part done.
+        """
+        several = [recordings] if isinstance(recordings, Recording) else list(recordings)
+        if not several:
+            raise DoubletError("there is no recording: give one")
+        keeper = Keeper() if folder is None else None
+        place = os.fspath(folder) if keeper is None else keeper.folder  # type: ignore[arg-type]
+        return cls(begin(several, aircraft, windows, model, name, place, progress), keeper)
 
     @property
     def text(self) -> str:
@@ -85,7 +127,7 @@ class Session:
             try:
                 value = value[int(part)] if isinstance(value, list) else value[part]
             except (KeyError, IndexError, ValueError, TypeError):
-                raise DoubletError(f"the session has no '{key}'") from None
+                raise DoubletKeyError(f"the session has no '{key}'") from None
         return value
 
     @property
@@ -106,11 +148,13 @@ class Session:
             tables: Whole values of keys at the top: ``title="..."``.
         """
         rows = [(key, json.dumps(_plain(value))) for key, value in {**(changes or {}), **tables}.items()]
-        return Session(self._inner.replaced(rows))
+        return Session(self._inner.replaced(rows), self._keeper)
 
     def save(self, path: PathLike) -> "Session":
-        """Saves it in one step, paths written from the new place; the previous file stays as ``*.bak``."""
-        return Session(self._inner.save(os.fspath(path)))
+        """Saves it in one step, paths written from the new place; the previous file stays as ``*.bak``. Recordings in a temporary
+        folder are copied into ``NAME_recordings`` beside it."""
+        inner = self._inner if self._keeper is None else self._keeper.moved(self._inner, os.fspath(path))
+        return Session(inner.save(os.fspath(path)))
 
     def check(self) -> dict[str, Any]:
         """What ``doublet check --json`` prints: ``findings`` and ``physics``."""
@@ -142,31 +186,38 @@ def _plain(value: Any) -> Any:
     return value
 
 
-class Results:
-    """What a session came to. :meth:`to_dict` is ``results.json``, number for number."""
+class Derivatives(dict[str, Value]):
+    """Derivatives by name."""
 
-    def __init__(self, inner: _doublet.Results) -> None:
-        self._inner = inner
+    def __missing__(self, name: str) -> Value:
+        raise unknown("derivative", name, self)
+
+
+class Results(Replayed):
+    """What a session came to. :meth:`to_dict` is ``results.json``, number for number. A pickle holds these numbers; what needs more
+    (``states``, ``recording``, ``write``, ``export``) then runs the session again."""
+
+    def __init__(self, inner: _doublet.Results, call: Any) -> None:
+        super().__init__(inner, call)
         self._all: dict[str, Any] = json.loads(inner.json())
+        self._failures: list[tuple[str, str]] = inner.failures()
 
     def to_dict(self) -> dict[str, Any]:
         """The content of ``results.json``."""
         return self._all
 
     @property
-    def verdict(self) -> dict[str, Any]:
-        """``level`` (``good``, ``caution``, ``bad``) and ``reasons``."""
-        return self._all.get("verdict") or {}
+    def verdict(self) -> Verdict:
+        """``level`` (``good``, ``caution``, ``bad``) and ``findings``; also a mapping of ``level`` and ``reasons``."""
+        return Verdict(self._all.get("verdict") or {})
 
     @property
-    def derivatives(self) -> dict[str, Value]:
+    def derivatives(self) -> Derivatives:
         """Pooled derivatives by name, with corrected errors."""
         nan = float("nan")
         rows = [row for fit in self.fits for row in fit.get("derivatives", [])]
-        return {
-            row["name"]: Value(row["estimate"], nan if row["corrected_standard_error"] is None else row["corrected_standard_error"])
-            for row in rows
-        }
+        error = lambda row: nan if row["corrected_standard_error"] is None else row["corrected_standard_error"]
+        return Derivatives({row["name"]: Value(row["estimate"], error(row)) for row in rows})
 
     @property
     def fits(self) -> list[dict[str, Any]]:
@@ -189,7 +240,7 @@ class Results:
                     dict(derivative=row["name"], estimate=row["estimate"], stderr=row["corrected_standard_error"],
                          stderr_white=row["standard_error"], relative_percent=row["relative_error_percent"], verdict=verdict)
                 )
-        return Table(rows, f"{self._all['title']}: verdict {self.verdict.get('level', '-')}")
+        return Table(rows, f"{self._all['title']}: {self.verdict.line()}")
 
     def study(self, name: str) -> Table:
         """The table of a study that was asked for: ``sensitivity``, ``tornado``, ``leave_one_out``, ``input_kinds``,
@@ -203,7 +254,7 @@ class Results:
     @property
     def failures(self) -> list[tuple[str, str]]:
         """What could not be computed: place and reason."""
-        return self._inner.failures()
+        return self._failures
 
     def states(self, window: str) -> dict[str, Any]:
         """``time`` (s) and the smoothed states of a window by name, filtered where it was not smoothed; SI."""
@@ -211,7 +262,7 @@ class Results:
 
     def recording(self, flight: Optional[str] = None) -> Recording:
         """A flight as the run read it, the first unless it is named: on one time line, instruments and signals treated."""
-        return Recording(self._inner.recording(flight))
+        return Recording(self._inner.recording(flight), (_recorded, (self, flight)))
 
     def write(
         self, folder: PathLike, *, tables: Sequence[str] = ("csv",), histories: Sequence[str] = ("hdf5",)
@@ -227,11 +278,14 @@ class Results:
         """Draws the derivatives of a coefficient with their 95 % intervals; returns the axes."""
         from ._plots import one
 
-        axis = one(axes)
         rows = [(n, v) for n, v in self.derivatives.items() if n.startswith(coefficient + "_") and not n.endswith("]")]
+        if not rows:
+            raise unknown("coefficient", coefficient, [fit["coefficient"] for fit in self.fits])
+        axis = one(axes)
         error = [1.96 * v.stderr for _, v in rows]
         axis.errorbar([v.value for _, v in rows], range(len(rows)), xerr=error, fmt="o", capsize=3)
         axis.set_yticks(range(len(rows)), [n for n, _ in rows])
+        axis.set_xlabel("estimate and 95 % interval [per rad; rates non-dimensional]")
         axis.grid(True, linewidth=0.3)
         return axis
 
@@ -258,7 +312,18 @@ def run(
         seed: Of ``monte-carlo``.
         progress: Called with the part done, 0 to 1. Ctrl-C stops; other Python threads run meanwhile.
     """
-    return Results(session._inner.run(list(studies), realisations, seed, progress))
+    call = (session, list(studies), realisations, seed)
+    return Results(_computed(*call, progress), (_computed, call))
+
+
+def _computed(
+    session: Session, studies: list[str], realisations: int, seed: int, progress: Progress = None
+) -> _doublet.Results:
+    return session._inner.run(studies, realisations, seed, progress)
+
+
+def _recorded(results: Results, flight: Optional[str]) -> _doublet.Recording:
+    return results._inner.recording(flight)
 
 
 def match(results: Results) -> Table:

@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import html
-from dataclasses import dataclass
+from statistics import NormalDist
 from typing import Any, Iterator, Mapping, Optional, Sequence
 
+from ._doublet import DoubletError
 
-@dataclass(frozen=True)
-class Value:
-    """A number with its standard error.
+
+def normal_quantile(level: float) -> float:
+    """Half width of an interval of ``level`` in standard errors."""
+    if not 0.0 < level < 1.0:
+        raise DoubletError(f"level is {level}: give a part between 0 and 1, such as 0.95")
+    return NormalDist().inv_cdf(0.5 + 0.5 * level)
+
+
+class Value(float):
+    """A number with its standard error. It calculates, compares and formats as its estimate: results are plain numbers without an
+    error, which :func:`propagate` and :meth:`to_uncertainties` carry on.
 
     Attributes:
         value: Estimate, SI.
@@ -17,20 +26,41 @@ class Value:
         unit: Unit, empty where it has none.
     """
 
-    value: float
     stderr: float
-    unit: str = ""
+    unit: str
 
-    def __float__(self) -> float:
-        return self.value
+    def __new__(cls, value: float, stderr: float, unit: str = "") -> "Value":
+        made = super().__new__(cls, value)
+        made.stderr, made.unit = float(stderr), unit
+        return made
+
+    def __getnewargs__(self) -> tuple[float, float, str]:
+        return self.value, self.stderr, self.unit
+
+    @property
+    def value(self) -> float:
+        return float(self)
 
     @property
     def interval(self) -> tuple[float, float]:
         """Ends of the 95 % interval."""
-        return self.value - 1.959964 * self.stderr, self.value + 1.959964 * self.stderr
+        half = normal_quantile(0.95) * self.stderr
+        return self.value - half, self.value + half
+
+    def to_uncertainties(self) -> Any:
+        """The value as ``uncertainties.ufloat``."""
+        import uncertainties
+
+        return uncertainties.ufloat(self.value, self.stderr)
 
     def __str__(self) -> str:
         return f"{self.value:.5g} ± {self.stderr:.2g}{' ' + self.unit if self.unit else ''}"
+
+    def __repr__(self) -> str:
+        return f"<{self}>"
+
+    def __format__(self, form: str) -> str:
+        return format(self.value, form) if form else str(self)
 
 
 def _cell(value: Any) -> str:

@@ -1,0 +1,126 @@
+"""What follows from a fit: functions of the derivatives with their intervals, output error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Callable, Mapping, Optional, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._doublet import DoubletError
+from ._fit import Fit
+from ._recording import Progress
+from ._table import Value
+
+_UNITS = {"V": "m/s", "alpha": "rad", "beta": "rad", "p": "rad/s", "q": "rad/s", "r": "rad/s", "phi": "rad", "theta": "rad",
+          "ax": "m/s²", "ay": "m/s²", "az": "m/s²"}
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """A function of the derivatives.
+
+    Attributes:
+        value: At the estimates.
+        samples: At each draw, shape (n, ...), of a function; ``None`` of an expression.
+        std: Standard deviation of the draws.
+        interval: Ends of the 95 % interval by quantiles of the draws.
+    """
+
+    value: Any
+    samples: Optional[NDArray[np.float64]] = None
+    _stderr: Optional[float] = None
+    _interval: Optional[tuple[float, float]] = None
+
+    @property
+    def std(self) -> Any:
+        return self._stderr if self.samples is None else np.nanstd(self.samples, axis=0, ddof=1)
+
+    @property
+    def interval(self) -> tuple[Any, Any]:
+        if self.samples is None:
+            return self._interval or (float("nan"), float("nan"))
+        low, high = np.nanquantile(self.samples, [0.025, 0.975], axis=0)
+        return low, high
+
+    def __repr__(self) -> str:
+        low, high = self.interval
+        if np.ndim(self.value) == 0:
+            return f"<{self.value:.5g} ± {self.std:.2g}, 95 %: {low:.5g} to {high:.5g}>"
+        return f"<{np.shape(self.value)} values ± {self.std}, 95 %: {low} to {high}>"
+
+
+def propagate(
+    fit: Fit,
+    function: Union[str, Callable[[Mapping[str, float]], Any]],
+    *,
+    n: int = 2000,
+    seed: int = 0,
+    **trim: Any,
+) -> Distribution:
+    """Any function of the derivatives with its interval, by draws of all of them together with their covariance within and
+    across coefficients.
+
+    Args:
+        fit: Fit of :func:`fit`.
+        function: Of a mapping of derivatives to a number or an array; or an expression such as ``"-Cm_alpha/CZ_alpha"``, which
+            may name S, b, c, V, rho, qbar, mass, Ixx, Iyy, Izz, Ixz of the trim too and needs a model that can be trimmed.
+        n: Draws.
+        seed: Their seed: the same seed gives the same numbers.
+        trim: As :meth:`Fit.linearise`, for an expression.
+    """
+    if isinstance(function, str):
+        value, _, sampled = fit._inner.propagate(function, trim, n, seed)
+        if sampled is None:
+            raise DoubletError(f"'{function}' has no bounded interval: some draws have no value")
+        return Distribution(value, _stderr=sampled[0], _interval=(sampled[1], sampled[2]))
+    names, estimates, _, draws = fit._inner.draws(n, seed)
+    at = lambda row: function(dict(zip(names, map(float, row))))
+    return Distribution(at(estimates), np.asarray([at(row) for row in draws], dtype=np.float64))
+
+
+@dataclass(frozen=True)
+class OutputError:
+    """Output error of one window.
+
+    Attributes:
+        window: Window.
+        axis: ``"longitudinal"``, ``"lateral"`` or ``"both"``.
+        derivatives: Estimates with errors corrected for coloured residuals.
+        outputs: By name: time (s), measured and flown (SI), R².
+        error: Why there is none, or ``None``.
+    """
+
+    window: str
+    axis: str
+    derivatives: dict[str, Value]
+    outputs: dict[str, tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]]
+    iterations: int = 0
+    error: Optional[str] = None
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draws measured and flown outputs; returns the axes."""
+        from ._plots import stack
+
+        if self.error is not None:
+            raise DoubletError(f"window '{self.window}': {self.error}")
+        rows = self.outputs.items()
+        return stack([(n, _UNITS.get(n, "SI"), [(t, m, None), (t, f, None)]) for n, (t, m, f, _) in rows], axes)
+
+
+def output_error(fit: Fit, *, axis: Optional[str] = None, progress: Progress = None) -> list[OutputError]:
+    """Output error of every window with the equations of motion: the moved axis flies the recorded controls until its outputs
+    follow the reconstructed ones; the other axis moves as reconstructed.
+
+    Args:
+        fit: Fit whose derivatives are the start and whose terms are free.
+        axis: ``"longitudinal"``, ``"lateral"`` or ``"both"``; without it that which each window's surface moves.
+    """
+    found = []
+    for row in fit._inner.output_error(axis, progress):
+        derivatives = {name: Value(value, error) for name, value, error in row.get("derivatives", [])}
+        found.append(
+            OutputError(row["window"], row["axis"], derivatives, row.get("outputs", {}), row.get("iterations", 0), row.get("error"))
+        )
+    return found

@@ -1,0 +1,178 @@
+"""Recordings in memory as sessions: their samples are written to files that a session can name."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import shutil
+import tempfile
+from pathlib import Path as FilePath
+from typing import Any, Iterable, Mapping, Optional, Sequence
+
+import numpy as np
+
+from . import _doublet
+from ._doublet import DoubletError
+from ._fit import _models
+from ._recording import Aircraft, Progress, Recording, Window
+
+
+class Keeper:
+    """A temporary folder with the files of a session; it is removed with the last session that uses it. A pickle holds the files."""
+
+    def __init__(self) -> None:
+        self._temporary = tempfile.TemporaryDirectory(prefix="doublet-")
+        self.folder = self._temporary.name
+        self.former = self.folder
+
+    def __getstate__(self) -> dict[str, Any]:
+        files = {path.name: path.read_bytes() for path in FilePath(self.folder).iterdir()}
+        return {"files": files, "former": self.folder}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        Keeper.__init__(self)
+        self.former = state["former"]
+        for name, content in state["files"].items():
+            (FilePath(self.folder) / name).write_bytes(content)
+
+    def moved(self, inner: _doublet.Session, path: str) -> _doublet.Session:
+        """The session with its files beside ``path``."""
+        target = os.path.abspath(os.path.splitext(path)[0] + "_recordings")
+        shutil.copytree(self.folder, target, dirs_exist_ok=True)
+        return _relocated(inner, self.folder, target)
+
+
+def opened(text: str, folder: str, path: Optional[str], keeper: Optional[Keeper]) -> _doublet.Session:
+    """A session that was pickled."""
+    inner = _doublet.Session.restore(text, folder, path)
+    return inner if keeper is None else _relocated(inner, keeper.former, keeper.folder)
+
+
+def _relocated(inner: _doublet.Session, former: str, folder: str) -> _doublet.Session:
+    """The session with the paths in one folder replaced by those in another."""
+
+    def changed(value: Any) -> Any:
+        if isinstance(value, str) and value.startswith(former):
+            return folder + value[len(former):]
+        if isinstance(value, list):
+            return [changed(one) for one in value]
+        if isinstance(value, dict):
+            return {key: changed(one) for key, one in value.items()}
+        return value
+
+    rows: Mapping[str, Any] = json.loads(inner.json())
+    keys = [key for key in ("flight", "aircraft") if key in rows]
+    return inner.replaced([(key, json.dumps(changed(rows[key]))) for key in keys])
+
+
+def begin(
+    recordings: Sequence[Recording],
+    aircraft: Optional[Aircraft],
+    windows: Optional[Any],
+    model: Optional[Any],
+    name: str,
+    folder: str,
+    progress: Progress,
+) -> _doublet.Session:
+    """A session of recordings, one per flight, whose files are in ``folder``."""
+    os.makedirs(folder, exist_ok=True)
+    given = _windows_of(recordings, windows)
+    plane = None if aircraft is None else _aircraft_file(aircraft, folder)
+    flights: list[Any] = []
+    rows: list[dict[str, Any]] = []
+    first: Optional[_doublet.Session] = None
+    for index, recording in enumerate(recordings):
+        flight = name if len(recordings) == 1 else f"{name} {index + 1}"
+        files, channel_map = _written(recording, os.path.join(os.path.abspath(folder), f"flight_{index + 1}"))
+        begun = _doublet.Session.begin(files, flight, channel_map, plane, progress)
+        content = json.loads(begun.json())
+        flights += content["flight"]
+        found = content.get("window", []) if given is None else [_window_row(one, flight) for one in given[index]]
+        names = {row["name"] for row in rows}
+        for row in found:
+            rows.append({**row, "name": f"{row['name']} (flight {index + 1})" if row["name"] in names else row["name"]})
+        first = first or begun
+    assert first is not None
+    changes = {"title": name, "flight": flights, "window": rows}
+    if model is not None:
+        changes["model"] = {coefficient: terms for coefficient, terms in _models(model)}
+    return first.replaced([(key, json.dumps(value)) for key, value in changes.items()])
+
+
+def _windows_of(recordings: Sequence[Recording], windows: Optional[Any]) -> Optional[list[list[Window]]]:
+    """Windows by flight, where they are given."""
+    if windows is None:
+        return None
+    lists = [windows] if len(recordings) == 1 else list(windows)
+    if len(lists) != len(recordings):
+        raise DoubletError(f"there are {len(recordings)} recordings and {len(lists)} lists of windows: give one list for each")
+    return [
+        [one if isinstance(one, Window) else Window(f"window {k + 1}", *map(float, one)) for k, one in enumerate(several)]
+        for several in lists
+    ]
+
+
+def _window_row(window: Window, flight: str) -> dict[str, Any]:
+    row = dict(name=window.name, flight=flight, start_s=float(window.start), end_s=float(window.end), role=window.role)
+    if window.surface is not None:
+        row["surface"] = window.surface
+    if window.kind:
+        row["kind"] = window.kind
+    return row
+
+
+def _aircraft_file(aircraft: Aircraft, folder: str) -> str:
+    """How a session names an aircraft; one described by its numbers is written into the folder."""
+    if aircraft.text is None:
+        reference = str(aircraft._inner.reference)
+        return reference if reference.startswith("builtin:") else os.path.abspath(reference)
+    path = os.path.join(os.path.abspath(folder), "aircraft.toml")
+    FilePath(path).write_text(aircraft.text, encoding="utf-8")
+    return path
+
+
+def _written(recording: Recording, stem: str) -> tuple[list[str], str]:
+    """Writes a recording, a table for the channels of each clock, and its channel map; returns the files."""
+    signals = [recording[name] for name in recording]
+    clocks: list[list[Any]] = []
+    for signal in signals:
+        same = next((one for one in clocks if np.array_equal(one[0].time, signal.time)), None)
+        if same is None:
+            clocks.append([signal])
+        else:
+            same.append(signal)
+    files, roles = [], []
+    for number, several in enumerate(clocks):
+        path = f"{stem}_{number + 1}.csv"
+        names = _column_names(several)
+        _write_table(path, ["time", *names], [several[0].time, *(one.values for one in several)])
+        files.append(path)
+        source = os.path.basename(path)[: -len(".csv")]
+        for name, signal in zip(names, several):
+            if signal.role is not None:
+                unit = f", unit = {json.dumps(signal.unit)}" if signal.unit not in ("", "-", "1") else ""
+                roles.append(f"{signal.role} = {{ channel = {json.dumps(name)}, source = {json.dumps(source + '*')}{unit} }}")
+    head = ['format = "doublet channel map"', "version = 1", 'name = "arrays"', "", "[[time]]", 'channel = "time"', 'unit = "s"']
+    channel_map = f"{stem}_map.toml"
+    FilePath(channel_map).write_text("\n".join([*head, "", "[roles]", *roles, ""]), encoding="utf-8")
+    return files, channel_map
+
+
+def _column_names(signals: Iterable[Any]) -> list[str]:
+    """Names of columns: roles by their own, others by that of their channel, each once."""
+    names: list[str] = []
+    for signal in signals:
+        name = signal.role or signal.name
+        while name in names or name == "time":
+            name += "_"
+        names.append(name)
+    return names
+
+
+def _write_table(path: str, names: Sequence[str], columns: Sequence[Any]) -> None:
+    with open(path, "w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(names)
+        texts = [["" if value != value else repr(value) for value in column.tolist()] for column in columns]
+        writer.writerows(zip(*texts))
