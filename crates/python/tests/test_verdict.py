@@ -120,7 +120,7 @@ def test_flights_are_pooled(clean):
     assert both.linearise(airspeed=46.0, samples=10).modes
     with pytest.raises(db.DoubletError, match="differ in axes"):
         db.fit([coefs, db.coefficients(path, axes="stability")], model)
-    with pytest.raises(db.DoubletError, match="there are no coefficients"):
+    with pytest.raises(db.DoubletError, match="no coefficients were given"):
         db.fit([], model)
 
 
