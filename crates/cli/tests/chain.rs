@@ -162,8 +162,14 @@ fn one(seed: u64, sources: &[PathBuf], reached: &mut Reached) {
     let folder = tempfile::tempdir().unwrap();
     let (path, source) = write_recording(random, sources, folder.path());
     let way = &mut Way { seed, source, reached };
-    let inspect =
-        || begin::inspect_for(&[path.clone()], Some(&folder.path().join("a.toml")), &Control::default(), &|_| {});
+    let inspect = || {
+        begin::inspect_for(
+            std::slice::from_ref(&path),
+            Some(&folder.path().join("a.toml")),
+            &Control::default(),
+            &|_| {},
+        )
+    };
     let Some(inspected) = way.step("inspect", inspect) else { return };
     if random.random_bool(0.3) {
         way.step("live", || watch(&path, &folder.path().join("recorded")));

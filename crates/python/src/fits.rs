@@ -190,7 +190,7 @@ impl Fitted {
     /// Does `work` with what a study looks at.
     pub fn study<R>(&self, work: impl FnOnce(&StudyInput<'_>) -> StageResult<R>) -> StageResult<R> {
         let no_aircraft = || StageError::from("no aircraft");
-        let first = self.windows.first().map(|window| &window.source).ok_or("no manoeuvre given")?;
+        let first = self.windows.first().map(|window| &window.source).ok_or("the fit has no manoeuvre")?;
         let aircraft = first.aircraft.as_ref().ok_or_else(no_aircraft)?;
         let windows = self.windows.iter().map(|window| StudyWindow {
             manoeuvre: &window.manoeuvre,
@@ -311,7 +311,7 @@ impl Fit {
         let estimation =
             Estimation { by_surface, constants, constraints: constraints(given)?, ..Estimation::default() };
         let preparation = coefficients.first().map(|first| Arc::clone(&first.preparation));
-        let preparation = preparation.ok_or_else(|| refuse("no coefficients given: pass those of one flight"))?;
+        let preparation = preparation.ok_or_else(|| refuse("no coefficients were given: give those of one flight"))?;
         let mut used = pooled_windows(&coefficients)?;
         if let Some(names) = &windows {
             if let Some(unknown) = names.iter().find(|name| !used.iter().any(|one| one.manoeuvre.name == **name)) {

@@ -11,7 +11,7 @@ use doublet_core::series::{Channel, Recording as Samples, Series};
 use doublet_engine::begin;
 use doublet_engine::builtin;
 use doublet_engine::confidence::{WeighedRole, weigh};
-use doublet_engine::graph::{Control, Key, Keyed, StageError};
+use doublet_engine::graph::{Control, Keyed, StageError};
 use doublet_engine::stage::{FlightPhysics, LoadedFlight, physics_of, proposals};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;

@@ -41,7 +41,7 @@ def test_recording_has_channels_in_si(recording):
     assert q.unit == "rad/s" and q.role == "q" and len(q.time) == len(q.values)
     assert not q.values.flags.writeable and not q.values.flags.owndata
     assert "alpha" in recording and "nothing" not in recording
-    with pytest.raises(db.DoubletError, match="no channel plays or is called 'nothing'"):
+    with pytest.raises(db.DoubletError, match="no channel or role is called 'nothing'"):
         recording["nothing"]
     assert all(row["level"] != "bad" for row in recording.check())
     found = db.find_manoeuvres(recording)
@@ -168,7 +168,7 @@ def test_functions_of_derivatives_have_intervals(fit):
 
 def test_output_error_follows_a_window(path, fit):
     name = next(window.name for window in path.windows if window.surface == "elevator")
-    found = next(row for row in db.output_error(path, fit) if row.window == name)
+    found = next(row for row in db.output_error(fit) if row.window == name)
     assert found.error is None and found.axis == "longitudinal"
     time, measured, flown, r2 = found.outputs["q"]
     assert time.shape == measured.shape == flown.shape and r2 > 0.9
@@ -193,4 +193,4 @@ def test_plots_are_drawn(demo, path, fit, recording):
     assert len(recording.plot("q", "alpha")) == 2
     assert len(path[0].plot("u", "theta")) == 2
     assert demo.plot("Cm").get_yticks().size > 2
-    assert fit.plot("Cm").get_ylabel() == "Cm"
+    assert fit.plot("Cm").get_ylabel() == "Cm [-]"

@@ -94,7 +94,7 @@ def begin(
             rows.append({**row, "name": f"{row['name']} (flight {index + 1})" if row["name"] in names else row["name"]})
         first = first or begun
     assert first is not None
-    changes = {"title": name, "flight": flights, "window": rows}
+    changes: dict[str, Any] = {"title": name, "flight": flights, "window": rows}
     if model is not None:
         changes["model"] = {coefficient: terms for coefficient, terms in _models(model)}
     return first.replaced([(key, json.dumps(value)) for key, value in changes.items()])
@@ -108,7 +108,7 @@ def _windows_of(recordings: Sequence[Recording], windows: Optional[Any]) -> Opti
     if len(lists) != len(recordings):
         raise DoubletError(f"there are {len(recordings)} recordings and {len(lists)} lists of windows: give one list for each")
     return [
-        [one if isinstance(one, Window) else Window(f"window {k + 1}", *map(float, one)) for k, one in enumerate(several)]
+        [one if isinstance(one, Window) else Window(f"window {k + 1}", float(one[0]), float(one[1])) for k, one in enumerate(several)]
         for several in lists
     ]
 

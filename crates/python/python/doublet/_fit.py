@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import Any, Iterator, Mapping, Optional, Sequence, Union
+from typing import Any, Iterator, Literal, Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +38,7 @@ class WindowCoefficients:
         found = self._coefficients.get(name, self.variables.get(name))
         if found is None:
             raise unknown("coefficient or variable", name, self)
-        return found
+        return np.asarray(found)
 
     def __iter__(self) -> Iterator[str]:
         return iter([*self._coefficients, *self.variables])
@@ -58,7 +58,7 @@ class WindowCoefficients:
         return f"<doublet.WindowCoefficients '{self.name}': {len(self.time)} samples of {', '.join(self)}>"
 
 
-class Coefficients(Replayed, Sequence[WindowCoefficients]):
+class Coefficients(Replayed[_doublet.Coefficients], Sequence[WindowCoefficients]):
     """``CX CY CZ Cl Cm Cn CD CL`` of every window; ``coefs["window"]["Cm"]`` is an array."""
 
     def __init__(self, inner: _doublet.Coefficients, call: Any, aircraft: Optional[Aircraft]) -> None:
@@ -99,7 +99,11 @@ class Coefficients(Replayed, Sequence[WindowCoefficients]):
 
 
 def coefficients(
-    path: Path, aircraft: Optional[Aircraft] = None, *, axes: str = "body", thrust: str = "included"
+    path: Path,
+    aircraft: Optional[Aircraft] = None,
+    *,
+    axes: Literal["body", "stability"] = "body",
+    thrust: Literal["included", "removed"] = "included",
 ) -> Coefficients:
     """Force and moment coefficients along a path, ``C = F / (q S)``, ``M / (q S l)``, about the aircraft's moment reference.
 
@@ -188,7 +192,7 @@ class CoefficientFit:
         return Value(float(self.estimates[at]), float(self.stderr[at]))
 
 
-class Fit(Replayed):
+class Fit(Replayed[_doublet.Fit]):
     """Derivatives over windows: ``fit["Cm_alpha"]`` is a value with its error, ``fit.coefficients["Cm"]`` everything about one
     coefficient."""
 
@@ -250,7 +254,7 @@ class Fit(Replayed):
         times, errors = normal_quantile(level), self.stderr
         return {name: (value - times * errors[name], value + times * errors[name]) for name, value in self.params.items()}
 
-    def predict(self, coefficient: str, *, constants: str = "identified") -> dict[str, dict[str, NDArray[np.float64]]]:
+    def predict(self, coefficient: str, *, constants: Literal["identified", "own"] = "identified") -> dict[str, dict[str, NDArray[np.float64]]]:
         """Predictions by window, those of validation included: ``time`` (s), ``observed`` and ``predicted``.
 
         Args:
@@ -368,10 +372,10 @@ def fit(
     structure: Union[str, Sequence[str], Mapping[str, Union[str, Sequence[str]]]],
     *,
     windows: Optional[Sequence[str]] = None,
-    method: str = "ols",
-    errors: str = "coloured",
+    method: Literal["ols"] = "ols",
+    errors: Literal["coloured", "white"] = "coloured",
     constraints: Mapping[tuple[str, str], Any] = {},
-    constants: str = "per_window",
+    constants: Literal["per_window", "common"] = "per_window",
     by_surface: bool = True,
 ) -> Fit:
     """Derivatives by least squares over windows.

@@ -74,11 +74,11 @@ def _of_numbers(array: NDArray[Any], unit: str, name: str) -> NDArray[np.float64
 
 
 class Columns(NamedTuple):
-    """A frame: names of its columns, a column by name, the index where it has one, and the units it states."""
+    """A frame: names of its columns, a column by name, the stamps of its index where it has one, and the units it states."""
 
     names: list[str]
     get: Callable[[str], Any]
-    index: Optional[Any]
+    stamps: Optional[Any]
     units: dict[str, str]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Mapping, Optional, Sequence, Union
+from typing import Any, Literal, Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -116,8 +116,8 @@ def lstsq(
     names: Optional[Sequence[str]] = None,
     groups: Optional[ArrayLike] = None,
     std: Optional[ArrayLike] = None,
-    method: str = "ols",
-    errors: str = "coloured",
+    method: Literal["ols", "stepwise", "orthogonal"] = "ols",
+    errors: Literal["coloured", "white"] = "coloured",
     constraints: Mapping[str, Any] = {},
 ) -> Regression:
     """Least squares with honest errors: arrays or a frame in, no session.
@@ -141,7 +141,8 @@ def lstsq(
         raise DoubletError(f"'{errors}' are no errors: use coloured or white")
     if names is None and hasattr(X, "columns"):
         names = [str(column) for column in X.columns]
-    if hasattr(X, "index") and hasattr(y, "index") and len(X) == len(y) and not X.index.equals(y.index):
+    index_of_y = getattr(y, "index", None)
+    if hasattr(index_of_y, "equals") and hasattr(X, "index") and not X.index.equals(index_of_y):
         raise DoubletError("X and y have different indices: align them, or give y.to_numpy()")
     matrix = _matrix(X)
     columns = list(names) if names is not None else [f"x{k}" for k in range(matrix.shape[1])]
@@ -250,7 +251,7 @@ def frequency_response(
     y: ArrayLike,
     *,
     dt: float,
-    method: str = "composite",
+    method: Literal["composite", "single"] = "composite",
     band: Optional[tuple[float, float]] = None,
     points: int = 40,
     window: Optional[float] = None,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Iterator, Mapping, Optional, Sequence, Union
+from typing import Any, Iterator, Literal, Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,7 +67,7 @@ class WindowPath:
 
     @property
     def _inner(self) -> _doublet.Path:
-        return self._path._inner  # type: ignore[no-any-return]
+        return self._path._inner
 
     @property
     def time(self) -> NDArray[np.float64]:
@@ -160,7 +160,7 @@ class WindowPath:
         return f"<doublet.WindowPath '{self.window.name}': {len(self.time)} samples, verdict {self.verdict}>"
 
 
-class Path(Replayed, Sequence[WindowPath]):
+class Path(Replayed[_doublet.Path], Sequence[WindowPath]):
     """Flight paths of windows; ``path[0]`` or ``path["name"]`` is one of them. With a single window its attributes are those of
     the path."""
 
@@ -237,12 +237,12 @@ def reconstruct(
     aircraft: Optional[Aircraft] = None,
     *,
     windows: Optional[Sequence[Union[Window, tuple[float, float]]]] = None,
-    method: str = "iekf",
+    method: Literal["ekf", "iekf", "ukf"] = "iekf",
     noise: Optional[Mapping[str, float]] = None,
     delays: Optional[Mapping[str, float]] = None,
     gravity: Optional[float] = None,
-    hold: str = "first_order",
-    linearisation: str = "prior",
+    hold: Literal["first_order", "zero_order"] = "first_order",
+    linearisation: Literal["prior", "predicted"] = "prior",
     random_walk: Optional[Mapping[str, float]] = None,
     initial: Optional[Mapping[str, float]] = None,
     initial_std: Optional[Mapping[str, float]] = None,
@@ -277,7 +277,7 @@ def reconstruct(
     """
     given: list[Window] = []
     for index, window in enumerate(windows if windows is not None else []):
-        given.append(window if isinstance(window, Window) else Window(f"window {index + 1}", *map(float, window)))
+        given.append(window if isinstance(window, Window) else Window(f"window {index + 1}", float(window[0]), float(window[1])))
     if windows is None:
         base = next((recording[name] for name in ("p", "q", "r") if name in recording), None)
         if base is None:

@@ -108,7 +108,7 @@ class Window:
         return self.name, float(self.start), float(self.end), self.surface, self.kind, self.role
 
 
-class Recording(Replayed):
+class Recording(Replayed[_doublet.Recording]):
     """What was recorded in one flight. Channels that play a role are in SI and radians."""
 
     def __init__(self, inner: _doublet.Recording, call: Any = None) -> None:
@@ -199,10 +199,10 @@ class Recording(Replayed):
             raise unknown("column", time, found.names)
         time = time or next((name for name in ("time", "t") if name in found.names), None)
         stated = {**found.units, **(units or {})}
-        if time is None and found.index is None:
+        if time is None and found.stamps is None:
             raise DoubletError("the frame has no column time or t: name it by time=")
         unit_of_time = stated.get(time or "time", stated.get("time", ""))
-        stamps = seconds(found.index if time is None else found.get(time), unit_of_time)
+        stamps = seconds(found.stamps if time is None else found.get(time), unit_of_time)
         channels = {}
         for name in found.names:
             if name == time or not numeric(values := found.get(name)):
@@ -344,7 +344,7 @@ def find_manoeuvres(recording: Recording) -> list[Window]:
     return [Window(name, start, end, surface, kind, confidence=sure) for name, start, end, surface, kind, sure in rows]
 
 
-class Aircraft(Replayed):
+class Aircraft(Replayed[_doublet.Aircraft]):
     """Reference lengths, mass and inertia.
 
     Args:

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, Optional
+from typing import Any, Callable, Generic, Optional, TypeVar
 
+Inner = TypeVar("Inner")
 Call = tuple[Callable[..., Any], tuple[Any, ...]]
 
 
-class Replayed:
+class Replayed(Generic[Inner]):
     """Holds an object of the engine and the call that made it. A pickle holds the call: the engine is deterministic, so that the
     object is made again, equal to the last bit, where it is first used. Objects never change: a copy is the object."""
 
-    def __init__(self, inner: Any, call: Optional[Call]) -> None:
-        self._made, self._call = inner, call
+    def __init__(self, inner: Inner, call: Optional[Call]) -> None:
+        self._made: Optional[Inner] = inner
+        self._call = call
 
     @property
-    def _inner(self) -> Any:
-        if self._made is None and self._call is not None:
+    def _inner(self) -> Inner:
+        if self._made is None:
+            assert self._call is not None, "what was unpickled has its call"
             function, arguments = self._call
             self._made = function(*arguments)
         return self._made

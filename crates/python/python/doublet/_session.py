@@ -22,7 +22,7 @@ from ._table import Table, Value
 from ._verdict import Verdict
 
 
-class Session(Replayed):
+class Session(Replayed[_doublet.Session]):
     """Recordings, windows, settings, structure. It never changes: :meth:`replace` gives another."""
 
     def __init__(self, inner: _doublet.Session, keeper: Optional[Keeper] = None) -> None:
@@ -103,7 +103,7 @@ class Session(Replayed):
         if not several:
             raise DoubletError("there is no recording: give one")
         keeper = Keeper() if folder is None else None
-        place = os.fspath(folder) if keeper is None else keeper.folder  # type: ignore[arg-type]
+        place = keeper.folder if keeper is not None else os.fspath(folder or "")
         return cls(begin(several, aircraft, windows, model, name, place, progress), keeper)
 
     @property
@@ -193,7 +193,7 @@ class Derivatives(dict[str, Value]):
         raise unknown("derivative", name, self)
 
 
-class Results(Replayed):
+class Results(Replayed[_doublet.Results]):
     """What a session came to. :meth:`to_dict` is ``results.json``, number for number. A pickle holds these numbers; what needs more
     (``states``, ``recording``, ``write``, ``export``) then runs the session again."""
 
@@ -376,7 +376,7 @@ def show(obj: Union[Session, PathLike], *, spawn: bool = True) -> Any:
     program = os.environ.get("DOUBLET") or shutil.which("doublet")
     if program is None:
         raise DoubletError("the program doublet is not on the path: install it, or name it by the variable DOUBLET")
-    session = obj if isinstance(obj, Session) else Session.load(os.fspath(obj))  # type: ignore[arg-type]
+    session = obj if isinstance(obj, Session) else Session.load(os.fspath(obj))
     path = session.path
     if path is None:
         path = os.path.join(tempfile.mkdtemp(prefix="doublet-"), "session.toml")

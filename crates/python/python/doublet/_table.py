@@ -34,8 +34,8 @@ class Value(float):
         made.stderr, made.unit = float(stderr), unit
         return made
 
-    def __getnewargs__(self) -> tuple[float, float, str]:
-        return self.value, self.stderr, self.unit
+    def __reduce__(self) -> tuple[type["Value"], tuple[float, float, str]]:
+        return Value, (self.value, self.stderr, self.unit)
 
     @property
     def value(self) -> float:

@@ -165,7 +165,7 @@ struct Steady {
 impl Linearisation {
     fn new(model: &EquationModel, records: &[EquationRecord]) -> Self {
         let mean = |column: &dyn Fn(&EquationRecord) -> &Vec<f64>| {
-            let values = records.iter().flat_map(|record| column(record)).filter(|value| value.is_finite());
+            let values = records.iter().flat_map(column).filter(|value| value.is_finite());
             let (sum, count) = values.fold((0.0, 0_usize), |(sum, count), value| (sum + value, count + 1));
             sum / count.max(1) as f64
         };
