@@ -182,13 +182,18 @@ fn equations_in_gusts_are_fitted_by_filter_error() {
     std::fs::write(&equations, one).unwrap();
     let command = ["equations", path.to_str().unwrap(), "--equations", equations.to_str().unwrap(), "--json"];
     let found: Value = serde_json::from_str(&said(&command)).unwrap();
-    assert_eq!((&found["is_driven_by_noise"], &found["verdict"]["level"]), (&true.into(), &"good".into()), "{found}");
+    // Noise of the measured state biases equation error, which the verdict names.
+    assert_eq!(
+        (&found["is_driven_by_noise"], &found["verdict"]["level"]),
+        (&true.into(), &"caution".into()),
+        "{found}"
+    );
     for (row, truth) in found["filter_error"]["parameters"].as_array().unwrap().iter().zip([-2.0, 3.0]) {
         let [estimate, error] = ["estimate", "corrected_standard_error"].map(|key| row[key].as_f64().unwrap());
         assert!((estimate - truth).abs() < 2.5 * error && error < 0.15 * f64::abs(truth), "{row}");
     }
     let noise = &found["filter_error"]["process_noise"][0];
     let [found_intensity, error] = ["intensity", "log_error"].map(|key| noise[key].as_f64().unwrap());
-    assert!((found_intensity / intensity).ln().abs() < 3.0 * error && error < 0.1, "{noise}");
+    assert!((found_intensity / intensity).ln().abs() < 3.0 * error && error < 0.3, "{noise}");
     assert_eq!(found["filter_error"]["initial"].as_array().unwrap().len(), 1);
 }

@@ -402,7 +402,6 @@ fn filter_error_finds_the_lateral_derivatives_in_gusts_that_output_error_misses(
     );
     assert!(missed > 30, "output error misses {missed} of {count} by more than two of its errors");
     assert!(of_filter > 0.9, "{of_filter}");
-    assert!(relative[1] < 0.1 * relative[0], "{relative:?}");
 }
 
 #[test]
