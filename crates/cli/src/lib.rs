@@ -55,7 +55,7 @@ mod version;
 
 pub use version::version;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use arguments::{Arguments, Command};
@@ -73,20 +73,22 @@ pub enum Invocation {
     Done(ExitCode),
 }
 
+/// The error of a session that looks like a mistyped command.
+fn suggest_command(session: &Path) -> Option<String> {
+    let command_line = command_line();
+    suggest::mistyped(session, command_line.get_subcommands().map(clap::Command::get_name))
+}
+
 /// Reads the program's arguments and runs the command they name, if any.
 pub fn invoke() -> Invocation {
     let matches = command_line().get_matches();
     let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let as_json = asks_for_json(&matches);
     match arguments.command {
-        None => {
-            let command_line = command_line();
-            let commands = command_line.get_subcommands().map(clap::Command::get_name);
-            match arguments.session.as_deref().and_then(|session| suggest::mistyped(session, commands)) {
-                Some(error) => Invocation::Done(fail(error)),
-                None => Invocation::Window(arguments.session),
-            }
-        }
+        None => match arguments.session.as_deref().and_then(suggest_command) {
+            Some(error) => Invocation::Done(fail(error)),
+            None => Invocation::Window(arguments.session),
+        },
         Some(command) => Invocation::Done(execute(command, as_json)),
     }
 }
