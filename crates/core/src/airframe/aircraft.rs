@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::envelope::Envelope;
-use super::flight_envelope::FlightEnvelope;
+use super::flight_envelope::{FlightEnvelope, SEA_LEVEL_KG_M3};
 use super::geometry::{MeanChord, WingPanel};
 use super::inertia::{InertiaModel, OwnInertia};
 use super::loading::Loading;
@@ -157,9 +157,7 @@ impl Stall {
     pub fn max_lift_coefficient(&self, area_m2: f64) -> f64 {
         /// Standard gravity, m/s².
         const GRAVITY_M_S2: f64 = 9.806_65;
-        /// Density of the standard atmosphere at sea level, kg/m³.
-        const DENSITY_KG_M3: f64 = 1.225;
-        2.0 * self.mass_kg * GRAVITY_M_S2 / (DENSITY_KG_M3 * self.calibrated_airspeed_m_s.powi(2) * area_m2)
+        2.0 * self.mass_kg * GRAVITY_M_S2 / (SEA_LEVEL_KG_M3 * self.calibrated_airspeed_m_s.powi(2) * area_m2)
     }
 }
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Density of the standard atmosphere at sea level, kg/m³.
-const SEA_LEVEL_KG_M3: f64 = 1.225;
+pub const SEA_LEVEL_KG_M3: f64 = 1.225;
 
 /// Limits of flight as an aircraft file states them; airspeeds are calibrated. What is not stated limits nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -22,7 +22,7 @@ pub use aircraft::{
 };
 pub use check::AircraftError;
 pub use envelope::{Envelope, EnvelopeMargin, EnvelopeRow, EnvelopeSide};
-pub use flight_envelope::{FlightEnvelope, FlightMargin, calibrated_m_s};
+pub use flight_envelope::{FlightEnvelope, FlightMargin, SEA_LEVEL_KG_M3, calibrated_m_s};
 pub use geometry::{MeanChord, WingPanel, mean_aerodynamic_chord};
 pub use history::{FuelSplit, HistoryError, MassHistory};
 pub use inertia::{Axis, InertiaGroup, InertiaModel, OwnInertia};

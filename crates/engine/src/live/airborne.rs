@@ -1,5 +1,7 @@
 //! Whether the aircraft flies: its airspeed against that at which the wing carries the load.
 
+use doublet_core::airframe::SEA_LEVEL_KG_M3;
+
 use crate::stage::AircraftData;
 
 /// Part of the carrying airspeed above which an aircraft on the ground takes off, and below which one in flight has landed.
@@ -17,8 +19,6 @@ const CARRYING_LIFT: f64 = 1.5;
 const SMOOTHING_S: f64 = 1.0;
 /// Least load factor: a push-over lowers the carrying airspeed no further.
 const LEAST_LOAD_FACTOR: f64 = 0.25;
-/// Density of the standard atmosphere at sea level, kg/m^3.
-const SEA_LEVEL_KG_M3: f64 = 1.225;
 
 /// What decides whether the aircraft flies.
 #[derive(Debug)]

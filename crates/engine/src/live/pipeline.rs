@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
-use doublet_core::airframe::calibrated_m_s;
+use doublet_core::airframe::{SEA_LEVEL_KG_M3, calibrated_m_s};
 use doublet_core::load::stream::RoleSample;
 use doublet_core::model::Variable;
 use doublet_core::prep::Differentiation;
@@ -32,8 +32,6 @@ const LONGEST_WAIT_S: f64 = 0.5;
 const STALE_S: f64 = 2.0;
 /// Time after which what cannot be computed is left behind, s.
 const STUCK_S: f64 = 3.0;
-/// Density until one is known, kg/m^3.
-const SEA_LEVEL_KG_M3: f64 = 1.225;
 /// Shortest step of the regression, s: faster samples are thinned out.
 const LEAST_STEP_S: f64 = 0.01;
 
@@ -52,7 +50,7 @@ pub struct LivePipeline {
     estimates: Option<LiveEstimates>,
     /// None without an aircraft.
     airborne: Option<Airborne>,
-    /// Latest density, kg/m^3.
+    /// Latest density, kg/m³; that at sea level until one is known.
     density_kg_m3: f64,
     /// Variables that the estimates began with.
     known: BTreeSet<Variable>,
