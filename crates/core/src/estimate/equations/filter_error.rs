@@ -46,7 +46,7 @@ const RANGE: (f64, f64) = (5.0, 9.0);
 /// Filter error (Jategaonkar, Flight Vehicle System Identification, 2nd edition, chapter 5; Maine and Iliff, NASA RP-1168): noise `F dw`, `F`
 /// diagonal, drives the states, and the outputs are predicted from the measurements before them by a filter of constant gain
 /// `K = P C' (C P C' + R)^-1`. `P` is the steady covariance of the predicted states (discrete Riccati equation) at the mean measured state and
-/// the median step, `A` and `C` by central differences there. Gauss-Newton as in [`output_error`] minimises `ln |S|` over the parameters, the
+/// the median step of the middle record, `A` and `C` by central differences there. Gauss-Newton as in [`output_error`] minimises `ln |S|` over the parameters, the
 /// initial states and `ln F`, with `S` the diagonal covariance of the innovations in closed form. `R`, diagonal, follows in rounds from
 /// `R <- R S / (C P C' + R)` until it is settled.
 ///
@@ -65,14 +65,14 @@ pub fn filter_error_of(
     check(model, records)?;
     let Shooting { pieces, mut parameters, measured, time_s, rows } = Shooting::new(model, records, None, start);
     let (count, states) = (model.parameters.len(), model.states.len());
-    let noises = parameters.len();
-    let linear = Linearisation::new(model, records);
+    let first_log = parameters.len();
+    let linearisation = Linearisation::new(model, records);
     let mut noise = first_noise(model, records);
-    parameters.extend(noise_parameters(model, &noise, linear.step_s));
+    parameters.extend(noise_parameters(model, &noise, linearisation.step_s));
     let mut rounds = 0;
-    let (fit, covariance) = loop {
+    let (fit, measurement_noise) = loop {
         let fit = output_error(&parameters, &measured, &settings.search, |theta| {
-            let steady = linear.steady(model, theta, (&theta[noises..], &noise))?;
+            let steady = linearisation.find_steady(model, theta, (&theta[first_log..], &noise))?;
             let mut all = DMatrix::zeros(measured.nrows(), model.outputs.len());
             for (index, piece) in pieces.iter().enumerate() {
                 let initial = &theta[count + index * states..count + (index + 1) * states];
@@ -82,7 +82,7 @@ pub fn filter_error_of(
             }
             Ok::<_, EstimateError>(all)
         })?;
-        let steady = linear.steady(model, &fit.estimates, (&fit.estimates[noises..], &noise))?;
+        let steady = linearisation.find_steady(model, &fit.estimates, (&fit.estimates[first_log..], &noise))?;
         let next: Vec<f64> = (0..noise.len())
             .map(|output| noise[output] * fit.noise[output] / steady.innovation[(output, output)].sqrt())
             .collect();
@@ -97,18 +97,23 @@ pub fn filter_error_of(
         parameters.iter_mut().zip(&fit.estimates).for_each(|(parameter, value)| parameter.start = *value);
         noise = next;
     };
-    let process_noise = process_noise(model, &fit, noises);
+    let process_noise = list_process_noise(model, &parameters, &fit, first_log);
     let estimate = finish(model, fit, &measured, model.outputs.clone(), (time_s, rows))?;
-    Ok(FilterErrorFit { estimate, process_noise, measurement_noise: covariance })
+    Ok(FilterErrorFit { estimate, process_noise, measurement_noise })
 }
 
 /// The process noise of each state from the logarithms at `first` and behind.
-fn process_noise(model: &EquationModel, fit: &OutputErrorFit, first: usize) -> Vec<ProcessNoise> {
+fn list_process_noise(
+    model: &EquationModel,
+    parameters: &[OutputParameter],
+    fit: &OutputErrorFit,
+    first: usize,
+) -> Vec<ProcessNoise> {
     let of_state = |(state, name): (usize, &String)| ProcessNoise {
         state: name.clone(),
         intensity: fit.estimates[first + state].exp(),
         log_error: fit.standard_errors[first + state],
-        is_none: fit.at_bound[first + state],
+        is_none: fit.at_bound[first + state] && fit.estimates[first + state] <= parameters[first + state].bounds.0,
     };
     model.states.iter().enumerate().map(of_state).collect()
 }
@@ -179,7 +184,7 @@ impl Linearisation {
     }
 
     /// Gain and covariance of the innovations with the logarithms of the process noise and the measurement noise.
-    fn steady(
+    fn find_steady(
         &self,
         model: &EquationModel,
         theta: &[f64],
