@@ -115,7 +115,7 @@ pub fn equations(arguments: &EquationArguments) -> Result<Outcome, String> {
     Ok(found.verdict.level.into())
 }
 
-fn described(result: Result<&EquationFit, &EquationFault>) -> Value {
+fn describe_result(result: Result<&EquationFit, &EquationFault>) -> Value {
     match result {
         Ok(found) => describe_fit(found, found.fit.names.len()),
         Err(error) => json!({ "error": error.to_string() }),
@@ -169,8 +169,8 @@ fn describe(found: &EquationStudy) -> Value {
         "version": 1,
         "program": concat!("doublet ", env!("CARGO_PKG_VERSION")),
         "records": found.records.len(),
-        "equation_error": described(found.equation_error.as_ref()),
-        "output_error": described(found.output_error.as_ref()),
+        "equation_error": describe_result(found.equation_error.as_ref()),
+        "output_error": describe_result(found.output_error.as_ref()),
         "filter_error": describe_filter(&found.filter_error),
         "is_driven_by_noise": found.is_driven_by_noise(),
         "verdict": found.verdict,
@@ -208,9 +208,9 @@ fn print(found: &EquationStudy) {
         text::line(&format!("{name}: R2 of {}", quality.join(", ")));
     }
     if let Ok(filter) = &found.filter_error {
-        let shown = |noise: &ProcessNoise| match noise.is_none {
-            true => format!("{} none", noise.state),
-            false => format!("{} {}", noise.state, text::number(noise.intensity, 3)),
+        let shown = |noise: &ProcessNoise| {
+            let value = if noise.is_none { "none".to_owned() } else { text::number(noise.intensity, 3) };
+            format!("{} {value}", noise.state)
         };
         let noise: Vec<String> = filter.process_noise.iter().map(shown).collect();
         text::line(&format!("filter error: process noise per root second of {}", noise.join(", ")));

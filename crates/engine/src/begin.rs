@@ -364,11 +364,12 @@ pub fn add_flight(
     Ok(found)
 }
 
-/// Half width of the differentiation of a new session, s. Over it the local quadratic leaves the fast motion of small and slow aircraft;
-/// 20 aircraft with known truth are in docs/fidelity.md.
+/// Half width of the differentiation of a new session, s: 20 aircraft with known truth were identified with it and with others
+/// (docs/fidelity.md).
 const HALF_WIDTH_S: f64 = 0.1;
 
-/// Takes the half width of the differentiation by the interval of the rates: two samples at least, and no more than that of an old session.
+/// Takes the half width of the differentiation by the interval of the rates: two samples at least, and at most that of
+/// [`Preparation::default`]. A session that states another keeps it.
 fn take_half_width(session: &mut Session, recording: &Recording) {
     let rates = [Role::PitchRate, Role::RollRate, Role::YawRate];
     let rate = rates.into_iter().find_map(|role| recording.role(role));

@@ -23,7 +23,7 @@ struct Stated {
 
 impl News {
     /// The lines that are new at this time of flight.
-    pub fn of(&mut self, lines: Vec<String>, time_s: f64) -> Vec<String> {
+    pub fn take_new(&mut self, lines: Vec<String>, time_s: f64) -> Vec<String> {
         self.stated.retain(|_, known| time_s - known.seen_s < FORGOTTEN_S);
         lines.into_iter().filter(|line| self.is_new(line, time_s)).collect()
     }
@@ -49,7 +49,7 @@ mod tests {
     #[test]
     fn a_line_is_stated_once_its_numbers_once_a_minute_and_again_after_it_was_gone() {
         let mut news = News::default();
-        let mut at = |time_s: f64, line: &str| news.of(vec![line.to_owned()], time_s).len();
+        let mut at = |time_s: f64, line: &str| news.take_new(vec![line.to_owned()], time_s).len();
         assert_eq!([at(0.0, "3 lost"), at(0.5, "3 lost"), at(1.0, "4 lost"), at(60.0, "9 lost")], [1, 0, 0, 1]);
         assert_eq!([at(61.0, "no power_1"), at(61.0, "no power_2")], [1, 1]);
         assert_eq!([at(61.0, "9 lost"), at(200.0, "9 lost"), at(200.0, "no alpha")], [0, 1, 1]);

@@ -25,7 +25,7 @@ const FLUSHED_EVERY: Duration = Duration::from_secs(1);
 /// Time from the first row to the first session of what was recorded, and from one to the next.
 const FIRST_SESSION: Duration = Duration::from_secs(10);
 const NEXT_SESSION: Duration = Duration::from_secs(60);
-/// Silence of a live source that is an alarm, and its repetition.
+/// Silence of a live source after which an alarm is given, and given again.
 const SILENCE: Duration = Duration::from_secs(2);
 
 /// A flight that is watched.
@@ -162,7 +162,7 @@ impl LiveWatch {
             (counts.doubled, counts.stray) = (self.arrivals.doubled, self.arrivals.stray);
             (counts.reordered, counts.clock_restarts) = (self.arrivals.reordered, self.arrivals.restarts() as u64);
             update.findings.extend(problems.iter().cloned());
-            update.findings = self.news.of(std::mem::take(&mut update.findings), update.time_s);
+            update.findings = self.news.take_new(std::mem::take(&mut update.findings), update.time_s);
             update.alarms.extend(self.recording_error.clone());
         }
         if let Some(latest) = updates.last() {
