@@ -86,7 +86,7 @@ def test_a_million_samples_are_filtered_without_copies():
     n = 1_000_000
     time = np.arange(n) * 0.01
     values = np.sin(time) + 0.01 * np.cos(37.0 * time)
-    assert db._recording._column(values, "values") is values or np.shares_memory(db._recording._column(values, "values"), values)
+    assert db._frames.column(values, "values") is values or np.shares_memory(db._frames.column(values, "values"), values)
     tracemalloc.start()
     smoothed = db.smooth(time, values, width=11)
     _, peak = tracemalloc.get_traced_memory()

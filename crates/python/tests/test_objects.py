@@ -31,7 +31,7 @@ def test_distributions_print_few_digits(made):
 def test_errors_are_those_of_the_language(demo, made, tmp_path):
     path, fit = made
     for wrong in (lambda: fit["x"], lambda: demo.recording()["x"], lambda: path["x"], lambda: demo.derivatives["x"],
-                  lambda: db.coefficients(path)["x"], lambda: path[0].states["x"], lambda: db.Session.load("builtin:demo")["x"]):
+                  lambda: db.coefficients(path)["x"], lambda: path[0].states["xx"], lambda: db.Session.load("builtin:demo")["x"]):
         with pytest.raises(KeyError) as caught:
             wrong()
         assert isinstance(caught.value, db.DoubletError) and str(caught.value).count("'") >= 2

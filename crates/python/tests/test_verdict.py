@@ -111,7 +111,7 @@ def test_gravity_hold_walks_and_initial_states_are_obeyed(demo):
 
 def test_flights_are_pooled(clean):
     path, fit = clean
-    model = {"Cm": STRUCTURE["Cm"]}
+    model = {"CX": "1 + alpha + alpha^2", "CZ": "1 + alpha + qc/V + delta_e", "Cm": STRUCTURE["Cm"]}
     coefs = db.coefficients(path)
     both = db.fit([coefs, coefs], model)
     assert len(both.windows) == 2 * len(path) and any(name.endswith("(flight 2)") for name in both.windows)

@@ -84,7 +84,7 @@ def begin(
     first: Optional[_doublet.Session] = None
     for index, recording in enumerate(recordings):
         flight = name if len(recordings) == 1 else f"{name} {index + 1}"
-        files, channel_map = _written(recording, os.path.join(os.path.abspath(folder), f"flight_{index + 1}"))
+        files, channel_map = _written(recording, os.path.join(os.path.abspath(folder), f"flight_{index + 1:03}"))
         begun = _doublet.Session.begin(files, flight, channel_map, plane, progress)
         content = json.loads(begun.json())
         flights += content["flight"]
@@ -144,7 +144,7 @@ def _written(recording: Recording, stem: str) -> tuple[list[str], str]:
             same.append(signal)
     files, roles = [], []
     for number, several in enumerate(clocks):
-        path = f"{stem}_{number + 1}.csv"
+        path = f"{stem}_{number + 1:03}.csv"
         names = _column_names(several)
         _write_table(path, ["time", *names], [several[0].time, *(one.values for one in several)])
         files.append(path)

@@ -29,7 +29,7 @@ def seconds(values: Any, unit: str = "", name: str = "time") -> NDArray[np.float
     """Time in seconds. Instants count from the first one; durations and numbers are kept, numbers in ``unit``."""
     dtype = getattr(values, "dtype", None)
     if getattr(dtype, "tz", None) is not None:
-        values = values.tz_convert(None) if hasattr(values, "tz_convert") else values.dt.tz_convert(None)
+        values = values.dt.tz_convert(None) if hasattr(values, "dt") else values.tz_convert(None)
     array = values if isinstance(values, np.ndarray) else np.asarray(values)
     if array.dtype == object:
         array = _of_objects(array, name)

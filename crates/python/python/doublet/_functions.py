@@ -273,6 +273,8 @@ def frequency_response(
         raise DoubletError(f"dt is {dt}: give a time step above 0 s")
     if not 1 <= points <= 10_000:
         raise DoubletError(f"points is {points}: give 1 to 10000 frequencies")
+    if len(output) < 8:
+        raise DoubletError(f"y has {len(output)} samples: give at least 8")
     longest = window if window is not None else len(output) * dt / 3.0
     if method == "composite":
         lengths = [longest, longest / 2, longest / 4, longest / 8]

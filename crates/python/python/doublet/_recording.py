@@ -376,7 +376,7 @@ class Aircraft(Replayed[_doublet.Aircraft]):
     def _named(cls, name: str) -> "Aircraft":
         made = cls.__new__(cls)
         place = os.path.abspath(name) if os.path.exists(name) else name
-        Replayed.__init__(made, _doublet.Aircraft.named(name), (_doublet.Aircraft.named, (place,)))
+        Replayed.__init__(made, _doublet.Aircraft.named(name), (_named, (place,)))
         return made
 
     def _is(self, other: "Aircraft") -> bool:
@@ -407,6 +407,10 @@ class Aircraft(Replayed[_doublet.Aircraft]):
 def aircraft(name: PathLike) -> Aircraft:
     """An aircraft that comes with doublet, by its name (``"c337f"``), or that of an aircraft file, with its standard loading."""
     return Aircraft._named(os.fspath(name))
+
+
+def _named(name: str) -> _doublet.Aircraft:
+    return _doublet.Aircraft.named(name)
 
 
 def _plain(
