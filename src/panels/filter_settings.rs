@@ -21,6 +21,31 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     CollapsingHeader::new("Coefficients from the path").show(ui, |ui| preparation(ctx, ui));
 }
 
+/// The limits of innovations, in one row: beyond the one a spike is left out, beyond the other a measurement weighs less.
+fn limits(ui: &mut Ui, ctx: &mut PanelContext<'_>) {
+    let [outliers, robust] = [ctx.session.filter.outlier_limit, ctx.session.filter.robust_limit];
+    ui.weak("Outliers beyond").on_hover_text(
+        "Rejects spikes of up to three samples beyond this many standard deviations. At least 3; 0 turns it off",
+    );
+    let limit = QuantityEdit::new("outlier limit", outliers).unit("σ", 1.0).per_point(0.1);
+    let edited = limit.allowed(0.0..=1000.0).show(ui);
+    ctx.edit_quantity(edited, |value| {
+        // Below three, noise itself would be left out.
+        let value = if value < 1.5 { 0.0 } else { value.max(3.0) };
+        Edit::Filter(FilterEdit::OutlierLimit(value))
+    });
+    ui.weak("Huber beyond").on_hover_text(
+        "Innovations beyond this many standard deviations weigh less. At least 1; 1.345 to 3 is usual; 0 turns it off",
+    );
+    let limit = QuantityEdit::new("robust limit", robust).unit("σ", 1.0).per_point(0.05);
+    let edited = limit.allowed(0.0..=1000.0).show(ui);
+    ctx.edit_quantity(edited, |value| {
+        let value = if value < 0.5 { 0.0 } else { value.max(1.0) };
+        Edit::Filter(FilterEdit::RobustLimit(value))
+    });
+    ui.end_row();
+}
+
 fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let filter = &ctx.session.filter;
     Grid::new("filter").num_columns(4).min_col_width(COLUMN).spacing([10.0, 4.0]).show(ui, |ui| {
@@ -64,17 +89,8 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             });
             ui.end_row();
         }
-        ui.weak("Outliers beyond").on_hover_text(
-            "Rejects spikes of up to three samples beyond this many standard deviations. At least 3; 0 turns it off",
-        );
-        let limit = QuantityEdit::new("outlier limit", filter.outlier_limit).unit("σ", 1.0).per_point(0.1);
-        let edited = limit.allowed(0.0..=1000.0).show(ui);
-        ctx.edit_quantity(edited, |value| {
-            // Below three, noise itself would be left out.
-            let value = if value < 1.5 { 0.0 } else { value.max(3.0) };
-            Edit::Filter(FilterEdit::OutlierLimit(value))
-        });
-        ui.end_row();
+        limits(ui, ctx);
+        let filter = &ctx.session.filter;
         if let Method::Ukf { spread } = filter.method {
             ui.weak("Spread").on_hover_text("Distance of the sigma points from the mean");
             let edited =

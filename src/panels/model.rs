@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use doublet_core::estimate::{Constraint, TermEffect};
 use doublet_core::model::{Coefficient, Structure, Term, Variable};
-use doublet_engine::session::{Edit, EstimationEdit, ModelEdit, PooledConstants, PredictionParameters};
+use doublet_engine::session::{Edit, EstimationEdit, ModelEdit, PooledConstants, PredictionParameters, ResidualWeights};
 use eframe::egui::{self, CollapsingHeader, Grid, Key, RichText, ScrollArea, TextEdit, Ui};
 
 use super::{Pane, Panel, PanelContext, choices, coefficient_settings, constraints, term_effects};
@@ -87,6 +87,12 @@ impl Panel for Model {
             ];
             if choices(ui, &mut predict_with, &all) {
                 ctx.edit(Edit::Estimation(EstimationEdit::PredictWith(predict_with)));
+            }
+            ui.weak("Residuals").on_hover_text("Large residuals weigh less with Huber's weights, from 1.345 σ on");
+            let mut weights = ctx.session.estimation.weights;
+            let all = [(ResidualWeights::Equal, "equal weights"), (ResidualWeights::Huber, "Huber")];
+            if choices(ui, &mut weights, &all) {
+                ctx.edit(Edit::Estimation(EstimationEdit::Weights(weights)));
             }
         });
         CollapsingHeader::new("Axes, reference, thrust and lags").show(ui, |ui| coefficient_settings::show(ctx, ui));

@@ -9,9 +9,10 @@ use doublet_core::load::{
     self, ChannelMap, ManualChannel, ManualChannelMap, ManualTime, Plan, Probe, UserNames, plan_all, stated_unit,
 };
 use doublet_core::model::Structure;
+use doublet_core::prep::signal_band_hz;
 use doublet_core::quantity::{Dimension, Role, Unit};
 use doublet_core::reconstruct::{FilterSettings, Input, MEASUREMENTS, Measurement};
-use doublet_core::series::{Channel, Recording, TimeRange};
+use doublet_core::series::{Channel, Recording, Series, TimeRange};
 use doublet_core::statistics::median_step;
 
 use crate::builtin;
@@ -364,20 +365,26 @@ pub fn add_flight(
     Ok(found)
 }
 
-/// Half width of the differentiation of a new session, s: 20 aircraft with known truth were identified with it and with others
-/// (docs/fidelity.md).
+/// Half width of the differentiation of a new session whose rates show no band, s: 20 aircraft with known truth were identified with it
+/// and with others (docs/fidelity.md).
 const HALF_WIDTH_S: f64 = 0.1;
+/// Half width times frequency at which the slope by a local parabola has half the amplitude of the derivative: with x = w h it is
+/// `3 (sin x - x cos x) / x^3`, one half at x = 2.498.
+const HALF_AMPLITUDE: f64 = 2.498 / std::f64::consts::TAU;
 
-/// Takes the half width of the differentiation by the interval of the rates: two samples at least, and at most that of
+/// Takes the half width of the differentiation by the spectra of the rates: half of the amplitude is left at the frequency at which motion and
+/// noise have equal power ([`signal_band_hz`]), of the rate that moves fastest. It is two samples at least, and at most that of
 /// [`Preparation::default`]. A session that states another keeps it.
 fn take_half_width(session: &mut Session, recording: &Recording) {
     let rates = [Role::PitchRate, Role::RollRate, Role::YawRate];
-    let rate = rates.into_iter().find_map(|role| recording.role(role));
-    let step_s = rate.and_then(|rate| median_step(&rate.series.time_s));
+    let rates: Vec<&Series> = rates.iter().filter_map(|role| Some(&recording.role(*role)?.series)).collect();
+    let step_s = rates.first().and_then(|rate| median_step(&rate.time_s));
+    let band_hz = rates.iter().filter_map(|rate| signal_band_hz(rate)).reduce(f64::max);
+    let by_band_s = band_hz.map_or(HALF_WIDTH_S, |band_hz| HALF_AMPLITUDE / band_hz);
     let built_in = Preparation::default().differentiation_half_width_s;
     let half_width_s = &mut session.preparation.differentiation_half_width_s;
     if let (Some(step_s), Some(longest_s)) = (step_s, built_in.filter(|_| *half_width_s == built_in)) {
-        *half_width_s = Some(HALF_WIDTH_S.max(2.0 * step_s).min(longest_s));
+        *half_width_s = Some(by_band_s.max(2.0 * step_s).min(longest_s));
     }
 }
 

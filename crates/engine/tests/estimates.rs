@@ -4,12 +4,13 @@
 
 use std::sync::Arc;
 
-use doublet_core::estimate::{Constraint, Origin};
+use doublet_core::estimate::{Constraint, Fit, FitQuality, Origin};
 use doublet_core::model::{AeroData, Coefficient, Structure, Term, regressors};
 use doublet_core::quantity::Role;
 use doublet_core::series::TimeRange;
 use doublet_engine::session::{
-    Estimation, Manoeuvre, PooledConstants, PredictionParameters, Surface, TermConstraint, WindowFlags, WindowRole,
+    Estimation, Manoeuvre, PooledConstants, PredictionParameters, ResidualWeights, Surface, TermConstraint,
+    WindowFlags, WindowRole,
 };
 use doublet_engine::stage::{
     AeroWindow, AirDensity, CoefficientFit, PooledFits, Prediction, WindowAero, errors, pooled_fits, window_fits,
@@ -287,4 +288,25 @@ fn constants_of_the_identification_and_the_windows_own_are_told_apart() {
     };
     let (_, prediction) = predicted(&means);
     check("means of single manoeuvres", &prediction, &names.iter().map(mean).collect::<Vec<_>>());
+}
+
+#[test]
+fn residuals_of_a_fit_with_weights_are_those_of_the_measurement() {
+    let all = windows();
+    let used: Vec<AeroWindow<'_>> = all.iter().map(|(manoeuvre, aero)| (manoeuvre, Arc::clone(aero))).collect();
+    let equal = Estimation { by_surface: false, ..Estimation::default() };
+    let huber = Estimation { weights: ResidualWeights::Huber, ..equal.clone() };
+    let [equal, huber] = [equal, huber].map(|estimation| pooled_fits(&used, &Structure::thesis(), &estimation).fits);
+    for (equal, huber) in equal.iter().zip(&huber) {
+        let measured: Vec<f64> =
+            used.iter().flat_map(|(_, aero)| aero.coefficients.get(equal.coefficient)).copied().collect();
+        let [equal, huber] = [equal, huber].map(|found| found.fit.as_ref().unwrap());
+        assert_ne!(equal.estimates, huber.estimates);
+        // Least squares has the smallest sum of squares of all; that of another fit is larger by what it moved.
+        let square = |fit: &Fit| fit.residuals.iter().map(|v| v * v).sum::<f64>();
+        assert!(square(huber) >= square(equal));
+        let fitted: Vec<f64> = measured.iter().zip(huber.residuals.iter()).map(|(z, v)| z - v).collect();
+        assert_eq!(huber.quality, FitQuality::of(&measured, &fitted));
+        assert_eq!(huber.names, equal.names);
+    }
 }

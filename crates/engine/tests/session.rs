@@ -319,6 +319,7 @@ fn any_edit() -> impl Strategy<Value = Edit> {
         (0..12_usize, -1.0..1.0).prop_map(|(i, v)| Edit::Filter(FilterEdit::MeasurementDelay(Measurement::ALL[i], v))),
         (0..9_usize).prop_map(|passes| Edit::Filter(FilterEdit::SmootherPasses(passes))),
         (3.0..9.0).prop_map(|limit| Edit::Filter(FilterEdit::OutlierLimit(limit))),
+        (1.0..9.0).prop_map(|limit| Edit::Filter(FilterEdit::RobustLimit(limit))),
         (name.clone(), -10.0..50.0_f64).prop_map(|(name, start_s)| {
             Edit::Window(WindowEdit::Place { name: name.into(), window: TimeRange { start_s, end_s: 40.0 } })
         }),

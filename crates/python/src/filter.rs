@@ -25,6 +25,7 @@ pub struct FilterGiven {
     initial_state: Values,
     initial_std: Values,
     outlier_limit: Option<f64>,
+    robust_limit: f64,
     pub smooth: bool,
     passes: usize,
 }
@@ -46,6 +47,7 @@ impl FilterGiven {
             },
             smooth: self.smooth,
             smoother_passes: self.passes,
+            robust_limit: self.robust_limit,
             ..FilterSettings::default()
         };
         self.fill_noise(&mut settings)?;

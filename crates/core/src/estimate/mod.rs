@@ -24,6 +24,7 @@ mod predicted;
 mod prior;
 mod recursive;
 mod recursive_frequency;
+mod robust;
 mod search;
 mod sensor_errors;
 mod stepwise;
@@ -61,6 +62,7 @@ pub use predicted::{ExpectedErrors, ResidualNoise};
 pub use prior::{Known, Posterior, combine};
 pub use recursive::{RecursiveEstimate, RecursiveLeastSquares};
 pub use recursive_frequency::RecursiveFourier;
+pub use robust::HUBER_LIMIT;
 pub use search::{ScalarSearch, search_scalar};
 pub use sensor_errors::{
     ErrorTerm, EstimatedError, Freedom, NoiseModel, OutputResidual, Sensor, SensorError, SensorErrorFault,

@@ -21,6 +21,7 @@ mod position;
 mod pulses;
 mod rate_smoother;
 mod resample;
+mod signal_band;
 mod smooth;
 mod spectrum;
 mod steady;
@@ -60,6 +61,7 @@ pub use noise_statistics::{NoiseChoice, NoiseOrigin, NoiseStatistics, NoiseSums,
 pub use position::{FlowVane, acceleration_at_cg, accelerometer_at, flow_angles_at_cg, flow_angles_at_vanes};
 pub use rate_smoother::{SmoothedRate, smoothed_rate};
 pub use resample::{Interpolation, resample};
+pub use signal_band::signal_band_hz;
 pub use smooth::{Smoothing, smooth};
 pub use spectrum::{Spectrum, spectrum};
 pub use steady::{SteadySearch, SteadySettings, SteadySignal, SteadyStretch, find_steady, intersect};

@@ -105,12 +105,15 @@ pub struct FilterSettings {
     /// Innovation, in its deviations or, where these are larger, in those its measurement typically has, beyond which a spike of up to
     /// three samples is left out; zero for none.
     pub outlier_limit: f64,
+    /// Innovation, in its predicted deviations, beyond which the update weighs a measurement less (Huber 1964): its correction is
+    /// that of an innovation at the limit. Zero for none.
+    pub robust_limit: f64,
 }
 
 hash_fields!(FilterSettings {
     method, hold, linearisation, smooth, smoother_passes;
     gravity_m_s2, process_noise, measurement_noise, initial_deviation, initial_state, random_walk, air_data_deviation, measurement_delay_s,
-    outlier_limit
+    outlier_limit, robust_limit
 });
 
 /// Usual limit of outliers, deviations: beyond what noise, gusts and sensors that lag reach.
@@ -145,6 +148,7 @@ impl Default for FilterSettings {
             smooth: false,
             smoother_passes: 1,
             outlier_limit: USUAL_OUTLIER_LIMIT,
+            robust_limit: 0.0,
         }
     }
 }
@@ -173,12 +177,20 @@ impl ValidSettings {
 
 impl FilterSettings {
     /// The settings that likelihoods are computed with: an extended filter without air-data states, smoothed once or not at all, with
-    /// every sample.
+    /// every sample at its full weight.
     #[must_use]
     pub fn simplified(&self, smooth: bool) -> Self {
         let method = if let Method::Ukf { .. } = self.method { Method::USUAL_IEKF } else { self.method };
         let air_data_deviation = [0.0; AIR_STATES];
-        Self { method, smooth, smoother_passes: 1, air_data_deviation, outlier_limit: 0.0, ..self.clone() }
+        Self {
+            method,
+            smooth,
+            smoother_passes: 1,
+            air_data_deviation,
+            outlier_limit: 0.0,
+            robust_limit: 0.0,
+            ..self.clone()
+        }
     }
 
     /// The settings as valid ones, or every field outside its range.
@@ -201,6 +213,8 @@ impl FilterSettings {
         require((1..=100).contains(&passes), "smoother_passes".into(), passes as f64, "1 to 100");
         let limit = self.outlier_limit;
         require(limit == 0.0 || (3.0..=1e6).contains(&limit), "outlier_limit".into(), limit, "0, or 3 to 1e6");
+        let limit = self.robust_limit;
+        require(limit == 0.0 || (1.0..=1e6).contains(&limit), "robust_limit".into(), limit, "0, or 1 to 1e6");
         let g = self.gravity_m_s2;
         require((9.7..=9.9).contains(&g), "gravity_m_s2".into(), g, "9.7 to 9.9 m/s²");
         for input in Input::ALL {

@@ -17,6 +17,7 @@ mod frequency;
 mod output_error;
 mod properties;
 mod recursive;
+mod robust;
 mod selection;
 mod sensor_errors;
 mod variants;

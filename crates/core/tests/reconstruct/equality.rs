@@ -101,6 +101,9 @@ fn settings(random: &mut ChaCha8Rng) -> FilterSettings {
             settings.initial_deviation[k] = 0.0;
         }
     }
+    if random.random_bool(0.5) {
+        settings.robust_limit = random.random_range(1.0..3.0);
+    }
     for delay in &mut settings.measurement_delay_s {
         if random.random_bool(0.1) {
             *delay = 0.05;

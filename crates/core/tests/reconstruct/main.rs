@@ -23,6 +23,8 @@ mod realisations;
 #[cfg(test)]
 mod reference;
 #[cfg(test)]
+mod robust;
+#[cfg(test)]
 mod sequential;
 #[cfg(test)]
 #[path = "../common/shared.rs"]

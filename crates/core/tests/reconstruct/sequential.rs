@@ -34,7 +34,8 @@ fn filter_in_parts_matches_the_filter_over_the_window() {
         let random = &mut ChaCha8Rng::seed_from_u64(seed);
         let data = weaving_flight(random);
         // It cannot look back at what follows a spike.
-        let mut settings = FilterSettings { outlier_limit: 0.0, ..FilterSettings::default() };
+        let robust_limit = if seed >= 8 { 1.5 } else { 0.0 };
+        let mut settings = FilterSettings { outlier_limit: 0.0, robust_limit, ..FilterSettings::default() };
         match seed % 4 {
             1 => settings.method = Method::Ekf,
             2 => settings.method = Method::Ukf { spread: Method::USUAL_SPREAD },

@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use super::{
     AircraftEdit, AnnotationEdit, ExperimentEdit, ExpressionEdit, Flight, GravitySource, GustSource, KeptStructure,
-    NoiseEdit, PathSource, PooledConstants, PredictionParameters, Preparation, ReportFigureEdit, Session, SignalEdit,
+    NoiseEdit, PathSource, PooledConstants, PredictionParameters, Preparation, ReportFigureEdit, ResidualWeights, Session, SignalEdit,
     Surface, TermConstraint, WindowEdit,
 };
 
@@ -92,6 +92,8 @@ pub enum FilterEdit {
     SmootherPasses(usize),
     /// Limit of outliers, deviations; zero for none.
     OutlierLimit(f64),
+    /// Innovation beyond which a measurement weighs less, deviations; zero for none.
+    RobustLimit(f64),
     /// Where the random walk of the wind comes from.
     Gusts(GustSource),
 }
@@ -109,6 +111,8 @@ pub enum EstimationEdit {
     Constants(PooledConstants),
     /// What windows are predicted with.
     PredictWith(PredictionParameters),
+    /// What the residuals weigh.
+    Weights(ResidualWeights),
     /// Lag and delay of a control.
     ControlLag(Surface, Lag),
     /// What is known of a derivative beforehand.
@@ -305,6 +309,7 @@ impl FilterEdit {
             Self::MeasurementDelay(measurement, _) => format!("change delay of {}", measurement.name()),
             Self::SmootherPasses(_) => "change passes of the smoother".to_owned(),
             Self::OutlierLimit(_) => "change limit of outliers".to_owned(),
+            Self::RobustLimit(_) => "change limit of full weight".to_owned(),
             Self::Gusts(_) => "change gusts".to_owned(),
         }
     }
@@ -336,6 +341,7 @@ impl FilterEdit {
             }
             Self::SmootherPasses(value) => filter.smoother_passes = value.clamp(1, 100),
             Self::OutlierLimit(value) => filter.outlier_limit = not_negative("limit of outliers", "", value)?,
+            Self::RobustLimit(value) => filter.robust_limit = not_negative("limit of full weight", "", value)?,
             Self::Gusts(source) => session.gusts = source,
         }
         Ok(())
@@ -366,6 +372,7 @@ impl EstimationEdit {
             Self::BySurface(_) => "change assignment of coefficients to manoeuvres".to_owned(),
             Self::Constants(_) => "change constants of the pooled estimate".to_owned(),
             Self::PredictWith(_) => "change what manoeuvres are predicted with".to_owned(),
+            Self::Weights(_) => "change weights of the residuals".to_owned(),
             Self::ControlLag(surface, _) => format!("change lag of the {}", surface.name()),
             Self::Constrain(constraint) => match constraint.known {
                 Constraint::Free => format!("free {}", constraint.derivative()),
@@ -382,6 +389,7 @@ impl EstimationEdit {
             Self::BySurface(value) => estimation.by_surface = *value,
             Self::Constants(value) => estimation.constants = *value,
             Self::PredictWith(value) => estimation.predict_with = *value,
+            Self::Weights(value) => estimation.weights = *value,
             Self::ControlLag(surface, lag) => {
                 not_negative("lag of the", surface.name(), lag.time_constant_s)?;
                 if !lag.delay_s.is_finite() {

@@ -341,6 +341,16 @@ pub enum PredictionParameters {
     WindowMeans,
 }
 
+/// What the residuals of a regression weigh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum ResidualWeights {
+    /// All the same: ordinary least squares.
+    #[default]
+    Equal,
+    /// Large ones less (Huber 1964).
+    Huber,
+}
+
 /// What of a session the estimates of its windows follow from.
 #[derive(Clone, Copy, Debug, Hash)]
 pub struct Settings<'a> {
@@ -363,6 +373,8 @@ pub struct Estimation {
     pub constants: PooledConstants,
     /// What windows are predicted with.
     pub predict_with: PredictionParameters,
+    /// What the residuals weigh.
+    pub weights: ResidualWeights,
     /// What is known of derivatives beforehand, by coefficient and term; others are free.
     pub constraints: Vec<TermConstraint>,
 }
@@ -373,6 +385,7 @@ impl Default for Estimation {
             by_surface: true,
             constants: PooledConstants::PerWindow,
             predict_with: PredictionParameters::Pooled,
+            weights: ResidualWeights::Equal,
             constraints: Vec::new(),
         }
     }

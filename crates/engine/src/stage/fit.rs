@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use doublet_core::estimate::{Coloured, Constraint, Fit, Origin, PooledRegression, PooledWindow};
+use doublet_core::estimate::{Coloured, Constraint, Fit, FitQuality, Origin, PooledRegression, PooledWindow};
 use doublet_core::model::{Coefficient, LONG_WINDOW, Structure, Term, Variable, regressors};
 use doublet_core::series::Series;
 use doublet_core::statistics::{median, squares_about_mean};
@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::aero::WindowAero;
 use super::prediction::{Parameters, Prediction, predict};
 use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
-use crate::session::{Estimation, Manoeuvre, PooledConstants, Surface, WindowRole};
+use crate::session::{Estimation, Manoeuvre, PooledConstants, ResidualWeights, Surface, WindowRole};
 
 /// A term the structure has but a fit leaves out, and why.
 #[derive(Clone, Debug, PartialEq)]
@@ -376,7 +376,20 @@ fn stacked_fit(
     if let Some(between) = pooled.errors_between_windows(&regression.windows) {
         errors.iter_mut().zip(between).for_each(|(error, between)| *error = error.max(between));
     }
-    Ok((pooled.fit, [errors, noise]))
+    let mut fit = pooled.fit;
+    if estimation.weights != ResidualWeights::Equal {
+        fit = of_measurement(fit, coefficient, &regression, used);
+    }
+    Ok((fit, [errors, noise]))
+}
+
+/// A fit to pseudo-values with the residuals and the quality of the coefficient as it was measured.
+fn of_measurement(fit: Fit, coefficient: Coefficient, regression: &PooledRegression, used: &[&AeroWindow<'_>]) -> Fit {
+    let pseudo: Vec<f64> = regression.windows.iter().flat_map(|window| &window.z).copied().collect();
+    let measured: Vec<f64> = used.iter().flat_map(|(_, aero)| aero.coefficients.get(coefficient)).copied().collect();
+    let fitted = fit.fitted(&pseudo);
+    let residuals = measured.iter().zip(&fitted).map(|(z, y)| z - y).collect();
+    Fit { quality: FitQuality::of(&measured, &fitted), residuals, ..fit }
 }
 
 /// The regression of one coefficient over windows.
@@ -389,10 +402,11 @@ pub struct Regression {
 }
 
 impl Regression {
-    /// The regression of `coefficient` by `terms` over the windows `used`, under what is known of its derivatives.
+    /// The regression of `coefficient` by `terms` over the windows `used`, under what is known of its derivatives. With weights of the
+    /// residuals its observations are pseudo-values, so that whatever fits it has the weights.
     ///
     /// # Errors
-    /// One line: a window lacks a variable.
+    /// One line: a window lacks a variable, or no weights are found.
     pub fn new(
         coefficient: Coefficient,
         terms: &[Term],
@@ -416,6 +430,10 @@ impl Regression {
                 .collect(),
             constraints,
             windows: used.iter().map(window).collect::<Result<_, _>>()?,
+        };
+        let pooled = match estimation.weights {
+            ResidualWeights::Equal => pooled,
+            ResidualWeights::Huber => pooled.with_pseudo_values()?,
         };
         Ok(Self { coefficient, pooled })
     }

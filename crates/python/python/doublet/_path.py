@@ -247,6 +247,7 @@ def reconstruct(
     initial: Optional[Mapping[str, float]] = None,
     initial_std: Optional[Mapping[str, float]] = None,
     outlier_limit: Optional[float] = None,
+    robust_limit: float = 0.0,
     smooth: bool = True,
     passes: int = 1,
     progress: Progress = None,
@@ -268,6 +269,7 @@ def reconstruct(
         initial: Initial value of a state, SI; without it from the first measurements, zero for biases and wind.
         initial_std: Standard deviation of the initial value, SI; zero: the value is known.
         outlier_limit: Standard deviations beyond which a spike is left out; 0 for none.
+        robust_limit: Standard deviations beyond which an innovation weighs less (Huber); 0 for none.
         smooth: Rauch-Tung-Striebel smoother; coefficients are then formed from the smoothed path.
         passes: Passes of the iterated smoother at most.
         progress: Called with the part done. Ctrl-C stops.
@@ -288,7 +290,7 @@ def reconstruct(
     settings = dict(
         method=method, hold=hold, linearisation=linearisation, gravity=gravity, noise=_pairs(noise), delays=_pairs(delays),
         random_walk=_pairs(random_walk), initial_state=_pairs(initial), initial_std=_pairs(initial_std),
-        outlier_limit=outlier_limit, smooth=smooth, passes=passes,
+        outlier_limit=outlier_limit, robust_limit=robust_limit, smooth=smooth, passes=passes,
     )
     call = (recording, aircraft, [one._row() for one in given], settings)
     path = Path(_reconstructed(*call, progress), (_reconstructed, call), recording, aircraft)

@@ -9,8 +9,8 @@ use nalgebra::SMatrix;
 
 use crate::reconstruct::filter::parameters::FilterParameters;
 use crate::reconstruct::filter::step::{StepInputs, Update};
-use crate::reconstruct::filter::terms::{Process, expected, measurement_noise, process, residual};
-use crate::reconstruct::model::augmented::{AugmentedMatrix, AugmentedState};
+use crate::reconstruct::filter::terms::{Process, expected, measurement_noise, process, residual, robust_noise};
+use crate::reconstruct::model::augmented::{AugmentedMatrix, AugmentedState, MeasurementVector};
 use crate::reconstruct::model::layout::{ATT, STATES, VEL, WIND};
 
 /// State and covariance, and where to linearise.
@@ -43,18 +43,25 @@ impl Ekf {
     pub fn update(&mut self, step: &StepInputs<f64>, parameters: &FilterParameters<f64>) -> Update<f64> {
         let predicted = self.x;
         let noise = measurement_noise(step, parameters);
-        let r = SMatrix::from_diagonal(&noise);
+        let mut r = SMatrix::from_diagonal(&noise);
+        let mut added: Option<MeasurementVector> = None;
         let mut c = self.linearisation_point();
         let mut first: Option<Update<f64>> = None;
         loop {
             let (z_expected, h) = expected(&c, step); //                            h(c), H
             let innovation = residual(step, &z_expected) - h * (predicted - c); //  nu = z - h(c) - H (x- - c)
             let cross = self.p * h.transpose(); //                                  P- H'
-            let s = h * cross + r; //                                               S = H P- H' + R
+            let mut s = h * cross + r; //                                           S = H P- H' + R
+            let added = added.get_or_insert_with(|| {
+                let added = robust_noise(&innovation, &s, parameters.robust_limit);
+                s += SMatrix::from_diagonal(&added);
+                r += SMatrix::from_diagonal(&added);
+                added
+            });
             let Some(factor) = s.cholesky() else { return Update::failed(&parameters.noise.measurement) };
             let k = factor.solve(&cross.transpose()).transpose(); //                K = P- H' S^-1
             let next = predicted + k * innovation; //                               x+ = x- + K nu
-            let update = first.get_or_insert_with(|| Update::new(&innovation, &s, &factor, &noise));
+            let update = first.get_or_insert_with(|| Update::new(&innovation, &s, &factor, &noise, added));
             let is_last = update.iterations as usize >= parameters.max_iterations;
             if is_last || self.about.is_some() || !self.has_moved(&c, &next, parameters.tolerance_squared) {
                 let a = AugmentedMatrix::identity() - k * h; //                     P+ = A P- A' + K R K', A = I - K H

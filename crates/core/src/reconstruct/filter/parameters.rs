@@ -23,6 +23,8 @@ pub struct FilterParameters<T> {
     pub noise: NoiseVariances<T>,
     /// Gravity, m/s^2.
     pub gravity: T,
+    /// Innovation beyond which a measurement weighs less, in deviations; zero for none.
+    pub robust_limit: f64,
     /// Square of the largest change, in standard deviations, at which the iteration ends.
     pub tolerance_squared: T,
     /// Limit on linearisations; 1 is the extended Kalman filter.
@@ -54,6 +56,7 @@ impl<T: Real> FilterParameters<T> {
                 random_walk: [0, 1, 2, 3, 4, 5].map(|g| square(&settings.random_walk, g)),
             },
             gravity: T::splat(settings.gravity_m_s2),
+            robust_limit: settings.robust_limit,
             tolerance_squared: T::splat(tolerance.powi(2)),
             max_iterations,
             at_prediction: settings.linearisation == Linearisation::Predicted,

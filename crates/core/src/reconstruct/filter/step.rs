@@ -77,14 +77,34 @@ pub struct Update<T> {
     pub innovation: [Vec3<T>; TRIPLES],
     /// Their variances, the diagonal of `S = H P- H' + R`.
     pub innovation_variance: [Vec3<T>; TRIPLES],
-    /// Normalised innovation squared, `nu' S^-1 nu`.
+    /// Variances of the measurements' noise as the update takes them: R, more where [`Update::weigh`] finds a large innovation.
+    pub noise: [Vec3<T>; TRIPLES],
+    /// Normalised innovation squared, `nu' S^-1 nu`, with S of `noise`.
     pub nis: T,
-    /// `det R / det S` over what was measured; `ln |S|` follows from it.
+    /// `det R / det S` over what was measured, with S of `noise`; `ln |S|` follows from it.
     pub det_ratio: T,
     /// Number of linearisations.
     pub iterations: T,
     /// Smallest pivot of the factorisation of S: not positive where S is not positive definite.
     pub smallest_pivot: T,
+}
+
+impl<T: Real> Update<T> {
+    /// Huber's weight `w = min(1, limit / |nu / sigma|)` of each innovation nu of predicted deviation sigma (Huber 1964): the noise grows
+    /// until the innovation's variance is `sigma^2 / w`, so that alone it corrects the state as an innovation at the limit does.
+    #[inline(always)]
+    pub fn weigh(&mut self, limit: f64) {
+        let zero = T::zero();
+        for m in 0..TRIPLES {
+            for i in 0..3 {
+                let variance = self.innovation_variance[m][i];
+                let allowed = variance.sqrt() * T::splat(limit);
+                let excess = self.innovation[m][i].abs() / allowed - T::splat(1.0);
+                let excess = excess.select_above(zero, excess, zero);
+                self.noise[m][i] = variance.mul_add(excess, self.noise[m][i]);
+            }
+        }
+    }
 }
 
 /// Everything one step yields: the estimate at its end and what its innovations say.

@@ -106,19 +106,37 @@ pub fn measurement_noise(step: &StepInputs<f64>, parameters: &FilterParameters<f
     MeasurementVector::from_fn(|m, _| if step.present[m / 3][m % 3] > 0.0 { variances[m / 3][m % 3] } else { 1.0 })
 }
 
+/// What [`Update::weigh`] adds to the noise: of the innovation, its covariance S, and the limit, zero for none.
+pub fn robust_noise(
+    innovation: &MeasurementVector,
+    s: &SMatrix<f64, MEASUREMENTS, MEASUREMENTS>,
+    limit: f64,
+) -> MeasurementVector {
+    if limit == 0.0 {
+        return MeasurementVector::zeros();
+    }
+    MeasurementVector::from_fn(|m, _| {
+        let variance = s[(m, m)];
+        variance * (innovation[m].abs() / (limit * variance.sqrt()) - 1.0).max(0.0)
+    })
+}
+
 impl Update<f64> {
-    /// Of the innovation, its covariance S, the Cholesky factor of S, and the diagonal of R.
+    /// Of the innovation, its covariance S, the Cholesky factor of S, the diagonal of R, and the part of S that [`robust_noise`] adds
+    /// to it.
     pub fn new(
         innovation: &MeasurementVector,
         s: &SMatrix<f64, MEASUREMENTS, MEASUREMENTS>,
         factor: &Cholesky<f64, Const<MEASUREMENTS>>,
         noise: &MeasurementVector,
+        added: &MeasurementVector,
     ) -> Self {
         let nis = innovation.dot(&factor.solve(innovation));
         let mut update = Self { nis, smallest_pivot: f64::INFINITY, ..Self::failed(&[[0.0; 3]; TRIPLES]) };
         for m in 0..MEASUREMENTS {
             update.innovation[m / 3][m % 3] = innovation[m];
-            update.innovation_variance[m / 3][m % 3] = s[(m, m)];
+            update.innovation_variance[m / 3][m % 3] = s[(m, m)] - added[m];
+            update.noise[m / 3][m % 3] = noise[m] + added[m];
             update.det_ratio *= noise[m] / factor.l_dirty()[(m, m)].powi(2);
         }
         update
@@ -129,6 +147,7 @@ impl Update<f64> {
         Self {
             innovation: [[0.0; 3]; TRIPLES],
             innovation_variance: *variances,
+            noise: *variances,
             nis: 0.0,
             det_ratio: 1.0,
             iterations: 1.0,

@@ -9,7 +9,7 @@ use nalgebra::SMatrix;
 
 use crate::reconstruct::filter::parameters::FilterParameters;
 use crate::reconstruct::filter::step::{StepInputs, Update};
-use crate::reconstruct::filter::terms::{difference, measurement_noise, residual, walk_covariance};
+use crate::reconstruct::filter::terms::{difference, measurement_noise, residual, robust_noise, walk_covariance};
 use crate::reconstruct::model::augmented::{
     AugmentedMatrix, AugmentedState, MeasurementVector, advance_with_noise, observe,
 };
@@ -105,8 +105,11 @@ impl Ukf {
         let innovation = residual(step, &centre) - shift;
         let noise = measurement_noise(step, parameters);
         shift *= self.centre_weight(root.columns).sqrt();
-        let own = SMatrix::from_diagonal(&noise) + shift * shift.transpose();
-        let s = images * images.transpose() + own;
+        let mut own = SMatrix::from_diagonal(&noise) + shift * shift.transpose();
+        let spread = images * images.transpose();
+        let added = robust_noise(&innovation, &(spread + own), parameters.robust_limit);
+        own += SMatrix::from_diagonal(&added);
+        let s = spread + own;
         let Some(factor) = s.cholesky() else { return Update::failed(&parameters.noise.measurement) };
         let cross = before * images.transpose();
         let gain = factor.solve(&cross.transpose()).transpose();
@@ -114,7 +117,7 @@ impl Ukf {
         // P - K S K', as the sum of squares it is
         let left = before - gain * images;
         self.p = left * left.transpose() + gain * own * gain.transpose();
-        Update::new(&innovation, &s, &factor, &noise)
+        Update::new(&innovation, &s, &factor, &noise, &added)
     }
 }
 

@@ -113,6 +113,9 @@ impl<T: StepParts> Estimate<T> {
         let model = MeasurementModel::new(&self.x[VEL], trig, &self.x[WIND]);
         let prediction = Prediction { x: self.x, trig: *trig, model, limits: self.limits(parameters) };
         let mut update = self.innovations(&model, step, parameters);
+        if parameters.robust_limit > 0.0 {
+            update.weigh(parameters.robust_limit);
+        }
         if any_present(&step.present[POSITION]) || any_present(&step.present[ATTITUDE]) {
             T::update_linear(self, step, parameters, &mut update);
         }
@@ -167,6 +170,7 @@ impl<T: Real> Estimate<T> {
         Update {
             innovation,
             innovation_variance: variance,
+            noise: parameters.noise.measurement,
             nis: T::zero(),
             det_ratio: one,
             iterations: one,
@@ -197,9 +201,9 @@ impl<T: Real> Estimate<T> {
         let (pos, att) = (&step.present[POSITION], &step.present[ATTITUDE]);
         let cross = scaled_columns(&scaled_rows(&self.p.blocks[at(ATT, POS)], att), pos);
         let factor = InnovationFactor::new(
-            &masked_covariance(&self.p.blocks[at(POS, POS)], pos, &parameters.noise.measurement[POSITION]),
+            &masked_covariance(&self.p.blocks[at(POS, POS)], pos, &update.noise[POSITION]),
             &cross,
-            &masked_covariance(&self.p.blocks[at(ATT, ATT)], att, &parameters.noise.measurement[ATTITUDE]),
+            &masked_covariance(&self.p.blocks[at(ATT, ATT)], att, &update.noise[ATTITUDE]),
         );
         let white = factor.whiten(&update.innovation[POSITION], &update.innovation[ATTITUDE]);
         let mut whitened = [[zeros(); 2]; GROUPS];
@@ -236,7 +240,7 @@ impl<T: Real> Estimate<T> {
             for g in 0..3 {
                 (by_ground[g], by_air[g]) = h.covariance_with(&self.p, ITERATED[g]);
             }
-            let factor = h.innovation_factor(&by_ground, &by_air, step, parameters);
+            let factor = h.innovation_factor(&by_ground, &by_air, step, &update.noise);
             let (ground, air) = self.residual_about(&point, &model, &h, step);
             let white = factor.whiten(&ground, &air);
             if iteration == 1 {
@@ -344,9 +348,8 @@ impl<T: Real> MaskedJacobian<T> {
         by_ground: &[Mat3<T>; 3],
         by_air: &[Mat3<T>; 3],
         step: &StepInputs<T>,
-        parameters: &FilterParameters<T>,
+        noise: &[Vec3<T>; TRIPLES],
     ) -> InnovationFactor<T> {
-        let noise = &parameters.noise.measurement;
         let ground = add_product(&scaled_rows(&by_ground[2], &self.present), &self.ground_vel, &by_ground[0]);
         let ground = add_product(&ground, &self.ground_att, &by_ground[1]);
         InnovationFactor::new(

@@ -37,6 +37,8 @@ pub(super) struct FilterTable {
     smoother_passes: usize,
     #[serde(skip_serializing_if = "is_usual_limit")]
     outlier_limit: f64,
+    #[serde(skip_serializing_if = "is_zero")]
+    robust_limit: f64,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     air_data_deviation: BTreeMap<String, f64>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
@@ -58,6 +60,11 @@ fn is_usual_spread(spread: &f64) -> bool {
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
 fn is_usual_limit(limit: &f64) -> bool {
     *limit == USUAL_OUTLIER_LIMIT
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
+fn is_zero(limit: &f64) -> bool {
+    *limit == 0.0
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
@@ -121,6 +128,7 @@ fn settings_from(table: &FilterTable) -> Result<FilterSettings, SessionError> {
         gravity_m_s2: table.gravity_m_s2.unwrap_or(STANDARD_GRAVITY_M_S2),
         smoother_passes: table.smoother_passes,
         outlier_limit: table.outlier_limit,
+        robust_limit: table.robust_limit,
         ..FilterSettings::default()
     };
     let inputs = Input::ALL.map(Input::name);
@@ -189,6 +197,7 @@ fn settings_table(settings: &FilterSettings) -> FilterTable {
         spread,
         smoother_passes: settings.smoother_passes,
         outlier_limit: settings.outlier_limit,
+        robust_limit: settings.robust_limit,
         air_data_deviation: AirState::ALL
             .map(|s| (s.name().to_owned(), settings.air_data_deviation[s as usize]))
             .into_iter()
