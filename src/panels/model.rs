@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 
 use doublet_core::estimate::{Constraint, TermEffect};
 use doublet_core::model::{Coefficient, Structure, Term, Variable};
-use doublet_engine::session::{Edit, EstimationEdit, ModelEdit, PooledConstants, PredictionParameters, ResidualWeights};
+use doublet_engine::session::{
+    Edit, EstimationEdit, ModelEdit, PooledConstants, PredictionParameters, ResidualWeights,
+};
 use eframe::egui::{self, CollapsingHeader, Grid, Key, RichText, ScrollArea, TextEdit, Ui};
 
 use super::{Pane, Panel, PanelContext, choices, coefficient_settings, constraints, term_effects};

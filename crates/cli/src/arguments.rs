@@ -403,6 +403,9 @@ pub struct CoverageArguments {
     /// Seed of the first flight; each next flight adds one.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+    /// Fly through recorders and their clocks.
+    #[arg(long, conflicts_with_all = ["verdict", "modes", "design"])]
+    pub recorded: bool,
     /// Print the false-alarm rate on fault-free flights instead.
     #[arg(long)]
     pub verdict: bool,

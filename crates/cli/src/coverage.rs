@@ -6,7 +6,7 @@ use doublet_core::simulate::Scenario;
 use doublet_dynamics::design::{Criterion, Request};
 use doublet_engine::builtin;
 use doublet_engine::graph::{Context, StageError};
-use doublet_engine::planning::{DesignCoverage, design_coverage};
+use doublet_engine::planning::{DesignCoverage, design_coverage, recorded_coverage};
 use doublet_engine::run::Control;
 use doublet_engine::session::{self, GustSource, Session};
 use doublet_engine::study::{self, Coverage};
@@ -83,6 +83,11 @@ pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
         "corrected %",
     ];
     text::table(&header, &found.derivatives.iter().map(row).collect::<Vec<_>>());
+    let mean = |part: fn(&study::DerivativeCoverage) -> f64| {
+        100.0 * found.derivatives.iter().map(part).sum::<f64>() / found.derivatives.len() as f64
+    };
+    let [conventional, corrected] = [mean(|row| row.conventional), mean(|row| row.corrected)];
+    text::line(&format!("all derivatives: conventional {conventional:.1} %, corrected {corrected:.1} %"));
     Ok(())
 }
 
@@ -205,7 +210,10 @@ fn print_judged(arguments: &CoverageArguments, found: &JudgedFlights) {
 /// # Errors
 /// As for [`coverage`].
 pub fn computed(arguments: &CoverageArguments) -> Result<Coverage, String> {
-    studied(arguments, study::coverage)
+    match arguments.recorded {
+        true => studied(arguments, recorded_coverage),
+        false => studied(arguments, study::coverage),
+    }
 }
 
 /// Flies a scenario many times over and looks at the flights.

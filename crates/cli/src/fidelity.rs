@@ -41,6 +41,7 @@ pub fn fidelity(arguments: &FidelityArguments) -> Result<(), String> {
         gusts: None,
         realisations: arguments.realisations,
         seed: 1,
+        recorded: false,
         verdict: false,
         modes: false,
         design: None,

@@ -55,6 +55,29 @@ fn noise_of(marked: &[SteadyWindow]) -> FlightNoise {
     stage::noise(&[flight], marked).remove(0)
 }
 
+#[test]
+fn a_clock_that_cannot_be_fitted_stops_the_flight_only_where_path_or_controls_need_it() {
+    // The engine monitor, which is not in the time line of the others but for its clock; the pod gives the flow angles.
+    let missing = ClockPairSetting { reference: "bus/none".to_owned(), other: "none/none".to_owned(), inverted: false };
+    let with = |source: &str| {
+        let mut flight = demo().session.flights[0].clone();
+        flight.clocks.retain(|clock| clock.source != source);
+        flight.clocks.push(ClockSetting { fit: vec![missing.clone()], ..ClockSetting::of(source) });
+        aligned(&flight)
+    };
+    let engines = &recorded().recording;
+    let source = engines.role(Role::ManifoldPressure1).unwrap().source.clone();
+    let needed = engines.role(Role::AngleOfAttack).unwrap().source.clone();
+    let loaded = with(&source).unwrap();
+    let finding = loaded.findings.iter().find(|finding| finding.code == "clock").unwrap();
+    assert!(finding.place.contains(&source) && finding.text.contains("no channel"), "{finding}");
+    for role in [Role::SpecificForceZ, Role::AngleOfAttack, Role::Elevator] {
+        assert_eq!(loaded.recording.role(role), engines.role(role), "{}", role.name());
+    }
+    let error = with(&needed).unwrap_err().to_string();
+    assert!(error.starts_with(&format!("clock of {needed}: no channel")), "{error}");
+}
+
 /// The bus with nothing on other clocks, so that no clock is fitted.
 fn bus(setting: SignalSetting, shift_s: f64) -> LoadedFlight {
     let mut flight = demo().session.flights[0].clone();

@@ -101,9 +101,6 @@ fn settings(random: &mut ChaCha8Rng) -> FilterSettings {
             settings.initial_deviation[k] = 0.0;
         }
     }
-    if random.random_bool(0.5) {
-        settings.robust_limit = random.random_range(1.0..3.0);
-    }
     for delay in &mut settings.measurement_delay_s {
         if random.random_bool(0.1) {
             *delay = 0.05;
@@ -144,7 +141,8 @@ fn the_packed_form_equals_the_specification_over_random_windows_masks_and_settin
     let mut largest: f64 = 0.0;
     for seed in 0..SETTINGS {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let settings = settings(&mut random);
+        let mut settings = settings(&mut random);
+        settings.robust_limit = if seed % 2 == 1 { 1.5 } else { 0.0 };
         let flights: Vec<FilterData> = (0..WINDOWS).map(|_| weaving_flight(&mut random)).collect();
         let flights: Vec<&FilterData> = flights.iter().collect();
         let run = |width: Width, settings: &ValidSettings| -> Vec<Reconstruction> {

@@ -18,10 +18,10 @@ fn settings(method: Method, robust_limit: f64) -> FilterSettings {
     FilterSettings { method, gravity_m_s2: TRUE_GRAVITY, outlier_limit: 0.0, robust_limit, ..citation::settings() }
 }
 
-/// Two seconds of which the start is measured, and north `offset` metres further after one of them.
+/// Two seconds of which the start is measured, and north at their end, `offset` metres further.
 fn one_measurement(citation: &FilterData, offset: f64) -> FilterData {
     const SAMPLE: usize = 100;
-    let mut data = window(citation, 0, 2 * SAMPLE);
+    let mut data = window(citation, 0, SAMPLE + 1);
     for (m, series) in data.measurements.iter_mut().enumerate() {
         for (k, value) in Arc::make_mut(&mut series.values).iter_mut().enumerate().skip(1) {
             *value = if m == Measurement::PositionNorth as usize && k == SAMPLE { *value + offset } else { f64::NAN };

@@ -7,6 +7,7 @@ mod coverage;
 mod document;
 mod enough;
 mod files;
+mod recorded_coverage;
 mod rows;
 mod sheet;
 
@@ -18,6 +19,7 @@ pub use document::{comparison_table, design_document, enough_blocks};
 pub use doublet_dynamics::design::{Criterion, DesignKind, SURFACE_NAMES};
 pub use enough::{DerivativeRow, Enough, EnoughOptions, EnoughRequest, Goal, NextRow, WindowInformation, enough};
 pub use files::{design_csv, design_files};
+pub use recorded_coverage::recorded_coverage;
 pub use rows::{
     ComparedKind, CorrelationRow, DesignRow, ExcursionRow, ManoeuvreRow, PredictedRow, SignalRow, design_row,
     designed_rows,

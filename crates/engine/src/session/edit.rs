@@ -9,8 +9,8 @@ use thiserror::Error;
 
 use super::{
     AircraftEdit, AnnotationEdit, ExperimentEdit, ExpressionEdit, Flight, GravitySource, GustSource, KeptStructure,
-    NoiseEdit, PathSource, PooledConstants, PredictionParameters, Preparation, ReportFigureEdit, ResidualWeights, Session, SignalEdit,
-    Surface, TermConstraint, WindowEdit,
+    NoiseEdit, PathSource, PooledConstants, PredictionParameters, Preparation, ReportFigureEdit, ResidualWeights,
+    Session, SignalEdit, Surface, TermConstraint, WindowEdit,
 };
 
 /// A change of the session, grouped by area.

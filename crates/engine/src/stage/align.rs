@@ -4,11 +4,13 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use doublet_core::align::{ClockEstimate, ClockFitSettings, ClockModel, ClockPair, ClockSearch, clock_fit_pairs};
+use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording};
 use rayon::prelude::*;
 
-use crate::graph::StageResult;
-use crate::session::ClockSetting;
+use crate::graph::{StageError, StageResult};
+use crate::session::{ClockSetting, Flight};
+use crate::verdict::{Finding, Level};
 
 /// A recorder's clock as used.
 #[derive(Clone, Debug)]
@@ -23,18 +25,26 @@ pub struct UsedClock {
     pub estimate: Option<ClockEstimate>,
 }
 
-/// The recording with every clock applied, and the clocks.
+/// The recording with every clock of the flight applied, the clocks, and those that could not be fitted but only stamp engines or fuel.
 ///
 /// # Errors
 /// One line: a channel that is not there, or channels that do not agree on a clock.
-pub fn align(recording: &Recording, settings: &[ClockSetting]) -> StageResult<(Recording, Vec<UsedClock>)> {
-    let one = |setting: &ClockSetting| -> StageResult<UsedClock> {
-        let clock = clock(recording, setting).map_err(|error| format!("clock of {}: {error}", setting.source))?;
-        Ok(UsedClock { model: clock.model.shifted(setting.shift_s), shift_s: setting.shift_s, ..clock })
+pub fn align(recording: &Recording, flight: &Flight) -> StageResult<(Recording, Vec<UsedClock>, Vec<Finding>)> {
+    let settings = &flight.clocks;
+    let one = |setting: &ClockSetting| -> StageResult<(UsedClock, Option<Finding>)> {
+        let (clock, finding) = match clock(recording, setting) {
+            Ok(clock) => (clock, None),
+            Err(error) if stamps_engines_alone(recording, setting, flight) => {
+                (clock_as_set(setting)?, Some(describe_unfitted(setting, flight, &error)))
+            }
+            Err(error) => return Err(format!("clock of {}: {error}", setting.source).into()),
+        };
+        Ok((UsedClock { model: clock.model.shifted(setting.shift_s), shift_s: setting.shift_s, ..clock }, finding))
     };
     // Each is fitted to the recording as read and knows nothing of the others; the first error is that of the session's order.
-    let clocks: Vec<StageResult<UsedClock>> = settings.par_iter().map(one).collect();
-    let clocks: Vec<UsedClock> = clocks.into_iter().collect::<StageResult<_>>()?;
+    let clocks: Vec<StageResult<_>> = settings.par_iter().map(one).collect();
+    let (clocks, findings): (Vec<UsedClock>, Vec<Option<Finding>>) =
+        clocks.into_iter().collect::<StageResult<Vec<_>>>()?.into_iter().unzip();
     let mut aligned = recording.clone();
     let mut moved: HashMap<*const f64, Arc<[f64]>> = HashMap::new();
     for channel in &mut aligned.channels {
@@ -45,7 +55,7 @@ pub fn align(recording: &Recording, settings: &[ClockSetting]) -> StageResult<(R
             .or_insert_with(|| time_s.iter().map(|&own| clock.model.reference_s(own)).collect());
         channel.series.time_s = Arc::clone(on_line);
     }
-    Ok((aligned, clocks))
+    Ok((aligned, clocks, findings.into_iter().flatten().collect()))
 }
 
 /// Whether a source is one of those a clock stamps: its name is `pattern`, or begins with it where it ends in `*`.
@@ -78,11 +88,60 @@ pub fn channel<'a>(recording: &'a Recording, path: &str) -> StageResult<&'a Chan
     })
 }
 
-fn clock(recording: &Recording, setting: &ClockSetting) -> StageResult<UsedClock> {
-    let given = ClockModel::new(setting.offset_s, setting.drift)?;
-    if setting.fit.is_empty() {
-        return Ok(UsedClock { source: setting.source.clone(), model: given, shift_s: 0.0, estimate: None });
+/// Whether every role that a clock stamps is of an engine or of fuel: flight path and controls do without. A source without roles may give
+/// those of the flight's instruments.
+fn stamps_engines_alone(recording: &Recording, setting: &ClockSetting, flight: &Flight) -> bool {
+    let source = |index: &usize| recording.channels.get(*index).map(|channel| channel.source.as_str());
+    let stamped = recording
+        .roles
+        .iter()
+        .filter(|(_, index)| source(index).is_some_and(|source| is_stamped_by(&setting.source, source)));
+    let mut roles = stamped.map(|(role, _)| *role).peekable();
+    if roles.peek().is_none() {
+        return flight.instruments.is_none();
     }
+    roles.all(is_of_engine_or_fuel)
+}
+
+/// Roles that only thrust, power and the mass of fuel follow from.
+fn is_of_engine_or_fuel(role: Role) -> bool {
+    matches!(
+        role,
+        Role::FuelMass
+            | Role::FuelFlow
+            | Role::Thrust1
+            | Role::Thrust2
+            | Role::ThrustCoefficient
+            | Role::EngineSpeed1
+            | Role::EngineSpeed2
+            | Role::ManifoldPressure1
+            | Role::ManifoldPressure2
+            | Role::Power1
+            | Role::Power2
+    )
+}
+
+/// A clock that could not be fitted and is used as the session sets it.
+fn describe_unfitted(setting: &ClockSetting, flight: &Flight, error: &StageError) -> Finding {
+    let place = format!("flight '{}', clock of {}", flight.name, setting.source);
+    let text = format!("not fitted: {error}; engines and fuel are used with the clock as set");
+    Finding::new(Level::Caution, "clock", place, text)
+        .with_cure("Fit it to another channel, or state its offset.")
+        .with_setting("Preprocess", "flight.clock")
+}
+
+/// The clock as the session sets it.
+fn clock_as_set(setting: &ClockSetting) -> StageResult<UsedClock> {
+    let model = ClockModel::new(setting.offset_s, setting.drift)?;
+    Ok(UsedClock { source: setting.source.clone(), model, shift_s: 0.0, estimate: None })
+}
+
+fn clock(recording: &Recording, setting: &ClockSetting) -> StageResult<UsedClock> {
+    let as_set = clock_as_set(setting)?;
+    if setting.fit.is_empty() {
+        return Ok(as_set);
+    }
+    let given = as_set.model;
     let mut pairs = Vec::new();
     for pair in &setting.fit {
         pairs.push(ClockPair {
@@ -96,5 +155,5 @@ fn clock(recording: &Recording, setting: &ClockSetting) -> StageResult<UsedClock
     let search = if about { ClockSearch::About(given) } else { ClockSearch::Everywhere };
     let settings = ClockFitSettings { search, ..ClockFitSettings::default() };
     let estimate = clock_fit_pairs(&pairs, &settings)?;
-    Ok(UsedClock { source: setting.source.clone(), model: estimate.model, shift_s: 0.0, estimate: Some(estimate) })
+    Ok(UsedClock { model: estimate.model, estimate: Some(estimate), ..as_set })
 }

@@ -121,15 +121,16 @@ pub fn describe_change(entry: &RecordingRef, hash: &str) -> Option<String> {
 /// # Errors
 /// One line that names the clock, the instrument's channel or the signal and the cure.
 pub fn align_flight(context: &Context<'_>, read: &LoadedFlight, flight: &Flight) -> StageResult<LoadedFlight> {
-    let (mut recording, clocks) = align(&read.recording, &flight.clocks)?;
+    let (mut recording, clocks, mut findings) = align(&read.recording, flight)?;
     let stated_noise = match &flight.instruments {
         Some(setting) => derive(&mut recording, context, setting)?,
         None => BTreeMap::new(),
     };
-    let (held, findings) = match flight.signals.held_samples {
+    let (held, of_samples) = match flight.signals.held_samples {
         HeldSampleUse::Once => use_held_once(&mut recording, &flight.name),
         HeldSampleUse::Every => Default::default(),
     };
+    findings.extend(of_samples);
     let treated = join_treatments(held, treat_signals(&mut recording, &flight.signals)?);
     let (hashes, utc_start_s) = (read.hashes.clone(), read.utc_start_s);
     Ok(LoadedFlight {

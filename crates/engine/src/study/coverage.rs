@@ -79,13 +79,19 @@ pub fn coverage(
         Ok(found)
     };
     let found = (0..realisations).into_par_iter().map(one).collect::<Result<Vec<_>, _>>()?;
-    let aero = &scenario.vehicle.aero;
+    Ok(summarise(scenario, windows.len(), &found))
+}
+
+/// What the estimates of all flights say of each derivative that every flight has.
+pub(crate) fn summarise(scenario: &Scenario, manoeuvres: usize, found: &[Vec<Estimate>]) -> Coverage {
     let names = found.first().into_iter().flatten().map(|(name, ..)| name);
-    let derivatives = names.enumerate().filter_map(|(index, name)| {
-        let estimates: Vec<_> = found.iter().map(|estimates| &estimates[index]).collect();
-        Some(derivative(name, aero.value(name)?, &estimates))
+    let derivatives = names.filter_map(|name| {
+        let of = |flight: &'_ Vec<Estimate>| flight.iter().position(|(own, ..)| own == name);
+        let estimates = found.iter().map(|flight| of(flight).map(|at| &flight[at]));
+        let estimates: Vec<&Estimate> = estimates.collect::<Option<_>>()?;
+        Some(derivative(name, scenario.vehicle.aero.value(name)?, &estimates))
     });
-    Ok(Coverage { realisations, manoeuvres: windows.len(), derivatives: derivatives.collect() })
+    Coverage { realisations: found.len(), manoeuvres, derivatives: derivatives.collect() }
 }
 
 /// Windows over the manoeuvres of a scenario.
