@@ -6,7 +6,7 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use doublet_dynamics::modes::{LocusParameter, LocusPoint, locus};
 use doublet_engine::export::{linear_json, write_linear};
-use doublet_engine::report::{DynamicsRow, IntervalRow, ModeRow, QualityRow, dynamics_row};
+use doublet_engine::report::{DynamicsRow, IntervalRow, ModeRow, QualitiesRow, QualityRow, dynamics_row};
 use doublet_engine::session;
 use doublet_engine::study::dynamics::{CATEGORIES, CLASSES, window_key};
 use doublet_engine::study::{DynamicsRequest, DynamicsStudy, Study};
@@ -265,14 +265,19 @@ pub fn qualities(arguments: &QualitiesArguments) -> Result<(), String> {
         return Ok(());
     }
     print_trim(&row);
+    print_qualities(found);
+    print_notes(&row);
+    Ok(())
+}
+
+/// Prints the level of every criterion with its probability, and the worst.
+pub fn print_qualities(found: &QualitiesRow) {
     text::line("");
     text::line(&format!("{} ({}), {}", found.standard, found.date, found.airplane_from));
     let cells: Vec<Vec<String>> = found.criteria.iter().map(quality_cells).collect();
     text::table(&["criterion", "level", "probability", "values", "not Level 1 because"], &cells);
     text::line(&format!("worst: {}{}", found.level.unwrap_or("not judged"), likely(found.level, found.probabilities)));
     text::line(&found.note);
-    print_notes(&row);
-    Ok(())
 }
 
 /// Probability of a level, in words behind it.

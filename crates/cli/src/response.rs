@@ -2,19 +2,23 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
 use doublet_dynamics::frequency::{Delay, EquivalentSystem, FittedParameter, Form, FrequencyResponse};
+use doublet_dynamics::qualities::{Airplane, Limits};
 use doublet_engine::keep;
 use doublet_engine::report::document::{Block, BodeModel, Document, Figure, bode_figure};
-use doublet_engine::report::{self, response_rows, response_table};
+use doublet_engine::report::{self, QualitiesRow, equivalent_levels, response_rows, response_table};
 use doublet_engine::run::{Control, Snapshot};
 use doublet_engine::session::{Manoeuvre, Session, Surface};
+use doublet_engine::study::dynamics::{self, CATEGORIES};
 use doublet_engine::study::{
     EquivalentStudy, FitMethod, ResponseRequest, ResponseStudy, ResponseWindow, equivalent_study, session_responses,
     table_responses,
 };
 use serde_json::{Value, json};
 
+use crate::dynamics::print_qualities;
 use crate::outcome::Outcome;
 use crate::run::computed;
 use crate::text;
@@ -74,6 +78,15 @@ pub struct LoesArguments {
     /// Known delay, s [default: estimated].
     #[arg(long, value_name = "S", value_parser = not_negative)]
     pub delay: Option<f64>,
+    /// Judge the system: shipped limits by name, or a file.
+    #[arg(long, value_name = "NAME|FILE", requires = "class")]
+    pub limits: Option<String>,
+    /// Aircraft class of the limits: I, II, II-L, II-C, III or IV.
+    #[arg(long, requires = "limits", value_parser = PossibleValuesParser::new(["I", "II", "II-L", "II-C", "III", "IV"]))]
+    pub class: Option<String>,
+    /// Flight phase category of the limits: A, B or C [default: B].
+    #[arg(long, requires = "limits", value_parser = PossibleValuesParser::new(CATEGORIES))]
+    pub category: Option<String>,
 }
 
 /// Data a form is fitted to.
@@ -138,14 +151,17 @@ pub fn loes(arguments: &LoesArguments) -> Result<Outcome, String> {
     });
     let fitted =
         |input| equivalent_study(&study, input, (arguments.form, delay), method).map_err(|error| error.to_string());
+    let limits = limits(arguments)?;
     let fits = (0..study.inputs.len()).map(fitted).collect::<Result<Vec<_>, _>>()?;
+    let levels =
+        |fit: &EquivalentStudy| limits.as_ref().map(|(limits, airplane)| equivalent_levels(&fit.fit, limits, airplane));
     if let Some(out) = &arguments.response.out {
         write_rows(out, &study)?;
     }
     draw(&arguments.response, &study, &fits)?;
     if arguments.response.json {
         let mut document = describe(&study);
-        let systems: Vec<Value> = fits.iter().map(|fit| describe_fit(&study, fit)).collect();
+        let systems: Vec<Value> = fits.iter().map(|fit| describe_fit(&study, fit, levels(fit))).collect();
         if let ([Value::Object(system)], Value::Object(members)) = (&systems[..], &mut document) {
             members.extend(system.clone());
         }
@@ -153,10 +169,26 @@ pub fn loes(arguments: &LoesArguments) -> Result<Outcome, String> {
         print_json(&document)?;
     } else {
         print_study(&study);
-        fits.iter().for_each(|fit| print_fit(&study, fit));
+        for fit in &fits {
+            print_fit(&study, fit);
+            levels(fit).iter().for_each(print_qualities);
+        }
     }
     let worst = fits.iter().map(|fit| fit.verdict.level).max().unwrap_or_default();
     Ok(worst.into())
+}
+
+/// Limits asked for, shipped or from a file, and the aircraft they are for.
+fn limits(arguments: &LoesArguments) -> Result<Option<(Limits, Airplane)>, String> {
+    let Some((name, class)) = arguments.limits.as_ref().zip(arguments.class.as_ref()) else { return Ok(None) };
+    let limits = match std::fs::read_to_string(name) {
+        Ok(text) => Limits::parse(&text).map_err(|error| format!("{name}: {error}"))?,
+        Err(_) => dynamics::limits(name).map_err(|error| error.to_string())?,
+    };
+    let category = arguments.category.as_deref().unwrap_or(dynamics::USUAL_CATEGORY);
+    let airplane = Airplane::new(class, category).map_err(|error| error.to_string())?;
+    limits.check(&airplane).map_err(|error| error.to_string())?;
+    Ok(Some((limits, airplane)))
 }
 
 fn studied(arguments: &ResponseArguments, for_fit: bool) -> Result<ResponseStudy, String> {
@@ -281,7 +313,7 @@ fn describe_parameters(parameters: &[FittedParameter]) -> Vec<Value> {
     parameters.iter().map(row).collect()
 }
 
-fn describe_fit(study: &ResponseStudy, found: &EquivalentStudy) -> Value {
+fn describe_fit(study: &ResponseStudy, found: &EquivalentStudy, qualities: Option<QualitiesRow>) -> Value {
     let complex =
         |roots: Vec<nalgebra::Complex<f64>>| -> Vec<[f64; 2]> { roots.iter().map(|root| [root.re, root.im]).collect() };
     let fit: &EquivalentSystem = &found.fit;
@@ -307,6 +339,7 @@ fn describe_fit(study: &ResponseStudy, found: &EquivalentStudy) -> Value {
         "is_delay_at_zero": fit.is_delay_at_zero,
         "frequencies": fit.frequencies,
         "verdict": found.verdict,
+        "qualities": qualities,
         "error_ratio": fit.error_ratio,
         "cost": mismatch.cost,
         "mismatch_db": mismatch.rms_db,

@@ -10,6 +10,9 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 
 use doublet_dynamics::frequency::{Delay, Form};
+use doublet_dynamics::qualities::Airplane;
+use doublet_engine::report::{QualitiesRow, equivalent_levels};
+use doublet_engine::study::dynamics::limits;
 use doublet_engine::study::{EquivalentStudy, ResponseRequest, equivalent_study, table_responses};
 use doublet_engine::verdict::Level;
 use rand::{RngExt, SeedableRng};
@@ -125,10 +128,16 @@ fn disturb(y: &mut [f64], random: &mut ChaCha8Rng) {
 fn identify(seed: u64) -> (System, Option<EquivalentStudy>) {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let system = system(seed, &mut random);
+    let found = identify_system(&system, &mut random);
+    (system, found)
+}
+
+/// What a noisy record of a system gives.
+fn identify_system(system: &System, random: &mut ChaCha8Rng) -> Option<EquivalentStudy> {
     let length_s = random.random_range(60.0..120.0);
     let samples = (length_s / STEP_S) as usize;
-    let mut y = output(&system, length_s, samples);
-    disturb(&mut y, &mut random);
+    let mut y = output(system, length_s, samples);
+    disturb(&mut y, random);
     let mut text = "time,d,y\n".to_owned();
     for (sample, y) in y.iter().enumerate() {
         let t = STEP_S * sample as f64;
@@ -140,8 +149,42 @@ fn identify(seed: u64) -> (System, Option<EquivalentStudy>) {
     let request =
         ResponseRequest { inputs: vec!["d".to_owned()], output: "y".to_owned(), ..ResponseRequest::default() };
     let study = table_responses(&path, None, &request, true).unwrap();
-    let found = equivalent_study(&study, 0, (system.form, Delay::Free), None).ok();
-    (system, found)
+    equivalent_study(&study, 0, (system.form, Delay::Free), None).ok()
+}
+
+/// A short period of zeta 0.6 and 2.5 rad/s with `T_theta2` 1 s, whose only doubtful figure is its delay.
+fn levels_with_delay(delay_s: f64, seed: u64) -> QualitiesRow {
+    let (numerator, denominator) = (vec![-5.0, -5.0], vec![1.0, 3.0, 6.25]);
+    let system = System { numerator, denominator, delay_s, truth: Vec::new(), form: Form::ShortPeriod };
+    let found = identify_system(&system, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap();
+    let airplane = Airplane::new("III", "B").unwrap();
+    equivalent_levels(&found.fit, &limits("mil_std_1797a_class_iii").unwrap(), &airplane)
+}
+
+#[test]
+fn levels_of_an_equivalent_system_are_those_of_its_truth_and_their_probabilities_mean_what_they_say() {
+    // MIL-STD-1797A: a delay of up to 0.1 s is Level 1, of up to 0.2 s Level 2.
+    let delay =
+        |row: &QualitiesRow| row.criteria.iter().find(|row| row.criterion == "equivalent delay").unwrap().clone();
+    for (delay_s, level) in [(0.05, "Level 1"), (0.15, "Level 2")] {
+        let found = levels_with_delay(delay_s, 1);
+        assert_eq!((found.level, delay(&found).level), (Some(level), level));
+        let place = usize::from(level == "Level 2");
+        assert!(found.probabilities.unwrap()[place] > 0.95, "{:?}", found.probabilities);
+        let criteria: Vec<&str> = found.criteria.iter().map(|row| row.criterion.as_str()).collect();
+        assert_eq!(criteria, ["equivalent system damping", "equivalent delay", "equivalent attitude lead"]);
+    }
+    // At the limit itself the probability of Level 1 lies anywhere between 0 and 1 from flight to flight, with the mean one half and the
+    // deviation of a uniform number, 0.29.
+    const FLIGHTS: u64 = 60;
+    let found: Vec<f64> = (0..FLIGHTS)
+        .into_par_iter()
+        .map(|seed| delay(&levels_with_delay(0.1, 100 + seed)).probabilities.unwrap()[0])
+        .collect();
+    let mean = found.iter().sum::<f64>() / FLIGHTS as f64;
+    let deviation = (found.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / FLIGHTS as f64).sqrt();
+    println!("probability of Level 1 at the limit: {mean:.2}, deviation {deviation:.2}");
+    assert!((0.35..0.65).contains(&mean) && (0.2..0.4).contains(&deviation), "{mean} {deviation}");
 }
 
 #[test]

@@ -1,6 +1,9 @@
 //! Low-order equivalent systems fitted to frequency responses.
 
 use nalgebra::{Complex, DMatrix, DVector};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::FrequencyError;
@@ -282,6 +285,20 @@ impl EquivalentSystem {
         let slopes = self.slopes(|model| value(model).map(|value| vec![value]))?;
         let variance = (&slopes * &self.covariance * slopes.transpose())[(0, 0)];
         Some(self.interval(name, value(&self.model)?, variance.max(0.0).sqrt()))
+    }
+
+    /// `count` models whose gain, coefficients and delay are drawn from the normal distribution of the estimate; the same for the same seed.
+    pub fn samples(&self, count: usize, seed: u64) -> Vec<TransferFunction> {
+        let parameters = DVector::from_vec(self.model.parameters());
+        let eigen = self.covariance.clone().symmetric_eigen();
+        let roots = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
+        let root = &eigen.eigenvectors * DMatrix::from_diagonal(&roots);
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut model = || {
+            let normal = DVector::from_fn(parameters.len(), |_, _| StandardNormal.sample(&mut random));
+            self.model.with_parameters((&parameters + &root * normal).as_slice())
+        };
+        (0..count).map(|_| model()).collect()
     }
 
     /// Derivatives of values of the model with respect to gain, coefficients and delay, by central differences over a hundredth of their

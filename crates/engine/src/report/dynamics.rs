@@ -383,18 +383,24 @@ pub fn qualities_row(study: &DynamicsStudy) -> QualitiesRow {
         airplane_from: study.airplane_from.clone(),
         level: level.map(QualityLevel::name),
         probabilities: probabilities(&study.shares, "all"),
-        criteria: qualities.iter().map(|quality| quality_row(quality, study)).collect(),
+        criteria: qualities.iter().map(|quality| quality_row(quality, &study.shares, study.speed_not_judged)).collect(),
         note: study.limits.note.clone(),
     }
 }
 
-fn probabilities(shares: &[LevelShares], criterion: &str) -> Option<[f64; 4]> {
+/// Probability of each level of a criterion.
+pub(super) fn probabilities(shares: &[LevelShares], criterion: &str) -> Option<[f64; 4]> {
     shares.iter().find(|row| row.criterion == criterion && row.judged > 0).map(|row| row.shares)
 }
 
-fn quality_row(quality: &Quality, study: &DynamicsStudy) -> QualityRow {
+/// A criterion with the probabilities of its levels; `speed_not_judged` says why what depends on the thrust is not judged.
+pub(super) fn quality_row(
+    quality: &Quality,
+    shares: &[LevelShares],
+    speed_not_judged: Option<&'static str>,
+) -> QualityRow {
     let is_unjudged = quality.level.is_none() && quality.measures.iter().any(|measure| measure.is_of_speed());
-    let unjudged = study.speed_not_judged.filter(|_| is_unjudged).map(str::to_owned);
+    let unjudged = speed_not_judged.filter(|_| is_unjudged).map(str::to_owned);
     let value = |(measure, value): &(Measure, f64)| (measure.key(), value.is_finite().then_some(*value));
     QualityRow {
         criterion: quality.criterion.clone(),
@@ -402,6 +408,6 @@ fn quality_row(quality: &Quality, study: &DynamicsStudy) -> QualityRow {
         values: quality.values.iter().map(value).collect(),
         reasons: quality.reasons.iter().map(ToString::to_string).chain(unjudged).collect(),
         counts: quality.counts,
-        probabilities: probabilities(&study.shares, &quality.criterion),
+        probabilities: probabilities(shares, &quality.criterion),
     }
 }

@@ -4,6 +4,7 @@ mod build;
 pub mod document;
 mod dynamics;
 mod engines;
+mod equivalent_levels;
 mod formats;
 mod gusts;
 mod histories;
@@ -34,6 +35,7 @@ pub use dynamics::{
     DynamicsRow, FigureRow, IntervalRow, LinearRow, MeasuredRow, ModeRow, QualitiesRow, QualityRow, TrimRow,
     dynamics_row, mode_rows, qualities_row,
 };
+pub use equivalent_levels::equivalent_levels;
 pub use formats::{TableFormat, alignments, csv, latex, markdown};
 pub use gusts::{DelayRow, GustRow, applied_delays};
 pub(crate) use histories::mat_file;

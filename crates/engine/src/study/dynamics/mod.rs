@@ -72,7 +72,7 @@ const CLASS_MASSES_KG: [(f64, &str); 2] = [(5_670.0, "I"), (27_200.0, "II-L")];
 /// Class above these.
 const HEAVY_CLASS: &str = "III";
 /// Category that judges unless another is asked for: climb, cruise, descent and loiter.
-const USUAL_CATEGORY: &str = "B";
+pub const USUAL_CATEGORY: &str = "B";
 /// Categories of flight phases.
 pub const CATEGORIES: [&str; 3] = ["A", "B", "C"];
 
