@@ -16,6 +16,35 @@ use crate::stage::WindowPath;
 
 /// Settings of the filter, and whether the innovations are as large as they say.
 pub fn filter(contents: &Contents<'_>) -> Parts {
+    let results = contents.results;
+    let fact = |(name, text): (&str, String)| (name.to_owned(), text);
+    let facts: Vec<(String, String)> = settings(contents).into_iter().map(fact).collect();
+    let consistency = tables::windows(results).select(&[
+        "window",
+        "mean_nis",
+        "expected_nis",
+        "nis_band_correlated_low",
+        "nis_band_correlated_high",
+    ]);
+    let body = vec![
+        Block::Facts(facts[..4].to_vec()),
+        Block::Paragraph(format!("Innovations: {}.", cover::consistency(&results.windows))),
+    ];
+    let appendix = vec![
+        Block::Facts(facts),
+        table_or(
+            tables::noise(results).select(&["flight", "entry", "unit", "used", "proposed", "origin", "samples", "whiteness", "reason"]),
+            "Noise was not estimated for any flight.",
+        ),
+        Block::Table(consistency.captioned(
+            "Mean normalised innovation squared (NIS) of each manoeuvre, its expectation, and the 95 % band for the effective number of independent samples.",
+        )),
+    ];
+    Parts { body, appendix }
+}
+
+/// What the filter and the coefficients were formed with.
+fn settings<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
     let (session, results) = (contents.session, contents.results);
     let settings = &session.filter;
     let method = match settings.method {
@@ -60,7 +89,7 @@ pub fn filter(contents: &Contents<'_>) -> Parts {
         Axes::Body => "body",
         Axes::Stability => "stability",
     };
-    let facts = [
+    vec![
         ("Filter", method),
         ("Inputs", hold.to_owned()),
         ("Coefficients are formed from", path.to_owned()),
@@ -75,30 +104,7 @@ pub fn filter(contents: &Contents<'_>) -> Parts {
         ("Axes of moments and rates", axes.to_owned()),
         ("Actuator lag", preparation.control_lags.words()),
         ("Omitted at the start of a manoeuvre", format!("{} s", preparation.settle_s)),
-    ];
-    let consistency = tables::windows(results).select(&[
-        "window",
-        "mean_nis",
-        "expected_nis",
-        "nis_band_correlated_low",
-        "nis_band_correlated_high",
-    ]);
-    let fact = |(name, text): (&str, String)| (name.to_owned(), text);
-    let body = vec![
-        Block::Facts(facts[..4].iter().cloned().map(fact).collect()),
-        Block::Paragraph(format!("Innovations: {}.", cover::consistency(&results.windows))),
-    ];
-    let appendix = vec![
-        Block::Facts(facts.into_iter().map(fact).collect()),
-        table_or(
-            tables::noise(results).select(&["flight", "entry", "unit", "used", "proposed", "origin", "samples", "whiteness", "reason"]),
-            "Noise was not estimated for any flight.",
-        ),
-        Block::Table(consistency.captioned(
-            "Mean normalised innovation squared (NIS) of each manoeuvre, its expectation, and the 95 % band for the effective number of independent samples.",
-        )),
-    ];
-    Parts { body, appendix }
+    ]
 }
 
 /// Wind and biases over the manoeuvres (thesis Tables 6.1 and 6.2).
