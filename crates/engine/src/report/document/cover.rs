@@ -53,7 +53,7 @@ pub fn cover(contents: &Contents<'_>) -> Vec<Block> {
     ];
     let mut blocks = vec![facts_of(facts)];
     let verdict = contents.snapshot.verdicts.ready();
-    blocks.extend(verdict.map(|found| Block::Outcome(found.session.level, format!("Verdict: {}", found.headline()))));
+    blocks.extend(verdict.map(|found| Block::Outcome(found.session.level, format!("Verdict {}", found.headline()))));
     let answer = answer(contents);
     blocks.extend((!answer.rows.is_empty()).then_some(Block::Table(answer)));
     blocks.extend(levels(contents));

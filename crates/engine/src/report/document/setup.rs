@@ -216,7 +216,16 @@ pub fn engines(contents: &Contents<'_>) -> Parts {
     }
     let by_phase = tables::engines(results);
     let whole = by_phase.clone().only("phase", |cell| *cell == Cell::text("whole flight"));
-    let whole = whole.select(&["flight", "engine", "quantity", "mean_modelled_w", "mean_monitor_w", "value", "unit"]);
+    let agreement = |cell: &Cell| *cell == Cell::text("r²") || *cell == Cell::text("RMS of the difference");
+    let whole = whole.only("quantity", agreement).select(&[
+        "flight",
+        "engine",
+        "quantity",
+        "mean_modelled_w",
+        "mean_monitor_w",
+        "value",
+        "unit",
+    ]);
     blocks.push(Block::Table(whole));
     Parts { body: blocks, appendix: vec![Block::Table(by_phase)] }
 }
