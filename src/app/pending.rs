@@ -325,6 +325,7 @@ impl Workbench {
             name: name.to_string_lossy().into_owned(),
             formats: choice.formats.clone(),
             sections: SectionKind::ALL.into_iter().filter(|kind| !choice.left_out.contains(kind)).collect(),
+            ..Order::default()
         };
         self.writing = Some(Arc::clone(&session));
         let work = move |control: &Control, progress: &(dyn Fn(f32) + Sync)| {

@@ -71,6 +71,9 @@ impl Panel for Report {
         egui::CentralPanel::default().frame(egui::Frame::NONE.inner_margin(8)).show(ui, |ui| {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                 let chosen = self.chosen.keep(ctx.session).filter(|_| shown.kind == SectionKind::Overview);
+                if shown.document.sections.is_empty() {
+                    ui.weak("No contents: the section is left out of the report.");
+                }
                 for section in chosen.into_iter().chain(&shown.document.sections) {
                     ui.heading(section.title.as_str());
                     ui.push_id(&section.name, |ui| ctx.document(ui, &section.blocks));
@@ -133,7 +136,7 @@ impl Report {
             return;
         }
         let results = report::build(ctx.session, ctx.snapshot);
-        let document = build(ctx.session, ctx.snapshot, &results, &[kind]);
+        let document = build(ctx.session, ctx.snapshot, &results, &[kind], None);
         self.shown = Some(Shown { generation, steps, kind, document });
     }
 }

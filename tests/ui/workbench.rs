@@ -511,7 +511,9 @@ fn report_panel_shows_its_sections_and_writes_the_ticked_ones() {
     bench.settle();
     let out = bench.folder.path().join("report");
     let html = std::fs::read_to_string(out.join("session.html")).expect("the report is written");
-    assert_eq!(html.matches("<section").count(), 2, "as many sections as are ticked");
+    let appendices = html.matches("<section id=\"appendix-").count();
+    assert_eq!(html.matches("<section").count(), 2 + appendices, "as many sections as are ticked");
+    assert_eq!(appendices, 2, "one appendix for each");
     assert!(html.contains(&format!("value=\"{estimate}\"")), "the estimate is in the report to its last digit");
     assert!(!out.join("session.pdf").exists(), "a form that is not ticked is not written");
 }

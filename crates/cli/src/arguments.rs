@@ -257,6 +257,12 @@ pub struct ReportArguments {
     /// Sections [default: all].
     #[arg(long, value_name = "SECTION,SECTION", value_delimiter = ',', value_parser = section())]
     pub sections: Vec<String>,
+    /// Leave out the appendices.
+    #[arg(long)]
+    pub no_appendix: bool,
+    /// Earlier estimate to compare with, as for `prior`.
+    #[arg(long, value_name = "FILE")]
+    pub prior: Option<PathBuf>,
 }
 
 /// A study that `run` can add.

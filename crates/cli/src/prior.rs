@@ -7,12 +7,16 @@ use doublet_core::load::datcom::DatcomListing;
 use doublet_engine::graph::Context;
 use doublet_engine::prior::{PriorRequest, PriorStudy, PriorValue, ValueRow};
 use doublet_engine::report::Reference;
-use doublet_engine::run::answer;
+use doublet_engine::run::{Snapshot, answer};
+use doublet_engine::session::Session;
 use serde_json::json;
 
 use crate::run::computed;
 use crate::text::number;
 use crate::{datcom, text};
+
+/// Relative standard deviation of derivatives stated without one.
+const RELATIVE: f64 = 0.2;
 
 /// Arguments of `prior`.
 #[derive(Debug, Args)]
@@ -23,7 +27,7 @@ pub struct PriorArguments {
     #[arg(long, value_name = "FILE")]
     prior: PathBuf,
     /// Relative standard deviation of the listing's derivatives.
-    #[arg(long, default_value_t = 0.2)]
+    #[arg(long, default_value_t = RELATIVE)]
     relative: f64,
     /// Angle of attack for the listing, deg [default: level flight].
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
@@ -41,10 +45,9 @@ pub struct PriorArguments {
 /// # Errors
 /// One line: a session without a model, an earlier estimate that cannot be read.
 pub fn prior(arguments: &PriorArguments) -> Result<(), String> {
-    let request = PriorRequest { name: arguments.prior.display().to_string(), known: read(arguments)? };
+    let request = request(arguments)?;
     let (session, snapshot) = computed(&arguments.session, &[])?;
-    let context = Context::new(Path::new(""));
-    let study = answer::<PriorStudy>(&session, &snapshot, &request, &context).map_err(|error| error.to_string())?;
+    let study = combine(&request, &session, &snapshot)?;
     if arguments.json {
         let document = json!({ "version": 1, "derivatives": study.derivatives, "coefficients": study.coefficients });
         text::document(&document.to_string());
@@ -52,6 +55,27 @@ pub fn prior(arguments: &PriorArguments) -> Result<(), String> {
         print(&study);
     }
     Ok(())
+}
+
+/// An earlier estimate in a file beside a flight that is computed, with the defaults of `prior`.
+///
+/// # Errors
+/// One line: an earlier estimate that cannot be read or has nothing in common with the model.
+pub fn study(path: &Path, prior: &Path, (session, snapshot): (&Session, &Snapshot)) -> Result<PriorStudy, String> {
+    let (alpha_deg, aircraft) = (None, None);
+    let (path, prior) = (path.to_owned(), prior.to_owned());
+    let arguments = PriorArguments { session: path, prior, relative: RELATIVE, alpha_deg, aircraft, json: false };
+    combine(&request(&arguments)?, session, snapshot)
+}
+
+fn request(arguments: &PriorArguments) -> Result<PriorRequest, String> {
+    Ok(PriorRequest { name: arguments.prior.display().to_string(), known: read(arguments)? })
+}
+
+fn combine(request: &PriorRequest, session: &Session, snapshot: &Snapshot) -> Result<PriorStudy, String> {
+    let context = Context::new(Path::new(""));
+    let found = answer::<PriorStudy>(session, snapshot, request, &context).map_err(|error| error.to_string())?;
+    Ok(PriorStudy::clone(found.shared()))
 }
 
 /// Derivatives known before, by name.

@@ -9,6 +9,7 @@ use doublet_report::{Order, ReportFormat};
 
 use crate::arguments::ReportArguments;
 use crate::outcome::Outcome;
+use crate::prior::study;
 use crate::progress::Progress;
 use crate::run::{compute, named, outcome};
 use crate::text;
@@ -38,6 +39,12 @@ pub fn report(arguments: &ReportArguments) -> Result<Outcome, String> {
         name: arguments.session.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
         formats: named(&ReportFormat::ALL, &arguments.format, |format| format.name()),
         sections,
+        without_appendix: arguments.no_appendix,
+        prior: arguments
+            .prior
+            .as_ref()
+            .map(|file| study(&arguments.session, file, (&session, &snapshot)))
+            .transpose()?,
     };
     let show = |part| progress.show(COMPUTING + (1.0 - COMPUTING) * part, "writing the report");
     let written = doublet_report::write(&session, &snapshot, &order, &Control::default(), &show);

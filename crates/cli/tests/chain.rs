@@ -199,7 +199,8 @@ fn one(seed: u64, sources: &[PathBuf], reached: &mut Reached) {
     });
     way.step("report", || {
         let (formats, sections) = (vec![ReportFormat::Html], SectionKind::ALL.to_vec());
-        let order = Order { folder: folder.path().join("report"), name: "a".to_owned(), formats, sections };
+        let order =
+            Order { folder: folder.path().join("report"), name: "a".to_owned(), formats, sections, ..Order::default() };
         doublet_report::write(&session, &snapshot, &order, &Control::default(), &|_| {}).map(drop)
     });
     way.step("export", || {

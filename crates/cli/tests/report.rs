@@ -98,10 +98,11 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
     // What rounding alone moved is shown as zero.
     let strange: Vec<f64> = shown.into_iter().filter(|v| *v != 0.0 && !known.contains(&v.to_bits())).collect();
     assert!(strange.is_empty(), "not in results.json: {strange:?}");
+    let mut last = 0;
     for title in [
         "Overview",
         "Aircraft and loading",
-        "Channels and clocks",
+        "Instrumentation",
         "Manoeuvres",
         "Filter settings and consistency",
         "Wind and biases",
@@ -111,14 +112,26 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
         "Fits and residuals",
         "Validation",
         "Proof of match",
-        "Sensitivity",
+        "Independent checks",
+        "Sensitivity and total error",
+        "Dependence on flight condition",
         "Frequency responses",
         "Linear model, modes and flying qualities",
         "Engines",
+        "Conclusions",
+        "Recordings",
+        "Mass properties",
+        "Fits of each manoeuvre",
         "Findings",
     ] {
-        assert!(html.contains(&format!(" {title}</h2>")), "{title}");
+        let place = html.find(&format!(" {title}</h2>")).unwrap_or_else(|| panic!("{title} is missing"));
+        assert!(place > last, "{title} is out of order");
+        last = place;
     }
+    for absent in ["was not computed", "Comparison with the earlier estimate"] {
+        assert!(!html.contains(absent), "an empty section is in the report: {absent}");
+    }
+    first_page_has_the_answer(&html, &results);
     let recording = results["recordings"][0]["sha256"].as_str().unwrap();
     assert!(html.contains(recording) && html.contains(results["session_sha256"].as_str().unwrap()));
     assert!(
@@ -128,7 +141,7 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
     assert_eq!(html.matches("<svg").count(), html.matches("<figcaption>").count());
     let cover = html.split("</div><nav>").next().unwrap();
     for part in [
-        recording,
+        "Purpose",
         "date not recorded",
         "Date of this report",
         "of 6 manoeuvres",
@@ -191,10 +204,61 @@ fn sections_and_forms_are_selectable() {
     let chosen = ["--format", "html", "--sections", "derivatives,overview"];
     succeeds(&[&["report", session.to_str().unwrap(), "--out", out.to_str().unwrap()][..], &chosen].concat());
     let html = std::fs::read_to_string(out.join("small <b>&.html")).unwrap();
-    assert_eq!(html.matches("<section").count(), 2);
+    assert_eq!(html.matches("<section id=\"appendix-").count(), 2);
+    assert_eq!(html.matches("<section").count(), 4);
+    assert!(html.find(">A Recordings</h2>").unwrap() < html.find(">B Derivatives of each manoeuvre</h2>").unwrap());
     assert!(html.find("1 Overview</h2>").unwrap() < html.find("2 Aerodynamic and control derivatives</h2>").unwrap());
     assert!(!out.join("small <b>&.pdf").exists());
+    let short = folder.path().join("short");
+    let chosen = ["--format", "html", "--sections", "derivatives,overview,prior,checks", "--no-appendix"];
+    succeeds(&[&["report", session.to_str().unwrap(), "--out", short.to_str().unwrap()][..], &chosen].concat());
+    let html = std::fs::read_to_string(short.join("small <b>&.html")).unwrap();
+    assert!(!html.contains("appendix-") && !html.contains("id=\"prior\""), "appendix or empty section");
+    assert_eq!(html.matches("<section").count(), 3);
     let refused = doublet(&["report", session.to_str().unwrap(), "--sections", "summary"]);
     let said = String::from_utf8_lossy(&refused.stderr).into_owned();
     assert!(!refused.status.success() && said.contains("derivatives"), "{said}");
+}
+
+/// Estimate and interval of every derivative on the first page, computed from the results alone.
+fn first_page_has_the_answer(html: &str, results: &Value) {
+    let cover = html.split("</div><nav>").next().unwrap();
+    let table = cover.split("-answer\">").nth(1).unwrap().split("</table>").next().unwrap();
+    let shown: Vec<Vec<f64>> = table
+        .split("<tr>")
+        .skip(2)
+        .map(|row| {
+            row.split("<data value=\"").skip(1).map(|rest| rest.split('"').next().unwrap().parse().unwrap()).collect()
+        })
+        .collect();
+    assert!(shown.len() >= 10, "{} derivatives on the first page", shown.len());
+    let known: Vec<(f64, f64)> = results["pooled"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .flat_map(|fit| fit["derivatives"].as_array().unwrap())
+        .filter_map(|row| Some((row["estimate"].as_f64()?, row["corrected_standard_error"].as_f64()?)))
+        .collect();
+    for row in shown {
+        let [estimate, low, high] = row[..] else { panic!("{row:?}") };
+        let (_, error) = known.iter().find(|(value, _)| *value == estimate).expect("an estimate of the results");
+        assert!((high - low - 2.0 * 1.96 * error).abs() < 1e-9 * error, "{row:?} and {error}");
+        assert!((0.5 * (high + low) - estimate).abs() < 1e-9 * error, "{row:?}");
+    }
+}
+
+/// Pages of a PDF whose page objects are not compressed.
+fn pages(pdf: &[u8]) -> usize {
+    let mark = b"/Type /Page";
+    pdf.windows(mark.len() + 1).filter(|part| part.starts_with(mark) && part[mark.len()] != b's').count()
+}
+
+#[test]
+fn body_of_the_demonstration_is_short_and_the_answer_is_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    succeeds(&["report", "sessions/demo.toml", "--out", out, "--format", "pdf", "--no-appendix"]);
+    let pdf = std::fs::read(folder.path().join("demo.pdf")).unwrap();
+    let count = pages(&pdf);
+    assert!((8..=18).contains(&count), "{count} pages");
 }

@@ -23,16 +23,17 @@ pub fn html(document: &Document) -> String {
         escape(&document.subtitle)
     ));
     document.cover.iter().for_each(|block| page.block(block));
-    page.out.push_str("</div><nav><ol>");
-    for section in &document.sections {
-        let class = if section.is_numbered { "" } else { " class=\"plain\"" };
+    page.out.push_str("</div><nav><ul>");
+    let numbers = document.numbers();
+    for (section, number) in document.sections.iter().zip(&numbers) {
         let (name, title) = (escape(&section.name), escape(&section.title));
-        page.put(format_args!("<li{class}><a href=\"#{name}\">{title}</a></li>"));
+        page.put(format_args!("<li class=\"plain\"><a href=\"#{name}\">{number} {title}</a></li>"));
     }
-    page.out.push_str("</ol></nav><main>\n");
+    page.out.push_str("</ul></nav><main>\n");
     for (index, section) in document.sections.iter().enumerate() {
         let (name, title) = (escape(&section.name), escape(&section.title));
-        let number = if section.is_numbered { format!("{} ", index + 1) } else { String::new() };
+        let number = &numbers[index];
+        let number = if number.is_empty() { String::new() } else { format!("{number} ") };
         page.put(format_args!("<section id=\"{name}\"><h2>{number}{title}</h2>\n"));
         section.blocks.iter().for_each(|block| page.block(block));
         page.out.push_str("</section>\n");

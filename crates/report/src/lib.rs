@@ -12,6 +12,7 @@ pub mod svg;
 use std::path::{Path, PathBuf};
 
 use doublet_engine::keep::{Earlier, Put, Staging};
+use doublet_engine::prior::PriorStudy;
 #[cfg(feature = "pdf")]
 use doublet_engine::report::document::Block;
 use doublet_engine::report::document::{self, Document, Figure, SectionKind};
@@ -70,6 +71,10 @@ pub struct Order {
     pub formats: Vec<ReportFormat>,
     /// Sections.
     pub sections: Vec<SectionKind>,
+    /// Whether the appendices are left out.
+    pub without_appendix: bool,
+    /// The flight beside an earlier estimate.
+    pub prior: Option<PriorStudy>,
 }
 
 /// Writes the report on a run, all forms of it in one step; what else the folder holds stays. `progress` is told the part done, 0 to 1.
@@ -85,7 +90,10 @@ pub fn write(
 ) -> Result<Put, String> {
     let checkpoint = || control.checkpoint().map_err(|_| "cancelled: no report was written".to_owned());
     let found = results::build(session, snapshot);
-    let mut document = document::build(session, snapshot, &found, &order.sections);
+    let mut document = document::build(session, snapshot, &found, &order.sections, order.prior.as_ref());
+    if order.without_appendix {
+        document.drop_appendices();
+    }
     document.sections.splice(0..0, document::chosen(session));
     progress(0.1);
     checkpoint()?;

@@ -73,7 +73,9 @@ fn figure_file(index: usize) -> String {
 fn contents(document: &Document) -> Value {
     let mut figures = 0;
     let cover: Vec<Value> = document.cover.iter().map(|block| block_value(block, &mut figures)).collect();
-    let sections: Vec<Value> = document.sections.iter().map(|section| section_value(section, &mut figures)).collect();
+    let numbered = document.sections.iter().zip(document.numbers());
+    let sections: Vec<Value> =
+        numbered.map(|(section, number)| section_value(section, &number, &mut figures)).collect();
     json!({
         "title": document.title,
         "subtitle": document.subtitle,
@@ -86,10 +88,15 @@ fn contents(document: &Document) -> Value {
     })
 }
 
-fn section_value(section: &Section, figures: &mut usize) -> Value {
+fn section_value(section: &Section, number: &str, figures: &mut usize) -> Value {
     let blocks: Vec<Value> = section.blocks.iter().map(|block| block_value(block, figures)).collect();
-    let (numbered, on_new_page) = (section.is_numbered, section.on_new_page);
-    json!({ "title": section.title, "numbered": numbered, "on_new_page": on_new_page, "blocks": blocks })
+    json!({
+        "title": section.title,
+        "number": number,
+        "is_appendix": section.is_appendix,
+        "on_new_page": section.on_new_page,
+        "blocks": blocks,
+    })
 }
 
 fn block_value(block: &Block, figures: &mut usize) -> Value {

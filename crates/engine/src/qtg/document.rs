@@ -38,7 +38,14 @@ pub fn document(session: &Session, snapshot: &Snapshot, file: &TestFile, found: 
 }
 
 fn section(name: &str, title: &str, blocks: Vec<Block>) -> Section {
-    Section { name: name.to_owned(), title: title.to_owned(), is_numbered: true, on_new_page: false, blocks }
+    Section {
+        name: name.to_owned(),
+        title: title.to_owned(),
+        is_numbered: true,
+        on_new_page: false,
+        is_appendix: false,
+        blocks,
+    }
 }
 
 /// What every page is a product of.
@@ -257,6 +264,7 @@ fn page(test: &QualificationTest) -> Section {
         title: format!("{} {}", test.id, test.title),
         is_numbered: false,
         on_new_page: true,
+        is_appendix: false,
         blocks,
     }
 }

@@ -1,5 +1,8 @@
 //! From a snapshot to the results that leave the program.
 
+use std::sync::Arc;
+
+use doublet_core::model::LONG_WINDOW;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{AirState, Method, State};
 use doublet_core::series::{Recording, TimeRange};
@@ -9,14 +12,19 @@ use super::manoeuvre_map::{MapOf, manoeuvre_map};
 use super::prediction::{PredictionAgreement, PredictionRow};
 use super::results::{
     ChannelRow, ClockRow, DerivativeRow, DroppedRow, ExpressionRow, FORMAT, FitRow, FlightRow, InnovationRow,
-    RecordingRow, Results, StateRow, VERSION, WindowRow,
+    RecordingRow, RegressorRow, Results, StateRow, VERSION, WindowRow,
 };
 use super::{gusts, mass, setup, signals, summary};
 use crate::date;
 use crate::run::{Slot, Snapshot};
 use crate::session::{Manoeuvre, Session, path_warning};
-use crate::stage::{self, CoefficientFit, ExpressedChannel, UsedClock, WindowPath, measure_steadiness};
+use crate::stage::{
+    self, CoefficientFit, ExpressedChannel, RegressorCorrelation, UsedClock, WindowAero, WindowPath, measure_steadiness,
+};
 use crate::verdict::{self, FitVerdict, NO_WINDOW};
+
+/// Quantile of the normal distribution for 95 % intervals.
+pub(super) const NORMAL_95: f64 = 1.96;
 
 /// Collects everything a snapshot says about a session.
 pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
@@ -69,6 +77,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
             .iter()
             .flat_map(|second| second.fits.iter().map(|fit| fit_row(fit, None)))
             .collect(),
+        regressor_correlation: regressor_correlation(session, snapshot),
         predictions: pooled
             .iter()
             .flat_map(|pooled| &pooled.predictions)
@@ -145,6 +154,7 @@ fn channels(recording: &Recording) -> Vec<ChannelRow> {
     let playing = Role::ALL.iter().filter_map(|&role| Some((role, recording.role(role)?)));
     let rows = playing.map(|(role, channel)| {
         let time_s = &channel.series.time_s;
+        let found = channel.series.statistics(TimeRange { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY });
         ChannelRow {
             role: role.name(),
             source: channel.source.clone(),
@@ -152,6 +162,8 @@ fn channels(recording: &Recording) -> Vec<ChannelRow> {
             unit: channel.unit.clone(),
             samples: time_s.len(),
             rate_hz: sample_rate_hz(time_s).unwrap_or(f64::NAN),
+            minimum: found.map(|found| found.min),
+            maximum: found.map(|found| found.max),
         }
     });
     rows.collect()
@@ -337,6 +349,7 @@ fn fit_row(fit: &CoefficientFit, judged: Option<&FitVerdict>) -> FitRow {
                     held: stage::describe_origin(estimate.origins[index]),
                     standard_error,
                     corrected_standard_error,
+                    interval_95: interval_95(estimate.estimates[index], corrected_standard_error),
                     relative_error_percent,
                     t,
                 })
@@ -344,4 +357,26 @@ fn fit_row(fit: &CoefficientFit, judged: Option<&FitVerdict>) -> FitRow {
         }
     }
     row
+}
+
+/// 95 % interval of an estimate; none without a standard error.
+fn interval_95(estimate: f64, standard_error: f64) -> Option<[f64; 2]> {
+    let half = NORMAL_95 * standard_error;
+    half.is_finite().then_some([estimate - half, estimate + half])
+}
+
+/// Correlation of the regressors over the identification manoeuvres; none with a long one, where its samples would be held twice.
+fn regressor_correlation<'a>(session: &'a Session, snapshot: &Snapshot) -> Vec<RegressorRow> {
+    let aero = |window: &'a Manoeuvre| Some((window, Arc::clone(snapshot.windows.get(&window.name)?.aero.ready()?)));
+    let windows: Vec<(&'a Manoeuvre, Arc<WindowAero>)> = session.active_windows().filter_map(aero).collect();
+    if windows.iter().any(|(_, aero)| aero.data.time_s.len() > LONG_WINDOW) {
+        return Vec::new();
+    }
+    let found = stage::regressor_correlations(&windows, None, &session.structure, &session.estimation);
+    let row = |found: RegressorCorrelation| RegressorRow {
+        coefficient: found.coefficient.name(),
+        correlation: found.correlation.row_iter().map(|row| row.iter().copied().collect()).collect(),
+        derivatives: found.derivatives,
+    };
+    found.into_iter().map(row).collect()
 }

@@ -77,6 +77,9 @@ pub struct MapRow {
     /// Slope of the airspeed before the input, m/s².
     #[serde(skip_serializing_if = "Option::is_none")]
     pub airspeed_slope_m_s2: Option<f64>,
+    /// Mean horizontal speed of the reconstructed wind, m/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wind_m_s: Option<f64>,
     /// Standard deviation of the reconstructed wind, all three components together, m/s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wind_deviation_m_s: Option<f64>,
@@ -288,6 +291,8 @@ impl MapRow {
         if path.tells_wind() {
             let states = &path.reconstruction.states;
             let winds = [State::WindNorth, State::WindEast, State::WindDown].map(|wind| &states[wind as usize]);
+            let [north, east] = [winds[0], winds[1]].map(|wind| mean(wind.iter().copied()).unwrap_or(f64::NAN));
+            self.wind_m_s = finite(north.hypot(east));
             let squares: f64 = winds.iter().map(|wind| squares_about_mean(wind)).sum();
             self.wind_deviation_m_s = finite((squares / winds[0].len() as f64).sqrt());
         }
@@ -421,6 +426,7 @@ pub fn table(results: &Results) -> Table {
         .maybe("cg_x_m", "x CG", "m", 4, |row| row.cg_x_m)
         .maybe("cg_chord", "On the chord", "", 4, |row| row.cg_chord)
         .maybe("airspeed_slope_m_s2", "Slope of airspeed", "m/s²", 3, |row| row.airspeed_slope_m_s2)
+        .maybe("wind_m_s", "Wind", "m/s", 3, |row| row.wind_m_s)
         .maybe("wind_deviation_m_s", "Wind deviation", "m/s", 3, |row| row.wind_deviation_m_s)
         .maybe("nis_ratio", "NIS over expected", "", 3, |row| row.nis_ratio)
         .maybe("worst_r_squared", "Worst R²", "", 4, |row| row.worst_r_squared())

@@ -49,7 +49,7 @@ pub use responses::{ResponseRow, SystemRow, response_rows, response_table};
 pub use results::{
     AgreementRow, ChannelRow, ClockRow, CorrelationRow, DerivativeRow, DerivativeSummaryRow, DroppedRow, EngineRow,
     ExpressionRow, FORMAT, FitRow, FlightRow, InnovationRow, InnovationSummaryRow, MonitorRow, PhaseRow, RecordingRow,
-    ReferenceRow, ResidualSummaryRow, Results, SpreadRow, StateRow, VERSION, WindowRow,
+    ReferenceRow, RegressorRow, ResidualSummaryRow, Results, SpreadRow, StateRow, VERSION, WindowRow,
 };
 pub use sensor_errors::{
     InitialRow, SensorErrorRow, SensorErrorsRow, SensorOutputRow, SensorWindowRow, error_table,
@@ -59,7 +59,7 @@ pub(crate) use setup::session_sha256;
 pub use signals::{NoiseRow, ProposalRow, SignalRow};
 pub use studies::{
     CheckRow, ConditionRow, ContributionRow, KindRow, LagRow, LeftOutRow, MonteCarloRow, SensitivityRow, StudyResults,
-    TornadoRow,
+    TornadoRow, TotalErrorRow,
 };
 pub use table::{Cell, Column, Table, TableOf};
 

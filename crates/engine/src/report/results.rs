@@ -81,6 +81,9 @@ pub struct Results {
     /// The same by the second structure of the session, if stated.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub pooled_second: Vec<FitRow>,
+    /// Correlation of the regressors of each coefficient over the identification manoeuvres (thesis 4.4.3).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub regressor_correlation: Vec<RegressorRow>,
     /// Prediction of every manoeuvre by the pooled derivatives.
     pub predictions: Vec<PredictionRow>,
     /// Constant sensor errors, if the session estimates them.
@@ -282,6 +285,12 @@ pub struct ChannelRow {
     pub samples: usize,
     /// Samples per second between the first and the last.
     pub rate_hz: f64,
+    /// Smallest value recorded, SI; absent like the next without a finite value.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub minimum: Option<f64>,
+    /// Largest value recorded, SI.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub maximum: Option<f64>,
 }
 
 /// A recorder's clock, `t = offset + (1 + drift) t_own`.
@@ -527,10 +536,24 @@ pub struct DerivativeRow {
     pub standard_error: f64,
     /// Standard error corrected for the correlation of the residuals in time; null likewise.
     pub corrected_standard_error: f64,
+    /// 95 % interval by the corrected standard error; absent if the derivative is fixed or at a bound.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub interval_95: Option<[f64; 2]>,
     /// Standard error over estimate, per cent.
     pub relative_error_percent: f64,
     /// Estimate over standard error.
     pub t: f64,
+}
+
+/// Correlation of the regressors of one coefficient.
+#[derive(Clone, Debug, Serialize)]
+pub struct RegressorRow {
+    /// Coefficient.
+    pub coefficient: &'static str,
+    /// Derivatives of the regressors.
+    pub derivatives: Vec<String>,
+    /// Correlation, row by row.
+    pub correlation: Vec<Vec<f64>>,
 }
 
 /// A term left out of a fit.

@@ -21,6 +21,9 @@ pub struct StudyResults {
     /// The same as bars of a tornado chart, the widest first for each derivative.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tornado: Vec<TornadoRow>,
+    /// Error of each derivative by noise and by the quantities of the sensitivity together.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub total_errors: Vec<TotalErrorRow>,
     /// Pooled derivatives without each manoeuvre in turn.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub leave_one_out: Vec<LeftOutRow>,
@@ -178,6 +181,21 @@ pub struct TornadoRow {
     pub high_percent: f64,
     /// Change over one step in corrected standard errors.
     pub in_standard_errors: f64,
+}
+
+/// Total error of one derivative.
+#[derive(Clone, Debug, Serialize)]
+pub struct TotalErrorRow {
+    /// Derivative.
+    pub derivative: String,
+    /// Pooled estimate.
+    pub estimate: f64,
+    /// Its corrected standard error.
+    pub standard_error: f64,
+    /// Root sum of squares of its changes over one step of each quantity.
+    pub by_quantities: f64,
+    /// Root sum of squares of both.
+    pub total: f64,
 }
 
 /// One derivative without one window, and the prediction of that window by the others.
@@ -504,6 +522,7 @@ pub fn tables(results: &StudyResults) -> Vec<Table> {
     let tables = [
         table("sensitivity", "Sensitivity of the derivatives to their inputs.", &results.sensitivity),
         table("tornado", "Change of each derivative over one step of each quantity.", &results.tornado),
+        table("total_errors", "Error of each derivative by noise and by the varied quantities.", &results.total_errors),
         table("leave_one_out", "Pooled derivatives without each manoeuvre in turn.", &results.leave_one_out),
         table("input_kinds", "Derivatives by kind of input.", &results.input_kinds),
         table("contributions", "Share of every term in its coefficient.", &results.contributions),

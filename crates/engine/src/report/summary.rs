@@ -4,6 +4,7 @@ use super::prediction::{PredictionAgreement, ValidationRow};
 use super::results::{
     DerivativeSummaryRow, FitRow, InnovationSummaryRow, ResidualSummaryRow, Results, SpreadRow, WindowRow,
 };
+use super::studies::TotalErrorRow;
 use crate::session::WindowRole;
 
 /// Mean, spread and extremes of some values.
@@ -37,6 +38,22 @@ pub fn complete(results: &mut Results) {
     results.residual_summary = residuals(results);
     results.derivative_summary = derivatives(results);
     results.validation = validation(results);
+    results.studies.total_errors = total_errors(results);
+}
+
+/// Noise and all varied quantities together, each of them wrong by its step.
+fn total_errors(results: &Results) -> Vec<TotalErrorRow> {
+    let row = |summary: &DerivativeSummaryRow| {
+        let (estimate, standard_error) = (summary.pooled?, summary.corrected_standard_error?);
+        let changes = results.studies.sensitivity.iter().filter(|row| row.derivative == summary.name);
+        let squares: Vec<f64> = changes.map(|row| (0.5 * (row.high - row.low)).powi(2)).collect();
+        let by_quantities = squares.iter().sum::<f64>().sqrt();
+        let total = standard_error.hypot(by_quantities);
+        let derivative = summary.name.clone();
+        let known = !squares.is_empty() && total.is_finite();
+        known.then_some(TotalErrorRow { derivative, estimate, standard_error, by_quantities, total })
+    };
+    results.derivative_summary.iter().filter_map(row).collect()
 }
 
 fn wind_and_bias(windows: &[WindowRow]) -> Vec<SpreadRow> {

@@ -1,33 +1,33 @@
 //! Section on the independent checks: every window again in the frequency domain and by output error.
 
-use super::{Block, Contents, paragraph};
+use super::{Block, Contents, Parts, paragraph};
 use crate::report::studies::CheckRow;
 use crate::report::table::{Table, TableOf};
 
 /// Derivatives by every method, how well the flights of output error follow, and what was found about them.
-pub fn checks(contents: &Contents<'_>) -> Vec<Block> {
+pub fn checks(contents: &Contents<'_>) -> Parts {
     let studies = &contents.results.studies;
     if studies.checks.is_empty() {
-        return vec![paragraph("No checks by other methods were computed.")];
+        return Parts::default();
     }
     let (outputs, estimates): (Vec<_>, Vec<_>) =
         studies.checks.iter().partition(|row| row.largest_deviation.is_finite());
-    let mut blocks = vec![
-        paragraph(
-            "Each manoeuvre by equation error in the frequency domain and by output error: simulation from the recorded controls, the other axis as reconstructed.",
-        ),
-        Block::Table(derivatives(&estimates)),
-    ];
-    if !outputs.is_empty() {
-        blocks.push(Block::Table(followed(&outputs)));
-    }
+    let mut blocks = vec![paragraph(
+        "Each manoeuvre by equation error in the frequency domain and by output error: simulation from the recorded controls, the other axis as reconstructed.",
+    )];
     let lines =
         studies.check_findings.iter().map(|found| format!("{}: {}: {}", found.level.name(), found.place, found.text));
     let lines: Vec<String> = lines.collect();
-    if !lines.is_empty() {
+    if lines.is_empty() {
+        blocks.push(paragraph("No output error contradicts its recording."));
+    } else {
         blocks.push(Block::List(lines));
     }
-    blocks
+    let mut appendix = vec![Block::Table(derivatives(&estimates))];
+    if !outputs.is_empty() {
+        appendix.push(Block::Table(followed(&outputs)));
+    }
+    Parts { body: blocks, appendix }
 }
 
 fn derivatives(rows: &[&CheckRow]) -> Table {

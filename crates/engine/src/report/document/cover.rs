@@ -1,41 +1,80 @@
 //! The first page: what was analysed, what came out, and whether to believe it.
 
+use doublet_core::model::is_constant_name;
+
 use super::findings;
 use super::{Block, Contents};
 use crate::date;
 use crate::notation::significant;
-use crate::report::results::{DerivativeRow, FitRow, WindowRow};
-use crate::report::table::{Cell, Column, Table};
-use crate::report::tables;
+use crate::report::QualityRow;
+use crate::report::results::{DerivativeRow, WindowRow};
+use crate::report::table::{Table, TableOf};
 use crate::session::WindowRole;
 use crate::verdict::{self, Level};
 
-/// Recordings there is room for.
-const RECORDINGS: usize = 14;
+/// Steps there is room for.
+const STEPS: usize = 4;
 
-/// Reasons of the verdict there is room for.
-const REASONS: usize = 5;
+/// The derivatives that matter, with what each is.
+const PRINCIPAL: [(&str, &str); 17] = [
+    ("CL_alpha", "lift with angle of attack"),
+    ("CL_delta_e", "lift of the elevator"),
+    ("CZ_alpha", "normal force with angle of attack"),
+    ("CZ_delta_e", "normal force of the elevator"),
+    ("Cm_alpha", "static stability in pitch"),
+    ("Cm_q", "pitch damping"),
+    ("Cm_delta_e", "elevator effectiveness"),
+    ("CY_beta", "side force with sideslip"),
+    ("Cl_beta", "dihedral effect"),
+    ("Cl_p", "roll damping"),
+    ("Cl_r", "roll due to yaw rate"),
+    ("Cl_delta_a", "aileron effectiveness"),
+    ("Cn_beta", "directional stability"),
+    ("Cn_p", "yaw due to roll rate"),
+    ("Cn_r", "yaw damping"),
+    ("Cn_delta_a", "adverse yaw of the aileron"),
+    ("Cn_delta_r", "rudder effectiveness"),
+];
 
-/// Facts, recordings and summary.
+/// Facts, the answer, what to do next.
 pub fn cover(contents: &Contents<'_>) -> Vec<Block> {
-    let (session, results) = (contents.session, contents.results);
+    let results = contents.results;
     let flights = results.flights.iter().map(|flight| match &flight.date {
         Some(date) => format!("{}, flown {date}", flight.name),
         None => format!("{}, date not recorded", flight.name),
     });
-    let mut facts = vec![
+    let facts = vec![
+        ("Purpose", purpose(contents)),
         ("Aircraft", results.aircraft.clone()),
         ("Flight", flights.collect::<Vec<_>>().join("; ")),
         ("Date of this report", date::today()),
         ("Program", results.app.clone()),
         ("Session SHA-256", results.session_sha256.clone()),
     ];
-    if results.recordings.len() > RECORDINGS {
-        facts.push(("Recordings", format!("{}, listed with their hashes in the overview", results.recordings.len())));
-    }
     let mut blocks = vec![facts_of(facts)];
-    blocks.extend(recordings(contents, true));
-    blocks.push(Block::Heading("Summary".to_owned()));
+    let verdict = contents.snapshot.verdicts.ready();
+    blocks.extend(verdict.map(|found| Block::Outcome(found.session.level, format!("Verdict {}", found.headline()))));
+    let answer = answer(contents);
+    blocks.extend((!answer.rows.is_empty()).then_some(Block::Table(answer)));
+    blocks.extend(levels(contents));
+    blocks.push(facts_of(summary(contents)));
+    let next = next_steps(contents);
+    if !next.is_empty() {
+        blocks.extend([Block::Heading("Next steps".to_owned()), Block::List(next)]);
+    }
+    blocks
+}
+
+fn purpose(contents: &Contents<'_>) -> String {
+    let used = contents.session.active_windows().count();
+    let flights = contents.session.flights.len();
+    let plural = |count: usize, one: &str| if count == 1 { format!("1 {one}") } else { format!("{count} {one}s") };
+    format!("Aerodynamic and control derivatives from {} of {}", plural(used, "manoeuvre"), plural(flights, "flight"))
+}
+
+/// Manoeuvres, filter, proof of match and findings in a line each.
+fn summary<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
+    let (session, results) = (contents.session, contents.results);
     let used = |role: WindowRole| session.windows.iter().filter(|window| window.role == role).count();
     let windows = format!(
         "{} for identification, {} for validation, {} ignored",
@@ -43,13 +82,11 @@ pub fn cover(contents: &Contents<'_>) -> Vec<Block> {
         used(WindowRole::Validation),
         used(WindowRole::Ignored)
     );
-    let mut summary = vec![
-        ("Verdict", verdict_line(contents)),
-        ("Manoeuvres", windows),
-        ("Filter", consistency(&results.windows)),
-        ("Proof of match", proof(contents)),
-        ("Findings", format!("{}, listed at the end", findings::counted(contents))),
-    ];
+    let mut summary = vec![("Manoeuvres", windows), ("Filter", consistency(&results.windows))];
+    if !results.proof_of_match.windows.is_empty() {
+        summary.push(("Proof of match", proof(contents)));
+    }
+    summary.push(("Findings", format!("{}, listed at the end", findings::counted(contents))));
     let failed = contents.snapshot.failures().len() + contents.snapshot.failed_fits().len();
     if failed > 0 {
         summary.push((
@@ -57,39 +94,75 @@ pub fn cover(contents: &Contents<'_>) -> Vec<Block> {
             format!("{failed} stages or coefficients: see the findings and the quality of the fits"),
         ));
     }
-    blocks.push(facts_of(summary));
-    blocks.extend(reasons(contents));
-    let table = coefficients(contents);
-    blocks.extend((!table.rows.is_empty()).then_some(Block::Table(table)));
-    blocks
+    summary
 }
 
-/// The recordings with their hashes: on the first page, or in the overview where they are too many for it.
-pub fn recordings(contents: &Contents<'_>, first_page: bool) -> Option<Block> {
-    let table = tables::recordings(contents.results);
-    let count = table.rows.len();
-    (count > 0 && (count <= RECORDINGS) == first_page).then_some(Block::Table(table))
+/// The derivatives that matter, with their intervals; all of a model that has none of these.
+fn answer(contents: &Contents<'_>) -> Table {
+    let fits = contents.results.pooled.iter().filter(|fit| fit.error.is_none());
+    let all: Vec<&DerivativeRow> = fits.flat_map(|fit| &fit.derivatives).collect();
+    let main = PRINCIPAL.iter().filter_map(|(name, _)| all.iter().find(|row| row.name == *name).copied());
+    let mut rows: Vec<&DerivativeRow> = main.collect();
+    if rows.is_empty() {
+        rows = all.into_iter().filter(|row| !is_constant_name(&row.name)).take(PRINCIPAL.len()).collect();
+    }
+    let words = |name: &str| PRINCIPAL.iter().find(|(known, _)| *known == name).map_or("", |(_, words)| *words);
+    let caption = "The answer: pooled derivatives per radian, 95 % intervals corrected for correlated residuals.";
+    TableOf::new("answer", caption, rows)
+        .symbol("derivative", "Derivative", |row| &row.name)
+        .text("meaning", "Meaning", |row| words(&row.name))
+        .number("estimate", "Estimate", "", 4, |row| row.estimate)
+        .maybe("low", "95 % from", "", 4, |row| row.interval_95.map(|ends| ends[0]))
+        .maybe("high", "to", "", 4, |row| row.interval_95.map(|ends| ends[1]))
+        .optional("verdict", "Verdict", |row| row.verdict.as_ref().map(|verdict| verdict.level.name()))
+        .done()
+}
+
+/// Levels of flying qualities that count, the worst first.
+fn levels(contents: &Contents<'_>) -> Option<Block> {
+    let qualities = &contents.results.dynamics.as_ref()?.qualities;
+    let share = |row: &QualityRow| row.probabilities.map(|shares| 100.0 * shares[0]);
+    let mut rows: Vec<&QualityRow> =
+        qualities.criteria.iter().filter(|row| row.counts && share(row).is_some()).collect();
+    rows.sort_by(|a, b| share(a).unwrap_or(0.0).total_cmp(&share(b).unwrap_or(0.0)));
+    let parts = rows.iter().map(|row| {
+        let share = share(row).unwrap_or(0.0);
+        format!("{} {} ({} % Level 1)", row.criterion.replace('_', " "), row.level, significant(share, 3))
+    });
+    let parts: Vec<String> = parts.collect();
+    let overall = qualities.level.unwrap_or("not judged");
+    let standard =
+        format!("{}, class {}, category {}: {overall}", qualities.standard, qualities.class, qualities.category);
+    let of_parts = if parts.is_empty() { String::new() } else { format!(". {}", parts.join("; ")) };
+    Some(facts_of(vec![("Flying qualities", format!("{standard}{of_parts}."))]))
+}
+
+/// Fixes of the worst findings.
+pub(super) fn next_steps(contents: &Contents<'_>) -> Vec<String> {
+    let found = verdict::folded(contents.session, contents.snapshot);
+    let mut steps: Vec<String> = Vec::new();
+    for line in found.iter().filter(|line| line.level > Level::Good && !line.cure.is_empty()) {
+        let step = format!("{} ({}: {})", sentence(&line.cure), line.level.name(), line.place);
+        if steps.len() < STEPS && !steps.iter().any(|known| known.starts_with(&sentence(&line.cure))) {
+            steps.push(step);
+        }
+    }
+    steps
+}
+
+/// The text with a capital letter at its beginning and a full stop.
+fn sentence(text: &str) -> String {
+    let mut letters = text.trim_end_matches('.').chars();
+    let first = letters.next().map(|first| first.to_uppercase().collect::<String>()).unwrap_or_default();
+    format!("{first}{}.", letters.as_str())
 }
 
 fn facts_of(facts: Vec<(&str, String)>) -> Block {
     Block::Facts(facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect())
 }
 
-/// The verdict in one line.
-fn verdict_line(contents: &Contents<'_>) -> String {
-    contents.snapshot.verdicts.ready().map_or("not judged".to_owned(), |verdicts| verdicts.headline())
-}
-
-/// What the verdict rests on, the worst lines.
-fn reasons(contents: &Contents<'_>) -> Option<Block> {
-    let found = verdict::folded(contents.session, contents.snapshot);
-    let against = found.iter().filter(|line| line.level > Level::Good).take(REASONS);
-    let lines: Vec<String> = against.map(|line| format!("{}: {line}", line.level.name())).collect();
-    (!lines.is_empty()).then_some(Block::List(lines))
-}
-
 /// Whether the innovations are as large as the filter says.
-fn consistency(windows: &[WindowRow]) -> String {
+pub(super) fn consistency(windows: &[WindowRow]) -> String {
     let judged: Vec<&WindowRow> = windows.iter().filter(|window| window.mean_nis.is_finite()).collect();
     if judged.is_empty() {
         return "no manoeuvre was judged".to_owned();
@@ -111,7 +184,7 @@ fn consistency(windows: &[WindowRow]) -> String {
 }
 
 /// How many tests pass.
-fn proof(contents: &Contents<'_>) -> String {
+pub(super) fn proof(contents: &Contents<'_>) -> String {
     let found = &contents.results.proof_of_match;
     let flown = found.windows.iter().filter(|window| window.error.is_none()).count();
     let tests: Vec<bool> =
@@ -126,61 +199,4 @@ fn proof(contents: &Contents<'_>) -> String {
         found.windows.len(),
         found.tolerances
     )
-}
-
-/// One row per coefficient: fit, prediction, and the derivative known least.
-fn coefficients(contents: &Contents<'_>) -> Table {
-    let results = contents.results;
-    let rows = results.pooled.iter().filter(|fit| fit.error.is_none()).map(|fit| {
-        let validation = results.validation.iter().find(|row| row.coefficient == fit.coefficient);
-        let validation = validation.map(|row| row.agreement);
-        let predicted = results
-            .predictions
-            .iter()
-            .filter(|row| row.coefficient == fit.coefficient && row.role == WindowRole::Validation.name());
-        let least = predicted.map(|row| row.agreement.r_squared_identified_constants).reduce(f64::min);
-        let (count, weakest) = weakest(fit);
-        let number = |value: &dyn Fn(&DerivativeRow) -> f64| Cell::maybe(weakest.map(value));
-        vec![
-            Cell::Symbol(fit.coefficient.to_owned()),
-            Cell::Count(fit.windows.len()),
-            Cell::Count(count),
-            Cell::Number(fit.r_squared),
-            Cell::maybe(validation.map(|agreement| agreement.r_squared_identified_constants)),
-            Cell::maybe(least),
-            Cell::maybe(validation.map(|agreement| agreement.r_squared_own_constant)),
-            weakest.map_or(Cell::Empty, |row| Cell::Symbol(row.name.clone())),
-            number(&|row| row.estimate),
-            number(&|row| row.corrected_standard_error),
-            number(&|row| row.relative_error_percent),
-        ]
-    });
-    let r_squared = |key: &str, heading: &str| Column::number(key, heading, "", 4);
-    Table {
-        name: "summary".to_owned(),
-        caption: "Pooled estimate of each coefficient; prediction of the validation manoeuvres (mean and smallest with the identified constants, mean with own constants); least certain derivative (error corrected for coloured residuals; derivatives per radian)."
-            .to_owned(),
-        columns: vec![
-            Column::new("coefficient", "Coefficient"),
-            Column::new("windows", "Manoeuvres"),
-            Column::new("derivatives", "Derivatives"),
-            r_squared("r_squared", "R² fit"),
-            r_squared("validation_mean", "R² validation"),
-            r_squared("validation_least", "least"),
-            r_squared("validation_own", "own constant"),
-            Column::new("derivative", "Known least"),
-            Column::number("estimate", "Estimate", "", 4),
-            Column::number("error", "Std error", "", 2),
-            Column::number("relative", "Relative", "%", 2),
-        ],
-        rows: rows.collect(),
-    }
-}
-
-/// Number of derivatives, and the one with the largest relative error; constants are trim, not derivatives.
-fn weakest(fit: &FitRow) -> (usize, Option<&DerivativeRow>) {
-    let constant = format!("{}_0", fit.coefficient);
-    let derivatives = || fit.derivatives.iter().filter(|row| !row.name.starts_with(&constant));
-    let weakest = derivatives().max_by(|a, b| a.relative_error_percent.total_cmp(&b.relative_error_percent));
-    (derivatives().count(), weakest)
 }

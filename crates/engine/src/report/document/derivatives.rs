@@ -1,9 +1,11 @@
 //! Sections on the aerodynamic model.
 
-use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Matrix, Panel, Plot, numbers_of, paragraph};
+use super::{
+    Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Matrix, Panel, Parts, Plot, numbers_of, paragraph,
+};
 use crate::notation;
-use crate::report::results::{DerivativeSummaryRow, FitRow};
-use crate::report::table::{Cell, Column, Table};
+use crate::report::results::{DerivativeRow, DerivativeSummaryRow, FitRow, RegressorRow};
+use crate::report::table::{Cell, Column, Table, TableOf};
 use crate::report::tables;
 use crate::session::{PooledConstants, WindowRole};
 
@@ -50,10 +52,11 @@ pub fn model(contents: &Contents<'_>) -> Vec<Block> {
                 "Correlation of the parameters in the pooled estimate, without the constants of single manoeuvres."
                     .to_owned(),
             columns: 3,
-            panel_height_mm: 40.0,
+            panel_height_mm: 36.0,
             panels,
         }));
     }
+    blocks.extend(regressors(contents));
     let pairs = close_pairs(&fits);
     blocks.push(if pairs.rows.is_empty() {
         Block::Paragraph(format!("No two derivatives are correlated by {CLOSE} or more."))
@@ -72,6 +75,29 @@ pub fn model(contents: &Contents<'_>) -> Vec<Block> {
         blocks.push(Block::Table(quality.captioned("Quality of the pooled fits.")));
     }
     blocks
+}
+
+/// Correlation of the regressors of every coefficient (thesis 4.4.3).
+fn regressors(contents: &Contents<'_>) -> Option<Block> {
+    let matrix = |row: &RegressorRow| {
+        Panel::Matrix(Matrix {
+            title: row.coefficient.to_owned(),
+            names: row.derivatives.iter().map(|name| notation::derivative(name)).collect(),
+            values: row.correlation.clone(),
+            full_scale: 1.0,
+        })
+    };
+    let panels: Vec<Panel> = contents.results.regressor_correlation.iter().map(matrix).collect();
+    (!panels.is_empty()).then(|| {
+        Block::Figure(Figure {
+            name: "regressors".to_owned(),
+            caption: "Correlation of the regressors over the identification manoeuvres, each by its derivative."
+                .to_owned(),
+            columns: 3,
+            panel_height_mm: 36.0,
+            panels,
+        })
+    })
 }
 
 /// Places of the parameters that are shared by all windows.
@@ -118,50 +144,79 @@ fn close_pairs(fits: &[&FitRow]) -> Table {
     }
 }
 
-/// One table and one figure per coefficient (thesis Tables 6.4 to 6.9).
-pub fn derivatives(contents: &Contents<'_>) -> Vec<Block> {
+/// All pooled derivatives with their intervals; in the appendix one table and one figure per coefficient (thesis Tables 6.4 to 6.9).
+pub fn derivatives(contents: &Contents<'_>) -> Parts {
     let results = contents.results;
     if results.derivative_summary.is_empty() {
-        return vec![paragraph("No estimate.")];
+        return Parts::default();
     }
-    let mut blocks = vec![paragraph(
+    let body = vec![
+        paragraph(
+            "Estimates from all identification manoeuvres. The interval follows from the standard error corrected for correlated residuals. Scatter is the standard deviation of the single-manoeuvre estimates.",
+        ),
+        Block::Table(pooled(contents)),
+        Block::Table(coefficients(contents)),
+    ];
+    let mut appendix = vec![paragraph(
         "Pooled: estimate from all identification manoeuvres, with the standard error for white residuals and the one corrected for correlated residuals. Scatter: standard deviation of the single-manoeuvre estimates. Mean, minimum, maximum and variances are those of single manoeuvres.",
     )];
     let mut coefficients: Vec<&str> = results.derivative_summary.iter().map(|row| row.coefficient).collect();
     coefficients.dedup();
-    for coefficient in coefficients {
-        let table = tables::derivative_summary(results)
-            .only("coefficient", |cell| *cell == Cell::Symbol(coefficient.to_owned()))
-            .select(&[
-                "derivative",
-                "pooled",
-                "standard_error",
-                "corrected_standard_error",
-                "scatter",
-                "windows",
-                "mean",
-                "minimum",
-                "maximum",
-                "mean_variance",
-                "minimum_variance",
-                "maximum_variance",
-            ]);
-        let held = contents.results.derivative_summary.iter().filter(|row| row.coefficient == coefficient);
-        let held = held.filter_map(|row| Some(format!(" {}: {}.", notation::derivative(&row.name), row.held?)));
-        let caption = format!("Estimated parameters of the {coefficient} model.{}", held.collect::<String>());
-        blocks.push(Block::Table(table.captioned(caption)));
-        let of_this = results.derivative_summary.iter().filter(|row| row.coefficient == coefficient && row.windows > 1);
-        let panels: Vec<Panel> =
-            of_this.filter(|row| !row.name.ends_with("_0")).map(|row| scatter(contents, row)).collect();
-        if !panels.is_empty() {
-            blocks.push(Block::Figure(Figure {
-                name: format!("derivatives {coefficient}"),
-                caption: format!("Derivatives of {coefficient} by number of the identification manoeuvre."),
-                columns: 3,
-                panel_height_mm: 26.0,
-                panels,
-            }));
-        }
+    coefficients.into_iter().for_each(|coefficient| appendix.extend(one_coefficient(contents, coefficient)));
+    Parts { body, appendix }
+}
+
+/// Every pooled derivative.
+fn pooled(contents: &Contents<'_>) -> Table {
+    let results = contents.results;
+    let rows = results.pooled.iter().flat_map(|fit| fit.derivatives.iter()).filter(|row| !row.name.contains('['));
+    let scatter = |name: &str| results.derivative_summary.iter().find(|row| row.name == name);
+    TableOf::new("pooled", "Aerodynamic and control derivatives, per radian.", rows)
+        .symbol("derivative", "Derivative", |row| &row.name)
+        .number("estimate", "Estimate", "", 4, |row| row.estimate)
+        .maybe("low", "95 % from", "", 4, |row| row.interval_95.map(|ends| ends[0]))
+        .maybe("high", "to", "", 4, |row| row.interval_95.map(|ends| ends[1]))
+        .number("corrected_standard_error", "Corrected", "", 2, |row| row.corrected_standard_error)
+        .number("relative_error_percent", "Relative", "%", 2, |row| row.relative_error_percent)
+        .maybe("scatter", "Scatter", "", 2, |row| scatter(&row.name).map(|row| row.scatter))
+        .optional("verdict", "Verdict", |row| row.verdict.as_ref().map(|verdict| verdict.level.name()))
+        .done()
+}
+
+/// Table and figure of one coefficient.
+fn one_coefficient(contents: &Contents<'_>, coefficient: &str) -> Vec<Block> {
+    let results = contents.results;
+    let table = tables::derivative_summary(results)
+        .only("coefficient", |cell| *cell == Cell::Symbol(coefficient.to_owned()))
+        .select(&[
+            "derivative",
+            "pooled",
+            "standard_error",
+            "corrected_standard_error",
+            "scatter",
+            "windows",
+            "mean",
+            "minimum",
+            "maximum",
+            "mean_variance",
+            "minimum_variance",
+            "maximum_variance",
+        ]);
+    let held = results.derivative_summary.iter().filter(|row| row.coefficient == coefficient);
+    let held = held.filter_map(|row| Some(format!(" {}: {}.", notation::derivative(&row.name), row.held?)));
+    let caption = format!("Estimated parameters of the {coefficient} model.{}", held.collect::<String>());
+    let mut blocks = vec![Block::Table(table.captioned(caption))];
+    let of_this = results.derivative_summary.iter().filter(|row| row.coefficient == coefficient && row.windows > 1);
+    let panels: Vec<Panel> =
+        of_this.filter(|row| !row.name.ends_with("_0")).map(|row| scatter(contents, row)).collect();
+    if !panels.is_empty() {
+        blocks.push(Block::Figure(Figure {
+            name: format!("derivatives {coefficient}"),
+            caption: format!("Derivatives of {coefficient} by number of the identification manoeuvre."),
+            columns: 3,
+            panel_height_mm: 26.0,
+            panels,
+        }));
     }
     blocks
 }
@@ -188,4 +243,61 @@ fn scatter(contents: &Contents<'_>, summary: &DerivativeSummaryRow) -> Panel {
     });
     let label = notation::derivative(&summary.name);
     Panel::Plot(Plot { x: Axis::new("window", ""), y: Axis::new(label, ""), marks })
+}
+
+/// One row per coefficient: fit, prediction, and the derivative known least.
+fn coefficients(contents: &Contents<'_>) -> Table {
+    let results = contents.results;
+    let rows = results.pooled.iter().filter(|fit| fit.error.is_none()).map(|fit| {
+        let validation = results.validation.iter().find(|row| row.coefficient == fit.coefficient);
+        let validation = validation.map(|row| row.agreement);
+        let predicted = results
+            .predictions
+            .iter()
+            .filter(|row| row.coefficient == fit.coefficient && row.role == WindowRole::Validation.name());
+        let least = predicted.map(|row| row.agreement.r_squared_identified_constants).reduce(f64::min);
+        let (count, weakest) = weakest(fit);
+        let number = |value: &dyn Fn(&DerivativeRow) -> f64| Cell::maybe(weakest.map(value));
+        vec![
+            Cell::Symbol(fit.coefficient.to_owned()),
+            Cell::Count(fit.windows.len()),
+            Cell::Count(count),
+            Cell::Number(fit.r_squared),
+            Cell::maybe(validation.map(|agreement| agreement.r_squared_identified_constants)),
+            Cell::maybe(least),
+            Cell::maybe(validation.map(|agreement| agreement.r_squared_own_constant)),
+            weakest.map_or(Cell::Empty, |row| Cell::Symbol(row.name.clone())),
+            number(&|row| row.estimate),
+            number(&|row| row.corrected_standard_error),
+            number(&|row| row.relative_error_percent),
+        ]
+    });
+    let r_squared = |key: &str, heading: &str| Column::number(key, heading, "", 4);
+    Table {
+        name: "summary".to_owned(),
+        caption: "Pooled estimate of each coefficient; prediction of the validation manoeuvres (mean and smallest with the identified constants, mean with own constants); least certain derivative (error corrected for coloured residuals; derivatives per radian)."
+            .to_owned(),
+        columns: vec![
+            Column::new("coefficient", "Coefficient"),
+            Column::new("windows", "Manoeuvres"),
+            Column::new("derivatives", "Derivatives"),
+            r_squared("r_squared", "R² fit"),
+            r_squared("validation_mean", "R² validation"),
+            r_squared("validation_least", "lowest"),
+            r_squared("validation_own", "own constant"),
+            Column::new("derivative", "Least certain derivative"),
+            Column::number("estimate", "Estimate", "", 4),
+            Column::number("error", "Std error", "", 2),
+            Column::number("relative", "Relative", "%", 2),
+        ],
+        rows: rows.collect(),
+    }
+}
+
+/// Number of derivatives, and the one with the largest relative error; constants are trim, not derivatives.
+fn weakest(fit: &FitRow) -> (usize, Option<&DerivativeRow>) {
+    let constant = format!("{}_0", fit.coefficient);
+    let derivatives = || fit.derivatives.iter().filter(|row| !row.name.starts_with(&constant));
+    let weakest = derivatives().max_by(|a, b| a.relative_error_percent.total_cmp(&b.relative_error_percent));
+    (derivatives().count(), weakest)
 }

@@ -6,10 +6,11 @@ use crate::report::table::{Cell, Table};
 use crate::session::NoiseChannel;
 
 /// Columns whose numbers are in the unit another column of the row states, by the name of the table.
-const BY_ROW: [(&str, &[&str]); 4] = [
+const BY_ROW: [(&str, &[&str]); 5] = [
     ("noise", &["used", "proposed", "deviation"]),
     ("wind_and_bias", &["mean", "standard_deviation", "minimum", "maximum"]),
     ("match", &["worst_error"]),
+    ("sensors", &["minimum", "maximum", "noise", "bias"]),
     ("quantities", &["value", "step"]),
 ];
 

@@ -17,8 +17,8 @@ const HEIGHT_MM: f64 = 75.0;
 pub fn dynamics(contents: &Contents<'_>) -> Vec<Block> {
     let slot = contents.snapshot.dynamics();
     let (Some(row), Some(study)) = (contents.results.dynamics.as_ref(), slot.ready()) else {
-        let reason = slot.error().map(|error| format!(": {error}")).unwrap_or_default();
-        return vec![Block::Paragraph(format!("Linear model and modes were not computed{reason}."))];
+        let failed = slot.error().map(|error| format!("Linear model and modes were not computed: {error}."));
+        return failed.map(Block::Paragraph).into_iter().collect();
     };
     let mut blocks = vec![
         paragraph(

@@ -1,13 +1,13 @@
 //! Everything found on the way: what differs only in numbers and names is one line.
 
-use super::{Block, Contents, paragraph};
+use super::{Block, Contents, Parts, paragraph};
 use crate::verdict::{self, Level};
 
 /// The section: reasons of the verdict by their level, then notes.
-pub fn warnings(contents: &Contents<'_>) -> Vec<Block> {
+pub fn warnings(contents: &Contents<'_>) -> Parts {
     let found = verdict::folded(contents.session, contents.snapshot);
     if found.is_empty() {
-        return vec![paragraph("No findings.")];
+        return Parts::default();
     }
     let mut blocks = vec![paragraph(
         "Findings that differ only in numbers, names or manoeuvre are combined in one line with their range.",
@@ -18,7 +18,7 @@ pub fn warnings(contents: &Contents<'_>) -> Vec<Block> {
             blocks.extend([Block::Heading(heading.to_owned()), Block::List(lines)]);
         }
     }
-    blocks
+    Parts { body: Vec::new(), appendix: blocks }
 }
 
 /// How many lines there are, by level.

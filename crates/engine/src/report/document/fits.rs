@@ -3,15 +3,19 @@
 use doublet_core::series::{Series, TimeRange};
 
 use super::figure::line;
-use super::{Axis, Block, Contents, Figure, Mark, Panel, Plot, table_or};
+use super::{Axis, Block, Contents, Figure, Mark, Panel, Parts, Plot};
 use crate::report::table::Cell;
 use crate::report::tables;
 use crate::session::{Manoeuvre, PredictionParameters, WindowRole};
 
 /// Fit and residual of every coefficient of every window.
-pub fn fits(contents: &Contents<'_>) -> Vec<Block> {
+pub fn fits(contents: &Contents<'_>) -> Parts {
     let results = contents.results;
-    let mut blocks = vec![table_or(tables::residual_summary(results), "No manoeuvre has a fit.")];
+    let summary = tables::residual_summary(results);
+    if summary.rows.is_empty() {
+        return Parts::default();
+    }
+    let mut blocks = Vec::new();
     let quality = tables::fits(results).only("window", |cell| *cell != Cell::text("pooled")).select(&[
         "window",
         "coefficient",
@@ -35,13 +39,20 @@ pub fn fits(contents: &Contents<'_>) -> Vec<Block> {
         let caption = format!("{}: measured coefficients, fits of this manoeuvre alone, residuals.", described(window));
         blocks.extend(pairs(format!("fits {}", window.name), (caption, &window.excluded), rows));
     }
-    blocks
+    let first = first_figure(&mut blocks);
+    Parts { body: std::iter::once(Block::Table(summary)).chain(first).collect(), appendix: blocks }
+}
+
+/// Takes the first figure out: the example of the body.
+fn first_figure(blocks: &mut Vec<Block>) -> Option<Block> {
+    let place = blocks.iter().position(|block| matches!(block, Block::Figure(_)))?;
+    Some(blocks.remove(place))
 }
 
 /// Predictions of the validation windows by the pooled derivatives (thesis Table 7.1).
-pub fn validation(contents: &Contents<'_>) -> Vec<Block> {
+pub fn validation(contents: &Contents<'_>) -> Parts {
     let results = contents.results;
-    let mut blocks = vec![table_or(tables::validation(results), "No validation manoeuvre.")];
+    let summary = tables::validation(results);
     let rows =
         tables::predictions(results).only("role", |cell| *cell == Cell::text(WindowRole::Validation.name())).select(&[
             "window",
@@ -52,15 +63,16 @@ pub fn validation(contents: &Contents<'_>) -> Vec<Block> {
             "rms_relative_percent_own_constant",
         ]);
     if rows.rows.is_empty() {
-        return blocks;
+        return Parts::default();
     }
     let by = match contents.session.estimation.predict_with {
         PredictionParameters::Pooled => "the pooled estimate",
         PredictionParameters::WindowMeans => "the means over the estimates of single manoeuvres",
     };
     let caption = format!("Prediction of each validation manoeuvre by {by}. {}", tables::CONSTANTS);
-    blocks.push(Block::Table(rows.captioned(caption)));
-    let Some(pooled) = contents.snapshot.pooled.ready() else { return blocks };
+    let mut body = vec![Block::Table(summary)];
+    let mut blocks = vec![Block::Table(rows.captioned(caption))];
+    let Some(pooled) = contents.snapshot.pooled.ready() else { return Parts { body, appendix: blocks } };
     for window in contents.session.windows.iter().filter(|window| window.role == WindowRole::Validation) {
         let Some(aero) = contents.snapshot.windows.get(&window.name).and_then(|found| found.aero.ready()) else {
             continue;
@@ -79,7 +91,8 @@ pub fn validation(contents: &Contents<'_>) -> Vec<Block> {
         );
         blocks.extend(pairs(format!("validation {}", window.name), (caption, &window.excluded), rows));
     }
-    blocks
+    body.extend(first_figure(&mut blocks));
+    Parts { body, appendix: blocks }
 }
 
 /// Name and input of a window.

@@ -2,6 +2,8 @@
 
 mod bode;
 mod checks;
+mod conclusions;
+mod condition;
 mod cover;
 mod derivatives;
 mod display;
@@ -9,6 +11,8 @@ mod dynamics;
 mod figure;
 mod findings;
 mod fits;
+mod instrumentation;
+mod kinds;
 mod path;
 mod proof;
 mod responses;
@@ -18,6 +22,7 @@ mod setup;
 pub use bode::{BodeModel, bode_figure};
 pub use figure::{Axis, Colour, DRAWN_COLUMNS, Figure, LineStyle, Mark, Matrix, Panel, Plot};
 pub(crate) use figure::{line, points};
+pub use kinds::SectionKind;
 pub(crate) use proof::replay_panel;
 pub use responses::surface_figure;
 
@@ -25,9 +30,9 @@ use std::collections::BTreeSet;
 
 use super::results::{Results, WindowRow};
 use super::table::Table;
+use crate::prior::PriorStudy;
 use crate::run::Snapshot;
 use crate::session::Session;
-use crate::study::{DynamicsRequest, Study};
 use crate::verdict::Level;
 
 /// A report.
@@ -51,6 +56,37 @@ pub struct Document {
     pub sections: Vec<Section>,
 }
 
+impl Document {
+    /// What is before each heading: the number of a section, the letter of an appendix, nothing before a plain one.
+    pub fn numbers(&self) -> Vec<String> {
+        let (mut sections, mut appendices) = (0, 0);
+        let number = |section: &Section| {
+            if !section.is_appendix {
+                sections += 1;
+                return if section.is_numbered { sections.to_string() } else { String::new() };
+            }
+            appendices += 1;
+            letters(appendices)
+        };
+        self.sections.iter().map(number).collect()
+    }
+
+    /// Leaves the appendices out.
+    pub fn drop_appendices(&mut self) {
+        self.sections.retain(|section| !section.is_appendix);
+    }
+}
+
+/// A, B, ... Z, AA, AB, ...
+fn letters(mut place: usize) -> String {
+    let mut found = Vec::new();
+    while place > 0 {
+        found.push(char::from(b'A' + ((place - 1) % 26) as u8));
+        place = (place - 1) / 26;
+    }
+    found.iter().rev().collect()
+}
+
 /// One section.
 #[derive(Clone, Debug)]
 pub struct Section {
@@ -62,6 +98,8 @@ pub struct Section {
     pub is_numbered: bool,
     /// Whether it begins a page.
     pub on_new_page: bool,
+    /// Whether it is an appendix: a letter instead of a number.
+    pub is_appendix: bool,
     /// What it holds, in order.
     pub blocks: Vec<Block>,
 }
@@ -69,7 +107,14 @@ pub struct Section {
 impl Section {
     /// A section without a number.
     pub fn plain(name: &str, title: &str, on_new_page: bool, blocks: Vec<Block>) -> Self {
-        Self { name: name.to_owned(), title: title.to_owned(), is_numbered: false, on_new_page, blocks }
+        Self {
+            name: name.to_owned(),
+            title: title.to_owned(),
+            is_numbered: false,
+            on_new_page,
+            is_appendix: false,
+            blocks,
+        }
     }
 }
 
@@ -94,172 +139,84 @@ pub enum Block {
     Lines(usize),
 }
 
-/// The sections there are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum SectionKind {
-    /// What was analysed, with what, by which program.
-    Overview,
-    /// Reference geometry, loading, mass properties.
-    Aircraft,
-    /// Channels by role, and clocks.
-    Channels,
-    /// Manoeuvre windows.
-    Windows,
-    /// Settings of the filter and its consistency.
-    Filter,
-    /// Wind and biases.
-    WindAndBias,
-    /// Innovations.
-    Innovations,
-    /// Structure of the model and correlation of its parameters.
-    Model,
-    /// Derivatives.
-    Derivatives,
-    /// Fits and residuals of every manoeuvre.
-    Fits,
-    /// Prediction of the validation windows.
-    Validation,
-    /// Validation windows flown again by the model.
-    Match,
-    /// Windows again by output error.
-    Checks,
-    /// Derivatives against what they were computed with.
-    Sensitivity,
-    /// Frequency responses and low-order equivalent systems.
-    Responses,
-    /// Linear model, modes and levels of flying qualities.
-    Dynamics,
-    /// Modelled engines against their monitors.
-    Engines,
-    /// Everything found on the way.
-    Warnings,
+/// A part of the report: what its reader needs, and the long tables and histories behind it.
+#[derive(Default)]
+struct Parts {
+    body: Vec<Block>,
+    appendix: Vec<Block>,
 }
 
-impl SectionKind {
-    /// All of them, in their order.
-    pub const ALL: [Self; 18] = [
-        Self::Overview,
-        Self::Aircraft,
-        Self::Channels,
-        Self::Windows,
-        Self::Filter,
-        Self::WindAndBias,
-        Self::Innovations,
-        Self::Model,
-        Self::Derivatives,
-        Self::Fits,
-        Self::Validation,
-        Self::Match,
-        Self::Checks,
-        Self::Sensitivity,
-        Self::Responses,
-        Self::Dynamics,
-        Self::Engines,
-        Self::Warnings,
-    ];
-
-    /// Name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Overview => "overview",
-            Self::Aircraft => "aircraft",
-            Self::Channels => "channels",
-            Self::Windows => "windows",
-            Self::Filter => "filter",
-            Self::WindAndBias => "wind-and-bias",
-            Self::Innovations => "innovations",
-            Self::Model => "model",
-            Self::Derivatives => "derivatives",
-            Self::Fits => "fits",
-            Self::Validation => "validation",
-            Self::Match => "match",
-            Self::Checks => "checks",
-            Self::Sensitivity => "sensitivity",
-            Self::Responses => "responses",
-            Self::Dynamics => "dynamics",
-            Self::Engines => "engines",
-            Self::Warnings => "warnings",
-        }
-    }
-
-    /// The study it shows, which takes longer than the rest and has to be asked for.
-    pub fn study(self) -> Option<Study> {
-        match self {
-            Self::Checks => Some(Study::Checks { axis: None }),
-            Self::Sensitivity => Some(Study::Sensitivity),
-            Self::Responses => Some(Study::Responses),
-            Self::Dynamics => Some(Study::Dynamics(DynamicsRequest::default())),
-            _ => None,
-        }
-    }
-
-    /// Heading.
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Overview => "Overview",
-            Self::Aircraft => "Aircraft and loading",
-            Self::Channels => "Channels and clocks",
-            Self::Windows => "Manoeuvres",
-            Self::Filter => "Filter settings and consistency",
-            Self::WindAndBias => "Wind and biases",
-            Self::Innovations => "Innovations",
-            Self::Model => "Model structure and correlation",
-            Self::Derivatives => "Aerodynamic and control derivatives",
-            Self::Fits => "Fits and residuals",
-            Self::Validation => "Validation",
-            Self::Match => "Proof of match",
-            Self::Checks => "Independent checks",
-            Self::Sensitivity => "Sensitivity",
-            Self::Responses => "Frequency responses",
-            Self::Dynamics => "Linear model, modes and flying qualities",
-            Self::Engines => "Engines",
-            Self::Warnings => "Findings",
-        }
+impl From<Vec<Block>> for Parts {
+    fn from(body: Vec<Block>) -> Self {
+        Self { body, appendix: Vec::new() }
     }
 }
 
-/// The report on a run: the numbers of `results`, the histories of `snapshot`.
-pub fn build(session: &Session, snapshot: &Snapshot, results: &Results, sections: &[SectionKind]) -> Document {
-    let contents = Contents { session, snapshot, results };
+/// The report on a run: the numbers of `results`, the histories of `snapshot`. Sections without contents are left out.
+pub fn build(
+    session: &Session,
+    snapshot: &Snapshot,
+    results: &Results,
+    sections: &[SectionKind],
+    prior: Option<&PriorStudy>,
+) -> Document {
+    let contents = Contents { session, snapshot, results, prior };
     let wanted = SectionKind::ALL.into_iter().filter(|kind| sections.contains(kind));
-    let sections = wanted.map(|kind| {
-        let blocks = match kind {
-            SectionKind::Overview => setup::overview(&contents),
-            SectionKind::Aircraft => setup::aircraft(&contents),
-            SectionKind::Channels => setup::channels(&contents),
-            SectionKind::Windows => setup::windows(&contents),
-            SectionKind::Filter => path::filter(&contents),
-            SectionKind::WindAndBias => path::wind_and_bias(&contents),
-            SectionKind::Innovations => path::innovations(&contents),
-            SectionKind::Model => derivatives::model(&contents),
-            SectionKind::Derivatives => derivatives::derivatives(&contents),
-            SectionKind::Fits => fits::fits(&contents),
-            SectionKind::Validation => fits::validation(&contents),
-            SectionKind::Match => proof::proof_of_match(&contents),
-            SectionKind::Checks => checks::checks(&contents),
-            SectionKind::Sensitivity => sensitivity::sensitivity(&contents),
-            SectionKind::Responses => responses::responses(&contents),
-            SectionKind::Dynamics => dynamics::dynamics(&contents),
-            SectionKind::Engines => setup::engines(&contents),
-            SectionKind::Warnings => findings::warnings(&contents),
-        };
-        Section {
-            name: kind.name().to_owned(),
-            title: kind.title().to_owned(),
-            is_numbered: true,
-            on_new_page: false,
-            blocks: blocks.into_iter().map(display::shown).collect(),
-        }
-    });
+    let (mut body, mut appendices) = (Vec::new(), Vec::new());
+    for kind in wanted {
+        let parts = parts(kind, &contents);
+        body.extend(section(kind, parts.body, false));
+        appendices.extend(section(kind, parts.appendix, true));
+    }
+    body.extend(appendices);
     Document {
         date: crate::date::today(),
         notice: String::new(),
-        cover: cover::cover(&contents),
+        cover: cover::cover(&contents).into_iter().map(display::shown).collect(),
         signatures: ["Prepared", "Checked", "Approved"].map(str::to_owned).into(),
         title: if session.title.is_empty() { "Flight test report".to_owned() } else { session.title.clone() },
         subtitle: results.aircraft.clone(),
         app: results.app.clone(),
-        sections: sections.collect(),
+        sections: body,
+    }
+}
+
+/// A section of the body or the appendix; none without contents.
+fn section(kind: SectionKind, blocks: Vec<Block>, is_appendix: bool) -> Option<Section> {
+    let named = |name: &str| if is_appendix { format!("appendix-{name}") } else { name.to_owned() };
+    (!blocks.is_empty()).then(|| Section {
+        name: named(kind.name()),
+        title: if is_appendix { kind.appendix_title() } else { kind.title() }.to_owned(),
+        is_numbered: true,
+        on_new_page: false,
+        is_appendix,
+        blocks: blocks.into_iter().map(display::shown).collect(),
+    })
+}
+
+fn parts(kind: SectionKind, contents: &Contents<'_>) -> Parts {
+    match kind {
+        SectionKind::Overview => setup::overview(contents),
+        SectionKind::Aircraft => setup::aircraft(contents),
+        SectionKind::Channels => instrumentation::channels(contents),
+        SectionKind::Windows => setup::windows(contents),
+        SectionKind::Filter => path::filter(contents),
+        SectionKind::WindAndBias => path::wind_and_bias(contents).into(),
+        SectionKind::Innovations => path::innovations(contents),
+        SectionKind::Model => derivatives::model(contents).into(),
+        SectionKind::Derivatives => derivatives::derivatives(contents),
+        SectionKind::Fits => fits::fits(contents),
+        SectionKind::Validation => fits::validation(contents),
+        SectionKind::Match => proof::proof_of_match(contents),
+        SectionKind::Prior => contents.prior.map(PriorStudy::blocks).unwrap_or_default().into(),
+        SectionKind::Checks => checks::checks(contents),
+        SectionKind::Sensitivity => sensitivity::sensitivity(contents),
+        SectionKind::Condition => condition::condition(contents).into(),
+        SectionKind::Responses => responses::responses(contents).into(),
+        SectionKind::Dynamics => dynamics::dynamics(contents).into(),
+        SectionKind::Engines => setup::engines(contents),
+        SectionKind::Conclusions => conclusions::conclusions(contents).into(),
+        SectionKind::Warnings => findings::warnings(contents),
     }
 }
 
@@ -273,7 +230,14 @@ pub fn chosen(session: &Session) -> Option<Section> {
     });
     let blocks: Vec<Block> = notes.chain(figures).map(display::shown).collect();
     let (name, title) = ("chosen".to_owned(), "Notes and chosen figures".to_owned());
-    (!blocks.is_empty()).then_some(Section { name, title, is_numbered: true, on_new_page: false, blocks })
+    (!blocks.is_empty()).then_some(Section {
+        name,
+        title,
+        is_numbered: true,
+        on_new_page: false,
+        is_appendix: false,
+        blocks,
+    })
 }
 
 /// What sections are made from.
@@ -281,6 +245,7 @@ struct Contents<'a> {
     session: &'a Session,
     snapshot: &'a Snapshot,
     results: &'a Results,
+    prior: Option<&'a PriorStudy>,
 }
 
 /// Number of each window in figures: the one its name begins with where all begin with a different one, else its place in the table

@@ -7,7 +7,7 @@ use doublet_core::reconstruct::{AirState, InputHold, Measurement, Method, State}
 use doublet_core::series::Series;
 
 use super::figure::line;
-use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Plot, numbers_of, table_or};
+use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Parts, Plot, cover, numbers_of, table_or};
 use crate::notation::{self, significant};
 use crate::report::table::{Cell, Column, Table};
 use crate::report::{error_table, tables};
@@ -15,7 +15,36 @@ use crate::session::PathSource;
 use crate::stage::WindowPath;
 
 /// Settings of the filter, and whether the innovations are as large as they say.
-pub fn filter(contents: &Contents<'_>) -> Vec<Block> {
+pub fn filter(contents: &Contents<'_>) -> Parts {
+    let results = contents.results;
+    let fact = |(name, text): (&str, String)| (name.to_owned(), text);
+    let facts: Vec<(String, String)> = settings(contents).into_iter().map(fact).collect();
+    let consistency = tables::windows(results).select(&[
+        "window",
+        "mean_nis",
+        "expected_nis",
+        "nis_band_correlated_low",
+        "nis_band_correlated_high",
+    ]);
+    let body = vec![
+        Block::Facts(facts[..4].to_vec()),
+        Block::Paragraph(format!("Innovations: {}.", cover::consistency(&results.windows))),
+    ];
+    let appendix = vec![
+        Block::Facts(facts),
+        table_or(
+            tables::noise(results).select(&["flight", "entry", "unit", "used", "proposed", "origin", "samples", "whiteness", "reason"]),
+            "Noise was not estimated for any flight.",
+        ),
+        Block::Table(consistency.captioned(
+            "Mean normalised innovation squared (NIS) of each manoeuvre, its expectation, and the 95 % band for the effective number of independent samples.",
+        )),
+    ];
+    Parts { body, appendix }
+}
+
+/// What the filter and the coefficients were formed with.
+fn settings<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
     let (session, results) = (contents.session, contents.results);
     let settings = &session.filter;
     let method = match settings.method {
@@ -60,7 +89,7 @@ pub fn filter(contents: &Contents<'_>) -> Vec<Block> {
         Axes::Body => "body",
         Axes::Stability => "stability",
     };
-    let facts = [
+    vec![
         ("Filter", method),
         ("Inputs", hold.to_owned()),
         ("Coefficients are formed from", path.to_owned()),
@@ -75,30 +104,14 @@ pub fn filter(contents: &Contents<'_>) -> Vec<Block> {
         ("Axes of moments and rates", axes.to_owned()),
         ("Actuator lag", preparation.control_lags.words()),
         ("Omitted at the start of a manoeuvre", format!("{} s", preparation.settle_s)),
-    ];
-    let consistency = tables::windows(results).select(&[
-        "window",
-        "mean_nis",
-        "expected_nis",
-        "nis_band_correlated_low",
-        "nis_band_correlated_high",
-    ]);
-    vec![
-        Block::Facts(facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()),
-        table_or(
-            tables::noise(results).select(&["flight", "entry", "unit", "used", "proposed", "origin", "samples", "whiteness", "reason"]),
-            "Noise was not estimated for any flight.",
-        ),
-        Block::Table(consistency.captioned(
-            "Mean normalised innovation squared (NIS) of each manoeuvre, its expectation, and the 95 % band for the effective number of independent samples.",
-        )),
     ]
 }
 
 /// Wind and biases over the manoeuvres (thesis Tables 6.1 and 6.2).
 pub(crate) fn wind_and_bias(contents: &Contents<'_>) -> Vec<Block> {
     let results = contents.results;
-    let mut blocks = vec![table_or(tables::wind_and_bias(results), "No manoeuvre was reconstructed.")];
+    let spread = tables::wind_and_bias(results);
+    let mut blocks: Vec<Block> = (!spread.rows.is_empty()).then_some(Block::Table(spread)).into_iter().collect();
     blocks.extend(results.sensor_errors.as_ref().map(|found| Block::Table(error_table(found))));
     let mut panels = Vec::new();
     for spread in &results.wind_and_bias {
@@ -141,9 +154,13 @@ pub(crate) fn wind_and_bias(contents: &Contents<'_>) -> Vec<Block> {
 }
 
 /// Innovations of every measurement.
-pub fn innovations(contents: &Contents<'_>) -> Vec<Block> {
+pub fn innovations(contents: &Contents<'_>) -> Parts {
     let results = contents.results;
-    let mut blocks = vec![table_or(tables::innovation_summary(results), "No manoeuvre was reconstructed.")];
+    let summary = tables::innovation_summary(results);
+    if summary.rows.is_empty() {
+        return Parts::default();
+    }
+    let mut blocks = Vec::new();
     let ratios = ratios(contents);
     if !ratios.rows.is_empty() {
         blocks.push(Block::Table(ratios));
@@ -165,7 +182,7 @@ pub fn innovations(contents: &Contents<'_>) -> Vec<Block> {
             blocks.push(Block::Figure(figure.with_excluded(&window.excluded)));
         }
     }
-    blocks
+    Parts { body: vec![Block::Table(summary)], appendix: blocks }
 }
 
 fn innovation(measurement: Measurement, path: &WindowPath) -> Option<Panel> {

@@ -1,17 +1,17 @@
 //! Section on the proof of match.
 
 use super::figure::line;
-use super::{Axis, Block, Colour, Contents, Figure, Mark, Panel, Plot, paragraph, table_or};
+use super::{Axis, Block, Colour, Contents, Figure, Mark, Panel, Parts, Plot, table_or};
 use crate::notation;
 use crate::report::proof::{self, TestRow};
 use crate::report::table::{Table, TableOf};
 use crate::stage::{ReplaySeries, WindowReplay};
 
 /// Validation manoeuvres simulated by the pooled model, with tolerances.
-pub fn proof_of_match(contents: &Contents<'_>) -> Vec<Block> {
+pub fn proof_of_match(contents: &Contents<'_>) -> Parts {
     let found = &contents.results.proof_of_match;
     if found.windows.is_empty() {
-        return vec![paragraph("No proof of match: no validation manoeuvre.")];
+        return Parts::default();
     }
     let mut blocks = vec![Block::Paragraph(format!(
         "Validation manoeuvres simulated by the pooled model in six degrees of freedom, from the recorded controls, thrust, wind and loading, and judged by {}. A test passes if, for each requirement, the whole simulation is within one band.",
@@ -36,16 +36,16 @@ pub fn proof_of_match(contents: &Contents<'_>) -> Vec<Block> {
         "worst_time_s",
         "share_inside",
     ]);
-    blocks.extend((!bands.rows.is_empty()).then_some(Block::Table(bands)));
-    blocks.push(Block::Table(proof::theil(found)));
+    let mut appendix: Vec<Block> = (!bands.rows.is_empty()).then_some(Block::Table(bands)).into_iter().collect();
+    appendix.push(Block::Table(proof::theil(found)));
     let replays = contents.snapshot.proof.ready().into_iter().flat_map(|proof| &proof.windows);
     let excluded = |window: &str| contents.session.window(window).map_or(&[][..], |window| &window.excluded);
-    blocks.extend(
-        replays
-            .filter_map(|(window, replay)| Some(figure(window, replay.as_ref().ok()?)?.with_excluded(excluded(window))))
-            .map(Block::Figure),
-    );
-    blocks
+    let mut figures = replays
+        .filter_map(|(window, replay)| Some(figure(window, replay.as_ref().ok()?)?.with_excluded(excluded(window))))
+        .map(Block::Figure);
+    blocks.extend(figures.next());
+    appendix.extend(figures);
+    Parts { body: blocks, appendix }
 }
 
 /// One row per test.

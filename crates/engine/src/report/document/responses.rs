@@ -10,7 +10,7 @@ use crate::study::SurfaceResponse;
 /// A Bode plot for each control with its equivalent system, and the parameters of all.
 pub fn responses(contents: &Contents<'_>) -> Vec<Block> {
     let Some(found) = contents.snapshot.studies.responses.ready() else {
-        return vec![paragraph("The frequency responses were not computed.")];
+        return Vec::new();
     };
     let mut blocks = vec![paragraph(
         "Responses of the rates to the controls over all single-control manoeuvres: composites of several spectral window lengths, with 95 % bars of the random error. The low-order equivalent systems are fitted to the transforms of the records \

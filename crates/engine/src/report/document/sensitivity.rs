@@ -1,30 +1,30 @@
 //! Section on the sensitivity of the derivatives (thesis Tables 7.2 to 7.12).
 
-use super::{Block, Contents, paragraph};
+use super::{Block, Contents, Parts, paragraph};
 use crate::notation;
-use crate::report::studies::SensitivityRow;
-use crate::report::table::{Cell, Column, Table};
+use crate::report::studies::{SensitivityRow, TotalErrorRow};
+use crate::report::table::{Cell, Column, Table, TableOf};
 
 /// Change of the estimate, per cent, that rounding alone can cause.
 const ROUNDING_PERCENT: f64 = 1e-9;
 
 /// Partial derivatives of the estimates, one table per group of quantities, and what moves each estimate most.
-pub fn sensitivity(contents: &Contents<'_>) -> Vec<Block> {
+pub fn sensitivity(contents: &Contents<'_>) -> Parts {
     let study = &contents.results.studies;
     if study.sensitivity.is_empty() {
-        return vec![paragraph("The sensitivity was not computed.")];
+        return Parts::default();
     }
     let mut blocks = vec![paragraph(
-        "Change of each pooled derivative per unit of an input quantity, by central difference over the step in the table of quantities.",
+        "Change of each pooled derivative per unit of an input quantity, by central difference. The total error combines the corrected standard error with the change by one step of every quantity, as if each were wrong by its step.",
     )];
-    blocks.push(Block::Table(quantities(&study.sensitivity)));
+    let mut appendix = Vec::new();
     for group in distinct(study.sensitivity.iter().map(|row| row.table)) {
         let rows: Vec<&SensitivityRow> = study.sensitivity.iter().filter(|row| row.table == group).collect();
         let (table, unmoved) = moved(partials(group, &rows));
-        blocks.extend((!table.rows.is_empty()).then_some(Block::Table(table)));
+        appendix.extend((!table.rows.is_empty()).then_some(Block::Table(table)));
         if !unmoved.is_empty() {
             let names: Vec<String> = unmoved.iter().map(|name| notation::derivative(name)).collect();
-            blocks.push(Block::Paragraph(format!("Not changed by {group}: {}.", names.join(", "))));
+            appendix.push(Block::Paragraph(format!("Not changed by {group}: {}.", names.join(", "))));
         }
     }
     let widest = distinct(study.tornado.iter().map(|bar| bar.derivative.as_str())).into_iter().filter_map(|name| {
@@ -49,7 +49,22 @@ pub fn sensitivity(contents: &Contents<'_>) -> Vec<Block> {
         ],
         rows: widest.collect(),
     }));
-    blocks
+    blocks.push(Block::Table(quantities(&study.sensitivity)));
+    let totals = total_errors(&study.total_errors);
+    blocks.extend((!totals.rows.is_empty()).then_some(Block::Table(totals)));
+    Parts { body: blocks, appendix }
+}
+
+fn total_errors(rows: &[TotalErrorRow]) -> Table {
+    let caption =
+        "Total error of each derivative: by noise (corrected standard error), by the varied quantities, and both.";
+    TableOf::new("total_errors", caption, rows.iter().filter(|row| !row.derivative.ends_with("_0")))
+        .symbol("derivative", "Derivative", |row| &row.derivative)
+        .number("estimate", "Estimate", "", 4, |row| row.estimate)
+        .number("standard_error", "Std error", "", 2, |row| row.standard_error)
+        .number("by_quantities", "By quantities", "", 2, |row| row.by_quantities)
+        .number("total", "Total error", "", 2, |row| row.total)
+        .done()
 }
 
 /// The rows in which something is not zero, and the derivatives of the others.

@@ -3,17 +3,17 @@
 use doublet_core::quantity::{Dimension, Role};
 use doublet_core::series::TimeRange;
 
-use super::cover;
 use super::figure::line;
-use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Plot, paragraph, table_or};
+use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Parts, Plot, paragraph};
 use crate::notation::{self, significant};
-use crate::report::table::{Cell, Column, Table};
+use crate::report::table::{Cell, Column, Table, TableOf};
 use crate::report::tables;
-use crate::report::{ExpressionRow, applied_delays};
+use crate::report::{MapRow, WindowRow, applied_delays};
 use crate::session::WindowRole;
+use crate::verdict::Level;
 
 /// The session and the units of the report.
-pub fn overview(contents: &Contents<'_>) -> Vec<Block> {
+pub fn overview(contents: &Contents<'_>) -> Parts {
     let (session, results) = (contents.session, contents.results);
     let facts = [
         ("Session", session.title.clone()),
@@ -22,7 +22,7 @@ pub fn overview(contents: &Contents<'_>) -> Vec<Block> {
     ];
     let delays = applied_delays(&results.sensor_delays).map(|words| ("Delays applied", words));
     let gusts = results.gusts.as_ref().map(|gusts| ("Gusts", gusts.words()));
-    let mut blocks = vec![
+    let body = vec![
         Block::Facts(
             facts.into_iter().chain(delays).chain(gusts).map(|(name, text)| (name.to_owned(), text)).collect(),
         ),
@@ -30,12 +30,13 @@ pub fn overview(contents: &Contents<'_>) -> Vec<Block> {
             "Angles are in degrees and angular rates in degrees per second, in tables as in figures; all else, including the stored channels, is in SI units. Derivatives are per radian and per unit of the dimensionless rate. Body axes are x forward, y right, z down.",
         ),
     ];
-    blocks.extend(cover::recordings(contents, false));
-    blocks
+    let recordings = tables::recordings(results);
+    let appendix = (!recordings.rows.is_empty()).then_some(Block::Table(recordings));
+    Parts { body, appendix: appendix.into_iter().collect() }
 }
 
 /// Reference geometry, what is on board, mass properties.
-pub fn aircraft(contents: &Contents<'_>) -> Vec<Block> {
+pub fn aircraft(contents: &Contents<'_>) -> Parts {
     let results = contents.results;
     let mut blocks = Vec::new();
     let length = |value: f64| format!("{} m", significant(value, 5));
@@ -56,14 +57,28 @@ pub fn aircraft(contents: &Contents<'_>) -> Vec<Block> {
     }
     let Some(mass) = &results.mass_properties else {
         blocks.push(paragraph("The mass properties are not known."));
-        return blocks;
+        return blocks.into();
     };
     let fuel = results.flights.iter().find_map(|flight| Some(flight.mass_properties.as_ref()?.fuel.clone()));
+    let span = |value: &dyn Fn(&WindowRow) -> Option<f64>, unit: &str| {
+        let values: Vec<f64> = results.windows.iter().filter_map(value).filter(|value| value.is_finite()).collect();
+        let low = values.iter().copied().reduce(f64::min)?;
+        let high = values.iter().copied().reduce(f64::max)?;
+        Some(format!("{} to {} {unit}", significant(low, 5), significant(high, 5)))
+    };
+    let mass_kg = span(&|row| Some(row.mass_properties.as_ref()?.properties.mass_kg), "kg");
+    let cg = span(&|row| Some(100.0 * row.mass_properties.as_ref()?.mean_chord_fraction?), "% of the mean chord");
     blocks.push(Block::Heading("Mass properties as flown".to_owned()));
-    blocks.extend(fuel.map(|fuel| {
-        paragraph(&format!("At the start and the end of each flight and in the middle of each manoeuvre: {fuel}."))
-    }));
-    blocks.push(Block::Table(tables::mass_properties(results)));
+    let known = [("Mass in the manoeuvres", mass_kg), ("Centre of gravity", cg), ("Fuel", fuel.clone())];
+    let known = known.into_iter().filter_map(|(name, text)| Some((name.to_owned(), text?)));
+    blocks.push(Block::Facts(known.collect()));
+    let mut appendix: Vec<Block> = fuel
+        .map(|fuel| {
+            paragraph(&format!("At the start and the end of each flight and in the middle of each manoeuvre: {fuel}."))
+        })
+        .into_iter()
+        .collect();
+    appendix.push(Block::Table(tables::mass_properties(results)));
     if !mass.items.is_empty() {
         let rows = mass
             .items
@@ -80,42 +95,12 @@ pub fn aircraft(contents: &Contents<'_>) -> Vec<Block> {
             rows: rows.collect(),
         }));
     }
-    blocks
+    Parts { body: blocks, appendix }
 }
 
-/// Channels by role, clocks.
-pub fn channels(contents: &Contents<'_>) -> Vec<Block> {
-    let results = contents.results;
-    let mut blocks = vec![
-        table_or(tables::channels(results), "No channel has a role."),
-        table_or(tables::signals(results), "Every signal was used as recorded."),
-        table_or(tables::clocks(results), "All recorders run on the flight's time line as recorded."),
-    ];
-    // What the numbers of a computed channel are rests on the instruments, so the report names where that is said.
-    for flight in &contents.session.flights {
-        if let Some(instruments) = &flight.instruments {
-            blocks.push(Block::Paragraph(format!(
-                "Raw sensors of flight {} are calibrated by {}.",
-                flight.name, instruments.file
-            )));
-        }
-    }
-    for flight in &results.flights {
-        for made in &flight.expressions {
-            let ExpressionRow { name, unit, expression, .. } = made;
-            let role = made.role.map_or_else(String::new, |role| format!(" plays {role} and"));
-            blocks.push(paragraph(&format!(
-                "The channel '{name}' of flight {}{role} is {expression}, in {unit}.",
-                flight.name
-            )));
-        }
-    }
-    blocks
-}
-
-/// The windows on each flight.
-pub fn windows(contents: &Contents<'_>) -> Vec<Block> {
-    let table = tables::windows(contents.results).select(&[
+/// Flight condition of every manoeuvre, and the manoeuvres on each flight.
+pub fn windows(contents: &Contents<'_>) -> Parts {
+    let times = tables::windows(contents.results).select(&[
         "window",
         "flight",
         "start_s",
@@ -126,8 +111,12 @@ pub fn windows(contents: &Contents<'_>) -> Vec<Block> {
         "samples",
         "excluded_s",
         "note",
+        "error",
     ]);
-    let mut blocks = vec![table_or(table, "No manoeuvre is in use.")];
+    if times.rows.is_empty() {
+        return Parts::default();
+    }
+    let mut blocks = vec![Block::Table(flown(contents))];
     for flight in &contents.session.flights {
         let Some(loaded) = contents.snapshot.flights.get(&flight.name).and_then(|slot| slot.ready()) else { continue };
         let spans: Vec<Mark> = contents
@@ -169,16 +158,38 @@ pub fn windows(contents: &Contents<'_>) -> Vec<Block> {
             blocks.push(Block::Figure(figure.with_excluded(&excluded)));
         }
     }
-    blocks
+    Parts { body: blocks, appendix: vec![Block::Table(times)] }
+}
+
+/// One row per manoeuvre in use: condition, mass, wind, steadiness before the input, verdict.
+fn flown(contents: &Contents<'_>) -> Table {
+    let results = contents.results;
+    let condition = |row: &WindowRow| {
+        results.manoeuvre_map.iter().find(|found| found.name == row.name && found.flight == row.flight)
+    };
+    let of = |row: &WindowRow, value: &dyn Fn(&MapRow) -> Option<f64>| condition(row).and_then(value);
+    let caption = "Manoeuvres: mean condition, wind and its standard deviation, and steadiness before the input.";
+    TableOf::new("flown", caption, &results.windows)
+        .text("window", "Manoeuvre", |row| &row.name)
+        .text("role", "Use", |row| if row.role == WindowRole::Validation.name() { "val" } else { "id" })
+        .maybe("airspeed_m_s", "Airspeed", "m/s", 3, |row| of(row, &|row| row.airspeed_m_s))
+        .maybe("altitude_m", "Altitude", "m", 4, |row| of(row, &|row| row.altitude_m))
+        .maybe("mass_kg", "Mass", "kg", 5, |row| of(row, &|row| row.mass_kg))
+        .maybe("cg_chord", "CG on chord", "", 3, |row| of(row, &|row| row.cg_chord))
+        .maybe("wind_m_s", "Wind", "m/s", 2, |row| of(row, &|row| row.wind_m_s))
+        .maybe("wind_deviation_m_s", "Gusts", "m/s", 2, |row| of(row, &|row| row.wind_deviation_m_s))
+        .maybe("airspeed_slope_m_s2", "dV/dt", "m/s²", 2, |row| Some(row.before_input?.airspeed_slope_m_s2))
+        .maybe("w_slope_m_s2", "dw/dt", "m/s²", 2, |row| Some(row.before_input?.w_slope_m_s2))
+        .maybe("climb_m_s", "Climb", "m/s", 2, |row| row.before_input?.climb_m_s)
+        .optional("verdict", "Verdict", |row| row.verdict.as_ref().map(|verdict| Level::name(verdict.level)))
+        .done()
 }
 
 /// Modelled power of each engine against that of its monitor (thesis 6.3).
-pub fn engines(contents: &Contents<'_>) -> Vec<Block> {
+pub fn engines(contents: &Contents<'_>) -> Parts {
     let results = contents.results;
     if results.engines.is_empty() {
-        return vec![paragraph(
-            "No engine has recorded speed and manifold pressure, and a chart and propeller map in the aircraft file.",
-        )];
+        return Parts::default();
     }
     let mut blocks = Vec::new();
     let (power_unit, power) = notation::unit(Dimension::Power);
@@ -203,6 +214,18 @@ pub fn engines(contents: &Contents<'_>) -> Vec<Block> {
             panels: panels.collect(),
         }));
     }
-    blocks.push(Block::Table(tables::engines(results)));
-    blocks
+    let by_phase = tables::engines(results);
+    let whole = by_phase.clone().only("phase", |cell| *cell == Cell::text("whole flight"));
+    let agreement = |cell: &Cell| *cell == Cell::text("r²") || *cell == Cell::text("RMS of the difference");
+    let whole = whole.only("quantity", agreement).select(&[
+        "flight",
+        "engine",
+        "quantity",
+        "mean_modelled_w",
+        "mean_monitor_w",
+        "value",
+        "unit",
+    ]);
+    blocks.push(Block::Table(whole));
+    Parts { body: blocks, appendix: vec![Block::Table(by_phase)] }
 }

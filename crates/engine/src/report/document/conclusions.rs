@@ -1,0 +1,66 @@
+//! The conclusions: what is wrong or contradictory first, then what may be used, then what to do.
+
+use super::{Block, Contents, cover};
+use crate::report::results::FitRow;
+use crate::verdict::{self, Folded, Level};
+
+/// Findings of one level there is room for.
+const FINDINGS: usize = 8;
+/// Kinds of findings on results that contradict each other.
+const CONTRADICTIONS: [&str; 2] = ["scatter", "physics"];
+
+/// Conclusions by the findings and the verdicts.
+pub fn conclusions(contents: &Contents<'_>) -> Vec<Block> {
+    let found = verdict::folded(contents.session, contents.snapshot);
+    let mut blocks = Vec::new();
+    let contradictory = |line: &&Folded| CONTRADICTIONS.contains(&line.code) && line.level > Level::Good;
+    let listed = |heading: &str, lines: Vec<&Folded>, blocks: &mut Vec<Block>| {
+        if lines.is_empty() {
+            return;
+        }
+        let mut text: Vec<String> = lines.iter().take(FINDINGS).map(ToString::to_string).collect();
+        if lines.len() > FINDINGS {
+            text.push(format!("{} more in the appendix with all findings.", lines.len() - FINDINGS));
+        }
+        blocks.extend([Block::Heading(heading.to_owned()), Block::List(text)]);
+    };
+    listed("Contradictions", found.iter().filter(contradictory).collect(), &mut blocks);
+    let of = |level: Level| found.iter().filter(|line| line.level == level && !contradictory(line)).collect();
+    listed("Results that must not be used", of(Level::Bad), &mut blocks);
+    blocks.extend(usable(contents));
+    listed("Cautions", of(Level::Caution), &mut blocks);
+    let next = cover::next_steps(contents);
+    if !next.is_empty() {
+        blocks.extend([Block::Heading("Recommendations".to_owned()), Block::List(next)]);
+    }
+    blocks
+}
+
+/// What the flight determined, coefficient by coefficient.
+fn usable(contents: &Contents<'_>) -> Vec<Block> {
+    let results = contents.results;
+    let level = |fit: &FitRow| fit.verdict.as_ref().map(|verdict| verdict.level);
+    let named = |wanted: Level| -> Vec<&str> {
+        let fits = results.pooled.iter().filter(|fit| fit.error.is_none() && level(fit) == Some(wanted));
+        fits.map(|fit| fit.coefficient).collect()
+    };
+    let mut lines = Vec::new();
+    for (wanted, words) in [
+        (Level::Good, "The derivatives can be used as stated"),
+        (Level::Caution, "The derivatives can be used with the cautions below"),
+        (Level::Bad, "The derivatives must not be used without the fixes above"),
+    ] {
+        let names = named(wanted);
+        if !names.is_empty() {
+            lines.push(format!("{}: {words}.", names.join(", ")));
+        }
+    }
+    if let Some(dynamics) = &results.dynamics {
+        let level = dynamics.qualities.level.unwrap_or("not judged");
+        lines.push(format!("Flying qualities by {}: {level}.", dynamics.qualities.standard));
+    }
+    lines.extend(
+        (!results.proof_of_match.windows.is_empty()).then(|| format!("Proof of match: {}.", cover::proof(contents))),
+    );
+    if lines.is_empty() { Vec::new() } else { vec![Block::Heading("Results".to_owned()), Block::List(lines)] }
+}
