@@ -12,8 +12,8 @@ use doublet_core::reconstruct::{Input, Measurement};
 use doublet_core::series::{Series, TimeRange};
 use doublet_engine::graph::{Context, StageError};
 use doublet_engine::session::{
-    self, Edit, EditError, ExpressionSetting, LevelFlight, NoiseChannel, NoiseEdit, NoiseEntry, Opened, SignalEdit,
-    SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit,
+    self, ClockPairSetting, ClockSetting, Edit, EditError, ExpressionSetting, LevelFlight, NoiseChannel, NoiseEdit,
+    NoiseEntry, Opened, SignalEdit, SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit,
 };
 use doublet_engine::stage::{self, FlightNoise, FlightProposals, LoadedFlight, NoiseFlight};
 
