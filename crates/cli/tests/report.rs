@@ -76,7 +76,7 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
     let session = session.to_str().unwrap();
     let out = folder.path().join("results");
     let forms = ["--tables", "csv,latex,markdown", "--histories", "hdf5,mat,parquet", "--recordings"];
-    let with = ["--with", "sensitivity,checks,responses,dynamics"];
+    let with = ["--with", "sensitivity,checks,responses,dynamics,manoeuvres"];
     succeeds(&[&["run", session, "--out", out.to_str().unwrap()][..], &forms, &with].concat());
     let results: Value = serde_json::from_slice(&std::fs::read(out.join("results.json")).unwrap()).unwrap();
     let mut known = BTreeSet::new();
@@ -249,7 +249,7 @@ fn first_page_has_the_answer(html: &str, results: &Value) {
 
 /// Pages of a PDF whose page objects are not compressed.
 fn pages(pdf: &[u8]) -> usize {
-    let mark = b"/Type /Page";
+    let mark = b"/Type/Page";
     pdf.windows(mark.len() + 1).filter(|part| part.starts_with(mark) && part[mark.len()] != b's').count()
 }
 

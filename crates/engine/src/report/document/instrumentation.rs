@@ -59,7 +59,7 @@ fn sensors(contents: &Contents<'_>) -> Table {
     let rows = results.flights.iter().flat_map(|flight| flight.channels.iter().map(move |row| (flight, row)));
     let delay = |row: &ChannelRow| {
         let plays = |name: &&str| Measurement::from_name(name).is_some_and(|found| found.role().name() == row.role);
-        results.sensor_delays.iter().find(|delay| delay.measurements.iter().any(|name| plays(&name)))
+        results.sensor_delays.iter().find(|delay| delay.measurements.iter().any(plays))
     };
     TableOf::new("sensors", "Instrumentation: recorded channels with their errors.", rows)
         .when(several, |table| table.text("flight", "Flight", |(flight, _)| &flight.name))
