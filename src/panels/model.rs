@@ -90,6 +90,8 @@ impl Panel for Model {
             if choices(ui, &mut predict_with, &all) {
                 ctx.edit(Edit::Estimation(EstimationEdit::PredictWith(predict_with)));
             }
+        });
+        ui.horizontal_wrapped(|ui| {
             ui.weak("Residuals").on_hover_text("Large residuals weigh less with Huber's weights, from 1.345 σ on");
             let mut weights = ctx.session.estimation.weights;
             let all = [(ResidualWeights::Equal, "equal weights"), (ResidualWeights::Huber, "Huber")];
