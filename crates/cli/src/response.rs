@@ -79,7 +79,7 @@ pub struct LoesArguments {
     #[arg(long, value_name = "S", value_parser = not_negative)]
     pub delay: Option<f64>,
     /// Judge the system: shipped limits by name, or a file.
-    #[arg(long, value_name = "NAME|FILE", requires = "class")]
+    #[arg(long, requires = "class")]
     pub limits: Option<String>,
     /// Aircraft class of the limits: I, II, II-L, II-C, III or IV.
     #[arg(long, requires = "limits", value_parser = PossibleValuesParser::new(["I", "II", "II-L", "II-C", "III", "IV"]))]
