@@ -69,6 +69,33 @@ fn numbers(value: &Value, found: &mut BTreeSet<u64>) {
     }
 }
 
+/// Sections of a report of everything, in order.
+const SECTIONS: [&str; 23] = [
+    "Overview",
+    "Aircraft and loading",
+    "Instrumentation",
+    "Manoeuvres",
+    "Filter settings and consistency",
+    "Wind and biases",
+    "Innovations",
+    "Model structure and correlation",
+    "Aerodynamic and control derivatives",
+    "Fits and residuals",
+    "Validation",
+    "Proof of match",
+    "Independent checks",
+    "Sensitivity and total error",
+    "Dependence on flight condition",
+    "Frequency responses",
+    "Linear model, modes and flying qualities",
+    "Engines",
+    "Conclusions",
+    "Recordings",
+    "Mass properties",
+    "Fits of each manoeuvre",
+    "Findings",
+];
+
 #[test]
 fn report_and_tables_hold_the_numbers_of_the_results() {
     let folder = tempfile::tempdir().unwrap();
@@ -99,31 +126,7 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
     let strange: Vec<f64> = shown.into_iter().filter(|v| *v != 0.0 && !known.contains(&v.to_bits())).collect();
     assert!(strange.is_empty(), "not in results.json: {strange:?}");
     let mut last = 0;
-    for title in [
-        "Overview",
-        "Aircraft and loading",
-        "Instrumentation",
-        "Manoeuvres",
-        "Filter settings and consistency",
-        "Wind and biases",
-        "Innovations",
-        "Model structure and correlation",
-        "Aerodynamic and control derivatives",
-        "Fits and residuals",
-        "Validation",
-        "Proof of match",
-        "Independent checks",
-        "Sensitivity and total error",
-        "Dependence on flight condition",
-        "Frequency responses",
-        "Linear model, modes and flying qualities",
-        "Engines",
-        "Conclusions",
-        "Recordings",
-        "Mass properties",
-        "Fits of each manoeuvre",
-        "Findings",
-    ] {
+    for title in SECTIONS {
         let place = html.find(&format!(" {title}</h2>")).unwrap_or_else(|| panic!("{title} is missing"));
         assert!(place > last, "{title} is out of order");
         last = place;
@@ -240,8 +243,9 @@ fn first_page_has_the_answer(html: &str, results: &Value) {
         .filter_map(|row| Some((row["estimate"].as_f64()?, row["corrected_standard_error"].as_f64()?)))
         .collect();
     for row in shown {
-        let [estimate, low, high] = row[..] else { panic!("{row:?}") };
-        let (_, error) = known.iter().find(|(value, _)| *value == estimate).expect("an estimate of the results");
+        assert_eq!(row.len(), 3, "{row:?}");
+        let (estimate, low, high) = (row[0], row[1], row[2]);
+        let (_, error) = known.iter().find(|(value, _)| *value == estimate).unwrap();
         assert!((high - low - 2.0 * 1.96 * error).abs() < 1e-9 * error, "{row:?} and {error}");
         assert!((0.5 * (high + low) - estimate).abs() < 1e-9 * error, "{row:?}");
     }
