@@ -79,6 +79,12 @@ impl Panel for Model {
             if ui.checkbox(&mut by_surface, "by surface").on_hover_text(hint).changed() {
                 ctx.edit(Edit::Estimation(EstimationEdit::BySurface(by_surface)));
             }
+            let mut huber = ctx.session.estimation.weights == ResidualWeights::Huber;
+            let hint = "Residuals beyond 1.345 σ weigh less (Huber); off: all weigh the same";
+            if ui.checkbox(&mut huber, "Huber").on_hover_text(hint).changed() {
+                let weights = if huber { ResidualWeights::Huber } else { ResidualWeights::Equal };
+                ctx.edit(Edit::Estimation(EstimationEdit::Weights(weights)));
+            }
         });
         ui.horizontal_wrapped(|ui| {
             ui.weak("Predictions by");
@@ -89,14 +95,6 @@ impl Panel for Model {
             ];
             if choices(ui, &mut predict_with, &all) {
                 ctx.edit(Edit::Estimation(EstimationEdit::PredictWith(predict_with)));
-            }
-        });
-        ui.horizontal_wrapped(|ui| {
-            ui.weak("Residuals").on_hover_text("Large residuals weigh less with Huber's weights, from 1.345 σ on");
-            let mut weights = ctx.session.estimation.weights;
-            let all = [(ResidualWeights::Equal, "equal weights"), (ResidualWeights::Huber, "Huber")];
-            if choices(ui, &mut weights, &all) {
-                ctx.edit(Edit::Estimation(EstimationEdit::Weights(weights)));
             }
         });
         CollapsingHeader::new("Axes, reference, thrust and lags").show(ui, |ui| coefficient_settings::show(ctx, ui));
