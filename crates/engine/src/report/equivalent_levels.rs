@@ -9,7 +9,7 @@ use super::dynamics::{QualitiesRow, probabilities, quality_row};
 const SAMPLES: usize = 2000;
 const SEED: u64 = 1;
 
-/// Levels of the criteria that an equivalent system tells about, each with its probability: the share of [`SAMPLES`] models drawn from the
+/// Levels of the criteria that an equivalent system tells about, each with its probability: the share of 2000 models drawn from the
 /// covariance of the fit. None of them for a form of free orders, whose poles have no names.
 pub fn equivalent_levels(fit: &EquivalentSystem, limits: &Limits, airplane: &Airplane) -> QualitiesRow {
     let measures_of = |model: &TransferFunction| measures(fit.form, model);
