@@ -80,6 +80,9 @@ pub struct ModesArguments {
     locus: Option<(String, f64, f64, usize)>,
 }
 
+/// Classes as they are asked for: `II` is `II-L`.
+pub const CLASS_NAMES: [&str; 6] = ["I", "II", "II-L", "II-C", "III", "IV"];
+
 /// Arguments of `qualities`.
 #[derive(Debug, Args)]
 pub struct QualitiesArguments {
@@ -87,7 +90,7 @@ pub struct QualitiesArguments {
     #[command(flatten)]
     trim: TrimArguments,
     /// Aircraft class: I, II, II-L, II-C, III or IV [default: by mass].
-    #[arg(long, value_parser = PossibleValuesParser::new(["I", "II", "II-L", "II-C", "III", "IV"]))]
+    #[arg(long, value_parser = PossibleValuesParser::new(CLASS_NAMES))]
     class: Option<String>,
     /// Flight phase category: A, B or C [default: B].
     #[arg(long, value_parser = PossibleValuesParser::new(CATEGORIES))]

@@ -61,7 +61,7 @@ pub fn prior(arguments: &PriorArguments) -> Result<(), String> {
 ///
 /// # Errors
 /// One line: an earlier estimate that cannot be read or has nothing in common with the model.
-pub fn study(path: &Path, prior: &Path, (session, snapshot): (&Session, &Snapshot)) -> Result<PriorStudy, String> {
+pub fn compare(path: &Path, prior: &Path, (session, snapshot): (&Session, &Snapshot)) -> Result<PriorStudy, String> {
     let (alpha_deg, aircraft) = (None, None);
     let (path, prior) = (path.to_owned(), prior.to_owned());
     let arguments = PriorArguments { session: path, prior, relative: RELATIVE, alpha_deg, aircraft, json: false };

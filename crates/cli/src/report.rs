@@ -9,7 +9,7 @@ use doublet_report::{Order, ReportFormat};
 
 use crate::arguments::ReportArguments;
 use crate::outcome::Outcome;
-use crate::prior::study;
+use crate::prior::compare;
 use crate::progress::Progress;
 use crate::run::{compute, named, outcome};
 use crate::text;
@@ -43,7 +43,7 @@ pub fn report(arguments: &ReportArguments) -> Result<Outcome, String> {
         prior: arguments
             .prior
             .as_ref()
-            .map(|file| study(&arguments.session, file, (&session, &snapshot)))
+            .map(|file| compare(&arguments.session, file, (&session, &snapshot)))
             .transpose()?,
     };
     let show = |part| progress.show(COMPUTING + (1.0 - COMPUTING) * part, "writing the report");

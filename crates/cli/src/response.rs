@@ -18,7 +18,7 @@ use doublet_engine::study::{
 };
 use serde_json::{Value, json};
 
-use crate::dynamics::print_qualities;
+use crate::dynamics::{CLASS_NAMES, print_qualities};
 use crate::outcome::Outcome;
 use crate::run::computed;
 use crate::text;
@@ -82,7 +82,7 @@ pub struct LoesArguments {
     #[arg(long, requires = "class")]
     pub limits: Option<String>,
     /// Aircraft class of the limits: I, II, II-L, II-C, III or IV.
-    #[arg(long, requires = "limits", value_parser = PossibleValuesParser::new(["I", "II", "II-L", "II-C", "III", "IV"]))]
+    #[arg(long, requires = "limits", value_parser = PossibleValuesParser::new(CLASS_NAMES))]
     pub class: Option<String>,
     /// Flight phase category of the limits: A, B or C [default: B].
     #[arg(long, requires = "limits", value_parser = PossibleValuesParser::new(CATEGORIES))]

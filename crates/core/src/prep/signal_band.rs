@@ -32,7 +32,7 @@ mod tests {
 
     use super::*;
 
-    /// White noise through two first-order lags of 0.1 s, beside white noise a tenth of its size.
+    /// White noise of one through two first-order lags of 0.1 s, beside white noise of deviation `noise`.
     fn motion_with_noise(noise: f64, samples: usize) -> Series {
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let (step_s, lag_s) = (0.02, 0.1);

@@ -2,20 +2,19 @@
 
 use std::path::Path;
 
-use doublet_core::airframe::Loading;
 use doublet_core::simulate::{self, Scenario};
 
 use crate::graph::{Cache, Context, StageError, StageResult};
 use crate::run::{Scope, Snapshot, run};
 use crate::session::{DelaySource, GustSource, Session};
-use crate::study::{Coverage, Estimate, estimates, summarise, windows};
+use crate::study::{Coverage, Estimate, estimates, flown_loading, summarise, windows};
 
 /// File of the truth, which a recorder does not have.
 const TRUTH_FILE: &str = "truth.h5";
 
 /// [`crate::study::coverage`] with every flight written by its recorders (rates, clocks, resolution, fuel probes, control sensors) and run as
-/// a session: channel maps, clocks, instruments, engines and errors of the path are those of `session`'s first flight. Gusts and delays are
-/// estimated.
+/// a session: channel maps, clocks and instruments are those of `session`'s first flight, and the corrected errors contain those of the path.
+/// Gusts and delays are estimated.
 ///
 /// # Errors
 /// As [`crate::study::coverage`]; files that cannot be written or read.
@@ -74,7 +73,7 @@ fn recorded_session(session: &Session, scenario: &Scenario, folder: &Path) -> St
     let mut windows = windows(scenario);
     windows.iter_mut().for_each(|window| window.flight.clone_from(&flight.name));
     Ok(Session {
-        loading: Some(Loading { fuel_kg: Default::default(), ..scenario.loading.clone() }),
+        loading: Some(flown_loading(scenario)),
         flights: vec![flight],
         windows,
         steady: Vec::new(),

@@ -1,7 +1,5 @@
 //! From a snapshot to the results that leave the program.
 
-use std::sync::Arc;
-
 use doublet_core::model::LONG_WINDOW;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{AirState, Method, State};
@@ -19,7 +17,7 @@ use crate::date;
 use crate::run::{Slot, Snapshot};
 use crate::session::{Manoeuvre, Session, path_warning};
 use crate::stage::{
-    self, CoefficientFit, ExpressedChannel, RegressorCorrelation, UsedClock, WindowAero, WindowPath, measure_steadiness,
+    self, CoefficientFit, ExpressedChannel, RegressorCorrelation, UsedClock, WindowPath, measure_steadiness,
 };
 use crate::verdict::{self, FitVerdict, NO_WINDOW};
 
@@ -366,9 +364,8 @@ fn interval_95(estimate: f64, standard_error: f64) -> Option<[f64; 2]> {
 }
 
 /// Correlation of the regressors over the identification manoeuvres; none with a long one, where its samples would be held twice.
-fn regressor_correlation<'a>(session: &'a Session, snapshot: &Snapshot) -> Vec<RegressorRow> {
-    let aero = |window: &'a Manoeuvre| Some((window, Arc::clone(snapshot.windows.get(&window.name)?.aero.ready()?)));
-    let windows: Vec<(&'a Manoeuvre, Arc<WindowAero>)> = session.active_windows().filter_map(aero).collect();
+fn regressor_correlation(session: &Session, snapshot: &Snapshot) -> Vec<RegressorRow> {
+    let windows = snapshot.aero(session);
     if windows.iter().any(|(_, aero)| aero.data.time_s.len() > LONG_WINDOW) {
         return Vec::new();
     }

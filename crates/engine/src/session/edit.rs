@@ -309,7 +309,7 @@ impl FilterEdit {
             Self::MeasurementDelay(measurement, _) => format!("change delay of {}", measurement.name()),
             Self::SmootherPasses(_) => "change passes of the smoother".to_owned(),
             Self::OutlierLimit(_) => "change limit of outliers".to_owned(),
-            Self::RobustLimit(_) => "change limit of full weight".to_owned(),
+            Self::RobustLimit(_) => "change limit of Huber's weights".to_owned(),
             Self::Gusts(_) => "change gusts".to_owned(),
         }
     }
@@ -341,7 +341,7 @@ impl FilterEdit {
             }
             Self::SmootherPasses(value) => filter.smoother_passes = value.clamp(1, 100),
             Self::OutlierLimit(value) => filter.outlier_limit = not_negative("limit of outliers", "", value)?,
-            Self::RobustLimit(value) => filter.robust_limit = not_negative("limit of full weight", "", value)?,
+            Self::RobustLimit(value) => filter.robust_limit = not_negative("limit of Huber's weights", "", value)?,
             Self::Gusts(source) => session.gusts = source,
         }
         Ok(())

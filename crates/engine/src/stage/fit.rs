@@ -378,13 +378,18 @@ fn stacked_fit(
     }
     let mut fit = pooled.fit;
     if estimation.weights != ResidualWeights::Equal {
-        fit = of_measurement(fit, coefficient, &regression, used);
+        fit = with_measured_residuals(fit, coefficient, &regression, used);
     }
     Ok((fit, [errors, noise]))
 }
 
 /// A fit to pseudo-values with the residuals and the quality of the coefficient as it was measured.
-fn of_measurement(fit: Fit, coefficient: Coefficient, regression: &PooledRegression, used: &[&AeroWindow<'_>]) -> Fit {
+fn with_measured_residuals(
+    fit: Fit,
+    coefficient: Coefficient,
+    regression: &PooledRegression,
+    used: &[&AeroWindow<'_>],
+) -> Fit {
     let pseudo: Vec<f64> = regression.windows.iter().flat_map(|window| &window.z).copied().collect();
     let measured: Vec<f64> = used.iter().flat_map(|(_, aero)| aero.coefficients.get(coefficient)).copied().collect();
     let fitted = fit.fitted(&pseudo);

@@ -188,9 +188,14 @@ pub(crate) fn flown_aircraft(
     scenario: &Scenario,
     context: &Context<'_>,
 ) -> StageResult<Keyed<AircraftData>> {
-    let loading = Loading { fuel_kg: Default::default(), ..scenario.loading.clone() };
+    let loading = flown_loading(scenario);
     session.aircraft.as_deref().ok_or_else(|| stage::NO_AIRCRAFT.to_owned())?;
     context.get::<AircraftData>(Some(&loading), &stage::aircraft_of(context, session)?)
+}
+
+/// The loading of a scenario without fuel, which the tanks of its recording give.
+pub(crate) fn flown_loading(scenario: &Scenario) -> Loading {
+    Loading { fuel_kg: Default::default(), ..scenario.loading.clone() }
 }
 
 /// Estimates of one flight, with the errors that `errors` takes from each fit as their corrected ones.

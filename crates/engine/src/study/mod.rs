@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 pub use checks::{CheckStudy, CheckedDerivative, WindowChecks};
 pub use coverage::{Coverage, DerivativeCoverage, coverage};
-pub(crate) use coverage::{Estimate, estimates, flown_aircraft, fly, record_flight, summarise, windows};
+pub(crate) use coverage::{Estimate, estimates, flown_aircraft, flown_loading, fly, record_flight, summarise, windows};
 pub use dynamics::{DynamicsRequest, DynamicsStudy};
 pub use equations::{
     EquationError, EquationRequest, EquationStudy, equation_schema, equation_text, fit_equations, names_of_equations,

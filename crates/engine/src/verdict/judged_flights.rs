@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use doublet_core::airframe::Loading;
 use doublet_core::series::Recording;
 use doublet_core::simulate::{self, Scenario};
 use rayon::prelude::*;
@@ -13,7 +12,7 @@ use crate::graph::{Context, Keyed, StageError, StageResult};
 use crate::run::{Slot, Snapshot};
 use crate::session::{Manoeuvre, Session, WindowRole};
 use crate::stage::{self, AeroWindow, AircraftData, LoadedFlight, Samples};
-use crate::study::{record_flight, windows};
+use crate::study::{flown_loading, record_flight, windows};
 
 /// Verdicts on flights whose every sensor is as stated.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -91,7 +90,7 @@ pub fn fly_and_judge(
     context: &Context<'_>,
 ) -> StageResult<(Session, Snapshot)> {
     let named = |error: StageError| error.at(format!("seed {seed}"));
-    let loading = Loading { fuel_kg: Default::default(), ..scenario.loading.clone() };
+    let loading = flown_loading(scenario);
     session.aircraft.as_ref().ok_or("the session names no aircraft: name one in it")?;
     let loaded = stage::aircraft_of(context, session)?;
     let aircraft = context.get::<AircraftData>(Some(&loading), &loaded)?;

@@ -5,6 +5,7 @@ use doublet_dynamics::frequency::{FrequencyResponse, ResponsePoint, TransferFunc
 use nalgebra::Complex;
 
 use super::{Axis, Colour, Figure, LineStyle, Mark, Panel, Plot};
+use crate::report::build::NORMAL_95;
 use crate::study::ResponseStudy;
 
 /// A model drawn over a response.
@@ -74,7 +75,7 @@ pub fn bode_figure(study: &ResponseStudy, input: usize, models: &[BodeModel]) ->
     let measured = |ordinate: &dyn Fn(usize) -> [f64; 2]| {
         let points = (0..response.points.len()).filter(|&index| value(index)).map(|index| {
             let [at, deviation] = ordinate(index);
-            [place(response.points[index].omega_rad_s), at, 1.96 * deviation]
+            [place(response.points[index].omega_rad_s), at, NORMAL_95 * deviation]
         });
         Mark::Points {
             label: "measured, with 95 % bars".into(),

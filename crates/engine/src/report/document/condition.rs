@@ -2,6 +2,7 @@
 
 use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Plot, paragraph, points};
 use crate::notation;
+use crate::report::build::NORMAL_95;
 use crate::report::studies::ConditionRow;
 use crate::report::table::{Table, TableOf};
 use crate::study::ConditionRegression;
@@ -12,8 +13,6 @@ const VARIABLES: &str = "V h";
 const PANELS: usize = 9;
 /// Slope over its standard error from which on a derivative depends on the condition.
 const SIGNIFICANT: f64 = 2.0;
-/// Quantile of the normal distribution for 95 % intervals.
-const NORMAL_95: f64 = 1.96;
 
 /// Slopes over airspeed and altitude, and the derivatives that depend on airspeed.
 pub fn condition(contents: &Contents<'_>) -> Vec<Block> {

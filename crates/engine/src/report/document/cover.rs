@@ -5,7 +5,7 @@ use doublet_core::model::is_constant_name;
 use super::findings;
 use super::{Block, Contents};
 use crate::date;
-use crate::notation::significant;
+use crate::notation::{plural, significant};
 use crate::report::QualityRow;
 use crate::report::results::{DerivativeRow, WindowRow};
 use crate::report::table::{Table, TableOf};
@@ -68,7 +68,6 @@ pub fn cover(contents: &Contents<'_>) -> Vec<Block> {
 fn purpose(contents: &Contents<'_>) -> String {
     let used = contents.session.active_windows().count();
     let flights = contents.session.flights.len();
-    let plural = |count: usize, one: &str| if count == 1 { format!("1 {one}") } else { format!("{count} {one}s") };
     format!("Aerodynamic and control derivatives from {} of {}", plural(used, "manoeuvre"), plural(flights, "flight"))
 }
 

@@ -4,6 +4,7 @@ use super::{
     Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Matrix, Panel, Parts, Plot, numbers_of, paragraph,
 };
 use crate::notation;
+use crate::report::build::NORMAL_95;
 use crate::report::results::{DerivativeRow, DerivativeSummaryRow, FitRow, RegressorRow};
 use crate::report::table::{Cell, Column, Table, TableOf};
 use crate::report::tables;
@@ -11,8 +12,6 @@ use crate::session::{PooledConstants, WindowRole};
 
 /// Magnitude of a correlation from which on two parameters are said to move together.
 const CLOSE: f64 = 0.9;
-/// Quantile of the normal distribution for 95 % intervals.
-const NORMAL_95: f64 = 1.96;
 
 /// Terms of each coefficient, and the correlation of their parameters in the pooled estimate.
 pub fn model(contents: &Contents<'_>) -> Vec<Block> {

@@ -15,7 +15,7 @@ pub fn sensitivity(contents: &Contents<'_>) -> Parts {
         return Parts::default();
     }
     let mut blocks = vec![paragraph(
-        "Change of each pooled derivative per unit of an input quantity, by central difference. The total error combines the corrected standard error with the change by one step of every quantity, as if each were wrong by its step.",
+        "Change of each pooled derivative per unit of an input quantity, by central difference. The total error combines the corrected standard error with the change by one step of every quantity, as if each were wrong by its step. A step is not the accuracy of its quantity.",
     )];
     let mut appendix = Vec::new();
     for group in distinct(study.sensitivity.iter().map(|row| row.table)) {
@@ -57,7 +57,7 @@ pub fn sensitivity(contents: &Contents<'_>) -> Parts {
 
 fn total_errors(rows: &[TotalErrorRow]) -> Table {
     let caption =
-        "Total error of each derivative: by noise (corrected standard error), by the varied quantities, and both.";
+        "Total error of each derivative: by noise (corrected standard error), by one step of every quantity, and both.";
     TableOf::new("total_errors", caption, rows.iter().filter(|row| !row.derivative.ends_with("_0")))
         .symbol("derivative", "Derivative", |row| &row.derivative)
         .number("estimate", "Estimate", "", 4, |row| row.estimate)

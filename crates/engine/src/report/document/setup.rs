@@ -10,7 +10,6 @@ use crate::report::table::{Cell, Column, Table, TableOf};
 use crate::report::tables;
 use crate::report::{MapRow, WindowRow, applied_delays};
 use crate::session::WindowRole;
-use crate::verdict::Level;
 
 /// The session and the units of the report.
 pub fn overview(contents: &Contents<'_>) -> Parts {
@@ -181,7 +180,7 @@ fn flown(contents: &Contents<'_>) -> Table {
         .maybe("airspeed_slope_m_s2", "dV/dt", "m/s²", 2, |row| Some(row.before_input?.airspeed_slope_m_s2))
         .maybe("w_slope_m_s2", "dw/dt", "m/s²", 2, |row| Some(row.before_input?.w_slope_m_s2))
         .maybe("climb_m_s", "Climb", "m/s", 2, |row| row.before_input?.climb_m_s)
-        .optional("verdict", "Verdict", |row| row.verdict.as_ref().map(|verdict| Level::name(verdict.level)))
+        .optional("verdict", "Verdict", |row| row.verdict.as_ref().map(|verdict| verdict.level.name()))
         .done()
 }
 
