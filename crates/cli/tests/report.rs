@@ -150,7 +150,7 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
         "of 6 manoeuvres",
         "1 for validation",
         "Proof of match",
-        "listed at the end",
+        " notes",
     ] {
         assert!(cover.contains(part), "{part} is not in {cover}");
     }

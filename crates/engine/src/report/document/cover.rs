@@ -85,7 +85,7 @@ fn summary<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
     if !results.proof_of_match.windows.is_empty() {
         summary.push(("Proof of match", proof(contents)));
     }
-    summary.push(("Findings", format!("{}, listed at the end", findings::counted(contents))));
+    summary.push(("Findings", findings::counted(contents)));
     let failed = contents.snapshot.failures().len() + contents.snapshot.failed_fits().len();
     if failed > 0 {
         summary.push((

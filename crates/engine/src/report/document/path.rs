@@ -18,7 +18,9 @@ use crate::stage::WindowPath;
 pub fn filter(contents: &Contents<'_>) -> Parts {
     let results = contents.results;
     let fact = |(name, text): (&str, String)| (name.to_owned(), text);
-    let facts: Vec<(String, String)> = settings(contents).into_iter().map(fact).collect();
+    let mut facts: Vec<(String, String)> = method(contents).into_iter().map(fact).collect();
+    let method = Block::Facts(facts.clone());
+    facts.extend(corrections(contents).into_iter().map(fact));
     let consistency = tables::windows(results).select(&[
         "window",
         "mean_nis",
@@ -27,7 +29,7 @@ pub fn filter(contents: &Contents<'_>) -> Parts {
         "nis_band_correlated_high",
     ]);
     let body = vec![
-        Block::Facts(facts[..4].to_vec()),
+        method,
         Block::Paragraph(format!("Innovations: {}.", cover::consistency(&results.windows))),
     ];
     let appendix = vec![
@@ -43,9 +45,9 @@ pub fn filter(contents: &Contents<'_>) -> Parts {
     Parts { body, appendix }
 }
 
-/// What the filter and the coefficients were formed with.
-fn settings<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
-    let (session, results) = (contents.session, contents.results);
+/// How the path was reconstructed, and how the coefficients were formed from it.
+fn method<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
+    let session = contents.session;
     let settings = &session.filter;
     let method = match settings.method {
         Method::Iekf { max_iterations, tolerance } => {
@@ -69,6 +71,17 @@ fn settings<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
         PathSource::Smoothed => "smoothed states",
         PathSource::Measured => "as measured, without a filter",
     };
+    vec![
+        ("Filter", method),
+        ("Inputs", hold.to_owned()),
+        ("Coefficients are formed from", path.to_owned()),
+        ("Rates are differentiated by", contents.results.differentiation.clone()),
+    ]
+}
+
+/// What was corrected in the signals and the coefficients.
+fn corrections<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
+    let (settings, preparation) = (&contents.session.filter, &contents.session.preparation);
     let listed = |found: Vec<String>| if found.is_empty() { "none".to_owned() } else { found.join(", ") };
     let delays = Measurement::ALL.into_iter().zip(settings.measurement_delay_s).filter(|(_, delay)| *delay != 0.0);
     let delays = delays.map(|(measurement, delay)| format!("{} {delay} s", notation::measurement(measurement)));
@@ -90,10 +103,6 @@ fn settings<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
         Axes::Stability => "stability",
     };
     vec![
-        ("Filter", method),
-        ("Inputs", hold.to_owned()),
-        ("Coefficients are formed from", path.to_owned()),
-        ("Rates are differentiated by", results.differentiation.clone()),
         ("Accelerations moved to the centre of gravity", yes_no(preparation.correct_accelerometer)),
         ("Flow angles corrected for the position of the vanes", yes_no(preparation.correct_vanes)),
         ("GPS corrected for the position of its antenna", yes_no(preparation.correct_antenna)),
