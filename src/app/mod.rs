@@ -21,9 +21,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
 pub use doublet_engine::document::Document;
+use doublet_engine::graph::Cache;
 use doublet_engine::keep::{self, Put};
 use doublet_engine::report::Reference;
-use doublet_engine::run::{Engine, Job, Request, Snapshot};
+use doublet_engine::run::{CACHE_BYTES, Engine, Job, Request, Snapshot};
 use doublet_engine::session::Session;
 use doublet_engine::study::Study;
 use eframe::egui;
@@ -131,10 +132,10 @@ struct Opening {
 }
 
 impl Opening {
-    fn new(document: Document) -> std::io::Result<Self> {
+    fn new(document: Document, cache: Arc<Cache>) -> std::io::Result<Self> {
         let shown = Arc::<OnceLock<egui::Context>>::default();
         let window = Arc::clone(&shown);
-        let engine = Engine::start(move || {
+        let engine = Engine::start(cache, move || {
             if let Some(ctx) = window.get() {
                 ctx.request_repaint();
             }
@@ -158,7 +159,19 @@ impl Workbench {
     /// # Errors
     /// When the operating system refuses a thread.
     pub fn new(cc: &eframe::CreationContext<'_>, document: Document) -> std::io::Result<Self> {
-        Ok(Self::show(cc, Opening::new(document)?))
+        Self::with_cache(cc, document, Arc::new(Cache::new(CACHE_BYTES)))
+    }
+
+    /// The same with a cache that other workbenches may share.
+    ///
+    /// # Errors
+    /// When the operating system refuses a thread.
+    pub fn with_cache(
+        cc: &eframe::CreationContext<'_>,
+        document: Document,
+        cache: Arc<Cache>,
+    ) -> std::io::Result<Self> {
+        Ok(Self::show(cc, Opening::new(document, cache)?))
     }
 
     /// Sets fonts and themes up and takes the stored layout, for what is being computed already.
@@ -395,7 +408,7 @@ pub fn run(session: Option<&Path>) -> Result<(), String> {
         None => Workbench::nothing_open(),
     };
     // The window takes as long to make as reading the recordings does.
-    let opening = Opening::new(document).map_err(|error| error.to_string())?;
+    let opening = Opening::new(document, Arc::new(Cache::new(CACHE_BYTES))).map_err(|error| error.to_string())?;
     let started = Arc::new(AtomicBool::new(false));
     let usual = std::panic::take_hook();
     let quiet = Arc::clone(&started);

@@ -1,6 +1,7 @@
 //! The workbench on a session: opened, changed, undone, saved and opened again, with the numbers that must result.
 
 use std::path::Path;
+use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 
 use doublet::app::files::Files;
@@ -31,6 +32,9 @@ const TRUTH_TOLERANCE: f64 = 0.02;
 
 /// Rounding of a sum of masses, kg.
 const MASS_TOLERANCE_KG: f64 = 1e-6;
+
+/// What the tests of the shipped flight computed: each begins with it.
+static SHIPPED: LazyLock<Arc<Cache>> = LazyLock::new(|| Arc::new(Cache::new(1 << 30)));
 
 /// The workbench on a flight in a folder of its own.
 pub struct Bench<'a> {
@@ -103,7 +107,8 @@ impl Bench<'_> {
     pub fn shipped_in(width: f32, height: f32) -> Self {
         let mut harness = builder(width, height).build_eframe(|cc| {
             let document = Document::open_demo().expect("a session is shipped");
-            let mut app = overview(Workbench::new(cc, document).expect("a thread starts"));
+            let app = Workbench::with_cache(cc, document, Arc::clone(&SHIPPED)).expect("a thread starts");
+            let mut app = overview(app);
             app.files = Files::without_system();
             app
         });

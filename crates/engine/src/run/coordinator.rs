@@ -91,11 +91,11 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// Starts the coordinator; `wake` is called after every new snapshot.
+    /// Starts the coordinator, which keeps outputs of stages in `cache`; `wake` is called after every new snapshot.
     ///
     /// # Errors
     /// When the operating system refuses a thread.
-    pub fn start(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
+    pub fn start(cache: Arc<Cache>, wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         let shared = Arc::new(Shared {
             inbox: Mutex::default(),
             arrived: Condvar::new(),
@@ -105,7 +105,7 @@ impl Engine {
         let for_thread = Arc::clone(&shared);
         let thread = std::thread::Builder::new()
             .name("doublet-coordinator".to_owned())
-            .spawn(move || coordinate(&for_thread))?;
+            .spawn(move || coordinate(&for_thread, &cache))?;
         Ok(Self { shared, thread: Some(thread) })
     }
 
@@ -173,8 +173,7 @@ impl Drop for Engine {
 }
 
 /// Waits for a job, does it, publishes what comes.
-fn coordinate(shared: &Shared) {
-    let cache = Cache::new(CACHE_BYTES);
+fn coordinate(shared: &Shared, cache: &Cache) {
     let mut done: Option<Request> = None;
     while let Some((job, control)) = next(shared) {
         let previous = Arc::clone(&lock(&shared.snapshot));
@@ -195,11 +194,11 @@ fn coordinate(shared: &Shared) {
                     generation,
                 };
                 let previous = if request.fresh { Arc::default() } else { previous };
-                run(&scope, &previous, &cache, &control, &publish);
+                run(&scope, &previous, cache, &control, &publish);
                 Ok(Some(request))
             }
             (Job::Detail(wanted), Some(Request { session, folder, .. })) => {
-                let context = Context::new(folder).with_cache(&cache).with_control(&control, &|_| ());
+                let context = Context::new(folder).with_cache(cache).with_control(&control, &|_| ());
                 let mut shown = Snapshot::clone(&previous);
                 if let Ok(found) = details(session, &previous, &wanted, &context) {
                     shown.details = Slot::Ready(found);

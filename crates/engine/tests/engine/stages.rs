@@ -120,7 +120,7 @@ fn a_closer_look_follows_the_newest_request_and_comes_back_from_the_cache() {
     let mut session = session::parse(doublet_engine::builtin::session("demo").unwrap()).unwrap();
     session.windows.truncate(1);
     let name = session.windows[0].name.clone();
-    let engine = Engine::start(|| ()).unwrap();
+    let engine = Engine::start(Arc::new(Cache::new(1 << 20)), || ()).unwrap();
     engine.request(Request {
         session: Arc::new(session),
         folder: PathBuf::from("."),
