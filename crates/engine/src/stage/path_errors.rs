@@ -1,4 +1,4 @@
-//! What constant errors of the sensors and the choice of the differentiation give to the pooled derivatives.
+//! What constant errors of the sensors, delays of the deflections and the choice of the differentiation give to the pooled derivatives.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,6 +11,7 @@ use doublet_core::reconstruct::{
 use rayon::prelude::*;
 
 use super::aero::{WindowAero, aero_along, states_of};
+use super::control_delays::{ControlDelay, control_delays};
 use super::fit::{AeroWindow, PooledFits, pooled_regressions};
 use super::path::{WindowPath, measurements_of, reconstructions};
 use crate::graph::{Context, Control, Footprint, Keyed, Stage, StageError, StageResult};
@@ -131,21 +132,24 @@ pub struct PathErrors {
     pub found: ConstantErrors,
     /// By derivative: how it moves when the samples are freed of each error, per rad or s.
     pub slopes: BTreeMap<String, Vec<f64>>,
+    /// Delays of the deflections by the residuals.
+    pub controls: Vec<ControlDelay>,
     /// By derivative: change with half and with double the half width of the differentiation.
     pub half_width: BTreeMap<String, [f64; 2]>,
 }
 
 impl Footprint for PathErrors {
     fn bytes(&self) -> usize {
-        (self.slopes.len() + self.half_width.len()) * 160 + 512
+        (self.slopes.len() * (1 + self.controls.len()) + self.half_width.len()) * 160 + 512
     }
 }
 
 impl PathErrors {
-    /// Variance of a derivative from constant errors of the sensors, and from the choice of the half width: the range from half to
-    /// double is taken for four deviations.
+    /// Variance of a derivative from constant errors of the sensors and delays of the deflections, and from the choice of the half
+    /// width: the range from half to double is taken for four deviations.
     pub fn variances(&self, derivative: &str) -> (f64, f64) {
         let sensors = self.slopes.get(derivative).map_or(0.0, |slopes| self.found.mean_square(slopes));
+        let sensors = sensors + self.controls.iter().map(|control| control.mean_square(derivative)).sum::<f64>();
         let choice = self.half_width.get(derivative).map_or(0.0, |[half, double]| {
             let range = half.max(*double).max(0.0) - half.min(*double).min(0.0);
             (0.25 * range).powi(2)
@@ -261,8 +265,10 @@ pub fn path_errors(windows: &[ErrorWindow<'_>], settings: Settings<'_>, control:
     });
     let change =
         |name: &String, value: &f64| other.each_ref().map(|moved| moved.get(name).map_or(0.0, |moved| moved - value));
+    let aero: Vec<AeroWindow<'_>> = windows.iter().map(|(window, _, aero)| (*window, Arc::clone(aero))).collect();
+    let controls = control_delays(&aero, structure, estimation);
     let half_width = nominal.iter().map(|(name, value)| (name.clone(), change(name, value))).collect();
-    Ok(PathErrors { kinds, found, slopes, half_width })
+    Ok(PathErrors { kinds, found, slopes, controls, half_width })
 }
 
 /// Whether the filter runs in its packed form; over whole matrices a path takes 20 to 50 times as long.

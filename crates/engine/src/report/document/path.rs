@@ -28,10 +28,7 @@ pub fn filter(contents: &Contents<'_>) -> Parts {
         "nis_band_correlated_low",
         "nis_band_correlated_high",
     ]);
-    let body = vec![
-        method,
-        Block::Paragraph(format!("Innovations: {}.", cover::consistency(&results.windows))),
-    ];
+    let body = vec![method, Block::Paragraph(format!("Innovations: {}.", cover::consistency(&results.windows)))];
     let appendix = vec![
         Block::Facts(facts),
         table_or(
