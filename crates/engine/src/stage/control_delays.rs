@@ -45,11 +45,7 @@ impl ControlDelay {
 type SharedFit = (Coefficient, usize, PooledFit);
 
 /// The delay of each surface that the windows record and the structure has.
-pub(super) fn control_delays(
-    windows: &[AeroWindow<'_>],
-    structure: &Structure,
-    estimation: &Estimation,
-) -> Vec<ControlDelay> {
+pub fn control_delays(windows: &[AeroWindow<'_>], structure: &Structure, estimation: &Estimation) -> Vec<ControlDelay> {
     let fits = |windows: &[AeroWindow<'_>]| -> Vec<SharedFit> {
         let found = pooled_regressions(windows, structure, estimation).into_iter().flatten();
         let fit = |regression: super::Regression| {

@@ -50,7 +50,7 @@ pub use aircraft::{
     AircraftData, LoadedAircraft, NO_AIRCRAFT, aircraft_data, aircraft_of, load_aircraft, loading_on_board,
 };
 pub use align::{UsedClock, is_stamped_by};
-pub use control_delays::ControlDelay;
+pub use control_delays::{ControlDelay, control_delays};
 pub use delays::{SensorDelay, SensorDelays, flow_delay_by_lift};
 pub(crate) use delays_and_gusts::estimate_delays_and_gusts;
 pub use delays_and_gusts::{DelaysAndGusts, estimate_in_turn, needs_delays_or_gusts};

@@ -14,7 +14,8 @@ use doublet_engine::session::{
     WindowFlags, WindowRole,
 };
 use doublet_engine::stage::{
-    AeroWindow, AirDensity, CoefficientFit, PooledFits, Prediction, WindowAero, errors, pooled_fits, window_fits,
+    AeroWindow, AirDensity, CoefficientFit, PooledFits, Prediction, WindowAero, control_delays, errors, pooled_fits,
+    window_fits,
 };
 use nalgebra::DVector;
 use proptest::prelude::*;
@@ -307,4 +308,34 @@ fn residuals_of_a_fit_with_weights_are_those_of_the_measurement() {
         assert_eq!(huber.quality, FitQuality::of(&measured, &fitted));
         assert_eq!(huber.names, equal.names);
     }
+}
+
+/// Aileron recorded a sample late: the residuals say so, and the errors of the derivatives hold what it does to them.
+#[test]
+fn late_deflection_is_found_by_the_residuals_and_is_in_the_errors() {
+    let late = |(manoeuvre, aero): &(Manoeuvre, Arc<WindowAero>)| {
+        let mut data = aero.data.clone();
+        let aileron = data.controls.get_mut(&Role::Aileron).unwrap();
+        *aileron = std::iter::once(aileron[0]).chain(aileron.iter().copied()).take(aileron.len()).collect();
+        (manoeuvre.clone(), Arc::new(WindowAero::form(data, aero.settings.clone(), AirDensity::Recorded).unwrap()))
+    };
+    let all: Vec<_> = windows().iter().map(late).collect();
+    let windows: Vec<AeroWindow<'_>> = all.iter().map(|(manoeuvre, aero)| (manoeuvre, Arc::clone(aero))).collect();
+    let estimation = Estimation { by_surface: false, ..Estimation::default() };
+    let found = control_delays(&windows, &Structure::thesis(), &estimation);
+    let fits = pooled_fits(&windows, &Structure::thesis(), &estimation).fits;
+    let roll = fits.iter().find(|fit| fit.coefficient == Coefficient::Cl).unwrap();
+    for delay in &found {
+        let expected_s = if delay.surface == Surface::Aileron { flight::STEP_S } else { 0.0 };
+        let error_s = delay.delay_s - expected_s;
+        assert!(error_s.abs() < (4.0 * delay.standard_error_s).max(2e-3), "{delay:?}");
+        assert!(delay.standard_error_s < 5e-3, "{delay:?}");
+    }
+    assert_eq!(found.len(), 3);
+    let fit = roll.fit.as_ref().unwrap();
+    let place = fit.names.iter().position(|name| name == "Cl_delta_a").unwrap();
+    let (error, corrected) = ((fit.estimates[place] - -0.172).abs(), roll.corrected_errors[place]);
+    let added: f64 = found.iter().map(|delay| delay.mean_square("Cl_delta_a")).sum();
+    assert!(error > 3.0 * corrected, "{error} {corrected}: the delay does not show");
+    assert!(error < 2.0 * (corrected * corrected + added).sqrt(), "{error} {corrected} {added}");
 }
