@@ -165,7 +165,8 @@ pub(super) fn consequences(evidence: Evidence<'_>, suspects: &[&str]) -> Vec<Con
     }
     let as_computed: Vec<AeroWindow<'_>> = used.iter().map(|used| used.as_computed()).collect();
     let with_airspeed = with_airspeed(&session.structure);
-    let thrust = Suspect::new(Cause::Thrust, Vec::new());
+    // Thrust that nobody recorded leaves both models possible: neither shows that the other is wrong.
+    let thrust = Suspect { worst: Level::Caution, ..Suspect::new(Cause::Thrust, Vec::new()) };
     variants.push(Variant { suspect: thrust, fits: fits(session, &as_computed, &with_airspeed) });
     fits(session, &as_computed, &session.structure).par_iter().map(|fitted| of_fit(fitted, &variants)).collect()
 }
