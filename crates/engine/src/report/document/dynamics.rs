@@ -1,11 +1,11 @@
 //! Section on how the aircraft flies: trim, state matrices, modes with their intervals, levels of flying qualities.
 
 use doublet_dynamics::propagate::HALF_WIDTH;
-use doublet_dynamics::qualities::Measure;
 
 use super::{Axis, Block, Contents, Figure, LineStyle, Panel, Plot, paragraph, points};
+use crate::notation::significant;
 use crate::report::table::{Cell, Column, Table};
-use crate::report::{DynamicsRow, LinearRow, ModeRow};
+use crate::report::{AnticipationChart, DynamicsRow, LinearRow, ModeRow, QualityRow, anticipation_chart};
 use crate::study::DynamicsStudy;
 
 /// Points of an ellipse.
@@ -32,14 +32,16 @@ pub fn dynamics(contents: &Contents<'_>) -> Vec<Block> {
     blocks.push(Block::Table(modes(row)));
     blocks.push(Block::Figure(roots(study)));
     blocks.push(Block::Table(levels(row)));
+    blocks.extend(open_criteria(row));
     blocks.extend(anticipation(study).map(Block::Figure));
     let qualities = &row.qualities;
     blocks.push(Block::Paragraph(format!(
-        "{} ({}), {}: {}.",
+        "{} ({}), {}: {}, {}.",
         qualities.standard,
         qualities.note,
         qualities.airplane_from,
         qualities.level.unwrap_or("not judged"),
+        qualities.extent(),
     )));
     if !row.notes.is_empty() {
         blocks.push(Block::List(row.notes.clone()));
@@ -156,56 +158,84 @@ fn roots(study: &DynamicsStudy) -> Figure {
 const SLOW_RAD_S: f64 = 0.6;
 
 fn levels(row: &DynamicsRow) -> Table {
-    let rows = row.qualities.criteria.iter().map(|criterion| {
-        let share = criterion.probabilities.map(|shares| 100.0 * shares[0]);
-        let level = if criterion.counts { criterion.level.to_owned() } else { format!("({})", criterion.level) };
+    let cells = |criterion: &QualityRow| {
         vec![
             Cell::text(&criterion.criterion),
-            Cell::text(level),
-            Cell::maybe(share),
+            Cell::text(format!("{}, {}", criterion.standard, criterion.source)),
+            Cell::text(criterion.value_texts(|value| significant(value, 3)).join("; ")),
+            Cell::text(criterion.level_text()),
+            Cell::maybe(criterion.probability().map(|share| 100.0 * share)),
+            Cell::maybe(criterion.probabilities.map(|shares| 100.0 * shares[0])),
             Cell::text(criterion.reasons.join("; ")),
         ]
-    });
+    };
     Table {
         name: "levels".to_owned(),
-        caption: "Levels of flying qualities; levels in brackets use unverified limits and do not count.".to_owned(),
+        caption: "Levels of flying qualities with 95 % intervals and probabilities; levels in brackets do not count."
+            .to_owned(),
         columns: vec![
             Column::new("criterion", "Criterion"),
+            Column::new("paragraph", "Standard and paragraph"),
+            Column::new("values", "Values [95 % interval]"),
             Column::new("level", "Level"),
+            Column::number("probability", "Probability", "%", 3),
             Column::number("level_1", "Level 1 with", "%", 3),
             Column::new("reasons", "Not Level 1 because"),
         ],
-        rows: rows.collect(),
+        rows: row.qualities.criteria.iter().filter(|row| row.is_judged()).map(cells).collect(),
     }
+}
+
+/// Criteria that are not judged, with what is needed.
+fn open_criteria(row: &DynamicsRow) -> Option<Block> {
+    let cells = |criterion: &QualityRow| {
+        Some(vec![
+            Cell::text(&criterion.criterion),
+            Cell::text(format!("{}, {}", criterion.standard, criterion.source)),
+            Cell::text(criterion.value_texts(|value| significant(value, 3)).join("; ")),
+            Cell::text(criterion.needed.as_ref()?),
+        ])
+    };
+    let rows: Vec<_> = row.qualities.criteria.iter().filter_map(cells).collect();
+    (!rows.is_empty()).then(|| {
+        Block::Table(Table {
+            name: "levels_not_judged".to_owned(),
+            caption: "Criteria that are not judged, and what is needed to judge them.".to_owned(),
+            columns: vec![
+                Column::new("criterion", "Criterion"),
+                Column::new("paragraph", "Standard and paragraph"),
+                Column::new("values", "Values [95 % interval]"),
+                Column::new("needed", "Needed"),
+            ],
+            rows,
+        })
+    })
 }
 
 /// Control anticipation over short-period damping with the boundaries of the levels, the estimate and its samples.
 fn anticipation(study: &DynamicsStudy) -> Option<Figure> {
-    let point = |measures: &doublet_dynamics::qualities::Measures| {
-        Some([measures.get(Measure::ShortPeriodDamping)?, measures.get(Measure::Cap)?])
+    let AnticipationChart { ranges, places, levels, estimate, samples } = anticipation_chart(study)?;
+    let mut marks = vec![points("samples", 7, LineStyle::Dots, samples)];
+    marks.extend(levels.into_iter().map(|(level, corners)| {
+        let style = if level == 3 { LineStyle::Dashed } else { LineStyle::Solid };
+        points(format!("Level {level}"), usize::from(level) + 1, style, corners)
+    }));
+    marks.push(points("estimate", 1, LineStyle::Dots, vec![estimate]));
+    let [across, up] = places;
+    let axis = |label: &str, unit: &str, range: [f64; 2], places: Vec<(f64, String)>| Axis {
+        range: Some(range),
+        places,
+        ..Axis::new(label, unit)
     };
-    let place = point(&study.measures)?;
-    let mut marks = vec![points("samples", 7, LineStyle::Dots, study.sampled.iter().filter_map(point))];
-    let bounds = |measure: Measure| study.limits.bounds(&study.airplane, measure);
-    let (damping, cap) = (bounds(Measure::ShortPeriodDamping), bounds(Measure::Cap));
-    for level in 1..=2_u8 {
-        let of = |rows: &[(u8, Option<f64>, Option<f64>)]| rows.iter().find(|row| row.0 == level).copied();
-        let (Some((_, Some(left), Some(right))), Some((_, Some(low), Some(high)))) = (of(&damping), of(&cap)) else {
-            continue;
-        };
-        let corners = vec![[left, low], [right, low], [right, high], [left, high], [left, low]];
-        marks.push(points(format!("Level {level}"), usize::from(level) + 1, LineStyle::Solid, corners));
-    }
-    marks.push(points("estimate", 1, LineStyle::Dots, vec![place]));
     Some(Figure {
         name: "control_anticipation".to_owned(),
-        caption: "Control anticipation parameter over short-period damping with the boundaries of Levels 1 and 2."
+        caption: "Control anticipation parameter over short-period damping, logarithmic, with the boundaries of Levels 1 to 3."
             .to_owned(),
         columns: 1,
         panel_height_mm: HEIGHT_MM,
         panels: vec![Panel::Plot(Plot {
-            x: Axis::new("short-period damping", ""),
-            y: Axis::new("CAP", "rad/s^2/g"),
+            x: axis("short-period damping", "", ranges[0], across),
+            y: axis("CAP", "rad/s^2/g", ranges[1], up),
             marks,
         })],
     })
