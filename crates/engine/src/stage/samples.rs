@@ -106,7 +106,7 @@ fn local_quadratic(half_width_s: Option<f64>, time_s: &[f64]) -> Differentiation
     Differentiation::LocalPolynomial { degree: 2, half_width }
 }
 
-/// Memory that a sample of a window takes at most until its results are written, bytes: what `crates/cli/tests/windows.rs` measures, and
+/// Memory that a sample of a window takes at most until its results are written, bytes: what `crates/cli/tests/cli/windows.rs` measures, and
 /// 60 columns for what its recording does not have: further measurements, engines, fuel, samples that are not those of the recording.
 const BYTES_PER_SAMPLE: u64 = 2_000;
 

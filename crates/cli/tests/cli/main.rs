@@ -1,0 +1,32 @@
+//! Tests of the command line, in one program: `cargo test -p doublet-cli --test cli SUBJECT` runs those of one subject.
+
+#[path = "../../../core/tests/common/shared.rs"]
+mod shared;
+
+mod common;
+
+mod batch;
+mod chain;
+mod check;
+mod design;
+mod dynamics;
+mod end_to_end;
+mod exports;
+mod folders;
+mod formula;
+mod guess;
+mod hostile_files;
+mod live;
+mod manual;
+mod nameless;
+mod propose;
+mod propulsion;
+mod qtg;
+mod recognition;
+mod regress;
+mod report;
+mod response;
+mod schema;
+mod sensors;
+mod surface;
+mod windows;
