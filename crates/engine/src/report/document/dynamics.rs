@@ -2,7 +2,7 @@
 
 use doublet_dynamics::propagate::HALF_WIDTH;
 
-use super::{Axis, Block, Contents, Figure, LineStyle, Panel, Plot, paragraph, points};
+use super::{Axis, Block, Contents, Figure, LineStyle, Panel, Parts, Plot, paragraph, points};
 use crate::notation::significant;
 use crate::report::table::{Cell, Column, Table};
 use crate::report::{AnticipationChart, DynamicsRow, LinearRow, ModeRow, QualityRow, anticipation_chart};
@@ -14,11 +14,11 @@ const OUTLINE: usize = 73;
 const HEIGHT_MM: f64 = 75.0;
 
 /// Linear model, modes and levels.
-pub fn dynamics(contents: &Contents<'_>) -> Vec<Block> {
+pub fn dynamics(contents: &Contents<'_>) -> Parts {
     let slot = contents.snapshot.dynamics();
     let (Some(row), Some(study)) = (contents.results.dynamics.as_ref(), slot.ready()) else {
         let failed = slot.error().map(|error| format!("Linear model and modes were not computed: {error}."));
-        return failed.map(Block::Paragraph).into_iter().collect();
+        return failed.map(Block::Paragraph).into_iter().collect::<Vec<_>>().into();
     };
     let mut blocks = vec![
         paragraph(
@@ -32,11 +32,10 @@ pub fn dynamics(contents: &Contents<'_>) -> Vec<Block> {
     blocks.push(Block::Table(modes(row)));
     blocks.push(Block::Figure(roots(study)));
     blocks.push(Block::Table(levels(row)));
-    blocks.extend(open_criteria(row));
     blocks.extend(anticipation(study).map(Block::Figure));
     let qualities = &row.qualities;
     blocks.push(Block::Paragraph(format!(
-        "{} ({}), {}: {}, {}.",
+        "{} ({}), {}: {}, {}. Paragraphs, and what the others need, are in the appendix.",
         qualities.standard,
         qualities.note,
         qualities.airplane_from,
@@ -46,7 +45,7 @@ pub fn dynamics(contents: &Contents<'_>) -> Vec<Block> {
     if !row.notes.is_empty() {
         blocks.push(Block::List(row.notes.clone()));
     }
-    blocks
+    Parts { body: blocks, appendix: vec![sources(row)] }
 }
 
 fn trim(row: &DynamicsRow) -> Vec<(String, String)> {
@@ -161,11 +160,9 @@ fn levels(row: &DynamicsRow) -> Table {
     let cells = |criterion: &QualityRow| {
         vec![
             Cell::text(&criterion.criterion),
-            Cell::text(format!("{}, {}", criterion.standard, criterion.source)),
             Cell::text(criterion.value_texts(|value| significant(value, 3)).join("; ")),
             Cell::text(criterion.level_text()),
             Cell::maybe(criterion.probability().map(|share| 100.0 * share)),
-            Cell::maybe(criterion.probabilities.map(|shares| 100.0 * shares[0])),
             Cell::text(criterion.reasons.join("; ")),
         ]
     };
@@ -175,40 +172,34 @@ fn levels(row: &DynamicsRow) -> Table {
             .to_owned(),
         columns: vec![
             Column::new("criterion", "Criterion"),
-            Column::new("paragraph", "Standard and paragraph"),
             Column::new("values", "Values [95 % interval]"),
             Column::new("level", "Level"),
             Column::number("probability", "Probability", "%", 3),
-            Column::number("level_1", "Level 1 with", "%", 3),
             Column::new("reasons", "Not Level 1 because"),
         ],
         rows: row.qualities.criteria.iter().filter(|row| row.is_judged()).map(cells).collect(),
     }
 }
 
-/// Criteria that are not judged, with what is needed.
-fn open_criteria(row: &DynamicsRow) -> Option<Block> {
+/// Standard and paragraph of every criterion, and what is needed to judge those that are not judged.
+fn sources(row: &DynamicsRow) -> Block {
     let cells = |criterion: &QualityRow| {
-        Some(vec![
+        vec![
             Cell::text(&criterion.criterion),
             Cell::text(format!("{}, {}", criterion.standard, criterion.source)),
-            Cell::text(criterion.value_texts(|value| significant(value, 3)).join("; ")),
-            Cell::text(criterion.needed.as_ref()?),
-        ])
+            Cell::text(criterion.needed.as_deref().unwrap_or("judged")),
+        ]
     };
-    let rows: Vec<_> = row.qualities.criteria.iter().filter_map(cells).collect();
-    (!rows.is_empty()).then(|| {
-        Block::Table(Table {
-            name: "levels_not_judged".to_owned(),
-            caption: "Criteria that are not judged, and what is needed to judge them.".to_owned(),
-            columns: vec![
-                Column::new("criterion", "Criterion"),
-                Column::new("paragraph", "Standard and paragraph"),
-                Column::new("values", "Values [95 % interval]"),
-                Column::new("needed", "Needed"),
-            ],
-            rows,
-        })
+    Block::Table(Table {
+        name: "levels_sources".to_owned(),
+        caption: "Paragraphs of the flying-quality criteria, and what is needed to judge those that are not judged."
+            .to_owned(),
+        columns: vec![
+            Column::new("criterion", "Criterion"),
+            Column::new("paragraph", "Standard and paragraph"),
+            Column::new("needed", "Needed"),
+        ],
+        rows: row.qualities.criteria.iter().map(cells).collect(),
     })
 }
 
