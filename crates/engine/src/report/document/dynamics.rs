@@ -157,12 +157,14 @@ fn roots(study: &DynamicsStudy) -> Figure {
 const SLOW_RAD_S: f64 = 0.6;
 
 fn levels(row: &DynamicsRow) -> Table {
+    let percent =
+        |share: Option<f64>| share.map_or_else(String::new, |share| format!("{} %", significant(100.0 * share, 3)));
     let cells = |criterion: &QualityRow| {
         vec![
             Cell::text(&criterion.criterion),
             Cell::text(criterion.value_texts(|value| significant(value, 3)).join("; ")),
             Cell::text(criterion.level_text()),
-            Cell::maybe(criterion.probability().map(|share| 100.0 * share)),
+            Cell::text(percent(criterion.probability())),
             Cell::text(criterion.reasons.join("; ")),
         ]
     };
@@ -174,7 +176,7 @@ fn levels(row: &DynamicsRow) -> Table {
             Column::new("criterion", "Criterion"),
             Column::new("values", "Values [95 % interval]"),
             Column::new("level", "Level"),
-            Column::number("probability", "Probability", "%", 3),
+            Column::new("probability", "Probability"),
             Column::new("reasons", "Not Level 1 because"),
         ],
         rows: row.qualities.criteria.iter().filter(|row| row.is_judged()).map(cells).collect(),
