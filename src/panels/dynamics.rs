@@ -3,7 +3,7 @@
 
 use std::ops::RangeInclusive;
 
-use doublet_engine::report::{ModeRow, mode_rows, qualities_row};
+use doublet_engine::report::{AnticipationChart, ModeRow, QualityRow, anticipation_chart, mode_rows, qualities_row};
 use doublet_engine::run::Slot;
 use doublet_engine::study::dynamics::{CATEGORIES, CLASSES};
 use doublet_engine::study::{DynamicsRequest, DynamicsStudy};
@@ -29,6 +29,7 @@ enum Aspect {
     Roots,
     Modes,
     Levels,
+    Anticipation,
 }
 
 /// The panel.
@@ -43,7 +44,12 @@ pub struct Dynamics {
 impl Panel for Dynamics {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let slot = &ctx.snapshot.inquiries.dynamics;
-        let all = [(Aspect::Roots, "Roots"), (Aspect::Modes, "Modes"), (Aspect::Levels, "Levels")];
+        let all = [
+            (Aspect::Roots, "Roots"),
+            (Aspect::Modes, "Modes"),
+            (Aspect::Levels, "Levels"),
+            (Aspect::Anticipation, "Control anticipation"),
+        ];
         ui.horizontal_wrapped(|ui| choices(ui, &mut self.aspect, &all));
         let moved = slot.latest().is_some_and(|study| self.controls(ctx, ui, study));
         self.ask(slot, moved);
@@ -62,6 +68,7 @@ impl Panel for Dynamics {
             Aspect::Roots => roots(ctx, ui, study),
             Aspect::Modes => modes(ui, study),
             Aspect::Levels => levels(ui, study),
+            Aspect::Anticipation => anticipation(ctx, ui, study),
         }
     }
 }
@@ -103,6 +110,11 @@ impl Dynamics {
                 let fuel = request.fuel_kg.unwrap_or(aboard);
                 request.fuel_kg = slide(ui, fuel, 0.0..=room, "fuel [kg]", 1).or(request.fuel_kg);
             }
+            let delay_s = request.stick_delay_s.unwrap_or(0.0);
+            request.stick_delay_s = slide(ui, delay_s, 0.0..=0.5, "stick delay [s]", 3).or(request.stick_delay_s);
+            let aileron = request.aileron_rad.unwrap_or(0.0).to_degrees();
+            let chosen = slide(ui, aileron, 0.0..=30.0, "full aileron [deg]", 1).filter(|chosen| *chosen > 0.0);
+            request.aileron_rad = chosen.map(f64::to_radians).or(request.aileron_rad);
             for (name, chosen, all, shown) in [
                 ("class", &mut request.class, &CLASSES[..], study.airplane.class),
                 ("category", &mut request.category, &CATEGORIES[..], study.airplane.category),
@@ -115,8 +127,10 @@ impl Dynamics {
                 });
             }
             if ui.button("As flown").on_hover_text("Median condition of the identification manoeuvres").clicked() {
-                let DynamicsRequest { class, category, .. } = *request;
-                *request = DynamicsRequest { class, category, ..DynamicsRequest::default() };
+                let DynamicsRequest { class, category, stick_delay_s, aileron_rad, .. } = *request;
+                let kept =
+                    DynamicsRequest { class, category, stick_delay_s, aileron_rad, ..DynamicsRequest::default() };
+                *request = kept;
             }
         });
         moved
@@ -184,27 +198,64 @@ fn modes(ui: &mut Ui, study: &DynamicsStudy) {
 
 fn levels(ui: &mut Ui, study: &DynamicsStudy) {
     let found = qualities_row(study);
+    let paragraph = |row: &QualityRow| format!("{}, {}", row.standard, row.source);
     ScrollArea::both().show(ui, |ui| {
-        ui.label(format!("{}, {}: {}", found.standard, found.airplane_from, found.level.unwrap_or("not judged")));
+        let worst = found.level.unwrap_or("not judged");
+        ui.label(format!("{}, {}: {worst}, {}", found.standard, found.airplane_from, found.extent()));
         Grid::new("levels").striped(true).show(ui, |ui| {
-            for head in ["criterion", "level", "Level 1 with", "not Level 1 because"] {
+            for head in ["criterion", "level", "probability", "values [95 %]", "not Level 1 because", "paragraph"] {
                 column_title(ui, head);
             }
             ui.end_row();
-            for criterion in &found.criteria {
+            for criterion in found.criteria.iter().filter(|row| row.is_judged()) {
                 ui.label(&criterion.criterion);
                 if criterion.counts {
-                    ui.label(criterion.level)
+                    ui.label(criterion.level_text())
                 } else {
-                    ui.weak(format!("({})", criterion.level))
+                    ui.weak(criterion.level_text())
                 };
-                ui.label(
-                    criterion.probabilities.map_or_else(String::new, |shares| format!("{:.0} %", 100.0 * shares[0])),
-                );
+                ui.label(criterion.probability().map_or_else(String::new, |share| format!("{:.0} %", 100.0 * share)));
+                ui.label(criterion.value_texts(notation::number).join("; "));
                 ui.label(criterion.reasons.join("; "));
+                ui.weak(paragraph(criterion));
                 ui.end_row();
             }
         });
         ui.weak(&found.note);
+        ui.separator();
+        Grid::new("not judged").striped(true).show(ui, |ui| {
+            for head in ["not judged", "needed", "values [95 %]", "paragraph"] {
+                column_title(ui, head);
+            }
+            ui.end_row();
+            for criterion in &found.criteria {
+                let Some(needed) = &criterion.needed else { continue };
+                ui.label(&criterion.criterion);
+                ui.label(needed);
+                ui.label(criterion.value_texts(notation::number).join("; "));
+                ui.weak(paragraph(criterion));
+                ui.end_row();
+            }
+        });
     });
+}
+
+/// Control anticipation over short-period damping in logarithms, with the lines of all levels.
+fn anticipation(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &DynamicsStudy) {
+    let Some(AnticipationChart { places, levels, estimate, samples, .. }) = anticipation_chart(study) else {
+        ui.weak("Control anticipation needs a damped short period and an elevator.");
+        return;
+    };
+    let palette = theme::palette(ui);
+    let color = |index: usize| palette.series[index % palette.series.len()];
+    let mut chart = Chart::new("control anticipation", "short-period damping", "CAP [rad/s²/g]");
+    [chart.places, chart.upright_places] = places;
+    chart.curves.push(ChartCurve::new("samples", color(7), ChartStyle::Dots(1.5), samples));
+    chart.curves.extend(levels.into_iter().map(|(level, corners)| {
+        let style = if level == 3 { ChartStyle::Dashed } else { ChartStyle::Line };
+        ChartCurve::new(format!("Level {level}"), color(usize::from(level) + 1), style, corners)
+    }));
+    chart.curves.push(ChartCurve::new("estimate", color(1), ChartStyle::Dots(ROOT), vec![estimate]));
+    let height = ui.available_height();
+    ctx.chart(ui, &chart, height);
 }

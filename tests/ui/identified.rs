@@ -89,7 +89,11 @@ fn roots_follow_a_slider_and_every_answer_is_that_of_the_engine_alone() {
     assert_eq!(short_period(&study), alone(&bench, study.request));
     bench.click("Levels");
     assert!(bench.harness.query_by_label_contains("class I by its greatest mass").is_some());
+    assert!(bench.harness.query_by_label_contains("criteria judged and counted").is_some());
+    assert!(bench.harness.query_by_label_contains("the available aileron deflection").is_some(), "what is needed");
     picture(&mut bench.harness, "levels");
+    bench.click("Control anticipation");
+    assert!(bench.harness.query_by_label("control anticipation").is_some(), "the chart in logarithms");
 
     bench.show(Pane::Enough);
     let found = bench.snapshot().inquiries.enough.ready().expect("it is computed").clone();

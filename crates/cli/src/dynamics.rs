@@ -95,6 +95,22 @@ pub struct QualitiesArguments {
     /// Flight phase category: A, B or C [default: B].
     #[arg(long, value_parser = PossibleValuesParser::new(CATEGORIES))]
     category: Option<String>,
+    /// Delay from stick to surfaces, s: judges bandwidth and the pilot's loop.
+    #[arg(long, value_name = "S", value_parser = delay)]
+    stick_delay: Option<f64>,
+    /// Available aileron deflection from trim, deg: judges roll performance.
+    #[arg(long, value_name = "DEG", value_parser = deflection)]
+    aileron: Option<f64>,
+}
+
+fn delay(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|value| (0.0..=5.0).contains(value));
+    value.ok_or_else(|| "give a delay from 0 to 5 s".to_owned())
+}
+
+fn deflection(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|value| *value > 0.0 && *value <= 90.0);
+    value.ok_or_else(|| "give a deflection above 0 and up to 90 deg".to_owned())
 }
 
 fn locus_range(text: &str) -> Result<(String, f64, f64, usize), String> {
@@ -107,12 +123,18 @@ fn locus_range(text: &str) -> Result<(String, f64, f64, usize), String> {
     Ok((name.to_owned(), number(from)?, number(to)?, steps))
 }
 
+/// What the levels depend on beside the trim.
+#[derive(Debug, Default)]
+pub struct Judged<'a> {
+    class: Option<&'a str>,
+    category: Option<&'a str>,
+    stick_delay_s: Option<f64>,
+    aileron_rad: Option<f64>,
+}
+
 /// Computes the study of a trim.
-pub fn study(
-    trim: &TrimArguments,
-    class: Option<&str>,
-    category: Option<&str>,
-) -> Result<std::sync::Arc<DynamicsStudy>, String> {
+pub fn study(trim: &TrimArguments, judged: &Judged<'_>) -> Result<std::sync::Arc<DynamicsStudy>, String> {
+    let Judged { class, category, stick_delay_s, aileron_rad } = *judged;
     let place = |known: &[&str], name: Option<&str>| known.iter().position(|known| Some(*known) == name);
     let request = DynamicsRequest {
         airspeed_m_s: trim.airspeed,
@@ -126,6 +148,8 @@ pub fn study(
         window: trim.window.as_deref().map(|name| window(&trim.session, name)).transpose()?,
         class: place(&CLASSES, class.map(|class| if class == "II" { "II-L" } else { class })),
         category: place(&CATEGORIES, category),
+        stick_delay_s,
+        aileron_rad,
         samples: trim.samples as usize,
         seed: trim.seed,
     };
@@ -149,7 +173,7 @@ fn window(path: &Path, name: &str) -> Result<u64, String> {
 /// # Errors
 /// One line per thing that is wrong.
 pub fn linear(arguments: &LinearArguments) -> Result<(), String> {
-    let study = study(&arguments.trim, None, None)?;
+    let study = study(&arguments.trim, &Judged::default())?;
     let row = dynamics_row(&study);
     let mut written = None;
     if let Some(out) = &arguments.out {
@@ -195,7 +219,7 @@ pub fn linear(arguments: &LinearArguments) -> Result<(), String> {
 /// # Errors
 /// One line per thing that is wrong.
 pub fn modes(arguments: &ModesArguments) -> Result<(), String> {
-    let study = study(&arguments.trim, None, None)?;
+    let study = study(&arguments.trim, &Judged::default())?;
     if let Some((name, from, to, steps)) = &arguments.locus {
         let share = |step: usize| step as f64 / (steps - 1).max(1) as f64;
         let values: Vec<f64> = (0..*steps).map(|step| from + (to - from) * share(step)).collect();
@@ -256,7 +280,15 @@ fn print_locus(name: &str, parameter: &LocusParameter, points: &[LocusPoint], as
 /// # Errors
 /// One line per thing that is wrong.
 pub fn qualities(arguments: &QualitiesArguments) -> Result<(), String> {
-    let study = study(&arguments.trim, arguments.class.as_deref(), arguments.category.as_deref())?;
+    let study = study(
+        &arguments.trim,
+        &Judged {
+            class: arguments.class.as_deref(),
+            category: arguments.category.as_deref(),
+            stick_delay_s: arguments.stick_delay,
+            aileron_rad: arguments.aileron.map(f64::to_radians),
+        },
+    )?;
     let row = dynamics_row(&study);
     let found = &row.qualities;
     if arguments.trim.json {
@@ -273,34 +305,46 @@ pub fn qualities(arguments: &QualitiesArguments) -> Result<(), String> {
     Ok(())
 }
 
-/// Prints the level of every criterion with its probability, and the worst.
+/// Prints the level of every criterion with its probability, the worst, and the criteria that are not judged.
 pub fn print_qualities(found: &QualitiesRow) {
     text::line("");
     text::line(&format!("{} ({}), {}", found.standard, found.date, found.airplane_from));
-    let cells: Vec<Vec<String>> = found.criteria.iter().map(quality_cells).collect();
-    text::table(&["criterion", "level", "probability", "values", "not Level 1 because"], &cells);
-    text::line(&format!("worst: {}{}", found.level.unwrap_or("not judged"), likely(found.level, found.probabilities)));
+    let judged = found.criteria.iter().filter(|row| row.is_judged());
+    let cells: Vec<Vec<String>> = judged.map(quality_cells).collect();
+    text::table(&["criterion", "level", "probability", "values [95 %]", "not Level 1 because", "paragraph"], &cells);
+    let worst = found.level.unwrap_or("not judged");
+    let share = found.level.and_then(|level| {
+        let place = LEVELS.iter().position(|known| *known == level)?;
+        found.probabilities.map(|shares| format!(" with {:.0} %", 100.0 * shares[place]))
+    });
+    text::line(&format!("worst: {worst}{} ({})", share.unwrap_or_default(), found.extent()));
     text::line(&found.note);
+    let open = found.criteria.iter().filter_map(|row| {
+        let values = row.value_texts(|value| number(value, 3)).join(", ");
+        Some(vec![row.criterion.clone(), row.needed.clone()?, values, paragraph(row)])
+    });
+    let open: Vec<Vec<String>> = open.collect();
+    if !open.is_empty() {
+        text::line("");
+        text::table(&["not judged", "needed", "values [95 %]", "paragraph"], &open);
+    }
 }
 
-/// Probability of a level, in words behind it.
-fn likely(level: Option<&str>, probabilities: Option<[f64; 4]>) -> String {
-    const LEVELS: [&str; 4] = ["Level 1", "Level 2", "Level 3", "worse than Level 3"];
-    let place = level.and_then(|level| LEVELS.iter().position(|known| *known == level));
-    place.zip(probabilities).map_or_else(String::new, |(place, shares)| format!(" with {:.0} %", 100.0 * shares[place]))
+/// Names of the levels, the best first.
+const LEVELS: [&str; 4] = ["Level 1", "Level 2", "Level 3", "worse than Level 3"];
+
+fn paragraph(row: &QualityRow) -> String {
+    format!("{}, {}", row.standard, row.source)
 }
 
 fn quality_cells(row: &QualityRow) -> Vec<String> {
-    let values = row.values.iter().map(|(key, value)| {
-        format!("{} {}", key.replace('_', " "), value.map_or_else(|| "infinite".to_owned(), |value| number(value, 3)))
-    });
-    let level = if row.counts { row.level.to_owned() } else { format!("({}, unverified limits)", row.level) };
     vec![
         row.criterion.clone(),
-        level,
-        likely(Some(row.level), row.probabilities).trim_start_matches(" with ").to_owned(),
-        values.collect::<Vec<_>>().join(", "),
+        row.level_text(),
+        row.probability().map_or_else(String::new, |share| format!("{:.0} %", 100.0 * share)),
+        row.value_texts(|value| number(value, 3)).join(", "),
         row.reasons.join("; "),
+        paragraph(row),
     ]
 }
 

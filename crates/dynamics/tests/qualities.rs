@@ -246,7 +246,8 @@ fn limits_are_inclusive_grow_with_the_coupling_and_end_beyond_level_3() {
     assert_eq!(judge(&limits, &large, &slow).quality("Dutch roll").unwrap().level, Some(QualityLevel::One));
     // A limit that is only remembered does not count.
     let fast = Airplane::new("I", "A").unwrap();
-    let judgement = judge(&limits, &fast, &with(Measure::ShortPeriodFrequency, 0.5));
+    let landing = Airplane::new("I", "C").unwrap();
+    let judgement = judge(&limits, &landing, &with(Measure::ShortPeriodFrequency, 0.5));
     assert_eq!(judgement.quality("short-period floor").unwrap().level, Some(QualityLevel::Three));
     assert_eq!((judgement.level, judgement.reasons().count()), (None, 0));
     // A coupled roll-spiral must not be there in category A.

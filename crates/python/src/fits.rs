@@ -269,9 +269,11 @@ pub fn request(trim: &Bound<'_, PyDict>, samples: usize, seed: u64) -> PyResult<
             "pull_up" => request.pull_up = value.extract()?,
             "mass" => request.mass_kg = Some(number()?),
             "fuel" => request.fuel_kg = Some(number()?),
+            "stick_delay" => request.stick_delay_s = Some(number()?),
+            "aileron" => request.aileron_rad = Some(number()?),
             "window" => request.window = Some(window_key(&value.extract::<String>()?)),
             other => {
-                let known = "airspeed, altitude, gamma, load_factor, pull_up, mass, fuel, window";
+                let known = "airspeed, altitude, gamma, load_factor, pull_up, mass, fuel, stick_delay, aileron, window";
                 return Err(refuse(format!("'{other}' is nothing a trim has: use {known}")));
             }
         }

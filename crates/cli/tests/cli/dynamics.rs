@@ -172,3 +172,53 @@ fn functions_of_derivatives_have_intervals() {
         "{error}"
     );
 }
+
+#[test]
+fn pitch_and_roll_criteria_are_judged_with_intervals_or_say_what_they_need() {
+    let base = ["qualities", "sessions/demo.toml", "--class", "I", "--category", "A", "--samples", "200", "--json"];
+    let found = document(&base);
+    let row = |found: &Value, name: &str| {
+        let criteria = found.pointer("/qualities/criteria").and_then(Value::as_array).unwrap();
+        criteria.iter().find(|row| row["criterion"] == name).unwrap_or_else(|| panic!("{name}")).clone()
+    };
+    // Neither delay nor deflection is known: bandwidth and roll performance say so, dropback needs neither.
+    for (name, part) in [
+        ("bandwidth and phase delay", "delay from stick"),
+        ("pilot in the loop (Neal-Smith)", "delay from stick"),
+        ("roll performance", "aileron deflection"),
+        ("stick force per load factor", "stick force"),
+    ] {
+        let row = row(&found, name);
+        assert!(row["level"] == "not judged" && row["needed"].as_str().unwrap().contains(part), "{row}");
+        assert!(!row["source"].as_str().unwrap().is_empty() && row["standard"].as_str().unwrap().contains("(19"));
+    }
+    let dropback = row(&found, "dropback and overshoot");
+    assert!(dropback["guidance"] == true && dropback["counts"] == false && dropback["needed"].is_null());
+    let known = document(&[&base[..], &["--stick-delay", "0.05", "--aileron", "14.5"]].concat());
+    for (name, keys) in [
+        ("bandwidth and phase delay", &["bandwidth", "phase_delay"][..]),
+        ("pilot in the loop (Neal-Smith)", &["pilot_compensation_deg", "closed_loop_resonance_db"]),
+        ("pilot-induced oscillation, phase rate", &["average_phase_rate_deg_hz", "phase_rate_deg_hz"]),
+        ("roll performance", &["time_to_bank_60"]),
+        ("dropback and overshoot", &["dropback", "pitch_rate_overshoot"]),
+    ] {
+        let row = row(&known, name);
+        for key in keys {
+            let value = row["values"][key].as_f64().unwrap_or_else(|| panic!("{row}"));
+            let [low, high] = ["low", "high"].map(|end| row["intervals"][key][end].as_f64().unwrap());
+            // A value may lie at the edge of its samples, not far outside.
+            let room = high - low;
+            assert!(low - room < value && value < high + room, "{key}: {value} in {low} to {high}");
+        }
+        let shares: f64 = row["probabilities"].as_array().unwrap().iter().filter_map(Value::as_f64).sum();
+        assert!((shares - 1.0).abs() < 1e-9, "{row}");
+    }
+    // Only roll performance has limits that count: the others do not move the overall level.
+    assert_eq!(row(&known, "roll performance")["counts"], true);
+    assert_eq!(row(&known, "bandwidth and phase delay")["counts"], false);
+    let rate = number(&row(&known, "pilot-induced oscillation, phase rate"), "/values/average_phase_rate_deg_hz");
+    let delay = number(&row(&known, "bandwidth and phase delay"), "/values/phase_delay");
+    assert!((rate / delay - 720.0).abs() < 1e-6);
+    let lines = text(&doublet(&base[..6]).stdout);
+    assert!(lines.contains("judged and counted") && lines.contains("not judged"), "{lines}");
+}

@@ -70,7 +70,7 @@ fn numbers(value: &Value, found: &mut BTreeSet<u64>) {
 }
 
 /// Sections of a report of everything, in order.
-const SECTIONS: [&str; 23] = [
+const SECTIONS: [&str; 24] = [
     "Overview",
     "Aircraft and loading",
     "Instrumentation",
@@ -93,6 +93,7 @@ const SECTIONS: [&str; 23] = [
     "Recordings",
     "Mass properties",
     "Fits of each manoeuvre",
+    "Paragraphs of the flying-quality criteria",
     "Findings",
 ];
 

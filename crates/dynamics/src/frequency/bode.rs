@@ -3,6 +3,9 @@
 use super::response::FrequencyResponse;
 use super::transfer::TransferFunction;
 
+/// Step of the phase rate as a fraction of the frequency.
+const PHASE_RATE_STEP: f64 = 0.05;
+
 /// Gain and phase over frequency, phase without jumps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodeCurve {
@@ -25,6 +28,8 @@ pub struct Bandwidth {
     pub gain_limited_rad_s: Option<f64>,
     /// `-(phase(2 omega_180) + pi) / (2 omega_180)`, s.
     pub phase_delay_s: Option<f64>,
+    /// Phase rate `-d phase / d omega` at -180 deg, rad per rad/s, from the phases 5 % to either side.
+    pub phase_rate_s: Option<f64>,
 }
 
 impl Bandwidth {
@@ -34,6 +39,12 @@ impl Bandwidth {
             (Some(phase), Some(gain)) => Some(phase.min(gain)),
             (one, other) => one.or(other),
         }
+    }
+
+    /// Average phase rate from `omega_180` to twice that, `-(phase(2 omega_180) + pi) / omega_180`, rad per rad/s: twice the phase delay
+    /// (J. C. Gibson, Development of a Methodology for Excellence in Handling Qualities Design, TU Delft, 1999).
+    pub fn average_phase_rate_s(&self) -> Option<f64> {
+        self.phase_delay_s.map(|delay| 2.0 * delay)
     }
 }
 
@@ -88,12 +99,25 @@ impl BodeCurve {
         let gain_180 = self.value(&self.gain_db, omega_180_rad_s)?;
         let below = |omega: &f64| *omega < omega_180_rad_s;
         let twice = self.value(&self.phase_rad, 2.0 * omega_180_rad_s);
+        let beside = |part: f64| self.value(&self.phase_rad, part * omega_180_rad_s);
+        let rise = beside(1.0 - PHASE_RATE_STEP).zip(beside(1.0 + PHASE_RATE_STEP)).map(|(low, high)| low - high);
         Some(Bandwidth {
+            phase_rate_s: rise.map(|rise| rise / (2.0 * PHASE_RATE_STEP * omega_180_rad_s)),
             omega_180_rad_s,
             phase_limited_rad_s: self.crossings(&self.phase_rad, -0.75 * PI).find(below),
             gain_limited_rad_s: self.crossings(&self.gain_db, gain_180 + 6.0).find(below),
             phase_delay_s: twice.map(|phase| -(phase + PI) / (2.0 * omega_180_rad_s)),
         })
+    }
+
+    /// First frequency at which the phase falls through a value, rad/s.
+    pub fn frequency_of_phase(&self, phase_rad: f64) -> Option<f64> {
+        self.crossings(&self.phase_rad, phase_rad).next()
+    }
+
+    /// Gain, dB, and phase, rad, at a frequency inside the curve.
+    pub fn at(&self, omega_rad_s: f64) -> Option<(f64, f64)> {
+        Some((self.value(&self.gain_db, omega_rad_s)?, self.value(&self.phase_rad, omega_rad_s)?))
     }
 
     /// Gain and phase margin, where the curve reaches them.

@@ -2,8 +2,9 @@
 
 use std::fmt;
 
-use super::limits::{Airplane, Limit, Limits};
+use super::limits::{Airplane, Limit, Limits, NotJudged};
 use super::measures::{Measure, Measures};
+use crate::propagate::Interval;
 
 /// A level of flying qualities, the best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -85,8 +86,16 @@ pub struct Quality {
     pub values: Vec<(Measure, f64)>,
     /// Limits that keep it from Level 1, each of its measure's own level; what is missing where it was not judged.
     pub reasons: Vec<Reason>,
-    /// Whether it counts: a criterion whose limits are only remembered does not.
+    /// Whether it counts: a criterion whose limits are only remembered, or are guidance, does not.
     pub counts: bool,
+    /// Whether its limits are guidance for design.
+    pub is_guidance: bool,
+    /// Standard with its date.
+    pub standard: String,
+    /// Paragraph, figure and page.
+    pub source: String,
+    /// What is needed to judge it, where it was not judged.
+    pub needed: Option<String>,
 }
 
 /// Levels of all criteria.
@@ -123,20 +132,52 @@ pub fn judge(limits: &Limits, airplane: &Airplane, measures: &Measures) -> Judge
         let rows: Vec<&Limit> = applying().filter(|other| other.criterion == limit.criterion).collect();
         qualities.push(quality(limits, airplane, measures, &rows));
     }
+    let open = limits
+        .not_judged
+        .iter()
+        .filter(|row| row.categories.is_empty() || row.categories.iter().any(|category| category == airplane.category));
+    qualities.extend(open.map(|row| not_judged(row, measures)));
     let level = qualities.iter().filter(|quality| quality.counts).filter_map(|quality| quality.level).max();
     Judgement { qualities, level }
 }
 
+/// A criterion of the standard that is listed only.
+fn not_judged(row: &NotJudged, measured: &Measures) -> Quality {
+    Quality {
+        criterion: row.criterion.clone(),
+        level: None,
+        measures: row.measures.clone(),
+        values: row.measures.iter().filter_map(|measure| Some((*measure, measured.get(*measure)?))).collect(),
+        reasons: Vec::new(),
+        counts: true,
+        is_guidance: false,
+        standard: row.standard.clone(),
+        source: row.source.clone(),
+        needed: Some(row.needed.clone()),
+    }
+}
+
 fn quality(limits: &Limits, airplane: &Airplane, measured: &Measures, rows: &[&Limit]) -> Quality {
     let (mut values, mut reasons, mut worst): (Vec<(Measure, f64)>, _, _) = (Vec::new(), Vec::new(), None);
+    let mut judged: Vec<Measure> = Vec::new();
     for row in rows {
-        if values.iter().any(|(measure, _)| *measure == row.measure) {
+        if judged.contains(&row.measure) {
             continue;
         }
+        judged.push(row.measure);
         let Some(value) = measured.get(row.measure) else { continue };
-        values.push((row.measure, value));
-        let of_measure = rows.iter().filter(|other| other.measure == row.measure);
-        let violated = of_measure.filter_map(|limit| {
+        let of_measure = || rows.iter().filter(|other| other.measure == row.measure);
+        // A boundary over a measure that was not had says nothing.
+        let others = of_measure().filter_map(|limit| limit.along.as_ref()).map(|along| along.measure);
+        let Some(others) = others.map(|other| Some((other, measured.get(other)?))).collect::<Option<Vec<_>>>() else {
+            continue;
+        };
+        for pair in std::iter::once((row.measure, value)).chain(others) {
+            if !values.contains(&pair) {
+                values.push(pair);
+            }
+        }
+        let violated = of_measure().filter_map(|limit| {
             violation(limits, airplane, measured, limit, value).map(|reason| (limit.level, reason))
         });
         let last = violated.max_by_key(|(level, _)| *level);
@@ -144,15 +185,29 @@ fn quality(limits: &Limits, airplane: &Airplane, measured: &Measures, rows: &[&L
         reasons.extend(last.map(|(_, reason)| reason));
         worst = worst.max(Some(level));
     }
-    let criterion = rows.first().map(|row| row.criterion.clone()).unwrap_or_default();
-    let mut measures: Vec<Measure> = rows.iter().map(|row| row.measure).collect();
-    measures.dedup();
-    Quality { criterion, level: worst, measures, values, reasons, counts: rows.iter().all(|row| row.counts()) }
+    let of_first = |text: fn(&Limit) -> &String| rows.first().map(|row| text(row).clone()).unwrap_or_default();
+    let measures = judged;
+    let others = rows.iter().filter_map(|row| row.along.as_ref()).map(|along| along.measure);
+    let needed = measures.iter().copied().chain(others).find(|measure| measured.get(*measure).is_none());
+    Quality {
+        criterion: of_first(|row| &row.criterion),
+        level: worst,
+        needed: needed.filter(|_| worst.is_none()).map(|measure| measure.needs().to_owned()),
+        measures,
+        values,
+        reasons,
+        counts: rows.iter().all(|row| row.counts()),
+        is_guidance: rows.iter().any(|row| row.is_guidance),
+        standard: of_first(|row| &row.standard),
+        source: of_first(|row| &row.source),
+    }
 }
 
 /// How a value violates a limit, if it does.
 fn violation(limits: &Limits, airplane: &Airplane, measures: &Measures, limit: &Limit, value: f64) -> Option<Reason> {
-    let mut minimum = limit.minimum;
+    let along = limit.along.as_ref().zip(limit.along.as_ref().and_then(|along| measures.get(along.measure)));
+    let (low, high) = along.map_or((None, None), |(along, at)| along.bounds(at));
+    let (mut minimum, maximum) = (limit.minimum.or(low), limit.maximum.or(high));
     if limit.measure == Measure::DutchRollDampingFrequency {
         let damping = measures.get(Measure::DutchRollDamping);
         let enough = limits.dutch_roll_enough.as_ref().zip(damping).is_some_and(|(enough, damping)| {
@@ -169,7 +224,7 @@ fn violation(limits: &Limits, airplane: &Airplane, measures: &Measures, limit: &
         }
     }
     let below = minimum.filter(|minimum| value < *minimum).map(|bound| (true, bound));
-    let above = limit.maximum.filter(|maximum| value > *maximum).map(|bound| (false, bound));
+    let above = maximum.filter(|maximum| value > *maximum).map(|bound| (false, bound));
     let (below, bound) = below.or(above)?;
     let (source, disputed) = (limit.source.clone(), limit.disputed.clone());
     Some(Reason { measure: limit.measure, value, below, bound, source, disputed })
@@ -213,4 +268,11 @@ pub fn judge_samples<'a>(
         row.shares.iter_mut().for_each(|share| *share /= judged);
     }
     found
+}
+
+/// Interval of 95 % of a measure from samples; none where fewer than nine in ten have a finite value.
+pub fn measure_interval(samples: &[Measures], measure: Measure) -> Option<Interval> {
+    let found: Vec<f64> =
+        samples.iter().filter_map(|sample| sample.get(measure)).filter(|value| value.is_finite()).collect();
+    (10 * found.len() >= 9 * samples.len()).then(|| Interval::of_samples(found)).flatten()
 }

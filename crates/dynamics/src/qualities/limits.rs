@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use thiserror::Error;
 
-use super::Measure;
+use super::{Measure, PilotTask};
 
 /// What a limits file begins with.
 const FORMAT: &str = "doublet flying qualities";
@@ -94,12 +94,92 @@ pub struct Limit {
     pub certainty: String,
     /// What other readings of the standard have.
     pub disputed: Option<String>,
+    /// Bounds that depend on another measure.
+    pub along: Option<Along>,
+    /// Standard the limit is from.
+    #[serde(skip)]
+    pub standard: String,
+    /// Whether it is guidance for design, which does not count.
+    #[serde(skip)]
+    pub is_guidance: bool,
+}
+
+/// A boundary in the plane of two measures: bounds of one as straight lines over the other.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Along {
+    /// The other measure.
+    pub measure: Measure,
+    /// Its values, rising, with the least value of the limited measure there.
+    #[serde(default)]
+    pub minimum: Vec<[f64; 2]>,
+    /// The same with the greatest value.
+    #[serde(default)]
+    pub maximum: Vec<[f64; 2]>,
+}
+
+impl Along {
+    /// Least and greatest value where the other measure is `at`: constant before the first point; nothing meets the limit beyond the last.
+    pub fn bounds(&self, at: f64) -> (Option<f64>, Option<f64>) {
+        let bound = |points: &[[f64; 2]], beyond: f64| {
+            let (first, last) = points.first().zip(points.last())?;
+            if at <= first[0] {
+                return Some(first[1]);
+            }
+            let pair = points.windows(2).find(|pair| at <= pair[1][0]);
+            let Some([[left, low], [right, high]]) = pair.map(|pair| [pair[0], pair[1]]) else {
+                return Some(if at <= last[0] { last[1] } else { beyond });
+            };
+            Some(low + (high - low) * (at - left) / (right - left))
+        };
+        (bound(&self.minimum, f64::INFINITY), bound(&self.maximum, f64::NEG_INFINITY))
+    }
+
+    fn is_rising(&self) -> bool {
+        [&self.minimum, &self.maximum].into_iter().all(|points| points.windows(2).all(|pair| pair[0][0] < pair[1][0]))
+            && !(self.minimum.is_empty() && self.maximum.is_empty())
+    }
+}
+
+/// A criterion that is not judged at all.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NotJudged {
+    /// Criterion.
+    pub criterion: String,
+    /// Where the standard has it.
+    pub source: String,
+    /// What is needed to judge it.
+    pub needed: String,
+    /// Categories it is not judged in; all where none is named.
+    #[serde(default)]
+    pub categories: Vec<String>,
+    /// Measures that are shown all the same.
+    #[serde(default)]
+    pub measures: Vec<Measure>,
+    /// Standard it is from.
+    #[serde(skip)]
+    pub standard: String,
+}
+
+/// Tasks of the pilot in the loop of pitch attitude, by category.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PilotTasks {
+    /// Bandwidth of each category, rad/s.
+    pub bandwidth_rad_s: std::collections::BTreeMap<String, f64>,
+    /// Delay of the pilot, s.
+    pub delay_s: f64,
+    /// Least gain of the closed loop below the bandwidth, dB.
+    pub droop_db: f64,
+    /// Where the numbers are from.
+    pub source: String,
 }
 
 impl Limit {
     /// Whether it counts in a judgement.
     pub fn counts(&self) -> bool {
-        self.certainty != "unverified"
+        self.certainty != "unverified" && !self.is_guidance
     }
 
     pub(super) fn applies(&self, airplane: &Airplane) -> bool {
@@ -158,6 +238,14 @@ pub struct Limits {
     pub dutch_roll_increase: Option<Increase>,
     /// Damping of the Dutch roll that is always enough.
     pub dutch_roll_enough: Option<Enough>,
+    /// Whether the limits are guidance for design, which does not count.
+    #[serde(default)]
+    pub guidance: bool,
+    /// Criteria of the standard that are not judged.
+    #[serde(default)]
+    pub not_judged: Vec<NotJudged>,
+    /// Tasks of the pilot in the loop.
+    pub pilot: Option<PilotTasks>,
 }
 
 impl Limits {
@@ -167,7 +255,8 @@ impl Limits {
     /// [`LimitsError::File`] with the reason; a level beyond 3, a row without a limit, an unknown class or category.
     pub fn parse(text: &str) -> Result<Self, LimitsError> {
         let refuse = |reason: String| LimitsError::File { reason };
-        let limits: Self = toml::from_str(text).map_err(|error| refuse(error.to_string().trim().replace('\n', " ")))?;
+        let mut limits: Self =
+            toml::from_str(text).map_err(|error| refuse(error.to_string().trim().replace('\n', " ")))?;
         if limits.format != FORMAT || limits.version != 1 {
             return Err(refuse(format!("format and version are not \"{FORMAT}\" and 1")));
         }
@@ -176,21 +265,52 @@ impl Limits {
             if !(1..=3).contains(&limit.level) {
                 return Err(refuse(format!("{row}: levels are 1, 2 and 3")));
             }
-            if limit.minimum.is_none() && limit.maximum.is_none() {
+            if limit.minimum.is_none() && limit.maximum.is_none() && limit.along.is_none() {
                 return Err(refuse(format!("{row} has neither minimum nor maximum")));
+            }
+            if limit.along.as_ref().is_some_and(|along| !along.is_rising()) {
+                return Err(refuse(format!("{row}: points of its boundary do not rise")));
             }
             let known = |names: &[String], known: &[&str]| names.iter().all(|name| known.contains(&name.as_str()));
             if !known(&limit.classes, &CLASSES) || !known(&limit.categories, &CATEGORIES) {
                 return Err(refuse(format!("{row} names a class or category that is none")));
             }
         }
+        let (edition, guidance) = (limits.edition(), limits.guidance);
+        for limit in &mut limits.limit {
+            (limit.standard, limit.is_guidance) = (edition.clone(), guidance);
+        }
+        limits.not_judged.iter_mut().for_each(|row| row.standard.clone_from(&edition));
         Ok(limits)
+    }
+
+    /// Name and date of the standard.
+    pub fn edition(&self) -> String {
+        format!("{} ({})", self.name, self.date)
+    }
+
+    /// The same with the criteria of another file behind its own; what a file says once for all, such as the task of the pilot, is taken from
+    /// the other where it is open here.
+    #[must_use]
+    pub fn with(mut self, other: Self) -> Self {
+        self.limit.extend(other.limit);
+        self.not_judged.extend(other.not_judged);
+        self.pilot = self.pilot.or(other.pilot);
+        self
+    }
+
+    /// Task of the pilot in the loop in a category of flight phases.
+    pub fn pilot_task(&self, airplane: &Airplane) -> Option<PilotTask> {
+        let PilotTasks { bandwidth_rad_s, delay_s, droop_db, .. } = self.pilot.as_ref()?;
+        let bandwidth_rad_s = *bandwidth_rad_s.get(airplane.category)?;
+        Some(PilotTask { bandwidth_rad_s, delay_s: *delay_s, droop_db: *droop_db })
     }
 
     /// Limits of a measure for an aircraft: level, least and greatest value that meets it.
     pub fn bounds(&self, airplane: &Airplane, measure: Measure) -> Vec<(u8, Option<f64>, Option<f64>)> {
         let of =
             self.limit.iter().filter(|limit| limit.measure == measure && limit.counts() && limit.applies(airplane));
+        let of = of.filter(|limit| limit.along.is_none());
         of.map(|limit| (limit.level, limit.minimum, limit.maximum)).collect()
     }
 

@@ -3,6 +3,7 @@
 use doublet_core::motion::Mode;
 use serde::Deserialize;
 
+use super::{PilotTask, pitch_rate_by_elevator};
 use crate::linear::{Linearised, Part, StateSpace};
 use crate::modes::{modes, phasors};
 
@@ -47,12 +48,56 @@ measures! {
     LoesDamping, "loes_damping", "zeta", "-";
     EquivalentDelay, "equivalent_delay", "tau", "s";
     LoesOmegaTTheta2, "loes_omega_t_theta2", "wT", "-";
+    Bandwidth, "bandwidth", "pitch attitude bandwidth", "rad/s";
+    PhaseDelay, "phase_delay", "phase delay", "s";
+    PhaseRate, "phase_rate_deg_hz", "phase rate at -180 deg", "deg/Hz";
+    AveragePhaseRate, "average_phase_rate_deg_hz", "average phase rate", "deg/Hz";
+    Dropback, "dropback", "dropback over pitch rate", "s";
+    PitchRateOvershoot, "pitch_rate_overshoot", "pitch-rate overshoot ratio", "-";
+    PilotCompensation, "pilot_compensation_deg", "pilot compensation", "deg";
+    ClosedLoopResonance, "closed_loop_resonance_db", "closed-loop resonance", "dB";
+    TimeToBank25, "time_to_bank_25", "time to 25 deg of bank", "s";
+    TimeToBank30, "time_to_bank_30", "time to 30 deg of bank", "s";
+    TimeToBank45, "time_to_bank_45", "time to 45 deg of bank", "s";
+    TimeToBank60, "time_to_bank_60", "time to 60 deg of bank", "s";
+    TimeToBank90, "time_to_bank_90", "time to 90 deg of bank", "s";
 }
 
 impl Measure {
     /// Whether it follows from the change of thrust with airspeed: phugoid and stability of speed.
     pub fn is_of_speed(self) -> bool {
         matches!(self, Self::PhugoidDamping | Self::PhugoidTimeToDouble | Self::SpeedTimeToDouble)
+    }
+
+    /// What is needed to judge it where it was not measured.
+    pub fn needs(self) -> &'static str {
+        match self {
+            Self::ShortPeriodDamping | Self::ShortPeriodFrequency => "a model with a short period",
+            Self::LoadFactorPerAlpha | Self::Cap => "a model with a short period and an elevator",
+            Self::PhugoidDamping | Self::PhugoidTimeToDouble | Self::SpeedTimeToDouble => {
+                "the change of thrust with airspeed: recorded thrust or described engines"
+            }
+            Self::DutchRollDamping
+            | Self::DutchRollDampingFrequency
+            | Self::DutchRollFrequency
+            | Self::DutchRollCoupling => "a model of the lateral motion with a Dutch roll",
+            Self::RollTimeConstant => "a model of the lateral motion with a roll mode",
+            Self::SpiralTimeToDouble => "a model of the lateral motion with a spiral",
+            Self::RollSpiralDampingFrequency => "a coupled roll-spiral (this aircraft has none)",
+            Self::LoesDamping | Self::EquivalentDelay | Self::LoesOmegaTTheta2 => {
+                "an equivalent system fitted to a recorded stick"
+            }
+            Self::Bandwidth
+            | Self::PhaseDelay
+            | Self::PhaseRate
+            | Self::AveragePhaseRate
+            | Self::PilotCompensation
+            | Self::ClosedLoopResonance => "the delay from stick to elevator, and a stable short period",
+            Self::Dropback | Self::PitchRateOvershoot => "a stable short period with an elevator",
+            Self::TimeToBank25 | Self::TimeToBank30 | Self::TimeToBank45 | Self::TimeToBank60 | Self::TimeToBank90 => {
+                "the available aileron deflection, and a model of the lateral motion"
+            }
+        }
     }
 }
 
@@ -125,8 +170,19 @@ pub struct EquivalentSystem {
     pub delay_s: f64,
 }
 
+/// What is known of the controls and the task of the pilot.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Controls {
+    /// Delay from stick to surface, s.
+    pub stick_delay_s: Option<f64>,
+    /// Aileron deflection available from the trim, rad.
+    pub aileron_rad: Option<f64>,
+    /// Task of the pilot in the loop of pitch attitude.
+    pub task: Option<PilotTask>,
+}
+
 /// Measures of an aircraft about a trim.
-pub fn measures(linearised: &Linearised) -> Measures {
+pub fn measures(linearised: &Linearised, controls: &Controls) -> Measures {
     let trim = &linearised.trim;
     let motion = linearised.motion();
     let found = modes(&motion);
@@ -135,6 +191,14 @@ pub fn measures(linearised: &Linearised) -> Measures {
     let per_alpha = load_factor_per_alpha(&short, trim.condition.airspeed_m_s, trim.condition.gravity_m_s2);
     if let Some((damping, frequency)) = pair(&found, "short period") {
         measures.add_short_period(damping, frequency, per_alpha);
+    }
+    if let Some(rate) = pitch_rate_by_elevator(&short, 0.0) {
+        measures.add_pitch_rate(&rate, controls.stick_delay_s, controls.task.as_ref());
+    }
+    let has_lateral = Part::Lateral.within(trim.motion);
+    if let Some(aileron_rad) = controls.aileron_rad.filter(|_| has_lateral) {
+        let delay_s = controls.stick_delay_s.unwrap_or(0.0);
+        measures.add_times_to_bank(&linearised.part(Part::Lateral), aileron_rad, delay_s);
     }
     // An aperiodic phugoid of which one part diverges is the instability of speed.
     let double = |mode: &Mode| mode.time_to_double_s().unwrap_or(f64::INFINITY);

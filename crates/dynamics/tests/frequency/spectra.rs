@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use doublet_dynamics::frequency::{
     BodeCurve, FrequencyError, FrequencyRecord, FrequencyResponse, SpectralSettings, responses,
 };
+use doublet_dynamics::qualities::{Measure, Measures, PilotTask};
 use nalgebra::Complex;
 
 use super::signals::{Circular, moments, normal, seeded, sum, sweep};
@@ -248,5 +249,38 @@ fn phase_of_a_swept_delay_runs_on_without_jumps() {
             (phase + 0.625 * omega).abs() < 0.1 && (gain - 20.0 * 2f64.log10()).abs() < 0.5,
             "{omega}: {gain} {phase}"
         );
+    }
+}
+
+#[test]
+fn pitch_measures_of_a_measured_response_match_those_of_the_system() {
+    // The system of the equivalent fits, 600 s of random stick, output noise 5 % of the input's density.
+    let system =
+        |s: Complex<f64>| (s * -0.12).exp() * 1.972 * (s + 2.048) / (s * s + s * (2.0 * 0.607 * 2.922) + 2.922 * 2.922);
+    let circular = Circular::REFERENCE;
+    let mut rng = seeded(7);
+    let input = circular.noise(1.0, &mut rng);
+    let output = sum(&[&circular.through(&input, system), &circular.noise(0.0025, &mut rng)]);
+    let record = FrequencyRecord {
+        step_s: 1.0 / circular.rate_hz,
+        inputs: vec![circular.samples_of(&input)],
+        output: circular.samples_of(&output),
+    };
+    let hz: Vec<f64> = (0..60).map(|k| 0.04 * (80.0_f64).powf(f64::from(k) / 59.0)).collect();
+    let measured = responses(&[record], &settings(&hz, &[30.0], 0.5)).unwrap().remove(0);
+    let attitude = BodeCurve::of_response(&measured, false).integrated();
+    let mut measures = Measures::default();
+    measures.add_pitch_attitude(&attitude, Some(&PilotTask { bandwidth_rad_s: 2.5, delay_s: 0.3, droop_db: -3.0 }));
+    // Exact values as in the tests of the model. Tolerances: 2 % of the bandwidth, 5 ms and 5 % of the phase rate; as much in the loop.
+    for (measure, exact, tolerance) in [
+        (Measure::Bandwidth, 2.5939, 0.06),
+        (Measure::PhaseDelay, 0.09768, 0.005),
+        (Measure::AveragePhaseRate, 70.33, 3.6),
+        (Measure::PilotCompensation, 42.465, 3.0),
+        (Measure::ClosedLoopResonance, 0.735, 0.4),
+    ] {
+        let found = measures.get(measure).unwrap();
+        println!("{}: {found} ({exact})", measure.text());
+        assert!((found - exact).abs() < tolerance, "{}: {found} instead of {exact}", measure.text());
     }
 }

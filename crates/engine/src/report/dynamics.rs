@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use doublet_dynamics::linear::{Part, Quantity, SIGNS, StateSpace};
 use doublet_dynamics::modes::{Figure, MeasuredMode, ModeEstimate, phasors};
 use doublet_dynamics::propagate::Interval;
-use doublet_dynamics::qualities::{Judgement, LevelShares, Measure, Quality, QualityLevel};
+use doublet_dynamics::qualities::{Judgement, LevelShares, Measure, Measures, Quality, QualityLevel, measure_interval};
 use nalgebra::DMatrix;
 use serde::Serialize;
 
@@ -182,6 +182,10 @@ pub struct QualitiesRow {
     pub category: &'static str,
     /// Source of class and category.
     pub airplane_from: String,
+    /// Delay from stick to surfaces, if stated.
+    pub stick_delay_s: Option<f64>,
+    /// Aileron deflection available from the trim, if stated.
+    pub aileron_rad: Option<f64>,
     /// Worst level of the criteria judged.
     pub level: Option<&'static str>,
     /// Probability of each level: Level 1, 2, 3, worse.
@@ -199,14 +203,67 @@ pub struct QualityRow {
     pub criterion: String,
     /// Its level, or `not judged`.
     pub level: &'static str,
+    /// Standard with its date.
+    pub standard: String,
+    /// Paragraph, figure and page.
+    pub source: String,
     /// Judged values.
     pub values: BTreeMap<&'static str, Option<f64>>,
+    /// Their 95 % intervals, by samples.
+    pub intervals: BTreeMap<&'static str, IntervalRow>,
     /// Limits missed for Level 1, or why it is not judged.
     pub reasons: Vec<String>,
-    /// Whether it counts: limits from secondary literature do not.
+    /// What is needed to judge it, where it is not judged.
+    pub needed: Option<String>,
+    /// Whether it counts: unverified limits and guidance do not.
     pub counts: bool,
+    /// Whether its limits are guidance for design.
+    pub guidance: bool,
     /// Probability of each level: Level 1, 2, 3, worse.
     pub probabilities: Option<[f64; 4]>,
+}
+
+impl QualitiesRow {
+    /// How many criteria are judged, in words.
+    pub fn extent(&self) -> String {
+        let judged = self.criteria.iter().filter(|row| row.is_judged() && row.counts).count();
+        format!("{judged} of {} criteria judged and counted", self.criteria.len())
+    }
+}
+
+impl QualityRow {
+    /// Whether it has a level.
+    pub fn is_judged(&self) -> bool {
+        self.needed.is_none()
+    }
+
+    /// Its level; in brackets with the reason where it does not count.
+    pub fn level_text(&self) -> String {
+        match (self.counts || !self.is_judged(), self.guidance) {
+            (true, _) => self.level.to_owned(),
+            (false, true) => format!("({}, guidance)", self.level),
+            (false, false) => format!("({}, unverified limits)", self.level),
+        }
+    }
+
+    /// Probability of its level, 0 to 1.
+    pub fn probability(&self) -> Option<f64> {
+        let place = QualityLevel::ALL.into_iter().position(|level| level.name() == self.level)?;
+        self.probabilities.map(|shares| shares[place])
+    }
+
+    /// Its values with units and 95 % intervals, `number` being how a number is written.
+    pub fn value_texts(&self, number: impl Fn(f64) -> String) -> Vec<String> {
+        let text = |(key, value): (&&'static str, &Option<f64>)| {
+            let measure = Measure::ALL.iter().find(|measure| measure.key() == *key);
+            let (name, unit) = measure.map_or((*key, "-"), |measure| (measure.text(), measure.unit()));
+            let unit = if unit == "-" { String::new() } else { format!(" {unit}") };
+            let value = value.map_or_else(|| "infinite".to_owned(), |value| format!("{}{unit}", number(value)));
+            let ends = self.intervals.get(key).map(|row| format!(" [{}, {}]", number(row.low), number(row.high)));
+            format!("{name} {value}{}", ends.unwrap_or_default())
+        };
+        self.values.iter().map(text).collect()
+    }
 }
 
 /// Rows of a study.
@@ -383,7 +440,12 @@ pub fn qualities_row(study: &DynamicsStudy) -> QualitiesRow {
         airplane_from: study.airplane_from.clone(),
         level: level.map(QualityLevel::name),
         probabilities: probabilities(&study.shares, "all"),
-        criteria: qualities.iter().map(|quality| quality_row(quality, &study.shares, study.speed_not_judged)).collect(),
+        criteria: qualities
+            .iter()
+            .map(|quality| quality_row(quality, &study.shares, &study.sampled, study.speed_not_judged))
+            .collect(),
+        stick_delay_s: study.request.stick_delay_s,
+        aileron_rad: study.request.aileron_rad,
         note: study.limits.note.clone(),
     }
 }
@@ -397,6 +459,7 @@ pub(super) fn probabilities(shares: &[LevelShares], criterion: &str) -> Option<[
 pub(super) fn quality_row(
     quality: &Quality,
     shares: &[LevelShares],
+    samples: &[Measures],
     speed_not_judged: Option<&'static str>,
 ) -> QualityRow {
     let is_unjudged = quality.level.is_none() && quality.measures.iter().any(|measure| measure.is_of_speed());
@@ -406,8 +469,17 @@ pub(super) fn quality_row(
         criterion: quality.criterion.clone(),
         level: quality.level.map_or("not judged", QualityLevel::name),
         values: quality.values.iter().map(value).collect(),
+        intervals: quality
+            .values
+            .iter()
+            .filter_map(|(measure, _)| Some((measure.key(), interval(measure_interval(samples, *measure)?))))
+            .collect(),
+        standard: quality.standard.clone(),
+        source: quality.source.clone(),
         reasons: quality.reasons.iter().map(ToString::to_string).chain(unjudged).collect(),
+        needed: quality.needed.clone(),
         counts: quality.counts,
+        guidance: quality.is_guidance,
         probabilities: probabilities(shares, &quality.criterion),
     }
 }

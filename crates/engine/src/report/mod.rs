@@ -1,5 +1,6 @@
 //! Results as they leave the program: `results.json`, tables and time histories in several forms, and the contents of a report.
 
+mod anticipation;
 mod build;
 pub mod document;
 mod dynamics;
@@ -30,6 +31,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use doublet_core::model::LONG_WINDOW;
 use thiserror::Error;
 
+pub use anticipation::{AnticipationChart, anticipation_chart};
 pub use build::build;
 pub use dynamics::{
     DynamicsRow, FigureRow, IntervalRow, LinearRow, MeasuredRow, ModeRow, QualitiesRow, QualityRow, TrimRow,

@@ -9,8 +9,8 @@
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
-use doublet_dynamics::frequency::{Delay, Form};
-use doublet_dynamics::qualities::Airplane;
+use doublet_dynamics::frequency::{Delay, Form, Section, TransferFunction};
+use doublet_dynamics::qualities::{Airplane, Measure, Measures};
 use doublet_engine::report::{QualitiesRow, equivalent_levels};
 use doublet_engine::study::dynamics::limits;
 use doublet_engine::study::{EquivalentStudy, ResponseRequest, equivalent_study, table_responses};
@@ -185,6 +185,42 @@ fn levels_of_an_equivalent_system_are_those_of_its_truth_and_their_probabilities
     let deviation = (found.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / FLIGHTS as f64).sqrt();
     println!("probability of Level 1 at the limit: {mean:.2}, deviation {deviation:.2}");
     assert!((0.35..0.65).contains(&mean) && (0.2..0.4).contains(&deviation), "{mean} {deviation}");
+}
+
+#[test]
+fn pitch_criteria_of_an_equivalent_system_hold_the_truth_in_their_intervals() {
+    // The same system with 0.12 s of delay; the truth by the same measures of the exact transfer function.
+    let (numerator, denominator) = (vec![-5.0, -5.0], vec![1.0, 3.0, 6.25]);
+    let system = System { numerator, denominator, delay_s: 0.12, truth: Vec::new(), form: Form::ShortPeriod };
+    let airplane = Airplane::new("I", "A").unwrap();
+    let limits = limits("mil_std_1797a").unwrap().with(limits("gibson").unwrap());
+    let exact = TransferFunction {
+        gain: 5.0,
+        numerator: vec![Section::First(1.0)],
+        denominator: vec![Section::Second { c1: 3.0, c0: 6.25 }],
+        delay_s: 0.12,
+    };
+    let mut truth = Measures::default();
+    truth.add_pitch_rate(&exact, Some(0.12), limits.pilot_task(&airplane).as_ref());
+    let (mut held, mut all) = (0, 0);
+    for seed in 0..8 {
+        let study = identify_system(&system, &mut ChaCha8Rng::seed_from_u64(300 + seed)).unwrap();
+        let found = equivalent_levels(&study.fit, &limits, &airplane);
+        assert_eq!(found.criteria.len(), 4, "bandwidth, pilot, dropback, phase rate");
+        for row in &found.criteria {
+            assert!((row.probabilities.unwrap().iter().sum::<f64>() - 1.0).abs() < 1e-9 && row.needed.is_none());
+            for (key, interval) in &row.intervals {
+                let measure = Measure::ALL.iter().find(|measure| measure.key() == *key).unwrap();
+                let exact = truth.get(*measure).unwrap();
+                held += usize::from(interval.low <= exact && exact <= interval.high);
+                all += 1;
+            }
+        }
+    }
+    println!("{held} of {all} intervals hold the truth");
+    assert_eq!(all, 64);
+    // 95 % of them on average; those of one flight hang on five parameters, so the share scatters.
+    assert!(held * 100 >= all * 80, "{held} of {all}");
 }
 
 #[test]

@@ -322,7 +322,7 @@ class Fit(Replayed[_doublet.Fit]):
             samples: Draws of the derivatives for sampled intervals.
             seed: Their seed.
             trim: ``airspeed`` (m/s), ``altitude`` (m), ``gamma`` (rad), ``load_factor``, ``pull_up``, ``mass`` (kg),
-                ``fuel`` (kg on board in all), ``window`` (name).
+                ``fuel`` (kg on board in all), ``stick_delay`` (s), ``aileron`` (rad available from trim), ``window`` (name).
         """
         return Linear(json.loads(self._inner.dynamics(trim, samples, seed, progress)))
 

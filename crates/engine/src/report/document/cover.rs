@@ -130,8 +130,9 @@ fn levels(contents: &Contents<'_>) -> Option<Block> {
     });
     let parts: Vec<String> = parts.collect();
     let overall = qualities.level.unwrap_or("not judged");
-    let standard =
-        format!("{}, class {}, category {}: {overall}", qualities.standard, qualities.class, qualities.category);
+    let extent = qualities.extent();
+    let (class, category) = (qualities.class, qualities.category);
+    let standard = format!("{}, class {class}, category {category}: {overall}, {extent}", qualities.standard);
     let of_parts = if parts.is_empty() { String::new() } else { format!(". {}", parts.join("; ")) };
     Some(facts_of(vec![("Flying qualities", format!("{standard}{of_parts}."))]))
 }

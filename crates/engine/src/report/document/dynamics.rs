@@ -1,11 +1,11 @@
 //! Section on how the aircraft flies: trim, state matrices, modes with their intervals, levels of flying qualities.
 
 use doublet_dynamics::propagate::HALF_WIDTH;
-use doublet_dynamics::qualities::Measure;
 
-use super::{Axis, Block, Contents, Figure, LineStyle, Panel, Plot, paragraph, points};
+use super::{Axis, Block, Contents, Figure, LineStyle, Panel, Parts, Plot, paragraph, points};
+use crate::notation::significant;
 use crate::report::table::{Cell, Column, Table};
-use crate::report::{DynamicsRow, LinearRow, ModeRow};
+use crate::report::{AnticipationChart, DynamicsRow, LinearRow, ModeRow, QualityRow, anticipation_chart};
 use crate::study::DynamicsStudy;
 
 /// Points of an ellipse.
@@ -14,11 +14,11 @@ const OUTLINE: usize = 73;
 const HEIGHT_MM: f64 = 75.0;
 
 /// Linear model, modes and levels.
-pub fn dynamics(contents: &Contents<'_>) -> Vec<Block> {
+pub fn dynamics(contents: &Contents<'_>) -> Parts {
     let slot = contents.snapshot.dynamics();
     let (Some(row), Some(study)) = (contents.results.dynamics.as_ref(), slot.ready()) else {
         let failed = slot.error().map(|error| format!("Linear model and modes were not computed: {error}."));
-        return failed.map(Block::Paragraph).into_iter().collect();
+        return failed.map(Block::Paragraph).into_iter().collect::<Vec<_>>().into();
     };
     let mut blocks = vec![
         paragraph(
@@ -35,16 +35,17 @@ pub fn dynamics(contents: &Contents<'_>) -> Vec<Block> {
     blocks.extend(anticipation(study).map(Block::Figure));
     let qualities = &row.qualities;
     blocks.push(Block::Paragraph(format!(
-        "{} ({}), {}: {}.",
+        "{} ({}), {}: {}, {}. Paragraphs, and what the others need, are in the appendix.",
         qualities.standard,
         qualities.note,
         qualities.airplane_from,
         qualities.level.unwrap_or("not judged"),
+        qualities.extent(),
     )));
     if !row.notes.is_empty() {
         blocks.push(Block::List(row.notes.clone()));
     }
-    blocks
+    Parts { body: blocks, appendix: vec![sources(row)] }
 }
 
 fn trim(row: &DynamicsRow) -> Vec<(String, String)> {
@@ -156,56 +157,78 @@ fn roots(study: &DynamicsStudy) -> Figure {
 const SLOW_RAD_S: f64 = 0.6;
 
 fn levels(row: &DynamicsRow) -> Table {
-    let rows = row.qualities.criteria.iter().map(|criterion| {
-        let share = criterion.probabilities.map(|shares| 100.0 * shares[0]);
-        let level = if criterion.counts { criterion.level.to_owned() } else { format!("({})", criterion.level) };
+    let percent =
+        |share: Option<f64>| share.map_or_else(String::new, |share| format!("{} %", significant(100.0 * share, 3)));
+    let cells = |criterion: &QualityRow| {
         vec![
             Cell::text(&criterion.criterion),
-            Cell::text(level),
-            Cell::maybe(share),
+            Cell::text(criterion.value_texts(|value| significant(value, 3)).join("; ")),
+            Cell::text(criterion.level_text()),
+            Cell::text(percent(criterion.probability())),
             Cell::text(criterion.reasons.join("; ")),
         ]
-    });
+    };
     Table {
         name: "levels".to_owned(),
-        caption: "Levels of flying qualities; levels in brackets use unverified limits and do not count.".to_owned(),
+        caption: "Levels of flying qualities with 95 % intervals and probabilities; levels in brackets do not count."
+            .to_owned(),
         columns: vec![
             Column::new("criterion", "Criterion"),
+            Column::new("values", "Values [95 % interval]"),
             Column::new("level", "Level"),
-            Column::number("level_1", "Level 1 with", "%", 3),
+            Column::new("probability", "Probability"),
             Column::new("reasons", "Not Level 1 because"),
         ],
-        rows: rows.collect(),
+        rows: row.qualities.criteria.iter().filter(|row| row.is_judged()).map(cells).collect(),
     }
+}
+
+/// Standard and paragraph of every criterion, and what is needed to judge those that are not judged.
+fn sources(row: &DynamicsRow) -> Block {
+    let cells = |criterion: &QualityRow| {
+        vec![
+            Cell::text(&criterion.criterion),
+            Cell::text(format!("{}, {}", criterion.standard, criterion.source)),
+            Cell::text(criterion.needed.as_deref().unwrap_or("judged")),
+        ]
+    };
+    Block::Table(Table {
+        name: "levels_sources".to_owned(),
+        caption: "Paragraphs of the flying-quality criteria, and what is needed to judge those that are not judged."
+            .to_owned(),
+        columns: vec![
+            Column::new("criterion", "Criterion"),
+            Column::new("paragraph", "Standard and paragraph"),
+            Column::new("needed", "Needed"),
+        ],
+        rows: row.qualities.criteria.iter().map(cells).collect(),
+    })
 }
 
 /// Control anticipation over short-period damping with the boundaries of the levels, the estimate and its samples.
 fn anticipation(study: &DynamicsStudy) -> Option<Figure> {
-    let point = |measures: &doublet_dynamics::qualities::Measures| {
-        Some([measures.get(Measure::ShortPeriodDamping)?, measures.get(Measure::Cap)?])
+    let AnticipationChart { ranges, places, levels, estimate, samples } = anticipation_chart(study)?;
+    let mut marks = vec![points("samples", 7, LineStyle::Dots, samples)];
+    marks.extend(levels.into_iter().map(|(level, corners)| {
+        let style = if level == 3 { LineStyle::Dashed } else { LineStyle::Solid };
+        points(format!("Level {level}"), usize::from(level) + 1, style, corners)
+    }));
+    marks.push(points("estimate", 1, LineStyle::Dots, vec![estimate]));
+    let [across, up] = places;
+    let axis = |label: &str, unit: &str, range: [f64; 2], places: Vec<(f64, String)>| Axis {
+        range: Some(range),
+        places,
+        ..Axis::new(label, unit)
     };
-    let place = point(&study.measures)?;
-    let mut marks = vec![points("samples", 7, LineStyle::Dots, study.sampled.iter().filter_map(point))];
-    let bounds = |measure: Measure| study.limits.bounds(&study.airplane, measure);
-    let (damping, cap) = (bounds(Measure::ShortPeriodDamping), bounds(Measure::Cap));
-    for level in 1..=2_u8 {
-        let of = |rows: &[(u8, Option<f64>, Option<f64>)]| rows.iter().find(|row| row.0 == level).copied();
-        let (Some((_, Some(left), Some(right))), Some((_, Some(low), Some(high)))) = (of(&damping), of(&cap)) else {
-            continue;
-        };
-        let corners = vec![[left, low], [right, low], [right, high], [left, high], [left, low]];
-        marks.push(points(format!("Level {level}"), usize::from(level) + 1, LineStyle::Solid, corners));
-    }
-    marks.push(points("estimate", 1, LineStyle::Dots, vec![place]));
     Some(Figure {
         name: "control_anticipation".to_owned(),
-        caption: "Control anticipation parameter over short-period damping with the boundaries of Levels 1 and 2."
+        caption: "Control anticipation parameter over short-period damping, logarithmic, with the boundaries of Levels 1 to 3."
             .to_owned(),
         columns: 1,
         panel_height_mm: HEIGHT_MM,
         panels: vec![Panel::Plot(Plot {
-            x: Axis::new("short-period damping", ""),
-            y: Axis::new("CAP", "rad/s^2/g"),
+            x: axis("short-period damping", "", ranges[0], across),
+            y: axis("CAP", "rad/s^2/g", ranges[1], up),
             marks,
         })],
     })

@@ -157,6 +157,7 @@ impl SectionKind {
             Self::Checks => "Independent checks of each manoeuvre",
             Self::Sensitivity => "Sensitivity by group of quantities",
             Self::Engines => "Engines by phase of flight",
+            Self::Dynamics => "Paragraphs of the flying-quality criteria",
             other => other.title(),
         }
     }

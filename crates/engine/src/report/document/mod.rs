@@ -213,7 +213,7 @@ fn parts(kind: SectionKind, contents: &Contents<'_>) -> Parts {
         SectionKind::Sensitivity => sensitivity::sensitivity(contents),
         SectionKind::Condition => condition::condition(contents).into(),
         SectionKind::Responses => responses::responses(contents).into(),
-        SectionKind::Dynamics => dynamics::dynamics(contents).into(),
+        SectionKind::Dynamics => dynamics::dynamics(contents),
         SectionKind::Engines => setup::engines(contents),
         SectionKind::Conclusions => conclusions::conclusions(contents).into(),
         SectionKind::Warnings => findings::warnings(contents),

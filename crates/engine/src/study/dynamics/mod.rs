@@ -13,7 +13,9 @@ use doublet_core::hash_fields;
 use doublet_core::model::Coefficient;
 use doublet_dynamics::linear::{Condition, Linearised, UncertainModel};
 use doublet_dynamics::modes::{ModeStudy, mode_study};
-use doublet_dynamics::qualities::{Airplane, Judgement, LevelShares, Limits, Measures, judge, judge_samples, measures};
+use doublet_dynamics::qualities::{
+    Airplane, Controls, Judgement, LevelShares, Limits, Measures, judge, judge_samples, measures,
+};
 
 use super::StudyInput;
 use crate::builtin;
@@ -30,8 +32,10 @@ pub const THRUST_NOT_KNOWN: &str = "not judged: it depends on how thrust changes
 
 /// Folder of the limits that come with the program.
 const LIMITS: &str = "flying_qualities";
-/// Limits that judge unless others are asked for.
+/// Limits that judge.
 pub const STANDARD: &str = "mil_f_8785c";
+/// Limits of the pitch response that are shown beside them.
+const BESIDE: [&str; 2] = ["mil_std_1797a", "gibson"];
 
 /// A trim that is asked for, and who judges. What is left open follows from the windows: the median of their conditions.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,6 +62,10 @@ pub struct DynamicsRequest {
     pub class: Option<usize>,
     /// Category of the flight phase, by its place in [`CATEGORIES`]; B unless given.
     pub category: Option<usize>,
+    /// Delay from stick to surfaces, s: bandwidth, phase delay and the pilot's loop are judged with it only.
+    pub stick_delay_s: Option<f64>,
+    /// Aileron deflection available from the trim, rad: roll performance is judged with it only.
+    pub aileron_rad: Option<f64>,
     /// Draws of the derivatives.
     pub samples: usize,
     /// Seed of the draws.
@@ -88,7 +96,7 @@ impl Eq for DynamicsRequest {}
 
 hash_fields!(DynamicsRequest {
     pull_up, window, class, category, samples, seed;
-    airspeed_m_s, altitude_m, gamma_rad, load_factor, mass_kg, cg_x_m, fuel_kg
+    airspeed_m_s, altitude_m, gamma_rad, load_factor, mass_kg, cg_x_m, fuel_kg, stick_delay_s, aileron_rad
 });
 
 impl Default for DynamicsRequest {
@@ -105,6 +113,8 @@ impl Default for DynamicsRequest {
             window: None,
             class: None,
             category: None,
+            stick_delay_s: None,
+            aileron_rad: None,
             samples: 500,
             seed: 1,
         }
@@ -165,11 +175,19 @@ impl Stage for DynamicsStudy {
         let line = |error: doublet_dynamics::linear::LinearError| error.to_string();
         let modes = mode_study(&model, &condition, request.samples, request.seed).map_err(line)?;
         context.checkpoint()?;
-        let limits = limits(STANDARD)?;
+        let mut limits = limits(STANDARD)?;
+        for name in BESIDE {
+            limits = limits.with(self::limits(name)?);
+        }
         let (airplane, airplane_from) = airplane(&request, greatest_mass_kg(input, &condition))?;
+        let controls = Controls {
+            stick_delay_s: request.stick_delay_s,
+            aileron_rad: request.aileron_rad,
+            task: limits.pilot_task(&airplane),
+        };
         let speed_not_judged = (!model.model.has_thrust()).then_some(THRUST_NOT_KNOWN);
         let judged = |linearised: &Linearised| {
-            let mut found = measures(linearised);
+            let mut found = measures(linearised, &controls);
             if speed_not_judged.is_some() {
                 found.remove_speed();
             }
