@@ -13,6 +13,7 @@ from ._after import Distribution, OutputError, output_error, propagate
 from ._design import Design, design_input
 from ._doublet import DoubletError, __version__, instructions
 from ._errors import DoubletFileNotFoundError, DoubletKeyError, DoubletWarning
+from ._estimator import LeastSquares
 from ._fit import CoefficientFit, Coefficients, Fit, coefficients, fit
 from ._functions import (
     FrequencyResponse,
@@ -43,6 +44,7 @@ __all__ = [
     "DoubletWarning",
     "Fit",
     "FrequencyResponse",
+    "LeastSquares",
     "Linear",
     "OutputError",
     "Path",
