@@ -88,7 +88,10 @@ def test_attas_aileron_is_what_its_session_is():
     fit = db.fit(db.coefficients(path, aircraft), {"Cl": STRUCTURE["Cl"]})
     assert fit.verdict.level == "caution" and any("NIS" in line for line in fit.verdict.lines)
     assert levels(fit.verdict) == levels_of_session(fit.to_session().run())
-    assert path.verdict.level == "bad" == fit.to_session().run().windows[0]["verdict"]["level"]
+    results = fit.to_session().run()
+    assert {name: results.derivatives[name].value for name in fit.params} == fit.params
+    assert path.verdict.level == "bad" == results.windows[0]["verdict"]["level"]
+    assert results.windows[0]["mean_nis"] == path.summary_table[0]["mean_nis"]
     of_files = db.Session.new(file, aircraft="attas_vfw614").replace(model={"Cl": STRUCTURE["Cl"].split(" + ")})
     assert of_files.run().verdict.level == fit.verdict.level
 

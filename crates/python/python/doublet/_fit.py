@@ -224,8 +224,8 @@ class Fit(Replayed[_doublet.Fit]):
 
     def to_session(self, *, name: str = "arrays", folder: Optional[PathLike] = None) -> Session:
         """The session of the same recordings, manoeuvres, filter, preparation, structure and estimation: for studies, reports, proof of
-        match and exports. Its settings are those of the arrays, and every sample counts; the session still reads clocks and delays by its
-        own rules, which can change numbers slightly.
+        match and exports. Its run gives the same derivatives: gusts and delays are as stated, and every sample counts. Set ``filter.gusts`` and
+        ``filter.delays`` to ``"estimated"`` for what a session does by default.
 
         Args:
             name: Title.
