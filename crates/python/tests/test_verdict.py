@@ -103,7 +103,8 @@ def test_arrays_as_a_session_give_the_same(clean, tmp_path):
     assert session["title"] == "mine" and len(session.windows) == len(path) and levels(fit.verdict)["windows"] == levels_of_session(results)["windows"]
     for name, value in fit.params.items():
         assert results.derivatives[name].value == pytest.approx(value, rel=1e-9, abs=1e-12), name
-        assert results.derivatives[name].stderr == pytest.approx(fit.stderr[name], rel=0.03), name
+        # A session adds the errors of the flight path.
+        assert results.derivatives[name].stderr >= fit.stderr[name] * (1 - 1e-9), name
     assert path.to_session()["filter"] == session["filter"] and db.coefficients(path).to_session().windows == session.windows
     huber = db.fit(db.coefficients(path), {"Cm": STRUCTURE["Cm"]}, weights="huber")
     assert huber.to_session()["estimation.weights"] == "huber" and huber["Cm_alpha"].value != fit["Cm_alpha"].value

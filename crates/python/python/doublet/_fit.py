@@ -224,7 +224,8 @@ class Fit(Replayed[_doublet.Fit]):
 
     def to_session(self, *, name: str = "arrays", folder: Optional[PathLike] = None) -> Session:
         """The session of the same recordings, manoeuvres, filter, preparation, structure and estimation: for studies, reports, proof of
-        match and exports. Its run gives the same derivatives: gusts and delays are as stated, and every sample counts. Set ``filter.gusts`` and
+        match and exports. Its run gives the same derivatives: gusts and delays are as stated, and every sample counts. Its standard errors
+        are larger: a session adds the errors of the flight path, which the standard errors of arrays lack. Set ``filter.gusts`` and
         ``filter.delays`` to ``"estimated"`` for what a session does by default.
 
         Args:
