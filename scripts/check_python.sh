@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Builds the Python wheel, installs it into a clean environment, runs its tests and the notebooks of docs/notebooks there, and prints its
+# Builds the Python wheel, installs it into a clean environment, runs its tests (with mypy --strict
+# and stubtest) and the notebooks of docs/notebooks there, and prints its
 # size and how long it takes to import. DOUBLET_WHEEL_PROFILE=dev builds quickly (the default is release), DOUBLET_WHEEL=FILE takes a wheel
 # that was built. Needs Python 3.10 or newer, its venv module and a package index; nothing of Rust reaches the environment.
 set -euo pipefail
@@ -32,7 +33,7 @@ print(f"import behind NumPy: {1e3 * (time.perf_counter() - start):.0f} ms; doubl
 start = time.perf_counter()
 verdict = db.run(db.Session.load("builtin:demo")).verdict["level"]
 print(f"shipped flight: verdict {verdict}, {time.perf_counter() - start:.2f} s")')
-"$work/bare/bin/pip" install --quiet pytest pandas matplotlib control nbformat nbclient ipykernel
+"$work/bare/bin/pip" install --quiet pytest pandas polars xarray pyarrow matplotlib control scikit-learn mypy nbformat nbclient ipykernel
 tests=$PWD/crates/python/tests
 (cd "$work" && DOUBLET_PROGRAM=$program MPLBACKEND=Agg DOUBLET_NOTEBOOKS=$OLDPWD/docs/notebooks \
     "$work/bare/bin/python" -m pytest -q -p no:cacheprovider "$tests")

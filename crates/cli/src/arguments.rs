@@ -243,6 +243,9 @@ pub struct RunArguments {
     pub verbose: bool,
 }
 
+/// Forms of a report that this build writes.
+pub const REPORTS: &str = if cfg!(feature = "pdf") { "html,pdf" } else { "html" };
+
 /// Arguments of `report`.
 #[derive(Debug, Args)]
 pub struct ReportArguments {
@@ -252,7 +255,7 @@ pub struct ReportArguments {
     #[arg(long, default_value = ".")]
     pub out: PathBuf,
     /// Formats.
-    #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = "html,pdf", value_parser = report_format())]
+    #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = REPORTS, value_parser = report_format())]
     pub format: Vec<String>,
     /// Sections [default: all].
     #[arg(long, value_name = "SECTION,SECTION", value_delimiter = ',', value_parser = section())]

@@ -11,7 +11,7 @@ use doublet_engine::stage::load_aircraft;
 use doublet_report::{DocumentSet, ReportFormat};
 use serde_json::json;
 
-use crate::arguments::report_format;
+use crate::arguments::{REPORTS, report_format};
 use crate::progress::Progress;
 use crate::run::{computed, named};
 use crate::text::{self, number};
@@ -28,7 +28,7 @@ pub struct CampaignArguments {
     #[arg(long)]
     out: Option<PathBuf>,
     /// Forms.
-    #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = "html,pdf", value_parser = report_format())]
+    #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = REPORTS, value_parser = report_format())]
     format: Vec<String>,
     /// Print one JSON document.
     #[arg(long)]

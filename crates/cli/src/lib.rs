@@ -46,6 +46,7 @@ mod structure;
 mod study;
 mod suggest;
 mod summary;
+mod table;
 mod text;
 mod thesis;
 mod time_option;
@@ -53,8 +54,10 @@ mod tune;
 mod variants;
 mod version;
 
+pub use table::command_table;
 pub use version::version;
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -89,8 +92,31 @@ pub fn invoke() -> Invocation {
             Some(error) => Invocation::Done(fail(error)),
             None => Invocation::Window(arguments.session),
         },
-        Some(command) => Invocation::Done(execute(command, as_json)),
+        Some(command) => Invocation::Done(ExitCode::from(execute(command, as_json))),
     }
+}
+
+/// Runs the command that `arguments` name, the program's name first, and gives its exit code: 0, 1 for an error, 2 for wrong arguments, 3
+/// where something is bad. There is no window: without a command it is an error.
+pub fn run_command(arguments: Vec<OsString>) -> u8 {
+    let parsed = command_line().try_get_matches_from(arguments);
+    let parsed = parsed.and_then(|matches| Ok((Arguments::from_arg_matches(&matches)?, asks_for_json(&matches))));
+    match parsed {
+        Ok((Arguments { command: Some(command), .. }, as_json)) => execute(command, as_json),
+        Ok((Arguments { session, .. }, _)) => {
+            failed(session.as_deref().and_then(suggest_command).unwrap_or_else(without_window))
+        }
+        Err(error) => {
+            // A closed pipe: there is no one left to read the error.
+            let _ = error.print();
+            u8::try_from(error.exit_code()).unwrap_or(1)
+        }
+    }
+}
+
+/// The error of a program that has no window.
+fn without_window() -> String {
+    "this program has no window: use `run SESSION --out DIR`, or the doublet binary".to_owned()
 }
 
 /// Every command with its arguments. Each takes `--json`: those with a document of their own print it, of the others what they say
@@ -129,17 +155,21 @@ fn asks_for_json(matches: &ArgMatches) -> bool {
 pub fn main_without_window() -> ExitCode {
     match invoke() {
         Invocation::Done(code) => code,
-        Invocation::Window(_) => fail("this binary has no window: use `run SESSION --out DIR`, or the doublet binary"),
+        Invocation::Window(_) => fail(without_window()),
     }
 }
 
 /// Prints one line of error and gives the exit code that goes with it.
 pub fn fail(message: impl std::fmt::Display) -> ExitCode {
-    text::error_line(&format!("error: {message}"));
-    ExitCode::FAILURE
+    ExitCode::from(failed(message))
 }
 
-fn execute(command: Command, as_json: bool) -> ExitCode {
+fn failed(message: impl std::fmt::Display) -> u8 {
+    text::error_line(&format!("error: {message}"));
+    1
+}
+
+fn execute(command: Command, as_json: bool) -> u8 {
     if as_json {
         text::collect();
     }
@@ -147,8 +177,8 @@ fn execute(command: Command, as_json: bool) -> ExitCode {
     text::finish();
     doublet_engine::builtin::remove_own_folder();
     match outcome {
-        Ok(outcome) => outcome.into(),
-        Err(message) => fail(message),
+        Ok(outcome) => outcome.code(),
+        Err(message) => failed(message),
     }
 }
 

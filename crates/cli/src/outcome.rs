@@ -1,7 +1,5 @@
 //! How a command ended, and the exit code that says so.
 
-use std::process::ExitCode;
-
 use doublet_engine::verdict::Level;
 
 /// How a command ended that did what it was asked for; one that could not ends in one line of error and exit code 1.
@@ -19,11 +17,12 @@ impl From<Level> for Outcome {
     }
 }
 
-impl From<Outcome> for ExitCode {
-    fn from(outcome: Outcome) -> Self {
-        match outcome {
-            Outcome::Done => Self::SUCCESS,
-            Outcome::Bad => Self::from(3),
+impl Outcome {
+    /// Exit code that says so.
+    pub fn code(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::Bad => 3,
         }
     }
 }

@@ -7,7 +7,7 @@ use doublet_engine::qtg::{NAME, Qualification, TestFile, judge};
 use doublet_engine::run::Control;
 use doublet_report::{DocumentSet, ReportFormat};
 
-use crate::arguments::report_format;
+use crate::arguments::{REPORTS, report_format};
 use crate::outcome::Outcome;
 use crate::progress::Progress;
 use crate::run::{named, open_to_run};
@@ -25,7 +25,7 @@ pub struct QtgArguments {
     #[arg(long)]
     pub out: PathBuf,
     /// Formats of the guide.
-    #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = "html,pdf", value_parser = report_format())]
+    #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = REPORTS, value_parser = report_format())]
     pub format: Vec<String>,
     /// Print the results as one JSON document.
     #[arg(long)]

@@ -8,7 +8,7 @@ use doublet_core::replay::MotionAxis;
 use doublet_engine::graph::{Context, Control, Key, Keyed, Stage, StageError, StageResult};
 use doublet_engine::report::dynamics_row;
 use doublet_engine::session::{
-    Estimation, Manoeuvre, PooledConstants, Preparation, Settings, TermConstraint, WindowRole,
+    Estimation, Manoeuvre, PooledConstants, Preparation, ResidualWeights, Settings, TermConstraint, WindowRole,
 };
 use doublet_engine::stage::{
     AeroWindow, PooledFits, StudyWindow, WindowAero, WindowFits, WindowPath, aero, describe_origin, pooled_fits,
@@ -23,7 +23,7 @@ use pyo3::types::PyDict;
 
 use crate::attend::{Show, attend, detached, refuse};
 use crate::columns::{matrix, owned, shared};
-use crate::judged::{self, JudgedWindow};
+use crate::judged::{self, JudgedWindow, session_json, session_of_arrays};
 use crate::path::{FLIGHT, Path, Reconstructed};
 
 /// What is known of a derivative beforehand, as Python gives it: coefficient, term, kind, two numbers.
@@ -68,6 +68,12 @@ impl Coefficients {
     /// Names of the windows.
     fn windows(&self) -> Vec<&str> {
         self.windows.iter().map(|(window, _)| &*window.name).collect()
+    }
+
+    /// The session of the same manoeuvres and settings, without its recordings: JSON.
+    fn session(&self) -> PyResult<String> {
+        let manoeuvres = self.windows.iter().map(|(manoeuvre, _)| manoeuvre.clone()).collect();
+        session_json(&session_of_arrays(manoeuvres, &self.path, &self.preparation, None))
     }
 
     /// Verdict of the windows as JSON: that of a session of the same windows.
@@ -307,11 +313,13 @@ impl Fit {
         given: Vec<ConstraintGiven>,
         by_surface: bool,
         common_constant: bool,
+        is_huber: bool,
     ) -> PyResult<Self> {
         let structure = structure(models)?;
         let constants = if common_constant { PooledConstants::Common } else { PooledConstants::PerWindow };
-        let estimation =
-            Estimation { by_surface, constants, constraints: constraints(given)?, ..Estimation::default() };
+        let weights = if is_huber { ResidualWeights::Huber } else { ResidualWeights::Equal };
+        let constraints = constraints(given)?;
+        let estimation = Estimation { by_surface, constants, weights, constraints, ..Estimation::default() };
         let preparation = coefficients.first().map(|first| Arc::clone(&first.preparation));
         let preparation = preparation.ok_or_else(|| refuse("no coefficients were given: give those of one flight"))?;
         let mut used = pooled_windows(&coefficients)?;
@@ -340,6 +348,14 @@ impl Fit {
     fn time<'py>(&self, py: Python<'py>, window: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let found = self.window(window).ok_or_else(|| refuse("manoeuvre not found"))?;
         shared(py, &found.aero.series[0].time_s)
+    }
+
+    /// The session of the same manoeuvres and settings, without its recordings: JSON.
+    fn session(&self) -> PyResult<String> {
+        let Fitted { windows, preparation, structure, estimation, .. } = &*self.inner;
+        let first = windows.first().ok_or_else(|| refuse("the fit has no manoeuvre"))?;
+        let manoeuvres = windows.iter().map(|window| window.manoeuvre.clone()).collect();
+        session_json(&session_of_arrays(manoeuvres, &first.source, preparation, Some((structure, estimation))))
     }
 
     /// Verdict of the fit as JSON: that of a session of the same windows and structure.

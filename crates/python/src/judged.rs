@@ -8,7 +8,7 @@ use doublet_core::model::Structure;
 use doublet_engine::begin::empty_session;
 use doublet_engine::graph::{Context, Control, Key, Keyed, Stage, StageError};
 use doublet_engine::run::{Slot, Snapshot, WindowResults};
-use doublet_engine::session::{Estimation, Flight, Manoeuvre, Preparation, Session};
+use doublet_engine::session::{Estimation, Flight, Manoeuvre, Preparation, Session, print};
 use doublet_engine::stage::{FlownMass, PooledFits, WindowAero, WindowFits, WindowPath};
 use doublet_engine::verdict::{Verdicts, fold, judge};
 use pyo3::prelude::*;
@@ -56,16 +56,39 @@ pub fn of_path(py: Python<'_>, path: &Arc<Reconstructed>) -> PyResult<String> {
     json(&found)
 }
 
-/// Verdicts on windows, and on the fit over them where there is one.
-pub fn verdicts(windows: Vec<JudgedWindow<'_>>, preparation: &Preparation, fit: Option<JudgedFit<'_>>) -> Verdicts {
-    let Some(first) = windows.first().map(|window| window.source) else { return Verdicts::default() };
-    let manoeuvres = windows.iter().map(|window| window.manoeuvre.clone()).collect();
+/// The session of arrays: manoeuvres, filter, preparation, and structure and estimation of a fit where there is one.
+pub fn session_of_arrays(
+    manoeuvres: Vec<Manoeuvre>,
+    source: &Reconstructed,
+    preparation: &Preparation,
+    fit: Option<(&Structure, &Estimation)>,
+) -> Session {
     let mut session = Session {
-        filter: first.filter.clone(),
+        filter: source.filter.clone(),
+        gravity: source.gravity_source,
         preparation: preparation.clone(),
         structure: Structure { models: Vec::new() },
         ..session_of(manoeuvres)
     };
+    if let Some((structure, estimation)) = fit {
+        session.structure = structure.clone();
+        session.estimation = estimation.clone();
+    }
+    session
+}
+
+/// A session as JSON, key by key as in its file.
+pub fn session_json(session: &Session) -> PyResult<String> {
+    let table: toml::Table = toml::from_str(&print(session).map_err(refuse)?).map_err(refuse)?;
+    serde_json::to_string(&table).map_err(refuse)
+}
+
+/// Verdicts on windows, and on the fit over them where there is one.
+pub fn verdicts(windows: Vec<JudgedWindow<'_>>, preparation: &Preparation, fit: Option<JudgedFit<'_>>) -> Verdicts {
+    let Some(first) = windows.first().map(|window| window.source) else { return Verdicts::default() };
+    let manoeuvres = windows.iter().map(|window| window.manoeuvre.clone()).collect();
+    let model = fit.map(|(structure, estimation, _)| (structure, estimation));
+    let session = session_of_arrays(manoeuvres, first, preparation, model);
     let mut snapshot = Snapshot { gravity: Some(first.gravity.clone()), ..Snapshot::default() };
     if let Some(aircraft) = &first.aircraft {
         snapshot.aircraft = Slot::Ready(Keyed::new(Arc::clone(&aircraft.loaded), Key::unique()));
@@ -77,9 +100,7 @@ pub fn verdicts(windows: Vec<JudgedWindow<'_>>, preparation: &Preparation, fit: 
         let results = WindowResults { path: Slot::Ready(window.path.clone()), aero, fits };
         snapshot.windows.insert(window.manoeuvre.name.clone(), results);
     }
-    if let Some((structure, estimation, pooled)) = fit {
-        session.structure = structure.clone();
-        session.estimation = estimation.clone();
+    if let Some((_, _, pooled)) = fit {
         snapshot.pooled = Slot::Ready(pooled.clone());
     }
     judge(&session, &snapshot)

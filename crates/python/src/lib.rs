@@ -7,6 +7,7 @@ mod aircraft;
 mod arrays;
 mod attend;
 mod columns;
+mod commands;
 mod design;
 mod filter;
 mod fits;
@@ -29,6 +30,8 @@ mod _doublet {
     use crate::arrays::{differentiate, frequency_response, natural_modes, smooth};
     #[pymodule_export]
     use crate::attend::DoubletError;
+    #[pymodule_export]
+    use crate::commands::{command_table, run_command};
     #[pymodule_export]
     use crate::design::design_input;
     #[pymodule_export]

@@ -6,7 +6,9 @@ use doublet_core::quantity::{Dimension, Role};
 use doublet_core::reconstruct::{FilterSettings, Measurement, State};
 use doublet_core::series::TimeRange;
 use doublet_engine::graph::{Control, Key, KeyBuilder, Keyed, StageError};
-use doublet_engine::session::{MOST_WINDOWS, Manoeuvre, PathSource, Preparation, Session, Surface, WindowRole};
+use doublet_engine::session::{
+    GravitySource, MOST_WINDOWS, Manoeuvre, PathSource, Preparation, Session, Surface, WindowRole,
+};
 use doublet_engine::stage::{
     AircraftData, Gravity, LoadedFlight, Samples, WindowPath, fit_in_memory, gravity, paths, samples,
 };
@@ -18,7 +20,7 @@ use crate::aircraft::Aircraft;
 use crate::attend::{Show, attend, refuse};
 use crate::columns::{owned, shared};
 use crate::filter::FilterGiven;
-use crate::judged::{self, session_of};
+use crate::judged::{self, session_json, session_of, session_of_arrays};
 use crate::recording::{RecordedFlight, Recording};
 
 /// A window as Python gives it: name, start and end (s), surface, kind of input, role.
@@ -37,6 +39,7 @@ pub struct Reconstructed {
     pub aircraft: Option<Keyed<AircraftData>>,
     pub filter: FilterSettings,
     pub gravity: Gravity,
+    pub gravity_source: GravitySource,
     pub preparation: Preparation,
     pub windows: Vec<PathWindow>,
 }
@@ -86,20 +89,26 @@ impl Path {
         settings: FilterGiven,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let (mut filter, source) = settings.settings()?;
+        let (mut filter, gravity_source) = settings.settings()?;
         let windows = windows.into_iter().map(window).collect::<PyResult<Vec<_>>>()?;
         let path = if settings.smooth { PathSource::Smoothed } else { PathSource::Filtered };
         let preparation = Preparation { path, ..Preparation::default() };
         let (flight, aircraft) = (Arc::clone(&recording.flight), aircraft.map(|aircraft| aircraft.data.clone()));
         let work = move |control: &Control, show: Show<'_>| -> Result<Reconstructed, StageError> {
-            let session = Session { filter: filter.clone(), gravity: source, ..session_of(windows.clone()) };
+            let session = Session { filter: filter.clone(), gravity: gravity_source, ..session_of(windows.clone()) };
             let gravity = gravity(&session, |_| Some(&flight.loaded.recording));
             filter.gravity_m_s2 = gravity.m_s2;
             let windows = reconstructed(&flight.loaded, aircraft.as_deref(), &filter, &preparation, windows, control)?;
             show(1.0);
-            Ok(Reconstructed { flight, aircraft, filter, gravity, preparation, windows })
+            Ok(Reconstructed { flight, aircraft, filter, gravity, gravity_source, preparation, windows })
         };
         Ok(Self { inner: Arc::new(attend(py, "reconstruct", progress, work)?) })
+    }
+
+    /// The session of the same manoeuvres and settings, without its recordings: JSON.
+    fn session(&self) -> PyResult<String> {
+        let manoeuvres = self.inner.windows.iter().map(|window| window.manoeuvre.clone()).collect();
+        session_json(&session_of_arrays(manoeuvres, &self.inner, &self.inner.preparation, None))
     }
 
     /// Verdict of the paths as JSON: that of a session of the same windows.

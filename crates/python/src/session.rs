@@ -14,6 +14,7 @@ use doublet_engine::verdict::check_session;
 use pyo3::prelude::*;
 
 use crate::attend::{Show, attend, detached, pooled, refuse};
+use crate::judged::session_json;
 use crate::recording::Recording;
 
 /// Memory for intermediate results of one run with studies, bytes.
@@ -131,8 +132,7 @@ impl Session {
 
     /// The same as JSON, key by key as in the file.
     fn json(&self) -> PyResult<String> {
-        let table: toml::Table = toml::from_str(&self.text()?).map_err(refuse)?;
-        serde_json::to_string(&table).map_err(refuse)
+        session_json(&self.settings)
     }
 
     /// The session with other values: dotted keys of its file, each with a value as JSON.

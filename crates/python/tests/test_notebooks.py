@@ -9,8 +9,8 @@ FOLDER = pathlib.Path(os.environ.get("DOUBLET_NOTEBOOKS", pathlib.Path(__file__)
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
 
 
-def test_there_are_five():
-    assert len(NOTEBOOKS) == 5
+def test_there_are_six():
+    assert len(NOTEBOOKS) == 6
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

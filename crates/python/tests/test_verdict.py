@@ -46,27 +46,82 @@ def test_verdict_is_beside_the_numbers(clean):
     assert f"verdict {coefs.verdict.level}" in repr(coefs)
 
 
+def levels(verdict):
+    return {name: verdict[name] for name in ("level", "windows", "coefficients")}
+
+
+def levels_of_session(results):
+    windows = {one["name"]: one["verdict"]["level"] for one in results.windows}
+    return {"level": results.verdict.level, "windows": windows, "coefficients": {one["coefficient"]: one["verdict"]["level"] for one in results.fits}}
+
+
 def test_a_bad_path_is_bad_and_warned_of(demo):
-    """Noise that is stated a hundred times too small: innovations do not fit it."""
+    """Noise that is stated a hundred times too small: innovations do not fit it. The derivatives hardly change by it, so that arrays and
+    session call the fit a caution."""
     windows = db.Session.load("builtin:demo").windows[:3]
     with pytest.warns(db.DoubletWarning, match="flight path: verdict bad") as caught:
         path = db.reconstruct(demo.recording(), db.aircraft("c337f"), windows=windows, noise={"alpha": 1e-5, "theta": 1e-6})
     assert caught[0].filename == __file__
     assert path.verdict.level == "bad" and any(row["code"] == "nis" for row in path.verdict.findings)
     assert "verdict bad" in path.summary()
+    fit = db.fit(db.coefficients(path), STRUCTURE)
+    assert fit.verdict.level == "caution" and any(row["code"] == "nis" for row in fit.verdict.findings)
+    assert set(fit.verdict["windows"].values()) == {"bad"} and "verdict caution" in fit.summary()
+    assert levels(fit.verdict) == levels_of_session(fit.to_session().run())
+
+
+def test_a_bad_fit_is_warned_of(clean):
+    """A damping of the wrong sign, stated as known, is bad for arrays and session."""
+    coefs = db.coefficients(clean[0])
     with pytest.warns(db.DoubletWarning, match="fit: verdict bad"):
-        fit = db.fit(db.coefficients(path), STRUCTURE)
-    assert fit.verdict.level == "bad" and "verdict bad" in fit.summary()
+        fit = db.fit(coefs, {"Cl": "1 + pb/2V"}, constraints={("Cl", "pb/2V"): 2.0})
+    assert "verdict bad" in fit.summary()
+    assert levels(fit.verdict) == levels_of_session(fit.to_session().run())
 
 
-def test_attas_aileron_is_bad_as_its_session_is():
+def test_attas_aileron_is_what_its_session_is():
+    """The path of the only manoeuvre is bad; what that changes of the derivatives makes the fit a caution, of the session of the files too."""
     file = shared("attas/fAttasAil1.mat")
     recording, aircraft = db.read(file), db.aircraft("attas_vfw614")
-    with pytest.warns(db.DoubletWarning):
+    with pytest.warns(db.DoubletWarning, match="flight path: verdict bad"):
         path = db.reconstruct(recording, aircraft, windows=db.find_manoeuvres(recording))
-        fit = db.fit(db.coefficients(path, aircraft), {"Cl": STRUCTURE["Cl"]})
-    assert fit.verdict.level == "bad" and any("NIS" in line for line in fit.verdict.lines)
-    assert db.run(db.Session.new(file, aircraft="attas_vfw614")).verdict.level == "bad"
+    fit = db.fit(db.coefficients(path, aircraft), {"Cl": STRUCTURE["Cl"]})
+    assert fit.verdict.level == "caution" and any("NIS" in line for line in fit.verdict.lines)
+    assert levels(fit.verdict) == levels_of_session(fit.to_session().run())
+    results = fit.to_session().run()
+    assert {name: results.derivatives[name].value for name in fit.params} == fit.params
+    assert path.verdict.level == "bad" == results.windows[0]["verdict"]["level"]
+    assert results.windows[0]["mean_nis"] == path.summary_table[0]["mean_nis"]
+    of_files = db.Session.new(file, aircraft="attas_vfw614").replace(model={"Cl": STRUCTURE["Cl"].split(" + ")})
+    assert of_files.run().verdict.level == fit.verdict.level
+
+
+def test_arrays_as_a_session_give_the_same(clean, tmp_path):
+    path, fit = clean
+    session = fit.to_session(name="mine", folder=tmp_path)
+    results = session.run()
+    assert session["title"] == "mine" and len(session.windows) == len(path) and levels(fit.verdict)["windows"] == levels_of_session(results)["windows"]
+    for name, value in fit.params.items():
+        assert results.derivatives[name].value == pytest.approx(value, rel=1e-9, abs=1e-12), name
+        # A session adds the errors of the flight path.
+        assert results.derivatives[name].stderr >= fit.stderr[name] * (1 - 1e-9), name
+    assert path.to_session()["filter"] == session["filter"] and db.coefficients(path).to_session().windows == session.windows
+    huber = db.fit(db.coefficients(path), {"Cm": STRUCTURE["Cm"]}, weights="huber")
+    assert huber.to_session()["estimation.weights"] == "huber" and huber["Cm_alpha"].value != fit["Cm_alpha"].value
+    assert abs(huber["Cm_alpha"] - fit["Cm_alpha"]) < 3 * fit["Cm_alpha"].stderr
+    for wrong, text in ((dict(weights="x"), "'x' are not weights"), (dict(method="gls"), "'gls' is not a method of fit")):
+        with pytest.raises(db.DoubletError, match=text):
+            db.fit(db.coefficients(path), {"Cm": STRUCTURE["Cm"]}, **wrong)
+
+
+def test_functions_and_output_error_have_a_verdict(clean):
+    _, fit = clean
+    for one in (db.propagate(fit, "Cm_alpha", n=50), db.propagate(fit, lambda d: d["Cm_alpha"], n=50)):
+        assert one.verdict.level == fit.verdict.level and f"verdict {fit.verdict.level}" in repr(one)
+    flown = db.output_error(fit, axis="longitudinal")
+    assert {one.verdict for one in flown} <= {"good", "caution", "bad"}
+    done = next(one for one in flown if one.error is None)
+    assert repr(done).endswith(f"verdict {fit.verdict['windows'][done.window]}") and done.table[0]["derivative"] in repr(done)
 
 
 def test_another_aircraft_is_refused(clean):
@@ -107,6 +162,30 @@ def test_gravity_hold_walks_and_initial_states_are_obeyed(demo):
     ):
         with pytest.raises(db.DoubletError, match=text):
             path(**wrong)
+
+
+def test_robust_limit_withstands_outliers(demo):
+    """Spikes of 11 degrees in one of 40 samples of alpha: a limit keeps the path, none leaves it as it was before."""
+    recording, window = demo.recording(), db.Session.load("builtin:demo").windows[:1]
+    channels = {role: (recording[role].time, recording[role].values, recording[role].unit) for role in recording.roles}
+    time, alpha, unit = channels["alpha"]
+    spiked = db.Recording.from_arrays(
+        None, {**channels, "alpha": (time, alpha + np.where(np.arange(len(alpha)) % 40 == 7, 0.2, 0.0), unit)}, check=False
+    )
+
+    def alpha_of(source, **settings):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", db.DoubletWarning)
+            return db.reconstruct(source, windows=window, noise={"alpha": 0.004}, outlier_limit=0.0, **settings)[0].smoothed.alpha
+
+    clean = alpha_of(recording)
+    hurt = {limit: np.sqrt(np.mean((alpha_of(spiked, robust_limit=limit) - clean) ** 2)) for limit in (0.0, 2.0)}
+    assert hurt[2.0] < 0.5 * hurt[0.0], hurt
+    np.testing.assert_array_equal(alpha_of(recording, robust_limit=0.0), clean)
+    np.testing.assert_array_equal(alpha_of(spiked, robust_limit=0.0), alpha_of(spiked))
+    np.testing.assert_allclose(alpha_of(recording, robust_limit=100.0), clean, atol=1e-12)
+    with pytest.raises(db.DoubletError, match="robust_limit|Huber"):
+        alpha_of(recording, robust_limit=-1.0)
 
 
 def test_flights_are_pooled(clean):

@@ -9,10 +9,15 @@ down, rudder trailing edge left are positive. What is refused raises :class:`Dou
 >>> results.derivatives["Cm_alpha"].value                                                              # doctest: +SKIP
 """
 
+from . import commands
 from ._after import Distribution, OutputError, output_error, propagate
+from ._batch import batch
+from ._commands import Answer
 from ._design import Design, design_input
 from ._doublet import DoubletError, __version__, instructions
+from ._equations import EquationFit, equations
 from ._errors import DoubletFileNotFoundError, DoubletKeyError, DoubletWarning
+from ._estimator import LeastSquares
 from ._fit import CoefficientFit, Coefficients, Fit, coefficients, fit
 from ._functions import (
     FrequencyResponse,
@@ -33,6 +38,7 @@ from ._verdict import Verdict
 
 __all__ = [
     "Aircraft",
+    "Answer",
     "CoefficientFit",
     "Coefficients",
     "Design",
@@ -41,8 +47,10 @@ __all__ = [
     "DoubletFileNotFoundError",
     "DoubletKeyError",
     "DoubletWarning",
+    "EquationFit",
     "Fit",
     "FrequencyResponse",
+    "LeastSquares",
     "Linear",
     "OutputError",
     "Path",
@@ -58,10 +66,13 @@ __all__ = [
     "WindowPath",
     "__version__",
     "aircraft",
+    "batch",
     "coefficients",
     "coloured_covariance",
+    "commands",
     "design_input",
     "differentiate",
+    "equations",
     "export",
     "find_manoeuvres",
     "fit",

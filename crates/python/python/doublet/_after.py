@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from ._doublet import DoubletError
 from ._fit import Fit
 from ._recording import Progress
-from ._table import Value
+from ._table import Table, Value
+from ._verdict import Verdict
 
 _UNITS = {"V": "m/s", "alpha": "rad", "beta": "rad", "p": "rad/s", "q": "rad/s", "r": "rad/s", "phi": "rad", "theta": "rad",
           "ax": "m/s²", "ay": "m/s²", "az": "m/s²"}
@@ -23,12 +24,14 @@ class Distribution:
 
     Attributes:
         value: At the estimates.
+        verdict: That of the fit.
         samples: At each draw, shape (n, ...), of a function; ``None`` of an expression.
         std: Standard deviation of the draws.
         interval: Ends of the 95 % interval by quantiles of the draws.
     """
 
     value: Any
+    verdict: Verdict
     samples: Optional[NDArray[np.float64]] = None
     _stderr: Optional[float] = None
     _interval: Optional[tuple[float, float]] = None
@@ -47,8 +50,8 @@ class Distribution:
     def __repr__(self) -> str:
         low, high = self.interval
         if np.ndim(self.value) == 0:
-            return f"<{self.value:.5g} ± {self.std:.2g}, 95 %: {low:.5g} to {high:.5g}>"
-        return f"<{np.shape(self.value)} values ± {self.std}, 95 %: {low} to {high}>"
+            return f"<{self.value:.5g} ± {self.std:.2g}, 95 %: {low:.5g} to {high:.5g}; verdict {self.verdict.level}>"
+        return f"<{np.shape(self.value)} values ± {self.std}, 95 %: {low} to {high}; verdict {self.verdict.level}>"
 
 
 def propagate(
@@ -74,10 +77,13 @@ def propagate(
         value, _, sampled = fit._inner.propagate(function, trim, n, seed)
         if sampled is None:
             raise DoubletError(f"'{function}' has no bounded interval: some draws have no value")
-        return Distribution(value, _stderr=sampled[0], _interval=(sampled[1], sampled[2]))
+        return Distribution(value, fit.verdict, _stderr=sampled[0], _interval=(sampled[1], sampled[2]))
     names, estimates, _, draws = fit._inner.draws(n, seed)
-    at = lambda row: function(dict(zip(names, map(float, row))))
-    return Distribution(at(estimates), np.asarray([at(row) for row in draws], dtype=np.float64))
+
+    def at(row: NDArray[np.float64]) -> Any:
+        return function(dict(zip(names, map(float, row))))
+
+    return Distribution(at(estimates), fit.verdict, np.asarray([at(row) for row in draws], dtype=np.float64))
 
 
 @dataclass(frozen=True)
@@ -89,15 +95,33 @@ class OutputError:
         axis: ``"longitudinal"``, ``"lateral"`` or ``"both"``.
         derivatives: Estimates with errors corrected for coloured residuals.
         outputs: By name: time (s), measured and flown (SI), R².
+        verdict: Level of the window: ``"good"``, ``"caution"`` or ``"bad"``; ``fit.verdict`` has the findings.
         error: Why there is none, or ``None``.
     """
 
     window: str
     axis: str
+    verdict: str
     derivatives: dict[str, Value]
     outputs: dict[str, tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]]
     iterations: int = 0
     error: Optional[str] = None
+
+    @property
+    def table(self) -> Table:
+        """A row per derivative."""
+        rows = [dict(derivative=name, estimate=value.value, stderr=value.stderr) for name, value in self.derivatives.items()]
+        return Table(rows, f"output error of '{self.window}', {self.axis}")
+
+    def summary(self) -> str:
+        """The derivatives, R² of each output and the verdict of the window as text."""
+        if self.error is not None:
+            return f"output error of '{self.window}', {self.axis}: {self.error}"
+        quality = ", ".join(f"{name} {output[3]:.4f}" for name, output in self.outputs.items())
+        return f"{self.table.summary()}\nR2: {quality}\nverdict {self.verdict}"
+
+    def __repr__(self) -> str:
+        return self.summary()
 
     def plot(self, axes: Any = None) -> Any:
         """Draws measured and flown outputs; returns the axes."""
@@ -117,10 +141,10 @@ def output_error(fit: Fit, *, axis: Optional[str] = None, progress: Progress = N
         fit: Fit whose derivatives are the start and whose terms are free.
         axis: ``"longitudinal"``, ``"lateral"`` or ``"both"``; without it that which each window's surface moves.
     """
-    found = []
+    found, levels = [], fit.verdict["windows"]
     for row in fit._inner.output_error(axis, progress):
         derivatives = {name: Value(value, error) for name, value, error in row.get("derivatives", [])}
         found.append(
-            OutputError(row["window"], row["axis"], derivatives, row.get("outputs", {}), row.get("iterations", 0), row.get("error"))
+            OutputError(row["window"], row["axis"], levels[row["window"]], derivatives, row.get("outputs", {}), row.get("iterations", 0), row.get("error"))
         )
     return found

@@ -8,14 +8,18 @@ import os
 import shutil
 import tempfile
 from pathlib import Path as FilePath
-from typing import Any, Iterable, Mapping, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Iterable, Mapping, Optional, Sequence
 
 import numpy as np
 
 from . import _doublet
 from ._doublet import DoubletError
 from ._fit import _models
-from ._recording import Aircraft, Progress, Recording, Window
+from ._path import Path
+from ._recording import Aircraft, PathLike, Progress, Recording, Window
+
+if TYPE_CHECKING:
+    from ._session import Session
 
 
 class Keeper:
@@ -100,6 +104,31 @@ def begin(
     return first.replaced([(key, json.dumps(value)) for key, value in changes.items()])
 
 
+def session_of(paths: Sequence[Path], content: str, has_model: bool, name: str, folder: Optional[PathLike]) -> Session:
+    """The session of flight paths, one per flight, with the settings of ``content`` (JSON of a session without recordings). Without a
+    model it has that of a new session."""
+    from ._session import Session
+
+    rows: dict[str, Any] = json.loads(content)
+    if any(json.loads(path._inner.session()).get("filter") != rows.get("filter") for path in paths):
+        raise DoubletError("the flights differ in settings of the filter: a session has one filter, reconstruct all flights alike")
+    flights = [flight["name"] for flight in rows["flight"]]
+    windows = [[_window_of(row) for row in rows["window"] if row["flight"] == flight] for flight in flights]
+    given: Any = windows[0] if len(paths) == 1 else windows
+    session = Session.from_recordings(
+        [path.recording for path in paths], aircraft=paths[0].aircraft, windows=given, name=name, folder=folder
+    )
+    keys = ("filter", "preparation", *(("model", "estimation") if has_model else ()))
+    # Arrays take gusts and delays as stated and every sample; a session by default estimates them and takes a held sample once.
+    rows["filter"] = {**rows.get("filter", {}), "gusts": "stated", "delays": "stated"}
+    signals = {f"flight.{index}.signals": {"held_samples": "keep"} for index in range(len(paths))}
+    return session.replace({**{key: rows.get(key, {}) for key in keys}, **signals})
+
+
+def _window_of(row: Mapping[str, Any]) -> Window:
+    return Window(row["name"], row["start_s"], row["end_s"], row.get("surface"), row.get("kind", ""), row["role"])
+
+
 def _windows_of(recordings: Sequence[Recording], windows: Optional[Any]) -> Optional[list[list[Window]]]:
     """Windows by flight, where they are given."""
     if windows is None:
@@ -151,8 +180,8 @@ def _written(recording: Recording, stem: str) -> tuple[list[str], str]:
         source = os.path.basename(path)[: -len(".csv")]
         for name, signal in zip(names, several):
             if signal.role is not None:
-                unit = f", unit = {json.dumps(signal.unit)}" if signal.unit not in ("", "-", "1") else ""
-                roles.append(f"{signal.role} = {{ channel = {json.dumps(name)}, source = {json.dumps(source + '*')}{unit} }}")
+                place = f"channel = {json.dumps(name)}, source = {json.dumps(source + '*')}"
+                roles.append(f"{signal.role} = {{ {place}, unit = {json.dumps(signal.unit or '-')} }}")
     head = ['format = "doublet channel map"', "version = 1", 'name = "arrays"', "", "[[time]]", 'channel = "time"', 'unit = "s"']
     channel_map = f"{stem}_map.toml"
     FilePath(channel_map).write_text("\n".join([*head, "", "[roles]", *roles, ""]), encoding="utf-8")

@@ -54,8 +54,8 @@ class Design:
     def nodes(self, manoeuvre: int = 1) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
         """Nodes of a window, straight lines between them: time since its start (s), and each surface's deflection about the trim (rad)."""
         rows = [row for row in self._row["signal"] if row["manoeuvre"] == manoeuvre]
-        column = lambda name: np.array([row[name] for row in rows])
-        return column("time_s"), {name: column(name) for name in _SURFACES}
+        columns = {name: np.array([row[name] for row in rows]) for name in ("time_s", *_SURFACES)}
+        return columns.pop("time_s"), columns
 
     def at(self, time: Any, manoeuvre: int = 1) -> dict[str, NDArray[np.float64]]:
         """Deflections about the trim (rad) of a window at any times (s)."""

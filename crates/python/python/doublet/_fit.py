@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import Any, Iterator, Literal, Mapping, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Iterator, Literal, Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +15,13 @@ from ._errors import unknown
 from ._frames import terms_of
 from ._linear import Linear
 from ._path import Path
-from ._recording import Aircraft, Progress
+from ._recording import Aircraft, PathLike, Progress
 from ._replayed import Replayed
 from ._table import Table, Value, normal_quantile
 from ._verdict import Verdict
+
+if TYPE_CHECKING:
+    from ._session import Session
 
 Constraint = tuple[str, str, str, float, float]
 
@@ -61,10 +64,10 @@ class WindowCoefficients:
 class Coefficients(Replayed[_doublet.Coefficients], Sequence[WindowCoefficients]):
     """``CX CY CZ Cl Cm Cn CD CL`` of every window; ``coefs["window"]["Cm"]`` is an array."""
 
-    def __init__(self, inner: _doublet.Coefficients, call: Any, aircraft: Optional[Aircraft]) -> None:
+    def __init__(self, inner: _doublet.Coefficients, call: Any, path: Path) -> None:
         super().__init__(inner, call)
         self.windows = inner.windows()
-        self.aircraft = aircraft
+        self.path, self.aircraft = path, path.aircraft
         self._verdict: Optional[Verdict] = None
 
     @property
@@ -73,6 +76,13 @@ class Coefficients(Replayed[_doublet.Coefficients], Sequence[WindowCoefficients]
         if self._verdict is None:
             self._verdict = Verdict._of(self._inner.verdict())
         return self._verdict
+
+    def to_session(self, *, name: str = "arrays", folder: Optional[PathLike] = None) -> Session:
+        """The session of the same recording, manoeuvres and settings, as :meth:`Fit.to_session`; its model is that of a new
+        session."""
+        from ._bridge import session_of
+
+        return session_of([self.path], self._inner.session(), False, name, folder)
 
     def __len__(self) -> int:
         return len(self.windows)
@@ -118,7 +128,7 @@ def coefficients(
     if thrust not in ("included", "removed"):
         raise DoubletError(f"'{thrust}' is no treatment of thrust: use included or removed")
     call = (path, axes, thrust == "removed")
-    formed = Coefficients(_formed(*call), (_formed, call), path.aircraft)
+    formed = Coefficients(_formed(*call), (_formed, call), path)
     if path.verdict.level != "bad":
         formed.verdict.warn("coefficients")
     return formed
@@ -211,6 +221,21 @@ class Fit(Replayed[_doublet.Fit]):
         if self._verdict is None:
             self._verdict = Verdict._of(self._inner.verdict())
         return self._verdict
+
+    def to_session(self, *, name: str = "arrays", folder: Optional[PathLike] = None) -> Session:
+        """The session of the same recordings, manoeuvres, filter, preparation, structure and estimation: for studies, reports, proof of
+        match and exports. Its run gives the same derivatives: gusts and delays are as stated, and every sample counts. Its standard errors
+        are larger: a session adds the errors of the flight path, which the standard errors of arrays lack. Set ``filter.gusts`` and
+        ``filter.delays`` to ``"estimated"`` for what a session does by default.
+
+        Args:
+            name: Title.
+            folder: As for :meth:`Session.from_recordings`.
+        """
+        from ._bridge import session_of
+
+        several: Sequence[Coefficients] = self._call[1][0] if self._call else []
+        return session_of([one.path for one in several], self._inner.session(), True, name, folder)
 
     @property
     def params(self) -> dict[str, float]:
@@ -373,6 +398,7 @@ def fit(
     *,
     windows: Optional[Sequence[str]] = None,
     method: Literal["ols"] = "ols",
+    weights: Literal["equal", "huber"] = "equal",
     errors: Literal["coloured", "white"] = "coloured",
     constraints: Mapping[tuple[str, str], Any] = {},
     constants: Literal["per_window", "common"] = "per_window",
@@ -386,7 +412,9 @@ def fit(
         structure: Terms of each coefficient, products of powers of variables: ``{"Cm": ["1", "alpha", "qc/V", "delta_e"]}``, or
             formulas: ``{"Cm": "1 + alpha + qc/V + delta_e"}``, ``"Cm ~ 1 + alpha"``.
         windows: Names of the windows to identify with, the others being predicted; without it those whose role says so.
-        method: ``"ols"``; constraints make it constrained or mixed estimation.
+        method: ``"ols"``; constraints make it constrained or mixed estimation. For generalised least squares see
+            :func:`lstsq` and ``commands.variants``.
+        weights: ``"equal"``, or ``"huber"``: residuals beyond 1.345 standard deviations weigh less (Huber 1964).
         errors: ``"coloured"`` or ``"white"``: what ``stderr`` and ``cov`` are.
         constraints: By coefficient and term: a number (fixed), ``(lower, upper)`` with ``None`` for an open end, or
             ``{"mean": .., "std": ..}``.
@@ -397,7 +425,9 @@ def fit(
         DoubletWarning: The verdict on the fit is bad.
     """
     if method != "ols":
-        raise DoubletError(f"'{method}' is no method of fit: use ols; lstsq has stepwise and orthogonal")
+        raise DoubletError(f"'{method}' is not a method of fit: use ols; lstsq has gls, stepwise and orthogonal, commands.variants has gls")
+    if weights not in ("equal", "huber"):
+        raise DoubletError(f"'{weights}' are not weights: use equal or huber")
     if errors not in ("coloured", "white"):
         raise DoubletError(f"'{errors}' are no errors: use coloured or white")
     if constants not in ("per_window", "common"):
@@ -408,7 +438,7 @@ def fit(
         raise DoubletError("the flights are of different aircraft: fit each aircraft alone")
     given: list[Constraint] = [(c, t, *_known(value)) for (c, t), value in constraints.items()]
     chosen = None if windows is None else list(windows)
-    call = (several, _models(structure), chosen, given, by_surface, constants == "common")
+    call = (several, _models(structure), chosen, given, by_surface, constants == "common", weights == "huber")
     found = Fit(_fitted(*call), (_fitted, call), errors)
     found.verdict.warn("fit")
     return found
@@ -426,9 +456,9 @@ def _models(structure: Any) -> list[tuple[str, list[str]]]:
 
 
 def _fitted(
-    several: Sequence[Coefficients], models: Any, windows: Optional[list[str]], given: Any, by_surface: bool, common: bool
+    several: Sequence[Coefficients], models: Any, windows: Optional[list[str]], given: Any, by_surface: bool, common: bool, huber: bool
 ) -> _doublet.Fit:
-    return _doublet.Fit.fit([one._inner for one in several], models, windows, given, by_surface, common)
+    return _doublet.Fit.fit([one._inner for one in several], models, windows, given, by_surface, common, huber)
 
 
 def information_criterion(residuals: NDArray[np.float64], parameters: int) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, Mapping, Optional, Sequence, Union
+from typing import Any, Literal, Mapping, Optional, Sequence, Union, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -116,7 +116,9 @@ def lstsq(
     names: Optional[Sequence[str]] = None,
     groups: Optional[ArrayLike] = None,
     std: Optional[ArrayLike] = None,
-    method: Literal["ols", "stepwise", "orthogonal"] = "ols",
+    method: Literal["ols", "gls", "stepwise", "orthogonal"] = "ols",
+    order: int = 2,
+    weights: Literal["equal", "huber"] = "equal",
     errors: Literal["coloured", "white"] = "coloured",
     constraints: Mapping[str, Any] = {},
 ) -> Regression:
@@ -129,13 +131,18 @@ def lstsq(
         groups: Number of the record each row belongs to, shape (n,), rows of a record together: residuals are correlated
             inside a record only.
         std: Standard deviation of each row, shape (n,): weighted least squares.
-        method: ``"ols"``, ``"stepwise"`` or ``"orthogonal"``: how columns are chosen; constant ones always stay.
+        method: ``"ols"``; ``"gls"``, generalised least squares with an autoregression of the residuals; ``"stepwise"`` or
+            ``"orthogonal"``: columns are chosen, constant ones always stay.
+        order: Order of the autoregression of ``"gls"``, 1 or more and below the rows of the shortest record.
+        weights: ``"equal"``, or ``"huber"``: residuals beyond 1.345 standard deviations weigh less (Huber 1964). Neither ``std`` nor
+            ``"gls"`` can be combined with it.
         errors: ``"coloured"`` (corrected for the correlation of the residuals, Morelli and Klein 1997, with a Parzen taper) or
             ``"white"``.
         constraints: By column: a number (fixed), ``(lower, upper)`` or ``{"mean": .., "std": ..}``.
 
     Raises:
-        DoubletError: Sizes that differ, values that are not finite, columns that depend on each other (named).
+        DoubletError: Sizes that differ, values that are not finite, columns that depend on each other (named), settings that exclude
+            each other.
     """
     if errors not in ("coloured", "white"):
         raise DoubletError(f"'{errors}' are no errors: use coloured or white")
@@ -144,12 +151,16 @@ def lstsq(
     index_of_y = getattr(y, "index", None)
     if hasattr(index_of_y, "equals") and hasattr(X, "index") and not X.index.equals(index_of_y):
         raise DoubletError("X and y have different indices: align them, or give y.to_numpy()")
+    if weights not in ("equal", "huber"):
+        raise DoubletError(f"'{weights}' are not weights: use equal or huber")
+    if order < 1:
+        raise DoubletError(f"order is {order}: give 1 or more")
     matrix = _matrix(X)
     columns = list(names) if names is not None else [f"x{k}" for k in range(matrix.shape[1])]
     given = [(name, *_known(value)) for name, value in constraints.items()]
     numbers = None if groups is None else [int(k) for k in np.unique(np.asarray(groups), return_inverse=True)[1]]
-    weights = None if std is None else _column(std, "std")
-    row = _doublet.lstsq(matrix, _column(y, "y"), columns, numbers, weights, method, given)
+    deviations = None if std is None else _column(std, "std")
+    row = _doublet.lstsq(matrix, _column(y, "y"), columns, numbers, deviations, method, order, weights == "huber", given)
     chosen = row["coloured"] if errors == "coloured" else row["white"]
     return Regression(
         tuple(row["names"]), row["estimates"], chosen, row["white"], row["residuals"], row["fitted"], tuple(row["held"]),
@@ -246,6 +257,30 @@ class FrequencyResponse:
         return axes
 
 
+@overload
+def frequency_response(
+    u: Union[np.ndarray[tuple[int, int], Any], Sequence[NDArray[Any]]],
+    y: ArrayLike,
+    *,
+    dt: float,
+    method: Literal["composite", "single"] = ...,
+    band: Optional[tuple[float, float]] = ...,
+    points: int = ...,
+    window: Optional[float] = ...,
+    overlap: float = ...,
+) -> list[FrequencyResponse]: ...
+@overload
+def frequency_response(
+    u: Union[NDArray[Any], Sequence[float]],
+    y: ArrayLike,
+    *,
+    dt: float,
+    method: Literal["composite", "single"] = ...,
+    band: Optional[tuple[float, float]] = ...,
+    points: int = ...,
+    window: Optional[float] = ...,
+    overlap: float = ...,
+) -> FrequencyResponse: ...
 def frequency_response(
     u: Any,
     y: ArrayLike,

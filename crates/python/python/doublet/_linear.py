@@ -63,7 +63,10 @@ class Linear:
         row = self._row["systems"].get(name)
         if row is None:
             raise unknown("linear model", name, self.systems)
-        array = lambda key, rows, columns: np.asarray(row[key], dtype=np.float64).reshape(rows, columns)
+
+        def array(key: str, rows: int, columns: int) -> NDArray[np.float64]:
+            return np.asarray(row[key], dtype=np.float64).reshape(rows, columns)
+
         n, m, p = len(row["states"]), len(row["inputs"]), len(row["outputs"])
         units = dict(zip(row["states"] + row["inputs"] + row["outputs"],
                          row["state_units"] + row["input_units"] + row["output_units"]))

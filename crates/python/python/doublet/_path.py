@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Iterator, Literal, Mapping, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Iterator, Literal, Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +11,12 @@ from . import _doublet
 from ._doublet import DoubletError
 from ._errors import unknown
 from ._replayed import Replayed
-from ._recording import Aircraft, Progress, Recording, Window
+from ._recording import Aircraft, PathLike, Progress, Recording, Window
 from ._table import Table
 from ._verdict import Verdict
+
+if TYPE_CHECKING:
+    from ._session import Session
 
 
 class States(Mapping[str, NDArray[np.float64]]):
@@ -182,6 +185,13 @@ class Path(Replayed[_doublet.Path], Sequence[WindowPath]):
         if self._verdict is None:
             self._verdict = Verdict._of(self._inner.verdict())
         return self._verdict
+
+    def to_session(self, *, name: str = "arrays", folder: Optional[PathLike] = None) -> Session:
+        """The session of the same recording, manoeuvres and filter, as :meth:`Fit.to_session`; its model is that of a new
+        session."""
+        from ._bridge import session_of
+
+        return session_of([self], self._inner.session(), False, name, folder)
 
     def __len__(self) -> int:
         return len(self.windows)

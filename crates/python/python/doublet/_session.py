@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import tempfile
 from pathlib import Path as FilePath
-from typing import Any, Mapping, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Literal, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
@@ -20,6 +20,10 @@ from ._recording import Aircraft, PathLike, Progress, Recording, Window
 from ._replayed import Replayed
 from ._table import Table, Value
 from ._verdict import Verdict
+
+if TYPE_CHECKING:
+    #: A study that a run can add.
+    _Study = Literal["sensitivity", "manoeuvres", "checks", "lags", "responses", "monte-carlo", "dynamics"]
 
 
 class Session(Replayed[_doublet.Session]):
@@ -118,7 +122,8 @@ class Session(Replayed[_doublet.Session]):
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of its file."""
-        return json.loads(self._inner.json())
+        content: dict[str, Any] = json.loads(self._inner.json())
+        return content
 
     def __getitem__(self, key: str) -> Any:
         """The value at a dotted key: ``session["filter.method"]``, ``session["window.0.role"]``."""
@@ -158,7 +163,8 @@ class Session(Replayed[_doublet.Session]):
 
     def check(self) -> dict[str, Any]:
         """What ``doublet check --json`` prints: ``findings`` and ``physics``."""
-        return json.loads(self._inner.check())
+        found: dict[str, Any] = json.loads(self._inner.check())
+        return found
 
     def run(self, **options: Any) -> "Results":
         """As :func:`run`."""
@@ -214,20 +220,22 @@ class Results(Replayed[_doublet.Results]):
     @property
     def derivatives(self) -> Derivatives:
         """Pooled derivatives by name, with corrected errors."""
-        nan = float("nan")
         rows = [row for fit in self.fits for row in fit.get("derivatives", [])]
-        error = lambda row: nan if row["corrected_standard_error"] is None else row["corrected_standard_error"]
-        return Derivatives({row["name"]: Value(row["estimate"], error(row)) for row in rows})
+        errors = [row["corrected_standard_error"] for row in rows]
+        values = [Value(row["estimate"], float("nan") if error is None else error) for row, error in zip(rows, errors)]
+        return Derivatives({row["name"]: value for row, value in zip(rows, values)})
 
     @property
     def fits(self) -> list[dict[str, Any]]:
         """``pooled`` of ``results.json``."""
-        return self._all["pooled"]
+        rows: list[dict[str, Any]] = self._all["pooled"]
+        return rows
 
     @property
     def windows(self) -> list[dict[str, Any]]:
         """``windows`` of ``results.json``."""
-        return self._all["windows"]
+        rows: list[dict[str, Any]] = self._all["windows"]
+        return rows
 
     @property
     def table(self) -> Table:
@@ -268,7 +276,7 @@ class Results(Replayed[_doublet.Results]):
         self, folder: PathLike, *, tables: Sequence[str] = ("csv",), histories: Sequence[str] = ("hdf5",)
     ) -> str:
         """Writes what ``doublet run --out`` writes; returns the folder."""
-        return os.fspath(self._inner.write(os.fspath(folder), list(tables), list(histories)))
+        return str(self._inner.write(os.fspath(folder), list(tables), list(histories)))
 
     def summary(self) -> str:
         """Verdict and derivatives as text."""
@@ -299,7 +307,7 @@ class Results(Replayed[_doublet.Results]):
 def run(
     session: Session,
     *,
-    studies: Sequence[str] = (),
+    studies: Sequence[_Study] = (),
     realisations: int = 200,
     seed: int = 1,
     progress: Progress = None,
@@ -317,7 +325,7 @@ def run(
 
 
 def _computed(
-    session: Session, studies: list[str], realisations: int, seed: int, progress: Progress = None
+    session: Session, studies: Sequence[_Study], realisations: int, seed: int, progress: Progress = None
 ) -> _doublet.Results:
     return session._inner.run(studies, realisations, seed, progress)
 

@@ -1,0 +1,42 @@
+"""Types: the package by mypy --strict, and the types of its compiled part and of its commands against what is there."""
+
+import pathlib
+import subprocess
+import sys
+
+import pytest
+
+SETTINGS = pathlib.Path(__file__).resolve().parents[1] / "pyproject.toml"
+
+
+def checked(folder, *arguments):
+    pytest.importorskip("mypy")
+    done = subprocess.run([sys.executable, "-m", *arguments], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_mypy_strict_is_clean(tmp_path):
+    checked(tmp_path, "mypy", "--config-file", str(SETTINGS), "--cache-dir", str(tmp_path), "-p", "doublet")
+
+
+def test_stubtest_is_clean(tmp_path):
+    checked(tmp_path, "mypy.stubtest", "--mypy-config-file", str(SETTINGS), "doublet")
+
+
+def test_a_users_file_is_checked(tmp_path):
+    """A right call passes, wrong ones are found."""
+    pytest.importorskip("mypy")
+    (tmp_path / "right.py").write_text(
+        "import numpy as np\nimport doublet as db\n\n"
+        "response = db.frequency_response(np.zeros(100), np.zeros(100), dt=0.1)\nresponse.to_control()\n"
+        'answer: db.Answer = db.commands.structure(db.Session.load("builtin:demo"))\n'
+    )
+    (tmp_path / "wrong.py").write_text(
+        "import doublet as db\n\n"
+        'db.lstsq([[1.0]], [1.0], method="nonsense")\ndb.commands.structure()\ndb.run(db.Session.load("a"), studies=["nonsens"])\n'
+    )
+    run = lambda name: subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path), name], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert run("right.py").returncode == 0, run("right.py").stdout
+    assert [line for line in range(3, 6) if f"wrong.py:{line}:" in run("wrong.py").stdout] == [3, 4, 5], run("wrong.py").stdout
