@@ -7,15 +7,14 @@ use doublet_core::simulate::{self, Scenario};
 use crate::graph::{Cache, Context, StageError, StageResult};
 use crate::run::{Scope, Snapshot, run};
 use crate::session::{DelaySource, GustSource, Session};
-use crate::study::{Coverage, Estimate, estimates, summarise, windows};
+use crate::study::{Coverage, Estimate, estimates, flown_loading, summarise, windows};
 
 /// File of the truth, which a recorder does not have.
 const TRUTH_FILE: &str = "truth.h5";
 
 /// [`crate::study::coverage`] with every flight written by its recorders (rates, clocks, resolution, fuel probes, control sensors) and run as
 /// a session: channel maps, clocks and instruments are those of `session`'s first flight, and the corrected errors contain those of the path.
-/// Gusts and delays are estimated. The fuel is stated as it was fuelled: the probes of full tanks are some kilograms off, and no interval holds
-/// an error of the mass.
+/// Gusts and delays are estimated.
 ///
 /// # Errors
 /// As [`crate::study::coverage`]; files that cannot be written or read.
@@ -62,7 +61,7 @@ fn identify_recorded(
     estimates((**pooled).clone(), |fit| &fit.corrected_errors)
 }
 
-/// The session over the recordings in `folder`, with the windows, the loading and the fuel of the scenario.
+/// The session over the recordings in `folder`, with the windows and the loading of the scenario.
 fn recorded_session(session: &Session, scenario: &Scenario, folder: &Path) -> StageResult<Session> {
     let mut flight = session.flights.first().ok_or("the session has no flight whose recorders could be used")?.clone();
     for recording in &mut flight.recordings {
@@ -74,7 +73,7 @@ fn recorded_session(session: &Session, scenario: &Scenario, folder: &Path) -> St
     let mut windows = windows(scenario);
     windows.iter_mut().for_each(|window| window.flight.clone_from(&flight.name));
     Ok(Session {
-        loading: Some(scenario.loading.clone()),
+        loading: Some(flown_loading(scenario)),
         flights: vec![flight],
         windows,
         steady: Vec::new(),
