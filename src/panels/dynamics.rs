@@ -106,15 +106,15 @@ impl Dynamics {
             request.airspeed_m_s = slide(ui, speed, ends, "airspeed [m/s]", 1).or(request.airspeed_m_s);
             let altitude = request.altitude_m.unwrap_or(condition.altitude_m);
             request.altitude_m = slide(ui, altitude, 0.0..=10_000.0, "altitude [m]", 0).or(request.altitude_m);
-            if let Some((aboard, room)) = fuel(ctx) {
-                let fuel = request.fuel_kg.unwrap_or(aboard);
-                request.fuel_kg = slide(ui, fuel, 0.0..=room, "fuel [kg]", 1).or(request.fuel_kg);
-            }
             let delay_s = request.stick_delay_s.unwrap_or(0.0);
             request.stick_delay_s = slide(ui, delay_s, 0.0..=0.5, "stick delay [s]", 3).or(request.stick_delay_s);
             let aileron = request.aileron_rad.unwrap_or(0.0).to_degrees();
             let chosen = slide(ui, aileron, 0.0..=30.0, "full aileron [deg]", 1).filter(|chosen| *chosen > 0.0);
             request.aileron_rad = chosen.map(f64::to_radians).or(request.aileron_rad);
+            if let Some((aboard, room)) = fuel(ctx) {
+                let fuel = request.fuel_kg.unwrap_or(aboard);
+                request.fuel_kg = slide(ui, fuel, 0.0..=room, "fuel [kg]", 1).or(request.fuel_kg);
+            }
             for (name, chosen, all, shown) in [
                 ("class", &mut request.class, &CLASSES[..], study.airplane.class),
                 ("category", &mut request.category, &CATEGORIES[..], study.airplane.category),

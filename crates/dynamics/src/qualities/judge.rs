@@ -67,7 +67,9 @@ impl fmt::Display for Reason {
         if self.bound.is_infinite() {
             write!(f, "{text} is there")?;
         } else {
-            write!(f, "{text} {sign} {}", self.bound)?;
+            // A boundary between two points has more digits than its source.
+            let bound = format!("{:.3e}", self.bound).parse().unwrap_or(self.bound);
+            write!(f, "{text} {sign} {bound}")?;
         }
         if self.disputed.is_some() { f.write_str(" (disputed limit)") } else { Ok(()) }
     }
