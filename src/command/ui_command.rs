@@ -124,6 +124,7 @@ pub enum MarkCommand {
 
 /// Commands on the run in the background.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "copied once a click")]
 pub enum RunCommand {
     /// Compute what is out of date.
     Again,

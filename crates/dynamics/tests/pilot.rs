@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
 
+#[allow(clippy::print_stdout, reason = "says why a test is skipped")]
 #[path = "../../core/tests/common/shared.rs"]
 mod shared;
 

@@ -28,7 +28,7 @@ pub enum Identified<'py> {
 
 /// The same, to be taken to another thread.
 enum Source {
-    Fit(Arc<Fitted>, DynamicsRequest),
+    Fit(Arc<Fitted>, Box<DynamicsRequest>),
     Results(Arc<Session>, Box<Snapshot>),
 }
 
@@ -88,7 +88,7 @@ pub fn design_input(
     let source = match identified {
         // Modes are not asked for here: the fewest draws.
         Identified::Fit(fit) => {
-            Source::Fit(Arc::clone(&fit.inner), trim_request(trim, 2, DynamicsRequest::default().seed)?)
+            Source::Fit(Arc::clone(&fit.inner), Box::new(trim_request(trim, 2, DynamicsRequest::default().seed)?))
         }
         Identified::Results(results) if results.snapshot.studies.dynamics.ready().is_none() => {
             let failed = results.snapshot.studies.dynamics.error();
@@ -112,7 +112,7 @@ fn row(source: &Source, request: &Request, options: &DesignOptions, control: &Co
     let basis = match source {
         Source::Results(session, snapshot) => design_basis(session, snapshot, options)?,
         Source::Fit(fitted, trim) => fitted.study(|input| {
-            let study = DynamicsStudy::run(*trim, input, &context(control))?;
+            let study = DynamicsStudy::run(**trim, input, &context(control))?;
             let windows = input.windows.iter();
             let windows: Vec<FlownWindow<'_>> =
                 windows.map(|one| ((one.manoeuvre, Arc::clone(one.aero.shared())), &one.path.reconstruction)).collect();

@@ -1,6 +1,7 @@
 //! Tests of the command line, in one program: `cargo test -p doublet-cli --test cli SUBJECT` runs those of one subject.
 
 #[path = "../../../core/tests/common/shared.rs"]
+#[allow(clippy::print_stdout, reason = "says why a test is skipped")]
 mod shared;
 
 mod common;

@@ -84,12 +84,13 @@ impl Measures {
         let attitude = BodeCurve::of_model(&model, &grid).integrated();
         self.add_pitch_attitude(&attitude, task);
         // Without delay the phase never falls to -180 deg: the gain does not limit the bandwidth, and phase delay and rate are zero.
-        if self.get(Measure::PhaseDelay).is_none() && delay_s == 0.0 {
-            if let Some(bandwidth) = attitude.frequency_of_phase(-0.75 * PI) {
-                self.set(Measure::Bandwidth, bandwidth);
-                for zero in [Measure::PhaseDelay, Measure::PhaseRate, Measure::AveragePhaseRate] {
-                    self.set(zero, 0.0);
-                }
+        if self.get(Measure::PhaseDelay).is_none()
+            && delay_s == 0.0
+            && let Some(bandwidth) = attitude.frequency_of_phase(-0.75 * PI)
+        {
+            self.set(Measure::Bandwidth, bandwidth);
+            for zero in [Measure::PhaseDelay, Measure::PhaseRate, Measure::AveragePhaseRate] {
+                self.set(zero, 0.0);
             }
         }
     }

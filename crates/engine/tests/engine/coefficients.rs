@@ -20,8 +20,6 @@ use doublet_engine::session::{
 use doublet_engine::stage::{AirDensity, WindowAero};
 use doublet_engine::verdict::{Level, judge};
 
-#[expect(clippy::print_stdout, reason = "says why a test is skipped")]
-
 /// Rounding of a few sums of order one.
 const ROUNDING: f64 = 1e-12;
 

@@ -5,6 +5,7 @@ mod flight;
 #[path = "../../../core/tests/common/mavlink.rs"]
 mod mavlink;
 #[path = "../../../core/tests/common/shared.rs"]
+#[allow(clippy::print_stdout, reason = "says why a test is skipped")]
 mod shared;
 
 mod aircraft;

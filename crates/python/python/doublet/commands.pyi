@@ -118,6 +118,7 @@ def qualities(
     load_factor: Optional[Input] = ..., pull_up: bool = ..., mass: Optional[Input] = ..., cg: Optional[Input] = ..., fuel:
     Optional[Input] = ..., window: Optional[Input] = ..., samples: Optional[Input] = ..., seed: Optional[Input] = ..., class_:
     Optional[Literal["I", "II", "II-L", "II-C", "III", "IV"]] = ..., category: Optional[Literal["A", "B", "C"]] = ...,
+    stick_delay: Optional[Input] = ..., aileron: Optional[Input] = ...,
 ) -> Answer: ...
 def design(
     session: Input, *, surfaces: Optional[Many] = ..., criterion: Optional[Literal["d", "a", "max-relative"]] = ..., peak:
