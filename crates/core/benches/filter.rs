@@ -3,7 +3,7 @@
 // a bench may stop with a message, and its table belongs on the standard output
 #![allow(clippy::expect_used, clippy::print_stdout)]
 
-#[path = "../tests/reconstruct/dense.rs"]
+#[path = "../tests/core/reconstruct/dense.rs"]
 #[allow(dead_code)]
 mod dense;
 

@@ -1,0 +1,17 @@
+//! Least squares against published answers, and the properties every estimate keeps.
+
+#![expect(clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
+
+mod attas_table;
+mod coloured;
+mod constraints;
+mod equations;
+mod flight_output_error;
+mod frequency;
+mod output_error;
+mod properties;
+mod recursive;
+mod robust;
+mod selection;
+mod sensor_errors;
+mod variants;

@@ -1,0 +1,131 @@
+//! Time stamps of every kind engineers have: opened right, or asked about with the cure.
+
+use doublet_core::load::{ChannelMap, Clock, Probe, guess, inspect, plan, read};
+use doublet_core::quantity::Role;
+
+use super::written;
+use crate::shared::shared;
+
+/// What must become of a file of the shared folder.
+enum Fate {
+    /// Its time is right without a word.
+    Right,
+    /// Its time is right and something is asked or said, with these words.
+    Said(&'static str),
+    /// It has no time until this cure is written.
+    Refused(&'static str),
+}
+use Fate::{Refused, Right, Said};
+
+/// Rate and duration of the recordings, Hz and s (expected.json).
+const RATE_HZ: f64 = 25.0;
+const DURATION_S: f64 = 60.0;
+
+/// Every generic file and its fate. Signs are told by the physics check.
+const FILES: [(&str, Fate); 23] = [
+    ("01_ms_integer.csv", Said("read in milliseconds, 25 Hz over 60 s")),
+    ("02_us_integer.csv", Said("read in microseconds, 25 Hz over 60 s")),
+    ("03_ns_since_1970.csv", Right),
+    ("04_date_time_utcoffset.csv", Right),
+    ("05_units_row.csv", Right),
+    ("06_semicolon_decimal_comma.csv", Right),
+    ("07_utf8_bom_degree_sign.csv", Right),
+    ("08_utf16le_tab.txt", Right),
+    ("09_two_header_lines.csv", Right),
+    ("10_quoted_commas_in_names.csv", Right),
+    ("11_name_round_unit.csv", Right),
+    ("12_name_square_unit.csv", Right),
+    ("13_mixed_rates_blanks.csv", Right),
+    ("14_held_samples.csv", Right),
+    ("15_lat_lon_alt_track.csv", Right),
+    ("16_quaternion.csv", Right),
+    ("17_1khz_in_ms.csv", Said("in milliseconds 1000 Hz over 3 s; write unit = \"s\" or unit = \"ms\"")),
+    ("18_time_of_day_over_midnight.csv", Said("passes midnight")),
+    ("19_no_time_column.csv", Refused("line 1 says 25 Hz: give sample_rate = 25")),
+    ("20_signs_turned_no_units.csv", Right),
+    ("21_whole_second_stamps.csv", Refused("give start_time = 52200 and sample_rate = 25")),
+    ("22_excel_serial_days.csv", Said("read in serial days of a spreadsheet, 25 Hz over 60 s")),
+    ("23_gps_week_tow_ms.csv", Right),
+];
+
+/// Everything a user is told before and while it is read by a map made of its names.
+fn told(probe: &Probe) -> (Option<Clock>, String) {
+    let map = ChannelMap::parse(&guess(std::slice::from_ref(probe)).text().unwrap()).unwrap();
+    let plan = plan(probe, &map);
+    let mut lines: Vec<String> =
+        probe.warnings.iter().cloned().chain(plan.problems.iter().map(ToString::to_string)).collect();
+    let read = read(&plan);
+    lines.extend(read.as_ref().err().map(ToString::to_string));
+    let clock = probe.sources[0].clocks.first().filter(|_| read.is_ok_and(|it| it.role(Role::PitchRate).is_some()));
+    (clock.cloned(), lines.join("\n"))
+}
+
+#[test]
+fn stamps_of_every_kind_open_right_or_name_their_cure() {
+    let Some(folder) = shared("data/formats/generic_csv") else { return };
+    let mut faults = Vec::new();
+    for (name, fate) in &FILES {
+        let (clock, lines) = match inspect(&folder.join(name)) {
+            Ok(probe) => told(&probe),
+            Err(error) => (None, error.to_string()),
+        };
+        let times = clock.as_ref().map(|clock| (clock.rate_hz, clock.end_s - clock.start_s));
+        let near = |value: f64, truth: f64| (value / truth - 1.0).abs() < 1e-3;
+        let is_right = times.is_some_and(|(rate, span)| near(rate, RATE_HZ) && near(span, DURATION_S));
+        let asks = lines.contains("time '");
+        let good = match fate {
+            Right => is_right && !asks,
+            // Read as seconds it could be meant: only the question keeps it from opening wrong.
+            Said(words) => lines.contains(words) && (is_right || name.starts_with("17")),
+            Refused(words) => times.is_none() && lines.contains(words),
+        };
+        if !good {
+            faults.push(format!("{name}: {times:?}, {lines}"));
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// What reading `text` by `map` gives for the stamps of q, and what is said.
+fn stamps(text: &str, map: &str) -> (Vec<f64>, String) {
+    let (_folder, path) = written("r.csv", text);
+    let probe = inspect(&path).unwrap();
+    let map = format!(
+        "format = \"doublet channel map\"\nversion = 1\nname = \"m\"\n{map}\n[roles]\nq = {{ channel = \"q\", unit = \"rad/s\" }}\n"
+    );
+    let recording = read(&plan(&probe, &ChannelMap::parse(&map).unwrap())).unwrap();
+    (recording.role(Role::PitchRate).unwrap().series.time_s.to_vec(), recording.warnings.join("\n"))
+}
+
+#[test]
+fn what_the_map_states_comes_before_what_stamps_look_like_and_a_contradiction_is_said() {
+    let rows: String = (0..50).map(|k| format!("{},{}\n", 1000 + 20 * k, k % 7)).collect();
+    let text = format!("time,q\n{rows}");
+    let (free, said) = stamps(&text, "");
+    assert!(
+        (free[1] - free[0] - 0.02).abs() < 1e-12 && said.contains("read in milliseconds, 50 Hz over 0.98 s"),
+        "{said}"
+    );
+    let (stated, said) = stamps(&text, "[[time]]\nchannel = \"time\"\nunit = \"ms\"");
+    assert_eq!((stated, said.as_str()), (free, ""));
+    let (wrong, said) = stamps(&text, "[[time]]\nchannel = \"time\"\nunit = \"s\"");
+    assert_eq!(wrong[1] - wrong[0], 20.0);
+    assert!(
+        said.contains(
+            "'time' is read in s: 0.05 Hz over 16.3 min; in milliseconds it is 50 Hz over 0.98 s: write unit = \"ms\""
+        ),
+        "{said}"
+    );
+    // The name of the column states it.
+    let (named, said) = stamps(&text.replace("time,", "t_us,"), "");
+    assert!((named[1] - 1.02e-3).abs() < 1e-12 && said.contains("'t_us' is read in us: 50000 Hz"), "{said}");
+}
+
+#[test]
+fn the_first_increasing_column_is_not_taken_for_time_without_a_word() {
+    let rows: String = (0..9).map(|k| format!("{},{}\n", 0.7 * f64::from(k), k % 3)).collect();
+    let (_folder, path) = written("r.csv", rows);
+    let probe = inspect(&path).unwrap();
+    let question = probe.sources[0].clocks[0].question.as_deref();
+    assert!(question.is_some_and(|it| it.contains("'column[0]' is taken for it, as the first column")), "{question:?}");
+}

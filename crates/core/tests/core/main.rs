@@ -1,0 +1,22 @@
+//! Tests of the numerics, in one program: `cargo test -p doublet-core --test core SUBJECT` runs those of one subject.
+
+#[path = "../common/flight.rs"]
+mod flight;
+#[path = "../common/mavlink.rs"]
+mod mavlink;
+#[path = "../common/shared.rs"]
+#[allow(clippy::print_stdout, reason = "says why a test is skipped")]
+mod shared;
+
+mod airframe;
+mod align;
+mod compatibility;
+mod estimate;
+mod load;
+mod model;
+mod propulsion;
+mod reconstruct;
+mod replay;
+mod sensitivity;
+mod signals;
+mod simulate;
