@@ -80,6 +80,7 @@ pub use path::{PathAssessment, PathSeries, SmoothedSeries, WindowPath, paths, re
 pub(crate) use path_errors::MOST_SAMPLES;
 pub use path_errors::{ConstantError, ErrorWindow, PathErrors, WidenedFits, path_errors};
 pub use physics::{FlightPhysics, PhysicsRow, physics_of};
+pub(crate) use placement::move_accelerometer;
 pub use prediction::Prediction;
 pub use proposals::{
     FlightProposals, LEAST_PRESSURE_SHARE, SignalSpectrum, WindowProposal, open_windows, proposals, proposals_above,

@@ -32,10 +32,12 @@ pub(super) fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     session.flights.iter().filter_map(|flight| of_flight(session, snapshot, &flight.name)).collect()
 }
 
-/// The place found of the accelerometers of a flight from its centre of gravity, body axes, m, where it is a finding.
-pub(super) fn found_from_cg_m(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<[f64; 3]> {
+/// Place of the accelerometers found, and the one taken, from the centre of gravity, body axes, m; none where they are not found
+/// elsewhere.
+pub(super) fn found_and_taken_m(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<[[f64; 3]; 2]> {
     of_flight(session, snapshot, flight)?;
-    Some(Places::of(session, snapshot, flight)?.place_m)
+    let places = Places::of(session, snapshot, flight)?;
+    Some([places.place_m, places.taken_m])
 }
 
 /// States the place found of the accelerometers of a flight; none where the centre of gravity is not known in datum axes.

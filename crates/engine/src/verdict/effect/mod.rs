@@ -159,8 +159,9 @@ pub(super) fn consequences(evidence: Evidence<'_>, suspects: &[&str]) -> Vec<Con
             let suspect = Suspect::new(Cause::Channel, vec![flight.clone(), row.channel.clone()]);
             add(Suspect { worst: row.level, ..suspect }, corrected);
         }
-        if let Some(place_m) = accelerometer::found_from_cg_m(session, snapshot, flight) {
-            add(Suspect::new(Cause::Accelerometer, vec![flight.clone()]), variant::moved(&used, flight, place_m));
+        if let Some(places_m) = accelerometer::found_and_taken_m(session, snapshot, flight) {
+            let moved = variant::moved(session, &used, flight, places_m);
+            add(Suspect::new(Cause::Accelerometer, vec![flight.clone()]), moved);
         }
     }
     let as_computed: Vec<AeroWindow<'_>> = used.iter().map(|used| used.as_computed()).collect();

@@ -4,12 +4,12 @@
 use std::sync::Arc;
 
 use doublet_core::compatibility::Cure;
-use doublet_core::model::Position;
+use doublet_core::model::{AeroData, Position};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{FilterData, Input, Measurement, MeasurementSeries, Reconstruction, measured_path};
 use rayon::prelude::*;
 
-use crate::graph::Control;
+use crate::graph::{Control, StageResult};
 use crate::run::Snapshot;
 use crate::session::{Manoeuvre, PathSource, Session, WindowRole};
 use crate::stage::{self, AeroWindow, PhysicsRow, WindowAero, WindowPath};
@@ -85,8 +85,7 @@ pub(super) fn corrected<'a>(
         })
         .collect();
     let data = data.filter(|data| !data.is_empty())?;
-    let by = (&session.filter, session.preparation.path);
-    let paths = stage::reconstructions(&data.iter().collect::<Vec<_>>(), by, &Control::default());
+    let paths = reconstructed(session, &data);
     let mut formed = Vec::with_capacity(used.len());
     for ((used, data), path) in of_flight.iter().zip(&data).zip(paths) {
         let path = path.ok()?;
@@ -97,18 +96,43 @@ pub(super) fn corrected<'a>(
     Some(formed)
 }
 
-/// The windows of `flight` with the accelerometers at a place from the centre of gravity, body axes, m; forces alone.
-pub(super) fn moved<'a>(used: &[Used<'a>], flight: &str, place_m: [f64; 3]) -> Option<Vec<AeroWindow<'a>>> {
-    let one = |used: &Used<'a>| {
-        if used.manoeuvre.flight != flight {
-            return Some(used.as_computed());
-        }
-        let aero = used.aero;
-        let data =
-            doublet_core::model::AeroData { accelerometer: Some(Position::BodyFromCg(place_m)), ..aero.data.clone() };
-        Some(used.formed(WindowAero::form(data, aero.settings.clone(), aero.air_density).ok()?))
-    };
-    used.iter().map(one).collect()
+/// The windows of `flight` with the accelerometers at `found_m` instead of `taken_m` from the centre of gravity, body axes, m: in
+/// the path and in the forces.
+pub(super) fn moved<'a>(
+    session: &Session,
+    used: &[Used<'a>],
+    flight: &str,
+    [found_m, taken_m]: [[f64; 3]; 2],
+) -> Option<Vec<AeroWindow<'a>>> {
+    let displacement_m = std::array::from_fn(|axis| found_m[axis] - taken_m[axis]);
+    let (of_flight, others): (Vec<Used<'a>>, Vec<Used<'a>>) =
+        used.iter().copied().partition(|used| used.manoeuvre.flight == flight);
+    let data: Option<Vec<FilterData>> = of_flight
+        .iter()
+        .map(|used| {
+            let mut data = used.path.data.as_ref().clone();
+            // The correction is linear in the place: what was moved already is moved on.
+            stage::move_accelerometer(&mut data.inputs, displacement_m, &session.preparation).ok()?;
+            Some(data)
+        })
+        .collect();
+    let paths = reconstructed(session, &data?);
+    let mut formed = Vec::with_capacity(used.len());
+    for (used, path) in of_flight.iter().zip(paths) {
+        let along = (&*used.path.data, &path.ok()?);
+        let WindowAero { data, settings, air_density, .. } =
+            stage::aero_along(used.aero, used.nominal(), along, &session.preparation).ok()?;
+        let data = AeroData { accelerometer: Some(Position::BodyFromCg(found_m)), ..data };
+        formed.push(used.formed(WindowAero::form(data, settings, air_density).ok()?));
+    }
+    formed.extend(others.iter().map(|used| used.as_computed()));
+    Some(formed)
+}
+
+/// The paths of `data` with the filter of the session.
+fn reconstructed(session: &Session, data: &[FilterData]) -> Vec<StageResult<Reconstruction>> {
+    let by = (&session.filter, session.preparation.path);
+    stage::reconstructions(&data.iter().collect::<Vec<_>>(), by, &Control::default())
 }
 
 /// Samples with a change of the channel map; none where it is not one of inertial channels or measurements.
