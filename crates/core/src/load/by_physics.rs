@@ -29,15 +29,32 @@ pub(super) fn names_say_nothing(candidates: &[Candidate<'_>]) -> bool {
     CHANNELS.contains(&candidates.len()) && empty as f64 >= LEAST_EMPTY * candidates.len() as f64
 }
 
+/// Stamps of the only clock of a recording that has so many, s: for channels of a part without a clock.
+fn clock_of_length(samples: usize, probes: &[Probe]) -> Option<Vec<f64>> {
+    let sources = probes.iter().flat_map(|probe| &probe.sources);
+    let mut all = sources.flat_map(|source| source.clocks.iter().map(move |clock| (source, clock)));
+    let (source, clock) = all.clone().find(|(_, clock)| clock.samples == samples)?;
+    if all.any(|(_, other)| other.samples == samples && !std::ptr::eq(other, clock)) {
+        return None;
+    }
+    let values = source.channels.get(clock.index?)?.values();
+    Some(values.iter().map(|value| clock.unit.to_si(*value)).collect())
+}
+
 /// Gives roles the channels whose values are what the others make of them; every one is asked for. True where there are any.
 pub(super) fn add_roles(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], probes: &[Probe]) -> bool {
     let mut stamps: Vec<(&str, Option<usize>, Vec<f64>)> = Vec::new();
     let mut clocks: Vec<usize> = Vec::with_capacity(candidates.len());
     for candidate in candidates {
         let (source, clock) = (candidate.from.source.as_str(), candidate.channel.clock);
-        let known = stamps.iter().position(|(other, index, _)| *other == source && *index == clock);
+        let is_known = |(other, index, _): &(&str, Option<usize>, Vec<f64>)| {
+            *other == source && *index == clock && clock.is_some()
+        };
+        let known = stamps.iter().position(is_known);
         clocks.push(known.unwrap_or_else(|| {
-            stamps.push((source, clock, stamps_of(&candidate.from, probes).unwrap_or_default()));
+            let own = stamps_of(&candidate.from, probes);
+            let lent = || (clock.is_none()).then(|| clock_of_length(candidate.channel.samples, probes)).flatten();
+            stamps.push((source, clock, own.or_else(lent).unwrap_or_default()));
             stamps.len() - 1
         }));
     }

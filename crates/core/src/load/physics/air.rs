@@ -7,6 +7,7 @@ use super::assignment::Assignment;
 use super::earth;
 use super::fit::{fit, line, snap};
 use super::kinematics::{ANGLES, Taken, log_likelihood};
+use super::windows::Column;
 use crate::atmos::STANDARD_GRAVITY_M_S2;
 use crate::quantity::Role;
 
@@ -25,12 +26,20 @@ const LIFT_R2: f64 = 0.3;
 const FORCE_R2: f64 = 0.6;
 const FORCE_R2_ALONE: f64 = 0.85;
 const SIDE_R2: f64 = 0.5;
-/// Largest flow angle, rad, and least airspeed, m/s.
+/// Least squared correlation of a specific force with the flow angle that makes it.
+const OPPOSING_R2: f64 = 0.3;
+/// Largest flow angle and least sideslip, rad, and least airspeed, m/s.
+const LEAST_FLOW: f64 = 5e-4;
 const LARGEST_FLOW: f64 = 1.3;
 const LEAST_SPEED: f64 = 4.0;
 const LARGEST_SPEED: f64 = 700.0;
 /// Largest ratio of an airspeed to the one that the turning of the flight path shows, either way.
 const SPEED_RATIO: f64 = 1.2;
+
+/// Mean of a function of the finite values.
+pub fn average_by(values: &[f64], of: impl Fn(f64) -> f64) -> f64 {
+    average(&values.iter().map(|value| of(*value)).collect::<Vec<f64>>())
+}
 
 fn factor_of(units: &[(&str, f64)], name: &str) -> f64 {
     units.iter().find(|(unit, _)| *unit == name).map_or(1.0, |(_, scale)| *scale)
@@ -64,14 +73,13 @@ pub fn complete(whole: &mut Assignment<'_>, speed: Option<Taken>) {
     if whole.alpha.is_none() {
         find_alpha(whole);
     }
-    find_side(whole);
 }
 
 /// Largest range of a flow angle as recorded.
 const LARGEST_ANGLE: f64 = 60.0;
 
 /// Whether a column can be a flow angle.
-fn can_be_flow(whole: &Assignment<'_>, i: usize) -> bool {
+pub fn can_be_flow(whole: &Assignment<'_>, i: usize) -> bool {
     whole.column(i).largest < LARGEST_ANGLE && whole.column(i).turn.is_none()
 }
 
@@ -132,10 +140,17 @@ pub fn take_speed(whole: &mut Assignment<'_>, speed: Taken, relation: &str) {
     whole.take(Role::TrueAirspeed, speed, relation);
 }
 
+/// Whether a channel is not negative in flight, but for its noise.
+pub fn is_positive(column: &Column) -> bool {
+    let mut all: Vec<f64> = column.mean.iter().copied().filter(|value| value.is_finite()).collect();
+    all.sort_by(f64::total_cmp);
+    all.get(all.len() / 6).is_some_and(|least| *least > -0.02 * column.largest)
+}
+
 /// Channels that can be an airspeed.
 pub fn can_be_speed(whole: &Assignment<'_>, i: usize) -> bool {
     let column = whole.column(i);
-    column.range[0] > -0.02 * column.largest && column.largest > LEAST_SPEED && column.turn.is_none()
+    is_positive(column) && column.largest > LEAST_SPEED && column.turn.is_none()
 }
 
 /// Specific forces along x, y, z that an airspeed, its change, the flow angles, attitude and rates make:
@@ -279,17 +294,32 @@ fn find_alpha(whole: &mut Assignment<'_>) {
 }
 
 /// The sideslip with the specific force along y, or alone: `beta_dot = p alpha - r + (ay + g cos(theta) sin(phi)) / V`.
-fn find_side(whole: &mut Assignment<'_>) {
-    let Some(airspeed) = whole.airspeed.clone() else { return };
-    let drive = whole.each(|k| side_drive(whole, k) / airspeed[k].max(LEAST_SPEED));
+pub fn find_side(whole: &mut Assignment<'_>) {
+    let Some(airspeed) = whole.airspeed.clone().filter(|_| whole.beta.is_none()) else { return };
+    let side = whole.found.iter().find(|found| found.role == Role::SpecificForceY).map(|side| {
+        let scale = factor_of(&FORCES, side.unit.unwrap_or_default()) * if side.turned { -1.0 } else { 1.0 };
+        whole.column(side.column).mean.iter().map(|value| value / scale).collect::<Vec<f64>>()
+    });
+    let known = |k: usize| side.as_ref().map_or(0.0, |side| side[k]);
+    let drive = whole.each(|k| (side_drive(whole, k) + known(k)) / airspeed[k].max(LEAST_SPEED));
     let free = whole.free();
     let mut best: Option<(Taken, Option<Taken>)> = None;
+    // A side force opposes the sideslip that makes it.
+    let opposes = |j: usize, angle: &Column, turn: f64| {
+        let with = line(&whole.column(j).mean, &angle.mean);
+        with.is_some_and(|(slope, r2)| r2 > OPPOSING_R2 && slope * turn < 0.0)
+    };
     for &i in free.iter().filter(|i| can_be_flow(whole, **i)) {
         let column = whole.column(i);
-        let alone = fit(&column.slope, &[&drive, &column.mean]).filter(|found| found.coefficients[1] < 0.0);
+        let alone =
+            if side.is_some() { fit(&column.slope, &[&drive]) } else { fit(&column.slope, &[&drive, &column.mean]) };
+        let alone = alone.filter(|found| found.coefficients[1] <= 0.0);
         let mut consider = |coefficient: f64, r2: f64, side: Option<Taken>| {
             let angle = taken(i, coefficient, &ANGLES, FLOW_RATIO, r2);
-            let angle = angle.filter(|angle| angle.factor.abs() * column.largest < LARGEST_FLOW);
+            let angle = angle.filter(|angle| {
+                let size = average_by(&column.mean, |value| (value * angle.factor).powi(2)).sqrt();
+                angle.factor.abs() * column.largest < LARGEST_FLOW && size > LEAST_FLOW
+            });
             if let Some(angle) = angle.filter(|_| best.is_none_or(|(best, _)| r2 > best.r2)) {
                 best =
                     Some((angle, side.map(|side| Taken { r2, factor: side.factor * angle.factor.signum(), ..side })));
@@ -298,18 +328,18 @@ fn find_side(whole: &mut Assignment<'_>) {
         if let Some(found) = alone {
             consider(found.coefficients[0], found.r2, None);
         }
-        if line(&column.slope, &drive).is_none_or(|(_, r2)| r2 < 0.1) {
-            continue;
-        }
-        for &j in free.iter().filter(|j| **j != i) {
+        let Some((_, plain)) = line(&column.slope, &drive).filter(|(_, r2)| *r2 > 0.1) else { continue };
+        let plain = plain.max(alone.map_or(0.0, |alone| alone.r2));
+        for &j in free.iter().filter(|j| side.is_none() && **j != i) {
             let force: Vec<f64> =
                 whole.column(j).mean.iter().zip(&airspeed).map(|(a, v)| a / v.max(LEAST_SPEED)).collect();
             let Some(found) = fit(&column.slope, &[&drive, &force]) else { continue };
             let [turn, side, ..] = found.coefficients;
             let side = taken(j, turn / side, &FORCES, FLOW_RATIO, found.r2);
-            let adds = alone.is_none_or(|alone| found.r2 > alone.r2 + 0.3 * (1.0 - alone.r2));
+            let adds = found.r2 > plain + 0.3 * (1.0 - plain);
             if let Some(side) = side
                 .filter(|_| adds)
+                .filter(|_| opposes(j, column, turn))
                 .filter(|side| (side.factor * average(&whole.column(j).mean)).abs() < 0.3 * G && side.factor > 0.0)
             {
                 consider(turn, found.r2, Some(side));
@@ -326,7 +356,7 @@ fn find_side(whole: &mut Assignment<'_>) {
 }
 
 /// `V (p alpha - r) + g cos(theta) sin(phi)`: the change of the velocity along y without a side force.
-fn side_drive(whole: &Assignment<'_>, k: usize) -> f64 {
+pub fn side_drive(whole: &Assignment<'_>, k: usize) -> f64 {
     let speed = whole.airspeed.as_ref().map_or(f64::NAN, |speed| speed[k]);
     let alpha = whole.alpha.as_ref().map_or(0.0, |[alpha, _]| alpha[k]);
     speed * (whole.p[k] * alpha - whole.r[k]) + G * whole.theta[k].cos() * whole.phi[k].sin()
@@ -340,6 +370,10 @@ pub fn complete_forces(whole: &mut Assignment<'_>) {
     let fits = |whole: &Assignment<'_>, i: usize| {
         let found = force(whole, i, &lift, 1.3, 1.2 * G).filter(|found| found.r2 > FORCE_R2)?;
         let offset = (found.factor * average(&whole.column(i).mean) - normal).abs();
+        let follows = whole.alpha.as_ref().and_then(|[alpha, _]| line(&whole.column(i).mean, alpha));
+        if follows.is_some_and(|(slope, r2)| r2 < OPPOSING_R2 || slope * found.factor > 0.0) {
+            return None;
+        }
         (offset < 0.2 * G || (offset - G).abs() < 0.12 * G).then_some(found)
     };
     let vertical = whole.take_best(Role::SpecificForceZ, "gravity and the turning of the flight path", fits);
@@ -359,6 +393,10 @@ pub fn complete_forces(whole: &mut Assignment<'_>) {
     };
     whole.take_best(Role::SpecificForceX, "the change of airspeed and gravity", fits);
     let fits = |whole: &Assignment<'_>, i: usize| {
+        let follows = whole.beta.as_ref().and_then(|[beta, _]| line(&whole.column(i).mean, beta));
+        if follows.is_some_and(|(_, r2)| r2 < OPPOSING_R2) {
+            return None;
+        }
         force(whole, i, &side, 1.4, 0.15 * G).filter(is_of_vector).filter(|found| found.r2 > SIDE_R2)
     };
     if whole.found.iter().any(|found| found.role == Role::SpecificForceY) {

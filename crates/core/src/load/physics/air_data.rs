@@ -8,12 +8,13 @@ use crate::atmos::Atmosphere;
 use crate::quantity::Role;
 
 /// Units with how many of them make one of SI.
-const LENGTHS: [(&str, f64); 2] = [("m", 1.0), ("ft", 3.280_84)];
-const PRESSURES: [(&str, f64); 5] = [("Pa", 1.0), ("hPa", 0.01), ("kPa", 1e-3), ("inHg", 2.953e-4), ("psf", 0.020_885)];
+pub const LENGTHS: [(&str, f64); 2] = [("m", 1.0), ("ft", 3.280_84)];
+pub const PRESSURES: [(&str, f64); 5] =
+    [("Pa", 1.0), ("hPa", 0.01), ("kPa", 1e-3), ("inHg", 2.953e-4), ("psf", 0.020_885)];
 /// Heights and static pressures that are flown at, m and Pa, and the least change of height that pressure shows, m.
-const HEIGHTS_M: [f64; 2] = [-500.0, 20_000.0];
-const PRESSURES_PA: [f64; 2] = [5000.0, 110_000.0];
-const LEAST_CHANGE_M: f64 = 15.0;
+pub const HEIGHTS_M: [f64; 2] = [-500.0, 20_000.0];
+pub const PRESSURES_PA: [f64; 2] = [5000.0, 110_000.0];
+pub const LEAST_CHANGE_M: f64 = 15.0;
 /// Mach numbers of aeroplanes, and speeds of sound from the tropopause to a hot day at sea level, m/s.
 const MACH: [f64; 2] = [0.03, 2.5];
 const SOUND_M_S: [f64; 2] = [285.0, 350.0];
@@ -29,6 +30,11 @@ const CALIBRATED_R2: f64 = 0.9;
 /// Largest calibrated airspeed as a part of the true one that is told from it.
 const LARGEST_CALIBRATED: f64 = 0.97;
 
+/// The same where noise hides part of a small change: least squared correlation, and largest ratios of level and slope.
+const NEAR_R2: f64 = 0.6;
+const NEAR_LEVEL: f64 = 1.015;
+const NEAR_SLOPE: f64 = 1.35;
+
 /// Mean of the finite values.
 pub fn average(values: &[f64]) -> f64 {
     let finite = values.iter().filter(|value| value.is_finite());
@@ -41,7 +47,7 @@ fn is_one(ratio: f64, factor: f64) -> bool {
     ratio > 0.0 && ratio.ln().abs() < factor.ln()
 }
 
-/// A channel that records `wanted`, level and change.
+/// A channel that records `wanted`: level and change, or its level closely where noise hides part of a small change.
 fn records(
     whole: &Assignment<'_>,
     i: usize,
@@ -53,7 +59,10 @@ fn records(
     let level = average(&column.mean) / average(wanted);
     let (slope, r2) = line(&column.mean, wanted)?;
     let found = taken(i, level, units, LEVEL, r2)?;
-    (r2 > least && level > 0.0 && is_one(slope / level, SLOPE)).then_some(found)
+    let is_exact = r2 > least && is_one(slope / level, SLOPE);
+    let is_near =
+        || r2 > NEAR_R2 && is_one(level * found.factor, NEAR_LEVEL) && is_one(slope / level / r2.sqrt(), NEAR_SLOPE);
+    (level > 0.0 && (is_exact || is_near())).then_some(found)
 }
 
 /// Height and static pressure, then airspeed and Mach number.
@@ -122,7 +131,11 @@ fn find_mach(whole: &mut Assignment<'_>) {
             let mut units = SPEEDS.iter().filter(|(_, scale)| fits(*scale));
             let (Some((unit, scale)), another) = (units.next(), units.next().is_some()) else { continue };
             let Some((slope, r2)) = line(&whole.column(i).mean, &whole.column(j).mean) else { continue };
-            if r2 > MACH_R2 && is_one(slope / ratio, SLOPE) && best.is_none_or(|(speed, _)| r2 > speed.r2) {
+            let is_near = sound.is_some_and(|sound| is_one(ratio / scale / sound, NEAR_LEVEL))
+                && r2 > NEAR_R2
+                && is_one(slope / ratio / r2.sqrt(), NEAR_SLOPE);
+            let is_exact = r2 > MACH_R2 && is_one(slope / ratio, SLOPE);
+            if (is_exact || is_near) && best.is_none_or(|(speed, _)| r2 > speed.r2) {
                 is_ambiguous = another;
                 let speed = Taken { column: i, unit, factor: 1.0 / scale, r2 };
                 best = Some((speed, Taken { column: j, unit: "-", factor: 1.0, r2 }));

@@ -1,9 +1,9 @@
 //! A whole assignment: what follows from a hypothesis of attitude and rates, relation by relation.
 
 use super::fit::line;
-use super::kinematics::{Motion, TURNED, Taken, find_copies, log_likelihood};
+use super::kinematics::{Motion, TURNED, Taken, log_likelihood};
 use super::windows::{Column, Windows};
-use super::{Found, air, air_data, earth, surfaces, tracks};
+use super::{Found, air, air_data, air_velocity, climb_angle, earth, laws, pressures, surfaces, tracks};
 use crate::quantity::Role;
 
 /// Least share of the likelihood that one channel must have of all that fit a role.
@@ -18,6 +18,8 @@ const ALIKE_LEAD: f64 = 8.0;
 #[derive(Clone)]
 pub struct Assignment<'w> {
     pub windows: &'w Windows,
+    /// Attitude and rates that it follows from.
+    pub motion: Motion,
     pub found: Vec<Found>,
     /// Logarithm of the likelihood of all relations.
     pub score: f64,
@@ -36,8 +38,12 @@ pub struct Assignment<'w> {
     pub beta: Option<[Vec<f64>; 2]>,
     /// Height and its change.
     pub height: Option<[Vec<f64>; 2]>,
+    /// Climb as it is recorded, m/s.
+    pub climb: Option<Vec<f64>>,
     /// Velocity over the ground, north and east, m/s.
     pub ground: Option<[Vec<f64>; 2]>,
+    /// Wind, north and east, m/s.
+    pub wind: Option<[f64; 2]>,
     used: Vec<usize>,
 }
 
@@ -107,9 +113,9 @@ impl<'w> Assignment<'w> {
     }
 
     /// Adds what other windows show of roles and channels that are still free.
-    pub fn merge(&mut self, other: &Self) {
+    pub fn merge(&mut self, other: &[Found]) {
         let heights = [Role::Altitude, Role::PositionDown];
-        for found in &other.found {
+        for found in other {
             let has_height = heights.contains(&found.role) && self.found.iter().any(|one| heights.contains(&one.role));
             if !has_height && self.found.iter().all(|one| one.role != found.role && one.column != found.column) {
                 self.found.push(found.clone());
@@ -132,16 +138,34 @@ impl<'w> Assignment<'w> {
         }
         Some(taken)
     }
+
+    /// The same of the channel that fits best, whatever else records the quantity.
+    pub fn take_nearest(
+        &mut self,
+        role: Role,
+        relation: &str,
+        fits: impl Fn(&Self, usize) -> Option<Taken>,
+    ) -> Option<Taken> {
+        let mut all: Vec<Taken> = self.free().into_iter().filter_map(|i| fits(self, i)).collect();
+        all.sort_by(|a, b| b.r2.total_cmp(&a.r2));
+        let best = *all.first()?;
+        self.take(role, best, relation);
+        if let Some(found) = self.found.last_mut() {
+            found.runner_up = all.get(1).map(|next| (next.column, format!("R2 {:.3} against {:.3}", next.r2, best.r2)));
+        }
+        Some(best)
+    }
 }
 
 /// What follows from a hypothesis of attitude and rates.
 pub fn complete(windows: &Windows, motion: Motion, speed: Option<Taken>) -> Assignment<'_> {
-    let copies = find_copies(windows);
+    let copies = &windows.copies;
     let nothing = Vec::new;
     let mut whole = Assignment {
         windows,
         found: Vec::new(),
         score: motion.score,
+        motion: motion.clone(),
         phi: nothing(),
         theta: nothing(),
         psi: None,
@@ -154,7 +178,9 @@ pub fn complete(windows: &Windows, motion: Motion, speed: Option<Taken>) -> Assi
         alpha: None,
         beta: None,
         height: None,
+        climb: None,
         ground: None,
+        wind: None,
         used: (0..copies.len()).filter(|i| copies[*i].is_some()).collect(),
     };
     let roles = [
@@ -180,12 +206,25 @@ pub fn complete(windows: &Windows, motion: Motion, speed: Option<Taken>) -> Assi
     (whole.p, whole.q, whole.r) = (p, q, r);
     if speed.is_none() {
         air_data::complete(&mut whole);
+        pressures::complete(&mut whole);
     }
     tracks::complete(&mut whole);
+    if speed.is_none() {
+        air_velocity::complete(&mut whole);
+    }
+    if speed.is_none() {
+        climb_angle::complete(&mut whole);
+    }
     air::complete(&mut whole, speed);
     tracks::complete(&mut whole);
+    air_velocity::complete(&mut whole);
     earth::complete(&mut whole);
+    air_velocity::complete(&mut whole);
+    air_velocity::complete_forces(&mut whole);
+    air::find_side(&mut whole);
+    laws::complete(&mut whole);
     air::complete_forces(&mut whole);
+    laws::complete(&mut whole);
     surfaces::complete(&mut whole);
     whole
 }

@@ -1,15 +1,16 @@
 //! Heights, velocities and places over the Earth by airspeed and attitude, and what goes with height.
 
 use super::air::{SPEEDS, taken};
-use super::air_data;
+use super::air_data::{self, average};
 use super::assignment::Assignment;
 use super::fit::{fit, line};
 use super::kinematics::Taken;
+use super::tracks;
 use crate::quantity::Role;
 
 /// Units with how many of them make one of SI.
 pub const LENGTHS: [(&str, f64); 2] = [("m", 1.0), ("ft", 3.280_84)];
-const CLIMBS: [(&str, f64); 5] =
+pub const CLIMBS: [(&str, f64); 5] =
     [("m/s", 1.0), ("kt", 1.943_844), ("ft/s", 3.280_84), ("km/h", 3.6), ("ft/min", 196.850_4)];
 const ACCELERATIONS: [(&str, f64); 2] = [("rad/s^2", 1.0), ("deg/s^2", 57.295_779_513_082_32)];
 /// Mean radius of the Earth, m.
@@ -23,7 +24,11 @@ const HEIGHT_SPREAD: f64 = 0.02;
 const CLIMB_R2: f64 = 0.8;
 const GROUND_R2: f64 = 0.9;
 const RATE_R2: f64 = 0.8;
-const RATE_RATIO: f64 = 1.08;
+/// Least part of the square of a velocity that the airspeed along the heading explains where there is no wind.
+const NO_WIND_R2: f64 = 0.999_9;
+/// Least part of the square of the airspeed along an axis that is told so.
+const LEAST_ALONG: f64 = 0.05;
+const RATE_RATIO: f64 = 1.1;
 /// Largest part of the other axis in a velocity over the Earth.
 const CROSS: f64 = 0.2;
 /// Least spread of the heading, rad, at which axes are told apart.
@@ -88,6 +93,9 @@ fn find_height(whole: &mut Assignment<'_>) {
 }
 
 fn find_climb(whole: &mut Assignment<'_>) {
+    if whole.climb.is_some() {
+        return;
+    }
     let change = match (&whole.height, climb(whole)) {
         (Some([_, change]), _) => change.clone(),
         (None, Some(climb)) => climb,
@@ -98,7 +106,9 @@ fn find_climb(whole: &mut Assignment<'_>) {
         let found = taken(i, slope, &CLIMBS, RATIO, r2)?;
         (r2 > CLIMB_R2).then_some(Taken { factor: -found.factor, ..found })
     };
-    whole.take_best(Role::VelocityDown, "the change of height", fits);
+    if let Some(descent) = whole.take_nearest(Role::VelocityDown, "the change of height", fits) {
+        whole.climb = Some(whole.mean_of(descent).into_iter().map(|down| -down).collect());
+    }
 }
 
 /// Velocities and places north and east.
@@ -111,7 +121,26 @@ fn find_ground(whole: &mut Assignment<'_>) {
     let finite = || psi.iter().filter(|angle| angle.is_finite());
     let range = finite().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
     // Places that were found make all others.
-    if range[1] - range[0] < LEAST_TURN || whole.ground.is_some() {
+    if whole.ground.is_some() {
+        return;
+    }
+    if range[1] - range[0] < LEAST_TURN {
+        // On a constant heading only what is the airspeed along it, without wind, is told from the airspeed.
+        let level = average(&speed);
+        let climb = whole.climb.clone().unwrap_or_else(|| climb_at(whole, &speed));
+        let flat = whole.each(|k| (speed[k] * speed[k] - climb[k] * climb[k]).max(0.0).sqrt());
+        let axes = [whole.each(|k| flat[k] * track[k].cos()), whole.each(|k| flat[k] * track[k].sin())];
+        let roles = [(Role::VelocityNorth, Role::PositionNorth), (Role::VelocityEast, Role::PositionEast)];
+        for ((velocity, position), axis) in roles.into_iter().zip(axes) {
+            let is_long = average(&axis.iter().map(|v| v * v).collect::<Vec<_>>()) > LEAST_ALONG * level * level;
+            let is_record = |values: &[f64], units: &[(&'static str, f64)], i: usize| {
+                let found = tracks::is_record(values, &axis, level, units, i);
+                found.filter(|found| is_long && found.r2 > NO_WIND_R2)
+            };
+            let relation = "airspeed along the heading";
+            whole.take_nearest(velocity, relation, |whole, i| is_record(&whole.column(i).mean, &SPEEDS, i));
+            whole.take_nearest(position, relation, |whole, i| is_record(&whole.column(i).slope, &LENGTHS, i));
+        }
         return;
     }
     let fits = |y: &[f64], axis: usize| {
@@ -121,12 +150,16 @@ fn find_ground(whole: &mut Assignment<'_>) {
     };
     let velocities = [Role::VelocityNorth, Role::VelocityEast];
     let positions = [Role::PositionNorth, Role::PositionEast];
+    let mut found = [None; 2];
     for axis in 0..2 {
         let speed = |whole: &Assignment<'_>, i: usize| {
             let (own, r2) = fits(&whole.column(i).mean, axis)?;
             taken(i, own, &SPEEDS, 1.25, r2)
         };
-        whole.take_best(velocities[axis], "airspeed along the heading, and wind", speed);
+        found[axis] = whole.take_nearest(velocities[axis], "airspeed along the heading, and wind", speed);
+    }
+    if let [Some(north), Some(east)] = found {
+        whole.ground = Some([whole.mean_of(north), whole.mean_of(east)]);
     }
     let mut latitude = None;
     for axis in 0..2 {
@@ -134,7 +167,7 @@ fn find_ground(whole: &mut Assignment<'_>) {
             let (own, r2) = fits(&whole.column(i).slope, axis)?;
             taken(i, own, &LENGTHS, 1.25, r2)
         };
-        whole.take_best(positions[axis], "its change is airspeed along the heading, and wind", place);
+        whole.take_nearest(positions[axis], "its change is airspeed along the heading, and wind", place);
         let wide = if axis == 0 {
             1.0
         } else {
@@ -151,7 +184,7 @@ fn find_ground(whole: &mut Assignment<'_>) {
             Some(Taken { factor: found.factor.signum() * factor, ..found })
         };
         let role = if axis == 0 { Role::Latitude } else { Role::Longitude };
-        let found = whole.take_best(role, "its change is airspeed along the heading, and wind", angle);
+        let found = whole.take_nearest(role, "its change is airspeed along the heading, and wind", angle);
         if axis == 0 {
             latitude = found;
         }
@@ -171,7 +204,7 @@ fn find_accelerations(whole: &mut Assignment<'_>) {
         let change: Vec<f64> = whole.column(rate.column).slope.iter().map(|slope| scale * slope).collect();
         let fits = |whole: &Assignment<'_>, i: usize| {
             let (slope, r2) = line(&whole.column(i).mean, &change)?;
-            taken(i, slope, &ACCELERATIONS, RATE_RATIO, r2).filter(|found| found.r2 > RATE_R2)
+            taken(i, slope / r2.sqrt(), &ACCELERATIONS, RATE_RATIO, r2).filter(|found| found.r2 > RATE_R2)
         };
         whole.take_best(acceleration, "the change of the rate", fits);
     }

@@ -78,7 +78,22 @@ fn solve(normal: &mut [[f64; MOST + 1]; MOST], size: usize) -> Option<[f64; MOST
 
 /// Slope and squared correlation of `y` on `x`.
 pub fn line(y: &[f64], x: &[f64]) -> Option<(f64, f64)> {
-    fit(y, &[x]).map(|fit| (fit.coefficients[0], fit.r2))
+    let pairs = || y.iter().zip(x).map(|(y, x)| if (y + x).is_finite() { (*y, *x, 1.0) } else { (0.0, 0.0, 0.0) });
+    let (mut y_sum, mut x_sum, mut count) = (0.0, 0.0, 0.0);
+    for (y, x, one) in pairs() {
+        (y_sum, x_sum, count) = (y_sum + y, x_sum + x, count + one);
+    }
+    if count < FEWEST as f64 {
+        return None;
+    }
+    let (y_mean, x_mean) = (y_sum / count, x_sum / count);
+    let (mut yy, mut xy, mut xx) = (0.0, 0.0, 0.0);
+    for (y, x, one) in pairs() {
+        let (dy, dx) = (y - one * y_mean, x - one * x_mean);
+        (yy, xy, xx) = (yy + dy * dy, xy + dy * dx, xx + dx * dx);
+    }
+    let slope = xy / xx;
+    (xx > 0.0 && yy > 0.0 && slope.is_finite()).then(|| (slope, (slope * xy / yy).clamp(0.0, 1.0)))
 }
 
 /// The factor of `units` that a number is within `ratio` of, either way, whatever its sign.

@@ -46,10 +46,12 @@ const MOST_SEEDS: usize = 30;
 /// Squared correlation and ratio of a channel that is the derivative of another in a simulation: hardly an angle and its rate.
 const DERIVATIVE_R2: f64 = 0.999_95;
 const DERIVATIVE_RATIO: f64 = 1.002;
+/// Columns whose neighbours are looked at too.
+const MOST_WITH_NEIGHBOURS: usize = 12;
 const MOST_PARTNERS: usize = 5;
 const MOST_RATES: usize = 40;
 const MOST_TRIPLES: usize = 24;
-const MOST_HYPOTHESES: usize = 10;
+const MOST_HYPOTHESES: usize = 5;
 /// Score of a hypothesis that needs no other kind, and how far below the best one may be.
 const LEAST_SCORE: f64 = 60.0;
 /// Least score of a hypothesis without a heading.
@@ -96,6 +98,14 @@ pub struct Motion {
 }
 
 impl Motion {
+    /// The same in axes of the body turned by half a turn about x.
+    pub fn about_x(&self) -> Self {
+        let turn = |taken: Option<Taken>| taken.map(|taken| Taken { factor: -taken.factor, ..taken });
+        let [phi, theta, psi] = self.angles;
+        let [p, q, r] = self.rates;
+        Self { angles: [phi, turn(theta), turn(psi)], rates: [p, turn(q), turn(r)], score: self.score }
+    }
+
     /// Rates of the body that the attitude makes, rad/s.
     pub fn body_rates(&self, windows: &Windows) -> [Vec<f64>; 3] {
         let pair = |taken: Taken| (taken.column, taken.factor);
@@ -189,7 +199,24 @@ fn seeds(windows: &Windows, free: &[usize]) -> (Vec<usize>, Vec<usize>) {
         all.sort_by(|a, b| b.1.total_cmp(&a.1));
         all.into_iter().map(|(i, _)| i).take(most).collect()
     };
-    (likeliest(angles, MOST_SEEDS), likeliest(rates, MOST_RATES))
+    let is_free = |i: &usize| free.contains(i);
+    let angles =
+        with_neighbours(&likeliest(angles, MOST_SEEDS), MOST_WITH_NEIGHBOURS, |i| is_free(&i) && is_angle(&columns[i]));
+    let rates = with_neighbours(&likeliest(rates, MOST_RATES), MOST_RATES / 2, |i| is_free(&i));
+    (angles, rates)
+}
+
+/// Columns with those that stand beside the first of them: channels of one vector are recorded side by side.
+fn with_neighbours(likeliest: &[usize], most: usize, can_be: impl Fn(usize) -> bool) -> Vec<usize> {
+    let mut all = likeliest.to_vec();
+    for &i in likeliest.iter().take(most) {
+        for j in i.saturating_sub(2)..=i + 2 {
+            if !all.contains(&j) && can_be(j) {
+                all.push(j);
+            }
+        }
+    }
+    all
 }
 
 /// Rates of the body that angles in SI and their changes make; without a heading that of no turn.
@@ -305,7 +332,7 @@ fn turning(windows: &Windows, phi: usize) -> Vec<usize> {
 
 /// The best hypotheses of attitude and rates.
 pub fn hypotheses(windows: &Windows) -> Vec<Motion> {
-    let copies = find_copies(windows);
+    let copies = &windows.copies;
     let free: Vec<usize> =
         (0..windows.columns.len()).filter(|i| windows.columns[*i].varies() && copies[*i].is_none()).collect();
     let (angles, rates) = seeds(windows, &free);
@@ -344,7 +371,36 @@ pub fn hypotheses(windows: &Windows) -> Vec<Motion> {
     let least = refined.first().map_or(0.0, |motion| motion.score - SPREAD);
     refined.retain(|motion| motion.score > least.max(LEAST_AT_ALL));
     refined.truncate(MOST_HYPOTHESES);
+    if let Some(best) = refined.first_mut() {
+        *best = exchange(windows, best.clone(), &rates, &free);
+    }
     refined
+}
+
+/// The best hypothesis with any other angle in the place of one that fits better: those that were not likely enough at the start.
+fn exchange(windows: &Windows, motion: Motion, rates: &[usize], free: &[usize]) -> Motion {
+    let [Some(phi), Some(theta), Some(psi)] = motion.angles else { return motion };
+    let Some(unit) = ANGLES.iter().position(|(name, _)| *name == phi.unit) else { return motion };
+    let limit = if unit == 0 { LARGEST_RAD } else { LARGEST_DEG };
+    let signs = [phi, theta, psi].map(|angle| angle.factor.signum());
+    let among: Vec<usize> =
+        rates.iter().copied().chain(motion.rates.iter().flatten().map(|rate| rate.column)).collect();
+    let mut best = motion;
+    for axis in 0..2 {
+        for &other in free.iter().filter(|i| is_angle(&windows.columns[**i]) && windows.columns[**i].largest <= limit) {
+            let mut columns = best.angles.map(|angle| angle.map(|angle| angle.column));
+            if columns.contains(&Some(other)) {
+                continue;
+            }
+            columns[axis] = Some(other);
+            if let Some(found) =
+                self::motion(windows, (columns, None), unit, signs, &among).filter(|m| m.score > best.score)
+            {
+                best = found;
+            }
+        }
+    }
+    best
 }
 
 /// Whether roll and pitch rate are the change of bank and pitch for the most part.

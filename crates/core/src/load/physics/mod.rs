@@ -5,11 +5,17 @@
 
 mod air;
 mod air_data;
+mod air_velocity;
 mod assignment;
+mod climb_angle;
 mod coarse;
 mod earth;
 mod fit;
+#[cfg(test)]
+mod flight_tests;
 mod kinematics;
+mod laws;
+mod pressures;
 mod surfaces;
 mod tracks;
 mod windows;
@@ -18,7 +24,7 @@ use crate::quantity::Role;
 use assignment::Assignment;
 use kinematics::Motion;
 pub use windows::Series;
-use windows::{Windows, cut};
+use windows::{Windows, cut_fastest};
 
 /// A channel that the values of others make a role.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,16 +47,55 @@ pub struct Found {
     pub runner_up: Option<(usize, String)>,
 }
 
+/// Every channel in windows, longer by a factor, with the channels that are copies of others.
+fn cut(series: &[Series<'_>], factor: f64) -> Windows {
+    with_copies(windows::cut(series, factor))
+}
+
+fn with_copies(windows: Windows) -> Windows {
+    Windows { copies: kinematics::find_copies(&windows), ..windows }
+}
+
 /// Roles of the channels of a recording; none where no attitude and rates fit each other.
-pub fn search(all: &[Series<'_>]) -> Vec<Found> {
-    let short = cut(all, 1.0);
+pub fn search(series: &[Series<'_>]) -> Vec<Found> {
+    let mut short = cut(series, 1.0);
     if short.count == 0 {
         return Vec::new();
     }
-    let long = cut(all, LONG);
-    let hypotheses = kinematics::hypotheses(&short);
-    let mut all: Vec<Assignment<'_>> = hypotheses.into_iter().map(|motion| complete(&short, &long, motion)).collect();
+    let mut hypotheses = kinematics::hypotheses(&short);
+    let is_even = !hypotheses.is_empty();
+    if !is_even {
+        // Recorders that stamp late and unevenly fit each other over longer windows only.
+        short = cut(series, LONG);
+        hypotheses = kinematics::hypotheses(&short);
+    }
+    if hypotheses.is_empty() {
+        return Vec::new();
+    }
+    let long = cut(series, if is_even { LONG } else { LONG * LONG });
+    let mut all: Vec<Assignment<'_>> =
+        hypotheses.iter().map(|motion| complete(&short, &long, motion.clone())).collect();
+    let has_ground = all.iter().any(|whole| whole.ground.is_some());
+    if let Some(motion) = hypotheses.first().filter(|motion| !has_ground && motion.angles[2].is_some()) {
+        // Axes of the body may point left and up: the path over the ground shows it.
+        let turned = complete(&short, &long, motion.about_x());
+        if turned.ground.is_some() {
+            all.clear();
+            all.push(turned);
+        }
+    }
     all.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let Some(best) = all.first() else { return Vec::new() };
+    let rates: Vec<usize> = best.motion.rates.iter().flatten().map(|rate| rate.column).collect();
+    let fastest = with_copies(cut_fastest(series, &short, &rates));
+    if fastest.count > 0 {
+        // Controls and flow angles show where a long flight is flown hardest.
+        let other = assignment::complete(&fastest, best.motion.clone(), best.speed);
+        let found = other.found;
+        if let Some(best) = all.first_mut() {
+            best.merge(&found);
+        }
+    }
     let Some(best) = all.first() else { return Vec::new() };
     best.found.iter().map(|found| compare(found, &all)).collect()
 }
@@ -89,7 +134,7 @@ fn complete<'w>(short: &'w Windows, long: &'w Windows, motion: Motion) -> Assign
     } else {
         plain
     };
-    whole.merge(&slow);
+    whole.merge(&slow.found);
     whole
 }
 

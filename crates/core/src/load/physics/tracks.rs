@@ -24,6 +24,9 @@ const UNEVEN: f64 = 0.2;
 const APART: f64 = 0.15;
 /// Squares of the parts of the ground speed along one axis that are compared.
 const PARTS: std::ops::Range<f64> = 0.1..0.8;
+/// Least part of the square of the speed along an axis, and largest deviation as a part of it, of a record that is the change of the place.
+const LEAST_PART: f64 = 0.01;
+const CLOSE: f64 = 0.005;
 /// Largest latitude and longitude, and their largest change in a flight, degrees.
 const LARGEST: [f64; 2] = [85.0, 181.0];
 const LARGEST_CHANGE: f64 = 15.0;
@@ -82,20 +85,19 @@ fn take(
 }
 
 /// A record of one part of the ground velocity, which is that part itself, not only up to a line.
-fn is_record(values: &[f64], wanted: &[f64], speed: f64, units: &[(&'static str, f64)], i: usize) -> Option<Taken> {
+pub fn is_record(values: &[f64], wanted: &[f64], speed: f64, units: &[(&'static str, f64)], i: usize) -> Option<Taken> {
     let pairs = || values.iter().zip(wanted).filter(|(a, b)| a.is_finite() && b.is_finite());
     let (mut square, mut product, mut count) = (0.0, 0.0, 0.0);
     for (value, wanted) in pairs() {
         (square, product, count) = (square + wanted * wanted, product + value * wanted, count + 1.0);
     }
-    // A part near zero has no size that shows a unit; one that is nearly all of the speed cannot be separated from the airspeed.
-    if !PARTS.contains(&(square / (count * speed * speed))) {
-        return None;
-    }
+    // A part near zero has no size that shows a unit; one that is nearly all of the speed is separated from the airspeed by a closer fit.
+    let is_part = PARTS.contains(&(square / (count * speed * speed)));
     let found = taken(i, product / square, units, RATIO, 0.0)?;
     let apart: f64 = pairs().map(|(value, wanted)| (found.factor * value - wanted).powi(2)).sum();
     let part = (apart / count).sqrt() / speed;
-    (part < APART && found.factor > 0.0).then_some(Taken { r2: 1.0 - apart / square, ..found })
+    let is_close = square > LEAST_PART * count * speed * speed && apart < CLOSE * CLOSE * square;
+    ((is_close || is_part && part < APART) && found.factor > 0.0).then_some(Taken { r2: 1.0 - apart / square, ..found })
 }
 
 /// The pair of places that follows the heading best.

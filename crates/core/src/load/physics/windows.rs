@@ -9,6 +9,14 @@ const LEAST_COUNT: f64 = 40.0;
 const LEAST_INTERVALS: f64 = 2.0;
 /// Most windows of a recording.
 const MOST_WINDOWS: usize = 400;
+/// Windows on either side that the activity of one is averaged over, the part of the largest that motion has at least, and the part of a
+/// recording from which all of it counts as motion.
+const NEAR: usize = 4;
+const LEAST_ACTIVITY: f64 = 0.55;
+const MOST_MOVING: f64 = 0.8;
+/// Most windows that the fastest are chosen of, and the most that one channel counts for, in units of its deviation.
+const MOST_FINE: usize = 20_000;
+const LARGEST_SPEED: f64 = 4.0;
 /// Most samples of one window that are used.
 const MOST_SAMPLES: usize = 40;
 /// Part of a turn that an angle jumps by where it is wrapped, and the most that it may exceed a turn by.
@@ -51,10 +59,15 @@ impl Column {
 pub struct Windows {
     /// The channels, in their order.
     pub columns: Vec<Column>,
+    /// Of every column the earlier one that it copies.
+    pub copies: Vec<Option<usize>>,
     /// Number of windows.
     pub count: usize,
     /// Number of windows that do not overlap.
     pub independent: f64,
+    /// Length of a window and time from one to the next, s.
+    pub length_s: f64,
+    pub stride_s: f64,
 }
 
 /// Median interval of stamps, s; none of fewer than 20.
@@ -83,8 +96,90 @@ pub fn cut(all: &[Series<'_>], factor: f64) -> Windows {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive, at most some thousands")]
     let count = (room / stride) as usize;
     let starts: Vec<f64> = (0..count).map(|k| start + k as f64 * stride).collect();
+    let cut = |starts: &[f64]| -> Vec<Column> { all.iter().map(|series| column(*series, starts, length_s)).collect() };
+    let columns = cut(&starts);
+    let moving = find_motion(&columns, &starts, stride);
+    let independent = (stride * count as f64 / length_s).min(count as f64);
+    let room: f64 = moving.iter().map(|[from, to]| to - from).sum();
+    if moving.is_empty() || room > MOST_MOVING * stride * count as f64 || room < LEAST_COUNT * length_s {
+        return Windows { columns, count, independent, length_s, stride_s: stride, ..Windows::default() };
+    }
+    let stride = (room / MOST_WINDOWS as f64).max(0.5 * interval);
+    let mut starts = Vec::with_capacity(MOST_WINDOWS);
+    let mut left = 0.0;
+    for [from, to] in moving {
+        let mut at = from + left;
+        while at < to {
+            starts.push(at);
+            at += stride;
+        }
+        left = at - to;
+    }
+    let count = starts.len();
+    let independent = independent.min(count as f64);
+    Windows { columns: cut(&starts), count, independent, length_s, stride_s: stride, ..Windows::default() }
+}
+
+/// Cuts every channel into the windows in which some of them change fastest; nothing where windows cover the recording already.
+pub fn cut_fastest(all: &[Series<'_>], windows: &Windows, fast: &[usize]) -> Windows {
+    let length_s = windows.length_s;
+    if windows.stride_s <= length_s || length_s <= 0.0 {
+        return Windows::default();
+    }
+    let Some(first) = fast.first().and_then(|i| all.get(*i)) else { return Windows::default() };
+    let (Some(start), Some(end)) = (first.time_s.first(), first.time_s.last()) else { return Windows::default() };
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive, limited")]
+    let count = (((end - start) / length_s).max(0.0) as usize).min(MOST_FINE);
+    let starts: Vec<f64> = (0..count).map(|k| start + k as f64 * length_s).collect();
+    let mut speed = vec![0.0; count];
+    for series in fast.iter().filter_map(|i| all.get(*i)) {
+        let column = column(*series, &starts, length_s);
+        let finite = column.slope.iter().filter(|slope| slope.is_finite());
+        let (sum, number) = finite.fold((0.0, 0.0), |(sum, number), slope| (sum + slope * slope, number + 1.0));
+        let size: f64 = f64::sqrt(sum / number);
+        let of = |slope: &f64| if slope.is_finite() && size > 0.0 { slope.abs() / size } else { 0.0 };
+        speed.iter_mut().zip(&column.slope).for_each(|(speed, slope)| *speed += of(slope).min(LARGEST_SPEED));
+    }
+    let mut order: Vec<usize> = (0..count).collect();
+    order.sort_by(|a, b| speed[*b].total_cmp(&speed[*a]));
+    order.truncate(MOST_WINDOWS);
+    order.sort_unstable();
+    let starts: Vec<f64> = order.into_iter().map(|k| starts[k]).collect();
     let columns = all.iter().map(|series| column(*series, &starts, length_s)).collect();
-    Windows { columns, count, independent: (room / length_s).min(count as f64) }
+    let count = starts.len();
+    Windows { columns, count, independent: count as f64, length_s, stride_s: length_s, ..Windows::default() }
+}
+
+/// The parts of a recording in which most of its channels change as fast as they ever do: what stands on the ground shows no relation.
+fn find_motion(columns: &[Column], starts: &[f64], stride: f64) -> Vec<[f64; 2]> {
+    let count = starts.len();
+    let (mut activity, mut number) = (vec![0.0; count], 0.0_f64);
+    for column in columns.iter().filter(|column| column.varies()) {
+        let mut sizes: Vec<f64> = column.slope.iter().map(|slope| slope.abs()).filter(|s| s.is_finite()).collect();
+        sizes.sort_by(f64::total_cmp);
+        let Some(&fast) = sizes.get(sizes.len() * 9 / 10).filter(|fast| **fast > 0.0) else { continue };
+        number += 1.0;
+        for (activity, slope) in activity.iter_mut().zip(&column.slope) {
+            *activity += if slope.is_finite() { (slope.abs() / fast).min(1.0) } else { 0.0 };
+        }
+    }
+    let smooth: Vec<f64> = (0..count)
+        .map(|k| {
+            let near = &activity[k.saturating_sub(NEAR)..(k + NEAR + 1).min(count)];
+            near.iter().sum::<f64>() / near.len() as f64 / number.max(1.0)
+        })
+        .collect();
+    let mut sorted = smooth.clone();
+    sorted.sort_by(f64::total_cmp);
+    let limit = sorted.get(count * 9 / 10).map_or(0.0, |most| LEAST_ACTIVITY * most);
+    let mut all: Vec<[f64; 2]> = Vec::new();
+    for (start, _) in starts.iter().zip(&smooth).filter(|(_, activity)| **activity > limit) {
+        match all.last_mut().filter(|[_, to]| *start < to + 0.5 * stride) {
+            Some([_, to]) => *to = start + stride,
+            None => all.push([*start, start + stride]),
+        }
+    }
+    all
 }
 
 /// The turn that an angle jumps by.
