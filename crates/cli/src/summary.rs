@@ -117,8 +117,9 @@ fn derivative(row: &DerivativeRow) -> String {
 /// What speaks against the results, the worst first, and what the innovations advise most often.
 fn print_first(found: &[Folded]) {
     let against: Vec<&Folded> = found.iter().filter(|line| line.level > Level::Good).collect();
-    let advice = found.iter().find(|line| line.code == "innovation-advice");
-    let shown: Vec<&Folded> = against.iter().copied().take(NAMED).chain(advice).take(NAMED + 1).collect();
+    let noted = |code: &str| found.iter().find(|line| line.code == code);
+    let notes = noted("sideslip-offset").or_else(|| noted("innovation-advice"));
+    let shown: Vec<&Folded> = against.iter().copied().take(NAMED).chain(notes).take(NAMED + 1).collect();
     if shown.is_empty() {
         return;
     }

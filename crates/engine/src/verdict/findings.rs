@@ -3,12 +3,12 @@
 use doublet_core::reconstruct::consistency::WORTH_CHANGING;
 
 use super::fold::{Folded, fold};
-use super::{Finding, Level};
+use super::{Finding, Level, sideslip};
 use crate::run::Snapshot;
 use crate::session::{Session, path_warning};
 
-/// Reasons of the verdict, derivatives that are not determined, and notes of recordings, engines and windows with the advice of their
-/// innovations.
+/// Reasons of the verdict, derivatives that are not determined, and notes of recordings, engines and windows, of the sideslip vane's
+/// zero and with the advice of the innovations.
 pub fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     let mut found = Vec::new();
     if let Some(verdicts) = snapshot.verdicts.ready() {
@@ -33,6 +33,7 @@ pub fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
         path.iter().flat_map(|path| &path.assessment().warnings).for_each(|text| note(&place, text));
         results.aero.ready().iter().flat_map(|aero| &aero.warnings).for_each(|text| note(&place, text));
     }
+    found.extend(sideslip::offset(snapshot));
     found.extend(advice(session, snapshot));
     found
 }

@@ -26,6 +26,7 @@ mod sampling;
 mod saturated;
 mod session;
 mod shape;
+mod sideslip;
 mod stated_quantity;
 mod stuck;
 mod studies;

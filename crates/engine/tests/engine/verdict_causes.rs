@@ -13,7 +13,7 @@ use doublet_engine::graph::Context;
 use doublet_engine::run::{Slot, Snapshot};
 use doublet_engine::session::{self, Session, Surface};
 use doublet_engine::stage::LoadedAircraft;
-use doublet_engine::verdict::{Finding, Level, Verdicts, fly_and_judge, judge};
+use doublet_engine::verdict::{self, Finding, Level, Verdicts, fly_and_judge, judge};
 
 /// The manoeuvres of a test point of the shipped flight with a recording that `spoil` changed, and a session that `change` did.
 fn flown(spoil: &(dyn Fn(&mut Recording) + Sync), change: impl Fn(&mut Session)) -> (Session, Snapshot) {
@@ -40,6 +40,13 @@ fn later(recording: &mut Recording, role: Role, by_s: f64) {
     let channel = &mut recording.channels[recording.roles[&role]];
     let time_s = channel.series.time_s.iter().map(|time_s| time_s + by_s).collect();
     channel.series = Series { time_s, values: channel.series.values.clone() };
+}
+
+/// The recording with an offset of a role.
+fn shift(recording: &mut Recording, role: Role, offset: f64) {
+    let channel = &mut recording.channels[recording.roles[&role]];
+    let values = channel.series.values.iter().map(|value| value + offset).collect();
+    channel.series = Series { time_s: channel.series.time_s.clone(), values };
 }
 
 /// The content of a slot, changed.
@@ -162,4 +169,26 @@ fn speeds_in_knots_that_agree_with_each_other_are_told_by_the_climb() {
     let rows = snapshot.physics.values().flat_map(|slot| slot.ready().unwrap().contradictions());
     let said: Vec<&str> = rows.map(|row| row.headline.as_str()).collect();
     assert!(said.iter().any(|line| line.starts_with("airspeed: knots")), "{said:?}");
+}
+
+#[test]
+fn sideslip_offset_is_found_by_the_constants_and_changes_no_derivative() {
+    let found = |offset_rad: f64| {
+        let (session, snapshot) = flown(&|recording| shift(recording, Role::Sideslip, offset_rad), |_| ());
+        let found =
+            verdict::findings(&session, &snapshot).into_iter().find(|finding| finding.code == "sideslip-offset");
+        let fit = &snapshot.pooled.ready().unwrap().fits[Coefficient::Cn as usize];
+        (found, fit.fit.as_ref().unwrap().parameter("Cn_beta").unwrap().0)
+    };
+    // The constants of this aircraft in CY and Cn are those of 0.1 and 1.4 deg: at 2 deg of the vane the two do not agree.
+    let (_, stability) = found(0.0);
+    assert_eq!(found(2.0_f64.to_radians()).0, None);
+    for offset_deg in [-6.0_f64, 6.0] {
+        let (finding, with_offset) = found(offset_deg.to_radians());
+        let finding = finding.unwrap();
+        println!("{finding:?}");
+        assert_eq!(finding.level, Level::Good);
+        assert!((finding.figure.unwrap().to_degrees() - offset_deg).abs() < 1.0, "{finding:?}");
+        assert!((with_offset / stability - 1.0).abs() < 0.02, "{with_offset} {stability}");
+    }
 }
