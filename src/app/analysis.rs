@@ -149,8 +149,7 @@ impl Analysis {
         let height = (ui.available_height() - 18.0).max(160.0);
         let chart = match seen {
             SeenTrace::Spectrum(found) => {
-                let highest_hz = found.frequency_hz.last().copied().unwrap_or(0.0);
-                let mut chart = spectrum_chart(&id("spectrum of a curve"), highest_hz, unit);
+                let mut chart = spectrum_chart(&id("spectrum of a curve"), &found.frequency_hz, unit);
                 chart.curves.push(spectrum_curve("", found, *scale, palette.series[0]));
                 let at = (0..found.density.len()).max_by(|&i, &j| found.density[i].total_cmp(&found.density[j]));
                 if let Some(at) = at {

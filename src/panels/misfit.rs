@@ -57,8 +57,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, chosen: &mut Coefficient, p
 fn spectrum(study: &ResidualStudy, ui: &Ui) -> Option<Chart> {
     let found = study.spectrum.as_ref()?;
     let palette = theme::palette(ui);
-    let highest_hz = found.frequency_hz.last().copied()?;
-    let mut chart = spectrum_chart("spectrum of the residual", highest_hz, "");
+    let mut chart = spectrum_chart("spectrum of the residual", &found.frequency_hz, "");
     chart.curves.push(spectrum_curve(study.coefficient.name(), found, 1.0, palette.series[0]));
     chart.curves.extend(white_bounds(found, 1.0, palette.warning));
     Some(chart)

@@ -10,9 +10,10 @@ const DECADES_HZ: [f64; 6] = [1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0];
 /// Part of the highest frequency below which numbers stand: a number in the corner would lose its last digits.
 const CORNER: f64 = 0.9;
 
-/// Places of the frequency axis with their numbers, up to a highest frequency.
-pub fn decades(highest_hz: f64) -> Vec<(f64, String)> {
-    let inside = DECADES_HZ.iter().filter(|hz| **hz < CORNER * highest_hz);
+/// Places of the frequency axis with their numbers, from the lowest of some frequencies to the highest.
+fn decades(frequency_hz: &[f64]) -> Vec<(f64, String)> {
+    let [lowest_hz, highest_hz] = [frequency_hz.first(), frequency_hz.last()].map(|hz| hz.copied().unwrap_or(0.0));
+    let inside = DECADES_HZ.iter().filter(|hz| (lowest_hz..CORNER * highest_hz).contains(*hz));
     inside.map(|hz| (hz.log10(), format!("{hz}"))).collect()
 }
 
@@ -40,9 +41,9 @@ pub fn white_bounds(spectrum: &Spectrum, scale: f64, color: Color32) -> Vec<Char
     [(low, "95 % of white noise"), (high, "")].map(edge).into()
 }
 
-/// A chart for spectra up to a highest frequency.
-pub fn spectrum_chart(name: &str, highest_hz: f64, unit: &str) -> Chart {
+/// A chart for spectra of some frequencies.
+pub fn spectrum_chart(name: &str, frequency_hz: &[f64], unit: &str) -> Chart {
     let mut chart = Chart::new(name, "frequency [Hz]", format!("log₁₀ density [{}]", density_unit(unit)));
-    chart.places = decades(highest_hz);
+    chart.places = decades(frequency_hz);
     chart
 }
