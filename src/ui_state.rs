@@ -3,8 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use doublet_core::series::Series;
 use doublet_engine::report::document::SectionKind;
 use doublet_engine::session::{Annotation, Manoeuvre, Session};
+use doublet_engine::trace::TraceView;
 use doublet_report::ReportFormat;
 use eframe::egui::ThemePreference;
 use serde::{Deserialize, Serialize};
@@ -12,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::layouts::{Arranged, LayoutKey, Step};
 use crate::notation::Units;
 use crate::panels::Pane;
-use crate::widgets::time_view::TimeView;
+use crate::widgets::time_view::{TimeRange, TimeView};
 
 /// Where it lies in the application's storage.
 const STORAGE_KEY: &str = "doublet_ui";
@@ -91,6 +93,25 @@ impl Default for ReportChoice {
     }
 }
 
+/// A curve that is to be seen otherwise.
+#[derive(Clone, Debug)]
+pub struct TraceRequest {
+    /// Name of the curve.
+    pub name: String,
+    /// Unit it is drawn in.
+    pub unit: String,
+    /// Factor from SI to that unit.
+    pub scale: f64,
+    /// Samples, SI.
+    pub series: Series,
+    /// Stretch on screen.
+    pub range: TimeRange,
+    /// How it is seen.
+    pub view: TraceView,
+    /// Name, unit and factor of the curve it is drawn over.
+    pub over: Option<(String, String, f64)>,
+}
+
 /// Layout, zoom and theme.
 #[derive(Serialize, Deserialize)]
 pub struct UiState {
@@ -135,8 +156,14 @@ pub struct UiState {
     /// What a report is to hold.
     #[serde(skip)]
     pub report: ReportChoice,
+    /// A curve that is to be seen otherwise, in a window of its own.
+    #[serde(skip)]
+    pub seen: Option<TraceRequest>,
     /// Channels in the plots of the flight, one list per plot; `None` for the usual ones.
     pub flight_plots: Option<Vec<Vec<String>>>,
+    /// Experiments drawn over the session in the plots, by name.
+    #[serde(default)]
+    pub overlaid: Vec<String>,
     /// Sessions opened last, newest first.
     pub recent: Vec<PathBuf>,
     /// Dark, light or as the system.
@@ -164,7 +191,9 @@ impl Default for UiState {
             candidate_s: None,
             refused: BTreeSet::new(),
             report: ReportChoice::default(),
+            seen: None,
             flight_plots: None,
+            overlaid: Vec::new(),
             recent: Vec::new(),
             appearance: ThemePreference::Dark,
             units: Units::default(),
@@ -281,6 +310,9 @@ pub struct Thumbnail {
     pub title: String,
     /// Its verdict in one line.
     pub verdict: String,
+    /// Day it was open last, `YYYY-MM-DD`; empty where that is not known.
+    #[serde(default)]
+    pub opened: String,
     /// Altitude over time, from the first sample to the last and from the lowest to the highest.
     pub altitude: Vec<[f32; 2]>,
     /// Start and end of its windows over the same time.
@@ -294,7 +326,6 @@ mod tests {
     use eframe::Storage;
 
     use super::*;
-    use crate::widgets::time_view::TimeRange;
 
     /// Storage in memory.
     #[derive(Default)]

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use doublet_engine::run::DetailRequest;
+use doublet_engine::run::{DetailRequest, InquiryRequest};
 use doublet_engine::verdict::Level;
 use eframe::egui::{
     self, Align, Button, Frame, Layout, Margin, MenuBar, Panel as Bar, ProgressBar, RichText, Role, Sense, Spinner, Ui,
@@ -14,7 +14,7 @@ use egui_tiles::{Container, EditAction, SimplificationOptions, Tile, TileId, Til
 use super::{Workbench, start, step_bar, timeline};
 use crate::command::{CommandInfo, EditCommand, FileCommand, Menu, RunCommand, UiCommand, ViewCommand};
 use crate::layouts::LayoutKey;
-use crate::panels::{Pane, Panel, PanelContext};
+use crate::panels::{Pane, Panel, PanelContext, overlaid_names};
 use crate::widgets::level_mark;
 use crate::{notation, theme};
 
@@ -59,6 +59,8 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
     }
     app.show_tour(ui.ctx());
     app.show_help(ui.ctx());
+    app.show_analyses(ui.ctx());
+    app.show_history(ui.ctx());
     app.ask_layout_name(ui.ctx());
     app.ask_annotation(ui.ctx());
     app.ask_note(ui.ctx());
@@ -77,7 +79,10 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
 fn panels(app: &mut Workbench, ui: &mut Ui) {
     let empty = Tree::empty(egui::Id::unique("no layout"));
     let mut layout = std::mem::replace(&mut app.state.shown.tree, empty);
-    let mut wanted = DetailRequest { window: app.state.selection.window.clone(), ..DetailRequest::default() };
+    let overlaid = overlaid_names(&app.state, app.document.session());
+    let inquiry = InquiryRequest { overlaid, ..InquiryRequest::default() };
+    let window = app.state.selection.window.clone();
+    let mut wanted = DetailRequest { window, inquiry, ..DetailRequest::default() };
     let context = PanelContext {
         session: app.document.history.present(),
         folder: &app.document.folder,

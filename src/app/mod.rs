@@ -1,11 +1,13 @@
 //! The application: owns the state; `logic` changes it, `draw` shows it.
 
+mod analysis;
 mod annotate;
 mod begin;
 mod changed;
 mod draw;
 pub mod files;
 pub mod help;
+mod history;
 mod logic;
 mod pending;
 mod recovery;
@@ -116,6 +118,10 @@ pub struct Workbench {
     edits: Vec<EditRequest>,
     figures: Vec<FigureRequest>,
     figure: Option<doublet_engine::report::document::Figure>,
+    /// Windows with curves seen otherwise.
+    analyses: analysis::Analyses,
+    /// Whether the list of edits is on screen.
+    history_shown: bool,
 }
 
 /// What caused the first run of a document.
@@ -226,6 +232,8 @@ impl Workbench {
             edits: Vec::new(),
             figures: Vec::new(),
             figure: None,
+            analyses: analysis::Analyses::default(),
+            history_shown: false,
         };
         // The zoom is kept over a restart on the same session.
         let shown = std::mem::take(&mut app.state.time);

@@ -1,12 +1,14 @@
 //! The start page: sessions opened last, what a new session is made of, the flights that come with the program, the tour.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use doublet_engine::builtin;
 use doublet_engine::session;
+use doublet_engine::{builtin, date};
+use eframe::egui::text::LayoutJob;
 use eframe::egui::{
-    self, Button, Color32, CornerRadius, Label, Rect, RichText, Role, ScrollArea, Sense, Stroke, StrokeKind, Ui,
-    WidgetInfo, pos2, vec2,
+    self, Button, Color32, CornerRadius, FontId, Label, Rect, RichText, Role, ScrollArea, Sense, Stroke, StrokeKind,
+    Ui, WidgetInfo, pos2, vec2,
 };
 
 use super::timeline;
@@ -15,8 +17,18 @@ use crate::command::{FileCommand, HelpCommand, UiCommand};
 use crate::theme;
 use crate::ui_state::Thumbnail;
 
-/// Size of a card.
-const CARD: egui::Vec2 = vec2(300.0, 112.0);
+/// Size of a card, and height of its picture.
+const CARD: egui::Vec2 = vec2(300.0, 176.0);
+const PICTURE: f32 = 66.0;
+/// Letters of a path shown at most: its end, where sessions of one name differ.
+const PATH: usize = 44;
+/// What the shipped sessions look like, as their verdicts were when the program was built.
+const SHIPPED: &str = include_str!("shipped_flights.json");
+/// What the shipped sessions teach.
+const LESSONS: [(&str, &str); 2] = [
+    ("demo", "Teaches the whole way: filter, model and one estimate from all manoeuvres."),
+    ("demo_thesis", "Teaches how much estimates of single manoeuvres scatter, without a smoother."),
+];
 /// Width of the column with what can be begun.
 const ACTIONS: f32 = 260.0;
 /// Points of the altitude in a thumbnail.
@@ -27,12 +39,16 @@ const POINTS: usize = 90;
 pub(super) struct StartPage {
     /// Name and title of the sessions that come with the program.
     shipped: Vec<(&'static str, String)>,
+    /// Their pictures by name.
+    pictures: BTreeMap<String, Thumbnail>,
 }
 
 /// A session on the page.
 struct Card<'a> {
     name: String,
     about: String,
+    /// Below the verdict: where it is and when it was open, or what it teaches.
+    foot: String,
     thumbnail: Option<&'a Thumbnail>,
     command: FileCommand,
 }
@@ -71,6 +87,7 @@ impl Workbench {
         let windows = session.windows.iter().filter(|window| window.flight == flight.name);
         let thumbnail = Thumbnail {
             title: session.title.clone(),
+            opened: date::today(),
             verdict: self.snapshot.verdicts.latest().map_or_else(String::new, |verdicts| verdicts.headline()),
             altitude: line.points.iter().map(|point| [along(point.0), up(point.1)]).collect(),
             windows: windows.map(|window| [along(window.window.start_s), along(window.window.end_s)]).collect(),
@@ -83,6 +100,7 @@ impl Workbench {
 pub(super) fn show(app: &mut Workbench, ui: &mut Ui) {
     if app.start.shipped.is_empty() {
         let title = |name: &&'static str| session::parse(builtin::session(name)?).ok().map(|session| session.title);
+        app.start.pictures = serde_json::from_str(SHIPPED).unwrap_or_default();
         app.start.shipped = builtin::sessions().into_iter().filter_map(|name| Some((name, title(&name)?))).collect();
     }
     let mut wanted = None;
@@ -161,6 +179,11 @@ fn cards(app: &Workbench, ui: &mut Ui) -> Option<UiCommand> {
         .map(|(at, path)| Card {
             name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             about: path.display().to_string(),
+            foot: {
+                let opened = thumbnails.get(path).map_or("", |thumbnail| thumbnail.opened.as_str());
+                let day = if opened.is_empty() { String::new() } else { format!("opened {opened}\n") };
+                format!("{day}{}", end_of(&path.display().to_string()))
+            },
             thumbnail: thumbnails.get(path),
             command: FileCommand::OpenRecent(at),
         })
@@ -172,7 +195,10 @@ fn cards(app: &Workbench, ui: &mut Ui) -> Option<UiCommand> {
         .map(|(name, title)| Card {
             name: title.clone(),
             about: "shipped session; save it under a name to keep changes".to_owned(),
-            thumbnail: thumbnails.get(&PathBuf::from(format!("{}{name}", builtin::PREFIX))),
+            foot: LESSONS.iter().find(|(of, _)| of == name).map_or("", |(_, lesson)| lesson).to_owned(),
+            thumbnail: thumbnails
+                .get(&PathBuf::from(format!("{}{name}", builtin::PREFIX)))
+                .or_else(|| app.start.pictures.get(*name)),
             command: FileCommand::OpenShippedSession(name),
         })
         .collect();
@@ -205,7 +231,7 @@ fn card(ui: &mut Ui, card: &Card<'_>) -> bool {
     let edge = if response.hovered() { palette.accent } else { palette.grid };
     let painter = ui.painter_at(rect);
     painter.rect(rect, CornerRadius::same(6), ui.visuals().faint_bg_color, Stroke::new(1.0, edge), StrokeKind::Inside);
-    let picture = Rect::from_min_max(rect.min + vec2(8.0, 8.0), pos2(rect.right() - 8.0, rect.top() + 60.0));
+    let picture = Rect::from_min_max(rect.min + vec2(8.0, 8.0), pos2(rect.right() - 8.0, rect.top() + 8.0 + PICTURE));
     painter.rect_filled(picture, 3.0, palette.plot_background);
     if let Some(thumbnail) = card.thumbnail {
         draw_thumbnail(&painter, picture, thumbnail, [palette.series[0], palette.accent]);
@@ -216,12 +242,33 @@ fn card(ui: &mut Ui, card: &Card<'_>) -> bool {
     let layout = egui::Layout::top_down(egui::Align::LEFT);
     let mut lines = ui.new_child(egui::UiBuilder::new().max_rect(below).layout(layout));
     lines.spacing_mut().item_spacing.y = 1.0;
-    lines.add(Label::new(RichText::new(name).strong()).truncate().selectable(false));
-    lines.add(Label::new(RichText::new(verdict).size(11.0).weak()).truncate().selectable(false));
+    lines.spacing_mut().item_spacing.y = 3.0;
+    let (strong, ink, weak) =
+        (ui.visuals().strong_text_color(), ui.visuals().text_color(), ui.visuals().weak_text_color());
+    for (text, size, color) in [(name, 13.0, strong), (verdict, 11.0, ink), (card.foot.as_str(), 11.0, weak)] {
+        lines.add(Label::new(two_lines(text, size, color, below.width())).selectable(false));
+    }
     let label = format!("open {}", card.name);
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &label));
     let response = response.on_hover_cursor(egui::CursorIcon::PointingHand);
     response.on_hover_text(format!("{name}\n{verdict}\n{}", card.about)).clicked()
+}
+
+/// The end of a path, behind an ellipsis where it is longer.
+fn end_of(path: &str) -> String {
+    let count = path.chars().count();
+    if count <= PATH {
+        path.to_owned()
+    } else {
+        format!("…{}", path.chars().skip(count - PATH + 1).collect::<String>())
+    }
+}
+
+/// A text of at most two lines.
+fn two_lines(text: &str, size: f32, color: Color32, width: f32) -> LayoutJob {
+    let mut job = LayoutJob::simple(text.to_owned(), FontId::proportional(size), color, width);
+    job.wrap.max_rows = 2;
+    job
 }
 
 fn draw_thumbnail(painter: &egui::Painter, rect: Rect, thumbnail: &Thumbnail, [line, block]: [Color32; 2]) {

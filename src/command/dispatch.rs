@@ -74,6 +74,7 @@ fn edit(app: &mut Workbench, command: EditCommand) {
     match command {
         EditCommand::Undo => app.undo(),
         EditCommand::Redo => app.redo(),
+        EditCommand::History => app.toggle_history(),
         EditCommand::AddWindow => add_window(app),
         EditCommand::RemoveWindow => each_selected(app, "remove", WindowEdit::Remove),
         EditCommand::UseWindows(role) => {

@@ -73,6 +73,8 @@ pub enum EditCommand {
     Undo,
     /// Bring the last undone step again.
     Redo,
+    /// Show the list of edits, or no more.
+    History,
     /// Make a window of the stretch between the markers, or of what is on screen.
     AddWindow,
     /// Remove the chosen window.
@@ -326,6 +328,7 @@ pub fn table() -> Vec<CommandInfo> {
         file("Quit", FileCommand::Quit, ctrl(Key::Q)),
         edit("Undo", EditCommand::Undo, ctrl(Key::Z)),
         edit("Redo", EditCommand::Redo, ctrl_shift(Key::Z)),
+        edit("History", EditCommand::History, None),
         edit("Annotate at the pointer…", EditCommand::Annotate, plain(Key::T)),
         run("Compute again", RunCommand::Again, plain(Key::F5)),
         run("Compute sensitivity", RunCommand::Study(Study::Sensitivity), None),

@@ -14,7 +14,7 @@ use eframe::egui::{
 use egui_extras::{Column, TableBuilder, TableRow};
 
 use super::experiment_intervals::{self, Shown};
-use super::{Panel, PanelContext, caption, choices};
+use super::{Panel, PanelContext, caption, choices, overlaid};
 use crate::notation;
 use crate::theme;
 use crate::widgets::level_mark::level_mark;
@@ -65,7 +65,7 @@ impl Panel for Experiments {
         let all: Vec<_> = coefficients.iter().map(|name| (*name, *name)).collect();
         ui.horizontal_wrapped(|ui| {
             choices(ui, &mut coefficient, &all);
-            ui.weak("Click a row to choose it, two rows to compare them.");
+            ui.weak("Click a row to choose it, two rows to compare them; Overlay draws it in the plots.");
         });
         self.coefficient = Some(coefficient);
         let height = (ROW * (rows.0.len() as f32 + 2.0)).min(TABLE_PART * ui.available_height());
@@ -102,8 +102,9 @@ impl Experiments {
         }
     }
 
-    fn table(&mut self, ctx: &PanelContext<'_>, ui: &mut Ui, coefficient: &str, height: f32) {
+    fn table(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, coefficient: &str, height: f32) {
         let rows = &ctx.snapshot.inquiries.experiments;
+        let overlaid = overlaid::names(ctx.state, ctx.session);
         TableBuilder::new(ui)
             .striped(true)
             .sense(egui::Sense::click())
@@ -111,11 +112,15 @@ impl Experiments {
             .auto_shrink([false, true])
             .cell_layout(Layout::right_to_left(Align::Center))
             .column(Column::remainder().at_least(110.0).clip(true))
+            .column(Column::exact(50.0))
             .column(Column::exact(66.0))
             .columns(Column::exact(58.0), TITLES.len() - 2)
             .column(Column::exact(86.0))
             .header(20.0, |mut header| {
                 header.col(|_| {});
+                header.col(|ui| {
+                    column_title(ui, "Overlay");
+                });
                 for title in TITLES {
                     header.col(|ui| {
                         column_title(ui, title);
@@ -126,8 +131,10 @@ impl Experiments {
                 for (index, (name, slot)) in rows.0.iter().enumerate() {
                     body.row(ROW, |mut row| {
                         row.set_selected(self.chosen.contains(name));
-                        cells(&mut row, (index, name.as_str()), slot, coefficient);
-                        if row.response().clicked() {
+                        let switched = cells(&mut row, (index, name.as_str()), (slot, &overlaid), coefficient);
+                        if switched {
+                            overlaid::toggle(ctx.state, ctx.session, name);
+                        } else if row.response().clicked() {
                             self.choose(name);
                         }
                     });
@@ -168,6 +175,7 @@ impl Experiments {
             let is_free = !to.is_empty() && to != PRESENT && ctx.session.experiment(&to).is_none();
             if ui.add_enabled(is_free, Button::new("Rename")).clicked() {
                 ctx.edit(Edit::Experiment(ExperimentEdit::Rename { from: name.clone(), to: to.clone() }));
+                ctx.state.overlaid.iter_mut().filter(|one| **one == name).for_each(|one| one.clone_from(&to));
                 self.chosen = vec![to];
                 self.new_name.clear();
             }
@@ -281,7 +289,29 @@ fn color(ui: &Ui, index: usize) -> Color32 {
     index.checked_sub(1).map_or(ui.visuals().strong_text_color(), |index| series[index % series.len()])
 }
 
-fn cells(row: &mut TableRow<'_, '_>, (index, name): (usize, &str), slot: &Slot<ExperimentRow>, coefficient: &str) {
+/// The switch that draws an experiment over the session; whether it was clicked.
+fn overlay_switch(ui: &mut Ui, name: &str, place: Option<usize>) -> bool {
+    let (rect, response) = ui.allocate_exact_size(egui::vec2(30.0, 16.0), egui::Sense::click());
+    let faint = ui.visuals().weak_text_color().gamma_multiply(if response.hovered() { 1.0 } else { 0.55 });
+    let ink = place.map_or(faint, |place| overlaid::color(ui, place));
+    let edge = egui::Stroke::new(1.0, if place.is_some() { ink } else { faint.gamma_multiply(0.6) });
+    ui.painter().rect_stroke(rect, 3.0, edge, egui::StrokeKind::Inside);
+    let ends = [rect.left_center() + egui::vec2(5.0, 0.0), rect.right_center() - egui::vec2(5.0, 0.0)];
+    ui.painter().extend(egui::Shape::dashed_line(&ends, egui::Stroke::new(2.0, ink), 5.0, 3.0));
+    let label = format!("overlay {name}");
+    response.widget_info(|| egui::WidgetInfo::selected(egui::Role::CheckBox, true, place.is_some(), &label));
+    let hint = "Draw its curves over the session: Reconstruction, Innovations, Fits, Intervals";
+    response.on_hover_cursor(egui::CursorIcon::PointingHand).on_hover_text(hint).clicked()
+}
+
+/// The cells of a row; whether its overlay was switched.
+fn cells(
+    row: &mut TableRow<'_, '_>,
+    (index, name): (usize, &str),
+    (slot, overlaid): (&Slot<ExperimentRow>, &[String]),
+    coefficient: &str,
+) -> bool {
+    let mut switched = false;
     let latest = slot.latest();
     let opacity = if slot.is_stale() && slot.error().is_none() { STALE } else { 1.0 };
     row.col(|ui| {
@@ -295,6 +325,13 @@ fn cells(row: &mut TableRow<'_, '_>, (index, name): (usize, &str), slot: &Slot<E
                 label.on_hover_text(error);
             }
         });
+    });
+    row.col(|ui| {
+        // The session itself is always drawn.
+        if index > 0 {
+            ui.add_space(6.0);
+            switched = overlay_switch(ui, name, overlaid.iter().position(|other| other == name));
+        }
     });
     row.col(|ui| {
         ui.multiply_opacity(opacity);
@@ -323,6 +360,7 @@ fn cells(row: &mut TableRow<'_, '_>, (index, name): (usize, &str), slot: &Slot<E
             ui.add(Label::new(text).selectable(false));
         });
     }
+    switched
 }
 
 /// The level of a verdict, and its derivatives that are good, a caution and bad.

@@ -1,17 +1,26 @@
 //! Observed coefficients with fit, residual or prediction in the selected manoeuvre; quality of the prediction of each manoeuvre.
 
 use doublet_core::model::Coefficient;
-use doublet_engine::stage::CoefficientFit;
+use doublet_core::series::Series;
+use doublet_engine::session::Manoeuvre;
+use doublet_engine::stage::{CoefficientFit, FittedSeries, Misfit, MisfitPlace, Prediction};
 use eframe::egui::{self, RichText, ScrollArea, Sense, Ui, vec2};
 use egui_extras::{Column, TableBuilder};
 
-use super::{Panel, PanelContext, View, awaiting, choices, empty, residuals, role_color, trouble};
+use super::overlaid::Overlaid;
+use super::{Panel, PanelContext, View, awaiting, choices, empty, misfit, residuals, role_color, trouble};
 use crate::notation;
 use crate::theme;
 use crate::widgets::heat_strip::{self, HeatStrips};
 use crate::widgets::term::column_title;
 use crate::widgets::ticks::draw_time_axis;
-use crate::widgets::time_plot::{PlotCache, TIME_AXIS_HEIGHT, TimePlot, Trace, TraceStyle};
+use crate::widgets::time_plot::{PlotCache, SpanMark, TIME_AXIS_HEIGHT, TimePlot, Trace, TraceStyle};
+
+/// Width of the panel from which a column stands beside the fits, and that of the column: a part of it between limits.
+const BESIDE: f32 = 640.0;
+const COLUMN: f32 = 0.32;
+const LEAST_COLUMN: f32 = 236.0;
+const MOST_COLUMN: f32 = 400.0;
 
 /// What is looked at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,12 +39,14 @@ enum Aspect {
 pub struct Fits {
     aspect: Aspect,
     studied: Coefficient,
+    /// Where the residual was clicked, with the name of the manoeuvre.
+    place: Option<(String, MisfitPlace)>,
     cache: PlotCache,
 }
 
 impl Default for Fits {
     fn default() -> Self {
-        Self { aspect: Aspect::default(), studied: Coefficient::CX, cache: PlotCache::default() }
+        Self { aspect: Aspect::default(), studied: Coefficient::CX, place: None, cache: PlotCache::default() }
     }
 }
 
@@ -63,51 +74,98 @@ impl Panel for Fits {
             Aspect::Whiteness => return residuals::show(ctx, ui, &mut self.studied),
             _ => {}
         }
-        let stale = results.fits.is_stale();
-        let (Some(aero), Some(fits)) = (results.aero.latest(), results.fits.latest()) else {
+        let (Some(_), Some(fits)) = (results.aero.latest(), results.fits.latest()) else {
             return awaiting(ctx, ui, "the fits of this manoeuvre", "This manoeuvre has no fit.");
         };
-        let colors = theme::palette(ui).series;
-        let pooled = ctx.snapshot.pooled.latest();
-        let mut plots = Vec::new();
-        for fit in &fits.fits {
-            let name = fit.coefficient.name();
-            let observed = Trace {
-                stale,
-                style: TraceStyle::Dots,
-                ..Trace::new("observed", &aero.series[fit.coefficient as usize], colors[1])
-            };
-            let line = |name, series| Trace { stale, ..Trace::new(name, series, colors[0]) };
-            let traces = match self.aspect {
-                Aspect::Prediction => {
-                    let predictions = pooled.into_iter().flat_map(|pooled| &pooled.predictions);
-                    let of_this = predictions.filter(|p| p.window == window.name && p.coefficient == fit.coefficient);
-                    let predicted = of_this.flat_map(|p| {
-                        let identified = Trace { stale, ..Trace::new("identified constant", &p.identified, colors[2]) };
-                        [line("own constant", &p.own_constant), identified]
-                    });
-                    [observed].into_iter().chain(predicted).collect()
-                }
-                Aspect::Residual => fit.series.iter().map(|series| line("residual", &series.residual)).collect(),
-                _ => {
-                    [observed].into_iter().chain(fit.series.iter().map(|series| line("fit", series.fitted()))).collect()
-                }
-            };
-            plots.push(TimePlot::new(name, "", traces));
-            if self.aspect == Aspect::Fit {
-                let residual = |series| Trace { stale, ..Trace::new("residual", series, colors[4]) };
-                let below = fit.series.iter().map(|series| residual(&series.residual)).collect();
-                plots.push(TimePlot { levels: vec![0.0], ..TimePlot::new(residual_name(fit), "", below).high(0.6) });
-            }
+        fits.fits.iter().for_each(|fit| said(fit, ui));
+        if self.place.as_ref().is_some_and(|(of, _)| *of != window.name) {
+            self.place = None;
         }
-        for fit in &fits.fits {
-            said(fit, ui);
+        ctx.wanted.misfit = self.place.as_ref().map(|(_, place)| *place);
+        let room = ui.available_width();
+        if self.aspect != Aspect::Fit || room < BESIDE {
+            return self.plots(ctx, ui, window);
         }
-        ctx.stack(ui, "fits", View::Window, &mut self.cache, &plots, &[]);
+        let column = (COLUMN * room).clamp(LEAST_COLUMN, MOST_COLUMN);
+        let height = ui.available_height();
+        ui.horizontal_top(|ui| {
+            let down = egui::Layout::top_down(egui::Align::Min);
+            ui.allocate_ui_with_layout(vec2(room - column - 10.0, height), down, |ui| self.plots(ctx, ui, window));
+            ui.allocate_ui_with_layout(vec2(column, height), down, |ui| {
+                ui.set_width(column);
+                let mut place = self.place.as_ref().map(|(_, place)| *place);
+                misfit::show(ctx, ui, &mut self.studied, &mut place);
+                self.place = self.place.take().zip(place).map(|((of, _), place)| (of, place));
+            });
+        });
     }
 }
 
 impl Fits {
+    /// The plots of every coefficient; a click in one looks at its residual there.
+    fn plots(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
+        let Some(results) = ctx.results() else { return };
+        let stale = results.fits.is_stale();
+        let (Some(aero), Some(fits)) = (results.aero.latest(), results.fits.latest()) else { return };
+        let colors = theme::palette(ui).series;
+        let pooled = ctx.snapshot.pooled.latest();
+        let bands = ctx.details().map(|details| details.bands.as_slice()).unwrap_or_default();
+        let others = Overlaid::all(ctx, ui);
+        let (mut plots, mut coefficients) = (Vec::new(), Vec::new());
+        for fit in &fits.fits {
+            let name = fit.coefficient.name();
+            let series = &aero.series[fit.coefficient as usize];
+            let style = TraceStyle::FineDots;
+            let observed = Trace { stale, style, ..Trace::new("observed", series, colors[7]) };
+            let line = |name, series| Trace { stale, ..Trace::new(name, series, colors[0]) };
+            let over = |curve: fn(&FittedSeries) -> &Series| overlaid(&others, &window.name, fit.coefficient, curve);
+            let traces = match self.aspect {
+                Aspect::Prediction => {
+                    let predictions = pooled.into_iter().flat_map(|pooled| &pooled.predictions);
+                    let is_this = |p: &&Prediction| p.window == window.name && p.coefficient == fit.coefficient;
+                    let predicted = predictions.filter(is_this).flat_map(|p| {
+                        let identified = Trace { stale, ..Trace::new("identified constant", &p.identified, colors[2]) };
+                        [line("own constant", &p.own_constant), identified]
+                    });
+                    let others = others.iter().filter_map(|other| {
+                        let found = other.results.pooled.latest()?.predictions.iter().find(is_this)?;
+                        Some(other.trace(&found.own_constant, 1.0))
+                    });
+                    [observed].into_iter().chain(predicted).chain(others).collect()
+                }
+                Aspect::Residual => {
+                    let own = fit.series.iter().map(|series| line("residual", &series.residual));
+                    own.chain(over(|of| &of.residual)).collect()
+                }
+                _ => {
+                    let half = bands.iter().find(|(of, _)| *of == fit.coefficient).map(|(_, half)| half);
+                    let sigma = half.filter(|half| half.len() == series.values.len());
+                    let own = fit.series.iter().map(|of| Trace { sigma, ..line("fit ± 95 % band", of.fitted()) });
+                    [observed].into_iter().chain(own).chain(over(FittedSeries::fitted)).collect()
+                }
+            };
+            plots.push(TimePlot::new(name, "", traces));
+            coefficients.push(fit.coefficient);
+            if self.aspect == Aspect::Fit {
+                let residual = |series| Trace { stale, ..Trace::new("residual", series, colors[4]) };
+                let own = fit.series.iter().map(|series| residual(&series.residual));
+                let below = own.chain(over(|of| &of.residual)).collect();
+                plots.push(TimePlot { levels: vec![0.0], ..TimePlot::new(residual_name(fit), "", below).high(0.6) });
+                coefficients.push(fit.coefficient);
+            }
+        }
+        let looked_at = ctx.details().and_then(|details| details.misfit.as_ref()?.as_ref().ok());
+        let looked_at = looked_at.filter(|found| self.place.as_ref().is_some_and(|(_, place)| found.place == *place));
+        let span = |found: &Misfit| SpanMark { stretch: found.stretch, color: colors[4], selected: true };
+        let spans: Vec<SpanMark> = looked_at.map(span).into_iter().collect();
+        let response = ctx.stack(ui, "fits", View::Window, &mut self.cache, &plots, &spans);
+        let row = response.hovered_plot.and_then(|row| coefficients.get(row));
+        if let Some((time_s, coefficient)) = response.clicked_s.zip(row.copied()) {
+            self.studied = coefficient;
+            self.place = Some((window.name.clone(), MisfitPlace { coefficient, time_s }));
+        }
+    }
+
     /// What each term adds to the fit of each coefficient.
     fn contributions(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let (Some(details), Some(aero)) = (ctx.details(), ctx.results().and_then(|results| results.aero.latest()))
@@ -136,6 +194,20 @@ impl Fits {
             .collect();
         ctx.stack(ui, "contributions", View::Window, &mut self.cache, &plots, &[]);
     }
+}
+
+/// Curves of the fits of a coefficient by the overlaid experiments.
+fn overlaid<'a>(
+    others: &[Overlaid<'a>],
+    window: &str,
+    coefficient: Coefficient,
+    curve: fn(&'a FittedSeries) -> &'a Series,
+) -> impl Iterator<Item = Trace<'a>> {
+    others.iter().filter_map(move |other| {
+        let fits = other.window(window)?.fits.latest()?;
+        let fit = fits.fits.iter().find(|fit| fit.coefficient == coefficient)?;
+        Some(other.trace(curve(fit.series.as_ref()?), 1.0))
+    })
 }
 
 /// Which seconds of the chosen window tell which derivative.

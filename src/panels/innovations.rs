@@ -6,7 +6,8 @@ use doublet_engine::stage::WindowPath;
 use eframe::egui::{self, RichText, TextStyle, Ui};
 use egui_extras::{Column, TableBuilder};
 
-use super::{Panel, PanelContext, View, awaiting, choices, consistency_color, empty, trouble};
+use super::overlaid::Overlaid;
+use super::{Panel, PanelContext, View, awaiting, choices, consistency_color, empty, noise_advice, trouble};
 use crate::notation;
 use crate::theme;
 use crate::widgets::term::column_title;
@@ -45,13 +46,18 @@ impl Panel for Innovations {
             return awaiting(ctx, ui, "the path of this manoeuvre", "This manoeuvre has no path.");
         };
         if self.table {
-            return advice(&path, ui);
+            return advice(ctx, &path, ui);
         }
         let palette = theme::palette(ui);
         let Some(consistency) = &path.assessment().consistency else {
             return empty(ui, "No measurements in this manoeuvre.");
         };
-        let nis = vec![Trace { stale, ..Trace::new("NIS", &path.series().nis, palette.series[4]) }];
+        let window = ctx.selection().window.clone().unwrap_or_default();
+        let others = Overlaid::all(ctx, ui);
+        let others: Vec<_> =
+            others.iter().filter_map(|other| Some((other, other.window(&window)?.path.latest()?.series()))).collect();
+        let mut nis = vec![Trace { stale, ..Trace::new("NIS", &path.series().nis, palette.series[4]) }];
+        nis.extend(others.iter().map(|(other, series)| other.trace(&series.nis, 1.0)));
         let levels = vec![consistency.nis_mean / consistency.nis_ratio];
         let mut plots = vec![TimePlot { levels, ..TimePlot::new("NIS", "", nis) }];
         for channel in &consistency.channels {
@@ -69,7 +75,9 @@ impl Panel for Innovations {
                 stale,
                 ..Trace::new("innovation", &path.series().innovations[index], palette.series[0])
             };
-            plots.push(TimePlot { fit_bands: true, ..TimePlot::new(name, unit, vec![band, innovation]) });
+            let overlaid = others.iter().map(|(other, series)| other.trace(&series.innovations[index], scale));
+            let traces = [band, innovation].into_iter().chain(overlaid).collect();
+            plots.push(TimePlot { fit_bands: true, ..TimePlot::new(name, unit, traces) });
         }
         ctx.stack(ui, "innovations", View::Window, &mut self.cache, &plots, &[]);
     }
@@ -81,7 +89,7 @@ const TITLES: [&str; 6] = ["Channel", "Updates", "Mean [σ]", "RMS [σ]", "White
 const NUMBERS: f32 = 64.0 + 56.0 + 2.0 * 74.0 + 48.0 + 60.0;
 
 /// What the innovations say about each entry of R.
-fn advice(path: &WindowPath, ui: &mut Ui) {
+fn advice(ctx: &PanelContext<'_>, path: &WindowPath, ui: &mut Ui) {
     let figures = theme::figures(ui);
     let channels = path.assessment().consistency.as_ref().map_or(&[][..], |consistency| &consistency.channels);
     let width = (ui.available_width() - NUMBERS).max(120.0);
@@ -90,7 +98,9 @@ fn advice(path: &WindowPath, ui: &mut Ui) {
         .map(|channel| {
             // The first column names the measurement, as everywhere.
             let named = format!("{}: ", channel.measurement.name());
-            let advice = channel.advice.strip_prefix(&named).unwrap_or(&channel.advice).to_owned();
+            let alone = || channel.advice.strip_prefix(&named).unwrap_or(&channel.advice).to_owned();
+            let advice = noise_advice::of(ctx, channel.measurement);
+            let advice = advice.map_or_else(alone, |advice| noise_advice::words(ctx, advice));
             ui.painter().layout(advice, TextStyle::Body.resolve(ui.style()), consistency_color(ui, channel), width)
         })
         .collect();

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use doublet_engine::stage::CoefficientFit;
 use eframe::egui::{ComboBox, Ui};
 
+use super::overlaid::Overlaid;
 use super::{PanelContext, awaiting, is_window_constant};
 use crate::command::{FileCommand, UiCommand};
 use crate::notation;
@@ -13,6 +14,8 @@ use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 
 /// Standard errors to both sides that hold 95 of 100 cases.
 const QUANTILE: f64 = 1.96;
+/// Distance of the estimates of an overlaid experiment from those of the session, in manoeuvres.
+const OFFSET: f64 = 0.18;
 /// Longest name below a window.
 const NAME_LENGTH: usize = 3;
 
@@ -66,6 +69,29 @@ pub fn estimate(fits: &[CoefficientFit], name: &str) -> Option<(f64, f64)> {
     })
 }
 
+/// Draws the estimates of an experiment, beside those of the session, and its estimate from all manoeuvres.
+fn overlay(chart: &mut Chart, ctx: &PanelContext<'_>, other: &Overlaid<'_>, (name, aside): (&str, f64)) {
+    let used = ctx.session.active_windows().filter(|window| {
+        let fits = ctx.snapshot.windows.get(&window.name).and_then(|results| results.fits.latest());
+        fits.is_some_and(|fits| estimate(&fits.fits, name).is_some())
+    });
+    let mut points = ChartCurve::new(other.name, other.color, ChartStyle::Dots(3.0), Vec::new());
+    for (place, window) in used.enumerate() {
+        let fits = other.window(&window.name).and_then(|results| results.fits.latest());
+        if let Some((value, error)) = fits.and_then(|fits| estimate(&fits.fits, name)) {
+            points.points.push([place as f64 + aside, value]);
+            points.spread.push(QUANTILE * error);
+        }
+    }
+    let last = chart.places.len().saturating_sub(1) as f64;
+    if let Some((value, _)) = other.results.pooled.latest().and_then(|pooled| estimate(&pooled.fits, name)) {
+        let ends = vec![[-0.5, value], [last + 0.5, value]];
+        let of_all = format!("{}, all manoeuvres", other.name);
+        chart.curves.push(ChartCurve::new(of_all, other.color, ChartStyle::Dashed, ends));
+    }
+    chart.curves.push(points);
+}
+
 fn chart(ctx: &PanelContext<'_>, ui: &Ui, name: &str) -> Chart {
     let palette = theme::palette(ui);
     let label = format!("{} ± {QUANTILE} corrected standard errors", notation::derivative(name));
@@ -88,6 +114,9 @@ fn chart(ctx: &PanelContext<'_>, ui: &Ui, name: &str) -> Chart {
         chart.places.push((place, window.name.chars().take(NAME_LENGTH).collect::<String>().trim().to_owned()));
     }
     let last = chart.places.len().saturating_sub(1) as f64;
+    for (at, other) in Overlaid::all(ctx, ui).into_iter().enumerate() {
+        overlay(&mut chart, ctx, &other, (name, OFFSET * (at as f64 + 1.0)));
+    }
     if let Some((value, error)) = ctx.snapshot.pooled.latest().and_then(|pooled| estimate(&pooled.fits, name)) {
         let ends = |value: f64| vec![[-0.5, value], [last + 0.5, value]];
         chart.curves.push(ChartCurve::new("all manoeuvres", palette.good, ChartStyle::Line, ends(value)));

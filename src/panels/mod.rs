@@ -34,9 +34,12 @@ mod manoeuvre_map;
 mod manoeuvres;
 mod marking;
 mod match_panel;
+mod misfit;
 mod model;
 mod noise;
+mod noise_advice;
 mod over_windows;
+mod overlaid;
 mod overlay;
 mod pane;
 mod preprocess;
@@ -57,6 +60,7 @@ mod structures;
 mod studies;
 mod summary;
 mod term_effects;
+mod trace_menu;
 mod weighing;
 mod window_filter;
 mod working;
@@ -87,6 +91,7 @@ use crate::widgets::quantity_edit::QuantityEdited;
 use crate::widgets::time_plot::{PlotCache, SpanMark, StackResponse, TimePlot, time_stack_with};
 use crate::widgets::time_view::{TimeRange, TimeView};
 pub use marking::{Spot, menu as mark_menu};
+pub use overlaid::names as overlaid_names;
 pub use pane::Pane;
 use working::Working;
 
@@ -219,14 +224,17 @@ impl<'a> PanelContext<'a> {
         let mut time = std::mem::take(self.view(view));
         let markers_s = time.markers_s;
         let spots = &*self;
-        let mut menu = |ui: &mut Ui, time_s: f64| {
+        let (range, mut seen) = (time.range(), None);
+        let mut menu = |ui: &mut Ui, time_s: f64, row: usize| {
             let window = marking::at(spots, view, time_s);
             let spot = marking::Spot { session, table, window, time_s: Some(time_s), markers_s };
             chosen = marking::menu(ui, &spot).map(|command| (spot, command)).or(chosen);
+            seen = trace_menu::show(spots, ui, (plots, row), range).or(seen.take());
             ui.separator();
         };
         let mut response = time_stack_with(ui, Id::unique(id), &mut time, cache, plots, spans, &mut menu);
         *self.view(view) = time;
+        self.state.seen = seen.or(self.state.seen.take());
         if let Some((spot, command)) = chosen {
             self.follow_menu(&spot, command);
         }

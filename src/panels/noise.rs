@@ -8,7 +8,7 @@ use doublet_engine::stage::NoiseRow;
 use eframe::egui::containers::menu::{MenuButton, MenuConfig};
 use eframe::egui::{self, CollapsingHeader, Grid, RichText, ScrollArea, Ui};
 
-use super::{Panel, PanelContext, caption, consistency_color, filter_settings};
+use super::{Panel, PanelContext, caption, consistency_color, filter_settings, noise_advice};
 use crate::widgets::quantity_edit::QuantityEdit;
 use crate::widgets::term::column_title;
 use crate::{notation, theme};
@@ -243,7 +243,7 @@ fn recorded<'a>(ctx: &PanelContext<'a>, channel: NoiseChannel) -> Option<&'a Noi
     noise.rows.iter().find(|row| row.channel == channel && row.statistics.is_some() && row.choice.is_ok())
 }
 
-/// The recorded deviation as a button that takes it, and the reason for another value.
+/// The recorded deviation as a button that takes it.
 fn take_recorded(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, row: &NoiseRow, (unit, scale): (&str, f64)) {
     let now = row.channel.std(ctx.session);
     let Some(proposed) = row.proposed() else { return };
@@ -274,6 +274,11 @@ fn take_recorded(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, row: &Nois
     if take.clicked() {
         ctx.edit(Edit::noise(row.channel, proposed));
     }
+}
+
+/// The button for the reason for another value than the proposed one.
+fn reason(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, row: &NoiseRow) {
+    let now = row.channel.std(ctx.session);
     let kept = ctx.session.noise_reasons.get(row.channel.name());
     let mark = RichText::new(if kept.is_some() { "✎●" } else { "✎" }).size(11.0);
     let hint = kept.map_or("Reason for another value", String::as_str);
@@ -313,18 +318,31 @@ impl Row<'_> {
         if reset.clicked() {
             ctx.edit(edit(self.usual));
         }
-        if let Some(recorded) = self.recorded {
-            take_recorded(ctx, ui, &self.name, recorded, (unit, scale));
-        }
-        if let Some(channel) = self.mark {
-            if self.recorded.is_none() {
+        let advice = self.mark.and_then(|channel| noise_advice::of(ctx, channel.measurement));
+        match (advice, self.recorded) {
+            (Some(advice), recorded) => {
+                noise_advice::buttons(ctx, ui, &self.name, advice);
+                match recorded {
+                    Some(recorded) => reason(ctx, ui, &self.name, recorded),
+                    None => drop(ui.label("")),
+                }
+            }
+            (None, Some(recorded)) => {
+                take_recorded(ctx, ui, &self.name, recorded, (unit, scale));
+                reason(ctx, ui, &self.name, recorded);
+            }
+            (None, None) if self.mark.is_some() => {
                 ui.label("");
                 ui.label("");
             }
+            (None, None) => {}
+        }
+        if let Some(channel) = self.mark {
+            let said = advice.map_or_else(|| channel.advice.clone(), |advice| noise_advice::words(ctx, advice));
             let color = consistency_color(ui, channel);
             let wave = if channel.is_correlated() || channel.has_offset() { " ∿" } else { "" };
             let text = format!("×{}{wave}", notation::fixed(channel.deviation_ratio, 2));
-            ui.label(RichText::new(text).color(color).size(11.0)).on_hover_text(&channel.advice);
+            ui.label(RichText::new(text).color(color).size(11.0)).on_hover_text(said);
         }
         ui.end_row();
     }

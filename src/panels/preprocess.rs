@@ -15,6 +15,7 @@ use crate::theme;
 use crate::widgets::EditPhase;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::quantity_edit::QuantityEdit;
+use crate::widgets::spectrum_chart::{spectrum_chart, spectrum_curve};
 use crate::widgets::term::column_title;
 use crate::widgets::time_plot::{PlotCache, SpanMark, TimePlot, Trace, TraceStyle};
 
@@ -25,10 +26,6 @@ const SIGNAL_HEIGHT: f32 = 190.0;
 /// Samples of the moving average and of the polynomial, and its degree, that a tick switches on: those of the thesis.
 const AVERAGE: usize = 4;
 const POLYNOMIAL: (usize, usize) = (2, 11);
-/// Part of the highest frequency below which numbers stand under a spectrum.
-const CORNER: f64 = 0.9;
-/// Frequencies named under a spectrum, Hz.
-const DECADES_HZ: [f64; 6] = [1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0];
 /// Rate new samples have at first, Hz.
 const RATE_HZ: f64 = 100.0;
 /// Most time a source is shifted by per point it is dragged, s.
@@ -336,21 +333,11 @@ fn rule(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, role: Role, setti
 /// Spectra before and after, both axes logarithmic.
 fn spectrum_plot(ctx: &mut PanelContext<'_>, ui: &mut Ui, found: &SignalSpectrum, unit: &str, scale: f64) {
     let palette = theme::palette(ui);
-    let curve = |name: &str, spectrum: &Spectrum, color| {
-        let pairs = spectrum.frequency_hz.iter().zip(&spectrum.density).filter(|(_, density)| **density > 0.0);
-        let points = pairs.map(|(hz, density)| [hz.log10(), (scale * scale * density).log10()]);
-        ChartCurve::new(name, color, ChartStyle::Line, points.collect())
-    };
-    let unit = if unit.is_empty() { "1".to_owned() } else { format!("({unit})²") };
-    ui.weak(format!("Spectral density in {unit}/Hz"));
-    let mut chart = Chart::new("spectrum", "frequency [Hz]", "log₁₀ density");
-    // A number in the corner would lose its last digits.
-    let highest_hz = found.recorded.frequency_hz.last().copied().unwrap_or(f64::INFINITY);
-    let inside = DECADES_HZ.iter().filter(|hz| **hz < CORNER * highest_hz);
-    chart.places = inside.map(|hz: &f64| (hz.log10(), format!("{hz}"))).collect();
+    let mut chart = spectrum_chart("spectrum", &found.recorded.frequency_hz, unit);
     let color = if found.treated.is_some() { palette.ignored } else { palette.series[0] };
-    chart.curves.push(curve("recorded", &found.recorded, color));
-    chart.curves.extend(found.treated.as_ref().map(|treated| curve("used", treated, palette.series[0])));
+    chart.curves.push(spectrum_curve("recorded", &found.recorded, scale, color));
+    let used = found.treated.as_ref().map(|treated| spectrum_curve("used", treated, scale, palette.series[0]));
+    chart.curves.extend(used);
     ctx.chart(ui, &chart, PLOT_HEIGHT);
 }
 

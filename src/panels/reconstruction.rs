@@ -5,6 +5,7 @@ use doublet_core::series::Series;
 use doublet_engine::stage::WindowPath;
 use eframe::egui::Ui;
 
+use super::overlaid::Overlaid;
 use super::{Panel, PanelContext, View, awaiting, bias_table, choices, trouble};
 use crate::notation::{self, Units};
 use crate::theme;
@@ -94,9 +95,10 @@ impl Panel for Reconstruction {
         if self.compare && by_states {
             return self.comparison(ctx, ui, &path);
         }
+        let others = others(ctx, ui);
         let plots = match self.aspect {
-            Aspect::Measured => measured(&path, ui, stale, ctx.state.units),
-            aspect => states(&path, aspect.states(), ui, stale, ctx.state.units),
+            Aspect::Measured => measured((&path, &others), ui, stale, ctx.state.units),
+            aspect => states((&path, &others), aspect.states(), ui, stale, ctx.state.units),
         };
         ctx.stack(ui, "reconstruction", View::Window, &mut self.cache, &plots, &[]);
     }
@@ -137,8 +139,21 @@ fn known(truth: &Option<Series>) -> Option<&Series> {
     truth.as_ref().filter(|truth| truth.values.iter().any(|value| value.is_finite()))
 }
 
+/// The paths of the chosen manoeuvre by the overlaid experiments.
+fn others<'a>(ctx: &PanelContext<'a>, ui: &Ui) -> Vec<(Overlaid<'a>, &'a WindowPath)> {
+    let window = ctx.selection().window.clone().unwrap_or_default();
+    let path = |other: Overlaid<'a>| {
+        let path = other.window(&window)?.path.latest()?;
+        Some((other, &**path))
+    };
+    Overlaid::all(ctx, ui).into_iter().filter_map(path).collect()
+}
+
+/// A path with those laid over it.
+type Paths<'p, 'a> = (&'a WindowPath, &'p [(Overlaid<'a>, &'a WindowPath)]);
+
 /// Measured under reconstructed.
-fn measured<'a>(path: &'a WindowPath, ui: &Ui, stale: bool, units: Units) -> Vec<TimePlot<'a>> {
+fn measured<'a>((path, others): Paths<'_, 'a>, ui: &Ui, stale: bool, units: Units) -> Vec<TimePlot<'a>> {
     let palette = theme::palette(ui);
     let present = MEASURED.into_iter().filter(|measurement| !path.missing.contains(measurement));
     let plots = present.map(|measurement| {
@@ -162,14 +177,21 @@ fn measured<'a>(path: &'a WindowPath, ui: &Ui, stale: bool, units: Units) -> Vec
             ..Trace::new("outlier", &path.series().outliers[index], palette.error)
         };
         let found = Some(outliers).filter(|outliers| !outliers.series.time_s.is_empty());
-        let traces = [measured, reconstructed].into_iter().chain(found).collect();
+        let overlaid = others.iter().map(|(other, path)| other.trace(&path.series().reconstructed[index], scale));
+        let traces = [measured, reconstructed].into_iter().chain(overlaid).chain(found).collect();
         TimePlot::new(notation::measurement(measurement), unit, traces)
     });
     plots.collect()
 }
 
 /// Filtered and smoothed states with truth.
-fn states<'a>(path: &'a WindowPath, states: &[State], ui: &Ui, stale: bool, units: Units) -> Vec<TimePlot<'a>> {
+fn states<'a>(
+    (path, others): Paths<'_, 'a>,
+    states: &[State],
+    ui: &Ui,
+    stale: bool,
+    units: Units,
+) -> Vec<TimePlot<'a>> {
     let palette = theme::palette(ui);
     let plots = states.iter().map(|&state| {
         let (unit, scale) = units.of(state.dimension());
@@ -190,6 +212,11 @@ fn states<'a>(path: &'a WindowPath, states: &[State], ui: &Ui, stale: bool, unit
                 ..Trace::new("smoothed ± 2σ", &smoothed.states[index], palette.series[2])
             });
         }
+        traces.extend(others.iter().map(|(other, path)| {
+            let series = path.series();
+            let best = series.smoothed.as_ref().map_or(&series.states, |smoothed| &smoothed.states);
+            other.trace(&best[index], scale)
+        }));
         if let Some(truth) = known(&series.truth[index]) {
             let style = TraceStyle::Dashed;
             traces.push(Trace { scale, style, ..Trace::new("truth", truth, palette.series[1]) });

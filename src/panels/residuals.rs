@@ -33,7 +33,8 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, chosen: &mut Coefficient) {
     ctx.chart(ui, &histogram, height);
 }
 
-fn correlation(study: &ResidualStudy, ui: &Ui) -> Chart {
+/// Autocorrelation of a residual with the bounds of white noise.
+pub fn correlation(study: &ResidualStudy, ui: &Ui) -> Chart {
     let palette = theme::palette(ui);
     let values = study.whiteness.autocorrelation.iter().enumerate();
     let points: Vec<_> = values.map(|(lag, value)| [lag as f64 * study.step_s, *value]).collect();

@@ -170,7 +170,8 @@ impl Chart {
             ui.spacing_mut().item_spacing = egui::vec2(10.0, 0.0);
             ui.spacing_mut().interact_size.y = LEGEND_HEIGHT;
             for curve in self.curves.iter().filter(|curve| !curve.name.is_empty()) {
-                legend_entry(ui, &curve.name, (curve.color, false));
+                let is_dashed = curve.style == ChartStyle::Dashed;
+                legend_entry_with(ui, &curve.name, (curve.color, false), is_dashed);
             }
         });
     }
@@ -215,16 +216,37 @@ impl Chart {
 
 /// A name with its colour before it, pale where its curve is hidden. Of a size of its own, so that a line of them wraps.
 pub(super) fn legend_entry(ui: &mut Ui, name: &str, (color, is_hidden): (Color32, bool)) -> egui::Response {
+    legend_entry_with(ui, name, (color, is_hidden), false)
+}
+
+/// The same, its line dashed as its curve.
+pub(super) fn legend_entry_with(
+    ui: &mut Ui,
+    name: &str,
+    (color, is_hidden): (Color32, bool),
+    is_dashed: bool,
+) -> egui::Response {
     let ink = if is_hidden { ui.visuals().weak_text_color() } else { ui.visuals().text_color() };
     let galley = ui.painter().layout_job(notation::typeset(name, 11.0));
     let size = egui::vec2(LEGEND_LINE + 4.0 + galley.size().x, LEGEND_HEIGHT);
     let (rect, entry) = ui.allocate_exact_size(size, egui::Sense::click());
     let color = if is_hidden { color.gamma_multiply(0.3) } else { color };
-    ui.painter().hline(rect.left()..=rect.left() + LEGEND_LINE, rect.center().y, Stroke::new(2.0, color));
+    legend_line(ui.painter(), (rect.left(), rect.center().y), color, is_dashed);
     let at = egui::Align2::RIGHT_CENTER.anchor_size(rect.right_center(), galley.size());
     ui.painter().galley(at.min, galley, ink);
     entry.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, format!("legend {name}")));
     entry
+}
+
+/// The line before a name of a legend, from its left end.
+pub(super) fn legend_line(painter: &egui::Painter, (left, y): (f32, f32), color: Color32, is_dashed: bool) {
+    let stroke = Stroke::new(2.0, color);
+    if is_dashed {
+        painter.hline(left..=left + 0.4 * LEGEND_LINE, y, stroke);
+        painter.hline(left + 0.65 * LEGEND_LINE..=left + LEGEND_LINE, y, stroke);
+    } else {
+        painter.hline(left..=left + LEGEND_LINE, y, stroke);
+    }
 }
 
 /// Corners of a level bar, and a gap to the next.

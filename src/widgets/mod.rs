@@ -18,6 +18,7 @@ pub mod scatter;
 pub mod snap;
 pub mod span_editor;
 pub mod sparkline;
+pub mod spectrum_chart;
 mod stack_figure;
 pub mod term;
 pub mod ticks;

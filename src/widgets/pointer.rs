@@ -111,6 +111,9 @@ pub struct StackResponse {
 /// More entries of the menu of a plot, opened at a time, s.
 pub type PlotMenu<'m> = &'m mut dyn FnMut(&mut Ui, f64);
 
+/// The same of a stack: with the row of the plot.
+pub type StackMenu<'m> = &'m mut dyn FnMut(&mut Ui, f64, usize);
+
 /// What a drag marks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MarkKind {

@@ -6,12 +6,12 @@ use doublet_core::series::Series;
 use eframe::egui::{self, Align2, Color32, CornerRadius, Id, Rect, Stroke, Ui, pos2, vec2};
 use egui_plot::{FilledArea, Line, LineStyle, MarkerShape, Plot, PlotPoint, PlotPoints, Points};
 
-use super::chart::{LEGEND_HEIGHT, legend_entry};
+use super::chart::{LEGEND_HEIGHT, legend_entry_with, legend_line};
 use super::figure::FigureRequest;
 use super::plot_cache::Drawn;
 pub use super::plot_cache::PlotCache;
 use super::pointer::{Area, Values, interact, plot_menu, time_axis, value_axis};
-pub use super::pointer::{MarkKind, Marked, PlotMenu, StackResponse, step_markers};
+pub use super::pointer::{MarkKind, Marked, StackMenu, StackResponse, step_markers};
 use super::readout::{self, readable, value_of, with_band};
 use super::stack_figure::stack_figure;
 use super::ticks::{draw_time_axis, inner_ticks, tick, ticks};
@@ -48,6 +48,8 @@ pub enum TraceStyle {
     Dashed,
     /// One dot per sample, for measurements under a fit.
     Dots,
+    /// One small dot per sample, under a line that is to stand out.
+    FineDots,
     /// One cross per sample, for what was left out.
     Crosses,
 }
@@ -55,7 +57,7 @@ pub enum TraceStyle {
 impl TraceStyle {
     /// Whether each sample is drawn by itself, without a line.
     pub(super) fn is_points(self) -> bool {
-        matches!(self, Self::Dots | Self::Crosses)
+        matches!(self, Self::Dots | Self::FineDots | Self::Crosses)
     }
 }
 
@@ -178,7 +180,7 @@ pub fn time_stack(
     plots: &[TimePlot<'_>],
     spans: &[SpanMark],
 ) -> StackResponse {
-    time_stack_with(ui, id, view, cache, plots, spans, &mut |_, _| {})
+    time_stack_with(ui, id, view, cache, plots, spans, &mut |_, _, _| {})
 }
 
 /// [`time_stack`] with more in the menu of its plots.
@@ -189,7 +191,7 @@ pub fn time_stack_with(
     cache: &mut PlotCache,
     plots: &[TimePlot<'_>],
     spans: &[SpanMark],
-    menu: PlotMenu<'_>,
+    menu: StackMenu<'_>,
 ) -> StackResponse {
     let mut out = StackResponse::default();
     if plots.is_empty() {
@@ -243,7 +245,8 @@ pub fn time_stack_with(
             changed = moved.or(axis).map(|values| (row, values)).or(changed);
             let entry = draw_cursors(ui, (frame, range), view, (plot, names), (&look, id.with((row, "legend"))));
             named = entry.or(named.take());
-            if let Some((of, form)) = plot_menu(&shown.response, frame, view, (plots.len(), &mut *menu)) {
+            let mut more = |ui: &mut Ui, time_s: f64| menu(ui, time_s, row);
+            if let Some((of, form)) = plot_menu(&shown.response, frame, view, (plots.len(), &mut more)) {
                 wanted = Some((row, of, form));
             }
         }
@@ -290,7 +293,8 @@ fn shared_legend(ui: &mut Ui, id: Id, plot: &TimePlot<'_>, cache: &PlotCache) ->
         ui.spacing_mut().interact_size.y = LEGEND_HEIGHT;
         ui.add_space(VALUE_AXIS_WIDTH + LABEL_ROOM);
         for trace in &plot.traces {
-            let entry = legend_entry(ui, trace.name, (trace.color, cache.is_hidden(id, trace.name)));
+            let (look, is_dashed) = ((trace.color, cache.is_hidden(id, trace.name)), trace.style == TraceStyle::Dashed);
+            let entry = legend_entry_with(ui, trace.name, look, is_dashed);
             named = clicked(&entry, trace.name).or(named.take());
         }
     });
@@ -422,9 +426,9 @@ fn draw_trace<'a>(chart: &mut egui_plot::PlotUi<'a>, trace: &Trace<'_>, drawn: &
         if trace.style == TraceStyle::Crosses {
             let crosses = Points::new("", PlotPoints::Borrowed(points)).color(color).radius(5.0);
             chart.points(crosses.shape(MarkerShape::Cross).allow_hover(false));
-        } else if trace.style == TraceStyle::Dots || points.len() == 1 || sparse {
+        } else if trace.style.is_points() || points.len() == 1 || sparse {
             // Dense dots are a band wider than the line of a fit: both are seen.
-            let radius = if sparse { 1.8 } else { 1.9 };
+            let radius = if trace.style == TraceStyle::FineDots { 1.0 } else { 1.9 };
             let dots = Points::new("", PlotPoints::Borrowed(points)).color(color).radius(radius);
             chart.points(dots.allow_hover(false));
         }
@@ -544,7 +548,7 @@ fn draw_cursors<'a>(
         let ground = Rect::from_min_size(pos2(left, top), size);
         painter.rect_filled(ground, CornerRadius::same(3), palette.plot_background.gamma_multiply(0.8));
         let y = ground.center().y;
-        painter.hline(left + 4.0..=left + 15.0, y, Stroke::new(2.0, color));
+        legend_line(&painter, (left + 4.0, y), color, trace.style == TraceStyle::Dashed);
         painter.galley(pos2(left + 19.0, top + 2.0), galley, ink);
         left += size.x + 6.0;
         if !name.is_empty() {

@@ -268,3 +268,66 @@ fn experiments_are_added_computed_compared_and_one_is_made_current_in_one_step()
     assert!(bench.harness.query_all_by_label("model.Cm").next().is_some());
     picture(&mut bench.harness, "experiments_compared");
 }
+
+/// Columns of numbers behind the first plot below `top`, with their names.
+fn columns(bench: &mut Bench<'_>, top: f32) -> (Vec<String>, Vec<Vec<Option<f64>>>) {
+    let text = save_data(bench, pos2(500.0, top + 70.0));
+    let mut lines = text.lines();
+    let head = lines.next().unwrap_or_default().split(',').map(str::to_owned).collect();
+    (head, lines.map(|line| line.split(',').map(|cell| cell.parse().ok()).collect()).collect())
+}
+
+#[test]
+fn an_experiment_laid_over_the_session_is_drawn_in_every_plot_with_its_own_numbers_and_a_click_takes_it_off() {
+    let mut bench = Bench::shipped();
+    bench.harness.state_mut().state.selection.window = Some("03 elevator doublet".into());
+    bench.settle();
+    bench.show(Pane::Experiments);
+    bench.click("Add experiments");
+    bench.click("Cm without each term");
+    let name = bench.session().experiments.iter().map(|one| one.name.clone()).find(|name| name.contains("Cm_q"));
+    let name = name.expect("pitch damping is a term");
+    bench.click(&format!("overlay {name}"));
+    picture(&mut bench.harness, "overlay_chosen");
+    assert_eq!(bench.harness.state().state.overlaid, [name.clone()]);
+    let slot = bench.snapshot().inquiries.overlaid.row(&name).and_then(|slot| slot.ready()).cloned();
+    let overlaid = slot.expect("it is computed");
+    let window = bench.harness.state().state.selection.window.clone().expect("a manoeuvre is chosen");
+    let cm = |results: &doublet_engine::run::WindowResults| {
+        let fits = results.fits.latest().expect("it is fitted").clone();
+        let fit = fits.fits.iter().find(|fit| fit.coefficient == Coefficient::Cm).cloned();
+        fit.expect("Cm is modelled")
+    };
+    let [own, other] = [&bench.snapshot().windows[&window], &overlaid.windows[&window]].map(cm);
+    assert!(!other.fit.as_ref().expect("it is estimated").names.contains(&"Cm_q".to_owned()));
+    let rms = |fit: &doublet_engine::stage::CoefficientFit| {
+        let values = &fit.series.as_ref().expect("it has residuals").residual.values;
+        (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
+    };
+    assert!(rms(&other) > 1.02 * rms(&own), "without pitch damping it fits worse: {} {}", rms(&other), rms(&own));
+    for (pane, shown) in [(Pane::Reconstruction, "measured"), (Pane::Innovations, "Advice"), (Pane::Fits, "Fit")] {
+        bench.show(pane);
+        assert!(bench.harness.query_all_by_label(&format!("legend {name}")).next().is_some(), "{pane:?} {shown}");
+        picture(&mut bench.harness, &format!("overlay_{pane:?}"));
+    }
+    // The numbers behind the residual are those of either fit.
+    bench.press("Residual");
+    let top = bench.harness.get_all_by_label("Whiteness").map(|node| node.rect().bottom()).fold(0.0, f32::max);
+    let (head, rows) = columns(&mut bench, top);
+    let at = head.iter().position(|title| title.contains(&name)).unwrap_or_else(|| panic!("{name} in {head:?}"));
+    let (first, found) = (rows[0][0].expect("a time"), rows[0][at].expect("a value"));
+    let drawn = overlaid.windows[&window].fits.latest().expect("it is fitted").fits[0].clone();
+    let residual = &drawn.series.as_ref().expect("it has residuals").residual;
+    let near = residual.time_s.partition_point(|time_s| *time_s < first - 1e-6);
+    assert!((residual.values[near] - found).abs() <= 1e-6 * found.abs().max(1e-6), "{found} {}", residual.values[near]);
+    bench.harness.state_mut().state.selection.scope = Scope::Intervals;
+    bench.show(Pane::Derivatives);
+    let of_all = format!("legend {name}, all manoeuvres");
+    assert!(bench.harness.query_by_label(&of_all).is_some());
+    picture(&mut bench.harness, "overlay_intervals");
+    bench.show(Pane::Experiments);
+    bench.click(&format!("overlay {name}"));
+    assert!(bench.harness.state().state.overlaid.is_empty());
+    bench.show(Pane::Fits);
+    assert!(bench.harness.query_all_by_label(&format!("legend {name}")).next().is_none());
+}

@@ -16,6 +16,7 @@ mod live;
 mod manoeuvre_map;
 mod manoeuvres;
 mod marking;
+mod misfit;
 mod painted;
 mod panels;
 mod plots;

@@ -2,7 +2,7 @@
 
 use doublet::app::files::Files;
 use doublet::app::{Document, Mark, Workbench, mark};
-use doublet::command::{EditCommand, UiCommand, ViewCommand};
+use doublet::command::{EditCommand, FileCommand, UiCommand, ViewCommand};
 use doublet::layouts::{LayoutKey, Step};
 use doublet::panels::Pane;
 use doublet_engine::session::WindowRole;
@@ -206,4 +206,46 @@ fn tour_passes_every_step_with_the_panel_it_speaks_of_on_screen() {
         assert!(visited.contains(&step), "{}", step.title());
     }
     assert_eq!((visited[0], visited.last()), (Step::Results, Some(&Step::Report)));
+}
+
+/// The pictures of the shipped flights, and the variable that asks for them to be written anew.
+const SHIPPED_FLIGHTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/src/app/shipped_flights.json");
+const WRITE: &str = "DOUBLET_WRITE_SHIPPED_FLIGHTS";
+
+#[test]
+fn pictures_of_the_shipped_flights_are_those_their_sessions_give_and_stand_on_the_first_start_page() {
+    let mut bench = nothing_open();
+    let mut found = std::collections::BTreeMap::new();
+    for name in doublet_engine::builtin::sessions() {
+        bench.request(UiCommand::File(FileCommand::OpenShippedSession(name)));
+        bench.request(UiCommand::View(ViewCommand::StartPage));
+        let key = std::path::PathBuf::from(format!("{}{name}", doublet_engine::builtin::PREFIX));
+        let mut thumbnail = bench.harness.state().state.thumbnails[&key].clone();
+        thumbnail.opened.clear();
+        found.insert(name.to_owned(), thumbnail);
+    }
+    if std::env::var_os(WRITE).is_some() {
+        let text = serde_json::to_string(&found).expect("it can be written") + "\n";
+        std::fs::write(SHIPPED_FLIGHTS, text).expect("the file can be written");
+    }
+    let shipped = std::fs::read_to_string(SHIPPED_FLIGHTS).expect("it is there");
+    let shipped: std::collections::BTreeMap<String, doublet::ui_state::Thumbnail> =
+        serde_json::from_str(&shipped).expect("it can be read");
+    assert_eq!(shipped.keys().collect::<Vec<_>>(), found.keys().collect::<Vec<_>>());
+    for (name, one) in &found {
+        let known = &shipped[name];
+        assert_eq!((&known.title, &known.verdict), (&one.title, &one.verdict), "write it anew by {WRITE}");
+        let pairs = known.windows.iter().zip(&one.windows).chain(known.altitude.iter().zip(&one.altitude));
+        assert_eq!((known.windows.len(), known.altitude.len()), (one.windows.len(), one.altitude.len()));
+        assert!(pairs.flat_map(|(a, b)| a.iter().zip(b)).all(|(a, b)| (a - b).abs() < 1e-3), "{name}");
+    }
+    let mut first = nothing_open();
+    for (size, name) in [([1280.0, 720.0], "start_first_1280"), ([1600.0, 1000.0], "start_first_1600")] {
+        first.harness.set_size(egui::vec2(size[0], size[1]));
+        first.harness.run_steps(3);
+        picture(&mut first.harness, name);
+    }
+    assert!(first.harness.query_by_label_contains("not opened yet").is_none(), "each has its picture");
+    assert!(first.harness.query_all_by_label_contains("Teaches the whole way").next().is_some());
+    assert_eq!(crate::painted::faults(&first), [""; 0]);
 }

@@ -26,6 +26,7 @@ pub mod run;
 pub mod session;
 pub mod stage;
 pub mod study;
+pub mod trace;
 pub mod undo;
 pub mod verdict;
 pub mod weigh;

@@ -128,6 +128,22 @@ impl History {
         self.future.last().map(|step| step.label.as_str())
     }
 
+    /// Names of all steps there are, the oldest first, and how many of them are done: the others were taken back.
+    pub fn steps(&self) -> (Vec<&str>, usize) {
+        let past = self.past.iter().map(|step| step.label.as_str());
+        let future = self.future.iter().rev().map(|step| step.label.as_str());
+        (past.chain(future).collect(), self.past.len())
+    }
+
+    /// Takes steps back, or brings them again, until `done` of them are; `false` where that changes nothing.
+    pub fn go_to(&mut self, done: usize) -> bool {
+        self.commit();
+        let before = self.past.len();
+        while self.past.len() > done && self.undo() {}
+        while self.past.len() < done && self.redo() {}
+        self.past.len() != before
+    }
+
     /// Takes the last step back; `false` when there is none.
     pub fn undo(&mut self) -> bool {
         self.commit();

@@ -3,6 +3,7 @@
 
 mod air_data;
 mod airborne;
+mod coherence;
 mod control_activity;
 mod control_sensors;
 mod control_surfaces;
@@ -36,6 +37,7 @@ pub use air_data::{
     pod_working_range, sideslip,
 };
 pub use airborne::{Airborne, airborne};
+pub use coherence::{Coherence, Spectrogram, coherence, spectrogram};
 pub use control_sensors::{
     SensorAttitude, SensorReference, attitude_turn, central4_noise, integrated_turn, integrated_turn_noise,
     sensor_rate_noise, sensor_rates,

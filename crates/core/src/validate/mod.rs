@@ -1,5 +1,6 @@
 //! Fit metrics, residual tests, prediction on data not used, tolerance bands.
 
+mod band;
 mod contribution;
 mod leave_one_out;
 mod residual;
@@ -10,6 +11,7 @@ use nalgebra::DMatrix;
 
 use crate::estimate::{EstimateError, Fit, FitQuality};
 
+pub use band::observation_deviation;
 pub use contribution::{Contribution, contributions};
 pub use leave_one_out::{LeftOut, leave_one_out};
 pub use residual::{Histogram, Whiteness, histogram, whiteness};

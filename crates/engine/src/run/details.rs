@@ -4,7 +4,7 @@ use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 use doublet_core::airframe::Loading;
-use doublet_core::model::{Structure, Term};
+use doublet_core::model::{Coefficient, Structure, Term};
 use doublet_core::reconstruct::{FilterSettings, Method};
 use doublet_core::series::Series;
 
@@ -13,9 +13,9 @@ use super::snapshot::{Snapshot, WindowResults};
 use crate::graph::{Context, Footprint, Keyed, Stage, StageError, StageResult};
 use crate::session::{Manoeuvre, PathSource, Session, Settings};
 use crate::stage::{
-    self, AircraftData, BiasTable, CoefficientStudy, Contributions, Information, KindSummary, LoadedAircraft,
-    LoadedFlight, PooledFits, RegressorCorrelation, ResidualStudy, Samples, ScoredStructure, WindowAero, WindowFits,
-    WindowPath,
+    self, AircraftData, BiasTable, CoefficientStudy, Contributions, FlightNoise, Information, KindSummary,
+    LoadedAircraft, LoadedFlight, Misfit, MisfitPlace, NoiseAdvice, PooledFits, RegressorCorrelation, ResidualStudy,
+    Samples, ScoredStructure, WindowAero, WindowFits, WindowPath,
 };
 
 /// Iterations and tolerance of the iterated filter where the session does not use it.
@@ -36,6 +36,8 @@ pub struct DetailRequest {
     pub regressors: Option<bool>,
     /// Structures that are compared, by name.
     pub structures: Vec<(String, Structure)>,
+    /// Where the residual of the window is looked at.
+    pub misfit: Option<MisfitPlace>,
     /// What is asked of the identified model; answered behind the rest, each by itself.
     pub inquiry: InquiryRequest,
 }
@@ -43,8 +45,8 @@ pub struct DetailRequest {
 impl Hash for DetailRequest {
     /// Without what is asked of the model, on which the closer look does not depend.
     fn hash<H: Hasher>(&self, state: &mut H) {
-        let Self { window, track, filters, terms, regressors, structures, inquiry: _ } = self;
-        (window, track, filters, terms, regressors, structures).hash(state);
+        let Self { window, track, filters, terms, regressors, structures, misfit, inquiry: _ } = self;
+        (window, track, filters, terms, regressors, structures, misfit).hash(state);
     }
 }
 
@@ -74,6 +76,12 @@ pub struct WindowDetails {
     pub name: String,
     /// Residuals of its own fits.
     pub residuals: Vec<ResidualStudy>,
+    /// What the noise of each measurement should be.
+    pub noise: Vec<NoiseAdvice>,
+    /// Half of the half width of the 95 % band of the observations about each of its fits, sample by sample.
+    pub bands: Vec<(Coefficient, Arc<[f64]>)>,
+    /// What moves with the residual where it is looked at, or why that is not known.
+    pub misfit: Option<StageResult<Misfit>>,
     /// Parts of its fitted coefficients.
     pub contributions: Vec<Contributions>,
     /// Which seconds tell which derivative.
@@ -103,6 +111,8 @@ pub struct DetailInputs<'a> {
     /// Flight whose track is drawn.
     track: Option<&'a Keyed<LoadedFlight>>,
     aircraft: Option<&'a Keyed<LoadedAircraft>>,
+    /// Noise of the flight of the window looked at.
+    noise: Option<&'a Keyed<FlightNoise>>,
 }
 
 /// Looks closer at the results of `snapshot`.
@@ -127,6 +137,7 @@ pub(super) fn details(
         flight: window.and_then(|window| flight(&window.flight)),
         track: request.track.as_ref().and_then(flight),
         aircraft: snapshot.aircraft.keyed(),
+        noise: window.and_then(|window| snapshot.noise.get(&window.flight)?.keyed()),
     };
     let loading = window.map_or(session.loading.as_ref(), |window| session.loading_in(&window.flight));
     context.get::<Details>((request, used.settings(), loading), &inputs)
@@ -175,18 +186,26 @@ impl Stage for Details {
 }
 
 fn window_details(
-    KnownWindow { manoeuvre, aero, fits, .. }: &KnownWindow<'_>,
+    KnownWindow { manoeuvre, path, aero, fits }: &KnownWindow<'_>,
     params: DetailParams<'_>,
     inputs: &DetailInputs<'_>,
     context: &Context<'_>,
 ) -> StageResult<WindowDetails> {
-    let (request, Settings { structure, estimation, .. }, _) = params;
+    let (request, Settings { structure, estimation, filter, .. }, _) = params;
     let parts = aero.zip(*fits).map(|(aero, fits)| stage::contributions(aero, fits, structure, estimation));
     let information = aero.zip(*fits).map(|(aero, fits)| stage::information(aero, fits, structure, estimation));
+    let bands = aero.zip(*fits).map(|(aero, fits)| stage::observation_bands(aero, fits, structure, estimation));
+    let noise =
+        path.map(|path| stage::noise_advice(path, &filter.measurement_noise, inputs.noise.map(|noise| &**noise)));
+    let misfit = request.misfit.zip(inputs.flight).zip(*fits);
+    let misfit = misfit.map(|((place, flight), fits)| stage::misfit(&flight.recording, fits, place));
     let filters = request.filters.then(|| by_every_filter(manoeuvre, params, inputs, context));
     Ok(WindowDetails {
         name: manoeuvre.name.clone(),
         residuals: fits.map(|fits| stage::residual_studies(fits)).unwrap_or_default(),
+        noise: noise.unwrap_or_default(),
+        bands: bands.unwrap_or_default(),
+        misfit,
         contributions: parts.unwrap_or_default(),
         information: information.unwrap_or_default(),
         filters: match filters {

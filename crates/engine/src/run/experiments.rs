@@ -9,22 +9,31 @@ use crate::graph::{Cache, Context, Stage, StageError, StageResult};
 use crate::session::{self, Experiment, Session};
 
 /// Rows of the experiments, the session as it is first, by name.
-#[derive(Clone, Debug, Default)]
-pub struct ExperimentRows(pub Vec<(String, Slot<ExperimentRow>)>);
+pub type ExperimentRows = NamedSlots<ExperimentRow>;
 
-impl ExperimentRows {
-    /// The row called `name`.
-    pub fn row(&self, name: &str) -> Option<&Slot<ExperimentRow>> {
+/// Outputs by name, in an order of their own.
+#[derive(Clone, Debug)]
+pub struct NamedSlots<T>(pub Vec<(String, Slot<T>)>);
+
+impl<T> Default for NamedSlots<T> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<T> NamedSlots<T> {
+    /// The output called `name`.
+    pub fn row(&self, name: &str) -> Option<&Slot<T>> {
         self.0.iter().find(|(other, _)| other == name).map(|(_, slot)| slot)
     }
 
-    /// Makes room for the rows of a session, all to be computed.
-    fn begin(&mut self, session: &Session) {
+    /// Makes room for outputs of these names, all to be computed.
+    pub(super) fn begin<'n>(&mut self, names: impl Iterator<Item = &'n str>) {
         let known = std::mem::take(&mut self.0);
-        let names = std::iter::once(PRESENT).chain(session.experiments.iter().map(|one| one.name.as_str()));
+        let mut known: Vec<_> = known.into_iter().map(Some).collect();
         let row = |name: &str| {
-            let slot = known.iter().find(|(other, _)| other == name).map(|(_, slot)| slot.clone());
-            let mut slot = slot.unwrap_or_default();
+            let found = known.iter_mut().find(|one| one.as_ref().is_some_and(|(other, _)| other == name));
+            let mut slot = found.and_then(Option::take).map(|(_, slot)| slot).unwrap_or_default();
             slot.begin();
             (name.to_owned(), slot)
         };
@@ -32,7 +41,7 @@ impl ExperimentRows {
     }
 }
 
-impl SlotGroup for ExperimentRows {
+impl<T> SlotGroup for NamedSlots<T> {
     fn each_mut(&mut self, what: &str, visit: &mut dyn FnMut(&str, &mut dyn AnySlot)) {
         self.0.iter_mut().for_each(|(_, slot)| visit(what, slot));
     }
@@ -51,6 +60,29 @@ pub struct Trial<'a> {
 impl Hash for Trial<'_> {
     fn hash<H: Hasher>(&self, state: &mut H) {
         self.text.hash(state);
+    }
+}
+
+impl Trial<'_> {
+    /// Runs it.
+    ///
+    /// # Errors
+    /// One line: why no manoeuvre has a flight path, or that it was stopped.
+    pub(super) fn snapshot(&self, context: &Context<'_>) -> StageResult<Snapshot> {
+        let (session, folder) = (self.session, context.folder());
+        let scope = Scope { session, folder, first: None, studies: &[], cause: "experiment", generation: 1 };
+        let unkept = Cache::new(0);
+        let cache = context.cache().unwrap_or(&unkept);
+        let show = |snapshot: Snapshot| context.advance(snapshot.progress);
+        let snapshot = run(&scope, &Snapshot::default(), cache, context.control(), &show);
+        context.checkpoint()?;
+        context.declare(&snapshot.files);
+        if snapshot.windows.values().all(|window| window.path.ready().is_none()) {
+            let first = snapshot.failures().into_iter().next();
+            let line = first.map_or("no manoeuvre is in use".to_owned(), |(place, error)| format!("{place}: {error}"));
+            return Err(StageError::Failed(line));
+        }
+        Ok(snapshot)
     }
 }
 
@@ -75,22 +107,22 @@ impl Stage for ExperimentOutcome {
     const NAME: &'static str = "experiment";
 
     fn run(trial: &Trial<'_>, (): (), context: &Context<'_>) -> StageResult<Self> {
-        let folder = context.folder();
-        let scope =
-            Scope { session: trial.session, folder, first: None, studies: &[], cause: "experiment", generation: 1 };
-        let unkept = Cache::new(0);
-        let cache = context.cache().unwrap_or(&unkept);
-        let show = |snapshot: Snapshot| context.advance(snapshot.progress);
-        let snapshot = run(&scope, &Snapshot::default(), cache, context.control(), &show);
-        context.checkpoint()?;
-        context.declare(&snapshot.files);
-        if snapshot.windows.values().all(|window| window.path.ready().is_none()) {
-            let first = snapshot.failures().into_iter().next();
-            let line = first.map_or("no manoeuvre is in use".to_owned(), |(place, error)| format!("{place}: {error}"));
-            return Err(StageError::Failed(line));
-        }
-        Ok(ExperimentOutcome::new(trial.session, &snapshot))
+        Ok(ExperimentOutcome::new(trial.session, &trial.snapshot(context)?))
     }
+}
+
+/// Hands the session with the configuration of an experiment (without one as it is) to a stage.
+///
+/// # Errors
+/// Should the session have no saved form; those of `then`.
+pub(super) fn with_trial<T>(
+    session: &Session,
+    experiment: Option<&Experiment>,
+    then: impl FnOnce(&Trial<'_>) -> StageResult<T>,
+) -> StageResult<T> {
+    let session = trial(session, experiment);
+    let text = session::print(&session).map_err(|error| error.to_string())?;
+    then(&Trial { session: &session, text })
 }
 
 /// What the session gives with the configuration of an experiment; without one as it is.
@@ -103,9 +135,7 @@ fn outcome(
     context: &Context<'_>,
     progress: &(dyn Fn(f32) + Sync),
 ) -> StageResult<ExperimentOutcome> {
-    let session = trial(session, experiment);
-    let text = session::print(&session).map_err(|error| error.to_string())?;
-    let found = context.get_watched::<ExperimentOutcome>(&Trial { session: &session, text }, (), progress)?;
+    let found = with_trial(session, experiment, |trial| context.get_watched::<ExperimentOutcome>(trial, (), progress))?;
     Ok(ExperimentOutcome::clone(&found))
 }
 
@@ -119,7 +149,7 @@ pub fn experiment_rows(
     context: &Context<'_>,
     show: &(dyn Fn(&ExperimentRows) + Sync),
 ) -> StageResult<()> {
-    rows.begin(session);
+    rows.begin(std::iter::once(PRESENT).chain(session.experiments.iter().map(|one| one.name.as_str())));
     show(rows);
     let mut present = None;
     let experiments = std::iter::once(None).chain(session.experiments.iter().map(Some));

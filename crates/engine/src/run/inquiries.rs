@@ -1,6 +1,7 @@
 //! What is asked of the identified model while somebody looks at it: computed in the background after the run, for what is on screen alone.
 
 use super::experiments::{ExperimentRows, experiment_rows};
+use super::overlays::{Overlays, overlay_experiments};
 use super::snapshot::{AnySlot, Inquiries, Slot, Snapshot};
 use crate::graph::{Context, Keyed, Stage, StageResult};
 use crate::planning::{Enough, EnoughRequest};
@@ -20,6 +21,8 @@ pub struct InquiryRequest {
     pub prior: Option<PriorRequest>,
     /// Whether the experiments of the session are compared.
     pub experiments: bool,
+    /// Experiments that are drawn over the session, by name.
+    pub overlaid: Vec<String>,
 }
 
 /// Computes what is asked of the model of `snapshot`, which shows each answer as it comes.
@@ -31,6 +34,9 @@ pub(super) fn inquire(
     publish: &(dyn Fn(Snapshot) + Sync),
 ) {
     let mut ask = Inquiry { session, snapshot, context, publish };
+    if !request.overlaid.is_empty() || !ask.snapshot.inquiries.overlaid.0.is_empty() {
+        ask.overlay_experiments(&request.overlaid);
+    }
     if let Some(wanted) = request.dynamics {
         ask.answer::<DynamicsStudy>(wanted, |inquiries| &mut inquiries.dynamics);
     }
@@ -63,6 +69,19 @@ impl Inquiry<'_> {
         let found = answer::<S>(self.session, self.snapshot, params, self.context);
         slot(&mut self.snapshot.inquiries).finish(found);
         (self.publish)(self.snapshot.clone());
+    }
+
+    fn overlay_experiments(&mut self, names: &[String]) {
+        let mut overlays = std::mem::take(&mut self.snapshot.inquiries.overlaid);
+        let shown = &*self.snapshot;
+        let show = |overlays: &Overlays| {
+            let mut snapshot = shown.clone();
+            snapshot.inquiries.overlaid = overlays.clone();
+            (self.publish)(snapshot);
+        };
+        // An experiment that was not computed says so itself.
+        let _ = overlay_experiments(self.session, names, &mut overlays, self.context, &show);
+        self.snapshot.inquiries.overlaid = overlays;
     }
 
     fn compare_experiments(&mut self) {

@@ -9,6 +9,7 @@ use doublet_core::airframe::LoadedState;
 
 use super::details::Details;
 use super::experiments::ExperimentRows;
+use super::overlays::Overlays;
 use crate::graph::{FileStamp, Keyed, Stage, StageError};
 use crate::planning::Enough;
 use crate::prior::PriorStudy;
@@ -370,6 +371,8 @@ slots! {
         prior: Slot<PriorStudy>,
         /// Experiments of the session side by side.
         experiments: ExperimentRows,
+        /// Experiments drawn over the session.
+        overlaid: Overlays,
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use doublet_core::estimate::{Constraint, Fit, ParameterSummary, PooledWindow, TermStudy, summarise, term_study};
 use doublet_core::model::{Coefficient, Structure, Term, regressors};
-use doublet_core::prep::cumulative_trapezoid;
+use doublet_core::prep::{Spectrum, cumulative_trapezoid, spectrum};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::State;
 use doublet_core::series::{Recording, Series};
@@ -36,6 +36,8 @@ pub struct ResidualStudy {
     pub whiteness: Whiteness,
     /// How often each size occurs, beside a normal distribution.
     pub histogram: Histogram,
+    /// Power spectral density; none for too few samples.
+    pub spectrum: Option<Spectrum>,
 }
 
 /// What each term adds to a coefficient over one window.
@@ -101,6 +103,7 @@ pub fn residual_studies(fits: &WindowFits) -> Vec<ResidualStudy> {
             step_s: series.step_s,
             whiteness: whiteness(&residual.values, lags),
             histogram: histogram(&residual.values, BINS),
+            spectrum: spectrum(residual),
         })
     };
     fits.fits.iter().filter_map(one).collect()

@@ -5,7 +5,8 @@ use doublet_core::model::{Coefficient, Structure, Term, regressors};
 use nalgebra::DMatrix;
 
 use super::aero::WindowAero;
-use super::fit::{AeroWindow, CoefficientFit, WindowFits, identifies, window_terms};
+use super::fit::{AeroWindow, CoefficientFit, WindowFits, identifies};
+use super::misfit::own_regressors;
 use crate::session::{Estimation, PooledConstants, WindowRole};
 
 /// Most stretches a window is divided into, and the shortest, s.
@@ -43,15 +44,10 @@ pub fn information(
 ) -> Vec<Information> {
     let one = |found: &CoefficientFit| {
         let fit = found.fit.as_ref().ok()?;
-        let terms = structure.terms(found.coefficient)?;
-        let (terms, _) = window_terms(found.coefficient, terms, aero, estimation);
-        let of = |name: &String| terms.iter().find(|term| term.derivative_name(found.coefficient) == *name).cloned();
-        let own: Vec<Term> = fit.names.iter().filter_map(of).collect();
-        let x = regressors(&own, &aero.variables).ok().filter(|_| own.len() == fit.names.len())?;
+        let x = own_regressors(found, aero, structure, estimation)?;
         let time_s = &aero.series[found.coefficient as usize].time_s;
         let (first, last) = (*time_s.first()?, *time_s.last()?);
-        let samples = x.nrows();
-        if samples != fit.samples() || samples != time_s.len() {
+        if x.nrows() != time_s.len() {
             return None;
         }
         let step_s = ((last - first) / MOST).max(SHORTEST_S);

@@ -1,0 +1,80 @@
+//! Results of chosen experiments, drawn over those of the session.
+
+use std::collections::BTreeMap;
+
+use super::experiments::{NamedSlots, Trial, with_trial};
+use super::snapshot::{AnySlot, Slot, Snapshot, WindowResults};
+use crate::graph::{Context, Footprint, Stage, StageError, StageResult};
+use crate::session::Session;
+use crate::stage::PooledFits;
+
+/// Most experiments that are overlaid: more curves cannot be told apart.
+pub const MOST_OVERLAID: usize = 2;
+
+/// The overlaid experiments by name.
+pub type Overlays = NamedSlots<OverlaidResults>;
+
+/// What an experiment gives, manoeuvre by manoeuvre.
+#[derive(Clone, Debug)]
+pub struct OverlaidResults {
+    /// Flight path, coefficients and fits by manoeuvre.
+    pub windows: BTreeMap<String, WindowResults>,
+    /// Derivatives from all identification manoeuvres.
+    pub pooled: Slot<PooledFits>,
+}
+
+impl Footprint for OverlaidResults {
+    /// Without the results themselves: the cache counts those of their own stages.
+    fn bytes(&self) -> usize {
+        1024 * (1 + self.windows.len())
+    }
+}
+
+impl Stage for OverlaidResults {
+    type Params<'a> = &'a Trial<'a>;
+    type Inputs<'a> = ();
+    type Output = Self;
+    const NAME: &'static str = "overlaid experiment";
+
+    fn run(trial: &Trial<'_>, (): (), context: &Context<'_>) -> StageResult<Self> {
+        let Snapshot { windows, pooled, .. } = trial.snapshot(context)?;
+        Ok(Self { windows, pooled })
+    }
+}
+
+/// Computes the overlaid experiments `names` of a session one after another; `show` hears of every change.
+///
+/// # Errors
+/// That it was stopped. An experiment that cannot be computed says why.
+pub(super) fn overlay_experiments(
+    session: &Session,
+    names: &[String],
+    overlays: &mut Overlays,
+    context: &Context<'_>,
+    show: &(dyn Fn(&Overlays) + Sync),
+) -> StageResult<()> {
+    let found: Vec<_> = names.iter().filter_map(|name| session.experiment(name)).take(MOST_OVERLAID).collect();
+    overlays.begin(found.iter().map(|one| one.name.as_str()));
+    show(overlays);
+    for (index, experiment) in found.into_iter().enumerate() {
+        let shown: &Overlays = overlays;
+        let progress = |part: f32| {
+            let mut now = shown.clone();
+            now.0[index].1.advance(part);
+            show(&now);
+        };
+        let found =
+            with_trial(session, Some(experiment), |trial| context.get_watched::<OverlaidResults>(trial, (), &progress));
+        let is_stopped = matches!(found, Err(StageError::Cancelled));
+        if is_stopped {
+            overlays.0.iter_mut().for_each(|(_, slot)| slot.end(&StageError::Cancelled));
+        } else {
+            overlays.0[index].1.finish(found);
+        }
+        show(overlays);
+        if is_stopped {
+            return Err(StageError::Cancelled);
+        }
+    }
+    Ok(())
+}

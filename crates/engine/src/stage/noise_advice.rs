@@ -1,0 +1,211 @@
+//! What the noise of a measurement should be: by the innovations of a manoeuvre and by steady flight, and what each does to the NIS.
+
+use doublet_core::prep::NoiseOrigin;
+use doublet_core::reconstruct::Measurement;
+use doublet_core::reconstruct::consistency::{ChannelConsistency, WORTH_CHANGING};
+use doublet_core::statistics::median;
+
+use super::noise::{FlightNoise, NoiseRow};
+use super::path::WindowPath;
+use crate::session::NoiseChannel;
+
+/// Factor between two estimates of a deviation up to which they agree.
+const AGREE: f64 = 1.5;
+/// Correlation of successive steady samples from which they contain more than noise.
+const SLOW: f64 = 0.3;
+
+/// An estimate of the noise of a measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoiseEstimate {
+    /// Standard deviation, SI.
+    pub std: f64,
+    /// NIS of the measurement with it over its expectation; 1 is ideal.
+    pub nis: f64,
+}
+
+/// What follows from both estimates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoiseStep {
+    /// The value in use is right.
+    Keep,
+    /// Set the value of the innovations; steady flight agrees, or shows nothing.
+    Set,
+    /// Both estimates differ: the innovations count in the manoeuvre.
+    Differ,
+    /// The innovations have an offset or are correlated: their size is not that of the noise.
+    NotNoise,
+}
+
+/// Advice on the noise of one measurement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NoiseAdvice {
+    /// Measurement.
+    pub measurement: Measurement,
+    /// Value in use.
+    pub used: NoiseEstimate,
+    /// By the innovations of the manoeuvre; none where they are not noise, or smaller than the path explains.
+    pub innovations: Option<NoiseEstimate>,
+    /// By steady flight, the resolution of the recorder or the instruments file; none without a proposal.
+    pub steady: Option<NoiseEstimate>,
+    /// What follows.
+    pub step: NoiseStep,
+    /// Why the estimates differ, or why the innovations are not noise; empty where neither is so.
+    pub reason: String,
+}
+
+impl NoiseAdvice {
+    /// The one deviation to set, SI, by the innovations of the manoeuvre; none where the value in use is right or they are not noise.
+    pub fn recommended(&self) -> Option<NoiseEstimate> {
+        let is_right = (WORTH_CHANGING.powi(-2)..=WORTH_CHANGING.powi(2)).contains(&self.used.nis);
+        match self.step {
+            NoiseStep::Set | NoiseStep::Differ if !is_right => self.innovations,
+            _ => None,
+        }
+    }
+}
+
+/// Advice on every measurement of a window that was taken.
+///
+/// With rho the ratio of found to predicted deviation of the innovations, S their predicted variance (its median over the window) and R
+/// the square of the value in use: the innovations explain `R + (rho^2 - 1) S` (covariance matching; Mehra, IEEE Trans. Automatic Control
+/// 17, 1972), and a deviation s gives `NIS = rho^2 S / (S - R + s^2)`, both with the uncertainty of the path as it is.
+pub fn noise_advice(path: &WindowPath, used: &[f64], noise: Option<&FlightNoise>) -> Vec<NoiseAdvice> {
+    let channels = path.assessment().consistency.as_ref().map_or(&[][..], |found| &found.channels);
+    let one = |channel: &ChannelConsistency| {
+        let index = channel.measurement as usize;
+        let run = &path.reconstruction;
+        let pairs = run.innovations[index].iter().zip(&run.innovation_deviations[index]);
+        let mut predicted: Vec<f64> =
+            pairs.filter(|(value, _)| value.is_finite()).map(|(_, deviation)| deviation * deviation).collect();
+        let row = noise.and_then(|noise| {
+            let entry = NoiseChannel::Measurement(channel.measurement);
+            noise.rows.iter().find(|row| row.channel == entry)
+        });
+        Some(advise(channel, used.get(index).copied()?, median(&mut predicted)?, row))
+    };
+    channels.iter().filter_map(one).collect()
+}
+
+fn advise(channel: &ChannelConsistency, used: f64, predicted: f64, row: Option<&NoiseRow>) -> NoiseAdvice {
+    let (found, variance) = (channel.deviation_ratio.powi(2), used * used);
+    let estimate = |std: f64| NoiseEstimate { std, nis: found * predicted / (predicted - variance + std * std) };
+    let is_noise = !channel.has_offset() && !channel.is_correlated();
+    let explained = variance + (found - 1.0) * predicted;
+    let innovations = (is_noise && explained > 0.0).then(|| estimate(explained.sqrt()));
+    let steady = row.and_then(NoiseRow::proposed).map(estimate);
+    let agree = |a: f64, b: f64, factor: f64| a <= factor * b && b <= factor * a;
+    let apart = innovations.zip(steady).filter(|(one, other)| !agree(one.std, other.std, AGREE));
+    let is_right = (1.0 / WORTH_CHANGING..=WORTH_CHANGING).contains(&channel.deviation_ratio);
+    let (step, reason) = match apart {
+        _ if !is_noise => (NoiseStep::NotNoise, not_noise(channel)),
+        Some((one, other)) => (NoiseStep::Differ, row.map_or(String::new(), |row| difference(row, one, other))),
+        None if is_right => (NoiseStep::Keep, String::new()),
+        None if innovations.is_none() => (
+            NoiseStep::Keep,
+            "innovations are smaller than the uncertainty of the path: lower the process noise first".to_owned(),
+        ),
+        None => (NoiseStep::Set, String::new()),
+    };
+    NoiseAdvice { measurement: channel.measurement, used: estimate(used), innovations, steady, step, reason }
+}
+
+/// Why the size of the innovations is not that of the noise.
+fn not_noise(channel: &ChannelConsistency) -> String {
+    if channel.has_offset() {
+        return format!("mean innovation is {:+.2} of its deviation: look for an offset of this sensor", channel.mean);
+    }
+    let slow = channel.lag_one();
+    format!(
+        "innovations are correlated ({slow:.2} at one sample): look for a delay, a filter in the sensor or too little process noise"
+    )
+}
+
+/// Why steady flight and the innovations differ.
+fn difference(row: &NoiseRow, innovations: NoiseEstimate, steady: NoiseEstimate) -> String {
+    match row.choice.as_ref().map(|choice| &choice.origin) {
+        Ok(NoiseOrigin::Stated(_)) => "the instruments file states the error over the whole range".to_owned(),
+        Ok(NoiseOrigin::Resolution(_)) => "steady flight shows the resolution of the recorder alone".to_owned(),
+        Ok(NoiseOrigin::Differences) => "second differences show the fast part of the noise alone".to_owned(),
+        Ok(NoiseOrigin::Windows(found)) if steady.std > innovations.std && found.lag_one > SLOW => {
+            format!("steady samples contain motion of the air (correlation {:.2} at one sample)", found.lag_one)
+        }
+        Ok(NoiseOrigin::Windows(_)) if steady.std > innovations.std => {
+            "the steady windows were noisier than this manoeuvre: check them".to_owned()
+        }
+        Ok(NoiseOrigin::Windows(_)) => {
+            "in the manoeuvre the sensor has errors beside its noise: delay, position or calibration".to_owned()
+        }
+        Err(_) => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use doublet_core::prep::{NoiseChoice, NoiseStatistics};
+
+    use super::*;
+
+    fn channel(deviation_ratio: f64) -> ChannelConsistency {
+        ChannelConsistency {
+            measurement: Measurement::AngleOfAttack,
+            samples: 1000,
+            mean: 0.0,
+            mean_limit: 0.06,
+            deviation_ratio,
+            autocorrelation: vec![0.0; 10],
+            autocorrelation_limit: 0.06,
+            whiteness: 0.5,
+            is_white: true,
+            advice: String::new(),
+        }
+    }
+
+    fn row(std: f64, lag_one: f64) -> NoiseRow {
+        let found = NoiseStatistics {
+            std,
+            difference_std: std,
+            resolution: 0.0,
+            samples: 500,
+            windows: 3,
+            lag_one,
+            whiteness: 0.5,
+        };
+        let choice = Ok(NoiseChoice { proposed: std, origin: NoiseOrigin::Windows(found) });
+        NoiseRow { channel: NoiseChannel::Measurement(Measurement::AngleOfAttack), statistics: Some(found), choice }
+    }
+
+    #[test]
+    fn both_estimates_state_their_nis_and_the_innovations_count() {
+        // R = 4 of S = 5: innovations of twice the predicted variance ask for R = 9.
+        let found = advise(&channel(2.0_f64.sqrt()), 2.0, 5.0, Some(&row(9.0, 0.6)));
+        let innovations = found.innovations.unwrap();
+        assert!((innovations.std - 3.0).abs() < 1e-12 && (innovations.nis - 1.0).abs() < 1e-12);
+        assert!((found.used.nis - 2.0).abs() < 1e-12);
+        assert!((found.steady.unwrap().nis - 10.0 / 82.0).abs() < 1e-12);
+        assert_eq!((found.step, found.recommended()), (NoiseStep::Differ, found.innovations));
+        assert!(found.reason.contains("motion of the air"), "{}", found.reason);
+    }
+
+    #[test]
+    fn estimates_that_agree_are_one_and_a_right_value_is_kept() {
+        let found = advise(&channel(2.0_f64.sqrt()), 2.0, 5.0, Some(&row(3.3, 0.0)));
+        assert_eq!((found.step, found.reason.as_str()), (NoiseStep::Set, ""));
+        let found = advise(&channel(1.02), 2.0, 5.0, Some(&row(2.1, 0.0)));
+        assert_eq!((found.step, found.recommended()), (NoiseStep::Keep, None));
+        let found = advise(&channel(1.02), 2.0, 5.0, Some(&row(9.0, 0.0)));
+        assert_eq!(
+            (found.step, found.recommended()),
+            (NoiseStep::Differ, None),
+            "steady flight differs, the value in use stays"
+        );
+    }
+
+    #[test]
+    fn correlated_innovations_are_not_noise() {
+        let mut correlated = channel(1.5);
+        (correlated.is_white, correlated.autocorrelation[0]) = (false, 0.8);
+        let found = advise(&correlated, 2.0, 5.0, Some(&row(1.0, 0.0)));
+        assert_eq!((found.step, found.innovations), (NoiseStep::NotNoise, None));
+        assert_eq!(found.recommended(), None);
+    }
+}
