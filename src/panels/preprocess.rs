@@ -1,6 +1,6 @@
 //! Treatment of signals before use: smoothing, resampling, time shifts, steady windows.
 
-use doublet_core::prep::{Interpolation, Resampling, Spectrum};
+use doublet_core::prep::{Interpolation, Resampling};
 use doublet_core::quantity::Role;
 use doublet_core::series::TimeRange;
 use doublet_engine::session::{

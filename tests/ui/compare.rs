@@ -289,7 +289,7 @@ fn an_experiment_laid_over_the_session_is_drawn_in_every_plot_with_its_own_numbe
     let name = name.expect("pitch damping is a term");
     bench.click(&format!("overlay {name}"));
     picture(&mut bench.harness, "overlay_chosen");
-    assert_eq!(bench.harness.state().state.overlaid, [name.clone()]);
+    assert_eq!(bench.harness.state().state.overlaid, std::slice::from_ref(&name));
     let slot = bench.snapshot().inquiries.overlaid.row(&name).and_then(|slot| slot.ready()).cloned();
     let overlaid = slot.expect("it is computed");
     let window = bench.harness.state().state.selection.window.clone().expect("a manoeuvre is chosen");

@@ -1,11 +1,6 @@
 //! Recordings in: formats, channel maps, bad input.
 
-#![expect(
-    clippy::unwrap_used,
-    clippy::panic,
-    clippy::print_stdout,
-    reason = "a test helper that fails is a failed test"
-)]
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a test helper that fails is a failed test")]
 
 mod bad_input;
 mod claims;
