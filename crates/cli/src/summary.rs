@@ -114,7 +114,8 @@ fn derivative(row: &DerivativeRow) -> String {
     format!("{} {} {error}{mark} ", row.name, text::number(row.estimate, 4))
 }
 
-/// What speaks against the results, the worst first, and what the innovations advise most often.
+/// What speaks against the results, the worst first, and one note: an offset of the sideslip, otherwise the most frequent advice of
+/// the innovations.
 fn print_first(found: &[Folded]) {
     let against: Vec<&Folded> = found.iter().filter(|line| line.level > Level::Good).collect();
     let noted = |code: &str| found.iter().find(|line| line.code == code);

@@ -18,7 +18,7 @@ use serde_json::Value;
 
 /// Share of the roles that relations can show which is found right, at least; measured 0.79.
 const LEAST_SHARE: f64 = 0.72;
-/// The same of attitude and rates alone; 0.88 by the search alone.
+/// The same of attitude and rates alone; measured 0.88.
 const LEAST_MOTION: f64 = 0.80;
 /// Rows that are wrong, all of them asked for, at most, as a part of all rows; measured 0.05.
 const MOST_WRONG: f64 = 0.08;

@@ -7,8 +7,8 @@ use super::{Finding, Level, sideslip};
 use crate::run::Snapshot;
 use crate::session::{Session, path_warning};
 
-/// Reasons of the verdict, derivatives that are not determined, and notes of recordings, engines and windows, of the sideslip vane's
-/// zero and with the advice of the innovations.
+/// Reasons of the verdict, derivatives that are not determined, notes of recordings, engines and windows, an offset of the sideslip,
+/// and the advice of the innovations.
 pub fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     let mut found = Vec::new();
     if let Some(verdicts) = snapshot.verdicts.ready() {
