@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use doublet_core::estimate::{
     FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, InitialState, OutputErrorSettings,
-    Unexplained, disturbance_variance, flight_output_error,
+    ProcessNoise, Unexplained, disturbance_variance, flight_filter_error, flight_output_error,
 };
 use doublet_core::model::{Coefficient, CoefficientSettings, Derivatives, Term, Variable, VariableValues};
 use doublet_core::reconstruct::{Reconstruction, State};
@@ -75,6 +75,17 @@ pub struct FollowedFlight {
     pub starts: Vec<FollowedStart>,
     /// Steps it took.
     pub iterations: usize,
+    /// The same window by filter error, where it was asked for.
+    pub filter_error: Option<StageResult<FilteredFlight>>,
+}
+
+/// Filter error over one window.
+#[derive(Clone, Debug)]
+pub struct FilteredFlight {
+    /// Derivatives that were free.
+    pub derivatives: Vec<CheckedDerivative>,
+    /// Noise that drives the states, as gusts do.
+    pub process_noise: Vec<ProcessNoise>,
 }
 
 impl FollowedFlight {
@@ -114,12 +125,12 @@ impl FollowedFlight {
     }
 }
 
-/// Output error over one window: derivatives of `axis` that its own fit has are free, those it cannot tell about stay as pooled;
+/// Output error over one window, and filter error from there where it is asked for: derivatives of `axis` that its own fit has are free, those it cannot tell about stay as pooled;
 /// the other axis moves as reconstructed.
 pub(super) fn follow(
     input: &StudyInput<'_>,
     window: &StudyWindow<'_>,
-    axis: MotionAxis,
+    (axis, by_filter): (MotionAxis, bool),
     context: &Context<'_>,
 ) -> StageResult<FollowedFlight> {
     let settings = input.settings;
@@ -147,13 +158,20 @@ pub(super) fn follow(
         FlightFitError::Stopped => "stopped".to_owned(),
         error => error.to_string(),
     };
-    let mut found =
-        flight_output_error(axis, &windows, &freedom, &OutputErrorSettings::default(), &go_on).map_err(in_words)?;
+    let search = OutputErrorSettings::default();
+    let mut found = flight_output_error(axis, &windows, &freedom, &search, &go_on).map_err(in_words)?;
     let unexplained = [compared.unexplained(&windows[0].model, &freedom, &found)?];
     let disturbed = disturbance_variance(axis, (&windows, &freedom), &found, &unexplained, &go_on).map_err(in_words)?;
     let errors = found.corrected_errors.iter_mut().zip(disturbed);
     errors.for_each(|(error, variance)| *error = error.hypot(variance.max(0.0).sqrt()));
-    Ok(compared.flight(&windows[0].measured, &freedom, &found))
+    let mut flight = compared.flight(&windows[0].measured, &freedom, &found);
+    flight.filter_error = by_filter.then(|| {
+        let begin = &found.fit.estimates;
+        let filter = flight_filter_error(axis, (&windows, &freedom), begin, &search, &go_on).map_err(in_words)?;
+        let derivatives = checked(&filter.estimate).take(freedom.shared.len()).collect();
+        Ok(FilteredFlight { derivatives, process_noise: filter.process_noise })
+    });
+    Ok(flight)
 }
 
 /// What a flight is compared with.
@@ -271,14 +289,7 @@ impl Compared<'_> {
 
     fn flight(&self, measured: &[Vec<f64>], freedom: &FlightFreedom, found: &FlightOutputFit) -> FollowedFlight {
         let fit = &found.fit;
-        let rows = fit.names.iter().zip(&fit.estimates).zip(&found.corrected_errors);
-        let mut derivatives: Vec<_> = rows
-            .map(|((name, &estimate), &standard_error)| CheckedDerivative {
-                name: name.clone(),
-                estimate,
-                standard_error,
-            })
-            .collect();
+        let mut derivatives: Vec<_> = checked(found).collect();
         let others = derivatives.split_off(freedom.shared.len());
         let starts = self.axis.initial().iter().zip(&others).map(|(&state, found)| {
             let (path, deviation) = self.start(state);
@@ -302,8 +313,14 @@ impl Compared<'_> {
             }
         });
         let (outputs, iterations) = (outputs.collect(), fit.cost.len() - 1);
-        FollowedFlight { axis: self.axis, derivatives, others, outputs, starts, iterations }
+        FollowedFlight { axis: self.axis, derivatives, others, outputs, starts, iterations, filter_error: None }
     }
+}
+
+/// Every estimate with its corrected error.
+fn checked(found: &FlightOutputFit) -> impl Iterator<Item = CheckedDerivative> + '_ {
+    let rows = found.fit.names.iter().zip(&found.fit.estimates).zip(&found.corrected_errors);
+    rows.map(|((name, &estimate), &standard_error)| CheckedDerivative { name: name.clone(), estimate, standard_error })
 }
 
 /// The pooled model of `axis` with constants of this window, and its entries that the window's own fit has.

@@ -12,7 +12,7 @@ use doublet_core::simulate::c337f;
 use doublet_engine::graph::Cache;
 use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session::{self, Manoeuvre, Opened};
-use doublet_engine::study::{CheckStudy, FollowedFlight, Study, WindowChecks};
+use doublet_engine::study::{CheckRequest, CheckStudy, FollowedFlight, Study, WindowChecks};
 use doublet_engine::verdict::{Finding, Level};
 
 /// Errors of estimates that agree, in corrected standard errors.
@@ -45,7 +45,7 @@ fn checked(opened: &Opened, axis: Option<MotionAxis>) -> Checked {
         session: &opened.session,
         folder: &opened.folder,
         first: None,
-        studies: &[Study::Checks { axis }],
+        studies: &[Study::Checks(CheckRequest { axis, filter_error: false })],
         cause: "test",
         generation: 1,
     };
