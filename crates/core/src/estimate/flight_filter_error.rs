@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::DMatrix;
 
-use super::flight_output_error::{Flown, Problem, corrected_errors};
+use super::flight_output_error::{Flown, Prepared, Problem, corrected_errors};
 use super::steady_filter::{ProcessNoise, Steady, first_deviation, settle_noise};
 use super::{
     EstimateError, FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, OutputErrorSettings,
@@ -30,7 +30,8 @@ pub struct FlightFilterFit {
 /// by a filter of constant gain `K = P C' (C P C' + R)^-1`. `P` is the steady covariance of the predicted states at the start of the
 /// window (discrete Riccati equation; `A` and `C` by central differences there, the median step). Derivatives, starts and biases are
 /// those of [`super::flight_output_error`], and so is the Gauss-Newton search, which minimises `ln |S|` with `S` the diagonal
-/// covariance of the innovations; `R` follows in rounds from `R <- R S / (C P C' + R)`. Outputs of an excluded sample correct nothing.
+/// covariance of the innovations; `R` follows in rounds from `R <- R S / (C P C' + R)`, no
+/// deviation below `least`: recorded columns that were smoothed show no noise of their own. Outputs of an excluded sample correct nothing.
 ///
 /// What gusts add to the motion is in `F` instead of the derivatives, which output error cannot tell apart. `start` are estimates of
 /// output error with the same freedom. `go_on` is asked before every flight.
@@ -40,25 +41,26 @@ pub struct FlightFilterFit {
 pub fn flight_filter_error(
     axis: MotionAxis,
     (windows, freedom): (&[FlightWindow<'_>], &FlightFreedom),
-    start: &[f64],
+    (start, least): (&[f64], &[f64]),
     settings: &OutputErrorSettings,
     go_on: &dyn Fn() -> bool,
 ) -> Result<FlightFilterFit, FlightFitError> {
     let states = states_of(axis)?;
     let problem = Problem { axis, windows, freedom };
-    let (mut parameters, samples, measured) = problem.ready()?;
+    let Prepared { mut parameters, samples, measured } = problem.prepare()?;
     if start.len() != parameters.len() {
         let (expected, found) = (parameters.len(), start.len());
         return Err(EstimateError::Size { quantity: "estimates to start from", expected, found }.into());
     }
     parameters.iter_mut().zip(start).for_each(|(parameter, value)| parameter.start = *value);
     let first_log = parameters.len();
-    let noise = first_noise(&problem);
+    let noise =
+        first_noise(&problem).into_iter().zip(least).map(|(noise, least)| noise.max(*least)).collect::<Vec<_>>();
     let mut steps: Vec<f64> = windows.iter().filter_map(|window| median_step(window.replay.time_s())).collect();
     let step_s = median(&mut steps).unwrap_or(f64::NAN);
     parameters.extend(noise_parameters((axis, states), windows, &noise, step_s));
     let mut flown: Vec<Option<(Vec<f64>, DMatrix<f64>)>> = windows.iter().map(|_| None).collect();
-    let (fit, measurement_noise) = settle_noise(&mut parameters, noise, |parameters, noise| {
+    let (fit, measurement_noise) = settle_noise(&mut parameters, (noise, least), |parameters, noise| {
         flown.iter_mut().for_each(|flown| *flown = None);
         let predictor = Predictor { problem: &problem, noise, step_s };
         let fit = output_error(parameters, &measured, settings, |theta| {
@@ -177,9 +179,8 @@ impl Predictor<'_> {
             let force = self.problem.force_at(index, response, 0, 0);
             outputs.iter().map(|output| output.at(response, 0, force)).collect()
         };
-        let shown: (usize, &dyn Fn(&Response) -> Vec<f64>) = (outputs.len(), &show);
         let (a, c) =
-            window.replay.linearise_axis(self.problem.axis, &flown.model, &flown.start, window.motion, shown)?;
+            window.replay.linearise_axis(self.problem.axis, &flown.model, &flown.start, window.motion, &show)?;
         Ok(Steady::new(&a, &c, (logs, self.noise), self.step_s)?)
     }
 }

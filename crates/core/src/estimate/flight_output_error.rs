@@ -260,7 +260,7 @@ pub fn flight_output_error(
     go_on: &dyn Fn() -> bool,
 ) -> Result<FlightOutputFit, FlightFitError> {
     let problem = Problem { axis, windows, freedom };
-    let (parameters, samples, measured) = problem.ready()?;
+    let Prepared { parameters, samples, measured } = problem.prepare()?;
     let (total, outputs) = measured.shape();
     // Parameters of one window leave the flights of the others as they were.
     let mut flown: Vec<Option<(Vec<f64>, DMatrix<f64>)>> = windows.iter().map(|_| None).collect();
@@ -302,8 +302,8 @@ impl Problem<'_> {
         self.freedom.own.len() + self.axis.initial().len() + self.freedom.biases.len()
     }
 
-    /// Parameters to begin with, samples of each window, and what they are compared with, samples by outputs.
-    pub(super) fn ready(&self) -> Result<(Vec<OutputParameter>, Vec<Range<usize>>, DMatrix<f64>), EstimateError> {
+    /// What the search is given.
+    pub(super) fn prepare(&self) -> Result<Prepared, EstimateError> {
         let first = self.windows.first().ok_or(EstimateError::NoParameters)?;
         let outputs = self.axis.outputs().len();
         let (mut samples, mut end) = (Vec::with_capacity(self.windows.len()), 0);
@@ -327,7 +327,7 @@ impl Problem<'_> {
                 measured.view_mut((range.start, output), (column.len(), 1)).copy_from_slice(column);
             }
         }
-        Ok((self.parameters(first), samples, measured))
+        Ok(Prepared { parameters: self.parameters(first), samples, measured })
     }
 
     fn parameters(&self, first: &FlightWindow<'_>) -> Vec<OutputParameter> {
@@ -421,6 +421,16 @@ impl Problem<'_> {
             accelerometer_at(arm, force, rates, angular)
         })
     }
+}
+
+/// What a search is given.
+pub(super) struct Prepared {
+    /// Parameters to begin with.
+    pub(super) parameters: Vec<OutputParameter>,
+    /// Samples of each window.
+    pub(super) samples: Vec<Range<usize>>,
+    /// What they are compared with, samples by outputs.
+    pub(super) measured: DMatrix<f64>,
 }
 
 /// What one window flies.

@@ -30,15 +30,20 @@ pub(super) fn first_deviation(time_s: &[f64], values: &[f64], scale: f64) -> f64
 
 /// Estimates with the measurement noise that belongs to them: `R <- R S / (C P C' + R)` in rounds until it is settled (Jategaonkar,
 /// chapter 5). `estimate` gives the fit with a measurement noise and the deviations of the innovations that its filter expects;
-/// every round begins at the estimates of the one before.
+/// every round begins at the estimates of the one before. No deviation falls below `least`.
 pub(super) fn settle_noise<E: From<EstimateError>>(
     parameters: &mut [OutputParameter],
-    mut noise: Vec<f64>,
+    (mut noise, least): (Vec<f64>, &[f64]),
     mut estimate: impl FnMut(&[OutputParameter], &[f64]) -> Result<(OutputErrorFit, Vec<f64>), E>,
 ) -> Result<(OutputErrorFit, Vec<f64>), E> {
     for _ in 0..ROUNDS {
         let (fit, expected) = estimate(parameters, &noise)?;
-        let next: Vec<f64> = noise.iter().zip(&fit.noise).zip(&expected).map(|((n, s), e)| n * s / e).collect();
+        let found = noise
+            .iter()
+            .zip(&fit.noise)
+            .zip(&expected)
+            .map(|((noise, innovation), expected)| noise * innovation / expected);
+        let next: Vec<f64> = found.zip(least).map(|(found, least)| found.max(*least)).collect();
         let is_settled = next.iter().zip(&noise).all(|(next, noise)| (next / noise - 1.0).abs() < SETTLED);
         if is_settled {
             return Ok((fit, next));

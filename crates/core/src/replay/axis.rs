@@ -139,6 +139,9 @@ struct Slope {
 /// States of one axis: `u w q theta` or `v p r phi`.
 type Free = [f64; 4];
 
+/// Gives what is added to the states of one axis at a sample, from the response up to it.
+pub type Correction<'a> = dyn FnMut(usize, &Response) -> [f64; 4] + 'a;
+
 /// One axis in flight.
 struct AxisFlight<'a> {
     flight: Flight<'a>,
@@ -182,7 +185,7 @@ impl Replay {
         model: &Derivatives,
         start: &Start,
         motion: &Motion,
-        correct: &mut dyn FnMut(usize, &Response) -> [f64; 4],
+        correct: &mut Correction<'_>,
     ) -> Result<Response, ReplayError> {
         self.fly_corrected(axis, model, start, motion, Some(correct))
     }
@@ -193,7 +196,7 @@ impl Replay {
         model: &Derivatives,
         start: &Start,
         motion: &Motion,
-        mut correct: Option<&mut dyn FnMut(usize, &Response) -> Free>,
+        mut correct: Option<&mut Correction<'_>>,
     ) -> Result<Response, ReplayError> {
         let flight = self.axis_flight(axis, model, motion)?;
         let mut free = flight.free_of(&begin(start, motion));
@@ -227,7 +230,7 @@ impl Replay {
     }
 
     /// Slopes of one axis at the first sample from `start`, by central differences: of the rates of `u w q theta` or `v p r phi` with
-    /// them, and of what `show` takes from a response of this one instant, as many values as `shown`; columns by state.
+    /// them, and of what `show` takes from a response of this one instant; columns by state.
     ///
     /// # Errors
     /// Those of [`Replay::fly_axis`].
@@ -237,7 +240,7 @@ impl Replay {
         model: &Derivatives,
         start: &Start,
         motion: &Motion,
-        (shown, show): (usize, &dyn Fn(&Response) -> Vec<f64>),
+        show: &dyn Fn(&Response) -> Vec<f64>,
     ) -> Result<(DMatrix<f64>, DMatrix<f64>), ReplayError> {
         /// Differences of velocity, m/s, rate, rad/s, and angle, rad.
         const STEPS: [f64; 3] = [0.05, 1e-3, 1e-3];
@@ -257,7 +260,8 @@ impl Replay {
             response.push(self.time_s[0], &point.position_ned_m, euler, &point.rates_rad_s, &loads, angular);
             (rates, show(&response))
         };
-        let (mut a, mut c) = (DMatrix::zeros(nominal.len(), nominal.len()), DMatrix::zeros(shown, nominal.len()));
+        let (mut a, mut c) =
+            (DMatrix::zeros(nominal.len(), nominal.len()), DMatrix::zeros(at(&nominal).1.len(), nominal.len()));
         for (state, step) in steps.into_iter().enumerate() {
             let [below, above] = [-step, step].map(|by| {
                 let mut free = nominal;

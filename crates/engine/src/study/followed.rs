@@ -166,7 +166,8 @@ pub(super) fn follow(
     errors.for_each(|(error, variance)| *error = error.hypot(variance.max(0.0).sqrt()));
     let mut flight = compared.flight(&windows[0].measured, &freedom, &found);
     flight.filter_error = by_filter.then(|| {
-        let begin = &found.fit.estimates;
+        let least: Vec<f64> = axis.outputs().iter().map(|&output| compared.deviation(output)).collect();
+        let begin = (&*found.fit.estimates, &*least);
         let filter = flight_filter_error(axis, (&windows, &freedom), begin, &search, &go_on).map_err(in_words)?;
         let derivatives = checked(&filter.estimate).take(freedom.shared.len()).collect();
         Ok(FilteredFlight { derivatives, process_noise: filter.process_noise })

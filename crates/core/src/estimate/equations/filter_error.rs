@@ -44,8 +44,9 @@ pub fn filter_error_of(
     let (count, states) = (model.parameters.len(), model.states.len());
     let first_log = parameters.len();
     let linearisation = Linearisation::new(model, records);
-    parameters.extend(noise_parameters(model, &first_noise(model, records), linearisation.step_s));
-    let (fit, measurement_noise) = settle_noise(&mut parameters, first_noise(model, records), |parameters, noise| {
+    let (noise, least) = (first_noise(model, records), vec![0.0; model.outputs.len()]);
+    parameters.extend(noise_parameters(model, &noise, linearisation.step_s));
+    let (fit, measurement_noise) = settle_noise(&mut parameters, (noise, &least), |parameters, noise| {
         let find_steady = |theta: &[f64]| linearisation.find_steady(model, theta, (&theta[first_log..], noise));
         let fit = output_error(parameters, &measured, &settings.search, |theta| {
             let steady = find_steady(theta)?;
