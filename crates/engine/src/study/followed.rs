@@ -1,5 +1,6 @@
 //! Output error over one window: the flight of the estimated derivatives, and whether it follows the recorded one.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use doublet_core::estimate::{
@@ -7,15 +8,16 @@ use doublet_core::estimate::{
     ProcessNoise, Unexplained, disturbance_variance, flight_filter_error, flight_output_error,
 };
 use doublet_core::model::{Coefficient, CoefficientSettings, Derivatives, Term, Variable, VariableValues};
-use doublet_core::reconstruct::{Reconstruction, State};
+use doublet_core::reconstruct::{Measurement, Reconstruction, State};
 use doublet_core::replay::MotionAxis;
-use doublet_core::series::Series;
+use doublet_core::series::{Series, value_at};
+use doublet_core::statistics::median_step;
 
 use super::StudyInput;
 use super::checks::CheckedDerivative;
 use crate::graph::{Context, StageResult};
 use crate::session::{PathSource, Settings};
-use crate::stage::{self, StudyWindow, WindowAero, WindowFlight};
+use crate::stage::{self, StudyWindow, WindowAero, WindowFlight, WindowPath};
 use crate::verdict::{Finding, Level};
 
 /// Coefficient of determination of an output below which a flight follows it poorly, and below which it does not.
@@ -166,9 +168,12 @@ pub(super) fn follow(
     errors.for_each(|(error, variance)| *error = error.hypot(variance.max(0.0).sqrt()));
     let mut flight = compared.flight(&windows[0].measured, &freedom, &found);
     flight.filter_error = by_filter.then(|| {
-        let least: Vec<f64> = axis.outputs().iter().map(|&output| compared.deviation(output)).collect();
+        let [window_flown] = windows;
+        let recorded =
+            [FlightWindow { measured: compared.recorded(&window.path, &window_flown.measured), ..window_flown }];
+        let least: Vec<f64> = axis.outputs().iter().map(|&output| compared.least_noise(&window.path, output)).collect();
         let begin = (&*found.fit.estimates, &*least);
-        let filter = flight_filter_error(axis, (&windows, &freedom), begin, &search, &go_on).map_err(in_words)?;
+        let filter = flight_filter_error(axis, (&recorded, &freedom), begin, &search, &go_on).map_err(in_words)?;
         let derivatives = checked(&filter.estimate).take(freedom.shared.len()).collect();
         Ok(FilteredFlight { derivatives, process_noise: filter.process_noise })
     });
@@ -212,6 +217,41 @@ impl Compared<'_> {
             }
         };
         self.axis.outputs().iter().map(compared).collect()
+    }
+
+    /// The same with airspeed, flow angles and attitude as recorded in place of those of the path, whose errors are not white: each sample at
+    /// the nearest instant, moved by the path between the two, less the mean difference from the path. Outputs without a sensor stay those of
+    /// the path.
+    fn recorded(&self, path: &WindowPath, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let time_s = &*self.aero.data.time_s;
+        let of_output = |(&output, column): (&FlightOutput, &Vec<f64>)| {
+            let Some((series, delay_s)) = sensor(output).and_then(|measurement| path.recorded(measurement)) else {
+                return column.clone();
+            };
+            let step_s = median_step(time_s).unwrap_or(f64::NAN);
+            let mut differences: Vec<Option<f64>> = vec![None; time_s.len()];
+            for (&stamp_s, &value) in series.time_s.iter().zip(series.values.iter()) {
+                let Some(path) = value_at(time_s, column, f64::INFINITY, stamp_s - delay_s) else { continue };
+                let turns = if output.unit() == "rad" { ((value - path) / TAU).round() } else { 0.0 };
+                let after = time_s.partition_point(|&time| time < stamp_s - delay_s - 0.5 * step_s);
+                if let Some(difference) = differences.get_mut(after) {
+                    *difference = Some(value - path - TAU * turns).filter(|difference| difference.is_finite());
+                }
+            }
+            let known: Vec<f64> = differences.iter().copied().flatten().collect();
+            let mean = known.iter().sum::<f64>() / known.len() as f64;
+            let moved = |(path, difference): (&f64, Option<f64>)| difference.map_or(f64::NAN, |own| path + own - mean);
+            column.iter().zip(differences).map(moved).collect()
+        };
+        self.axis.outputs().iter().zip(columns).map(of_output).collect()
+    }
+
+    /// Smallest deviation that the noise of an output can have: that of the path where no sensor records it.
+    fn least_noise(&self, path: &WindowPath, output: FlightOutput) -> f64 {
+        match sensor(output) {
+            Some(measurement) if path.recorded(measurement).is_none() => self.deviation(output),
+            _ => 0.0,
+        }
     }
 
     /// What the estimated derivatives leave of the coefficients along the path, every sample as it is, without its mean, which is
@@ -315,6 +355,18 @@ impl Compared<'_> {
         });
         let (outputs, iterations) = (outputs.collect(), fit.cost.len() - 1);
         FollowedFlight { axis: self.axis, derivatives, others, outputs, starts, iterations, filter_error: None }
+    }
+}
+
+/// The measurement that records an output; inertial samples record the others.
+fn sensor(output: FlightOutput) -> Option<Measurement> {
+    match output {
+        FlightOutput::Airspeed => Some(Measurement::Airspeed),
+        FlightOutput::Alpha => Some(Measurement::AngleOfAttack),
+        FlightOutput::Beta => Some(Measurement::Sideslip),
+        FlightOutput::BankAngle => Some(Measurement::BankAngle),
+        FlightOutput::PitchAngle => Some(Measurement::PitchAngle),
+        _ => None,
     }
 }
 
