@@ -26,7 +26,7 @@ pub enum Units {
 
 impl Units {
     /// Unit a dimension is shown in, and its factor from SI.
-    pub fn of(self, dimension: Dimension) -> (&'static str, f64) {
+    pub fn for_dimension(self, dimension: Dimension) -> (&'static str, f64) {
         match (dimension, self) {
             (Dimension::Angle, Self::Si) => ("rad", 1.0),
             (Dimension::AngularRate, Self::Si) => ("rad/s", 1.0),
@@ -43,7 +43,7 @@ impl Units {
     pub fn of_role(self, role: Role) -> (&'static str, f64) {
         match role {
             Role::EngineSpeed1 | Role::EngineSpeed2 if self != Self::Si => role_unit(role),
-            _ => self.of(role.dimension()),
+            _ => self.for_dimension(role.dimension()),
         }
     }
 }
@@ -231,11 +231,11 @@ mod tests {
 
     #[test]
     fn units_of_aviation_are_knots_and_feet() {
-        let (unit, per_m_s) = Units::Aviation.of(Dimension::Speed);
+        let (unit, per_m_s) = Units::Aviation.for_dimension(Dimension::Speed);
         assert_eq!((unit, (46.3 * per_m_s).round()), ("kt", 90.0));
-        let (unit, per_m) = Units::Aviation.of(Dimension::Length);
+        let (unit, per_m) = Units::Aviation.for_dimension(Dimension::Length);
         assert_eq!((unit, (1219.2 * per_m).round()), ("ft", 4000.0));
-        assert_eq!(Units::Si.of(Dimension::Angle), ("rad", 1.0));
+        assert_eq!(Units::Si.for_dimension(Dimension::Angle), ("rad", 1.0));
         assert_eq!(Units::Metric.of_role(Role::EngineSpeed1).0, "rpm");
     }
 

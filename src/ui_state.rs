@@ -156,9 +156,9 @@ pub struct UiState {
     /// What a report is to hold.
     #[serde(skip)]
     pub report: ReportChoice,
-    /// A curve that is to be seen otherwise, in a window of its own.
+    /// The analysis of a curve that is asked for.
     #[serde(skip)]
-    pub seen: Option<TraceRequest>,
+    pub analysis: Option<TraceRequest>,
     /// Channels in the plots of the flight, one list per plot; `None` for the usual ones.
     pub flight_plots: Option<Vec<Vec<String>>>,
     /// Experiments drawn over the session in the plots, by name.
@@ -191,7 +191,7 @@ impl Default for UiState {
             candidate_s: None,
             refused: BTreeSet::new(),
             report: ReportChoice::default(),
-            seen: None,
+            analysis: None,
             flight_plots: None,
             overlaid: Vec::new(),
             recent: Vec::new(),

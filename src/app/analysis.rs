@@ -1,10 +1,10 @@
-//! Windows with a curve seen otherwise: spectrum, spectrogram, derivative, scatter.
+//! Windows with an analysis of a curve: spectrum, spectrogram, derivative, scatter.
 
 use doublet_core::prep::Spectrogram;
 use doublet_core::series::Series;
 use doublet_engine::graph::StageError;
 use doublet_engine::run::Job;
-use doublet_engine::trace::{SLOPE_HALF_WIDTH, SeenTrace, TraceView, see};
+use doublet_engine::trace::{SLOPE_HALF_WIDTH, TraceAnalysis, TraceView, analyse};
 use eframe::egui::{
     self, Align2, Color32, FontId, Mesh, Rect, Role, Sense, Shape, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2,
 };
@@ -42,8 +42,8 @@ pub(super) struct Analyses {
 struct Analysis {
     number: usize,
     request: TraceRequest,
-    job: Option<Job<SeenTrace>>,
-    seen: Option<Result<SeenTrace, String>>,
+    job: Option<Job<TraceAnalysis>>,
+    result: Option<Result<TraceAnalysis, String>>,
 }
 
 impl Workbench {
@@ -53,13 +53,13 @@ impl Workbench {
     }
 
     /// What was found of the curves looked at, the newest last.
-    pub fn analyses(&self) -> impl Iterator<Item = (&TraceRequest, &SeenTrace)> {
-        self.analyses.open.iter().filter_map(|one| Some((&one.request, one.seen.as_ref()?.as_ref().ok()?)))
+    pub fn analyses(&self) -> impl Iterator<Item = (&TraceRequest, &TraceAnalysis)> {
+        self.analyses.open.iter().filter_map(|one| Some((&one.request, one.result.as_ref()?.as_ref().ok()?)))
     }
 
     /// Starts what was asked for in the menu of a plot, and draws the windows.
     pub(super) fn show_analyses(&mut self, ctx: &egui::Context) {
-        if let Some(request) = self.state.seen.take() {
+        if let Some(request) = self.state.analysis.take() {
             self.begin_analysis(request, ctx);
         }
         let mut figures = Vec::new();
@@ -74,11 +74,11 @@ impl Workbench {
         let wake = ctx.clone();
         let TraceRequest { series, range, view, .. } = request.clone();
         let wake = move || wake.request_repaint();
-        match Job::start::<StageError>("analysis of a curve", wake, move |_, _| see(&view, &series, range)) {
+        match Job::start::<StageError>("analysis of a curve", wake, move |_, _| analyse(&view, &series, range)) {
             Ok(job) => {
                 let analyses = &mut self.analyses;
                 analyses.count += 1;
-                analyses.open.push(Analysis { number: analyses.count, request, job: Some(job), seen: None });
+                analyses.open.push(Analysis { number: analyses.count, request, job: Some(job), result: None });
                 if analyses.open.len() > MOST_OPEN {
                     analyses.open.remove(0);
                 }
@@ -99,7 +99,7 @@ impl Analysis {
         if self.job.as_ref().is_some_and(Job::is_finished)
             && let Some(job) = self.job.take()
         {
-            self.seen = Some(job.finish().map_err(|error| error.to_string()));
+            self.result = Some(job.finish().map_err(|error| error.to_string()));
         }
     }
 
@@ -127,7 +127,7 @@ impl Analysis {
             .default_pos(pos2(180.0 + shift, 120.0 + shift))
             .default_size(SIZE)
             .collapsible(false)
-            .show(ctx, |ui| match &self.seen {
+            .show(ctx, |ui| match &self.result {
                 None => {
                     ui.horizontal(|ui| {
                         ui.spinner();
@@ -137,18 +137,18 @@ impl Analysis {
                 Some(Err(error)) => {
                     ui.label(format!("⚠ {error}"));
                 }
-                Some(Ok(seen)) => self.draw(ui, seen, figures),
+                Some(Ok(found)) => self.draw(ui, found, figures),
             });
         open
     }
 
-    fn draw(&self, ui: &mut Ui, seen: &SeenTrace, figures: &mut Vec<FigureRequest>) {
+    fn draw(&self, ui: &mut Ui, found: &TraceAnalysis, figures: &mut Vec<FigureRequest>) {
         let palette = theme::palette(ui);
         let TraceRequest { name, unit, scale, .. } = &self.request;
         let id = |what: &str| format!("{what} {}", self.number);
         let height = (ui.available_height() - 18.0).max(160.0);
-        let chart = match seen {
-            SeenTrace::Spectrum(found) => {
+        let chart = match found {
+            TraceAnalysis::Spectrum(found) => {
                 let mut chart = spectrum_chart(&id("spectrum of a curve"), &found.frequency_hz, unit);
                 chart.curves.push(spectrum_curve("", found, *scale, palette.series[0]));
                 let at = (0..found.density.len()).max_by(|&i, &j| found.density[i].total_cmp(&found.density[j]));
@@ -157,11 +157,11 @@ impl Analysis {
                 }
                 chart
             }
-            SeenTrace::Spectrogram(found) => {
+            TraceAnalysis::Spectrogram(found) => {
                 ui.weak(format!("{DECADES} decades below the highest density, {}", density_unit(unit)));
                 return spectrogram(ui, found, height);
             }
-            SeenTrace::Derivative(Series { time_s, values }) => {
+            TraceAnalysis::Derivative(Series { time_s, values }) => {
                 ui.weak(format!("Slope of a parabola through {} samples", 2 * SLOPE_HALF_WIDTH + 1));
                 let per_s = if unit.is_empty() { "1/s".to_owned() } else { format!("{unit}/s") };
                 let mut chart =
@@ -170,7 +170,7 @@ impl Analysis {
                 chart.curves.push(ChartCurve::new("", palette.series[0], ChartStyle::Line, points));
                 chart
             }
-            SeenTrace::Scatter { points, correlation, line } => self.scatter(ui, points, (*correlation, *line)),
+            TraceAnalysis::Scatter { points, correlation, line } => self.scatter(ui, points, (*correlation, *line)),
         };
         let left = height - 22.0;
         figures.extend(chart.show(ui, left));

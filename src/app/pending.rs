@@ -365,7 +365,7 @@ impl Workbench {
         let (added, others): (Vec<_>, Vec<_>) = asked.partition(|request| request.form == FigureForm::Report);
         let (copied, saved): (Vec<_>, Vec<_>) = others.into_iter().partition(|request| request.form.is_copy());
         for FigureRequest { figure, .. } in added {
-            match ReportFigure::of(&figure) {
+            match ReportFigure::from_figure(&figure) {
                 Ok(figure) => {
                     self.apply(&Edit::ReportFigure(ReportFigureEdit::Add(figure)));
                     self.say("Added to the report: see the panel Report");

@@ -21,7 +21,7 @@ pub struct AppliedFix {
 impl AppliedFix {
     /// Applies a fix as one step of undo; none where an edit is refused: that edit says why, and those before it are taken back.
     pub fn apply(ctx: &mut PanelContext<'_>, fix: &Fix) -> Option<Self> {
-        let before = VerdictCounts::of(ctx.snapshot.verdicts.latest()?);
+        let before = VerdictCounts::count(ctx.snapshot.verdicts.latest()?);
         ctx.edits.push(EditRequest::Begin(fix.label.clone()));
         ctx.edits.extend(fix.edits.iter().cloned().map(EditRequest::Apply));
         let fixed = fix.apply(ctx.session);
@@ -48,7 +48,7 @@ impl AppliedFix {
             ui.label("→");
             let verdicts = ctx.snapshot.verdicts.ready();
             match verdicts.filter(|_| ctx.snapshot.generation > self.generation) {
-                Some(verdicts) => describe(ui, VerdictCounts::of(verdicts)),
+                Some(verdicts) => describe(ui, VerdictCounts::count(verdicts)),
                 None => drop(ui.weak("computing")),
             }
         });

@@ -91,7 +91,7 @@ fn lags(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         ui.weak("Delay").on_hover_text("Negative if the deflection was recorded late");
         ui.end_row();
         for surface in Surface::ALL {
-            let lag = ctx.session.preparation.control_lags.of(surface);
+            let lag = ctx.session.preparation.control_lags.get(surface);
             ui.label(surface.name());
             let parts =
                 [(LagKind::FirstOrder, "lag", lag.time_constant_s, 0.0), (LagKind::Delay, "delay", lag.delay_s, -2.0)];
@@ -101,7 +101,7 @@ fn lags(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
                 let field = QuantityEdit::new(&name, value).unit("ms", 1e3).per_point(1.0).allowed(lowest..=2.0);
                 let edited = field.show(ui);
                 ctx.edit_quantity(edited, edit);
-                if let Some(value) = take(ui, slot.latest().and_then(|study| study.of(surface, kind)), slot.is_stale())
+                if let Some(value) = take(ui, slot.latest().and_then(|study| study.get(surface, kind)), slot.is_stale())
                 {
                     ctx.edit(edit(value));
                 }

@@ -160,7 +160,7 @@ impl Experiments {
         let [name] = self.chosen.as_slice() else { return };
         let name = name.clone();
         let Some(experiment) = ctx.session.experiment(&name) else { return };
-        let is_current = *experiment.configuration == Configuration::of(ctx.session);
+        let is_current = *experiment.configuration == Configuration::from_session(ctx.session);
         ui.horizontal_wrapped(|ui| {
             ui.strong(&name);
             let button = ui.add_enabled(!is_current, Button::new("Make current"));
@@ -228,7 +228,7 @@ impl Experiments {
 /// The configuration of a row.
 fn configuration(session: &Session, name: &str) -> Option<Configuration> {
     if name == PRESENT {
-        return Some(Configuration::of(session));
+        return Some(Configuration::from_session(session));
     }
     session.experiment(name).map(|experiment| Configuration::clone(&experiment.configuration))
 }

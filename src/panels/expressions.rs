@@ -29,7 +29,7 @@ impl Draft {
         Self { flight: flight.to_owned(), from: None, setting: ExpressionSetting::default(), said: None }
     }
 
-    fn of(flight: &str, setting: &ExpressionSetting) -> Self {
+    fn from_setting(flight: &str, setting: &ExpressionSetting) -> Self {
         Self { from: Some(setting.name.clone()), setting: setting.clone(), ..Self::new(flight) }
     }
 
@@ -63,7 +63,7 @@ pub fn menu(
 
 fn choices(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, made: &ExpressionSetting, draft: &mut Option<Draft>) {
     if ui.button(format!("Edit {}…", made.name)).clicked() {
-        *draft = Some(Draft::of(flight, made));
+        *draft = Some(Draft::from_setting(flight, made));
         ui.close();
     }
     if ui.button(format!("Remove {}", made.name)).clicked() {

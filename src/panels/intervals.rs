@@ -126,7 +126,7 @@ fn chart(ctx: &PanelContext<'_>, ui: &Ui, name: &str) -> Chart {
     }
     for (at, reference) in ctx.references.iter().enumerate() {
         let color = palette.series[(at + 3) % palette.series.len()];
-        let Some((value, error)) = reference.of(name) else { continue };
+        let Some((value, error)) = reference.get(name) else { continue };
         let mut mark =
             ChartCurve::new(&reference.name, color, ChartStyle::Line, vec![[-0.5, value], [last + 0.5, value]]);
         if let Some(error) = error {

@@ -41,7 +41,7 @@ struct Source {
 }
 
 impl Source {
-    fn of(ctx: &PanelContext<'_>) -> Self {
+    fn from_panel(ctx: &PanelContext<'_>) -> Self {
         let snapshot = ctx.snapshot;
         Self {
             windows: ctx.session.windows.clone(),
@@ -103,7 +103,7 @@ impl Panel for ManoeuvreMap {
         }
         let rows = match self.rows.take().filter(|rows| rows.source.is_same(ctx)) {
             Some(rows) => rows,
-            None => Rows::of(ctx),
+            None => Rows::collect(ctx),
         };
         if rows.rows.is_empty() {
             self.rows = Some(rows);
@@ -123,7 +123,7 @@ impl Panel for ManoeuvreMap {
 }
 
 impl Rows {
-    fn of(ctx: &PanelContext<'_>) -> Self {
+    fn collect(ctx: &PanelContext<'_>) -> Self {
         let (session, snapshot) = (ctx.session, ctx.snapshot);
         let rows = manoeuvre_map(session, snapshot, MapOf::Latest);
         let proposals = session.flights.iter().filter_map(|flight| snapshot.proposals.get(&flight.name)?.latest());
@@ -133,9 +133,9 @@ impl Rows {
             open.iter().filter(|_| row.is_candidate()).find(is_it).cloned()
         };
         let candidates = rows.iter().map(candidate).collect();
-        let is_known = |quantity: &MapQuantity| rows.iter().any(|row| quantity.of(row).is_some());
+        let is_known = |quantity: &MapQuantity| rows.iter().any(|row| quantity.value(row).is_some());
         let quantities = MapQuantity::all().into_iter().filter(is_known).collect();
-        Self { source: Source::of(ctx), rows, candidates, quantities }
+        Self { source: Source::from_panel(ctx), rows, candidates, quantities }
     }
 }
 
@@ -260,7 +260,7 @@ impl ManoeuvreMap {
         let known: Vec<(usize, [f64; 2])> = (0..rows.rows.len())
             .filter(|&at| is_shown(at))
             .filter_map(|at| {
-                let [x, y] = self.axes.map(|quantity| quantity.of(&rows.rows[at]));
+                let [x, y] = self.axes.map(|quantity| quantity.value(&rows.rows[at]));
                 let [across, up] = self.axes.map(|quantity| ctx.unit(quantity.dimension()).1);
                 Some((at, [across * x?, up * y?]))
             })
@@ -298,7 +298,7 @@ impl ManoeuvreMap {
     /// The marks of the rows that are known.
     fn marks(&self, ctx: &PanelContext<'_>, rows: &Rows, known: &[(usize, [f64; 2])]) -> Vec<ScatterMark> {
         let [usual, least, most] = RADIUS;
-        let size = |at: usize| self.size?.of(&rows.rows[at]).filter(|size| size.is_finite());
+        let size = |at: usize| self.size?.value(&rows.rows[at]).filter(|size| size.is_finite());
         let sizes = || known.iter().filter_map(|(at, _)| size(*at));
         let (low, high) = (sizes().fold(f64::INFINITY, f64::min), sizes().fold(f64::NEG_INFINITY, f64::max));
         let radius = |at: usize| match self.size {
@@ -339,7 +339,7 @@ impl ManoeuvreMap {
         let mut named: Vec<MapQuantity> = self.axes.into_iter().chain(self.size).collect();
         named.extend(also.into_iter().filter(|also| !self.axes.contains(also) && self.size != Some(*also)));
         for quantity in named {
-            if let Some(value) = quantity.of(row) {
+            if let Some(value) = quantity.value(row) {
                 ui.label(shown_value(ctx, quantity, value));
             }
         }
@@ -348,7 +348,7 @@ impl ManoeuvreMap {
     /// The mark the arrow keys are at, in a line at the foot of the plot.
     fn say(&self, ctx: &PanelContext<'_>, ui: &Ui, done: &ScatterDone, row: Option<&MapRow>) {
         let text = row.map_or("Arrow keys: go to a mark".to_owned(), |row| {
-            let values = self.axes.into_iter().filter_map(|axis| Some(shown_value(ctx, axis, axis.of(row)?)));
+            let values = self.axes.into_iter().filter_map(|axis| Some(shown_value(ctx, axis, axis.value(row)?)));
             let values: Vec<String> = values.collect();
             format!("{}: {}. Space selects, Shift+Space adds", label(row), values.join(", "))
         });

@@ -71,7 +71,7 @@ impl Match {
         let signals = replay.series.iter().filter(|series| shown(series.half_band.is_some()));
         let plots: Vec<_> = signals
             .map(|series| {
-                let (unit, scale) = units.of(series.signal.dimension());
+                let (unit, scale) = units.for_dimension(series.signal.dimension());
                 let measured = Trace {
                     scale,
                     stale,

@@ -2,7 +2,7 @@
 //! clicked.
 
 use doublet_core::model::Coefficient;
-use doublet_engine::stage::{Companion, Misfit, MisfitPlace, ResidualStudy};
+use doublet_engine::stage::{CoherentChannel, Misfit, MisfitPlace, ResidualStudy};
 use eframe::egui::{self, Label, ProgressBar, RichText, ScrollArea, Ui};
 
 use super::{PanelContext, caption, choices, residuals, trouble};
@@ -97,7 +97,7 @@ fn list(ctx: &PanelContext<'_>, ui: &mut Ui, found: &Misfit) {
             ui.label(RichText::new(title).size(11.0).weak());
         }
         ui.end_row();
-        for one in found.companions.iter().take(MOST) {
+        for one in found.channels.iter().take(MOST) {
             let (name, moves) = words(ctx, one);
             let is_chance = one.share < found.bound;
             let ink = if is_chance { ui.visuals().weak_text_color() } else { ui.visuals().text_color() };
@@ -119,7 +119,7 @@ fn list(ctx: &PanelContext<'_>, ui: &mut Ui, found: &Misfit) {
 }
 
 /// Name of a channel, and how far it moves with its unit.
-fn words(ctx: &PanelContext<'_>, one: &Companion) -> (String, String) {
+fn words(ctx: &PanelContext<'_>, one: &CoherentChannel) -> (String, String) {
     let (name, (unit, scale)) = match one.role {
         Some(role) => (notation::role(role).to_owned(), ctx.state.units.of_role(role)),
         None => (one.name.clone(), (one.unit.as_str(), 1.0)),

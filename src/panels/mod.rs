@@ -177,7 +177,7 @@ impl<'a> PanelContext<'a> {
 
     /// Unit a dimension is shown in, and its factor from SI.
     pub fn unit(&self, dimension: Dimension) -> (&'static str, f64) {
-        self.state.units.of(dimension)
+        self.state.units.for_dimension(dimension)
     }
 
     /// What the user looks at.
@@ -224,17 +224,17 @@ impl<'a> PanelContext<'a> {
         let mut time = std::mem::take(self.view(view));
         let markers_s = time.markers_s;
         let spots = &*self;
-        let (range, mut seen) = (time.range(), None);
+        let (range, mut analysis) = (time.range(), None);
         let mut menu = |ui: &mut Ui, time_s: f64, row: usize| {
             let window = marking::at(spots, view, time_s);
             let spot = marking::Spot { session, table, window, time_s: Some(time_s), markers_s };
             chosen = marking::menu(ui, &spot).map(|command| (spot, command)).or(chosen);
-            seen = trace_menu::show(spots, ui, (plots, row), range).or(seen.take());
+            analysis = trace_menu::show(spots, ui, (plots, row), range).or(analysis.take());
             ui.separator();
         };
         let mut response = time_stack_with(ui, Id::unique(id), &mut time, cache, plots, spans, &mut menu);
         *self.view(view) = time;
-        self.state.seen = seen.or(self.state.seen.take());
+        self.state.analysis = analysis.or(self.state.analysis.take());
         if let Some((spot, command)) = chosen {
             self.follow_menu(&spot, command);
         }

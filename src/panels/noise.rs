@@ -318,7 +318,7 @@ impl Row<'_> {
         if reset.clicked() {
             ctx.edit(edit(self.usual));
         }
-        let advice = self.mark.and_then(|channel| noise_advice::of(ctx, channel.measurement));
+        let advice = self.mark.and_then(|channel| noise_advice::find(ctx, channel.measurement));
         match (advice, self.recorded) {
             (Some(advice), recorded) => {
                 noise_advice::buttons(ctx, ui, &self.name, advice);

@@ -10,7 +10,7 @@ use crate::notation;
 use crate::theme;
 
 /// The advice on a measurement of the chosen manoeuvre.
-pub fn of<'a>(ctx: &PanelContext<'a>, measurement: Measurement) -> Option<&'a NoiseAdvice> {
+pub fn find<'a>(ctx: &PanelContext<'a>, measurement: Measurement) -> Option<&'a NoiseAdvice> {
     ctx.details()?.noise.iter().find(|advice| advice.measurement == measurement)
 }
 

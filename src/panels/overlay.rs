@@ -35,7 +35,7 @@ struct Made {
 }
 
 impl Made {
-    fn of(ctx: &PanelContext<'_>, windows: &[&Manoeuvre], signals: &[Signal]) -> Self {
+    fn collect(ctx: &PanelContext<'_>, windows: &[&Manoeuvre], signals: &[Signal]) -> Self {
         let mut sources: Vec<Arc<dyn Any + Send + Sync>> = Vec::new();
         for window in windows {
             let loaded = ctx.snapshot.flights.get(&window.flight).and_then(|slot| slot.latest());
@@ -133,7 +133,7 @@ impl Overlay {
 
     /// Cuts the curves and moves their onsets to zero, where anything they are made from has changed.
     fn make(&mut self, ctx: &PanelContext<'_>, windows: &[&Manoeuvre], signals: &[Signal]) {
-        let made = Made::of(ctx, windows, signals);
+        let made = Made::collect(ctx, windows, signals);
         if self.made.as_ref().is_some_and(|before| before.is(&made)) {
             return;
         }

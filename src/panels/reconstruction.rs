@@ -157,7 +157,7 @@ fn measured<'a>((path, others): Paths<'_, 'a>, ui: &Ui, stale: bool, units: Unit
     let palette = theme::palette(ui);
     let present = MEASURED.into_iter().filter(|measurement| !path.missing.contains(measurement));
     let plots = present.map(|measurement| {
-        let (unit, scale) = units.of(measurement.dimension());
+        let (unit, scale) = units.for_dimension(measurement.dimension());
         let index = measurement as usize;
         let measured = Trace {
             scale,
@@ -194,7 +194,7 @@ fn states<'a>(
 ) -> Vec<TimePlot<'a>> {
     let palette = theme::palette(ui);
     let plots = states.iter().map(|&state| {
-        let (unit, scale) = units.of(state.dimension());
+        let (unit, scale) = units.for_dimension(state.dimension());
         let index = state as usize;
         let series = path.series();
         let mut traces = vec![Trace {

@@ -85,7 +85,7 @@ fn aligned(ui: &mut Ui, is_figure: bool, draw: impl FnOnce(&mut Ui)) {
 }
 
 impl Columns {
-    fn of(table: &Table, texts: &[Vec<String>], ui: &Ui) -> Self {
+    fn measure(table: &Table, texts: &[Vec<String>], ui: &Ui) -> Self {
         let is_wide = |column: usize| texts.iter().any(|row| row[column].chars().count() > SHORT);
         let wide: Vec<bool> = (0..table.columns.len()).map(is_wide).collect();
         let font = TextStyle::Body.resolve(ui.style());
@@ -123,7 +123,7 @@ fn draw_table(table: &Table, ui: &mut Ui) {
     ui.add(Label::new(RichText::new(&table.caption).size(11.5).weak()).wrap());
     let cells = |row: &Vec<Cell>| row.iter().zip(&table.columns).map(|(cell, of)| cell.readable(of.digits)).collect();
     let texts: Vec<Vec<String>> = table.rows.iter().map(cells).collect();
-    let columns = Columns::of(table, &texts, ui);
+    let columns = Columns::measure(table, &texts, ui);
     let figures = theme::figures(ui);
     let shown: f32 = columns.heights.iter().take(ROWS).map(|height| height + 4.0).sum();
     ScrollArea::horizontal().show(ui, |ui| {

@@ -222,7 +222,7 @@ pub fn time_stack_with(
             let hidden: Vec<bool> = plot.traces.iter().map(|trace| cache.is_hidden(id, trace.name)).collect();
             let look = |column: usize| drawn.get(&(id, row, column)).filter(|_| !hidden[column]);
             let is_shared = shared.is_some() && plot.traces.len() > 1;
-            let names = if is_shared { Legend::Values } else { Legend::of(plot) };
+            let names = if is_shared { Legend::Values } else { Legend::measure(plot) };
             let values = cache.chosen_values(id, row, plot);
             // Rounded down together: the first ones end where the room does.
             let height = (each * plot.height).floor();
@@ -465,7 +465,7 @@ enum Legend {
 
 impl Legend {
     /// A single trace is named by the axis where that says the same.
-    fn of(plot: &TimePlot<'_>) -> Self {
+    fn measure(plot: &TimePlot<'_>) -> Self {
         match plot.traces.as_slice() {
             [trace] if trace.name == plot.label || plot.label.starts_with(&format!("{} ", trace.name)) => Self::Values,
             _ => Self::Names,

@@ -7,7 +7,7 @@ use doublet::panels::Pane;
 use doublet_core::prep::spectrum;
 use doublet_core::reconstruct::Measurement;
 use doublet_engine::stage::NoiseStep;
-use doublet_engine::trace::SeenTrace;
+use doublet_engine::trace::TraceAnalysis;
 use egui::{ThemePreference, vec2};
 use egui_kittest::kittest::Queryable;
 
@@ -63,8 +63,8 @@ fn a_fit_has_its_band_and_a_click_lists_the_channels_that_move_with_its_residual
         bench.snapshot().details.ready().expect("it was looked at").window.clone().expect("a manoeuvre is chosen");
     let found = details.misfit.expect("it was asked for").expect("it is found");
     assert!(found.stretch.contains(found.place.time_s) && found.bound > 0.0 && found.bound < 1.0);
-    assert!(found.companions.len() > 5 && found.companions.windows(2).all(|pair| pair[0].share >= pair[1].share));
-    let first = &found.companions[0];
+    assert!(found.channels.len() > 5 && found.channels.windows(2).all(|pair| pair[0].share >= pair[1].share));
+    let first = &found.channels[0];
     let listed = format!("{} coherent {:.0} %", first.name, 100.0 * first.share);
     assert!(bench.harness.query_by_label(&listed).is_some(), "the list begins with {listed}");
     assert!(bench.harness.query_all_by_label_contains("Moves with Δ").next().is_some());
@@ -100,7 +100,7 @@ fn a_curve_is_seen_as_spectrum_spectrogram_derivative_and_over_another() {
     analyse(&mut bench, at, &["observed", "Spectrum of the visible span"]);
     let app = bench.harness.state();
     let (request, seen) = app.analyses().last().expect("it is there");
-    let SeenTrace::Spectrum(found) = seen else { panic!("a spectrum") };
+    let TraceAnalysis::Spectrum(found) = seen else { panic!("a spectrum") };
     assert_eq!(Some(found), spectrum(&request.series.within(request.range)).as_ref());
     let whole = app.state.window_time.range();
     assert_eq!(request.range, whole, "what is on screen");
@@ -109,10 +109,10 @@ fn a_curve_is_seen_as_spectrum_spectrogram_derivative_and_over_another() {
     assert!(bench.harness.query_by_label("spectrogram").is_some());
     analyse(&mut bench, at, &["observed", "Derivative"]);
     let (_, seen) = bench.harness.state().analyses().last().expect("it is there");
-    assert!(matches!(seen, SeenTrace::Derivative(slope) if slope.values.len() > 50));
+    assert!(matches!(seen, TraceAnalysis::Derivative(slope) if slope.values.len() > 50));
     analyse(&mut bench, at, &["observed", "Scatter against", "CY, fit ± 95 % band"]);
     let (request, seen) = bench.harness.state().analyses().last().expect("it is there");
-    let SeenTrace::Scatter { correlation, line, .. } = seen else { panic!("a scatter") };
+    let TraceAnalysis::Scatter { correlation, line, .. } = seen else { panic!("a scatter") };
     assert!(request.over.is_some() && *correlation > 0.5 && line[0] > 0.2, "the fit follows: {correlation} {line:?}");
     pictures(&mut bench, "analyses", true);
 }

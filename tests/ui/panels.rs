@@ -337,15 +337,15 @@ fn delay_the_fit_finds_is_taken_by_a_click_and_undone() {
     bench.settle();
     picture(&mut bench.harness, "model_lags");
     let lags = bench.snapshot().studies.lags.ready().expect("they were asked for").clone();
-    let (found, error) = lags.of(Surface::Elevator, LagKind::Delay).unwrap().found_s().unwrap();
+    let (found, error) = lags.get(Surface::Elevator, LagKind::Delay).unwrap().found_s().unwrap();
     assert!(found.abs() < 1e-3 && error < 1e-3, "{found} {error}");
     // A first-order lag on top of the delay only makes it worse: it ends at zero, which is no value to take.
-    assert!(lags.of(Surface::Elevator, LagKind::FirstOrder).unwrap().found_s().is_err());
+    assert!(lags.get(Surface::Elevator, LagKind::FirstOrder).unwrap().found_s().is_err());
     bench.harness.get_by_label(&format!("{:.1} ± {:.1} ms", 1e3 * found, 1e3 * error)).click();
     bench.settle();
-    assert_eq!(bench.session().preparation.control_lags.of(Surface::Elevator).delay_s, found);
+    assert_eq!(bench.session().preparation.control_lags.get(Surface::Elevator).delay_s, found);
     bench.request(UiCommand::Edit(EditCommand::Undo));
-    assert_eq!(bench.session().preparation.control_lags.of(Surface::Elevator).delay_s, 0.04);
+    assert_eq!(bench.session().preparation.control_lags.get(Surface::Elevator).delay_s, 0.04);
 }
 
 #[test]

@@ -94,8 +94,8 @@ fn fix_is_applied_by_a_click_shown_with_the_verdict_before_and_after_and_undone(
     let lag = Lag { delay_s: 0.15, ..Lag::default() };
     bench.harness.state_mut().apply(&Edit::Estimation(EstimationEdit::ControlLag(Surface::Elevator, lag)));
     bench.settle();
-    let delay_s = |bench: &Bench<'_>| bench.session().preparation.control_lags.of(Surface::Elevator).delay_s;
-    let before = VerdictCounts::of(&bench.verdicts());
+    let delay_s = |bench: &Bench<'_>| bench.session().preparation.control_lags.get(Surface::Elevator).delay_s;
+    let before = VerdictCounts::count(&bench.verdicts());
     let verdicts = bench.verdicts();
     let reason = verdicts.session.reasons.iter().find(|reason| reason.code == "timing").expect("it acts too early");
     let fix = reason.fix.as_ref().expect("its delay can be stated");
@@ -107,7 +107,7 @@ fn fix_is_applied_by_a_click_shown_with_the_verdict_before_and_after_and_undone(
         let text = format!("{} ({good} good, {caution} caution, {bad} bad)", level.name());
         bench.harness.query_all_by_label(&text).next().is_some()
     };
-    assert!(shown(&bench, before) && shown(&bench, VerdictCounts::of(&bench.verdicts())));
+    assert!(shown(&bench, before) && shown(&bench, VerdictCounts::count(&bench.verdicts())));
     picture(&mut bench.harness, "summary_fix");
     bench.harness.get_by_role_and_label(Role::Button, "Undo").click();
     bench.settle();

@@ -20,7 +20,7 @@ use doublet_engine::stage::PercentRule;
 use doublet_engine::study::{CheckRequest, LagKind};
 use doublet_report::ReportFormat;
 
-use crate::dynamics::{LinearArguments, ModesArguments, QualitiesArguments};
+use crate::dynamics::{JudgedArguments, LinearArguments, ModesArguments, QualitiesArguments};
 use crate::manual::HelpArguments;
 use crate::map::MapArguments;
 use crate::propagate::PropagateArguments;
@@ -266,6 +266,9 @@ pub struct ReportArguments {
     /// Earlier estimate to compare with, as for `prior`.
     #[arg(long, value_name = "FILE")]
     pub prior: Option<PathBuf>,
+    /// What flying qualities depend on, as for `qualities`.
+    #[command(flatten)]
+    pub judged: JudgedArguments,
 }
 
 /// A study that `run` can add.

@@ -188,7 +188,7 @@ fn write_deck(aircraft: &str, output: &Path, arguments: &DatcomArguments) -> Res
         return Err("--alpha-deg: the angles must increase".to_owned());
     }
     let deck = DatcomDeck {
-        reference: DeckReference::of(airframe, &data.loading.mass_properties(airframe)),
+        reference: DeckReference::from_aircraft(airframe, &data.loading.mass_properties(airframe)),
         condition: DeckCondition { mach: arguments.mach, altitude_m: arguments.altitude_m, alpha_deg },
         section,
     };

@@ -83,12 +83,9 @@ pub struct ModesArguments {
 /// Classes as they are asked for: `II` is `II-L`.
 pub const CLASS_NAMES: [&str; 6] = ["I", "II", "II-L", "II-C", "III", "IV"];
 
-/// Arguments of `qualities`.
-#[derive(Debug, Args)]
-pub struct QualitiesArguments {
-    /// The trim.
-    #[command(flatten)]
-    trim: TrimArguments,
+/// What flying qualities depend on beside the trim.
+#[derive(Args, Clone, Debug, Default)]
+pub struct JudgedArguments {
     /// Aircraft class: I, II, II-L, II-C, III or IV [default: by mass].
     #[arg(long, value_parser = PossibleValuesParser::new(CLASS_NAMES))]
     class: Option<String>,
@@ -101,6 +98,33 @@ pub struct QualitiesArguments {
     /// Available aileron deflection from trim, deg: judges roll performance.
     #[arg(long, value_name = "DEG", value_parser = deflection)]
     aileron: Option<f64>,
+}
+
+impl JudgedArguments {
+    /// `request` with these.
+    #[must_use]
+    pub fn added_to(&self, request: DynamicsRequest) -> DynamicsRequest {
+        let place = |known: &[&str], name: Option<&str>| known.iter().position(|known| Some(*known) == name);
+        let class = self.class.as_deref().map(|class| if class == "II" { "II-L" } else { class });
+        DynamicsRequest {
+            class: place(&CLASSES, class),
+            category: place(&CATEGORIES, self.category.as_deref()),
+            stick_delay_s: self.stick_delay,
+            aileron_rad: self.aileron.map(f64::to_radians),
+            ..request
+        }
+    }
+}
+
+/// Arguments of `qualities`.
+#[derive(Debug, Args)]
+pub struct QualitiesArguments {
+    /// The trim.
+    #[command(flatten)]
+    trim: TrimArguments,
+    /// What is judged.
+    #[command(flatten)]
+    judged: JudgedArguments,
 }
 
 fn delay(text: &str) -> Result<f64, String> {
@@ -123,19 +147,8 @@ fn locus_range(text: &str) -> Result<(String, f64, f64, usize), String> {
     Ok((name.to_owned(), number(from)?, number(to)?, steps))
 }
 
-/// What the levels depend on beside the trim.
-#[derive(Debug, Default)]
-pub struct Judged<'a> {
-    class: Option<&'a str>,
-    category: Option<&'a str>,
-    stick_delay_s: Option<f64>,
-    aileron_rad: Option<f64>,
-}
-
 /// Computes the study of a trim.
-pub fn study(trim: &TrimArguments, judged: &Judged<'_>) -> Result<std::sync::Arc<DynamicsStudy>, String> {
-    let Judged { class, category, stick_delay_s, aileron_rad } = *judged;
-    let place = |known: &[&str], name: Option<&str>| known.iter().position(|known| Some(*known) == name);
+pub fn study(trim: &TrimArguments, judged: &JudgedArguments) -> Result<std::sync::Arc<DynamicsStudy>, String> {
     let request = DynamicsRequest {
         airspeed_m_s: trim.airspeed,
         altitude_m: trim.altitude,
@@ -146,14 +159,11 @@ pub fn study(trim: &TrimArguments, judged: &Judged<'_>) -> Result<std::sync::Arc
         cg_x_m: trim.cg,
         fuel_kg: trim.fuel,
         window: trim.window.as_deref().map(|name| window(&trim.session, name)).transpose()?,
-        class: place(&CLASSES, class.map(|class| if class == "II" { "II-L" } else { class })),
-        category: place(&CATEGORIES, category),
-        stick_delay_s,
-        aileron_rad,
         samples: trim.samples as usize,
         seed: trim.seed,
+        ..DynamicsRequest::default()
     };
-    let (_, snapshot) = computed(&trim.session, &[Study::Dynamics(request)])?;
+    let (_, snapshot) = computed(&trim.session, &[Study::Dynamics(judged.added_to(request))])?;
     let study = snapshot.studies.dynamics.ready().cloned();
     study.ok_or_else(|| "no model: the session needs an aircraft and an identification manoeuvre".to_owned())
 }
@@ -173,7 +183,7 @@ fn window(path: &Path, name: &str) -> Result<u64, String> {
 /// # Errors
 /// One line per thing that is wrong.
 pub fn linear(arguments: &LinearArguments) -> Result<(), String> {
-    let study = study(&arguments.trim, &Judged::default())?;
+    let study = study(&arguments.trim, &JudgedArguments::default())?;
     let row = dynamics_row(&study);
     let mut written = None;
     if let Some(out) = &arguments.out {
@@ -219,7 +229,7 @@ pub fn linear(arguments: &LinearArguments) -> Result<(), String> {
 /// # Errors
 /// One line per thing that is wrong.
 pub fn modes(arguments: &ModesArguments) -> Result<(), String> {
-    let study = study(&arguments.trim, &Judged::default())?;
+    let study = study(&arguments.trim, &JudgedArguments::default())?;
     if let Some((name, from, to, steps)) = &arguments.locus {
         let share = |step: usize| step as f64 / (steps - 1).max(1) as f64;
         let values: Vec<f64> = (0..*steps).map(|step| from + (to - from) * share(step)).collect();
@@ -280,15 +290,7 @@ fn print_locus(name: &str, parameter: &LocusParameter, points: &[LocusPoint], as
 /// # Errors
 /// One line per thing that is wrong.
 pub fn qualities(arguments: &QualitiesArguments) -> Result<(), String> {
-    let study = study(
-        &arguments.trim,
-        &Judged {
-            class: arguments.class.as_deref(),
-            category: arguments.category.as_deref(),
-            stick_delay_s: arguments.stick_delay,
-            aileron_rad: arguments.aileron.map(f64::to_radians),
-        },
-    )?;
+    let study = study(&arguments.trim, &arguments.judged)?;
     let row = dynamics_row(&study);
     let found = &row.qualities;
     if arguments.trim.json {

@@ -47,7 +47,7 @@ pub fn fix(arguments: &FixArguments) -> Result<(), String> {
         if !arguments.apply.is_empty() {
             return apply(&arguments.apply, &found, &opened.session).map(Some);
         }
-        list(&opened, VerdictCounts::of(verdicts), &found[..found.len().min(arguments.most)], &progress);
+        list(&opened, VerdictCounts::count(verdicts), &found[..found.len().min(arguments.most)], &progress);
         Ok(None)
     });
     progress.finish();

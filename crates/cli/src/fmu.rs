@@ -7,7 +7,7 @@ use doublet_dynamics::linear::Simulation;
 use doublet_engine::export::write_fmu;
 use serde_json::json;
 
-use crate::dynamics::{Judged, TrimArguments, study};
+use crate::dynamics::{JudgedArguments, TrimArguments, study};
 use crate::text;
 
 /// Arguments of `fmu`.
@@ -26,7 +26,7 @@ pub struct FmuArguments {
 /// # Errors
 /// One line per thing that is wrong.
 pub fn fmu(arguments: &FmuArguments) -> Result<(), String> {
-    let study = study(&arguments.trim, &Judged::default())?;
+    let study = study(&arguments.trim, &JudgedArguments::default())?;
     let name = arguments.out.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let simulation = Simulation::from_trim(study.model.model.clone(), &study.modes.linearised.trim);
     let names = &study.model.names;

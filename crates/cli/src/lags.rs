@@ -36,9 +36,9 @@ pub fn lags(arguments: &LagArguments) -> Result<(), String> {
     let mut next = session;
     for &(surface, kind) in &arguments.take {
         let name = format!("{} of the {}", kind.name(), surface.name());
-        let row = found.of(surface, kind).ok_or_else(|| format!("{name}: no coefficient has a term with it"))?;
+        let row = found.get(surface, kind).ok_or_else(|| format!("{name}: no coefficient has a term with it"))?;
         let (value_s, _) = row.found_s().map_err(|error| format!("{name}: {error}"))?;
-        let lag = kind.set(next.preparation.control_lags.of(surface), value_s);
+        let lag = kind.set(next.preparation.control_lags.get(surface), value_s);
         let edit = Edit::Estimation(EstimationEdit::ControlLag(surface, lag));
         next = edit.apply(&next).map_err(|error| error.to_string())?;
     }

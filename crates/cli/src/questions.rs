@@ -80,7 +80,22 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
         );
         Question { text, must_be_answered: false, role: None, about: About::Role }
     });
+    let of_roles = of_roles.chain(ask_layout(guessed));
     of_clocks.chain(without_time).chain(of_deflections).chain(of_units).chain(of_signs).chain(of_roles).collect()
+}
+
+/// Roles of a table without names, by the order of its columns: one question for all of them.
+fn ask_layout(guessed: &ManualChannelMap) -> Option<Question> {
+    let rows = || guessed.rows.iter().filter(|(_, row)| row.by == By::Layout);
+    let (_, first) = rows().next()?;
+    let roles: Vec<String> = rows().map(|(role, row)| format!("'{}' is {}", row.from.channel, role.name())).collect();
+    let text = format!(
+        "{}: its columns have no names; their number, order and values are those of {}. By these {}",
+        first.from.source,
+        guessed.recorders.join(", "),
+        roles.join(", ")
+    );
+    Some(Question { text, must_be_answered: false, role: None, about: About::Role })
 }
 
 /// Whether a source plays a role in the guess; every one does where none does.

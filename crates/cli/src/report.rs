@@ -31,7 +31,12 @@ pub fn report(arguments: &ReportArguments) -> Result<Outcome, String> {
     let modelled = || session::open(&arguments.session).is_ok_and(|opened| is_modelled(&opened.session));
     let trims = !arguments.sections.is_empty() || modelled();
     let studies = sections.iter().filter_map(|section| section.study());
-    let studies: Vec<Study> = studies.filter(|study| trims || !matches!(study, Study::Dynamics(_))).collect();
+    let studies = studies.filter(|study| trims || !matches!(study, Study::Dynamics(_)));
+    let asked = |study| match study {
+        Study::Dynamics(request) => Study::Dynamics(arguments.judged.added_to(request)),
+        other => other,
+    };
+    let studies: Vec<Study> = studies.map(asked).collect();
     let progress = Progress::new();
     let (session, snapshot) = compute(&arguments.session, &studies, &progress, COMPUTING)?;
     let order = Order {

@@ -58,7 +58,7 @@ pub fn early_sensors(session: &Session) -> Session {
     for flight in &mut session.flights {
         match flight.clocks.iter_mut().find(|clock| clock.source == SENSORS) {
             Some(clock) => clock.shift_s -= EARLY_S,
-            None => flight.clocks.push(ClockSetting { shift_s: -EARLY_S, ..ClockSetting::of(SENSORS) }),
+            None => flight.clocks.push(ClockSetting { shift_s: -EARLY_S, ..ClockSetting::new(SENSORS) }),
         }
     }
     session

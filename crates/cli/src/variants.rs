@@ -77,9 +77,9 @@ pub fn variants(arguments: &VariantArguments) -> Result<(), String> {
             let variance = residuals.iter().map(|v| v * v).sum::<f64>() / residuals.len() as f64;
             weights[range.clone()].fill(variance.recip());
         }
-        let mut fits = vec![Form::of("ordinary", corrected(&pooled, Ok(ordinary.clone())))];
-        fits.push(Form::of("weighted", weighted(&all, &weights, &ordinary)));
-        fits.push(Form::of("generalised", whitened(&all, arguments.order, &ordinary)));
+        let mut fits = vec![Form::new("ordinary", corrected(&pooled, Ok(ordinary.clone())))];
+        fits.push(Form::new("weighted", weighted(&all, &weights, &ordinary)));
+        fits.push(Form::new("generalised", whitened(&all, arguments.order, &ordinary)));
         pooled.constraints = known;
         pooled.constraints.resize(pooled.names.len(), Constraint::Free);
         for (name, known) in &arguments.know {
@@ -87,7 +87,7 @@ pub fn variants(arguments: &VariantArguments) -> Result<(), String> {
             place.into_iter().for_each(|place| pooled.constraints[place] = *known);
         }
         if pooled.constraints.iter().any(|constraint| *constraint != Constraint::Free) {
-            fits.push(Form::of("constrained", corrected(&pooled, pooled.fit())));
+            fits.push(Form::new("constrained", corrected(&pooled, pooled.fit())));
         }
         fits.extend(with_noise(&all, &arguments.noise, ordinary.fit.residual_std));
         print(&all.names[..shared], &fits);
@@ -105,7 +105,7 @@ struct Form {
 }
 
 impl Form {
-    fn of(name: &'static str, found: Result<(Fit, DMatrix<f64>), EstimateError>) -> Self {
+    fn new(name: &'static str, found: Result<(Fit, DMatrix<f64>), EstimateError>) -> Self {
         let errors = |covariance: &DMatrix<f64>| covariance.diagonal().iter().map(|variance| variance.sqrt()).collect();
         let found = found.map(|(fit, covariance)| (fit, errors(&covariance))).map_err(|error| error.to_string());
         Self { name, found }

@@ -86,7 +86,9 @@ fn weigh_words(row: &ManualChannel) -> (String, f64) {
         (By::Hand | By::File, _) => plain(0.0),
         (By::Recorder, _) => plain(BY_RECORDER),
         (By::Axes, _) => plain(BY_AXES),
-        (By::Physics, _) => (row.evidence.clone().unwrap_or_else(|| row.by.words().to_owned()), BY_CHANNELS),
+        (By::Physics | By::Layout, _) => {
+            (row.evidence.clone().unwrap_or_else(|| row.by.words().to_owned()), BY_CHANNELS)
+        }
         (By::Name, fit) => match fit {
             Some(fit @ (NameFit::Whole | NameFit::Foreign)) => (fit.words().to_owned(), BY_WHOLE_NAME),
             Some(fit) => (fit.words().to_owned(), BY_PART_OF_NAME),

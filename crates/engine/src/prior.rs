@@ -52,7 +52,7 @@ impl PriorRequest {
         Self { name: reference.name.clone(), known: reference.values.iter().map(value).collect() }
     }
 
-    fn of(&self, name: &str) -> Option<Known> {
+    fn find(&self, name: &str) -> Option<Known> {
         let found = self.known.iter().find(|value| value.name == name)?;
         found.is_usable().then_some(Known { mean: found.mean, deviation: found.deviation })
     }
@@ -153,7 +153,7 @@ impl PriorStudy {
     /// Adds a coefficient where something of it was known.
     fn add(&mut self, coefficient: &IdentifiedCoefficient, request: &PriorRequest) -> StageResult<()> {
         let rows = &coefficient.parameters;
-        let priors: Vec<Option<Known>> = rows.iter().map(|row| request.of(&row.name)).collect();
+        let priors: Vec<Option<Known>> = rows.iter().map(|row| request.find(&row.name)).collect();
         if priors.iter().all(Option::is_none) {
             return Ok(());
         }

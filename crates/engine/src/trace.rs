@@ -1,4 +1,4 @@
-//! One curve of a plot seen otherwise: its spectrum, its spectrum over time, its derivative, the curve over another.
+//! Analyses of one curve of a plot: its spectrum, its spectrum over time, its derivative, the curve over another.
 
 use doublet_core::prep::{Differentiation, Spectrogram, Spectrum, differentiate, spectrogram, spectrum};
 use doublet_core::series::{Series, TimeRange, gap_threshold_s, value_at};
@@ -10,7 +10,7 @@ pub const SLOPE_HALF_WIDTH: usize = 3;
 /// Most points of a scatter.
 const MOST_POINTS: usize = 4000;
 
-/// How a curve is seen.
+/// What is computed of a curve.
 #[derive(Clone, Debug)]
 pub enum TraceView {
     /// Power spectral density.
@@ -23,9 +23,9 @@ pub enum TraceView {
     Scatter(Series),
 }
 
-/// What is seen, in the units of the curves.
+/// Result of an analysis, in the units of the curves.
 #[derive(Clone, Debug, PartialEq)]
-pub enum SeenTrace {
+pub enum TraceAnalysis {
     /// Power spectral density.
     Spectrum(Spectrum),
     /// Power spectral density over time.
@@ -43,33 +43,33 @@ pub enum SeenTrace {
     },
 }
 
-/// Sees the samples of `series` inside `range` as `view` says.
+/// Analyses the samples of `series` inside `range`.
 ///
 /// # Errors
 /// One line: too few samples.
-pub fn see(view: &TraceView, series: &Series, range: TimeRange) -> StageResult<SeenTrace> {
+pub fn analyse(view: &TraceView, series: &Series, range: TimeRange) -> StageResult<TraceAnalysis> {
     let within = series.within(range);
     match view {
         TraceView::Spectrum => {
             let found = spectrum(&within).ok_or("a spectrum needs 32 samples without a gap: show a longer stretch")?;
-            Ok(SeenTrace::Spectrum(found))
+            Ok(TraceAnalysis::Spectrum(found))
         }
         TraceView::Spectrogram => {
             let found = spectrogram(&within).ok_or("a spectrogram needs 64 samples: show a longer stretch")?;
-            Ok(SeenTrace::Spectrogram(found))
+            Ok(TraceAnalysis::Spectrogram(found))
         }
         TraceView::Derivative => {
             let Series { time_s, values } = within.finite();
             let method = Differentiation::LocalPolynomial { degree: 2, half_width: SLOPE_HALF_WIDTH };
             let slopes = differentiate(&time_s, &values, method).map_err(|error| error.to_string())?;
-            Ok(SeenTrace::Derivative(Series { time_s, values: slopes.into() }))
+            Ok(TraceAnalysis::Derivative(Series { time_s, values: slopes.into() }))
         }
         TraceView::Scatter(other) => scatter(&within, other),
     }
 }
 
 /// Both curves at the samples of the first.
-fn scatter(series: &Series, other: &Series) -> StageResult<SeenTrace> {
+fn scatter(series: &Series, other: &Series) -> StageResult<TraceAnalysis> {
     let gap_s = gap_threshold_s(&other.time_s);
     let pair = |(time_s, up): (&f64, &f64)| {
         let along = value_at(&other.time_s, &other.values, gap_s, *time_s)?;
@@ -89,7 +89,7 @@ fn scatter(series: &Series, other: &Series) -> StageResult<SeenTrace> {
     let slope = if xx > 0.0 { xy / xx } else { 0.0 };
     let correlation = if xx * yy > 0.0 { xy / (xx * yy).sqrt() } else { 0.0 };
     let points = all.iter().step_by(all.len().div_ceil(MOST_POINTS)).copied().collect();
-    Ok(SeenTrace::Scatter { points, correlation, line: [slope, y - slope * x] })
+    Ok(TraceAnalysis::Scatter { points, correlation, line: [slope, y - slope * x] })
 }
 
 #[cfg(test)]
@@ -104,16 +104,20 @@ mod tests {
     #[test]
     fn a_wave_has_its_peak_its_slope_and_its_line_over_itself() {
         let (series, range) = (wave(6.0), TimeRange { start_s: 2.0, end_s: 18.0 });
-        let Ok(SeenTrace::Spectrum(found)) = see(&TraceView::Spectrum, &series, range) else { panic!("a spectrum") };
+        let Ok(TraceAnalysis::Spectrum(found)) = analyse(&TraceView::Spectrum, &series, range) else {
+            panic!("a spectrum")
+        };
         let at = (0..found.density.len()).max_by(|&i, &j| found.density[i].total_cmp(&found.density[j])).unwrap();
         assert!((found.frequency_hz[at] - 6.0 / std::f64::consts::TAU).abs() <= found.frequency_hz[0]);
-        let Ok(SeenTrace::Derivative(slope)) = see(&TraceView::Derivative, &series, range) else { panic!("a slope") };
+        let Ok(TraceAnalysis::Derivative(slope)) = analyse(&TraceView::Derivative, &series, range) else {
+            panic!("a slope")
+        };
         for (time_s, found) in slope.time_s.iter().zip(slope.values.iter()).skip(10).take(700) {
             assert!((found - 6.0 * (6.0 * time_s).cos()).abs() < 0.15, "{time_s} {found}");
         }
         let twice = Series { values: series.values.iter().map(|v| 2.0 * v + 1.0).collect(), ..series.clone() };
         let view = TraceView::Scatter(series);
-        let Ok(SeenTrace::Scatter { points, correlation, line }) = see(&view, &twice, range) else {
+        let Ok(TraceAnalysis::Scatter { points, correlation, line }) = analyse(&view, &twice, range) else {
             panic!("a scatter")
         };
         assert_eq!(points.len(), 801);
@@ -124,7 +128,7 @@ mod tests {
     fn too_short_a_stretch_says_so() {
         let range = TimeRange { start_s: 2.0, end_s: 2.1 };
         for view in [TraceView::Spectrum, TraceView::Spectrogram, TraceView::Derivative] {
-            assert!(see(&view, &wave(6.0), range).is_err(), "{view:?}");
+            assert!(analyse(&view, &wave(6.0), range).is_err(), "{view:?}");
         }
     }
 }

@@ -23,7 +23,7 @@ pub struct Aircraft {
 }
 
 impl Aircraft {
-    fn of(loaded: &Arc<LoadedAircraft>, reference: Option<String>, text: Option<String>) -> Self {
+    fn from_loaded(loaded: &Arc<LoadedAircraft>, reference: Option<String>, text: Option<String>) -> Self {
         let data = aircraft_data(Arc::clone(loaded), None);
         Self { reference, text, data: Keyed::new(Arc::new(data), Key::unique()) }
     }
@@ -44,7 +44,7 @@ impl Aircraft {
         };
         let folder = std::env::current_dir()?;
         let loaded = pooled(|| load_aircraft(&Context::new(&folder), &reference)).map_err(refuse)?;
-        Ok(Self::of(loaded.shared(), Some(reference), None))
+        Ok(Self::from_loaded(loaded.shared(), Some(reference), None))
     }
 
     /// One described by its numbers, SI; moments of inertia `Ixx, Iyy, Izz`, product `Ixz`.
@@ -74,7 +74,7 @@ impl Aircraft {
         let path = Path::new(folder).join("aircraft.toml");
         std::fs::write(&path, &text)?;
         let loaded = load_aircraft(&Context::new(Path::new(folder)), &path.display().to_string()).map_err(refuse)?;
-        Ok(Self::of(loaded.shared(), None, Some(text)))
+        Ok(Self::from_loaded(loaded.shared(), None, Some(text)))
     }
 
     /// What a session calls it.

@@ -75,7 +75,7 @@ pub struct Recording {
 }
 
 impl Recording {
-    fn of(recording: Samples, map: Option<String>) -> Self {
+    fn from_samples(recording: Samples, map: Option<String>) -> Self {
         let flight = LoadedFlight { recording, ..LoadedFlight::default() };
         Self::new(flight.into(), map)
     }
@@ -129,7 +129,7 @@ impl Recording {
     ) -> PyResult<Self> {
         let work = move |_: &Control, _: Show<'_>| read_files(&paths, channel_map.as_deref());
         let (recording, map) = attend(py, "read", progress, work)?;
-        Ok(Self::of(recording, Some(map)))
+        Ok(Self::from_samples(recording, Some(map)))
     }
 
     /// A recording of channels: name, time (s), values, unit. A name of a role plays it and its values are converted to SI; others
@@ -170,7 +170,7 @@ impl Recording {
             let series = Series { time_s, values };
             recording.channels.push(Channel { source: source.to_owned(), name, unit, series });
         }
-        Ok(Self::of(recording, None))
+        Ok(Self::from_samples(recording, None))
     }
 
     /// A recording of channels as another one holds them: values in SI, roles as they were.
@@ -189,7 +189,7 @@ impl Recording {
             let series = Series { time_s, values: slice(&name, &values)?.into() };
             recording.channels.push(Channel { source, name, unit, series });
         }
-        Ok(Self::of(recording, map))
+        Ok(Self::from_samples(recording, map))
     }
 
     /// The channel map it was read by.

@@ -185,7 +185,7 @@ fn described<'py>(
     all.set_item("coloured", matrix(py, covariance))?;
     all.set_item("correlation", matrix(py, &fit.correlation))?;
     all.set_item("held", fit.origins.iter().map(|&origin| describe_origin(origin)).collect::<Vec<_>>())?;
-    all.set_item("r2", FitQuality::of(z, &fitted).r_squared)?;
+    all.set_item("r2", FitQuality::compare(z, &fitted).r_squared)?;
     all.set_item("residuals", owned(py, residuals))?;
     all.set_item("fitted", owned(py, fitted))?;
     all.set_item("residual_std", fit.residual_std)?;

@@ -22,7 +22,7 @@ struct Travel {
 
 impl Travel {
     /// What `row` says now; where nobody has said anything, its first and its greatest value with no deflection yet.
-    fn of(row: &ManualChannel, probes: &[Probe]) -> Self {
+    fn measure(row: &ManualChannel, probes: &[Probe]) -> Self {
         let finite = row.from.find(probes).map_or(&[][..], |channel| channel.values()).iter();
         let finite = finite.copied().filter(|value| value.is_finite());
         let (first, greatest) = finite.fold((None, f64::NEG_INFINITY), |(first, greatest), value| {
@@ -66,7 +66,8 @@ pub(super) fn show(ui: &mut Ui, key: &str, row: &mut ManualChannel, probes: &[Pr
     Popup::from_toggle_button_response(&button).close_behavior(PopupCloseBehavior::CloseOnClickOutside).show(|ui| {
         let frame = ui.ctx().cumulative_frame_nr();
         let kept = ui.data(|data| data.get_temp::<(u64, u8, Travel)>(id)).filter(|(last, ..)| last + 1 >= frame);
-        let (age, mut travel) = kept.map_or_else(|| (0, Travel::of(row, probes)), |(_, age, travel)| (age, travel));
+        let (age, mut travel) =
+            kept.map_or_else(|| (0, Travel::measure(row, probes)), |(_, age, travel)| (age, travel));
         let before = travel;
         let mut is_entered = false;
         Grid::new(id).num_columns(2).spacing([10.0, 4.0]).show(ui, |ui| {
@@ -112,13 +113,13 @@ mod tests {
         let deg = Unit::parse("deg").expect("degrees are a unit");
         let from = ChannelName { source: "RCOU".to_owned(), channel: "C2".to_owned() };
         let mut row = ManualChannel::new(from, None);
-        assert_eq!(Travel::of(&row, &[]).deflection_deg, 0.0, "nothing is said yet");
+        assert_eq!(Travel::measure(&row, &[]).deflection_deg, 0.0, "nothing is said yet");
         Travel { neutral: 1500.0, at: 2000.0, deflection_deg: 0.0 }.say(&mut row, deg);
         assert_eq!((row.scale, row.offset), (1.0, 0.0), "no deflection says nothing");
         Travel { neutral: 1500.0, at: 2000.0, deflection_deg: -35.0 }.say(&mut row, deg);
         assert_eq!((row.scale, row.offset, row.turned), (-0.07, -1500.0, false));
         assert_eq!(row.unit.map(|unit| unit.symbol), Some("deg"));
-        let back = Travel::of(&row, &[]);
+        let back = Travel::measure(&row, &[]);
         assert_eq!(back.neutral, 1500.0);
         assert!((back.deflection_deg / (back.at - back.neutral) + 0.07).abs() < 1e-12, "{back:?}");
     }

@@ -124,7 +124,7 @@ pub(super) fn reversed_residuals(motion: &Motion, force: Role) -> Option<[f64; 2
 
 /// The same by one of the velocities.
 fn place_by(motion: &Motion, by: TellingVelocity) -> Option<AccelerometerPlace> {
-    let velocities = SegmentVelocity::of(motion, by);
+    let velocities = SegmentVelocity::of_segments(motion, by);
     let noise = arm_noise(motion);
     let mut found = place_at(&velocities, noise, 0.0)?;
     let mut delay_s = 0.0;
@@ -170,7 +170,7 @@ struct Fitted {
 }
 
 fn place_at(velocities: &[SegmentVelocity], noise: [f64; 3], delay_s: f64) -> Option<Fitted> {
-    let rows = Rows::of(velocities, delay_s);
+    let rows = Rows::collect(velocities, delay_s);
     if rows.blocks.last().is_none_or(|last| last + 1 < LEAST_BLOCKS) || rows.change.len() < 10 * UNKNOWNS {
         return None;
     }
@@ -324,7 +324,7 @@ struct Rows {
 
 impl Rows {
     /// Those of velocities that are late by `delay_s`.
-    fn of(velocities: &[SegmentVelocity], delay_s: f64) -> Self {
+    fn collect(velocities: &[SegmentVelocity], delay_s: f64) -> Self {
         let mut rows = Self::default();
         for segment in velocities {
             let first_block = rows.blocks.last().map_or(0, |last| last + 1);
@@ -388,7 +388,7 @@ struct SegmentVelocity {
 
 impl SegmentVelocity {
     /// Of each segment: over the ground the samples as they were recorded, for straight lines between them are not what was flown.
-    fn of(motion: &Motion, by: TellingVelocity) -> Vec<Self> {
+    fn of_segments(motion: &Motion, by: TellingVelocity) -> Vec<Self> {
         let one = |segment: &std::ops::Range<usize>| {
             let times = &motion.time_s[segment.clone()];
             let within = |axis: usize| -> Vec<[f64; 2]> {
@@ -429,7 +429,7 @@ struct Integrals {
 
 impl Inertial {
     fn new(motion: &Motion, by: TellingVelocity, segment: std::ops::Range<usize>) -> Self {
-        let steps: Vec<Step> = segment.clone().map(|k| Step::of(motion, by, k)).collect();
+        let steps: Vec<Step> = segment.clone().map(|k| Step::measure(motion, by, k)).collect();
         let (mut gained, mut turned, mut pauses) = (Vector3::zeros(), Matrix3::zeros(), 0);
         let mut sums: Vec<Integrals> = Vec::with_capacity(steps.len());
         for (k, step) in steps.iter().enumerate() {
@@ -484,7 +484,7 @@ struct Step {
 }
 
 impl Step {
-    fn of(motion: &Motion, by: TellingVelocity, k: usize) -> Self {
+    fn measure(motion: &Motion, by: TellingVelocity, k: usize) -> Self {
         let in_earth = |axis: [f64; 3]| Vector3::from(in_north_east_down(motion, k, axis));
         let rotation = Matrix3::from_columns(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(in_earth));
         let at = |roles: [Role; 3]| roles.map(|role| motion.at(role, k));

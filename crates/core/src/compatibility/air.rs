@@ -147,7 +147,7 @@ impl AirRelation {
     pub(super) fn trace(&self, motion: &Motion) -> Option<Trace> {
         let column = motion.column(self.compared)?;
         let segment = most_telling(motion, |segment| segment.len() as f64)?;
-        Some(Trace::of(segment.map(|k| (motion.time_s[k], column[k], (self.prediction)(motion, k)))))
+        Some(Trace::new(segment.map(|k| (motion.time_s[k], column[k], (self.prediction)(motion, k)))))
     }
 
     /// Compares over all segments together; `None` where no sample can be compared.

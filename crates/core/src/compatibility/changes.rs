@@ -209,13 +209,13 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    fn of(cures: Vec<Cure>, cost: f64) -> Self {
+    fn new(cures: Vec<Cure>, cost: f64) -> Self {
         Self { cures, cost, is_linear: false }
     }
 
     /// A channel with its sign turned.
     pub(super) fn turned(role: Role) -> Self {
-        Self::of(vec![Cure::Scale { role, factor: -1.0, offset: 0.0, units: None }], 1.0)
+        Self::new(vec![Cure::Scale { role, factor: -1.0, offset: 0.0, units: None }], 1.0)
     }
 
     /// Roles whose channels it changes.
@@ -337,13 +337,13 @@ pub(super) fn candidates(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
         let own = of_role(role)
             .into_iter()
             .filter(|(cure, _)| !is_part || !matches!(cure, Cure::Scale { units: Some(_), .. }));
-        found.extend(own.map(|(cure, cost)| Candidate::of(vec![cure], cost)));
+        found.extend(own.map(|(cure, cost)| Candidate::new(vec![cure], cost)));
         if let Some(offset) = offset_of(role, motion) {
             let cure = Cure::Scale { role, factor: 1.0, offset: -offset, units: None };
-            found.push(Candidate::of(vec![cure], 1.3));
+            found.push(Candidate::new(vec![cure], 1.3));
         }
         if let Some((form, likely_factor)) = travel_form(role, motion) {
-            found.push(Candidate::of(vec![Cure::Travel { role, form, likely_factor }], 1.3));
+            found.push(Candidate::new(vec![Cure::Travel { role, form, likely_factor }], 1.3));
         }
     }
     let is_there = |(one, other): (Role, Role)| motion.has(one) && motion.has(other);
@@ -353,11 +353,11 @@ pub(super) fn candidates(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
         SWAPS
             .into_iter()
             .filter(|pair| is_there(*pair) && is_suspect(*pair))
-            .map(|pair| Candidate::of(vec![swap(pair)], 1.3)),
+            .map(|pair| Candidate::new(vec![swap(pair)], 1.3)),
     );
     let boxes =
         SWAPS_OF_A_BOX.into_iter().filter(|pairs| pairs.iter().all(|pair| is_there(*pair)) && is_suspect(pairs[0]));
-    found.extend(boxes.map(|pairs| Candidate::of(pairs.map(swap).to_vec(), 1.4)));
+    found.extend(boxes.map(|pairs| Candidate::new(pairs.map(swap).to_vec(), 1.4)));
     found.extend(in_other_units(motion, suspects));
     if [SpecificForceZ, PitchAngle, BankAngle].iter().all(|role| motion.has(*role))
         && SPECIFIC_FORCE.iter().any(|role| suspects.contains(role))
@@ -366,7 +366,7 @@ pub(super) fn candidates(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
         found.push(Candidate { cures: vec![cure], cost: 1.5, is_linear: true });
     }
     if motion.has(TrueAirspeed) && suspects.contains(&TrueAirspeed) && !motion.has(CalibratedAirspeed) {
-        found.push(Candidate::of(vec![Cure::Reassign { from: TrueAirspeed, to: CalibratedAirspeed }], 1.1));
+        found.push(Candidate::new(vec![Cure::Reassign { from: TrueAirspeed, to: CalibratedAirspeed }], 1.1));
     }
     found
 }
@@ -381,7 +381,7 @@ pub(super) fn turned_together(opposite: &[Role]) -> Vec<Candidate> {
         let cures: Vec<Cure> =
             chosen.map(|(_, role)| Cure::Scale { role: *role, factor: -1.0, offset: 0.0, units: None }).collect();
         let cost = 1.0 + 0.1 * cures.len() as f64;
-        Candidate::of(cures, cost)
+        Candidate::new(cures, cost)
     };
     combinations.map(turned).collect()
 }
@@ -399,14 +399,14 @@ fn in_other_units(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
             let cures = there
                 .iter()
                 .filter_map(|role| of_role(*role).into_iter().map(|(cure, _)| cure).filter(is_of_units).nth(index));
-            found.push(Candidate::of(cures.collect(), 1.4));
+            found.push(Candidate::new(cures.collect(), 1.4));
         }
     }
     if motion.has(TrueAirspeed) && motion.has(Altitude) && suspects.contains(&Altitude) {
         // An air-data computer in knots and feet, of which a map without units makes SI.
         let of = |role: Role, unit: &str| of_role(role).into_iter().map(|(cure, _)| cure).find(|cure| cure.is_in(unit));
         let cures = of(TrueAirspeed, "kt").into_iter().chain(of(Altitude, "ft"));
-        found.push(Candidate::of(cures.collect(), 1.6));
+        found.push(Candidate::new(cures.collect(), 1.6));
     }
     found
 }

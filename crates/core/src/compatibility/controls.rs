@@ -144,7 +144,7 @@ impl Response {
         let point = |k: usize| {
             (motion.time_s[k], self.effect_at(motion, self.effect, k, half), gain * motion.at(self.cause, k))
         };
-        Some(Trace::of(steps.map(point)).without_means())
+        Some(Trace::new(steps.map(point)).without_means())
     }
 
     /// Steps of half the interval over which a rate is differentiated.

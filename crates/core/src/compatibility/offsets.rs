@@ -273,11 +273,11 @@ impl Offset {
         if self.is_of_directions() {
             let segment = most_telling(motion, |segment| self.directions(motion, segment).len() as f64)?;
             let directions = self.directions(motion, &segment).into_iter();
-            return Some(Trace::of(directions.map(|one| (one.time_s, one.says[1], one.is[1]))).without_means());
+            return Some(Trace::new(directions.map(|one| (one.time_s, one.says[1], one.is[1]))).without_means());
         }
         let segment = most_telling(motion, |segment| self.pairs(motion, segment).len() as f64)?;
         let pairs = self.pairs(motion, &segment).into_iter();
-        Some(Trace::of(pairs.map(|(k, should, is)| (motion.time_s[k], is, should))))
+        Some(Trace::new(pairs.map(|(k, should, is)| (motion.time_s[k], is, should))))
     }
 }
 

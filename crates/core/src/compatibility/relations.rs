@@ -446,7 +446,7 @@ impl Kinematic {
             Line::of_all(&self.pairs(motion, segment)).map_or(f64::NAN, |line| line.spread_x.max(line.spread_y))
         })?;
         let pairs = self.timed_pairs(motion, &segment).into_iter();
-        let trace = Trace::of(pairs.map(|(time_s, x, y)| (time_s, y, x)));
+        let trace = Trace::new(pairs.map(|(time_s, x, y)| (time_s, y, x)));
         Some(if self.origin { trace } else { trace.without_means() })
     }
 

@@ -43,7 +43,7 @@ impl Size {
         let column = motion.column(self.role)?;
         let segment = most_telling(motion, |segment| segment.len() as f64)?;
         let point = |k: usize| (motion.time_s[k], column[k], column[k].clamp(self.range.0, self.range.1));
-        Some(Trace::of(segment.map(point)))
+        Some(Trace::new(segment.map(point)))
     }
 
     /// Whether the samples of all segments lie inside.

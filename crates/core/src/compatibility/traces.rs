@@ -29,7 +29,7 @@ pub struct Curves {
 
 impl Trace {
     /// A trace of `(time, channel, others)`, thinned, of the points at which all three are numbers.
-    pub(super) fn of(points: impl Iterator<Item = (f64, f64, f64)>) -> Self {
+    pub(super) fn new(points: impl Iterator<Item = (f64, f64, f64)>) -> Self {
         let finite = points.filter(|(time, one, other)| time.is_finite() && one.is_finite() && other.is_finite());
         let all: Vec<_> = finite.collect();
         let every = all.len().div_ceil(MOST_POINTS).max(1);

@@ -130,7 +130,7 @@ impl Travel {
             column[segment.clone()].iter().copied().filter(|value| value.is_finite()).map(f64::abs).fold(0.0, f64::max)
         })?;
         let point = |k: usize| (motion.time_s[k], column[k], column[k].clamp(-FARTHEST_RAD, FARTHEST_RAD));
-        Some(Trace::of(segment.map(point)))
+        Some(Trace::new(segment.map(point)))
     }
 }
 

@@ -91,7 +91,7 @@ pub fn constrained_least_squares(
 ) -> Result<Fit, EstimateError> {
     check_values(names, x, z)?;
     let square = z.iter().map(|z| z * z).sum();
-    let found = solve_constrained(names, Triangle::of(x, z), (z.len(), square), constraints)?;
+    let found = solve_constrained(names, Triangle::reduce(x, z), (z.len(), square), constraints)?;
     let fitted = x * &found.solution.estimates;
     let fit = Fit::with_variance(names, z, fitted.as_slice(), found.solution, found.variance);
     Ok(Fit { origins: found.origins, ..fit })

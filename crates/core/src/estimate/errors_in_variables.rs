@@ -30,7 +30,7 @@ pub fn errors_in_variables(
             found: noise_covariance.nrows(),
         });
     }
-    let triangle = Triangle::of(x, z);
+    let triangle = Triangle::reduce(x, z);
     let condition_number = triangle.solve(names)?.condition_number;
     let factor = triangle.factor();
     let normal = factor.columns(0, p).tr_mul(&factor.columns(0, p));
@@ -74,7 +74,7 @@ pub fn total_least_squares(
     let order: Vec<usize> =
         (0..names.len()).filter(|index| !noisy.contains(index)).chain(noisy.iter().copied()).collect();
     let exact = names.len() - noisy.len();
-    let triangle = Triangle::of(x, z).subset(&order);
+    let triangle = Triangle::reduce(x, z).subset(&order);
     let mut rest =
         triangle.factor().view((exact, exact), (triangle.factor().nrows() - exact, noisy.len() + 1)).into_owned();
     for (column, &index) in noisy.iter().enumerate() {

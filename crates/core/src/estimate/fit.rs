@@ -19,7 +19,7 @@ pub struct FitQuality {
 
 impl FitQuality {
     /// Quality of the values `fitted` against `measured`; both have one length.
-    pub fn of(measured: &[f64], fitted: &[f64]) -> Self {
+    pub fn compare(measured: &[f64], fitted: &[f64]) -> Self {
         let samples = measured.len() as f64;
         let mean = measured.iter().sum::<f64>() / samples;
         let square: f64 = measured.iter().zip(fitted).map(|(z, y)| (z - y).powi(2)).sum();
@@ -143,7 +143,7 @@ impl Fit {
             t_values: Vec::new(),
             correlation: DMatrix::zeros(0, 0),
             residual_std: variance.sqrt(),
-            quality: FitQuality::of(z, fitted),
+            quality: FitQuality::compare(z, fitted),
             residuals,
             condition_number: solution.condition_number,
         }

@@ -87,7 +87,7 @@ pub(super) fn regress(names: &[String], x: &DMatrix<f64>, z: &[f64], frequencies
     if frequencies <= names.len() {
         return Err(EstimateError::TooFewSamples { samples: frequencies, parameters: names.len() });
     }
-    let triangle = Triangle::of(x, z);
+    let triangle = Triangle::reduce(x, z);
     let solution = triangle.solve(names)?;
     let variance = triangle.residual_square() / (frequencies - names.len()) as f64;
     let fitted = x * &solution.estimates;

@@ -16,7 +16,7 @@ use super::{EstimateError, Fit};
 /// named.
 pub fn least_squares(names: &[String], x: &DMatrix<f64>, z: &[f64]) -> Result<Fit, EstimateError> {
     check(names, x, z)?;
-    let solution = Triangle::of(x, z).solve(names)?;
+    let solution = Triangle::reduce(x, z).solve(names)?;
     let fitted = x * &solution.estimates;
     Ok(Fit::assemble(names, z, fitted.as_slice(), solution))
 }

@@ -68,7 +68,7 @@ pub fn orthogonal(
     if let Some(&index) = forced.iter().find(|&&index| index >= names.len()) {
         return Err(EstimateError::Size { quantity: "forced term", expected: names.len(), found: index });
     }
-    let triangle = Triangle::of(x, z);
+    let triangle = Triangle::reduce(x, z);
     let samples = z.len() as f64;
     let mean = z.iter().sum::<f64>() / samples;
     let total: f64 = z.iter().map(|z| (z - mean).powi(2)).sum();

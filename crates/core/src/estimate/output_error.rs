@@ -319,7 +319,7 @@ fn finish(
     }
     let quality = measured.column_iter().zip(outputs.column_iter()).map(|(z, y)| {
         let (z, y): (Vec<f64>, Vec<f64>) = z.iter().zip(y.iter()).filter(|(z, _)| z.is_finite()).unzip();
-        FitQuality::of(&z, &y)
+        FitQuality::compare(&z, &y)
     });
     Ok(OutputErrorFit {
         names: parameters.iter().map(|parameter| parameter.name.clone()).collect(),

@@ -114,7 +114,7 @@ fn triangles(
     for window in windows {
         check_values(names, &window.x, &window.z)?;
     }
-    let triangles: Vec<Triangle> = windows.iter().map(|window| Triangle::of(&window.x, &window.z)).collect();
+    let triangles: Vec<Triangle> = windows.iter().map(|window| Triangle::reduce(&window.x, &window.z)).collect();
     let parts = triangles.iter().zip(parameters.iter().map(Vec::as_slice));
     let triangle = Triangle::stack(parts, all_names.len());
     Ok(((all_names, parameters), triangle))

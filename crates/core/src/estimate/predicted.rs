@@ -95,7 +95,7 @@ impl ResidualNoise {
     pub fn expected(&self, regression: &PooledRegression) -> Result<ExpectedErrors, EstimateError> {
         let (names, parameters) = layout(&regression.names, &regression.per_window, &regression.windows)?;
         let triangles: Vec<Triangle> =
-            regression.windows.iter().map(|window| Triangle::of(&window.x, &vec![0.0; window.x.nrows()])).collect();
+            regression.windows.iter().map(|window| Triangle::reduce(&window.x, &vec![0.0; window.x.nrows()])).collect();
         let stacked = Triangle::stack(triangles.iter().zip(parameters.iter().map(Vec::as_slice)), names.len());
         let mut information = vec![0.0; names.len()];
         for columns in &parameters {

@@ -94,7 +94,7 @@ pub fn stepwise(
     if let Some(&index) = forced.iter().find(|&&index| index >= names.len()) {
         return Err(EstimateError::Size { quantity: "forced term", expected: names.len(), found: index });
     }
-    let search = Search { names, x, z, triangle: Triangle::of(x, z) };
+    let search = Search { names, x, z, triangle: Triangle::reduce(x, z) };
     let mut selected = forced.to_vec();
     let mut log = Vec::new();
     while let Some(trial) = search.best(&selected) {

@@ -123,7 +123,7 @@ fn without_constants(
             x.set_column(constants + at, &window.x.column(column));
             squares[at] += window.x.column(column).norm_squared();
         }
-        parts.push(Triangle::of(&x, &window.z));
+        parts.push(Triangle::reduce(&x, &window.z));
     }
     let columns: Vec<usize> = (0..constants + free.len()).collect();
     let stacked = Triangle::stack(parts.iter().map(|part| (part, columns.as_slice())), columns.len());

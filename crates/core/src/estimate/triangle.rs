@@ -34,7 +34,7 @@ pub(super) struct Solution {
 
 impl Triangle {
     /// Triangle of `[X z]`.
-    pub fn of(x: &DMatrix<f64>, z: &[f64]) -> Self {
+    pub fn reduce(x: &DMatrix<f64>, z: &[f64]) -> Self {
         let columns = x.ncols() + 1;
         let mut factor = DMatrix::zeros(0, columns);
         let mut start = 0;

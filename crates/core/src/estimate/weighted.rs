@@ -144,7 +144,7 @@ fn transformed(
     scaled: &DMatrix<f64>,
     scaled_z: &[f64],
 ) -> Result<Fit, EstimateError> {
-    let triangle = Triangle::of(scaled, scaled_z);
+    let triangle = Triangle::reduce(scaled, scaled_z);
     let solution = triangle.solve(names)?;
     let variance = triangle.residual_square() / (scaled_z.len() - names.len()) as f64;
     let fitted = x * &solution.estimates;

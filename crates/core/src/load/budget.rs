@@ -54,7 +54,7 @@ pub(super) struct Budget<'p> {
 
 impl<'p> Budget<'p> {
     /// The budget of `path`. What takes no more than the file itself is not unpacked, so there is always that much.
-    pub fn of(path: &'p Path, format: Format) -> Self {
+    pub fn for_file(path: &'p Path, format: Format) -> Self {
         let stored = std::fs::metadata(path).map_or(0, |about| about.len());
         let all = (*BUDGET).max(stored);
         Self { path, format, all, left: Cell::new(all) }

@@ -62,6 +62,8 @@ pub enum By {
     File,
     /// The recorder is known.
     Recorder,
+    /// The recorder is known by the order of the columns, which have no names.
+    Layout,
     /// Words of its name.
     Name,
     /// Words of its name and the channels of the other axes.
@@ -77,9 +79,10 @@ impl By {
             Self::Hand => "by its name",
             Self::File => "by the names file",
             Self::Recorder => "by its recorder",
+            Self::Layout => "by the order of the columns",
             Self::Name => "by its name",
             Self::Axes => "by its name and axes",
-            Self::Physics => "by other channels",
+            Self::Physics => "by comparison with other channels",
         }
     }
 }

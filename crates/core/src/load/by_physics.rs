@@ -18,14 +18,14 @@ const LEAST_EMPTY: f64 = 0.9;
 const CHANNELS: std::ops::RangeInclusive<usize> = 5..=400;
 
 /// Whether a name is a number, or a word for a channel with one.
-fn is_empty(name: &str) -> bool {
+pub(super) fn is_empty_name(name: &str) -> bool {
     let word: String = name.chars().filter(|letter| letter.is_alphabetic()).collect::<String>().to_lowercase();
     EMPTY_WORDS.contains(&word.as_str()) && (word.is_empty() || name.chars().any(|letter| letter.is_ascii_digit()))
 }
 
 /// Whether the names of a recording say nothing of its channels.
 pub(super) fn names_say_nothing(candidates: &[Candidate<'_>]) -> bool {
-    let empty = candidates.iter().filter(|candidate| is_empty(&candidate.from.channel)).count();
+    let empty = candidates.iter().filter(|candidate| is_empty_name(&candidate.from.channel)).count();
     CHANNELS.contains(&candidates.len()) && empty as f64 >= LEAST_EMPTY * candidates.len() as f64
 }
 
@@ -177,7 +177,7 @@ mod tests {
             ("alpha1", false),
             ("RCOU", false),
         ] {
-            assert_eq!(is_empty(name), is, "{name}");
+            assert_eq!(is_empty_name(name), is, "{name}");
         }
     }
 

@@ -55,7 +55,7 @@ pub(super) fn probe(path: &Path, format: Format) -> Result<Probe, LoadError> {
     let Walk { mut sources, warnings, .. } = walk;
     sources.retain(|source| !source.channels.is_empty() || !source.notes.is_empty());
     let mut failed = None;
-    let budget = Budget::of(path, format);
+    let budget = Budget::for_file(path, format);
     for source in &mut sources {
         find_clocks(source, |source, index| {
             if let Err(error) = fetch(&file, &budget, path, format, source, index) {
@@ -89,7 +89,7 @@ pub(super) fn complete(probe: &mut Probe) -> Result<(), LoadError> {
     }
     let (path, format) = (probe.path.clone(), probe.format);
     let file = open(&path)?;
-    let budget = Budget::of(&path, format);
+    let budget = Budget::for_file(&path, format);
     for (object, places) in wanted {
         let columns = load(&file, &budget, &path, format, &object)?;
         for (source, channel, column) in places {
@@ -117,7 +117,7 @@ fn open(path: &Path) -> Result<Hdf5File, LoadError> {
 
 /// How a file is opened: with bounds that follow from its size.
 fn options(path: &Path) -> OpenOptions {
-    let limit = limit(path).min(Budget::of(path, Format::Hdf5).all());
+    let limit = limit(path).min(Budget::for_file(path, Format::Hdf5).all());
     let limit = usize::try_from(limit).unwrap_or(usize::MAX);
     OpenOptions::default()
         .with_chunk_cache_bytes(CHUNK_CACHE_BYTES)
@@ -174,7 +174,7 @@ fn child_of(error: &Error) -> Option<(String, u64)> {
 fn damaged(path: &Path, format: Format, error: &Error) -> LoadError {
     let (path, what) = (path.to_owned(), one_line(&error.to_string()));
     if matches!(root_cause(error), Error::ResourceLimit(_)) {
-        let budget_mb = Budget::of(&path, format).all() / 1_000_000;
+        let budget_mb = Budget::for_file(&path, format).all() / 1_000_000;
         LoadError::TooLarge { path, format, what, budget_mb }
     } else if is_unsupported(error) {
         LoadError::Unsupported { path, what, cure: "store its data sets with gzip or without compression" }

@@ -35,12 +35,12 @@ enum Number {
 
 impl Number {
     /// The type of `datatype`, if it is a number; enumerations (booleans among them) count by their value.
-    fn of(datatype: &Datatype) -> Option<Self> {
+    fn from_datatype(datatype: &Datatype) -> Option<Self> {
         match datatype {
             Datatype::FixedPoint { size, signed: true, .. } => Some(Self::Signed(*size as usize)),
             Datatype::FixedPoint { size, .. } | Datatype::Bitfield { size, .. } => Some(Self::Unsigned(*size as usize)),
             Datatype::FloatingPoint { size, .. } => Some(Self::Float(*size as usize)),
-            Datatype::Enum { base, .. } => Self::of(base),
+            Datatype::Enum { base, .. } => Self::from_datatype(base),
             _ => None,
         }
         .filter(|number| {
@@ -114,10 +114,10 @@ pub(super) fn layout(dataset: &Dataset, by_rows: bool) -> Layout {
             for field in fields.iter().filter(|_| count == 1) {
                 let offset = field.byte_offset as usize;
                 let column = |suffix, offset, number| Column { suffix, first: 0, step: 1, offset, number };
-                match (Number::of(&field.datatype), &field.datatype) {
+                match (Number::from_datatype(&field.datatype), &field.datatype) {
                     (Some(number), _) => columns.push(column(format!(".{}", field.name), offset, number)),
                     (None, Datatype::Array { base, dims }) if dims.len() == 1 && dims[0] <= MAX_COLUMNS as u64 => {
-                        let Some(number) = Number::of(base) else { continue };
+                        let Some(number) = Number::from_datatype(base) else { continue };
                         let element = |index: usize| offset + index * number.size();
                         let name = |index: usize| format!(".{}[{index}]", field.name);
                         columns.extend((0..dims[0] as usize).map(|index| column(name(index), element(index), number)));
@@ -127,7 +127,7 @@ pub(super) fn layout(dataset: &Dataset, by_rows: bool) -> Layout {
             }
             Layout::Columns(samples, columns)
         }
-        other => match Number::of(other) {
+        other => match Number::from_datatype(other) {
             Some(number) => {
                 let column = |index: usize| {
                     let (first, step) = place(index);

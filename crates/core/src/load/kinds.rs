@@ -36,7 +36,7 @@ pub(super) fn find_kind(probes: &[Probe], map: &ManualChannelMap) -> Option<Stri
         return Some("multirotor".to_owned());
     }
     let has_airspeed = [Role::TrueAirspeed, Role::CalibratedAirspeed].into_iter().any(|role| {
-        Trace::of(map, role, probes).is_none_or(|speed| speed.values.iter().any(|value| *value > FLIGHT_M_S))
+        Trace::for_role(map, role, probes).is_none_or(|speed| speed.values.iter().any(|value| *value > FLIGHT_M_S))
             && map.row(role).is_some()
     });
     if has_airspeed {
@@ -54,7 +54,7 @@ pub(super) fn find_kind(probes: &[Probe], map: &ManualChannelMap) -> Option<Stri
 /// What hovers is a multirotor or a helicopter, what climbs at once faster than any aeroplane a rocket.
 fn kind_of_motion(map: &ManualChannelMap, probes: &[Probe]) -> Option<&'static str> {
     let depth = || {
-        let mut depth = Trace::of(map, Role::PositionDown, probes)?;
+        let mut depth = Trace::for_role(map, Role::PositionDown, probes)?;
         depth.values.iter_mut().for_each(|value| *value = -*value);
         Some(depth)
     };

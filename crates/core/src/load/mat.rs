@@ -45,7 +45,7 @@ pub(super) enum Value {
 /// Reads all variables of the file.
 pub(super) fn variables(path: &Path, contents: &[u8]) -> Result<Vec<Variable>, LoadError> {
     let big = contents.get(126..128) == Some(b"MI");
-    let budget = Budget::of(path, Format::MatV5);
+    let budget = Budget::for_file(path, Format::MatV5);
     let mut file = Cursor { path, bytes: contents, at: HEADER_BYTES, big, budget: &budget };
     let mut variables = Vec::new();
     while file.at < contents.len() {

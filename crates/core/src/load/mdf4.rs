@@ -116,7 +116,7 @@ enum Conversion {
 
 impl Conversion {
     /// The conversion of a channel; why there is none where it is of another kind.
-    fn of(block: Option<Block<'_>>) -> Result<Self, &'static str> {
+    fn from_block(block: Option<Block<'_>>) -> Result<Self, &'static str> {
         let Some(block) = block else { return Ok(Self::None) };
         let (kind, count) = (block.data.first().copied().unwrap_or(0), u16_at(block.data, 6).unwrap_or(0));
         let value = |index: usize| Some(f64::from_bits(u64_at(block.data, 24 + 8 * index)?));
@@ -245,7 +245,7 @@ pub(super) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<
     }
     let header = Block::at(contents, HEADER as u64).filter(|block| block.id == b"HD");
     let header = header.ok_or_else(|| damaged("no header block at byte 64"))?;
-    let budget = Budget::of(path, Format::Mdf4);
+    let budget = Budget::for_file(path, Format::Mdf4);
     let (mut sources, mut warnings) = (Vec::new(), Vec::new());
     let data_groups = chain(contents, header.link(0), b"DG", MOST_GROUPS).map_err(|what| damaged(&what))?;
     for (number, data_group) in data_groups.into_iter().enumerate() {
@@ -306,7 +306,7 @@ fn field(contents: &[u8], block: Block<'_>, has_invalid: bool) -> Result<Field, 
     }
     let converted = block.follow(contents, 4, b"CC");
     let unit = block.text(contents, 6).or_else(|| converted?.text(contents, 1)).filter(|unit| !unit.is_empty());
-    let conversion = match Conversion::of(converted) {
+    let conversion = match Conversion::from_block(converted) {
         Ok(conversion) => conversion,
         Err(why) => return Err((name, why)),
     };

@@ -32,6 +32,7 @@ mod hdf5;
 mod hdf5_decode;
 pub mod instruments;
 mod kinds;
+mod layouts;
 mod map;
 mod mat;
 mod mat_contents;

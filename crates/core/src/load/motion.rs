@@ -47,7 +47,7 @@ impl Trace {
     }
 
     /// The row of a role.
-    pub(super) fn of(map: &ManualChannelMap, role: Role, probes: &[Probe]) -> Option<Self> {
+    pub(super) fn for_role(map: &ManualChannelMap, role: Role, probes: &[Probe]) -> Option<Self> {
         Self::read(map.row(role)?, probes)
     }
 
@@ -107,7 +107,7 @@ const LAGS_S: [f64; 2] = [1.0, 4.0];
 /// Height in metres, whose sign is known.
 pub(super) fn height(map: &ManualChannelMap, probes: &[Probe]) -> Option<Trace> {
     let varies = |trace: &Trace| trace.values.iter().any(|value| (value - trace.values[0]).abs() > 1e-3);
-    [Role::Altitude, Role::GpsAltitude].iter().filter_map(|role| Trace::of(map, *role, probes)).find(varies)
+    [Role::Altitude, Role::GpsAltitude].iter().filter_map(|role| Trace::for_role(map, *role, probes)).find(varies)
 }
 
 /// Whether a row may be turned.
@@ -181,7 +181,7 @@ fn settle_down(map: &mut ManualChannelMap, probes: &[Probe]) -> bool {
             Some(-slope_of(place.as_ref()?, Trace::read(speed, probes)?)?.1)
         };
         let by_pitch = || {
-            let pitch = Trace::of(map, Role::PitchAngle, probes)?;
+            let pitch = Trace::for_role(map, Role::PitchAngle, probes)?;
             map.row(Role::TrueAirspeed).or(map.row(Role::CalibratedAirspeed))?;
             let (_, correlation) = slope_of(place.as_ref()?, pitch)?;
             (correlation.abs() > ANGLE_CORRELATION).then_some(correlation.signum())
@@ -196,7 +196,7 @@ fn settle_down(map: &mut ManualChannelMap, probes: &[Probe]) -> bool {
         let speed = || Trace::read(&ManualChannel { turned: false, ..row.clone() }, probes);
         let by_height = || slope_of(height.as_ref()?, speed()?).map(|(_, correlation)| correlation);
         let by_place = || {
-            let place = Trace::of(map, Role::PositionDown, probes).filter(|_| is_known)?;
+            let place = Trace::for_role(map, Role::PositionDown, probes).filter(|_| is_known)?;
             slope_of(&place, speed()?).map(|(_, correlation)| -correlation)
         };
         let strong = |correlation: &f64| correlation.abs() > PLACE_CORRELATION;
@@ -251,8 +251,8 @@ fn fit(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
 
 /// Place north and east in metres of latitude and longitude.
 pub(super) fn places(map: &ManualChannelMap, probes: &[Probe]) -> Option<[Trace; 2]> {
-    let latitude = Trace::of(map, Role::Latitude, probes)?;
-    let longitude = Trace::of(map, Role::Longitude, probes)?.at(&latitude.time_s)?.unwrapped();
+    let latitude = Trace::for_role(map, Role::Latitude, probes)?;
+    let longitude = Trace::for_role(map, Role::Longitude, probes)?.at(&latitude.time_s)?.unwrapped();
     let first = *latitude.values.iter().find(|value| value.is_finite() && **value != 0.0)?;
     let (east, north) = (longitude.map(|angle| EARTH_M * first.cos() * angle), latitude.map(|angle| EARTH_M * angle));
     Some([north, east])
@@ -322,8 +322,8 @@ fn is_far(place: &Trace, row: &ManualChannel, probes: &[Probe]) -> bool {
 
 /// Direction of flight over the Earth, rad from north to the east.
 fn track(map: &ManualChannelMap, probes: &[Probe]) -> Option<Trace> {
-    let north = Trace::of(map, Role::VelocityNorth, probes)?;
-    let east = Trace::of(map, Role::VelocityEast, probes)?.at(&north.time_s)?;
+    let north = Trace::for_role(map, Role::VelocityNorth, probes)?;
+    let east = Trace::for_role(map, Role::VelocityEast, probes)?.at(&north.time_s)?;
     let angle = |(north, east): (&f64, &f64)| if north.hypot(*east) > 2.0 { east.atan2(*north) } else { f64::NAN };
     let values = north.values.iter().zip(&east.values).map(angle).collect();
     Some(Trace { values, ..north })
@@ -359,11 +359,12 @@ pub(super) struct Turning {
 
 /// Compares the attitude with the rates; without a heading rolling and pitching alone.
 pub(super) fn turning(map: &ManualChannelMap, probes: &[Probe]) -> Option<Turning> {
-    let bank = Trace::of(map, Role::BankAngle, probes)?.unwrapped();
-    let pitch = Trace::of(map, Role::PitchAngle, probes)?.at(&bank.time_s)?;
-    let heading = Trace::of(map, Role::HeadingAngle, probes).map(Trace::unwrapped).and_then(|h| h.at(&bank.time_s));
+    let bank = Trace::for_role(map, Role::BankAngle, probes)?.unwrapped();
+    let pitch = Trace::for_role(map, Role::PitchAngle, probes)?.at(&bank.time_s)?;
+    let heading =
+        Trace::for_role(map, Role::HeadingAngle, probes).map(Trace::unwrapped).and_then(|h| h.at(&bank.time_s));
     let rates = [Role::RollRate, Role::PitchRate, Role::YawRate]
-        .map(|role| Trace::of(map, role, probes).and_then(|rate| rate.at(&bank.time_s)));
+        .map(|role| Trace::for_role(map, role, probes).and_then(|rate| rate.at(&bank.time_s)));
     let (count, lag) = (bank.time_s.len(), lag_of(&bank.time_s, SPAN_S)?);
     let step = (count / MOST_PAIRS).max(1);
     let mut pairs: [Vec<(f64, f64)>; 3] = Default::default();
@@ -514,13 +515,13 @@ fn turn_left_up(map: &mut ManualChannelMap, rates: [f64; 3]) {
 /// Median speed, m/s, of the air or over the Earth.
 pub(super) fn speed(map: &ManualChannelMap, probes: &[Probe]) -> Option<f64> {
     let middle = |role: Role| {
-        let mut values = Trace::of(map, role, probes)?.values;
+        let mut values = Trace::for_role(map, role, probes)?.values;
         values.retain(|value| value.is_finite());
         median(&mut values)
     };
     middle(Role::TrueAirspeed).or_else(|| middle(Role::CalibratedAirspeed)).or_else(|| {
-        let north = Trace::of(map, Role::VelocityNorth, probes)?;
-        let east = Trace::of(map, Role::VelocityEast, probes)?.at(&north.time_s)?;
+        let north = Trace::for_role(map, Role::VelocityNorth, probes)?;
+        let east = Trace::for_role(map, Role::VelocityEast, probes)?.at(&north.time_s)?;
         let mut all: Vec<f64> = north.values.iter().zip(&east.values).map(|(n, e)| n.hypot(*e)).collect();
         all.retain(|value| value.is_finite());
         median(&mut all)
@@ -529,7 +530,7 @@ pub(super) fn speed(map: &ManualChannelMap, probes: &[Probe]) -> Option<f64> {
 
 /// Correlation of the pitch with the climb, or with the specific force along x.
 fn pitch_sign(map: &ManualChannelMap, probes: &[Probe]) -> Option<f64> {
-    let pitch = Trace::of(map, Role::PitchAngle, probes)?;
+    let pitch = Trace::for_role(map, Role::PitchAngle, probes)?;
     let speed = speed(map, probes).filter(|speed| *speed > LEAST_SPEED)?;
     // A pitch of an aeroplane makes a climb of about its speed.
     let by_climb = || {
@@ -537,7 +538,7 @@ fn pitch_sign(map: &ManualChannelMap, probes: &[Probe]) -> Option<f64> {
         (0.25..4.0).contains(&(slope.abs() / speed)).then_some(correlation)
     };
     let by_force = || {
-        let force = Trace::of(map, Role::SpecificForceX, probes)?.at(&pitch.time_s)?;
+        let force = Trace::for_role(map, Role::SpecificForceX, probes)?.at(&pitch.time_s)?;
         let step = (pitch.values.len() / MOST_PAIRS).max(1);
         let pairs: Vec<(f64, f64)> = pitch
             .values

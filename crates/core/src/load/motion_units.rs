@@ -34,7 +34,8 @@ pub(super) fn settle(map: &mut ManualChannelMap, probes: &[Probe]) {
 /// Product of an airspeed and the pitch, whose units are known: the climb but for the angle of attack.
 fn climb_of_pitch(map: &ManualChannelMap, probes: &[Probe], pitch: &ManualChannel) -> Option<Trace> {
     let is_known = |role: &Role| map.row(*role).is_some_and(|row| !row.is_unit_open(probes));
-    let speed = Trace::of(map, [Role::TrueAirspeed, Role::CalibratedAirspeed].into_iter().find(is_known)?, probes)?;
+    let speed =
+        Trace::for_role(map, [Role::TrueAirspeed, Role::CalibratedAirspeed].into_iter().find(is_known)?, probes)?;
     let mut climb = Trace::read(pitch, probes)?.at(&speed.time_s)?;
     climb.values.iter_mut().zip(&speed.values).for_each(|(pitch, speed)| *pitch *= speed);
     Some(climb)
@@ -63,9 +64,10 @@ fn settle_places(map: &mut ManualChannelMap, probes: &[Probe]) {
         return;
     }
     let read = || {
-        let speed = Trace::of(map, [Role::TrueAirspeed, Role::CalibratedAirspeed].into_iter().find(is_known)?, probes)?;
-        let north = Trace::of(map, Role::PositionNorth, probes)?;
-        let east = Trace::of(map, Role::PositionEast, probes)?.at(&north.time_s)?;
+        let speed =
+            Trace::for_role(map, [Role::TrueAirspeed, Role::CalibratedAirspeed].into_iter().find(is_known)?, probes)?;
+        let north = Trace::for_role(map, Role::PositionNorth, probes)?;
+        let east = Trace::for_role(map, Role::PositionEast, probes)?.at(&north.time_s)?;
         let mut ground = way_of(&[north, east])?.values;
         let mut air = speed.values;
         air.retain(|value| value.is_finite());
@@ -121,7 +123,7 @@ fn settle_heights(map: &mut ManualChannelMap, probes: &[Probe]) {
             continue;
         }
         let other = heights.into_iter().find(|other| *other != role && !is_open(map, *other, probes));
-        let reference = by_pressure(map).or_else(|| Trace::of(map, other?, probes));
+        let reference = by_pressure(map).or_else(|| Trace::for_role(map, other?, probes));
         let Some(row) = map.row(role).cloned() else { continue };
         let read = Trace::read(&row, probes);
         let found = reference.zip(read).and_then(|(reference, read)| change_correlation(&read, reference));
@@ -194,7 +196,7 @@ fn settle_velocity(map: &mut ManualChannelMap, probes: &[Probe]) {
     let Some(places) = places(map, probes) else { return };
     let mut slopes = Vec::new();
     for (place, role) in places.iter().zip(roles) {
-        let found = Trace::of(map, role, probes).and_then(|speed| slope_of(place, speed));
+        let found = Trace::for_role(map, role, probes).and_then(|speed| slope_of(place, speed));
         slopes.extend(found.filter(|(_, correlation)| correlation.abs() > CORRELATION).map(|(slope, _)| slope));
     }
     let Some(slope) = slopes.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())) else { return };

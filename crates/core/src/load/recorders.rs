@@ -9,6 +9,7 @@ use super::attitude::QuaternionAxes;
 use super::by_hand::{By, ChannelName, ManualChannel, ManualQuaternion};
 use super::candidates::unit_by_size;
 use super::contents::{ChannelInfo, Probe, Source};
+use super::layouts::Layout;
 use super::map::matches;
 use super::stated_unit::stated_unit;
 use super::text_layout::split_unit;
@@ -40,6 +41,9 @@ pub(super) struct Recorder {
     quaternion: Vec<Quaternion>,
     #[serde(default)]
     ground: Vec<Ground>,
+    /// Tables that it writes without names.
+    #[serde(default)]
+    layout: Vec<Layout>,
     /// Channels of each role, best first.
     roles: BTreeMap<String, Vec<Column>>,
 }
@@ -169,10 +173,34 @@ pub(super) fn claim(probes: &[Probe]) -> Claims {
         let known = recorders().iter().find(|recorder| recorder.signature.fits(probe));
         if let Some(recorder) = known {
             recorder.claim(probe, &mut claims);
+        } else {
+            claim_columns(probe, &mut claims);
         }
     }
     claims.rows.sort_by_key(|(role, _)| *role);
     claims
+}
+
+/// The same of a table without names whose columns are those that a recorder writes; every role is asked for.
+fn claim_columns(probe: &Probe, claims: &mut Claims) {
+    let mut layouts = recorders().iter().flat_map(|recorder| recorder.layout.iter().map(move |one| (recorder, one)));
+    let found = layouts.find_map(|(recorder, layout)| Some((recorder, layout, layout.name_columns(probe)?)));
+    let Some((recorder, layout, named)) = found else { return };
+    let mut own = Claims::default();
+    recorder.claim(&named, &mut own);
+    let channels = || probe.sources.iter().flat_map(|source| &source.channels);
+    for (_, row) in &mut own.rows {
+        let Some((place, count)) = layout.place(&row.from.channel) else { continue };
+        let Some(channel) = channels().nth(place) else { continue };
+        row.by = By::Layout;
+        row.evidence = Some(format!("column {} of {count} is '{}' in {}", place + 1, row.from.channel, layout.name));
+        row.from.channel.clone_from(&channel.name);
+    }
+    let taken = |role: Role| claims.rows.iter().any(|(other, _)| *other == role);
+    let rows: Vec<_> = own.rows.into_iter().filter(|(role, _)| !taken(*role)).collect();
+    claims.rows.extend(rows);
+    claims.names.push(recorder.name.clone());
+    claims.kind = claims.kind.take().or(own.kind);
 }
 
 impl Signature {

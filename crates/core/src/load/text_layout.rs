@@ -67,7 +67,8 @@ impl TextLayout {
                 1 => cells(line, separator),
                 _ => cells(&lines[index..index + joined].join(&b' '), separator),
             };
-            if cells.len() == columns && is_data(&cells, decimal_comma) {
+            let numbers_columns = || before.iter().all(|row| row.len() != columns) && is_numbering(&cells);
+            if cells.len() == columns && is_data(&cells, decimal_comma) && !numbers_columns() {
                 let (names, units, notes) = header(&before, separator, columns);
                 let data_line = index + 1;
                 return Some(Self { separator, decimal_comma, names, units, columns, data_at: at, data_line, notes });
@@ -78,6 +79,13 @@ impl TextLayout {
         }
         None
     }
+}
+
+/// Whether the cells are 1, 2, 3 ... or 0, 1, 2 ...: numbers of the columns in the place of their names.
+fn is_numbering(cells: &[String]) -> bool {
+    const LEAST_COLUMNS: usize = 4;
+    let counts = |first: usize| cells.iter().enumerate().all(|(column, cell)| *cell == (column + first).to_string());
+    cells.len() >= LEAST_COLUMNS && (counts(0) || counts(1))
 }
 
 /// How many of the first `lines` are one row because a quoted cell of the first has line ends.
@@ -360,6 +368,19 @@ mod tests {
         assert_eq!(layout.units.iter().flatten().collect::<Vec<_>>(), ["s", "deg", "kt"]);
         assert_eq!(layout.data_line, 6);
         assert_eq!(layout.notes.len(), 2);
+    }
+
+    #[test]
+    fn a_first_row_that_numbers_the_columns_is_their_names() {
+        let layout = |head: &str| TextLayout::find(format!("{head}0.1,2.5,3,4\n0.2,2.6,3,4\n").as_bytes()).unwrap();
+        assert_eq!(
+            (layout("1,2,3,4\n").names, layout("1,2,3,4\n").data_line),
+            (vec!["1".to_owned(), "2".to_owned(), "3".to_owned(), "4".to_owned()], 2)
+        );
+        assert_eq!(layout("0,1,2,3\n").data_line, 2);
+        assert_eq!(layout("1,2,3,5\n").data_line, 1);
+        let named = layout("a,b,c,d\n1,2,3,4\n");
+        assert_eq!((named.names[0].as_str(), named.data_line), ("a", 2));
     }
 
     #[test]

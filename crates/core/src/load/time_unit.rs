@@ -42,7 +42,7 @@ struct Ticks {
 }
 
 impl Ticks {
-    fn of(stamps: &[f64], clock: &Clock) -> Self {
+    fn measure(stamps: &[f64], clock: &Clock) -> Self {
         let [first, last] = [clock.start_s, clock.end_s].map(|time_s| clock.unit.from_si(time_s));
         let interval = clock.unit.from_si(clock.interval_s());
         let whole = stamps.iter().all(|stamp| stamp.fract() == 0.0);
@@ -129,7 +129,7 @@ pub(super) fn settle_units(sources: &mut [Source]) {
     for source in sources.iter() {
         for clock in source.clocks.iter().filter(|clock| open(clock)) {
             let Some(index) = clock.index else { continue };
-            let ticks = Ticks::of(source.channels[index].values(), clock);
+            let ticks = Ticks::measure(source.channels[index].values(), clock);
             match groups.iter_mut().find(|(name, _)| *name == clock.channel) {
                 Some((_, all)) => *all = all.and(ticks),
                 None => groups.push((clock.channel.clone(), ticks)),
@@ -183,7 +183,7 @@ fn judge(channel: &str, ticks: &Ticks) -> (Unit, Option<String>) {
 /// What is odd about a clock in the unit that its file or map states, where another unit would mend it.
 pub(super) fn contradiction(source: &Source, clock: &Clock) -> Option<String> {
     let index = clock.index.filter(|_| clock.is_unit_stated && clock.interval_s() > 0.0)?;
-    let ticks = Ticks::of(source.channels[index].values(), clock);
+    let ticks = Ticks::measure(source.channels[index].values(), clock);
     if ticks.fit(clock.unit) {
         return None;
     }

@@ -64,7 +64,7 @@ impl Variables {
     }
 
     /// The column of a factor of `term`.
-    fn of(&self, term: &Term, variable: Variable) -> Result<&Column, ModelError> {
+    fn column(&self, term: &Term, variable: Variable) -> Result<&Column, ModelError> {
         self.columns
             .get(&variable)
             .ok_or_else(|| ModelError::MissingVariable { term: term.to_string(), variable: variable.name() })
@@ -169,7 +169,7 @@ pub fn regressors(terms: &[Term], variables: &Variables) -> Result<DMatrix<f64>,
     };
     for (term, regressor) in terms.iter().zip(matrix.column_iter_mut()) {
         if let [(variable, 1)] = *term.factors() {
-            let column = variables.of(term, variable)?;
+            let column = variables.column(term, variable)?;
             match &variables.smoothing {
                 Some(smoothing) if variables.samples > LONG_WINDOW => fill(regressor, &smoothing.apply(&column.values)),
                 Some(smoothing) => {
@@ -181,7 +181,7 @@ pub fn regressors(terms: &[Term], variables: &Variables) -> Result<DMatrix<f64>,
         }
         let mut products = vec![1.0; variables.samples];
         for &(variable, power) in term.factors() {
-            let values = &variables.of(term, variable)?.values;
+            let values = &variables.column(term, variable)?.values;
             products.iter_mut().zip(values.iter()).for_each(|(product, value)| *product *= value.powi(power));
         }
         match &variables.smoothing {

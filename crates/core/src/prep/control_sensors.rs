@@ -31,7 +31,7 @@ pub enum SensorAttitude<'a> {
 
 impl<'a> SensorAttitude<'a> {
     /// The attitudes of some of the stamps.
-    pub fn of(&self, range: std::ops::Range<usize>) -> Option<Self> {
+    pub fn within(&self, range: std::ops::Range<usize>) -> Option<Self> {
         let part = |values: &'a [f64]| values.get(range.clone());
         Some(match *self {
             Self::Euler { phi, theta, psi } => Self::Euler { phi: part(phi)?, theta: part(theta)?, psi: part(psi)? },

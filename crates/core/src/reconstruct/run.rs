@@ -124,7 +124,7 @@ fn reconstruct_all(
     settings: &ValidSettings,
     watch: Watch<'_>,
 ) -> Vec<Result<Reconstruction, ReconstructError>> {
-    let kind = FilterKind::of(settings);
+    let kind = FilterKind::select(settings);
     if kind == FilterKind::Packed {
         let results = run_packed(width, data, settings, false, watch);
         return results.into_iter().map(|result| result.map(|(result, _)| result)).collect();
@@ -163,7 +163,7 @@ enum FilterKind {
 
 impl FilterKind {
     /// The form that the settings need.
-    fn of(settings: &ValidSettings) -> Self {
+    fn select(settings: &ValidSettings) -> Self {
         if settings.smooth && settings.smoother_passes > 1 {
             Self::Iterated
         } else if matches!(settings.method, Method::Ukf { .. }) {

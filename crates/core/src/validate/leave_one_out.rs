@@ -57,7 +57,7 @@ pub fn leave_one_out(regression: &PooledRegression, full: &PooledFit) -> Result<
         results.push(LeftOut {
             label: left.label.clone(),
             shift_in_errors: estimates.iter().enumerate().map(shift).collect(),
-            quality_identified: FitQuality::of(&left.z, &identified),
+            quality_identified: FitQuality::compare(&left.z, &identified),
             quality_own_constant: if has_own { prediction.quality_without_offset } else { prediction.quality },
             estimates,
         });

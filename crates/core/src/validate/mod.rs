@@ -64,8 +64,8 @@ pub fn validate(
     let shifted: Vec<f64> = predicted.iter().map(|y| y + offset).collect();
     let from_trim = |values: &[f64]| -> Vec<f64> { values.iter().map(|value| value - z[0]).collect() };
     Ok(Validation {
-        quality: FitQuality::of(z, &predicted),
-        quality_without_offset: FitQuality::of(z, &shifted),
+        quality: FitQuality::compare(z, &predicted),
+        quality_without_offset: FitQuality::compare(z, &shifted),
         theil: theil(&from_trim(z), &from_trim(&predicted)),
         whiteness: whiteness(&residuals, residual::DEFAULT_LAGS.min(residuals.len().saturating_sub(1))),
         predicted,

@@ -137,7 +137,7 @@ pub fn design(basis: &Basis, request: &Request) -> Result<Designed, DesignError>
         kind: request.kind,
         surfaces: request.surfaces.clone(),
         time_s: request.time_s,
-        base: BaseTimes::of(&modes(&linear.motion())),
+        base: BaseTimes::from_modes(&modes(&linear.motion())),
         rates_rad_s: basis.limits.rates_rad_s,
         step_s: basis.step_s.min(0.02),
         parameters: vec![0.0; request.kind.parameters() * request.surfaces.len()],
@@ -378,7 +378,7 @@ pub fn next_manoeuvres(
     let plant = Plant::new(basis.model.model.clone(), &basis.condition)?;
     check_room(&basis.limits, &plant.trim)?;
     let linear = linearise_at(&plant.model, &plant.trim, Method::Analytic)?;
-    let base = BaseTimes::of(&modes(&linear.motion()));
+    let base = BaseTimes::from_modes(&modes(&linear.motion()));
     let search = Search { basis, request, plant: &plant, others: Vec::new() };
     let mut candidates: Vec<(DesignKind, Vec<usize>)> = Vec::new();
     for &surface in &request.surfaces {

@@ -16,7 +16,7 @@ pub struct BaseTimes {
 impl BaseTimes {
     /// From the natural modes: the aileron rolls, the elevator excites the short period, the rudder the Dutch roll. Where a mode is
     /// missing the fastest of the others takes its place.
-    pub fn of(modes: &[Mode]) -> Self {
+    pub fn from_modes(modes: &[Mode]) -> Self {
         let fastest = modes.iter().map(Mode::frequency_rad_s).fold(0.0, f64::max);
         let fastest = if fastest > 0.0 { fastest } else { 1.0 };
         let find = |name: &str| {

@@ -82,7 +82,7 @@ pub struct Mismatch {
 
 impl Mismatch {
     /// Of a model from a response; `None` without a point that is a value.
-    pub fn of(model: &TransferFunction, response: &FrequencyResponse) -> Option<Self> {
+    pub fn compare(model: &TransferFunction, response: &FrequencyResponse) -> Option<Self> {
         let mut found = Self::default();
         let mut count = 0.0;
         for point in response.points.iter().filter(|point| point.is_value()) {

@@ -42,7 +42,7 @@ impl Figure {
     }
 
     /// Its value for a mode; none for the period of an aperiodic mode.
-    pub fn of(self, mode: &Mode) -> Option<f64> {
+    pub fn value(self, mode: &Mode) -> Option<f64> {
         let value = self.signed(mode.eigenvalue());
         value.is_finite().then(|| if self == Self::Time { value.abs() } else { value })
     }
@@ -224,7 +224,7 @@ fn estimate(
     let (real, imaginary) = (gradient(Figure::Real), gradient(Figure::Imaginary));
     let variances = [covariance(&real, &real), covariance(&imaginary, &imaginary), covariance(&real, &imaginary)];
     let figures = Figure::ALL.into_iter().filter_map(|figure| {
-        let value = figure.of(mode)?;
+        let value = figure.value(mode)?;
         // Of an aperiodic mode frequency and damping are the size and the sign of the real part, which has the interval.
         if !mode.oscillates() && matches!(figure, Figure::Frequency | Figure::Damping | Figure::Imaginary) {
             return Some(FigureInterval { figure, value, delta: None, sampled: None });

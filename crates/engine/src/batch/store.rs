@@ -64,7 +64,7 @@ impl Store {
     /// What a run found earlier; `None` where it is not finished, its file cannot be read, or one it read has changed since.
     pub fn get(&self, job: &Job) -> Option<Finished> {
         let finished: Finished = serde_json::from_str(&std::fs::read_to_string(self.place(job)).ok()?).ok()?;
-        let is_unchanged = finished.files.iter().all(|(place, stamp)| FileStamp::of(place) == *stamp);
+        let is_unchanged = finished.files.iter().all(|(place, stamp)| FileStamp::read(place) == *stamp);
         is_unchanged.then_some(finished)
     }
 

@@ -132,7 +132,7 @@ impl ExperimentOutcome {
         let unexplained: Vec<f64> = honest.map(|honest| 1.0 - honest).collect();
         let mean = unexplained.iter().sum::<f64>() / unexplained.len() as f64;
         Self {
-            verdict: verdicts.map(|verdicts| VerdictCounts::of(verdicts)).unwrap_or_default(),
+            verdict: verdicts.map(|verdicts| VerdictCounts::count(verdicts)).unwrap_or_default(),
             identification: count(WindowRole::Identification),
             validation: count(WindowRole::Validation),
             nis: finite_median(consistency.iter().map(|found| found.nis_ratio)),
@@ -227,7 +227,7 @@ impl ExperimentRow {
         session: &Session,
         present: Option<&ExperimentOutcome>,
     ) -> Result<Self, SessionError> {
-        let own = Configuration::of(session);
+        let own = Configuration::from_session(session);
         let mut row = Self {
             name: experiment.name.clone(),
             is_current: *experiment.configuration == own,

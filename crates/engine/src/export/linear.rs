@@ -23,7 +23,7 @@ pub enum LinearFormat {
 
 impl LinearFormat {
     /// The form a file's ending names.
-    pub fn of(path: &Path) -> Option<Self> {
+    pub fn from_path(path: &Path) -> Option<Self> {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "mat" => Some(Self::Mat),
             "json" => Some(Self::Json),
@@ -103,7 +103,7 @@ impl LinearFormat {
 /// [`ExportError`], one line: another ending, or a file that cannot be written.
 pub fn write_linear(row: &DynamicsRow, path: &Path) -> Result<LinearFormat, ExportError> {
     let shown = path.display().to_string();
-    let format = LinearFormat::of(path).ok_or_else(|| ExportError::Ending { path: shown.clone() })?;
+    let format = LinearFormat::from_path(path).ok_or_else(|| ExportError::Ending { path: shown.clone() })?;
     let failed = |source| ExportError::File { path: shown.clone(), source };
     let bytes = match format {
         LinearFormat::Mat => mat(row).map_err(failed)?,

@@ -22,7 +22,7 @@ type State = (u64, Option<SystemTime>);
 
 impl FileStamp {
     /// The state a place has now.
-    pub fn of(place: &Path) -> Self {
+    pub fn read(place: &Path) -> Self {
         let state = |file: &Path| Some(file.metadata().ok()?).map(|about| (about.len(), about.modified().ok()));
         Self(files(place).into_iter().map(|file| (file.clone(), state(&file))).collect())
     }
@@ -146,7 +146,7 @@ impl<'a> Context<'a> {
         let own = KeyBuilder::new(S::NAME).with(std::any::type_name::<S>()).with(params).with(inputs).finish();
         let Some(cache) = self.cache else { return Err(own) };
         let places = cache.places(self.trace(own));
-        let read = places.into_iter().map(|place| (place.clone(), FileStamp::of(&place))).collect();
+        let read = places.into_iter().map(|place| (place.clone(), FileStamp::read(&place))).collect();
         let key = key_with_files(own, &read);
         let value = cache.get(key).ok_or(own)?;
         self.declare(&read);
@@ -196,7 +196,7 @@ impl<'a> Context<'a> {
             return Ok(builtin::on_disk(name)?);
         }
         let place = self.folder.join(path);
-        self.read().entry(place.clone()).or_insert_with(|| FileStamp::of(&place));
+        self.read().entry(place.clone()).or_insert_with(|| FileStamp::read(&place));
         match place.metadata() {
             Ok(about) if about.is_file() || about.is_dir() => Ok(place),
             Ok(_) => Err(format!("{} is neither a file nor a folder", place.display()).into()),
@@ -209,7 +209,7 @@ impl<'a> Context<'a> {
     /// # Errors
     /// As [`doublet_core::load::read_text`].
     pub fn read_text(&self, place: &Path) -> io::Result<String> {
-        self.read().entry(place.to_path_buf()).or_insert_with(|| FileStamp::of(place));
+        self.read().entry(place.to_path_buf()).or_insert_with(|| FileStamp::read(place));
         doublet_core::load::read_text(place)
     }
 

@@ -171,7 +171,7 @@ impl LiveEstimates {
             let fit = fit.or_else(|error| self.without_dependent(&error, model, z)).ok();
             let time = model.time.estimate().ok();
             let both: Vec<Both> =
-                model.names.iter().map(|name| Both::of(name, fit.as_ref(), factor, time.as_ref())).collect();
+                model.names.iter().map(|name| Both::new(name, fit.as_ref(), factor, time.as_ref())).collect();
             // What terms left out would change, and what either domain alone explains, no error says.
             let is_ill = |fit: &Fit| fit.condition_number > CONDITION || fit.quality.r_squared < LEAST_R2;
             let is_whole = model.is_complete && !is_reduced && is_long_enough && !fit.as_ref().is_none_or(is_ill);
@@ -261,7 +261,7 @@ struct Both {
 }
 
 impl Both {
-    fn of(name: &str, frequency: Option<&Fit>, factor: f64, time: Option<&RecursiveEstimate>) -> Self {
+    fn new(name: &str, frequency: Option<&Fit>, factor: f64, time: Option<&RecursiveEstimate>) -> Self {
         let known = frequency.and_then(|fit| fit.parameter(name));
         let of_time = |time: &RecursiveEstimate| {
             let at = time.names.iter().position(|other| other == name)?;

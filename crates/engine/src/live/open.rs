@@ -140,7 +140,7 @@ pub fn open(opening: &Opening) -> Result<Watched, String> {
         ..session::relative_to(&like.session, &like.folder)
     });
     let defaults = || empty_session("live", aircraft.as_deref());
-    let mut settings = LiveSettings::of(session.as_ref().unwrap_or(&defaults()), data);
+    let mut settings = LiveSettings::from_session(session.as_ref().unwrap_or(&defaults()), data);
     if let Some(name) = &opening.campaign {
         settings.limit(&Campaign::open(Path::new(name))?.limits);
     }

@@ -58,7 +58,7 @@ pub struct LiveSettings {
 impl LiveSettings {
     /// Those of a session, for an aircraft as loaded. The path is the filtered one and no window settles; a smoother of the rates has no
     /// place, so they are differentiated.
-    pub fn of(session: &Session, aircraft: Option<AircraftData>) -> Self {
+    pub fn from_session(session: &Session, aircraft: Option<AircraftData>) -> Self {
         let angular_acceleration = match session.preparation.angular_acceleration {
             AngularAcceleration::Smoother => AngularAcceleration::Differentiated,
             other => other,

@@ -122,7 +122,8 @@ pub fn basis(
     let walks = [State::WindNorth, State::WindEast, State::WindDown].map(|s| settings.filter.random_walk[s as usize]);
     let walk = (walks.iter().map(|walk| walk * walk).sum::<f64>() / 3.0).sqrt();
     let gust_m_s = options.gust_m_s.unwrap_or_else(|| Dryden::deviation_of_walk(walk, condition.airspeed_m_s));
-    let flown: Vec<Motion> = windows.iter().filter_map(|window| Motion::of(window, condition.gravity_m_s2)).collect();
+    let flown: Vec<Motion> =
+        windows.iter().filter_map(|window| Motion::measure(window, condition.gravity_m_s2)).collect();
     Ok(Basis {
         model: model.clone(),
         condition: *condition,
@@ -148,7 +149,7 @@ struct Motion {
 }
 
 impl Motion {
-    fn of((window, path): &FlownWindow<'_>, gravity_m_s2: f64) -> Option<Self> {
+    fn measure((window, path): &FlownWindow<'_>, gravity_m_s2: f64) -> Option<Self> {
         let aero: &WindowAero = &window.1;
         let data = &aero.data;
         let samples = data.time_s.len();

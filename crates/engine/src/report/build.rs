@@ -83,7 +83,10 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
                 window: prediction.window.clone(),
                 role: prediction.role.name(),
                 coefficient: prediction.coefficient.name(),
-                agreement: PredictionAgreement::of(&prediction.quality_identified, &prediction.quality_own_constant),
+                agreement: PredictionAgreement::compare(
+                    &prediction.quality_identified,
+                    &prediction.quality_own_constant,
+                ),
             })
             .collect(),
         wind_and_bias: Vec::new(),

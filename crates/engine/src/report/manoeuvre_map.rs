@@ -209,7 +209,7 @@ impl MapQuantity {
     }
 
     /// Its value for a manoeuvre, where it is known.
-    pub fn of(self, row: &MapRow) -> Option<f64> {
+    pub fn value(self, row: &MapRow) -> Option<f64> {
         match self {
             Self::Start => Some(row.start_s),
             Self::Duration => Some(row.duration_s),
@@ -246,7 +246,7 @@ impl MapRow {
     }
 
     /// Name, interval and input of a manoeuvre.
-    fn of(window: &Manoeuvre, role: &'static str) -> Self {
+    fn new(window: &Manoeuvre, role: &'static str) -> Self {
         Self {
             name: window.name.clone(),
             flight: window.flight.clone(),
@@ -368,7 +368,7 @@ pub fn manoeuvre_map(session: &Session, snapshot: &Snapshot, of: MapOf) -> Vec<M
     let recording = |flight: &str| of.get(snapshot.flights.get(flight)?).map(|loaded| &loaded.recording);
     let verdicts = of.get(&snapshot.verdicts);
     let of_window = |window: &Manoeuvre| {
-        let mut row = MapRow::of(window, window.role.name());
+        let mut row = MapRow::new(window, window.role.name());
         if let Some(recording) = recording(&window.flight) {
             row.add_recorded(recording, window.window);
         }
@@ -389,7 +389,7 @@ pub fn manoeuvre_map(session: &Session, snapshot: &Snapshot, of: MapOf) -> Vec<M
         row
     };
     let of_candidate = |(window, found): (Manoeuvre, &WindowProposal)| {
-        let mut row = MapRow::of(&window, CANDIDATE);
+        let mut row = MapRow::new(&window, CANDIDATE);
         if let Some(recording) = recording(&window.flight) {
             row.add_recorded(recording, window.window);
         }

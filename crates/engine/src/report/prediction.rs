@@ -33,7 +33,7 @@ pub struct PredictionAgreement {
 
 impl PredictionAgreement {
     /// The two agreements, first with the constant of the identification.
-    pub fn of(identified: &FitQuality, own_constant: &FitQuality) -> Self {
+    pub fn compare(identified: &FitQuality, own_constant: &FitQuality) -> Self {
         Self {
             r_squared_identified_constants: identified.r_squared,
             rms_relative_percent_identified_constants: identified.rms_relative_percent,

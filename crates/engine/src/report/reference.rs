@@ -16,7 +16,7 @@ pub struct Reference {
 
 impl Reference {
     /// Value and standard error of a derivative.
-    pub fn of(&self, derivative: &str) -> Option<(f64, Option<f64>)> {
+    pub fn get(&self, derivative: &str) -> Option<(f64, Option<f64>)> {
         self.values.iter().find(|(name, ..)| name == derivative).map(|(_, value, error)| (*value, *error))
     }
 }
@@ -108,11 +108,11 @@ mod tests {
     fn results_and_tables_give_value_and_error() {
         let json = r#"{"format": "doublet results", "version": 1, "pooled": [{"coefficient": "Cm", "derivatives": [
             {"name": "Cm_q", "estimate": -20.5, "standard_error": 0.1, "corrected_standard_error": 0.4}]}]}"#;
-        assert_eq!(read("other.json", json).unwrap().of("Cm_q"), Some((-20.5, Some(0.4))));
+        assert_eq!(read("other.json", json).unwrap().get("Cm_q"), Some((-20.5, Some(0.4))));
         let table = "window,derivative,estimate,standard_error\npooled,Cm_q,-19,0.2\nw1,Cm_q,-3,\n";
         let found = read("book.csv", table).unwrap();
-        assert_eq!((found.name.as_str(), found.of("Cm_q")), ("book", Some((-19.0, Some(0.2)))));
-        assert_eq!(found.of("Cm_alpha"), None);
+        assert_eq!((found.name.as_str(), found.get("Cm_q")), ("book", Some((-19.0, Some(0.2)))));
+        assert_eq!(found.get("Cm_alpha"), None);
     }
 
     #[test]

@@ -84,7 +84,7 @@ pub enum ExperimentEdit {
 
 impl Configuration {
     /// The present configuration of a session.
-    pub fn of(session: &Session) -> Self {
+    pub fn from_session(session: &Session) -> Self {
         let manoeuvres = session.windows.iter().map(|window| ManoeuvreUse {
             name: window.name.clone(),
             window: window.window,
@@ -145,7 +145,7 @@ impl Session {
 
     /// Gives every experiment the manoeuvres of the session: those marked since as they are, those removed no more.
     pub(super) fn follow_manoeuvres(&mut self) {
-        let present = Configuration::of(self).manoeuvres;
+        let present = Configuration::from_session(self).manoeuvres;
         for Experiment { configuration, .. } in &mut self.experiments {
             let manoeuvres = uses_of(&present, &configuration.manoeuvres);
             Arc::make_mut(configuration).manoeuvres = manoeuvres;
@@ -202,7 +202,10 @@ impl ExperimentEdit {
         let missing = |name: &str| EditError::NoExperiment(name.to_owned());
         match self {
             Self::Keep(name) => {
-                session.keep(Experiment { name: name.clone(), configuration: Configuration::of(session).into() })?;
+                session.keep(Experiment {
+                    name: name.clone(),
+                    configuration: Configuration::from_session(session).into(),
+                })?;
             }
             Self::Add(experiments) => experiments.iter().try_for_each(|one| session.keep(one.clone()))?,
             Self::Drop(name) => {
@@ -228,7 +231,7 @@ impl ExperimentEdit {
 
 /// The usual filters: extended, iterated and unscented, each with the smoothed and the filtered path, and the path as measured.
 pub fn filter_experiments(session: &Session) -> Vec<Experiment> {
-    let present = Configuration::of(session);
+    let present = Configuration::from_session(session);
     let iterated = match present.filter.method {
         method @ Method::Iekf { .. } => method,
         _ => Method::USUAL_IEKF,
@@ -254,7 +257,7 @@ pub fn filter_experiments(session: &Session) -> Vec<Experiment> {
 /// The present configuration with half and twice the noise of all measurements.
 pub fn noise_experiments(session: &Session) -> Vec<Experiment> {
     let one = |factor: f64| {
-        let mut configuration = Configuration::of(session);
+        let mut configuration = Configuration::from_session(session);
         configuration.filter.measurement_noise.iter_mut().for_each(|noise| *noise *= factor);
         Experiment { name: format!("Measurement noise x {factor}"), configuration: configuration.into() }
     };
@@ -269,7 +272,7 @@ pub fn structure_experiments(session: &Session, coefficient: Coefficient) -> Vec
         super::edit::set_term(&mut next.structure, coefficient, term, false);
         next.forget_lost_terms();
         let name = format!("Without {}", term.derivative_name(coefficient));
-        Experiment { name, configuration: Configuration::of(&next).into() }
+        Experiment { name, configuration: Configuration::from_session(&next).into() }
     };
     terms.iter().filter(|term| !term.is_constant()).map(without).collect()
 }

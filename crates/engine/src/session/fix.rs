@@ -58,7 +58,7 @@ impl Fix {
     pub fn control_delay(session: &Session, surface: Surface, delay_s: f64) -> Self {
         // Milliseconds are what a delay is known to.
         let delay_s = (1000.0 * delay_s).round() / 1000.0;
-        let lag = Lag { delay_s, ..session.preparation.control_lags.of(surface) };
+        let lag = Lag { delay_s, ..session.preparation.control_lags.get(surface) };
         let label = format!("set a delay of {delay_s:.3} s for the {}", surface.name());
         Self::new(label, Edit::Estimation(EstimationEdit::ControlLag(surface, lag)))
     }

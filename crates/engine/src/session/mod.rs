@@ -236,7 +236,7 @@ hash_fields!(ClockSetting { source, fit; offset_s, drift, shift_s });
 
 impl ClockSetting {
     /// The clock of a source that runs on the flight's time line.
-    pub fn of(source: &str) -> Self {
+    pub fn new(source: &str) -> Self {
         Self { source: source.to_owned(), offset_s: 0.0, drift: 0.0, fit: Vec::new(), shift_s: 0.0 }
     }
 }

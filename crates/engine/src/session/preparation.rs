@@ -119,7 +119,7 @@ impl ControlLags {
     }
 
     /// Of one control.
-    pub fn of(&self, surface: Surface) -> Lag {
+    pub fn get(&self, surface: Surface) -> Lag {
         match surface {
             Surface::Elevator => self.elevator,
             Surface::Aileron => self.aileron,
@@ -145,7 +145,7 @@ impl ControlLags {
             return part("lag", lag_s).unwrap_or_else(|| "none".to_owned());
         }
         let one = |surface: Surface| {
-            let lag = self.of(surface);
+            let lag = self.get(surface);
             let parts: Vec<String> =
                 [part("lag", lag.time_constant_s), part("delay", lag.delay_s)].into_iter().flatten().collect();
             (!parts.is_empty()).then(|| format!("{} {}", surface.name(), parts.join(" and ")))
@@ -195,7 +195,7 @@ pub(super) fn findings(preparation: &Preparation) -> Vec<Finding> {
         Some(lag_s) => usable("actuator_lag_s".to_owned(), lag_s, [0.0, f64::INFINITY]),
         None => {
             for surface in Surface::ALL {
-                let (name, lag) = (surface.name(), lags.of(surface));
+                let (name, lag) = (surface.name(), lags.get(surface));
                 usable(format!("control_lag.{name}.lag_s"), lag.time_constant_s, [0.0, f64::INFINITY]);
                 usable(format!("control_lag.{name}.delay_s"), lag.delay_s, [-LONGEST_S, LONGEST_S]);
             }

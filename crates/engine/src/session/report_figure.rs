@@ -34,7 +34,7 @@ impl ReportFigure {
     ///
     /// # Errors
     /// One line should it have no saved form.
-    pub fn of(figure: &Figure) -> Result<Self, String> {
+    pub fn from_figure(figure: &Figure) -> Result<Self, String> {
         let broken = |error: &dyn std::fmt::Display| format!("the figure '{}' cannot be kept: {error}", figure.caption);
         let text = toml::to_string(&figure.thinned()).map_err(|error| broken(&error))?;
         let mut packed = DeflateEncoder::new(Vec::new(), Compression::best());

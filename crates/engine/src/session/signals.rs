@@ -235,7 +235,7 @@ impl SignalEdit {
                 }
                 match flight.clocks.iter_mut().find(|clock| clock.source == *source) {
                     Some(clock) => clock.shift_s = *shift_s,
-                    None => flight.clocks.push(ClockSetting { shift_s: *shift_s, ..ClockSetting::of(source) }),
+                    None => flight.clocks.push(ClockSetting { shift_s: *shift_s, ..ClockSetting::new(source) }),
                 }
             }
         }

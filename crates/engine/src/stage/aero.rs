@@ -267,7 +267,7 @@ fn aero_in(
         gyroscopic: if rotors_known(&data) { preparation.gyroscopic } else { Gyroscopic::Ignored },
         differentiation,
         matched,
-        control_lags: CONTROLS.map(|surface| (surface.role(), preparation.control_lags.of(surface))).into(),
+        control_lags: CONTROLS.map(|surface| (surface.role(), preparation.control_lags.get(surface))).into(),
         excluded: window.excluded.to_vec(),
     };
     let formed = WindowAero::form(data, settings, air_density)?;

@@ -394,7 +394,7 @@ fn with_measured_residuals(
     let measured: Vec<f64> = used.iter().flat_map(|(_, aero)| aero.coefficients.get(coefficient)).copied().collect();
     let fitted = fit.fitted(&pseudo);
     let residuals = measured.iter().zip(&fitted).map(|(z, y)| z - y).collect();
-    Fit { quality: FitQuality::of(&measured, &fitted), residuals, ..fit }
+    Fit { quality: FitQuality::compare(&measured, &fitted), residuals, ..fit }
 }
 
 /// The regression of one coefficient over windows.

@@ -101,7 +101,7 @@ const COLUMNS: [&[&str]; 4] = [
 ];
 
 impl Attitude {
-    fn of(recording: &Recording, source: &str) -> StageResult<Self> {
+    fn read(recording: &Recording, source: &str) -> StageResult<Self> {
         let read = |name: &&str| channel(recording, &format!("{source}/{name}"));
         let there = COLUMNS.into_iter().find(|names| names.iter().all(|name| read(name).is_ok()));
         // Without any, the message is that of the angles.
@@ -136,8 +136,8 @@ fn deflections(
     warnings: &mut Vec<String>,
 ) -> StageResult<Vec<(Role, Series)>> {
     let source = |sensor: &str| pattern.replace('*', sensor);
-    let panel = Attitude::of(recording, &source(&linkage.reference_sensor))?;
-    let turn = |sensor: &str| turn(&Attitude::of(recording, &source(sensor))?, &panel, linkage, sensor, thesis);
+    let panel = Attitude::read(recording, &source(&linkage.reference_sensor))?;
+    let turn = |sensor: &str| turn(&Attitude::read(recording, &source(sensor))?, &panel, linkage, sensor, thesis);
     let map = |turn: &Series, deflect: &dyn Fn(f64) -> f64| Series {
         time_s: Arc::clone(&turn.time_s),
         values: turn.values.iter().map(|&angle| deflect(angle)).collect(),
@@ -193,7 +193,9 @@ fn turn(
     }
     let mut values = Vec::with_capacity(sensor.time_s.len());
     for range in stretches(&sensor.time_s, PAUSE_S) {
-        let (Some(turning), Some(fixed)) = (sensor.borrow().of(range.clone()), panel.borrow().of(range.clone())) else {
+        let (Some(turning), Some(fixed)) =
+            (sensor.borrow().within(range.clone()), panel.borrow().within(range.clone()))
+        else {
             continue;
         };
         let reference = SensorReference { attitude: fixed, sensor_from_reference: mount.sensor_from_reference };

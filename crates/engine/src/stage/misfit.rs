@@ -48,12 +48,12 @@ pub struct Misfit {
     /// Share that channels without relation to the residual exceed at 5 % of the frequencies.
     pub bound: f64,
     /// The channels, most coherent first.
-    pub companions: Vec<Companion>,
+    pub channels: Vec<CoherentChannel>,
 }
 
 /// A channel beside a residual.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Companion {
+pub struct CoherentChannel {
     /// Name as recorded.
     pub name: String,
     /// Role, where the channel map gives one.
@@ -118,16 +118,21 @@ pub fn misfit(recording: &Recording, fits: &WindowFits, place: MisfitPlace) -> S
         let found = coherence(&beside, values, step_s, length)?;
         let role = recording.roles.iter().find(|(_, at)| **at == index).map(|(role, _)| *role);
         let is_constant = deviation <= 1e-12 * beside[0].abs();
-        let companion =
-            Companion { name: channel.name.clone(), role, unit: channel.unit.clone(), share: found.share, deviation };
-        (!is_constant).then_some((companion, found.bound))
+        let coherent = CoherentChannel {
+            name: channel.name.clone(),
+            role,
+            unit: channel.unit.clone(),
+            share: found.share,
+            deviation,
+        };
+        (!is_constant).then_some((coherent, found.bound))
     };
     let found: Vec<_> = recording.channels.iter().enumerate().filter_map(one).collect();
     let bound = found.first().map(|(_, bound)| *bound).ok_or("too few samples about this instant for a coherence")?;
-    let mut companions: Vec<_> = found.into_iter().map(|(companion, _)| companion).collect();
-    companions.sort_by(|a, b| b.share.total_cmp(&a.share));
+    let mut channels: Vec<_> = found.into_iter().map(|(channel, _)| channel).collect();
+    channels.sort_by(|a, b| b.share.total_cmp(&a.share));
     let stretch = TimeRange::new(time_s[0], time_s[time_s.len() - 1]);
-    Ok(Misfit { place, stretch, residual_deviation: deviation(values), bound, companions })
+    Ok(Misfit { place, stretch, residual_deviation: deviation(values), bound, channels })
 }
 
 /// Samples about an instant without a gap between them.

@@ -74,7 +74,7 @@ pub use gusts::SessionGusts;
 pub use information::{Information, RegressorCorrelation, information, regressor_correlations};
 pub use instruments::tank_channel;
 pub use mass::{FlownMass, FlownState, FuelRecord, FuelSource};
-pub use misfit::{Companion, Misfit, MisfitPlace, misfit, observation_bands};
+pub use misfit::{CoherentChannel, Misfit, MisfitPlace, misfit, observation_bands};
 pub(crate) use movement::shortfall;
 pub use movement::{Movement, deflection, movement};
 pub use noise::{FlightNoise, NoiseFlight, NoiseRow, SessionNoise, noise, open_entries};

@@ -182,7 +182,7 @@ pub fn equation_text(text: &str, constants: &BTreeMap<String, f64>) -> Result<Eq
 pub fn fit_equations(path: &Path, request: &EquationRequest) -> Result<EquationStudy, EquationError> {
     let model = EquationModel::new(&request.equations)?;
     let probe = inspect(path).map_err(TableError::from)?;
-    let columns = Columns::of(&probe);
+    let columns = Columns::from_probe(&probe);
     let named = model.inputs().iter().chain(model.outputs());
     let terms: Vec<&str> = named.map(|name| request.columns.get(name).unwrap_or(name).as_str()).collect();
     let (time_s, mut inputs) = match (&request.time, request.step_s) {

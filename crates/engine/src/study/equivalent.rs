@@ -90,7 +90,7 @@ pub fn equivalent_study(
     let fit = by(method)?;
     let beside = FitMethod::ALL.into_iter().find(|other| *other != method && is_single);
     let other = beside.map(|other| (other, by(other)));
-    let mismatch = Mismatch::of(&fit.model, response).unwrap_or_default();
+    let mismatch = Mismatch::compare(&fit.model, response).unwrap_or_default();
     let is_rate = !matches!(form, Form::Orders { .. }) || RATES.contains(&study.output.as_str());
     let is_attitude = ATTITUDES.contains(&study.output.as_str());
     let attitude = match (is_rate, is_attitude) {
@@ -107,7 +107,7 @@ pub fn equivalent_study(
     let richer = richer(form).and_then(|form| with(method, &FitSettings { form, delay }).ok());
     let of_richer = richer.as_ref().map(|fit| inside(derive(fit, attitude)));
     let alternative = richer.as_ref().zip(of_richer.as_ref()).map(|(fit, derived)| Alternative {
-        mismatch: Mismatch::of(&fit.model, response).unwrap_or_default(),
+        mismatch: Mismatch::compare(&fit.model, response).unwrap_or_default(),
         fit,
         derived,
     });

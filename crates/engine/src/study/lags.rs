@@ -126,7 +126,7 @@ const DISAGREE: f64 = 0.01;
 
 impl LagStudy {
     /// What was found of one control; `None` where no coefficient has a term of it.
-    pub fn of(&self, surface: Surface, kind: LagKind) -> Option<&ControlLag> {
+    pub fn get(&self, surface: Surface, kind: LagKind) -> Option<&ControlLag> {
         self.lags.iter().find(|lag| lag.surface == surface && lag.kind == kind)
     }
 }

@@ -116,7 +116,7 @@ fn compare(
     let beside = |estimate: ModeEstimate| -> Option<Found> {
         let own = truth.iter().find(|mode| mode.name == estimate.mode.name)?;
         let figures = estimate.figures.into_iter();
-        Some((own.name, figures.filter_map(|interval| Some((interval, interval.figure.of(own)?))).collect()))
+        Some((own.name, figures.filter_map(|interval| Some((interval, interval.figure.value(own)?))).collect()))
     };
     Ok(study.modes.into_iter().filter_map(beside).collect())
 }

@@ -242,7 +242,7 @@ pub fn table_responses(
     for_fit: bool,
 ) -> Result<ResponseStudy, ResponseError> {
     let probe = inspect(path)?;
-    let columns = Columns::of(&probe);
+    let columns = Columns::from_probe(&probe);
     check_names(request, |_| Ok(()))?;
     let output = columns.evaluate(&request.output)?;
     let mut values = Vec::new();

@@ -123,7 +123,7 @@ pub enum TableError {
 /// [`TableError`], one line.
 pub fn regress_table(path: &Path, regression: &TableRegression) -> Result<TableFit, TableError> {
     let probe = inspect(path)?;
-    let columns = Columns::of(&probe);
+    let columns = Columns::from_probe(&probe);
     let output = columns.evaluate(&regression.output)?;
     let all: Vec<Vec<f64>> = regression
         .terms
@@ -219,7 +219,7 @@ pub(super) struct Columns<'p> {
 pub(super) type OnOneClock = (Vec<f64>, Vec<Vec<f64>>);
 
 impl<'p> Columns<'p> {
-    pub(super) fn of(probe: &'p Probe) -> Self {
+    pub(super) fn from_probe(probe: &'p Probe) -> Self {
         let several = probe.sources.len() > 1;
         let named =
             |source: &str, channel: &str| if several { format!("{source}/{channel}") } else { channel.to_owned() };

@@ -36,13 +36,13 @@ pub(super) fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
 /// elsewhere.
 pub(super) fn found_and_taken_m(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<[[f64; 3]; 2]> {
     of_flight(session, snapshot, flight)?;
-    let places = Places::of(session, snapshot, flight)?;
+    let places = Places::find(session, snapshot, flight)?;
     Some([places.place_m, places.taken_m])
 }
 
 /// States the place found of the accelerometers of a flight; none where the centre of gravity is not known in datum axes.
 pub(super) fn fix(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<Fix> {
-    let places = Places::of(session, snapshot, flight)?;
+    let places = Places::find(session, snapshot, flight)?;
     Some(place_fix(session, datum_m(places.place_m, places.cg_m?)))
 }
 
@@ -55,7 +55,7 @@ struct Places {
 }
 
 impl Places {
-    fn of(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<Self> {
+    fn find(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<Self> {
         let found = snapshot.physics.get(flight)?.ready()?.accelerometer;
         let found = found.filter(|found| found.felt_part < FELT_AT_MOST)?;
         let aircraft = snapshot.aircraft.ready().map(|loaded| &loaded.aircraft);
@@ -91,7 +91,7 @@ fn is_confirmed(found: &AccelerometerPlace, axis: usize) -> bool {
 }
 
 fn of_flight(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<Finding> {
-    let Places { found, cg_m, taken_m: taken, place_m: place } = Places::of(session, snapshot, flight)?;
+    let Places { found, cg_m, taken_m: taken, place_m: place } = Places::find(session, snapshot, flight)?;
     let aircraft = snapshot.aircraft.ready().map(|loaded| &loaded.aircraft);
     let chord_m = aircraft.map_or(f64::INFINITY, |aircraft| aircraft.reference.chord_m);
     let worth_saying_m = WORTH_SAYING_M.min(WORTH_SAYING_CHORDS * chord_m);

@@ -161,7 +161,7 @@ fn finding(evidence: Evidence<'_>, delay: &ControlDelay, level: Level, changed: 
         moment.name()
     );
     let finding = Finding::new(level, "timing", name, text).with_figure(delay_s, SAMPLES * sample_s);
-    let stated_s = evidence.session.preparation.control_lags.of(surface).delay_s;
+    let stated_s = evidence.session.preparation.control_lags.get(surface).delay_s;
     let why = if delay_s.abs() < sample_s {
         "Record it faster"
     } else if delay_s < 0.0 {

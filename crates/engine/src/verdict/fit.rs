@@ -93,7 +93,8 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
             .push(finding.with_cure("Use a manoeuvre that excites the other terms.").with_setting("Flight", "window"));
     }
     let formed: Vec<&WindowAero> = used.iter().map(|used| used.aero).collect();
-    let moved: Vec<(&Term, Motion)> = terms.iter().filter_map(|term| Some((term, Motion::of(term, &used)?))).collect();
+    let moved: Vec<(&Term, Motion)> =
+        terms.iter().filter_map(|term| Some((term, Motion::measure(term, &used)?))).collect();
     findings.extend(propulsion::unknown(&at, fit, &formed));
     findings.extend(unmoved(evidence, (fit.coefficient, &at), &moved, &used));
     if estimate.names.iter().any(|name| is_open(fit, estimate, name)) {
@@ -143,7 +144,7 @@ struct Motion {
 }
 
 impl Motion {
-    fn of(term: &Term, used: &[Used<'_>]) -> Option<Self> {
+    fn measure(term: &Term, used: &[Used<'_>]) -> Option<Self> {
         let (mut square, mut samples) = (0.0, 0);
         for Used { aero, .. } in used {
             let column: DMatrix<f64> = regressors(std::slice::from_ref(term), &aero.variables).ok()?;

@@ -24,7 +24,7 @@ pub struct VerdictCounts {
 
 impl VerdictCounts {
     /// Those of `verdicts`: the level of a derivative is the worse of its own and of its fit's.
-    pub fn of(verdicts: &Verdicts) -> Self {
+    pub fn count(verdicts: &Verdicts) -> Self {
         let mut counts = Self { level: verdicts.session.level, ..Self::default() };
         for fit in &verdicts.pooled {
             for derivative in &fit.derivatives {
@@ -65,5 +65,5 @@ pub fn try_fix(session: &Session, folder: &Path, fix: &Fix, cache: &Cache) -> Re
     let scope = Scope { session: &fixed, folder, first: None, studies: &[], cause: "fix", generation: 1 };
     let snapshot = run(&scope, &Snapshot::default(), cache, &Control::default(), &|_| {});
     let verdicts = snapshot.verdicts.ready().ok_or("no verdict was formed")?;
-    Ok(VerdictCounts::of(verdicts))
+    Ok(VerdictCounts::count(verdicts))
 }

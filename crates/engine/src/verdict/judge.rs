@@ -108,7 +108,7 @@ impl FitVerdict {
     /// Adds what speaks against the fit as a whole.
     fn add(&mut self, findings: Vec<Finding>) {
         let reasons = std::mem::take(&mut self.verdict.reasons);
-        self.verdict = Verdict::of(reasons.into_iter().chain(findings));
+        self.verdict = Verdict::from_findings(reasons.into_iter().chain(findings));
     }
 
     /// Verdict on the derivative called `name`.
@@ -152,7 +152,7 @@ impl<'a> Evidence<'a> {
 
 /// Judges everything a run computed from `session`. What is missing in `snapshot` is judged as not computed.
 pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
-    let plausible = Plausible::of(session, snapshot);
+    let plausible = Plausible::find(session, snapshot);
     let evidence = Evidence {
         session,
         snapshot,
@@ -189,7 +189,7 @@ pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
     findings = by_effect(evidence, findings);
     findings.extend(by_effect(evidence, of_fits));
     findings.extend(pooled.iter().filter(|fit| fit.is_unused).flat_map(|fit| fit.verdict.reasons.iter().cloned()));
-    Verdicts { session: Verdict::of(findings), windows, pooled }
+    Verdicts { session: Verdict::from_findings(findings), windows, pooled }
 }
 
 /// Findings weighed by what they change of the derivatives, those that change most first; as they are where that is not known.
@@ -224,7 +224,12 @@ fn with_unused(evidence: Evidence<'_>, mut pooled: Vec<FitVerdict>) -> Vec<FitVe
             let finding = not_computed(Level::Caution, place(coefficient.name(), None), NO_WINDOW);
             let cure = "Mark an identification manoeuvre that excites it, or remove the coefficient.";
             let finding = finding.with_cure(cure).with_setting("Manoeuvres", "window.role");
-            FitVerdict { coefficient, verdict: Verdict::of([finding]), derivatives: Vec::new(), is_unused: true }
+            FitVerdict {
+                coefficient,
+                verdict: Verdict::from_findings([finding]),
+                derivatives: Vec::new(),
+                is_unused: true,
+            }
         })
     };
     coefficients.map(&mut one).collect()
@@ -236,7 +241,7 @@ fn window_verdict(evidence: Evidence<'_>, manoeuvre: &Manoeuvre, study: &studies
     let mut findings = window::findings(evidence, manoeuvre);
     findings.extend(study.of_window(&manoeuvre.name));
     WindowVerdict {
-        verdict: Verdict::of(findings),
+        verdict: Verdict::from_findings(findings),
         fits: fits.iter().map(|fit| fit_verdict(evidence, Some(&manoeuvre.name), fit, study)).collect(),
     }
 }
@@ -263,9 +268,14 @@ fn fit_verdict(
         let consequence = evidence.consequence(fit.coefficient, name).filter(|_| window.is_none()).cloned();
         // The fit has this finding once, by what it is made of.
         found.extend(density::finding(evidence, name, window, fit));
-        derivatives.push(DerivativeVerdict { name: name.clone(), verdict: Verdict::of(found), consequence });
+        derivatives.push(DerivativeVerdict { name: name.clone(), verdict: Verdict::from_findings(found), consequence });
     }
-    FitVerdict { coefficient: fit.coefficient, verdict: Verdict::of(findings), derivatives, is_unused: false }
+    FitVerdict {
+        coefficient: fit.coefficient,
+        verdict: Verdict::from_findings(findings),
+        derivatives,
+        is_unused: false,
+    }
 }
 
 /// Place of a coefficient or derivative: `Cm_q (pooled)` or `Cm_q (window '03 elevator')`.

@@ -192,7 +192,7 @@ pub struct Verdict {
 
 impl Verdict {
     /// The verdict that follows from findings: its level is that of the worst, good ones are no reason.
-    pub fn of(findings: impl IntoIterator<Item = Finding>) -> Self {
+    pub fn from_findings(findings: impl IntoIterator<Item = Finding>) -> Self {
         let mut reasons: Vec<_> = findings.into_iter().filter(|finding| finding.level > Level::Good).collect();
         reasons.sort_by_key(|finding| std::cmp::Reverse(finding.level));
         Self { level: reasons.first().map_or(Level::Good, |worst| worst.level), reasons }
@@ -206,7 +206,7 @@ mod tests {
     #[test]
     fn verdict_is_the_worst_of_its_findings_and_names_it_first() {
         let finding = |level, text| Finding::new(level, "nis", "manoeuvre 'a'", text);
-        let verdict = Verdict::of([
+        let verdict = Verdict::from_findings([
             finding(Level::Good, "fine"),
             finding(Level::Caution, "high"),
             finding(Level::Bad, "far too high"),
@@ -215,7 +215,7 @@ mod tests {
         assert_eq!(verdict.level, Level::Bad);
         let texts: Vec<_> = verdict.reasons.iter().map(|reason| reason.text.as_str()).collect();
         assert_eq!(texts, ["far too high", "high", "low"]);
-        assert_eq!(Verdict::of([finding(Level::Good, "fine")]), Verdict::default());
+        assert_eq!(Verdict::from_findings([finding(Level::Good, "fine")]), Verdict::default());
     }
 
     #[test]

@@ -66,7 +66,7 @@ pub(super) fn sudden_control(
 ) -> Option<Finding> {
     let recording = &evidence.snapshot.flights.get(&manoeuvre.flight)?.ready()?.recording;
     let judged = DAMPED.iter().filter_map(|motion| {
-        let jump = Jump::of(&recording.role(motion.control)?.series, manoeuvre.window)?;
+        let jump = Jump::find(&recording.role(motion.control)?.series, manoeuvre.window)?;
         let time_constant_s = -1.0 / (damping(evidence, motion)? * (motion.factor)(aero)?);
         (time_constant_s > 0.0).then_some((0.5 * jump.apart_s / time_constant_s, motion, jump, time_constant_s))
     });
@@ -107,7 +107,7 @@ struct Jump {
 
 impl Jump {
     /// `None` where the control rests or moves over several samples.
-    fn of(control: &Series, window: TimeRange) -> Option<Self> {
+    fn find(control: &Series, window: TimeRange) -> Option<Self> {
         let range = window.indices(&control.time_s);
         let (time_s, values) = (&control.time_s[range.clone()], &control.values[range]);
         let (low, high) =

@@ -99,7 +99,7 @@ fn timing(evidence: Evidence<'_>, found: &mut StudyFindings) {
     let Some(lags) = evidence.snapshot.studies.lags.ready() else { return };
     for lag in lags.lags.iter().filter(|lag| lag.kind == LagKind::Delay) {
         let Ok((delay_s, error_s)) = lag.found_s() else { continue };
-        let stated_s = evidence.session.preparation.control_lags.of(lag.surface).delay_s;
+        let stated_s = evidence.session.preparation.control_lags.get(lag.surface).delay_s;
         let (left_s, step_s) = (delay_s - stated_s, sample_interval_s(evidence).unwrap_or(f64::NAN));
         let level = match left_s.abs() {
             left if left > DELAY_BAD_S => Level::Bad,

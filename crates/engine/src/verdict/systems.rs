@@ -76,7 +76,7 @@ pub(crate) fn of_system(
         let text = "Delay hit its lower bound 0: the data lead the model.".to_owned();
         findings.push(finding(Level::Caution, "delay-bound", &place, text, "Choose a form of higher order."));
     }
-    Verdict::of(findings)
+    Verdict::from_findings(findings)
 }
 
 /// Level and joint standard errors of the difference of one quantity by two fits; none where they agree.
@@ -138,7 +138,7 @@ pub(crate) fn of_equations(
     if let (Ok(first), Ok(second)) = (equation_error, second) {
         findings.extend(compare_methods(first, (name, second)));
     }
-    Verdict::of(findings)
+    Verdict::from_findings(findings)
 }
 
 /// Outputs of which a method explains too little.

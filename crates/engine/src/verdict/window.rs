@@ -181,7 +181,7 @@ fn correlated(place: &str, channel: &ChannelConsistency) -> Option<Finding> {
 fn smoother(place: &str, path: &WindowPath) -> Option<Finding> {
     let run = &path.reconstruction;
     let apart: Vec<(State, Apart)> =
-        COMPARED.into_iter().filter_map(|state| Some((state, Apart::of(run, state)?))).collect();
+        COMPARED.into_iter().filter_map(|state| Some((state, Apart::measure(run, state)?))).collect();
     let lasting =
         apart.iter().max_by(|a, b| a.1.bad_s.total_cmp(&b.1.bad_s)).filter(|(_, it)| it.bad_s > SMOOTHER_BAD_S);
     let outside = apart.iter().max_by(|a, b| a.1.outside.total_cmp(&b.1.outside));
@@ -223,7 +223,7 @@ struct Apart {
 impl Apart {
     /// `|x_f - x_s|` over the deviation of the difference, whose variance is the difference of the variances (Bierman); of the filtered
     /// deviation a tenth at least, so that rounding where the two are equal counts for nothing.
-    fn of(run: &Reconstruction, state: State) -> Option<Self> {
+    fn measure(run: &Reconstruction, state: State) -> Option<Self> {
         let smoothed = run.smoothed.as_ref()?;
         let k = state as usize;
         let (mut outside, mut largest, mut bad_s, mut since) = (0_usize, 0.0_f64, 0.0_f64, None);

@@ -118,7 +118,7 @@ fn experiment_gives_what_the_session_with_its_configuration_gives() {
     let scope = Scope { session: &applied, folder, first: None, studies: &[], cause: "test", generation: 1 };
     let snapshot = run_stages(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| ());
     let found = &row(&damping).outcome;
-    assert_eq!(found.verdict, VerdictCounts::of(snapshot.verdicts.ready().unwrap()));
+    assert_eq!(found.verdict, VerdictCounts::count(snapshot.verdicts.ready().unwrap()));
     for fit in &snapshot.pooled.ready().unwrap().fits {
         let own = found.coefficient(fit.coefficient.name()).unwrap();
         let estimates = &fit.fit.as_ref().unwrap().estimates;

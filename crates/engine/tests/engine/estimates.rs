@@ -305,7 +305,7 @@ fn residuals_of_a_fit_with_weights_are_those_of_the_measurement() {
         let square = |fit: &Fit| fit.residuals.iter().map(|v| v * v).sum::<f64>();
         assert!(square(huber) >= square(equal));
         let fitted: Vec<f64> = measured.iter().zip(huber.residuals.iter()).map(|(z, v)| z - v).collect();
-        assert_eq!(huber.quality, FitQuality::of(&measured, &fitted));
+        assert_eq!(huber.quality, FitQuality::compare(&measured, &fitted));
         assert_eq!(huber.names, equal.names);
     }
 }

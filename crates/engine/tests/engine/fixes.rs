@@ -28,7 +28,7 @@ fn estimates(snapshot: &Snapshot) -> Vec<(String, f64)> {
 }
 
 fn counts(snapshot: &Snapshot) -> VerdictCounts {
-    VerdictCounts::of(snapshot.verdicts.ready().unwrap())
+    VerdictCounts::count(snapshot.verdicts.ready().unwrap())
 }
 
 #[test]
@@ -61,8 +61,8 @@ fn fix_of_a_turned_channel_gives_the_derivatives_of_the_right_map() {
 #[test]
 fn fix_of_a_late_control_states_the_delay_that_was_taken_from_it() {
     let Opened { session, folder, .. } = demo();
-    let stated_s = session.preparation.control_lags.of(Surface::Elevator).delay_s;
-    let lag = Lag { delay_s: stated_s + 0.1, ..session.preparation.control_lags.of(Surface::Elevator) };
+    let stated_s = session.preparation.control_lags.get(Surface::Elevator).delay_s;
+    let lag = Lag { delay_s: stated_s + 0.1, ..session.preparation.control_lags.get(Surface::Elevator) };
     let wrong = Edit::Estimation(EstimationEdit::ControlLag(Surface::Elevator, lag)).apply(&session).unwrap();
     let before = computed(&wrong, &folder);
     assert_eq!(counts(&before).level, Level::Bad);
@@ -71,7 +71,7 @@ fn fix_of_a_late_control_states_the_delay_that_was_taken_from_it() {
     let (fix, place) = found.iter().find(|(fix, _)| fix.label.contains("for the elevator")).unwrap();
     assert_eq!(*place, "elevator");
     let fixed = fix.apply(&wrong).unwrap();
-    let delay_s = fixed.preparation.control_lags.of(Surface::Elevator).delay_s;
+    let delay_s = fixed.preparation.control_lags.get(Surface::Elevator).delay_s;
     assert!((delay_s - stated_s).abs() < 0.005, "{delay_s}");
     let tried = try_fix(&wrong, &folder, fix, &Cache::new(0)).unwrap();
     assert_eq!(tried.level, counts(&computed(&session, &folder)).level);

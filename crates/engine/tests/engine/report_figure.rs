@@ -14,7 +14,7 @@ fn figure() -> Figure {
         (0..60_000).map(|k| 50_000.0 + 0.01 * f64::from(k) + if k < 30_000 { 0.0 } else { 40.0 }).collect();
     let values = (0..60_000).map(|k| if k == 12_345 { 9.0 } else { (0.001 * f64::from(k)).sin() });
     let series = Series { time_s: time_s.into(), values: values.collect() };
-    let (label, colour) = ("q [deg/s]".into(), Colour::of(1));
+    let (label, colour) = ("q [deg/s]".into(), Colour::by_index(1));
     let half_width = vec![0.25; series.values.len()].into();
     let band = Mark::Band { label: "".into(), colour, centre: series.clone(), half_width, scale: 2.0 };
     let line = Mark::Line { label, colour, style: LineStyle::Solid, series, scale: 2.0 };
@@ -29,7 +29,7 @@ fn figure() -> Figure {
 
 #[test]
 fn saved_figure_keeps_extremes_gaps_and_words_in_a_part_of_its_size() {
-    let kept = ReportFigure::of(&figure()).unwrap();
+    let kept = ReportFigure::from_figure(&figure()).unwrap();
     let saved = toml::to_string(&kept).unwrap();
     assert!(saved.len() < 40_000, "{} characters for 60,000 samples", saved.len());
     let mut renamed = kept;
@@ -47,7 +47,10 @@ fn saved_figure_keeps_extremes_gaps_and_words_in_a_part_of_its_size() {
     assert!((spike[0] - 50_123.45).abs() < 1e-4, "where it was: {}", spike[0]);
     assert_eq!(points.iter().filter(|point| point[1].is_nan()).count(), 1, "one gap, no line across it");
     // Thinned once more it is what it is.
-    let again = ReportFigure::of(&ReportFigure::of(&figure()).unwrap().figure().unwrap()).unwrap().figure().unwrap();
+    let again = ReportFigure::from_figure(&ReportFigure::from_figure(&figure()).unwrap().figure().unwrap())
+        .unwrap()
+        .figure()
+        .unwrap();
     let Panel::Plot(again) = &again.panels[0] else { panic!("a plot") };
     let Mark::Points { points: again, .. } = &again.marks[1] else { panic!("points") };
     assert!(again.iter().flatten().zip(points.iter().flatten()).all(|(a, b)| a.total_cmp(b).is_eq()));
@@ -60,7 +63,7 @@ fn figures_of_the_report_are_saved_undone_and_a_damaged_one_is_named() {
     assert!(!before.contains("report_figure"), "a session without figures reads as it always did");
     let mut history = History::new(session);
     let edit = |history: &mut History, edit| -> Result<(), EditError> { history.apply(&Edit::ReportFigure(edit)) };
-    edit(&mut history, ReportFigureEdit::Add(ReportFigure::of(&figure()).unwrap())).unwrap();
+    edit(&mut history, ReportFigureEdit::Add(ReportFigure::from_figure(&figure()).unwrap())).unwrap();
     edit(&mut history, ReportFigureEdit::Caption(0, "as flown".to_owned())).unwrap();
     assert_eq!(history.undo_label(), Some("change the words on a figure of the report"));
     let text = session::print(history.present()).unwrap();

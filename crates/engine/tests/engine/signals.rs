@@ -62,7 +62,7 @@ fn a_clock_that_cannot_be_fitted_stops_the_flight_only_where_path_or_controls_ne
     let with = |source: &str| {
         let mut flight = demo().session.flights[0].clone();
         flight.clocks.retain(|clock| clock.source != source);
-        flight.clocks.push(ClockSetting { fit: vec![missing.clone()], ..ClockSetting::of(source) });
+        flight.clocks.push(ClockSetting { fit: vec![missing.clone()], ..ClockSetting::new(source) });
         aligned(&flight)
     };
     let engines = &recorded().recording;

@@ -425,7 +425,7 @@ impl<'a> Problem<'a> {
                 pairs.into_iter().filter(|(z, _)| z.is_finite())
             });
             let (z, y): (Vec<f64>, Vec<f64>) = pairs.unzip();
-            let quality = super::super::FitQuality::of(&z, &y);
+            let quality = super::super::FitQuality::compare(&z, &y);
             OutputResidual {
                 measurement,
                 samples: z.len(),

@@ -235,7 +235,7 @@ struct Cards(String);
 impl DeckReference {
     /// Reference dimensions of `aircraft`, with the centre of gravity and the weight `m g` (standard gravity) of its
     /// loading.
-    pub fn of(aircraft: &Aircraft, properties: &MassProperties) -> Self {
+    pub fn from_aircraft(aircraft: &Aircraft, properties: &MassProperties) -> Self {
         Self {
             area_m2: aircraft.reference.area_m2,
             chord_m: aircraft.reference.chord_m,

@@ -73,7 +73,7 @@ struct Topic {
 
 /// Sources of a file, and warnings.
 pub(super) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<String>), LoadError> {
-    let budget = Budget::of(path, Format::Mcap);
+    let budget = Budget::for_file(path, Format::Mcap);
     let mut file = File::read(path, contents, &budget)?;
     let mut topics = Vec::new();
     let mut left_out = Vec::new();

@@ -79,7 +79,7 @@ fn read_table(path: &Path, contents: Vec<u8>) -> Result<(Vec<Source>, Vec<String
     check_places(file.metadata(), length).map_err(|what| damaged(&what))?;
     let written = metadata.key_value_metadata().into_iter().flatten().find(|entry| entry.key == "ARROW:schema");
     let fields = written.and_then(|entry| arrow_schema::fields(entry.value.as_deref()?)).unwrap_or_default();
-    let budget = Budget::of(path, Format::Parquet);
+    let budget = Budget::for_file(path, Format::Parquet);
     let mut source = Source::new(stem(path));
     let mut left_out = Vec::new();
     for (index, column) in metadata.schema_descr().columns().iter().enumerate() {

@@ -58,7 +58,15 @@ pub fn complete(whole: &mut Assignment<'_>) {
         };
         // Where gusts hide much of the pitch acceleration, a known sideslip keeps lateral controls apart.
         let least = if side.is_some() { LEAST_PITCH_R2 } else { LEAST_R2 };
-        find(whole, Role::Elevator, &wanted, &[&vq, &square, &lift], &square, least, &is_of_pitch);
+        let explained: [&[f64]; 3] = [&vq, &square, &lift];
+        let of_pitch = Wanted {
+            acceleration: &wanted,
+            explained: &explained,
+            square: &square,
+            least_r2: least,
+            can_be: &is_of_pitch,
+        };
+        find_control(whole, Role::Elevator, &of_pitch);
     }
     let accelerations = (rate(whole, Role::RollRate), rate(whole, Role::YawRate));
     let (Some(side), (Some(roll), Some(yaw))) = (side, accelerations) else { return };
@@ -67,11 +75,15 @@ pub fn complete(whole: &mut Assignment<'_>) {
         let [roll, yaw] = [&roll, &yaw].map(|wanted| effect(wanted, explained, control).map_or(0.0, f64::abs));
         roll > ROLL_OVER_YAW * yaw
     };
-    let aileron = find(whole, Role::Aileron, &roll, &lateral, &square, LEAST_R2, &is_of_roll);
+    let of_roll =
+        Wanted { acceleration: &roll, explained: &lateral, square: &square, least_r2: LEAST_R2, can_be: &is_of_roll };
+    let aileron = find_control(whole, Role::Aileron, &of_roll);
     let aileron = aileron.map(|taken| times(&whole.column(taken.column).mean, &square));
     lateral.extend(aileron.as_deref());
     let is_of_yaw = |control: &[f64], explained: &[&[f64]]| !is_of_roll(control, explained);
-    find(whole, Role::Rudder, &yaw, &lateral, &square, LEAST_R2, &is_of_yaw);
+    let of_yaw =
+        Wanted { acceleration: &yaw, explained: &lateral, square: &square, least_r2: LEAST_R2, can_be: &is_of_yaw };
+    find_control(whole, Role::Rudder, &of_yaw);
 }
 
 /// Change of an angular acceleration with a control, with what else explains it.
@@ -84,16 +96,19 @@ fn effect(wanted: &[f64], explained: &[&[f64]], control: &[f64]) -> Option<f64> 
 /// Whether values, with what else explains an angular acceleration, can be a control.
 type CanBe<'c> = dyn Fn(&[f64], &[&[f64]]) -> bool + 'c;
 
-/// The control that explains most of an angular acceleration beyond the rest; a positive deflection makes a negative one (docs/conventions.md).
-fn find(
-    whole: &mut Assignment<'_>,
-    role: Role,
-    wanted: &[f64],
-    explained: &[&[f64]],
-    square: &[f64],
+/// An angular acceleration, what else explains it, and what a control of it must be.
+struct Wanted<'c> {
+    acceleration: &'c [f64],
+    explained: &'c [&'c [f64]],
+    /// Squares of the airspeed.
+    square: &'c [f64],
     least_r2: f64,
-    can_be: &CanBe<'_>,
-) -> Option<Taken> {
+    can_be: &'c CanBe<'c>,
+}
+
+/// The control that explains most of an angular acceleration beyond the rest; a positive deflection makes a negative one (docs/conventions.md).
+fn find_control(whole: &mut Assignment<'_>, role: Role, by: &Wanted<'_>) -> Option<Taken> {
+    let Wanted { acceleration: wanted, explained, square, least_r2, can_be } = *by;
     let independent = whole.windows.independent;
     let without = fit(wanted, explained).map_or(0.0, |fit| fit.r2);
     let mut all: Vec<(Taken, f64)> = Vec::new();

@@ -20,7 +20,7 @@ const AIRSPEED_HALF_WIDTH_S: f64 = 0.25;
 const BLOCK_S: f64 = 2.5;
 const LEAST_BLOCKS: usize = 8;
 /// Steps of Gauss and Newton, and the change below which no further one is taken, s.
-const STEPS: usize = 8;
+const STEPS: usize = 12;
 const CONVERGED_S: f64 = 1e-4;
 /// Largest delay looked for, s.
 const LARGEST_S: f64 = 0.3;
@@ -59,6 +59,9 @@ pub fn estimate_flow_delay(data: &[&FilterData]) -> Option<FlowDelay> {
             return None;
         }
         if step_s.abs() < CONVERGED_S {
+            if !equations.is_determined() {
+                return None;
+            }
             let error_s = equations.error_s()?;
             return Some(FlowDelay { delay_s, standard_error_s: error_s.hypot(LIFT_LAG_S) });
         }
@@ -128,6 +131,10 @@ struct Equations {
     z: DVector<f64>,
     /// First rows of the blocks.
     blocks: Vec<usize>,
+    /// Part of the vane's motion that the terms leave, by its norm.
+    unexplained: f64,
+    /// Part of its slope that is none of the terms, by its square.
+    own_slope: f64,
 }
 
 impl Equations {
@@ -156,21 +163,20 @@ impl Equations {
         let terms = DMatrix::from_fn(rows.len(), TERMS, |row, column| rows[row][column]);
         let z = DVector::from_vec(vane);
         let estimate = solve(&terms, &z)?;
-        let left = &z - &terms * &estimate;
-        if left.norm() > UNEXPLAINED * z.norm() {
-            return None;
-        }
+        let unexplained = (&z - &terms * &estimate).norm() / z.norm();
         let slopes = DMatrix::from_fn(rows.len(), TERMS, |row, column| rows[row][TERMS + column]);
         // A vane that is late by d shows d times the slope too little.
         let slope = -slopes * estimate;
         let own = &slope - &terms * solve(&terms, &slope)?;
-        if own.norm_squared() < OWN_SLOPE * slope.norm_squared() {
-            return None;
-        }
-        let x = terms.insert_column(TERMS, 0.0);
-        let mut equations = Self { x, z, blocks };
-        equations.x.set_column(TERMS, &slope);
-        Some(equations)
+        let own_slope = own.norm_squared() / slope.norm_squared();
+        let mut x = terms.insert_column(TERMS, 0.0);
+        x.set_column(TERMS, &slope);
+        Some(Self { x, z, blocks, unexplained, own_slope })
+    }
+
+    /// Whether the terms explain the vane and leave it a slope of its own.
+    fn is_determined(&self) -> bool {
+        self.unexplained < UNEXPLAINED && self.own_slope > OWN_SLOPE
     }
 
     /// Delay beside the one the terms are taken at, s.

@@ -311,7 +311,7 @@ fn deck() -> DatcomDeck {
     let reference = DeckReference {
         cg_from_datum_m: [3.53, 0.0, 1.68],
         weight_n: 20_012.0,
-        ..DeckReference::of(&aircraft, &properties)
+        ..DeckReference::from_aircraft(&aircraft, &properties)
     };
     DatcomDeck {
         reference,
@@ -324,7 +324,7 @@ fn deck() -> DatcomDeck {
 fn deck_takes_weight_and_centre_of_gravity_from_the_loading() {
     let aircraft = aircraft::read(&aircraft_file()).unwrap();
     let properties = aircraft.standard_loading.mass_properties(&aircraft);
-    let reference = DeckReference::of(&aircraft, &properties);
+    let reference = DeckReference::from_aircraft(&aircraft, &properties);
     assert_eq!((reference.area_m2, reference.chord_m, reference.span_m), (18.7, 1.68, 11.68));
     assert_eq!(reference.cg_from_datum_m, properties.cg_from_datum_m);
     assert_eq!(reference.weight_n, properties.mass_kg * 9.806_65);

@@ -156,9 +156,9 @@ fn pulley_without_reference_shows_the_aircrafts_turn_about_its_axis() {
     let columns = Columns::of(&attitudes);
     let turn = integrated_turn(&time, &columns.forms()[0], None, Differentiation::Central4).unwrap();
     assert!((turn[299] - 0.6 * time[299]).abs() < 1e-9, "heading passes half a turn without a jump");
-    let short = SensorReference { attitude: columns.forms()[0].of(0..10).unwrap(), sensor_from_reference: FLAT };
+    let short = SensorReference { attitude: columns.forms()[0].within(0..10).unwrap(), sensor_from_reference: FLAT };
     assert!(matches!(attitude_turn(&columns.forms()[0], &short), Err(PrepError::Length { .. })));
-    assert!(columns.forms()[1].of(0..301).is_none());
+    assert!(columns.forms()[1].within(0..301).is_none());
 }
 
 #[test]

@@ -194,8 +194,8 @@ fn turns(name: &str) -> [Series; 2] {
     let rows = mount.sensor_from_reference;
     let (mut absolute, mut integrated) = (Vec::new(), Vec::new());
     for range in stretches(own, 0.5) {
-        let part = attitude(turning).of(range.clone()).unwrap();
-        let still = attitude(panel).of(range.clone()).unwrap();
+        let part = attitude(turning).within(range.clone()).unwrap();
+        let still = attitude(panel).within(range.clone()).unwrap();
         let reference = SensorReference { attitude: still, sensor_from_reference: rows };
         let turn: Vec<f64> =
             attitude_turn(&part, &reference).unwrap().into_iter().map(|turn| turn - mount.rest_rad).collect();

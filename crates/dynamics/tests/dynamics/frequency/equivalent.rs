@@ -284,11 +284,11 @@ fn every_form_is_found_from_its_own_response() {
     };
     let form = FitSettings { form: Form::parse("1/3").unwrap(), delay: Delay::Free };
     let fit = fit_response(&exact_response(&high, &grid), &form).unwrap();
-    assert!(Mismatch::of(&fit.model, &exact_response(&high, &grid)).unwrap().cost < 1e-6, "{:?}", fit.model);
+    assert!(Mismatch::compare(&fit.model, &exact_response(&high, &grid)).unwrap().cost < 1e-6, "{:?}", fit.model);
     assert!(fit.parameter("tau").unwrap().value < 1e-4);
     // A second-order model of it is lower: what it lacks becomes delay, and is told.
     let lower = fit_response(&exact_response(&high, &grid), &FORM).unwrap();
-    let mismatch = Mismatch::of(&lower.model, &exact_response(&high, &grid)).unwrap();
+    let mismatch = Mismatch::compare(&lower.model, &exact_response(&high, &grid)).unwrap();
     assert!(mismatch.cost > 1e-3 && lower.error_ratio.unwrap() > 0.0, "{mismatch:?}");
     // A true delay below zero stops at zero.
     let early = TransferFunction { delay_s: -0.05, ..roll.clone() };

@@ -79,7 +79,7 @@ pub fn bode_figure(study: &ResponseStudy, input: usize, models: &[BodeModel]) ->
         });
         Mark::Points {
             label: "measured, with 95 % bars".into(),
-            colour: Colour::of(0),
+            colour: Colour::by_index(0),
             style: LineStyle::Dots,
             points: points.collect(),
         }
@@ -87,7 +87,7 @@ pub fn bode_figure(study: &ResponseStudy, input: usize, models: &[BodeModel]) ->
     let of_models = |ordinate: usize| {
         models.iter().enumerate().map(move |(index, model)| Mark::Points {
             label: model.label.clone().into(),
-            colour: Colour::of(index + 1),
+            colour: Colour::by_index(index + 1),
             style: if index == 0 { LineStyle::Solid } else { LineStyle::Dashed },
             points: model.points.iter().map(|point| [point[0].log10(), point[ordinate], f64::NAN]).collect(),
         })
@@ -96,7 +96,7 @@ pub fn bode_figure(study: &ResponseStudy, input: usize, models: &[BodeModel]) ->
     let angles = measured(&|index| [phases[index].to_degrees(), response.points[index].relative_sd.to_degrees()]);
     let coherence = |label: &'static str, colour: usize, style: LineStyle, of: &dyn Fn(usize) -> f64| Mark::Points {
         label: label.into(),
-        colour: Colour::of(colour),
+        colour: Colour::by_index(colour),
         style,
         points: (0..response.points.len())
             .map(|index| [place(response.points[index].omega_rad_s), of(index), f64::NAN])

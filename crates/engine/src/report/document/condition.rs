@@ -82,7 +82,7 @@ fn panel(found: &ConditionRegression) -> Panel {
     });
     let mut marks = vec![Mark::Points {
         label: "one manoeuvre, 95 %".into(),
-        colour: Colour::of(0),
+        colour: Colour::by_index(0),
         style: LineStyle::Dots,
         points: manoeuvres.collect(),
     }];

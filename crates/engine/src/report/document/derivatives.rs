@@ -232,11 +232,11 @@ fn scatter(contents: &Contents<'_>, summary: &DerivativeSummaryRow) -> Panel {
     let mut marks = Vec::new();
     if let (Some(value), Some(error)) = (summary.pooled, summary.corrected_standard_error) {
         let band = [value - NORMAL_95 * error, value + NORMAL_95 * error];
-        marks.push(Mark::Level { label: "pooled, 95 %".into(), colour: Colour::of(1), value, band });
+        marks.push(Mark::Level { label: "pooled, 95 %".into(), colour: Colour::by_index(1), value, band });
     }
     marks.push(Mark::Points {
         label: "one manoeuvre, 95 %".into(),
-        colour: Colour::of(0),
+        colour: Colour::by_index(0),
         style: LineStyle::Dots,
         points: points.collect(),
     });

@@ -95,7 +95,7 @@ impl Colour {
     pub const EXCLUDED: Self = Self([0x70, 0x70, 0x70]);
 
     /// The colour at a place of the palette, which begins again behind its end.
-    pub fn of(index: usize) -> Self {
+    pub fn by_index(index: usize) -> Self {
         Self::PALETTE[index % Self::PALETTE.len()]
     }
 }
@@ -194,12 +194,12 @@ pub fn points(
     points: impl IntoIterator<Item = [f64; 2]>,
 ) -> Mark {
     let points = points.into_iter().map(|[x, y]| [x, y, f64::NAN]).collect();
-    Mark::Points { label: label.into(), colour: Colour::of(colour), style, points }
+    Mark::Points { label: label.into(), colour: Colour::by_index(colour), style, points }
 }
 
 /// A line in a colour of the palette.
 pub fn line(label: &'static str, colour: usize, series: &Series, scale: f64) -> Mark {
-    let (label, colour) = (label.into(), Colour::of(colour));
+    let (label, colour) = (label.into(), Colour::by_index(colour));
     Mark::Line { label, colour, style: LineStyle::Solid, series: series.clone(), scale }
 }
 

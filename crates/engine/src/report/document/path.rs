@@ -133,14 +133,14 @@ pub(crate) fn wind_and_bias(contents: &Contents<'_>) -> Vec<Block> {
         if spread.windows > 1 {
             marks.push(Mark::Level {
                 label: "mean ± standard deviation".into(),
-                colour: Colour::of(7),
+                colour: Colour::by_index(7),
                 value: scale * spread.mean,
                 band,
             });
         }
         marks.push(Mark::Points {
             label: "manoeuvre ± 2σ of the filter".into(),
-            colour: Colour::of(0),
+            colour: Colour::by_index(0),
             style: LineStyle::Dots,
             points: points.collect(),
         });
@@ -205,7 +205,7 @@ fn innovation(measurement: Measurement, path: &WindowPath) -> Option<Panel> {
     let (unit, scale) = notation::unit(measurement.dimension());
     let band = Mark::Band {
         label: "predicted ±2σ".into(),
-        colour: Colour::of(1),
+        colour: Colour::by_index(1),
         centre: shown(&path.series().innovation_zero.values),
         half_width: due(&path.series().innovation_deviations[index]).iter().map(|deviation| 2.0 * deviation).collect(),
         scale,

@@ -95,7 +95,7 @@ pub(crate) fn replay_panel(series: &ReplaySeries, (unit, scale): (&'static str, 
     let mut marks = Vec::new();
     marks.extend(series.half_band.as_ref().map(|half| Mark::Band {
         label: "tolerance".into(),
-        colour: Colour::of(1),
+        colour: Colour::by_index(1),
         centre: series.measured.clone(),
         half_width: half.iter().map(|half| 2.0 * half).collect(),
         scale,

@@ -131,7 +131,7 @@ pub fn windows(contents: &Contents<'_>) -> Parts {
                 };
                 Some(Mark::Span {
                     label: label.into(),
-                    colour: Colour::of(colour),
+                    colour: Colour::by_index(colour),
                     ends: [window.window.start_s, window.window.end_s],
                 })
             })
@@ -198,7 +198,7 @@ pub fn engines(contents: &Contents<'_>) -> Parts {
             let mut marks = vec![line("modelled", 0, &engine.power_w, power)];
             marks.extend(engine.monitor_power_w.iter().map(|monitor| Mark::Line {
                 label: "monitor".into(),
-                colour: Colour::of(1),
+                colour: Colour::by_index(1),
                 style: LineStyle::Dashed,
                 series: monitor.clone(),
                 scale: power,

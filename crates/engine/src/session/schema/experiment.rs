@@ -113,7 +113,7 @@ pub(super) fn experiment_tables(session: &Session) -> Result<Vec<ExperimentTable
     if session.experiments.is_empty() {
         return Ok(Vec::new());
     }
-    let present = Configuration::of(session);
+    let present = Configuration::from_session(session);
     let base = sections(&present)?;
     session.experiments.iter().map(|experiment| experiment_table(experiment, &present, &base)).collect()
 }
@@ -164,7 +164,7 @@ pub(super) fn experiments_from(
     if tables.is_empty() {
         return Ok(Vec::new());
     }
-    let present = Configuration::of(session);
+    let present = Configuration::from_session(session);
     let base = sections(&present)?;
     tables.into_iter().map(|table| experiment_from(table, &present, base.clone())).collect()
 }

@@ -346,7 +346,7 @@ fn structure_from(key: &str, table: &BTreeMap<String, Vec<String>>) -> Result<St
 /// # Errors
 /// [`SessionError::Term`] should a value have no TOML form.
 pub fn print(session: &Session) -> Result<String, SessionError> {
-    let settings = setting_tables(&Configuration::of(session));
+    let settings = setting_tables(&Configuration::from_session(session));
     let file = File {
         format: FORMAT.to_owned(),
         version: VERSION,
@@ -366,7 +366,7 @@ pub fn print(session: &Session) -> Result<String, SessionError> {
         kept_models: session.kept_structures.iter().map(kept_table).collect(),
         experiments: experiment_tables(session)?,
         flights: session.flights.iter().map(flight_table).collect(),
-        noise: NoiseTable::of(&session.noise_reasons),
+        noise: NoiseTable::from_reasons(&session.noise_reasons),
         steady: session.steady.iter().map(steady_table).collect(),
         windows: session.windows.iter().map(window_table).collect(),
         annotations: session.annotations.clone(),

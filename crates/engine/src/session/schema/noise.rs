@@ -19,7 +19,7 @@ pub struct NoiseTable {
 
 impl NoiseTable {
     /// The table of these reasons.
-    pub fn of(reasons: &BTreeMap<String, String>) -> Self {
+    pub fn from_reasons(reasons: &BTreeMap<String, String>) -> Self {
         Self { reason: reasons.clone() }
     }
 

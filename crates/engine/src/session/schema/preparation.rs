@@ -148,9 +148,9 @@ pub(super) fn preparation_table(preparation: &Preparation) -> PreparationTable {
     let usual = Preparation::default();
     let lags = &preparation.control_lags;
     let lag = |surface: Surface| {
-        let Lag { time_constant_s, delay_s } = lags.of(surface);
+        let Lag { time_constant_s, delay_s } = lags.get(surface);
         let table = LagTable { lag_s: time_constant_s, delay_s };
-        (lags.of(surface) != Lag::default()).then(|| (surface.name().to_owned(), table))
+        (lags.get(surface) != Lag::default()).then(|| (surface.name().to_owned(), table))
     };
     PreparationTable {
         path: name_of(&PATHS, preparation.path),

@@ -76,24 +76,16 @@ pub(super) fn corrected<'a>(
     row: &PhysicsRow,
 ) -> Option<Vec<AeroWindow<'a>>> {
     let role = Role::from_name(&row.channel)?;
-    let of_flight: Vec<Used<'a>> = used.iter().copied().filter(|used| used.manoeuvre.flight == flight).collect();
-    let data: Option<Vec<FilterData>> = of_flight
-        .iter()
-        .map(|used| match &row.change {
-            Some(cure) => changed(&used.path.data, cure),
-            None => without(&used.path.data, role),
-        })
-        .collect();
-    let data = data.filter(|data| !data.is_empty())?;
-    let paths = reconstructed(session, &data);
-    let mut formed = Vec::with_capacity(used.len());
-    for ((used, data), path) in of_flight.iter().zip(&data).zip(paths) {
-        let path = path.ok()?;
-        let aero = stage::aero_along(used.aero, used.nominal(), (data, &path), &session.preparation).ok()?;
-        formed.push(used.formed(aero));
+    if used.iter().all(|used| used.manoeuvre.flight != flight) {
+        return None;
     }
-    formed.extend(used.iter().filter(|used| used.manoeuvre.flight != flight).map(|used| used.as_computed()));
-    Some(formed)
+    let change = |data: &FilterData| match &row.change {
+        Some(cure) => changed(data, cure),
+        None => without(data, role),
+    };
+    form_again(session, (used, flight), &change, &|used, along| {
+        stage::aero_along(used.aero, used.nominal(), along, &session.preparation).ok()
+    })
 }
 
 /// The windows of `flight` with the accelerometers at `found_m` instead of `taken_m` from the centre of gravity, body axes, m: in
@@ -105,25 +97,34 @@ pub(super) fn moved<'a>(
     [found_m, taken_m]: [[f64; 3]; 2],
 ) -> Option<Vec<AeroWindow<'a>>> {
     let displacement_m = std::array::from_fn(|axis| found_m[axis] - taken_m[axis]);
-    let (of_flight, others): (Vec<Used<'a>>, Vec<Used<'a>>) =
-        used.iter().copied().partition(|used| used.manoeuvre.flight == flight);
-    let data: Option<Vec<FilterData>> = of_flight
-        .iter()
-        .map(|used| {
-            let mut data = used.path.data.as_ref().clone();
-            // The correction is linear in the place: what was moved already is moved on.
-            stage::move_accelerometer(&mut data.inputs, displacement_m, &session.preparation).ok()?;
-            Some(data)
-        })
-        .collect();
-    let paths = reconstructed(session, &data?);
-    let mut formed = Vec::with_capacity(used.len());
-    for (used, path) in of_flight.iter().zip(paths) {
-        let along = (&*used.path.data, &path.ok()?);
+    let change = |data: &FilterData| {
+        let mut data = data.clone();
+        // The correction is linear in the place: what was moved already is moved on.
+        stage::move_accelerometer(&mut data.inputs, displacement_m, &session.preparation).ok()?;
+        Some(data)
+    };
+    form_again(session, (used, flight), &change, &|used, (_, path)| {
+        let along = (&*used.path.data, path);
         let WindowAero { data, settings, air_density, .. } =
             stage::aero_along(used.aero, used.nominal(), along, &session.preparation).ok()?;
         let data = AeroData { accelerometer: Some(Position::BodyFromCg(found_m)), ..data };
-        formed.push(used.formed(WindowAero::form(data, settings, air_density).ok()?));
+        WindowAero::form(data, settings, air_density).ok()
+    })
+}
+
+/// The windows of `flight` formed along the paths of their changed samples, then the others as computed; none where one of them cannot be.
+fn form_again<'a>(
+    session: &Session,
+    (used, flight): (&[Used<'a>], &str),
+    change: &dyn Fn(&FilterData) -> Option<FilterData>,
+    form: &dyn Fn(&Used<'a>, (&FilterData, &Reconstruction)) -> Option<WindowAero>,
+) -> Option<Vec<AeroWindow<'a>>> {
+    let (of_flight, others): (Vec<Used<'a>>, Vec<Used<'a>>) =
+        used.iter().copied().partition(|used| used.manoeuvre.flight == flight);
+    let data: Vec<FilterData> = of_flight.iter().map(|used| change(&used.path.data)).collect::<Option<_>>()?;
+    let mut formed = Vec::with_capacity(used.len());
+    for ((used, data), path) in of_flight.iter().zip(&data).zip(reconstructed(session, &data)) {
+        formed.push(used.formed(form(used, (data, &path.ok()?))?));
     }
     formed.extend(others.iter().map(|used| used.as_computed()));
     Some(formed)

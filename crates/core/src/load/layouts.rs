@@ -1,0 +1,121 @@
+//! Tables without names of columns whose recorder is known by their number, their order and the values that agree.
+
+use serde::Deserialize;
+
+use super::by_physics::is_empty_name;
+use super::contents::{ChannelInfo, Probe};
+
+/// Least correlation of two columns that hold the same quantity.
+const LEAST_CORRELATION: f64 = 0.98;
+
+/// The columns of a table that a recorder writes without their names.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Layout {
+    /// What it is called.
+    pub(super) name: String,
+    /// Names of the columns, in their order.
+    columns: Vec<String>,
+    /// Pairs of columns that hold the same quantity, or its negative.
+    agree: Vec<[String; 2]>,
+}
+
+impl Layout {
+    /// `probe` with these names, where it is one table of as many nameless columns and the pairs agree.
+    pub(super) fn name_columns(&self, probe: &Probe) -> Option<Probe> {
+        let [source] = &probe.sources[..] else { return None };
+        let is_nameless = || source.channels.iter().all(|channel| is_empty_name(&channel.name));
+        if source.channels.len() != self.columns.len() || !is_nameless() {
+            return None;
+        }
+        let column = |name: &String| source.channels.get(self.columns.iter().position(|other| other == name)?);
+        let agrees = |[first, second]: &[String; 2]| {
+            column(first)
+                .zip(column(second))
+                .is_some_and(|(first, second)| correlation(first.values(), second.values()).abs() >= LEAST_CORRELATION)
+        };
+        if !self.agree.iter().all(agrees) {
+            return None;
+        }
+        let mut named = probe.clone();
+        for (channel, name) in named.sources.iter_mut().flat_map(|source| &mut source.channels).zip(&self.columns) {
+            *channel = ChannelInfo { name: name.clone(), ..channel.clone() };
+        }
+        Some(named)
+    }
+
+    /// Where the first column called `name` stands, from 0, and of how many.
+    pub(super) fn place(&self, name: &str) -> Option<(usize, usize)> {
+        Some((self.columns.iter().position(|other| other == name)?, self.columns.len()))
+    }
+}
+
+/// Correlation of the samples that are finite in both; 0 where one does not vary.
+fn correlation(first: &[f64], second: &[f64]) -> f64 {
+    let pairs = || first.iter().zip(second).filter(|(a, b)| a.is_finite() && b.is_finite());
+    let count = pairs().count().max(1) as f64;
+    let mean = |take: fn((&f64, &f64)) -> f64| pairs().map(take).sum::<f64>() / count;
+    let (mean_a, mean_b) = (mean(|(a, _)| *a), mean(|(_, b)| *b));
+    let (mut aa, mut ab, mut bb) = (0.0, 0.0, 0.0);
+    for (a, b) in pairs() {
+        let (a, b) = (a - mean_a, b - mean_b);
+        (aa, ab, bb) = (aa + a * a, ab + a * b, bb + b * b);
+    }
+    if aa > 0.0 && bb > 0.0 { ab / (aa * bb).sqrt() } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::by_hand::By;
+    use super::super::{guess, probe_of};
+    use crate::quantity::Role;
+
+    /// A table of 42 columns as FlightGear writes it; `other` is taken for the altitude of the GPS receiver.
+    fn table(other: impl Fn(f64) -> f64) -> String {
+        let mut text = String::new();
+        for k in 0..200_u32 {
+            let t = 0.1 * f64::from(k);
+            let (roll, pitch, altitude) = (20.0 * (0.4 * t).sin(), 4.0 + 3.0 * (0.3 * t).sin(), 3000.0 + 30.0 * t);
+            let mut cells = vec![0.0; 42];
+            cells[0] = 0.2 * (0.4 * t).cos();
+            cells[14] = 48.1 + 1e-5 * t;
+            cells[15] = 11.5 - 2e-5 * t;
+            (cells[16], cells[25], cells[31], cells[33]) = (altitude, altitude + 8.0, altitude, other(altitude));
+            (cells[17], cells[28], cells[30]) = (roll, roll, roll);
+            (cells[18], cells[27], cells[29]) = (pitch, pitch, pitch);
+            (cells[19], cells[36]) = (170.0 + t, 171.0 + t);
+            cells[21] = 95.0 + (0.3 * t).cos();
+            (cells[23], cells[40]) = (30.0 + (0.2 * t).sin(), 1800.0);
+            cells[41] = 2400.0 + t;
+            let row: Vec<String> = cells.iter().map(|cell| format!("{cell:.7}")).collect();
+            text += &format!("{}\n", row.join(","));
+        }
+        text
+    }
+
+    #[test]
+    fn a_table_without_names_is_known_by_the_order_of_its_columns() {
+        let probe = probe_of(&table(|altitude| altitude));
+        let map = guess(std::slice::from_ref(&probe));
+        assert_eq!(map.recorders, ["FlightGear"]);
+        for (role, channel, unit, turned) in [
+            (Role::BankAngle, "column[17]", "deg", false),
+            (Role::PitchAngle, "column[18]", "deg", false),
+            (Role::Latitude, "column[14]", "deg", false),
+            (Role::CalibratedAirspeed, "column[21]", "kt", false),
+            (Role::VelocityDown, "column[23]", "ft/s", true),
+        ] {
+            let row = map.row(role).unwrap();
+            let found = (row.from.channel.as_str(), row.unit.unwrap().symbol, row.turned);
+            assert_eq!(found, (channel, unit, turned), "{}", role.name());
+            assert_eq!(row.by, By::Layout, "the order of columns alone is asked for");
+            assert!(row.evidence.as_deref().is_some_and(|text| text.contains("of 42")));
+        }
+    }
+
+    #[test]
+    fn a_table_of_as_many_columns_that_do_not_agree_is_not_known() {
+        let map = guess(&[probe_of(&table(|altitude| (0.01 * altitude).sin()))]);
+        assert!(map.recorders.is_empty() && map.rows.is_empty(), "{:?}", map.rows);
+    }
+}
