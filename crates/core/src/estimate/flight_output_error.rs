@@ -124,7 +124,7 @@ impl InitialState {
         }
     }
 
-    fn of(self, start: &mut Start) -> &mut f64 {
+    fn value_in(self, start: &mut Start) -> &mut f64 {
         match self {
             Self::Velocity(axis) => &mut start.air_velocity_body_m_s[axis],
             Self::Rate(axis) => &mut start.rates_rad_s[axis],
@@ -349,7 +349,7 @@ impl Problem<'_> {
             all.extend(self.freedom.own.iter().map(|&index| entry(&window.model, index, &suffix)));
             let mut start = window.start;
             for &initial in self.axis.initial() {
-                all.push(free(format!("{}{suffix}", initial.name()), *initial.of(&mut start), initial.scale()));
+                all.push(free(format!("{}{suffix}", initial.name()), *initial.value_in(&mut start), initial.scale()));
             }
             for &output in &self.freedom.biases {
                 all.push(free(format!("{} bias{suffix}", output.name()), 0.0, output.scale()));
@@ -386,7 +386,7 @@ impl Problem<'_> {
             values.by_ref().take(1).for_each(|value| model.set(entry, value));
         }
         for &initial in self.axis.initial() {
-            values.by_ref().take(1).for_each(|value| *initial.of(&mut start) = value);
+            values.by_ref().take(1).for_each(|value| *initial.value_in(&mut start) = value);
         }
         let mut biases = vec![0.0; self.axis.outputs().len()];
         for (bias, value) in self.freedom.biases.iter().zip(values) {
