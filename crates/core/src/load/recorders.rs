@@ -192,7 +192,7 @@ fn claim_columns(probe: &Probe, claims: &mut Claims) {
     for (_, row) in &mut own.rows {
         let Some((place, count)) = layout.place(&row.from.channel) else { continue };
         let Some(channel) = channels().nth(place) else { continue };
-        row.by = By::Layout;
+        (row.by, row.share) = (By::Layout, Some(1.0));
         row.evidence = Some(format!("column {} of {count} is '{}' in {}", place + 1, row.from.channel, layout.name));
         row.from.channel.clone_from(&channel.name);
     }
