@@ -491,8 +491,8 @@ fn filter_rows(
     };
     let mut rows: Vec<_> = flight.derivatives.iter().map(|found| row(blank(&found.name), found)).collect();
     rows.extend(flight.process_noise.iter().map(|noise| CheckRow {
-        estimate: noise.intensity,
-        standard_error: noise.intensity * noise.log_error,
+        estimate: if noise.is_none { 0.0 } else { noise.intensity },
+        standard_error: if noise.is_none { f64::NAN } else { noise.intensity * noise.log_error },
         ..blank(&format!("process noise of {}", noise.state))
     }));
     rows
