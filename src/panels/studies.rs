@@ -2,7 +2,8 @@
 
 use doublet_engine::run::Slot;
 use doublet_engine::study::{
-    CheckStudy, ConditionRegression, LagStudy, ManoeuvreStudy, MonteCarloStudy, Study, WindowChecks,
+    CheckRequest, CheckStudy, ConditionRegression, FilteredFlight, LagStudy, ManoeuvreStudy, MonteCarloStudy, Study,
+    WindowChecks,
 };
 use eframe::egui::{self, Align, Button, ComboBox, DragValue, Label, Layout, ProgressBar, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
@@ -42,11 +43,18 @@ pub struct Studies {
     derivative: Option<String>,
     variable: usize,
     realisations: usize,
+    filter_error: bool,
 }
 
 impl Default for Studies {
     fn default() -> Self {
-        Self { chosen: Chosen::Condition, derivative: None, variable: 0, realisations: REALISATIONS }
+        Self {
+            chosen: Chosen::Condition,
+            derivative: None,
+            variable: 0,
+            realisations: REALISATIONS,
+            filter_error: false,
+        }
     }
 }
 
@@ -93,7 +101,13 @@ impl Studies {
         entry(ctx, ui, "Between manoeuvres", about, (Study::Manoeuvres, state(&studies.manoeuvres)));
         self.aspects(ui, &manoeuvres);
         let about = "Every manoeuvre in the frequency domain and by output error";
-        entry(ctx, ui, "Independent checks", about, (Study::Checks { axis: None }, state(&studies.checks)));
+        let checks = Study::Checks(CheckRequest { axis: None, filter_error: self.filter_error });
+        entry(ctx, ui, "Independent checks", about, (checks, state(&studies.checks)));
+        ui.horizontal(|ui| {
+            ui.add_space(10.0);
+            let about = "Output error with process noise: for gusts. Several times the work.";
+            ui.checkbox(&mut self.filter_error, "with filter error").on_hover_text(about);
+        });
         self.aspects(ui, &[(Chosen::Checks, "By manoeuvre")]);
         let about = "Scatter of the derivatives under fresh measurement noise";
         entry(ctx, ui, "Monte Carlo", about, (monte_carlo, state(&studies.monte_carlo)));
@@ -367,7 +381,7 @@ fn checks(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &CheckStudy) {
     let Some(found) = study.windows.iter().find(|one| one.window == name) else {
         return empty(ui, "Select a manoeuvre that is in use.");
     };
-    ui.weak(format!("{name}: the same derivatives by three methods, with standard errors"));
+    ui.weak(format!("{name}: the same derivatives by each method, with standard errors"));
     let own = ctx.results().and_then(|results| results.fits.latest()).cloned();
     let time = |derivative: &str| {
         own.iter().flat_map(|fits| &fits.fits).find_map(|fit| {
@@ -381,11 +395,33 @@ fn checks(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &CheckStudy) {
     for (axis, result) in &found.output_error {
         trouble(ui, result.as_ref().err().map(|error| format!("output error, {}: {error}", axis.name())).as_deref());
     }
-    let rows = check_rows(found, time);
-    table(ui, "checks", &["Derivative", "time", "±", "frequency", "±", "output error", "±"], &rows, |_| false);
+    let filtered: Vec<_> =
+        found.output_error.iter().filter_map(|(_, flight)| flight.as_ref().ok()?.filter_error.as_ref()).collect();
+    for result in &filtered {
+        trouble(ui, result.as_ref().err().map(|error| format!("filter error: {error}")).as_deref());
+    }
+    let filtered: Vec<_> = filtered.into_iter().filter_map(|result| result.as_ref().ok()).collect();
+    let rows = check_rows(found, &filtered, time);
+    let titles = ["Derivative", "time", "±", "frequency", "±", "output error", "±", "filter error", "±"];
+    let shown = if filtered.is_empty() { titles.len() - 2 } else { titles.len() };
+    table(ui, "checks", &titles[..shown], &rows, |_| false);
+    for flight in filtered {
+        let noise = flight.process_noise.iter().map(|noise| match noise.is_none {
+            true => format!("{} none", noise.state),
+            false => {
+                format!("{} {}", noise.state, notation::within(noise.intensity, noise.intensity * noise.log_error))
+            }
+        });
+        let noise: Vec<String> = noise.collect();
+        ui.weak(format!("Process noise per root second (velocity m/s, rate rad/s, angle rad): {}", noise.join(", ")));
+    }
 }
 
-fn check_rows(found: &WindowChecks, time: impl Fn(&str) -> Option<(f64, f64)>) -> Vec<Vec<String>> {
+fn check_rows(
+    found: &WindowChecks,
+    filtered: &[&FilteredFlight],
+    time: impl Fn(&str) -> Option<(f64, f64)>,
+) -> Vec<Vec<String>> {
     let cells = |value: Option<(f64, f64)>| match value {
         Some((value, error)) => [notation::within(value, error), notation::number(error)],
         None => ["–".to_owned(), "–".to_owned()],
@@ -399,6 +435,10 @@ fn check_rows(found: &WindowChecks, time: impl Fn(&str) -> Option<(f64, f64)>) -
         row.extend(cells(time(&one.name)));
         row.extend(cells(Some((one.estimate, one.standard_error))));
         row.extend(cells(output.map(|flown| (flown.estimate, flown.standard_error))));
+        if !filtered.is_empty() {
+            let own = filtered.iter().flat_map(|flight| &flight.derivatives).find(|filtered| filtered.name == one.name);
+            row.extend(cells(own.map(|filtered| (filtered.estimate, filtered.standard_error))));
+        }
         rows.push(row);
     }
     rows

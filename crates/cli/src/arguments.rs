@@ -17,7 +17,7 @@ use doublet_engine::report::document::SectionKind;
 use doublet_engine::report::{HistoryFormat, TableFormat};
 use doublet_engine::session::Surface;
 use doublet_engine::stage::PercentRule;
-use doublet_engine::study::LagKind;
+use doublet_engine::study::{CheckRequest, LagKind};
 use doublet_report::ReportFormat;
 
 use crate::dynamics::{JudgedArguments, LinearArguments, ModesArguments, QualitiesArguments};
@@ -280,6 +280,8 @@ pub enum StudyName {
     Manoeuvres,
     /// Each manoeuvre in the frequency domain and by output error.
     Checks,
+    /// Checks, and each manoeuvre by filter error.
+    FilterError,
     /// Lag and delay of each control.
     Lags,
     /// Frequency responses of the rates to the controls.
@@ -309,6 +311,16 @@ pub struct CheckStudyArguments {
     /// Motion for output error: longitudinal, lateral or both [default: by surface].
     #[arg(long, value_name = "AXIS", value_parser = axis)]
     pub axis: Option<MotionAxis>,
+    /// Estimate each manoeuvre by filter error as well.
+    #[arg(long)]
+    pub filter_error: bool,
+}
+
+impl CheckStudyArguments {
+    /// What is checked.
+    pub fn request(&self) -> CheckRequest {
+        CheckRequest { axis: self.axis, filter_error: self.filter_error }
+    }
 }
 
 fn axis(text: &str) -> Result<MotionAxis, String> {

@@ -196,7 +196,7 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         Command::Inspect(arguments) => inspect::inspect(&arguments),
         Command::Sensitivity(arguments) => study::study(Study::Sensitivity, &arguments),
         Command::Manoeuvres(arguments) => study::study(Study::Manoeuvres, &arguments),
-        Command::Checks(arguments) => study::study(Study::Checks { axis: arguments.axis }, &arguments.study),
+        Command::Checks(arguments) => study::study(Study::Checks(arguments.request()), &arguments.study),
         Command::Compatibility(arguments) => compatibility::compatibility(&arguments),
         Command::Structure(arguments) => structure::structure(&arguments),
         Command::Variants(arguments) => variants::variants(&arguments),

@@ -6,7 +6,7 @@ use doublet_engine::graph::Cache;
 use doublet_engine::report::{self, HistoryFormat, Outputs, TableFormat};
 use doublet_engine::run::{Control, Scope, Snapshot, run as run_stages};
 use doublet_engine::session::{self, Opened, Session};
-use doublet_engine::study::{DynamicsRequest, Study};
+use doublet_engine::study::{CheckRequest, DynamicsRequest, Study};
 use doublet_engine::verdict::Level;
 
 use crate::arguments::{RunArguments, StudyName};
@@ -146,7 +146,8 @@ fn study_of(name: StudyName) -> Study {
     match name {
         StudyName::Sensitivity => Study::Sensitivity,
         StudyName::Manoeuvres => Study::Manoeuvres,
-        StudyName::Checks => Study::Checks { axis: None },
+        StudyName::Checks => Study::Checks(CheckRequest::default()),
+        StudyName::FilterError => Study::Checks(CheckRequest { axis: None, filter_error: true }),
         StudyName::Lags => Study::Lags,
         StudyName::Responses => Study::Responses,
         StudyName::MonteCarlo => Study::MonteCarlo { realisations: 200, seed: 1 },

@@ -43,7 +43,7 @@ pub fn shown(study: Study, session: &Session, snapshot: &Snapshot, arguments: &S
             manoeuvre_map(&results.manoeuvre_map);
             manoeuvres(&results.studies);
         }
-        Study::Checks { .. } => checks(&results.studies),
+        Study::Checks(_) => checks(&results.studies),
         Study::Lags => lags::print(&results.studies),
         Study::Responses => {}
         Study::MonteCarlo { .. } => monte_carlo(&results),

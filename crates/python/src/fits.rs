@@ -15,7 +15,7 @@ use doublet_engine::stage::{
     window_fits,
 };
 use doublet_engine::study::dynamics::{pooled_model, propagate_expression, window_key};
-use doublet_engine::study::{CheckStudy, DynamicsRequest, DynamicsStudy, StudyInput};
+use doublet_engine::study::{CheckRequest, CheckStudy, CheckedDerivative, DynamicsRequest, DynamicsStudy, StudyInput};
 use doublet_engine::verdict::Verdicts;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -489,6 +489,7 @@ impl Fit {
         &self,
         py: Python<'py>,
         axis: Option<&str>,
+        filter_error: bool,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let axis = axis
@@ -497,9 +498,10 @@ impl Fit {
                 found.ok_or_else(|| refuse(format!("'{name}' is not a motion: use longitudinal, lateral or both")))
             })
             .transpose()?;
-        let inner = Arc::clone(&self.inner);
-        let work =
-            move |control: &Control, _: Show<'_>| inner.study(|input| CheckStudy::run(axis, input, &context(control)));
+        let (inner, request) = (Arc::clone(&self.inner), CheckRequest { axis, filter_error });
+        let work = move |control: &Control, _: Show<'_>| {
+            inner.study(|input| CheckStudy::run(request, input, &context(control)))
+        };
         let found = attend(py, "output error", progress, work)?;
         let each = found
             .windows
@@ -512,11 +514,12 @@ impl Fit {
             match flight {
                 Err(error) => all.set_item("error", error.to_string())?,
                 Ok(flight) => {
-                    let rows = flight.derivatives.iter();
-                    all.set_item(
-                        "derivatives",
-                        rows.map(|row| (&*row.name, row.estimate, row.standard_error)).collect::<Vec<_>>(),
-                    )?;
+                    all.set_item("derivatives", values(&flight.derivatives))?;
+                    match &flight.filter_error {
+                        Some(Ok(filtered)) => all.set_item("filter_error", values(&filtered.derivatives))?,
+                        Some(Err(error)) => all.set_item("filter_trouble", error.to_string())?,
+                        None => {}
+                    }
                     all.set_item("iterations", flight.iterations)?;
                     let outputs = PyDict::new(py);
                     for output in &flight.outputs {
@@ -532,6 +535,11 @@ impl Fit {
         })
         .collect()
     }
+}
+
+/// Names, estimates and standard errors.
+fn values(derivatives: &[CheckedDerivative]) -> Vec<(&str, f64, f64)> {
+    derivatives.iter().map(|row| (&*row.name, row.estimate, row.standard_error)).collect()
 }
 
 /// A context that reads no file.

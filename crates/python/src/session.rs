@@ -9,7 +9,7 @@ use doublet_engine::graph::{Cache, Control, StageError};
 use doublet_engine::report::{self, HistoryFormat, Outputs, TableFormat};
 use doublet_engine::run::{Scope, Snapshot, run as run_stages};
 use doublet_engine::session::{self, MapRef, Session as Settings};
-use doublet_engine::study::{DynamicsRequest, Study};
+use doublet_engine::study::{CheckRequest, DynamicsRequest, Study};
 use doublet_engine::verdict::check_session;
 use pyo3::prelude::*;
 
@@ -209,7 +209,7 @@ fn study(name: &str, realisations: usize, seed: u64) -> PyResult<Study> {
     Ok(match name {
         "sensitivity" => Study::Sensitivity,
         "manoeuvres" => Study::Manoeuvres,
-        "checks" => Study::Checks { axis: None },
+        "checks" => Study::Checks(CheckRequest::default()),
         "lags" => Study::Lags,
         "responses" => Study::Responses,
         "monte-carlo" => Study::MonteCarlo { realisations, seed },

@@ -67,25 +67,25 @@ impl FlightOutput {
         }
     }
 
-    /// Column of a simulated flight.
-    fn of(self, response: &Response) -> &[f64] {
+    /// Value at instant `at` of a simulated flight, `force` the specific force where it is measured, m/s².
+    pub(super) fn at(self, response: &Response, at: usize, force: [f64; 3]) -> f64 {
         match self {
-            Self::Airspeed => &response.airspeed_m_s,
-            Self::Alpha => &response.alpha_rad,
-            Self::Beta => &response.beta_rad,
-            Self::RollRate => &response.rates_rad_s[0],
-            Self::PitchRate => &response.rates_rad_s[1],
-            Self::YawRate => &response.rates_rad_s[2],
-            Self::BankAngle => &response.euler_rad[0],
-            Self::PitchAngle => &response.euler_rad[1],
-            Self::SpecificForceX => &response.specific_force_m_s2[0],
-            Self::SpecificForceY => &response.specific_force_m_s2[1],
-            Self::SpecificForceZ => &response.specific_force_m_s2[2],
+            Self::Airspeed => response.airspeed_m_s[at],
+            Self::Alpha => response.alpha_rad[at],
+            Self::Beta => response.beta_rad[at],
+            Self::RollRate => response.rates_rad_s[0][at],
+            Self::PitchRate => response.rates_rad_s[1][at],
+            Self::YawRate => response.rates_rad_s[2][at],
+            Self::BankAngle => response.euler_rad[0][at],
+            Self::PitchAngle => response.euler_rad[1][at],
+            Self::SpecificForceX => force[0],
+            Self::SpecificForceY => force[1],
+            Self::SpecificForceZ => force[2],
         }
     }
 
     /// Smallest bias of this output that matters.
-    fn scale(self) -> f64 {
+    pub(super) fn scale(self) -> f64 {
         match self {
             Self::Airspeed => 0.1,
             Self::SpecificForceX | Self::SpecificForceY | Self::SpecificForceZ => 0.05,
@@ -124,7 +124,7 @@ impl InitialState {
         }
     }
 
-    fn of(self, start: &mut Start) -> &mut f64 {
+    fn value_in(self, start: &mut Start) -> &mut f64 {
         match self {
             Self::Velocity(axis) => &mut start.air_velocity_body_m_s[axis],
             Self::Rate(axis) => &mut start.rates_rad_s[axis],
@@ -224,6 +224,9 @@ pub enum FlightFitError {
     /// The simulation.
     #[error(transparent)]
     Replay(#[from] ReplayError),
+    /// Filter error of both axes at once.
+    #[error("filter error takes one axis at a time: choose longitudinal or lateral")]
+    OneAxis,
     /// The caller stopped it.
     #[error("stopped")]
     Stopped,
@@ -256,34 +259,9 @@ pub fn flight_output_error(
     settings: &OutputErrorSettings,
     go_on: &dyn Fn() -> bool,
 ) -> Result<FlightOutputFit, FlightFitError> {
-    let Some(first) = windows.first() else { return Err(EstimateError::NoParameters.into()) };
     let problem = Problem { axis, windows, freedom };
-    let parameters = problem.parameters(first);
-    let outputs = axis.outputs().len();
-    for window in windows {
-        let length = window.replay.time_s().len();
-        let lengths = window.measured.iter().map(Vec::len);
-        if window.measured.len() != outputs || lengths.clone().any(|found| found != length) {
-            let (expected, found) = (outputs * length, lengths.sum());
-            return Err(EstimateError::Size { quantity: "recorded outputs", expected, found }.into());
-        }
-        if let Some(arms) = window.accelerometer_from_cg_m.as_ref().filter(|arms| arms.len() != length) {
-            let (expected, found) = (length, arms.len());
-            return Err(EstimateError::Size { quantity: "places of the accelerometers", expected, found }.into());
-        }
-    }
-    let total = windows.iter().map(|window| window.replay.time_s().len()).sum();
-    let mut measured = DMatrix::zeros(total, outputs);
-    let mut samples = Vec::with_capacity(windows.len());
-    let mut end = 0;
-    for window in windows {
-        let start = end;
-        end += window.replay.time_s().len();
-        samples.push(start..end);
-        for (output, column) in window.measured.iter().enumerate() {
-            measured.view_mut((start, output), (column.len(), 1)).copy_from_slice(column);
-        }
-    }
+    let Prepared { parameters, samples, measured } = problem.prepare()?;
+    let (total, outputs) = measured.shape();
     // Parameters of one window leave the flights of the others as they were.
     let mut flown: Vec<Option<(Vec<f64>, DMatrix<f64>)>> = windows.iter().map(|_| None).collect();
     let fit = output_error(&parameters, &measured, settings, |theta| {
@@ -324,6 +302,34 @@ impl Problem<'_> {
         self.freedom.own.len() + self.axis.initial().len() + self.freedom.biases.len()
     }
 
+    /// What the search is given.
+    pub(super) fn prepare(&self) -> Result<Prepared, EstimateError> {
+        let first = self.windows.first().ok_or(EstimateError::NoParameters)?;
+        let outputs = self.axis.outputs().len();
+        let (mut samples, mut end) = (Vec::with_capacity(self.windows.len()), 0);
+        for window in self.windows {
+            let length = window.replay.time_s().len();
+            let lengths = window.measured.iter().map(Vec::len);
+            if window.measured.len() != outputs || lengths.clone().any(|found| found != length) {
+                let (expected, found) = (outputs * length, lengths.sum());
+                return Err(EstimateError::Size { quantity: "recorded outputs", expected, found });
+            }
+            if let Some(arms) = window.accelerometer_from_cg_m.as_ref().filter(|arms| arms.len() != length) {
+                let (expected, found) = (length, arms.len());
+                return Err(EstimateError::Size { quantity: "places of the accelerometers", expected, found });
+            }
+            samples.push(end..end + length);
+            end += length;
+        }
+        let mut measured = DMatrix::zeros(end, outputs);
+        for (window, range) in self.windows.iter().zip(&samples) {
+            for (output, column) in window.measured.iter().enumerate() {
+                measured.view_mut((range.start, output), (column.len(), 1)).copy_from_slice(column);
+            }
+        }
+        Ok(Prepared { parameters: self.parameters(first), samples, measured })
+    }
+
     fn parameters(&self, first: &FlightWindow<'_>) -> Vec<OutputParameter> {
         /// Smallest change of a derivative that matters.
         const DERIVATIVE: f64 = 0.01;
@@ -343,7 +349,7 @@ impl Problem<'_> {
             all.extend(self.freedom.own.iter().map(|&index| entry(&window.model, index, &suffix)));
             let mut start = window.start;
             for &initial in self.axis.initial() {
-                all.push(free(format!("{}{suffix}", initial.name()), *initial.of(&mut start), initial.scale()));
+                all.push(free(format!("{}{suffix}", initial.name()), *initial.value_in(&mut start), initial.scale()));
             }
             for &output in &self.freedom.biases {
                 all.push(free(format!("{} bias{suffix}", output.name()), 0.0, output.scale()));
@@ -366,43 +372,73 @@ impl Problem<'_> {
 
     /// [`Problem::fly`] in other air.
     pub(super) fn fly_in(&self, replay: &Replay, index: usize, theta: &[f64]) -> Result<DMatrix<f64>, ReplayError> {
+        let Flown { model, start, biases } = self.flown(index, theta);
+        let response = replay.fly_axis(self.axis, &model, &start, self.windows[index].motion)?;
+        Ok(self.outputs_of(index, &response, &biases))
+    }
+
+    /// What window `index` flies with its parameters.
+    pub(super) fn flown(&self, index: usize, theta: &[f64]) -> Flown {
         let window = &self.windows[index];
-        let mut model = window.model.clone();
-        let mut start = window.start;
+        let (mut model, mut start) = (window.model.clone(), window.start);
         let mut values = theta.iter().copied();
         for &entry in self.freedom.shared.iter().chain(&self.freedom.own) {
             values.by_ref().take(1).for_each(|value| model.set(entry, value));
         }
         for &initial in self.axis.initial() {
-            values.by_ref().take(1).for_each(|value| *initial.of(&mut start) = value);
+            values.by_ref().take(1).for_each(|value| *initial.value_in(&mut start) = value);
         }
-        let mut response = replay.fly_axis(self.axis, &model, &start, window.motion)?;
-        if let Some(arms) = &window.accelerometer_from_cg_m {
-            move_to_accelerometer(&mut response, arms);
-        }
-        let outputs = self.axis.outputs();
-        let mut all = DMatrix::zeros(response.time_s.len(), outputs.len());
-        for (mut column, output) in all.column_iter_mut().zip(outputs) {
-            column.copy_from_slice(output.of(&response));
-        }
-        for (&output, bias) in self.freedom.biases.iter().zip(values) {
-            if let Some(place) = outputs.iter().position(|&other| other == output) {
-                all.column_mut(place).add_scalar_mut(bias);
+        let mut biases = vec![0.0; self.axis.outputs().len()];
+        for (bias, value) in self.freedom.biases.iter().zip(values) {
+            if let Some(place) = self.axis.outputs().iter().position(|output| output == bias) {
+                biases[place] = value;
             }
         }
-        Ok(all)
+        Flown { model, start, biases }
+    }
+
+    /// Outputs of a flight of window `index`, samples by outputs.
+    pub(super) fn outputs_of(&self, index: usize, response: &Response, biases: &[f64]) -> DMatrix<f64> {
+        let mut all = DMatrix::zeros(response.time_s.len(), biases.len());
+        for sample in 0..response.time_s.len() {
+            let force = self.force_at(index, response, sample, sample);
+            for (column, (output, bias)) in self.axis.outputs().iter().zip(biases).enumerate() {
+                all[(sample, column)] = output.at(response, sample, force) + bias;
+            }
+        }
+        all
+    }
+
+    /// Specific force where it is recorded at `sample` of window `index`, instant `at` of a flight, m/s²: moved with the flight's own
+    /// angular acceleration ([`accelerometer_at`]), no slope of a recorded rate, whose smoothing rounds off what follows a fast
+    /// control.
+    pub(super) fn force_at(&self, index: usize, response: &Response, at: usize, sample: usize) -> [f64; 3] {
+        let values = |columns: &[Vec<f64>; 3]| columns.each_ref().map(|column| column[at]);
+        let force = values(&response.specific_force_m_s2);
+        let arm = self.windows[index].accelerometer_from_cg_m.as_ref().map(|arms| arms[sample]);
+        arm.map_or(force, |arm| {
+            let (rates, angular) = (values(&response.rates_rad_s), values(&response.angular_acceleration_rad_s2));
+            accelerometer_at(arm, force, rates, angular)
+        })
     }
 }
 
-/// Moves the specific forces of a flight to the accelerometers, `arms` from the centre of gravity, with the flight's own angular
-/// acceleration ([`accelerometer_at`]): no slope of a recorded rate, whose smoothing rounds off what follows a fast control.
-fn move_to_accelerometer(response: &mut Response, arms: &[[f64; 3]]) {
-    for (k, &arm) in arms.iter().enumerate() {
-        let at = |columns: &[Vec<f64>; 3]| columns.each_ref().map(|column| column[k]);
-        let (force, rates) = (at(&response.specific_force_m_s2), at(&response.rates_rad_s));
-        let moved = accelerometer_at(arm, force, rates, at(&response.angular_acceleration_rad_s2));
-        response.specific_force_m_s2.iter_mut().zip(moved).for_each(|(column, value)| column[k] = value);
-    }
+/// What a search is given.
+pub(super) struct Prepared {
+    /// Parameters to begin with.
+    pub(super) parameters: Vec<OutputParameter>,
+    /// Samples of each window.
+    pub(super) samples: Vec<Range<usize>>,
+    /// What they are compared with, samples by outputs.
+    pub(super) measured: DMatrix<f64>,
+}
+
+/// What one window flies.
+pub(super) struct Flown {
+    pub(super) model: Derivatives,
+    pub(super) start: Start,
+    /// Bias of each output.
+    pub(super) biases: Vec<f64>,
 }
 
 /// Standard errors by [`covariance_of_outputs`] with the information of [`output_error`], of `samples` window by window.

@@ -11,6 +11,7 @@ mod equations;
 mod error;
 mod errors_in_variables;
 mod fit;
+mod flight_filter_error;
 mod flight_output_error;
 mod frequency;
 mod input_kinds;
@@ -27,6 +28,7 @@ mod recursive_frequency;
 mod robust;
 mod search;
 mod sensor_errors;
+mod steady_filter;
 mod stepwise;
 mod summary;
 mod term_study;
@@ -40,11 +42,12 @@ pub use covariance::{Coloured, Taper, Transforms, autocorrelation, coloured_cova
 pub use disturbance::{Unexplained, disturbance_variance};
 pub use equations::{
     EquationFault, EquationFit, EquationModel, EquationRecord, EquationSettings, EquationText, FilterErrorFit,
-    ProcessNoise, equation_error_of, filter_error_of, output_error_of,
+    equation_error_of, filter_error_of, output_error_of,
 };
 pub use error::{Dependence, EstimateError};
 pub use errors_in_variables::{errors_in_variables, total_least_squares};
 pub use fit::{Fit, FitQuality, Origin};
+pub use flight_filter_error::{FlightFilterFit, flight_filter_error};
 pub use flight_output_error::{
     FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, InitialState, flight_output_error,
 };
@@ -68,6 +71,7 @@ pub use sensor_errors::{
     ErrorTerm, EstimatedError, Freedom, NoiseModel, OutputResidual, Sensor, SensorError, SensorErrorFault,
     SensorErrorFit, SensorErrorSettings, SensorErrorWindow, WindowShare, sensor_errors,
 };
+pub use steady_filter::ProcessNoise;
 pub use stepwise::{Selection, StepAction, StepRecord, StepwiseSettings, stepwise};
 pub use summary::{ParameterSummary, summarise};
 pub use term_study::{TermEffect, TermStudy, term_study};

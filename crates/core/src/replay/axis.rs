@@ -1,6 +1,6 @@
 //! Flight of one axis alone, the motion of the other as it was recorded.
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{DMatrix, Matrix3, Vector2, Vector3};
 
 use super::fly::{Flight, Response};
 use super::forces::{Instant, Loads};
@@ -139,6 +139,9 @@ struct Slope {
 /// States of one axis: `u w q theta` or `v p r phi`.
 type Free = [f64; 4];
 
+/// Gives what is added to the states of one axis at a sample, from the response up to it.
+pub type Correction<'a> = dyn FnMut(usize, &Response) -> [f64; 4] + 'a;
+
 /// One axis in flight.
 struct AxisFlight<'a> {
     flight: Flight<'a>,
@@ -165,43 +168,56 @@ impl Replay {
         start: &Start,
         motion: &Motion,
     ) -> Result<Response, ReplayError> {
-        let lateral = match axis {
-            MotionAxis::Both => return self.fly(model, start),
-            MotionAxis::Longitudinal => false,
-            MotionAxis::Lateral => true,
-        };
-        self.check_axis(axis, model)?;
-        let (shortest, longest) = motion.lengths();
-        for found in [shortest, longest] {
-            if found != self.time_s.len() {
-                return Err(ReplayError::MotionLength { expected: self.time_s.len(), found });
-            }
+        match axis {
+            MotionAxis::Both => self.fly(model, start),
+            _ => self.fly_corrected(axis, model, start, motion, None),
         }
-        let flight = Flight::new(self, model, motion.position_ned_m[2][0]);
-        let flight = AxisFlight { flight, lateral, gravity_m_s2: self.gravity_m_s2 };
-        let begin = Point {
-            velocity_body_m_s: start.air_velocity_body_m_s.into(),
-            euler_rad: start.euler_rad.into(),
-            rates_rad_s: start.rates_rad_s.into(),
-            ..motion.at(0)
-        };
-        let mut free = flight.free_of(&begin);
+    }
+
+    /// [`Replay::fly_axis`] of one axis with its states corrected at every sample: `correct` gets the sample and the response up to it,
+    /// and gives what is added to `u w q theta` or `v p r phi`, in m/s, rad/s and rad, before the step to the next.
+    ///
+    /// # Errors
+    /// Those of [`Replay::fly_axis`].
+    pub fn predict_axis(
+        &self,
+        axis: MotionAxis,
+        model: &Derivatives,
+        start: &Start,
+        motion: &Motion,
+        correct: &mut Correction<'_>,
+    ) -> Result<Response, ReplayError> {
+        self.fly_corrected(axis, model, start, motion, Some(correct))
+    }
+
+    fn fly_corrected(
+        &self,
+        axis: MotionAxis,
+        model: &Derivatives,
+        start: &Start,
+        motion: &Motion,
+        mut correct: Option<&mut Correction<'_>>,
+    ) -> Result<Response, ReplayError> {
+        let flight = self.axis_flight(axis, model, motion)?;
+        let mut free = flight.free_of(&begin(start, motion));
         let mut response = Response::with_capacity(self.time_s.len());
         let last = self.samples.len() - 1;
         for (k, sample) in self.samples.iter().enumerate() {
-            let (from, to) = (k.min(last - 1), k.min(last - 1) + 1);
-            let (step_s, recorded) = (self.time_s[to] - self.time_s[from], motion.at(k));
-            let slope = Slope {
-                wind_ned_m_s2: (self.samples[to].wind_ned_m_s - self.samples[from].wind_ned_m_s) / step_s,
-                angular_rad_s2: (motion.at(to).rates_rad_s - motion.at(from).rates_rad_s) / step_s,
-            };
+            let to = k.min(last - 1) + 1;
+            let (step_s, recorded, slope) =
+                (self.time_s[to] - self.time_s[to - 1], motion.at(k), self.slope(motion, to));
             let point = flight.point(&recorded, &free);
-            let (loads, angular, first) = flight.rate(&point, sample, &slope);
+            let (loads, angular, mut first) = flight.rate(&point, sample, &slope);
             self.go_on(k, &loads.air, &point.rates_rad_s)?;
             let (position, euler) = (&point.position_ned_m, point.euler_rad.into());
             response.push(self.time_s[k], position, euler, &point.rates_rad_s, &loads, angular);
             if k == last {
                 break;
+            }
+            if let Some(correct) = &mut correct {
+                let change = correct(k, &response);
+                free = std::array::from_fn(|state| free[state] + change[state]);
+                first = flight.rate(&flight.point(&recorded, &free), sample, &slope).2;
             }
             let (next, ahead) = (&self.samples[to], motion.at(to));
             let (middle, between) = (sample.towards(next, 0.5), recorded.towards(&ahead, 0.5));
@@ -211,6 +227,90 @@ impl Replay {
             });
         }
         Ok(response)
+    }
+
+    /// Slopes of one axis at the first sample from `start`, by central differences: of the rates of `u w q theta` or `v p r phi` with
+    /// them, and of what `show` takes from a response of this one instant; columns by state.
+    ///
+    /// # Errors
+    /// Those of [`Replay::fly_axis`].
+    pub fn linearise_axis(
+        &self,
+        axis: MotionAxis,
+        model: &Derivatives,
+        start: &Start,
+        motion: &Motion,
+        show: &dyn Fn(&Response) -> Vec<f64>,
+    ) -> Result<(DMatrix<f64>, DMatrix<f64>), ReplayError> {
+        /// Differences of velocity, m/s, rate, rad/s, and angle, rad.
+        const STEPS: [f64; 3] = [0.05, 1e-3, 1e-3];
+        let flight = self.axis_flight(axis, model, motion)?;
+        let steps = if flight.lateral {
+            [STEPS[0], STEPS[1], STEPS[1], STEPS[2]]
+        } else {
+            [STEPS[0], STEPS[0], STEPS[1], STEPS[2]]
+        };
+        let (recorded, slope) = (motion.at(0), self.slope(motion, 1));
+        let nominal = flight.free_of(&begin(start, motion));
+        let at = |free: &Free| {
+            let point = flight.point(&recorded, free);
+            let (loads, angular, rates) = flight.rate(&point, &self.samples[0], &slope);
+            let mut response = Response::with_capacity(1);
+            let euler = point.euler_rad.into();
+            response.push(self.time_s[0], &point.position_ned_m, euler, &point.rates_rad_s, &loads, angular);
+            (rates, show(&response))
+        };
+        let (mut a, mut c) =
+            (DMatrix::zeros(nominal.len(), nominal.len()), DMatrix::zeros(at(&nominal).1.len(), nominal.len()));
+        for (state, step) in steps.into_iter().enumerate() {
+            let [below, above] = [-step, step].map(|by| {
+                let mut free = nominal;
+                free[state] += by;
+                at(&free)
+            });
+            let rates = above.0.iter().zip(&below.0).map(|(above, below)| (above - below) / (2.0 * step));
+            let outputs = above.1.iter().zip(&below.1).map(|(above, below)| (above - below) / (2.0 * step));
+            a.column_mut(state).iter_mut().zip(rates).for_each(|(slope, value)| *slope = value);
+            c.column_mut(state).iter_mut().zip(outputs).for_each(|(slope, value)| *slope = value);
+        }
+        Ok((a, c))
+    }
+
+    /// One axis of a model made ready, the motion as long as the window.
+    fn axis_flight<'a>(
+        &'a self,
+        axis: MotionAxis,
+        model: &'a Derivatives,
+        motion: &Motion,
+    ) -> Result<AxisFlight<'a>, ReplayError> {
+        self.check_axis(axis, model)?;
+        let (shortest, longest) = motion.lengths();
+        for found in [shortest, longest] {
+            if found != self.time_s.len() {
+                return Err(ReplayError::MotionLength { expected: self.time_s.len(), found });
+            }
+        }
+        let flight = Flight::new(self, model, motion.position_ned_m[2][0]);
+        Ok(AxisFlight { flight, lateral: axis == MotionAxis::Lateral, gravity_m_s2: self.gravity_m_s2 })
+    }
+
+    /// Rates of what is recorded over the step to sample `to`.
+    fn slope(&self, motion: &Motion, to: usize) -> Slope {
+        let step_s = self.time_s[to] - self.time_s[to - 1];
+        Slope {
+            wind_ned_m_s2: (self.samples[to].wind_ned_m_s - self.samples[to - 1].wind_ned_m_s) / step_s,
+            angular_rad_s2: (motion.at(to).rates_rad_s - motion.at(to - 1).rates_rad_s) / step_s,
+        }
+    }
+}
+
+/// The first instant: the start, with what it does not have as recorded.
+fn begin(start: &Start, motion: &Motion) -> Point {
+    Point {
+        velocity_body_m_s: start.air_velocity_body_m_s.into(),
+        euler_rad: start.euler_rad.into(),
+        rates_rad_s: start.rates_rad_s.into(),
+        ..motion.at(0)
     }
 }
 

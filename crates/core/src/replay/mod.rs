@@ -10,7 +10,7 @@ mod fly;
 mod forces;
 mod sample;
 
-pub use axis::{Motion, MotionAxis};
+pub use axis::{Correction, Motion, MotionAxis};
 pub use error::ReplayError;
 pub use fly::Response;
 pub use forces::{Forces, Instant, Loads};

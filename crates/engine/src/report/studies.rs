@@ -8,7 +8,8 @@ use super::table::{Cell, Column, Table};
 use crate::graph::{StageError, StageResult};
 use crate::run::Snapshot;
 use crate::study::{
-    CheckedDerivative, ConditionRegression, ControlLag, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, WindowChecks,
+    CheckedDerivative, ConditionRegression, ControlLag, FilteredFlight, ManoeuvreStudy, MonteCarloStudy,
+    SensitivityStudy, WindowChecks,
 };
 use crate::verdict::Finding;
 
@@ -61,11 +62,11 @@ pub struct StudyResults {
 pub struct CheckRow {
     /// Window.
     pub window: String,
-    /// `frequency domain` or `output error`.
+    /// `frequency domain`, `output error` or `filter error`.
     pub method: &'static str,
-    /// Motion fitted by output error; empty for the frequency domain.
+    /// Motion fitted by output or filter error; empty for the frequency domain.
     pub axis: &'static str,
-    /// Derivative; initial states, biases and outputs of output error among them.
+    /// Derivative; initial states, biases and outputs of output error and the process noise of filter error among them.
     pub derivative: String,
     /// Estimate by this method.
     #[serde(serialize_with = "where_finite")]
@@ -468,7 +469,32 @@ fn check_rows(snapshot: &Snapshot, checks: &WindowChecks) -> Vec<CheckRow> {
             largest_deviation: output.largest_deviation,
             ..blank(output.output.name())
         }));
+        rows.extend(
+            flight
+                .filter_error
+                .iter()
+                .flat_map(|found| filter_rows(found, row, |name| CheckRow { method: "filter error", ..blank(name) })),
+        );
     }
+    rows
+}
+
+/// Rows of filter error: derivatives, then the process noise of each state with its standard error.
+fn filter_rows(
+    found: &StageResult<FilteredFlight>,
+    row: impl Fn(CheckRow, &CheckedDerivative) -> CheckRow,
+    blank: impl Fn(&str) -> CheckRow,
+) -> Vec<CheckRow> {
+    let flight = match found {
+        Ok(flight) => flight,
+        Err(error) => return vec![CheckRow { error: Some(error.to_string()), ..blank("") }],
+    };
+    let mut rows: Vec<_> = flight.derivatives.iter().map(|found| row(blank(&found.name), found)).collect();
+    rows.extend(flight.process_noise.iter().map(|noise| CheckRow {
+        estimate: if noise.is_none { 0.0 } else { noise.intensity },
+        standard_error: if noise.is_none { f64::NAN } else { noise.intensity * noise.log_error },
+        ..blank(&format!("process noise of {}", noise.state))
+    }));
     rows
 }
 

@@ -1,7 +1,5 @@
 //! Studies of a run: each on request, kept while what it follows from stays the same.
 
-use doublet_core::replay::MotionAxis;
-
 use super::pipeline::Run;
 use super::snapshot::{Slot, Studies};
 use crate::graph::{Cancelled, Stage, StageError};
@@ -15,14 +13,13 @@ pub(super) fn run(run: &Run<'_>, input: &StudyInput<'_>) -> Result<(), Cancelled
     let wanted = run.scope.studies;
     one::<ManoeuvreStudy>(run, input, wanted.contains(&Study::Manoeuvres), (), |studies| &mut studies.manoeuvres)?;
     one::<SensitivityStudy>(run, input, wanted.contains(&Study::Sensitivity), (), |studies| &mut studies.sensitivity)?;
-    let axis = wanted.iter().find_map(|study| match study {
-        Study::Checks { axis } => Some(*axis),
+    let checks = wanted.iter().find_map(|study| match study {
+        Study::Checks(request) => Some(*request),
         _ => None,
     });
-    let shown =
-        || -> Option<Option<MotionAxis>> { run.builder.read(|snapshot| Some(snapshot.studies.checks.latest()?.axis)) };
-    if let Some(known) = axis.or_else(shown) {
-        one::<CheckStudy>(run, input, axis.is_some(), known, |studies| &mut studies.checks)?;
+    let shown = || run.builder.read(|snapshot| Some(snapshot.studies.checks.latest()?.request));
+    if let Some(known) = checks.or_else(shown) {
+        one::<CheckStudy>(run, input, checks.is_some(), known, |studies| &mut studies.checks)?;
     }
     one::<LagStudy>(run, input, wanted.contains(&Study::Lags), (), |studies| &mut studies.lags)?;
     one::<FlightResponses>(run, input, wanted.contains(&Study::Responses), (), |studies| &mut studies.responses)?;

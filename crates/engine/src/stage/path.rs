@@ -128,6 +128,13 @@ impl WindowPath {
         !OVER_GROUND.iter().all(|measurement| self.missing.contains(measurement))
     }
 
+    /// Samples of a measurement, and what their time stamps are late, s; none where the window has none.
+    pub fn recorded(&self, measurement: Measurement) -> Option<(&MeasurementSeries, f64)> {
+        let series = &self.data.measurements[measurement as usize];
+        let delay_s = self.filter.as_ref().map_or(0.0, |filter| filter.measurement_delay_s[measurement as usize]);
+        (!series.time_s.is_empty()).then_some((series, delay_s))
+    }
+
     /// The columns to draw.
     pub fn series(&self) -> &PathSeries {
         self.series.get_or_init(|| path_series(&self.known, &self.data, &self.reconstruction))

@@ -23,6 +23,15 @@ pub struct CheckedDerivative {
     pub standard_error: f64,
 }
 
+/// What is checked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct CheckRequest {
+    /// Motion that output error follows; none: that of each window's surface.
+    pub axis: Option<MotionAxis>,
+    /// Whether each window is estimated by filter error, too: several times the work of output error.
+    pub filter_error: bool,
+}
+
 /// Checks of one window.
 #[derive(Clone, Debug)]
 pub struct WindowChecks {
@@ -37,8 +46,8 @@ pub struct WindowChecks {
 /// Checks of all windows.
 #[derive(Clone, Debug, Default)]
 pub struct CheckStudy {
-    /// Motion that was asked for; none: that of each window's surface.
-    pub axis: Option<MotionAxis>,
+    /// What was asked for.
+    pub request: CheckRequest,
     /// One entry per window not ignored.
     pub windows: Vec<WindowChecks>,
 }
@@ -72,29 +81,29 @@ impl Footprint for CheckStudy {
     }
 }
 
-/// Estimates every window again in the frequency domain and by output error with the equations of motion: of `axis`, or of the
-/// motion its surface moves.
+/// Estimates every window again in the frequency domain and by output error with the equations of motion, of the axis asked for or the
+/// motion its surface moves, and where asked by filter error.
 impl Stage for CheckStudy {
-    type Params<'a> = Option<MotionAxis>;
+    type Params<'a> = CheckRequest;
     type Inputs<'a> = &'a StudyInput<'a>;
     type Output = Self;
     const NAME: &'static str = "independent checks";
 
-    fn run(axis: Option<MotionAxis>, input: &StudyInput<'_>, context: &Context<'_>) -> StageResult<Self> {
+    fn run(request: CheckRequest, input: &StudyInput<'_>, context: &Context<'_>) -> StageResult<Self> {
         let context = context.parts(input.windows.len());
         let one = |window: &StudyWindow<'_>| {
             context.checkpoint()?;
             let own = window.fits.fits.iter().filter_map(|fit| Some((fit.coefficient, fit.fit.as_ref().ok()?)));
             let frequency = own.map(|(coefficient, fit)| (coefficient, in_frequency(input, window, coefficient, fit)));
             let frequency = frequency.collect();
-            let follow = |&axis: &MotionAxis| (axis, follow(input, window, axis, &context));
-            let motions = axis.as_ref().map_or_else(|| axes(window.manoeuvre.surface), std::slice::from_ref);
+            let follow = |&axis: &MotionAxis| (axis, follow(input, window, (axis, request.filter_error), &context));
+            let motions = request.axis.as_ref().map_or_else(|| axes(window.manoeuvre.surface), std::slice::from_ref);
             let output_error = motions.iter().map(follow).collect();
             context.checkpoint()?;
             context.step();
             Ok(WindowChecks { window: window.manoeuvre.name.clone(), frequency, output_error })
         };
-        Ok(CheckStudy { axis, windows: input.windows.par_iter().map(one).collect::<StageResult<_>>()? })
+        Ok(CheckStudy { request, windows: input.windows.par_iter().map(one).collect::<StageResult<_>>()? })
     }
 }
 

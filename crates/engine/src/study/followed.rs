@@ -1,21 +1,23 @@
 //! Output error over one window: the flight of the estimated derivatives, and whether it follows the recorded one.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use doublet_core::estimate::{
     FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, InitialState, OutputErrorSettings,
-    Unexplained, disturbance_variance, flight_output_error,
+    ProcessNoise, Unexplained, disturbance_variance, flight_filter_error, flight_output_error,
 };
 use doublet_core::model::{Coefficient, CoefficientSettings, Derivatives, Term, Variable, VariableValues};
-use doublet_core::reconstruct::{Reconstruction, State};
+use doublet_core::reconstruct::{Measurement, Reconstruction, State};
 use doublet_core::replay::MotionAxis;
-use doublet_core::series::Series;
+use doublet_core::series::{Series, value_at};
+use doublet_core::statistics::median_step;
 
 use super::StudyInput;
 use super::checks::CheckedDerivative;
 use crate::graph::{Context, StageResult};
 use crate::session::{PathSource, Settings};
-use crate::stage::{self, StudyWindow, WindowAero, WindowFlight};
+use crate::stage::{self, StudyWindow, WindowAero, WindowFlight, WindowPath};
 use crate::verdict::{Finding, Level};
 
 /// Coefficient of determination of an output below which a flight follows it poorly, and below which it does not.
@@ -75,6 +77,17 @@ pub struct FollowedFlight {
     pub starts: Vec<FollowedStart>,
     /// Steps it took.
     pub iterations: usize,
+    /// The same window by filter error, where it was asked for.
+    pub filter_error: Option<StageResult<FilteredFlight>>,
+}
+
+/// Filter error over one window.
+#[derive(Clone, Debug)]
+pub struct FilteredFlight {
+    /// Derivatives that were free.
+    pub derivatives: Vec<CheckedDerivative>,
+    /// Noise that drives the states, as gusts do.
+    pub process_noise: Vec<ProcessNoise>,
 }
 
 impl FollowedFlight {
@@ -114,12 +127,12 @@ impl FollowedFlight {
     }
 }
 
-/// Output error over one window: derivatives of `axis` that its own fit has are free, those it cannot tell about stay as pooled;
+/// Output error over one window, and filter error from there where it is asked for: derivatives of `axis` that its own fit has are free, those it cannot tell about stay as pooled;
 /// the other axis moves as reconstructed.
 pub(super) fn follow(
     input: &StudyInput<'_>,
     window: &StudyWindow<'_>,
-    axis: MotionAxis,
+    (axis, by_filter): (MotionAxis, bool),
     context: &Context<'_>,
 ) -> StageResult<FollowedFlight> {
     let settings = input.settings;
@@ -147,13 +160,24 @@ pub(super) fn follow(
         FlightFitError::Stopped => "stopped".to_owned(),
         error => error.to_string(),
     };
-    let mut found =
-        flight_output_error(axis, &windows, &freedom, &OutputErrorSettings::default(), &go_on).map_err(in_words)?;
+    let search = OutputErrorSettings::default();
+    let mut found = flight_output_error(axis, &windows, &freedom, &search, &go_on).map_err(in_words)?;
     let unexplained = [compared.unexplained(&windows[0].model, &freedom, &found)?];
     let disturbed = disturbance_variance(axis, (&windows, &freedom), &found, &unexplained, &go_on).map_err(in_words)?;
     let errors = found.corrected_errors.iter_mut().zip(disturbed);
     errors.for_each(|(error, variance)| *error = error.hypot(variance.max(0.0).sqrt()));
-    Ok(compared.flight(&windows[0].measured, &freedom, &found))
+    let mut flight = compared.flight(&windows[0].measured, &freedom, &found);
+    flight.filter_error = by_filter.then(|| {
+        let [window_flown] = windows;
+        let recorded =
+            [FlightWindow { measured: compared.recorded(&window.path, &window_flown.measured), ..window_flown }];
+        let least: Vec<f64> = axis.outputs().iter().map(|&output| compared.least_noise(&window.path, output)).collect();
+        let begin = (&*found.fit.estimates, &*least);
+        let filter = flight_filter_error(axis, (&recorded, &freedom), begin, &search, &go_on).map_err(in_words)?;
+        let derivatives = checked(&filter.estimate).take(freedom.shared.len()).collect();
+        Ok(FilteredFlight { derivatives, process_noise: filter.process_noise })
+    });
+    Ok(flight)
 }
 
 /// What a flight is compared with.
@@ -193,6 +217,41 @@ impl Compared<'_> {
             }
         };
         self.axis.outputs().iter().map(compared).collect()
+    }
+
+    /// The same with airspeed, flow angles and attitude as recorded in place of those of the path, whose errors are not white: each sample at
+    /// the nearest instant, moved by the path between the two, less the mean difference from the path. Outputs without a sensor stay those of
+    /// the path.
+    fn recorded(&self, path: &WindowPath, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let time_s = &*self.aero.data.time_s;
+        let of_output = |(&output, column): (&FlightOutput, &Vec<f64>)| {
+            let Some((series, delay_s)) = sensor(output).and_then(|measurement| path.recorded(measurement)) else {
+                return column.clone();
+            };
+            let step_s = median_step(time_s).unwrap_or(f64::NAN);
+            let mut differences: Vec<Option<f64>> = vec![None; time_s.len()];
+            for (&stamp_s, &value) in series.time_s.iter().zip(series.values.iter()) {
+                let Some(path) = value_at(time_s, column, f64::INFINITY, stamp_s - delay_s) else { continue };
+                let turns = if output.unit() == "rad" { ((value - path) / TAU).round() } else { 0.0 };
+                let after = time_s.partition_point(|&time| time < stamp_s - delay_s - 0.5 * step_s);
+                if let Some(difference) = differences.get_mut(after) {
+                    *difference = Some(value - path - TAU * turns).filter(|difference| difference.is_finite());
+                }
+            }
+            let known: Vec<f64> = differences.iter().copied().flatten().collect();
+            let mean = known.iter().sum::<f64>() / known.len() as f64;
+            let moved = |(path, difference): (&f64, Option<f64>)| difference.map_or(f64::NAN, |own| path + own - mean);
+            column.iter().zip(differences).map(moved).collect()
+        };
+        self.axis.outputs().iter().zip(columns).map(of_output).collect()
+    }
+
+    /// Smallest deviation that the noise of an output can have: that of the path where no sensor records it.
+    fn least_noise(&self, path: &WindowPath, output: FlightOutput) -> f64 {
+        match sensor(output) {
+            Some(measurement) if path.recorded(measurement).is_none() => self.deviation(output),
+            _ => 0.0,
+        }
     }
 
     /// What the estimated derivatives leave of the coefficients along the path, every sample as it is, without its mean, which is
@@ -271,14 +330,7 @@ impl Compared<'_> {
 
     fn flight(&self, measured: &[Vec<f64>], freedom: &FlightFreedom, found: &FlightOutputFit) -> FollowedFlight {
         let fit = &found.fit;
-        let rows = fit.names.iter().zip(&fit.estimates).zip(&found.corrected_errors);
-        let mut derivatives: Vec<_> = rows
-            .map(|((name, &estimate), &standard_error)| CheckedDerivative {
-                name: name.clone(),
-                estimate,
-                standard_error,
-            })
-            .collect();
+        let mut derivatives: Vec<_> = checked(found).collect();
         let others = derivatives.split_off(freedom.shared.len());
         let starts = self.axis.initial().iter().zip(&others).map(|(&state, found)| {
             let (path, deviation) = self.start(state);
@@ -302,8 +354,26 @@ impl Compared<'_> {
             }
         });
         let (outputs, iterations) = (outputs.collect(), fit.cost.len() - 1);
-        FollowedFlight { axis: self.axis, derivatives, others, outputs, starts, iterations }
+        FollowedFlight { axis: self.axis, derivatives, others, outputs, starts, iterations, filter_error: None }
     }
+}
+
+/// The measurement that records an output; inertial samples record the others.
+fn sensor(output: FlightOutput) -> Option<Measurement> {
+    match output {
+        FlightOutput::Airspeed => Some(Measurement::Airspeed),
+        FlightOutput::Alpha => Some(Measurement::AngleOfAttack),
+        FlightOutput::Beta => Some(Measurement::Sideslip),
+        FlightOutput::BankAngle => Some(Measurement::BankAngle),
+        FlightOutput::PitchAngle => Some(Measurement::PitchAngle),
+        _ => None,
+    }
+}
+
+/// Every estimate with its corrected error.
+fn checked(found: &FlightOutputFit) -> impl Iterator<Item = CheckedDerivative> + '_ {
+    let rows = found.fit.names.iter().zip(&found.fit.estimates).zip(&found.corrected_errors);
+    rows.map(|((name, &estimate), &standard_error)| CheckedDerivative { name: name.clone(), estimate, standard_error })
 }
 
 /// The pooled model of `axis` with constants of this window, and its entries that the window's own fit has.

@@ -17,7 +17,7 @@ mod table;
 
 use std::sync::Arc;
 
-pub use checks::{CheckStudy, CheckedDerivative, WindowChecks};
+pub use checks::{CheckRequest, CheckStudy, CheckedDerivative, WindowChecks};
 pub use coverage::{Coverage, DerivativeCoverage, coverage};
 pub(crate) use coverage::{Estimate, estimates, flown_aircraft, flown_loading, fly, record_flight, summarise, windows};
 pub use dynamics::{DynamicsRequest, DynamicsStudy};
@@ -27,7 +27,7 @@ pub use equations::{
 };
 pub use equivalent::{EquivalentStudy, FitMethod, equivalent_study};
 pub use flight_responses::{FlightResponses, SurfaceResponse};
-pub use followed::{FollowedFlight, FollowedOutput, FollowedStart};
+pub use followed::{FilteredFlight, FollowedFlight, FollowedOutput, FollowedStart};
 pub use lags::{ControlLag, LagKind, LagStudy};
 pub use manoeuvres::{
     CoefficientLeftOut, ConditionRegression, KindComparison, ManoeuvreStudy, TermContribution, WindowContributions,
@@ -37,8 +37,6 @@ pub use monte_carlo::MonteCarloStudy;
 pub use response::{ResponseError, ResponseRequest, ResponseStudy, ResponseWindow, session_responses, table_responses};
 pub use sensitivity::{STEP_FRACTION, SensitivityStudy};
 pub use table::{TableError, TableFit, TableRegression, TermChoice, regress_table};
-
-use doublet_core::replay::MotionAxis;
 
 use crate::graph::{Keyed, Stage};
 use crate::session::Settings;
@@ -52,11 +50,8 @@ pub enum Study {
     Manoeuvres,
     /// Derivatives against what they were computed with (thesis 7.2.1).
     Sensitivity,
-    /// Every window again in the frequency domain and by output error.
-    Checks {
-        /// Motion that output error follows; none: that of each window's surface.
-        axis: Option<MotionAxis>,
-    },
+    /// Every window again in the frequency domain, by output error and, where asked, by filter error.
+    Checks(CheckRequest),
     /// Lag and delay of every control, found by the fit.
     Lags,
     /// Frequency responses of the rates to the controls with their equivalent systems.
@@ -78,7 +73,7 @@ impl Study {
         match self {
             Self::Manoeuvres => ManoeuvreStudy::NAME,
             Self::Sensitivity => SensitivityStudy::NAME,
-            Self::Checks { .. } => CheckStudy::NAME,
+            Self::Checks(_) => CheckStudy::NAME,
             Self::Lags => LagStudy::NAME,
             Self::Responses => FlightResponses::NAME,
             Self::MonteCarlo { .. } => MonteCarloStudy::NAME,

@@ -59,9 +59,11 @@ fn twins(evidence: Evidence<'_>, found: &mut StudyFindings) {
         // A flight that does not follow its recording says nothing against the derivatives of another method.
         let follows = |flight: &&FollowedFlight| flight.findings(&window.window).iter().all(|f| f.level < Level::Bad);
         let followed = window.output_error.iter().filter_map(|(_, flight)| flight.as_ref().ok()).filter(follows);
+        let filtered = followed.clone().filter_map(|flight| flight.filter_error.as_ref()?.as_ref().ok());
         let twins = frequency
             .map(|row| ("frequency domain", row))
-            .chain(followed.flat_map(|flight| flight.derivatives.iter().map(|row| ("output error", row))));
+            .chain(followed.clone().flat_map(|flight| flight.derivatives.iter().map(|row| ("output error", row))))
+            .chain(filtered.flat_map(|flight| flight.derivatives.iter().map(|row| ("filter error", row))));
         for (method, twin) in twins {
             if let Some(finding) = apart(&window.window, fits, method, twin) {
                 let key = (window.window.clone(), twin.name.clone());

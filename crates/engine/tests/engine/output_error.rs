@@ -12,7 +12,7 @@ use doublet_core::simulate::c337f;
 use doublet_engine::graph::Cache;
 use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session::{self, Manoeuvre, Opened};
-use doublet_engine::study::{CheckStudy, FollowedFlight, Study, WindowChecks};
+use doublet_engine::study::{CheckRequest, CheckStudy, FollowedFlight, Study, WindowChecks};
 use doublet_engine::verdict::{Finding, Level};
 
 /// Errors of estimates that agree, in corrected standard errors.
@@ -41,11 +41,15 @@ struct Checked {
 
 /// The session run with the checks of `axis`.
 fn checked(opened: &Opened, axis: Option<MotionAxis>) -> Checked {
+    checked_by(opened, CheckRequest { axis, filter_error: false })
+}
+
+fn checked_by(opened: &Opened, request: CheckRequest) -> Checked {
     let scope = Scope {
         session: &opened.session,
         folder: &opened.folder,
         first: None,
-        studies: &[Study::Checks { axis }],
+        studies: &[Study::Checks(request)],
         cause: "test",
         generation: 1,
     };
@@ -155,6 +159,30 @@ fn against_truth(surfaces: &[&str], axis: MotionAxis) {
     assert!(count >= 80 && f64::from(held) >= SHARE * f64::from(count), "{held} of {count} within two errors");
     // Nor are the errors so large that they say nothing.
     assert!(rms > LEAST_RMS, "normalised error {rms}");
+}
+
+#[test]
+fn filter_error_of_an_elevator_and_an_aileron_manoeuvre_holds_the_truth() {
+    /// Largest error, in standard errors.
+    const LARGEST: f64 = 4.0;
+    let (vehicle, _) = c337f().unwrap();
+    let opened = shipped("demo", |window| window.name.starts_with("01") || window.name.starts_with("03"), None);
+    let found = checked_by(&opened, CheckRequest { axis: None, filter_error: true });
+    let mut count = 0;
+    for window in &found.study().windows {
+        let (output_error, _) = flight(window);
+        let filtered = output_error.filter_error.as_ref().unwrap().as_ref().unwrap();
+        for derivative in filtered.derivatives.iter().filter(|derivative| !derivative.name.ends_with("_0")) {
+            let truth = vehicle.aero.value(&derivative.name).unwrap();
+            let off = (derivative.estimate - truth) / derivative.standard_error;
+            assert!(off.abs() < LARGEST, "{} {}: {off:+.1} errors", window.window, derivative.name);
+            count += 1;
+        }
+        // The air of this flight is calm: what drives the velocity is small.
+        let noise = filtered.process_noise.iter().map(|noise| noise.intensity).fold(0.0, f64::max);
+        assert!(noise < 0.05, "{}: {noise}", window.window);
+    }
+    assert_eq!(count, 22);
 }
 
 #[test]

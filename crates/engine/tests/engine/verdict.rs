@@ -322,7 +322,7 @@ fn twins_apart_late_controls_and_missed_bands_are_told() {
         let twin = CheckedDerivative { name: "Cm_q".to_owned(), estimate: -5.0 - 0.5 * apart, standard_error: 0.4 };
         let frequency = vec![(Coefficient::Cm, Ok(vec![twin]))];
         let windows = vec![WindowChecks { window: name.clone(), frequency, output_error: Vec::new() }];
-        snapshot.studies.checks = CheckStudy { axis: None, windows }.into();
+        snapshot.studies.checks = CheckStudy { windows, ..CheckStudy::default() }.into();
         let verdicts = judge(&sound.session, &snapshot);
         let derivative = verdicts.fit(Some(&name), Coefficient::Cm).unwrap().derivative("Cm_q").unwrap();
         let found = derivative.reasons.iter().find(|reason| reason.code == "twin");

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Callable, Mapping, Optional, Union
 
 import numpy as np
@@ -97,6 +97,8 @@ class OutputError:
         outputs: By name: time (s), measured and flown (SI), R².
         verdict: Level of the window: ``"good"``, ``"caution"`` or ``"bad"``; ``fit.verdict`` has the findings.
         error: Why there is none, or ``None``.
+        filter_error: Estimates by filter error where it was asked for, else empty.
+        filter_trouble: Why there are none, or ``None``.
     """
 
     window: str
@@ -106,6 +108,8 @@ class OutputError:
     outputs: dict[str, tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]]
     iterations: int = 0
     error: Optional[str] = None
+    filter_error: dict[str, Value] = field(default_factory=dict)
+    filter_trouble: Optional[str] = None
 
     @property
     def table(self) -> Table:
@@ -133,18 +137,18 @@ class OutputError:
         return stack([(n, _UNITS.get(n, "SI"), [(t, m, None), (t, f, None)]) for n, (t, m, f, _) in rows], axes)
 
 
-def output_error(fit: Fit, *, axis: Optional[str] = None, progress: Progress = None) -> list[OutputError]:
+def output_error(fit: Fit, *, axis: Optional[str] = None, filter_error: bool = False, progress: Progress = None) -> list[OutputError]:
     """Output error of every window with the equations of motion: the moved axis flies the recorded controls until its outputs
     follow the reconstructed ones; the other axis moves as reconstructed.
 
     Args:
         fit: Fit whose derivatives are the start and whose terms are free.
         axis: ``"longitudinal"``, ``"lateral"`` or ``"both"``; without it that which each window's surface moves.
+        filter_error: Estimates with process noise as well, for gusts; several times the work.
     """
     found, levels = [], fit.verdict["windows"]
-    for row in fit._inner.output_error(axis, progress):
-        derivatives = {name: Value(value, error) for name, value, error in row.get("derivatives", [])}
-        found.append(
-            OutputError(row["window"], row["axis"], levels[row["window"]], derivatives, row.get("outputs", {}), row.get("iterations", 0), row.get("error"))
-        )
+    for row in fit._inner.output_error(axis, filter_error, progress):
+        derivatives, filtered = ({name: Value(*rest) for name, *rest in row.get(key, [])} for key in ("derivatives", "filter_error"))
+        outputs, iterations, trouble = row.get("outputs", {}), row.get("iterations", 0), row.get("filter_trouble")
+        found.append(OutputError(row["window"], row["axis"], levels[row["window"]], derivatives, outputs, iterations, row.get("error"), filtered, trouble))
     return found

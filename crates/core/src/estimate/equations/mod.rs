@@ -7,7 +7,7 @@ mod shooting;
 
 use thiserror::Error;
 
-pub use filter_error::{FilterErrorFit, ProcessNoise, filter_error_of};
+pub use filter_error::{FilterErrorFit, filter_error_of};
 pub use fit::{EquationFit, EquationSettings, equation_error_of, output_error_of};
 pub use model::{EquationModel, EquationText};
 

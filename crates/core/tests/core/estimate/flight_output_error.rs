@@ -27,7 +27,7 @@ fn noise_of(output: FlightOutput) -> f64 {
 }
 
 /// Recorded outputs of a flight of the truth, with noise and biases of the specific forces.
-fn recorded(axis: MotionAxis, flown: &Response, seed: u64) -> Vec<Vec<f64>> {
+pub(super) fn recorded(axis: MotionAxis, flown: &Response, seed: u64) -> Vec<Vec<f64>> {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
     let columns = axis.outputs().iter().map(|&output| {
         let (values, bias): (&[f64], f64) = match output {
@@ -58,7 +58,7 @@ fn recorded(axis: MotionAxis, flown: &Response, seed: u64) -> Vec<Vec<f64>> {
 const BIAS: f64 = 0.1;
 
 /// Entries of the truth that belong to an axis.
-fn entries(axis: MotionAxis) -> Vec<usize> {
+pub(super) fn entries(axis: MotionAxis) -> Vec<usize> {
     (0..TRUTH.len()).filter(|&index| axis.has(TRUTH[index].0)).collect()
 }
 

@@ -6,6 +6,7 @@ mod attas_table;
 mod coloured;
 mod constraints;
 mod equations;
+mod flight_filter_error;
 mod flight_output_error;
 mod frequency;
 mod output_error;

@@ -1,6 +1,6 @@
 //! The sections of a report: names, headings and the studies they need.
 
-use crate::study::{DynamicsRequest, Study};
+use crate::study::{CheckRequest, DynamicsRequest, Study};
 
 /// The sections there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -105,7 +105,7 @@ impl SectionKind {
     /// The study it shows, which takes longer than the rest and has to be asked for.
     pub fn study(self) -> Option<Study> {
         match self {
-            Self::Checks => Some(Study::Checks { axis: None }),
+            Self::Checks => Some(Study::Checks(CheckRequest::default())),
             Self::Sensitivity => Some(Study::Sensitivity),
             Self::Condition => Some(Study::Manoeuvres),
             Self::Responses => Some(Study::Responses),
