@@ -13,10 +13,11 @@ pub(super) fn run(run: &Run<'_>, input: &StudyInput<'_>) -> Result<(), Cancelled
     let wanted = run.scope.studies;
     one::<ManoeuvreStudy>(run, input, wanted.contains(&Study::Manoeuvres), (), |studies| &mut studies.manoeuvres)?;
     one::<SensitivityStudy>(run, input, wanted.contains(&Study::Sensitivity), (), |studies| &mut studies.sensitivity)?;
-    let checks = wanted.iter().find_map(|study| match study {
+    let checks = wanted.iter().filter_map(|study| match study {
         Study::Checks(request) => Some(*request),
         _ => None,
     });
+    let checks = checks.max_by_key(|request| request.filter_error);
     let shown = || run.builder.read(|snapshot| Some(snapshot.studies.checks.latest()?.request));
     if let Some(known) = checks.or_else(shown) {
         one::<CheckStudy>(run, input, checks.is_some(), known, |studies| &mut studies.checks)?;

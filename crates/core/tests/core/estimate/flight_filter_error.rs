@@ -31,7 +31,7 @@ fn gusts(size: f64, seed: u64) -> [Vec<f64>; 3] {
     [column(), column(), vec![0.0; SAMPLES]]
 }
 
-/// Errors of the derivatives in standard errors, by output error and by filter error, and the process noise found, with its being none.
+/// Errors of the derivatives in standard errors, by output error and by filter error.
 fn fly_in_gusts(size: f64, seed: u64) -> [Vec<f64>; 2] {
     let (data, settings, start) = window(SAMPLES);
     let gusty = Replay::new(&data, &settings, &gusts(size, seed), GRAVITY_M_S2).unwrap();
