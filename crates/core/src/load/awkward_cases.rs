@@ -168,6 +168,67 @@ fn sensor_with_its_axes_up_is_turned_and_asked_for_where_no_attitude_says_it() {
 }
 
 #[test]
+fn sensor_with_its_axes_up_whose_attitude_goes_with_it_is_asked_for() {
+    let map = guess_of("acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,roll,pitch,yaw", |now| {
+        let [p, q, r] = now.rates;
+        vec![0.3, 0.1 * now.bank, 9.81, p, -q, -r, now.bank / DEGREE, -now.pitch / DEGREE, -now.heading / DEGREE]
+    });
+    for role in [Role::SpecificForceY, Role::PitchRate, Role::YawRate, Role::PitchAngle, Role::HeadingAngle] {
+        assert_eq!(row_of(&map, role).map(|row| row.2), Some(true), "{}", role.name());
+    }
+    assert_eq!(row_of(&map, Role::BankAngle).map(|row| row.2), Some(false));
+}
+
+#[test]
+fn names_of_flight_recorders_are_the_quantities_that_they_mean() {
+    let head = "PB [deg/s],QB [deg/s],RB [deg/s],roll [deg],pitch [deg],Engine RPM,GPS Heading [deg],Total Air Temp [degC],\
+                Baro Setting [inHg],LateralAcc [g],VerticalAcc [g],GPS LatAcc [g],AltP [ft],AltInd [ft]";
+    let map = guess_of(head, |now| {
+        let [p, q, r] = now.rates.map(|rate| rate / DEGREE);
+        let feet = now.height / 0.3048;
+        let (bank, pitch) = (now.bank / DEGREE, now.pitch / DEGREE);
+        vec![
+            p,
+            q,
+            r,
+            bank,
+            pitch,
+            2400.0 + p,
+            10.0 * now.time_s,
+            8.0,
+            29.92,
+            0.01 * p,
+            1.0,
+            0.02 * p,
+            feet,
+            feet + 90.0,
+        ]
+    });
+    let channel = |role| map.row(role).map(|row| row.from.channel.as_str());
+    for (role, wanted) in [
+        (Role::RollRate, Some("PB")),
+        (Role::PitchRate, Some("QB")),
+        (Role::YawRate, Some("RB")),
+        (Role::EngineSpeed1, Some("Engine RPM")),
+        (Role::HeadingAngle, None),
+        (Role::TotalTemperature, Some("Total Air Temp")),
+        (Role::AirTemperature, None),
+        (Role::StaticPressure, None),
+        (Role::SpecificForceY, Some("LateralAcc")),
+        (Role::Altitude, Some("AltP")),
+    ] {
+        assert_eq!(channel(role), wanted, "{}", role.name());
+    }
+}
+
+#[test]
+fn engine_speed_of_a_hundred_at_most_is_per_cent() {
+    let map = guess_of("engine_rpm,roll [deg]", |now| vec![85.0 + now.pitch, now.bank / DEGREE]);
+    assert!(map.row(Role::EngineSpeed1).is_none());
+    assert!(map.left_out.iter().any(|(from, why)| from.channel == "engine_rpm" && why.contains("per cent")));
+}
+
+#[test]
 fn what_hovers_and_what_climbs_like_a_rocket_is_no_aeroplane() {
     let hover = guess_of("pos_n,pos_e,pos_d,v_n,v_e,v_d", |now| {
         vec![now.pitch, now.bank, -20.0 * (0.1 * now.time_s).min(1.0), 0.3, 0.4 * now.bank, 0.0]

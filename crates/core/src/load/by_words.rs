@@ -3,6 +3,7 @@
 use super::by_hand::{ManualChannel, ManualChannelMap, NameFit};
 use super::candidates::{Candidate, LEFT, RIGHT, best, row};
 use super::foreign_names::{FOREIGN_AILERON, FOREIGN_NAMES, ends_on, has_one_reading};
+use super::guess_frames::is_track;
 use super::names::{AILERON, NAMES, RoleNames};
 use super::tokens::end_on;
 use super::vectors;
@@ -61,6 +62,7 @@ pub(super) fn named(
     let (_, names) = fit.names().iter().find(|(other, _)| *other == role)?;
     let goes_by = |candidate: &Candidate<'_>, name: &str| {
         fit.fits(candidate, name)
+            && !(role == Role::HeadingAngle && is_track(&candidate.plain))
             && has_one_reading((name, role), candidate, map, candidates)
             && vectors::has_brothers(name, role, candidate, candidates)
     };

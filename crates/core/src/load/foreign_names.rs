@@ -288,6 +288,7 @@ pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
             "fluggeschw",
             "fluggeschwindigkeit",
             "vitesseair",
+            "vp",
         ],
     ),
     (
@@ -338,6 +339,7 @@ pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
             "gouverneprofondeur",
             "braquageprofondeur",
             "braquagegouverneprofondeur",
+            "eta",
         ],
     ),
     (
@@ -357,6 +359,7 @@ pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
             "braquagegouvernedirection",
             "direction",
             "palonnier",
+            "zeta",
         ],
     ),
     (
@@ -418,6 +421,7 @@ pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
             "vitesseindiquee",
             "vitesseairindiquee",
             "vitesseconventionnelle",
+            "vc",
         ],
     ),
     (
@@ -466,28 +470,12 @@ pub(super) const FOREIGN_NAMES: &[RoleNames] = &[
 ];
 
 /// Names of ailerons in the order of [`super::names::AILERON`].
+#[rustfmt::skip]
 pub(super) const FOREIGN_AILERON: &[&str] = &[
-    "querruder",
-    "aleron",
-    "alerones",
-    "alettoni",
-    "элероны",
-    "副翼",
-    "querruderausschlag",
-    "querruderwinkel",
-    "querruderstellung",
-    "ailerons",
-    "braquageailerons",
-    "gauchissement",
-    "braquagegauchissement",
-    "querruderrechts",
-    "rechtesquerruder",
-    "ailerondroit",
-    "braquageailerondroit",
-    "querruderlinks",
-    "linkesquerruder",
-    "ailerongauche",
-    "braquageailerongauche",
+    "querruder", "aleron", "alerones", "alettoni", "элероны", "副翼", "querruderausschlag", "querruderwinkel",
+    "querruderstellung", "ailerons", "braquageailerons", "gauchissement", "braquagegauchissement", "xi",
+    "querruderrechts", "rechtesquerruder", "ailerondroit", "braquageailerondroit", "querruderlinks",
+    "linkesquerruder", "ailerongauche", "braquageailerongauche",
 ];
 
 /// Airspeeds that do not say whether they are true or indicated.
@@ -505,6 +493,8 @@ enum Need {
     OneOf(&'static [&'static str]),
     /// Another channel with a French name of a control.
     FrenchControl,
+    /// The other two controls by their letters of LN 9300.
+    GreekControls,
 }
 
 /// Names that have more than one reading by themselves.
@@ -530,10 +520,19 @@ const NEEDS: &[(&str, Need)] = &[
     // Vitesse vraie or vitesse verticale.
     ("vv", Need::OneOf(&["kt", "km/h"])),
     ("direction", Need::FrenchControl),
+    // Vitesse conventionnelle, vitesse propre.
+    ("vc", Need::OneOf(&["kt", "km/h"])),
+    ("vp", Need::OneOf(&["kt", "km/h"])),
+    ("xi", Need::GreekControls),
+    ("eta", Need::GreekControls),
+    ("zeta", Need::GreekControls),
 ];
 
 /// French names of controls that are nothing else.
 const FRENCH_CONTROLS: [&str; 2] = ["profondeur", "gauchissement"];
+
+/// Aileron, elevator and rudder in LN 9300.
+const GREEK_CONTROLS: [&str; 3] = ["xi", "eta", "zeta"];
 
 /// Whether `candidate`, which goes by `name`, can be `role` alone, beside the rows that `map` has and all other candidates.
 pub(super) fn has_one_reading(
@@ -550,6 +549,9 @@ pub(super) fn has_one_reading(
         Need::OneOf(units) => candidate.unit.is_some_and(|unit| units.contains(&unit.symbol)),
         Need::FrenchControl => {
             candidates.iter().any(|other| FRENCH_CONTROLS.iter().any(|control| other.words.contains(control)))
+        }
+        Need::GreekControls => {
+            GREEK_CONTROLS.iter().all(|control| candidates.iter().any(|other| other.words == *control))
         }
     }
 }

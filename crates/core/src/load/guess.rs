@@ -473,6 +473,9 @@ mod tests {
             ("Rollrate,Rollen", &["p", "phi"]),
             ("Direction,Altitude", &["z", "altitude"]),
             ("Direction,Profondeur", &["delta_e", "delta_r"]),
+            ("XI,ETA,ZETA", &["delta_a", "delta_e", "delta_r"]),
+            ("XI,ETA", &[]),
+            ("VC (kt),VP (kt)", &["airspeed", "calibrated_airspeed"]),
             ("VV (m/s),Vz (m/s)", &[]),
             ("VV (kt),Vz (ft/min)", &["v_down", "airspeed"]),
             ("Soll-Kurs,Kurs", &["psi"]),
@@ -482,7 +485,8 @@ mod tests {
             ("Fluggeschwindigkeit (kt),Staudruck", &["calibrated_airspeed"]),
             ("Fluggeschwindigkeit (km/h),Staudruck", &["airspeed"]),
         ] {
-            let text = format!("time,{head}\n0.0,5,2\n0.1,6,3\n0.2,5,2\n");
+            let third = if head.split(',').count() == 3 { ",4" } else { "" };
+            let text = format!("time,{head}\n0.0,5,2{third}\n0.1,6,3{third}\n0.2,5,2{third}\n");
             let names: Vec<_> = firsts(&text).into_iter().map(|(name, _)| name).collect();
             assert_eq!(names, wanted, "{head}");
         }

@@ -20,8 +20,27 @@ const DEGREES_OF_A_TURN: f64 = 360.0;
 const FIX_DEG: f64 = 1e-7;
 /// Names of ground speed and of the direction of flight over the ground.
 const GROUND_SPEEDS: [&str; 8] = ["groundspeed", "gs", "gndspd", "gspd", "speedoverground", "sog", "spd", "gpsspeed"];
-const TRACKS: [&str; 9] =
-    ["track", "trk", "groundtrack", "trackangle", "truetrack", "course", "cog", "gcrs", "courseoverground"];
+const TRACKS: [&str; 14] = [
+    "track",
+    "trk",
+    "groundtrack",
+    "trackangle",
+    "truetrack",
+    "course",
+    "cog",
+    "gcrs",
+    "courseoverground",
+    "gpsheading",
+    "headinggps",
+    "gpscourse",
+    "gpstrack",
+    "headingofmotion",
+];
+
+/// Whether a name in small letters is one of the direction of flight over the ground.
+pub(super) fn is_track(plain: &str) -> bool {
+    TRACKS.contains(&plain)
+}
 
 /// Turns what a sensor measures to the left and up, where it measures in such axes: the specific force along z is then +g on the mean.
 pub(super) fn turn_axes_up(map: &mut ManualChannelMap) {

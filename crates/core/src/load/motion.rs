@@ -421,7 +421,7 @@ fn settle_attitude(map: &mut ManualChannelMap, probes: &[Probe]) {
     }
     let is_tracked = settle_heading(map, probes);
     let Some(turning) = turning(map, probes) else {
-        turn_left_up(map, [0.0; 3]);
+        turn_left_up(map, [0.0; 3], [false; 3]);
         return;
     };
     let by_bank = decide(bank_of_turn(map, probes, &turning), ANGLE_CORRELATION);
@@ -454,7 +454,7 @@ fn settle_rates(map: &mut ManualChannelMap, probes: &[Probe], is_known: [bool; 3
             set_sign(map, rate, turned);
         }
     }
-    turn_left_up(map, signs);
+    turn_left_up(map, signs, is_known);
 }
 
 /// Asks for the sign of roles.
@@ -467,8 +467,8 @@ fn ask(map: &mut ManualChannelMap, roles: &[Role]) {
 }
 
 /// A specific force that is positive upwards, of a sensor whose rates are recorded beside it: to the left where they are turned, or where
-/// nothing says that they are not.
-fn turn_left_up(map: &mut ManualChannelMap, rates: [f64; 3]) {
+/// nothing says that they are not. Rates that agree with an attitude whose own sign is not known can both be turned: they are asked for.
+fn turn_left_up(map: &mut ManualChannelMap, rates: [f64; 3], is_known: [bool; 3]) {
     const SENSORS: [&str; 8] = ["acc", "accel", "accelerometer", "acceleration", "linear", "imu", "accelx", "a"];
     let is_of_sensor = |row: &ManualChannel, sensors: &[&str]| {
         let all = tokens(&row.from.channel);
@@ -508,7 +508,14 @@ fn turn_left_up(map: &mut ManualChannelMap, rates: [f64; 3]) {
                 ask(map, &[Role::SpecificForceY, Role::PitchRate, Role::YawRate]);
             }
         }
-        _ => {}
+        _ => {
+            let pairs = [[Role::PitchRate, Role::PitchAngle], [Role::YawRate, Role::HeadingAngle]];
+            let open = pairs.iter().zip(&is_known[1..]).filter(|(_, is_known)| !**is_known).map(|(pair, _)| pair);
+            open.clone().for_each(|pair| ask(map, pair));
+            if open.count() == pairs.len() {
+                ask(map, &[Role::SpecificForceY]);
+            }
+        }
     }
 }
 

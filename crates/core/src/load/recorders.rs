@@ -134,6 +134,8 @@ const SHIPPED: &[&str] = shipped![
     "xplane_data",
     "flightgear",
     "flightgear_properties",
+    "garmin",
+    "inertialsense",
     "jsbsim_properties",
     "jsbsim",
     "msfs",

@@ -124,6 +124,13 @@ pub(super) fn name_and_unit(name: &str) -> (String, Option<Unit>) {
     if let Some(unit) = recorded.as_deref().and_then(parse_loosely) {
         return (name.trim_end_matches(['_', ' ', '-']).to_owned(), Some(unit));
     }
+    if let Some((_, ending)) = name.rsplit_once(['_', ' ', '-'])
+        && let Some(unit) = unit_word(ending)
+        && is_role_name(&plain_letters(&name))
+    {
+        // `engine rpm`: the unit is a part of the name of its role.
+        return (name, Some(unit));
+    }
     let (stem, axis) = split_axis(&name);
     if let (stem, Some(unit)) = stem_and_unit(stem) {
         return (format!("{stem}{axis}"), Some(unit));
@@ -137,6 +144,11 @@ pub(super) fn name_and_unit(name: &str) -> (String, Option<Unit>) {
     }
 }
 
+/// Whether letters are a name of a role.
+fn is_role_name(plain: &str) -> bool {
+    NAMES.iter().any(|(_, names)| names.contains(&plain))
+}
+
 /// A name that is the one of a role and, right behind it, a unit that the role can have.
 fn split_glued(name: &str) -> (String, Option<Unit>) {
     let plain = plain_letters(name);
@@ -146,8 +158,7 @@ fn split_glued(name: &str) -> (String, Option<Unit>) {
         let has = |(role, names): &(Role, &'static [&'static str])| {
             role.dimension() == unit.dimension && names.contains(&stem)
         };
-        let is_whole = NAMES.iter().any(|(_, names)| names.contains(&plain.as_str()));
-        (!is_whole && NAMES.iter().any(has)).then(|| (stem.to_owned(), Some(unit)))
+        (!is_role_name(&plain) && NAMES.iter().any(has)).then(|| (stem.to_owned(), Some(unit)))
     };
     GLUED.iter().find_map(split).unwrap_or_else(|| (name.to_owned(), None))
 }

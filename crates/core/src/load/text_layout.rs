@@ -195,8 +195,11 @@ fn header(
     // Loggers of Campbell Scientific (TOA5) write the units between names and kinds of aggregation.
     let has_aggregation = before.iter().any(|cells| is_aggregation(cells));
     let mut rows: Vec<usize> = (0..before.len()).filter(|&line| is_row(&&before[line])).rev().take(2).collect();
-    let is_unit =
-        |cell: &String| cell.is_empty() || cell == "-" || Unit::parse(cell).is_ok_and(|unit| unit.symbol != "-");
+    let is_unit = |cell: &String| {
+        let is_bracketed =
+            (cell.starts_with('(') && cell.ends_with(')')) || (cell.starts_with('[') && cell.ends_with(']'));
+        cell.is_empty() || cell == "-" || is_bracketed || Unit::parse(cell).is_ok_and(|unit| unit.symbol != "-")
+    };
     let filled = |line: usize| before[line].iter().filter(|cell| !cell.is_empty()).count();
     let mut units = vec![None; columns];
     if let [last, above] = rows[..] {

@@ -6,6 +6,8 @@ use super::words::plain_letters;
 const FORBIDDEN: &[&str] = &[
     "setpoint",
     "setpoints",
+    "setting",
+    "settings",
     "sp",
     "ref",
     "reference",
