@@ -44,13 +44,13 @@ pub(super) fn settle(map: &mut ManualChannelMap, probes: &[Probe]) {
 
 /// Leaves out engine speeds in revolutions per minute that no engine turns as slowly as: per cent of the largest speed.
 fn drop_per_cent(map: &mut ManualChannelMap, probes: &[Probe]) {
-    /// Largest part of the largest speed.
-    const MOST: f64 = 130.0;
+    /// Speeds that an engine reaches in flight, in per cent of its largest.
+    const REACHED: std::ops::Range<f64> = 20.0..130.0;
     for role in [Role::EngineSpeed1, Role::EngineSpeed2] {
         let Some(row) = map.row(role).filter(|row| matches!(row.by, By::Name | By::Axes)).cloned() else { continue };
         let is_rpm = row.unit.is_some_and(|unit| unit.symbol == "rpm");
-        if is_rpm && row.values(probes).is_some_and(|values| values.greatest > 0.0 && values.greatest < MOST) {
-            map.left_out.push((row.from, format!("below {MOST}: per cent, not rpm")));
+        if is_rpm && row.values(probes).is_some_and(|values| REACHED.contains(&values.greatest)) {
+            map.left_out.push((row.from, format!("below {}: per cent, not rpm", REACHED.end)));
             map.set(role, None);
         }
     }
