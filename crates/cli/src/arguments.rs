@@ -11,13 +11,12 @@ use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use doublet_core::replay::MotionAxis;
 use doublet_dynamics::design::DesignKind;
 use doublet_engine::report::document::SectionKind;
 use doublet_engine::report::{HistoryFormat, TableFormat};
 use doublet_engine::session::Surface;
 use doublet_engine::stage::PercentRule;
-use doublet_engine::study::{CheckRequest, LagKind};
+use doublet_engine::study::LagKind;
 use doublet_report::ReportFormat;
 
 use crate::dynamics::{JudgedArguments, LinearArguments, ModesArguments, QualitiesArguments};
@@ -29,6 +28,7 @@ use crate::regress::RegressArguments;
 use crate::response::{LoesArguments, ResponseArguments};
 use crate::shell::{CompletionArguments, ManArguments};
 use crate::structure::StructureArguments;
+use crate::study::CheckStudyArguments;
 use crate::tune::TuneArguments;
 use crate::variants::VariantArguments;
 
@@ -266,7 +266,7 @@ pub struct ReportArguments {
     /// Earlier estimate to compare with, as for `prior`.
     #[arg(long, value_name = "FILE")]
     pub prior: Option<PathBuf>,
-    /// What flying qualities depend on, as for `qualities`.
+    /// Class, category and controls, as for `qualities`.
     #[command(flatten)]
     pub judged: JudgedArguments,
 }
@@ -300,32 +300,6 @@ pub struct StudyArguments {
     /// Folder for all results, including the study.
     #[arg(long)]
     pub out: Option<PathBuf>,
-}
-
-/// Arguments of `checks`.
-#[derive(Debug, Args)]
-pub struct CheckStudyArguments {
-    /// Options of every study.
-    #[command(flatten)]
-    pub study: StudyArguments,
-    /// Motion for output error: longitudinal, lateral or both [default: by surface].
-    #[arg(long, value_name = "AXIS", value_parser = axis)]
-    pub axis: Option<MotionAxis>,
-    /// Estimate each manoeuvre by filter error as well.
-    #[arg(long)]
-    pub filter_error: bool,
-}
-
-impl CheckStudyArguments {
-    /// What is checked.
-    pub fn request(&self) -> CheckRequest {
-        CheckRequest { axis: self.axis, filter_error: self.filter_error }
-    }
-}
-
-fn axis(text: &str) -> Result<MotionAxis, String> {
-    let found = MotionAxis::ALL.into_iter().find(|axis| axis.name() == text);
-    found.ok_or_else(|| format!("'{text}' is not a motion: use longitudinal, lateral or both"))
 }
 
 /// Arguments of `lags`.

@@ -1,15 +1,43 @@
 //! Studies from the command line: computed for a session, printed as tables, written beside the results where asked.
 
+use clap::Args;
+use doublet_core::replay::MotionAxis;
 use doublet_engine::report::{self, Outputs};
 use doublet_engine::run::{Control, Snapshot};
 use doublet_engine::session::Session;
-use doublet_engine::study::Study;
+use doublet_engine::study::{CheckRequest, Study};
 use doublet_engine::verdict::Level;
 
 use crate::arguments::StudyArguments;
 use crate::lags;
 use crate::run::computed;
 use crate::text;
+
+/// Arguments of `checks`.
+#[derive(Debug, Args)]
+pub struct CheckStudyArguments {
+    /// Options of every study.
+    #[command(flatten)]
+    pub study: StudyArguments,
+    /// Motion for output error: longitudinal, lateral or both [default: by surface].
+    #[arg(long, value_name = "AXIS", value_parser = axis)]
+    pub axis: Option<MotionAxis>,
+    /// Estimate each manoeuvre by filter error as well.
+    #[arg(long)]
+    pub filter_error: bool,
+}
+
+impl CheckStudyArguments {
+    /// What is checked.
+    pub fn request(&self) -> CheckRequest {
+        CheckRequest { axis: self.axis, filter_error: self.filter_error }
+    }
+}
+
+fn axis(text: &str) -> Result<MotionAxis, String> {
+    let found = MotionAxis::ALL.into_iter().find(|axis| axis.name() == text);
+    found.ok_or_else(|| format!("'{text}' is not a motion: use longitudinal, lateral or both"))
+}
 
 /// Computes one study of a session and prints it.
 ///
