@@ -112,12 +112,15 @@ pub(super) fn moved<'a>(
     })
 }
 
+/// Forms a window along the path of its changed samples.
+type Form<'f, 'a> = dyn Fn(&Used<'a>, (&FilterData, &Reconstruction)) -> Option<WindowAero> + 'f;
+
 /// The windows of `flight` formed along the paths of their changed samples, then the others as computed; none where one of them cannot be.
 fn form_again<'a>(
     session: &Session,
     (used, flight): (&[Used<'a>], &str),
     change: &dyn Fn(&FilterData) -> Option<FilterData>,
-    form: &dyn Fn(&Used<'a>, (&FilterData, &Reconstruction)) -> Option<WindowAero>,
+    form: &Form<'_, 'a>,
 ) -> Option<Vec<AeroWindow<'a>>> {
     let (of_flight, others): (Vec<Used<'a>>, Vec<Used<'a>>) =
         used.iter().copied().partition(|used| used.manoeuvre.flight == flight);
