@@ -53,9 +53,6 @@ fn fly_in_gusts(size: f64, seed: u64) -> [Vec<f64>; 2] {
     let least = [0.0; 5];
     let begin = (&*output.fit.estimates, &least[..]);
     let filter = flight_filter_error(AXIS, (&windows, &freedom), begin, &search, &|| true).unwrap();
-    for noise in &filter.process_noise {
-        println!("{} {:.4} none {}", noise.state, noise.intensity, noise.is_none);
-    }
     [&output, &filter.estimate].map(|found| {
         let errors = entries(AXIS)
             .into_iter()
