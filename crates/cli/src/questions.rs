@@ -90,7 +90,7 @@ fn ask_layout(guessed: &ManualChannelMap) -> Option<Question> {
     let (_, first) = rows().next()?;
     let roles: Vec<String> = rows().map(|(role, row)| format!("'{}' is {}", row.from.channel, role.name())).collect();
     let text = format!(
-        "{}: its columns have no names; their number, order and values are those of {}. By these {}",
+        "{}: number, order and values of the columns match a table of {} without names: {}; check each role",
         first.from.source,
         guessed.recorders.join(", "),
         roles.join(", ")

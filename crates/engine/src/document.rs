@@ -93,10 +93,10 @@ impl Document {
             return Self::open_shipped(name);
         }
         let opened = session::open(path).map_err(|error| in_one_line(path, &error.to_string()))?;
-        Ok(Self::new_at(History::new(opened.session), opened.path, opened.folder, opened.sha256))
+        Ok(Self::from_disk(History::new(opened.session), opened.path, opened.folder, opened.sha256))
     }
 
-    fn new_at(history: History, path: PathBuf, folder: PathBuf, sha256: String) -> Self {
+    fn from_disk(history: History, path: PathBuf, folder: PathBuf, sha256: String) -> Self {
         let on_disk = OnDisk { sha256: Some(sha256), ..OnDisk::default() };
         Self { on_disk, ..Self::new(history, Some(path), folder) }
     }
@@ -134,7 +134,7 @@ impl Document {
             Some(opened) => {
                 let mut history = History::new(opened.session);
                 history.step("recover unsaved work", session);
-                Self::new_at(history, opened.path, opened.folder, opened.sha256)
+                Self::from_disk(history, opened.path, opened.folder, opened.sha256)
             }
             None => Self::new(History::new_unsaved(session), None, autosave.folder.clone()),
         }

@@ -8,7 +8,7 @@ use super::by_hand::{By, ChannelName, ManualChannel, ManualChannelMap};
 use super::by_words::add_names;
 use super::candidates::{Candidate, best, candidates, row};
 use super::foreign_names::{AIRSPEEDS_OF_NO_KIND, FOREIGN_NAMES};
-use super::names::NAMES;
+use super::names::{self, NAMES};
 use super::recorders::{self, Claims};
 use super::runner_up::add_runners_up;
 use super::stated_unit::{name_and_unit, stem_and_unit};
@@ -179,9 +179,7 @@ fn settle_airspeed(map: &mut ManualChannelMap, probes: &[Probe], candidates: &[C
 pub(super) fn is_role_name(name: &str) -> bool {
     let (stem, _) = stem_and_unit(name);
     let (plain, words) = (plain_letters(stem), join_words(stem));
-    let goes_by = |name: &str, names: &[&str]| names.contains(&name);
-    NAMES.iter().any(|(_, names)| goes_by(&plain, names))
-        || FOREIGN_NAMES.iter().any(|(_, names)| goes_by(&words, names))
+    names::is_known(&plain) || FOREIGN_NAMES.iter().any(|(_, names)| names.contains(&words.as_str()))
 }
 
 /// What a row for `role` of the channel `from` starts as: the unit it was recorded in, its name ends in or its values look like.

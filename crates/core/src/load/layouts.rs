@@ -1,9 +1,10 @@
-//! Tables without names of columns whose recorder is known by their number, their order and the values that agree.
+//! Tables without column names, recognised by the number and order of their columns and by columns that must agree.
 
 use serde::Deserialize;
 
 use super::by_physics::is_empty_name;
-use super::contents::{ChannelInfo, Probe};
+use super::contents::Probe;
+use super::motion::fit_line;
 
 /// Least correlation of two columns that hold the same quantity.
 const LEAST_CORRELATION: f64 = 0.98;
@@ -12,7 +13,7 @@ const LEAST_CORRELATION: f64 = 0.98;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Layout {
-    /// What it is called.
+    /// Name of the table in messages.
     pub(super) name: String,
     /// Names of the columns, in their order.
     columns: Vec<String>,
@@ -30,16 +31,16 @@ impl Layout {
         }
         let column = |name: &String| source.channels.get(self.columns.iter().position(|other| other == name)?);
         let agrees = |[first, second]: &[String; 2]| {
-            column(first)
-                .zip(column(second))
-                .is_some_and(|(first, second)| correlation(first.values(), second.values()).abs() >= LEAST_CORRELATION)
+            let (Some(first), Some(second)) = (column(first), column(second)) else { return false };
+            let pairs: Vec<(f64, f64)> = first.values().iter().copied().zip(second.values().iter().copied()).collect();
+            fit_line(&pairs).is_some_and(|(_, correlation)| correlation.abs() >= LEAST_CORRELATION)
         };
         if !self.agree.iter().all(agrees) {
             return None;
         }
         let mut named = probe.clone();
         for (channel, name) in named.sources.iter_mut().flat_map(|source| &mut source.channels).zip(&self.columns) {
-            *channel = ChannelInfo { name: name.clone(), ..channel.clone() };
+            channel.name.clone_from(name);
         }
         Some(named)
     }
@@ -48,20 +49,6 @@ impl Layout {
     pub(super) fn place(&self, name: &str) -> Option<(usize, usize)> {
         Some((self.columns.iter().position(|other| other == name)?, self.columns.len()))
     }
-}
-
-/// Correlation of the samples that are finite in both; 0 where one does not vary.
-fn correlation(first: &[f64], second: &[f64]) -> f64 {
-    let pairs = || first.iter().zip(second).filter(|(a, b)| a.is_finite() && b.is_finite());
-    let count = pairs().count().max(1) as f64;
-    let mean = |take: fn((&f64, &f64)) -> f64| pairs().map(take).sum::<f64>() / count;
-    let (mean_a, mean_b) = (mean(|(a, _)| *a), mean(|(_, b)| *b));
-    let (mut aa, mut ab, mut bb) = (0.0, 0.0, 0.0);
-    for (a, b) in pairs() {
-        let (a, b) = (a - mean_a, b - mean_b);
-        (aa, ab, bb) = (aa + a * a, ab + a * b, bb + b * b);
-    }
-    if aa > 0.0 && bb > 0.0 { ab / (aa * bb).sqrt() } else { 0.0 }
 }
 
 #[cfg(test)]

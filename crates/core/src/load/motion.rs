@@ -216,7 +216,7 @@ pub(super) fn change_correlation(one: &Trace, other: Trace) -> Option<(f64, f64)
     let step = (count / MOST_PAIRS).max(1);
     let pair = |k: usize| (other.values[k + lag] - other.values[k], one.values[k + lag] - one.values[k]);
     let pairs: Vec<(f64, f64)> = (0..count - lag).step_by(step).map(pair).collect();
-    fit(&pairs)
+    fit_line(&pairs)
 }
 
 /// Samples in a span.
@@ -233,7 +233,7 @@ fn lag_of(time_s: &[f64], span_s: f64) -> Option<usize> {
 }
 
 /// Slope through the means and correlation of pairs `x, y`.
-fn fit(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
+pub(super) fn fit_line(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
     let finite = || pairs.iter().filter(|(x, y)| x.is_finite() && y.is_finite());
     let number = finite().count();
     if number < FEWEST_PAIRS {
@@ -396,8 +396,8 @@ pub(super) fn turning(map: &ManualChannelMap, probes: &[Probe]) -> Option<Turnin
             }
         }
     }
-    let rates = pairs.each_ref().map(|pairs| fit(pairs));
-    Some(Turning { rates, heading_by_bank: fit(&turns) })
+    let rates = pairs.each_ref().map(|pairs| fit_line(pairs));
+    Some(Turning { rates, heading_by_bank: fit_line(&turns) })
 }
 
 /// Correlation of the change of heading with the bank, where one makes the other as an aeroplane's turn does.
@@ -510,9 +510,12 @@ fn turn_left_up(map: &mut ManualChannelMap, rates: [f64; 3], is_known: [bool; 3]
         }
         _ => {
             let pairs = [[Role::PitchRate, Role::PitchAngle], [Role::YawRate, Role::HeadingAngle]];
-            let open = pairs.iter().zip(&is_known[1..]).filter(|(_, is_known)| !**is_known).map(|(pair, _)| pair);
-            open.clone().for_each(|pair| ask(map, pair));
-            if open.count() == pairs.len() {
+            for (pair, is_known) in pairs.iter().zip(&is_known[1..]) {
+                if !is_known {
+                    ask(map, pair);
+                }
+            }
+            if is_known[1..] == [false; 2] {
                 ask(map, &[Role::SpecificForceY]);
             }
         }
@@ -554,7 +557,7 @@ fn pitch_sign(map: &ManualChannelMap, probes: &[Probe]) -> Option<f64> {
             .step_by(step)
             .map(|(pitch, force)| (STANDARD_GRAVITY_M_S2 * pitch.sin(), *force))
             .collect();
-        let (slope, correlation) = fit(&pairs)?;
+        let (slope, correlation) = fit_line(&pairs)?;
         (0.5..2.0).contains(&slope.abs()).then_some(correlation)
     };
     by_climb().filter(|correlation| correlation.abs() > ANGLE_CORRELATION).or_else(by_force)

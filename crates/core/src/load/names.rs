@@ -146,6 +146,11 @@ pub(super) const NAMES: &[RoleNames] = &[
     ]),
 ];
 
+/// Whether small letters without separators are a name of a role.
+pub(super) fn is_known(plain: &str) -> bool {
+    NAMES.iter().any(|(_, names)| names.contains(&plain))
+}
+
 /// Names of ailerons: their common deflection first, then the right one, whose trailing edge down is positive, then the left one, turned.
 pub(super) const AILERON: &[&str] = &[
     "deltaa",

@@ -42,15 +42,15 @@ pub(super) fn settle(map: &mut ManualChannelMap, probes: &[Probe]) {
     drop_per_cent(map, probes);
 }
 
-/// Leaves out engine speeds in revolutions per minute that no engine turns as slowly as: per cent of the largest speed.
+/// Leaves out engine speeds in rpm below those of any engine: they are per cent of its largest speed.
 fn drop_per_cent(map: &mut ManualChannelMap, probes: &[Probe]) {
-    /// Speeds that an engine reaches in flight, in per cent of its largest.
+    /// Largest value of a flight, in per cent.
     const REACHED: std::ops::Range<f64> = 20.0..130.0;
     for role in [Role::EngineSpeed1, Role::EngineSpeed2] {
-        let Some(row) = map.row(role).filter(|row| matches!(row.by, By::Name | By::Axes)).cloned() else { continue };
+        let Some(row) = map.row(role).filter(|row| row.by == By::Name).cloned() else { continue };
         let is_rpm = row.unit.is_some_and(|unit| unit.symbol == "rpm");
         if is_rpm && row.values(probes).is_some_and(|values| REACHED.contains(&values.greatest)) {
-            map.left_out.push((row.from, format!("below {}: per cent, not rpm", REACHED.end)));
+            map.left_out.push((row.from, format!("all values below {}: per cent, not rpm", REACHED.end)));
             map.set(role, None);
         }
     }

@@ -1,7 +1,7 @@
 //! Units that channels state, beside their name or at the end of it.
 
 use super::contents::ChannelInfo;
-use super::names::NAMES;
+use super::names::{self, NAMES};
 use super::text_layout::split_unit;
 use super::words::plain_letters;
 use crate::quantity::{Dimension, Role, Unit};
@@ -126,7 +126,7 @@ pub(super) fn name_and_unit(name: &str) -> (String, Option<Unit>) {
     }
     if let Some((_, ending)) = name.rsplit_once(['_', ' ', '-'])
         && let Some(unit) = unit_word(ending)
-        && is_role_name(&plain_letters(&name))
+        && names::is_known(&plain_letters(&name))
     {
         // `engine rpm`: the unit is a part of the name of its role.
         return (name, Some(unit));
@@ -144,11 +144,6 @@ pub(super) fn name_and_unit(name: &str) -> (String, Option<Unit>) {
     }
 }
 
-/// Whether letters are a name of a role.
-fn is_role_name(plain: &str) -> bool {
-    NAMES.iter().any(|(_, names)| names.contains(&plain))
-}
-
 /// A name that is the one of a role and, right behind it, a unit that the role can have.
 fn split_glued(name: &str) -> (String, Option<Unit>) {
     let plain = plain_letters(name);
@@ -158,7 +153,7 @@ fn split_glued(name: &str) -> (String, Option<Unit>) {
         let has = |(role, names): &(Role, &'static [&'static str])| {
             role.dimension() == unit.dimension && names.contains(&stem)
         };
-        (!is_role_name(&plain) && NAMES.iter().any(has)).then(|| (stem.to_owned(), Some(unit)))
+        (!names::is_known(&plain) && NAMES.iter().any(has)).then(|| (stem.to_owned(), Some(unit)))
     };
     GLUED.iter().find_map(split).unwrap_or_else(|| (name.to_owned(), None))
 }

@@ -127,8 +127,8 @@ impl FollowedFlight {
     }
 }
 
-/// Output error over one window, and filter error from there where it is asked for: derivatives of `axis` that its own fit has are free, those it cannot tell about stay as pooled;
-/// the other axis moves as reconstructed.
+/// Output error over one window and, where asked for, filter error from its estimates. Derivatives of `axis` that the window's own fit contains
+/// are free, the others keep their pooled values; the other axis moves as reconstructed.
 pub(super) fn follow(
     input: &StudyInput<'_>,
     window: &StudyWindow<'_>,
@@ -143,7 +143,7 @@ pub(super) fn follow(
         return Err("the manoeuvre has no fit of this axis to start from".into());
     }
     let compared = Compared { axis, settings, aero, path, flight: &ready };
-    let windows = [FlightWindow {
+    let mut windows = [FlightWindow {
         label: window.manoeuvre.name.clone(),
         replay: &ready.replay,
         start: ready.start,
@@ -168,12 +168,10 @@ pub(super) fn follow(
     errors.for_each(|(error, variance)| *error = error.hypot(variance.max(0.0).sqrt()));
     let mut flight = compared.flight(&windows[0].measured, &freedom, &found);
     flight.filter_error = by_filter.then(|| {
-        let [window_flown] = windows;
-        let recorded =
-            [FlightWindow { measured: compared.recorded(&window.path, &window_flown.measured), ..window_flown }];
+        windows[0].measured = compared.recorded(&window.path, &windows[0].measured);
         let least: Vec<f64> = axis.outputs().iter().map(|&output| compared.least_noise(&window.path, output)).collect();
         let begin = (&*found.fit.estimates, &*least);
-        let filter = flight_filter_error(axis, (&recorded, &freedom), begin, &search, &go_on).map_err(in_words)?;
+        let filter = flight_filter_error(axis, (&windows, &freedom), begin, &search, &go_on).map_err(in_words)?;
         let derivatives = checked(&filter.estimate).take(freedom.shared.len()).collect();
         Ok(FilteredFlight { derivatives, process_noise: filter.process_noise })
     });

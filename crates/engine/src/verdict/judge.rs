@@ -152,7 +152,7 @@ impl<'a> Evidence<'a> {
 
 /// Judges everything a run computed from `session`. What is missing in `snapshot` is judged as not computed.
 pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
-    let plausible = Plausible::find(session, snapshot);
+    let plausible = Plausible::new(session, snapshot);
     let evidence = Evidence {
         session,
         snapshot,

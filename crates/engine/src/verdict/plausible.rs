@@ -110,7 +110,7 @@ pub(super) struct Plausible {
 }
 
 impl Plausible {
-    pub(super) fn find(session: &Session, snapshot: &Snapshot) -> Self {
+    pub(super) fn new(session: &Session, snapshot: &Snapshot) -> Self {
         let aircraft = snapshot.aircraft.ready();
         Self { own: session.plausible.clone(), geometry: aircraft.map(|loaded| loaded.aircraft.reference) }
     }

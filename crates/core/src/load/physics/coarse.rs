@@ -19,7 +19,7 @@ struct Unit {
 }
 
 impl Unit {
-    fn find(values: Vec<f64>) -> Self {
+    fn normalise(values: Vec<f64>) -> Self {
         let finite = values.iter().filter(|value| value.is_finite());
         let (sum, count) = finite.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
         let mean: f64 = if count > 0.0 { sum / count } else { 0.0 };
@@ -64,13 +64,13 @@ pub fn triples(
 ) -> Vec<Triple> {
     let step = windows.count.div_ceil(COARSE).max(1);
     let thin = |values: &[f64]| -> Vec<f64> { values.iter().copied().step_by(step).collect() };
-    let units: Vec<Unit> = rates.iter().map(|j| Unit::find(thin(&windows.columns[*j].mean))).collect();
+    let units: Vec<Unit> = rates.iter().map(|j| Unit::normalise(thin(&windows.columns[*j].mean))).collect();
     let mut all: Vec<Triple> = Vec::new();
     for (unit, columns) in angles.into_iter().enumerate() {
         let scale = 1.0 / ANGLES[unit].1;
         let angle = |&column: &usize| {
             let (mean, slope) = (thin(&windows.columns[column].mean), thin(&windows.columns[column].slope));
-            let plain = Unit::find(slope.clone());
+            let plain = Unit::normalise(slope.clone());
             Angle {
                 column,
                 sin: mean.iter().map(|value| (scale * value).sin()).collect(),
@@ -107,7 +107,7 @@ fn score(angles: [&Angle; 3], rates: &[usize], units: &[Unit], independent: f64)
             1 => theta.slope[k] * phi.cos[k] + psi.slope[k] * phi.sin[k] * theta.cos[k],
             _ => psi.slope[k] * phi.cos[k] * theta.cos[k] - theta.slope[k] * phi.sin[k],
         });
-        let made = Unit::find(made.collect());
+        let made = Unit::normalise(made.collect());
         let mut best = (0.0, 0, 0.0);
         for (j, rate) in units.iter().enumerate() {
             let correlation = made.correlate(rate);
