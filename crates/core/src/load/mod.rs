@@ -25,6 +25,7 @@ mod expected;
 mod file;
 mod find_clocks;
 mod finish;
+mod flysight;
 mod foreign_names;
 mod guess;
 mod guess_frames;
@@ -64,6 +65,7 @@ mod tokens;
 mod ulog;
 mod user_names;
 mod utc;
+mod vbox;
 mod vectors;
 mod words;
 

@@ -227,6 +227,9 @@ fn settle_fixes(map: &mut ManualChannelMap, probes: &[Probe]) {
         let is_place = most(one) <= 90.0 && most(other) <= 360.0;
         if is_place {
             give(map, probes, &roles, "deg");
+        } else {
+            let why = "beyond 90 degrees of latitude or 360 of longitude: state its unit and scale";
+            roles.into_iter().for_each(|role| leave_out(map, role, why));
         }
     } else if let Some(speed) = speed_in_radians(latitude, longitude, probes) {
         if speed > SPEEDS_M_S[1] {

@@ -145,6 +145,9 @@ const SHIPPED: &[&str] = shipped![
     "dashlink",
     "datcon",
     "phone_logger",
+    "racechrono",
+    "vbox",
+    "flysight",
 ];
 
 /// The recorders that come with the program.

@@ -1,6 +1,7 @@
 //! Times written with colons: of the day, or with their date.
 
 use super::utc;
+use crate::statistics::median;
 
 /// Bytes of the longest cell that is read as a time.
 const LONGEST: usize = 40;
@@ -55,6 +56,34 @@ impl Stamp {
     }
 }
 
+/// Turns times of day written as numbers `hhmmss.ss` (receivers of satellites do) into seconds since midnight; whether they are such.
+///
+/// They are where no number has more than 59 seconds or minutes and the steps are even across full minutes in this reading alone.
+pub(super) fn read_digits(values: &mut [f64]) -> bool {
+    /// What a number leaps at a full minute beyond its step.
+    const LEAP: f64 = 40.0;
+    let parts = |value: f64| [value.rem_euclid(100.0), (value / 100.0).floor().rem_euclid(100.0)];
+    let is_time = |value: f64| (0.0..240_000.0).contains(&value) && parts(value).iter().all(|part| *part < 60.0);
+    let seconds = |value: f64| {
+        let [second, minute] = parts(value);
+        (value / 10_000.0).floor() * 3600.0 + minute * 60.0 + second
+    };
+    let finite = || values.iter().copied().filter(|value| value.is_finite());
+    if !finite().all(is_time) {
+        return false;
+    }
+    let pairs = || finite().zip(finite().skip(1)).filter(|(before, after)| after > before);
+    let mut steps: Vec<f64> = pairs().map(|(before, after)| seconds(after) - seconds(before)).collect();
+    let Some(step) = median(&mut steps).filter(|step| (0.0..0.25 * LEAP).contains(step)) else { return false };
+    let leaps: Vec<_> = pairs().filter(|(before, after)| after - before >= LEAP).collect();
+    let even = leaps.iter().filter(|(before, after)| seconds(*after) - seconds(*before) < 1.5 * step).count();
+    let is_even = !leaps.is_empty() && 2 * even > leaps.len();
+    if is_even {
+        values.iter_mut().for_each(|value| *value = seconds(*value));
+    }
+    is_even
+}
+
 /// Seconds of a time of day `hh:mm:ss` or `hh:mm:ss.fff`.
 fn time_of_day(text: &str) -> Option<f64> {
     let mut parts = text.split(':');
@@ -68,6 +97,24 @@ fn time_of_day(text: &str) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn times_of_day_written_as_numbers_are_told_from_seconds() {
+        let digits = |second: f64| {
+            let (hour, minute) = ((second / 3600.0).floor(), (second / 60.0).floor() % 60.0);
+            hour * 1e4 + minute * 100.0 + second % 60.0
+        };
+        let wanted: Vec<f64> = (0..2000).map(|k| 35_930.0 + 0.1 * f64::from(k)).collect();
+        let mut values: Vec<f64> = wanted.iter().map(|second| digits(*second)).collect();
+        assert!(read_digits(&mut values));
+        let worst = values.iter().zip(&wanted).map(|(value, wanted)| (value - wanted).abs()).fold(0.0, f64::max);
+        assert!(worst < 1e-6, "{worst}");
+        for (start, step) in [(0.0, 0.1), (95_800.0, 1.0), (100_000.0, 0.02), (0.0, 60.0), (0.0, 100.0)] {
+            let mut seconds: Vec<f64> = (0..2000).map(|k| start + step * f64::from(k)).collect();
+            assert!(!read_digits(&mut seconds), "{start} {step}");
+        }
+        assert!(!read_digits(&mut [f64::NAN; 4]) && !read_digits(&mut []));
+    }
 
     #[test]
     fn times_are_read_with_either_mark_of_decimals_with_and_without_a_date() {

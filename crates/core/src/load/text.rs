@@ -7,8 +7,9 @@ use super::LoadError;
 use super::contents::{ChannelInfo, Format, Probe, Source, one_line};
 use super::find_clocks::{find_clocks, is_time_name};
 use super::finish::{finish, stem};
-use super::stamp::Stamp;
+use super::stamp::{Stamp, read_digits};
 use super::text_layout::{Separator, TextLayout, number, opens_quote};
+use super::{flysight, vbox};
 
 /// Part of the filled cells of a column that must be numbers for it to be a channel.
 const NUMERIC_SHARE: f64 = 0.5;
@@ -29,6 +30,9 @@ pub(super) fn sources(path: &Path, contents: &[u8]) -> Result<Contents, LoadErro
         return Err(reason("binary data of an unknown kind"));
     }
     let contents = &*with_line_feeds(contents);
+    if flysight::is_such(contents) {
+        return tables_of(path, contents);
+    }
     let layout = TextLayout::find(contents).ok_or_else(|| reason("text without a table of numbers"))?;
     let mut table = Table::new(path, &layout);
     table.read(&contents[layout.data_at..])?;
@@ -37,6 +41,7 @@ pub(super) fn sources(path: &Path, contents: &[u8]) -> Result<Contents, LoadErro
     source.notes =
         layout.notes.iter().enumerate().map(|(line, text)| (format!("line {}", line + 1), text.clone())).collect();
     table.into_channels(&mut source, &mut warnings);
+    vbox::settle(&mut source);
     Ok((layout.format(), vec![source], warnings))
 }
 
@@ -65,6 +70,21 @@ pub(super) fn columns_of(path: &Path, layout: &TextLayout, lines: &[u8]) -> Resu
     let mut table = Table::new(path, layout);
     table.read(lines.strip_suffix(b"\n").unwrap_or(lines))?;
     Ok(table.columns.into_iter().map(|column| column.values).collect())
+}
+
+/// A source per table of a text whose rows are headed by the names of their tables.
+fn tables_of(path: &Path, contents: &[u8]) -> Result<Contents, LoadError> {
+    let (tables, notes) = flysight::split_tables(contents);
+    let (mut sources, mut warnings) = (Vec::new(), Vec::new());
+    for (name, layout, lines) in tables {
+        let mut table = Table::new(path, &layout);
+        table.read(&lines)?;
+        let mut source = Source::new(name);
+        source.notes.clone_from(&notes);
+        table.into_channels(&mut source, &mut warnings);
+        sources.push(source);
+    }
+    Ok((Format::DelimitedText, sources, warnings))
 }
 
 /// A folder of one file per channel: one source named after the folder, channels named after the files.
@@ -275,6 +295,13 @@ impl<'l> Table<'l> {
                     "'{name}': {count} cells are {mark}, all others within +-{largest:.4}: they are taken for no value"
                 ));
             }
+            let may_be_digits = !is_time_of_day && is_time_name(&name);
+            let states_none = unit.as_deref().is_none_or(|unit| unit.to_lowercase().starts_with("hhmmss"));
+            let is_digits = may_be_digits && states_none && read_digits(&mut values);
+            if is_digits {
+                warnings.push(format!("'{name}' is written as hhmmss: it is read as times of day"));
+            }
+            let is_time_of_day = is_time_of_day || is_digits;
             if is_time_of_day {
                 unit = Some("s".to_owned());
                 let midnights = if column.dated > 0 { 0 } else { pass_midnight(&mut values) };

@@ -69,6 +69,7 @@ impl TextLayout {
             };
             let numbers_columns = || before.iter().all(|row| row.len() != columns) && is_numbering(&cells);
             if cells.len() == columns && is_data(&cells, decimal_comma) && !numbers_columns() {
+                before.iter_mut().for_each(|row| widen(row, separator, columns));
                 let (names, units, notes) = header(&before, separator, columns);
                 let data_line = index + 1;
                 return Some(Self { separator, decimal_comma, names, units, columns, data_at: at, data_line, notes });
@@ -78,6 +79,24 @@ impl TextLayout {
             index += joined;
         }
         None
+    }
+}
+
+/// Gives a row of names as many cells as the rows of numbers have, where it parts them by commas and those by blanks, or where one word
+/// stands for date and time or for week and second (tables of RTKLIB).
+fn widen(row: &mut Vec<String>, separator: Separator, columns: usize) {
+    const DATE_AND_TIME: [&str; 3] = ["GPST", "UTC", "JST"];
+    if separator != Separator::Blanks || row.len() == columns {
+        return;
+    }
+    if row.len() + 1 == columns && DATE_AND_TIME.contains(&row[0].as_str()) {
+        row.insert(0, "date or week".to_owned());
+        return;
+    }
+    let joined = row.join(" ");
+    let named: Vec<String> = joined.split(',').map(|cell| cell.trim().to_owned()).collect();
+    if named.len() == columns && named.iter().all(|cell| !cell.is_empty()) {
+        *row = named;
     }
 }
 
@@ -194,16 +213,26 @@ fn header(
     };
     // Loggers of Campbell Scientific (TOA5) write the units between names and kinds of aggregation.
     let has_aggregation = before.iter().any(|cells| is_aggregation(cells));
-    let mut rows: Vec<usize> = (0..before.len()).filter(|&line| is_row(&&before[line])).rev().take(2).collect();
+    let mut rows: Vec<usize> = (0..before.len()).filter(|&line| is_row(&&before[line])).rev().take(3).collect();
     let is_unit = |cell: &String| {
         let is_bracketed =
             (cell.starts_with('(') && cell.ends_with(')')) || (cell.starts_with('[') && cell.ends_with(']'));
         cell.is_empty() || cell == "-" || is_bracketed || Unit::parse(cell).is_ok_and(|unit| unit.symbol != "-")
     };
     let filled = |line: usize| before[line].iter().filter(|cell| !cell.is_empty()).count();
+    let known = |line: usize| before[line].iter().filter(|cell| !cell.is_empty() && is_unit(cell)).count();
+    if let [last, above, names] = rows[..] {
+        // Telephones (RaceChrono) write names, units and then the sensors, many columns from one.
+        let sensors: std::collections::BTreeSet<&String> = before[last].iter().collect();
+        let is_of_sensors = 2 * sensors.len() <= columns && 2 * known(last) < filled(last);
+        let has_units = known(above) > columns / 4 && 2 * known(above) >= filled(above) && filled(names) == columns;
+        if is_of_sensors && has_units {
+            rows.remove(0);
+        }
+    }
+    rows.truncate(2);
     let mut units = vec![None; columns];
     if let [last, above] = rows[..] {
-        let known = |line: usize| before[line].iter().filter(|cell| !cell.is_empty() && is_unit(cell)).count();
         let is_comment = before[above].first().is_some_and(|cell| cell.starts_with('#'));
         // A row of names may hold a letter that is also a unit (t, m, g); the row below names has units in most cells.
         let as_units = |line: usize| {
@@ -384,6 +413,26 @@ mod tests {
         assert_eq!(layout("1,2,3,5\n").data_line, 1);
         let named = layout("a,b,c,d\n1,2,3,4\n");
         assert_eq!((named.names[0].as_str(), named.data_line), ("a", 2));
+    }
+
+    #[test]
+    fn a_row_of_names_may_be_parted_otherwise_than_the_numbers() {
+        let names = |text: &str| TextLayout::find(text.as_bytes()).unwrap().names;
+        let row = "2024/05/12 10:22:40.000 52.1 4.3 600.0 1\n";
+        let rtklib = format!("% (x=1)\n%  GPST   latitude(deg) longitude(deg) height(m) Q\n{row}{row}{row}");
+        assert_eq!(names(&rtklib), ["date or week", "GPST", "latitude", "longitude", "height", "Q"]);
+        let office = "Date: 2024\nTIME, EAST VELOCITY, ROLL\n\n 1.5 2.5 3.5\n 1.6 2.5 3.5\n 1.7 2.5 3.5\n";
+        assert_eq!(names(office), ["TIME", "EAST VELOCITY", "ROLL"]);
+    }
+
+    #[test]
+    fn a_row_of_sensors_below_the_units_is_left_out() {
+        let row = "1.0,0.1,50.0,181.0,1.5,2.5\n1.1,0.2,50.0,181.0,1.5,2.5\n1.2,0.3,50.0,181.0,1.5,2.5\n";
+        let text =
+            format!("time,elapsed,speed,bearing,x_rate,y_rate\ns,s,m/s,deg,deg/s,deg/s\n,,100: gps,100: gps,,\n{row}");
+        let layout = TextLayout::find(text.as_bytes()).unwrap();
+        assert_eq!(layout.names, ["time", "elapsed", "speed", "bearing", "x_rate", "y_rate"]);
+        assert_eq!(layout.units.iter().flatten().collect::<Vec<_>>(), ["s", "s", "m/s", "deg", "deg/s", "deg/s"]);
     }
 
     #[test]
