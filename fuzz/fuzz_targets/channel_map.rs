@@ -1,3 +1,3 @@
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| doublet_fuzz::channel_map(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| doublet_fuzz::call("channel_map", data));

@@ -1,3 +1,3 @@
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| doublet_fuzz::mdf4(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| doublet_fuzz::call("mdf4", data));

@@ -1,3 +1,3 @@
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| doublet_fuzz::whole_path(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| doublet_fuzz::call("whole_path", data));

@@ -2,31 +2,22 @@
 
 mod whole_path;
 
-use std::io::Write;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use doublet_core::load::stream::{JsonDecoder, MavlinkDecoder, StreamMap, TextDecoder};
-use doublet_core::load::{ChannelMap, aircraft, datcom, inspect, instruments, plan, propulsion_maps, read};
+use doublet_core::load::{ChannelMap, FORMATS, aircraft, datcom, inspect, instruments, plan, propulsion_maps, read};
 use doublet_core::prep::Expression;
 use doublet_engine::session;
 
-pub use whole_path::whole_path;
+use whole_path::whole_path;
 
 /// A function that takes whatever bytes there are.
-pub type Target = fn(&[u8]);
+type Target = fn(&[u8]);
 
-/// Every function by its name.
-pub const TARGETS: [(&str, Target); 18] = [
-    ("hdf5", hdf5),
-    ("mat", mat),
-    ("csv", csv),
-    ("ulog", ulog),
-    ("dataflash", dataflash),
-    ("tdms", tdms),
-    ("mdf4", mdf4),
-    ("mcap", mcap),
-    ("parquet", parquet),
+/// What is fuzzed beside recordings.
+const OTHERS: [(&str, Target); 9] = [
     ("datcom_listing", datcom_listing),
     ("session", session),
     ("aircraft", aircraft),
@@ -38,27 +29,26 @@ pub const TARGETS: [(&str, Target); 18] = [
     ("whole_path", whole_path),
 ];
 
+/// Names of all targets: those of the formats of recordings, then the others.
+pub fn targets() -> Vec<&'static str> {
+    let formats: BTreeSet<&str> = FORMATS.iter().map(|format| format.fuzz_target).collect();
+    formats.into_iter().chain(OTHERS.map(|(name, _)| name)).collect()
+}
+
+/// Calls the target `name` with `data`.
+pub fn call(name: &str, data: &[u8]) {
+    match OTHERS.iter().find(|(other, _)| *other == name) {
+        Some((_, target)) => target(data),
+        None => recordings(name, data),
+    }
+}
+
 /// The channel maps that every recording is read by.
 static MAPS: LazyLock<Vec<ChannelMap>> =
     LazyLock::new(|| ChannelMap::shipped().iter().filter_map(|(_, text)| ChannelMap::parse(text).ok()).collect());
 
-/// HDF5 and MAT v7.3.
-pub fn hdf5(data: &[u8]) {
-    recording("h5", &[b"\x89HDF\r\n\x1a\n"], data);
-}
-
-/// MAT v5.
-pub fn mat(data: &[u8]) {
-    recording("mat", &[b"MATLAB 5.0 MAT-file", &[b' '; 97]], data);
-}
-
-/// Delimited text and text columns.
-pub fn csv(data: &[u8]) {
-    recording("csv", &[], data);
-}
-
 /// Streams: MAVLink packets, lines of text and of JSON, in pieces whose size the first byte tells.
-pub fn stream(data: &[u8]) {
+fn stream(data: &[u8]) {
     let Some((&size, data)) = data.split_first() else { return };
     let (mut mavlink, mut text, mut json) =
         (MavlinkDecoder::default(), TextDecoder::new("stream"), JsonDecoder::default());
@@ -76,46 +66,15 @@ pub fn stream(data: &[u8]) {
     }
 }
 
-/// PX4 logs.
-pub fn ulog(data: &[u8]) {
-    recording("ulg", &[b"ULog\x01\x12\x35"], data);
-}
-
-/// ArduPilot logs, binary and as text.
-pub fn dataflash(data: &[u8]) {
-    recording("bin", &[b"\xa3\x95\x80\x80\x59FMT\0"], data);
-    recording("log", &[b"FMT, 128, 89, FMT,"], data);
-}
-
-/// LabVIEW files.
-pub fn tdms(data: &[u8]) {
-    recording("tdms", &[b"TDSm"], data);
-}
-
-/// ASAM MDF files.
-pub fn mdf4(data: &[u8]) {
-    recording("mf4", &[b"MDF     4.10    "], data);
-}
-
-/// Recordings of messages.
-pub fn mcap(data: &[u8]) {
-    recording("mcap", &[b"\x89MCAP0\r\n"], data);
-}
-
-/// Parquet tables.
-pub fn parquet(data: &[u8]) {
-    recording("parquet", &[b"PAR1"], data);
-}
-
 /// Digital DATCOM listings.
-pub fn datcom_listing(data: &[u8]) {
+fn datcom_listing(data: &[u8]) {
     if let Ok(listing) = datcom::DatcomListing::parse(&String::from_utf8_lossy(data)) {
         let _ = (listing.level_flight_alpha_rad(), format!("{:?}", listing.warnings));
     }
 }
 
 /// Sessions; one that is understood is written and read back the same.
-pub fn session(data: &[u8]) {
+fn session(data: &[u8]) {
     let Ok(session) = session::parse(&String::from_utf8_lossy(data)) else { return };
     let _ = session::check(&session);
     let text = session::print(&session).expect("a session has a saved form");
@@ -125,43 +84,55 @@ pub fn session(data: &[u8]) {
 }
 
 /// Aircraft files.
-pub fn aircraft(data: &[u8]) {
+fn aircraft(data: &[u8]) {
     let _ = aircraft::parse(&String::from_utf8_lossy(data));
 }
 
 /// Instruments files.
-pub fn instruments(data: &[u8]) {
+fn instruments(data: &[u8]) {
     let _ = instruments::parse(&String::from_utf8_lossy(data));
 }
 
 /// Channel maps.
-pub fn channel_map(data: &[u8]) {
+fn channel_map(data: &[u8]) {
     let _ = ChannelMap::parse(&String::from_utf8_lossy(data));
 }
 
 /// Engine charts and propeller maps.
-pub fn propulsion_maps(data: &[u8]) {
+fn propulsion_maps(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
     let _ = propulsion_maps::parse_engine_chart(&text, Path::new("chart.toml"));
     let _ = propulsion_maps::parse_propeller_map(&text, Path::new("propeller.toml"));
 }
 
 /// Channels by expression; one that is understood has a value.
-pub fn expression(data: &[u8]) {
+fn expression(data: &[u8]) {
     if let Ok(expression) = Expression::parse(&String::from_utf8_lossy(data)) {
         let _ = expression.value(|index| index as f64, &mut Vec::new());
     }
 }
 
-/// Lists, inspects and reads a recording: `data` as it is where it has the `magic` of its format, else behind it.
-fn recording(extension: &str, magic: &[&[u8]], data: &[u8]) {
-    let path = scratch(extension);
-    let mut file = std::fs::File::create(&path).expect("the scratch file can be written");
-    if magic.first().is_some_and(|start| !data.starts_with(start)) {
-        magic.iter().for_each(|part| file.write_all(part).expect("the scratch file can be written"));
+/// Reads `data` as recordings of the formats of a target: as they are where they have a mark of the format, else with each mark put in.
+fn recordings(target: &str, data: &[u8]) {
+    for format in FORMATS.iter().filter(|format| format.fuzz_target == target) {
+        let extension = format.endings.first().copied().unwrap_or("csv");
+        let has_mark =
+            |mark: &[u8]| format.at.iter().any(|at| data.get(*at..).is_some_and(|rest| rest.starts_with(mark)));
+        if format.marks.is_empty() || format.marks.iter().any(|mark| has_mark(mark)) {
+            recording(extension, data);
+            continue;
+        }
+        for mark in format.marks {
+            let before = vec![b' '; format.at[0]];
+            recording(extension, &[&before, *mark, data].concat());
+        }
     }
-    file.write_all(data).expect("the scratch file can be written");
-    drop(file);
+}
+
+/// Lists, inspects and reads a recording.
+fn recording(extension: &str, data: &[u8]) {
+    let path = scratch(extension);
+    std::fs::write(&path, data).expect("the scratch file can be written");
     if let Ok(probe) = inspect(&path) {
         for map in MAPS.iter() {
             let _ = read(&plan(&probe, map));

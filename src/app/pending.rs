@@ -1,9 +1,11 @@
 //! What waits for an answer: a file asked for, a step that would lose unsaved changes.
 
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use doublet_core::load::FORMATS;
 use doublet_engine::aircraft;
 use doublet_engine::builtin;
 use doublet_engine::calibrate;
@@ -26,15 +28,10 @@ const LONGEST_NAME: usize = 48;
 /// Folders of sessions opened last that a dialog offers.
 const MOST_PLACES: usize = 4;
 
-/// Usual endings of recordings; what a file is its contents tell.
-const RECORDINGS: [&str; 18] = [
-    "csv", "txt", "tsv", "dat", "mat", "h5", "hdf5", "nc", "ulg", "bin", "log", "tlog", "mf4", "mdf", "tdms", "mcap",
-    "parquet", "out",
-];
-
-/// Endings of the recordings a dialog offers.
+/// Endings of the recordings that a dialog offers, telemetry logs among them; what a file is, its contents show.
 fn recordings() -> Vec<String> {
-    RECORDINGS.map(str::to_owned).to_vec()
+    let endings = FORMATS.iter().flat_map(|format| format.endings).copied().chain(["tlog"]);
+    endings.collect::<BTreeSet<_>>().into_iter().map(str::to_owned).collect()
 }
 
 /// A step that leaves the present session.

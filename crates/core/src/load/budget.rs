@@ -4,7 +4,8 @@ use std::cell::Cell;
 use std::path::Path;
 use std::sync::LazyLock;
 
-use super::{Format, LoadError};
+use crate::load::error::LoadError;
+use crate::load::format::Format;
 
 /// Environment variable that sets the budget, in megabytes (1e6 bytes).
 pub const BUDGET_VARIABLE: &str = "DOUBLET_UNPACK_MB";
@@ -45,7 +46,7 @@ fn address_space(text: &str) -> Option<u64> {
 }
 
 /// What is left of the budget of one file.
-pub(super) struct Budget<'p> {
+pub(crate) struct Budget<'p> {
     path: &'p Path,
     format: Format,
     all: u64,

@@ -86,12 +86,12 @@ pub struct Clock {
     /// Whether its stamps make a recording of flight in more than one unit, so that nothing but an answer tells which.
     pub is_unit_ambiguous: bool,
     /// Index of the channel in its source; `None` for a computed clock.
-    pub(super) index: Option<usize>,
+    pub(crate) index: Option<usize>,
 }
 
 impl Clock {
     /// What the stamps `time_s` of `channel`, recorded in `unit`, show.
-    pub(super) fn examine(channel: &str, index: usize, unit: Unit, time_s: &[f64]) -> Self {
+    pub(crate) fn examine(channel: &str, index: usize, unit: Unit, time_s: &[f64]) -> Self {
         let mut intervals = Vec::with_capacity(time_s.len());
         let mut faults = Vec::new();
         let mut fault_count = 0;
@@ -144,7 +144,7 @@ impl Clock {
     }
 
     /// Median interval, s; zero with fewer than two stamps.
-    pub(super) fn interval_s(&self) -> f64 {
+    pub(crate) fn interval_s(&self) -> f64 {
         if self.rate_hz > 0.0 { 1.0 / self.rate_hz } else { 0.0 }
     }
 }
@@ -160,7 +160,7 @@ fn coarse(channel: &str, start_s: f64, rate_hz: f64, stamps: usize, samples: usi
 }
 
 /// What is wrong with stamp `time` after `latest`, if anything.
-pub(super) fn fault_at(index: usize, time_s: f64, latest_s: f64) -> Option<TimeFault> {
+pub(crate) fn fault_at(index: usize, time_s: f64, latest_s: f64) -> Option<TimeFault> {
     if !time_s.is_finite() {
         Some(TimeFault::NotFinite { index })
     } else if time_s == latest_s {

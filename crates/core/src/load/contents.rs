@@ -1,58 +1,10 @@
 //! What a recording holds: sources, channels, clocks.
 
-use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::clock::Clock;
-
-/// File format, recognised by content.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
-    /// MATLAB level 5 MAT-file (version 7 and earlier).
-    MatV5,
-    /// MATLAB version 7.3 MAT-file, an HDF5 file.
-    MatV73,
-    /// Hierarchical Data Format 5.
-    Hdf5,
-    /// Text with a separator between cells: comma, semicolon or tab.
-    DelimitedText,
-    /// Text in columns separated by blanks.
-    TextColumns,
-    /// PX4 flight log.
-    ULog,
-    /// ArduPilot flight log, binary or as text.
-    DataFlash,
-    /// LabVIEW measurement file.
-    Tdms,
-    /// ASAM measurement file, version 4.
-    Mdf4,
-    /// Recording of messages by topic.
-    Mcap,
-    /// Apache Parquet table.
-    Parquet,
-    /// Folder with one delimited text file per channel.
-    Folder,
-}
-
-impl fmt::Display for Format {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::MatV5 => "MAT v5",
-            Self::MatV73 => "MAT v7.3",
-            Self::Hdf5 => "HDF5",
-            Self::DelimitedText => "delimited text",
-            Self::TextColumns => "text columns",
-            Self::ULog => "ULog",
-            Self::DataFlash => "DataFlash",
-            Self::Tdms => "TDMS",
-            Self::Mdf4 => "MDF 4",
-            Self::Mcap => "MCAP",
-            Self::Parquet => "Parquet",
-            Self::Folder => "folder of CSV files",
-        })
-    }
-}
+use crate::load::clock::Clock;
+use crate::load::format::Format;
 
 /// What a file or folder holds.
 #[derive(Clone, Debug)]
@@ -83,9 +35,9 @@ pub struct Source {
     /// Rate, Hz, that goes with it.
     pub sample_rate_hz: Option<f64>,
     /// Index of the channel that is the first column of a text table.
-    pub(super) first_column: Option<usize>,
+    pub(crate) first_column: Option<usize>,
     /// Column that is called or written as a time and was not understood, with its first cell.
-    pub(super) unread_time: Option<(String, String)>,
+    pub(crate) unread_time: Option<(String, String)>,
 }
 
 /// One channel as recorded.
@@ -104,14 +56,14 @@ pub struct ChannelInfo {
     /// Whether it is a time vector itself.
     pub is_time: bool,
     /// Whether it was written as times of day.
-    pub(super) is_time_of_day: bool,
+    pub(crate) is_time_of_day: bool,
     /// The samples, or where they are.
-    pub(super) data: Data,
+    pub(crate) data: Data,
 }
 
 /// Samples in memory, or their place in the file.
 #[derive(Clone, Debug)]
-pub(super) enum Data {
+pub(crate) enum Data {
     /// Samples as recorded.
     Values(Arc<[f64]>),
     /// Not read yet.
@@ -120,7 +72,7 @@ pub(super) enum Data {
 
 /// Place of a channel in an HDF5 file.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Stored {
+pub(crate) struct Stored {
     /// Path of the data set.
     pub object: String,
     /// Which of its columns.
@@ -128,27 +80,27 @@ pub(super) struct Stored {
 }
 
 /// `text` of a file with its line ends and other control characters replaced, to stand in a message.
-pub(super) fn one_line(text: &str) -> String {
+pub(crate) fn one_line(text: &str) -> String {
     text.replace(char::is_control, "\u{fffd}")
 }
 
 impl ChannelInfo {
     /// A channel whose samples are in memory.
-    pub(super) fn new(name: impl Into<String>, unit: Option<String>, values: Vec<f64>) -> Self {
+    pub(crate) fn new(name: impl Into<String>, unit: Option<String>, values: Vec<f64>) -> Self {
         let mut channel = Self::stored(name, unit, values.len(), Stored::default());
         channel.set(values.into());
         channel
     }
 
     /// A channel whose samples are still in the file.
-    pub(super) fn stored(name: impl Into<String>, unit: Option<String>, samples: usize, stored: Stored) -> Self {
+    pub(crate) fn stored(name: impl Into<String>, unit: Option<String>, samples: usize, stored: Stored) -> Self {
         let name = one_line(&name.into());
         let (is_time, is_time_of_day) = (false, false);
         Self { name, unit, samples, non_finite: None, clock: None, is_time, is_time_of_day, data: Data::Stored(stored) }
     }
 
     /// Puts the samples in.
-    pub(super) fn set(&mut self, values: Arc<[f64]>) {
+    pub(crate) fn set(&mut self, values: Arc<[f64]>) {
         self.samples = values.len();
         self.non_finite = Some(values.iter().filter(|value| !value.is_finite()).count());
         self.data = Data::Values(values);
@@ -163,7 +115,7 @@ impl ChannelInfo {
     }
 
     /// Variable and column of a name `M[i]`.
-    pub(super) fn column(&self) -> Option<(&str, usize)> {
+    pub(crate) fn column(&self) -> Option<(&str, usize)> {
         let (variable, index) = self.name.strip_suffix(']')?.rsplit_once('[')?;
         Some((variable, index.parse().ok()?))
     }
@@ -171,12 +123,12 @@ impl ChannelInfo {
 
 impl Source {
     /// An empty source called `name`.
-    pub(super) fn new(name: impl Into<String>) -> Self {
+    pub(crate) fn new(name: impl Into<String>) -> Self {
         Self { name: one_line(&name.into()), ..Self::default() }
     }
 
     /// Adds a matrix given column by column; a single column is a plain channel.
-    pub(super) fn push_columns(&mut self, name: &str, unit: Option<&str>, columns: Vec<Vec<f64>>) {
+    pub(crate) fn push_columns(&mut self, name: &str, unit: Option<&str>, columns: Vec<Vec<f64>>) {
         let single = columns.len() == 1;
         for (index, values) in columns.into_iter().enumerate() {
             let name = if single { name.to_owned() } else { format!("{name}[{index}]") };

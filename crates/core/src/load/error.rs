@@ -1,10 +1,12 @@
 //! What can go wrong on the way in: one line each, naming file, channel and cure.
 
+use std::fmt;
 use std::path::PathBuf;
 
 use thiserror::Error;
 
-use super::{Format, Problem, TimeFault};
+use crate::load::clock::TimeFault;
+use crate::load::format::{Format, readable};
 
 /// A recording or channel map could not be taken in.
 #[derive(Debug, Error)]
@@ -26,7 +28,7 @@ pub enum LoadError {
         what: &'static str,
     },
     /// The content belongs to no format that is read.
-    #[error("{}: not a recording ({reason}); give MAT, HDF5, CSV, text columns, ULog, an ArduPilot log, TDMS, MDF 4, MCAP, Parquet or a folder of CSV files", path.display())]
+    #[error("{}: not a recording ({reason}); give {}", path.display(), readable())]
     NotRecognised {
         /// File.
         path: PathBuf,
@@ -126,4 +128,19 @@ pub enum LoadError {
 fn join(problems: &[Problem]) -> String {
     let errors: Vec<String> = problems.iter().filter(|problem| problem.is_error).map(ToString::to_string).collect();
     errors.join(" | ")
+}
+
+/// Something that stands between a recording and its roles.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Whether reading is refused because of it; otherwise it is a warning.
+    pub is_error: bool,
+    /// What, where and what to do, in one line.
+    pub text: String,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
 }

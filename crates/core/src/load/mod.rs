@@ -5,87 +5,39 @@
 //! [`read`] gives the [`crate::series::Recording`] in SI. Nothing is repaired silently and nothing is allocated by a size
 //! that a file merely claims.
 
-pub mod aircraft;
-mod attitude;
-#[cfg(test)]
-mod awkward_cases;
 mod budget;
-mod by_hand;
-mod by_name;
-mod by_physics;
-mod by_words;
-mod candidates;
 mod clock;
+mod clocks;
 mod contents;
-mod dataflash;
-pub mod datcom;
-mod derive;
 mod error;
-mod expected;
 mod file;
-mod find_clocks;
-mod finish;
-mod flysight;
-mod foreign_names;
-mod guess;
-mod guess_frames;
-mod hdf5;
-mod hdf5_decode;
-pub mod instruments;
-mod kinds;
-mod layouts;
-mod map;
-mod mat;
-mod mat_contents;
-mod mcap;
-mod mdf4;
-mod mixing;
-mod motion;
-mod motion_units;
+mod files;
+mod format;
+mod formats;
+mod guesses;
+mod maps;
 mod names;
-mod parquet;
-mod physics;
-mod plan;
-pub mod propulsion_maps;
-mod ranges;
-mod read;
-mod recognise;
-mod recorders;
-mod runner_up;
-mod slopes;
-mod stamp;
-mod stated_unit;
-mod stored_number;
 pub mod stream;
-mod tdms;
-mod text;
-mod text_layout;
-mod time_unit;
-mod tokens;
-mod ulog;
-mod user_names;
-mod utc;
-mod vbox;
-mod vectors;
-mod words;
 
-pub use attitude::QuaternionAxes;
 pub use budget::{BUDGET_VARIABLE, memory};
-pub use by_hand::{
+pub use clock::{Clock, Gap, TimeFault};
+pub use contents::{ChannelInfo, Probe, Source};
+pub use error::{LoadError, Problem};
+pub use file::{MOST_BYTES, read_bytes, read_text};
+pub use files::{aircraft, datcom, instruments, propulsion_maps};
+pub use format::{FORMATS, Format, FormatInfo};
+pub use formats::recognise::{inspect, probe};
+pub use guesses::guess::{guess, guess_row, guess_with, share_rate_unit};
+pub use guesses::user_names::{NAMES_FILE, UserNames};
+pub use maps::attitude::QuaternionAxes;
+pub use maps::by_hand::{
     By, ChannelName, ManualChannel, ManualChannelMap, ManualQuaternion, ManualTime, NameFit, RowValues, RunnerUp,
 };
-pub use clock::{Clock, Gap, TimeFault};
-pub use contents::{ChannelInfo, Format, Probe, Source};
-pub use error::LoadError;
-pub use expected::mismatches;
-pub use file::{MOST_BYTES, read_bytes, read_text};
-pub use guess::{guess, guess_row, guess_with, share_rate_unit};
-pub use map::{ChannelMap, Derivations, Entry, FlatEarth, Term, TimeEntry, TimeOrigin};
-pub use plan::{Assignment, Plan, Problem, plan, plan_all};
-pub use read::{read, read_all};
-pub use recognise::{inspect, probe};
-pub use stated_unit::{stated_unit, stem_and_unit};
-pub use user_names::{NAMES_FILE, UserNames};
+pub use maps::expected::mismatches;
+pub use maps::map::{ChannelMap, Derivations, Entry, FlatEarth, Term, TimeEntry, TimeOrigin};
+pub use maps::plan::{Assignment, Plan, plan, plan_all};
+pub use maps::read::{read, read_all};
+pub use names::stated_unit::{stated_unit, stem_and_unit};
 
 /// What a text holds as a recording called `mine.csv`.
 #[cfg(test)]

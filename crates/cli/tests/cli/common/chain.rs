@@ -2,12 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use doublet_core::load::FORMATS;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -182,7 +184,7 @@ fn write_recording(random: &mut ChaCha8Rng, folder: &Path) -> String {
 /// Seeds of the parsers of recordings.
 pub fn seeds() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds");
-    let folders = ["csv", "dataflash", "hdf5", "mat", "mcap", "mdf4", "parquet", "tdms", "ulog"];
+    let folders: BTreeSet<&str> = FORMATS.iter().map(|format| format.fuzz_target).collect();
     let files = |folder: &&str| std::fs::read_dir(root.join(folder)).unwrap().map(|entry| entry.unwrap().path());
     let mut found: Vec<PathBuf> = folders.iter().flat_map(files).collect();
     found.sort();

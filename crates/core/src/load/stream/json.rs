@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde_json::{Map, Value};
 
-use crate::load::text_layout::split_unit;
+use crate::load::names::stated_unit::split_unit;
 
 use super::row::{StreamChannel, StreamRow};
 

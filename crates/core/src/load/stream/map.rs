@@ -4,13 +4,15 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::load::attitude::QuaternionAxes;
-use crate::load::contents::{ChannelInfo, Format, Probe, Source};
-use crate::load::derive::{metres_per_radian, wrapped};
-use crate::load::find_clocks::{find_clocks, is_time_name};
-use crate::load::map::{ATTITUDE, ChannelMap, VELOCITY, matches};
-use crate::load::plan::{Assignment, Plan, Problem, plan_all};
-use crate::load::time_unit::settle_units;
+use crate::load::clocks::find_clocks::{find_clocks, is_time_name};
+use crate::load::clocks::time_unit::settle_units;
+use crate::load::contents::{ChannelInfo, Probe, Source};
+use crate::load::error::Problem;
+use crate::load::format::Format;
+use crate::load::maps::attitude::QuaternionAxes;
+use crate::load::maps::derive::{metres_per_radian, wrapped};
+use crate::load::maps::map::{ATTITUDE, ChannelMap, VELOCITY, matches};
+use crate::load::maps::plan::{Assignment, Plan, plan_all};
 use crate::quantity::{Role, Unit};
 
 use super::row::{StreamChannel, StreamRow};

@@ -4,8 +4,8 @@ use std::fs::{File, Metadata};
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use crate::load::LoadError;
-use crate::load::finish::stem;
+use crate::load::error::LoadError;
+use crate::load::file::stem;
 
 use super::row::StreamRow;
 use super::text::TextDecoder;

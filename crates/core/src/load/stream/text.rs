@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::load::text::columns_of;
-use crate::load::text_layout::TextLayout;
+use crate::load::formats::text::columns_of;
+use crate::load::formats::text_layout::TextLayout;
 
 use super::row::{StreamChannel, StreamRow};
 

@@ -1,0 +1,6 @@
+//! Time vectors: which channel is the time of which others, in which unit, from which epoch.
+
+pub(crate) mod find_clocks;
+pub(crate) mod stamp;
+pub(crate) mod time_unit;
+pub(crate) mod utc;

@@ -1,0 +1,72 @@
+//! What every recording goes through once its sources are known: the units of its times, and what is odd about them.
+
+use crate::load::clocks::time_unit::{UNREAD_CURE, settle_units};
+use crate::load::contents::{Probe, Source};
+use crate::load::error::LoadError;
+
+/// Refuses a recording without a channel and lists what is odd about time.
+pub(crate) fn finish(mut probe: Probe) -> Result<Probe, LoadError> {
+    if probe.sources.iter().all(|source| source.channels.is_empty()) {
+        let what = "no numeric channel was found";
+        return Err(LoadError::Empty { path: probe.path, what });
+    }
+    settle_units(&mut probe.sources);
+    for source in &probe.sources {
+        for clock in &source.clocks {
+            if clock.question.is_some() && clock.fault_count > 0 {
+                continue;
+            }
+            probe.warnings.extend(
+                clock
+                    .faults
+                    .iter()
+                    .map(|fault| format!("source '{}': time channel '{}' {fault}", source.name, clock.channel)),
+            );
+            if clock.fault_count > clock.faults.len() {
+                let more = clock.fault_count - clock.faults.len();
+                probe
+                    .warnings
+                    .push(format!("source '{}': {more} more such samples of '{}'", source.name, clock.channel));
+            }
+        }
+        probe.warnings.extend(source.missing_time());
+    }
+    Ok(probe)
+}
+
+impl Source {
+    /// What is to be done about the time of a source that has none, in one line.
+    pub fn missing_time(&self) -> Option<String> {
+        if !self.clocks.is_empty() || self.channels.iter().all(|channel| channel.samples <= 1) {
+            return None;
+        }
+        let unread = self.describe_unread_time();
+        let cure = match (stated_rate(self), &unread) {
+            (Some((line, rate)), _) => {
+                format!("{line} says {rate} Hz: give sample_rate = {rate} in the map's [[time]] entry")
+            }
+            (None, Some(_)) => UNREAD_CURE.to_owned(),
+            (None, None) => "name it in the map's [[time]] entry or give sample_rate there".to_owned(),
+        };
+        let what = unread.unwrap_or_else(|| "no time channel recognised".to_owned());
+        Some(format!("source '{}': {what}; {cure}", self.name))
+    }
+
+    /// Which column is a time that was not understood, and what would be.
+    pub(crate) fn describe_unread_time(&self) -> Option<String> {
+        let (name, cell) = self.unread_time.as_ref()?;
+        Some(format!(
+            "'{name}' is not a time in a known format, for example '{cell}' (seconds, hh:mm:ss.fff and YYYY-MM-DD hh:mm:ss.fff are)"
+        ))
+    }
+}
+
+/// A rate that a line of text in the file states (`25 Hz`), and where.
+fn stated_rate(source: &Source) -> Option<(&str, f64)> {
+    source.notes.iter().find_map(|(line, text)| {
+        let lower = text.to_lowercase();
+        let number =
+            lower[..lower.find("hz")?].trim_end().rsplit(|letter: char| !(letter.is_ascii_digit() || letter == '.'));
+        Some((line.as_str(), number.into_iter().next()?.parse().ok()?))
+    })
+}

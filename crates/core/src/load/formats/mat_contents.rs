@@ -1,0 +1,165 @@
+//! Variables of a MAT-file as sources and channels.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::load::contents::{ChannelInfo, Source};
+use crate::load::error::LoadError;
+use crate::load::file::stem;
+use crate::load::formats::mat::{Fields, Value, variables};
+use crate::load::names::stated_unit::{bare, split_unit};
+
+/// Most columns a matrix may have and still count as channels.
+pub(crate) const MAX_COLUMNS: usize = 4096;
+
+/// Sources of a MAT v5 file, and warnings: variables at the top are one source named after the file, every struct is one.
+///
+/// Two layouts of flight test are known by their form. A matrix whose columns are named by a text of as many rows, or by as many cells
+/// of text, beside it (as SIDPAC's `fdata` with its labels) has its columns called so; a second such text whose name says `unit` has
+/// their units. A struct of one row of numbers and its units (FTIS: `data`, `units`, `description`) is a channel of the struct it
+/// stands in.
+pub(crate) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+    let mut tree = Tree { sources: vec![Source::new(stem(path))], warnings: Vec::new() };
+    // An array without a name is the store of objects that the format keeps at its end.
+    let named = variables(path, contents)?.into_iter().filter(|variable| !variable.name.is_empty());
+    let variables = named.map(|variable| (variable.name.into(), variable.value)).collect();
+    tree.add_all(0, "", variables);
+    let Tree { mut sources, warnings } = tree;
+    sources.retain(|source| !source.channels.is_empty() || !source.notes.is_empty());
+    Ok((sources, warnings))
+}
+
+struct Tree {
+    sources: Vec<Source>,
+    warnings: Vec<String>,
+}
+
+/// Names and units of the columns of a matrix.
+type Labels = Vec<(String, Option<String>)>;
+
+impl Tree {
+    /// Adds values that stand side by side.
+    fn add_all(&mut self, at: usize, path: &str, values: Fields) {
+        let texts: Vec<(String, Vec<String>)> =
+            values.iter().filter_map(|(name, value)| Some((name.to_string(), rows_of_text(value)?))).collect();
+        for (name, value) in values {
+            let labels = match &value {
+                Value::Numbers { rows, columns, .. } => labels(&texts, *(rows.min(columns))),
+                _ => None,
+            };
+            match (labels, value) {
+                (Some(labels), Value::Numbers { rows, columns, values }) => {
+                    for ((name, unit), values) in labels.into_iter().zip(split(rows, columns, values)) {
+                        self.sources[at].channels.push(ChannelInfo::new(name, unit, values));
+                    }
+                }
+                (_, value) => self.add(at, path, &name, value),
+            }
+        }
+    }
+
+    /// Adds `value` called `name` to source `at`, which is called `path` when it is a struct.
+    fn add(&mut self, at: usize, path: &str, name: &str, value: Value) {
+        let full = if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
+        match value {
+            Value::Numbers { rows, columns, values } => {
+                let channels = rows.min(columns);
+                if channels > MAX_COLUMNS {
+                    self.warnings
+                        .push(format!("'{full}' is {rows} x {columns}, not a set of channels; it is left out"));
+                } else if !values.is_empty() {
+                    self.sources[at].push_columns(name, None, split(rows, columns, values));
+                }
+            }
+            Value::Text(rows) => self.sources[at].notes.push((name.to_owned(), rows.concat())),
+            Value::Cells(cells) => {
+                for (index, cell) in cells.into_iter().enumerate() {
+                    self.add(at, path, &format!("{name}{{{}}}", index + 1), cell);
+                }
+            }
+            Value::Structs(mut elements) => {
+                if let [fields] = &mut elements[..]
+                    && let Some((unit, values)) = single_channel(fields)
+                {
+                    self.sources[at].channels.push(ChannelInfo::new(name, unit, values));
+                    return;
+                }
+                let single = elements.len() == 1;
+                for (index, fields) in elements.into_iter().enumerate() {
+                    let path = if single { full.clone() } else { format!("{full}({})", index + 1) };
+                    let at = self.sources.len();
+                    self.sources.push(Source::new(path.clone()));
+                    self.add_all(at, &path, fields);
+                }
+            }
+            Value::Unread(kind) => {
+                let cure = "save it as a full, real array to have it";
+                self.warnings.push(format!("'{full}' is {kind} and is not read; {cure}"));
+            }
+        }
+    }
+}
+
+/// Rows of a text, or of cells of one row each, trimmed; nothing of anything else.
+fn rows_of_text(value: &Value) -> Option<Vec<String>> {
+    let trimmed = |row: &String| row.trim_matches([' ', '\0']).to_owned();
+    match value {
+        Value::Text(rows) => Some(rows.iter().map(trimmed).collect()),
+        Value::Cells(cells) => {
+            let row = |cell: &Value| match cell {
+                Value::Text(rows) => Some(trimmed(&rows.concat())),
+                Value::Cells(none) if none.is_empty() => Some(String::new()),
+                _ => None,
+            };
+            cells.iter().map(row).collect()
+        }
+        _ => None,
+    }
+}
+
+/// Names of the `columns` of a matrix, where exactly one text beside it has as many rows, no two alike, and their units.
+fn labels(texts: &[(String, Vec<String>)], columns: usize) -> Option<Labels> {
+    if columns < 2 {
+        return None;
+    }
+    let fitting = texts.iter().filter(|(_, rows)| rows.len() == columns);
+    let (units, names): (Vec<_>, Vec<_>) = fitting.partition(|(name, _)| name.to_lowercase().contains("unit"));
+    let [(_, names)] = names[..] else { return None };
+    let split: Labels = names.iter().map(|name| split_unit(name)).collect();
+    let is_name = |(index, (name, _)): (usize, &(String, Option<String>))| {
+        !name.is_empty() && split[..index].iter().all(|(other, _)| other != name)
+    };
+    if !split.iter().enumerate().all(is_name) {
+        return None;
+    }
+    let units = if let [(_, units)] = units[..] { Some(units) } else { None };
+    let unit = |k: usize| units.map(|units| bare(&units[k])).filter(|unit| !unit.is_empty());
+    Some(split.into_iter().enumerate().map(|(k, (name, own))| (name, unit(k).or(own))).collect())
+}
+
+/// Unit and samples of a struct that is one channel: a row or column of numbers, its units as text, and else text only.
+fn single_channel(fields: &mut Fields) -> Option<(Option<String>, Vec<f64>)> {
+    let text = |(name, value): &(Arc<str>, Value)| Some((name.to_lowercase(), rows_of_text(value)?.concat()));
+    let (numbers, others): (Vec<_>, Vec<_>) =
+        fields.iter().enumerate().partition(|(_, (_, value))| matches!(value, Value::Numbers { .. }));
+    let [(place, (_, Value::Numbers { rows, columns, values }))] = numbers[..] else { return None };
+    let texts: Vec<(String, String)> = others.iter().map(|(_, field)| text(field)).collect::<Option<_>>()?;
+    let (_, unit) = texts.iter().find(|(name, _)| name == "unit" || name == "units")?;
+    if values.len() < 2 || *rows.min(columns) != 1 {
+        return None;
+    }
+    let unit = Some(bare(unit)).filter(|unit| !unit.is_empty());
+    let Value::Numbers { values, .. } = fields.swap_remove(place).1 else { return None };
+    Some((unit, values))
+}
+
+/// Channels of a matrix given column by column: time runs along the longer side.
+fn split(rows: usize, columns: usize, values: Vec<f64>) -> Vec<Vec<f64>> {
+    if columns == 1 || rows == 1 {
+        return vec![values];
+    }
+    if rows >= columns {
+        return values.chunks_exact(rows).map(<[f64]>::to_vec).collect();
+    }
+    (0..rows).map(|row| values.iter().skip(row).step_by(rows).copied().collect()).collect()
+}

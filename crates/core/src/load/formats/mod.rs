@@ -1,0 +1,19 @@
+//! Readers of recordings: what a file of one format holds, as sources and channels.
+
+pub(crate) mod dataflash;
+pub(crate) mod finish;
+pub(crate) mod flysight;
+pub(crate) mod hdf5;
+pub(crate) mod hdf5_decode;
+pub(crate) mod mat;
+pub(crate) mod mat_contents;
+pub(crate) mod mcap;
+pub(crate) mod mdf4;
+pub(crate) mod parquet;
+pub(crate) mod recognise;
+pub(crate) mod stored_number;
+pub(crate) mod tdms;
+pub(crate) mod text;
+pub(crate) mod text_layout;
+pub(crate) mod ulog;
+pub(crate) mod vbox;

@@ -1,0 +1,24 @@
+//! Parquet tables: one source, whose units stand in the Arrow schema that writers of tables leave beside it.
+
+#[cfg(feature = "parquet")]
+mod arrow_schema;
+#[cfg(feature = "parquet")]
+mod columns;
+
+#[cfg(feature = "parquet")]
+pub(crate) use columns::sources;
+
+#[cfg(not(feature = "parquet"))]
+use crate::load::contents::Source;
+#[cfg(not(feature = "parquet"))]
+use crate::load::error::LoadError;
+
+/// Refuses the file in a build that cannot read it.
+#[cfg(not(feature = "parquet"))]
+pub(crate) fn sources(path: &std::path::Path, _contents: Vec<u8>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+    Err(LoadError::Unsupported {
+        path: path.to_owned(),
+        what: "a Parquet table".to_owned(),
+        cure: "build with the feature \"parquet\", or give CSV",
+    })
+}

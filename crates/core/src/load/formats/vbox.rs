@@ -1,0 +1,72 @@
+//! Recordings of VBOX (`.vbo`): a section for each part of the head, then a table in columns.
+//!
+//! Latitude and longitude are in minutes of arc, longitude positive to the west; the section `[header]` names the columns in full, with their
+//! units. Source: Racelogic, format of `.vbo` files.
+
+use crate::load::contents::{ChannelInfo, Source};
+use crate::quantity::Unit;
+
+/// Minutes of arc in a degree.
+const MINUTES: f64 = 60.0;
+/// Section in front of the names of the columns in full, and that of their names in the table.
+const SECTIONS: [&str; 2] = ["[header]", "[column names]"];
+
+/// Gives a source that a file of VBOX holds its units, and latitude and longitude in degrees, positive to the east.
+pub(crate) fn settle(source: &mut Source) {
+    let lines: Vec<&str> = source.notes.iter().map(|(_, text)| text.trim()).collect();
+    let [Some(header), Some(_)] = SECTIONS.map(|section| lines.iter().position(|line| *line == section)) else {
+        return;
+    };
+    let in_full: Vec<&str> = lines[header + 1..].iter().copied().take_while(|line| !line.starts_with('[')).collect();
+    let units: Vec<Option<String>> = in_full.iter().map(|line| unit_of(line)).collect();
+    if in_full.len() == source.channels.len() {
+        for (channel, unit) in source.channels.iter_mut().zip(units) {
+            channel.unit = channel.unit.take().or(unit);
+        }
+    }
+    for (name, sign) in [("lat", 1.0), ("long", -1.0)] {
+        if let Some(channel) = source.channels.iter_mut().find(|channel| channel.name == name) {
+            let degrees = channel.values().iter().map(|minutes| sign * minutes / MINUTES).collect();
+            *channel = ChannelInfo::new(name, Some("deg".to_owned()), degrees);
+        }
+    }
+}
+
+/// Unit of the last word of a line: `vertical velocity m/s`; those of the first columns where it states none.
+fn unit_of(line: &str) -> Option<String> {
+    let last = line.rsplit_once(' ').map_or(line, |(_, last)| last);
+    match line {
+        "heading" => Some("deg".to_owned()),
+        "height" => Some("m".to_owned()),
+        _ => (last != line && Unit::parse(last).is_ok()).then(|| last.to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::load::probe_of;
+
+    #[test]
+    fn places_are_in_minutes_and_times_in_digits() {
+        let row = |k: u32| {
+            let second = 40.0 + 0.5 * f64::from(k);
+            let time = 102_200.0 + 100.0 * (second / 60.0).floor() + second % 60.0;
+            format!("010 {time:09.2} +03119.09973 +00058.49277 100.800 181.0 +600.00 -001.500\n")
+        };
+        let rows: String = (0..80).map(row).collect();
+        let probe = probe_of(&format!(
+            "File created on 12/05/2024 @ 10:22\n\n[header]\nsatellites\ntime\nlatitude\nlongitude\nvelocity kmh\nheading\nheight\n\
+             vertical velocity m/s\n\n[comments]\nGPS : 2Hz\n\n[column names]\nsats time lat long velocity heading height vert-vel\n\n\
+             [data]\n{rows}"
+        ));
+        let source = &probe.sources[0];
+        let of = |name: &str| source.channels.iter().find(|channel| channel.name == name).unwrap();
+        assert!((of("lat").values()[0] - 51.984_995_5).abs() < 1e-6, "{}", of("lat").values()[0]);
+        assert!((of("long").values()[0] + 0.974_879_5).abs() < 1e-6, "{}", of("long").values()[0]);
+        assert_eq!(of("velocity").unit.as_deref(), Some("kmh"));
+        assert_eq!(of("vert-vel").unit.as_deref(), Some("m/s"));
+        let clock = &source.clocks[0];
+        assert_eq!((clock.channel.as_str(), clock.start_s, clock.end_s), ("time", 37_360.0, 37_399.5));
+        assert_eq!(clock.faults.len() + clock.gaps.len(), 0);
+    }
+}

@@ -1,0 +1,143 @@
+//! Roles by the words of channel names: passes from a role's own name to a name that only ends on it.
+
+use crate::load::guesses::candidates::{Candidate, LEFT, RIGHT, best, row};
+use crate::load::guesses::guess_frames::is_track;
+use crate::load::guesses::vectors;
+use crate::load::maps::by_hand::{ManualChannel, ManualChannelMap, NameFit};
+use crate::load::names::foreign_names::{
+    FOREIGN_AILERON, FOREIGN_NAMES, FRENCH_CONTROLS, GREEK_CONTROLS, NEEDS, Need, ends_on,
+};
+use crate::load::names::role_names::{AILERON, NAMES, RoleNames};
+use crate::load::names::tokens::end_on;
+use crate::quantity::Role;
+
+/// Names that stand for a role as a whole name alone: behind other words they are other quantities.
+const WHOLE: [&str; 3] = ["pressure", "press", "height"];
+
+impl NameFit {
+    /// The names it is of.
+    fn names(self) -> &'static [RoleNames] {
+        match self {
+            Self::Foreign | Self::ForeignEnd => FOREIGN_NAMES,
+            _ => NAMES,
+        }
+    }
+
+    /// Whether a channel goes by a name so.
+    fn fits(self, candidate: &Candidate<'_>, name: &str) -> bool {
+        let is_long = || name.len() > 2 && !WHOLE.contains(&name) && !is_other_side(&candidate.plain, name);
+        match self {
+            Self::Whole => candidate.plain == name,
+            Self::Foreign => candidate.words == name,
+            Self::Essence => candidate.essence == name,
+            Self::Leaf => candidate.leaf == name && !["x", "y", "z", "u", "v", "w"].contains(&name),
+            Self::End => is_long() && end_on(&candidate.tokens, name) && !is_other_quantity(&candidate.tokens, name),
+            Self::Begin => is_long() && begins_on(&candidate.tokens, name),
+            Self::ForeignEnd => ends_on(&candidate.words, name) && !is_other_side(&candidate.plain, name),
+        }
+    }
+}
+
+/// Gives the roles that are still open the channels that go by their names.
+pub(crate) fn add_names(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &mut Vec<usize>) {
+    for fit in NameFit::ALL {
+        for &(role, _) in fit.names() {
+            if map.row(role).is_some() {
+                continue;
+            }
+            if let Some(index) = named(fit, role, map, candidates, taken) {
+                taken.push(index);
+                map.set(role, Some(ManualChannel { fit: Some(fit), ..row(&candidates[index], role) }));
+            }
+        }
+    }
+}
+
+/// The best channel, but for those taken, whose name fits a role so.
+pub(crate) fn named(
+    fit: NameFit,
+    role: Role,
+    map: &ManualChannelMap,
+    candidates: &[Candidate<'_>],
+    taken: &[usize],
+) -> Option<usize> {
+    let (_, names) = fit.names().iter().find(|(other, _)| *other == role)?;
+    let goes_by = |candidate: &Candidate<'_>, name: &str| {
+        fit.fits(candidate, name)
+            && !(role == Role::HeadingAngle && is_track(&candidate.plain))
+            && has_one_reading((name, role), candidate, map, candidates)
+            && vectors::has_brothers(name, role, candidate, candidates)
+    };
+    best(candidates, taken, role, names, &goes_by)
+}
+
+/// Tokens behind a name that say where it was measured, not what.
+const QUALIFIERS: [&str; 34] = [
+    "l", "r", "lh", "rh", "left", "right", "1", "01", "main", "primary", "pri", "avg", "mean", "average", "true",
+    "att", "nb", "boom", "vane", "probe", "body", "cg", "gps", "imu", "ins", "ahrs", "adc", "air", "filt", "filtered",
+    "meas", "measured", "sensor", "pos",
+];
+
+/// Whether a name of these tokens is `name` with a word behind it that says where it was measured.
+fn begins_on(tokens: &[String], name: &str) -> bool {
+    (1..tokens.len()).any(|end| {
+        tokens[..end].concat() == name && tokens[end..].iter().all(|token| QUALIFIERS.contains(&token.as_str()))
+    })
+}
+
+/// Tokens before a name that make another quantity of it.
+const OTHER_QUANTITIES: [&str; 14] = [
+    "engine",
+    "prop",
+    "propeller",
+    "rotor",
+    "servo",
+    "gear",
+    "trim",
+    "tail",
+    "nose",
+    "fuel",
+    "surface",
+    "skin",
+    "cabin",
+    "density",
+];
+
+/// Whether the tokens before `name`, on which a channel's name ends, make another quantity of it.
+fn is_other_quantity(tokens: &[String], name: &str) -> bool {
+    let from = (0..tokens.len()).find(|from| tokens[*from..].concat() == name).unwrap_or(0);
+    let has_own =
+        |token: &str| name.contains(token) || ["rpm", "power", "thrust"].iter().any(|engine| name.contains(engine));
+    tokens[..from].iter().any(|token| OTHER_QUANTITIES.contains(&token.as_str()) && !has_own(token))
+}
+
+/// Whether a channel's name says a side and `name`, of ailerons, which it ends on, does not: one of a pair is not their common deflection.
+fn is_other_side(plain: &str, name: &str) -> bool {
+    let is_aileron = AILERON.contains(&name) || FOREIGN_AILERON.contains(&name);
+    let is_short = |side: &str| plain == format!("{side}{name}") || plain == format!("{name}{side}");
+    let has_short_side = ["l", "r", "lh", "rh"].iter().any(|side| is_short(side));
+    let has_word = || LEFT.iter().chain(&RIGHT).any(|side| plain.contains(side) && !name.contains(side));
+    is_aileron && (has_short_side || has_word())
+}
+
+/// Whether `candidate`, which goes by `name`, can be `role` alone, beside the rows that `map` has and all other candidates.
+fn has_one_reading(
+    (name, role): (&str, Role),
+    candidate: &Candidate<'_>,
+    map: &ManualChannelMap,
+    candidates: &[Candidate<'_>],
+) -> bool {
+    let Some((_, need)) = NEEDS.iter().find(|(known, _)| *known == name) else { return true };
+    let has_unit = candidate.unit.is_some_and(|unit| unit.dimension == role.dimension());
+    match *need {
+        Need::Unit => has_unit,
+        Need::UnitOrRate(rate) => has_unit || (rate != role && map.row(rate).is_some()),
+        Need::OneOf(units) => candidate.unit.is_some_and(|unit| units.contains(&unit.symbol)),
+        Need::FrenchControl => {
+            candidates.iter().any(|other| FRENCH_CONTROLS.iter().any(|control| other.words.contains(control)))
+        }
+        Need::GreekControls => {
+            GREEK_CONTROLS.iter().all(|control| candidates.iter().any(|other| other.words == *control))
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! Channels that may play a role: what their names and units say, and the row that one of them starts as.
+
+use crate::load::contents::{ChannelInfo, Probe};
+use crate::load::maps::by_hand::{By, ChannelName, ManualChannel};
+use crate::load::names::stated_unit::split_unit;
+use crate::load::names::stated_unit::{is_count, name_and_unit, stated_unit};
+use crate::load::names::tokens::{essence, tokens};
+use crate::load::names::words::{is_commanded, join_words, plain_letters};
+use crate::quantity::{Dimension, Role, Unit};
+
+/// An angle larger than this in radians is taken for degrees: angles of flow and controls, and of attitude.
+const LARGEST_FLOW_RAD: f64 = 1.6;
+const LARGEST_ATTITUDE_RAD: f64 = 6.4;
+/// A rate larger than this in rad/s is taken for degrees per second.
+const LARGEST_RATE_RAD_S: f64 = 3.5;
+/// Sources that hold no measurement of the aircraft, and sources and channels whose names mislead: accelerations in axes of the Earth.
+const NOT_MEASURED: &[&str] = &["setpoint", "localpositionax", "localpositionay", "localpositionaz"];
+
+/// A channel that may play a role.
+pub(crate) struct Candidate<'p> {
+    pub from: ChannelName,
+    /// Letters and digits of its name without a unit, small and without accents.
+    pub plain: String,
+    /// The same without articles.
+    pub words: String,
+    /// The same in tokens.
+    pub tokens: Vec<String>,
+    /// Tokens without those that name no quantity, joined; where a remark follows a dash, those before it.
+    pub essence: String,
+    /// Letters and digits of the last part of a name that is a path; empty where it is none.
+    pub leaf: String,
+    /// Name of the source without its number, then that of the channel.
+    pub full: String,
+    pub unit: Option<Unit>,
+    pub channel: &'p ChannelInfo,
+}
+
+/// Channels that may play a role, but for those that hold no measurement of the aircraft.
+pub(crate) fn candidates(probes: &[Probe]) -> Vec<Candidate<'_>> {
+    let mut found = all(probes);
+    found.retain(|candidate| {
+        !NOT_MEASURED.iter().any(|name| candidate.full.contains(name)) && !is_commanded(&candidate.channel.name)
+    });
+    found
+}
+
+/// Channels that have a clock and samples.
+pub(crate) fn all(probes: &[Probe]) -> Vec<Candidate<'_>> {
+    let sources = probes.iter().flat_map(|probe| &probe.sources);
+    let channels = sources.flat_map(|source| source.channels.iter().map(move |channel| (source, channel)));
+    let usable = channels.filter(|(source, channel)| {
+        !channel.is_time && channel.samples > 1 && (channel.clock.is_some() || source.clocks.is_empty())
+    });
+    usable
+        .map(|(source, channel)| {
+            let (name, _) = split_unit(&channel.name);
+            let (stem, _) = name_and_unit(&channel.name);
+            let (plain, words) = (plain_letters(&stem), join_words(&stem));
+            let head = stem.split_once(" - ").map_or(stem.as_str(), |(head, _)| head);
+            let (tokens, essence) = (tokens(&stem), essence(&tokens(head)));
+            let leaf = stem.rsplit_once(['/', '.', ':', '>']).map_or_else(String::new, |(_, leaf)| plain_letters(leaf));
+            let place = plain_letters(source.name.trim_end_matches(|last: char| !last.is_alphabetic()));
+            let full = place + &plain_letters(&name);
+            let from = ChannelName { source: source.name.clone(), channel: channel.name.clone() };
+            Candidate { from, plain, words, tokens, essence, leaf, full, unit: stated_unit(channel), channel }
+        })
+        .collect()
+}
+
+/// Whether a channel goes by a name.
+pub(crate) type Fits<'f> = &'f dyn Fn(&Candidate<'_>, &str) -> bool;
+
+/// The free channel that goes by one of `names`, the best first.
+pub(crate) fn best(
+    candidates: &[Candidate<'_>],
+    taken: &[usize],
+    role: Role,
+    names: &[&str],
+    goes_by: Fits<'_>,
+) -> Option<usize> {
+    let free = |index: &usize| {
+        let fits = candidates[*index].unit.is_none_or(|unit| unit.dimension == role.dimension() || is_count(unit));
+        fits && !taken.contains(index)
+    };
+    names.iter().find_map(|name| (0..candidates.len()).filter(free).find(|&index| goes_by(&candidates[index], name)))
+}
+
+pub(crate) fn row(candidate: &Candidate<'_>, role: Role) -> ManualChannel {
+    let known = candidate.unit.filter(|unit| unit.dimension == role.dimension());
+    let mut row = ManualChannel::new(
+        candidate.from.clone(),
+        Some(known.unwrap_or_else(|| unit_by_size(candidate.channel, role))),
+    );
+    // Altitude and climb are up, position and velocity down.
+    row.by = By::Name;
+    row.turned = match role {
+        Role::PositionDown => {
+            ["alt", "h"].iter().any(|up| candidate.plain.contains(up)) || candidate.plain.ends_with("up")
+        }
+        Role::VelocityDown => is_climb(candidate),
+        // Right trailing edge down is positive.
+        Role::Aileron => {
+            LEFT.iter().any(|left| candidate.plain.contains(left))
+                || ["aill", "dal", "deltaal"].contains(&candidate.plain.as_str())
+                || is_left_aileron(candidate)
+        }
+        _ => false,
+    };
+    row
+}
+
+/// Whether the name of an aileron says left by a letter of its own.
+fn is_left_aileron(candidate: &Candidate<'_>) -> bool {
+    let has = |words: &[&str]| candidate.tokens.iter().any(|token| words.contains(&token.as_str()));
+    has(&["laileron", "aileronl"]) || (has(&["l", "lh"]) && has(&["aileron", "ailerons", "ail"]))
+}
+
+/// Words for the left and for the right side.
+pub(crate) const LEFT: [&str; 4] = ["left", "links", "linkes", "gauche"];
+pub(crate) const RIGHT: [&str; 4] = ["right", "rechts", "rechtes", "droit"];
+
+/// Parts and ends of names of vertical speeds that are positive upwards.
+const CLIMBS: [&str; 17] = [
+    "vsi",
+    "vertspeed",
+    "vertvel",
+    "vertspd",
+    "climb",
+    "vertical",
+    "vertikal",
+    "vspd",
+    "vvi",
+    "ivv",
+    "hdot",
+    "altituderate",
+    "altrate",
+    "steig",
+    "vario",
+    "ascension",
+    "montee",
+];
+const CLIMB_ENDS: [&str; 11] = [
+    "vs",
+    "roc",
+    "up",
+    "altdot",
+    "vspeed",
+    "vertrate",
+    "вертикальнаяскорость",
+    "升降速度",
+    "垂直速度",
+    "爬升率",
+    "vertspd",
+];
+
+/// Whether a vertical speed of this name is positive upwards; `Vz` is where it is in feet per minute.
+pub(crate) fn is_climb(candidate: &Candidate<'_>) -> bool {
+    let plain = &candidate.plain;
+    let in_feet = candidate.unit.is_some_and(|unit| unit.symbol == "ft/min");
+    CLIMBS.iter().any(|up| plain.contains(up))
+        || CLIMB_ENDS.iter().any(|up| plain.ends_with(up))
+        || (plain == "vz" && in_feet)
+}
+
+/// The unit values of this size have: degrees where radians would be more than a turn, otherwise SI.
+pub(crate) fn unit_by_size(channel: &ChannelInfo, role: Role) -> Unit {
+    let largest = channel.values().iter().filter(|value| value.is_finite()).fold(0.0_f64, |most, v| most.max(v.abs()));
+    let attitude = matches!(role, Role::BankAngle | Role::HeadingAngle | Role::Latitude | Role::Longitude);
+    let name = match role.dimension() {
+        Dimension::Angle if attitude && largest > LARGEST_ATTITUDE_RAD => "deg",
+        Dimension::Angle if !attitude && largest > LARGEST_FLOW_RAD => "deg",
+        Dimension::AngularRate if largest > LARGEST_RATE_RAD_S && !is_engine(role) => "deg/s",
+        Dimension::AngularRate if is_engine(role) => "rpm",
+        dimension => dimension.si_symbol(),
+    };
+    Unit::parse(name).unwrap_or(Unit::si(role.dimension()))
+}
+
+fn is_engine(role: Role) -> bool {
+    matches!(role, Role::EngineSpeed1 | Role::EngineSpeed2)
+}

@@ -1,0 +1,20 @@
+//! What each channel is: by the recorder, by names, by values and by what they must obey together.
+
+#[cfg(test)]
+mod awkward_cases;
+pub(crate) mod by_physics;
+pub(crate) mod by_words;
+pub(crate) mod candidates;
+pub(crate) mod guess;
+pub(crate) mod guess_frames;
+pub(crate) mod kinds;
+pub(crate) mod layouts;
+pub(crate) mod motion;
+pub(crate) mod motion_units;
+pub(crate) mod physics;
+pub(crate) mod ranges;
+pub(crate) mod recorders;
+pub(crate) mod runner_up;
+pub(crate) mod slopes;
+pub(crate) mod user_names;
+pub(crate) mod vectors;

@@ -1,0 +1,205 @@
+//! Vectors of three: channels of one source whose names differ by the axis alone, such as `ang_vel_x`, `pqr[0]` or `vz`.
+
+use crate::load::guesses::candidates::{Candidate, row};
+use crate::load::maps::by_hand::{By, ManualChannelMap};
+use crate::load::names::stated_unit::is_count;
+use crate::load::names::tokens::essence;
+use crate::quantity::Role;
+
+/// Roles of a vector and the words its channels share.
+type Vector = ([Role; 3], &'static [&'static str]);
+
+const VECTORS: &[Vector] = &[
+    (
+        [Role::RollRate, Role::PitchRate, Role::YawRate],
+        &[
+            "angvel",
+            "angularvel",
+            "angularvelocity",
+            "angularrate",
+            "angrate",
+            "bodyrate",
+            "bodyrates",
+            "gyro",
+            "gyr",
+            "gyros",
+            "gyroscope",
+            "omega",
+            "pqr",
+            "rate",
+            "rates",
+            "turnrate",
+            "bodyangularrate",
+            "angularratewrtei",
+            "angularrates",
+            "bodyangularvelocity",
+            "avel",
+            "uncompgyro",
+            "compgyro",
+        ],
+    ),
+    (
+        [Role::RollAcceleration, Role::PitchAcceleration, Role::YawAcceleration],
+        &["angacc", "angaccel", "angularacc", "angularaccel", "angularacceleration", "omegadot", "pqrdot"],
+    ),
+    (
+        [Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ],
+        &[
+            "acc",
+            "accel",
+            "accels",
+            "acceleration",
+            "linearacceleration",
+            "linacc",
+            "specificforce",
+            "accelerometer",
+            "a",
+            "ab",
+            "accelerations",
+            "bodyacceleration",
+            "bodyaccel",
+            "imuacc",
+            "uncompaccel",
+            "compaccel",
+            "linearaccel",
+            "accpilot",
+        ],
+    ),
+    (
+        [Role::VelocityNorth, Role::VelocityEast, Role::VelocityDown],
+        &[
+            "v",
+            "vel",
+            "velocity",
+            "ve",
+            "vned",
+            "velned",
+            "velocityned",
+            "nedvel",
+            "vearth",
+            "speed",
+            "groundvelocity",
+            "gpsvel",
+            "gpsv",
+            "gpsvelocity",
+            "velgps",
+            "fevelocity",
+            "linearvelocity",
+            "linvel",
+            "vg",
+        ],
+    ),
+    (
+        [Role::PositionNorth, Role::PositionEast, Role::PositionDown],
+        &["p", "pos", "position", "posned", "nedpos", "pose", "localposition", "localpos"],
+    ),
+    (
+        [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle],
+        &["euler", "eulerangle", "eulerangles", "rpy", "attitude", "phithetapsi", "eulerangledeg", "yawpitchroll"],
+    ),
+];
+/// Ends of names by axis.
+const AXES: [[&str; 3]; 7] = [
+    ["x", "y", "z"],
+    ["0", "1", "2"],
+    ["1", "2", "3"],
+    ["n", "e", "d"],
+    ["north", "east", "down"],
+    ["roll", "pitch", "yaw"],
+    ["p", "q", "r"],
+];
+/// First axes of what turns.
+const TURNS: [&str; 2] = ["roll", "p"];
+/// Single letters that are a role only beside the others of their vector.
+const LETTERS: [[&str; 3]; 8] = [
+    ["p", "q", "r"],
+    ["x", "y", "z"],
+    ["xe", "ye", "ze"],
+    ["u", "v", "w"],
+    ["ax", "ay", "az"],
+    ["pn", "pe", "pd"],
+    ["gx", "gy", "gz"],
+    ["rn", "re", "rd"],
+];
+
+/// Gives the roles of vectors that have no channel yet theirs.
+pub(crate) fn add_vectors(map: &mut ManualChannelMap, candidates: &[Candidate<'_>]) {
+    for (roles, stems) in VECTORS {
+        let open = roles.iter().filter(|role| map.row(**role).is_none()).count();
+        if open < 3 {
+            continue;
+        }
+        let Some(found) = stems.iter().find_map(|stem| find(stem, *roles, candidates)) else { continue };
+        for (role, index) in roles.iter().zip(found) {
+            let mut row = row(&candidates[index], *role);
+            row.by = By::Axes;
+            map.set(*role, Some(row));
+        }
+    }
+}
+
+/// The three channels of one source called by `stem` and an axis.
+fn find(stem: &str, roles: [Role; 3], candidates: &[Candidate<'_>]) -> Option<[usize; 3]> {
+    let fits = |candidate: &Candidate<'_>, role: Role| {
+        candidate.unit.is_none_or(|unit| unit.dimension == role.dimension() || is_count(unit))
+    };
+    let turns = [Role::RollRate, Role::RollAcceleration, Role::BankAngle].contains(&roles[0]);
+    let axes = AXES.iter().filter(|axes| turns || !TURNS.contains(&axes[0]));
+    axes.into_iter().find_map(|axes| {
+        let at = |axis: usize, source: Option<&str>| {
+            candidates.iter().position(|candidate| {
+                source.is_none_or(|source| candidate.from.source == source)
+                    && fits(candidate, roles[axis])
+                    && stem_of(candidate, axes[axis]).is_some_and(|other| other == stem)
+            })
+        };
+        let first = at(0, None)?;
+        let source = Some(candidates[first].from.source.as_str());
+        Some([first, at(1, source)?, at(2, source)?])
+    })
+}
+
+/// What the name of a channel says without its axis, which ends or begins it.
+fn stem_of(candidate: &Candidate<'_>, axis: &str) -> Option<String> {
+    let (last, before) = candidate.tokens.split_last()?;
+    if last == axis {
+        return (!before.is_empty()).then(|| essence(before));
+    }
+    if let Some(stem) =
+        last.strip_suffix(axis).filter(|stem| !stem.is_empty() && !axis.starts_with(|sign: char| sign.is_numeric()))
+    {
+        let all: Vec<String> = before.iter().cloned().chain([stem.to_owned()]).collect();
+        return Some(essence(&all));
+    }
+    let (first, rest) = candidate.tokens.split_first()?;
+    (first == axis && !rest.is_empty()).then(|| essence(rest))
+}
+
+/// Whether a name of one letter stands beside the others of its vector, which other names need not.
+pub(crate) fn has_brothers(name: &str, role: Role, candidate: &Candidate<'_>, candidates: &[Candidate<'_>]) -> bool {
+    let Some(letters) = LETTERS.iter().find(|letters| letters.contains(&name)) else { return true };
+    let is_stated = candidate.unit.is_some_and(|unit| unit.dimension == role.dimension() && !is_count(unit));
+    let renamed = |letter: &str| {
+        let last = candidate.plain.strip_suffix(name).map(|before| format!("{before}{letter}"));
+        [Some(candidate.plain.replace(name, letter)), last]
+    };
+    let is_there = |letter: &str| {
+        let names = renamed(letter);
+        candidates.iter().any(|other| {
+            other.from.source == candidate.from.source && names.iter().flatten().any(|name| other.plain == *name)
+        })
+    };
+    let beside = |letters: &[&str]| letters.iter().filter(|letter| **letter != name && is_there(letter)).count();
+    let others = beside(letters);
+    match letters[0] {
+        // Beside u and w it is a velocity of the body.
+        "u" => others == 0,
+        "p" | "pn" => is_stated || others > 0,
+        // Body rates stand beside body forces.
+        "ax" => is_stated || others + beside(&["p", "q", "r"]) > 0,
+        // Beside accelerations; by themselves they are gravity.
+        "gx" => others == 2 && (beside(&["ax", "ay", "az"]) > 0 || beside(&["accx", "accy", "accz"]) > 0),
+        "xe" => others == 2 || (name == "ye" && is_there("xn")),
+        _ => others == 2,
+    }
+}

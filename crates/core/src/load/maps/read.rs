@@ -1,0 +1,333 @@
+//! Reading: from a plan to a recording in SI.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::load::clock::TimeFault;
+use crate::load::clock::fault_at;
+use crate::load::contents::{Probe, Source};
+use crate::load::error::LoadError;
+use crate::load::formats::recognise::inspect;
+use crate::load::maps::derive::{add_attitude, add_position, add_velocity};
+use crate::load::maps::map::ChannelMap;
+use crate::load::maps::plan::{Assignment, At, Plan, plan_all};
+use crate::series::{Channel, Recording, Series};
+
+/// Reads what `plan` says: mapped channels in SI first, then every other channel that has a time vector, as recorded.
+///
+/// # Errors
+/// [`LoadError::Plan`] when the plan has errors; [`LoadError::Time`] when the time of a mapped channel does not increase and
+/// the map does not say to drop such samples; whatever reading the file gives.
+pub fn read(plan: &Plan) -> Result<Recording, LoadError> {
+    if plan.has_errors() {
+        return Err(LoadError::Plan { problems: plan.problems.clone() });
+    }
+    let mut probes = plan.probes.clone();
+    for probe in &mut probes {
+        probe.complete()?;
+    }
+    let mut reader = Reader { plan, probes, stamps: BTreeMap::new(), shifts: BTreeMap::new(), joined: BTreeMap::new() };
+    let mut recording = Recording::default();
+    for probe in &reader.probes {
+        let name = probe.path.display();
+        recording.warnings.extend(probe.warnings.iter().map(|warning| format!("{name}: {warning}")));
+    }
+    recording.warnings.extend(plan.problems.iter().map(ToString::to_string));
+    reader.lay_end_to_end(&mut recording.warnings)?;
+    let mut used = BTreeSet::new();
+    for (&role, assignment) in &plan.roles {
+        let series = reader.series(assignment)?;
+        let first = assignment.parts[0][0].0;
+        if assignment.parts[0].len() == 1 {
+            used.extend(assignment.parts.iter().map(|terms| terms[0].0));
+        }
+        note_non_finite(&assignment.target, &series, &mut recording.warnings);
+        recording.roles.insert(role, recording.channels.len());
+        let names: Vec<&str> = assignment.parts[0].iter().map(|&(at, _)| reader.channel_name(at)).collect();
+        let (source, name) = (reader.source(first).name.clone(), names.join(" & "));
+        recording.channels.push(Channel { source, name, unit: role.dimension().si_symbol().to_owned(), series });
+    }
+    for (name, assignment) in &plan.truth {
+        recording.truth.insert(name.clone(), reader.series(assignment)?);
+        used.extend(assignment.parts.iter().flatten().map(|&(at, _)| at));
+    }
+    reader.derive(&mut recording, &mut used)?;
+    reader.add_unmapped(&used, &mut recording);
+    reader.note_clocks(&mut recording);
+    Ok(recording)
+}
+
+/// Reads all recordings of one flight into one.
+///
+/// # Errors
+/// As [`crate::load::probe()`] and [`read`].
+pub fn read_all<P: AsRef<Path>>(paths: &[P], map: &ChannelMap) -> Result<Recording, LoadError> {
+    let paths: Vec<&Path> = paths.iter().map(AsRef::as_ref).collect();
+    let probes: Vec<_> = paths.into_par_iter().with_max_len(1).map(inspect).collect();
+    // of several that cannot be read the first is told
+    let probes = probes.into_iter().collect::<Result<Vec<_>, _>>()?;
+    read(&plan_all(&probes, map))
+}
+
+/// What to do about a time vector that does not increase.
+const TIME_CURE: &str =
+    "set repair = \"drop\" in the map's [[time]] entry to leave such samples out, or give start_time and sample_rate";
+
+/// A clock's place: probe, source, clock.
+type ClockAt = (usize, usize, usize);
+
+/// Stamps of a clock and the samples that keep theirs.
+struct Stamps {
+    time_s: Arc<[f64]>,
+    /// Indices kept, when some were left out.
+    kept: Option<Vec<usize>>,
+}
+
+struct Reader<'p> {
+    plan: &'p Plan,
+    probes: Vec<Probe>,
+    stamps: BTreeMap<ClockAt, Stamps>,
+    /// Added to the time of a source laid end to end, s.
+    shifts: BTreeMap<(usize, usize), f64>,
+    /// Time vectors of recordings in parts.
+    joined: BTreeMap<Vec<ClockAt>, Arc<[f64]>>,
+}
+
+impl Reader<'_> {
+    fn source(&self, at: At) -> &Source {
+        &self.probes[at.probe].sources[at.source]
+    }
+
+    fn channel_name(&self, at: At) -> &str {
+        &self.source(at).channels[at.channel].name
+    }
+
+    fn clock_at(&self, at: At) -> Option<ClockAt> {
+        self.source(at).channels[at.channel].clock.map(|clock| (at.probe, at.source, clock))
+    }
+
+    /// Stamps of one clock, checked once.
+    fn stamps(&mut self, at: ClockAt) -> Result<&Stamps, LoadError> {
+        if !self.stamps.contains_key(&at) {
+            let stamps = self.check_stamps(at)?;
+            self.stamps.insert(at, stamps);
+        }
+        Ok(&self.stamps[&at])
+    }
+
+    fn check_stamps(&self, at: ClockAt) -> Result<Stamps, LoadError> {
+        let (probe, source, clock) = at;
+        let source = &self.probes[probe].sources[source];
+        let clock = &source.clocks[clock];
+        let shift = self.shifts.get(&(at.0, at.1)).copied().unwrap_or(0.0);
+        let Some(index) = clock.index else {
+            let time_s = (0..clock.samples).map(|index| clock.start_s + shift + index as f64 / clock.rate_hz).collect();
+            return Ok(Stamps { time_s, kept: None });
+        };
+        let raw = source.channels[index].values();
+        let drop_faults = self.plan.time.get(&(at.0, at.1)).is_some_and(|entry| entry.drop_faults);
+        let mut latest = f64::NEG_INFINITY;
+        let mut kept: Option<Vec<usize>> = None;
+        let mut time_s = Vec::with_capacity(raw.len());
+        for (index, &value) in raw.iter().enumerate() {
+            let time = clock.unit.to_si(value) + shift;
+            match fault_at(index, time, latest) {
+                None => {
+                    latest = time;
+                    time_s.push(time);
+                    kept.iter_mut().for_each(|kept| kept.push(index));
+                }
+                Some(_) if drop_faults => {
+                    kept.get_or_insert_with(|| (0..index).collect());
+                }
+                Some(fault) => return Err(self.time_error(at, fault)),
+            }
+        }
+        Ok(Stamps { time_s: time_s.into(), kept })
+    }
+
+    fn time_error(&self, at: ClockAt, fault: TimeFault) -> LoadError {
+        let probe = &self.probes[at.0];
+        let source = &probe.sources[at.1];
+        let clock = &source.clocks[at.2];
+        let cure = clock.question.as_deref().unwrap_or(TIME_CURE).into();
+        let (path, source_name, channel) = (probe.path.clone(), source.name.clone(), clock.channel.clone());
+        LoadError::Time { path, source_name, channel, fault, cure }
+    }
+
+    /// Shifts the sources of a recording in parts so that each starts after the one before.
+    fn lay_end_to_end(&mut self, warnings: &mut Vec<String>) -> Result<(), LoadError> {
+        let Some(gap_s) = self.plan.end_to_end_gap_s else { return Ok(()) };
+        let mut end_s: Option<f64> = None;
+        for &(probe, source) in &self.plan.sequence {
+            let stamps = self.check_stamps((probe, source, 0))?;
+            let (Some(&first), Some(&last)) = (stamps.time_s.first(), stamps.time_s.last()) else { continue };
+            let shift = end_s.map_or(0.0, |end| end + gap_s - first);
+            self.shifts.insert((probe, source), shift);
+            end_s = Some(last + shift);
+            let (name, start, end) = (&self.probes[probe].sources[source].name, first + shift, last + shift);
+            warnings.push(format!(
+                "source '{name}' is laid at {start:.3} s to {end:.3} s: its own clock plus {shift:.3} s"
+            ));
+        }
+        Ok(())
+    }
+
+    /// The SI series of one assignment: sign * scale * to_si(sum of weight * raw + offset).
+    fn series(&mut self, assignment: &Assignment) -> Result<Series, LoadError> {
+        let clocks: Vec<ClockAt> = assignment.parts.iter().filter_map(|terms| self.clock_at(terms[0].0)).collect();
+        for &clock in &clocks {
+            self.stamps(clock)?;
+        }
+        let parts = assignment.parts.iter().zip(&clocks);
+        let mut parts =
+            parts.map(|(terms, clock)| self.converted(assignment, terms, self.stamps[clock].kept.as_deref()));
+        if let [clock] = clocks[..] {
+            let values = parts.next().unwrap_or_default();
+            return Ok(Series { time_s: Arc::clone(&self.stamps[&clock].time_s), values });
+        }
+        let values = parts.flat_map(|part| part.to_vec()).collect();
+        Ok(Series { time_s: self.joined_time(clocks)?, values })
+    }
+
+    /// Adds the roles that the map derives; the channels they are made of count as used.
+    fn derive(&mut self, recording: &mut Recording, used: &mut BTreeSet<At>) -> Result<(), LoadError> {
+        if let Some(position) = &self.plan.position {
+            add_position(recording, position);
+        }
+        let channels = &self.plan.derived;
+        if let Some((parts, axes)) = &channels.attitude {
+            let series = parts.iter().map(|part| self.series(part)).collect::<Result<Vec<_>, _>>()?;
+            add_attitude(recording, &series, *axes);
+        }
+        if let Some([speed, track]) = &channels.velocity {
+            let (speed, track) = (self.series(speed)?, self.series(track)?);
+            add_velocity(recording, &speed, &track);
+        }
+        let attitude = channels.attitude.iter().flat_map(|(parts, _)| parts);
+        let all = attitude.chain(channels.velocity.iter().flatten());
+        used.extend(all.flat_map(|assignment| assignment.parts.iter().flatten()).map(|&(at, _)| at));
+        Ok(())
+    }
+
+    /// Values of one part of an assignment, SI.
+    fn converted(&self, assignment: &Assignment, terms: &[(At, f64)], kept: Option<&[usize]>) -> Arc<[f64]> {
+        let raw: Vec<(&[f64], f64)> =
+            terms.iter().map(|&(at, weight)| (self.source(at).channels[at.channel].values(), weight)).collect();
+        let convert = |index: usize| {
+            let sum: f64 = raw.iter().map(|(values, weight)| weight * values[index]).sum();
+            assignment.factor * assignment.unit.to_si(sum + assignment.offset)
+        };
+        match kept {
+            None => (0..raw[0].0.len()).map(convert).collect(),
+            Some(kept) => kept.iter().map(|&index| convert(index)).collect(),
+        }
+    }
+
+    /// Time of consecutive parts, which may not overlap.
+    fn joined_time(&mut self, clocks: Vec<ClockAt>) -> Result<Arc<[f64]>, LoadError> {
+        for pair in clocks.windows(2) {
+            let (before, after) = (&self.stamps[&pair[0]].time_s, &self.stamps[&pair[1]].time_s);
+            if let (Some(&before_s), Some(&time_s)) = (before.last(), after.first())
+                && before_s >= time_s
+            {
+                return Err(self.time_error(pair[1], TimeFault::Backwards { index: 0, before_s, time_s }));
+            }
+        }
+        let stamps = &self.stamps;
+        let join =
+            |clocks: &Vec<ClockAt>| clocks.iter().flat_map(|clock| stamps[clock].time_s.iter().copied()).collect();
+        let time: &mut Arc<[f64]> = self.joined.entry(clocks.clone()).or_insert_with(|| join(&clocks));
+        Ok(Arc::clone(time))
+    }
+
+    /// Adds every channel that has a time vector and plays no role, as recorded.
+    fn add_unmapped(&mut self, used: &BTreeSet<At>, recording: &mut Recording) {
+        let mut refused = BTreeSet::new();
+        for probe in 0..self.probes.len() {
+            for source in 0..self.probes[probe].sources.len() {
+                for channel in 0..self.probes[probe].sources[source].channels.len() {
+                    let at = At { probe, source, channel };
+                    let Some(clock) = self.clock_at(at) else { continue };
+                    if used.contains(&at) || refused.contains(&clock) || self.source(at).channels[channel].is_time {
+                        continue;
+                    }
+                    if let Err(error) = self.stamps(clock) {
+                        recording.warnings.push(format!("{error}; its channels are left out"));
+                        refused.insert(clock);
+                        continue;
+                    }
+                    recording.channels.push(self.as_recorded(at, &self.stamps[&clock]));
+                }
+            }
+        }
+    }
+
+    fn as_recorded(&self, at: At, stamps: &Stamps) -> Channel {
+        let (source, channel) = (self.source(at), &self.source(at).channels[at.channel]);
+        let values = match (&channel.data, &stamps.kept) {
+            (crate::load::contents::Data::Values(values), None) => Arc::clone(values),
+            (_, Some(kept)) => kept.iter().map(|&index| channel.values()[index]).collect(),
+            (_, None) => channel.values().into(),
+        };
+        let unit = channel.unit.clone().unwrap_or_default();
+        let series = Series { time_s: Arc::clone(&stamps.time_s), values };
+        Channel { source: source.name.clone(), name: channel.name.clone(), unit, series }
+    }
+
+    /// Warnings on samples left out and gaps of the clocks that were used, and their UTC starts.
+    fn note_clocks(&self, recording: &mut Recording) {
+        for (&(probe, source, clock), stamps) in &self.stamps {
+            let contents = &self.probes[probe].sources[source];
+            let clock = &contents.clocks[clock];
+            let place = format!("{}: source '{}'", self.probes[probe].path.display(), contents.name);
+            if let Some(kept) = &stamps.kept {
+                let (lost, all) = (clock.samples - kept.len(), clock.samples);
+                let why =
+                    clock.faults.first().map(|fault| format!(", the first because it {fault}")).unwrap_or_default();
+                recording.warnings.push(format!("{place}: {lost} of {all} samples left out for their time{why}"));
+            }
+            if let Some(longest) =
+                clock.gaps.iter().max_by(|a, b| (a.end_s - a.start_s).total_cmp(&(b.end_s - b.start_s)))
+            {
+                let (count, length) = (clock.gaps.len(), longest.end_s - longest.start_s);
+                let text =
+                    format!("{place}: {count} gaps in time, the longest {length:.3} s after {:.3} s", longest.start_s);
+                recording.warnings.push(text);
+            }
+            if let Some(utc) = self.plan.time.get(&(probe, source)).and_then(|entry| entry.utc_start_s) {
+                recording.utc_start_s.insert(contents.name.clone(), utc);
+            }
+        }
+    }
+}
+
+/// Says how many samples are not finite, unless blanks between those of a slower sensor are meant.
+fn note_non_finite(target: &str, series: &Series, warnings: &mut Vec<String>) {
+    let Some(first) = series.values.iter().position(|value| !value.is_finite()) else { return };
+    if is_of_slower_sensor(&series.values) {
+        return;
+    }
+    let count = series.values.iter().filter(|value| !value.is_finite()).count();
+    let (all, time) = (series.values.len(), series.time_s[first]);
+    warnings.push(format!("{target}: {count} of {all} samples are not finite, the first at {time:.3} s"));
+}
+
+/// Whether the finite values come every so many rows.
+fn is_of_slower_sensor(values: &[f64]) -> bool {
+    /// Finite values that show it at least, and the part of their intervals that must be the usual one, or one row off it.
+    const LEAST: usize = 10;
+    const EVEN: f64 = 0.95;
+    let rows: Vec<usize> = (0..values.len()).filter(|&row| values[row].is_finite()).collect();
+    let mut intervals: Vec<usize> = rows.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if rows.len() < LEAST {
+        return false;
+    }
+    intervals.sort_unstable();
+    let usual = intervals[intervals.len() / 2];
+    let even = intervals.iter().filter(|interval| interval.abs_diff(usual) <= 1).count();
+    usual >= 2 && even as f64 >= EVEN * intervals.len() as f64
+}

@@ -1,0 +1,187 @@
+//! Names that recorders give the channels of each role; German and French words are in `foreign_names.rs`.
+
+use crate::quantity::Role;
+
+/// Names of a role, best first.
+pub(crate) type RoleNames = (Role, &'static [&'static str]);
+
+/// Names a role goes by, in small letters without separators, best first.
+#[rustfmt::skip]
+pub(crate) const NAMES: &[RoleNames] = &[
+    (Role::SpecificForceX, &[
+        "ax", "accx", "accelx", "xacc", "xaccel", "longacc", "blongacc", "imuax", "nx", "fx", "linearaccelerationx",
+        "longitudinalacceleration", "longaccel", "longitudinalaccel", "longac", "lonac", "axialaccel", "accellong",
+        "acclong", "accelerationlongitudinal", "xaxisacceleration", "xbodyaxisacceleration", "bodyaccelx", "apilotx",
+        "gloadaxial", "accelerationx", "bodyaccelerationx", "inlineacc",
+    ]),
+    (Role::SpecificForceY, &[
+        "ay", "accy", "accely", "yacc", "yaccel", "latacc", "blatacc", "imuay", "ny", "fy", "linearaccelerationy",
+        "lateralacceleration", "lataccel", "lateralaccel", "latac", "accellat", "acclat", "accelerationlateral",
+        "yaxisacceleration", "ybodyaxisacceleration", "bodyaccely", "apiloty", "accelerationy", "bodyaccelerationy", "lateralacc", "latg",
+    ]),
+    (Role::SpecificForceZ, &[
+        "az", "accz", "accelz", "zacc", "zaccel", "normacc", "bnormacc", "imuaz", "nz", "fz", "linearaccelerationz",
+        "normalacceleration", "normaccel", "normalaccel", "normac", "vertac", "vertaccel", "vertacc", "verticalaccel",
+        "verticalacceleration", "accelvert", "accvert", "accelnorm", "accelerationnormal", "accelerationvertical",
+        "zaxisacceleration", "zbodyaxisacceleration", "bodyaccelz", "bodyaccelerationz", "verticalacc", "vrtg", "apilotz", "gforce", "gload", "loadfactor", "nzg",
+        "accelerationz", "g",
+    ]),
+    (Role::RollRate, &[
+        "p", "rollrate", "brollrate", "gyrox", "gyrx", "omegax", "wx", "pbody", "xrate", "angularvelocityx", "rollspeed",
+        "rateroll", "ratex", "angularratex", "xgyro", "bodyrollrate", "prate", "gx", "pb",
+    ]),
+    (Role::PitchRate, &[
+        "q", "pitchrate", "bpitchrate", "gyroy", "gyry", "omegay", "wy", "qbody", "yrate", "angularvelocityy", "pitchspeed",
+        "ratepitch", "ratey", "angularratey", "ygyro", "bodypitchrate", "qrate", "gy", "qb",
+    ]),
+    (Role::YawRate, &[
+        "r", "yawrate", "byawrate", "gyroz", "gyrz", "omegaz", "wz", "rbody", "zrate", "angularvelocityz", "yawspeed",
+        "rateyaw", "ratez", "angularratez", "zgyro", "bodyyawrate", "rrate", "gz", "rb",
+    ]),
+    (Role::RollAcceleration, &["pdot"]),
+    (Role::PitchAcceleration, &["qdot"]),
+    (Role::YawAcceleration, &["rdot"]),
+    (Role::PositionNorth, &["x", "posn", "posnorth", "north", "xe", "xn", "pn", "xpos", "positionnorth", "rn", "xned"]),
+    (Role::PositionEast, &["y", "pose", "poseast", "east", "ye", "pe", "ypos", "positioneast", "re", "yned"]),
+    (Role::PositionDown, &[
+        "z", "posd", "posdown", "down", "ze", "pd", "zpos", "positiondown", "rd", "zned", "posup", "positionup", "zup",
+    ]),
+    (Role::VelocityNorth, &[
+        "vnorth", "vn", "veln", "velnorth", "velocitynorth", "speednorth", "gpsvn", "vngps", "northvelocity", "northspeed",
+        "nvel", "northvel", "vned0",
+    ]),
+    (Role::VelocityEast, &[
+        "veast", "ve", "vele", "veleast", "velocityeast", "speedeast", "gpsve", "vegps", "eastvelocity", "eastspeed",
+        "evel", "eastvel", "vned1",
+    ]),
+    (Role::VelocityDown, &[
+        "vdown", "vd", "veld", "veldown", "velocitydown", "speeddown", "gpsvd", "vdgps", "downvelocity", "vned2", "velup",
+        "vup", "velocityup", "upvelocity", "speedup", "climb", "climbspeed", "verticalvelocity", "vertspeed", "vertvel",
+        "vertspd", "vspeed", "verticalspd", "vsi", "altdot", "rateofclimbordescent", "vertrate", "inertialverticalspeed",
+        "climbrate", "verticalspeed", "vspd", "rateofclimb", "vs", "vvi", "ivv", "roc", "hdot", "altituderate", "altrate",
+    ]),
+    (Role::BankAngle, &[
+        "phi", "roll", "bank", "rollangle", "bankangle", "rollattitude", "attituderoll", "bankattitude", "eulerroll",
+        "rolleuler", "eulerrollangle", "phib", "ahrsroll", "rollatt", "anglex", "angleroll",
+    ]),
+    (Role::PitchAngle, &[
+        "theta", "pitch", "tht", "pitchangle", "the", "ptch", "pitchattitude", "attitudepitch", "eulerpitch", "pitcheuler",
+        "eulerpitchangle", "thetab", "ahrspitch", "pitchatt", "angley", "anglepitch",
+    ]),
+    (Role::HeadingAngle, &[
+        "psi", "yaw", "heading", "hdg", "trueheading", "headingtrue", "hdingtrue", "headingangle", "yawangle", "euleryaw",
+        "yaweuler", "euleryawangle", "eulerheading", "hdgtrue", "hdgmag", "headingmag", "magheading", "headingmagnetic",
+        "magneticheading", "azimuth", "headtrue", "headmag", "anglez", "angleyaw",
+    ]),
+    (Role::TrueAirspeed, &[
+        "airspeed", "tas", "vtas", "trueairspeed", "vtrue", "vtotal", "vtot", "va", "vt", "v", "ktas", "speedtrue",
+        "airspeedtrue", "tasspeed", "vair",
+    ]),
+    (Role::AngleOfAttack, &["alpha", "aoa", "angleofattack", "alfa", "alphavane", "vaneaoa", "attackangle", "aoal", "aoar"]),
+    (Role::Sideslip, &[
+        "beta", "aos", "sideslip", "angleofsideslip", "betavane", "vaneaos", "ssa", "sideslipangle", "slipangle",
+        "anglesideslip",
+    ]),
+    (Role::Aileron, AILERON),
+    (Role::Elevator, &[
+        "deltae", "deltam", "de", "elevator", "delev", "elev", "elv", "elevatorpos", "elevatordeflection",
+        "elevatorposition", "elevpos", "elevatorangle", "elevatorpositionleft", "elevatorpositionright", "elvl", "elvr",
+    ]),
+    (Role::Rudder, &[
+        "deltar", "deltan", "dr", "rudder", "drud", "rud", "rudderpos", "rudderdeflection", "rudderposition", "rudpos",
+        "rudderangle", "rudd", "rdr",
+    ]),
+    (Role::ElevatorTrim, &["deltate", "dte", "elevatortrim", "elevtrim", "elevatordte", "trimtab"]),
+    (Role::Stabiliser, &["stabiliser", "stabilizer", "stab", "ih"]),
+    (Role::Flap, &["flap", "flaps", "df", "deltaf", "flappos", "flapangle", "dfr", "dfl", "flapposition"]),
+    (Role::StaticPressure, &[
+        "staticpressure", "ps", "pstat", "pstatic", "static", "staticpress", "baro", "ambientpressure", "airpressure",
+        "baropressure", "baropress", "barometricpressure", "atmpressure", "pressurestatic", "pressstatic", "pressurebaro",
+        "pambient", "pressure", "press",
+    ]),
+    (Role::AirTemperature, &[
+        "airtemperature", "sat", "oat", "staticairtemperature", "airtemp", "airtc", "outsideairtemperature",
+        "ambienttemperature", "tempambient", "outsideairtemp", "ambienttemp", "tair", "ts", "tamb",
+    ]),
+    (Role::TotalTemperature, &["totaltemperature", "tat", "tt", "totalairtemperature", "totalairtemp", "temptotal"]),
+    (Role::AirDensity, &["rho", "airdensity", "density"]),
+    (Role::Mach, &["mach", "ma", "machnumber"]),
+    (Role::CalibratedAirspeed, &[
+        "cas", "calibratedairspeed", "ias", "vcas", "vias", "kias", "kcas", "indicatedairspeed", "airspeedindicated",
+        "computedairspeed", "airspeedcomputed", "airspeedcomp", "airspeedind", "indairspeed", "calairspeed",
+        "airspeedcal", "airspeedcalibrated", "indicatedspeed", "speedindicated", "iasspeed",
+    ]),
+    (Role::Altitude, &[
+        "altitude", "alt", "pressurealtitude", "hp", "palt", "altp", "h", "baroalt", "altitudeasl", "altitudestd", "altstd", "zp",
+        "altitudesealevel", "altitudeabovesealevel", "altind", "altitudeind", "heightabovesealevel", "hbaro", "altbaro",
+        "pressurealt", "pressalt", "altitudepressure", "altitudepress", "altpressure", "altpress", "altitudeqne", "altqne", "altb",
+        "altitudebaro", "baroaltitude", "barometricaltitude", "altbarometric", "baroheight", "height", "altitudeabsolute",
+        "altitudeamsl", "altamsl", "hasl", "altasl",
+    ]),
+    (Role::Latitude, &["latitudegeodetic", "latitude", "lat", "gpslat", "latgps", "latitudegps", "gpslatitude", "latp"]),
+    (Role::Longitude, &[
+        "longitude", "lon", "long", "lng", "gpslon", "gpslong", "gpslng", "longps", "lnggps", "longgps", "longitudegps",
+        "gpslongitude", "lonp",
+    ]),
+    (Role::GpsAltitude, &[
+        "gpsaltitude", "gpsalt", "geoaltitude", "altgps", "hgps", "gpsheight", "altitudemsl", "altmsl", "hmsl", "heightmsl",
+        "hsl", "gpsalti", "gnssaltitude", "gnssalt", "hell", "heightellipsoid", "ellipsoidheight", "ellipsoidalheight",
+        "altitudewgs84", "altellipsoid", "altitudegps", "gpsheightmsl",
+    ]),
+    (Role::FuelMass, &["fuelmass", "fuelonboard", "fuel"]),
+    (Role::FuelFlow, &["fuelflow", "ff"]),
+    (Role::Thrust1, &["thrust1", "thrustleft", "thrustfront", "thrust"]),
+    (Role::Thrust2, &["thrust2", "thrustright", "thrustrear"]),
+    (Role::EngineSpeed1, &[
+        "enginespeed1", "rpm1", "n11", "rpm", "rpmleft", "motorrpm", "enginerpm", "enginespeed", "e1rpm", "eng1rpm", "rpml",
+        "propellerrpm", "proprpm",
+    ]),
+    (Role::EngineSpeed2, &["enginespeed2", "rpm2", "rpmright", "e2rpm", "eng2rpm", "rpmr"]),
+    (Role::ManifoldPressure1, &["manifoldpressure1", "map1", "mp1", "e1map", "manifoldpressure", "manifoldpress"]),
+    (Role::ManifoldPressure2, &["manifoldpressure2", "map2", "mp2"]),
+    (Role::Power1, &["power1", "power"]),
+    (Role::Power2, &["power2"]),
+    (Role::WeightOnWheels, &[
+        "weightonwheels", "wow", "squatswitch", "onground", "weightonwheel", "onrunwy", "onrunway",
+    ]),
+];
+
+/// Whether small letters without separators are a name of a role.
+pub(crate) fn is_known(plain: &str) -> bool {
+    NAMES.iter().any(|(_, names)| names.contains(&plain))
+}
+
+/// Names of ailerons: their common deflection first, then the right one, whose trailing edge down is positive, then the left one, turned.
+pub(crate) const AILERON: &[&str] = &[
+    "deltaa",
+    "deltal",
+    "da",
+    "aileron",
+    "dail",
+    "ail",
+    "ailerondeflection",
+    "rightaileron",
+    "aileronright",
+    "rightaileronpos",
+    "ailr",
+    "dar",
+    "deltaar",
+    "leftaileron",
+    "aileronleft",
+    "leftaileronpos",
+    "aill",
+    "dal",
+    "deltaal",
+    "aileronpositionright",
+    "aileronr",
+    "raileron",
+    "aileronrh",
+    "aileronpositionleft",
+    "aileronl",
+    "laileron",
+    "aileronlh",
+    "aileronpos",
+    "aileronposition",
+    "ailpos",
+    "aileronangle",
+];

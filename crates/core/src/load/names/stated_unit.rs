@@ -1,0 +1,326 @@
+//! Units that channels state, beside their name or at the end of it.
+
+use crate::load::contents::ChannelInfo;
+use crate::load::names::role_names::{self, NAMES};
+use crate::load::names::words::plain_letters;
+use crate::quantity::{Dimension, Role, Unit};
+
+/// Ends of names that tell a unit, in small letters, longest first.
+const UNIT_ENDINGS: &[(&str, &str)] = &[
+    ("_rad_sec2", "rad/s^2"),
+    ("_deg_sec2", "deg/s^2"),
+    ("_slugs_ft3", "slug/ft^3"),
+    ("_slug_ft3", "slug/ft^3"),
+    ("_lbf_ft2", "psf"),
+    ("_ft_sec2", "ft/s^2"),
+    ("_fps_sec", "ft/s^2"),
+    ("_kg_m3", "kg/m^3"),
+    ("_rad_s2", "rad/s^2"),
+    ("_deg_s2", "deg/s^2"),
+    ("_rad_sec", "rad/s"),
+    ("_deg_sec", "deg/s"),
+    ("_ft_sec", "ft/s"),
+    ("_ft_min", "ft/min"),
+    ("_m_sec", "m/s"),
+    ("_nmi_h", "kt"),
+    ("_km_h", "km/h"),
+    ("_rad_s", "rad/s"),
+    ("_deg_s", "deg/s"),
+    ("_radps", "rad/s"),
+    ("_degps", "deg/s"),
+    ("_degs", "deg/s"),
+    ("_rads", "rad/s"),
+    ("_dps", "deg/s"),
+    ("_rps", "rad/s"),
+    ("_m_s2", "m/s^2"),
+    ("_mps2", "m/s^2"),
+    ("_mpss", "m/s^2"),
+    ("_ms2", "m/s^2"),
+    ("_mss", "m/s^2"),
+    ("_ft_s2", "ft/s^2"),
+    ("_m_s", "m/s"),
+    ("_mps", "m/s"),
+    ("_ms", "m/s"),
+    ("_kmh", "km/h"),
+    ("_kph", "km/h"),
+    ("_mph", "mph"),
+    ("_ft_s", "ft/s"),
+    ("_fps", "ft/s"),
+    ("_fpm", "ft/min"),
+    ("_celsius", "degC"),
+    ("_deg_c", "degC"),
+    ("_degc", "degC"),
+    ("_psf", "psf"),
+    ("_mb", "mbar"),
+    ("_km", "km"),
+    ("_cm", "cm"),
+    ("_c", "degC"),
+    ("_inhg", "inHg"),
+    ("_mbar", "mbar"),
+    ("_hpa", "hPa"),
+    ("_kpa", "kPa"),
+    ("_rad", "rad"),
+    ("_deg", "deg"),
+    ("_kts", "kt"),
+    ("_kt", "kt"),
+    ("_pa", "Pa"),
+    ("_psi", "psi"),
+    ("_rpm", "rpm"),
+    ("_ft", "ft"),
+    ("_kg", "kg"),
+    ("_lb", "lb"),
+    ("_k", "K"),
+    ("_g", "g"),
+    ("_m", "m"),
+    ("_n", "N"),
+    ("_w", "W"),
+];
+
+/// Units that stand right behind the name of a role: `alphadeg`, `pdegs`, `iaskt`.
+const GLUED: &[(&str, &str)] = &[
+    ("degps", "deg/s"),
+    ("degs", "deg/s"),
+    ("radps", "rad/s"),
+    ("rads", "rad/s"),
+    ("dps", "deg/s"),
+    ("rps", "rad/s"),
+    ("deg", "deg"),
+    ("rad", "rad"),
+    ("kts", "kt"),
+    ("kt", "kt"),
+    ("mps", "m/s"),
+    ("fps", "ft/s"),
+    ("fpm", "ft/min"),
+    ("kmh", "km/h"),
+    ("hpa", "hPa"),
+    ("inhg", "inHg"),
+    ("ft", "ft"),
+];
+
+/// Ends of names that look like a unit and are a direction or an angle.
+const NO_UNITS: &[&str] = &["v_n", "vel_n", "velocity_n", "pos_n", "position_n", "angle_psi", "heading_psi", "yaw_psi"];
+
+/// A name without the unit it ends on, and that unit: `alpha` and degrees of `alpha_deg` or `alpha-deg`.
+pub fn stem_and_unit(name: &str) -> (&str, Option<Unit>) {
+    let lower = name.to_ascii_lowercase().replace('-', "_");
+    let is_unit = !NO_UNITS.iter().any(|name| lower.ends_with(name));
+    let known = |(ending, _): &&(&str, &str)| lower.len() > ending.len() && lower.ends_with(ending);
+    // A direction, unless it is a force.
+    let is_force = || ["thrust", "force", "drag", "lift", "schub"].iter().any(|force| lower.contains(force));
+    let ending = UNIT_ENDINGS.iter().find(known).filter(|(ending, _)| is_unit && (*ending != "_n" || is_force()));
+    ending.map_or((name, None), |(ending, unit)| (&name[..name.len() - ending.len()], Unit::parse(unit).ok()))
+}
+
+/// Unit of a channel as recorded, or else as its name states it; `None` where neither states one that is known.
+pub fn stated_unit(channel: &ChannelInfo) -> Option<Unit> {
+    let recorded = channel.unit.as_deref().filter(|unit| !unit.is_empty());
+    recorded.and_then(parse_loosely).or_else(|| name_and_unit(&channel.name).1)
+}
+
+/// A name without the unit that it states in brackets, at its end or before its axis, and that unit.
+pub(crate) fn name_and_unit(name: &str) -> (String, Option<Unit>) {
+    let (name, recorded) = split_unit(name.trim());
+    if let Some(unit) = recorded.as_deref().and_then(parse_loosely) {
+        return (name.trim_end_matches(['_', ' ', '-']).to_owned(), Some(unit));
+    }
+    if let Some((_, ending)) = name.rsplit_once(['_', ' ', '-'])
+        && let Some(unit) = unit_word(ending)
+        && role_names::is_known(&plain_letters(&name))
+    {
+        // `engine rpm`: the unit is a part of the name of its role.
+        return (name, Some(unit));
+    }
+    let (stem, axis) = split_axis(&name);
+    if let (stem, Some(unit)) = stem_and_unit(stem) {
+        return (format!("{stem}{axis}"), Some(unit));
+    }
+    match stem.rsplit_once(['_', ' ', '-']).filter(|(before, _)| !before.trim().is_empty()) {
+        Some((before, ending)) => match unit_word(ending) {
+            Some(unit) => (format!("{}{axis}", before.trim_end()), Some(unit)),
+            None => split_glued(&name),
+        },
+        None => split_glued(&name),
+    }
+}
+
+/// A name that is the one of a role and, right behind it, a unit that the role can have.
+fn split_glued(name: &str) -> (String, Option<Unit>) {
+    let plain = plain_letters(name);
+    let split = |(ending, unit): &(&str, &str)| {
+        let stem = plain.strip_suffix(ending).filter(|stem| !stem.is_empty())?;
+        let unit = Unit::parse(unit).ok()?;
+        let has = |(role, names): &(Role, &'static [&'static str])| {
+            role.dimension() == unit.dimension && names.contains(&stem)
+        };
+        (!role_names::is_known(&plain) && NAMES.iter().any(has)).then(|| (stem.to_owned(), Some(unit)))
+    };
+    GLUED.iter().find_map(split).unwrap_or_else(|| (name.to_owned(), None))
+}
+
+/// A name and the axis at its end: `[0]`, `_x`.
+fn split_axis(name: &str) -> (&str, &str) {
+    let index = name.strip_suffix(']').and_then(|name| name.rfind('['));
+    let axis = || {
+        name.len()
+            .checked_sub(2)
+            .filter(|at| ["_x", "_y", "_z", ".x", ".y", ".z"].iter().any(|axis| ends_alike(name, *at, axis)))
+    };
+    let word = || {
+        let words = ["_north", "_east", "_down", "_up", "_roll", "_pitch", "_yaw"];
+        words
+            .iter()
+            .filter_map(|word| name.len().checked_sub(word.len()).filter(|at| ends_alike(name, *at, word)))
+            .next()
+    };
+    match index.or_else(axis).or_else(word) {
+        Some(at) => name.split_at(at),
+        None => (name, ""),
+    }
+}
+
+/// Whether `name` is `end` from `at` on, in whatever letters.
+fn ends_alike(name: &str, at: usize, end: &str) -> bool {
+    name.get(at..).is_some_and(|rest| rest.eq_ignore_ascii_case(end))
+}
+
+/// The unit that the last word of a name is, where it can be nothing else.
+fn unit_word(word: &str) -> Option<Unit> {
+    /// Words that are units of no role, or words of their own.
+    const WORDS: [&str; 9] = ["in", "nm", "mi", "mm", "gal", "min", "ratio", "none", "kp"];
+    let unit = (word.len() > 1 && !WORDS.contains(&word.to_lowercase().as_str())).then(|| parse_loosely(word))??;
+    (unit.dimension != Dimension::Time && !is_count(unit)).then_some(unit)
+}
+
+/// The unit of a text as recorders write them: `DEGpSEC`, `degpers`, `rad s^-1`, `meters/second`, `ft-lbs/sec`.
+pub(crate) fn parse_loosely(text: &str) -> Option<Unit> {
+    /// Words for parts of a unit.
+    const PARTS: [(&str, &str); 20] = [
+        ("degrees", "deg"),
+        ("degree", "deg"),
+        ("radians", "rad"),
+        ("radian", "rad"),
+        ("metres", "m"),
+        ("meters", "m"),
+        ("metre", "m"),
+        ("meter", "m"),
+        ("feet", "ft"),
+        ("foot", "ft"),
+        ("knots", "kt"),
+        ("seconds", "s"),
+        ("second", "s"),
+        ("secs", "s"),
+        ("sec", "s"),
+        ("minute", "min"),
+        ("fts", "ft/s"),
+        (" per ", "/"),
+        ("squared", "^2"),
+        ("kilometers", "km"),
+    ];
+    let text = text.trim();
+    if let Ok(unit) = Unit::parse(text) {
+        return Some(unit);
+    }
+    let mut plain = text.to_lowercase();
+    for (word, unit) in PARTS {
+        plain = plain.replace(word, unit);
+    }
+    let plain = plain.replace(" s^-2", "/s^2").replace(" s^-1", "/s").replace(" s-2", "/s^2").replace(" s-1", "/s");
+    let plain = plain.replace("s/s", "s^2").replace(' ', "");
+    let per = ["degpers", "radpers", "degps", "radps", "mpers", "ftpers", "mps", "ftps"]
+        .iter()
+        .find(|word| plain.starts_with(*word));
+    let plain = match per {
+        Some(word) => {
+            let stem = word.trim_end_matches('s').trim_end_matches("per").trim_end_matches('p');
+            format!(
+                "{stem}/s{}",
+                plain[word.len()..].replacen(|sign: char| sign.is_ascii_digit(), "^2", 1).replace("^^", "^")
+            )
+        }
+        None => plain,
+    };
+    Unit::parse(&plain).ok()
+}
+
+/// Whether a recorded unit says no more than that there is none.
+pub(crate) fn is_count(unit: Unit) -> bool {
+    unit.dimension == Dimension::Dimensionless && unit.scale == 1.0
+}
+
+/// A unit without the brackets about it.
+pub(crate) fn bare(unit: &str) -> String {
+    unit.trim_start_matches(['[', '(']).trim_end_matches([']', ')']).trim().to_owned()
+}
+
+/// Name and unit of a header cell `alpha [deg]`, `alpha (deg)`, `alpha, deg` or `alpha`. What is no unit stays in the name.
+pub(crate) fn split_unit(cell: &str) -> (String, Option<String>) {
+    for (open, close) in [('[', ']'), ('(', ')')] {
+        let Some((name, unit)) = cell.strip_suffix(close).and_then(|cell| cell.rsplit_once(open)) else { continue };
+        let is_index = unit.bytes().all(|byte| byte.is_ascii_digit());
+        if !name.is_empty() && !is_index && (open == '[' || Unit::parse(unit).is_ok()) {
+            return (name.trim().to_owned(), Some(unit.trim().to_owned()));
+        }
+    }
+    if let Some((name, unit)) = cell.rsplit_once(',').map(|(name, unit)| (name.trim(), unit.trim()))
+        && !name.is_empty()
+        && Unit::parse(unit).is_ok_and(|unit| unit.symbol != "-")
+    {
+        return (name.to_owned(), Some(unit.to_owned()));
+    }
+    (cell.to_owned(), None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_read_as_recorders_write_them() {
+        for (text, wanted) in [
+            ("DEGpSEC", Some("deg/s")),
+            ("degpers", Some("deg/s")),
+            ("rad s^-1", Some("rad/s")),
+            ("m s^-2", Some("m/s^2")),
+            ("fts^2", Some("ft/s^2")),
+            ("meters/second", Some("m/s")),
+            ("feet per minute", Some("ft/min")),
+            ("Deg C", Some("degC")),
+            ("flags", None),
+        ] {
+            assert_eq!(parse_loosely(text).map(|unit| unit.symbol), wanted, "{text}");
+        }
+    }
+
+    #[test]
+    fn units_are_found_in_brackets_at_the_end_and_before_the_axis() {
+        for (name, stem, wanted) in [
+            ("V_cas[kts]", "V_cas", Some("kt")),
+            ("pitch_angle_[deg]", "pitch_angle", Some("deg")),
+            ("alt_ftmsl", "alt", Some("ft")),
+            ("gyro_radps_x", "gyro_x", Some("rad/s")),
+            ("accelerometer_m_s2[0]", "accelerometer[0]", Some("m/s^2")),
+            ("rollrate-DEGpSEC", "rollrate", Some("deg/s")),
+            ("roll_in", "roll_in", None),
+            ("alphadeg", "alpha", Some("deg")),
+            ("pdegs", "p", Some("deg/s")),
+            ("left", "left", None),
+            ("vel_n_ms", "vel_n", Some("m/s")),
+            ("feVelocity_ft_s_X", "feVelocity_X", Some("ft/s")),
+            ("airDensity_slug_ft3", "airDensity", Some("slug/ft^3")),
+            ("p-rad_sec", "p", Some("rad/s")),
+            ("column[11]", "column[11]", None),
+        ] {
+            let (found, unit) = name_and_unit(name);
+            assert_eq!((found.as_str(), unit.map(|unit| unit.symbol)), (stem, wanted), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_direction_at_the_end_of_a_name_is_no_unit() {
+        for name in ["v_n", "gps_vel_n", "pos_N", "heading_psi"] {
+            assert_eq!(stem_and_unit(name), (name, None));
+        }
+        let (stem, unit) = stem_and_unit("thrust_n");
+        assert_eq!((stem, unit.map(|unit| unit.dimension)), ("thrust", Some(Dimension::Force)));
+    }
+}
