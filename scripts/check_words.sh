@@ -11,7 +11,7 @@ crates/core/src/schema.rs|nobody|a key that no file has, by which a reader is tr
 src/app/begin|mend|the dialog of new sessions is made anew as a whole
 src/app/begin|cure|the dialog of new sessions is made anew as a whole
 src/app/begin|is no|the dialog of new sessions is made anew as a whole
-src/panels/structures.rs|is no|the panel is made anew as a whole
+src/panels/model/structures.rs|is no|the panel is made anew as a whole
 '
 pages=(README.md docs/*.md docs/book/src/*.md docs/book/src/*/*.md)
 

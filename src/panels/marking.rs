@@ -5,9 +5,9 @@ use doublet_engine::report::document::Figure;
 use doublet_engine::session::{Edit, Manoeuvre, Session, Surface, WindowEdit, WindowRole};
 use eframe::egui::{self, Align2, Color32, CornerRadius, FontId, Rect, Shape, Stroke, Ui, pos2, vec2};
 
-use super::{Pane, PanelContext, View};
 use crate::command::dispatch::new_window;
 use crate::command::{CommandInfo, EditCommand, MarkCommand, UiCommand, ViewCommand};
+use crate::panels::{Pane, PanelContext, View};
 use crate::theme;
 use crate::widgets::span_editor::snapped;
 use crate::widgets::time_plot::{MarkKind, Marked, StackResponse, x_at};

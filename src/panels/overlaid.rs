@@ -5,7 +5,7 @@ use doublet_engine::run::{MOST_OVERLAID, OverlaidResults, Slot, WindowResults};
 use doublet_engine::session::Session;
 use eframe::egui::{Color32, Ui};
 
-use super::PanelContext;
+use crate::panels::PanelContext;
 use crate::theme;
 use crate::ui_state::UiState;
 use crate::widgets::time_plot::{Trace, TraceStyle};

@@ -1,198 +1,128 @@
-//! The panels there are: their titles, the pages of the manual about them, and what draws them.
+//! The panels there are, a row each: title, title on a tab, page of the manual, and what draws it.
+//!
+//! To add one: its file in the room of its step, a row here, and its place in `layouts.rs` where it stands in the layout of a step.
 
 use serde::{Deserialize, Serialize};
 
-use super::Panel;
+use super::{Panel, aircraft, filter, manoeuvres, model, recording, report, results, shortcuts, signals};
 
-/// The panels there are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Pane {
+/// What is known of a panel before it is made.
+struct PanelInfo {
+    title: &'static str,
+    tab: &'static str,
+    page: &'static str,
+    make: fn() -> Box<dyn Panel>,
+}
+
+macro_rules! panels {
+    ($($(#[$doc:meta])* $pane:ident: $title:literal $(tab $tab:literal)?, page $page:literal, $make:expr;)*) => {
+        /// The panels there are, in the order in which menus show them.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+        pub enum Pane {
+            $($(#[$doc])* $pane,)*
+        }
+
+        impl Pane {
+            /// Every panel.
+            pub const ALL: &'static [Self] = &[$(Self::$pane),*];
+        }
+
+        const PANELS: &[PanelInfo] =
+            &[$(PanelInfo { title: $title, tab: [$($tab,)? $title][0], page: $page, make: || Box::new($make) }),*];
+    };
+}
+
+panels! {
     /// What may be believed.
-    Summary,
+    Summary: "Summary", page "warnings", results::summary::Summary::default();
     /// The whole recording with its windows.
-    Flight,
+    Flight: "Flight", page "tutorial", recording::flight::Flight::default();
     /// What every channel means.
-    Channels,
+    Channels: "Channels", page "own_recording", recording::channels::Channels::default();
     /// The track over ground.
-    GroundTrack,
+    GroundTrack: "Ground track", page "tutorial", recording::ground_track::GroundTrack;
     /// One channel against another.
-    CrossPlot,
+    CrossPlot: "Cross plot", page "tutorial", recording::cross_plot::CrossPlot::default();
     /// The windows.
-    Manoeuvres,
+    Manoeuvres: "Manoeuvres", page "own_recording", manoeuvres::manoeuvre_list::Manoeuvres::default();
     /// The windows side by side.
-    Gallery,
+    Gallery: "Gallery", page "own_recording", manoeuvres::gallery::Gallery::default();
     /// Manoeuvres and candidates over two of their quantities.
-    ManoeuvreMap,
+    ManoeuvreMap: "Manoeuvre map" tab "Map", page "own_recording", manoeuvres::manoeuvre_map::ManoeuvreMap::default();
     /// Smoothing, resampling, clocks, steady windows.
-    Preprocess,
+    Preprocess: "Preprocess", page "method_path", signals::preprocess::Preprocess::default();
     /// Calibrations of the sensors.
-    Sensors,
+    Sensors: "Sensors", page "method_path", signals::sensors::Sensors::default();
     /// Settings of the filter.
-    Noise,
+    Noise: "Noise and filter", page "noise", filter::noise::Noise;
     /// States and measurements of the chosen window.
-    Reconstruction,
+    Reconstruction: "Reconstruction", page "method_path", filter::reconstruction::Reconstruction::default();
     /// Innovations of the chosen window.
-    Innovations,
+    Innovations: "Innovations", page "noise", filter::innovations::Innovations::default();
     /// Terms of the aerodynamic model.
-    Model,
+    Model: "Model", page "structure", model::terms::Model::default();
     /// Derivatives.
-    Derivatives,
+    Derivatives: "Derivatives", page "method_estimation", results::derivatives::Derivatives::default();
     /// Configurations kept by name, side by side.
-    Experiments,
+    Experiments: "Experiments", page "structure", model::experiments::Experiments::default();
     /// Coefficients, their fits and residuals.
-    Fits,
+    Fits: "Fits and residuals" tab "Fits", page "structure", model::fits::Fits::default();
     /// Validation windows flown again by the model.
-    Match,
+    Match: "Match", page "match", model::match_panel::Match::default();
     /// The flight played: attitude, velocity, wind, controls.
-    Replay,
+    Replay: "3-D replay" tab "3-D", page "method_path", recording::replay::Replay::default();
     /// Engines over the flight.
-    Propulsion,
+    Propulsion: "Propulsion", page "method_coefficients", aircraft::propulsion::Propulsion::default();
     /// Correlation of the parameters.
-    Correlation,
+    Correlation: "Correlation", page "structure", results::correlation::Correlation::default();
     /// Studies on request.
-    Studies,
+    Studies: "Studies", page "checks", results::studies::Studies::default();
     /// Derivatives against what they were computed with.
-    Sensitivity,
+    Sensitivity: "Sensitivity", page "checks", results::sensitivity::Sensitivity::default();
     /// Frequency responses and equivalent systems.
-    Responses,
+    Responses: "Frequency response" tab "Frequency", page "checks", results::responses::Responses::default();
     /// Modes of the identified aircraft and levels of its flying qualities.
-    Dynamics,
+    Dynamics: "Modes and levels" tab "Modes", page "dynamics", results::dynamics::Dynamics::default();
     /// Objective tests of simulators on the identified model.
-    Qualification,
+    Qualification: "Qualification", page "qualification", report::qualification::Qualification::default();
     /// An earlier estimate against the flight.
-    Prior,
+    Prior: "Prior", page "method_estimation", results::prior::Prior::default();
     /// Whether what was flown is enough.
-    Enough,
+    Enough: "Enough", page "planning", report::enough::Enough::default();
     /// Inputs of the next flight.
-    Design,
+    Design: "Design", page "planning", report::design::Design::default();
     /// The aircraft to scale, and its weighing.
-    Airframe,
+    Airframe: "Airframe", page "method_coefficients", aircraft::airframe::Airframe::default();
     /// A flight while it is flown.
-    Live,
+    Live: "Live", page "live", recording::live::Live::default();
     /// What is on board.
-    Loading,
+    Loading: "Loading", page "method_coefficients", aircraft::loading::LoadingPanel::default();
     /// Contents of the report.
-    Report,
+    Report: "Report", page "results", report::contents::Report::default();
     /// What was computed, when and why.
-    Log,
+    Log: "Log", page "reliability", report::log::Log;
     /// Every command with its keys.
-    Shortcuts,
+    Shortcuts: "Shortcuts", page "tutorial", shortcuts::Shortcuts;
 }
 
 impl Pane {
-    /// Every panel, in the order menus show them.
-    pub const ALL: &'static [Self] = &[
-        Self::Summary,
-        Self::Flight,
-        Self::Channels,
-        Self::GroundTrack,
-        Self::CrossPlot,
-        Self::Manoeuvres,
-        Self::Gallery,
-        Self::ManoeuvreMap,
-        Self::Preprocess,
-        Self::Sensors,
-        Self::Noise,
-        Self::Reconstruction,
-        Self::Innovations,
-        Self::Model,
-        Self::Derivatives,
-        Self::Experiments,
-        Self::Fits,
-        Self::Match,
-        Self::Replay,
-        Self::Propulsion,
-        Self::Correlation,
-        Self::Studies,
-        Self::Sensitivity,
-        Self::Responses,
-        Self::Dynamics,
-        Self::Qualification,
-        Self::Prior,
-        Self::Enough,
-        Self::Design,
-        Self::Airframe,
-        Self::Live,
-        Self::Loading,
-        Self::Report,
-        Self::Log,
-        Self::Shortcuts,
-    ];
+    fn info(self) -> &'static PanelInfo {
+        &PANELS[self as usize]
+    }
 
     /// Its title.
     pub fn title(self) -> &'static str {
-        match self {
-            Self::Summary => "Summary",
-            Self::Flight => "Flight",
-            Self::Channels => "Channels",
-            Self::GroundTrack => "Ground track",
-            Self::CrossPlot => "Cross plot",
-            Self::Manoeuvres => "Manoeuvres",
-            Self::Gallery => "Gallery",
-            Self::ManoeuvreMap => "Manoeuvre map",
-            Self::Preprocess => "Preprocess",
-            Self::Sensors => "Sensors",
-            Self::Noise => "Noise and filter",
-            Self::Reconstruction => "Reconstruction",
-            Self::Innovations => "Innovations",
-            Self::Model => "Model",
-            Self::Derivatives => "Derivatives",
-            Self::Experiments => "Experiments",
-            Self::Fits => "Fits and residuals",
-            Self::Match => "Match",
-            Self::Replay => "3-D replay",
-            Self::Propulsion => "Propulsion",
-            Self::Correlation => "Correlation",
-            Self::Studies => "Studies",
-            Self::Sensitivity => "Sensitivity",
-            Self::Responses => "Frequency response",
-            Self::Dynamics => "Modes and levels",
-            Self::Qualification => "Qualification",
-            Self::Prior => "Prior",
-            Self::Enough => "Enough",
-            Self::Design => "Design",
-            Self::Airframe => "Airframe",
-            Self::Live => "Live",
-            Self::Loading => "Loading",
-            Self::Report => "Report",
-            Self::Log => "Log",
-            Self::Shortcuts => "Shortcuts",
-        }
+        self.info().title
     }
 
     /// Its title on a tab.
     pub fn short_title(self) -> &'static str {
-        match self {
-            Self::ManoeuvreMap => "Map",
-            Self::Responses => "Frequency",
-            Self::Dynamics => "Modes",
-            Self::Fits => "Fits",
-            Self::Replay => "3-D",
-            other => other.title(),
-        }
+        self.info().tab
     }
 
     /// The page of the manual that says more about it.
     pub fn manual_page(self) -> &'static str {
-        match self {
-            Self::Summary => "warnings",
-            Self::Flight | Self::GroundTrack | Self::CrossPlot | Self::Shortcuts => "tutorial",
-            Self::Channels | Self::Manoeuvres | Self::Gallery | Self::ManoeuvreMap => "own_recording",
-            Self::Preprocess | Self::Reconstruction | Self::Sensors | Self::Replay => "method_path",
-            Self::Noise | Self::Innovations => "noise",
-            Self::Model | Self::Experiments | Self::Fits | Self::Correlation => "structure",
-            Self::Derivatives => "method_estimation",
-            Self::Match => "match",
-            Self::Propulsion | Self::Airframe | Self::Loading => "method_coefficients",
-            Self::Studies | Self::Sensitivity | Self::Responses => "checks",
-            Self::Dynamics => "dynamics",
-            Self::Qualification => "qualification",
-            Self::Prior => "method_estimation",
-            Self::Enough | Self::Design => "planning",
-            Self::Live => "live",
-            Self::Report => "results",
-            Self::Log => "reliability",
-        }
+        self.info().page
     }
 
     /// The panel with this title.
@@ -202,42 +132,6 @@ impl Pane {
 
     /// Makes the panel.
     pub fn build(self) -> Box<dyn Panel> {
-        match self {
-            Self::Summary => Box::new(super::summary::Summary::default()),
-            Self::Flight => Box::new(super::flight::Flight::default()),
-            Self::Channels => Box::new(super::channels::Channels::default()),
-            Self::GroundTrack => Box::new(super::ground_track::GroundTrack),
-            Self::CrossPlot => Box::new(super::cross_plot::CrossPlot::default()),
-            Self::Manoeuvres => Box::new(super::manoeuvres::Manoeuvres::default()),
-            Self::Gallery => Box::new(super::gallery::Gallery::default()),
-            Self::ManoeuvreMap => Box::new(super::manoeuvre_map::ManoeuvreMap::default()),
-            Self::Preprocess => Box::new(super::preprocess::Preprocess::default()),
-            Self::Sensors => Box::new(super::sensors::Sensors::default()),
-            Self::Noise => Box::new(super::noise::Noise),
-            Self::Reconstruction => Box::new(super::reconstruction::Reconstruction::default()),
-            Self::Innovations => Box::new(super::innovations::Innovations::default()),
-            Self::Model => Box::new(super::model::Model::default()),
-            Self::Derivatives => Box::new(super::derivatives::Derivatives::default()),
-            Self::Experiments => Box::new(super::experiments::Experiments::default()),
-            Self::Fits => Box::new(super::fits::Fits::default()),
-            Self::Match => Box::new(super::match_panel::Match::default()),
-            Self::Replay => Box::new(super::replay::Replay::default()),
-            Self::Propulsion => Box::new(super::propulsion::Propulsion::default()),
-            Self::Correlation => Box::new(super::correlation::Correlation::default()),
-            Self::Studies => Box::new(super::studies::Studies::default()),
-            Self::Sensitivity => Box::new(super::sensitivity::Sensitivity::default()),
-            Self::Responses => Box::new(super::responses::Responses::default()),
-            Self::Dynamics => Box::new(super::dynamics::Dynamics::default()),
-            Self::Qualification => Box::new(super::qualification::Qualification::default()),
-            Self::Prior => Box::new(super::prior::Prior::default()),
-            Self::Enough => Box::new(super::enough::Enough::default()),
-            Self::Design => Box::new(super::design::Design::default()),
-            Self::Airframe => Box::new(super::airframe::Airframe::default()),
-            Self::Live => Box::new(super::live::Live::default()),
-            Self::Loading => Box::new(super::loading::LoadingPanel::default()),
-            Self::Report => Box::new(super::report::Report::default()),
-            Self::Log => Box::new(super::log::Log),
-            Self::Shortcuts => Box::new(super::shortcuts::Shortcuts),
-        }
+        (self.info().make)()
     }
 }

@@ -2,8 +2,8 @@
 
 use eframe::egui;
 
-use super::{Panel, PanelContext};
 use crate::command::Menu;
+use crate::panels::{Panel, PanelContext};
 
 /// What the pointer does in a time plot.
 const POINTER: [(&str, &str); 17] = [

@@ -4,8 +4,8 @@ use doublet_core::series::Series;
 use doublet_engine::trace::TraceView;
 use eframe::egui::{ScrollArea, Ui};
 
-use super::PanelContext;
 use crate::notation;
+use crate::panels::PanelContext;
 use crate::ui_state::TraceRequest;
 use crate::widgets::time_plot::{TimePlot, Trace};
 use crate::widgets::time_view::TimeRange;

@@ -4,7 +4,7 @@ use doublet_engine::keep::Put;
 use doublet_engine::run::Job;
 use eframe::egui::{ProgressBar, Ui};
 
-use super::trouble;
+use crate::panels::trouble;
 
 /// Work under way, and what the last one came to.
 pub struct Working<T: Send + 'static> {

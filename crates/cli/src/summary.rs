@@ -40,6 +40,7 @@ pub fn print(session: &Session, snapshot: &Snapshot, verbose: bool) {
     if !verbose {
         results.pooled.iter().for_each(|fit| print_fit(fit, &results));
         print_stated_quantities(&results);
+        print_accelerometer_position(&results);
         print_first(&found);
     }
 }
@@ -98,6 +99,23 @@ fn print_stated_quantities(results: &Results) {
         said.iter().map(|(text, coefficients)| format!("{} with {text}", coefficients.join(" "))).collect();
     if let Some(source) = source {
         text::line(&format!("derivatives scale: {} ({source})", parts.join(", ")));
+    }
+}
+
+/// Force derivatives that change most with the stated position of the accelerometers.
+fn print_accelerometer_position(results: &Results) {
+    /// Smallest change that is printed, per cent.
+    const LEAST_PERCENT: f64 = 5.0;
+    let moved = results.pooled.iter().filter_map(FitRow::most_moved);
+    let moved = moved.filter(|(_, dependence)| dependence.change_percent.abs() >= LEAST_PERCENT);
+    let parts: Vec<String> = moved
+        .map(|(row, dependence)| {
+            let axis = dependence.axis().unwrap_or_default();
+            format!("{} {:+.0} % ({axis})", row.name, dependence.change_percent)
+        })
+        .collect();
+    if !parts.is_empty() {
+        text::line(&format!("accelerometers stated 0.1 m elsewhere change: {}", parts.join(", ")));
     }
 }
 

@@ -32,9 +32,13 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
     let active = session.active_windows();
     let pooled = snapshot.pooled.ready();
     let verdicts = snapshot.verdicts.ready();
-    let pooled_row = |fit: &CoefficientFit| FitRow {
-        follows: verdict::stated_quantity(snapshot, fit),
-        ..fit_row(fit, verdicts.and_then(|found| found.fit(None, fit.coefficient)))
+    let pooled_row = |fit: &CoefficientFit| {
+        let mut row = fit_row(fit, verdicts.and_then(|found| found.fit(None, fit.coefficient)));
+        row.follows = verdict::stated_quantity(snapshot, fit);
+        for derivative in &mut row.derivatives {
+            derivative.depends_on = verdict::dependences(session, snapshot, fit, &derivative.name);
+        }
+        row
     };
     let mut results = Results {
         format: FORMAT,
@@ -346,6 +350,7 @@ fn fit_row(fit: &CoefficientFit, judged: Option<&FitVerdict>) -> FitRow {
                     name: estimate.names[index].clone(),
                     verdict: judged.and_then(|judged| judged.derivative(&estimate.names[index]).cloned()),
                     consequence: judged.and_then(|judged| judged.consequence(&estimate.names[index]).cloned()),
+                    depends_on: Vec::new(),
                     estimate: estimate.estimates[index],
                     held: stage::describe_origin(estimate.origins[index]),
                     standard_error,

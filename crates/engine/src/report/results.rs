@@ -14,7 +14,7 @@ use super::sensor_errors::SensorErrorsRow;
 use super::signals::{NoiseRow, ProposalRow, SignalRow};
 use super::studies::StudyResults;
 use crate::stage::{PhysicsRow, Steadiness};
-use crate::verdict::{Consequence, StatedQuantity, Verdict};
+use crate::verdict::{Consequence, Dependence, StatedQuantity, Verdict};
 
 /// Value of the `format` key.
 pub const FORMAT: &str = "doublet results";
@@ -516,6 +516,20 @@ pub struct FitRow {
     pub dropped: Vec<DroppedRow>,
 }
 
+impl FitRow {
+    /// The significant derivative that the stated position of the accelerometers changes most, and by how much.
+    pub fn most_moved(&self) -> Option<(&DerivativeRow, &Dependence)> {
+        /// Largest relative error of a significant derivative, per cent.
+        const SIGNIFICANT_PERCENT: f64 = 20.0;
+        let significant = self.derivatives.iter().filter(|row| row.relative_error_percent.abs() < SIGNIFICANT_PERCENT);
+        let moved = significant.filter_map(|row| {
+            let dependence = row.depends_on.iter().find(|dependence| dependence.axis().is_some())?;
+            Some((row, dependence))
+        });
+        moved.max_by(|(_, a), (_, b)| a.change_percent.abs().total_cmp(&b.change_percent.abs()))
+    }
+}
+
 /// One derivative.
 #[derive(Clone, Debug, Serialize)]
 pub struct DerivativeRow {
@@ -527,6 +541,9 @@ pub struct DerivativeRow {
     /// Its part of the coefficient's motion, and its estimate without suspect causes; of pooled fits only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub consequence: Option<Consequence>,
+    /// Stated values that change it and that no flight shows wrong; of pooled fits only.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub depends_on: Vec<Dependence>,
     /// Estimate; per radian where the variable is an angle.
     pub estimate: f64,
     /// Constraint in use: `fixed`, `at bound`, `prior`.

@@ -8,6 +8,7 @@ mod calibration;
 mod check;
 mod delay;
 mod density;
+mod dependence;
 mod derivative;
 mod effect;
 mod findings;
@@ -40,6 +41,7 @@ use crate::session::Fix;
 
 pub use calibration::{CaseCounts, calibrate_levels};
 pub use check::{Checked, check_file, check_session};
+pub use dependence::{Dependence, dependences};
 pub use effect::{Cause, Consequence, Effect};
 pub use findings::{findings, folded};
 pub use fixes::{VerdictCounts, fixes, try_fix};

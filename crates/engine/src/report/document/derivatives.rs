@@ -155,6 +155,7 @@ pub fn derivatives(contents: &Contents<'_>) -> Parts {
         ),
         Block::Table(pooled(contents)),
         Block::Table(coefficients(contents)),
+        Block::Table(stated_values(contents)),
     ];
     let mut appendix = vec![paragraph(
         "Pooled: estimate from all identification manoeuvres, with the standard error for white residuals and the one corrected for correlated residuals. Scatter: standard deviation of the single-manoeuvre estimates. Mean, minimum, maximum and variances are those of single manoeuvres.",
@@ -242,6 +243,26 @@ fn scatter(contents: &Contents<'_>, summary: &DerivativeSummaryRow) -> Panel {
     });
     let label = notation::derivative(&summary.name);
     Panel::Plot(Plot { x: Axis::new("window", ""), y: Axis::new(label, ""), marks })
+}
+
+/// What each coefficient depends on that no flight shows wrong, and its derivative that the position of the accelerometers changes most.
+fn stated_values(contents: &Contents<'_>) -> Table {
+    let rows = contents.results.pooled.iter().filter_map(|fit| Some((fit, fit.follows.as_ref()?, fit.most_moved())));
+    let caption = "Stated values that no flight can show wrong. Derivatives are proportional to the mass or inertia, \
+                   control derivatives also inversely to the deflection. The last columns: largest change of a significant \
+                   derivative for accelerometers stated 0.1 m further along one axis.";
+    TableOf::new("stated_values", caption, rows)
+        .symbol("coefficient", "Coefficient", |(fit, ..)| fit.coefficient)
+        .text("quantity", "Proportional to", |(_, follows, _)| follows.quantity)
+        .number("value", "Value", "", 5, |(_, follows, _)| follows.value)
+        .text("unit", "Unit", |(_, follows, _)| follows.unit)
+        .text("source", "Source", |(_, follows, _)| follows.source)
+        .column(Column::new("derivative", "Most changed"), |(.., moved)| {
+            moved.map_or(Cell::Empty, |(row, _)| Cell::Symbol(row.name.clone()))
+        })
+        .optional("axis", "Accelerometers 0.1 m", |(.., moved)| Some(moved.as_ref()?.1.axis()?))
+        .maybe("change", "Change", "%", 2, |(.., moved)| Some(moved.as_ref()?.1.change_percent))
+        .done()
 }
 
 /// One row per coefficient: fit, prediction, and the derivative known least.

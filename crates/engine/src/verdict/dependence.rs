@@ -1,0 +1,110 @@
+//! What a derivative depends on that no flight shows wrong: mass, inertia, the scale of a deflection, the position of the accelerometers.
+
+use doublet_core::model::Coefficient;
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use super::StatedQuantity;
+use crate::run::Snapshot;
+use crate::session::{Session, Surface};
+use crate::stage::CoefficientFit;
+
+/// Step of a position, m.
+const STEP_M: f64 = 0.1;
+
+/// Change of a derivative with one stated value.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Dependence {
+    /// Stated value, for example `Iyy`, `elevator deflection` or `accelerometer position, forward`.
+    pub on: String,
+    /// Source of the value: `aircraft file`, `recording`.
+    pub source: &'static str,
+    /// Step of the value: `1 %` or `0.1 m`.
+    pub step: &'static str,
+    /// Change of the derivative for this step, per cent.
+    pub change_percent: f64,
+}
+
+/// What the position of the accelerometers is called, before its axis.
+const ACCELEROMETERS: &str = "accelerometer position, ";
+
+impl Dependence {
+    /// Axis of the position of the accelerometers; none of another value.
+    pub fn axis(&self) -> Option<&str> {
+        self.on.strip_prefix(ACCELEROMETERS)
+    }
+}
+
+impl std::fmt::Display for Dependence {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { on, source, step, change_percent } = self;
+        write!(f, "{on} ({source}): {step} more changes it by {change_percent:+.1} %")
+    }
+}
+
+/// What a pooled derivative depends on: the mass or inertia to which it is proportional, the deflection to which it is inversely
+/// proportional, and for forces the position of the accelerometers.
+pub fn dependences(session: &Session, snapshot: &Snapshot, fit: &CoefficientFit, name: &str) -> Vec<Dependence> {
+    let stated = super::stated_quantity(snapshot, fit).map(
+        |StatedQuantity { quantity, source, percent_per_percent, .. }| Dependence {
+            on: quantity.to_owned(),
+            source,
+            step: "1 %",
+            change_percent: percent_per_percent,
+        },
+    );
+    let terms = session.structure.terms(fit.coefficient).unwrap_or_default();
+    let term = terms.iter().find(|term| term.derivative_name(fit.coefficient) == name);
+    let powers = term.into_iter().flat_map(|term| term.factors());
+    let deflection = powers.filter_map(|(variable, power)| {
+        let surface = Surface::ALL.into_iter().find(|surface| surface.variable() == *variable)?;
+        let (on, change_percent) = (format!("{} deflection", surface.name()), -f64::from(*power));
+        Some(Dependence { on, source: "recording", step: "1 %", change_percent })
+    });
+    stated.into_iter().chain(deflection).chain(accelerometer_position(snapshot, fit, name)).collect()
+}
+
+/// Change of a force derivative with the stated position of the accelerometers, along the axis where it is largest.
+///
+/// A position stated `d` too far along an axis leaves `omega_dot x d` in the specific force. The angular acceleration per unit of a term is
+/// `q S J^-1 [b Cl, c Cm, b Cn]` with the moment derivatives of the same term, so that the dynamic pressure cancels:
+/// `dC = -m (J^-1 [b Cl, c Cm, b Cn]) x d`.
+fn accelerometer_position(snapshot: &Snapshot, fit: &CoefficientFit, name: &str) -> Option<Dependence> {
+    const DIRECTIONS: [&str; 3] = ["forward", "right", "down"];
+    let axis = match fit.coefficient {
+        Coefficient::CX => 0,
+        Coefficient::CY => 1,
+        Coefficient::CZ => 2,
+        _ => return None,
+    };
+    let estimate_of = |fit: &CoefficientFit, name: &str| {
+        let found = fit.fit.as_ref().ok()?;
+        found.names.iter().position(|own| own == name).map(|at| found.estimates[at])
+    };
+    let estimate = estimate_of(fit, name).filter(|estimate| *estimate != 0.0)?;
+    let term = name.strip_prefix(fit.coefficient.name())?;
+    let pooled = snapshot.pooled.ready()?;
+    let moment = |coefficient: Coefficient| {
+        let fit = pooled.fits.iter().find(|fit| fit.coefficient == coefficient)?;
+        estimate_of(fit, &format!("{}{term}", coefficient.name()))
+    };
+    let moments = [Coefficient::Cl, Coefficient::Cm, Coefficient::Cn].map(moment);
+    if term.starts_with("_0") || moments.iter().all(Option::is_none) {
+        return None;
+    }
+    let (window, _) = fit.windows.first()?;
+    let aero = snapshot.windows.get(window)?.aero.ready()?;
+    let mass = aero.data.mass.first()?;
+    let reference = &snapshot.aircraft.ready()?.aircraft.reference;
+    let lengths = [reference.lateral_moment_length_m, reference.chord_m, reference.lateral_moment_length_m];
+    let moments = Vector3::from_fn(|at, _| lengths[at] * moments[at].unwrap_or(0.0));
+    let turning = mass.inertia.matrix().try_inverse()? * moments;
+    let changes = std::array::from_fn::<f64, 3, _>(|along| {
+        let step = Vector3::ith(along, STEP_M);
+        -mass.mass_kg * turning.cross(&step)[axis]
+    });
+    let along = (0..3).max_by(|a, b| changes[*a].abs().total_cmp(&changes[*b].abs()))?;
+    let change_percent = 100.0 * changes[along] / estimate;
+    let on = format!("{ACCELEROMETERS}{}", DIRECTIONS[along]);
+    Some(Dependence { on, source: "aircraft file", step: "0.1 m", change_percent })
+}

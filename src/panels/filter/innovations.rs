@@ -1,0 +1,149 @@
+//! Check of the noise settings: innovations in their band, normalised innovation squared, advice.
+
+use std::sync::Arc;
+
+use doublet_engine::stage::WindowPath;
+use eframe::egui::{self, RichText, TextStyle, Ui};
+use egui_extras::{Column, TableBuilder};
+
+use crate::notation;
+use crate::panels::filter::noise_advice;
+use crate::panels::overlaid::Overlaid;
+use crate::panels::{Panel, PanelContext, View, awaiting, choices, consistency_color, empty, trouble};
+use crate::theme;
+use crate::widgets::term::column_title;
+use crate::widgets::time_plot::{PlotCache, TimePlot, Trace};
+
+/// The panel.
+#[derive(Default)]
+pub struct Innovations {
+    table: bool,
+    cache: PlotCache,
+}
+
+impl Panel for Innovations {
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let Some(results) = ctx.results() else {
+            return awaiting(ctx, ui, "the manoeuvres", "Select a manoeuvre that is in use.");
+        };
+        let stale = results.path.is_stale();
+        let error = results.path.error().map(str::to_owned);
+        let latest = results.path.latest().cloned();
+        ui.horizontal(|ui| {
+            choices(ui, &mut self.table, &[(false, "Plots"), (true, "Advice")]);
+            if let Some(consistency) = latest.as_ref().and_then(|path| path.assessment().consistency.as_ref()) {
+                let [low, high] = consistency.nis_band_correlated.map(|edge| notation::fixed(edge, 2));
+                let [mean, ratio] =
+                    [consistency.nis_mean, consistency.nis_ratio].map(|value| notation::fixed(value, 2));
+                ui.separator();
+                ui.label(format!("mean NIS {mean} ({ratio} of expected)"))
+                    .on_hover_text(format!(
+                        "NIS: normalised innovation squared. For a consistent filter the mean is between {low} and {high} with 95 % probability."
+                    ));
+            }
+        });
+        trouble(ui, error.as_deref());
+        let Some(path) = latest else {
+            return awaiting(ctx, ui, "the path of this manoeuvre", "This manoeuvre has no path.");
+        };
+        if self.table {
+            return advice(ctx, &path, ui);
+        }
+        let palette = theme::palette(ui);
+        let Some(consistency) = &path.assessment().consistency else {
+            return empty(ui, "No measurements in this manoeuvre.");
+        };
+        let window = ctx.selection().window.clone().unwrap_or_default();
+        let others = Overlaid::all(ctx, ui);
+        let others: Vec<_> =
+            others.iter().filter_map(|other| Some((other, other.window(&window)?.path.latest()?.series()))).collect();
+        let mut nis = vec![Trace { stale, ..Trace::new("NIS", &path.series().nis, palette.series[4]) }];
+        nis.extend(others.iter().map(|(other, series)| other.trace(&series.nis, 1.0)));
+        let levels = vec![consistency.nis_mean / consistency.nis_ratio];
+        let mut plots = vec![TimePlot { levels, ..TimePlot::new("NIS", "", nis) }];
+        for channel in &consistency.channels {
+            let measurement = channel.measurement;
+            let index = measurement as usize;
+            let (unit, scale) = ctx.unit(measurement.dimension());
+            let sigma = Some(&path.series().innovation_deviations[index]);
+            let band =
+                Trace {
+                    scale, stale, sigma, ..Trace::new("± 2σ", &path.series().innovation_zero, palette.series[7])
+                };
+            let name = notation::measurement(measurement);
+            let innovation = Trace {
+                scale,
+                stale,
+                ..Trace::new("innovation", &path.series().innovations[index], palette.series[0])
+            };
+            let overlaid = others.iter().map(|(other, series)| other.trace(&series.innovations[index], scale));
+            let traces = [band, innovation].into_iter().chain(overlaid).collect();
+            plots.push(TimePlot { fit_bands: true, ..TimePlot::new(name, unit, traces) });
+        }
+        ctx.stack(ui, "innovations", View::Window, &mut self.cache, &plots, &[]);
+    }
+}
+
+/// Titles of the columns of advice.
+const TITLES: [&str; 6] = ["Channel", "Updates", "Mean [σ]", "RMS [σ]", "White", "What to change"];
+/// Width of all columns but the last, with the spaces between them.
+const NUMBERS: f32 = 64.0 + 56.0 + 2.0 * 74.0 + 48.0 + 60.0;
+
+/// What the innovations say about each entry of R.
+fn advice(ctx: &PanelContext<'_>, path: &WindowPath, ui: &mut Ui) {
+    let figures = theme::figures(ui);
+    let channels = path.assessment().consistency.as_ref().map_or(&[][..], |consistency| &consistency.channels);
+    let width = (ui.available_width() - NUMBERS).max(120.0);
+    let advised: Vec<_> = channels
+        .iter()
+        .map(|channel| {
+            // The first column names the measurement, as everywhere.
+            let named = format!("{}: ", channel.measurement.name());
+            let alone = || channel.advice.strip_prefix(&named).unwrap_or(&channel.advice).to_owned();
+            let advice = noise_advice::find(ctx, channel.measurement);
+            let advice = advice.map_or_else(alone, |advice| noise_advice::words(ctx, advice));
+            ui.painter().layout(advice, TextStyle::Body.resolve(ui.style()), consistency_color(ui, channel), width)
+        })
+        .collect();
+    let heights: Vec<f32> = advised.iter().map(|advice| (advice.size().y + 4.0).max(22.0)).collect();
+    TableBuilder::new(ui)
+        .id_salt("advice")
+        .striped(true)
+        .auto_shrink(false)
+        .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
+        .column(Column::exact(64.0))
+        .column(Column::exact(56.0))
+        .columns(Column::exact(74.0), 2)
+        .column(Column::exact(48.0))
+        .column(Column::remainder().clip(true))
+        .header(20.0, |mut header| {
+            for title in TITLES {
+                header.col(|ui| {
+                    column_title(ui, title);
+                });
+            }
+        })
+        .body(|body| {
+            body.heterogeneous_rows(heights.into_iter(), |mut row| {
+                let channel = &channels[row.index()];
+                let advice = Arc::clone(&advised[row.index()]);
+                row.col(|ui| {
+                    ui.label(notation::measurement(channel.measurement));
+                });
+                let cells = [
+                    channel.samples.to_string(),
+                    notation::fixed(channel.mean, 2),
+                    notation::fixed(channel.deviation_ratio, 2),
+                    if channel.is_white { "yes" } else { "no" }.to_owned(),
+                ];
+                for text in cells {
+                    row.col(|ui| {
+                        ui.label(RichText::new(text).font(figures.clone()).size(11.0));
+                    });
+                }
+                row.col(|ui| {
+                    ui.label(advice);
+                });
+            });
+        });
+}

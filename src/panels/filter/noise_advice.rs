@@ -1,0 +1,105 @@
+//! Words and buttons of the advice on the noise of a measurement: both estimates, the NIS each gives, the reason where they differ.
+
+use doublet_core::reconstruct::Measurement;
+use doublet_engine::session::{Edit, NoiseChannel};
+use doublet_engine::stage::{NoiseAdvice, NoiseEstimate, NoiseStep};
+use eframe::egui::{self, Button, RichText, Ui};
+
+use crate::notation;
+use crate::panels::PanelContext;
+use crate::theme;
+
+/// The advice on a measurement of the chosen manoeuvre.
+pub fn find<'a>(ctx: &PanelContext<'a>, measurement: Measurement) -> Option<&'a NoiseAdvice> {
+    ctx.details()?.noise.iter().find(|advice| advice.measurement == measurement)
+}
+
+/// A deviation with its unit.
+fn with_unit(ctx: &PanelContext<'_>, measurement: Measurement, std: f64) -> String {
+    let (unit, scale) = ctx.unit(measurement.dimension());
+    format!("{} {unit}", notation::number(scale * std))
+}
+
+/// An estimate with its unit and its NIS.
+fn with_nis(ctx: &PanelContext<'_>, advice: &NoiseAdvice, estimate: NoiseEstimate) -> String {
+    format!("{} (NIS {})", with_unit(ctx, advice.measurement, estimate.std), nis(estimate))
+}
+
+fn nis(estimate: NoiseEstimate) -> String {
+    doublet_engine::notation::significant(estimate.nis, 2)
+}
+
+/// What to do, and why.
+pub fn words(ctx: &PanelContext<'_>, advice: &NoiseAdvice) -> String {
+    let said = |estimate| with_nis(ctx, advice, estimate);
+    let reason = &advice.reason;
+    let because = if reason.is_empty() { String::new() } else { format!(": {reason}") };
+    match (advice.step, advice.innovations, advice.steady) {
+        (NoiseStep::Differ, Some(one), Some(other)) => {
+            let step = match advice.recommended() {
+                Some(set) => format!("Set {}", with_unit(ctx, advice.measurement, set.std)),
+                None => format!("Keep {}", with_unit(ctx, advice.measurement, advice.used.std)),
+            };
+            format!("Innovations give {}, steady flight {}{because}. {step}.", said(one), said(other))
+        }
+        (NoiseStep::Set, Some(one), Some(other)) => {
+            format!("Set {}; now NIS {}. Steady flight agrees: {}.", said(one), nis(advice.used), said(other))
+        }
+        (NoiseStep::Set, Some(one), None) => format!("Set {}; now NIS {}.", said(one), nis(advice.used)),
+        (NoiseStep::NotNoise, _, Some(other)) => {
+            format!("{}. Steady flight gives {}.", capitalised(reason), said(other))
+        }
+        (NoiseStep::NotNoise, _, None) => format!("{}.", capitalised(reason)),
+        _ if !reason.is_empty() => format!("{}.", capitalised(reason)),
+        (_, _, Some(other)) => {
+            format!("Consistent: keep {}. Steady flight agrees: {}.", said(advice.used), said(other))
+        }
+        _ => format!("Consistent: keep {}.", said(advice.used)),
+    }
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// The estimates as buttons that take them: both where they differ, that of the innovations first.
+pub fn buttons(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, advice: &NoiseAdvice) {
+    let hint = words(ctx, advice);
+    let recommended = advice.recommended();
+    let both = [(advice.innovations, "innovations", "flight"), (advice.steady, "recorded", "steady")];
+    let shown = both.into_iter().filter(|(_, label, _)| match advice.step {
+        NoiseStep::Differ => true,
+        NoiseStep::Set => *label == "innovations",
+        NoiseStep::Keep | NoiseStep::NotNoise => *label == "recorded",
+    });
+    ui.vertical(|ui| {
+        ui.spacing_mut().item_spacing.y = 1.0;
+        for (estimate, label, short) in shown {
+            let Some(estimate) = estimate else { continue };
+            let (_, scale) = ctx.unit(advice.measurement.dimension());
+            let is_recommended = recommended == Some(estimate);
+            let is_other = advice.step == NoiseStep::Differ && label == "recorded";
+            let mut text = RichText::new(format!("⇐ {}", notation::number(scale * estimate.std))).size(11.0);
+            if is_other {
+                text = text.weak();
+            } else if is_recommended && advice.step != NoiseStep::NotNoise {
+                text = text.color(theme::palette(ui).warning);
+            }
+            ui.horizontal(|ui| {
+                ui.spacing_mut().item_spacing.x = 4.0;
+                let is_set = estimate.std == advice.used.std;
+                let take = ui.add_enabled(!is_set, Button::new(text).small());
+                let take = take.on_hover_text(&hint).on_disabled_hover_text(&hint);
+                ui.ctx().accesskit_node_builder(take.id, |node| node.set_label(format!("take {label} {name}")));
+                if take.clicked() {
+                    ctx.edit(Edit::noise(NoiseChannel::Measurement(advice.measurement), estimate.std));
+                }
+                let beside = if advice.step == NoiseStep::Differ { short } else { "" };
+                let said = format!("{beside} NIS {}", nis(estimate));
+                let said = ui.add(egui::Label::new(RichText::new(said.trim()).size(10.5).weak()).selectable(false));
+                said.on_hover_text(&hint);
+            });
+        }
+    });
+}

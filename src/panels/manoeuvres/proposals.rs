@@ -1,0 +1,168 @@
+//! Manoeuvres found in the control deflections, to be taken one by one or all, and every window's input side by side.
+
+use doublet_core::quantity::Role;
+use doublet_core::series::Series;
+use doublet_engine::report::document::{Axis, Colour, Figure, LineStyle, Mark, Panel, Plot};
+use doublet_engine::session::{Edit, Manoeuvre, Surface, WindowEdit};
+use doublet_engine::stage::open_windows;
+use eframe::egui::{self, CollapsingHeader, Grid, Response, RichText, ScrollArea, Sense, Stroke, Ui, vec2};
+
+use crate::notation;
+use crate::panels::{PanelContext, View, role_color};
+use crate::theme;
+use crate::widgets::chart::figure_menu;
+use crate::widgets::figure::FigureRequest;
+use crate::widgets::time_view::TimeRange;
+
+/// Size of a thumbnail, points.
+const SIZE: egui::Vec2 = vec2(132.0, 66.0);
+/// Height of a panel of its figure, mm.
+const PANEL_MM: f64 = 45.0;
+/// Most points of a curve of a thumbnail.
+const MOST: usize = 132;
+
+/// The windows the chosen flight proposes and the session does not have.
+pub fn proposals(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+    let name = ctx.selection().flight.clone().unwrap_or_default();
+    let Some(found) = ctx.snapshot.proposals.get(&name).and_then(|slot| slot.latest()) else { return };
+    let open = open_windows(ctx.session, found);
+    let header = match (open.len(), found.windows.len()) {
+        (_, 0) => "No manoeuvre found in the control deflections".to_owned(),
+        (0, 1) => "The manoeuvre found is in the session".to_owned(),
+        (0, all) => format!("All {all} manoeuvres found are in the session"),
+        (open, all) => format!("Manoeuvres found: {all}, not in the session: {open}"),
+    };
+    if open.is_empty() && found.findings.is_empty() {
+        ui.weak(header);
+        return;
+    }
+    CollapsingHeader::new(header).id_salt("proposals").default_open(false).show(ui, |ui| {
+        found.findings.iter().for_each(|finding| drop(ui.weak(finding)));
+        if open.is_empty() {
+            return;
+        }
+        if ui.button(format!("Accept all {}", open.len())).clicked() {
+            ctx.edit(Edit::Window(WindowEdit::AddAll(open.clone())));
+        }
+        ScrollArea::vertical().id_salt("proposed").max_height(170.0).show(ui, |ui| {
+            Grid::new("proposed").num_columns(4).striped(true).spacing([12.0, 2.0]).show(ui, |ui| {
+                let missing = found.windows.iter().filter(|proposal| proposal.covering_window(ctx.session).is_none());
+                for (window, proposal) in open.iter().zip(missing) {
+                    if ui.link(&window.name).on_hover_text("Show it").clicked() {
+                        let stretch = TimeRange::new(window.window.start_s, window.window.end_s);
+                        ctx.view(View::Flight).zoom_to(stretch);
+                    }
+                    let (start, end) = (window.window.start_s, window.window.end_s);
+                    ui.weak(format!("{} s to {} s", notation::fixed(start, 2), notation::fixed(end, 2)));
+                    let amplitude = notation::fixed(proposal.amplitude_rad.to_degrees(), 1);
+                    let text = format!("{:.0} %", 100.0 * proposal.confidence);
+                    ui.label(text).on_hover_text(format!(
+                        "how near the shape is to the ideal; {amplitude}°, shortest pulse {} s",
+                        notation::fixed(proposal.base_time_s, 2)
+                    ));
+                    let accept = ui.small_button("Accept");
+                    let label = format!("accept {}", window.name);
+                    ui.ctx().accesskit_node_builder(accept.id, |node| node.set_label(label.as_str()));
+                    if accept.clicked() {
+                        ctx.edit(Edit::Window(WindowEdit::Add(window.clone())));
+                    }
+                    ui.end_row();
+                }
+            });
+        });
+    });
+}
+
+/// Input and response of every window, side by side; a click chooses one.
+pub fn thumbnails(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+    let session = ctx.session;
+    let most = (ui.available_height() / 3.0).clamp(SIZE.y + 4.0, 260.0);
+    CollapsingHeader::new("Side by side").id_salt("thumbnails").default_open(false).show(ui, |ui| {
+        ScrollArea::vertical().id_salt("side by side").max_height(most).show(ui, |ui| {
+            ui.horizontal_wrapped(|ui| {
+                ui.spacing_mut().item_spacing = vec2(4.0, 4.0);
+                for window in &session.windows {
+                    thumbnail(ctx, ui, window);
+                }
+            });
+        });
+    });
+}
+
+/// Control and rate a manoeuvre shows most in.
+pub(crate) fn roles(surface: Option<Surface>) -> [Role; 2] {
+    let surface = surface.unwrap_or(Surface::Elevator);
+    [surface.role(), surface.rate()]
+}
+
+/// The curves of a picture of a window as a figure, each over its own axis; where it was asked for in the menu.
+pub(crate) fn figure_of(ctx: &PanelContext<'_>, response: &Response, window: &Manoeuvre) -> Option<FigureRequest> {
+    let form = figure_menu(response)?;
+    let loaded = ctx.snapshot.flights.get(&window.flight).and_then(|slot| slot.latest())?;
+    let x = Axis { range: Some([window.window.start_s, window.window.end_s]), ..Axis::time() };
+    let panel = |(at, role): (usize, Role)| {
+        let series = loaded.recording.role(role)?.series.clone();
+        let (unit, scale) = ctx.state.units.of_role(role);
+        let (label, colour) = (notation::role(role).into(), Colour::PALETTE[at]);
+        let line = Mark::Line { label, colour, style: LineStyle::Solid, series, scale };
+        Some(Panel::Plot(Plot { x: x.clone(), y: Axis::new(notation::role(role), unit), marks: vec![line] }))
+    };
+    let figure = Figure {
+        name: format!("window_{}", window.name.replace(' ', "_")),
+        caption: format!("manoeuvre {}", window.name),
+        columns: 1,
+        panel_height_mm: PANEL_MM,
+        panels: roles(window.surface).into_iter().enumerate().filter_map(panel).collect(),
+    };
+    Some(FigureRequest { figure, form })
+}
+
+fn thumbnail(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
+    let palette = theme::palette(ui);
+    let (rect, response) = ui.allocate_exact_size(SIZE, Sense::click());
+    let label = format!("thumbnail {}", window.name);
+    ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(label.as_str()));
+    if !ui.is_rect_visible(rect) {
+        return;
+    }
+    let chosen = ctx.selection().window.as_deref() == Some(window.name.as_str());
+    let edge = if chosen { Stroke::new(2.0, palette.accent) } else { Stroke::new(1.0, palette.ignored) };
+    let painter = ui.painter_at(rect);
+    painter.rect(rect, 3.0, ui.visuals().extreme_bg_color, edge, egui::StrokeKind::Inside);
+    let loaded = ctx.snapshot.flights.get(&window.flight).and_then(|slot| slot.latest());
+    for (role, color) in roles(window.surface).into_iter().zip([palette.series[0], palette.series[1]]) {
+        let Some(channel) = loaded.and_then(|loaded| loaded.recording.role(role)) else { continue };
+        let points = curve(&channel.series, window, rect.shrink2(vec2(3.0, 12.0)));
+        painter.line(points, Stroke::new(1.2, color));
+    }
+    let font = egui::FontId::proportional(10.5);
+    let at = rect.left_top() + vec2(5.0, 2.0);
+    painter.text(at, egui::Align2::LEFT_TOP, &window.name, font, role_color(palette, window.role));
+    ctx.figures.extend(figure_of(ctx, &response, window));
+    let [control, rate] = roles(window.surface).map(notation::role);
+    let response = response.on_hover_ui(|ui| {
+        ui.label(RichText::new(&window.name).strong());
+        ui.label(format!("{control} and {rate}, each over its own range"));
+    });
+    if response.clicked() {
+        ctx.choose(&window.name);
+    }
+}
+
+/// A series over a window, stretched to a rectangle.
+pub(crate) fn curve(series: &Series, window: &Manoeuvre, rect: egui::Rect) -> Vec<egui::Pos2> {
+    let inside = window.window.indices(&series.time_s);
+    let values = &series.values[inside.clone()];
+    let finite = values.iter().copied().filter(|value| value.is_finite());
+    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+    let length = window.window.end_s - window.window.start_s;
+    let step = values.len().div_ceil(MOST).max(1);
+    let points = series.time_s[inside].iter().zip(values).step_by(step).filter(|(_, value)| value.is_finite());
+    points
+        .map(|(time, value)| {
+            let x = ((time - window.window.start_s) / length) as f32;
+            let y = ((high - value) / (high - low).max(1e-12)) as f32;
+            rect.left_top() + vec2(x * rect.width(), y * rect.height())
+        })
+        .collect()
+}

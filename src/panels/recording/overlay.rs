@@ -1,0 +1,208 @@
+//! Several windows over each other, aligned at their onset: any channels as measured, coefficients with the model.
+
+use std::any::Any;
+use std::sync::Arc;
+
+use doublet_core::model::Coefficient;
+use doublet_core::quantity::Role;
+use doublet_core::series::Series;
+use doublet_engine::session::{Manoeuvre, Surface};
+use eframe::egui::{Id, ScrollArea, Ui};
+
+use crate::notation;
+use crate::panels::manoeuvres::proposals::roles;
+use crate::panels::{PanelContext, empty};
+use crate::theme;
+use crate::widgets::time_plot::{PlotCache, TimePlot, Trace, TraceStyle, time_stack};
+use crate::widgets::time_view::{TimeRange, TimeView};
+
+/// Windows drawn at most: more are not told apart.
+const MOST: usize = 8;
+
+/// What a lane shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Signal {
+    Channel(Role),
+    Coefficient(Coefficient),
+}
+
+/// What the curves were made from: a change of any makes them anew.
+struct Made {
+    windows: Vec<(Manoeuvre, f64)>,
+    signals: Vec<Signal>,
+    /// Recordings, coefficients and estimates. They are held, so that nothing new can lie where one of them was.
+    sources: Vec<Arc<dyn Any + Send + Sync>>,
+}
+
+impl Made {
+    fn collect(ctx: &PanelContext<'_>, windows: &[&Manoeuvre], signals: &[Signal]) -> Self {
+        let mut sources: Vec<Arc<dyn Any + Send + Sync>> = Vec::new();
+        for window in windows {
+            let loaded = ctx.snapshot.flights.get(&window.flight).and_then(|slot| slot.latest());
+            sources.extend(loaded.map(|loaded| Arc::clone(loaded) as _));
+            let aero = ctx.snapshot.windows.get(&window.name).and_then(|results| results.aero.latest());
+            sources.extend(aero.map(|aero| Arc::clone(aero) as _));
+        }
+        sources.extend(ctx.snapshot.pooled.latest().map(|pooled| Arc::clone(pooled) as _));
+        let windows = windows.iter().map(|window| ((*window).clone(), onset(ctx, window))).collect();
+        Self { windows, signals: signals.to_vec(), sources }
+    }
+
+    fn is(&self, other: &Self) -> bool {
+        let same = |(one, other): (&Arc<dyn Any + Send + Sync>, &Arc<dyn Any + Send + Sync>)| {
+            std::ptr::addr_eq(Arc::as_ptr(one), Arc::as_ptr(other))
+        };
+        (&self.windows, &self.signals) == (&other.windows, &other.signals)
+            && self.sources.len() == other.sources.len()
+            && self.sources.iter().zip(&other.sources).all(same)
+    }
+}
+
+/// The curves of a lane, window by window: measured, model.
+type Lane = Vec<[Series; 2]>;
+
+/// Lanes, and what is drawn in them.
+#[derive(Default)]
+pub struct Overlay {
+    chosen: Option<Vec<Signal>>,
+    made: Option<Made>,
+    lanes: Vec<Lane>,
+    names: Vec<String>,
+    cache: PlotCache,
+    view: TimeView,
+}
+
+impl Overlay {
+    /// Draws the selected windows, or all of `shown` where one alone is selected.
+    pub fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, shown: &[&Manoeuvre]) {
+        let selected: Vec<&Manoeuvre> = ctx.selection().windows(ctx.session).collect();
+        let of = if selected.len() > 1 { selected.as_slice() } else { shown };
+        let drawn = &of[..of.len().min(MOST)];
+        let Some(first) = drawn.first() else { return empty(ui, "Manoeuvre not found.") };
+        let signals = self.chosen.clone().unwrap_or_else(|| usual(first.surface));
+        ui.horizontal_wrapped(|ui| {
+            self.choose(ctx, ui, first, &signals);
+            let more = if of.len() > MOST { format!(", the first {MOST} of {}", of.len()) } else { String::new() };
+            ui.weak(format!("{} manoeuvres from onset{more}; dashed: model", drawn.len()));
+        });
+        self.make(ctx, drawn, &signals);
+        let units = ctx.state.units;
+        let labels: Vec<String> = signals.iter().map(|signal| label(*signal)).collect();
+        let colors = theme::palette(ui).series;
+        let mut plots = Vec::new();
+        for ((signal, label), lane) in signals.iter().zip(&labels).zip(&self.lanes) {
+            let (unit, scale) = match signal {
+                Signal::Channel(role) => units.of_role(*role),
+                Signal::Coefficient(_) => ("", 1.0),
+            };
+            let mut traces = Vec::with_capacity(2 * lane.len());
+            for (at, [measured, model]) in lane.iter().enumerate() {
+                let color = colors[at % colors.len()];
+                traces.push(Trace { scale, ..Trace::new(&self.names[2 * at], measured, color) });
+                let dashed = Trace::new(&self.names[2 * at + 1], model, color);
+                traces.push(Trace { scale, style: TraceStyle::Dashed, ..dashed });
+            }
+            plots.push(TimePlot::new(label, unit, traces));
+        }
+        let response = time_stack(ui, Id::unique("overlay"), &mut self.view, &mut self.cache, &plots, &[]);
+        self.view.cursor_s = response.hovered_s;
+        self.view.annotate_s = None;
+        ctx.figures.extend(response.figure);
+    }
+
+    /// The menu of lanes.
+    fn choose(&mut self, ctx: &PanelContext<'_>, ui: &mut Ui, first: &Manoeuvre, signals: &[Signal]) {
+        let loaded = ctx.snapshot.flights.get(&first.flight).and_then(|slot| slot.latest());
+        let channels = Role::ALL.iter().filter(|role| loaded.is_some_and(|of| of.recording.role(**role).is_some()));
+        let modelled = ctx.session.structure.models.iter().map(|(coefficient, _)| Signal::Coefficient(*coefficient));
+        let all: Vec<Signal> = modelled.chain(channels.map(|role| Signal::Channel(*role))).collect();
+        ui.menu_button("Signals", |ui| {
+            ScrollArea::vertical().max_height(420.0).show(ui, |ui| {
+                for signal in all {
+                    let mut on = signals.contains(&signal);
+                    if ui.checkbox(&mut on, label(signal)).changed() {
+                        let mut next = signals.to_vec();
+                        next.retain(|other| *other != signal);
+                        next.extend(on.then_some(signal));
+                        self.chosen = (!next.is_empty()).then_some(next);
+                    }
+                }
+            });
+        });
+    }
+
+    /// Cuts the curves and moves their onsets to zero, where anything they are made from has changed.
+    fn make(&mut self, ctx: &PanelContext<'_>, windows: &[&Manoeuvre], signals: &[Signal]) {
+        let made = Made::collect(ctx, windows, signals);
+        if self.made.as_ref().is_some_and(|before| before.is(&made)) {
+            return;
+        }
+        let names = windows.iter().map(|window| &window.name);
+        self.names = names.flat_map(|name| [name.clone(), format!("{name}, model")]).collect();
+        self.lanes =
+            signals.iter().map(|signal| windows.iter().map(|window| aligned(ctx, window, *signal)).collect()).collect();
+        let ends = windows.iter().map(|window| {
+            let onset_s = onset(ctx, window);
+            (window.window.start_s - onset_s, window.window.end_s - onset_s)
+        });
+        let (start_s, end_s) =
+            ends.fold((0.0, 1.0), |(low, high): (f64, f64), ends| (low.min(ends.0), high.max(ends.1)));
+        self.view.set_full(TimeRange::new(start_s, end_s));
+        self.made = Some(made);
+    }
+}
+
+/// Lanes to begin with: the control, the rate it moves, the moment.
+fn usual(surface: Option<Surface>) -> Vec<Signal> {
+    let [control, rate] = roles(surface).map(Signal::Channel);
+    let moment = match surface {
+        Some(Surface::Aileron) => Coefficient::Cl,
+        Some(Surface::Rudder) => Coefficient::Cn,
+        _ => Coefficient::Cm,
+    };
+    vec![control, rate, Signal::Coefficient(moment)]
+}
+
+fn label(signal: Signal) -> String {
+    match signal {
+        Signal::Channel(role) => notation::role(role).to_string(),
+        Signal::Coefficient(coefficient) => coefficient.name().to_owned(),
+    }
+}
+
+/// Where the input of a window begins: as found in the recording, else where the window does.
+pub fn onset(ctx: &PanelContext<'_>, window: &Manoeuvre) -> f64 {
+    let found = ctx.snapshot.proposals.get(&window.flight).and_then(|slot| slot.latest());
+    let inside = found.into_iter().flat_map(|found| &found.windows).filter(|proposal| {
+        (window.window.start_s..window.window.end_s).contains(&proposal.onset_s)
+            && window.surface.is_none_or(|surface| proposal.manoeuvre.surface == Some(surface))
+    });
+    inside.map(|proposal| proposal.onset_s).reduce(f64::min).unwrap_or(window.window.start_s)
+}
+
+/// A signal of a window as measured and by the model, the onset at zero; empty where there is none.
+fn aligned(ctx: &PanelContext<'_>, window: &Manoeuvre, signal: Signal) -> [Series; 2] {
+    let onset_s = onset(ctx, window);
+    let cut = |series: Option<&Series>| {
+        let Some(series) = series else { return Series { time_s: [].into(), values: [].into() } };
+        let inside = window.window.indices(&series.time_s);
+        let time_s = series.time_s[inside.clone()].iter().map(|time| time - onset_s).collect();
+        Series { time_s, values: series.values[inside].into() }
+    };
+    match signal {
+        Signal::Channel(role) => {
+            let loaded = ctx.snapshot.flights.get(&window.flight).and_then(|slot| slot.latest());
+            [cut(loaded.and_then(|of| of.recording.role(role)).map(|channel| &channel.series)), cut(None)]
+        }
+        Signal::Coefficient(coefficient) => {
+            let aero = ctx.snapshot.windows.get(&window.name).and_then(|results| results.aero.latest());
+            let pooled = ctx.snapshot.pooled.latest();
+            let predicted = pooled.into_iter().flat_map(|pooled| &pooled.predictions);
+            let of_this = |prediction: &&doublet_engine::stage::Prediction| {
+                prediction.window == window.name && prediction.coefficient == coefficient
+            };
+            let model = predicted.filter(of_this).map(|prediction| &prediction.own_constant).next();
+            [cut(aero.map(|aero| &aero.series[coefficient as usize])), cut(model)]
+        }
+    }
+}

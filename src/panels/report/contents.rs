@@ -1,0 +1,177 @@
+//! The report: its sections, their contents, and the button that writes it.
+
+use doublet_engine::report;
+use doublet_engine::report::document::{Document, Section, SectionKind, build, chosen};
+use doublet_engine::session::{Edit, ReportFigure, ReportFigureEdit, Session};
+use doublet_report::ReportFormat;
+use eframe::egui::{self, RichText, ScrollArea, TextEdit, Ui};
+
+use crate::command::{FileCommand, UiCommand};
+use crate::panels::{Panel, PanelContext, caption};
+use crate::ui_state::ReportChoice;
+
+/// Width of the list of sections: that of its longest title.
+const SECTIONS_WIDTH: f32 = 308.0;
+
+/// The panel.
+#[derive(Default)]
+pub struct Report {
+    shown: Option<Shown>,
+    /// The notes while they are typed.
+    notes: Option<String>,
+    /// The words on a figure while they are typed, and its place.
+    caption: Option<(usize, String)>,
+    chosen: Chosen,
+}
+
+/// Notes and chosen figures as they are drawn, and what they were made from.
+#[derive(Default)]
+struct Chosen {
+    notes: String,
+    figures: Vec<ReportFigure>,
+    section: Option<Section>,
+}
+
+impl Chosen {
+    /// Makes the section anew where the session has another.
+    fn keep(&mut self, session: &Session) -> Option<&Section> {
+        if self.notes != session.report_notes || self.figures != session.report_figures {
+            let (notes, figures) = (session.report_notes.clone(), session.report_figures.clone());
+            *self = Self { notes, figures, section: chosen(session) };
+        }
+        self.section.as_ref()
+    }
+}
+
+/// The section on screen and what it was made from.
+struct Shown {
+    generation: u64,
+    steps: usize,
+    kind: SectionKind,
+    document: Document,
+}
+
+impl Panel for Report {
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let mut choice = ctx.state.report.clone();
+        egui::Panel::left("report sections").resizable(false).exact_size(SECTIONS_WIDTH).show(ui, |ui| {
+            if writing(&mut choice, ui) {
+                ctx.commands.push(UiCommand::File(FileCommand::Report));
+            }
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                sections(&mut choice, ui);
+                ui.separator();
+                self.notes(ctx, ui);
+                self.figures(ctx, ui);
+            });
+        });
+        self.keep(ctx, choice.shown);
+        ctx.state.report = choice;
+        let Some(shown) = &self.shown else { return };
+        egui::CentralPanel::default().frame(egui::Frame::NONE.inner_margin(8)).show(ui, |ui| {
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                let chosen = self.chosen.keep(ctx.session).filter(|_| shown.kind == SectionKind::Overview);
+                if shown.document.sections.is_empty() {
+                    ui.weak("No contents: the section is left out of the report.");
+                }
+                for section in chosen.into_iter().chain(&shown.document.sections) {
+                    ui.heading(section.title.as_str());
+                    ui.push_id(&section.name, |ui| ctx.document(ui, &section.blocks));
+                }
+            });
+        });
+    }
+}
+
+impl Report {
+    /// What the author has to say; it is one step of undo once the field is left.
+    fn notes(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        caption(ui, "Notes");
+        let mut notes = self.notes.clone().unwrap_or_else(|| ctx.session.report_notes.clone());
+        let field = TextEdit::multiline(&mut notes).hint_text("Notes for the reader").desired_rows(3);
+        let field = ui.add(field.desired_width(f32::INFINITY));
+        ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("notes of the report"));
+        if field.lost_focus() {
+            self.notes = None;
+            if notes != ctx.session.report_notes {
+                ctx.edit(Edit::ReportNotes(notes));
+            }
+        } else {
+            self.notes = field.has_focus().then_some(notes);
+        }
+    }
+
+    /// The figures that were added, each with its caption, which is one step of undo once it is left.
+    fn figures(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        caption(ui, "Chosen figures");
+        let session = ctx.session;
+        if session.report_figures.is_empty() {
+            ui.add(egui::Label::new(RichText::new("Right click on a plot to add it to the report.").weak()).wrap());
+        }
+        for (at, figure) in session.report_figures.iter().enumerate() {
+            ui.horizontal(|ui| {
+                if ui.small_button("✖").on_hover_text("Leave it out").clicked() {
+                    ctx.edit(Edit::ReportFigure(ReportFigureEdit::Remove(at)));
+                }
+                let typed = self.caption.take_if(|(of, _)| *of == at).map(|(_, typed)| typed);
+                let mut words = typed.unwrap_or_else(|| figure.caption.clone());
+                let field = ui.add(TextEdit::singleline(&mut words).desired_width(f32::INFINITY));
+                let label = format!("caption of figure {}", at + 1);
+                ui.ctx().accesskit_node_builder(field.id, |node| node.set_label(label.as_str()));
+                if field.lost_focus() && words != figure.caption {
+                    ctx.edit(Edit::ReportFigure(ReportFigureEdit::Caption(at, words)));
+                } else if field.has_focus() {
+                    self.caption = Some((at, words));
+                }
+            });
+        }
+    }
+
+    /// Makes the contents anew when the results or the section have changed.
+    fn keep(&mut self, ctx: &PanelContext<'_>, kind: SectionKind) {
+        let (generation, steps) = (ctx.snapshot.generation, ctx.snapshot.log.len());
+        let current = |shown: &Shown| shown.generation == generation && shown.steps == steps && shown.kind == kind;
+        // While results are coming in the last ones stay: they change several times a second.
+        if self.shown.as_ref().is_some_and(|shown| current(shown) || (ctx.snapshot.busy && shown.kind == kind)) {
+            return;
+        }
+        let results = report::build(ctx.session, ctx.snapshot);
+        let document = build(ctx.session, ctx.snapshot, &results, &[kind], None);
+        self.shown = Some(Shown { generation, steps, kind, document });
+    }
+}
+
+/// Forms to tick; whether the report is to be written.
+fn writing(choice: &mut ReportChoice, ui: &mut Ui) -> bool {
+    ui.horizontal(|ui| {
+        for format in ReportFormat::ALL {
+            let mut wanted = choice.formats.contains(&format);
+            if ui.checkbox(&mut wanted, format.name().to_uppercase()).changed() {
+                choice.formats.retain(|other| *other != format);
+                choice.formats.extend(wanted.then_some(format));
+            }
+        }
+        let possible = !choice.formats.is_empty() && choice.left_out.len() < SectionKind::ALL.len();
+        ui.add_enabled(possible, egui::Button::new("Write report…")).clicked()
+    })
+    .inner
+}
+
+/// Sections to tick, and the one that is shown.
+fn sections(choice: &mut ReportChoice, ui: &mut Ui) {
+    for kind in SectionKind::ALL {
+        ui.horizontal(|ui| {
+            let mut wanted = !choice.left_out.contains(&kind);
+            let tick = ui.checkbox(&mut wanted, "");
+            ui.ctx().accesskit_node_builder(tick.id, |node| node.set_label(format!("report {}", kind.name())));
+            if tick.changed() {
+                if wanted {
+                    choice.left_out.remove(&kind)
+                } else {
+                    choice.left_out.insert(kind)
+                };
+            }
+            ui.selectable_value(&mut choice.shown, kind, kind.title());
+        });
+    }
+}

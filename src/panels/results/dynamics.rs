@@ -1,0 +1,261 @@
+//! Modes and levels: eigenvalues of the identified aircraft about a trim with their intervals, and levels of flying qualities, updated
+//! while airspeed, altitude, fuel, class or category change.
+
+use std::ops::RangeInclusive;
+
+use doublet_engine::report::{AnticipationChart, ModeRow, QualityRow, anticipation_chart, mode_rows, qualities_row};
+use doublet_engine::run::Slot;
+use doublet_engine::study::dynamics::{CATEGORIES, CLASSES};
+use doublet_engine::study::{DynamicsRequest, DynamicsStudy};
+use eframe::egui::{ComboBox, Grid, ScrollArea, Slider, Ui};
+
+use crate::notation;
+use crate::panels::{Panel, PanelContext, awaiting, choices, trouble};
+use crate::theme;
+use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
+use crate::widgets::term::column_title;
+
+/// Points of an ellipse.
+const OUTLINE: usize = 73;
+/// Radius of a root.
+const ROOT: f32 = 4.0;
+/// Width of a slider with its value and name, points.
+const SLIDER_ROOM: f32 = 290.0;
+
+/// What is looked at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Aspect {
+    #[default]
+    Roots,
+    Modes,
+    Levels,
+    Anticipation,
+}
+
+/// The panel.
+#[derive(Default)]
+pub struct Dynamics {
+    aspect: Aspect,
+    request: DynamicsRequest,
+    /// The request that is answered or under way.
+    asked: DynamicsRequest,
+}
+
+impl Panel for Dynamics {
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let slot = &ctx.snapshot.inquiries.dynamics;
+        let all = [
+            (Aspect::Roots, "Roots"),
+            (Aspect::Modes, "Modes"),
+            (Aspect::Levels, "Levels"),
+            (Aspect::Anticipation, "Control anticipation"),
+        ];
+        ui.horizontal_wrapped(|ui| choices(ui, &mut self.aspect, &all));
+        let moved = slot.latest().is_some_and(|study| self.controls(ctx, ui, study));
+        self.ask(slot, moved);
+        ctx.wanted.inquiry.dynamics = Some(self.asked);
+        trouble(ui, slot.error());
+        let Some(study) = slot.latest() else {
+            if slot.error().is_none() {
+                awaiting(ctx, ui, "the identified model", "Modes and levels need an identified model.");
+            }
+            return;
+        };
+        if matches!(slot, Slot::Cancelled { .. } | Slot::Failed { .. }) {
+            ui.multiply_opacity(0.45);
+        }
+        match self.aspect {
+            Aspect::Roots => roots(ctx, ui, study),
+            Aspect::Modes => modes(ui, study),
+            Aspect::Levels => levels(ui, study),
+            Aspect::Anticipation => anticipation(ctx, ui, study),
+        }
+    }
+}
+
+impl Dynamics {
+    /// Asks for the trim on the sliders. While one moves, each answer is awaited before the next is asked for, so that the roots move with
+    /// it, and no draws are made; they follow when it rests.
+    fn ask(&mut self, slot: &Slot<DynamicsStudy>, moved: bool) {
+        let wanted = DynamicsRequest { samples: if moved { 0 } else { self.request.samples }, ..self.request };
+        let is_answered = slot.ready().is_some_and(|study| study.request == self.asked) || slot.error().is_some();
+        if is_answered || !moved {
+            self.asked = wanted;
+        }
+    }
+
+    /// The trim; whether a slider is being moved.
+    fn controls(&mut self, ctx: &PanelContext<'_>, ui: &mut Ui, study: &DynamicsStudy) -> bool {
+        let condition = &study.condition;
+        let mut moved = false;
+        ui.horizontal_wrapped(|ui| {
+            let mut slide = |ui: &mut Ui, value: f64, ends: RangeInclusive<f64>, text: &str, decimals: usize| {
+                let mut chosen = value;
+                // A slider does not break: it begins the next line where it would end beyond this one.
+                if ui.available_size_before_wrap().x < SLIDER_ROOM {
+                    ui.end_row();
+                }
+                let slider = ui.add(Slider::new(&mut chosen, ends).text(text).fixed_decimals(decimals));
+                moved |= slider.dragged();
+                // A slider rounds what it is given: that is no choice.
+                (slider.changed() && (slider.dragged() || slider.has_focus())).then_some(chosen)
+            };
+            let request = &mut self.request;
+            let speed = request.airspeed_m_s.unwrap_or(condition.airspeed_m_s);
+            let ends = 0.5 * condition.airspeed_m_s..=2.0 * condition.airspeed_m_s;
+            request.airspeed_m_s = slide(ui, speed, ends, "airspeed [m/s]", 1).or(request.airspeed_m_s);
+            let altitude = request.altitude_m.unwrap_or(condition.altitude_m);
+            request.altitude_m = slide(ui, altitude, 0.0..=10_000.0, "altitude [m]", 0).or(request.altitude_m);
+            let delay_s = request.stick_delay_s.unwrap_or(0.0);
+            request.stick_delay_s = slide(ui, delay_s, 0.0..=0.5, "stick delay [s]", 3).or(request.stick_delay_s);
+            let aileron = request.aileron_rad.unwrap_or(0.0).to_degrees();
+            let chosen = slide(ui, aileron, 0.0..=30.0, "full aileron [deg]", 1).filter(|chosen| *chosen > 0.0);
+            request.aileron_rad = chosen.map(f64::to_radians).or(request.aileron_rad);
+            if let Some((aboard, room)) = fuel(ctx) {
+                let fuel = request.fuel_kg.unwrap_or(aboard);
+                request.fuel_kg = slide(ui, fuel, 0.0..=room, "fuel [kg]", 1).or(request.fuel_kg);
+            }
+            for (name, chosen, all, shown) in [
+                ("class", &mut request.class, &CLASSES[..], study.airplane.class),
+                ("category", &mut request.category, &CATEGORIES[..], study.airplane.category),
+            ] {
+                ComboBox::from_id_salt(name).selected_text(format!("{name} {shown}")).width(90.0).show_ui(ui, |ui| {
+                    ui.selectable_value(chosen, None, "as usual");
+                    for (place, text) in all.iter().enumerate() {
+                        ui.selectable_value(chosen, Some(place), *text);
+                    }
+                });
+            }
+            if ui.button("As flown").on_hover_text("Median condition of the identification manoeuvres").clicked() {
+                let DynamicsRequest { class, category, stick_delay_s, aileron_rad, .. } = *request;
+                let kept =
+                    DynamicsRequest { class, category, stick_delay_s, aileron_rad, ..DynamicsRequest::default() };
+                *request = kept;
+            }
+        });
+        moved
+    }
+}
+
+/// Fuel on board in the chosen flight, as its loading states it, and what the tanks hold, kg.
+fn fuel(ctx: &PanelContext<'_>) -> Option<(f64, f64)> {
+    let aircraft = ctx.snapshot.aircraft.latest()?;
+    let flight = ctx.selection().flight.as_deref().and_then(|name| ctx.session.flight(name));
+    let loading = flight.and_then(|flight| flight.loading.as_ref()).or(ctx.session.loading.as_ref());
+    let aboard: f64 = loading.map_or(0.0, |loading| loading.fuel_kg.values().sum());
+    let standard: f64 = aircraft.aircraft.standard_loading.fuel_kg.values().sum();
+    let room: f64 = aircraft.aircraft.tanks.iter().map(|tank| tank.capacity_kg).sum();
+    (room > 0.0).then_some((if aboard > 0.0 { aboard } else { standard }, room))
+}
+
+/// Eigenvalues of the upper half plane with their confidence ellipses.
+fn roots(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &DynamicsStudy) {
+    let palette = theme::palette(ui);
+    let mut chart = Chart::new("roots", "real part [1/s]", "imaginary part [rad/s]");
+    for (index, estimate) in study.modes.modes.iter().enumerate() {
+        let color = palette.series[index % palette.series.len()];
+        let mode = &estimate.mode;
+        let place = vec![[mode.real_1_s, mode.imaginary_rad_s]];
+        chart.curves.push(ChartCurve::new(mode.name, color, ChartStyle::Dots(ROOT), place));
+        chart.curves.push(ChartCurve::new("", color, ChartStyle::Line, estimate.ellipse(OUTLINE)));
+    }
+    let height = ui.available_height();
+    ctx.chart(ui, &chart, height);
+}
+
+/// A figure with its standard error.
+fn with_error(mode: &ModeRow, key: &str, value: Option<f64>) -> String {
+    let Some(value) = value else { return String::new() };
+    let error = mode.intervals.get(key).and_then(|figure| figure.delta).map(|interval| interval.standard_error);
+    error.map_or_else(
+        || notation::number(value),
+        |error| format!("{} ± {}", notation::number(value), notation::number(error)),
+    )
+}
+
+fn modes(ui: &mut Ui, study: &DynamicsStudy) {
+    ScrollArea::both().show(ui, |ui| {
+        Grid::new("modes").striped(true).show(ui, |ui| {
+            for head in ["mode", "real [1/s]", "frequency [rad/s]", "damping", "period [s]", "half [s]", "double [s]"] {
+                column_title(ui, head);
+            }
+            ui.end_row();
+            for mode in &mode_rows(study) {
+                ui.label(mode.name);
+                ui.label(with_error(mode, "real_1_s", Some(mode.real_1_s)));
+                ui.label(with_error(mode, "frequency_rad_s", Some(mode.frequency_rad_s)));
+                ui.label(with_error(mode, "damping", Some(mode.damping)));
+                ui.label(with_error(mode, "period_s", mode.period_s));
+                ui.label(with_error(mode, "time_to_half_s", mode.time_to_half_s));
+                ui.label(with_error(mode, "time_to_double_s", mode.time_to_double_s));
+                ui.end_row();
+            }
+        });
+        ui.weak("± is one standard error, from the corrected covariance of the derivatives.");
+        study.notes.iter().for_each(|note| drop(ui.weak(note)));
+    });
+}
+
+fn levels(ui: &mut Ui, study: &DynamicsStudy) {
+    let found = qualities_row(study);
+    let paragraph = |row: &QualityRow| format!("{}, {}", row.standard, row.source);
+    ScrollArea::both().show(ui, |ui| {
+        let worst = found.level.unwrap_or("not judged");
+        ui.label(format!("{}, {}: {worst}, {}", found.standard, found.airplane_from, found.extent()));
+        Grid::new("levels").striped(true).show(ui, |ui| {
+            for head in ["criterion", "level", "probability", "values [95 %]", "not Level 1 because", "paragraph"] {
+                column_title(ui, head);
+            }
+            ui.end_row();
+            for criterion in found.criteria.iter().filter(|row| row.is_judged()) {
+                ui.label(&criterion.criterion);
+                if criterion.counts {
+                    ui.label(criterion.level_text())
+                } else {
+                    ui.weak(criterion.level_text())
+                };
+                ui.label(criterion.probability().map_or_else(String::new, |share| format!("{:.0} %", 100.0 * share)));
+                ui.label(criterion.value_texts(notation::number).join("; "));
+                ui.label(criterion.reasons.join("; "));
+                ui.weak(paragraph(criterion));
+                ui.end_row();
+            }
+        });
+        ui.weak(&found.note);
+        ui.separator();
+        Grid::new("not judged").striped(true).show(ui, |ui| {
+            for head in ["not judged", "needed", "values [95 %]", "paragraph"] {
+                column_title(ui, head);
+            }
+            ui.end_row();
+            for criterion in &found.criteria {
+                let Some(needed) = &criterion.needed else { continue };
+                ui.label(&criterion.criterion);
+                ui.label(needed);
+                ui.label(criterion.value_texts(notation::number).join("; "));
+                ui.weak(paragraph(criterion));
+                ui.end_row();
+            }
+        });
+    });
+}
+
+/// Control anticipation over short-period damping in logarithms, with the lines of all levels.
+fn anticipation(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &DynamicsStudy) {
+    let Some(AnticipationChart { places, levels, estimate, samples, .. }) = anticipation_chart(study) else {
+        ui.weak("Control anticipation needs a damped short period and an elevator.");
+        return;
+    };
+    let palette = theme::palette(ui);
+    let color = |index: usize| palette.series[index % palette.series.len()];
+    let mut chart = Chart::new("control anticipation", "short-period damping", "CAP [rad/s²/g]");
+    [chart.places, chart.upright_places] = places;
+    chart.curves.push(ChartCurve::new("samples", color(7), ChartStyle::Dots(1.5), samples));
+    chart.curves.extend(levels.into_iter().map(|(level, corners)| {
+        let style = if level == 3 { ChartStyle::Dashed } else { ChartStyle::Line };
+        ChartCurve::new(format!("Level {level}"), color(usize::from(level) + 1), style, corners)
+    }));
+    chart.curves.push(ChartCurve::new("estimate", color(1), ChartStyle::Dots(ROOT), vec![estimate]));
+    let height = ui.available_height();
+    ctx.chart(ui, &chart, height);
+}

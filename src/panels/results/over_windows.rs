@@ -1,0 +1,107 @@
+//! Derivatives of single windows over all of them, and by kind of input (thesis Tables 6.4 to 6.9, Fig. 6.12).
+
+use doublet_core::estimate::ParameterSummary;
+use doublet_engine::stage::KindSummary;
+use eframe::egui::{self, RichText, ScrollArea, Ui};
+use egui_extras::{Column, TableBuilder};
+
+use crate::notation;
+use crate::panels::{PanelContext, awaiting};
+use crate::theme;
+use crate::widgets::term::{column_title, column_title_called};
+
+/// Titles of the columns over all windows.
+const TITLES: [&str; 6] = ["Manoeuvres", "Mean", "Scatter", "Std. error", "Min", "Max"];
+
+/// Draws the table; copies it first where that was asked for.
+pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
+    let Some(details) = ctx.snapshot.details.latest() else {
+        return awaiting(ctx, ui, "the derivatives of every manoeuvre", "No estimate yet.");
+    };
+    let Some((all, kinds)) = details.kinds.split_first() else {
+        return crate::panels::empty(ui, "No identification manoeuvre.");
+    };
+    if copy {
+        ui.ctx().copy_text(csv(&details.kinds));
+    }
+    if ctx.snapshot.details.is_stale() {
+        ui.multiply_opacity(0.45);
+    }
+    ScrollArea::horizontal().show(ui, |ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        TableBuilder::new(ui)
+            .id_salt("over manoeuvres")
+            .striped(true)
+            .auto_shrink(false)
+            .sense(egui::Sense::click())
+            .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
+            .column(Column::exact(54.0))
+            .columns(Column::exact(60.0), TITLES.len())
+            .columns(Column::exact(148.0), kinds.len())
+            .header(20.0, |mut header| {
+                header.col(|_| {});
+                for title in TITLES {
+                    header.col(|ui| {
+                        column_title(ui, title);
+                    });
+                }
+                for kind in kinds {
+                    header.col(|ui| {
+                        column_title_called(ui, &kind.kind, "Scatter");
+                    });
+                }
+            })
+            .body(|body| {
+                body.rows(20.0, all.parameters.len(), |mut row| {
+                    let parameter = &all.parameters[row.index()];
+                    row.set_selected(ctx.selection().derivative.as_ref() == Some(&parameter.name));
+                    row.col(|ui| {
+                        ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                            ui.add(egui::Label::new(notation::derivative_job(ui, &parameter.name)).selectable(false));
+                        });
+                    });
+                    let of_kinds = kinds.iter().map(|kind| {
+                        let of = kind.parameters.iter().find(|other| other.name == parameter.name);
+                        of.map_or(String::new(), |of| {
+                            format!(
+                                "{} ± {}",
+                                notation::within(of.estimate[0], of.scatter),
+                                notation::within(of.scatter, of.scatter)
+                            )
+                        })
+                    });
+                    for text in cells(parameter).into_iter().chain(of_kinds) {
+                        row.col(|ui| cell(ui, text));
+                    }
+                    if row.response().clicked() {
+                        ctx.state.selection.derivative = Some(parameter.name.clone());
+                    }
+                });
+            });
+    });
+}
+
+fn cell(ui: &mut Ui, text: String) {
+    ui.add(egui::Label::new(RichText::new(text).font(theme::figures(ui)).size(11.0)).selectable(false));
+}
+
+fn cells(parameter: &ParameterSummary) -> [String; 6] {
+    let [mean, min, max] = parameter.estimate.map(|value| notation::within(value, parameter.scatter));
+    let [scatter, error] =
+        [parameter.scatter, parameter.variance[0].sqrt()].map(|spread| notation::within(spread, spread));
+    [parameter.fits.to_string(), mean, scatter, error, min, max]
+}
+
+/// The table as text for other programs.
+fn csv(kinds: &[KindSummary]) -> String {
+    let mut text = "kind,derivative,windows,mean,min,max,scatter,mean_variance\n".to_owned();
+    for kind in kinds {
+        let name = if kind.kind.is_empty() { "all" } else { kind.kind.as_str() };
+        for parameter in &kind.parameters {
+            let ParameterSummary { name: derivative, fits, estimate: [mean, min, max], variance, scatter } = parameter;
+            let variance = variance[0];
+            text.push_str(&format!("\"{name}\",{derivative},{fits},{mean},{min},{max},{scatter},{variance}\n"));
+        }
+    }
+    text
+}

@@ -1,0 +1,105 @@
+//! Frequency responses of the rates to the controls with low-order equivalent systems, on request.
+
+use doublet_engine::report::document::surface_figure;
+use doublet_engine::run::Slot;
+use doublet_engine::session::Surface;
+use doublet_engine::study::{EquivalentStudy, Study, SurfaceResponse};
+use eframe::egui::{self, ScrollArea, Ui};
+use egui_extras::{Column, TableBuilder};
+
+use crate::command::{RunCommand, UiCommand};
+use crate::notation;
+use crate::panels::{Panel, PanelContext, choices, empty, offer, study_button, trouble};
+use crate::theme;
+use crate::widgets::figure_view::figure_view;
+use crate::widgets::term::column_title;
+
+/// The panel.
+pub struct Responses {
+    surface: Surface,
+}
+
+impl Default for Responses {
+    fn default() -> Self {
+        Self { surface: Surface::Elevator }
+    }
+}
+
+impl Panel for Responses {
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let slot = &ctx.snapshot.studies.responses;
+        ui.horizontal_wrapped(|ui| {
+            let hint = "Spectra of all single-control manoeuvres, with low-order equivalent systems";
+            study_button(ctx, ui, (Study::Responses, slot), "Compute frequency responses", hint);
+            let all = Surface::ALL.map(|surface| (surface, surface.name()));
+            choices(ui, &mut self.surface, &all);
+        });
+        trouble(ui, slot.error());
+        let Some(study) = slot.latest() else {
+            let text = "Frequency responses of the rates to each control, with low-order equivalent systems.";
+            if !matches!(slot, Slot::Running { .. }) && offer(ui, text, "Compute them") {
+                ctx.commands.push(UiCommand::Run(RunCommand::Study(Study::Responses)));
+            }
+            return;
+        };
+        if slot.is_stale() {
+            ui.multiply_opacity(0.45);
+        }
+        let Some(found) = study.surfaces.iter().find(|found| found.surface == self.surface) else {
+            return empty(ui, "No manoeuvre moves this control alone.");
+        };
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| response(ui, found));
+    }
+}
+
+/// Bode plot, then the equivalent system.
+fn response(ui: &mut Ui, found: &SurfaceResponse) {
+    match surface_figure(found) {
+        Some(figure) => {
+            ui.weak(
+                "Dots: measured, with 95 % bars. Lines: the equivalent system, dashed as seen through windows of this length, and the identified model. Frequencies in rad/s.",
+            );
+            figure_view(ui, &figure);
+        }
+        None => trouble(ui, found.response.as_ref().err().map(ToString::to_string).as_deref()),
+    }
+    match &found.system {
+        Ok(system) => parameters(ui, system),
+        Err(error) => trouble(ui, Some(&error.to_string())),
+    }
+}
+
+/// Parameters and what follows from them, with 95 % intervals.
+fn parameters(ui: &mut Ui, system: &EquivalentStudy) {
+    let figures = theme::figures(ui);
+    ui.weak(format!("{} form by {}, 95 % intervals", system.fit.form, system.method.name()));
+    let rows: Vec<_> = system.fit.parameters.iter().chain(&system.derived).collect();
+    TableBuilder::new(ui)
+        .id_salt("equivalent system")
+        .striped(true)
+        .vscroll(false)
+        .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
+        .column(Column::exact(96.0))
+        .column(Column::exact(48.0))
+        .columns(Column::exact(72.0), 4)
+        .header(20.0, |mut header| {
+            for title in ["", "unit", "value", "std error", "low", "high"] {
+                header.col(|ui| {
+                    column_title(ui, title);
+                });
+            }
+        })
+        .body(|body| {
+            body.rows(18.0, rows.len(), |mut row| {
+                let parameter = rows[row.index()];
+                let (symbol, unit) = doublet_engine::notation::system_parameter(&parameter.name);
+                row.col(|ui| drop(ui.label(symbol)));
+                row.col(|ui| drop(ui.weak(unit)));
+                for value in [parameter.value, parameter.standard_error, parameter.low, parameter.high] {
+                    row.col(|ui| {
+                        ui.label(egui::RichText::new(notation::number(value)).font(figures.clone()));
+                    });
+                }
+            });
+        });
+}

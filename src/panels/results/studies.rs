@@ -1,0 +1,496 @@
+//! Studies on request: comparison of manoeuvres, independent checks, effect of noise, lags; each with its progress.
+
+use doublet_engine::run::Slot;
+use doublet_engine::study::{
+    CheckRequest, CheckStudy, ConditionRegression, FilteredFlight, LagStudy, ManoeuvreStudy, MonteCarloStudy, Study,
+    WindowChecks,
+};
+use eframe::egui::{self, Align, Button, ComboBox, DragValue, Label, Layout, ProgressBar, RichText, ScrollArea, Ui};
+use egui_extras::{Column, TableBuilder};
+
+use crate::command::{RunCommand, UiCommand, ViewCommand};
+use crate::notation;
+use crate::panels::{Pane, Panel, PanelContext, choices, empty, trouble};
+use crate::theme;
+use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
+use crate::widgets::term::column_title;
+
+/// Width of the list of studies.
+const LIST: f32 = 208.0;
+/// Width of a number, and the least of what a row is about.
+const CELL: f32 = 86.0;
+const FIRST: f32 = 150.0;
+/// Height of a row of a table.
+const ROW: f32 = 19.0;
+/// Realisations to begin with, and their seed.
+const REALISATIONS: usize = 100;
+const SEED: u64 = 1;
+
+/// A study with results of its own in this panel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Chosen {
+    Condition,
+    LeftOut,
+    Kinds,
+    Checks,
+    MonteCarlo,
+    Lags,
+}
+
+/// The panel.
+pub struct Studies {
+    chosen: Chosen,
+    derivative: Option<String>,
+    variable: usize,
+    realisations: usize,
+    filter_error: bool,
+}
+
+impl Default for Studies {
+    fn default() -> Self {
+        Self {
+            chosen: Chosen::Condition,
+            derivative: None,
+            variable: 0,
+            realisations: REALISATIONS,
+            filter_error: false,
+        }
+    }
+}
+
+/// How far a study is, without what it holds.
+enum State {
+    Open,
+    Running(f32),
+    Ready,
+    Stale,
+    Failed(String),
+}
+
+fn state<T>(slot: &Slot<T>) -> State {
+    match slot {
+        Slot::NotRequested => State::Open,
+        Slot::Running { progress, .. } => State::Running(*progress),
+        Slot::Ready(_) => State::Ready,
+        Slot::Cancelled { .. } => State::Stale,
+        Slot::Failed { error, .. } => State::Failed(error.clone()),
+    }
+}
+
+impl Panel for Studies {
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        egui::Panel::left("list of studies").resizable(false).exact_size(LIST).show(ui, |ui| {
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.list(ctx, ui));
+        });
+        let ground = egui::Frame::new().inner_margin(egui::Margin { left: 8, ..Default::default() });
+        egui::CentralPanel::default().frame(ground).show(ui, |ui| self.results(ctx, ui));
+    }
+}
+
+impl Studies {
+    /// Every study: what it says, how far it is, the button that computes it.
+    fn list(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let studies = &ctx.snapshot.studies;
+        let monte_carlo = Study::MonteCarlo { realisations: self.realisations, seed: SEED };
+        let manoeuvres = [
+            (Chosen::Condition, "Over airspeed and altitude"),
+            (Chosen::LeftOut, "Each manoeuvre left out"),
+            (Chosen::Kinds, "Kinds of input"),
+        ];
+        let about = "Leave one out, doublets against 3-2-1-1, derivatives over flight condition";
+        entry(ctx, ui, "Between manoeuvres", about, (Study::Manoeuvres, state(&studies.manoeuvres)));
+        self.aspects(ui, &manoeuvres);
+        let about = "Every manoeuvre in the frequency domain and by output error";
+        let checks = Study::Checks(CheckRequest { axis: None, filter_error: self.filter_error });
+        entry(ctx, ui, "Independent checks", about, (checks, state(&studies.checks)));
+        ui.horizontal(|ui| {
+            ui.add_space(10.0);
+            let about = "Output error with process noise: for gusts. Several times the work.";
+            ui.checkbox(&mut self.filter_error, "with filter error").on_hover_text(about);
+        });
+        self.aspects(ui, &[(Chosen::Checks, "By manoeuvre")]);
+        let about = "Scatter of the derivatives under fresh measurement noise";
+        entry(ctx, ui, "Monte Carlo", about, (monte_carlo, state(&studies.monte_carlo)));
+        ui.horizontal(|ui| {
+            ui.add_space(10.0);
+            ui.add(DragValue::new(&mut self.realisations).range(10..=2000)).on_hover_text("Realisations");
+            ui.weak("realisations");
+        });
+        self.aspects(ui, &[(Chosen::MonteCarlo, "Scatter and shift")]);
+        let about = "Fitted delay and first-order lag of every control";
+        entry(ctx, ui, "Lags of the controls", about, (Study::Lags, state(&studies.lags)));
+        self.aspects(ui, &[(Chosen::Lags, "Table")]);
+        ui.separator();
+        for (name, pane) in [
+            ("Sensitivity ▸", Pane::Sensitivity),
+            ("Frequency responses ▸", Pane::Responses),
+            ("Modes and levels ▸", Pane::Dynamics),
+            ("Proof of match ▸", Pane::Match),
+        ] {
+            if ui.link(name).clicked() {
+                ctx.commands.push(UiCommand::View(ViewCommand::Show(pane)));
+            }
+        }
+    }
+
+    fn aspects(&mut self, ui: &mut Ui, aspects: &[(Chosen, &str)]) {
+        for &(aspect, name) in aspects {
+            ui.horizontal(|ui| {
+                ui.add_space(10.0);
+                ui.selectable_value(&mut self.chosen, aspect, name);
+            });
+        }
+        ui.add_space(8.0);
+    }
+
+    fn results(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let studies = &ctx.snapshot.studies;
+        match self.chosen {
+            Chosen::Condition => shown(ctx, ui, &studies.manoeuvres, |ctx, ui, study| self.condition(ctx, ui, study)),
+            Chosen::LeftOut => shown(ctx, ui, &studies.manoeuvres, left_out),
+            Chosen::Kinds => shown(ctx, ui, &studies.manoeuvres, |_, ui, study| kinds(ui, study)),
+            Chosen::Checks => shown(ctx, ui, &studies.checks, checks),
+            Chosen::MonteCarlo => shown(ctx, ui, &studies.monte_carlo, |_, ui, study| monte_carlo(ui, study)),
+            Chosen::Lags => shown(ctx, ui, &studies.lags, |_, ui, study| lags(ui, study)),
+        }
+    }
+
+    /// One derivative of every window over one variable of the condition, with the line of the regression.
+    fn condition(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &ManoeuvreStudy) {
+        let two: Vec<&ConditionRegression> = study.conditions.iter().filter(|one| one.variables.len() == 2).collect();
+        let wanted = self.derivative.clone().or_else(|| ctx.selection().derivative.clone());
+        let found = two.iter().find(|one| Some(&one.derivative) == wanted.as_ref());
+        // The damping in pitch moves most with the condition; anything else where it is not modelled.
+        let first = || two.iter().find(|one| one.derivative == "Cm_q").or(two.first());
+        let Some(regression) = found.or_else(first).copied() else {
+            return empty(ui, "No derivative is estimated from single manoeuvres.");
+        };
+        ui.horizontal_wrapped(|ui| {
+            let combo = ComboBox::from_id_salt("derivative over the condition");
+            let combo = combo.selected_text(notation::typeset(&regression.derivative, 13.0)).show_ui(ui, |ui| {
+                for one in &two {
+                    let name = notation::typeset(&one.derivative, 13.0);
+                    if ui.selectable_label(one.derivative == regression.derivative, name).clicked() {
+                        self.derivative = Some(one.derivative.clone());
+                    }
+                }
+            });
+            ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label("derivative over the condition"));
+            choices(ui, &mut self.variable, &[(0, "airspeed"), (1, "altitude")]);
+        });
+        match &regression.result {
+            Ok(found) => {
+                let parameters = found.fit.estimates.iter().zip(&found.fit.standard_errors);
+                let texts: Vec<String> = parameters
+                    .zip(["at the mean", "per m/s", "per m"])
+                    .map(|((value, error), per)| {
+                        format!("{per} {} ± {}", notation::within(*value, *error), notation::number(*error))
+                    })
+                    .collect();
+                let scatter = notation::fixed(found.scatter_ratio, 2);
+                ui.weak(format!("{}; scatter about the line {scatter} times the standard errors", texts.join(", ")));
+            }
+            Err(error) => trouble(ui, Some(&error.to_string())),
+        }
+        let palette = theme::palette(ui);
+        let labels = ["airspeed [m/s]", "altitude [m]"];
+        let mut chart = Chart::new(
+            "derivative over the flight condition",
+            labels[self.variable],
+            notation::derivative(&regression.derivative),
+        );
+        let place = |point: &doublet_core::estimate::ConditionPoint| [point.condition[self.variable], point.estimate];
+        let points = regression.points.iter().map(|(_, point)| place(point)).collect();
+        let spread = regression.points.iter().map(|(_, point)| 2.0 * point.standard_error).collect();
+        let dots = ChartCurve::new("manoeuvres, ± 2 standard errors", palette.series[1], ChartStyle::Dots(3.0), points);
+        chart.curves.push(ChartCurve { spread, ..dots });
+        if let Some(line) = regression.line(self.variable) {
+            let about = "regression, the other variable at its mean";
+            chart.curves.push(ChartCurve::new(about, palette.series[0], ChartStyle::Line, line.to_vec()));
+        }
+        let height = ui.available_height();
+        ctx.chart(ui, &chart, height);
+    }
+}
+
+/// One study of the list.
+fn entry(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, about: &str, (study, state): (Study, State)) {
+    ui.horizontal(|ui| {
+        ui.add(Label::new(RichText::new(name).strong()).truncate()).on_hover_text(about);
+    });
+    ui.horizontal(|ui| {
+        ui.add_space(10.0);
+        let running = matches!(state, State::Running(_));
+        let word = match &state {
+            State::Open => "Compute",
+            _ => "Compute again",
+        };
+        let label = format!("compute {name}");
+        let button = ui.add_enabled(!running, Button::new(word).small()).on_hover_text(about);
+        ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(label.as_str()));
+        if button.clicked() {
+            ctx.commands.push(UiCommand::Run(RunCommand::Study(study)));
+        }
+        let palette = theme::palette(ui);
+        match state {
+            State::Running(progress) => {
+                ui.add(ProgressBar::new(progress).desired_width(50.0).desired_height(8.0));
+                if ui.small_button("Cancel").clicked() {
+                    ctx.commands.push(UiCommand::Run(RunCommand::Cancel));
+                }
+            }
+            State::Ready => drop(ui.label(RichText::new("✔").color(palette.good)).on_hover_text("up to date")),
+            State::Stale => {
+                ui.label(RichText::new("out of date").size(11.0).color(palette.warning));
+            }
+            State::Failed(error) => {
+                ui.label(RichText::new("⚠ failed").size(11.0).color(palette.error)).on_hover_text(error);
+            }
+            State::Open => {}
+        }
+    });
+}
+
+/// What a study found, pale where it is out of date.
+fn shown<T>(
+    ctx: &mut PanelContext<'_>,
+    ui: &mut Ui,
+    slot: &Slot<T>,
+    show: impl FnOnce(&mut PanelContext<'_>, &mut Ui, &T),
+) {
+    trouble(ui, slot.error());
+    let Some(study) = slot.latest() else {
+        if let Slot::Running { progress, .. } = slot {
+            ui.add(ProgressBar::new(*progress).desired_width(220.0).desired_height(8.0));
+            return;
+        }
+        return empty(ui, "Press Compute on the left.");
+    };
+    if slot.is_stale() {
+        ui.multiply_opacity(0.5);
+    }
+    show(ctx, ui, study);
+}
+
+/// A table whose first column is as wide as there is room for; it scrolls sideways where there is little.
+fn table(ui: &mut Ui, id: &str, titles: &[&str], rows: &[Vec<String>], selected: impl Fn(usize) -> bool) {
+    let others = (titles.len() - 1) as f32 * (CELL + ui.spacing().item_spacing.x);
+    let first = (ui.available_width() - others).max(FIRST);
+    ScrollArea::horizontal().id_salt(("sideways", id)).show(ui, |ui| cells(ui, id, (titles, first), rows, selected));
+}
+
+fn cells(
+    ui: &mut Ui,
+    id: &str,
+    (titles, first): (&[&str], f32),
+    rows: &[Vec<String>],
+    selected: impl Fn(usize) -> bool,
+) {
+    let figures = theme::figures(ui);
+    TableBuilder::new(ui)
+        .id_salt(id)
+        .striped(true)
+        .auto_shrink(false)
+        .cell_layout(Layout::right_to_left(Align::Center))
+        .column(Column::exact(first).clip(true))
+        .columns(Column::exact(CELL), titles.len() - 1)
+        .header(20.0, |mut header| {
+            for (at, title) in titles.iter().enumerate() {
+                header.col(|ui| {
+                    if at == 0 {
+                        ui.with_layout(Layout::left_to_right(Align::Center), |ui| column_title(ui, title));
+                    } else {
+                        column_title(ui, title);
+                    }
+                });
+            }
+        })
+        .body(|body| {
+            body.rows(ROW, rows.len(), |mut line| {
+                let at = line.index();
+                line.set_selected(selected(at));
+                for (column, text) in rows[at].iter().enumerate() {
+                    line.col(|ui| {
+                        if column == 0 {
+                            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                                ui.add(Label::new(notation::typeset(text, 13.0)).truncate());
+                            });
+                        } else {
+                            ui.label(RichText::new(text).font(figures.clone()).size(11.5));
+                        }
+                    });
+                }
+            });
+        });
+}
+
+/// Largest change of a derivative without each window, and how the others predict that window.
+fn left_out(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &ManoeuvreStudy) {
+    ui.weak("Influence of each manoeuvre: largest change of a derivative without it, in standard errors, and its prediction by the others.");
+    let mut rows = Vec::new();
+    let mut windows = Vec::new();
+    for found in &study.left_out {
+        for one in &found.windows {
+            let shifts = found.derivatives.iter().zip(&one.shift_in_errors);
+            let most = shifts.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+            let Some((name, shift)) = most else { continue };
+            rows.push(vec![
+                one.label.clone(),
+                found.coefficient.name().to_owned(),
+                notation::derivative(name),
+                notation::fixed(*shift, 1),
+                notation::fixed(one.quality_identified.r_squared, 4),
+                own_constant(one.quality_identified.r_squared, one.quality_own_constant.r_squared),
+            ]);
+            windows.push(one.label.clone());
+        }
+    }
+    let titles = ["Manoeuvre", "Coefficient", "Moves most", "by σ", "R² predicted", "R² own const."];
+    let chosen = ctx.selection().window.clone();
+    table(ui, "left out", &titles, &rows, |at| Some(&windows[at]) == chosen.as_ref());
+}
+
+/// R² of the prediction with a constant of the window's own; a dash where the windows share theirs.
+fn own_constant(shared: f64, own: f64) -> String {
+    if shared == own { "–".to_owned() } else { notation::fixed(own, 4) }
+}
+
+/// Derivatives by kind of input.
+fn kinds(ui: &mut Ui, study: &ManoeuvreStudy) {
+    if study.kinds.is_empty() {
+        return empty(ui, "All manoeuvres have the same kind of input.");
+    }
+    ui.weak("Means over the manoeuvres of two kinds of input; inconsistent from two standard errors on. Dash: only one manoeuvre of a kind.");
+    let mut rows = Vec::new();
+    for found in &study.kinds {
+        for one in &found.derivatives {
+            rows.push(vec![
+                format!("{}: {} and {}", notation::derivative(&one.first.name), found.kinds[0], found.kinds[1]),
+                notation::within(one.first.estimate[0], one.first.scatter),
+                notation::within(one.second.estimate[0], one.second.scatter),
+                notation::fixed(one.difference_in_errors, 1),
+            ]);
+        }
+    }
+    table(ui, "kinds", &["Derivative", "First", "Second", "Apart by errors"], &rows, |_| false);
+}
+
+/// The chosen window by equation error, in the frequency domain and by output error.
+fn checks(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &CheckStudy) {
+    let name = ctx.selection().window.clone().unwrap_or_default();
+    let Some(found) = study.windows.iter().find(|one| one.window == name) else {
+        return empty(ui, "Select a manoeuvre that is in use.");
+    };
+    ui.weak(format!("{name}: the same derivatives by each method, with standard errors"));
+    let own = ctx.results().and_then(|results| results.fits.latest()).cloned();
+    let time = |derivative: &str| {
+        own.iter().flat_map(|fits| &fits.fits).find_map(|fit| {
+            let at = fit.fit.as_ref().ok()?.names.iter().position(|name| name == derivative)?;
+            Some((fit.fit.as_ref().ok()?.estimates[at], *fit.corrected_errors.get(at)?))
+        })
+    };
+    for (coefficient, result) in &found.frequency {
+        trouble(ui, result.as_ref().err().map(|error| format!("{}: {error}", coefficient.name())).as_deref());
+    }
+    for (axis, result) in &found.output_error {
+        trouble(ui, result.as_ref().err().map(|error| format!("output error, {}: {error}", axis.name())).as_deref());
+    }
+    let filtered: Vec<_> =
+        found.output_error.iter().filter_map(|(_, flight)| flight.as_ref().ok()?.filter_error.as_ref()).collect();
+    for result in &filtered {
+        trouble(ui, result.as_ref().err().map(|error| format!("filter error: {error}")).as_deref());
+    }
+    let filtered: Vec<_> = filtered.into_iter().filter_map(|result| result.as_ref().ok()).collect();
+    let rows = check_rows(found, &filtered, time);
+    let titles = ["Derivative", "time", "±", "frequency", "±", "output error", "±", "filter error", "±"];
+    let shown = if filtered.is_empty() { titles.len() - 2 } else { titles.len() };
+    table(ui, "checks", &titles[..shown], &rows, |_| false);
+    for flight in filtered {
+        let noise = flight.process_noise.iter().map(|noise| match noise.is_none {
+            true => format!("{} none", noise.state),
+            false => {
+                format!("{} {}", noise.state, notation::within(noise.intensity, noise.intensity * noise.log_error))
+            }
+        });
+        let noise: Vec<String> = noise.collect();
+        ui.weak(format!("Process noise per root second (velocity m/s, rate rad/s, angle rad): {}", noise.join(", ")));
+    }
+}
+
+fn check_rows(
+    found: &WindowChecks,
+    filtered: &[&FilteredFlight],
+    time: impl Fn(&str) -> Option<(f64, f64)>,
+) -> Vec<Vec<String>> {
+    let cells = |value: Option<(f64, f64)>| match value {
+        Some((value, error)) => [notation::within(value, error), notation::number(error)],
+        None => ["–".to_owned(), "–".to_owned()],
+    };
+    let flown = found.output_error.iter().filter_map(|(_, flight)| flight.as_ref().ok());
+    let flown: Vec<_> = flown.flat_map(|flight| &flight.derivatives).collect();
+    let mut rows = Vec::new();
+    for one in found.frequency.iter().filter_map(|(_, result)| result.as_ref().ok()).flatten() {
+        let output = flown.iter().find(|flown| flown.name == one.name);
+        let mut row = vec![notation::derivative(&one.name)];
+        row.extend(cells(time(&one.name)));
+        row.extend(cells(Some((one.estimate, one.standard_error))));
+        row.extend(cells(output.map(|flown| (flown.estimate, flown.standard_error))));
+        if !filtered.is_empty() {
+            let own = filtered.iter().flat_map(|flight| &flight.derivatives).find(|filtered| filtered.name == one.name);
+            row.extend(cells(own.map(|filtered| (filtered.estimate, filtered.standard_error))));
+        }
+        rows.push(row);
+    }
+    rows
+}
+
+/// What noise of the recording does to the derivatives.
+fn monte_carlo(ui: &mut Ui, study: &MonteCarloStudy) {
+    ui.weak(format!("{} realisations, {} of them failed. Shift: mean minus estimate. 2.5 % and 97.5 %: quantiles about the mean. The scatter contains sensor noise only, not differences between manoeuvres.",
+        study.realisations, study.failed));
+    let rows: Vec<Vec<String>> = study
+        .effects
+        .iter()
+        .map(|one| {
+            vec![
+                notation::derivative(&one.derivative),
+                notation::within(one.estimate, one.scatter),
+                notation::number(one.scatter),
+                notation::number(one.shift),
+                notation::number(one.shift_error),
+                notation::number(one.quantiles[0]),
+                notation::number(one.quantiles[1]),
+            ]
+        })
+        .collect();
+    table(
+        ui,
+        "monte carlo",
+        &["Derivative", "Estimate", "Scatter", "Shift", "± shift", "2.5 %", "97.5 %"],
+        &rows,
+        |_| false,
+    );
+}
+
+/// Lag and delay of every control.
+fn lags(ui: &mut Ui, study: &LagStudy) {
+    ui.weak(
+        "Delay of each control beside the lag of the session. A negative delay means a late recording (recorder clock). Set it in Model ▸ Axes, reference, thrust and lags.",
+    );
+    let rows: Vec<Vec<String>> = study
+        .lags
+        .iter()
+        .map(|one| {
+            let of: Vec<&str> = one.coefficients.iter().map(|coefficient| coefficient.name()).collect();
+            let (value, error) = match &one.result {
+                Ok(found) => (
+                    format!("{} ms", notation::fixed(1e3 * found.value, 1)),
+                    format!("{} ms", notation::fixed(1e3 * found.standard_error, 1)),
+                ),
+                Err(error) => (error.to_string(), String::new()),
+            };
+            vec![format!("{} {} in {}", one.surface.name(), one.kind.name(), of.join(", ")), value, error]
+        })
+        .collect();
+    table(ui, "lags", &["Control", "Found", "±"], &rows, |_| false);
+}

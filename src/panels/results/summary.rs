@@ -1,0 +1,315 @@
+//! Which results can be trusted: the verdict, its level for every manoeuvre and coefficient, and the findings with their fixes.
+
+use doublet_core::model::Coefficient;
+use doublet_engine::verdict::{Finding, Level, Verdicts};
+use eframe::egui::{
+    self, CollapsingHeader, CornerRadius, Label, Panel as Bar, RichText, Role, ScrollArea, Sense, TextStyle, Ui,
+    WidgetInfo, vec2,
+};
+use egui_extras::{Column, TableBuilder, TableRow};
+
+use crate::command::{UiCommand, ViewCommand};
+use crate::notation;
+use crate::panels::results::applied_fix::AppliedFix;
+use crate::panels::{Pane, Panel, PanelContext, awaiting};
+use crate::ui_state::Scope;
+use crate::widgets::level_mark::{self, level_mark};
+
+/// Height of a row.
+const ROW: f32 = 21.0;
+/// Width of a cell, and the room between two.
+const CELL: f32 = 40.0;
+const GAP: f32 = 2.0;
+/// Width in which the names of windows are read, and the room right of the grid.
+const NAMES: f32 = 150.0;
+const RIGHT_ROOM: f32 = 24.0;
+/// Least width of the reasons.
+const LEAST_REASONS: f32 = 260.0;
+/// From this width on the reasons stand beside the grid, below it else.
+const WIDE: f32 = 720.0;
+/// Reasons said at once; the rest is asked for.
+const WORST: usize = 3;
+
+/// What a cell of the grid is about.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Place {
+    /// One window; all together without one.
+    window: Option<String>,
+    /// One fit; without one the flight path of the window, or the whole session.
+    fit: Option<Coefficient>,
+}
+
+impl Place {
+    fn new(window: Option<&str>, fit: Option<Coefficient>) -> Self {
+        Self { window: window.map(str::to_owned), fit }
+    }
+
+    /// What it is called.
+    fn title(&self) -> String {
+        let of = self.fit.map_or("Flight path", Coefficient::name);
+        match (&self.window, self.fit) {
+            (None, None) => "Session".to_owned(),
+            (None, Some(_)) => format!("{of}, all manoeuvres"),
+            (Some(window), _) => format!("{of}, {window}"),
+        }
+    }
+
+    /// Its level and its reasons, the worst first; none where it was not computed.
+    fn judged<'a>(&self, verdicts: &'a Verdicts) -> Option<(Level, Vec<&'a Finding>)> {
+        let verdict = match (&self.window, self.fit) {
+            (None, None) => &verdicts.session,
+            (Some(window), None) => &verdicts.windows.get(window)?.verdict,
+            (window, Some(coefficient)) => {
+                let fit = verdicts.fit(window.as_deref(), coefficient)?;
+                let mut reasons: Vec<&Finding> = fit.verdict.reasons.iter().collect();
+                // What leaves the fit as it is and still speaks against a derivative.
+                let own = fit.derivatives.iter().flat_map(|derivative| &derivative.verdict.reasons);
+                own.for_each(|reason| {
+                    if !reasons.contains(&reason) {
+                        reasons.push(reason);
+                    }
+                });
+                return Some((fit.verdict.level, reasons));
+            }
+        };
+        Some((verdict.level, verdict.reasons.iter().collect()))
+    }
+}
+
+/// The panel.
+#[derive(Default)]
+pub struct Summary {
+    chosen: Place,
+    applied: Option<AppliedFix>,
+}
+
+impl Panel for Summary {
+    fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let Some(verdicts) = ctx.snapshot.verdicts.latest().cloned() else {
+            return awaiting(ctx, ui, "the verdict", "No verdict yet: compute again (F5).");
+        };
+        if self.chosen.judged(&verdicts).is_none() {
+            self.chosen = Place::default();
+        }
+        ui.horizontal(|ui| {
+            level_mark(ui, Some(verdicts.session.level));
+            let text = notation::typeset_in(&verdicts.headline(), 14.0, ui.visuals().strong_text_color());
+            ui.add(Label::new(text).wrap());
+        });
+        self.applied.take_if(|applied| !applied.is_current(ctx.session) && ctx.edits.is_empty());
+        if let Some(applied) = &self.applied {
+            applied.show(ctx, ui);
+        }
+        ui.add_space(2.0);
+        if ctx.snapshot.verdicts.is_stale() {
+            ui.multiply_opacity(0.6);
+        }
+        let room = ui.available_size();
+        if room.x >= WIDE {
+            // Every coefficient keeps its column and every window a name that can be read.
+            let fits = ctx.session.structure.models.len();
+            let most = (room.x - NAMES - (fits + 1) as f32 * (CELL + GAP) - RIGHT_ROOM).max(LEAST_REASONS);
+            let bar = Bar::right("reasons beside").default_size(most.min(0.5 * room.x));
+            let bar = bar.size_range(LEAST_REASONS..=most);
+            bar.show(ui, |ui| self.reasons(ctx, ui, &verdicts));
+        } else {
+            let bar = Bar::bottom("reasons below").default_size(0.48 * room.y).size_range(90.0..=0.7 * room.y);
+            bar.show(ui, |ui| self.reasons(ctx, ui, &verdicts));
+        }
+        let ground = egui::Frame::new().inner_margin(egui::Margin { right: 6, ..Default::default() });
+        egui::CentralPanel::default().frame(ground).show(ui, |ui| self.grid(ctx, ui, &verdicts));
+    }
+}
+
+impl Summary {
+    /// Windows down, coefficients across; all windows together first.
+    fn grid(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, verdicts: &Verdicts) {
+        let fits: Vec<Coefficient> = ctx.session.structure.models.iter().map(|(coefficient, _)| *coefficient).collect();
+        let windows: Vec<Option<&str>> = std::iter::once(None)
+            .chain(ctx.session.windows.iter().map(|window| Some(window.name.as_str())))
+            .filter(|window| window.is_none_or(|name| verdicts.windows.contains_key(name)))
+            .collect();
+        ui.spacing_mut().item_spacing.x = GAP;
+        TableBuilder::new(ui)
+            .id_salt("verdicts")
+            .striped(true)
+            .auto_shrink(false)
+            .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
+            .column(Column::remainder().at_least(110.0).clip(true))
+            .columns(Column::exact(CELL), fits.len() + 1)
+            .header(20.0, |mut header| {
+                header.col(|_| {});
+                header.col(|ui| {
+                    ui.weak("path").on_hover_text("Flight path: samples, filter, loading");
+                });
+                for coefficient in &fits {
+                    header.col(|ui| {
+                        ui.centered_and_justified(|ui| {
+                            ui.label(notation::derivative_job(ui, &format!("{}_", coefficient.name())));
+                        });
+                    });
+                }
+            })
+            .body(|body| {
+                body.rows(ROW, windows.len(), |mut row| {
+                    let window = windows[row.index()];
+                    self.row(ctx, &mut row, verdicts, window, &fits);
+                });
+            });
+    }
+
+    fn row(
+        &mut self,
+        ctx: &mut PanelContext<'_>,
+        row: &mut TableRow<'_, '_>,
+        verdicts: &Verdicts,
+        window: Option<&str>,
+        fits: &[Coefficient],
+    ) {
+        row.set_selected(window.is_some() && ctx.selection().window.as_deref() == window);
+        row.col(|ui| {
+            let text = window.map_or_else(|| RichText::new("All manoeuvres").strong(), RichText::new);
+            let name = ui.add(Label::new(text).truncate().sense(Sense::click()));
+            if name.clicked() {
+                self.choose(ctx, Place::new(window, None));
+            }
+        });
+        for fit in [None].into_iter().chain(fits.iter().copied().map(Some)) {
+            row.col(|ui| {
+                if fit.is_some() || window.is_some() {
+                    self.cell(ctx, ui, verdicts, Place::new(window, fit));
+                }
+            });
+        }
+    }
+
+    /// The mark of one verdict; a click shows its reasons.
+    fn cell(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, verdicts: &Verdicts, place: Place) {
+        let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW - 2.0), Sense::click());
+        let visuals = ui.visuals();
+        let ground = match (place == self.chosen, response.hovered()) {
+            (true, _) => Some(visuals.selection.bg_fill),
+            (false, true) => Some(visuals.widgets.hovered.weak_bg_fill),
+            (false, false) => None,
+        };
+        if let Some(color) = ground {
+            ui.painter().rect_filled(rect, CornerRadius::same(3), color);
+        }
+        let judged = place.judged(verdicts);
+        let word = judged.as_ref().map_or("not computed", |(level, _)| level.name());
+        response.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("{}: {word}", place.title())));
+        let Some((level, reasons)) = judged else {
+            let font = TextStyle::Small.resolve(ui.style());
+            ui.painter().text(rect.center(), egui::Align2::CENTER_CENTER, "–", font, visuals.weak_text_color());
+            return;
+        };
+        level_mark::paint(ui.painter(), rect.center(), 5.0, Some(level), level_mark::color(ui, Some(level)));
+        let response = response.on_hover_ui(|ui| {
+            ui.strong(format!("{}: {word}", place.title()));
+            reasons.iter().take(WORST).for_each(|reason| drop(ui.label(&reason.text)));
+        });
+        if response.clicked() {
+            self.choose(ctx, place);
+        }
+    }
+
+    /// Shows the reasons of `place`; those of the session where it was shown.
+    fn choose(&mut self, ctx: &mut PanelContext<'_>, place: Place) {
+        if let Some(window) = &place.window {
+            ctx.choose(window);
+        }
+        self.chosen = if place == self.chosen { Place::default() } else { place };
+    }
+
+    /// Why the chosen cell is what it is.
+    fn reasons(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, verdicts: &Verdicts) {
+        let Some((level, reasons)) = self.chosen.judged(verdicts) else { return };
+        ui.add_space(4.0);
+        ui.horizontal(|ui| {
+            level_mark(ui, Some(level));
+            let title = format!("{}: {}", self.chosen.title(), level.name());
+            ui.label(notation::typeset_in(&title, 13.0, ui.visuals().strong_text_color()));
+            if self.chosen != Place::default() && ui.small_button("Session").clicked() {
+                self.chosen = Place::default();
+            }
+        });
+        ScrollArea::vertical().id_salt("reasons").auto_shrink(false).show(ui, |ui| {
+            let kinds = kinds(&reasons);
+            if kinds.is_empty() {
+                ui.weak("No findings.");
+            }
+            let (worst, more) = kinds.split_at(WORST.min(kinds.len()));
+            let title = self.chosen.title();
+            let mut show_all = |ui: &mut Ui, kinds: &[(&Finding, usize)]| {
+                for (reason, alike) in kinds {
+                    if show(ctx, ui, reason, *alike) {
+                        self.applied = reason.fix.as_ref().and_then(|fix| AppliedFix::apply(ctx, fix));
+                    }
+                }
+            };
+            show_all(ui, worst);
+            if !more.is_empty() {
+                CollapsingHeader::new(format!("{} more", more.len())).id_salt(title).show(ui, |ui| show_all(ui, more));
+            }
+        });
+    }
+}
+
+/// The first reason of every kind and level with how many there are of it, the worst first.
+fn kinds<'a>(reasons: &[&'a Finding]) -> Vec<(&'a Finding, usize)> {
+    let mut kinds: Vec<(&Finding, usize)> = Vec::new();
+    for reason in reasons {
+        match kinds.iter_mut().find(|(first, _)| (first.code, first.level) == (reason.code, reason.level)) {
+            Some((_, alike)) => *alike += 1,
+            None => kinds.push((reason, 1)),
+        }
+    }
+    kinds
+}
+
+/// One reason: what was found, where, what to do, and the way there; whether its fix is to be applied.
+fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, reason: &Finding, alike: usize) -> bool {
+    let mut is_wanted = false;
+    ui.add_space(2.0);
+    ui.horizontal_top(|ui| {
+        level_mark(ui, Some(reason.level));
+        ui.vertical(|ui| {
+            ui.spacing_mut().item_spacing.y = 1.0;
+            let more = if alike > 1 { format!("   {} × {alike}", reason.code) } else { String::new() };
+            let weak = ui.visuals().weak_text_color();
+            ui.add(Label::new(notation::typeset_in(&format!("{}{more}", reason.place), 11.0, weak)).wrap());
+            ui.add(Label::new(notation::typeset(&reason.text, 13.0)).wrap());
+            if !reason.cure.is_empty() {
+                ui.add(Label::new(notation::typeset_in(&reason.cure, 11.5, weak)).wrap());
+            }
+            ui.horizontal_wrapped(|ui| {
+                ui.spacing_mut().item_spacing.x = 8.0;
+                if let Some(fix) = &reason.fix {
+                    let button = ui.small_button(format!("Apply: {}", fix.label));
+                    is_wanted =
+                        button.on_hover_text("Applies the fix as one undo step and shows the new verdict").clicked();
+                }
+                if let Some(pane) = reason.panel.and_then(Pane::from_title)
+                    && ui.link(RichText::new(format!("{} ▸", pane.title())).size(11.5)).clicked()
+                {
+                    open(ctx, reason, pane);
+                }
+            });
+        });
+    });
+    is_wanted
+}
+
+/// Brings the panel that cures `reason` to the front, with what it is about chosen.
+fn open(ctx: &mut PanelContext<'_>, reason: &Finding, pane: Pane) {
+    let window = ctx.session.windows.iter().find(|window| reason.place.contains(&format!("'{}'", window.name)));
+    if let Some(window) = window {
+        ctx.choose(&window.name);
+    }
+    let name = reason.place.split(' ').next().unwrap_or_default();
+    if name.contains('_') && Coefficient::ALL.iter().any(|coefficient| name.starts_with(coefficient.name())) {
+        ctx.state.selection.derivative = Some(name.to_owned());
+        ctx.state.selection.scope = if window.is_some() { Scope::Chosen } else { Scope::All };
+    }
+    ctx.commands.push(UiCommand::View(ViewCommand::Show(pane)));
+}
