@@ -370,7 +370,7 @@ pub fn print_modes(row: &DynamicsRow) {
         &cells,
     );
     text::line(&format!(
-        "+- are standard errors by slopes over the derivatives; {} samples, seed {}",
+        "+- are standard errors by linearisation; {} samples, seed {}",
         row.samples, row.seed
     ));
     print_notes(row);
@@ -438,7 +438,7 @@ fn print_trim(row: &DynamicsRow) {
     let trim = &row.trim;
     let degrees = |value: f64| number(value.to_degrees(), 4);
     text::line(&format!(
-        "trim at {} m/s and {} m, path {} deg, load factor {}, {} kg, centre of gravity at {} m: alpha {} deg, pitch {} deg, bank {} deg, \
+        "trim at {} m/s and {} m, flight path {} deg, load factor {}, {} kg, centre of gravity at {} m: alpha {} deg, pitch {} deg, bank {} deg, \
          aileron {} deg, elevator {} deg, rudder {} deg, thrust {} N",
         number(trim.airspeed_m_s, 4),
         number(trim.altitude_m, 5),

@@ -148,7 +148,7 @@ fn interrupted() -> Result<Arc<AtomicBool>, String> {
     for signal in [SIGINT, SIGTERM] {
         flag::register_conditional_shutdown(signal, INTERRUPTED, Arc::clone(&interrupted))
             .and_then(|_| flag::register(signal, Arc::clone(&interrupted)))
-            .map_err(|error| format!("Ctrl-C cannot be caught: {error}"))?;
+            .map_err(|error| format!("cannot handle Ctrl-C: {error}"))?;
     }
     Ok(interrupted)
 }
@@ -207,7 +207,7 @@ fn print(update: &LiveUpdate) {
     let of = |name: &str| update.state.get(name).copied().unwrap_or(f64::NAN);
     let counts = update.counts;
     let mut parts = vec![format!(
-        "{:9.2} s  V {:.1} m/s  alpha {:.1} deg  lag {:.2} s  lost {}  late {}  reordered {}  doubled {}  stray {}  skipped {}",
+        "{:9.2} s  V {:.1} m/s  alpha {:.1} deg  lag {:.2} s  lost {}  late {}  reordered {}  duplicate {}  stray {}  skipped {}",
         update.time_s,
         of("airspeed"),
         of("alpha").to_degrees(),

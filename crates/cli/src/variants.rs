@@ -169,6 +169,6 @@ fn print(names: &[String], fits: &[Form]) {
         std::iter::once(name.clone()).chain(found.iter().map(|(_, fit)| cell(fit, name))).collect::<Vec<_>>()
     };
     text::table(&header, &names.iter().map(row).collect::<Vec<_>>());
-    text::line("(conventional standard error; corrected for coloured residuals)");
+    text::line("(conventional standard error; corrected for correlated residuals)");
     text::line("");
 }

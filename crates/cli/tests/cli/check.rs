@@ -124,7 +124,7 @@ fn window_that_is_partly_outside_its_recording_is_named() {
     let only = text.replace("end_s = 1069.70", "end_s = 20.0");
     std::fs::write(folder.path().join("s.toml"), only).unwrap();
     let (found, _) = checked(folder.path(), "s.toml");
-    let says = |finding: &Value| finding["text"].as_str().unwrap().contains("the rest of it is left out");
+    let says = |finding: &Value| finding["text"].as_str().unwrap().contains("the rest is not used");
     let finding =
         found["findings"].as_array().unwrap().iter().find(|finding| says(finding)).unwrap_or_else(|| panic!("{found}"));
     assert_eq!((&finding["level"], &finding["where"]), (&"caution".into(), &"manoeuvre '01 aileron doublet'".into()));

@@ -80,7 +80,7 @@ impl LiveEstimates {
             findings.extend(
                 left_out
                     .iter()
-                    .map(|term| format!("{} is left out: nothing gives '{term}'", term.derivative_name(*coefficient))),
+                    .map(|term| format!("{} is not estimated: no channel gives '{term}'", term.derivative_name(*coefficient))),
             );
             let usable: Vec<&Term> = usable.into_iter().filter(|term| !term.is_constant()).collect();
             if usable.is_empty() {

@@ -206,13 +206,13 @@ impl Source {
             }
             Self::Lines { socket, text, json, .. } => {
                 let (lines, bytes) = (json.refused, text.refused_bytes);
-                let line = || format!("{lines} lines of JSON and {bytes} bytes of text could not be understood");
+                let line = || format!("{lines} lines of JSON and {bytes} bytes of text could not be read");
                 ((bytes > 0 || lines > 0).then(line), socket.foreign)
             }
             Self::Mavlink { socket, decoder } => (losses_of(decoder), socket.foreign),
             Self::Log { decoder, .. } => (losses_of(decoder), 0),
         };
-        let foreign = (foreign > 0).then(|| format!("{foreign} packets of other addresses were left out"));
+        let foreign = (foreign > 0).then(|| format!("{foreign} packets from other addresses ignored"));
         let lines: Vec<String> = own.into_iter().chain(foreign).collect();
         (!lines.is_empty()).then(|| lines.join("; "))
     }
@@ -221,8 +221,7 @@ impl Source {
 /// What of MAVLink packets is missing.
 fn losses_of(decoder: &MavlinkDecoder) -> Option<String> {
     let MavlinkDecoder { packets, lost, refused_bytes, .. } = decoder;
-    let line =
-        || format!("{packets} packets understood, {lost} missing by their numbers, {refused_bytes} bytes were none");
+    let line = || format!("{packets} packets read, {lost} lost by sequence number, {refused_bytes} bytes outside packets");
     (*lost > 0 || *packets == 0).then(line)
 }
 

@@ -179,7 +179,7 @@ pub(crate) fn window_terms(
     };
     let dropped = terms.iter().filter(rests).map(|term| DroppedTerm {
         derivative: term.derivative_name(coefficient),
-        reason: "its control rests in this manoeuvre".to_owned(),
+        reason: "its control does not move in this manoeuvre".to_owned(),
     });
     let dropped = dropped.collect();
     (terms.iter().filter(|term| !rests(term)).cloned().collect(), dropped)
@@ -219,7 +219,7 @@ fn moving_terms(
         is_zero || (has_constant && is_constant(all)) || (own_constants && ends.iter().all(|&own| is_constant(own)))
     };
     let reason =
-        if used.len() == 1 { "it does not move in this manoeuvre" } else { "it moves in none of the manoeuvres" };
+        if used.len() == 1 { "it does not vary in this manoeuvre" } else { "it does not vary in any manoeuvre" };
     let dropped = terms
         .iter()
         .filter(rests)
@@ -331,7 +331,7 @@ fn coefficient_fit(
     let (terms, resting) = moving_terms(coefficient, terms, used, estimation);
     dropped.extend(resting);
     if terms.is_empty() {
-        let fit = Err("no term of the model moves in the manoeuvres: add one that does, or a constant".into());
+        let fit = Err("no term of the model varies in the manoeuvres: add one that does, or a constant".into());
         let windows = used.iter().map(|(window, aero)| (window.name.clone(), aero.coefficients.time_s.len())).collect();
         return CoefficientFit {
             coefficient,
