@@ -180,7 +180,7 @@ fn inputs_are_designed_and_tests_judged_in_the_background() {
     await_label(&mut bench, "Errors to expect");
     picture(&mut bench.harness, "design");
     for (part, written, raw) in [
-        ("Excursions to expect", ["α", "β", "deg", "deg/s"], ["alpha", "beta", "rad", "rad/s"]),
+        ("Expected excursions", ["α", "β", "deg", "deg/s"], ["alpha", "beta", "rad", "rad/s"]),
         ("Errors to expect", ["CXα", "CXα²", "CXq", "CXδe"], ["CX_alpha", "CX_alpha2", "CX_q", "CX_delta_e"]),
     ] {
         bench.harness.get_by_label(part).scroll_to_me();

@@ -112,7 +112,7 @@ impl Form {
     }
 }
 
-/// A pooled fit with its covariance for coloured residuals.
+/// A pooled fit with its covariance for correlated residuals.
 fn corrected(
     pooled: &PooledRegression,
     fit: Result<PooledFit, EstimateError>,
@@ -135,7 +135,7 @@ fn whitened(all: &Stacked, order: usize, ordinary: &PooledFit) -> Result<(Fit, D
 }
 
 /// Corrected for the noise of the regressors, and total least squares, where any noise is stated; their errors have no correction
-/// for coloured residuals.
+/// for correlated residuals.
 fn with_noise(all: &Stacked, noise: &[(String, f64)], measurement: f64) -> Vec<Form> {
     let of = |name: &String| noise.iter().find(|(other, _)| other == name).map_or(0.0, |(_, deviation)| *deviation);
     let deviations: Vec<f64> = all.names.iter().map(of).collect();

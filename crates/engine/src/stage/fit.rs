@@ -305,7 +305,7 @@ pub fn describe_origin(origin: Origin) -> Option<&'static str> {
     }
 }
 
-/// Relative error, per cent, and t of an estimate, by its error corrected for coloured residuals where that is known; NaN where it
+/// Relative error, per cent, and t of an estimate, by its error corrected for correlated residuals where that is known; NaN where it
 /// is held.
 pub fn significance(fit: &Fit, corrected_errors: &[f64], at: usize) -> (f64, f64) {
     if !fit.origins[at].is_estimated() {
@@ -320,7 +320,7 @@ pub(crate) fn constant_name(constant: &str, window: &str) -> String {
     format!("{constant}[{window}]")
 }
 
-/// Least squares over the windows, with errors corrected for coloured residuals.
+/// Least squares over the windows, with errors corrected for correlated residuals.
 fn coefficient_fit(
     coefficient: Coefficient,
     terms: &[Term],

@@ -19,7 +19,7 @@ pub struct CheckedDerivative {
     pub name: String,
     /// Estimate.
     pub estimate: f64,
-    /// Standard error: of independent frequencies, or corrected for coloured residuals.
+    /// Standard error: of independent frequencies, or corrected for correlated residuals.
     pub standard_error: f64,
 }
 
