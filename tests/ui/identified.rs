@@ -177,11 +177,11 @@ fn inputs_are_designed_and_tests_judged_in_the_background() {
     bench.harness.get_by_role_and_label(Role::CheckBox, "compare kinds").click();
     bench.harness.run_steps(2);
     bench.harness.get_by_role_and_label(Role::Button, "Design the input").click();
-    await_label(&mut bench, "Errors to expect");
+    await_label(&mut bench, "Expected standard errors");
     picture(&mut bench.harness, "design");
     for (part, written, raw) in [
         ("Expected excursions", ["α", "β", "deg", "deg/s"], ["alpha", "beta", "rad", "rad/s"]),
-        ("Errors to expect", ["CXα", "CXα²", "CXq", "CXδe"], ["CX_alpha", "CX_alpha2", "CX_q", "CX_delta_e"]),
+        ("Expected standard errors", ["CXα", "CXα²", "CXq", "CXδe"], ["CX_alpha", "CX_alpha2", "CX_q", "CX_delta_e"]),
     ] {
         bench.harness.get_by_label(part).scroll_to_me();
         bench.harness.run_steps(4);

@@ -193,13 +193,13 @@ fn sentence(relation: &Relation, figures: &Figures) -> String {
         Relation::Response(_) => {
             format!("{channel} against {with}: effect {slope}, {:.0} % explained, {segments}", 100.0 * figures.r2)
         }
-        Relation::Size(_) => format!("{channel} reaches {slope} against {with}"),
+        Relation::Size(_) => format!("{channel} reaches {slope}; expected: {with}"),
         Relation::Offset(_) => {
             format!("{channel} is {:+.1} deg off {with}, over {segments}", figures.slope.to_degrees())
         }
         Relation::Travel(_) => {
             let degrees = figures.slope.to_degrees();
-            format!("{channel} reaches {slope} rad ({} deg) against {with}", significant(degrees))
+            format!("{channel} reaches {slope} rad ({} deg); expected: {with}", significant(degrees))
         }
     }
 }
@@ -295,7 +295,7 @@ fn of_outcome(relation: &Relation, outcome: &Outcome) -> Option<CompatibilityRow
         Outcome::Absent => return None,
         Outcome::Fits(_) | Outcome::Undetermined if relation.is_of_values() => return None,
         Outcome::Undetermined => {
-            let evidence = format!("{channel} against {}: not determined, too little motion", relation.with());
+            let evidence = format!("{channel} against {}: not determined (too little motion)", relation.with());
             (Agreement::Undetermined, None, evidence)
         }
         Outcome::Fits(figures) => (Agreement::Fits, Some(figures), sentence(relation, figures)),
@@ -304,7 +304,7 @@ fn of_outcome(relation: &Relation, outcome: &Outcome) -> Option<CompatibilityRow
         }
         Outcome::Differs(figures) => {
             let evidence =
-                format!("{}: not determined, masked by gusts and sensor errors", sentence(relation, figures));
+                format!("{}: not determined (masked by gusts and sensor errors)", sentence(relation, figures));
             (Agreement::Undetermined, Some(figures), evidence)
         }
     };

@@ -66,15 +66,15 @@ pub fn check_file(path: &Path) -> Checked {
         Ok(Err(_)) => {
             return refused(
                 "file",
-                "this is binary data, not a session or an aircraft file".to_owned(),
-                "make a session of a recording with `doublet new`",
+                "this is a binary file, not a session or an aircraft file".to_owned(),
+                "make a session from a recording with `doublet new`",
             );
         }
         Ok(Ok(text)) => text,
     };
     let text = text.trim_start_matches('\u{feff}');
     if text.trim().is_empty() {
-        let cure = "open another file, or its .bak beside it";
+        let cure = "open another file, or the .bak beside it";
         return refused("file", "the file is empty: not a session or an aircraft file".to_owned(), cure);
     }
     if has_format(text, aircraft_file::FORMAT) {
@@ -141,7 +141,7 @@ fn of_samples(session: &Session, others: &[&Manoeuvre], snapshot: &Snapshot) -> 
         return Vec::new();
     }
     let text = format!(
-        "Computed the first {MOST_COMPUTED} manoeuvres, checked only the samples of the other {}.",
+        "Only the first {MOST_COMPUTED} manoeuvres were computed; of the other {}, only samples were checked.",
         others.len()
     );
     let mut findings =
