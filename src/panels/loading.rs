@@ -121,7 +121,7 @@ impl LoadingPanel {
             changed
                 && ui
                     .button("Compare from here")
-                    .on_hover_text("Compare with the present loading from now on")
+                    .on_hover_text("Use the current loading as the reference")
                     .clicked()
         });
         let rows = changes(before, now);

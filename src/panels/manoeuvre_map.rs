@@ -111,7 +111,7 @@ impl Panel for ManoeuvreMap {
                 ctx,
                 ui,
                 "manoeuvres",
-                "No manoeuvre: drag with Ctrl in a plot of the flight to make one.",
+                "No manoeuvre: drag with Ctrl in a plot of the flight to add one.",
             );
         }
         self.choices(ui, &rows);
