@@ -164,7 +164,8 @@ impl Experiments {
         ui.horizontal_wrapped(|ui| {
             ui.strong(&name);
             let button = ui.add_enabled(!is_current, Button::new("Make current"));
-            let button = button.on_hover_text("Use this configuration in the session; one undo step restores the old one");
+            let button =
+                button.on_hover_text("Use this configuration in the session; one undo step restores the old one");
             if button.on_disabled_hover_text("The session already has this configuration").clicked() {
                 ctx.edit(Edit::Experiment(ExperimentEdit::Apply(name.clone())));
             }

@@ -369,10 +369,7 @@ pub fn print_modes(row: &DynamicsRow) {
         ],
         &cells,
     );
-    text::line(&format!(
-        "+- are standard errors by linearisation; {} samples, seed {}",
-        row.samples, row.seed
-    ));
+    text::line(&format!("+- are standard errors by linearisation; {} samples, seed {}", row.samples, row.seed));
     print_notes(row);
 }
 

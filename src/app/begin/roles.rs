@@ -263,8 +263,7 @@ fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single, has_travel
             let shown = ui.label(RichText::new(notation::number(value)).font(theme::figures(ui)));
             let recorded = format!("{} {}", notation::number(value), unit.symbol);
             let si = format!("{} {}", notation::number(unit.to_si(value)), role.dimension().si_symbol());
-            shown
-                .on_hover_text(notation::unit_symbol(&format!("{recorded}, with sign, scale and offset: {si}")));
+            shown.on_hover_text(notation::unit_symbol(&format!("{recorded}, with sign, scale and offset: {si}")));
         }
     }
     if let Some(shape) = choosing.comparison.shape(role) {
@@ -297,9 +296,7 @@ fn reason(choosing: &Choosing, (role, row): (Role, &ManualChannel), ui: &mut Ui)
                 None => (words.to_owned(), format!("Unit {}", unit_reason(row, probes))),
             }
         }
-        Some(guess) if guess.from == row.from => {
-            ("changed".to_owned(), "Guessed channel with your changes".to_owned())
-        }
+        Some(guess) if guess.from == row.from => ("changed".to_owned(), "Guessed channel with your changes".to_owned()),
         _ => ("by hand".to_owned(), "Chosen by hand".to_owned()),
     };
     let text = RichText::new(text).small();

@@ -275,7 +275,10 @@ fn one_manoeuvre_of_one_surface_runs_to_the_end_by_defaults() {
         // The longitudinal coefficients are in the model, but nothing here tells about them.
         let (found, without): (Vec<_>, Vec<_>) = pooled.iter().partition(|fit| fit["error"].is_null());
         assert!(found.len() == 3 && without.len() == 3, "{file}: {pooled:?}");
-        assert!(without.iter().all(|fit| fit["error"] == "no manoeuvre is used for this coefficient"), "{file}: {without:?}");
+        assert!(
+            without.iter().all(|fit| fit["error"] == "no manoeuvre is used for this coefficient"),
+            "{file}: {without:?}"
+        );
         let rests = if file.starts_with("da") { "CY_delta_r" } else { "CY_delta_a" };
         let side = pooled.iter().find(|fit| fit["coefficient"] == "CY").unwrap();
         assert_eq!(side["dropped"][0]["name"], rests, "{file}: {side}");

@@ -36,7 +36,10 @@ fn guessed_map_has_a_reason_for_every_row_and_is_a_map() {
     assert_eq!(code, Some(0));
     let map = ChannelMap::parse(&text).unwrap();
     assert_eq!(map.roles.keys().copied().collect::<Vec<_>>(), [Role::PitchRate, Role::PitchAngle]);
-    assert!(text.contains("# q: 'q_dps' of log by its name, unit from the end of its name: 0 to 8.000 deg/s"), "{text}");
+    assert!(
+        text.contains("# q: 'q_dps' of log by its name, unit from the end of its name: 0 to 8.000 deg/s"),
+        "{text}"
+    );
     assert!(text.contains("# theta: 'Pitch' of log by its name, unit guessed from its values"), "{text}");
     let file = folder.path().join("map.toml");
     let write = ["map", &path, "--write", file.to_str().unwrap()];

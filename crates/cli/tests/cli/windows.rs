@@ -94,7 +94,10 @@ fn many_windows_are_checked_or_refused_in_a_time_that_grows_with_their_number() 
     assert!(text.contains("200 manoeuvres") && !text.contains("samples were checked"), "{text}");
     let (_, quarter) = timed(2_500);
     let (text, many) = timed(10_000);
-    assert!(text.contains("Only the first 200 manoeuvres were computed; of the other 9800, only samples were checked."), "{text}");
+    assert!(
+        text.contains("Only the first 200 manoeuvres were computed; of the other 9800, only samples were checked."),
+        "{text}"
+    );
     // Four times as many; sixteen times as long were quadratic.
     assert!(many < 8 * quarter + Duration::from_secs(2), "{many:?} of 10,000 manoeuvres, {quarter:?} of 2,500");
     let (text, refused) = timed(100_000);

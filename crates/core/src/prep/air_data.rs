@@ -90,7 +90,10 @@ pub fn pod_history(calibration: &PodCalibration, numbers: &[f64], margin: f64) -
         ),
         (
             count(&|n| n >= high),
-            format!("at the upper end of its scale (alpha above {:.1} deg, beyond the stall)", degrees(calibration, high)),
+            format!(
+                "at the upper end of its scale (alpha above {:.1} deg, beyond the stall)",
+                degrees(calibration, high)
+            ),
         ),
         (
             count(&|n| inside(n) && n < rising),

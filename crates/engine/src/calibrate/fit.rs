@@ -105,7 +105,8 @@ fn polynomial(points: Vec<[f64; 2]>, degree: usize, is_exponent: bool) -> Result
         }
         // Through every reading; their scatter is not known.
         false => {
-            let solved = x.lu().solve(&nalgebra::DVector::from_vec(z)).ok_or("two readings have the same abscissa: keep one")?;
+            let solved =
+                x.lu().solve(&nalgebra::DVector::from_vec(z)).ok_or("two readings have the same abscissa: keep one")?;
             (solved.iter().copied().collect(), Vec::new())
         }
     };

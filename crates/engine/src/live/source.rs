@@ -221,7 +221,8 @@ impl Source {
 /// What of MAVLink packets is missing.
 fn losses_of(decoder: &MavlinkDecoder) -> Option<String> {
     let MavlinkDecoder { packets, lost, refused_bytes, .. } = decoder;
-    let line = || format!("{packets} packets read, {lost} lost by sequence number, {refused_bytes} bytes outside packets");
+    let line =
+        || format!("{packets} packets read, {lost} lost by sequence number, {refused_bytes} bytes outside packets");
     (*lost > 0 || *packets == 0).then(line)
 }
 

@@ -213,7 +213,8 @@ fn limits(envelope: &FlightEnvelope) -> Vec<String> {
 }
 
 /// Colours of the information that windows gave: much, as much as the others, little.
-const INFORMATION: [(&str, usize); 3] = [("much information", 2), ("average information", 0), ("little information", 4)];
+const INFORMATION: [(&str, usize); 3] =
+    [("much information", 2), ("average information", 0), ("little information", 4)];
 
 /// Altitude over airspeed and load factor over airspeed, with the points planned and flown.
 pub fn envelope_figure(

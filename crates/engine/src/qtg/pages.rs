@@ -67,15 +67,13 @@ pub fn stated(entry: &TestEntry, rule: &ObjectiveTest, rule_name: &str) -> Vec<(
 /// How a result is judged.
 fn evaluation(judgement: &Judgement) -> &'static str {
     match judgement {
-        Judgement::History(_) => {
-            "flight and model in one plot; the model must stay inside the band at every sample"
-        }
+        Judgement::History(_) => "flight and model in one plot; the model must stay inside the band at every sample",
         Judgement::Snapshot(_) => "trim of the model compared with the means of the flight",
-        Judgement::TrimChange(_) => {
-            "change of trim from another manoeuvre, model compared with flight means"
-        }
+        Judgement::TrimChange(_) => "change of trim from another manoeuvre, model compared with flight means",
         Judgement::Value { .. } => "flight and model at one time after the end of the input",
-        Judgement::FreeResponse { .. } => "period and damping from the free response of flight and model, by the same method",
+        Judgement::FreeResponse { .. } => {
+            "period and damping from the free response of flight and model, by the same method"
+        }
     }
 }
 
@@ -160,10 +158,7 @@ pub(crate) fn of_record(
         ),
     ];
     if window.role == WindowRole::Identification {
-        facts.push((
-            "Independence",
-            "none: this manoeuvre was also used to identify the derivatives".to_owned(),
-        ));
+        facts.push(("Independence", "none: this manoeuvre was also used to identify the derivatives".to_owned()));
     }
     facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()
 }

@@ -329,8 +329,7 @@ pub fn engines(results: &Results) -> Table {
         Column::number("value", "Value", "", 4),
         Column::new("unit", "Unit"),
     ];
-    let caption =
-        "Power of each engine, modelled and from its monitor; r² is the square of their correlation.";
+    let caption = "Power of each engine, modelled and from its monitor; r² is the square of their correlation.";
     let rows = results.engines.iter().flat_map(engine_rows).collect();
     Table { name: "engines".to_owned(), caption: caption.to_owned(), columns, rows }
 }

@@ -98,8 +98,9 @@ fn loops(
         return Some(format!("at character {position}: it refers to itself: use other channels"));
     }
     let above = earlier.iter().any(|other| other.name == name);
-    (!above)
-        .then(|| format!("at character {position}: expression '{name}' not found above it: only earlier ones can be used"))
+    (!above).then(|| {
+        format!("at character {position}: expression '{name}' not found above it: only earlier ones can be used")
+    })
 }
 
 /// A change of one channel by expression.

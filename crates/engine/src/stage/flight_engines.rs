@@ -224,8 +224,9 @@ fn over_flight(
         .map_err(|error| format!("engine '{name}': {error}"))?;
     let missing = history.thrust_n.iter().filter(|thrust| !thrust.is_finite()).count();
     if missing == history.thrust_n.len() {
-        warnings
-            .push(format!("engine '{name}': speed, manifold pressure and air data are never recorded at the same time"));
+        warnings.push(format!(
+            "engine '{name}': speed, manifold pressure and air data are never recorded at the same time"
+        ));
         return Ok(None);
     }
     if missing > 0 {

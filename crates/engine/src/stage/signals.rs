@@ -82,8 +82,11 @@ pub(crate) fn treat_signals(recording: &mut Recording, setting: &SignalSetting) 
 fn position(recording: &mut Recording, max_gap_s: Option<f64>) -> StageResult<Vec<TreatedSignal>> {
     let axes = [(Role::PositionNorth, Role::VelocityNorth), (Role::PositionEast, Role::VelocityEast)];
     if let Some((role, channel)) = axes.iter().find_map(|(role, _)| Some((role, recording.role(*role)?))) {
-        let kept =
-            format!("{} is recorded in {}; the recorded channel is used, not the integrated velocity", role.name(), channel.source);
+        let kept = format!(
+            "{} is recorded in {}; the recorded channel is used, not the integrated velocity",
+            role.name(),
+            channel.source
+        );
         recording.warnings.push(kept);
         return Ok(Vec::new());
     }

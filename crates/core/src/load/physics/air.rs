@@ -288,7 +288,9 @@ fn find_alpha(whole: &mut Assignment<'_>) {
         let found = taken(i, coefficient, &ANGLES, FLOW_RATIO, found.r2)?;
         (found.r2 > least && own < 0.0 && found.factor.abs() * column.largest < LARGEST_FLOW).then_some(found)
     };
-    if let Some(alpha) = whole.take_best(Role::AngleOfAttack, "its rate of change is the pitch rate minus the lift", fits) {
+    if let Some(alpha) =
+        whole.take_best(Role::AngleOfAttack, "its rate of change is the pitch rate minus the lift", fits)
+    {
         whole.alpha = Some([whole.mean_of(alpha), whole.slope_of(alpha)]);
     }
 }

@@ -109,7 +109,11 @@ fn find_vertical(whole: &mut Assignment<'_>) {
     if height.factor > 0.0 {
         whole.take(Role::Altitude, height, "its rate of change is the recorded climb rate");
     } else {
-        whole.take(Role::PositionDown, Taken { factor: -height.factor, ..height }, "its rate of change is the descent rate");
+        whole.take(
+            Role::PositionDown,
+            Taken { factor: -height.factor, ..height },
+            "its rate of change is the descent rate",
+        );
     }
     whole.take(Role::VelocityDown, descent, "the rate of change of altitude");
 }

@@ -88,7 +88,11 @@ fn find_height(whole: &mut Assignment<'_>) {
         whole.take(Role::Altitude, up, "its rate of change is the climb rate");
     }
     if let Some(down) = down {
-        whole.take(Role::PositionDown, Taken { factor: -down.factor, ..down }, "its rate of change is the descent rate");
+        whole.take(
+            Role::PositionDown,
+            Taken { factor: -down.factor, ..down },
+            "its rate of change is the descent rate",
+        );
     }
 }
 

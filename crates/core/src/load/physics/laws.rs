@@ -95,7 +95,11 @@ fn find_beside(whole: &mut Assignment<'_>, speed: &[f64], square: &[f64]) {
         let by_lift = alpha.as_deref().and_then(|alpha| follows(whole, axial, alpha, 1.0));
         let found = best([follows(whole, axial, &along, 1.0), by_lift]);
         if let Some(found) = found.filter(|found| found.factor > 0.0) {
-            whole.take(Role::SpecificForceX, found, "column beside the normal force, consistent with acceleration and attitude");
+            whole.take(
+                Role::SpecificForceX,
+                found,
+                "column beside the normal force, consistent with acceleration and attitude",
+            );
         }
     }
     let side = third - 1;
@@ -105,7 +109,11 @@ fn find_beside(whole: &mut Assignment<'_>, speed: &[f64], square: &[f64]) {
         // Axes of one vector are turned about x together.
         let found = best([by_slip, by_turn]).filter(|found| (found.factor < 0.0) == turned);
         if let Some(found) = found {
-            whole.take(Role::SpecificForceY, found, "column beside the normal force, consistent with sideslip and turn");
+            whole.take(
+                Role::SpecificForceY,
+                found,
+                "column beside the normal force, consistent with sideslip and turn",
+            );
         }
     }
 }
@@ -204,9 +212,7 @@ fn find_alpha(whole: &mut Assignment<'_>, speed: &[f64], square: &[f64]) {
         let is_angle = can_be_flow(whole, j) && angle.largest / size < 1.3 && slope * change < 0.0;
         is_angle.then_some(Taken { column: j, unit, factor: -slope.signum() / size, r2 })
     };
-    if let Some(alpha) =
-        whole.take_nearest(Role::AngleOfAttack, "the normal force divided by airspeed squared", fits)
-    {
+    if let Some(alpha) = whole.take_nearest(Role::AngleOfAttack, "the normal force divided by airspeed squared", fits) {
         whole.alpha = Some([whole.mean_of(alpha), whole.slope_of(alpha)]);
     }
 }
@@ -229,7 +235,9 @@ fn find_side(whole: &mut Assignment<'_>, speed: &[f64], square: &[f64]) {
             let is_angle = can_be_flow(whole, i) && found.factor.abs() * column.largest < 1.3 && size > LEAST_SIDESLIP;
             is_angle.then_some(found)
         };
-        if let Some(beta) = whole.take_nearest(Role::Sideslip, "its rate of change follows from yaw rate and bank", fits) {
+        if let Some(beta) =
+            whole.take_nearest(Role::Sideslip, "its rate of change follows from yaw rate and bank", fits)
+        {
             whole.beta = Some([whole.mean_of(beta), whole.slope_of(beta)]);
         }
     }
