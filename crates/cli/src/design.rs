@@ -29,13 +29,13 @@ pub struct BasisArguments {
     /// Criterion to minimise: d (determinant), a (sum of squared relative errors), max-relative.
     #[arg(long, default_value = "a", value_parser = PossibleValuesParser::new(Criterion::ALL.map(Criterion::name)))]
     criterion: String,
-    /// Largest deflection from trim, deg [default: that of the manoeuvres].
+    /// Largest deflection from trim, deg [default: as in the manoeuvres].
     #[arg(long, value_name = "DEG", value_parser = positive)]
     peak: Option<f64>,
     /// Largest deflection rate, deg/s.
     #[arg(long, value_name = "DEG_S", default_value = "60", value_parser = positive)]
     rate: f64,
-    /// Limit of alpha, beta, phi (rad), n_z, p (rad/s), V (m/s) or h (m). Repeatable.
+    /// Limit: alpha, beta, phi (rad), n_z, p (rad/s), V (m/s) or h (m). Repeatable.
     #[arg(long, value_name = "NAME=LOW:HIGH", value_parser = limit, allow_hyphen_values = true)]
     limit: Vec<(Quantity, f64, f64)>,
     /// Fraction of the margin to the limits for the nominal response.

@@ -92,10 +92,10 @@ pub struct JudgedArguments {
     /// Flight phase category: A, B or C [default: B].
     #[arg(long, value_parser = PossibleValuesParser::new(CATEGORIES))]
     category: Option<String>,
-    /// Delay from stick to surfaces, s: judges bandwidth and the pilot's loop.
+    /// Delay from stick to surfaces, s, for bandwidth and pilot-loop criteria.
     #[arg(long, value_name = "S", value_parser = delay)]
     stick_delay: Option<f64>,
-    /// Available aileron deflection from trim, deg: judges roll performance.
+    /// Available aileron deflection from trim, deg, for roll performance.
     #[arg(long, value_name = "DEG", value_parser = deflection)]
     aileron: Option<f64>,
 }

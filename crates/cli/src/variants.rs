@@ -18,7 +18,7 @@ use crate::text;
 pub struct VariantArguments {
     /// Session file.
     pub session: PathBuf,
-    /// Known derivative, range or deviation: Cm_q=-5, Cm_q=-8..-4, Cl_p=-0.45~0.05.
+    /// Known value, range or prior: Cm_q=-5, Cm_q=-8..-4, Cl_p=-0.45~0.05.
     #[arg(long, value_name = "NAME=KNOWN", value_parser = knowledge, allow_hyphen_values = true)]
     pub know: Vec<(String, Constraint)>,
     /// Noise of a regressor, standard deviation: Cm_alpha=5e-4.
