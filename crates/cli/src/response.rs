@@ -28,7 +28,7 @@ use crate::text;
 pub struct ResponseArguments {
     /// Session (.toml), or a table: text, or any recording, unconverted.
     pub source: PathBuf,
-    /// Inputs, comma-separated: roles, columns or expressions. Each response is conditioned on the others.
+    /// Inputs, comma-separated: roles, columns or expressions. Responses are conditioned on the others.
     #[arg(long, value_name = "NAME,NAME", required = true, allow_hyphen_values = true)]
     pub input: String,
     /// Output role, column or expression: p, q, r, ay, alpha, beta ...
