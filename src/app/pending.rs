@@ -203,7 +203,7 @@ impl Workbench {
         let index = flight.recordings.iter().position(|recording| is_missing(&recording.path));
         match index.map(|index| (flight.name.clone(), index)) {
             Some((name, index)) => self.ask(Asked::Missing(name, index), ctx),
-            None => self.complain("all recordings of this flight were found"),
+            None => self.complain("no recording of this flight is missing"),
         }
     }
 

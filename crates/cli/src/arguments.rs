@@ -260,7 +260,7 @@ pub struct ReportArguments {
     /// Sections [default: all].
     #[arg(long, value_name = "SECTION,SECTION", value_delimiter = ',', value_parser = section())]
     pub sections: Vec<String>,
-    /// Omit the appendices.
+    /// Leave out the appendices.
     #[arg(long)]
     pub no_appendix: bool,
     /// Earlier estimate to compare with, as for `prior`.

@@ -35,7 +35,7 @@ pub struct BasisArguments {
     /// Largest deflection rate, deg/s.
     #[arg(long, value_name = "DEG_S", default_value = "60", value_parser = positive)]
     rate: f64,
-    /// Limit: alpha, beta, phi (rad), n_z, p (rad/s), V (m/s) or h (m). Repeatable.
+    /// Limit of alpha, beta, phi (rad), n_z, p (rad/s), V (m/s) or h (m). Repeatable.
     #[arg(long, value_name = "NAME=LOW:HIGH", value_parser = limit, allow_hyphen_values = true)]
     limit: Vec<(Quantity, f64, f64)>,
     /// Fraction of the margin to the limits for the nominal response.

@@ -148,7 +148,7 @@ fn interrupted() -> Result<Arc<AtomicBool>, String> {
     for signal in [SIGINT, SIGTERM] {
         flag::register_conditional_shutdown(signal, INTERRUPTED, Arc::clone(&interrupted))
             .and_then(|_| flag::register(signal, Arc::clone(&interrupted)))
-            .map_err(|error| format!("cannot handle Ctrl-C: {error}"))?;
+            .map_err(|error| format!("Ctrl-C cannot be caught: {error}"))?;
     }
     Ok(interrupted)
 }

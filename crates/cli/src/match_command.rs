@@ -61,7 +61,7 @@ fn print(rows: &ProofRow, rule: PercentRule) {
 
 fn tests(window: &ReplayRow) {
     if window.tests.is_empty() {
-        text::line("  no test applies: set the surface or the kind of input of the manoeuvre");
+        text::line("  no test applies: state the surface or the kind of input of the manoeuvre");
         return;
     }
     for test in &window.tests {

@@ -295,7 +295,7 @@ fn of_outcome(relation: &Relation, outcome: &Outcome) -> Option<CompatibilityRow
         Outcome::Absent => return None,
         Outcome::Fits(_) | Outcome::Undetermined if relation.is_of_values() => return None,
         Outcome::Undetermined => {
-            let evidence = format!("{channel} against {}: not determined (too little motion)", relation.with());
+            let evidence = format!("{channel} against {}: not determined, too little motion", relation.with());
             (Agreement::Undetermined, None, evidence)
         }
         Outcome::Fits(figures) => (Agreement::Fits, Some(figures), sentence(relation, figures)),
@@ -304,7 +304,7 @@ fn of_outcome(relation: &Relation, outcome: &Outcome) -> Option<CompatibilityRow
         }
         Outcome::Differs(figures) => {
             let evidence =
-                format!("{}: not determined (masked by gusts and sensor errors)", sentence(relation, figures));
+                format!("{}: not determined, masked by gusts and sensor errors", sentence(relation, figures));
             (Agreement::Undetermined, Some(figures), evidence)
         }
     };

@@ -206,7 +206,7 @@ impl Source {
             }
             Self::Lines { socket, text, json, .. } => {
                 let (lines, bytes) = (json.refused, text.refused_bytes);
-                let line = || format!("{lines} lines of JSON and {bytes} bytes of text could not be read");
+                let line = || format!("{lines} lines of JSON and {bytes} bytes of text could not be understood");
                 ((bytes > 0 || lines > 0).then(line), socket.foreign)
             }
             Self::Mavlink { socket, decoder } => (losses_of(decoder), socket.foreign),

@@ -188,7 +188,8 @@ pub fn predictions(results: &Results) -> Table {
 }
 
 /// What the two agreements of a prediction are.
-pub(super) const CONSTANTS: &str = "Identified: with derivatives and constants of the identification, constants that each manoeuvre has to                                     itself by their mean; own: with the constant fitted to the manoeuvre predicted.";
+pub(super) const CONSTANTS: &str = "Identified: with the identified derivatives and constants (mean of constants per manoeuvre). Own: with the \
+                                     constant fitted to the predicted manoeuvre.";
 
 /// The table with the agreement of predictions.
 fn agreement<R>(table: TableOf<R>, of: impl Fn(&R) -> &PredictionAgreement) -> Table {

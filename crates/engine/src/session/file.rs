@@ -58,7 +58,7 @@ fn text_of(path: &Path) -> std::io::Result<String> {
     let refuse = |text: &str| Err(std::io::Error::new(std::io::ErrorKind::InvalidData, text.to_owned()));
     let bytes = doublet_core::load::read_bytes(path)?;
     if bytes.is_empty() {
-        return refuse("the file is empty (0 bytes): open another file, or the .bak beside it");
+        return refuse("the file is empty (0 bytes): open another file, or its .bak beside it");
     }
     String::from_utf8(bytes)
         .or_else(|_| refuse("this is a binary file, not a session: make a session from a recording with `doublet new`"))

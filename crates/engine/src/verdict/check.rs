@@ -74,7 +74,7 @@ pub fn check_file(path: &Path) -> Checked {
     };
     let text = text.trim_start_matches('\u{feff}');
     if text.trim().is_empty() {
-        let cure = "open another file, or the .bak beside it";
+        let cure = "open another file, or its .bak beside it";
         return refused("file", "the file is empty: not a session or an aircraft file".to_owned(), cure);
     }
     if has_format(text, aircraft_file::FORMAT) {

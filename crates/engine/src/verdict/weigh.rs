@@ -164,7 +164,7 @@ impl<'a> Judged<'a> {
             ),
             Cause::Accelerometer => (
                 "accelerometer",
-                "with accelerometers at their estimated position".to_owned(),
+                "with the accelerometers at their estimated position".to_owned(),
                 "State the position of the accelerometers.".to_owned(),
                 "Airframe",
                 "aircraft".to_owned(),

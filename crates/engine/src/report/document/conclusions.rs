@@ -20,7 +20,7 @@ pub fn conclusions(contents: &Contents<'_>) -> Vec<Block> {
         }
         let mut text: Vec<String> = lines.iter().take(FINDINGS).map(ToString::to_string).collect();
         if lines.len() > FINDINGS {
-            text.push(format!("{} more of lower priority.", lines.len() - FINDINGS));
+            text.push(format!("{} more, less important.", lines.len() - FINDINGS));
         }
         blocks.extend([Block::Heading(heading.to_owned()), Block::List(text)]);
     };

@@ -47,7 +47,9 @@ pub fn model(contents: &Contents<'_>) -> Vec<Block> {
     if !panels.is_empty() {
         blocks.push(Block::Figure(Figure {
             name: "correlation".to_owned(),
-            caption: "Correlation of the pooled estimates, without the constants of single manoeuvres.".to_owned(),
+            caption:
+                "Correlation of the parameters in the pooled estimate, without the constants of single manoeuvres."
+                    .to_owned(),
             columns: 3,
             panel_height_mm: 36.0,
             panels,

@@ -79,7 +79,7 @@ fn figure(window: &str, replay: &WindowReplay) -> Option<Figure> {
         replay.series.iter().filter(|series| series.half_band.is_some() || !any).map(panel).collect();
     (!panels.is_empty()).then_some(Figure {
         name: format!("match {window}"),
-        caption: format!("Manoeuvre {window}: measured, with the widest tolerance band, and simulated."),
+        caption: format!("Manoeuvre {window}: measured with the widest tolerance band, and simulated."),
         columns: 2,
         panel_height_mm: 22.0,
         panels,
