@@ -323,7 +323,7 @@ fn fuel(
         let width_kg = zones.map(|zone| zone.most_kg - zone.least_kg).fold(0.0, f64::max);
         if blind_s > 0.0 {
             warnings.push(format!(
-                "{} fuel probe insensitive for {blind_s:.0} s of the flight; fuel uncertain by up to {width_kg:.0} kg",
+                "{} fuel probe insensitive or beyond its calibration for {blind_s:.0} s; inside it fuel is uncertain by up to {width_kg:.0} kg",
                 probe.tank
             ));
         }
