@@ -183,7 +183,7 @@ mod tests {
         assert!((found.used.nis - 2.0).abs() < 1e-12);
         assert!((found.steady.unwrap().nis - 10.0 / 82.0).abs() < 1e-12);
         assert_eq!((found.step, found.recommended()), (NoiseStep::Differ, found.innovations));
-        assert!(found.reason.contains("motion of the air"), "{}", found.reason);
+        assert!(found.reason.contains("turbulence"), "{}", found.reason);
     }
 
     #[test]
