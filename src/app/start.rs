@@ -26,8 +26,8 @@ const PATH: usize = 44;
 const SHIPPED: &str = include_str!("shipped_flights.json");
 /// What the shipped sessions teach.
 const LESSONS: [(&str, &str); 2] = [
-    ("demo", "Teaches the whole way: filter, model and one estimate from all manoeuvres."),
-    ("demo_thesis", "Teaches how much estimates of single manoeuvres scatter, without a smoother."),
+    ("demo", "Complete analysis: filter, model and one estimate from all manoeuvres."),
+    ("demo_thesis", "As in the thesis: scatter of single-manoeuvre estimates, without a smoother."),
 ];
 /// Width of the column with what can be begun.
 const ACTIONS: f32 = 260.0;

@@ -12,7 +12,7 @@ const POINTER: [(&str, &str); 17] = [
     ("Wheel", "Zoom time about the pointer"),
     ("Shift+Wheel", "Zoom values about the pointer"),
     ("Drag, middle drag", "Pan"),
-    ("Right drag", "Zoom to a box; to a stretch of time where it is level"),
+    ("Right drag", "Zoom to a box; a flat box zooms time only"),
     ("Drag on an axis", "Zoom that axis; a double click fits it"),
     ("Double click", "Show whole recording, fit values"),
     ("A, B; Shift+Click, Ctrl+Click", "Set marker A, marker B"),
@@ -21,7 +21,7 @@ const POINTER: [(&str, &str); 17] = [
     ("Ctrl+Click, Shift+Click on a manoeuvre", "Add to the selection, or extend to it"),
     ("Drag in the strip of the flight", "Select the time shown; drag its ends or middle"),
     ("← →, Shift+← →", "Step marker A, marker B by a sample"),
-    ("Alt in a drag of a manoeuvre", "Snap to samples alone, not to onsets, ends, markers, manoeuvres, gaps"),
+    ("Alt in a drag of a manoeuvre", "Snap only to samples, not to onsets, ends, markers, manoeuvres or gaps"),
     ("Escape in a drag", "Cancel the drag"),
     ("Ctrl++, Ctrl+-", "Larger and smaller text and controls, everywhere"),
 ];

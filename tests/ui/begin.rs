@@ -139,7 +139,7 @@ fn dropped_recording_becomes_a_session_whose_numbers_are_in_si_and_come_back() {
     bench.wait_for("Create session");
     bench.step("Channels");
     assert!(
-        bench.harness.query_by_label_contains("no reconstruction without: q").is_some(),
+        bench.harness.query_by_label_contains("needed for the flight path: q").is_some(),
         "the pitch rate is missing"
     );
     let create = |bench: &Bench<'_>| {
@@ -151,7 +151,7 @@ fn dropped_recording_becomes_a_session_whose_numbers_are_in_si_and_come_back() {
     picture(&mut bench.harness, "new_session_open");
     bench.choose_entry("channel of q", "channel 17");
     bench.choose_entry("unit of q", "deg/s");
-    assert!(bench.harness.query_by_label_contains("no reconstruction").is_none());
+    assert!(bench.harness.query_by_label_contains("needed for the flight path").is_none());
     let reasons = |word: &str| bench.harness.query_all_by_label(word).count();
     let evidence = bench.harness.query_all_by_label_contains("by its").count();
     assert!(evidence >= 5 && reasons("by hand") == 1, "the evidence of each row stands beside it");

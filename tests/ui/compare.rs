@@ -81,7 +81,7 @@ fn structures_kept_are_scored_as_their_fits_say_and_one_is_taken_back_in_one_ste
     bench.show(Pane::Derivatives);
     let full = bench.session().structure.clone();
     let (akaike, bayes) = (criterion(&bench, |_| 2.0), criterion(&bench, f64::ln));
-    bench.click("Keep the present structure");
+    bench.click("Keep the current structure");
     assert_eq!(bench.session().kept_structures[0].name, "structure 1");
     let (coefficient, term) = (Coefficient::Cm, Term::parse("q").or_else(|_| Term::parse("qc/2V")).expect("a term"));
     let present = full.terms(coefficient).expect("Cm is modelled").iter().find(|one| one.to_string().contains('q'));

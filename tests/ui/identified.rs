@@ -88,7 +88,7 @@ fn roots_follow_a_slider_and_every_answer_is_that_of_the_engine_alone() {
     assert_eq!(study.request.samples, DynamicsRequest::default().samples, "draws follow when it rests");
     assert_eq!(short_period(&study), alone(&bench, study.request));
     bench.click("Levels");
-    assert!(bench.harness.query_by_label_contains("class I by its greatest mass").is_some());
+    assert!(bench.harness.query_by_label_contains("class I by its maximum mass").is_some());
     assert!(bench.harness.query_by_label_contains("criteria judged and counted").is_some());
     assert!(bench.harness.query_by_label_contains("the available aileron deflection").is_some(), "what is needed");
     picture(&mut bench.harness, "levels");
@@ -124,7 +124,7 @@ fn roots_follow_a_slider_and_every_answer_is_that_of_the_engine_alone() {
     let prior = bench.snapshot().inquiries.prior.ready().expect("it is computed").clone();
     let row = prior.derivatives.iter().find(|row| row.name == "Cm_alpha").expect("it was known");
     assert!(row.is_contradiction() && (row.flight.value - estimate).abs() < 1e-12);
-    assert!(bench.harness.query_by_label_contains("prior and flight contradict each other").is_some());
+    assert!(bench.harness.query_by_label_contains("prior and flight disagree").is_some());
     picture(&mut bench.harness, "prior");
     assert_eq!(unexplained(&bench), [""; 0], "every title says what it is");
     assert_eq!(broken(&bench, &short_cells(&prior.blocks())), [""; 0], "short cells stay on one line");
@@ -177,11 +177,11 @@ fn inputs_are_designed_and_tests_judged_in_the_background() {
     bench.harness.get_by_role_and_label(Role::CheckBox, "compare kinds").click();
     bench.harness.run_steps(2);
     bench.harness.get_by_role_and_label(Role::Button, "Design the input").click();
-    await_label(&mut bench, "Errors to expect");
+    await_label(&mut bench, "Expected standard errors");
     picture(&mut bench.harness, "design");
     for (part, written, raw) in [
-        ("Excursions to expect", ["α", "β", "deg", "deg/s"], ["alpha", "beta", "rad", "rad/s"]),
-        ("Errors to expect", ["CXα", "CXα²", "CXq", "CXδe"], ["CX_alpha", "CX_alpha2", "CX_q", "CX_delta_e"]),
+        ("Expected excursions", ["α", "β", "deg", "deg/s"], ["alpha", "beta", "rad", "rad/s"]),
+        ("Expected standard errors", ["CXα", "CXα²", "CXq", "CXδe"], ["CX_alpha", "CX_alpha2", "CX_q", "CX_delta_e"]),
     ] {
         bench.harness.get_by_label(part).scroll_to_me();
         bench.harness.run_steps(4);

@@ -67,7 +67,7 @@ fn a_fit_has_its_band_and_a_click_lists_the_channels_that_move_with_its_residual
     let first = &found.channels[0];
     let listed = format!("{} coherent {:.0} %", first.name, 100.0 * first.share);
     assert!(bench.harness.query_by_label(&listed).is_some(), "the list begins with {listed}");
-    assert!(bench.harness.query_all_by_label_contains("Moves with Δ").next().is_some());
+    assert!(bench.harness.query_all_by_label_contains("Correlated with Δ").next().is_some());
     pictures(&mut bench, "fit", false);
 }
 

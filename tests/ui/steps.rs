@@ -246,6 +246,6 @@ fn pictures_of_the_shipped_flights_are_those_their_sessions_give_and_stand_on_th
         picture(&mut first.harness, name);
     }
     assert!(first.harness.query_by_label_contains("not opened yet").is_none(), "each has its picture");
-    assert!(first.harness.query_all_by_label_contains("Teaches the whole way").next().is_some());
+    assert!(first.harness.query_all_by_label_contains("Complete analysis").next().is_some());
     assert_eq!(crate::painted::faults(&first), [""; 0]);
 }

@@ -84,7 +84,7 @@ pub enum Command {
     Loes(LoesArguments),
     /// Print weighted, generalised, constrained and total least-squares estimates beside ordinary ones.
     Variants(VariantArguments),
-    /// Repeat both steps many times with fresh measurement noise.
+    /// Repeat reconstruction and fit many times with fresh measurement noise.
     MonteCarlo(MonteCarloArguments),
     /// Compare the experiments of a session: verdict, NIS, fits and derivatives.
     Compare(CompareArguments),
@@ -122,9 +122,9 @@ pub enum Command {
     Batch(BatchArguments),
     /// Simulate a scenario many times and print the coverage of the intervals.
     Coverage(CoverageArguments),
-    /// Simulate sound and faulty flights and print how the verdict rates them.
+    /// Simulate fault-free and faulty flights and print how the verdict rates them.
     Calibrate(CalibrateArguments),
-    /// Compare the shipped flight's estimates with its truth in a document.
+    /// Write estimates and true values of the shipped flight into a document.
     Fidelity(FidelityArguments),
     /// Print the JSON Schema of a doublet file, for editors.
     Schema(crate::schema::SchemaArguments),
@@ -235,7 +235,7 @@ pub struct RunArguments {
     /// Include every recorded channel in the time histories.
     #[arg(long)]
     pub recordings: bool,
-    /// Exit with 3 also when the verdict is caution.
+    /// Exit with code 3 also if the verdict is caution.
     #[arg(long)]
     pub strict: bool,
     /// Print all manoeuvres, tables and findings.
@@ -401,7 +401,7 @@ pub struct CoverageArguments {
     /// Seed of the first flight; each next flight adds one.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Fly through recorders and their clocks.
+    /// Simulate the recorders and their clocks too.
     #[arg(long, conflicts_with_all = ["verdict", "modes", "design"])]
     pub recorded: bool,
     /// Print the false-alarm rate on fault-free flights instead.
@@ -413,7 +413,7 @@ pub struct CoverageArguments {
     /// Design and simulate an input of this kind; compare predictions with results.
     #[arg(long, value_name = "KIND", conflicts_with_all = ["verdict", "modes"], value_parser = crate::design::kind)]
     pub design: Option<DesignKind>,
-    /// Flights the design starts from.
+    /// Number of flights analysed before the design.
     #[arg(long, requires = "design", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub known: u32,
     /// Surfaces of that design.
@@ -468,7 +468,7 @@ pub struct SimulateArguments {
     /// Change a true derivative, for example Cm_alpha=-0.9. Repeatable.
     #[arg(long, value_name = "NAME=VALUE", value_parser = derivative)]
     pub derivative: Vec<(String, f64)>,
-    /// Scale the amplitude of every manoeuvre.
+    /// Factor on the amplitude of every manoeuvre.
     #[arg(long, default_value_t = 1.0)]
     pub amplitude: f64,
     /// True airspeed of a trimmed scenario, kt.
@@ -505,7 +505,7 @@ pub struct EngineArguments {
     /// Step of the differences, per cent of each input [default: its resolution].
     #[arg(long, value_name = "PERCENT")]
     pub step_percent: Option<f64>,
-    /// Let sea-level temperature change static pressure, as in the published sensitivities.
+    /// Let sea-level temperature change static pressure, as in the thesis.
     #[arg(long)]
     pub thesis_density: bool,
 }

@@ -21,13 +21,13 @@ use crate::text::{self, number};
 pub struct CampaignArguments {
     /// Campaign file, or one that comes with the program, `builtin:c337f`.
     pub campaign: PathBuf,
-    /// Session whose manoeuvres are matched with the cards; gives the loading.
+    /// Session for the loading and for manoeuvres matched with the cards.
     #[arg(long)]
     session: Option<PathBuf>,
     /// Folder for envelope and cards.
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Forms.
+    /// Formats.
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = REPORTS, value_parser = report_format())]
     format: Vec<String>,
     /// Print one JSON document.

@@ -77,7 +77,7 @@ pub fn compare(arguments: &CompareArguments) -> Result<(), String> {
     };
     let session = arguments.with.iter().try_fold(opened.session, add)?;
     if session.experiments.is_empty() {
-        return Err("the session has no experiments: keep some in the panel Experiments, or add --with filters".into());
+        return Err("the session has no experiments: save some in the panel Experiments, or add --with filters".into());
     }
     let progress = Progress::new();
     let cache = Cache::new(CACHE_BYTES);
@@ -125,7 +125,7 @@ fn print(rows: &ExperimentRows) -> Result<(), String> {
             print_coefficient(name, &own);
         }
     }
-    text::line("95 % intervals of corrected standard errors. dAIC is given where the samples fitted are the same.");
+    text::line("95 % intervals from corrected standard errors. dAIC is shown only for fits of the same samples.");
     Ok(())
 }
 

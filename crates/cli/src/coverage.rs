@@ -55,7 +55,7 @@ pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
     }
     let found = computed(arguments)?;
     text::line(&format!(
-        "{} flights of scenario '{}', {} manoeuvres each: part of the 95 % intervals that contain the truth",
+        "{} flights of scenario '{}', {} manoeuvres each: fraction of the 95 % intervals that contain the truth",
         found.realisations, arguments.scenario, found.manoeuvres
     ));
     let row = |derivative: &study::DerivativeCoverage| {
@@ -156,16 +156,16 @@ fn print_design(arguments: &CoverageArguments, found: &DesignCoverage) {
     let header = ["excursion", "predicted", "flown", "% of flights inside"];
     text::table(&header, &cells.collect::<Vec<_>>());
     text::line(&format!("all excursions within limits in {:.1} % of the flights", 100.0 * found.inside));
-    text::line(&format!("largest error over magnitude {} %", text::number(100.0 * found.worst_relative_error, 3)));
+    text::line(&format!("largest relative error {} %", text::number(100.0 * found.worst_relative_error, 3)));
     for (first, second, correlation) in &found.correlations {
-        text::line(&format!("{first} and {second} are correlated at {correlation:+.2}"));
+        text::line(&format!("{first} and {second}: correlation {correlation:+.2}"));
     }
 }
 
 /// How often the intervals of the modes hold the truth.
 fn print_modes(arguments: &CoverageArguments, found: &study::ModeCoverage) {
     text::line(&format!(
-        "{} flights of scenario '{}', {} manoeuvres each: part of the 95 % intervals of modes that contain the truth's at the same trim",
+        "{} flights of scenario '{}', {} manoeuvres each: fraction of the 95 % mode intervals that contain the true mode at the same trim",
         found.realisations, arguments.scenario, found.manoeuvres
     ));
     let row = |row: &study::FigureCoverage| {

@@ -29,7 +29,7 @@ pub struct BasisArguments {
     /// Criterion to minimise: d (determinant), a (sum of squared relative errors), max-relative.
     #[arg(long, default_value = "a", value_parser = PossibleValuesParser::new(Criterion::ALL.map(Criterion::name)))]
     criterion: String,
-    /// Largest deflection from trim, deg [default: that of the manoeuvres].
+    /// Largest deflection from trim, deg [default: as in the manoeuvres].
     #[arg(long, value_name = "DEG", value_parser = positive)]
     peak: Option<f64>,
     /// Largest deflection rate, deg/s.
@@ -281,7 +281,7 @@ fn print(row: &DesignRow) {
             own.margin.map_or_else(String::new, |margin| number(margin, 2)),
         ]
     });
-    let header = ["excursion", "unit", "undisturbed", "to expect", "limit", "", "margin"];
+    let header = ["excursion", "unit", "nominal", "expected", "limit", "", "margin"];
     text::table(&header, &cells.collect::<Vec<_>>());
     text::line("");
     let degrees = |rad: &f64| number(rad.to_degrees(), 3);
@@ -300,7 +300,7 @@ fn print(row: &DesignRow) {
     }
     let close = row.correlations.iter().filter(|own| own.correlation.abs() > 0.6);
     for own in close {
-        text::line(&format!("{} and {} are correlated at {:+.2}", own.first, own.second, own.correlation));
+        text::line(&format!("{} and {}: correlation {:+.2}", own.first, own.second, own.correlation));
     }
     print_comparison(&row.comparison);
     row.notes.iter().for_each(|note| text::line(note));
@@ -379,7 +379,7 @@ pub fn enough(arguments: &EnoughArguments) -> Result<(), String> {
                 ratio(own.worst_over_goal),
             ]
         });
-        let header = ["fly next", "time, s", "peak, deg", "goals met", "worst", "error over goal"];
+        let header = ["next manoeuvre", "time, s", "peak, deg", "goals met", "worst", "error over goal"];
         text::table(&header, &cells.collect::<Vec<_>>());
     }
     Ok(())

@@ -12,8 +12,8 @@ use crate::arguments::DiffArguments;
 use crate::{run, text};
 
 /// What is said below the table of derivatives.
-const CAVEAT: &str = "z is the difference over the root of the sum of the squared corrected errors, p the chance of as large a z \
-                      without a difference. Both take the runs as independent; runs that share data differ more surely than that.";
+const CAVEAT: &str = "z: difference over its combined corrected standard error; p: probability of such a z without a difference. \
+                      Both assume independent runs; if the runs share data, a difference is more significant than p.";
 
 /// One side of the comparison; what a folder of results does not hold is absent.
 struct Side {

@@ -92,10 +92,10 @@ pub struct JudgedArguments {
     /// Flight phase category: A, B or C [default: B].
     #[arg(long, value_parser = PossibleValuesParser::new(CATEGORIES))]
     category: Option<String>,
-    /// Delay from stick to surfaces, s: judges bandwidth and the pilot's loop.
+    /// Delay from stick to surfaces, s, for bandwidth and pilot-loop criteria.
     #[arg(long, value_name = "S", value_parser = delay)]
     stick_delay: Option<f64>,
-    /// Available aileron deflection from trim, deg: judges roll performance.
+    /// Available aileron deflection from trim, deg, for roll performance.
     #[arg(long, value_name = "DEG", value_parser = deflection)]
     aileron: Option<f64>,
 }
@@ -369,10 +369,7 @@ pub fn print_modes(row: &DynamicsRow) {
         ],
         &cells,
     );
-    text::line(&format!(
-        "+- are standard errors by slopes over the derivatives; {} samples, seed {}",
-        row.samples, row.seed
-    ));
+    text::line(&format!("+- are standard errors by linearisation; {} samples, seed {}", row.samples, row.seed));
     print_notes(row);
 }
 
@@ -438,7 +435,7 @@ fn print_trim(row: &DynamicsRow) {
     let trim = &row.trim;
     let degrees = |value: f64| number(value.to_degrees(), 4);
     text::line(&format!(
-        "trim at {} m/s and {} m, path {} deg, load factor {}, {} kg, centre of gravity at {} m: alpha {} deg, pitch {} deg, bank {} deg, \
+        "trim at {} m/s and {} m, flight path {} deg, load factor {}, {} kg, centre of gravity at {} m: alpha {} deg, pitch {} deg, bank {} deg, \
          aileron {} deg, elevator {} deg, rudder {} deg, thrust {} N",
         number(trim.airspeed_m_s, 4),
         number(trim.altitude_m, 5),

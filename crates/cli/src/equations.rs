@@ -82,7 +82,7 @@ fn window(text: &str) -> Result<TimeRange, String> {
 /// One line: what is wrong with equations, table, columns or time, or why no method has a result.
 pub fn equations(arguments: &EquationArguments) -> Result<Outcome, String> {
     if let Some(dt) = arguments.dt.filter(|dt| !(dt.is_finite() && *dt > 0.0)) {
-        return Err(format!("--dt {dt}: an interval is above 0 s"));
+        return Err(format!("--dt {dt}: the interval must be above 0 s"));
     }
     let text = match shipped_equations(&arguments.equations) {
         Some(text) => text.to_owned(),

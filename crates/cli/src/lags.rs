@@ -36,7 +36,8 @@ pub fn lags(arguments: &LagArguments) -> Result<(), String> {
     let mut next = session;
     for &(surface, kind) in &arguments.take {
         let name = format!("{} of the {}", kind.name(), surface.name());
-        let row = found.get(surface, kind).ok_or_else(|| format!("{name}: no coefficient has a term with it"))?;
+        let row =
+            found.get(surface, kind).ok_or_else(|| format!("{name}: no coefficient has a term of this control"))?;
         let (value_s, _) = row.found_s().map_err(|error| format!("{name}: {error}"))?;
         let lag = kind.set(next.preparation.control_lags.get(surface), value_s);
         let edit = Edit::Estimation(EstimationEdit::ControlLag(surface, lag));
@@ -44,7 +45,7 @@ pub fn lags(arguments: &LagArguments) -> Result<(), String> {
     }
     session::save(&next, &arguments.study.session).map_err(|error| error.to_string())?;
     text::line(&format!(
-        "{} now has the control lags: {}; the file before is kept as *.bak",
+        "{} now has the control lags: {}; the old file is kept as *.bak",
         arguments.study.session.display(),
         next.preparation.control_lags.words()
     ));

@@ -207,7 +207,7 @@ fn print(update: &LiveUpdate) {
     let of = |name: &str| update.state.get(name).copied().unwrap_or(f64::NAN);
     let counts = update.counts;
     let mut parts = vec![format!(
-        "{:9.2} s  V {:.1} m/s  alpha {:.1} deg  lag {:.2} s  lost {}  late {}  reordered {}  doubled {}  stray {}  skipped {}",
+        "{:9.2} s  V {:.1} m/s  alpha {:.1} deg  lag {:.2} s  lost {}  late {}  reordered {}  duplicate {}  stray {}  skipped {}",
         update.time_s,
         of("airspeed"),
         of("alpha").to_degrees(),

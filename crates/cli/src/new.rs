@@ -116,7 +116,7 @@ fn take_guess(inspected: &Inspected, options: &[String]) -> Result<Option<(MapRe
     if !open.is_empty() {
         open.iter().for_each(|question| text::line(&format!("question: {}", question.text)));
         text::line(
-            "nothing written: answer it with --role, or in the map of `doublet map --write FILE`, then use --map FILE",
+            "nothing written: answer with --role, or edit the map of `doublet map --write FILE` and use --map FILE",
         );
         return Ok(None);
     }
@@ -155,7 +155,7 @@ fn flight(
         Ok(found) => {
             if found.windows.is_empty() {
                 found.findings.iter().for_each(|line| text::line(&format!("  {line}")));
-                text::line("  no manoeuvre found: the whole recording is one");
+                text::line("  no manoeuvre found: the whole recording is used as one");
             } else {
                 text::line(&format!("  manoeuvres found: {}", session.windows.len() - before));
             }
@@ -193,14 +193,14 @@ fn without_role(name: &str, inspected: &Inspected, plan: &Plan, reference: &MapR
     let channels = inspected.probes.iter().flat_map(|probe| &probe.sources).flat_map(|source| &source.channels);
     let count = channels.filter(|channel| !channel.is_time).count();
     if count == 0 {
-        return format!("{nothing}: there is none beside the time; record ax, ay, az, p, q and r at least");
+        return format!("{nothing}: there is only a time channel; record at least ax, ay, az, p, q and r");
     }
     let file = inspected.paths.first().map_or_else(|| "FILE".to_owned(), |path| path.display().to_string());
     let (known, cure) = match reference {
         MapRef::Own(_) => (
             format!("none of its {count} channel names is recognised"),
             format!(
-                "say them by --role ROLE=CHANNEL, or complete what `doublet map {file} --write MAP` gives and take --map MAP"
+                "use --role ROLE=CHANNEL, or complete the map of `doublet map {file} --write MAP` and use --map MAP"
             ),
         ),
         MapRef::File(map) => (
@@ -216,7 +216,7 @@ fn print_missing(roles: &BTreeSet<Role>) {
     for lack in begin::missing(|role| roles.contains(&role)).iter().filter(|lack| lack.level != Level::Good) {
         let names: Vec<&str> = lack.roles.iter().map(|role| role.name()).collect();
         let names = names.join(", ");
-        let cure = "say them in the channel map, or with --guess by --role ROLE=CHANNEL";
+        let cure = "name them in the channel map, or use --guess with --role ROLE=CHANNEL";
         text::line(&format!("  {} {names}; {cure}", lack.means));
     }
 }
@@ -281,8 +281,8 @@ fn best_map(inspected: &Inspected) -> Result<(String, ChannelMap), String> {
         .collect();
     let against = if against.is_empty() { String::new() } else { format!(" ({})", against.join("; ")) };
     Err(format!(
-        "no shipped channel map fits these channels{against}: take a guess with --guess, write a map and name it with --map (see \
-         `doublet map`), or map them by hand in the window"
+        "no shipped channel map fits these channels{against}: use --guess, write a map and use --map (see `doublet map`), or map \
+         them by hand in the window"
     ))
 }
 

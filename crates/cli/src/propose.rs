@@ -149,7 +149,7 @@ fn onsets(flight: &str, loaded: &LoadedFlight, proposals: &FlightProposals) {
     text::table(&["  manoeuvre", "shift s", "std error s", "share"], &rows);
     if weights > 0.0 {
         let (mean, error) = (text::number(sum / weights, 3), text::number(weights.powf(-0.5), 2));
-        text::line(&format!("  all: {mean} s, standard error {error} s; an actuator's lag is part of it"));
+        text::line(&format!("  all: {mean} s, standard error {error} s; includes the lag of the actuator"));
     }
 }
 

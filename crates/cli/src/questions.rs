@@ -57,7 +57,7 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
         let unit = row.unit.filter(|unit| is_open && unit.symbol != "-")?;
         let (source, name) = (&row.from.source, &channel.name);
         let text = format!(
-            "{source}: '{name}', taken for {}, states no unit: its values look like {}",
+            "{source}: '{name}', guessed as {}, has no stated unit: its values suggest {}",
             role.name(),
             unit.symbol
         );
@@ -67,7 +67,7 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
     let of_signs = guessed.rows.iter().filter(|(_, row)| row.asks_sign).map(|(role, row)| {
         let (source, name) = (&row.from.source, &row.from.channel);
         let text = format!(
-            "{source}: the sign of '{name}', taken for {}, is not documented: it is left as recorded",
+            "{source}: the sign of '{name}', guessed as {}, is not documented: it is left as recorded",
             role.name()
         );
         Question { text, must_be_answered: false, role: None, about: About::Sign }
@@ -76,7 +76,7 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
         let (source, name, role) = (&row.from.source, &row.from.channel, role.name());
         let evidence = row.evidence.as_ref().map_or_else(String::new, |evidence| format!(" ({evidence})"));
         let text = format!(
-            "{source}: '{name}' can be {role} by comparison with other channels{evidence}, but not by its name"
+            "{source}: '{name}' can be {role} by comparison with other channels{evidence}, but its name does not confirm it"
         );
         Question { text, must_be_answered: false, role: None, about: About::Role }
     });
@@ -121,15 +121,15 @@ fn ask_deflection(probe: &Probe, guessed: &ManualChannelMap, role: Role) -> Opti
     let mut units = angles.into_iter().filter_map(|role| guessed.row(role)?.unit);
     let (first, second) = match values.unit.symbol {
         "rad" if largest <= LARGEST_PART && units.any(|unit| unit.symbol == "deg") => {
-            ("radians", "parts of full travel")
+            ("radians", "fractions of full travel")
         }
         "deg" if largest > LEAST_PER_CENT && largest <= 100.0 * LARGEST_PART => ("degrees", "per cent of full travel"),
         _ => return None,
     };
     let (name, channel, symbol) = (role.name(), &row.from.channel, values.unit.symbol);
     let text = format!(
-        "{}: '{channel}', taken for {name}, states no unit: {:.3} to {:.3} can be {first} or {second}; say --role \
-         {name}={channel},unit={symbol}, or unit=deg,scale=X with the degrees of one",
+        "{}: '{channel}', guessed as {name}, has no stated unit: {:.3} to {:.3} can be {first} or {second}; use --role \
+         {name}={channel},unit={symbol}, or unit=deg,scale=X with X degrees per recorded unit",
         row.from.source, values.least, values.greatest
     );
     Some(Question { text, must_be_answered: true, role: Some(role), about: About::Deflection })

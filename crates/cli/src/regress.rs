@@ -54,7 +54,7 @@ pub enum Choice {
 /// One line: what is wrong with the table, a column, a term or the fit.
 pub fn regress(arguments: &RegressArguments) -> Result<(), String> {
     if let Some(dt) = arguments.dt.filter(|dt| !(dt.is_finite() && *dt > 0.0)) {
-        return Err(format!("--dt {dt}: an interval is above 0 s"));
+        return Err(format!("--dt {dt}: the interval must be above 0 s"));
     }
     let regression = TableRegression {
         output: arguments.y.trim().to_owned(),

@@ -28,7 +28,7 @@ use crate::text;
 pub struct ResponseArguments {
     /// Session (.toml), or a table: text, or any recording, unconverted.
     pub source: PathBuf,
-    /// Inputs, comma-separated: roles, columns or expressions. Responses are conditioned on all others.
+    /// Inputs, comma-separated: roles, columns or expressions. Responses are conditioned on the others.
     #[arg(long, value_name = "NAME,NAME", required = true, allow_hyphen_values = true)]
     pub input: String,
     /// Output role, column or expression: p, q, r, ay, alpha, beta ...
@@ -78,7 +78,7 @@ pub struct LoesArguments {
     /// Known delay, s [default: estimated].
     #[arg(long, value_name = "S", value_parser = not_negative)]
     pub delay: Option<f64>,
-    /// Judge the system: shipped limits by name, or a file.
+    /// Limits to judge the system: a shipped name or a file.
     #[arg(long, requires = "class")]
     pub limits: Option<String>,
     /// Aircraft class of the limits: I, II, II-L, II-C, III or IV.

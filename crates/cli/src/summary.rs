@@ -146,7 +146,7 @@ fn print_first(found: &[Folded]) {
         0 => String::new(),
         others => format!(" ({others} more with --verbose)"),
     };
-    text::line(&format!("look at{others}"));
+    text::line(&format!("main findings{others}"));
     shown.iter().flat_map(|line| in_brief(line)).for_each(|line| text::line(&line));
 }
 
@@ -165,7 +165,7 @@ fn print_all(results: &Results) {
     for flight in &results.flights {
         for clock in &flight.clocks {
             text::line(&format!(
-                "{}: clock of {} starts at {} s and gains {} s per s",
+                "{}: clock of {}: offset {} s, drift {} s per s",
                 flight.name,
                 clock.source,
                 text::number(clock.offset_s, 7),
@@ -216,7 +216,7 @@ fn engine_summary(engine: &EngineRow) {
     let place = format!("{}: engine '{}'", engine.flight, engine.engine);
     text::line(&match &engine.monitor {
         Some(monitor) => format!(
-            "{place}: power r2 {} (squared correlation), RMS {} kW against its monitor over {} samples",
+            "{place}: modelled and monitor power: r2 {} (squared correlation), RMS difference {} kW over {} samples",
             text::number(monitor.whole.r_squared, 4),
             kilowatts(monitor.whole.rms_w, 3),
             monitor.whole.samples

@@ -144,7 +144,7 @@ fn print(found: &NoiseProposal, windows: usize) {
     text::line(&format!(
         "{windows} manoeuvres, {} steps{}, log-likelihood increased by {}, {outliers} outliers left out; session unchanged",
         found.log_likelihood.len() - 1,
-        if found.converged { "" } else { " (not converged: allow more)" },
+        if found.converged { "" } else { " (not converged: increase --steps)" },
         text::number(gain, 5)
     ));
 }

@@ -18,7 +18,7 @@ use crate::text;
 pub struct VariantArguments {
     /// Session file.
     pub session: PathBuf,
-    /// Known derivative, range or deviation: Cm_q=-5, Cm_q=-8..-4, Cl_p=-0.45~0.05.
+    /// Known value, range or prior: Cm_q=-5, Cm_q=-8..-4, Cl_p=-0.45~0.05.
     #[arg(long, value_name = "NAME=KNOWN", value_parser = knowledge, allow_hyphen_values = true)]
     pub know: Vec<(String, Constraint)>,
     /// Noise of a regressor, standard deviation: Cm_alpha=5e-4.
@@ -112,7 +112,7 @@ impl Form {
     }
 }
 
-/// A pooled fit with its covariance for coloured residuals.
+/// A pooled fit with its covariance for correlated residuals.
 fn corrected(
     pooled: &PooledRegression,
     fit: Result<PooledFit, EstimateError>,
@@ -135,7 +135,7 @@ fn whitened(all: &Stacked, order: usize, ordinary: &PooledFit) -> Result<(Fit, D
 }
 
 /// Corrected for the noise of the regressors, and total least squares, where any noise is stated; their errors have no correction
-/// for coloured residuals.
+/// for correlated residuals.
 fn with_noise(all: &Stacked, noise: &[(String, f64)], measurement: f64) -> Vec<Form> {
     let of = |name: &String| noise.iter().find(|(other, _)| other == name).map_or(0.0, |(_, deviation)| *deviation);
     let deviations: Vec<f64> = all.names.iter().map(of).collect();
@@ -169,6 +169,6 @@ fn print(names: &[String], fits: &[Form]) {
         std::iter::once(name.clone()).chain(found.iter().map(|(_, fit)| cell(fit, name))).collect::<Vec<_>>()
     };
     text::table(&header, &names.iter().map(row).collect::<Vec<_>>());
-    text::line("(conventional standard error; corrected for coloured residuals)");
+    text::line("(conventional standard error; corrected for correlated residuals)");
     text::line("");
 }

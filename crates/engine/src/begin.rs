@@ -97,11 +97,11 @@ pub fn missing(has: impl Fn(Role) -> bool) -> Vec<Missing> {
     let (means, level) = if unmeasured.len() == MEASUREMENTS {
         (NO_PATH_MEASUREMENT, Level::Bad)
     } else {
-        ("not measured, the filter does without:", Level::Good)
+        ("not measured, optional for the filter:", Level::Good)
     };
     let all = [
-        Missing { roles: inputs, means: "missing, no reconstruction without:", level: Level::Bad },
-        Missing { roles: controls, means: "missing, no control derivatives of:", level: Level::Caution },
+        Missing { roles: inputs, means: "missing, needed for the flight path:", level: Level::Bad },
+        Missing { roles: controls, means: "missing, needed for control derivatives:", level: Level::Caution },
         Missing { roles: unmeasured, means, level },
     ];
     all.into_iter().filter(|missing| !missing.roles.is_empty()).collect()
@@ -208,11 +208,11 @@ pub fn unit_reason(row: &ManualChannel, probes: &[Probe]) -> &'static str {
     let channel = row.from.find(probes);
     let recorded = channel.and_then(|channel| Unit::parse(channel.unit.as_deref()?).ok());
     match (recorded, channel.and_then(stated_unit)) {
-        (Some(recorded), _) if row.unit.is_some_and(|unit| unit != recorded) => "instead of the recorded one",
+        (Some(recorded), _) if row.unit.is_some_and(|unit| unit != recorded) => "instead of the recorded unit",
         (Some(_), _) => "as recorded",
-        (None, Some(_)) => "as its name ends",
-        (None, None) if row.is_unit_known => "of its recorder or its size",
-        (None, None) => "as large as its values",
+        (None, Some(_)) => "from the end of its name",
+        (None, None) if row.is_unit_known => "from its recorder or its values",
+        (None, None) => "guessed from its values",
     }
 }
 
@@ -513,9 +513,9 @@ impl PlainAircraft {
         self.moments_kg_m2 = [tensor[(0, 0)], tensor[(1, 1)], tensor[(2, 2)]];
         self.xz_kg_m2 = 0.0;
         self.note = Some(format!(
-            "Inertia estimated by the radii of gyration {x}, {y}, {z} of the class {} and a length of {length_m} m (UNICADO, after Raymer). \
-             Known aircraft have 0.7 to 2.4 times as much in roll and 0.95 to 1.45 times in pitch and yaw, and moment derivatives go \
-             with it: enter the real one.",
+            "Inertia estimated from the radii of gyration {x}, {y}, {z} of the class {} and a length of {length_m} m (UNICADO, after Raymer). \
+             Known aircraft have 0.7 to 2.4 times this inertia in roll and 0.95 to 1.45 times in pitch and yaw; moment derivatives are \
+             proportional to it. Enter the measured inertia.",
             class.name()
         ));
     }

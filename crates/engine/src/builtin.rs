@@ -133,7 +133,7 @@ fn write_entry(name: &str) -> Result<PathBuf, String> {
     let below = format!("{name}/");
     let files: Vec<_> = ASSETS.iter().filter(|file| file.path == name || file.path.starts_with(&below)).collect();
     if files.is_empty() {
-        return Err(format!("no built-in is called '{name}'"));
+        return Err(format!("built-in '{name}' not found"));
     }
     let mut hasher = Sha256::new();
     for file in &files {
@@ -155,7 +155,7 @@ fn write_entry(name: &str) -> Result<PathBuf, String> {
         None => "neither XDG_CACHE_HOME nor HOME is set".to_owned(),
     };
     let root = own_folder().map_err(|error| {
-        format!("{refused}; {error}: set XDG_CACHE_HOME or TMPDIR to a folder that can be written, for what comes with doublet")
+        format!("{refused}; {error}: set XDG_CACHE_HOME or TMPDIR to a writable folder for the built-in files")
     })?;
     put(root)?;
     Ok(root.join(name))

@@ -255,7 +255,7 @@ impl Document {
                 let mut lines: Vec<_> =
                     found.unwrap_or_default().iter().map(compare::SettingDifference::line).collect();
                 if lines.is_empty() {
-                    lines.push("no setting differs: comments or the order of the text do".to_owned());
+                    lines.push("all settings are equal; only comments or order differ".to_owned());
                 }
                 (lines, Some(opened))
             }
@@ -266,7 +266,7 @@ impl Document {
     /// Takes the version that the file has, as a step that can be undone.
     pub fn take_theirs(&mut self, changed: Changed) {
         let Some(theirs) = changed.theirs else { return };
-        self.history.step("take the version on disk", Arc::new(theirs.session));
+        self.history.step("load the version on disk", Arc::new(theirs.session));
         self.history.mark_saved();
         self.on_disk = OnDisk { sha256: Some(theirs.sha256), is_theirs: true, backup_is_theirs: false };
     }
@@ -282,7 +282,7 @@ impl Document {
         if is_own && let Some(changed) = self.changed_on_disk() {
             let count = changed.differences.len();
             return Err(format!(
-                "{} was changed on disk since it was opened ({count} differences): save under another name, or take that version",
+                "{} was changed on disk since it was opened ({count} differences): save under another name, or load that version",
                 path.display()
             ));
         }

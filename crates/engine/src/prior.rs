@@ -211,10 +211,10 @@ impl ConflictRow {
 
 impl Display for ConflictRow {
     fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
-        let word = if self.is_contradiction() { "prior and flight contradict each other" } else { "agree" };
+        let word = if self.is_contradiction() { "prior and flight disagree" } else { "agree" };
         write!(
             f,
-            "{}: {word}; squared distance {} over {}, as large in {} % of cases",
+            "{}: {word}; squared distance {} for {} degrees of freedom, exceeded by chance in {} % of cases",
             self.coefficient,
             significant(self.distance, 3),
             self.degrees_of_freedom,

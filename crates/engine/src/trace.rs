@@ -51,11 +51,11 @@ pub fn analyse(view: &TraceView, series: &Series, range: TimeRange) -> StageResu
     let within = series.within(range);
     match view {
         TraceView::Spectrum => {
-            let found = spectrum(&within).ok_or("a spectrum needs 32 samples without a gap: show a longer stretch")?;
+            let found = spectrum(&within).ok_or("a spectrum needs 32 samples without a gap: show a longer time")?;
             Ok(TraceAnalysis::Spectrum(found))
         }
         TraceView::Spectrogram => {
-            let found = spectrogram(&within).ok_or("a spectrogram needs 64 samples: show a longer stretch")?;
+            let found = spectrogram(&within).ok_or("a spectrogram needs 64 samples: show a longer time")?;
             Ok(TraceAnalysis::Spectrogram(found))
         }
         TraceView::Derivative => {

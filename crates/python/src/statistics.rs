@@ -42,7 +42,7 @@ fn stretches(groups: &[i64]) -> Vec<Range<usize>> {
     found
 }
 
-/// A fit of a measurement, and the covariance of its estimates for coloured residuals.
+/// A fit of a measurement, and the covariance of its estimates for correlated residuals.
 type Both = (Fit, DMatrix<f64>);
 
 /// How rows count.
@@ -121,7 +121,7 @@ impl Records<'_> {
     }
 }
 
-/// Least squares of `y` on the columns of `x`, with errors for white and for coloured residuals.
+/// Least squares of `y` on the columns of `x`, with errors for white and for correlated residuals.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "what the Python function has by name")]
 pub fn lstsq<'py>(
@@ -193,7 +193,7 @@ fn described<'py>(
     Ok(all)
 }
 
-/// Covariance of the estimates of ordinary least squares of residuals `residuals` on `x`, p by p, for coloured residuals.
+/// Covariance of the estimates of ordinary least squares of residuals `residuals` on `x`, p by p, for correlated residuals.
 #[pyfunction]
 pub fn coloured_covariance<'py>(
     py: Python<'py>,

@@ -30,7 +30,7 @@ pub use pdf::pdf;
 /// Always.
 #[cfg(not(feature = "pdf"))]
 pub fn pdf(_: &Document, _: &Control, _: &dyn Fn(f32)) -> Result<Vec<u8>, String> {
-    Err("this build of doublet has no typesetter: build it with the feature pdf, or take html".to_owned())
+    Err("this build of doublet cannot write PDF: build it with the feature pdf, or use html".to_owned())
 }
 
 /// A form of reports.

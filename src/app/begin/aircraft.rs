@@ -76,7 +76,7 @@ impl AircraftForm {
                 Some(class) => {
                     self.aircraft.set_inertia(class, self.length_m);
                     let [xx, yy, zz] = self.aircraft.moments_kg_m2;
-                    ui.weak(format!("by radii of gyration: {xx:.0}, {yy:.0}, {zz:.0} kg m², rough: enter the real ones where they are known"));
+                    ui.weak(format!("from radii of gyration: {xx:.0}, {yy:.0}, {zz:.0} kg m² (rough); enter measured values if known"));
                 }
             }
         });

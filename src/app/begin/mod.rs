@@ -250,7 +250,7 @@ impl Workbench {
     pub fn continue_beginning(&mut self) {
         match self.beginning.step {
             Some(_) => self.beginning.is_left = false,
-            None => self.complain("No new session was left: choose a recording first."),
+            None => self.complain("No draft of a new session: choose a recording first."),
         }
     }
 
@@ -284,7 +284,7 @@ impl Workbench {
             Ok(job) => self.beginning.step = Some(Step::Looking(first, job, before)),
             Err(error) => {
                 self.beginning.step = before.map(Step::Choosing);
-                self.complain(format!("{}: it cannot be looked at: {error}", first.display()));
+                self.complain(format!("{}: cannot be read: {error}", first.display()));
             }
         }
     }

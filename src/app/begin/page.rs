@@ -176,7 +176,7 @@ fn steps(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
 fn foot(choosing: &mut Choosing, below: bool, ui: &mut Ui) -> Answer {
     let mut answer = Answer::Open;
     let lacks = choosing.lacks();
-    let about = "Nothing of the recording is changed or copied; the session is not saved until you save it.";
+    let about = "The recording is neither changed nor copied. Save the session yourself.";
     if let Some(line) = &choosing.complaint {
         ui.add(Label::new(RichText::new(line).color(theme::palette(ui).error)).truncate()).on_hover_text(line);
     } else {
@@ -268,11 +268,11 @@ fn maps(choosing: &mut Choosing, ui: &mut Ui) {
             ui.radio_value(&mut choosing.choice, Choice::Shipped(index), text).on_hover_text(&map.description);
         }
         let text = format!("By hand ({} roles)", choosing.hand.rows.len());
-        let about = "Role by role, guessed from names, units and values to begin with. Kept in the session.";
+        let about = "Role by role, initially guessed from names, units and values. Stored in the session.";
         ui.radio_value(&mut choosing.choice, Choice::ByHand, text).on_hover_text(about);
     });
     if choosing.inspected.fitting.is_empty() {
-        ui.weak("No map that comes with the program fits: the roles below are guessed. Look at each before you go on.");
+        ui.weak("No shipped map fits: the roles below are guessed. Check each role before you continue.");
     }
 }
 

@@ -155,7 +155,7 @@ pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui) {
             ui.weak("Comparing the channels with each other");
         });
     } else if comparison.found.contradictions().next().is_none() {
-        ui.weak("No channel contradicts another.");
+        ui.weak("All channels are consistent.");
     }
     for (at, row) in comparison.found.contradictions().enumerate() {
         ui.horizontal_top(|ui| {

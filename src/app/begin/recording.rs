@@ -46,7 +46,7 @@ pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
     ui.separator();
     contents(choosing, ui);
     ui.add_space(4.0);
-    let hint = "Another file of the same flight, read along: of another recorder, or with the rest of the channels";
+    let hint = "Another file of the same flight: from another recorder, or with other channels";
     if ui.button("Add a file…").on_hover_text(hint).clicked() {
         answer = Answer::AskBeside;
     }
@@ -145,7 +145,7 @@ fn aircraft(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
     let (shown, about) = match &choosing.aircraft {
         AircraftChoice::Open => (
             RichText::new("choose…").color(theme::palette(ui).warning),
-            "Whose recording it is: mass, inertia and reference area come from it".to_owned(),
+            "Aircraft of the recording: gives mass, inertia and reference area".to_owned(),
         ),
         AircraftChoice::Without => {
             (RichText::new(WITHOUT), "No coefficients and no derivatives are computed".to_owned())

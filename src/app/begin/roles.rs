@@ -100,7 +100,7 @@ fn mark(choosing: &Choosing, role: Role, ui: &mut Ui) {
         Some(Level::Good) => "fits the other channels",
         Some(Level::Caution) => "doubtful: see below",
         Some(Level::Bad) => "contradicts the other channels: see below",
-        None => "nothing to compare it with",
+        None => "no other channel for comparison",
     };
     level_mark(ui, level).on_hover_text(word);
 }
@@ -242,7 +242,7 @@ fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single, has_travel
     unit(&mut row, role, ui);
     let sign = ui.selectable_label(row.turned, if row.turned { "−" } else { "+" });
     ui.ctx().accesskit_node_builder(sign.id, |node| node.set_label(format!("sign of {key}")));
-    if sign.on_hover_text("Click to turn the sign").clicked() {
+    if sign.on_hover_text("Click to reverse the sign").clicked() {
         row.turned = !row.turned;
     }
     for (value, name, about) in [
@@ -263,8 +263,7 @@ fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single, has_travel
             let shown = ui.label(RichText::new(notation::number(value)).font(theme::figures(ui)));
             let recorded = format!("{} {}", notation::number(value), unit.symbol);
             let si = format!("{} {}", notation::number(unit.to_si(value)), role.dimension().si_symbol());
-            shown
-                .on_hover_text(notation::unit_symbol(&format!("{recorded}, with sign, scale and what is added: {si}")));
+            shown.on_hover_text(notation::unit_symbol(&format!("{recorded}, with sign, scale and offset: {si}")));
         }
     }
     if let Some(shape) = choosing.comparison.shape(role) {
@@ -297,9 +296,7 @@ fn reason(choosing: &Choosing, (role, row): (Role, &ManualChannel), ui: &mut Ui)
                 None => (words.to_owned(), format!("Unit {}", unit_reason(row, probes))),
             }
         }
-        Some(guess) if guess.from == row.from => {
-            ("changed".to_owned(), "The channel as guessed, with what you changed".to_owned())
-        }
+        Some(guess) if guess.from == row.from => ("changed".to_owned(), "Guessed channel with your changes".to_owned()),
         _ => ("by hand".to_owned(), "Chosen by hand".to_owned()),
     };
     let text = RichText::new(text).small();

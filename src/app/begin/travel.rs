@@ -58,8 +58,8 @@ pub(super) fn show(ui: &mut Ui, key: &str, row: &mut ManualChannel, probes: &[Pr
     let text = RichText::new("travel…");
     let text = if is_open { text.color(theme::palette(ui).warning) } else { text };
     let button = ui.small_button(text).on_hover_text(
-        "For a channel that is no deflection, as the pulse of a servo or the position of a lever: what is recorded at neutral, what at \
-         another position, and the deflection there. Unit, scale and what is added follow",
+        "For a servo pulse or a lever position instead of a deflection: enter the recorded value at neutral and at another position, \
+         and the deflection there. They give unit, scale and offset",
     );
     ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(format!("travel of {key}")));
     let id = Id::unique(("travel", key));

@@ -60,8 +60,7 @@ impl AircraftEditor {
     pub(crate) fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft, loaded: &LoadedState) {
         let fields = fields(aircraft, &ctx.session.aircraft_changes);
         ui.horizontal_wrapped(|ui| {
-            let save =
-                ui.button("Save aircraft as…").on_hover_text("Save to a new file, used by the session from then on");
+            let save = ui.button("Save aircraft as…").on_hover_text("Save to a new file and use it in the session");
             if save.clicked() {
                 ctx.commands.push(UiCommand::File(FileCommand::SaveAircraft));
             }

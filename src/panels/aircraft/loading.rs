@@ -121,10 +121,7 @@ impl LoadingPanel {
                 "Move a slider or a part of the aircraft to see the changes"
             });
             changed
-                && ui
-                    .button("Compare from here")
-                    .on_hover_text("Compare with the present loading from now on")
-                    .clicked()
+                && ui.button("Compare from here").on_hover_text("Use the current loading as the reference").clicked()
         });
         let rows = changes(before, now);
         if ctx.snapshot.pooled.is_stale() {

@@ -168,7 +168,7 @@ fn nominal(found: &EngineSensitivities) -> [f64; 3] {
 /// Change of every output over one per cent more of every input.
 fn bars(ctx: &PanelContext<'_>, ui: &Ui, engine: &str, point: &mut EnginePoint, found: &EngineSensitivities) -> Chart {
     let palette = theme::palette(ui);
-    let across = format!("input, {} % more of it", notation::number(100.0 * PART));
+    let across = format!("input, increased by {} %", notation::number(100.0 * PART));
     let mut chart = Chart::new(&format!("partial derivatives of {engine}"), across, "change [%]");
     let inputs = inputs(ctx);
     let at = values(point).map(|value| *value);

@@ -44,7 +44,7 @@ impl Panel for Innovations {
         });
         trouble(ui, error.as_deref());
         let Some(path) = latest else {
-            return awaiting(ctx, ui, "the path of this manoeuvre", "This manoeuvre has no path.");
+            return awaiting(ctx, ui, "the path of this manoeuvre", "This manoeuvre has no flight path.");
         };
         if self.table {
             return advice(ctx, &path, ui);

@@ -235,7 +235,7 @@ fn nothing_proposed(ctx: &PanelContext<'_>, ui: &mut Ui) {
     let noise = ctx.selection().flight.as_deref().and_then(|flight| ctx.snapshot.noise.get(flight)?.latest());
     let Some(noise) = noise.filter(|noise| noise.rows.iter().all(|row| row.choice.is_err())) else { return };
     if let Some(Err(reason)) = noise.rows.first().map(|row| &row.choice) {
-        ui.label(RichText::new(format!("No noise is proposed: {reason}.")).size(11.5).weak());
+        ui.label(RichText::new(format!("No proposed noise: {reason}.")).size(11.5).weak());
     }
 }
 

@@ -107,12 +107,7 @@ impl Panel for ManoeuvreMap {
         };
         if rows.rows.is_empty() {
             self.rows = Some(rows);
-            return awaiting(
-                ctx,
-                ui,
-                "manoeuvres",
-                "No manoeuvre: drag with Ctrl in a plot of the flight to make one.",
-            );
+            return awaiting(ctx, ui, "manoeuvres", "No manoeuvre: drag with Ctrl in a plot of the flight to add one.");
         }
         self.choices(ui, &rows);
         self.chosen.retain(|key| rows.candidates.iter().flatten().any(|one| key_of(one) == *key));

@@ -77,9 +77,9 @@ impl Board {
         let typed = self.name.trim();
         let name = if typed.is_empty() { usual } else { typed.to_owned() };
         let possible = name != NOW && name != SECOND;
-        let button = ui.add_enabled(possible, Button::new("Keep the present structure"));
-        let button = button.on_hover_text("It stays in the session under this name while the terms are changed");
-        if button.on_disabled_hover_text("That name is taken").clicked() {
+        let button = ui.add_enabled(possible, Button::new("Keep the current structure"));
+        let button = button.on_hover_text("The session stores it under this name while you change terms");
+        if button.on_disabled_hover_text("This name is reserved").clicked() {
             let structure = ctx.session.structure.clone();
             ctx.edit(Edit::Model(ModelEdit::Keep(KeptStructure { name, structure })));
             self.name.clear();
@@ -178,7 +178,7 @@ fn take(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, structures: &[(Stri
         return;
     };
     if name != SECOND {
-        let forget = ui.small_button("✖").on_hover_text("Keep it no longer");
+        let forget = ui.small_button("✖").on_hover_text("Remove it from the session");
         let label = format!("forget {name}");
         ui.ctx().accesskit_node_builder(forget.id, |node| node.set_label(label.as_str()));
         if forget.clicked() {
@@ -189,8 +189,8 @@ fn take(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, structures: &[(Stri
     let button = ui.add_enabled(!is_present, Button::new("Take").small());
     let label = format!("take {name}");
     ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(label.as_str()));
-    let button = button.on_hover_text("Make it the present structure; one step of undo takes that back");
-    if button.on_disabled_hover_text("It is the present structure").clicked() {
+    let button = button.on_hover_text("Make it the current structure; one undo step restores the old one");
+    if button.on_disabled_hover_text("This is the current structure").clicked() {
         ctx.edit(Edit::Model(ModelEdit::Structure(structure.clone())));
     }
 }

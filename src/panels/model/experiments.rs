@@ -96,7 +96,7 @@ impl Experiments {
         let typed = self.name.trim();
         let name = if typed.is_empty() { usual } else { typed.to_owned() };
         let button = ui.add_enabled(name != PRESENT, Button::new("Keep"));
-        let hint = "Keep filter, noise, structure, manoeuvres and estimator of the session under this name";
+        let hint = "Save filter, noise, structure, manoeuvres and estimator of the session under this name";
         if button.on_hover_text(hint).clicked() {
             ctx.edit(Edit::Experiment(ExperimentEdit::Keep(name)));
             self.name.clear();
@@ -165,8 +165,9 @@ impl Experiments {
         ui.horizontal_wrapped(|ui| {
             ui.strong(&name);
             let button = ui.add_enabled(!is_current, Button::new("Make current"));
-            let button = button.on_hover_text("Use this configuration in the session; one undo takes it back");
-            if button.on_disabled_hover_text("The session has this configuration").clicked() {
+            let button =
+                button.on_hover_text("Use this configuration in the session; one undo step restores the old one");
+            if button.on_disabled_hover_text("The session already has this configuration").clicked() {
                 ctx.edit(Edit::Experiment(ExperimentEdit::Apply(name.clone())));
             }
             let field = TextEdit::singleline(&mut self.new_name).hint_text("new name").desired_width(110.0);

@@ -27,7 +27,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, chosen: &mut Coefficient, p
             ui.separator();
         } else {
             ui.add(
-                Label::new(RichText::new("Click a plot to list the channels that move with the residual.").weak())
+                Label::new(RichText::new("Click a plot to list the channels coherent with the residual.").weak())
                     .wrap(),
             );
         }
@@ -69,7 +69,7 @@ fn channels(ctx: &PanelContext<'_>, ui: &mut Ui, place: &mut Option<MisfitPlace>
     let Some(at) = *place else { return };
     ui.horizontal_wrapped(|ui| {
         let time = notation::fixed(at.time_s, 2);
-        ui.label(notation::typeset(&format!("Moves with Δ{} at {time} s", at.coefficient.name()), 13.0));
+        ui.label(notation::typeset(&format!("Correlated with Δ{} at {time} s", at.coefficient.name()), 13.0));
         if ui.small_button("✖").on_hover_text("Close the list").clicked() {
             *place = None;
         }
@@ -115,7 +115,7 @@ fn list(ctx: &PanelContext<'_>, ui: &mut Ui, found: &Misfit) {
             ui.end_row();
         }
     });
-    let hint = format!("Share of the residual's power that follows the channel. Below {bound} %: chance.");
+    let hint = format!("Fraction of the residual power coherent with the channel. Below {bound} %: not significant.");
     ui.add(Label::new(RichText::new(hint).size(11.0).weak()).wrap());
 }
 

@@ -124,7 +124,7 @@ fn shortened(ui: &mut Ui, name: &str) {
 fn cells(ctx: &PanelContext<'_>, line: &mut TableRow<'_, '_>, row: &Row, level: Option<Level>) {
     let (unit, scale) = ctx.state.units.of_role(row.role);
     line.col(|ui| {
-        let word = level.map_or("no other channel to compare with", |level| level.name());
+        let word = level.map_or("no other channel for comparison", |level| level.name());
         level_mark(ui, level).on_hover_text(format!("{}: {word}", row.role.name()));
     });
     line.col(|ui| {

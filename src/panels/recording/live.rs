@@ -238,7 +238,7 @@ impl Live {
 fn lamps(ctx: &PanelContext<'_>, ui: &mut Ui, latest: &LiveUpdate) {
     let counts = latest.counts;
     ui.label(format!(
-        "{:.1} s, {:.2} s behind; {} samples, {} lost, {} late, {} reordered, {} doubled, {} stray, {} skipped, {} restarts{}",
+        "{:.1} s, {:.2} s behind; {} samples, {} lost, {} late, {} reordered, {} duplicate, {} stray, {} skipped, {} restarts{}",
         latest.time_s,
         latest.lag_s,
         counts.samples,

@@ -72,7 +72,7 @@ impl Panel for Report {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                 let chosen = self.chosen.keep(ctx.session).filter(|_| shown.kind == SectionKind::Overview);
                 if shown.document.sections.is_empty() {
-                    ui.weak("No contents: the section is left out of the report.");
+                    ui.weak("Empty: the report omits this section.");
                 }
                 for section in chosen.into_iter().chain(&shown.document.sections) {
                     ui.heading(section.title.as_str());

@@ -63,7 +63,7 @@ impl Design {
         });
         explained(combo.response, request.criterion.name());
         let rounds = DragValue::new(&mut request.rounds).range(0..=10).prefix("search rounds ");
-        ui.add(rounds).on_hover_text("Search over times, levels and spectra; none for published shapes");
+        ui.add(rounds).on_hover_text("Search rounds over times, levels and spectra; 0 for published shapes");
         ui.checkbox(&mut request.compare, "compare kinds")
             .on_hover_text("Compare all kinds within the same limits and time");
     }

@@ -105,7 +105,7 @@ impl Studies {
         entry(ctx, ui, "Independent checks", about, (checks, state(&studies.checks)));
         ui.horizontal(|ui| {
             ui.add_space(10.0);
-            let about = "Output error with process noise: for gusts. Several times the work.";
+            let about = "Output error with process noise, for gusts. Takes several times longer.";
             ui.checkbox(&mut self.filter_error, "with filter error").on_hover_text(about);
         });
         self.aspects(ui, &[(Chosen::Checks, "By manoeuvre")]);

@@ -111,7 +111,7 @@ pub fn dialog(
             _ if untouched => RichText::new(HINT).weak(),
             Some(Ok(Some(value))) => RichText::new(format!("first value {} {unit}", notation::number(*value))),
             Some(Err(line)) => RichText::new(line).color(theme::palette(ui).error),
-            _ => RichText::new("no sample has a value").color(theme::palette(ui).warning),
+            _ => RichText::new("all samples are empty").color(theme::palette(ui).warning),
         };
         ui.add(egui::Label::new(line).wrap());
         ui.add_space(6.0);

@@ -85,10 +85,10 @@ impl Sensors {
         ui.horizontal_wrapped(|ui| {
             ui.label(RichText::new(named).strong());
             if !is_used {
-                ui.weak("an example: the flight names no instruments");
+                ui.weak("example: the flight has no instruments file");
             }
             let changed = self.with_fits(text);
-            let hint = "Save all calibrations to an instruments file, used by the flight from then on";
+            let hint = "Save all calibrations to an instruments file and use it for this flight";
             let save = ui.add_enabled(matches!(changed, Some(Ok(_))), egui::Button::new("Save instruments as…"));
             if save.on_hover_text(hint).on_disabled_hover_text("No calibration yet: type or paste readings").clicked() {
                 ctx.state.instruments = changed.clone().and_then(Result::ok);
@@ -187,10 +187,10 @@ fn fitted(ui: &mut Ui, kind: &SensorKind, fit: &CalibrationFit) {
     line(ui, format!("residual {} rms", notation::number(fit.deviation)));
     if let SensorKind::Pedal(_) | SensorKind::Pod(_) = kind {
         let [low, high] = fit.range.map(notation::number);
-        line(ui, format!("goes one way {low} to {high}"));
+        line(ui, format!("monotonic from {low} to {high}"));
     }
     if left_out > 0 {
-        line(ui, format!("{left_out} left out: the probe would fall"));
+        line(ui, format!("{left_out} left out: reading not increasing"));
     }
 }
 
@@ -234,7 +234,7 @@ fn charts(
     let share = if fit.is_some() { CURVE } else { 1.0 };
     ctx.chart(ui, &chart, share * height);
     let Some(fit) = fit else { return };
-    let label = if matches!(kind, SensorKind::Probe(_)) { "shown less in the tank [lb]" } else { "read less curve" };
+    let label = if matches!(kind, SensorKind::Probe(_)) { "shown minus actual [lb]" } else { "reading minus curve" };
     let mut chart = Chart::new("calibration residuals", across, label);
     chart.legend = false;
     chart.levels.push((0.0, palette.ignored));

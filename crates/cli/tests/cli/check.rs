@@ -124,7 +124,7 @@ fn window_that_is_partly_outside_its_recording_is_named() {
     let only = text.replace("end_s = 1069.70", "end_s = 20.0");
     std::fs::write(folder.path().join("s.toml"), only).unwrap();
     let (found, _) = checked(folder.path(), "s.toml");
-    let says = |finding: &Value| finding["text"].as_str().unwrap().contains("the rest of it is left out");
+    let says = |finding: &Value| finding["text"].as_str().unwrap().contains("the rest is not used");
     let finding =
         found["findings"].as_array().unwrap().iter().find(|finding| says(finding)).unwrap_or_else(|| panic!("{found}"));
     assert_eq!((&finding["level"], &finding["where"]), (&"caution".into(), &"manoeuvre '01 aileron doublet'".into()));
@@ -275,7 +275,10 @@ fn one_manoeuvre_of_one_surface_runs_to_the_end_by_defaults() {
         // The longitudinal coefficients are in the model, but nothing here tells about them.
         let (found, without): (Vec<_>, Vec<_>) = pooled.iter().partition(|fit| fit["error"].is_null());
         assert!(found.len() == 3 && without.len() == 3, "{file}: {pooled:?}");
-        assert!(without.iter().all(|fit| fit["error"] == "no manoeuvre is used for it"), "{file}: {without:?}");
+        assert!(
+            without.iter().all(|fit| fit["error"] == "no manoeuvre is used for this coefficient"),
+            "{file}: {without:?}"
+        );
         let rests = if file.starts_with("da") { "CY_delta_r" } else { "CY_delta_a" };
         let side = pooled.iter().find(|fit| fit["coefficient"] == "CY").unwrap();
         assert_eq!(side["dropped"][0]["name"], rests, "{file}: {side}");

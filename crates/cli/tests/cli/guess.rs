@@ -36,8 +36,11 @@ fn guessed_map_has_a_reason_for_every_row_and_is_a_map() {
     assert_eq!(code, Some(0));
     let map = ChannelMap::parse(&text).unwrap();
     assert_eq!(map.roles.keys().copied().collect::<Vec<_>>(), [Role::PitchRate, Role::PitchAngle]);
-    assert!(text.contains("# q: 'q_dps' of log by its name, unit as its name ends: 0 to 8.000 deg/s"), "{text}");
-    assert!(text.contains("# theta: 'Pitch' of log by its name, unit as large as its values"), "{text}");
+    assert!(
+        text.contains("# q: 'q_dps' of log by its name, unit from the end of its name: 0 to 8.000 deg/s"),
+        "{text}"
+    );
+    assert!(text.contains("# theta: 'Pitch' of log by its name, unit guessed from its values"), "{text}");
     let file = folder.path().join("map.toml");
     let write = ["map", &path, "--write", file.to_str().unwrap()];
     assert_eq!(said(&write).1, Some(0));
@@ -110,7 +113,7 @@ fn roles_said_on_the_command_line_take_the_place_of_the_guess() {
     assert_eq!(code, Some(0), "{text}");
     let map = ChannelMap::parse(&text).unwrap();
     assert_eq!(map.roles.keys().copied().collect::<Vec<_>>(), [Role::Elevator]);
-    assert!(text.contains("'C2' of log by its name, unit instead of the recorded one: -0.5600 to 0 deg"), "{text}");
+    assert!(text.contains("'C2' of log by its name, unit instead of the recorded unit: -0.5600 to 0 deg"), "{text}");
     for (option, answer) in [
         ("delta_e=C9", "no channel 'C9' there"),
         ("delta_e=C2,unit=kg", "delta_e is in rad, not in kg"),
@@ -131,7 +134,7 @@ fn deflection_that_can_be_two_things_is_asked_for() {
         written(folder.path(), &format!("time [s],Pitch,elevator\n{}", (0..500).map(row).collect::<String>()))
     };
     for (part, asked) in
-        [(0.05, Some("radians or parts of full travel")), (10.0, Some("degrees or per cent")), (2.0, None)]
+        [(0.05, Some("radians or fractions of full travel")), (10.0, Some("degrees or per cent")), (2.0, None)]
     {
         let path = log(part);
         let session = folder.path().join(format!("{part}.toml"));
@@ -226,8 +229,8 @@ fn recording_without_a_role_is_refused_and_missing_roles_are_said() {
     let path = written(folder.path(), &format!("Zeit [s],Rollrate [°/s],Höhenruder [°]\n{rows}"));
     let (text, code) = said(&["new", &path, "--guess", "-o", session.to_str().unwrap()]);
     assert_eq!(code, Some(0), "{text}");
-    assert!(text.contains("  missing, no reconstruction without: ax, ay, az, q, r; say them"), "{text}");
-    assert!(text.contains("  missing, no control derivatives of: delta_a, delta_r; say them"), "{text}");
+    assert!(text.contains("  missing, needed for the flight path: ax, ay, az, q, r; name them"), "{text}");
+    assert!(text.contains("  missing, needed for control derivatives: delta_a, delta_r; name them"), "{text}");
 }
 
 /// A time that is no time of the forms read is asked for once, and by a map that names it the refusal is one line.

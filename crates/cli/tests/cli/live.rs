@@ -153,8 +153,8 @@ fn full_disk_ends_the_recording_and_not_the_watching() {
     let last = String::from_utf8_lossy(&output.stdout).lines().last().map(str::to_owned).unwrap();
     let last: Value = serde_json::from_str(&last).unwrap();
     assert!((last["time_s"].as_f64().unwrap() - 9.99).abs() < 1e-6, "{last}");
-    assert!(last["alarms"].to_string().contains("recording has stopped, watching goes on"), "{last}");
-    assert!(said.contains("error: recording has stopped") && said.contains("session: "), "{said}");
+    assert!(last["alarms"].to_string().contains("recording stopped, estimation continues"), "{last}");
+    assert!(said.contains("error: recording stopped") && said.contains("session: "), "{said}");
     let kept = std::fs::read_to_string(folder.path().join("kept/flight.csv")).unwrap();
     assert!(kept.ends_with('\n') && kept.lines().all(|line| line.split(',').count() == 17));
 }

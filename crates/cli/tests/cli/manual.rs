@@ -90,11 +90,11 @@ fn argument(argument: &clap::Arg) -> String {
     let possible: Vec<String> =
         argument.get_possible_values().iter().map(|value| value.get_name().to_owned()).collect();
     if takes && !possible.is_empty() {
-        write!(help, " One of {}.", possible.join(", ")).unwrap();
+        write!(help, " [one of: {}]", possible.join(", ")).unwrap();
     }
     let defaults: Vec<_> = argument.get_default_values().iter().map(|value| value.to_string_lossy()).collect();
     if takes && !defaults.is_empty() {
-        write!(help, " Default {}.", defaults.join(", ")).unwrap();
+        write!(help, " [default: {}]", defaults.join(", ")).unwrap();
     }
     format!("| `{}` | {} |", cell(&name), cell(&help))
 }

@@ -93,7 +93,7 @@ fn engines_of_the_shipped_flight_agree_with_their_monitor_and_with_the_true_thru
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let text = printed(&["run", "sessions/demo.toml", "--verbose", "--out", out.to_str().unwrap()]);
-    assert!(text.contains("against its monitor"), "{text}");
+    assert!(text.contains("modelled and monitor power"), "{text}");
     let results: Value = serde_json::from_str(&std::fs::read_to_string(out.join("results.json")).unwrap()).unwrap();
     let engines = results["engines"].as_array().unwrap();
     assert_eq!(engines.len(), 2);

@@ -87,7 +87,7 @@ fn the_shipped_flight_passes_what_it_can_and_fails_what_was_made_wrong() {
         "not of a training device",
         "NO RECORDING",
         "RECORD TOO SHORT",
-        "3.3 s before the input of 5 s asked for",
+        "3.3 s before the input (5 s required)",
         "Clδa × 0.6",
         "not given",
         "<td>2.d.2-4</td>",

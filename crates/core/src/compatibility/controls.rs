@@ -46,7 +46,7 @@ pub(super) const RESPONSES: &[Response] = &[
     Response {
         cause: Aileron,
         effect: RollRate,
-        with: "the roll acceleration that follows",
+        with: "the resulting roll acceleration",
         states: STATES,
         is_rate: true,
         others: &[PitchRate, YawRate],
@@ -54,7 +54,7 @@ pub(super) const RESPONSES: &[Response] = &[
     Response {
         cause: Elevator,
         effect: PitchRate,
-        with: "the pitch acceleration that follows",
+        with: "the resulting pitch acceleration",
         states: STATES,
         is_rate: true,
         others: &[RollRate, YawRate],
@@ -62,7 +62,7 @@ pub(super) const RESPONSES: &[Response] = &[
     Response {
         cause: Rudder,
         effect: YawRate,
-        with: "the yaw acceleration that follows",
+        with: "the resulting yaw acceleration",
         states: STATES,
         is_rate: true,
         others: &[RollRate, PitchRate],

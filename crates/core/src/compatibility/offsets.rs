@@ -83,7 +83,7 @@ pub(super) struct Offset {
 pub(super) const OFFSETS: &[Offset] = &[
     Offset {
         role: AngleOfAttack,
-        with: "theta less the flight-path angle in the mean",
+        with: "theta minus the flight-path angle, on average",
         needs: &[AngleOfAttack, PitchAngle, TrueAirspeed],
         one_of: &[VelocityDown, Altitude],
         by: Comparison::Path,
@@ -91,7 +91,7 @@ pub(super) const OFFSETS: &[Offset] = &[
     },
     Offset {
         role: Sideslip,
-        with: "the sideslip without side force",
+        with: "the sideslip at zero side force",
         needs: &[Sideslip],
         one_of: &[SpecificForceY],
         by: Comparison::SideForce,
@@ -99,7 +99,7 @@ pub(super) const OFFSETS: &[Offset] = &[
     },
     Offset {
         role: HeadingAngle,
-        with: "the heading by which specific force turns the velocity",
+        with: "the heading from specific force and ground velocity",
         needs: &[
             HeadingAngle,
             PitchAngle,
@@ -116,7 +116,7 @@ pub(super) const OFFSETS: &[Offset] = &[
     },
     Offset {
         role: HeadingAngle,
-        with: "the heading by airspeed and the velocity over the ground",
+        with: "the heading from airspeed and ground velocity",
         needs: &[HeadingAngle, TrueAirspeed, VelocityNorth, VelocityEast],
         one_of: &[HeadingAngle],
         by: Comparison::Flight,

@@ -113,7 +113,7 @@ pub(super) const RELATIONS: &[Kinematic] = &[
     // p = phi' - tan(theta) (q sin(phi) + r cos(phi))
     Kinematic {
         compared: RollRate,
-        with: "the slope of phi",
+        with: "the rate of change of phi",
         needs: &[RollRate, BankAngle],
         uses: &[PitchAngle, PitchRate, YawRate],
         clock: ClockEffect::Multiplies,
@@ -130,7 +130,7 @@ pub(super) const RELATIONS: &[Kinematic] = &[
     // q cos(phi) = theta' + r sin(phi)
     Kinematic {
         compared: PitchRate,
-        with: "the slope of theta",
+        with: "the rate of change of theta",
         needs: &[PitchRate, PitchAngle],
         uses: &[BankAngle, YawRate],
         clock: ClockEffect::Multiplies,
@@ -141,7 +141,7 @@ pub(super) const RELATIONS: &[Kinematic] = &[
     // r cos(phi) / cos(theta) = psi' - q sin(phi) / cos(theta)
     Kinematic {
         compared: YawRate,
-        with: "the slope of psi",
+        with: "the rate of change of psi",
         needs: &[YawRate, HeadingAngle],
         uses: &[BankAngle, PitchAngle, PitchRate],
         clock: ClockEffect::Multiplies,
@@ -186,7 +186,7 @@ pub(super) const RELATIONS: &[Kinematic] = &[
     // v_down = -h', z'
     Kinematic {
         compared: VelocityDown,
-        with: "the slope of z",
+        with: "the rate of change of z",
         needs: &[VelocityDown, PositionDown],
         clock: ClockEffect::Multiplies,
         lag_s: 3.0,
@@ -197,7 +197,7 @@ pub(super) const RELATIONS: &[Kinematic] = &[
     },
     Kinematic {
         compared: VelocityDown,
-        with: "the slope of altitude",
+        with: "the rate of change of altitude",
         needs: &[VelocityDown, Altitude],
         clock: ClockEffect::Multiplies,
         lag_s: 4.0,
@@ -208,7 +208,7 @@ pub(super) const RELATIONS: &[Kinematic] = &[
     },
     Kinematic {
         compared: VelocityDown,
-        with: "the slope of gps_altitude",
+        with: "the rate of change of gps_altitude",
         needs: &[VelocityDown, GpsAltitude],
         clock: ClockEffect::Multiplies,
         lag_s: 4.0,
@@ -263,7 +263,7 @@ pub(super) const RELATIONS: &[Kinematic] = &[
     // az = w' + p v - q u - g cos(theta) cos(phi)
     Kinematic {
         compared: SpecificForceZ,
-        with: "gravity and the turning of the path",
+        with: "gravity and centripetal acceleration",
         needs: &[SpecificForceZ],
         uses: &[BankAngle, PitchAngle, TrueAirspeed, AngleOfAttack, Sideslip, RollRate, PitchRate],
         origin: true,
@@ -286,7 +286,7 @@ pub(super) const RELATIONS: &[Kinematic] = &[
     // ay = v' + r u - p w - g cos(theta) sin(phi)
     Kinematic {
         compared: SpecificForceY,
-        with: "gravity and the turning of the path",
+        with: "gravity and centripetal acceleration",
         needs: &[SpecificForceY, BankAngle, YawRate, TrueAirspeed, Sideslip],
         uses: &[PitchAngle, AngleOfAttack, RollRate],
         y: (|m, k| m.at(SpecificForceY, k), nothing),
@@ -338,7 +338,7 @@ pub(super) const RELATIONS: &[Kinematic] = &[
     // V alpha = V theta + v_down, V theta - h' with wings level and small angles
     Kinematic {
         compared: AngleOfAttack,
-        with: "theta less the flight-path angle by v_down",
+        with: "theta minus the flight-path angle from v_down",
         needs: &[AngleOfAttack, PitchAngle, TrueAirspeed, VelocityDown, BankAngle],
         noise: 0.5,
         y: (|m, k| level(m, k, m.at(TrueAirspeed, k) * m.at(AngleOfAttack, k)), nothing),
@@ -347,7 +347,7 @@ pub(super) const RELATIONS: &[Kinematic] = &[
     },
     Kinematic {
         compared: AngleOfAttack,
-        with: "theta less the flight-path angle by altitude",
+        with: "theta minus the flight-path angle from altitude",
         needs: &[AngleOfAttack, PitchAngle, TrueAirspeed, Altitude, BankAngle],
         lag_s: 3.0,
         noise: 0.5,

@@ -193,13 +193,13 @@ fn sentence(relation: &Relation, figures: &Figures) -> String {
         Relation::Response(_) => {
             format!("{channel} against {with}: effect {slope}, {:.0} % explained, {segments}", 100.0 * figures.r2)
         }
-        Relation::Size(_) => format!("{channel} reaches {slope} against {with}"),
+        Relation::Size(_) => format!("{channel} reaches {slope}; expected: {with}"),
         Relation::Offset(_) => {
             format!("{channel} is {:+.1} deg off {with}, over {segments}", figures.slope.to_degrees())
         }
         Relation::Travel(_) => {
             let degrees = figures.slope.to_degrees();
-            format!("{channel} reaches {slope} rad ({} deg) against {with}", significant(degrees))
+            format!("{channel} reaches {slope} rad ({} deg); expected: {with}", significant(degrees))
         }
     }
 }

@@ -62,7 +62,7 @@ pub(super) fn in_knots(rows: &[CompatibilityRow]) -> Option<CompatibilityRow> {
         r2: None,
         segments: factors.len(),
         evidence: format!(
-            "climb and normal acceleration from airspeed and attitude are {} of the measured: speeds are in knots, {:.3} m/s",
+            "climb and normal acceleration from airspeed and attitude are {} times the measured: airspeed is in knots ({:.3} m/s)",
             said.join(", "),
             knot.scale
         ),

@@ -11,7 +11,7 @@ use super::{Coloured, Constraint, EstimateError, PooledFit, PooledRegression, Po
 pub struct NonlinearSearch {
     /// Value that fits all regressions best.
     pub value: f64,
-    /// Standard error, corrected for coloured residuals, with all other parameters free; infinite at an end of the range, where
+    /// Standard error, corrected for correlated residuals, with all other parameters free; infinite at an end of the range, where
     /// the best value may lie beyond.
     pub standard_error: f64,
     /// Value each regression alone would move to from there, and its corrected standard error: they agree when the parameter

@@ -168,7 +168,7 @@ pub fn stacked(names: &[String], per_window: &[bool], windows: &[PooledWindow]) 
 }
 
 impl PooledFit {
-    /// Covariance for coloured residuals, whose products are taken inside each window only; `windows` are those fitted.
+    /// Covariance for correlated residuals, whose products are taken inside each window only; `windows` are those fitted.
     ///
     /// # Errors
     /// As for [`super::coloured_covariance`].

@@ -46,7 +46,7 @@ pub fn weighted_least_squares(
     transformed(names, x, z, &scaled, &scaled_z)
 }
 
-/// Covariance of a weighted fit for coloured residuals, whose products are taken inside each of `windows` only: that of
+/// Covariance of a weighted fit for correlated residuals, whose products are taken inside each of `windows` only: that of
 /// [`super::coloured_covariance`] with rows and residuals times the roots of their weights.
 ///
 /// # Errors

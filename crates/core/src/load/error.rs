@@ -20,7 +20,7 @@ pub enum LoadError {
         cause: std::io::Error,
     },
     /// The file holds no bytes, or no numbers.
-    #[error("{}: there is nothing in it ({what}); check that the recorder or the copy finished", path.display())]
+    #[error("{}: empty ({what}); check that the recorder or the copy finished", path.display())]
     Empty {
         /// File or folder.
         path: PathBuf,

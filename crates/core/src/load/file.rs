@@ -21,9 +21,7 @@ pub fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
     }
     let too_large = |bytes: u64| {
         let (megabytes, most) = (bytes / 1_000_000, MOST_BYTES / 1_000_000);
-        refused(format!(
-            "it has over {megabytes} MB, and a file that people write at most {most} MB: name another file"
-        ))
+        refused(format!("it has over {megabytes} MB (limit for files written by hand {most} MB): name another file"))
     };
     if about.len() > MOST_BYTES {
         return too_large(about.len());

@@ -84,13 +84,16 @@ pub fn pod_history(calibration: &PodCalibration, numbers: &[f64], margin: f64) -
         (
             count(&|n| n <= low),
             format!(
-                "at the lower end, faster than the pod can measure (alpha below {:.1} deg)",
+                "at the lower end of its scale (alpha below {:.1} deg, too fast for the pod)",
                 degrees(calibration, low)
             ),
         ),
         (
             count(&|n| n >= high),
-            format!("at the upper end, beyond the stall (alpha above {:.1} deg)", degrees(calibration, high)),
+            format!(
+                "at the upper end of its scale (alpha above {:.1} deg, beyond the stall)",
+                degrees(calibration, high)
+            ),
         ),
         (
             count(&|n| inside(n) && n < rising),
@@ -100,7 +103,7 @@ pub fn pod_history(calibration: &PodCalibration, numbers: &[f64], margin: f64) -
     let warnings = findings
         .into_iter()
         .filter(|(count, _)| *count > 0)
-        .map(|(count, what)| format!("pod: {count} of {of} angle-of-attack numbers {what}"))
+        .map(|(count, what)| format!("pod: {count} of {of} angle-of-attack readings {what}"))
         .collect();
     PodHistory { alpha_rad, warnings }
 }

@@ -61,7 +61,7 @@ pub fn measured_path(data: &FilterData) -> Result<Reconstruction, ReconstructErr
     let nothing = || vec![f64::NAN; samples];
     let mut warnings = vec!["the path is as measured: no filter, no biases taken off".to_owned()];
     if !missing.is_empty() {
-        warnings.push(format!("not measured and taken for zero: {}", missing.join(", ")));
+        warnings.push(format!("not measured and assumed zero: {}", missing.join(", ")));
     }
     Ok(Reconstruction {
         states,

@@ -51,7 +51,7 @@ pub(super) fn check(records: &[FrequencyRecord]) -> Result<usize, FrequencyError
         }
         let signals = record.inputs.iter().chain([&record.output]);
         if signals.flatten().any(|value| !value.is_finite()) {
-            return fault("a value is not finite: leave such stretches out".to_owned());
+            return fault("a value is not finite: leave out that part".to_owned());
         }
         let signals = record.inputs.iter().chain([&record.output]);
         if let Some(value) = signals.flatten().find(|value| value.abs() > LARGEST) {

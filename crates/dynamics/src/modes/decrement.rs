@@ -50,9 +50,7 @@ pub enum DecrementError {
         values: usize,
     },
     /// Too few extremes.
-    #[error(
-        "{found} extremes in the stretch: three at least are needed, one and a half half-cycles more than that say how well"
-    )]
+    #[error("{found} extremes in the record: at least three are needed, and more for a standard error")]
     TooFew {
         /// Extremes found.
         found: usize,

@@ -47,7 +47,7 @@ pub struct FreeResponse {
 pub enum PencilError {
     /// Too few samples.
     #[error(
-        "{samples} samples are too few for {order} eigenvalues in {signals} signals: lengthen the stretch or lower the order"
+        "{samples} samples are too few for {order} eigenvalues in {signals} signals: lengthen the record or lower the order"
     )]
     TooShort {
         /// Samples.

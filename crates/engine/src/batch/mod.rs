@@ -20,7 +20,7 @@ mod parquet {
     /// Says that this build has no writer.
     pub(super) fn parquet(_: &[(String, super::table::Column)]) -> Result<Vec<u8>, &'static str> {
         Err(
-            "this build of doublet writes no Parquet: build it with the feature parquet, or give the table the ending .csv",
+            "this build of doublet cannot write Parquet: build it with the feature parquet, or give the table the ending .csv",
         )
     }
 }

@@ -32,7 +32,7 @@ pub struct Estimate {
     pub estimate: Option<f64>,
     /// Standard error for white residuals.
     pub standard_error: Option<f64>,
-    /// Standard error corrected for coloured residuals.
+    /// Standard error corrected for correlated residuals.
     pub corrected_standard_error: Option<f64>,
     /// Coefficient of determination of its fit.
     pub r_squared: Option<f64>,

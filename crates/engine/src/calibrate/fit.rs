@@ -72,7 +72,7 @@ pub fn fit(kind: &SensorKind, degree: usize, readings: &[[f64; 2]]) -> Result<Ca
         SensorKind::Pod(_) => {
             if let Some(point) = points.iter().find(|point| point[1] <= 0.0) {
                 return Err(format!(
-                    "the angle of attack at the number {} is {} deg: give angles above zero",
+                    "the angle of attack at reading {} is {} deg: give angles above zero",
                     point[0], point[1]
                 ));
             }
@@ -85,7 +85,7 @@ pub fn fit(kind: &SensorKind, degree: usize, readings: &[[f64; 2]]) -> Result<Ca
 fn polynomial(points: Vec<[f64; 2]>, degree: usize, is_exponent: bool) -> Result<CalibrationFit, String> {
     let count = points.len();
     if count < degree + 1 {
-        return Err(format!("{} readings are needed, {count} are there", degree + 1));
+        return Err(format!("{} readings are needed, {count} given", degree + 1));
     }
     // Powers of readings of order one keep the equations well conditioned.
     let size = points.iter().map(|point| point[0].abs()).fold(0.0, f64::max);
@@ -105,7 +105,8 @@ fn polynomial(points: Vec<[f64; 2]>, degree: usize, is_exponent: bool) -> Result
         }
         // Through every reading; their scatter is not known.
         false => {
-            let solved = x.lu().solve(&nalgebra::DVector::from_vec(z)).ok_or("two readings are at one place")?;
+            let solved =
+                x.lu().solve(&nalgebra::DVector::from_vec(z)).ok_or("two readings have the same abscissa: keep one")?;
             (solved.iter().copied().collect(), Vec::new())
         }
     };
@@ -144,7 +145,7 @@ fn rising_range(curve: &Curve, [low, high]: [f64; 2]) -> [f64; 2] {
 
 fn probe(points: Vec<[f64; 2]>) -> Result<CalibrationFit, String> {
     if points.len() < 2 {
-        return Err(format!("2 readings are needed, {} are there", points.len()));
+        return Err(format!("2 readings are needed, {} given", points.len()));
     }
     if let Some(pair) = points.windows(2).find(|pair| pair[0][0] == pair[1][0]) {
         return Err(format!("two readings are at {} lb: keep one", pair[0][0]));

@@ -41,7 +41,7 @@ struct Estimate {
 pub struct Interval {
     /// Estimate.
     pub estimate: f64,
-    /// Standard error, corrected for coloured residuals.
+    /// Standard error, corrected for correlated residuals.
     pub standard_error: f64,
     /// Lower end of the 95 % interval.
     pub low: f64,

@@ -21,7 +21,7 @@ pub struct Parameter {
     pub term: Term,
     /// Estimate.
     pub value: f64,
-    /// Standard error, corrected for coloured residuals.
+    /// Standard error, corrected for correlated residuals.
     pub standard_error: f64,
 }
 

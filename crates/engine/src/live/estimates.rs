@@ -77,11 +77,9 @@ impl LiveEstimates {
         for (coefficient, own) in &settings.structure.models {
             let has = |term: &&Term| term.factors().iter().all(|(variable, _)| known.contains(variable));
             let (usable, left_out): (Vec<&Term>, Vec<&Term>) = own.iter().partition(has);
-            findings.extend(
-                left_out
-                    .iter()
-                    .map(|term| format!("{} is left out: nothing gives '{term}'", term.derivative_name(*coefficient))),
-            );
+            findings.extend(left_out.iter().map(|term| {
+                format!("{} is not estimated: no channel gives '{term}'", term.derivative_name(*coefficient))
+            }));
             let usable: Vec<&Term> = usable.into_iter().filter(|term| !term.is_constant()).collect();
             if usable.is_empty() {
                 continue;

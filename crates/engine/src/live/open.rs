@@ -110,7 +110,7 @@ pub fn open(opening: &Opening) -> Result<Watched, String> {
             let map = replay.map.clone();
             (Source::Replay(replay), map, true)
         }
-        (None, None) => return Err("nothing to watch: give --file, --udp, --mavlink or --session".to_owned()),
+        (None, None) => return Err("no data source: give --file, --udp, --mavlink or --session".to_owned()),
     };
     let parsed = ChannelMap::parse(&map).map_err(|error| error.to_string())?;
     let of_map = parsed.aircraft.as_ref().map(|name| reference(name));

@@ -222,7 +222,7 @@ impl LivePipeline {
     fn filter_to(&mut self, recording: &Recording, (from_s, end_s, until_s): (f64, f64, f64)) -> Result<(), String> {
         let missing = self.ordered.missing_inputs();
         if !missing.is_empty() {
-            return Err(format!("waiting for {}: nothing came of it yet", missing.join(", ")));
+            return Err(format!("waiting for {}: no samples yet", missing.join(", ")));
         }
         let window = TimeRange { start_s: self.segment_s.max(from_s - KEPT_S), end_s: until_s };
         let aircraft = self.settings.aircraft.as_ref();

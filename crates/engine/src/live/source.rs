@@ -212,7 +212,7 @@ impl Source {
             Self::Mavlink { socket, decoder } => (losses_of(decoder), socket.foreign),
             Self::Log { decoder, .. } => (losses_of(decoder), 0),
         };
-        let foreign = (foreign > 0).then(|| format!("{foreign} packets of other addresses were left out"));
+        let foreign = (foreign > 0).then(|| format!("{foreign} packets from other addresses ignored"));
         let lines: Vec<String> = own.into_iter().chain(foreign).collect();
         (!lines.is_empty()).then(|| lines.join("; "))
     }
@@ -222,7 +222,7 @@ impl Source {
 fn losses_of(decoder: &MavlinkDecoder) -> Option<String> {
     let MavlinkDecoder { packets, lost, refused_bytes, .. } = decoder;
     let line =
-        || format!("{packets} packets understood, {lost} missing by their numbers, {refused_bytes} bytes were none");
+        || format!("{packets} packets read, {lost} lost by sequence number, {refused_bytes} bytes outside packets");
     (*lost > 0 || *packets == 0).then(line)
 }
 

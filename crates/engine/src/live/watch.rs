@@ -219,7 +219,7 @@ impl LiveWatch {
             self.session_due = Some(now + if is_due { NEXT_SESSION } else { FIRST_SESSION });
         }
         self.recording_error =
-            kept.err().map(|error| format!("recording has stopped, watching goes on: {error}: free the disk"));
+            kept.err().map(|error| format!("recording stopped, estimation continues: {error}: free disk space"));
     }
 
     /// Why nothing is recorded any more.
@@ -247,7 +247,7 @@ impl LiveWatch {
             )
         });
         let restarts = Some(self.arrivals.restarts()).filter(|count| *count > 0);
-        let restarts = restarts.map(|count| format!("a clock of the stream restarted, {count} in all: time continues"));
+        let restarts = restarts.map(|count| format!("clock restarts in the stream: {count}; time continues"));
         let others = restarts.into_iter().chain(self.source.losses());
         missing.chain(left_out).chain(others).collect()
     }

@@ -92,7 +92,7 @@ pub fn basis(
 ) -> StageResult<Basis> {
     let aero: Vec<AeroWindow<'_>> = windows.iter().map(|(window, _)| (window.0, window.1.clone())).collect();
     let first = aero.iter().find(|(window, _)| window.role == WindowRole::Identification);
-    let (_, first) = first.ok_or("there is nothing to design with: no identification manoeuvre has coefficients")?;
+    let (_, first) = first.ok_or("no model to design with: no identification manoeuvre has coefficients")?;
     let step_s = median_step(&first.data.time_s).ok_or("the manoeuvres have too few samples")?;
     let mut coefficients = Vec::new();
     for regression in pooled_regressions(&aero, settings.structure, settings.estimation) {
@@ -117,7 +117,7 @@ pub fn basis(
         });
     }
     if coefficients.is_empty() {
-        return Err("there is nothing to design with: no coefficient has a pooled fit".into());
+        return Err("no model to design with: no coefficient has a pooled fit".into());
     }
     let walks = [State::WindNorth, State::WindEast, State::WindDown].map(|s| settings.filter.random_walk[s as usize]);
     let walk = (walks.iter().map(|walk| walk * walk).sum::<f64>() / 3.0).sqrt();

@@ -264,7 +264,7 @@ impl Campaign {
                 return bad("repeats", point.repeats as f64, "1 to 100");
             }
             if campaign.points.iter().filter(|other| other.id == *id).count() > 1 {
-                return Err(format!("point {id} is there twice: give each its own id").into());
+                return Err(format!("point {id} appears twice: give each its own id").into());
             }
         }
         let Fuel { start_kg, burn_kg_s, transit_s } = campaign.fuel;

@@ -47,7 +47,7 @@ pub fn campaign_document(
         subtitle: aircraft.name.clone(),
         app: format!("doublet {}", env!("CARGO_PKG_VERSION")),
         date: date::today(),
-        notice: "Limits on these pages are those of the aircraft file; the flight manual counts.".to_owned(),
+        notice: "Limits on these pages are from the aircraft file; the flight manual takes precedence.".to_owned(),
         cover,
         signatures: ["Captain", "Test engineer", "Experiment lead"].map(str::to_owned).into(),
         sections,
@@ -114,7 +114,7 @@ fn card(campaign: &Campaign, point: &PlannedPoint) -> Section {
         blocks.extend([Block::Heading("Knock it off".to_owned()), Block::List(point.knock_off.clone())]);
     }
     blocks.extend([Block::Heading("Runs".to_owned()), Block::Table(runs(point, surface))]);
-    blocks.extend([Block::Heading("Notes of the crew".to_owned()), Block::Lines(6)]);
+    blocks.extend([Block::Heading("Crew notes".to_owned()), Block::Lines(6)]);
     let title = format!("Card {}: {} {}", point.id, surface, point.kind);
     Section::plain(&format!("card-{}", point.id), &title, true, blocks)
 }
@@ -147,7 +147,7 @@ fn runs(point: &PlannedPoint, surface: &str) -> Table {
     };
     Table {
         name: format!("runs-{}", point.id),
-        caption: "To be filled in by the crew.".to_owned(),
+        caption: "For the crew to fill in.".to_owned(),
         columns: columns.map(|(key, heading)| Column::new(key, heading)).into(),
         rows: (1..=point.repeats).map(row).collect(),
     }
@@ -213,7 +213,8 @@ fn limits(envelope: &FlightEnvelope) -> Vec<String> {
 }
 
 /// Colours of the information that windows gave: much, as much as the others, little.
-const INFORMATION: [(&str, usize); 3] = [("much information", 2), ("as much as others", 0), ("little information", 4)];
+const INFORMATION: [(&str, usize); 3] =
+    [("much information", 2), ("average information", 0), ("little information", 4)];
 
 /// Altitude over airspeed and load factor over airspeed, with the points planned and flown.
 pub fn envelope_figure(
@@ -257,7 +258,7 @@ pub fn envelope_figure(
     Figure {
         name: "envelope".to_owned(),
         caption: format!(
-            "Envelope at {} kg with the points planned and flown; of a manoeuvre flown the least and the greatest load factor.",
+            "Envelope at {} kg with planned and flown points; smallest and largest load factor of each flown manoeuvre.",
             number(mass_kg, 4)
         ),
         columns: 1,

@@ -21,15 +21,15 @@ pub fn design_document(session: &Session, row: &DesignRow, designed: &Designed) 
         subtitle: session.title.clone(),
         app: format!("doublet {}", env!("CARGO_PKG_VERSION")),
         date: date::today(),
-        notice: "Deflections are about the trim, signs as in the conventions of doublet: aileron right down, elevator down, rudder left."
+        notice: "Deflections are from trim; positive: right aileron down, elevator trailing edge down, rudder trailing edge left."
             .to_owned(),
         cover: vec![facts(row)],
         signatures: Vec::new(),
         sections: vec![
             section("input", "Input", input(row, designed)),
-            section("excursions", "Excursions to expect", vec![Block::Table(excursions(row))]),
-            section("errors", "Errors to expect", vec![Block::Table(predicted(row))]),
-            section("notes", "Notes of the crew", vec![Block::Lines(6)]),
+            section("excursions", "Expected excursions", vec![Block::Table(excursions(row))]),
+            section("errors", "Expected standard errors", vec![Block::Table(predicted(row))]),
+            section("notes", "Crew notes", vec![Block::Lines(6)]),
         ],
     }
 }
@@ -47,7 +47,7 @@ fn facts(row: &DesignRow) -> Block {
         fact("Mass", format!("{} kg", significant(trim["mass_kg"], 4))),
         fact("Configuration", "trimmed, level, power as set for the trim".to_owned()),
         fact("Manoeuvres", format!("{} of {} s in all", row.manoeuvres.len(), significant(row.time_s, 4))),
-        fact("Knock it off", "at any limit below, or when the motion is not that of the picture".to_owned()),
+        fact("Knock it off", "at any limit below, or if the motion differs from the figure".to_owned()),
     ])
 }
 
@@ -91,7 +91,7 @@ fn input(row: &DesignRow, designed: &Designed) -> Vec<Block> {
 
 /// Excursions in the units people read, angles in degrees.
 fn excursions(row: &DesignRow) -> Table {
-    let caption = "Three standard deviations beyond the mean extremes over gusts, starts and draws of the derivatives.";
+    let caption = "Mean extremes ± 3 standard deviations, over random gusts, initial states and derivatives.";
     let factor = |own: &&ExcursionRow| notation::shown(own.unit).map_or(1.0, |shown| shown.1);
     TableOf::new("excursions", caption, &row.excursions)
         .text("name", "quantity", |own| Role::from_name(own.name).map_or(own.name, notation::role))
@@ -149,7 +149,7 @@ pub fn enough_blocks(found: &Enough) -> Vec<Block> {
             Cell::text(peaks.join(", "))
         };
         let next = TableOf::new("next", caption, &found.next)
-            .column(Column::new("kind", "fly next"), |own| {
+            .column(Column::new("kind", "next manoeuvre"), |own| {
                 Cell::text(format!("{} on {}", own.kind, own.surfaces.join(", ")))
             })
             .number("duration_s", "time", "s", 3, |own| own.duration_s)

@@ -194,22 +194,22 @@ fn glossary() -> Table {
 
 fn methods(file: &TestFile, found: &Qualification) -> Vec<Block> {
     let mut lines = vec![
-        "Statement of what was tested: the product under test is the identified model, flown by the program; no statement of compliance of a \
-         device is made here."
+        "Product under test: the identified model, simulated by the program. This guide makes no statement of compliance of a \
+         device."
             .to_owned(),
-        "Recording: the instruments of the flight and their calibration are those of the session and of the recordings under References; \
-         the flight of every page is the path reconstructed from them (Kalman filter and smoother), free of the biases it finds."
+        "Recording: the session and the recordings under References define the instruments and their calibration. The flight shown on \
+         every page is the path reconstructed from them (Kalman filter and smoother), with estimated biases removed."
             .to_owned(),
-        "Time histories: the model starts from the reconstructed state and flies with six degrees of freedom, driven by what its page \
-         names. The constant of each coefficient is set so that it leaves no mean residual in the record, for a record tests derivatives; \
-         trims are tested by the snapshots, which take the constants of the identification. A test passes when in each of its \
-         requirements one tolerance holds throughout; where two are given the less restrictive may be used."
+        "Time histories: the model starts from the reconstructed state and runs with six degrees of freedom, driven by the inputs \
+         named on the page. Time histories test derivatives, so the constant of each coefficient is set for zero mean residual. Snapshots \
+         test trims, with the constants of the identification. A test passes if one tolerance of each requirement holds throughout; \
+         where two are given, the less restrictive applies."
             .to_owned(),
         format!("Percentages of bands are {}; of single numbers, of the flight's value.", found.percent),
-        "Period and damping: a damped oscillation with a drift is fitted to the record from the end of the input on, to flight and model alike; \
+        "Period and damping: a damped oscillation with a drift is fitted to flight and model from the end of the input; \
          standard errors are corrected for the correlation of the residuals."
             .to_owned(),
-        "A test without a recording, or whose record is shorter than the rule asks for, is neither passed nor failed."
+        "A test without a recording, or with a shorter record than the rule requires, neither passes nor fails."
             .to_owned(),
     ];
     if found.engineering_data {

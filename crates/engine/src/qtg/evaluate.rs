@@ -175,7 +175,7 @@ fn windows_of<'a>(
     let found: Vec<_> = windows.filter(|window| rule.applies_to(window) && of_kind(window)).map(Ok).collect();
     if found.is_empty() {
         let kind = entry.kind.as_ref().map(|kind| format!(" with '{kind}' in its kind of input")).unwrap_or_default();
-        return vec![Err(format!("the session has no validation manoeuvre for it{kind}"))];
+        return vec![Err(format!("the session has no validation manoeuvre for this test{kind}"))];
     }
     found
 }
@@ -258,7 +258,7 @@ impl Evaluation<'_> {
             }
             (_, Err(error)) => {
                 test.outcome = Outcome::Failed;
-                test.reason = format!("the model cannot fly the record: {error}");
+                test.reason = format!("the model cannot simulate the record: {error}");
             }
             (_, Ok(flown)) => self.judge_flown(&mut test, manoeuvre, &flown, aero, moved.as_ref()),
         }
@@ -327,7 +327,7 @@ impl Evaluation<'_> {
         if !lacks.is_empty() {
             reasons.push(format!("the record has {}", lacks.join(", ")));
             if let Some(deviation) = &self.entry.deviation {
-                reasons.push("judged by the difference stated on the page".to_owned());
+                reasons.push("judged with the deviation stated on the page".to_owned());
                 test.page.facts.push(("Deviation".to_owned(), deviation.clone()));
             }
         }
@@ -399,7 +399,7 @@ impl Evaluation<'_> {
         let before = match before {
             Ok(before) => before,
             Err(error) => {
-                test.reason = format!("the trim it is counted from: {error}");
+                test.reason = format!("reference trim: {error}");
                 return;
             }
         };
@@ -430,7 +430,7 @@ impl Evaluation<'_> {
 /// Refuses a window without a measured angle of attack: the trim angle of attack of the flight is not known there.
 fn require_vane(name: &str, path: &WindowPath) -> StageResult<()> {
     if path.missing.contains(&Measurement::AngleOfAttack) {
-        return Err(format!("no angle of attack is measured in manoeuvre '{name}': its trim is not known").into());
+        return Err(format!("manoeuvre '{name}' has no measured angle of attack: its trim is unknown").into());
     }
     Ok(())
 }

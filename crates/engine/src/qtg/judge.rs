@@ -87,7 +87,7 @@ pub(crate) fn over_values(rows: &[ValueRow], requirements: usize) -> String {
         let names = names.join(" or ");
         let judged: Vec<bool> = of.iter().filter_map(|row| row.passed).collect();
         match judged.as_slice() {
-            [] => format!("{names} not judged, as it is not given"),
+            [] => format!("{names} not judged: no data"),
             some if some.contains(&true) => format!("{names} inside"),
             _ => format!("{names} outside"),
         }
@@ -158,7 +158,7 @@ mod tests {
             let rows = values(&requirements, &flight, &model);
             (met(&rows, 2), over_values(&rows, 2))
         };
-        let inside = "time to half or double or damping ratio inside, trim surface not judged, as it is not given";
+        let inside = "time to half or double or damping ratio inside, trim surface not judged: no data";
         assert_eq!(judged(11.0, 0.5), (true, inside.to_owned()));
         assert_eq!(judged(12.0, 0.125 + 0.0625), (false, inside.replace("inside", "outside")));
         assert!(judged(12.0, 0.1251).0);

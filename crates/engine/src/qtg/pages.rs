@@ -46,14 +46,14 @@ pub fn stated(entry: &TestEntry, rule: &ObjectiveTest, rule_name: &str) -> Vec<(
     let mut facts = vec![
         ("Rule", format!("{} {}, {rule_name}{page}", rule.id, rule.name)),
         ("Objective", or(&entry.objective, &rule.objective)),
-        ("Flight condition asked for", or(&None, &rule.condition)),
+        ("Required flight condition", or(&None, &rule.condition)),
         ("Manual procedure", or(&entry.procedure, &rule.procedure)),
         ("Evaluation", evaluation(&rule.judgement).to_owned()),
         ("Tolerances", requirements(&rule.judgement)),
-        ("Record asked for", asked_for(&rule.record)),
+        ("Required record", asked_for(&rule.record)),
     ];
     if !rule.missing.is_empty() {
-        facts.push(("Not read of the rule", rule.missing.clone()));
+        facts.push(("Not evaluated from the rule", rule.missing.clone()));
     }
     if !entry.scale.is_empty() {
         let changed = entry.scale.iter().map(|(name, factor)| format!("{} × {factor}", notation::derivative(name)));
@@ -67,15 +67,13 @@ pub fn stated(entry: &TestEntry, rule: &ObjectiveTest, rule_name: &str) -> Vec<(
 /// How a result is judged.
 fn evaluation(judgement: &Judgement) -> &'static str {
     match judgement {
-        Judgement::History(_) => {
-            "flight and model over each other; the model has to stay inside the band at every sample"
+        Judgement::History(_) => "flight and model in one plot; the model must stay inside the band at every sample",
+        Judgement::Snapshot(_) => "trim of the model compared with the means of the flight",
+        Judgement::TrimChange(_) => "change of trim from another manoeuvre, model compared with flight means",
+        Judgement::Value { .. } => "flight and model at one time after the end of the input",
+        Judgement::FreeResponse { .. } => {
+            "period and damping from the free response of flight and model, by the same method"
         }
-        Judgement::Snapshot(_) => "the model's trim beside the means of the flight",
-        Judgement::TrimChange(_) => {
-            "change of the model's trim from another manoeuvre, beside the same for the flight means"
-        }
-        Judgement::Value { .. } => "flight and model at one time after the controls came to rest",
-        Judgement::FreeResponse { .. } => "period and damping read alike from the free response of flight and model",
     }
 }
 
@@ -102,7 +100,7 @@ pub(crate) fn of_snapshot(window: &Manoeuvre, [from_s, to_s]: [f64; 2], trim: Op
     let mut facts = vec![
         (
             "Automatic procedure",
-            "the identified model is trimmed, with the mean of the constants of the identification manoeuvres"
+            "the program trims the identified model, with the mean constants of the identification manoeuvres"
                 .to_owned(),
         ),
         ("Driven or constrained", "airspeed, flight path, rates, rudder and power: the means of the flight".to_owned()),
@@ -130,8 +128,8 @@ pub(crate) fn of_record(
     let mut facts = vec![
         (
             "Automatic procedure",
-            "the identified model starts from the reconstructed state at the first sample and flies with six degrees of freedom; \
-             nothing steers it afterwards"
+            "the identified model starts from the reconstructed state at the first sample and runs with six degrees of freedom, \
+             without feedback from the recording"
                 .to_owned(),
         ),
         ("Driven or constrained", driven(aero, recording)),
@@ -160,10 +158,7 @@ pub(crate) fn of_record(
         ),
     ];
     if window.role == WindowRole::Identification {
-        facts.push((
-            "Independence",
-            "none: the derivatives were identified from this manoeuvre among others".to_owned(),
-        ));
+        facts.push(("Independence", "none: this manoeuvre was also used to identify the derivatives".to_owned()));
     }
     facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()
 }
@@ -200,7 +195,7 @@ pub fn figure(id: &str, window: &Manoeuvre, replay: &WindowReplay, aero: &Window
     let mut panels: Vec<Panel> = signals.iter().filter_map(of).map(signal_panel).collect();
     panels.extend(surfaces.iter().filter_map(|surface| control_panel(*surface, replay, aero)));
     let band = if replay.series.iter().any(|series| series.half_band.is_some()) {
-        " with the tolerance band, the widest where several are offered for a parameter,"
+        " with the tolerance band (the widest if a parameter has several)"
     } else {
         ""
     };
@@ -208,7 +203,7 @@ pub fn figure(id: &str, window: &Manoeuvre, replay: &WindowReplay, aero: &Window
     let rows = panels.len().div_ceil(COLUMNS).max(1) as f64;
     Figure {
         name: format!("qtg {id}"),
-        caption: format!("{id}: the flight, manoeuvre {},{band} and the model.", window.name),
+        caption: format!("{id}: flight, manoeuvre {}{band}, and model.", window.name),
         columns: COLUMNS,
         panel_height_mm: (PAGE_MM / rows - AROUND_MM).clamp(LOWEST_MM, HIGHEST_MM),
         panels,

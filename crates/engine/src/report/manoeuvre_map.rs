@@ -407,7 +407,7 @@ pub fn manoeuvre_map(session: &Session, snapshot: &Snapshot, of: MapOf) -> Vec<M
 
 /// The rows as a table, without innovations and fits one by one.
 pub fn table(results: &Results) -> Table {
-    let caption = "Manoeuvres and candidates: flight condition, input, and consistency of what was made of them.";
+    let caption = "Manoeuvres and candidates: flight condition, input and consistency of results.";
     TableOf::new("manoeuvre_map", caption, &results.manoeuvre_map)
         .text("name", "Name", |row| &row.name)
         .text("flight", "Flight", |row| &row.flight)

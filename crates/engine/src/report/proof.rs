@@ -131,7 +131,7 @@ pub fn tables(proof: &ProofRow) -> [Table; 2] {
 pub fn bands(proof: &ProofRow) -> Table {
     let tests = proof.windows.iter().flat_map(|window| window.tests.iter().map(move |test| (window, test)));
     let rows = tests.flat_map(|(window, test)| test.bands.iter().map(move |band| (window, test, band)));
-    let caption = "Bands of every test: the largest difference, simulated less measured, and where it is.";
+    let caption = "Bands of every test: largest difference (simulated minus measured) and its time.";
     TableOf::new("match", caption, rows)
         .text("window", "Manoeuvre", |(window, ..)| &window.window)
         .text("test", "Test", |(_, test, _)| &test.id)

@@ -31,7 +31,7 @@ pub struct SensorErrorRow {
     pub estimate: f64,
     /// Standard error for white residuals.
     pub standard_error: f64,
-    /// Standard error corrected for coloured residuals.
+    /// Standard error corrected for correlated residuals.
     pub corrected_standard_error: f64,
     /// Estimate with the highest correlation of errors.
     pub partner: String,

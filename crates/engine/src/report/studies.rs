@@ -130,7 +130,7 @@ pub struct LagRow {
     /// Value, s.
     #[serde(serialize_with = "where_finite")]
     pub value_s: f64,
-    /// Standard error corrected for coloured residuals, s.
+    /// Standard error corrected for correlated residuals, s.
     #[serde(serialize_with = "where_finite")]
     pub standard_error_s: f64,
     /// Coefficient of determination of the fit with the lag or delay found from all coefficients.

@@ -54,7 +54,7 @@ pub fn derivatives(results: &Results) -> Table {
     let any_held = all_fits(results).flat_map(|(_, fit)| &fit.derivatives).any(|row| row.held.is_some());
     let rows = all_fits(results).flat_map(|(window, fit)| fit.derivatives.iter().map(move |row| (window, fit, row)));
     TableOf::new("derivatives", "Aerodynamic and control derivatives, per radian.", rows)
-        .text("window", "Window", |(window, ..)| window)
+        .text("window", "Manoeuvre", |(window, ..)| window)
         .symbol("coefficient", "Coefficient", |(_, fit, _)| fit.coefficient)
         .symbol("derivative", "Derivative", |(.., row)| &row.name)
         .number("estimate", "Estimate", "", 5, |(.., row)| row.estimate)
@@ -77,7 +77,7 @@ pub fn derivative_summary(results: &Results) -> Table {
         .maybe("standard_error", "Std error", "", 2, |row| row.standard_error)
         .maybe("corrected_standard_error", "Corrected", "", 2, |row| row.corrected_standard_error)
         .number("scatter", "Scatter", "", 2, |row| row.scatter)
-        .count("windows", "Windows", |row| row.windows)
+        .count("windows", "Manoeuvres", |row| row.windows)
         .number("mean", "Mean", "", 4, |row| row.mean)
         .number("minimum", "Min", "", 4, |row| row.minimum)
         .number("maximum", "Max", "", 4, |row| row.maximum)
@@ -91,7 +91,7 @@ pub fn derivative_summary(results: &Results) -> Table {
 pub fn fits(results: &Results) -> Table {
     let rows = all_fits(results);
     TableOf::new("fits", "Quality of the fits.", rows)
-        .text("window", "Window", |(window, _)| window)
+        .text("window", "Manoeuvre", |(window, _)| window)
         .symbol("coefficient", "Coefficient", |(_, fit)| fit.coefficient)
         .count("samples", "Samples", |(_, fit)| fit.samples)
         .number("r_squared", "R²", "", 4, |(_, fit)| fit.r_squared)
@@ -110,7 +110,7 @@ pub(crate) fn residual_summary(results: &Results) -> Table {
     let rows = results.residual_summary.iter();
     TableOf::new("residual_summary", caption, rows)
         .symbol("coefficient", "Coefficient", |row| row.coefficient)
-        .count("windows", "Windows", |row| row.windows)
+        .count("windows", "Manoeuvres", |row| row.windows)
         .number("mean_percent", "Mean RMS rel", "%", 3, |row| row.mean_percent)
         .number("minimum_percent", "Min", "%", 3, |row| row.minimum_percent)
         .number("maximum_percent", "Max", "%", 3, |row| row.maximum_percent)
@@ -121,7 +121,7 @@ pub(crate) fn residual_summary(results: &Results) -> Table {
 pub fn states(results: &Results) -> Table {
     let rows = results.windows.iter().flat_map(|window| window.states.iter().map(move |row| (window, row)));
     TableOf::new("states", "States at the end of each manoeuvre.", rows)
-        .text("window", "Window", |(window, _)| &window.name)
+        .text("window", "Manoeuvre", |(window, _)| &window.name)
         .text("state", "State", |(_, row)| row.state)
         .text("unit", "Unit", |(_, row)| row.unit)
         .number("estimate", "Estimate", "", 4, |(_, row)| row.estimate)
@@ -141,7 +141,7 @@ pub(crate) fn wind_and_bias(results: &Results) -> Table {
     TableOf::new("wind_and_bias", caption, rows)
         .text("quantity", "Quantity", |row| row.quantity)
         .text("unit", "Unit", |row| row.unit)
-        .count("windows", "Windows", |row| row.windows)
+        .count("windows", "Manoeuvres", |row| row.windows)
         .number("mean", "Mean", "", 3, |row| row.mean)
         .number("standard_deviation", "Std deviation", "", 3, |row| row.standard_deviation)
         .number("minimum", "Min", "", 3, |row| row.minimum)
@@ -153,7 +153,7 @@ pub(crate) fn wind_and_bias(results: &Results) -> Table {
 pub fn innovations(results: &Results) -> Table {
     let rows = results.windows.iter().flat_map(|window| window.innovations.iter().map(move |row| (window, row)));
     TableOf::new("innovations", "Innovations in predicted standard deviations.", rows)
-        .text("window", "Window", |(window, _)| &window.name)
+        .text("window", "Manoeuvre", |(window, _)| &window.name)
         .text("measurement", "Measurement", |(_, row)| row.measurement)
         .count("samples", "Samples", |(_, row)| row.samples)
         .number("mean_over_deviation", "Mean/σ", "", 3, |(_, row)| row.mean)
@@ -169,7 +169,7 @@ pub(crate) fn innovation_summary(results: &Results) -> Table {
     let rows = results.innovation_summary.iter();
     TableOf::new("innovation_summary", caption, rows)
         .text("measurement", "Measurement", |row| row.measurement)
-        .count("windows", "Windows", |row| row.windows)
+        .count("windows", "Manoeuvres", |row| row.windows)
         .number("mean_ratio", "Mean RMS/σ", "", 3, |row| row.mean_ratio)
         .number("minimum_ratio", "Min", "", 3, |row| row.minimum_ratio)
         .number("maximum_ratio", "Max", "", 3, |row| row.maximum_ratio)
@@ -181,14 +181,15 @@ pub(crate) fn innovation_summary(results: &Results) -> Table {
 pub fn predictions(results: &Results) -> Table {
     let caption = format!("Prediction of each manoeuvre. {CONSTANTS}");
     let table = TableOf::new("predictions", caption, &results.predictions)
-        .text("window", "Window", |row| &row.window)
+        .text("window", "Manoeuvre", |row| &row.window)
         .text("role", "Use", |row| row.role)
         .symbol("coefficient", "Coefficient", |row| row.coefficient);
     agreement(table, |row| &row.agreement)
 }
 
 /// What the two agreements of a prediction are.
-pub(super) const CONSTANTS: &str = "Identified: with derivatives and constants of the identification, constants that each manoeuvre has to                                     itself by their mean; own: with the constant fitted to the manoeuvre predicted.";
+pub(super) const CONSTANTS: &str = "Identified: with the identified derivatives and constants (mean of constants per manoeuvre). Own: with the \
+                                     constant fitted to the predicted manoeuvre.";
 
 /// The table with the agreement of predictions.
 fn agreement<R>(table: TableOf<R>, of: impl Fn(&R) -> &PredictionAgreement) -> Table {
@@ -209,7 +210,7 @@ pub fn validation(results: &Results) -> Table {
     let caption = format!("Predictions averaged over the validation manoeuvres. {CONSTANTS}");
     let table = TableOf::new("validation", caption, &results.validation)
         .symbol("coefficient", "Coefficient", |row| row.coefficient)
-        .count("windows", "Windows", |row| row.windows);
+        .count("windows", "Manoeuvres", |row| row.windows);
     agreement(table, |row| &row.agreement)
 }
 
@@ -219,8 +220,8 @@ pub fn windows(results: &Results) -> Table {
     let failed = results.windows.iter().any(|row| row.error.is_some());
     let excluded = results.windows.iter().any(|row| !row.excluded.is_empty());
     let steady = results.windows.iter().any(|row| row.before_input.is_some());
-    TableOf::new("windows", "Manoeuvres, and how steady each is before its input.", &results.windows)
-        .text("window", "Window", |row| &row.name)
+    TableOf::new("windows", "Manoeuvres, with steadiness before the input.", &results.windows)
+        .text("window", "Manoeuvre", |row| &row.name)
         .text("flight", "Flight", |row| &row.flight)
         .number("start_s", "Start", "s", 6, |row| row.start_s)
         .number("end_s", "End", "s", 6, |row| row.end_s)
@@ -250,7 +251,7 @@ pub fn windows(results: &Results) -> Table {
 /// Channels that play roles.
 pub fn channels(results: &Results) -> Table {
     let rows = results.flights.iter().flat_map(|flight| flight.channels.iter().map(move |row| (flight, row)));
-    TableOf::new("channels", "Channels by what they mean to the analysis.", rows)
+    TableOf::new("channels", "Channels and their roles.", rows)
         .text("flight", "Flight", |(flight, _)| &flight.name)
         .text("role", "Role", |(_, row)| row.role)
         .text("source", "Recorder", |(_, row)| &row.source)
@@ -329,8 +330,7 @@ pub fn engines(results: &Results) -> Table {
         Column::number("value", "Value", "", 4),
         Column::new("unit", "Unit"),
     ];
-    let caption =
-        "Power of each engine, modelled and by its monitor; r² is the square of their correlation coefficient.";
+    let caption = "Power of each engine, modelled and from its monitor; r² is the square of their correlation.";
     let rows = results.engines.iter().flat_map(engine_rows).collect();
     Table { name: "engines".to_owned(), caption: caption.to_owned(), columns, rows }
 }

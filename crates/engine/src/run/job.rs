@@ -70,7 +70,7 @@ impl<T: Send + 'static> Job<T> {
     pub fn finish(mut self) -> StageResult<T> {
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(result)) => result,
-            Some(Err(_)) | None => Err("the work ended unexpectedly: try it again".into()),
+            Some(Err(_)) | None => Err("the computation ended unexpectedly: try again".into()),
         }
     }
 }

@@ -54,7 +54,7 @@ pub fn check(session: &Session) -> Vec<Finding> {
     for (name, range) in &session.plausible {
         if range.low.is_nan() || range.high.is_nan() || range.low >= range.high {
             let text = format!("from {} to {} it is empty", range.low, range.high);
-            found.push(contradiction(format!("verdict.plausible.{name}"), text, "let high be above low"));
+            found.push(contradiction(format!("verdict.plausible.{name}"), text, "set high above low"));
         }
     }
     for error in session.filter.check().err().into_iter().flatten() {
@@ -113,7 +113,7 @@ fn unfit(kind: &str, name: &str) -> Option<Finding> {
     (characters > LONGEST_NAME).then(|| {
         let beginning: String = name.chars().take(40).collect();
         let text = format!("'{beginning}...' has {characters} characters");
-        contradiction(kind.to_owned(), text, &format!("leave it at {LONGEST_NAME}"))
+        contradiction(kind.to_owned(), text, &format!("use at most {LONGEST_NAME}"))
     })
 }
 
@@ -149,7 +149,7 @@ fn windows(session: &Session, found: &mut Vec<Finding>) {
         }
         if !(start_s.is_finite() && end_s.is_finite() && end_s > start_s) {
             let text = format!("from {start_s} s to {end_s} s it is empty");
-            let finding = Finding::new(Level::Bad, WINDOW, place, text).with_cure("let it end after it starts");
+            let finding = Finding::new(Level::Bad, WINDOW, place, text).with_cure("set its end after its start");
             found.push(finding.with_setting("Manoeuvres", ""));
         }
     }
@@ -157,8 +157,8 @@ fn windows(session: &Session, found: &mut Vec<Finding>) {
         for TimeRange { start_s, end_s } in &window.excluded {
             if !(start_s.is_finite() && end_s.is_finite() && end_s > start_s) {
                 let place = format!("manoeuvre '{}'", window.name);
-                let text = format!("an excluded stretch from {start_s} s to {end_s} s is empty");
-                let finding = Finding::new(Level::Bad, WINDOW, place, text).with_cure("let it end after it starts");
+                let text = format!("an excluded part from {start_s} s to {end_s} s is empty");
+                let finding = Finding::new(Level::Bad, WINDOW, place, text).with_cure("set its end after its start");
                 found.push(finding.with_setting("Manoeuvres", ""));
             }
         }

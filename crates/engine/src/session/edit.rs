@@ -162,7 +162,7 @@ pub enum EditError {
     #[error("no experiment is called '{0}'")]
     NoExperiment(String),
     /// An interval that ends before it begins.
-    #[error("a manoeuvre from {start_s} s to {end_s} s is empty: let it end after it starts")]
+    #[error("a manoeuvre from {start_s} s to {end_s} s is empty: set its end after its start")]
     EmptyWindow {
         /// Start, s.
         start_s: f64,
@@ -170,7 +170,7 @@ pub enum EditError {
         end_s: f64,
     },
     /// An excluded stretch that ends before it begins.
-    #[error("an excluded stretch from {start_s} s to {end_s} s is empty: let it end after it starts")]
+    #[error("an excluded part from {start_s} s to {end_s} s is empty: set its end after its start")]
     EmptyStretch {
         /// Start, s.
         start_s: f64,
@@ -371,7 +371,7 @@ impl EstimationEdit {
             Self::Preparation(_) => "change preparation of coefficients".to_owned(),
             Self::BySurface(_) => "change assignment of coefficients to manoeuvres".to_owned(),
             Self::Constants(_) => "change constants of the pooled estimate".to_owned(),
-            Self::PredictWith(_) => "change what manoeuvres are predicted with".to_owned(),
+            Self::PredictWith(_) => "change constants of predictions".to_owned(),
             Self::Weights(_) => "change weights of the residuals".to_owned(),
             Self::ControlLag(surface, _) => format!("change lag of the {}", surface.name()),
             Self::Constrain(constraint) => match constraint.known {

@@ -36,11 +36,11 @@ impl ExpressionSetting {
         let refused = |letter: char| letter.is_control() || matches!(letter, '/' | '"' | '{' | '}');
         if name.trim() != name || name.is_empty() || name.len() > LONGEST_NAME || name.contains(refused) {
             return Err(format!(
-                "the name is {name:?}: give up to {LONGEST_NAME} characters without / \" {{ }}, none of the ends a space"
+                "the name is {name:?}: give up to {LONGEST_NAME} characters without / \" {{ }} and without a space at either end"
             ));
         }
         if unit.trim().is_empty() {
-            return Err("it has no unit: give the one its values are in, - for a ratio".to_owned());
+            return Err("it has no unit: state that of its values, or - for a ratio".to_owned());
         }
         let unit = Unit::parse(unit).map_err(|error| error.to_string())?;
         if let Some(role) = role.filter(|role| role.dimension() != unit.dimension) {
@@ -60,7 +60,7 @@ impl ExpressionSetting {
 pub fn problems(settings: &[ExpressionSetting]) -> Vec<(String, String)> {
     let mut problems = Vec::new();
     if let Some(first) = settings.get(MOST) {
-        problems.push((first.name.clone(), format!("the flight has {}: leave it at {MOST}", settings.len())));
+        problems.push((first.name.clone(), format!("the flight has {}: use at most {MOST}", settings.len())));
     }
     for (index, setting) in settings.iter().enumerate().take(MOST) {
         let earlier = &settings[..index];
@@ -69,7 +69,7 @@ pub fn problems(settings: &[ExpressionSetting]) -> Vec<(String, String)> {
             report("the name is used twice: rename one".to_owned());
         }
         if let Some(role) = setting.role.filter(|role| earlier.iter().any(|other| other.role == Some(*role))) {
-            report(format!("another expression plays {} already: leave one role out", role.name()));
+            report(format!("another expression already has the role {}: remove one of the two", role.name()));
         }
         match setting.parse() {
             Err(line) => report(line),
@@ -95,11 +95,12 @@ fn loops(
     let Operand::Channel(channel) = operand else { return None };
     let name = channel.strip_prefix(EXPRESSION_SOURCE)?.strip_prefix('/')?;
     if name == setting.name {
-        return Some(format!("at character {position}: it names itself: name what it is made of"));
+        return Some(format!("at character {position}: it refers to itself: use other channels"));
     }
     let above = earlier.iter().any(|other| other.name == name);
-    (!above)
-        .then(|| format!("at character {position}: no expression above it is called '{name}': only those can be named"))
+    (!above).then(|| {
+        format!("at character {position}: expression '{name}' not found above it: only earlier ones can be used")
+    })
 }
 
 /// A change of one channel by expression.

@@ -33,7 +33,7 @@ impl WindowFlag {
             (Self::Locked, true) => "lock",
             (Self::Locked, false) => "unlock",
             (Self::Confirmed, true) => "confirm",
-            (Self::Confirmed, false) => "take back the confirmation of",
+            (Self::Confirmed, false) => "undo confirmation of",
         }
     }
 

@@ -74,8 +74,8 @@ impl ReportFigureEdit {
     pub(super) fn label(&self) -> &'static str {
         match self {
             Self::Add(_) => "add a figure to the report",
-            Self::Caption(..) => "change the words on a figure of the report",
-            Self::Remove(_) => "take a figure out of the report",
+            Self::Caption(..) => "change the caption of a report figure",
+            Self::Remove(_) => "remove a figure from the report",
         }
     }
 
@@ -88,7 +88,7 @@ impl ReportFigureEdit {
                 all.get_mut(*at).ok_or_else(none)?.caption.clone_from(caption);
             }
             Self::Caption(..) => {
-                return Err(EditError::Name(format!("the words on a figure have {LONGEST} characters at most")));
+                return Err(EditError::Name(format!("the caption must have at most {LONGEST} characters")));
             }
             Self::Remove(at) if *at < all.len() => drop(all.remove(*at)),
             Self::Remove(_) => return Err(none()),

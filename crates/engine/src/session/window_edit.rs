@@ -94,7 +94,7 @@ impl WindowEdit {
             }
             Self::Note { name, .. } => format!("change note on manoeuvre {name}"),
             Self::Split { name, .. } => format!("split {name}"),
-            Self::Exclude { name, .. } => format!("change excluded stretches of {name}"),
+            Self::Exclude { name, .. } => format!("change excluded parts of {name}"),
             Self::Flag { name, flag, on } => format!("{} manoeuvre {name}", flag.verb(*on)),
         }
     }

@@ -153,7 +153,7 @@ impl WindowAero {
         let coefficients = coefficients(&data, &settings)?;
         let variables = variables(&data, &settings)?;
         if coefficients.time_s.is_empty() {
-            return Err("excluded stretches leave no sample of the manoeuvre: shorten them".into());
+            return Err("excluded parts leave no sample of the manoeuvre: shorten them".into());
         }
         let series = Coefficient::ALL.map(|c| Series {
             time_s: Arc::clone(&coefficients.time_s),
@@ -374,7 +374,7 @@ fn aero_data(
     };
     let engines = engines(window, aircraft, &air)?;
     if preparation.thrust != ThrustTreatment::Included && engines.engines.is_empty() {
-        return Err("thrust cannot be taken out: neither is it recorded nor does it follow from the aircraft's engines; set preparation.remove_thrust to false".into());
+        return Err("thrust cannot be removed: it is neither recorded nor modelled by the aircraft's engines; set preparation.remove_thrust to false".into());
     }
     warnings.extend(engines.warnings);
     let data = AeroData {

@@ -124,7 +124,7 @@ fn is_of_engine_or_fuel(role: Role) -> bool {
 /// A clock that could not be fitted and is used as the session sets it.
 fn describe_unfitted(setting: &ClockSetting, flight: &Flight, error: &StageError) -> Finding {
     let place = format!("flight '{}', clock of {}", flight.name, setting.source);
-    let text = format!("not fitted: {error}; the clock as set is used for engines and fuel");
+    let text = format!("not fitted: {error}; engines and fuel use the clock as set");
     Finding::new(Level::Caution, "clock", place, text)
         .with_cure("Fit it to another channel, or state its offset.")
         .with_setting("Preprocess", "flight.clock")

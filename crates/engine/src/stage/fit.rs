@@ -179,7 +179,7 @@ pub(crate) fn window_terms(
     };
     let dropped = terms.iter().filter(rests).map(|term| DroppedTerm {
         derivative: term.derivative_name(coefficient),
-        reason: "its control rests in this manoeuvre".to_owned(),
+        reason: "its control does not move in this manoeuvre".to_owned(),
     });
     let dropped = dropped.collect();
     (terms.iter().filter(|term| !rests(term)).cloned().collect(), dropped)
@@ -219,7 +219,7 @@ fn moving_terms(
         is_zero || (has_constant && is_constant(all)) || (own_constants && ends.iter().all(|&own| is_constant(own)))
     };
     let reason =
-        if used.len() == 1 { "it does not move in this manoeuvre" } else { "it moves in none of the manoeuvres" };
+        if used.len() == 1 { "it does not vary in this manoeuvre" } else { "it does not vary in any manoeuvre" };
     let dropped = terms
         .iter()
         .filter(rests)
@@ -305,7 +305,7 @@ pub fn describe_origin(origin: Origin) -> Option<&'static str> {
     }
 }
 
-/// Relative error, per cent, and t of an estimate, by its error corrected for coloured residuals where that is known; NaN where it
+/// Relative error, per cent, and t of an estimate, by its error corrected for correlated residuals where that is known; NaN where it
 /// is held.
 pub fn significance(fit: &Fit, corrected_errors: &[f64], at: usize) -> (f64, f64) {
     if !fit.origins[at].is_estimated() {
@@ -320,7 +320,7 @@ pub(crate) fn constant_name(constant: &str, window: &str) -> String {
     format!("{constant}[{window}]")
 }
 
-/// Least squares over the windows, with errors corrected for coloured residuals.
+/// Least squares over the windows, with errors corrected for correlated residuals.
 fn coefficient_fit(
     coefficient: Coefficient,
     terms: &[Term],
@@ -331,7 +331,7 @@ fn coefficient_fit(
     let (terms, resting) = moving_terms(coefficient, terms, used, estimation);
     dropped.extend(resting);
     if terms.is_empty() {
-        let fit = Err("no term of the model moves in the manoeuvres: add one that does, or a constant".into());
+        let fit = Err("no term of the model varies in the manoeuvres: add one that does, or a constant".into());
         let windows = used.iter().map(|(window, aero)| (window.name.clone(), aero.coefficients.time_s.len())).collect();
         return CoefficientFit {
             coefficient,

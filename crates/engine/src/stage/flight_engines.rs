@@ -181,9 +181,9 @@ fn air(recording: &Recording, time_s: Arc<[f64]>, warnings: &mut Vec<String>) ->
     let pressure_pa = pressure.unwrap_or_else(|| of_one(&altitude_m, |altitude| standard.pressure_pa(altitude)));
     let temperature = recorded(Role::AirTemperature);
     if temperature.is_none() {
-        warnings.push("engines: no air temperature is recorded, that of the standard atmosphere is used".to_owned());
+        warnings.push("engines: air temperature not recorded; the standard atmosphere is used".to_owned());
     } else if !pressure_is_recorded {
-        warnings.push("engines: no static pressure is recorded, that of the pressure altitude is used".to_owned());
+        warnings.push("engines: static pressure not recorded; it is computed from pressure altitude".to_owned());
     }
     let temperature_k = temperature.unwrap_or_else(|| of_one(&altitude_m, |altitude| standard.temperature_k(altitude)));
     let density_kg_m3 = recorded(Role::AirDensity).unwrap_or_else(|| {
@@ -209,7 +209,7 @@ fn over_flight(
     let name = &engine.station.name;
     let recorded = |role: Role| values_where_recorded(recording, role, &air.time_s);
     let (Some(speed), Some(pressure)) = (recorded(roles.speed), recorded(roles.manifold_pressure)) else {
-        warnings.push(format!("engine '{name}': its speed or manifold pressure holds no finite sample"));
+        warnings.push(format!("engine '{name}': its speed or manifold pressure has no finite sample"));
         return Ok(None);
     };
     let history = model
@@ -224,13 +224,14 @@ fn over_flight(
         .map_err(|error| format!("engine '{name}': {error}"))?;
     let missing = history.thrust_n.iter().filter(|thrust| !thrust.is_finite()).count();
     if missing == history.thrust_n.len() {
-        warnings
-            .push(format!("engine '{name}': at no time are all of its speed, manifold pressure and air data recorded"));
+        warnings.push(format!(
+            "engine '{name}': speed, manifold pressure and air data are never recorded at the same time"
+        ));
         return Ok(None);
     }
     if missing > 0 {
         warnings.push(format!(
-            "engine '{name}': an input pauses at {missing} of {} samples, which are left out",
+            "engine '{name}': an input is missing at {missing} of {} samples, which are left out",
             history.thrust_n.len()
         ));
     }

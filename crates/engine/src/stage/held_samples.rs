@@ -46,7 +46,7 @@ fn describe(flight: &str, role: Role, channel: &Channel, held: &HeldSamples, dri
     let (percent, rate_hz) = (100.0 * (1.0 - own as f64 / all as f64), held.rate_hz());
     let done = if drives { "interpolated linearly" } else { "used once" };
     let text = format!(
-        "{} of {all} samples are repeats ({percent:.0} %, {:.1} samples per value): the other {own}, {rate_hz:.3} Hz, are {done}",
+        "{} of {all} samples are repeats ({percent:.0} %, {:.1} samples per value); the other {own} ({rate_hz:.3} Hz) are {done}",
         all - own,
         held.period
     );

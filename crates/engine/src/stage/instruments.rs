@@ -61,7 +61,7 @@ pub fn derive(
     for (role, series) in derived {
         if let Some(recorded) = recording.role(role) {
             warnings.push(format!(
-                "{} is recorded in {}: that is used, not the instruments'",
+                "{} is recorded in {}; the recorded channel is used, not the computed one",
                 role.name(),
                 recorded.source
             ));
@@ -323,7 +323,7 @@ fn fuel(
         let width_kg = zones.map(|zone| zone.most_kg - zone.least_kg).fold(0.0, f64::max);
         if blind_s > 0.0 {
             warnings.push(format!(
-                "{} fuel probe unreliable for {blind_s:.0} s of the flight; worst resolution {width_kg:.0} kg",
+                "{} fuel probe insensitive or beyond its calibration for {blind_s:.0} s; inside it fuel is uncertain by up to {width_kg:.0} kg",
                 probe.tank
             ));
         }

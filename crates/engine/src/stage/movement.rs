@@ -99,16 +99,16 @@ pub(crate) fn shortfall(
     let mut lacks = Vec::new();
     let (before_s, after_s) = movement.map_or((0.0, 0.0), |movement| (movement.before_s, movement.after_s()));
     if short(before_s, demand.before_s) {
-        lacks.push(format!("{before_s:.1} s before the input of {:.0} s asked for", demand.before_s));
+        lacks.push(format!("{before_s:.1} s before the input ({:.0} s required)", demand.before_s));
     }
     if short(after_s, demand.after_s) {
-        lacks.push(format!("{after_s:.1} s after the input of {:.0} s asked for", demand.after_s));
+        lacks.push(format!("{after_s:.1} s after the input ({:.0} s required)", demand.after_s));
     }
     if short(duration_s, demand.least_s) {
-        lacks.push(format!("{duration_s:.1} s in all of {:.0} s asked for", demand.least_s));
+        lacks.push(format!("{duration_s:.1} s in all ({:.0} s required)", demand.least_s));
     }
     if let Some(cycles) = cycles.filter(|cycles| short(*cycles, demand.cycles)) {
-        lacks.push(format!("{cycles:.1} cycles of the free response of {:.0} asked for", demand.cycles));
+        lacks.push(format!("{cycles:.1} cycles of the free response ({:.0} required)", demand.cycles));
     }
     lacks
 }
@@ -150,7 +150,7 @@ mod tests {
         assert!(lacks(RecordDemand { before_s: 3.0, after_s: 15.0, least_s: 20.0, cycles: 1.7 }).is_empty());
         let all = lacks(RecordDemand { before_s: 5.0, after_s: 20.0, least_s: 30.0, cycles: 6.0 });
         assert_eq!(all.len(), 4, "{all:?}");
-        assert_eq!(all[0], "3.0 s before the input of 5 s asked for");
+        assert_eq!(all[0], "3.0 s before the input (5 s required)");
         assert!(lacks(RecordDemand::default()).is_empty());
     }
 }

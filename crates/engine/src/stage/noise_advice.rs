@@ -112,11 +112,11 @@ fn advise(channel: &ChannelConsistency, used: f64, predicted: f64, row: Option<&
 /// Why the size of the innovations is not that of the noise.
 fn not_noise(channel: &ChannelConsistency) -> String {
     if channel.has_offset() {
-        return format!("mean innovation is {:+.2} of its deviation: look for an offset of this sensor", channel.mean);
+        return format!("mean innovation is {:+.2} standard deviations: check the sensor for an offset", channel.mean);
     }
     let slow = channel.lag_one();
     format!(
-        "innovations are correlated ({slow:.2} at one sample): look for a delay, a filter in the sensor or too little process noise"
+        "innovations are correlated (lag one {slow:.2}): check for a delay, a filter in the sensor or too little process noise"
     )
 }
 
@@ -124,16 +124,16 @@ fn not_noise(channel: &ChannelConsistency) -> String {
 fn difference(row: &NoiseRow, innovations: NoiseEstimate, steady: NoiseEstimate) -> String {
     match row.choice.as_ref().map(|choice| &choice.origin) {
         Ok(NoiseOrigin::Stated(_)) => "the instruments file states the error over the whole range".to_owned(),
-        Ok(NoiseOrigin::Resolution(_)) => "steady flight shows the resolution of the recorder alone".to_owned(),
-        Ok(NoiseOrigin::Differences) => "second differences show the fast part of the noise alone".to_owned(),
+        Ok(NoiseOrigin::Resolution(_)) => "steady flight shows only the resolution of the recorder".to_owned(),
+        Ok(NoiseOrigin::Differences) => "second differences show only the fast part of the noise".to_owned(),
         Ok(NoiseOrigin::Windows(found)) if steady.std > innovations.std && found.lag_one > SLOW => {
-            format!("steady samples contain motion of the air (correlation {:.2} at one sample)", found.lag_one)
+            format!("steady samples contain turbulence (lag-one correlation {:.2})", found.lag_one)
         }
         Ok(NoiseOrigin::Windows(_)) if steady.std > innovations.std => {
             "the steady windows were noisier than this manoeuvre: check them".to_owned()
         }
         Ok(NoiseOrigin::Windows(_)) => {
-            "in the manoeuvre the sensor has errors beside its noise: delay, position or calibration".to_owned()
+            "in the manoeuvre the sensor has other errors than noise: delay, position or calibration".to_owned()
         }
         Err(_) => String::new(),
     }
@@ -183,7 +183,7 @@ mod tests {
         assert!((found.used.nis - 2.0).abs() < 1e-12);
         assert!((found.steady.unwrap().nis - 10.0 / 82.0).abs() < 1e-12);
         assert_eq!((found.step, found.recommended()), (NoiseStep::Differ, found.innovations));
-        assert!(found.reason.contains("motion of the air"), "{}", found.reason);
+        assert!(found.reason.contains("turbulence"), "{}", found.reason);
     }
 
     #[test]

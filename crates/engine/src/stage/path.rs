@@ -232,7 +232,7 @@ fn left_out(reconstruction: &Reconstruction, measurement: Measurement) -> Option
     let outliers = &reconstruction.outliers[measurement as usize];
     let first = outliers.first()?;
     let (name, count) = (measurement.name(), plural(outliers.len(), "sample"));
-    Some(format!("{count} of {name} left out as outliers, the first at {:.2} s", first.time_s))
+    Some(format!("{count} samples of {name} rejected as outliers, the first at {:.2} s", first.time_s))
 }
 
 /// One line where filter and smoother contradict each other, with the worst states.

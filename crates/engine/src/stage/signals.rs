@@ -47,7 +47,7 @@ pub(crate) fn treat_signals(recording: &mut Recording, setting: &SignalSetting) 
             if treated.short > 0 {
                 let (short, all) = (treated.short, treated.stretches);
                 let fate = if rule.resampling.is_some() { "partly treated or left out" } else { "left as recorded" };
-                let warning = format!("{}: {short} of {all} stretches between gaps are too short, {fate}", place());
+                let warning = format!("{}: {short} of {all} segments between gaps are too short, {fate}", place());
                 recording.warnings.push(warning);
             }
             let samples = [channel.series.values.len(), treated.series.values.len()];
@@ -82,8 +82,11 @@ pub(crate) fn treat_signals(recording: &mut Recording, setting: &SignalSetting) 
 fn position(recording: &mut Recording, max_gap_s: Option<f64>) -> StageResult<Vec<TreatedSignal>> {
     let axes = [(Role::PositionNorth, Role::VelocityNorth), (Role::PositionEast, Role::VelocityEast)];
     if let Some((role, channel)) = axes.iter().find_map(|(role, _)| Some((role, recording.role(*role)?))) {
-        let kept =
-            format!("{} is recorded in {}: that is used, not the integrated velocity", role.name(), channel.source);
+        let kept = format!(
+            "{} is recorded in {}; the recorded channel is used, not the integrated velocity",
+            role.name(),
+            channel.source
+        );
         recording.warnings.push(kept);
         return Ok(Vec::new());
     }

@@ -104,7 +104,7 @@ fn leaves_enough(time_s: &[f64], excluded: &[TimeRange]) -> StageResult<()> {
         return Ok(());
     }
     let text = format!(
-        "excluded stretches leave {left} of {} inertial samples, at least {MIN_SAMPLES} are needed: shorten them",
+        "excluded parts leave {left} of {} inertial samples, at least {MIN_SAMPLES} are needed: shorten them",
         time_s.len()
     );
     Err(text.into())
@@ -120,7 +120,7 @@ pub fn partly_outside(recording: &Recording, window: TimeRange) -> Option<String
     let outside_s = (first - start_s).max(end_s - last);
     let overlaps = start_s < last && end_s > first;
     (overlaps && outside_s > OUTSIDE_S).then(|| {
-        format!("the manoeuvre goes from {start_s} s to {end_s} s, the inertial samples from {first:.2} s to {last:.2} s: the rest of it is left out")
+        format!("the manoeuvre lasts from {start_s} s to {end_s} s, the inertial samples from {first:.2} s to {last:.2} s; the rest is not used")
     })
 }
 
@@ -185,17 +185,17 @@ fn input_series(
     let missing: Vec<_> =
         Input::ALL.into_iter().filter(|input| recording.role(input.role()).is_none()).map(Input::name).collect();
     if !missing.is_empty() && source == PathSource::Measured {
-        warnings.push(format!("not recorded and taken for zero: {}", missing.join(", ")));
+        warnings.push(format!("not recorded and assumed zero: {}", missing.join(", ")));
     } else if !missing.is_empty() {
         return Err(format!(
-            "the recording has no {}: name the channels in the channel map, the filter is driven by them",
+            "the recording has no {}, which the filter needs: name the channels in the channel map",
             missing.join(", ")
         )
         .into());
     }
     let rates = [Input::RollRate, Input::PitchRate, Input::YawRate];
     let base = rates.into_iter().find_map(|rate| recording.role(rate.role()));
-    let Some(base) = base else { return Err("the recording has none of p, q and r".into()) };
+    let Some(base) = base else { return Err("the recording has no p, q or r".into()) };
     let time_s = base.series.within(window).finite().time_s;
     if time_s.len() < MIN_SAMPLES {
         let (first, last) = span(&base.series.time_s);
@@ -247,7 +247,7 @@ fn within_reason(input: Input, time_s: &[f64], values: &[f64]) -> StageResult<()
     };
     let (name, value) = (input.name(), in_words(*value));
     let text = format!(
-        "{name} is {value} at {time_s:.3} s, which no aircraft does: look at its channel and at its unit in the channel map"
+        "{name} is {value} at {time_s:.3} s, which is impossible: check its channel and unit in the channel map"
     );
     Err(text.into())
 }

@@ -19,7 +19,7 @@ pub struct CheckedDerivative {
     pub name: String,
     /// Estimate.
     pub estimate: f64,
-    /// Standard error: of independent frequencies, or corrected for coloured residuals.
+    /// Standard error: of independent frequencies, or corrected for correlated residuals.
     pub standard_error: f64,
 }
 
@@ -139,7 +139,7 @@ fn in_frequency(
     let x = regressors(&terms, &aero.variables)?.rows(rows.start, rows.len()).into_owned();
     let time_s = &aero.coefficients.time_s[rows.clone()];
     if time_s.len() < 2 {
-        return Err("excluded stretches leave too few samples".into());
+        return Err("excluded parts leave too few samples".into());
     }
     let duration_s = time_s[time_s.len() - 1] - time_s[0];
     let step_s = duration_s / (time_s.len() - 1) as f64;

@@ -66,8 +66,8 @@ pub fn check_file(path: &Path) -> Checked {
         Ok(Err(_)) => {
             return refused(
                 "file",
-                "this is binary data, not a session or an aircraft file".to_owned(),
-                "make a session of a recording with `doublet new`",
+                "this is a binary file, not a session or an aircraft file".to_owned(),
+                "make a session from a recording with `doublet new`",
             );
         }
         Ok(Ok(text)) => text,
@@ -141,7 +141,7 @@ fn of_samples(session: &Session, others: &[&Manoeuvre], snapshot: &Snapshot) -> 
         return Vec::new();
     }
     let text = format!(
-        "Computed the first {MOST_COMPUTED} manoeuvres, checked only the samples of the other {}.",
+        "Only the first {MOST_COMPUTED} manoeuvres were computed; of the other {}, only samples were checked.",
         others.len()
     );
     let mut findings =

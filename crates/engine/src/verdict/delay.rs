@@ -156,7 +156,7 @@ fn finding(evidence: Evidence<'_>, delay: &ControlDelay, level: Level, changed: 
     let ControlDelay { surface, moment, delay_s, sample_s, left } = *delay;
     let name = surface.name();
     let text = format!(
-        "{name} needs {delay_s:+.3} s more delay: this leaves {:.0} % of the {} residual; {changed}.",
+        "{name} delay must change by {delay_s:+.3} s: this leaves {:.0} % of the {} residual; {changed}.",
         100.0 * left,
         moment.name()
     );

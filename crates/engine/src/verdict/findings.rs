@@ -48,12 +48,12 @@ fn advice(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
         for channel in channels {
             let name = channel.measurement.name();
             let ratio = channel.deviation_ratio;
-            let (said, cure) = match ratio {
-                ratio if ratio > WORTH_CHANGING => ("above", "raise its noise, or look for what disturbs it"),
-                ratio if ratio < 1.0 / WORTH_CHANGING => ("below", "lower its noise"),
+            let cure = match ratio {
+                ratio if ratio > WORTH_CHANGING => "raise its noise, or find the disturbance",
+                ratio if ratio < 1.0 / WORTH_CHANGING => "lower its noise",
                 _ => continue,
             };
-            let text = format!("innovations of {name} are {ratio:.2} times their prediction, {said} 1");
+            let text = format!("innovations of {name} are {ratio:.2} times predicted");
             let finding = Finding::new(Level::Good, "innovation-advice", format!("manoeuvre '{}'", window.name), text);
             let setting = format!("filter.measurement_noise.{name}");
             found.push(finding.with_figure(ratio, 1.0).with_cure(cure).with_setting("Noise and filter", setting));

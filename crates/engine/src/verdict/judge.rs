@@ -65,7 +65,7 @@ pub struct DerivativeVerdict {
 const LEAST_SHARE: f64 = 0.05;
 
 /// Why a coefficient of the model has no fit.
-pub(crate) const NO_WINDOW: &str = "no manoeuvre is used for it";
+pub(crate) const NO_WINDOW: &str = "no manoeuvre is used for this coefficient";
 
 impl Footprint for Verdicts {
     fn bytes(&self) -> usize {

@@ -112,9 +112,9 @@ fn timing(evidence: Evidence<'_>, found: &mut StudyFindings) {
         }
         let limit_s = if level == Level::Bad { DELAY_BAD_S } else { DELAY_SAMPLES * step_s };
         let name = lag.surface.name();
-        let text = format!("{name} needs {left_s:+.3} ± {error_s:.3} s more delay (limit {limit_s:.3} s).");
+        let text = format!("{name} delay must change by {left_s:+.3} ± {error_s:.3} s (limit {limit_s:.3} s).");
         let finding = Finding::new(level, "timing", name, text).with_figure(left_s, limit_s);
-        let cure = format!("Use this delay, or check the clock of the {name}.");
+        let cure = format!("Correct the delay, or check the clock of the {name}.");
         let fix = Fix::control_delay(evidence.session, lag.surface, delay_s);
         let finding = finding.with_cure(cure).with_setting("Model", format!("preparation.control_lag.{name}"));
         found.session.push(finding.with_fix(fix));

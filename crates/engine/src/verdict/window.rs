@@ -108,7 +108,7 @@ fn nis(place: &str, consistency: &Consistency, evidence: Evidence<'_>, channels_
     } else {
         (
             format!("noise set too high, most in {name} ({times:.2} times predicted)"),
-            format!("Estimate the noise from steady flight, or lower it, {name} first."),
+            format!("Estimate the noise from steady flight, or lower it; begin with {name}."),
         )
     };
     let (mean, expected) = (consistency.nis_mean, consistency.nis_mean / ratio);

@@ -568,7 +568,7 @@ fn mavlink_by_udp_gives_the_estimates_of_the_same_packets_in_a_log() {
 #[test]
 fn what_cannot_be_watched_is_refused_in_one_line() {
     let refused = |opening: Opening| open(&opening).err().unwrap();
-    assert!(refused(Opening::default()).contains("nothing to watch"));
+    assert!(refused(Opening::default()).contains("no data source"));
     let file = |name: &str| Opening { feed: Some(Feed::File(name.to_owned())), ..Opening::default() };
     assert!(refused(file("/nowhere/at/all.csv")).contains("/nowhere/at/all.csv"));
     let lines = Feed::Lines("nowhere:port".to_owned(), LineFormat::Any);

@@ -204,7 +204,7 @@ fn wrong_maps_are_named_by_channel_and_hypothesis() {
 fn sign_of_ay_is_told_by_lines_of_other_channels_where_its_own_tells_nothing() {
     let own = |found: &FlightPhysics| {
         let mut rows =
-            found.rows.iter().filter(|row| row.channel == "ay" && row.evidence.contains("turning of the path"));
+            found.rows.iter().filter(|row| row.channel == "ay" && row.evidence.contains("centripetal acceleration"));
         rows.all(|row| row.slope.is_none())
     };
     let right = physics("demo", &Right).unwrap();

@@ -65,7 +65,7 @@ fn figures_of_the_report_are_saved_undone_and_a_damaged_one_is_named() {
     let edit = |history: &mut History, edit| -> Result<(), EditError> { history.apply(&Edit::ReportFigure(edit)) };
     edit(&mut history, ReportFigureEdit::Add(ReportFigure::from_figure(&figure()).unwrap())).unwrap();
     edit(&mut history, ReportFigureEdit::Caption(0, "as flown".to_owned())).unwrap();
-    assert_eq!(history.undo_label(), Some("change the words on a figure of the report"));
+    assert_eq!(history.undo_label(), Some("change the caption of a report figure"));
     let text = session::print(history.present()).unwrap();
     assert_eq!(session::parse(&text).unwrap(), **history.present());
     let at = text.find("drawing = \"").expect("it is in the file") + 30;

@@ -399,7 +399,7 @@ fn expressions_are_added_changed_and_removed_in_steps_that_can_be_undone() {
     let refused = |edit: &Edit| edit.apply(history.present()).unwrap_err().to_string();
     assert_eq!(
         refused(&step(Some("ground speed"), None)),
-        "expression 'corrected': at character 22: no expression above it is called 'ground speed': only those can be named"
+        "expression 'corrected': at character 22: expression 'ground speed' not found above it: only earlier ones can be used"
     );
     assert_eq!(refused(&step(Some("n"), None)), "no expression is called 'n'");
     assert!(refused(&step(None, Some(expression("n_z", "-", "q")))).ends_with("the name is used twice: rename one"));
@@ -426,8 +426,8 @@ fn check_names_what_is_wrong_with_an_expression() {
         (expression("a", "", "q"), "it has no unit"),
         (expression("a", "furlong", "q"), "unknown unit 'furlong'"),
         (expression("a", "m", "qq"), "at character 1: no role is called 'qq': did you mean q"),
-        (expression("a", "m", "q + \"expression/a\""), "at character 5: it names itself"),
-        (expression("a", "m", "{expression/b}"), "at character 1: no expression above it is called 'b'"),
+        (expression("a", "m", "q + \"expression/a\""), "at character 5: it refers to itself"),
+        (expression("a", "m", "{expression/b}"), "at character 1: expression 'b' not found above it"),
         (role(Role::PitchRate), "q cannot be in m: give a unit like rad/s"),
         (expression("a/b", "m", "q"), "expression 'a/b' of flight 'one': the name is \"a/b\""),
         (expression("a", "m", &"(".repeat(1 << 20)), "the expression has 1048576 bytes"),
@@ -437,7 +437,7 @@ fn check_names_what_is_wrong_with_an_expression() {
     }
     let mut many = example();
     many.flights[0].expressions = (0..101).map(|k| expression(&format!("n{k}"), "-", "q")).collect();
-    assert!(session::check(&many).iter().any(|found| found.text.contains("the flight has 101: leave it at 100")));
+    assert!(session::check(&many).iter().any(|found| found.text.contains("the flight has 101: use at most 100")));
 }
 
 proptest! {

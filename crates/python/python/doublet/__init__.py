@@ -1,6 +1,6 @@
 """Aircraft system identification from flight test.
 
-Recordings in; flight paths, coefficients, derivatives with errors that account for coloured residuals, modes and results out.
+Recordings in; flight paths, coefficients, derivatives with errors that account for correlated residuals, modes and results out.
 SI and radians everywhere. Body axes x forward, y right, z down; signs of deflections: right aileron down, elevator trailing edge
 down, rudder trailing edge left are positive. What is refused raises :class:`DoubletError` with one sentence.
 

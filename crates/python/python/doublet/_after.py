@@ -93,7 +93,7 @@ class OutputError:
     Attributes:
         window: Window.
         axis: ``"longitudinal"``, ``"lateral"`` or ``"both"``.
-        derivatives: Estimates with errors corrected for coloured residuals.
+        derivatives: Estimates with errors corrected for correlated residuals.
         outputs: By name: time (s), measured and flown (SI), R².
         verdict: Level of the window: ``"good"``, ``"caution"`` or ``"bad"``; ``fit.verdict`` has the findings.
         error: Why there is none, or ``None``.

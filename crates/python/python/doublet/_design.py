@@ -85,7 +85,7 @@ class Design:
         return axis
 
     def summary(self) -> str:
-        """Errors to expect and excursions as text."""
+        """Expected errors and excursions as text."""
         row = self._row
         head = f"{row['kind']} on {', '.join(row['surfaces'])}, {row['time_s']:.4g} s in {len(row['manoeuvres'])} windows"
         return "\n".join([head, self.predicted.summary(), self.excursions.summary()])

@@ -48,7 +48,7 @@ class EquationFit:
         return {name: self.document[name]["error"] for name in _METHODS if "error" in self.document[name]}
 
     def by(self, method: str) -> dict[str, Value]:
-        """Parameters by one method, with errors corrected for coloured residuals."""
+        """Parameters by one method, with errors corrected for correlated residuals."""
         if method not in _METHODS:
             raise unknown("method", method, _METHODS)
         if method in self.errors:
@@ -62,7 +62,7 @@ class EquationFit:
 
     @property
     def stderr(self) -> dict[str, float]:
-        """Standard errors by name, corrected for coloured residuals."""
+        """Standard errors by name, corrected for correlated residuals."""
         return {name: value.stderr for name, value in self.by(self.method).items()}
 
     @property

@@ -14,7 +14,7 @@ from ._functions import Regression, lstsq
 
 
 class LeastSquares:
-    """Linear least squares with errors for coloured residuals, as an estimator of scikit-learn: it works in pipelines, searches and
+    """Linear least squares with errors for correlated residuals, as an estimator of scikit-learn: it works in pipelines, searches and
     cross validation. scikit-learn itself is not needed.
 
     Args:

@@ -147,7 +147,7 @@ class CoefficientFit:
         names: Names of the p parameters.
         estimates: Estimates, shape (p,).
         stderr_white: Standard errors as if the residuals were white, shape (p,).
-        stderr: Standard errors corrected for coloured residuals (Morelli and Klein 1997), shape (p,).
+        stderr: Standard errors corrected for correlated residuals (Morelli and Klein 1997), shape (p,).
         cov: Covariance of the estimates: correlation of the fit with the corrected errors, shape (p, p).
         residuals, fitted: Shape (n,), windows below each other.
         r2: Coefficient of determination.

@@ -293,7 +293,7 @@ def reconstruct(
     if windows is None:
         base = next((recording[name] for name in ("p", "q", "r") if name in recording), None)
         if base is None:
-            raise DoubletError("the recording has none of p, q and r: the filter is driven by them")
+            raise DoubletError("the recording has no p, q or r, which the filter needs")
         given = [Window("all", float(base.time[0]), float(base.time[-1]))]
     if not given:
         raise DoubletError("there is no window: give one, or leave windows out for everything")

@@ -22,7 +22,7 @@ class Value(float):
 
     Attributes:
         value: Estimate, SI.
-        stderr: Standard error, corrected for coloured residuals where there are any; not a number where it is held.
+        stderr: Standard error, corrected for correlated residuals where there are any; not a number where it is held.
         unit: Unit, empty where it has none.
     """
 

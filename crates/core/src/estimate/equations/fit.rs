@@ -36,7 +36,7 @@ pub struct EquationFit {
     pub fit: OutputErrorFit,
     /// Number of parameters among them.
     pub parameters: usize,
-    /// Standard errors corrected for coloured residuals, of all estimates.
+    /// Standard errors corrected for correlated residuals, of all estimates.
     pub corrected_errors: Vec<f64>,
     /// What is compared: names of the columns of the fit.
     pub compared: Vec<String>,
@@ -174,7 +174,7 @@ pub fn output_error_of(
     finish(model, fit, &measured, model.outputs.clone(), (time_s, rows))
 }
 
-/// The fit with errors corrected for coloured residuals.
+/// The fit with errors corrected for correlated residuals.
 pub(super) fn finish(
     model: &EquationModel,
     fit: OutputErrorFit,

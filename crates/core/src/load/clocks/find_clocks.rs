@@ -194,7 +194,7 @@ pub(crate) fn find_clocks(source: &mut Source, mut fetch: impl FnMut(&mut Source
             add_clock(source, index, unit);
             let guessed = |clock: &mut Clock| {
                 clock.question = Some(format!(
-                    "'{}' is taken for it, as the first column, which increases; name the right one in the map's [[time]]",
+                    "'{}' is used as time: it is the first column and increases; name the right one in the map's [[time]]",
                     clock.channel
                 ));
             };
@@ -355,7 +355,7 @@ mod tests {
         for name in ["Bordrechner [s]", "Bordrechner"] {
             let (channel, _, rate_hz, question) = time_of(&text(name)).unwrap();
             assert_eq!((channel.as_str(), rate_hz), ("Bordrechner", 50.0));
-            assert!(question.unwrap().contains("'Bordrechner' is taken for it, as the first column"), "{name}");
+            assert!(question.unwrap().contains("'Bordrechner' is used as time: it is the first column"), "{name}");
         }
         for name in ["Alt", "Höhe", "Weg [m]", "Index", "Nr."] {
             assert_eq!(time_of(&text(name)), None, "{name}");

@@ -163,8 +163,8 @@ fn judge(channel: &str, ticks: &Ticks) -> (Unit, Option<String>) {
     let (chosen, others) = ticks.decide();
     let Some((unit, word)) = chosen else {
         let text = format!(
-            "'{channel}' has no unit and in none its stamps are a recording of flight: in seconds {as_seconds}; give unit, or \
-             sample_rate, in the map's [[time]]"
+            "'{channel}' has no unit, and no unit gives plausible times: in seconds {as_seconds}; give unit, or sample_rate, in \
+             the map's [[time]]"
         );
         return (seconds, Some(text));
     };

@@ -70,7 +70,7 @@ pub enum InstrumentError {
     },
     /// Two columns of a table differ in length.
     #[error(
-        "fuel_probe '{tank}': {actual} values of actual_lb, {displayed} of displayed_lb: give one for one, at least 2"
+        "fuel_probe '{tank}': {actual} values of actual_lb, {displayed} of displayed_lb: give equally many, at least 2"
     )]
     Columns {
         /// Tank.

@@ -296,7 +296,7 @@ impl Walk<'_> {
         let (groups, datasets) = self.members(group, path)?;
         let attributes = group.attributes().unwrap_or_default();
         if find(&attributes, &["MATLAB_sparse"]).is_some() {
-            self.warnings.push(format!("'{path}' is sparse and is not read; save full(...) of it to have it"));
+            self.warnings.push(format!("'{path}' is sparse and is not read; save it as full(...)"));
             return Ok(());
         }
         let mut source = Source::new(path);

@@ -93,7 +93,7 @@ impl Tree {
                 }
             }
             Value::Unread(kind) => {
-                let cure = "save it as a full, real array to have it";
+                let cure = "save it as a full, real array";
                 self.warnings.push(format!("'{full}' is {kind} and is not read; {cure}"));
             }
         }

@@ -238,7 +238,7 @@ pub(crate) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<
     let damaged =
         |what: &str| LoadError::Damaged { path: path.to_owned(), format: Format::Mdf4, what: what.to_owned() };
     if contents.starts_with(UNFINISHED) {
-        return Err(damaged("it was not closed by its recorder: let a tool of the recorder finalise it"));
+        return Err(damaged("its recorder did not close it: finalise it with a tool of the recorder"));
     }
     if contents.get(8).is_none_or(|version| *version < b'4') {
         return Err(damaged("it is of a version before 4: convert it to MDF 4"));
@@ -255,7 +255,7 @@ pub(crate) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<
         });
         let groups: Vec<Group> = groups.map_err(|what| damaged(&what))?;
         if id_bytes > 8 || (id_bytes == 0 && groups.len() > 1) {
-            return Err(damaged(&format!("data group {} says nothing of whose records it holds", number + 1)));
+            return Err(damaged(&format!("data group {} does not state the channel group of its records", number + 1)));
         }
         let records = records(contents, data_group.link(2), &budget)?;
         let records = records.map_err(|what| damaged(&format!("data group {}: {what}", number + 1)))?;

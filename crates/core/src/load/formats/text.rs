@@ -281,7 +281,7 @@ impl<'l> Table<'l> {
             if let Some((line, word)) = column.first_word {
                 let count = column.words;
                 warnings.push(format!(
-                    "'{name}': {count} cells are not numbers and become NaN, the first '{word}' in line {line}"
+                    "'{name}': {count} cells are not numbers and count as missing, the first '{word}' in line {line}"
                 ));
             }
             if source.channels.iter().any(|channel| channel.name == name) {
@@ -295,7 +295,7 @@ impl<'l> Table<'l> {
             let mut values = column.values;
             if let Some((mark, count, largest)) = take_marks(&mut values) {
                 warnings.push(format!(
-                    "'{name}': {count} cells are {mark}, all others within +-{largest:.4}: they are taken for no value"
+                    "'{name}': {count} cells are {mark}, all others within +-{largest:.4}: they count as missing"
                 ));
             }
             let may_be_digits = !is_time_of_day && is_time_name(&name);

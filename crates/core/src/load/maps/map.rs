@@ -484,7 +484,7 @@ impl Text<'_> {
             })
             .transpose()?;
         if let Some(word) = table.repair.as_ref().filter(|word| word.get_ref() != "drop") {
-            let what = format!("repair '{}' is not known; the one there is, is \"drop\"", word.get_ref());
+            let what = format!("unknown repair '{}': use \"drop\"", word.get_ref());
             return Err(self.fault(word.span().start, what));
         }
         Ok(TimeEntry { source: table.source, origin, utc_start_s, drop_faults: table.repair.is_some() })

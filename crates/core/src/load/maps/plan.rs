@@ -263,7 +263,7 @@ impl Planner<'_> {
                     )
                 };
                 let (before, after) = (name(before), name(after));
-                let cure = "read them as recordings of their own or correct [[time]]";
+                let cure = "read them as separate recordings, or correct [[time]]";
                 self.error(format!("{before} ends at {end} s, after {after} starts at {start} s; {cure}"));
             }
         }

@@ -145,25 +145,21 @@ fn advice(found: &ChannelConsistency) -> String {
     let (name, ratio) = (found.measurement.name(), found.deviation_ratio);
     let slow = found.lag_one();
     if found.has_offset() {
-        return format!("{name}: mean innovation is {:+.2} sigma, look for an offset of this sensor.", found.mean);
+        return format!("{name}: mean innovation is {:+.2} sigma; check the sensor for an offset.", found.mean);
     }
     if found.is_correlated() {
         return format!(
-            "{name}: innovations are correlated ({slow:.2} at one sample), look for a delay, a filter in the sensor, repeated samples or too little process noise."
+            "{name}: innovations are correlated (lag one {slow:.2}); check for a delay, a filter in the sensor, repeated samples or too little process noise."
         );
     }
     if ratio > WORTH_CHANGING {
-        return format!(
-            "{name}: innovations are {ratio:.2} times their prediction, raise the noise of this measurement."
-        );
+        return format!("{name}: innovations are {ratio:.2} times predicted; raise the noise of this measurement.");
     }
     if ratio < 1.0 / WORTH_CHANGING {
-        return format!(
-            "{name}: innovations are {ratio:.2} times their prediction, lower the noise of this measurement."
-        );
+        return format!("{name}: innovations are {ratio:.2} times predicted; lower the noise of this measurement.");
     }
     if !found.is_white {
-        return format!("{name}: size as predicted, slightly correlated ({slow:.2} at one sample).");
+        return format!("{name}: size as predicted, slightly correlated (lag one {slow:.2}).");
     }
     format!("{name}: consistent.")
 }

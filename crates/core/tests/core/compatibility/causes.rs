@@ -127,7 +127,7 @@ fn noise_of_an_altitude_is_not_taken_for_its_slope() {
         let mut noise = noise(7);
         columns.entry(Altitude).and_modify(|values| values.iter_mut().for_each(|value| *value += 1.5 * noise()));
         let found = check(&recording(&columns, 1.0));
-        let row = found.rows.iter().find(|row| row.evidence.contains("the slope of altitude")).cloned();
+        let row = found.rows.iter().find(|row| row.evidence.contains("the rate of change of altitude")).cloned();
         let Some(row) = row else { panic!("{:?}", found.rows) };
         (row.agreement, row.hypothesis.clone())
     };

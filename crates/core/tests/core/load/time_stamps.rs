@@ -127,5 +127,8 @@ fn the_first_increasing_column_is_not_taken_for_time_without_a_word() {
     let (_folder, path) = written("r.csv", rows);
     let probe = inspect(&path).unwrap();
     let question = probe.sources[0].clocks[0].question.as_deref();
-    assert!(question.is_some_and(|it| it.contains("'column[0]' is taken for it, as the first column")), "{question:?}");
+    assert!(
+        question.is_some_and(|it| it.contains("'column[0]' is used as time: it is the first column")),
+        "{question:?}"
+    );
 }

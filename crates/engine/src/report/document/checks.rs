@@ -19,7 +19,7 @@ pub fn checks(contents: &Contents<'_>) -> Parts {
         studies.check_findings.iter().map(|found| format!("{}: {}: {}", found.level.name(), found.place, found.text));
     let lines: Vec<String> = lines.collect();
     if lines.is_empty() {
-        blocks.push(paragraph("No output error contradicts its recording."));
+        blocks.push(paragraph("No finding: the output-error simulations follow their recordings."));
     } else {
         blocks.push(Block::List(lines));
     }

@@ -106,7 +106,7 @@ fn answer(contents: &Contents<'_>) -> Table {
         rows = all.into_iter().filter(|row| !is_constant_name(&row.name)).take(PRINCIPAL.len()).collect();
     }
     let words = |name: &str| PRINCIPAL.iter().find(|(known, _)| *known == name).map_or("", |(_, words)| *words);
-    let caption = "The answer: pooled derivatives per radian, 95 % intervals corrected for correlated residuals.";
+    let caption = "Principal derivatives per radian, pooled, with 95 % intervals corrected for correlated residuals.";
     TableOf::new("answer", caption, rows)
         .symbol("derivative", "Derivative", |row| &row.name)
         .text("meaning", "Meaning", |row| words(&row.name))

@@ -90,7 +90,7 @@ fn regressors(contents: &Contents<'_>) -> Option<Block> {
     (!panels.is_empty()).then(|| {
         Block::Figure(Figure {
             name: "regressors".to_owned(),
-            caption: "Correlation of the regressors over the identification manoeuvres, each by its derivative."
+            caption: "Correlation of the regressors over the identification manoeuvres, named by their derivatives."
                 .to_owned(),
             columns: 3,
             panel_height_mm: 36.0,
@@ -295,7 +295,7 @@ fn coefficients(contents: &Contents<'_>) -> Table {
     let r_squared = |key: &str, heading: &str| Column::number(key, heading, "", 4);
     Table {
         name: "summary".to_owned(),
-        caption: "Pooled estimate of each coefficient; prediction of the validation manoeuvres (mean and smallest with the identified constants, mean with own constants); least certain derivative (error corrected for coloured residuals; derivatives per radian)."
+        caption: "Pooled estimate of each coefficient; prediction of the validation manoeuvres (mean and smallest with the identified constants, mean with own constants); least certain derivative (error corrected for correlated residuals; derivatives per radian)."
             .to_owned(),
         columns: vec![
             Column::new("coefficient", "Coefficient"),

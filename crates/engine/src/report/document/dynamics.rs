@@ -22,7 +22,7 @@ pub fn dynamics(contents: &Contents<'_>) -> Parts {
     };
     let mut blocks = vec![
         paragraph(
-            "The identified model linearised in steady flight, by default at the median condition of the identification manoeuvres. Intervals follow from the corrected standard errors, by slopes and by samples.",
+            "The identified model linearised in steady flight, by default at the median condition of the identification manoeuvres. Intervals follow from the corrected standard errors, by linearisation and by sampling.",
         ),
         Block::Facts(trim(row)),
     ];
@@ -146,7 +146,9 @@ fn roots(study: &DynamicsStudy) -> Figure {
     };
     Figure {
         name: "roots".to_owned(),
-        caption: "Eigenvalues with 95 % confidence ellipses, intervals of the aperiodic ones; left the fast, right the slow modes.".to_owned(),
+        caption:
+            "Eigenvalues with 95 % confidence ellipses (intervals if aperiodic); left: fast modes, right: slow modes."
+                .to_owned(),
         columns: 2,
         panel_height_mm: HEIGHT_MM,
         panels: vec![plot(false), plot(true)],
@@ -194,8 +196,7 @@ fn sources(row: &DynamicsRow) -> Block {
     };
     Block::Table(Table {
         name: "levels_sources".to_owned(),
-        caption: "Paragraphs of the flying-quality criteria, and what is needed to judge those that are not judged."
-            .to_owned(),
+        caption: "Paragraphs of the flying-quality criteria, and the data needed for those not judged.".to_owned(),
         columns: vec![
             Column::new("criterion", "Criterion"),
             Column::new("paragraph", "Standard and paragraph"),

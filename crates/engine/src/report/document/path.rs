@@ -91,8 +91,8 @@ fn corrections<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
         ThrustTreatment::Removed => "yes",
     };
     let rotors = match preparation.gyroscopic {
-        Gyroscopic::Signed => "each with its sense, where the speeds are known",
-        Gyroscopic::Summed => "as if all turned the same way (thesis Eq. 3.24), where the speeds are known",
+        Gyroscopic::Signed => "each with its direction of rotation, where the speeds are known",
+        Gyroscopic::Summed => "all in the same direction of rotation (thesis Eq. 3.24), where the speeds are known",
         Gyroscopic::Ignored => "left out",
     };
     let axes = match preparation.axes {

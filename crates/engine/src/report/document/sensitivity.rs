@@ -15,7 +15,7 @@ pub fn sensitivity(contents: &Contents<'_>) -> Parts {
         return Parts::default();
     }
     let mut blocks = vec![paragraph(
-        "Change of each pooled derivative per unit of an input quantity, by central difference. The total error combines the corrected standard error with the change by one step of every quantity, as if each were wrong by its step. A step is not the accuracy of its quantity.",
+        "Change of each pooled derivative per unit of an input quantity, by central difference. The total error combines the corrected standard error with the change by one step of every quantity, assuming an error of one step in each. A step is not the accuracy of its quantity.",
     )];
     let mut appendix = Vec::new();
     for group in distinct(study.sensitivity.iter().map(|row| row.table)) {

@@ -26,7 +26,7 @@ pub fn overview(contents: &Contents<'_>) -> Parts {
             facts.into_iter().chain(delays).chain(gusts).map(|(name, text)| (name.to_owned(), text)).collect(),
         ),
         paragraph(
-            "Angles are in degrees and angular rates in degrees per second, in tables as in figures; all else, including the stored channels, is in SI units. Derivatives are per radian and per unit of the dimensionless rate. Body axes are x forward, y right, z down.",
+            "Tables and figures use degrees and degrees per second. Everything else, including the stored channels, is in SI units. Derivatives are per radian and per unit of the dimensionless rate. Body axes are x forward, y right, z down.",
         ),
     ];
     let recordings = tables::recordings(results);

@@ -21,7 +21,7 @@ mod parquet {
     /// Says that this build has no writer.
     pub fn write(_: &super::History<'_>, path: &std::path::Path) -> Result<(), super::ReportError> {
         let reason = format!(
-            "{}: this build of doublet writes none; build it with the feature parquet, or take csv",
+            "{}: this build of doublet cannot write Parquet; build it with the feature parquet, or use csv",
             path.display()
         );
         Err(super::ReportError::Form { what: "a Parquet file", reason })

@@ -237,7 +237,7 @@ fn airplane(request: &DynamicsRequest, mass_kg: f64) -> StageResult<(Airplane, S
     let airplane = airplane.map_err(|error| error.to_string())?;
     let class = match class {
         Some(class) => format!("class {class} as requested"),
-        None => format!("class {by_mass} by its greatest mass of {mass_kg:.0} kg"),
+        None => format!("class {by_mass} by its maximum mass of {mass_kg:.0} kg"),
     };
     let category = match category {
         Some(category) => format!("category {category} as requested"),

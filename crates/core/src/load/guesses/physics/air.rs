@@ -127,7 +127,7 @@ fn find_lift(whole: &mut Assignment<'_>) -> Option<f64> {
     let (_, r2, alpha, speed) = best?;
     if let Some(alpha) = alpha.filter(|_| r2 > FLOW_R2) {
         whole.alpha = Some([whole.mean_of(alpha), whole.slope_of(alpha)]);
-        whole.take(Role::AngleOfAttack, alpha, "the flight path turns by its change less the pitch rate");
+        whole.take(Role::AngleOfAttack, alpha, "the pitch rate minus its rate of change turns the flight path");
     }
     Some(speed)
 }
@@ -288,7 +288,9 @@ fn find_alpha(whole: &mut Assignment<'_>) {
         let found = taken(i, coefficient, &ANGLES, FLOW_RATIO, found.r2)?;
         (found.r2 > least && own < 0.0 && found.factor.abs() * column.largest < LARGEST_FLOW).then_some(found)
     };
-    if let Some(alpha) = whole.take_best(Role::AngleOfAttack, "its change is the pitch rate less the lift", fits) {
+    if let Some(alpha) =
+        whole.take_best(Role::AngleOfAttack, "its rate of change is the pitch rate minus the lift", fits)
+    {
         whole.alpha = Some([whole.mean_of(alpha), whole.slope_of(alpha)]);
     }
 }
@@ -348,10 +350,10 @@ pub fn find_side(whole: &mut Assignment<'_>) {
     }
     if let Some((angle, side)) = best.filter(|(angle, _)| angle.r2 > FLOW_R2) {
         if let Some(side) = side {
-            whole.take(Role::SpecificForceY, side, "with yaw rate and bank the change of the sideslip");
+            whole.take(Role::SpecificForceY, side, "the rate of change of sideslip, with yaw rate and bank");
         }
         whole.beta = Some([whole.mean_of(angle), whole.slope_of(angle)]);
-        whole.take(Role::Sideslip, angle, "its change is the yaw rate, the bank and the side force");
+        whole.take(Role::Sideslip, angle, "its rate of change follows from yaw rate, bank and side force");
     }
 }
 
@@ -376,7 +378,7 @@ pub fn complete_forces(whole: &mut Assignment<'_>) {
         }
         (offset < 0.2 * G || (offset - G).abs() < 0.12 * G).then_some(found)
     };
-    let vertical = whole.take_best(Role::SpecificForceZ, "gravity and the turning of the flight path", fits);
+    let vertical = whole.take_best(Role::SpecificForceZ, "gravity and centripetal acceleration", fits);
     if let Some(vertical) = vertical {
         let offset = vertical.factor * average(&whole.column(vertical.column).mean) - normal;
         if offset.abs() > 0.5 * G
@@ -391,7 +393,7 @@ pub fn complete_forces(whole: &mut Assignment<'_>) {
     let fits = |whole: &Assignment<'_>, i: usize| {
         find_forward(whole, i, &steady, &change).filter(is_of_vector).filter(|found| found.r2 > least)
     };
-    whole.take_best(Role::SpecificForceX, "the change of airspeed and gravity", fits);
+    whole.take_best(Role::SpecificForceX, "gravity and the rate of change of airspeed", fits);
     let fits = |whole: &Assignment<'_>, i: usize| {
         let follows = whole.beta.as_ref().and_then(|[beta, _]| line(&whole.column(i).mean, beta));
         if follows.is_some_and(|(_, r2)| r2 < OPPOSING_R2) {

@@ -103,8 +103,8 @@ fn find_height(whole: &mut Assignment<'_>) {
     }
     if let Some((height, pressure)) = best {
         whole.height = Some([whole.mean_of(height), whole.slope_of(height)]);
-        whole.take(Role::Altitude, height, "the height of the static pressure");
-        whole.take(Role::StaticPressure, pressure, "the pressure of its height");
+        whole.take(Role::Altitude, height, "the altitude of the static pressure");
+        whole.take(Role::StaticPressure, pressure, "the pressure at its altitude");
     }
 }
 
@@ -156,7 +156,7 @@ pub fn complete_known(whole: &mut Assignment<'_>) {
     let pressure: Vec<f64> = height.iter().map(|height| air.pressure_pa(*height).unwrap_or(f64::NAN)).collect();
     if !has(whole, Role::StaticPressure) {
         let fits = |whole: &Assignment<'_>, i: usize| records(whole, i, &pressure, &PRESSURES, PRESSURE_R2);
-        whole.take_best(Role::StaticPressure, "the pressure of its height", fits);
+        whole.take_best(Role::StaticPressure, "the pressure at its altitude", fits);
     }
     let Some(speed) = whole.airspeed.clone() else { return };
     let mach = whole.each(|k| speed[k] / air.speed_of_sound_m_s(height[k]).unwrap_or(f64::NAN));
@@ -175,5 +175,5 @@ pub fn complete_known(whole: &mut Assignment<'_>) {
         return;
     }
     let fits = |whole: &Assignment<'_>, i: usize| records(whole, i, &calibrated, &SPEEDS, CALIBRATED_R2);
-    whole.take_best(Role::CalibratedAirspeed, "airspeed at the density of its height", fits);
+    whole.take_best(Role::CalibratedAirspeed, "airspeed at the density of its altitude", fits);
 }

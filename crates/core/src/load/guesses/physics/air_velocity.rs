@@ -107,11 +107,15 @@ fn find_vertical(whole: &mut Assignment<'_>) {
     whole.height = Some([whole.mean_of(height), whole.slope_of(height)]);
     whole.climb = Some(whole.mean_of(descent).into_iter().map(|down| -down).collect());
     if height.factor > 0.0 {
-        whole.take(Role::Altitude, height, "its change is the climb that is recorded");
+        whole.take(Role::Altitude, height, "its rate of change is the recorded climb rate");
     } else {
-        whole.take(Role::PositionDown, Taken { factor: -height.factor, ..height }, "its change is the descent");
+        whole.take(
+            Role::PositionDown,
+            Taken { factor: -height.factor, ..height },
+            "its rate of change is the descent rate",
+        );
     }
-    whole.take(Role::VelocityDown, descent, "the change of height");
+    whole.take(Role::VelocityDown, descent, "the rate of change of altitude");
 }
 
 /// Deviation of the heading, rad.
@@ -153,7 +157,7 @@ fn find_circle(whole: &mut Assignment<'_>) {
         }
     }
     if let Some((speed, wind)) = best {
-        air::take_speed(whole, speed, "the circle that ground velocities make about the wind");
+        air::take_speed(whole, speed, "the circle of ground velocities about the wind");
         whole.wind = Some(wind);
     }
 }
@@ -208,14 +212,14 @@ fn find_flow(whole: &mut Assignment<'_>) {
     let Some([alpha, beta]) = flow_angles(whole) else {
         if let Some(alpha) = alpha_by_climb(whole).filter(|_| whole.alpha.is_none()) {
             let fits = |whole: &Assignment<'_>, i: usize| record(whole, i, &alpha);
-            let relation = "the pitch angle less the climb angle";
+            let relation = "the pitch angle minus the climb angle";
             if let Some(found) = whole.take_nearest(Role::AngleOfAttack, relation, fits) {
                 whole.alpha = Some([whole.mean_of(found), whole.slope_of(found)]);
             }
         }
         return;
     };
-    let relation = "the velocity through the air in axes of the body";
+    let relation = "the airspeed components in body axes";
     if whole.alpha.is_none()
         && let Some(found) = whole.take_nearest(Role::AngleOfAttack, relation, |whole, i| record(whole, i, &alpha))
     {
@@ -254,6 +258,6 @@ pub fn complete_forces(whole: &mut Assignment<'_>) {
             let apart = found.factor * average(&column.mean) - average(&wanted);
             (r2 > FORCE_R2 && apart.abs() < FORCE_LEVEL).then_some(found)
         };
-        whole.take_nearest(role, "the change of the velocity less gravity", fits);
+        whole.take_nearest(role, "the rate of change of velocity minus gravity", fits);
     }
 }

@@ -184,8 +184,8 @@ pub fn complete(windows: &Windows, motion: Motion, speed: Option<Taken>) -> Assi
         used: (0..copies.len()).filter(|i| copies[*i].is_some()).collect(),
     };
     let roles = [
-        (motion.angles, [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle], "turns as the rates do"),
-        (motion.rates, [Role::RollRate, Role::PitchRate, Role::YawRate], "the change of the attitude"),
+        (motion.angles, [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle], "rotates at the measured rates"),
+        (motion.rates, [Role::RollRate, Role::PitchRate, Role::YawRate], "the rate of change of the attitude"),
     ];
     let score = whole.score;
     for (taken, role, relation) in roles

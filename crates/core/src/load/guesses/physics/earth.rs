@@ -85,10 +85,14 @@ fn find_height(whole: &mut Assignment<'_>) {
         whole.height = Some([whole.mean_of(height), whole.slope_of(height)]);
     }
     if let Some(up) = up {
-        whole.take(Role::Altitude, up, "its change is the climb");
+        whole.take(Role::Altitude, up, "its rate of change is the climb rate");
     }
     if let Some(down) = down {
-        whole.take(Role::PositionDown, Taken { factor: -down.factor, ..down }, "its change is the descent");
+        whole.take(
+            Role::PositionDown,
+            Taken { factor: -down.factor, ..down },
+            "its rate of change is the descent rate",
+        );
     }
 }
 
@@ -106,7 +110,7 @@ fn find_climb(whole: &mut Assignment<'_>) {
         let found = taken(i, slope, &CLIMBS, RATIO, r2)?;
         (r2 > CLIMB_R2).then_some(Taken { factor: -found.factor, ..found })
     };
-    if let Some(descent) = whole.take_nearest(Role::VelocityDown, "the change of height", fits) {
+    if let Some(descent) = whole.take_nearest(Role::VelocityDown, "the rate of change of altitude", fits) {
         whole.climb = Some(whole.mean_of(descent).into_iter().map(|down| -down).collect());
     }
 }
@@ -156,7 +160,7 @@ fn find_ground(whole: &mut Assignment<'_>) {
             let (own, r2) = fits(&whole.column(i).mean, axis)?;
             taken(i, own, &SPEEDS, 1.25, r2)
         };
-        found[axis] = whole.take_nearest(velocities[axis], "airspeed along the heading, and wind", speed);
+        found[axis] = whole.take_nearest(velocities[axis], "airspeed along the heading plus wind", speed);
     }
     if let [Some(north), Some(east)] = found {
         whole.ground = Some([whole.mean_of(north), whole.mean_of(east)]);
@@ -167,7 +171,7 @@ fn find_ground(whole: &mut Assignment<'_>) {
             let (own, r2) = fits(&whole.column(i).slope, axis)?;
             taken(i, own, &LENGTHS, 1.25, r2)
         };
-        whole.take_nearest(positions[axis], "its change is airspeed along the heading, and wind", place);
+        whole.take_nearest(positions[axis], "its rate of change is airspeed along the heading plus wind", place);
         let wide = if axis == 0 {
             1.0
         } else {
@@ -184,7 +188,7 @@ fn find_ground(whole: &mut Assignment<'_>) {
             Some(Taken { factor: found.factor.signum() * factor, ..found })
         };
         let role = if axis == 0 { Role::Latitude } else { Role::Longitude };
-        let found = whole.take_nearest(role, "its change is airspeed along the heading, and wind", angle);
+        let found = whole.take_nearest(role, "its rate of change is airspeed along the heading plus wind", angle);
         if axis == 0 {
             latitude = found;
         }
@@ -206,6 +210,6 @@ fn find_accelerations(whole: &mut Assignment<'_>) {
             let (slope, r2) = line(&whole.column(i).mean, &change)?;
             taken(i, slope / r2.sqrt(), &ACCELERATIONS, RATE_RATIO, r2).filter(|found| found.r2 > RATE_R2)
         };
-        whole.take_best(acceleration, "the change of the rate", fits);
+        whole.take_best(acceleration, "the derivative of the angular rate", fits);
     }
 }

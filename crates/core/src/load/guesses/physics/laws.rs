@@ -66,7 +66,7 @@ fn find_behind(whole: &mut Assignment<'_>, speed: &[f64]) {
     let turning = whole.each(|k| -speed[k] * whole.q[k] - G * whole.theta[k].cos() * whole.phi[k].cos());
     let found = line(&whole.mean_of(normal), &turning).filter(|(slope, _)| *slope > 0.0);
     if let Some((_, r2)) = found.filter(|(_, r2)| *r2 > TURNING_R2) {
-        whole.take(Role::SpecificForceZ, Taken { r2, ..normal }, "behind the side force, 1 g in the mean");
+        whole.take(Role::SpecificForceZ, Taken { r2, ..normal }, "column after the side force, 1 g on average");
     }
 }
 
@@ -95,7 +95,11 @@ fn find_beside(whole: &mut Assignment<'_>, speed: &[f64], square: &[f64]) {
         let by_lift = alpha.as_deref().and_then(|alpha| follows(whole, axial, alpha, 1.0));
         let found = best([follows(whole, axial, &along, 1.0), by_lift]);
         if let Some(found) = found.filter(|found| found.factor > 0.0) {
-            whole.take(Role::SpecificForceX, found, "beside the normal force, with acceleration and attitude");
+            whole.take(
+                Role::SpecificForceX,
+                found,
+                "column beside the normal force, consistent with acceleration and attitude",
+            );
         }
     }
     let side = third - 1;
@@ -105,7 +109,11 @@ fn find_beside(whole: &mut Assignment<'_>, speed: &[f64], square: &[f64]) {
         // Axes of one vector are turned about x together.
         let found = best([by_slip, by_turn]).filter(|found| (found.factor < 0.0) == turned);
         if let Some(found) = found {
-            whole.take(Role::SpecificForceY, found, "beside the normal force, with sideslip and turn");
+            whole.take(
+                Role::SpecificForceY,
+                found,
+                "column beside the normal force, consistent with sideslip and turn",
+            );
         }
     }
 }
@@ -179,9 +187,9 @@ fn find_normal(whole: &mut Assignment<'_>, speed: &[f64], square: &[f64]) {
     let Some((force, alpha)) = best else { return };
     if let Some(alpha) = alpha {
         whole.alpha = Some([whole.mean_of(alpha), whole.slope_of(alpha)]);
-        whole.take(Role::AngleOfAttack, alpha, "the normal force over the square of the airspeed");
+        whole.take(Role::AngleOfAttack, alpha, "the normal force divided by airspeed squared");
     }
-    whole.take(Role::SpecificForceZ, force, "over the square of the airspeed linear in the angle of attack");
+    whole.take(Role::SpecificForceZ, force, "divided by airspeed squared, linear in angle of attack");
 }
 
 /// The angle of attack of a normal force that is known.
@@ -204,9 +212,7 @@ fn find_alpha(whole: &mut Assignment<'_>, speed: &[f64], square: &[f64]) {
         let is_angle = can_be_flow(whole, j) && angle.largest / size < 1.3 && slope * change < 0.0;
         is_angle.then_some(Taken { column: j, unit, factor: -slope.signum() / size, r2 })
     };
-    if let Some(alpha) =
-        whole.take_nearest(Role::AngleOfAttack, "the normal force over the square of the airspeed", fits)
-    {
+    if let Some(alpha) = whole.take_nearest(Role::AngleOfAttack, "the normal force divided by airspeed squared", fits) {
         whole.alpha = Some([whole.mean_of(alpha), whole.slope_of(alpha)]);
     }
 }
@@ -229,7 +235,9 @@ fn find_side(whole: &mut Assignment<'_>, speed: &[f64], square: &[f64]) {
             let is_angle = can_be_flow(whole, i) && found.factor.abs() * column.largest < 1.3 && size > LEAST_SIDESLIP;
             is_angle.then_some(found)
         };
-        if let Some(beta) = whole.take_nearest(Role::Sideslip, "its change is the yaw rate and the bank", fits) {
+        if let Some(beta) =
+            whole.take_nearest(Role::Sideslip, "its rate of change follows from yaw rate and bank", fits)
+        {
             whole.beta = Some([whole.mean_of(beta), whole.slope_of(beta)]);
         }
     }
@@ -248,7 +256,7 @@ fn find_side(whole: &mut Assignment<'_>, speed: &[f64], square: &[f64]) {
         let found = fit(&coefficient, &[&beta, &roll, &yaw])?;
         (side.r2 > SIDE_R2_ALONE && found.r2 > SIDE_R2).then_some(Taken { r2: found.r2, ..side })
     };
-    whole.take_nearest(Role::SpecificForceY, "over the square of the airspeed linear in the sideslip", fits);
+    whole.take_nearest(Role::SpecificForceY, "divided by airspeed squared, linear in sideslip", fits);
 }
 
 /// Unit of a side force: that of the normal force, or of the channel behind it that can be one.
@@ -294,8 +302,8 @@ fn find_side_pair(whole: &mut Assignment<'_>, drive: &[f64], speed: &[f64], squa
     }
     let Some((side, angle)) = best else { return };
     whole.beta = Some([whole.mean_of(angle), whole.slope_of(angle)]);
-    whole.take(Role::Sideslip, angle, "the side force over the square of the airspeed");
-    whole.take(Role::SpecificForceY, side, "over the square of the airspeed linear in the sideslip");
+    whole.take(Role::Sideslip, angle, "the side force divided by airspeed squared");
+    whole.take(Role::SpecificForceY, side, "divided by airspeed squared, linear in sideslip");
 }
 
 /// Least squared correlation of the change of a sideslip with the yaw rate and the bank alone, the largest ratio of its slope, and the least
@@ -328,5 +336,5 @@ fn find_axial(whole: &mut Assignment<'_>, square: &[f64]) {
             r2,
         })
     };
-    whole.take_nearest(Role::SpecificForceX, "over the square of the airspeed a curve of the angle of attack", fits);
+    whole.take_nearest(Role::SpecificForceX, "divided by airspeed squared, a curve over angle of attack", fits);
 }

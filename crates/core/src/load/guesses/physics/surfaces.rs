@@ -146,7 +146,7 @@ fn find_control(whole: &mut Assignment<'_>, role: Role, by: &Wanted<'_>) -> Opti
     if !is_clear || best.r2 < least_r2 {
         return None;
     }
-    whole.take(role, best, "starts the angular acceleration");
+    whole.take(role, best, "leads the angular acceleration");
     Some(best)
 }
 

@@ -47,7 +47,7 @@ struct Track {
 pub fn complete(whole: &mut Assignment<'_>) {
     if whole.ground.is_none() {
         let Some(track) = find_places(whole) else { return };
-        let relation = "the path that it makes follows the heading";
+        let relation = "the resulting path follows the heading";
         for (role, place) in [Role::Latitude, Role::Longitude].into_iter().zip(track.places) {
             whole.take(role, place, relation);
         }
@@ -59,10 +59,10 @@ pub fn complete(whole: &mut Assignment<'_>) {
     let velocities = [Role::VelocityNorth, Role::VelocityEast];
     for axis in 0..2 {
         let wanted = &ground[axis];
-        take(whole, velocities[axis], "the change of the place", |whole, i| {
+        take(whole, velocities[axis], "the rate of change of position", |whole, i| {
             is_record(&whole.column(i).mean, wanted, speed, &SPEEDS, i)
         });
-        take(whole, positions[axis], "its change is that of the place", |whole, i| {
+        take(whole, positions[axis], "its rate of change is that of position", |whole, i| {
             is_record(&whole.column(i).slope, wanted, speed, &LENGTHS, i)
         });
     }
