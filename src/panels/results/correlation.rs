@@ -155,7 +155,7 @@ fn warnings(ui: &mut Ui, of: Of, blocks: &[Block]) {
         return;
     }
     let what = match of {
-        Of::Parameters => "These derivatives cannot be separated",
+        Of::Parameters => "These derivatives are hard to separate",
         Of::Regressors => "These regressors are nearly proportional in these manoeuvres",
     };
     let text = format!("{what}: {}", pairs.iter().map(|pair| pair.1.as_str()).collect::<Vec<_>>().join(", "));

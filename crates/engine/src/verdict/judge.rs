@@ -89,10 +89,10 @@ impl Verdicts {
         self.pooled.iter().filter(|fit| fit.is_unused)
     }
 
-    /// The verdict in one line: its level, in how many windows the path is good, and the coefficients by theirs.
+    /// The verdict in one line: its level, how many manoeuvres are good, and the coefficients by level.
     pub fn headline(&self) -> String {
         let good = self.windows.values().filter(|window| window.verdict.level == Level::Good).count();
-        let windows = format!("flight path consistent in {good} of {} manoeuvres", self.windows.len());
+        let windows = format!("{good} of {} manoeuvres good", self.windows.len());
         let of = |level: Level| -> Option<String> {
             let fits = self.pooled.iter().filter(|fit| fit.verdict.level == level);
             let names: Vec<&str> = fits.map(|fit| fit.coefficient.name()).collect();

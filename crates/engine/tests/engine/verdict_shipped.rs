@@ -5,10 +5,11 @@
 use std::path::Path;
 
 use doublet_core::series::TimeRange;
+use doublet_engine::aircraft::ChangedValue;
 use doublet_engine::graph::Cache;
 use doublet_engine::run::{Control, Scope, Snapshot, run};
-use doublet_engine::session::{self, Session};
-use doublet_engine::verdict::{Finding, Level, Verdicts, judge};
+use doublet_engine::session::{self, AircraftEdit, Edit, Session};
+use doublet_engine::verdict::{Finding, Level, Verdicts, dependences, judge};
 
 fn builtin(name: &str) -> Session {
     session::parse(doublet_engine::builtin::session(name).unwrap()).unwrap()
@@ -45,6 +46,36 @@ fn the_shipped_flight_is_good_but_for_the_axial_force() {
     }
     // What marks CX is said of CX.
     assert_eq!(verdicts.session.level, Level::Good);
+}
+
+/// Estimates of the pooled fit that has `name`, before and after, and the change that its dependence on the accelerometers predicts.
+fn moved_by_place(session: &Session, snapshots: [&Snapshot; 2], name: &str, axis: &str) -> (f64, f64) {
+    let fits = snapshots.map(|snapshot| &snapshot.pooled.ready().unwrap().fits);
+    let [before, after] = fits.map(|fits| {
+        let fits = fits.iter().filter_map(|fit| fit.fit.as_ref().ok());
+        let mut all = fits.flat_map(|fit| fit.names.iter().zip(&fit.estimates));
+        *all.find(|(own, _)| *own == name).unwrap().1
+    });
+    let coefficient = name.split('_').next().unwrap();
+    let fit = fits[0].iter().find(|fit| fit.coefficient.name() == coefficient).unwrap();
+    let all = dependences(session, snapshots[0], fit, name);
+    let found = all.iter().find(|one| one.axis() == Some(axis)).unwrap_or_else(|| panic!("{name}: {all:?}"));
+    (100.0 * (after / before - 1.0), found.change_percent)
+}
+
+#[test]
+fn force_derivatives_change_with_the_stated_position_of_the_accelerometers_as_said() {
+    let session = builtin("demo");
+    // 0.1 m further forward: the datum's x points aft.
+    let forward =
+        AircraftEdit::set("position", "sensors.accelerometer_datum_m", ChangedValue::Triple([1.93, 0.20, 1.40]));
+    let moved = Edit::Aircraft(forward).apply(&session).unwrap();
+    let snapshots = [&session, &moved].map(computed);
+    for name in ["CZ_delta_e", "CZ_q", "CY_delta_r", "CY_beta"] {
+        let (change, said) = moved_by_place(&session, [&snapshots[0], &snapshots[1]], name, "forward");
+        println!("{name}: {change:.2} %, said {said:.2} %");
+        assert!((change - said).abs() < 0.15 * said.abs() + 0.3, "{name}: {change:.2} % and not {said:.2} %");
+    }
 }
 
 #[test]

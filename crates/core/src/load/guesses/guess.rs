@@ -80,6 +80,7 @@ pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
     guess_frames::add_attitude(&mut map, &free);
     guess_frames::add_velocity(&mut map, &free);
     names.restore(&mut map, probes);
+    guess_frames::keep_measured_or_derived(&mut map);
     add_position(&mut map);
     add_runners_up(&mut map, &free);
     map.kind = map.kind.take().or_else(|| kinds::find_kind(probes, &map));

@@ -169,3 +169,18 @@ pub(crate) fn add_velocity(map: &mut ManualChannelMap, candidates: &[Candidate<'
         map.velocity = Some([row(speed, Role::TrueAirspeed), row(track, Role::HeadingAngle)]);
     }
 }
+
+/// Attitude and velocity are either mapped or derived: derived where channels of their own do not give all of them.
+pub(crate) fn keep_measured_or_derived(map: &mut ManualChannelMap) {
+    let has_all = |map: &ManualChannelMap, roles: &[Role]| roles.iter().all(|role| map.row(*role).is_some());
+    if has_all(map, &ATTITUDE) {
+        map.attitude = None;
+    }
+    if has_all(map, &VELOCITY) {
+        map.velocity = None;
+    }
+    let is_derived = [(map.attitude.is_some(), &ATTITUDE[..]), (map.velocity.is_some(), &VELOCITY[..])];
+    for (_, roles) in is_derived.into_iter().filter(|(is_derived, _)| *is_derived) {
+        map.rows.retain(|(role, row)| !roles.contains(role) || row.by == By::File);
+    }
+}

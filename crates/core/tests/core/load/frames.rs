@@ -96,6 +96,22 @@ fn attitude_velocity_and_position_in_other_forms_are_those_of_the_flight() {
     }
 }
 
+#[test]
+fn attitude_and_velocity_are_mapped_or_derived_never_both() {
+    let folder = shared("data/formats").unwrap();
+    let mut files = 0;
+    for format in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_dir()) {
+        for path in std::fs::read_dir(format).unwrap().map(|entry| entry.unwrap().path()) {
+            let Ok(probe) = inspect(&path) else { continue };
+            let Ok(text) = guess(std::slice::from_ref(&probe)).text() else { continue };
+            let problems = plan(&probe, &ChannelMap::parse(&text).unwrap()).problems;
+            assert!(problems.iter().all(|problem| !problem.text.contains("derived")), "{path:?}: {problems:?}");
+            files += 1;
+        }
+    }
+    assert!(files >= 20, "{files}");
+}
+
 /// The path of a recording by the filter as it is by default, over the time from its first sample on.
 fn path(recording: &Recording) -> Reconstruction {
     let start_s = recording.role(Role::RollRate).unwrap().series.time_s[0];

@@ -133,7 +133,9 @@ fn close_pairs(fits: &[&FitRow]) -> Table {
     }
     Table {
         name: "correlated".to_owned(),
-        caption: format!("Derivatives with a correlation of {CLOSE} or more: they cannot be separated."),
+        caption: format!(
+            "Derivatives with a correlation of {CLOSE} or more: their sum is better determined than each."
+        ),
         columns: vec![
             Column::new("first", "Derivative"),
             Column::new("second", "with"),
@@ -260,7 +262,7 @@ fn stated_values(contents: &Contents<'_>) -> Table {
         .column(Column::new("derivative", "Most changed"), |(.., moved)| {
             moved.map_or(Cell::Empty, |(row, _)| Cell::Symbol(row.name.clone()))
         })
-        .optional("axis", "Accelerometers 0.1 m", |(.., moved)| Some(moved.as_ref()?.1.axis()?))
+        .optional("axis", "Accelerometers 0.1 m", |(.., moved)| moved.as_ref()?.1.axis())
         .maybe("change", "Change", "%", 2, |(.., moved)| Some(moved.as_ref()?.1.change_percent))
         .done()
 }
