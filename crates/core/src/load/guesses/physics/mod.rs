@@ -16,6 +16,7 @@ mod flight_tests;
 mod kinematics;
 mod laws;
 mod pressures;
+mod recorded;
 mod surfaces;
 mod tracks;
 mod windows;
@@ -97,7 +98,9 @@ pub fn search(series: &[Series<'_>]) -> Vec<Found> {
         }
     }
     let Some(best) = all.first() else { return Vec::new() };
-    best.found.iter().map(|found| compare(found, &all)).collect()
+    let mut found: Vec<Found> = best.found.iter().map(|found| compare(found, &all)).collect();
+    recorded::prefer_recorded(&mut found, best.windows);
+    found
 }
 
 /// What was found, with its share of the likelihood of all hypotheses, the best first, and what the next that differs takes instead.

@@ -1,0 +1,51 @@
+//! Which of several channels of one quantity is the record of it: processing puts what it derives behind what was recorded, and the
+//! components of a vector stand side by side.
+
+use super::Found;
+use super::fit::line;
+use super::windows::Windows;
+use crate::quantity::Role;
+
+/// Vectors whose components stand side by side.
+const VECTORS: [[Role; 3]; 3] = [
+    [Role::VelocityNorth, Role::VelocityEast, Role::VelocityDown],
+    [Role::RollRate, Role::PitchRate, Role::YawRate],
+    [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle],
+];
+/// Least R2 of two channels of one quantity: of two components of a vector, and of the third.
+const ALIKE_R2: f64 = 0.99;
+const THIRD_R2: f64 = 0.85;
+/// Slopes of one such channel over the other.
+const SLOPES: std::ops::Range<f64> = 0.9..1.1;
+
+/// Gives the components of a vector the earliest columns, side by side, that record the same quantities as those found.
+pub fn prefer_recorded(found: &mut [Found], windows: &Windows) {
+    for vector in VECTORS {
+        let places = vector.map(|role| found.iter().position(|one| one.role == role));
+        let is_record = |first: &usize| {
+            let (mut alike, mut all) = (0, true);
+            for (column, place) in (*first..).zip(places) {
+                let Some(place) = place else { continue };
+                let r2 = r2_of_alike(windows, column, found[place].column);
+                let is_other = found.iter().enumerate().any(|(at, one)| one.column == column && at != place);
+                all &= r2 > THIRD_R2 && !is_other;
+                alike += usize::from(r2 > ALIKE_R2);
+            }
+            all && alike >= 2
+        };
+        let Some(first) = (0..windows.columns.len()).find(is_record) else { continue };
+        for (column, place) in (first..).zip(places) {
+            if let Some(one) = place.map(|place| &mut found[place]).filter(|one| one.column != column) {
+                one.runner_up = Some((one.column, "follows the recorded channel".to_owned()));
+                one.column = column;
+            }
+        }
+    }
+}
+
+/// R2 of two channels that record one quantity in one unit; zero of others.
+fn r2_of_alike(windows: &Windows, first: usize, second: usize) -> f64 {
+    let columns = [first, second].map(|at| windows.columns.get(at).filter(|column| column.varies()));
+    let [Some(first), Some(second)] = columns else { return 0.0 };
+    line(&first.mean, &second.mean).filter(|(slope, _)| SLOPES.contains(slope)).map_or(0.0, |(_, r2)| r2)
+}
