@@ -256,7 +256,7 @@ fn with_gravity(motion: &Motion) -> Motion {
 }
 
 /// Cures of the sign and the unit of one channel.
-fn of_role(role: Role) -> Vec<(Cure, f64)> {
+fn candidate_fixes(role: Role) -> Vec<(Cure, f64)> {
     let scale = |factor, offset, units| Cure::Scale { role, factor, offset, units };
     let si = role.dimension().si_symbol();
     let mut cures = Vec::new();
@@ -334,7 +334,7 @@ pub(super) fn candidates(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
     for &role in suspects.iter().filter(|role| motion.has(**role)) {
         // Another unit makes a part of full travel as small as an angle.
         let is_part = travel_form(role, motion).is_some();
-        let own = of_role(role)
+        let own = candidate_fixes(role)
             .into_iter()
             .filter(|(cure, _)| !is_part || !matches!(cure, Cure::Scale { units: Some(_), .. }));
         found.extend(own.map(|(cure, cost)| Candidate::new(vec![cure], cost)));
@@ -395,17 +395,19 @@ fn in_other_units(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
         if there.len() < 2 || is_part || !there.iter().any(|role| suspects.contains(role)) {
             continue;
         }
-        for index in 0..of_role(there[0]).iter().filter(|(cure, _)| is_of_units(cure)).count() {
-            let cures = there
-                .iter()
-                .filter_map(|role| of_role(*role).into_iter().map(|(cure, _)| cure).filter(is_of_units).nth(index));
+        for index in 0..candidate_fixes(there[0]).iter().filter(|(cure, _)| is_of_units(cure)).count() {
+            let cures = there.iter().filter_map(|role| {
+                candidate_fixes(*role).into_iter().map(|(cure, _)| cure).filter(is_of_units).nth(index)
+            });
             found.push(Candidate::new(cures.collect(), 1.4));
         }
     }
     if motion.has(TrueAirspeed) && motion.has(Altitude) && suspects.contains(&Altitude) {
         // An air-data computer in knots and feet, of which a map without units makes SI.
-        let of = |role: Role, unit: &str| of_role(role).into_iter().map(|(cure, _)| cure).find(|cure| cure.is_in(unit));
-        let cures = of(TrueAirspeed, "kt").into_iter().chain(of(Altitude, "ft"));
+        let fix_in = |role: Role, unit: &str| {
+            candidate_fixes(role).into_iter().map(|(cure, _)| cure).find(|cure| cure.is_in(unit))
+        };
+        let cures = fix_in(TrueAirspeed, "kt").into_iter().chain(fix_in(Altitude, "ft"));
         found.push(Candidate::new(cures.collect(), 1.6));
     }
     found

@@ -103,7 +103,7 @@ pub(super) fn judge(recording: &Recording, relations: &[Relation]) -> Clocked {
         if !plausible {
             // Under stamps that make no recording of flight nothing else could be told.
             let likely = possible.first().and_then(|(factor, _)| Some((Motion::new(recording, *factor)?, *factor)));
-            let rows = vec![asked(&pace, &possible)];
+            let rows = vec![ask_time_unit(&pace, &possible)];
             let (motion, factor) = match likely {
                 Some((motion, factor)) => (Some(motion), factor),
                 None => (motion, 1.0),
@@ -130,7 +130,7 @@ fn in_unit(pace: &Pace, factor: f64, unit: &'static str, (decisive, hold): (usiz
     CompatibilityRow::of_clock(Agreement::Contradicts, Some(cure), evidence, None, hold)
 }
 
-fn asked(pace: &Pace, possible: &[(f64, &'static str)]) -> CompatibilityRow {
+fn ask_time_unit(pace: &Pace, possible: &[(f64, &'static str)]) -> CompatibilityRow {
     let as_read = pace_in_words(pace, 1.0);
     let (cure, evidence) = match possible.first() {
         Some(&(factor, unit)) => {

@@ -149,8 +149,8 @@ impl CompatibilityRow {
 impl Compatibility {
     /// Rows that say something is wrong or must be asked, the worst first.
     pub fn contradictions(&self) -> impl Iterator<Item = &CompatibilityRow> {
-        let of = |agreement| self.rows.iter().filter(move |row| row.agreement == agreement);
-        of(Agreement::Contradicts).chain(of(Agreement::Doubtful))
+        let with_agreement = |agreement| self.rows.iter().filter(move |row| row.agreement == agreement);
+        with_agreement(Agreement::Contradicts).chain(with_agreement(Agreement::Doubtful))
     }
 }
 
@@ -206,18 +206,18 @@ fn sentence(relation: &Relation, figures: &Figures) -> String {
 
 /// Rows of what a search found.
 pub(super) fn rows(found: &Found) -> Vec<CompatibilityRow> {
-    let mistakes = found.mistakes.iter().flat_map(of_mistake);
-    mistakes.chain(found.outcomes.iter().filter_map(|(relation, outcome)| of_outcome(relation, outcome))).collect()
+    let mistakes = found.mistakes.iter().flat_map(mistake_rows);
+    mistakes.chain(found.outcomes.iter().filter_map(|(relation, outcome)| outcome_row(relation, outcome))).collect()
 }
 
 /// The rows of one mistake.
-pub(super) fn of_mistake(mistake: &Mistake) -> Vec<CompatibilityRow> {
+pub(super) fn mistake_rows(mistake: &Mistake) -> Vec<CompatibilityRow> {
     let cures: &[Cure] = if mistake.is_linear { &mistake.cures[..1] } else { &mistake.cures };
-    cures.iter().filter_map(|cure| of_cure(mistake, cure)).collect()
+    cures.iter().filter_map(|cure| fix_row(mistake, cure)).collect()
 }
 
 /// The row of one cure of a mistake.
-fn of_cure(mistake: &Mistake, cure: &Cure) -> Option<CompatibilityRow> {
+fn fix_row(mistake: &Mistake, cure: &Cure) -> Option<CompatibilityRow> {
     let roles = cure.roles();
     let own = mistake.repaired.iter().find(|(relation, ..)| roles.contains(&relation.compared()));
     let entered = |(relation, ..): &&Repaired| roles.iter().any(|role| relation.involves(*role));
@@ -246,7 +246,7 @@ fn of_cure(mistake: &Mistake, cure: &Cure) -> Option<CompatibilityRow> {
         evidence += "; ax and ay lack gravity too: accelerometers measure ax + g sin(theta), \
                      ay - g cos(theta) sin(phi), az - g cos(theta) cos(phi)";
     }
-    let (agreement, remark) = of_offset(cure, before, &mistake.motions[0]);
+    let (agreement, remark) = offset_agreement(cure, before, &mistake.motions[0]);
     evidence += &remark;
     let factor = if let Cure::Scale { factor, .. } = cure { Some(*factor) } else { None };
     Some(CompatibilityRow {
@@ -266,7 +266,7 @@ fn of_cure(mistake: &Mistake, cure: &Cure) -> Option<CompatibilityRow> {
 }
 
 /// How certain a cure is, and what there is to say of it, where it is an offset of an angle.
-fn of_offset(cure: &Cure, before: &Figures, motion: &Motion) -> (Agreement, String) {
+fn offset_agreement(cure: &Cure, before: &Figures, motion: &Motion) -> (Agreement, String) {
     match cure {
         Cure::Scale { role: Role::AngleOfAttack, factor: 1.0, offset, .. } if *offset != 0.0 => {
             let (is_certain, remark) = beside_vane(before.slope, motion);
@@ -289,7 +289,7 @@ fn is_clear(relation: &Relation, figures: &Figures) -> bool {
     matches!(relation, Relation::Kinematic(_)) && (figures.r2 > CLEAR_R2 || runs_against)
 }
 
-fn of_outcome(relation: &Relation, outcome: &Outcome) -> Option<CompatibilityRow> {
+fn outcome_row(relation: &Relation, outcome: &Outcome) -> Option<CompatibilityRow> {
     let channel = relation.compared().name();
     let (agreement, figures, evidence) = match outcome {
         Outcome::Absent => return None,

@@ -9,7 +9,7 @@ use super::changes::{Candidate, Cure, SPECIFIC_FORCE, candidates, turned_togethe
 use super::line::Figures;
 use super::motion::{COMPARED, Motion, is_signed};
 use super::outcome::{Outcome, Relation};
-use super::rows::{CompatibilityRow, of_mistake};
+use super::rows::{CompatibilityRow, mistake_rows};
 use crate::quantity::Role;
 
 /// Most mistakes looked for in one recording.
@@ -214,7 +214,7 @@ pub(super) fn turn_force(motion: Motion, relations: &[Relation]) -> (Vec<Compati
         let Trial { candidate: Candidate { cures, is_linear, .. }, repaired, sharpened, motion: turned, .. } = trial;
         let motions = [motion, turned.clone()];
         let mistake = Mistake { cures, is_linear, repaired, sharpened, rivals: Vec::new(), motions };
-        return (of_mistake(&mistake), turned);
+        return (mistake_rows(&mistake), turned);
     }
     let by_velocity = |role: &Role| Some((*role, reversed_residuals(&motion, *role)?));
     match silent.iter().find_map(by_velocity) {

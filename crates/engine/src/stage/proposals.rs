@@ -168,7 +168,7 @@ fn none_found(search: &ManoeuvreSearch, least_airspeed_m_s: Option<f64>) -> Opti
             (PassedOver::OnGround, Some(least)) => format!(" (below {least:.0} m/s)"),
             _ => String::new(),
         };
-        format!("{count} {}{more}", why.words())
+        format!("{count} {}{more}", why.reason())
     };
     let parts: Vec<String> = reasons.iter().map(part).collect();
     let why = match parts.is_empty() {
