@@ -67,7 +67,7 @@ pub fn qtg(arguments: &QtgArguments) -> Result<Outcome, String> {
 fn print(found: &Qualification) {
     text::line(&format!("{}, percentages {}", found.rule, found.percent));
     let rows = found.tests.iter().map(|test| {
-        let outcome = test.outcome.words();
+        let outcome = test.outcome.label();
         vec![format!("{outcome} {}", test.id), format!("{}: {}", test.title, text::shortened(&test.reason, 120))]
     });
     text::list(&rows.collect::<Vec<_>>());

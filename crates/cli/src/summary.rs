@@ -35,7 +35,7 @@ pub fn print(session: &Session, snapshot: &Snapshot, verbose: bool) {
         text::line(&format!("delays applied: {words}"));
     }
     if let Some(gusts) = results.gusts.as_ref().filter(|gusts| gusts.applied) {
-        text::line(&format!("gusts {}", gusts.words()));
+        text::line(&format!("gusts {}", gusts.summary()));
     }
     if !verbose {
         results.pooled.iter().for_each(|fit| print_fit(fit, &results));

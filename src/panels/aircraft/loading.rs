@@ -322,7 +322,7 @@ fn fuel_in_words(ctx: &PanelContext<'_>, own: &Loading) -> (&'static str, String
         (true, Some(_)) => "at the first record",
         (true, None) => "standard fuel",
     };
-    let basis = flown(ctx).map_or("no flight is read", |flown| flown.fuel.words());
+    let basis = flown(ctx).map_or("no flight is read", |flown| flown.fuel.description());
     let long = format!(
         "{basis}. Moving a tank states the fuel at the first record and shifts the recorded fuel by the difference."
     );

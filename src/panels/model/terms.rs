@@ -176,7 +176,7 @@ impl Model {
                         ui.label(format!("{derivative}{words}"));
                         let known = session.estimation.constraints.iter();
                         for known in known.filter(|known| known.coefficient == coefficient && known.term == term) {
-                            ui.label(known.words());
+                            ui.label(known.summary());
                         }
                         if was {
                             ui.weak("Right click: fix, bound, prior");

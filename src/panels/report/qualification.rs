@@ -76,7 +76,7 @@ impl Panel for Qualification {
                 ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Truncate);
                 for (index, test) in judged.found.tests.iter().enumerate() {
                     ui.horizontal(|ui| {
-                        level_mark(ui, Some(test.outcome.level())).on_hover_text(test.outcome.words());
+                        level_mark(ui, Some(test.outcome.level())).on_hover_text(test.outcome.label());
                         let name = format!("{} {}", test.id, test.title);
                         let row = ui.selectable_label(self.chosen == index, name);
                         if row.on_hover_text(&test.reason).clicked() {

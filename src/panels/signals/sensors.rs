@@ -199,7 +199,7 @@ fn in_file(ui: &mut Ui, calibration: &SensorCalibration) {
     caption(ui, "In the file");
     match calibration.drum_radius_mm() {
         Some(radius) => line(ui, format!("radius {} mm", notation::fixed(radius, 3))),
-        None => line(ui, calibration.curve.words()),
+        None => line(ui, calibration.curve.summary()),
     }
     if let Some([low, high]) = calibration.range {
         line(ui, format!("used {} to {}", notation::number(low), notation::number(high)));

@@ -97,7 +97,7 @@ fn put(document: &mut DocumentMut, kind: &SensorKind, fit: &CalibrationFit) -> O
         Curve::Table(_) => &[],
     };
     let line = || <[f64; 2]>::try_from(coefficients).ok();
-    let about = said(fit);
+    let about = fit_comment(fit);
     match kind {
         SensorKind::Drum => {
             let (radius, _) = fit.drum_radius_mm(kind)?;
@@ -136,7 +136,7 @@ fn put(document: &mut DocumentMut, kind: &SensorKind, fit: &CalibrationFit) -> O
 }
 
 /// What a comment says of a fit: how good it is, and the readings.
-fn said(fit: &CalibrationFit) -> String {
+fn fit_comment(fit: &CalibrationFit) -> String {
     let readings: Vec<String> = fit.points.iter().map(|[x, y]| format!("{x} {y}")).collect();
     format!(
         "# fitted to {} readings, R2 {:.5}, residuals {:.3} rms: {}\n",

@@ -96,7 +96,11 @@ fn asked_for(record: &RecordDemand) -> String {
 }
 
 /// How a snapshot is evaluated and where its data are.
-pub(crate) fn of_snapshot(window: &Manoeuvre, [from_s, to_s]: [f64; 2], trim: Option<&str>) -> Vec<(String, String)> {
+pub(crate) fn snapshot_facts(
+    window: &Manoeuvre,
+    [from_s, to_s]: [f64; 2],
+    trim: Option<&str>,
+) -> Vec<(String, String)> {
     let mut facts = vec![
         (
             "Automatic procedure",
@@ -117,7 +121,7 @@ pub(crate) fn of_snapshot(window: &Manoeuvre, [from_s, to_s]: [f64; 2], trim: Op
 }
 
 /// What drives the model, how the test is evaluated, and where the validation data are.
-pub(crate) fn of_record(
+pub(crate) fn record_facts(
     window: &Manoeuvre,
     aero: &WindowAero,
     recording: Option<&Recording>,

@@ -26,7 +26,7 @@ pub struct GustRow {
 
 impl GustRow {
     /// In words.
-    pub fn words(&self) -> String {
+    pub fn summary(&self) -> String {
         if !self.applied {
             return "not significant".to_owned();
         }
@@ -81,14 +81,14 @@ pub struct DelayRow {
 
 impl DelayRow {
     /// In words.
-    pub fn words(&self) -> String {
+    pub fn summary(&self) -> String {
         format!("{} {:.0} ± {:.0} ms", self.measurements.join(", "), 1e3 * self.delay_s, 1e3 * self.standard_error_s)
     }
 }
 
 /// The delays that the filter takes, in words; none where it takes none.
 pub fn applied_delays(rows: &[DelayRow]) -> Option<String> {
-    let applied: Vec<String> = rows.iter().filter(|row| row.applied).map(DelayRow::words).collect();
+    let applied: Vec<String> = rows.iter().filter(|row| row.applied).map(DelayRow::summary).collect();
     (!applied.is_empty()).then(|| applied.join("; "))
 }
 

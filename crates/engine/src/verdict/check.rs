@@ -109,10 +109,10 @@ pub fn check_session(session: &Session, folder: &Path) -> Checked {
         let scope = Scope { session: &computed, folder, first: None, studies: &[], cause: "check", generation: 1 };
         let cache = Cache::new(CACHE_BYTES);
         let snapshot = run(&scope, &Snapshot::default(), &cache, &Control::default(), &|_| {});
-        findings.extend(of_recordings(session, &snapshot));
-        findings.extend(of_samples(session, &others, &snapshot));
+        findings.extend(check_recordings(session, &snapshot));
+        findings.extend(check_samples(session, &others, &snapshot));
         findings.extend(accelerometer::findings(&computed, &snapshot));
-        findings.extend(shape::of_session(&snapshot));
+        findings.extend(shape::geometry_findings(&snapshot));
         let compared = snapshot.physics.values().filter_map(|slot| slot.ready());
         physics.extend(compared.flat_map(|compared| compared.rows.iter().cloned()));
         // What the session itself says of a window or a flight is why it fails.
@@ -136,7 +136,7 @@ fn part(session: &Session) -> (Cow<'_, Session>, Vec<&Manoeuvre>) {
 }
 
 /// What a run would refuse of the samples of the windows that were not computed, and that they were not.
-fn of_samples(session: &Session, others: &[&Manoeuvre], snapshot: &Snapshot) -> Vec<Finding> {
+fn check_samples(session: &Session, others: &[&Manoeuvre], snapshot: &Snapshot) -> Vec<Finding> {
     if others.is_empty() {
         return Vec::new();
     }
@@ -156,7 +156,7 @@ fn of_samples(session: &Session, others: &[&Manoeuvre], snapshot: &Snapshot) -> 
 }
 
 /// What was found when the recordings were read.
-fn of_recordings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
+fn check_recordings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     let mut findings = Vec::new();
     for flight in &session.flights {
         let Some(loaded) = snapshot.flights.get(&flight.name).and_then(|slot| slot.ready()) else { continue };

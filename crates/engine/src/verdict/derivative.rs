@@ -3,7 +3,7 @@
 use doublet_core::model::is_constant_name;
 
 use super::effect::Cause;
-use super::judge::{Evidence, place};
+use super::judge::{Evidence, derivative_label};
 use super::plausible::{Outside, Range};
 use super::{Finding, Level, weigh};
 use crate::session::{Fix, WindowRole};
@@ -40,7 +40,7 @@ pub(super) fn findings(
     let Ok(estimate) = &fit.fit else { return Vec::new() };
     let (name, value) = (&estimate.names[index], estimate.estimates[index]);
     let error = fit.corrected_errors.get(index).copied().filter(|_| estimate.origins[index].is_estimated());
-    let at = place(name, window);
+    let at = derivative_label(name, window);
     let mut findings = Vec::new();
     if !is_constant_name(name) {
         findings.extend(determined(&at, fit, index));

@@ -8,7 +8,7 @@ use doublet_core::statistics;
 use nalgebra::DMatrix;
 
 use super::derivative::is_determined;
-use super::judge::{Evidence, place};
+use super::judge::{Evidence, derivative_label};
 use super::{Finding, Level, delay, propulsion};
 use crate::run::Snapshot;
 use crate::session::{Fix, Manoeuvre, Session, Surface, WindowRole};
@@ -65,7 +65,7 @@ fn without_terms(evidence: Evidence<'_>, coefficient: Coefficient, variables: &[
 /// What speaks against a fit; `window` is none for the pooled one.
 pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &CoefficientFit) -> Vec<Finding> {
     let name = fit.coefficient.name();
-    let at = place(name, window);
+    let at = derivative_label(name, window);
     let estimate = match &fit.fit {
         Ok(estimate) => estimate,
         Err(error) => {

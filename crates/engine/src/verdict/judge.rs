@@ -221,7 +221,7 @@ fn with_unused(evidence: Evidence<'_>, mut pooled: Vec<FitVerdict>) -> Vec<FitVe
     let mut one = |coefficient: Coefficient| {
         let known = pooled.iter().position(|fit| fit.coefficient == coefficient).map(|index| pooled.remove(index));
         known.unwrap_or_else(|| {
-            let finding = not_computed(Level::Caution, place(coefficient.name(), None), NO_WINDOW);
+            let finding = not_computed(Level::Caution, derivative_label(coefficient.name(), None), NO_WINDOW);
             let cure = "Mark an identification manoeuvre that excites it, or remove the coefficient.";
             let finding = finding.with_cure(cure).with_setting("Manoeuvres", "window.role");
             FitVerdict {
@@ -279,7 +279,7 @@ fn fit_verdict(
 }
 
 /// Place of a coefficient or derivative: `Cm_q (pooled)` or `Cm_q (window '03 elevator')`.
-pub(super) fn place(name: &str, window: Option<&str>) -> String {
+pub(super) fn derivative_label(name: &str, window: Option<&str>) -> String {
     match window {
         None => format!("{name} (pooled)"),
         Some(window) => format!("{name} (manoeuvre '{window}')"),

@@ -9,7 +9,12 @@ use crate::session::{Manoeuvre, Session};
 use crate::stage::{FlownMass, FuelRecord, FuelSource, WindowAero};
 
 /// What speaks against the mass properties of a window.
-pub(super) fn of_window(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre, aero: &WindowAero) -> Vec<Finding> {
+pub(super) fn loading_findings(
+    place: &str,
+    evidence: Evidence<'_>,
+    manoeuvre: &Manoeuvre,
+    aero: &WindowAero,
+) -> Vec<Finding> {
     let flown = evidence.snapshot.flown.get(&manoeuvre.flight).and_then(|slot| slot.ready());
     let shifted = flown.and_then(|flown| shifted(place, &flown.fuel));
     let possible = impossible(place, aero).or_else(|| envelope(place, evidence, aero));

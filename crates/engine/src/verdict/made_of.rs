@@ -4,15 +4,16 @@
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::Measurement;
 
-use super::judge::{Evidence, place};
+use super::judge::{Evidence, derivative_label};
 use super::{Finding, Level, shape, weigh};
 use crate::session::Surface;
 use crate::stage::CoefficientFit;
 
 /// Findings about what a pooled fit is made of; each is said of the window, the flight or the aircraft as well.
 pub(super) fn findings(evidence: Evidence<'_>, fit: &CoefficientFit) -> Vec<Finding> {
-    let at = place(fit.coefficient.name(), None);
-    let aircraft = shape::of_session(evidence.snapshot).into_iter().map(|found| Finding { place: at.clone(), ..found });
+    let at = derivative_label(fit.coefficient.name(), None);
+    let aircraft =
+        shape::geometry_findings(evidence.snapshot).into_iter().map(|found| Finding { place: at.clone(), ..found });
     let formed = fit.windows.iter().filter_map(|(window, _)| evidence.snapshot.windows.get(window)?.aero.ready());
     let air = formed
         .filter_map(|aero| aero.air_density.finding())

@@ -51,7 +51,7 @@ pub use judge::{DerivativeVerdict, FitVerdict, Verdicts, WindowVerdict, judge};
 pub use judged_flights::{JudgedFlights, fly_and_judge, judged_flights};
 pub use plausible::PlausibleRange;
 pub use stated_quantity::{StatedQuantity, stated_quantity};
-pub(crate) use systems::{Alternative, is_driven_by_noise, of_equations, of_system};
+pub(crate) use systems::{Alternative, is_driven_by_noise, judge_equations, judge_system};
 
 /// How far something may be believed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]

@@ -32,7 +32,7 @@ pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
     let place = accelerometer::findings(evidence.session, snapshot);
     physics
         .chain(place)
-        .chain(shape::of_session(snapshot))
+        .chain(shape::geometry_findings(snapshot))
         .chain(signals)
         .chain(gravity)
         .chain(mass)

@@ -14,7 +14,7 @@ const ROLL_RADIUS: [f64; 2] = [0.15, 0.46];
 const FLATNESS: [f64; 2] = [0.55, 1.0];
 
 /// What speaks against the numbers of the aircraft of a session, with the mass of the first flight that has one.
-pub(super) fn of_session(snapshot: &Snapshot) -> Vec<Finding> {
+pub(super) fn geometry_findings(snapshot: &Snapshot) -> Vec<Finding> {
     let Some(loaded) = snapshot.aircraft.ready() else { return Vec::new() };
     let flown = snapshot.flown.values().find_map(|slot| slot.ready()).map(|flown| flown.start.state.properties);
     findings("aircraft", &loaded.aircraft.reference, flown.as_ref())

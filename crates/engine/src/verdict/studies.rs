@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::judge::{Evidence, level_above, place};
+use super::judge::{Evidence, derivative_label, level_above};
 use super::{Finding, Level, delay};
 use crate::session::Fix;
 use crate::stage::{WindowFits, WindowReplay};
@@ -90,7 +90,8 @@ fn apart(window: &str, fits: &WindowFits, method: &str, twin: &CheckedDerivative
         "Equation error {estimate:.4} ± {error:.2}, {method} {:.4} ± {:.2}: {times:.1} joint standard errors apart (limit {limit}).",
         twin.estimate, twin.standard_error
     );
-    let finding = Finding::new(level, "twin", place(&twin.name, Some(window)), text).with_figure(times, limit);
+    let finding =
+        Finding::new(level, "twin", derivative_label(&twin.name, Some(window)), text).with_figure(times, limit);
     let cure = "Check the fit of output error, the delays and the frequency band.";
     Some(finding.with_cure(cure).with_setting("Derivatives", "model"))
 }

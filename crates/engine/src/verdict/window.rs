@@ -61,7 +61,7 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
     if let Some(aero) = results.aero.ready() {
         findings.extend(flight::dynamic_pressure(&place, evidence, manoeuvre, aero));
         findings.extend(sampling::sudden_control(&place, evidence, manoeuvre, aero));
-        findings.extend(loading::of_window(&place, evidence, manoeuvre, aero));
+        findings.extend(loading::loading_findings(&place, evidence, manoeuvre, aero));
         findings.extend(propulsion::extrapolated(&place, evidence, manoeuvre, aero));
     }
     findings

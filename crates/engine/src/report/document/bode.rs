@@ -25,7 +25,7 @@ impl BodeModel {
             let point = |found: &ResponsePoint| {
                 let omega = found.omega_rad_s;
                 let exact = model.at(omega);
-                let shown = if seen { found.seen(|omega| model.at(omega)) } else { exact };
+                let shown = if seen { found.through_windows(|omega| model.at(omega)) } else { exact };
                 let phase = model.phase_rad(omega) + (shown / exact).arg();
                 [omega, 20.0 * shown.norm().log10(), phase.to_degrees() + turn]
             };

@@ -20,7 +20,7 @@ pub fn overview(contents: &Contents<'_>) -> Parts {
         ("Gravity", format!("{} m/s², {}", significant(results.gravity_m_s2, 6), results.gravity_origin)),
     ];
     let delays = applied_delays(&results.sensor_delays).map(|words| ("Delays applied", words));
-    let gusts = results.gusts.as_ref().map(|gusts| ("Gusts", gusts.words()));
+    let gusts = results.gusts.as_ref().map(|gusts| ("Gusts", gusts.summary()));
     let body = vec![
         Block::Facts(
             facts.into_iter().chain(delays).chain(gusts).map(|(name, text)| (name.to_owned(), text)).collect(),
@@ -115,7 +115,7 @@ pub fn windows(contents: &Contents<'_>) -> Parts {
     if times.rows.is_empty() {
         return Parts::default();
     }
-    let mut blocks = vec![Block::Table(flown(contents))];
+    let mut blocks = vec![Block::Table(manoeuvre_table(contents))];
     for flight in &contents.session.flights {
         let Some(loaded) = contents.snapshot.flights.get(&flight.name).and_then(|slot| slot.ready()) else { continue };
         let spans: Vec<Mark> = contents
@@ -161,7 +161,7 @@ pub fn windows(contents: &Contents<'_>) -> Parts {
 }
 
 /// One row per manoeuvre in use: condition, mass, wind, steadiness before the input, verdict.
-fn flown(contents: &Contents<'_>) -> Table {
+fn manoeuvre_table(contents: &Contents<'_>) -> Table {
     let results = contents.results;
     let condition = |row: &WindowRow| {
         results.manoeuvre_map.iter().find(|found| found.name == row.name && found.flight == row.flight)
