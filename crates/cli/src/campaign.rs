@@ -65,7 +65,7 @@ pub fn campaign(arguments: &CampaignArguments) -> Result<(), String> {
         let formats = named(&ReportFormat::ALL, &arguments.format, |format| format.name());
         let set = DocumentSet { folder, name: "campaign", formats: &formats, beside: &beside };
         let progress = Progress::new();
-        let show = |part| progress.show(part, "writing the cards");
+        let show = |part| progress.update(part, "writing the cards");
         let laid_out = campaign_document(&campaign, aircraft, &planned, &flown);
         let put = set.write(&laid_out, "campaign", &Control::default(), &show);
         progress.finish();

@@ -60,12 +60,13 @@ pub fn variants(arguments: &VariantArguments) -> Result<(), String> {
     let mut unknown: Vec<&String> = named.collect();
     let mut done = 0;
     for regression in pooled_regressions(&windows, &session.structure, &session.estimation) {
-        let Ok(Regression { coefficient, mut pooled }) = regression.inspect_err(|error| run::say(&error.to_string()))
+        let Ok(Regression { coefficient, mut pooled }) =
+            regression.inspect_err(|error| run::print_error(&error.to_string()))
         else {
             continue;
         };
         let known = std::mem::take(&mut pooled.constraints);
-        let fitted = pooled.fit().inspect_err(|error| run::say(&format!("{}: {error}", coefficient.name())));
+        let fitted = pooled.fit().inspect_err(|error| run::print_error(&format!("{}: {error}", coefficient.name())));
         let Ok(ordinary) = fitted else { continue };
         done += 1;
         let all = stacked(&pooled.names, &pooled.per_window, &pooled.windows).map_err(|error| error.to_string())?;
