@@ -65,7 +65,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &Ui, view: View, response: &StackRes
             ui.painter().vline(x, rect.y_range(), Stroke::new(1.0, color));
         }
     }
-    words(ui, first, over(marked.stretch, &first).left(), 40.0, &text);
+    draw_label(ui, first, over(marked.stretch, &first).left(), 40.0, &text);
     if marked.is_done && marked.stretch.length_s() > SHORTEST_S {
         carry_out(ctx, view, marked);
     }
@@ -113,7 +113,7 @@ fn candidates(ctx: &PanelContext<'_>, ui: &Ui, (frames, range): (&[Rect], TimeRa
         }
         if is_asked && let Some(frame) = frames.first() {
             let left = x_at(*frame, range, candidate.window.start_s).max(frame.left());
-            words(ui, *frame, left, 22.0, &format!("{}?  Y accept, N refuse", candidate.name));
+            draw_label(ui, *frame, left, 22.0, &format!("{}?  Y accept, N refuse", candidate.name));
         }
     }
 }
@@ -135,7 +135,7 @@ fn open_candidates<'a>(ctx: &PanelContext<'a>, range: TimeRange) -> impl Iterato
 }
 
 /// Words on a ground beside the line at `x`, on the side that has room.
-fn words(ui: &Ui, frame: Rect, x: f32, below: f32, text: &str) {
+fn draw_label(ui: &Ui, frame: Rect, x: f32, below: f32, text: &str) {
     let ink = ui.visuals().strong_text_color();
     let galley = ui.painter().layout_no_wrap(text.to_owned(), FontId::proportional(11.0), ink);
     let size = galley.size() + vec2(8.0, 4.0);

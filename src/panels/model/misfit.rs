@@ -99,7 +99,7 @@ fn list(ctx: &PanelContext<'_>, ui: &mut Ui, found: &Misfit) {
         }
         ui.end_row();
         for one in found.channels.iter().take(MOST) {
-            let (name, moves) = words(ctx, one);
+            let (name, moves) = channel_name_and_amplitude(ctx, one);
             let is_chance = one.share < found.bound;
             let ink = if is_chance { ui.visuals().weak_text_color() } else { ui.visuals().text_color() };
             let hover = one.role.map_or(one.name.as_str(), |role| role.description());
@@ -120,7 +120,7 @@ fn list(ctx: &PanelContext<'_>, ui: &mut Ui, found: &Misfit) {
 }
 
 /// Name of a channel, and how far it moves with its unit.
-fn words(ctx: &PanelContext<'_>, one: &CoherentChannel) -> (String, String) {
+fn channel_name_and_amplitude(ctx: &PanelContext<'_>, one: &CoherentChannel) -> (String, String) {
     let (name, (unit, scale)) = match one.role {
         Some(role) => (notation::role(role).to_owned(), ctx.state.units.of_role(role)),
         None => (one.name.clone(), (one.unit.as_str(), 1.0)),

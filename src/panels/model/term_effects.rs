@@ -42,7 +42,7 @@ pub fn effect<'a>(studies: &'a [CoefficientStudy], coefficient: Coefficient, ter
 }
 
 /// The numbers of a tick in words.
-pub fn words(effect: &TermEffect) -> String {
+pub fn effect_text(effect: &TermEffect) -> String {
     let verb = if effect.in_model { "without it" } else { "with it" };
     format!(
         "VIF {}   partial F {}\n{verb}: R² {:+.4}, predicted squared error {:+.1} %",
