@@ -225,8 +225,9 @@ impl Candidate {
 
     /// Roles whose unit it changes.
     pub(super) fn roles_of_units(&self) -> Vec<Role> {
-        let of = |cure: &Cure| if let Cure::Scale { role, units: Some(_), .. } = cure { Some(*role) } else { None };
-        self.cures.iter().filter_map(of).collect()
+        let converted_role =
+            |cure: &Cure| if let Cure::Scale { role, units: Some(_), .. } = cure { Some(*role) } else { None };
+        self.cures.iter().filter_map(converted_role).collect()
     }
 
     /// The motion after it.

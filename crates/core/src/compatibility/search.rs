@@ -328,8 +328,8 @@ fn needs_channel(relation: &Relation, with: &Figures, without: &Motion) -> bool 
 
 /// Whether a relation was off as far as a wrong unit makes it: the other channels that enter hide a part of its factor.
 fn is_as_far_off(candidate: &Candidate, was: &Figures) -> bool {
-    let of = |cure: &Cure| if let Cure::Scale { factor, .. } = cure { factor.abs().ln().abs() } else { 0.0 };
-    let factor = candidate.cures.iter().map(of).fold(0.0, f64::max);
+    let log_factor = |cure: &Cure| if let Cure::Scale { factor, .. } = cure { factor.abs().ln().abs() } else { 0.0 };
+    let factor = candidate.cures.iter().map(log_factor).fold(0.0, f64::max);
     was.slope.abs().ln().abs() > AS_FAR * factor
 }
 

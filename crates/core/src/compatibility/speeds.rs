@@ -51,7 +51,7 @@ pub(super) fn in_knots(rows: &[CompatibilityRow]) -> Option<CompatibilityRow> {
     if factors.len() < 2 || !factors.iter().all(is_knot) {
         return None;
     }
-    let said: Vec<String> = factors.iter().map(|factor| format!("{factor:.3}")).collect();
+    let listed: Vec<String> = factors.iter().map(|factor| format!("{factor:.3}")).collect();
     Some(CompatibilityRow {
         channel: Role::TrueAirspeed.name().to_owned(),
         relation: None,
@@ -63,7 +63,7 @@ pub(super) fn in_knots(rows: &[CompatibilityRow]) -> Option<CompatibilityRow> {
         segments: factors.len(),
         evidence: format!(
             "climb and normal acceleration from airspeed and attitude are {} times the measured: airspeed is in knots ({:.3} m/s)",
-            said.join(", "),
+            listed.join(", "),
             knot.scale
         ),
         cure: Some(Cure::Scale {
@@ -124,7 +124,7 @@ pub(super) fn scaled(rows: &[CompatibilityRow], motion: &Motion) -> Option<Compa
         }
         None => (format!("{percent:.0} % too {too}"), Cure::Scale { role, factor, offset: 0.0, units: None }),
     };
-    let said: Vec<String> = factors.iter().map(|factor| format!("{factor:.3}")).collect();
+    let listed: Vec<String> = factors.iter().map(|factor| format!("{factor:.3}")).collect();
     let others: Vec<String> = against(rows, factor).iter().map(|other| format!("{other:.3}")).collect();
     let disagreeing = match others.is_empty() {
         true => String::new(),
@@ -141,7 +141,7 @@ pub(super) fn scaled(rows: &[CompatibilityRow], motion: &Motion) -> Option<Compa
         segments: factors.len(),
         evidence: format!(
             "recorded ground velocity, climb and normal acceleration match {} times this airspeed{disagreeing}",
-            said.join(", ")
+            listed.join(", ")
         ),
         cure: Some(cure),
         curves: None,
