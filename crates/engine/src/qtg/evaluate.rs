@@ -415,11 +415,12 @@ impl Evaluation<'_> {
                 return;
             }
         };
-        let of = |values: &snapshot::Values, quantity: Quantity| {
+        let value_of = |values: &snapshot::Values, quantity: Quantity| {
             values.iter().find(|(known, _)| *known == quantity).map(|(_, value)| *value)
         };
-        let rows =
-            values(requirements, &|quantity| of(&found.flight, quantity), &|quantity| of(&found.model, quantity));
+        let rows = values(requirements, &|quantity| value_of(&found.flight, quantity), &|quantity| {
+            value_of(&found.model, quantity)
+        });
         test.outcome = if met(&rows, requirements.len()) { Outcome::Passed } else { Outcome::Failed };
         test.reason = over_values(&rows, requirements.len());
         test.values = rows;

@@ -195,8 +195,8 @@ pub fn figure(id: &str, window: &Manoeuvre, replay: &WindowReplay, aero: &Window
     let mut signals: Vec<Signal> = signals.iter().copied().chain(further).collect();
     // What is judged comes first.
     signals.sort_by_key(|signal| !judged(*signal));
-    let of = |signal: &Signal| replay.series.iter().find(|series| series.signal == *signal);
-    let mut panels: Vec<Panel> = signals.iter().filter_map(of).map(signal_panel).collect();
+    let replayed = |signal: &Signal| replay.series.iter().find(|series| series.signal == *signal);
+    let mut panels: Vec<Panel> = signals.iter().filter_map(replayed).map(signal_panel).collect();
     panels.extend(surfaces.iter().filter_map(|surface| control_panel(*surface, replay, aero)));
     let band = if replay.series.iter().any(|series| series.half_band.is_some()) {
         " with the tolerance band (the widest if a parameter has several)"

@@ -45,13 +45,13 @@ pub fn gusts(snapshot: &Snapshot) -> Option<GustRow> {
     for path in snapshot.windows.values().filter_map(|results| results.path.ready()) {
         let path = &path.reconstruction;
         let states = path.smoothed.as_ref().map_or(&path.states, |smoothed| &smoothed.states);
-        let of = |state: State| states[state as usize].as_slice();
+        let state_values = |state: State| states[state as usize].as_slice();
         let count = path.time_s.len() as f64;
-        let (u, w) = (of(State::VelocityU), of(State::VelocityW));
+        let (u, w) = (state_values(State::VelocityU), state_values(State::VelocityW));
         let alpha: Vec<f64> = w.iter().zip(u).map(|(w, u)| w.atan2(*u)).collect();
-        let flow: Vec<f64> = of(State::WindDown).iter().zip(u).map(|(wind, u)| wind / u.max(1.0)).collect();
-        let horizontal = 0.5 * (variance(of(State::WindNorth)) + variance(of(State::WindEast)));
-        let found = [horizontal, variance(of(State::WindDown)), variance(&flow), variance(&alpha)];
+        let flow: Vec<f64> = state_values(State::WindDown).iter().zip(u).map(|(wind, u)| wind / u.max(1.0)).collect();
+        let horizontal = 0.5 * (variance(state_values(State::WindNorth)) + variance(state_values(State::WindEast)));
+        let found = [horizontal, variance(state_values(State::WindDown)), variance(&flow), variance(&alpha)];
         squares.iter_mut().zip(found).for_each(|(sum, variance)| *sum += count * variance);
         samples += count;
     }

@@ -170,8 +170,8 @@ fn compared(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Flig
 
 /// The recording without a position down that is its altitude turned: the two hold one mistake, and neither mends it alone.
 fn without_copy(recording: &Recording) -> Option<Recording> {
-    let of = |role: Role| recording.role(role).map(|channel| &channel.series);
-    let (down, altitude) = (of(Role::PositionDown)?, of(Role::Altitude)?);
+    let find_series = |role: Role| recording.role(role).map(|channel| &channel.series);
+    let (down, altitude) = (find_series(Role::PositionDown)?, find_series(Role::Altitude)?);
     let same = down.values.len() == altitude.values.len()
         && down.values.iter().zip(altitude.values.iter()).all(|(down, up)| (down + up).abs() < 1e-6 || down.is_nan());
     same.then(|| {

@@ -86,9 +86,9 @@ fn implausible(at: &str, name: &str, (value, error): (f64, Option<f64>), range: 
     } else {
         return None;
     };
-    let said = if wrong_sign { "has the wrong sign: plausible range" } else { "is outside its plausible range" };
+    let problem = if wrong_sign { "has the wrong sign: plausible range" } else { "is outside its plausible range" };
     let error = error.map_or(String::new(), |error| format!(" ± {error:.2}"));
-    let text = format!("{value:.4}{error} {said} {:.3} to {:.3} ({}).", range.low, range.high, range.source);
+    let text = format!("{value:.4}{error} {problem} {:.3} to {:.3} ({}).", range.low, range.high, range.source);
     let limit = if value > range.high { range.high } else { range.low };
     let finding = Finding::new(level, "plausible", at, text).with_figure(value, limit);
     let cure = "Check signs, units, mass and inertia, or state a plausible range.";

@@ -150,7 +150,7 @@ pub(super) fn mean(values: &[f64]) -> f64 {
 
 /// Median of the mean dynamic pressures of the windows not ignored, Pa.
 pub(super) fn median_pressure(session: &Session, snapshot: &Snapshot) -> Option<f64> {
-    let of = |window: &Manoeuvre| Some(mean_pressure(snapshot.windows.get(&window.name)?.aero.ready()?));
-    let mut pressures: Vec<f64> = session.active_windows().filter_map(of).collect();
+    let pressure = |window: &Manoeuvre| Some(mean_pressure(snapshot.windows.get(&window.name)?.aero.ready()?));
+    let mut pressures: Vec<f64> = session.active_windows().filter_map(pressure).collect();
     statistics::median(&mut pressures)
 }

@@ -93,12 +93,12 @@ impl Verdicts {
     pub fn headline(&self) -> String {
         let good = self.windows.values().filter(|window| window.verdict.level == Level::Good).count();
         let windows = format!("{good} of {} manoeuvres good", self.windows.len());
-        let of = |level: Level| -> Option<String> {
+        let fits_of_level = |level: Level| -> Option<String> {
             let fits = self.pooled.iter().filter(|fit| fit.verdict.level == level);
             let names: Vec<&str> = fits.map(|fit| fit.coefficient.name()).collect();
             (!names.is_empty()).then(|| format!("{} {}", names.join(", "), level.name()))
         };
-        let fits = [Level::Good, Level::Caution, Level::Bad].into_iter().filter_map(of);
+        let fits = [Level::Good, Level::Caution, Level::Bad].into_iter().filter_map(fits_of_level);
         let parts: Vec<String> = std::iter::once(windows).chain(fits).collect();
         format!("{}: {}", self.session.level.name(), parts.join("; "))
     }

@@ -70,7 +70,7 @@ pub(super) fn unknown(at: &str, fit: &CoefficientFit, used: &[&WindowAero]) -> O
     }
     let name = fit.coefficient.name();
     let cure = "Record the thrust, or engine speed and manifold pressure.";
-    let said = |level: Level, text: String| {
+    let finding = |level: Level, text: String| {
         Some(
             Finding::new(level, "propulsion", at, text)
                 .with_cure(cure)
@@ -80,7 +80,7 @@ pub(super) fn unknown(at: &str, fit: &CoefficientFit, used: &[&WindowAero]) -> O
     let taken_out = |aero: &&&WindowAero| aero.settings.thrust != ThrustTreatment::Included;
     let partly = used.iter().filter(taken_out).find_map(|aero| aero.unknown_thrust.first());
     if let Some(engine) = partly {
-        return said(
+        return finding(
             Level::Bad,
             format!("Thrust of engine '{engine}' is neither recorded nor modelled; {name} contains it."),
         );
@@ -90,5 +90,5 @@ pub(super) fn unknown(at: &str, fit: &CoefficientFit, used: &[&WindowAero]) -> O
     if !(with_thrust && none_known) {
         return None;
     }
-    said(Level::Caution, format!("Thrust is unknown: {name} contains it and its change with airspeed."))
+    finding(Level::Caution, format!("Thrust is unknown: {name} contains it and its change with airspeed."))
 }

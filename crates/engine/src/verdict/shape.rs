@@ -102,8 +102,8 @@ mod tests {
         for (index, factor, text) in cases {
             let mut numbers = SINGLE;
             numbers[index] *= factor;
-            let said = found(numbers);
-            assert!(said.iter().any(|said| said.starts_with(text)), "{index}: {said:?}");
+            let texts = found(numbers);
+            assert!(texts.iter().any(|found| found.starts_with(text)), "{index}: {texts:?}");
         }
         // All lengths in feet, as areas and lengths among themselves agree: the mass tells.
         let [area, span, chord, rest @ ..] = SINGLE;

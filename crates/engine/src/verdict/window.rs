@@ -100,7 +100,7 @@ fn nis(place: &str, consistency: &Consistency, evidence: Evidence<'_>, channels_
     let found = extreme(ratio > 1.0);
     let (name, times) =
         found.map_or(("a measurement", f64::NAN), |found| (found.measurement.name(), found.deviation_ratio));
-    let (said, cure) = if ratio > 1.0 {
+    let (explanation, cure) = if ratio > 1.0 {
         (
             format!("innovations exceed the noise, most in {name} ({times:.1} times predicted)"),
             too_large(name, found.filter(|_| channels_fit && ratio < NOISE_EXPLAINS).map(|found| found.measurement)),
@@ -112,7 +112,8 @@ fn nis(place: &str, consistency: &Consistency, evidence: Evidence<'_>, channels_
         )
     };
     let (mean, expected) = (consistency.nis_mean, consistency.nis_mean / ratio);
-    let text = format!("Mean NIS {mean:.3}, expected {expected:.3} (ratio {ratio:.2}, limit {limit:.2}): {said}.");
+    let text =
+        format!("Mean NIS {mean:.3}, expected {expected:.3} (ratio {ratio:.2}, limit {limit:.2}): {explanation}.");
     let setting = found
         .filter(|_| ratio > 1.0)
         .map_or("filter.measurement_noise".to_owned(), |_| format!("filter.measurement_noise.{name}"));

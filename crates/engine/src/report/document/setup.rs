@@ -166,17 +166,17 @@ fn manoeuvre_table(contents: &Contents<'_>) -> Table {
     let condition = |row: &WindowRow| {
         results.manoeuvre_map.iter().find(|found| found.name == row.name && found.flight == row.flight)
     };
-    let of = |row: &WindowRow, value: &dyn Fn(&MapRow) -> Option<f64>| condition(row).and_then(value);
+    let map_value = |row: &WindowRow, value: &dyn Fn(&MapRow) -> Option<f64>| condition(row).and_then(value);
     let caption = "Manoeuvres: mean condition, wind and its standard deviation, and steadiness before the input.";
     TableOf::new("flown", caption, &results.windows)
         .text("window", "Manoeuvre", |row| &row.name)
         .text("role", "Use", |row| if row.role == WindowRole::Validation.name() { "val" } else { "id" })
-        .maybe("airspeed_m_s", "Airspeed", "m/s", 3, |row| of(row, &|row| row.airspeed_m_s))
-        .maybe("altitude_m", "Altitude", "m", 4, |row| of(row, &|row| row.altitude_m))
-        .maybe("mass_kg", "Mass", "kg", 5, |row| of(row, &|row| row.mass_kg))
-        .maybe("cg_chord", "CG on chord", "", 3, |row| of(row, &|row| row.cg_chord))
-        .maybe("wind_m_s", "Wind", "m/s", 2, |row| of(row, &|row| row.wind_m_s))
-        .maybe("wind_deviation_m_s", "Gusts", "m/s", 2, |row| of(row, &|row| row.wind_deviation_m_s))
+        .maybe("airspeed_m_s", "Airspeed", "m/s", 3, |row| map_value(row, &|row| row.airspeed_m_s))
+        .maybe("altitude_m", "Altitude", "m", 4, |row| map_value(row, &|row| row.altitude_m))
+        .maybe("mass_kg", "Mass", "kg", 5, |row| map_value(row, &|row| row.mass_kg))
+        .maybe("cg_chord", "CG on chord", "", 3, |row| map_value(row, &|row| row.cg_chord))
+        .maybe("wind_m_s", "Wind", "m/s", 2, |row| map_value(row, &|row| row.wind_m_s))
+        .maybe("wind_deviation_m_s", "Gusts", "m/s", 2, |row| map_value(row, &|row| row.wind_deviation_m_s))
         .maybe("airspeed_slope_m_s2", "dV/dt", "m/s²", 2, |row| Some(row.before_input?.airspeed_slope_m_s2))
         .maybe("w_slope_m_s2", "dw/dt", "m/s²", 2, |row| Some(row.before_input?.w_slope_m_s2))
         .maybe("climb_m_s", "Climb", "m/s", 2, |row| row.before_input?.climb_m_s)
