@@ -107,6 +107,11 @@ fn print(planned: &[PlannedPoint]) {
     let header =
         ["card", "input", "V, m/s", "h, m", "after, min", "fuel, kg", "mass, kg", "CG, m", "margin", "runs", "flown"];
     text::table(&header, &cells.collect::<Vec<_>>());
-    let of = |name: &str| planned.iter().filter(|point| point.status.name() == name).count();
-    text::line(&format!("{} cards flown, {} to repeat, {} missing", of("flown"), of("repeat"), of("missing")));
+    let count_with_status = |name: &str| planned.iter().filter(|point| point.status.name() == name).count();
+    text::line(&format!(
+        "{} cards flown, {} to repeat, {} missing",
+        count_with_status("flown"),
+        count_with_status("repeat"),
+        count_with_status("missing")
+    ));
 }

@@ -85,18 +85,18 @@ fn print_fit(fit: &FitRow, results: &Results) {
 
 /// Stated numbers that the derivatives follow one to one: no flight shows them wrong.
 fn print_stated_quantities(results: &Results) {
-    let mut said: Vec<(String, Vec<&str>)> = Vec::new();
+    let mut by_text: Vec<(String, Vec<&str>)> = Vec::new();
     let mut source = None;
     for (fit, follows) in results.pooled.iter().filter_map(|fit| Some((fit, fit.follows.as_ref()?))) {
         source = source.or(Some(follows.source));
         let text = follows.to_string();
-        match said.iter_mut().find(|(other, _)| *other == text) {
+        match by_text.iter_mut().find(|(other, _)| *other == text) {
             Some((_, coefficients)) => coefficients.push(fit.coefficient),
-            None => said.push((text, vec![fit.coefficient])),
+            None => by_text.push((text, vec![fit.coefficient])),
         }
     }
     let parts: Vec<String> =
-        said.iter().map(|(text, coefficients)| format!("{} with {text}", coefficients.join(" "))).collect();
+        by_text.iter().map(|(text, coefficients)| format!("{} with {text}", coefficients.join(" "))).collect();
     if let Some(source) = source {
         text::line(&format!("derivatives scale: {} ({source})", parts.join(", ")));
     }

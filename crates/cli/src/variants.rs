@@ -138,8 +138,9 @@ fn whitened(all: &Stacked, order: usize, ordinary: &PooledFit) -> Result<(Fit, D
 /// Corrected for the noise of the regressors, and total least squares, where any noise is stated; their errors have no correction
 /// for correlated residuals.
 fn with_noise(all: &Stacked, noise: &[(String, f64)], measurement: f64) -> Vec<Form> {
-    let of = |name: &String| noise.iter().find(|(other, _)| other == name).map_or(0.0, |(_, deviation)| *deviation);
-    let deviations: Vec<f64> = all.names.iter().map(of).collect();
+    let noise_deviation =
+        |name: &String| noise.iter().find(|(other, _)| other == name).map_or(0.0, |(_, deviation)| *deviation);
+    let deviations: Vec<f64> = all.names.iter().map(noise_deviation).collect();
     if deviations.iter().all(|deviation| *deviation == 0.0) {
         return Vec::new();
     }
