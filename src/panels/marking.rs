@@ -149,8 +149,8 @@ fn draw_label(ui: &Ui, frame: Rect, x: f32, below: f32, text: &str) {
 fn meaning(ctx: &PanelContext<'_>, ui: &Ui, view: View, marked: Marked) -> (String, Color32) {
     let palette = theme::palette(ui);
     let length = format!("{:.2} s", marked.stretch.length_s());
-    let of = at(ctx, view, marked.from_s).map(|window| window.name.as_str());
-    match (marked.kind, of) {
+    let window_name = at(ctx, view, marked.from_s).map(|window| window.name.as_str());
+    match (marked.kind, window_name) {
         (MarkKind::Manoeuvre, _) => (format!("New manoeuvre, {length}"), palette.identification),
         (MarkKind::Excluded, Some(name)) => (format!("Exclude {length} of {name}"), palette.cursor),
         (MarkKind::Included, Some(name)) => (format!("Include {length} of {name} again"), palette.cursor),

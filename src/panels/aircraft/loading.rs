@@ -310,10 +310,10 @@ fn at_cursor(ctx: &PanelContext<'_>) -> Option<(f64, [f64; 3])> {
 
 /// Mass properties over the flight of the chosen window, or of the first one that has them.
 pub(crate) fn selected_mass<'a>(ctx: &PanelContext<'a>) -> Option<&'a FlownMass> {
-    let of = |flight: &str| ctx.snapshot.flown.get(flight)?.latest().map(|flown| &**flown);
+    let mass_over = |flight: &str| ctx.snapshot.flown.get(flight)?.latest().map(|flown| &**flown);
     ctx.window()
-        .and_then(|window| of(&window.flight))
-        .or_else(|| ctx.session.flights.iter().find_map(|flight| of(&flight.name)))
+        .and_then(|window| mass_over(&window.flight))
+        .or_else(|| ctx.session.flights.iter().find_map(|flight| mass_over(&flight.name)))
 }
 
 /// Where the fuel comes from, in short and at length.

@@ -101,9 +101,10 @@ pub fn buttons(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, advice: &Noi
                     ctx.edit(Edit::noise(NoiseChannel::Measurement(advice.measurement), estimate.std));
                 }
                 let beside = if advice.step == NoiseStep::Differ { short } else { "" };
-                let said = format!("{beside} NIS {}", nis(estimate));
-                let said = ui.add(egui::Label::new(RichText::new(said.trim()).size(10.5).weak()).selectable(false));
-                said.on_hover_text(&hint);
+                let nis_text = format!("{beside} NIS {}", nis(estimate));
+                let response =
+                    ui.add(egui::Label::new(RichText::new(nis_text.trim()).size(10.5).weak()).selectable(false));
+                response.on_hover_text(&hint);
             });
         }
     });

@@ -34,23 +34,23 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, chosen: &mut Coefficient, p
         let studies = ctx.details().map(|details| details.residuals.as_slice()).unwrap_or_default();
         let Some(first) = studies.first() else { return };
         let all: Vec<_> = studies.iter().map(|study| (study.coefficient, study.coefficient.name())).collect();
-        let of = |coefficient| studies.iter().find(|study| study.coefficient == coefficient).unwrap_or(first);
-        let mut shown = of(*chosen).coefficient;
+        let study_of = |coefficient| studies.iter().find(|study| study.coefficient == coefficient).unwrap_or(first);
+        let mut shown = study_of(*chosen).coefficient;
         ui.horizontal_wrapped(|ui| {
             ui.weak("Residual of");
             if choices(ui, &mut shown, &all) {
                 *chosen = shown;
             }
         });
-        let study = of(shown);
+        let study = study_of(shown);
         if let Some(chart) = spectrum(study, ui) {
             ctx.chart(ui, &chart, CHART_HEIGHT);
         }
         let correlation = residuals::correlation(study, ui);
         ctx.chart(ui, &correlation, CHART_HEIGHT);
-        let said = if study.whiteness.is_white() { "White" } else { "Not white" };
+        let verdict = if study.whiteness.is_white() { "White" } else { "Not white" };
         let probability = notation::fixed(100.0 * study.whiteness.probability, 1);
-        ui.weak(format!("{said}: p-value of white noise {probability} %"));
+        ui.weak(format!("{verdict}: p-value of white noise {probability} %"));
     });
 }
 

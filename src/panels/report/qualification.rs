@@ -110,8 +110,8 @@ impl Qualification {
             let all: Vec<String> = names().cloned().collect();
             let shipped = TestFile::open(Path::new(SHIPPED));
             let fits = shipped.is_ok_and(|file| {
-                let mut of = file.tests.iter().flat_map(|test| &test.windows).peekable();
-                of.peek().is_some() && of.all(|window| all.contains(window))
+                let mut used_windows = file.tests.iter().flat_map(|test| &test.windows).peekable();
+                used_windows.peek().is_some() && used_windows.all(|window| all.contains(window))
             });
             self.fits = Some((all, fits));
         }

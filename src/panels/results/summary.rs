@@ -46,11 +46,11 @@ impl Place {
 
     /// What it is called.
     fn title(&self) -> String {
-        let of = self.fit.map_or("Flight path", Coefficient::name);
+        let fit_name = self.fit.map_or("Flight path", Coefficient::name);
         match (&self.window, self.fit) {
             (None, None) => "Session".to_owned(),
-            (None, Some(_)) => format!("{of}, all manoeuvres"),
-            (Some(window), _) => format!("{of}, {window}"),
+            (None, Some(_)) => format!("{fit_name}, all manoeuvres"),
+            (Some(window), _) => format!("{fit_name}, {window}"),
         }
     }
 
