@@ -153,11 +153,11 @@ fn print_first(found: &[Folded]) {
 /// A finding and what to do about it, in one line where they fit, else in one line each.
 fn in_brief(finding: &Folded) -> Vec<String> {
     let whole = format!("  {}: {finding}", name(finding.level));
-    if finding.cure.is_empty() || whole.chars().count() <= FINDING_WIDTH {
+    if finding.fix.is_empty() || whole.chars().count() <= FINDING_WIDTH {
         return vec![text::shortened(&whole, FINDING_WIDTH)];
     }
     let found = format!("  {}: {}: {}", name(finding.level), finding.place, finding.text);
-    [found, format!("    {}", finding.cure)].map(|line| text::shortened(&line, FINDING_WIDTH)).into()
+    [found, format!("    {}", finding.fix)].map(|line| text::shortened(&line, FINDING_WIDTH)).into()
 }
 
 /// Clocks, engines, windows and derivatives, and every finding.

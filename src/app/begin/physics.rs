@@ -182,7 +182,7 @@ pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui) {
         });
     }
     if let Some(cure) = applied {
-        choosing.hand = begin::cure(&choosing.hand, &cure, &choosing.inspected.probes);
+        choosing.hand = begin::apply_fix(&choosing.hand, &cure, &choosing.inspected.probes);
         choosing.plan_again();
     }
 }

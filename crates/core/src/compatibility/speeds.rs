@@ -66,7 +66,7 @@ pub(super) fn in_knots(rows: &[CompatibilityRow]) -> Option<CompatibilityRow> {
             listed.join(", "),
             knot.scale
         ),
-        cure: Some(Cure::Scale {
+        fix: Some(Cure::Scale {
             role: Role::TrueAirspeed,
             factor: knot.scale,
             offset: 0.0,
@@ -117,10 +117,10 @@ pub(super) fn scaled(rows: &[CompatibilityRow], motion: &Motion) -> Option<Compa
     let (factor, factors) = agreed(rows, CLEAR).or_else(|| agreed(rows, OTHER))?;
     let percent = 100.0 * (1.0 - 1.0 / factor).abs();
     let too = if factor > 1.0 { "small" } else { "large" };
-    let (hypothesis, cure) = match calibrated(motion).filter(|ratio| (factor / ratio - 1.0).abs() < AS_CALIBRATED) {
+    let (hypothesis, fix) = match calibrated(motion).filter(|ratio| (factor / ratio - 1.0).abs() < AS_CALIBRATED) {
         Some(_) => {
-            let cure = Cure::Reassign { from: role, to: Role::CalibratedAirspeed };
-            (cure.hypothesis(), cure)
+            let fix = Cure::Reassign { from: role, to: Role::CalibratedAirspeed };
+            (fix.hypothesis(), fix)
         }
         None => (format!("{percent:.0} % too {too}"), Cure::Scale { role, factor, offset: 0.0, units: None }),
     };
@@ -143,7 +143,7 @@ pub(super) fn scaled(rows: &[CompatibilityRow], motion: &Motion) -> Option<Compa
             "recorded ground velocity, climb and normal acceleration match {} times this airspeed{disagreeing}",
             listed.join(", ")
         ),
-        cure: Some(cure),
+        fix: Some(fix),
         curves: None,
     })
 }

@@ -64,7 +64,7 @@ pub struct PhysicsRow {
     /// `az: sign reversed (correlation -0.999)`.
     #[serde(skip)]
     pub headline: String,
-    /// The same for [`crate::begin::cure`].
+    /// The same for [`crate::begin::apply_fix`].
     #[serde(skip)]
     pub change: Option<Cure>,
     /// The channel over what the others say it is, before and after the cure.
@@ -93,7 +93,7 @@ impl FlightPhysics {
         let finding = |row: &PhysicsRow| {
             let place = format!("flight '{flight}', {}", row.channel);
             let text = format!("{}: {}.", row.headline, row.evidence);
-            let finding = Finding::new(row.level, "physics", place, text).with_cure(row.cure.clone());
+            let finding = Finding::new(row.level, "physics", place, text).with_fix_text(row.cure.clone());
             let finding = finding.with_setting("Channels", "").with_fix(fix(row));
             match row.slope {
                 Some(slope) if row.hypothesis.is_empty() => finding.with_figure(slope, f64::NAN),
@@ -143,14 +143,14 @@ fn compared(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Flig
             Agreement::Doubtful => Level::Caution,
             Agreement::Contradicts => Level::Bad,
         },
-        cure: found.cure.as_ref().map(|cure| sentence(cure, &map(cure.roles().first().copied()))).unwrap_or_default(),
+        cure: found.fix.as_ref().map(|fix| sentence(fix, &map(fix.roles().first().copied()))).unwrap_or_default(),
         headline: found.headline(),
         fits: found.agreement == Agreement::Fits,
         needed: found.needed(),
         channel: found.channel,
         hypothesis: found.hypothesis,
         factor: found.factor,
-        shift_s: match found.cure {
+        shift_s: match found.fix {
             Some(Cure::Shift { late_s, .. }) => Some(-late_s),
             _ => None,
         },
@@ -158,7 +158,7 @@ fn compared(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Flig
         r2: found.r2,
         segments: found.segments,
         evidence: found.evidence,
-        change: found.cure,
+        change: found.fix,
         curves: found.curves,
     };
     let without_copy = without_copy(recording);

@@ -126,7 +126,7 @@ fn position_finding(session: &Session, snapshot: &Snapshot, flight: &str) -> Opt
         false => Level::Caution,
     };
     let finding = Finding::new(level, "accelerometer", format!("flight '{flight}'"), text);
-    let finding = finding.with_figure(most_m, worth_saying_m).with_cure(fix_text(place, cg_m));
+    let finding = finding.with_figure(most_m, worth_saying_m).with_fix_text(fix_text(place, cg_m));
     let fix = cg_m.map(|cg_m| place_fix(session, datum_m(place, cg_m)));
     Some(finding.with_setting("Airframe", "aircraft").with_fix(fix))
 }

@@ -22,7 +22,7 @@ pub struct Folded {
     /// What was found, numbers from the least to the greatest.
     pub text: String,
     /// What to do.
-    pub cure: String,
+    pub fix: String,
     /// How many findings it stands for.
     pub count: usize,
 }
@@ -31,7 +31,7 @@ impl std::fmt::Display for Folded {
     /// Where, what and what to do, in one line.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}: {}", self.place, self.text)?;
-        super::write_fix(f, &self.text, &self.cure)
+        super::write_fix(f, &self.text, &self.fix)
     }
 }
 
@@ -192,7 +192,7 @@ impl Group<'_> {
             code: self.first.code,
             place: in_words(&places),
             text,
-            cure: self.first.cure.clone(),
+            fix: self.first.cure.clone(),
             count: self.places.len(),
         }
     }
@@ -339,7 +339,7 @@ mod tests {
             &[
                 finding(Level::Good, "a", "ratio 1.1"),
                 finding(Level::Caution, "a", "alone"),
-                finding(Level::Caution, "b", "ratio 2.5").with_cure("look at the noise"),
+                finding(Level::Caution, "b", "ratio 2.5").with_fix_text("look at the noise"),
                 finding(Level::Bad, "c", "ratio 9.0"),
                 finding(Level::Caution, "d", "ratio 1.6"),
             ],

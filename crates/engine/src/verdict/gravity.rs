@@ -28,7 +28,7 @@ pub(super) fn findings(evidence: Evidence<'_>, used_m_s2: f64) -> Vec<Finding> {
         let bias = bias_table(paths).summary[0][at];
         let found = judge_gravity(&flight.recording, bias, used_m_s2)?;
         let finding = Finding::new(Level::Caution, "gravity", format!("flight '{name}', bias_az"), found.text);
-        let finding = finding.with_figure(found.off_m_s2, WORTH_SAYING_M_S2).with_cure(found.fix);
+        let finding = finding.with_figure(found.off_m_s2, WORTH_SAYING_M_S2).with_fix_text(found.fix);
         let fix = found.gravity_m_s2.map(|gravity_m_s2| {
             let edit = Edit::Filter(FilterEdit::Gravity(gravity_m_s2));
             Fix::new(format!("use a gravity of {gravity_m_s2:.5} m/s2"), edit)

@@ -223,7 +223,7 @@ fn with_unused(evidence: Evidence<'_>, mut pooled: Vec<FitVerdict>) -> Vec<FitVe
         known.unwrap_or_else(|| {
             let finding = not_computed(Level::Caution, derivative_label(coefficient.name(), None), NO_WINDOW);
             let cure = "Mark an identification manoeuvre that excites it, or remove the coefficient.";
-            let finding = finding.with_cure(cure).with_setting("Manoeuvres", "window.role");
+            let finding = finding.with_fix_text(cure).with_setting("Manoeuvres", "window.role");
             FitVerdict {
                 coefficient,
                 verdict: Verdict::from_findings([finding]),

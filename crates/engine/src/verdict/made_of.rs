@@ -32,7 +32,7 @@ pub(super) fn airspeed<'w>(evidence: Evidence<'_>, mut windows: impl Iterator<It
     let text = "Airspeed not recorded: dynamic pressure, flow angles and derivatives depend on an assumed wind.";
     let finding = Finding::new(Level::Caution, "assumed", "airspeed", text.to_owned());
     let cure = "Map a true or calibrated airspeed.";
-    Some(finding.with_cure(cure).with_setting("Channels", "airspeed"))
+    Some(finding.with_fix_text(cure).with_setting("Channels", "airspeed"))
 }
 
 /// That channels it is made of contradict others beyond doubt and that the fit with them corrected could not be formed; a control speaks
@@ -65,6 +65,6 @@ fn contradicted(at: &str, evidence: Evidence<'_>, fit: &CoefficientFit) -> Optio
     }
     let text = format!("Computed from inconsistent channels: {}.", names.join(", "));
     let finding = Finding::new(Level::Bad, "physics", at, text);
-    let finding = finding.with_cure("Correct these channels in the channel map.");
+    let finding = finding.with_fix_text("Correct these channels in the channel map.");
     Some(finding.with_setting("Channels", ""))
 }

@@ -37,7 +37,7 @@ pub(super) fn extrapolated(
     );
     let finding = Finding::new(Level::Caution, "propulsion", place, text).with_figure(change, residual);
     let cure = "Extend the engine chart and propeller map, or record the thrust.";
-    Some(finding.with_cure(cure).with_setting("Propulsion", "aircraft"))
+    Some(finding.with_fix_text(cure).with_setting("Propulsion", "aircraft"))
 }
 
 /// Root mean square over the window of what the extrapolation of all engines adds to the thrust, over dynamic pressure and area.
@@ -73,7 +73,7 @@ pub(super) fn unknown(at: &str, fit: &CoefficientFit, used: &[&WindowAero]) -> O
     let finding = |level: Level, text: String| {
         Some(
             Finding::new(level, "propulsion", at, text)
-                .with_cure(cure)
+                .with_fix_text(cure)
                 .with_setting("Propulsion", "preparation.remove_thrust"),
         )
     };

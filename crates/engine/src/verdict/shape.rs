@@ -48,7 +48,7 @@ pub(super) fn findings(place: &str, reference: &ReferenceGeometry, mass: Option<
             );
             let finding = Finding::new(Level::Caution, "aircraft", place, text).with_figure(excess, 0.0);
             finding
-                .with_cure("Check the loading that the published moments belong to.")
+                .with_fix_text("Check the loading that the published moments belong to.")
                 .with_setting("Airframe", "aircraft")
         });
         [roll, flatness, triangle]
@@ -70,7 +70,7 @@ fn finding(place: &str, figure: f64, limits: [f64; 2], say: impl Fn(f64) -> (Str
     let level = if times > BAD_TIMES { Level::Bad } else { Level::Caution };
     let text = format!("{text} (limits {low} to {high}).");
     let finding = Finding::new(level, "aircraft", place, text).with_figure(figure, limit);
-    Some(finding.with_cure(cure).with_setting("Airframe", "aircraft"))
+    Some(finding.with_fix_text(cure).with_setting("Airframe", "aircraft"))
 }
 
 #[cfg(test)]

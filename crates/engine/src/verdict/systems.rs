@@ -180,5 +180,5 @@ fn compare_methods(first: &EquationFit, (name, second): (&str, &EquationFit)) ->
 }
 
 fn finding(level: Level, code: &'static str, place: &str, text: String, fix: &str) -> Finding {
-    Finding::new(level, code, place, text).with_cure(fix)
+    Finding::new(level, code, place, text).with_fix_text(fix)
 }

@@ -187,7 +187,7 @@ impl<'a> Judged<'a> {
             CAUTION.0
         );
         let finding = Finding::new(level, code, derivative_label(self.name, None), text).with_figure(times, CAUTION.0);
-        let finding = finding.with_cure(fix).with_setting(panel, setting);
+        let finding = finding.with_fix_text(fix).with_setting(panel, setting);
         let finding = finding.with_fix(self.fix(effect));
         Some(if effect.cause == Cause::PathMeasured { finding.with_value("\"measured\"") } else { finding })
     }
