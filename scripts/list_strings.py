@@ -103,7 +103,7 @@ def kind(path, before):
     name = str(path)
     if "/verdict/" not in name and not name.endswith(("core/src/compatibility/offsets.rs",)):
         return "text"
-    return "fix" if re.search(r"(cure|fix|Fix::new)\W[^;]*$", before, re.I) else "finding"
+    return "fix" if re.search(r"(cure|fix|fix_text|Fix::new)\W[^;]*$", before, re.I) else "finding"
 
 
 def words(text):

@@ -93,7 +93,7 @@ impl Workbench {
             Answer::KeepMine => self.ask(Asked::Save(after), ctx),
             Answer::TakeTheirs => {
                 self.document.take_theirs(changed);
-                self.say("Loaded the version on disk: undo restores yours");
+                self.set_message("Loaded the version on disk: undo restores yours");
                 if let Some(pending) = after {
                     self.leave(pending, ctx);
                 }

@@ -39,8 +39,8 @@ impl Workbench {
             .default_size(SIZE)
             .collapsible(false)
             .show(ctx, |ui| {
-                let said = if steps.is_empty() { "No edit yet." } else { "Click an edit to go to the state after it." };
-                ui.add(Label::new(RichText::new(said).size(11.0).weak()).wrap());
+                let text = if steps.is_empty() { "No edit yet." } else { "Click an edit to go to the state after it." };
+                ui.add(Label::new(RichText::new(text).size(11.0).weak()).wrap());
                 ScrollArea::vertical().auto_shrink(false).stick_to_bottom(true).show(ui, |ui| {
                     ui.spacing_mut().item_spacing.y = 1.0;
                     let all = std::iter::once("Start").chain(steps.iter().copied());

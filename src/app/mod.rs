@@ -177,11 +177,11 @@ impl Workbench {
         document: Document,
         cache: Arc<Cache>,
     ) -> std::io::Result<Self> {
-        Ok(Self::show(cc, Opening::new(document, cache)?))
+        Ok(Self::open(cc, Opening::new(document, cache)?))
     }
 
     /// Sets fonts and themes up and takes the stored layout, for what is being computed already.
-    fn show(cc: &eframe::CreationContext<'_>, opening: Opening) -> Self {
+    fn open(cc: &eframe::CreationContext<'_>, opening: Opening) -> Self {
         let Opening { document, engine, awaited, shown: window } = opening;
         theme::install(&cc.egui_ctx);
         let state = UiState::load(cc.storage);
@@ -288,8 +288,8 @@ impl Workbench {
             || self.state.noting.is_some()
     }
 
-    /// Says one line.
-    pub fn say(&mut self, text: impl Into<String>) {
+    /// Shows one line in the status bar.
+    pub fn set_message(&mut self, text: impl Into<String>) {
         self.said_at_s = None;
         self.message = Some(Message { text: text.into(), is_error: false, written: None });
     }
@@ -338,7 +338,7 @@ impl Workbench {
         });
         if kept {
             self.state.keep_layout(name.trim());
-            self.say(format!("Layout saved as {} (menu Layout)", name.trim()));
+            self.set_message(format!("Layout saved as {} (menu Layout)", name.trim()));
         } else if !given_up {
             self.naming = Some(name);
         }
@@ -442,7 +442,7 @@ pub fn run(session: Option<&Path>) -> Result<(), String> {
             options,
             Box::new(move |cc| {
                 running.store(true, Ordering::Relaxed);
-                Ok(Box::new(Workbench::show(cc, opening).keeping_work_in(keep::state_folder())))
+                Ok(Box::new(Workbench::open(cc, opening).keeping_work_in(keep::state_folder())))
             }),
         )
     }));

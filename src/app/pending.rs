@@ -256,7 +256,7 @@ impl Workbench {
         match self.document.save(&path) {
             Ok(()) => {
                 self.state.remember(&path);
-                self.say(format!("Saved {}", path.display()));
+                self.set_message(format!("Saved {}", path.display()));
                 if let Some(pending) = after {
                     self.proceed(pending, ctx);
                 }
@@ -273,7 +273,7 @@ impl Workbench {
         }
         let own = self.as_named(&path);
         self.apply(&Edit::Aircraft(AircraftEdit::Use(own)));
-        self.say(format!("Saved {}", path.display()));
+        self.set_message(format!("Saved {}", path.display()));
     }
 
     /// Writes the instruments with what was fitted, which the flight on screen uses from then on: one step of undo.
@@ -287,7 +287,7 @@ impl Workbench {
         }
         let file = self.as_named(&path);
         self.apply(&Edit::Signal(SignalEdit::Instruments { flight, file }));
-        self.say(format!("Saved {}", path.display()));
+        self.set_message(format!("Saved {}", path.display()));
     }
 
     /// How the session names a file: from its own folder where that is known, otherwise in full.
@@ -365,7 +365,7 @@ impl Workbench {
             match ReportFigure::from_figure(&figure) {
                 Ok(figure) => {
                     self.apply(&Edit::ReportFigure(ReportFigureEdit::Add(figure)));
-                    self.say("Added to the report: see the panel Report");
+                    self.set_message("Added to the report: see the panel Report");
                 }
                 Err(line) => self.complain(line),
             }
@@ -373,12 +373,12 @@ impl Workbench {
         match copied.last() {
             Some(FigureRequest { figure, form: FigureForm::Copy }) => {
                 ctx.copy_text(figure::csv(figure));
-                self.say("Copied the data of the plot");
+                self.set_message("Copied the data of the plot");
             }
             Some(FigureRequest { figure, .. }) => match figure::picture(figure) {
                 Ok(picture) => {
                     ctx.copy_image(picture);
-                    self.say("Copied the picture of the plot; Ctrl+Shift+C copies its data");
+                    self.set_message("Copied the picture of the plot; Ctrl+Shift+C copies its data");
                 }
                 Err(line) => self.complain(line),
             },
@@ -401,7 +401,7 @@ impl Workbench {
         };
         let place = path.display();
         match bytes.and_then(|bytes| std::fs::write(&path, bytes).map_err(|error| format!("{place}: {error}"))) {
-            Ok(()) => self.say(format!("Saved {place}")),
+            Ok(()) => self.set_message(format!("Saved {place}")),
             Err(line) => self.complain(line),
         }
     }
@@ -414,7 +414,7 @@ impl Workbench {
             Ok(put) => {
                 self.written = written.or(self.written.take());
                 let notes: String = put.notes().map(|note| format!("; {note}")).collect();
-                self.say(format!("Written to {}{notes}", put.folder.display()));
+                self.set_message(format!("Written to {}{notes}", put.folder.display()));
                 if let Some(message) = &mut self.message {
                     message.written = Some(put.folder.canonicalize().unwrap_or_else(|_| put.folder.clone()));
                 }

@@ -133,9 +133,9 @@ impl Workbench {
         match self.document.adopt(found.abandoned) {
             Ok(()) if self.message.is_some() => {}
             Ok(()) if self.document.path.is_some() => {
-                self.say("Recovered unsaved work: undo returns to the saved file");
+                self.set_message("Recovered unsaved work: undo returns to the saved file");
             }
-            Ok(()) => self.say("Recovered unsaved work without a file: save it"),
+            Ok(()) => self.set_message("Recovered unsaved work without a file: save it"),
             Err(line) => self.complain(line),
         }
         self.look_for_work(|_| true);

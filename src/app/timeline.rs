@@ -123,8 +123,8 @@ fn unread(app: &mut Workbench, ui: &mut Ui, frame: Rect, failed: bool) {
     }
     let color = theme::palette(ui).error;
     let text = "The recording of this flight could not be read";
-    let said = ui.painter().text(frame.center(), egui::Align2::CENTER_CENTER, text, font, color);
-    let place = Rect::from_min_size(pos2(said.right() + 12.0, frame.center().y - 10.0), vec2(84.0, 20.0));
+    let drawn = ui.painter().text(frame.center(), egui::Align2::CENTER_CENTER, text, font, color);
+    let place = Rect::from_min_size(pos2(drawn.right() + 12.0, frame.center().y - 10.0), vec2(84.0, 20.0));
     if ui.put(place, egui::Button::new("Find it…").small()).clicked() {
         app.commands.push(UiCommand::File(FileCommand::FindRecording));
     }

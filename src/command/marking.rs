@@ -21,7 +21,7 @@ pub fn mark(app: &mut Workbench, command: MarkCommand, menu_s: Option<f64>) {
         MarkCommand::NextCandidate => next(app),
         MarkCommand::ShowRefused => app.state.offer_refused(),
         command => match chosen(app) {
-            Some(window) => of_chosen(app, command, &window, at_s),
+            Some(window) => apply_to_chosen(app, command, &window, at_s),
             None => app.complain("Choose a manoeuvre first."),
         },
     }
@@ -33,7 +33,7 @@ fn chosen(app: &Workbench) -> Option<Manoeuvre> {
 }
 
 /// What is done to the chosen manoeuvre.
-fn of_chosen(app: &mut Workbench, command: MarkCommand, window: &Manoeuvre, at_s: Option<f64>) {
+fn apply_to_chosen(app: &mut Workbench, command: MarkCommand, window: &Manoeuvre, at_s: Option<f64>) {
     match command {
         MarkCommand::Exclude => exclude(app, window),
         MarkCommand::Include => include(app, window, at_s),
@@ -150,7 +150,7 @@ fn candidates(app: &Workbench) -> Vec<Manoeuvre> {
 }
 
 /// The candidate that is asked about, where it is on screen; the next one is brought there otherwise.
-fn asked(app: &mut Workbench) -> Option<Manoeuvre> {
+fn find_or_reveal_candidate(app: &mut Workbench) -> Option<Manoeuvre> {
     let open = candidates(app);
     let range = app.state.time.range();
     let shown = open.iter().filter(|one| overlaps(one.window, range));
@@ -182,14 +182,14 @@ fn next(app: &mut Workbench) {
 }
 
 fn accept(app: &mut Workbench) {
-    let Some(candidate) = asked(app) else { return };
+    let Some(candidate) = find_or_reveal_candidate(app) else { return };
     let at_s = candidate.window.start_s;
     add(app, candidate);
     follow(app, at_s);
 }
 
 fn refuse(app: &mut Workbench) {
-    let Some(candidate) = asked(app) else { return };
+    let Some(candidate) = find_or_reveal_candidate(app) else { return };
     app.state.refuse(&candidate);
     follow(app, candidate.window.start_s);
 }

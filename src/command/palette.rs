@@ -78,8 +78,8 @@ const MEANINGS: [(&str, &str); 34] = [
 
 /// Whether a command called `name` is about `word`.
 fn means(name: &str, word: &str) -> bool {
-    let of = |(known, words): &(&str, &str)| *known == name && words.split(' ').any(|one| one.starts_with(word));
-    word.len() > 1 && MEANINGS.iter().any(of)
+    let is_meant = |(known, words): &(&str, &str)| *known == name && words.split(' ').any(|one| one.starts_with(word));
+    word.len() > 1 && MEANINGS.iter().any(is_meant)
 }
 
 impl CommandPalette {

@@ -65,7 +65,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &Ui, view: View, response: &StackRes
             ui.painter().vline(x, rect.y_range(), Stroke::new(1.0, color));
         }
     }
-    words(ui, first, over(marked.stretch, &first).left(), 40.0, &text);
+    draw_label(ui, first, over(marked.stretch, &first).left(), 40.0, &text);
     if marked.is_done && marked.stretch.length_s() > SHORTEST_S {
         carry_out(ctx, view, marked);
     }
@@ -113,7 +113,7 @@ fn candidates(ctx: &PanelContext<'_>, ui: &Ui, (frames, range): (&[Rect], TimeRa
         }
         if is_asked && let Some(frame) = frames.first() {
             let left = x_at(*frame, range, candidate.window.start_s).max(frame.left());
-            words(ui, *frame, left, 22.0, &format!("{}?  Y accept, N refuse", candidate.name));
+            draw_label(ui, *frame, left, 22.0, &format!("{}?  Y accept, N refuse", candidate.name));
         }
     }
 }
@@ -135,7 +135,7 @@ fn open_candidates<'a>(ctx: &PanelContext<'a>, range: TimeRange) -> impl Iterato
 }
 
 /// Words on a ground beside the line at `x`, on the side that has room.
-fn words(ui: &Ui, frame: Rect, x: f32, below: f32, text: &str) {
+fn draw_label(ui: &Ui, frame: Rect, x: f32, below: f32, text: &str) {
     let ink = ui.visuals().strong_text_color();
     let galley = ui.painter().layout_no_wrap(text.to_owned(), FontId::proportional(11.0), ink);
     let size = galley.size() + vec2(8.0, 4.0);
@@ -149,8 +149,8 @@ fn words(ui: &Ui, frame: Rect, x: f32, below: f32, text: &str) {
 fn meaning(ctx: &PanelContext<'_>, ui: &Ui, view: View, marked: Marked) -> (String, Color32) {
     let palette = theme::palette(ui);
     let length = format!("{:.2} s", marked.stretch.length_s());
-    let of = at(ctx, view, marked.from_s).map(|window| window.name.as_str());
-    match (marked.kind, of) {
+    let window_name = at(ctx, view, marked.from_s).map(|window| window.name.as_str());
+    match (marked.kind, window_name) {
         (MarkKind::Manoeuvre, _) => (format!("New manoeuvre, {length}"), palette.identification),
         (MarkKind::Excluded, Some(name)) => (format!("Exclude {length} of {name}"), palette.cursor),
         (MarkKind::Included, Some(name)) => (format!("Include {length} of {name} again"), palette.cursor),

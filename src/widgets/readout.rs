@@ -100,16 +100,16 @@ fn rows(id: Id, (a, b): (f64, f64), cache: &mut PlotCache, plots: &[TimePlot<'_>
             let at = |time_s| value_at(&series.time_s, &series.values, gap_s, time_s).unwrap_or(f64::NAN);
             let (first, second) = (at(a), at(b));
             let found = drawn.statistics(TimeRange::new(a, b));
-            let of = |value: fn(&Statistics) -> f64| found.as_ref().map_or(f64::NAN, value);
+            let statistic = |value: fn(&Statistics) -> f64| found.as_ref().map_or(f64::NAN, value);
             let values = [
                 first,
                 second,
                 second - first,
                 (second - first) / (b - a),
-                of(|found| found.min),
-                of(|found| found.max),
-                of(|found| found.mean),
-                of(|found| found.rms),
+                statistic(|found| found.min),
+                statistic(|found| found.max),
+                statistic(|found| found.mean),
+                statistic(|found| found.rms),
             ];
             let unit = if plot.unit.is_empty() { String::new() } else { format!(" [{}]", plot.unit) };
             let label = if plot.label.is_empty() || plot.label == trace.name { "" } else { plot.label };

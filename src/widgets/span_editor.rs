@@ -184,8 +184,8 @@ fn catch(ui: &mut Ui, id: Id, lane: &Lane<'_>, clip: Rect, shown: Rect, span: &S
         (Grip::Start, grab(shown.left(), EDGE_REACH, inside), " start"),
         (Grip::End, grab(shown.right(), inside, EDGE_REACH), " end"),
     ];
-    let of = |grip: Grip| id.with((span.id, grip));
-    let is_held = |grip| ui.data(|data| data.get_temp::<Held>(of(grip)).is_some());
+    let grip_id = |grip: Grip| id.with((span.id, grip));
+    let is_held = |grip| ui.data(|data| data.get_temp::<Held>(grip_id(grip)).is_some());
     let held = [Grip::Body, Grip::Start, Grip::End].into_iter().any(is_held);
     // A drag under way goes on however narrow it makes the span.
     let still = span.still || span.locked || (shown.width() < LEAST_WIDTH && !held);
@@ -198,7 +198,7 @@ fn catch(ui: &mut Ui, id: Id, lane: &Lane<'_>, clip: Rect, shown: Rect, span: &S
         // A drag of a locked span is taken and comes to nothing: below it a new span would be drawn.
         let rect = if span.locked && !span.still { rect.expand2(egui::vec2(EDGE_REACH, 0.0)) } else { rect };
         let sense = if span.still { Sense::click() } else { Sense::click_and_drag() };
-        let part = of(grip);
+        let part = grip_id(grip);
         let response = ui.interact(rect, part, sense).on_hover_cursor(match grip {
             Grip::Body if still => CursorIcon::PointingHand,
             Grip::Body => CursorIcon::Grab,

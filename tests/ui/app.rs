@@ -163,8 +163,8 @@ fn without_a_display_one_line_names_the_command_that_needs_none() {
         .env_remove("WAYLAND_SOCKET")
         .output()
         .expect("the program starts");
-    let said = String::from_utf8_lossy(&output.stderr);
+    let message = String::from_utf8_lossy(&output.stderr);
     assert!(!output.status.success());
-    assert_eq!(said.lines().count(), 1, "{said}");
-    assert!(said.contains("display") && said.contains("doublet run"), "{said}");
+    assert_eq!(message.lines().count(), 1, "{message}");
+    assert!(message.contains("display") && message.contains("doublet run"), "{message}");
 }

@@ -140,13 +140,13 @@ fn reason_of_a_fit_that_failed_is_read_whole_in_a_narrow_window() {
     bench.settle();
     bench.show(Pane::Derivatives);
     picture(&mut bench.harness, "failed_fit");
-    let said: Vec<String> = bench
+    let texts: Vec<String> = bench
         .harness
         .query_all_by_label_contains("⚠")
         .filter_map(|node| node.accesskit_node().value().or_else(|| node.accesskit_node().label()))
         .collect();
-    assert!(!said.is_empty(), "it says why");
-    for text in said {
+    assert!(!texts.is_empty(), "it says why");
+    for text in texts {
         let digits = text.split(|letter: char| !letter.is_ascii_digit()).map(str::len).max();
         assert!(digits.is_some_and(|longest| longest <= 3), "no false precision: {text}");
     }

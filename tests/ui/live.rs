@@ -42,8 +42,8 @@ fn a_flight_flown_again_shows_estimates_with_error_bars_and_lamps() {
     assert!(bench.harness.query_by_label_contains("0 lost, 0 late").is_some(), "counts are said");
     picture(&mut bench.harness, "live");
     // Limits are read as they were typed, what was flown beside them in the same unit.
-    let said = bench.harness.get_by_label_contains(" deg (\u{2212}4 to 14)");
-    let text = said.accesskit_node().value().or_else(|| said.accesskit_node().label()).expect("it is a text");
+    let shown = bench.harness.get_by_label_contains(" deg (\u{2212}4 to 14)");
+    let text = shown.accesskit_node().value().or_else(|| shown.accesskit_node().label()).expect("it is a text");
     let least: f64 = text["α ".len()..].split(' ').next().and_then(|least| least.parse().ok()).expect("it is a number");
     assert!(text.starts_with("α ") && (0.5..14.0).contains(&least), "{text}");
     assert!(bench.harness.query_by_label_contains("n_z").is_some());

@@ -125,8 +125,11 @@ fn a_session_open_elsewhere_is_said_to_be_and_not_overwritten() {
     let first = desk.workbench(Some(&desk.session));
     let mut second = desk.workbench(Some(&desk.session));
     assert!(first.state().document.held_by().is_none());
-    let said = second.state().message.clone().expect("it says so").text;
-    assert!(said.contains("flight.toml is open in another doublet") && said.contains("another name"), "{said}");
+    let message = second.state().message.clone().expect("it says so").text;
+    assert!(
+        message.contains("flight.toml is open in another doublet") && message.contains("another name"),
+        "{message}"
+    );
     picture(&mut second, "open_elsewhere");
     second.state_mut().apply(&Edit::Title("second".to_owned()));
     second.state_mut().files = doublet::app::files::Files::without_system();

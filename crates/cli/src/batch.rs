@@ -18,7 +18,7 @@ pub fn batch(arguments: &BatchArguments) -> Result<(), String> {
     let mine: Vec<_> = all.iter().skip(part - 1).step_by(parts).cloned().collect();
     let progress = Progress::new();
     let tally = compute(&mine, &store, &|done, name| {
-        progress.show(done as f32 / mine.len() as f32, &format!("{done} of {}: {name}", mine.len()));
+        progress.update(done as f32 / mine.len() as f32, &format!("{done} of {}: {name}", mine.len()));
     })?;
     progress.finish();
     text::line(&format!(

@@ -65,7 +65,7 @@ pub fn campaign(arguments: &CampaignArguments) -> Result<(), String> {
         let formats = named(&ReportFormat::ALL, &arguments.format, |format| format.name());
         let set = DocumentSet { folder, name: "campaign", formats: &formats, beside: &beside };
         let progress = Progress::new();
-        let show = |part| progress.show(part, "writing the cards");
+        let show = |part| progress.update(part, "writing the cards");
         let laid_out = campaign_document(&campaign, aircraft, &planned, &flown);
         let put = set.write(&laid_out, "campaign", &Control::default(), &show);
         progress.finish();
@@ -107,6 +107,11 @@ fn print(planned: &[PlannedPoint]) {
     let header =
         ["card", "input", "V, m/s", "h, m", "after, min", "fuel, kg", "mass, kg", "CG, m", "margin", "runs", "flown"];
     text::table(&header, &cells.collect::<Vec<_>>());
-    let of = |name: &str| planned.iter().filter(|point| point.status.name() == name).count();
-    text::line(&format!("{} cards flown, {} to repeat, {} missing", of("flown"), of("repeat"), of("missing")));
+    let count_with_status = |name: &str| planned.iter().filter(|point| point.status.name() == name).count();
+    text::line(&format!(
+        "{} cards flown, {} to repeat, {} missing",
+        count_with_status("flown"),
+        count_with_status("repeat"),
+        count_with_status("missing")
+    ));
 }

@@ -13,7 +13,7 @@ use doublet_engine::session::{
 use serde_json::json;
 
 use crate::progress::Progress;
-use crate::run::{CACHE_BYTES, open_to_run, say};
+use crate::run::{CACHE_BYTES, open_to_run, print_error};
 use crate::text;
 
 /// Arguments of `compare`.
@@ -89,7 +89,7 @@ pub fn compare(arguments: &CompareArguments) -> Result<(), String> {
             _ => 1.0,
         };
         let done: f32 = rows.0.iter().map(|(_, slot)| part(slot)).sum();
-        progress.show(done / total, "computing experiments");
+        progress.update(done / total, "computing experiments");
     };
     let mut rows = ExperimentRows::default();
     let computed = experiment_rows(&session, &mut rows, &context, &show);
@@ -108,7 +108,7 @@ pub fn compare(arguments: &CompareArguments) -> Result<(), String> {
 fn print(rows: &ExperimentRows) -> Result<(), String> {
     let ready: Vec<&ExperimentRow> = rows.0.iter().filter_map(|(_, slot)| slot.ready()).map(AsRef::as_ref).collect();
     let failed: Vec<_> = rows.0.iter().filter_map(|(name, slot)| Some((name, slot.error()?))).collect();
-    failed.iter().for_each(|(name, error)| say(&format!("{name}: {error}")));
+    failed.iter().for_each(|(name, error)| print_error(&format!("{name}: {error}")));
     if text::is_json() {
         let failed: Vec<_> = failed.iter().map(|(name, error)| json!({ "name": name, "error": error })).collect();
         let all = json!({ "experiments": ready, "failed": failed });

@@ -247,7 +247,7 @@ fn fly_many<T>(
     let count = usize::try_from(realisations).map_err(|_| "too many realisations".to_owned())?;
     let progress = Progress::new();
     let control = Control::default();
-    let show = |part: f32| progress.show(part, "flying and identifying");
+    let show = |part: f32| progress.update(part, "flying and identifying");
     let context = Context::new(&folder).with_control(&control, &show);
     let found = study(&session, &scenario, (count, seed), &context);
     progress.finish();

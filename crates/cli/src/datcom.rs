@@ -78,12 +78,12 @@ pub fn predicted(
         lateral_rate_spans: own.lateral_rate_length_m / own.lateral_moment_length_m,
         ..PredictionOptions::default()
     });
-    let of = |axes| {
+    let derivatives_in = |axes| {
         listing.derivatives(alpha_rad, &PredictionOptions { axes, ..options }).map_err(|error| error.to_string())
     };
-    let mut found = of(DatcomAxes::Body)?;
+    let mut found = derivatives_in(DatcomAxes::Body)?;
     let lift_and_drag = |derivative: &PredictedDerivative| matches!(derivative.name.get(..2), Some("CL" | "CD"));
-    found.extend(of(DatcomAxes::Stability)?.into_iter().filter(lift_and_drag));
+    found.extend(derivatives_in(DatcomAxes::Stability)?.into_iter().filter(lift_and_drag));
     Ok(found)
 }
 

@@ -234,7 +234,7 @@ fn write(
     let formats = named(&ReportFormat::ALL, &arguments.format, |format| format.name());
     let set = DocumentSet { folder, name: "design", formats: &formats, beside: &beside };
     let progress = Progress::new();
-    let show = |part| progress.show(part, "writing the card");
+    let show = |part| progress.update(part, "writing the card");
     let written = set.write(&design_document(session, row, designed), "designed input", &Control::default(), &show);
     progress.finish();
     written.map(|put| format!("design in {}", put.folder.display()))

@@ -201,10 +201,10 @@ fn print(found: &EquationStudy) {
     }
     text::table(&header, &rows);
     for (name, found) in &fits {
-        let of = |(output, quality): (&String, &doublet_core::estimate::FitQuality)| {
+        let fit_quality_text = |(output, quality): (&String, &doublet_core::estimate::FitQuality)| {
             format!("{output} {}", text::number(quality.r_squared, 4))
         };
-        let quality: Vec<String> = found.compared.iter().zip(&found.fit.quality).map(of).collect();
+        let quality: Vec<String> = found.compared.iter().zip(&found.fit.quality).map(fit_quality_text).collect();
         text::line(&format!("{name}: R2 of {}", quality.join(", ")));
     }
     if let Ok(filter) = &found.filter_error {

@@ -59,7 +59,7 @@ fn list(opened: &Opened, now: VerdictCounts, found: &[(&Fix, &str)], progress: &
     let cache = Cache::new(CACHE_BYTES);
     let mut tried = Vec::with_capacity(found.len());
     for (index, (fix, place)) in found.iter().enumerate() {
-        progress.show(COMPUTED + (1.0 - COMPUTED) * index as f32 / found.len() as f32, "trying fixes");
+        progress.update(COMPUTED + (1.0 - COMPUTED) * index as f32 / found.len() as f32, "trying fixes");
         tried.push((index, *fix, *place, try_fix(&opened.session, &opened.folder, fix, &cache)));
     }
     tried.sort_by_key(|(.., after)| {

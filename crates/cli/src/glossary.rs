@@ -24,7 +24,7 @@ pub struct Entry {
 
 static ENTRIES: LazyLock<Vec<Entry>> = LazyLock::new(|| {
     let mut entries: Vec<Entry> = source("glossary.md").split("\n## ").skip(1).map(entry).collect();
-    for (forms, what) in words(source("conventions.md")) {
+    for (forms, what) in parse_word_table(source("conventions.md")) {
         let mut new = forms.into_iter().filter(|form| !entries.iter().any(|entry| entry.is_called(form)));
         if let Some(word) = new.next() {
             let also = new.collect();
@@ -102,7 +102,7 @@ fn entry(text: &str) -> Entry {
 }
 
 /// Forms and meaning of the words of the conventions: `| word, other form | meaning | where |`.
-fn words(conventions: &str) -> Vec<(Vec<String>, String)> {
+fn parse_word_table(conventions: &str) -> Vec<(Vec<String>, String)> {
     let table = conventions.split("\n## ").find(|part| part.starts_with("Words\n")).unwrap_or_default();
     let rows = table.lines().filter(|line| line.starts_with("| ") && !line.starts_with("| word"));
     let row = |line: &str| {

@@ -47,7 +47,7 @@ pub fn lags(arguments: &LagArguments) -> Result<(), String> {
     text::line(&format!(
         "{} now has the control lags: {}; the old file is kept as *.bak",
         arguments.study.session.display(),
-        next.preparation.control_lags.words()
+        next.preparation.control_lags.summary()
     ));
     Ok(())
 }

@@ -204,13 +204,13 @@ fn goal(texts: &[String]) -> Result<Goal, String> {
 
 /// One update in words.
 fn print(update: &LiveUpdate) {
-    let of = |name: &str| update.state.get(name).copied().unwrap_or(f64::NAN);
+    let state_value = |name: &str| update.state.get(name).copied().unwrap_or(f64::NAN);
     let counts = update.counts;
     let mut parts = vec![format!(
         "{:9.2} s  V {:.1} m/s  alpha {:.1} deg  lag {:.2} s  lost {}  late {}  reordered {}  duplicate {}  stray {}  skipped {}",
         update.time_s,
-        of("airspeed"),
-        of("alpha").to_degrees(),
+        state_value("airspeed"),
+        state_value("alpha").to_degrees(),
         update.lag_s,
         counts.lost,
         counts.late,

@@ -192,6 +192,6 @@ pub fn explain_row(role: Role, row: &ManualChannel, probes: &[Probe]) -> String 
         format!(": {least} to {greatest} {}, first {first}", values.unit.symbol)
     });
     let evidence = row.evidence.as_ref().map_or_else(String::new, |evidence| format!(" ({evidence})"));
-    let by = row.by.words();
+    let by = row.by.description();
     format!("{}: '{}' of {} {by}{evidence}, unit {why}{values}", role.name(), row.from.channel, row.from.source)
 }

@@ -46,7 +46,7 @@ pub fn match_command(arguments: &MatchArguments) -> Result<(), String> {
 }
 
 fn print(rows: &ProofRow, rule: PercentRule) {
-    text::line(&format!("tolerances: {}; percentages {}", rows.tolerances, rule.words()));
+    text::line(&format!("tolerances: {}; percentages {}", rows.tolerances, rule.reference_description()));
     for window in &rows.windows {
         text::line("");
         text::line(&window.window);

@@ -18,7 +18,7 @@ impl Progress {
     }
 
     /// Shows the part done and the present work.
-    pub fn show(&self, part: f32, work: &str) {
+    pub fn update(&self, part: f32, work: &str) {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0..=1000")]
         self.0.set_position((part.clamp(0.0, 1.0) * 1000.0) as u64);
         self.0.set_message(harmless(work).into_owned());

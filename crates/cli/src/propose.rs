@@ -130,7 +130,7 @@ fn onsets(flight: &str, loaded: &LoadedFlight, proposals: &FlightProposals) {
             onset_alignment(control, response, &companions, window, &OnsetSettings::default())
                 .map_err(|error| error.to_string())
         });
-        let said = match found {
+        let cells = match found {
             Ok(found) => {
                 let weight = found.shift_sd_s.powi(-2);
                 (sum, weights) = (sum + weight * found.shift_s, weights + weight);
@@ -141,7 +141,7 @@ fn onsets(flight: &str, loaded: &LoadedFlight, proposals: &FlightProposals) {
                 continue;
             }
         };
-        rows.push([vec![format!("  {}", proposal.manoeuvre.name)], said].concat());
+        rows.push([vec![format!("  {}", proposal.manoeuvre.name)], cells].concat());
     }
     text::line(&format!(
         "{flight}: shift of the control sensors by the first response (add it to shift_s of their clock)"

@@ -43,14 +43,14 @@ pub fn qtg(arguments: &QtgArguments) -> Result<Outcome, String> {
     let file = TestFile::open(&arguments.tests)?;
     let opened = open_to_run(&arguments.session)?;
     let progress = Progress::new();
-    let show = |part: f32| progress.show(COMPUTING * part, "computing");
+    let show = |part: f32| progress.update(COMPUTING * part, "computing");
     let judged = judge(&opened.session, &opened.folder, &file, &Control::default(), &show);
     let judged = judged.map_err(|error| format!("{}: {error}", arguments.tests.display()));
     let judged = judged.inspect_err(|_| progress.finish())?;
     let (found, beside) = (&judged.found, judged.beside()?);
     let formats = named(&ReportFormat::ALL, &arguments.format, |format| format.name());
     let set = DocumentSet { folder: &arguments.out, name: NAME, formats: &formats, beside: &beside };
-    let show = |part| progress.show(COMPUTING + (1.0 - COMPUTING) * part, "writing the guide");
+    let show = |part| progress.update(COMPUTING + (1.0 - COMPUTING) * part, "writing the guide");
     let written = set.write(&judged.guide, "qualification test guide", &Control::default(), &show);
     progress.finish();
     let put = written?;
@@ -67,7 +67,7 @@ pub fn qtg(arguments: &QtgArguments) -> Result<Outcome, String> {
 fn print(found: &Qualification) {
     text::line(&format!("{}, percentages {}", found.rule, found.percent));
     let rows = found.tests.iter().map(|test| {
-        let outcome = test.outcome.words();
+        let outcome = test.outcome.label();
         vec![format!("{outcome} {}", test.id), format!("{}: {}", test.title, text::shortened(&test.reason, 120))]
     });
     text::list(&rows.collect::<Vec<_>>());

@@ -51,7 +51,7 @@ pub fn report(arguments: &ReportArguments) -> Result<Outcome, String> {
             .map(|file| compare(&arguments.session, file, (&session, &snapshot)))
             .transpose()?,
     };
-    let show = |part| progress.show(COMPUTING + (1.0 - COMPUTING) * part, "writing the report");
+    let show = |part| progress.update(COMPUTING + (1.0 - COMPUTING) * part, "writing the report");
     let written = doublet_report::write(&session, &snapshot, &order, &Control::default(), &show);
     progress.finish();
     let put = written?;

@@ -23,8 +23,8 @@ struct RoleOption<'t> {
 /// One line: an option that is not of [`FORM`], a role, channel or unit there is not, a channel of several sources.
 pub fn set_roles(inspected: &mut Inspected, options: &[String]) -> Result<(), String> {
     for option in options {
-        let (role, said) = parse(option).map_err(|line| format!("--role '{option}': {line}"))?;
-        let row = make_row(&inspected.probes, role, &said).map_err(|line| format!("--role '{option}': {line}"))?;
+        let (role, parsed) = parse(option).map_err(|line| format!("--role '{option}': {line}"))?;
+        let row = make_row(&inspected.probes, role, &parsed).map_err(|line| format!("--role '{option}': {line}"))?;
         inspected.guess.rows.retain(|(other, kept)| *other == role || kept.from != row.from);
         inspected.guess.set(role, Some(row));
     }
@@ -33,28 +33,28 @@ pub fn set_roles(inspected: &mut Inspected, options: &[String]) -> Result<(), St
 
 /// Whether an option says the unit or the scale of `role`.
 pub fn says_unit(role: Role, options: &[String]) -> bool {
-    let said = options.iter().filter_map(|option| parse(option).ok());
-    said.filter(|(other, _)| *other == role).any(|(_, said)| said.unit.is_some() || said.scale.is_some())
+    let parsed = options.iter().filter_map(|option| parse(option).ok());
+    parsed.filter(|(other, _)| *other == role).any(|(_, parsed)| parsed.unit.is_some() || parsed.scale.is_some())
 }
 
 /// A role and what is said of it; a channel's name may hold commas.
 fn parse(option: &str) -> Result<(Role, RoleOption<'_>), String> {
     let (name, rest) = option.split_once('=').ok_or_else(|| format!("write it as {FORM}"))?;
     let role = Role::from_name(name.trim()).ok_or_else(|| format!("role '{}' not found", name.trim()))?;
-    let mut said = RoleOption::default();
+    let mut parsed = RoleOption::default();
     let (channel, keys) = split_keys(rest, &["source", "unit", "scale", "offset"]);
     for (key, value) in keys {
         let number = || value.parse::<f64>().ok().filter(|number| number.is_finite());
         let number = || number().ok_or_else(|| format!("'{value}' is not a number"));
         match key {
-            "source" => said.source = Some(value),
-            "unit" => said.unit = Some(Unit::parse(value).map_err(|error| error.to_string())?),
-            "scale" => said.scale = Some(number()?),
-            _ => said.offset = Some(number()?),
+            "source" => parsed.source = Some(value),
+            "unit" => parsed.unit = Some(Unit::parse(value).map_err(|error| error.to_string())?),
+            "scale" => parsed.scale = Some(number()?),
+            _ => parsed.offset = Some(number()?),
         }
     }
-    said.channel = channel;
-    Ok((role, said))
+    parsed.channel = channel;
+    Ok((role, parsed))
 }
 
 /// The channel that an option begins with, and the keys after it that are `known` with their values, the last first.
@@ -69,29 +69,29 @@ pub fn split_keys<'t>(option: &'t str, known: &[&str]) -> (&'t str, Vec<(&'t str
 }
 
 /// The row that an option makes.
-fn make_row(probes: &[Probe], role: Role, said: &RoleOption<'_>) -> Result<ManualChannel, String> {
+fn make_row(probes: &[Probe], role: Role, parsed: &RoleOption<'_>) -> Result<ManualChannel, String> {
     let sources = probes.iter().flat_map(|probe| &probe.sources);
-    let named = sources.filter(|source| said.source.is_none_or(|name| source.name == name));
+    let named = sources.filter(|source| parsed.source.is_none_or(|name| source.name == name));
     let found: Vec<&str> = named
-        .filter(|source| source.channels.iter().any(|channel| channel.name == said.channel))
+        .filter(|source| source.channels.iter().any(|channel| channel.name == parsed.channel))
         .map(|source| source.name.as_str())
         .collect();
     let source = match found.as_slice() {
         [source] => (*source).to_owned(),
-        [] => return Err(format!("no channel '{}' there; `doublet inspect` lists them", said.channel)),
+        [] => return Err(format!("no channel '{}' there; `doublet inspect` lists them", parsed.channel)),
         several => return Err(format!("several sources have it: add source= one of {}", several.join(", "))),
     };
-    let mut row = load::guess_row(probes, role, &ChannelName { source, channel: said.channel.to_owned() });
-    if let Some(unit) = said.unit {
+    let mut row = load::guess_row(probes, role, &ChannelName { source, channel: parsed.channel.to_owned() });
+    if let Some(unit) = parsed.unit {
         if unit.dimension != role.dimension() {
             return Err(format!("{} is in {}, not in {}", role.name(), role.dimension().si_symbol(), unit.symbol));
         }
         row.unit = Some(unit);
     }
-    if let Some(scale) = said.scale {
+    if let Some(scale) = parsed.scale {
         (row.scale, row.turned) = (scale.abs(), scale < 0.0);
     }
-    row.offset = said.offset.unwrap_or(row.offset);
+    row.offset = parsed.offset.unwrap_or(row.offset);
     Ok(row)
 }
 
@@ -101,7 +101,7 @@ mod tests {
 
     #[test]
     fn option_holds_channel_source_unit_and_calibration() {
-        let (role, said) = parse("delta_e = C2,source=RCOU, unit=deg,scale=-0.07,offset=-1500").unwrap();
+        let (role, parsed) = parse("delta_e = C2,source=RCOU, unit=deg,scale=-0.07,offset=-1500").unwrap();
         let wanted = RoleOption {
             channel: "C2",
             source: Some("RCOU"),
@@ -109,9 +109,9 @@ mod tests {
             scale: Some(-0.07),
             offset: Some(-1500.0),
         };
-        assert_eq!((role, said), (Role::Elevator, wanted));
-        let (_, said) = parse("airspeed=Vtrue,_ktas,unit=kt").unwrap();
-        assert_eq!((said.channel, said.unit.map(|unit| unit.symbol)), ("Vtrue,_ktas", Some("kt")));
+        assert_eq!((role, parsed), (Role::Elevator, wanted));
+        let (_, parsed) = parse("airspeed=Vtrue,_ktas,unit=kt").unwrap();
+        assert_eq!((parsed.channel, parsed.unit.map(|unit| unit.symbol)), ("Vtrue,_ktas", Some("kt")));
         assert!(parse("delta_e").unwrap_err().contains("ROLE=CHANNEL"));
         assert!(parse("elev=C2").unwrap_err().contains("role 'elev' not found"));
         assert!(parse("delta_e=C2,scale=many").unwrap_err().contains("'many' is not a number"));

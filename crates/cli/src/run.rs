@@ -52,7 +52,7 @@ pub fn compute_session(
     progress: &Progress,
     share: f32,
 ) -> Result<Snapshot, String> {
-    let publish = |snapshot: Snapshot| progress.show(share * snapshot.progress, "computing");
+    let publish = |snapshot: Snapshot| progress.update(share * snapshot.progress, "computing");
     let scope = Scope { session, folder, first: None, studies, cause: "run", generation: 1 };
     let cache = Cache::new(if studies.is_empty() { 0 } else { CACHE_BYTES });
     let snapshot = run_stages(&scope, &Snapshot::default(), &cache, &Control::default(), &publish);
@@ -75,7 +75,7 @@ pub fn computed(path: &Path, studies: &[Study]) -> Result<(Session, Snapshot), S
     let (session, snapshot) = result?;
     let is_study = |(place, _): &(String, String)| studies.iter().any(|study| study.name() == place);
     let (without, failed): (Vec<_>, Vec<_>) = failed(&snapshot).into_iter().partition(is_study);
-    failed.iter().for_each(|failure| say(&line_of(failure)));
+    failed.iter().for_each(|failure| print_error(&line_of(failure)));
     if without.is_empty() { Ok((session, snapshot)) } else { Err(lines(without.iter().map(line_of))) }
 }
 
@@ -89,7 +89,7 @@ fn line_of((place, error): &(String, String)) -> String {
 }
 
 /// Says what could not be computed beside what could.
-pub fn say(error: &str) {
+pub fn print_error(error: &str) {
     text::error_line(&format!("error: {error}"));
 }
 
@@ -103,7 +103,7 @@ pub fn some_done(done: usize) -> Result<(), String> {
 
 /// Says what failed, a line each, and how the command ends by the verdict; `strict` takes a caution for bad.
 pub fn outcome(snapshot: &Snapshot, strict: bool) -> Outcome {
-    failed(snapshot).iter().for_each(|failure| say(&line_of(failure)));
+    failed(snapshot).iter().for_each(|failure| print_error(&line_of(failure)));
     match snapshot.verdicts.ready().map(|verdicts| verdicts.session.level) {
         Some(Level::Caution) if strict => Outcome::Bad,
         Some(level) => level.into(),
@@ -127,7 +127,7 @@ pub fn run(arguments: &RunArguments) -> Result<Outcome, String> {
         histories: named(&HistoryFormat::ALL, &arguments.histories, |format| format.name()),
         recordings: arguments.recordings,
     };
-    let show = |part| progress.show(COMPUTING + (1.0 - COMPUTING) * part, "writing");
+    let show = |part| progress.update(COMPUTING + (1.0 - COMPUTING) * part, "writing");
     let written = report::write(&session, &snapshot, &arguments.out, &outputs, &Control::default(), &show);
     progress.finish();
     let put = written.map_err(|error| error.to_string())?;

@@ -32,7 +32,7 @@ pub fn simulate(arguments: &SimulateArguments) -> Result<(), String> {
     let progress = Progress::new();
     let flown = simulate::run(&scenario, arguments.seed, &mut |part| {
         #[expect(clippy::cast_possible_truncation, reason = "a part of one for a progress bar")]
-        progress.show(part as f32, "flying");
+        progress.update(part as f32, "flying");
         true
     });
     progress.finish();

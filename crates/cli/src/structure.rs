@@ -60,7 +60,8 @@ pub fn structure(arguments: &StructureArguments) -> Result<(), String> {
         let candidates = candidates(own, offered.into_iter().filter(known));
         let only = Structure { models: vec![(*coefficient, candidates.clone())] };
         for regression in pooled_regressions(&windows, &only, &session.estimation) {
-            let Ok(Regression { pooled, .. }) = regression.inspect_err(|error| run::say(&error.to_string())) else {
+            let Ok(Regression { pooled, .. }) = regression.inspect_err(|error| run::print_error(&error.to_string()))
+            else {
                 continue;
             };
             done += 1;

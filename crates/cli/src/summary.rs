@@ -35,7 +35,7 @@ pub fn print(session: &Session, snapshot: &Snapshot, verbose: bool) {
         text::line(&format!("delays applied: {words}"));
     }
     if let Some(gusts) = results.gusts.as_ref().filter(|gusts| gusts.applied) {
-        text::line(&format!("gusts {}", gusts.words()));
+        text::line(&format!("gusts {}", gusts.summary()));
     }
     if !verbose {
         results.pooled.iter().for_each(|fit| print_fit(fit, &results));
@@ -85,18 +85,18 @@ fn print_fit(fit: &FitRow, results: &Results) {
 
 /// Stated numbers that the derivatives follow one to one: no flight shows them wrong.
 fn print_stated_quantities(results: &Results) {
-    let mut said: Vec<(String, Vec<&str>)> = Vec::new();
+    let mut by_text: Vec<(String, Vec<&str>)> = Vec::new();
     let mut source = None;
     for (fit, follows) in results.pooled.iter().filter_map(|fit| Some((fit, fit.follows.as_ref()?))) {
         source = source.or(Some(follows.source));
         let text = follows.to_string();
-        match said.iter_mut().find(|(other, _)| *other == text) {
+        match by_text.iter_mut().find(|(other, _)| *other == text) {
             Some((_, coefficients)) => coefficients.push(fit.coefficient),
-            None => said.push((text, vec![fit.coefficient])),
+            None => by_text.push((text, vec![fit.coefficient])),
         }
     }
     let parts: Vec<String> =
-        said.iter().map(|(text, coefficients)| format!("{} with {text}", coefficients.join(" "))).collect();
+        by_text.iter().map(|(text, coefficients)| format!("{} with {text}", coefficients.join(" "))).collect();
     if let Some(source) = source {
         text::line(&format!("derivatives scale: {} ({source})", parts.join(", ")));
     }
@@ -153,11 +153,11 @@ fn print_first(found: &[Folded]) {
 /// A finding and what to do about it, in one line where they fit, else in one line each.
 fn in_brief(finding: &Folded) -> Vec<String> {
     let whole = format!("  {}: {finding}", name(finding.level));
-    if finding.cure.is_empty() || whole.chars().count() <= FINDING_WIDTH {
+    if finding.fix.is_empty() || whole.chars().count() <= FINDING_WIDTH {
         return vec![text::shortened(&whole, FINDING_WIDTH)];
     }
     let found = format!("  {}: {}: {}", name(finding.level), finding.place, finding.text);
-    [found, format!("    {}", finding.cure)].map(|line| text::shortened(&line, FINDING_WIDTH)).into()
+    [found, format!("    {}", finding.fix)].map(|line| text::shortened(&line, FINDING_WIDTH)).into()
 }
 
 /// Clocks, engines, windows and derivatives, and every finding.

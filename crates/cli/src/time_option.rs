@@ -21,7 +21,7 @@ pub fn set_times(inspected: &mut Inspected, options: &[String]) -> Result<(), St
 }
 
 fn set_time(inspected: &mut Inspected, option: &str) -> Result<(), String> {
-    let (channel, named, said) = parse(option)?;
+    let (channel, named, option_unit) = parse(option)?;
     let is_named = |source: &&Source| named.is_none_or(|name| source.name == name);
     let sources = inspected.probes.iter().flat_map(|probe| &probe.sources).filter(is_named);
     let mut is_found = false;
@@ -29,7 +29,7 @@ fn set_time(inspected: &mut Inspected, option: &str) -> Result<(), String> {
         let Some(info) = source.channels.iter().find(|other| other.name == channel) else { continue };
         is_found = true;
         let stated = stated_unit(info).filter(|unit| unit.dimension == Dimension::Time);
-        let unit = said.or(stated).unwrap_or(Unit::si(Dimension::Time));
+        let unit = option_unit.or(stated).unwrap_or(Unit::si(Dimension::Time));
         let guess = &mut inspected.guess;
         guess.time.retain(|(name, _)| *name != source.name);
         guess.time.push((source.name.clone(), ManualTime::Channel(channel.to_owned(), unit)));

@@ -68,7 +68,7 @@ pub fn tune(arguments: &TuneArguments) -> Result<(), String> {
     let progress = Progress::new();
     let scope =
         Scope { session: &session, folder: &opened.folder, first: None, studies: &[], cause: "tune", generation: 1 };
-    let publish = |snapshot: Snapshot| progress.show(snapshot.progress, "reconstructing");
+    let publish = |snapshot: Snapshot| progress.update(snapshot.progress, "reconstructing");
     let control = Control::default();
     let snapshot = run(&scope, &Snapshot::default(), &Cache::new(CACHE_BYTES), &control, &publish);
     let mut paths: Vec<&WindowPath> = Vec::new();
@@ -101,7 +101,7 @@ pub fn tune(arguments: &TuneArguments) -> Result<(), String> {
     let search = NoiseProposalSettings { method, max_iterations: arguments.steps, ..NoiseProposalSettings::default() };
     let found = tune_noise(&paths, &session.filter, &search, &control, &|at| {
         let part = at.iteration as f32 / search.max_iterations.max(1) as f32;
-        progress.show(part, &format!("log-likelihood {:.1}", at.log_likelihood));
+        progress.update(part, &format!("log-likelihood {:.1}", at.log_likelihood));
     });
     progress.finish();
     print(&found?, paths.len());

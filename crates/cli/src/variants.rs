@@ -60,12 +60,13 @@ pub fn variants(arguments: &VariantArguments) -> Result<(), String> {
     let mut unknown: Vec<&String> = named.collect();
     let mut done = 0;
     for regression in pooled_regressions(&windows, &session.structure, &session.estimation) {
-        let Ok(Regression { coefficient, mut pooled }) = regression.inspect_err(|error| run::say(&error.to_string()))
+        let Ok(Regression { coefficient, mut pooled }) =
+            regression.inspect_err(|error| run::print_error(&error.to_string()))
         else {
             continue;
         };
         let known = std::mem::take(&mut pooled.constraints);
-        let fitted = pooled.fit().inspect_err(|error| run::say(&format!("{}: {error}", coefficient.name())));
+        let fitted = pooled.fit().inspect_err(|error| run::print_error(&format!("{}: {error}", coefficient.name())));
         let Ok(ordinary) = fitted else { continue };
         done += 1;
         let all = stacked(&pooled.names, &pooled.per_window, &pooled.windows).map_err(|error| error.to_string())?;
@@ -137,8 +138,9 @@ fn whitened(all: &Stacked, order: usize, ordinary: &PooledFit) -> Result<(Fit, D
 /// Corrected for the noise of the regressors, and total least squares, where any noise is stated; their errors have no correction
 /// for correlated residuals.
 fn with_noise(all: &Stacked, noise: &[(String, f64)], measurement: f64) -> Vec<Form> {
-    let of = |name: &String| noise.iter().find(|(other, _)| other == name).map_or(0.0, |(_, deviation)| *deviation);
-    let deviations: Vec<f64> = all.names.iter().map(of).collect();
+    let noise_deviation =
+        |name: &String| noise.iter().find(|(other, _)| other == name).map_or(0.0, |(_, deviation)| *deviation);
+    let deviations: Vec<f64> = all.names.iter().map(noise_deviation).collect();
     if deviations.iter().all(|deviation| *deviation == 0.0) {
         return Vec::new();
     }

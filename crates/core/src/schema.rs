@@ -16,7 +16,7 @@ use serde_json::{Map, Value, json};
 /// # Errors
 /// [`Refused`] where `T` takes none of the values it is given, which a reader that checks values while it reads does.
 pub fn schema_of<'de, T: Deserialize<'de>>(title: &str) -> Result<Value, Refused> {
-    let shape = asked::<T>(&Question::Nothing)?;
+    let shape = probe_shape::<T>(&Question::Nothing)?;
     let mut schema = describe::<T>(&shape, &mut Vec::new());
     if let Value::Object(fields) = &mut schema {
         fields.insert("$schema".to_owned(), json!("https://json-schema.org/draft/2020-12/schema"));
@@ -74,7 +74,7 @@ enum Question {
     Variant(Place, usize, RefCell<Option<Shape>>),
 }
 
-fn asked<'de, T: Deserialize<'de>>(question: &Question) -> Result<Shape, Refused> {
+fn probe_shape<'de, T: Deserialize<'de>>(question: &Question) -> Result<Shape, Refused> {
     let mut shape = Shape::Any;
     T::deserialize(Asker { shape: &mut shape, place: Vec::new(), question })?;
     Ok(shape)
@@ -105,12 +105,12 @@ fn describe<'de, T: Deserialize<'de>>(shape: &Shape, place: &mut Place) -> Value
             for (name, shape) in fields {
                 place.push(name);
                 properties.insert((*name).to_owned(), describe::<T>(shape, place));
-                if asked::<T>(&Question::Without(place.clone())).is_err() {
+                if probe_shape::<T>(&Question::Without(place.clone())).is_err() {
                     required.push(*name);
                 }
                 place.pop();
             }
-            let open = asked::<T>(&Question::With(place.clone())).is_ok();
+            let open = probe_shape::<T>(&Question::With(place.clone())).is_ok();
             let mut schema = json!({ "type": "object", "properties": properties });
             if let Value::Object(schema) = &mut schema {
                 if !required.is_empty() {
@@ -131,7 +131,7 @@ fn choice<'de, T: Deserialize<'de>>(names: &'static [&'static str], place: &mut 
     for (index, name) in names.iter().enumerate() {
         let question = Question::Variant(place.clone(), index, RefCell::new(None));
         // What it makes of the value does not matter, only what it asked for.
-        let _ = asked::<T>(&question);
+        let _ = probe_shape::<T>(&question);
         let Question::Variant(_, _, found) = question else { continue };
         match found.into_inner() {
             None => plain.push(*name),

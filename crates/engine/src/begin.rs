@@ -187,7 +187,7 @@ fn settle_units(probes: &[Probe], guess: ManualChannelMap) -> ManualChannelMap {
             Cure::Scale { role, units: Some(_), factor, offset }
                 if *factor > 0.0 && *offset == 0.0 && is_open(&map, *role) =>
             {
-                cure(&map, change, probes)
+                apply_fix(&map, change, probes)
             }
             _ => map,
         });
@@ -243,10 +243,10 @@ pub fn read_and_compare(plan: &Plan) -> Result<(Recording, FlightPhysics), Strin
     Ok((recording, physics))
 }
 
-/// A map made by hand after the cure of a contradiction; `probes` tell where time comes from that the map does not name.
-pub fn cure(map: &ManualChannelMap, cure: &Cure, probes: &[Probe]) -> ManualChannelMap {
+/// A map made by hand after the fix of a contradiction; `probes` tell where time comes from that the map does not name.
+pub fn apply_fix(map: &ManualChannelMap, fix: &Cure, probes: &[Probe]) -> ManualChannelMap {
     let mut map = map.clone();
-    match cure {
+    match fix {
         Cure::Scale { role, factor, offset, units } => {
             let Some(mut row) = map.row(*role).cloned() else { return map };
             let found = units.and_then(|(is, was)| {
@@ -286,14 +286,14 @@ pub fn cure(map: &ManualChannelMap, cure: &Cure, probes: &[Probe]) -> ManualChan
             map.set(*from, None);
             map.set(*to, row);
         }
-        Cure::Clock { factor, .. } => cure_clocks(&mut map, *factor, probes),
+        Cure::Clock { factor, .. } => fix_clocks(&mut map, *factor, probes),
         Cure::Shift { .. } | Cure::Travel { .. } => {}
     }
     map
 }
 
 /// Gives the clocks of a map the unit that is `factor` times theirs, where there is one.
-fn cure_clocks(map: &mut ManualChannelMap, factor: f64, probes: &[Probe]) {
+fn fix_clocks(map: &mut ManualChannelMap, factor: f64, probes: &[Probe]) {
     for source in probes.iter().flat_map(|probe| &probe.sources) {
         let stated = map.time.iter().find(|(name, _)| *name == source.name).map(|(_, time)| time.clone());
         let (channel, unit) = match (stated, source.clocks.first()) {

@@ -81,17 +81,17 @@ fn weigh_row(role: Role, row: &ManualChannel, probes: &[Probe], rows: &[PhysicsR
 
 /// How a row was found, and the log odds of that.
 fn weigh_words(row: &ManualChannel) -> (String, f64) {
-    let plain = |odds: f64| (row.by.words().to_owned(), odds);
+    let plain = |odds: f64| (row.by.description().to_owned(), odds);
     match (row.by, row.fit) {
         (By::Hand | By::File, _) => plain(0.0),
         (By::Recorder, _) => plain(BY_RECORDER),
         (By::Axes, _) => plain(BY_AXES),
         (By::Physics | By::Layout, _) => {
-            (row.evidence.clone().unwrap_or_else(|| row.by.words().to_owned()), BY_CHANNELS)
+            (row.evidence.clone().unwrap_or_else(|| row.by.description().to_owned()), BY_CHANNELS)
         }
         (By::Name, fit) => match fit {
-            Some(fit @ (NameFit::Whole | NameFit::Foreign)) => (fit.words().to_owned(), BY_WHOLE_NAME),
-            Some(fit) => (fit.words().to_owned(), BY_PART_OF_NAME),
+            Some(fit @ (NameFit::Whole | NameFit::Foreign)) => (fit.description().to_owned(), BY_WHOLE_NAME),
+            Some(fit) => (fit.description().to_owned(), BY_PART_OF_NAME),
             None => plain(BY_PART_OF_NAME),
         },
     }

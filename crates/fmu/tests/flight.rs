@@ -114,7 +114,7 @@ fn variables_are_set_and_read_by_their_value_references() {
 fn models_that_are_none_are_refused_by_name() {
     let (_, _, simulation) = both();
     let text = simulation.to_json().unwrap();
-    for (from, to, said) in [
+    for (from, to, expected) in [
         ("doublet flight model", "another", "format"),
         ("\"CX\"", "\"C9\"", "unknown coefficient 'C9'"),
         ("\"removed\"", "\"gone\"", "'gone'"),
@@ -122,6 +122,6 @@ fn models_that_are_none_are_refused_by_name() {
     ] {
         assert!(text.contains(from), "{from} is not in {text}");
         let error = Instance::new(&text.replacen(from, to, 1)).unwrap_err();
-        assert!(error.contains(said), "{error}");
+        assert!(error.contains(expected), "{error}");
     }
 }

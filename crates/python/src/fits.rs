@@ -53,7 +53,7 @@ impl Coefficients {
         let aircraft = path.aircraft.clone().ok_or_else(|| {
             refuse("coefficients need an aircraft: give reconstruct one, by doublet.aircraft(name) or doublet.Aircraft(...)")
         })?;
-        let of = |window: &crate::path::PathWindow| -> StageResult<(Manoeuvre, Keyed<WindowAero>)> {
+        let form_window = |window: &crate::path::PathWindow| -> StageResult<(Manoeuvre, Keyed<WindowAero>)> {
             let found = &window.path;
             let of_path = (&*found.data, &found.reconstruction);
             let aircraft = (&*aircraft, &*window.manoeuvre.excluded);
@@ -61,7 +61,8 @@ impl Coefficients {
             let formed = formed.map_err(|error| error.at(format!("manoeuvre '{}'", window.manoeuvre.name)))?;
             Ok((window.manoeuvre.clone(), Keyed::new(Arc::new(formed), Key::unique())))
         };
-        let windows = detached(py, "coefficients", || path.windows.iter().map(of).collect::<StageResult<Vec<_>>>())?;
+        let windows =
+            detached(py, "coefficients", || path.windows.iter().map(form_window).collect::<StageResult<Vec<_>>>())?;
         Ok(Self { path, preparation, windows: Arc::new(windows) })
     }
 

@@ -371,7 +371,7 @@ impl Workbench {
         // Plots chosen for another recording name channels this one does not have.
         self.state.flight_plots = None;
         self.state.show_layout(crate::layouts::LayoutKey::Step(crate::layouts::Step::Manoeuvres));
-        self.say(if found {
+        self.set_message(if found {
             let found = crate::notation::plural(windows, "manoeuvre");
             format!("New session: {found} manoeuvres found. Save it with Ctrl+S")
         } else {

@@ -173,7 +173,7 @@ pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui) {
             let curves = row.curves.as_ref().filter(|_| ui.available_width() > WORDS + curves::WIDTH);
             ui.vertical(|ui| {
                 ui.set_width(ui.available_width() - curves.map_or(0.0, |_| curves::WIDTH));
-                words(ui, row);
+                draw_finding(ui, row);
             });
             if let Some(curves) = curves {
                 // Two contradictions may be of one channel.
@@ -182,13 +182,13 @@ pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui) {
         });
     }
     if let Some(cure) = applied {
-        choosing.hand = begin::cure(&choosing.hand, &cure, &choosing.inspected.probes);
+        choosing.hand = begin::apply_fix(&choosing.hand, &cure, &choosing.inspected.probes);
         choosing.plan_again();
     }
 }
 
 /// What is wrong in a few words, with its figures and its cure.
-fn words(ui: &mut Ui, row: &PhysicsRow) {
+fn draw_finding(ui: &mut Ui, row: &PhysicsRow) {
     ui.spacing_mut().item_spacing.y = 1.0;
     ui.add(Label::new(RichText::new(&row.headline).strong()).wrap());
     let more = if row.cure.is_empty() { row.evidence.clone() } else { format!("{}; {}", row.evidence, row.cure) };

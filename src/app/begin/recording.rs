@@ -162,8 +162,8 @@ fn aircraft(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
     let combo = combo.show_ui(ui, |ui| {
         ui.selectable_value(&mut choosing.aircraft, AircraftChoice::Without, WITHOUT);
         for name in builtin::aircraft() {
-            let of = AircraftChoice::Of(format!("{}{name}", builtin::PREFIX));
-            ui.selectable_value(&mut choosing.aircraft, of, name);
+            let choice = AircraftChoice::Of(format!("{}{name}", builtin::PREFIX));
+            ui.selectable_value(&mut choosing.aircraft, choice, name);
         }
     });
     ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label("aircraft"));

@@ -290,7 +290,7 @@ fn reason(choosing: &Choosing, (role, row): (Role, &ManualChannel), ui: &mut Ui)
     let weighed = choosing.comparison.weighed(role).filter(|_| guessed == Some(row));
     let (text, about) = match guessed {
         Some(guess) if guess == row => {
-            let words = if is_open { "unit?" } else { row.by.words() };
+            let words = if is_open { "unit?" } else { row.by.description() };
             match weighed {
                 Some(weighed) => (format!("{:.0} %, {words}", percent(weighed)), certainty(weighed)),
                 None => (words.to_owned(), format!("Unit {}", unit_reason(row, probes))),

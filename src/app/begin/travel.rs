@@ -38,7 +38,7 @@ impl Travel {
     }
 
     /// Puts it into `row`, where the two positions differ and the deflection is none of zero.
-    fn say(self, row: &mut ManualChannel, deg: Unit) {
+    fn apply_to(self, row: &mut ManualChannel, deg: Unit) {
         let per_unit = self.deflection_deg / (self.at - self.neutral);
         if per_unit.is_finite() && per_unit != 0.0 {
             row.unit = Some(deg);
@@ -93,7 +93,7 @@ pub(super) fn show(ui: &mut Ui, key: &str, row: &mut ManualChannel, probes: &[Pr
         });
         ui.weak("Positive: elevator trailing edge down, right aileron down, rudder trailing edge left.");
         if travel != before {
-            travel.say(row, deg);
+            travel.apply_to(row, deg);
         }
         ui.data_mut(|data| data.insert_temp(id, (frame, age.saturating_add(1), travel)));
         if is_entered {
@@ -114,9 +114,9 @@ mod tests {
         let from = ChannelName { source: "RCOU".to_owned(), channel: "C2".to_owned() };
         let mut row = ManualChannel::new(from, None);
         assert_eq!(Travel::measure(&row, &[]).deflection_deg, 0.0, "nothing is said yet");
-        Travel { neutral: 1500.0, at: 2000.0, deflection_deg: 0.0 }.say(&mut row, deg);
+        Travel { neutral: 1500.0, at: 2000.0, deflection_deg: 0.0 }.apply_to(&mut row, deg);
         assert_eq!((row.scale, row.offset), (1.0, 0.0), "no deflection says nothing");
-        Travel { neutral: 1500.0, at: 2000.0, deflection_deg: -35.0 }.say(&mut row, deg);
+        Travel { neutral: 1500.0, at: 2000.0, deflection_deg: -35.0 }.apply_to(&mut row, deg);
         assert_eq!((row.scale, row.offset, row.turned), (-0.07, -1500.0, false));
         assert_eq!(row.unit.map(|unit| unit.symbol), Some("deg"));
         let back = Travel::measure(&row, &[]);

@@ -10,7 +10,7 @@ use eframe::egui::{self, Color32, RichText, Ui, vec2};
 use crate::command::{FileCommand, UiCommand};
 use crate::notation;
 use crate::panels::aircraft::aircraft_numbers;
-use crate::panels::aircraft::loading::{flown, station};
+use crate::panels::aircraft::loading::{selected_mass, station};
 use crate::panels::{PanelContext, choices, trouble};
 use crate::theme::{self, Palette};
 use crate::widgets::scale_view::{Handle, Outline, ScaleView, Symbol, Touched};
@@ -68,7 +68,7 @@ impl AircraftEditor {
         });
         trouble(ui, ctx.snapshot.aircraft.error());
         // As the panel Loading has it: with the fuel of the first record, where a flight is read.
-        let flown = flown(ctx);
+        let flown = selected_mass(ctx);
         let loaded = flown.map_or(loaded, |flown| &flown.start.state);
         follows(ctx, ui, loaded, if flown.is_some() { "at the start" } else { "as loaded" });
         self.views(ctx, ui, aircraft, (loaded, &fields));

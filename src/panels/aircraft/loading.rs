@@ -222,7 +222,8 @@ fn own_or_common(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
 fn places(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft) {
     let own = own_loading(ctx, aircraft);
     // Fuel left to the record shows what the record starts with, so that a moved tank shifts its own record and no other's.
-    let recorded = flown(ctx).filter(|_| own.fuel_kg.is_empty()).map(|flown| flown.start.loading.fuel_kg.clone());
+    let recorded =
+        selected_mass(ctx).filter(|_| own.fuel_kg.is_empty()).map(|flown| flown.start.loading.fuel_kg.clone());
     let on_board = match recorded {
         Some(fuel_kg) => Loading { fuel_kg, ..own.clone() },
         None => loading_on_board(aircraft, Some(&own)),
@@ -257,7 +258,7 @@ fn places(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft) {
         Grid::new(title).num_columns(2).min_col_width(names).spacing([8.0, 3.0]).show(ui, |ui| {
             for (name, capacity) in places {
                 ui.label(name.replace('_', " "));
-                place(ctx, ui, loading, (title, name, capacity), masses);
+                draw_slider(ctx, ui, loading, (title, name, capacity), masses);
                 ui.end_row();
             }
         });
@@ -269,7 +270,7 @@ fn places(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft) {
 }
 
 /// One slider; a drag is one step of undo.
-fn place(
+fn draw_slider(
     ctx: &mut PanelContext<'_>,
     ui: &mut Ui,
     loading: &Loading,
@@ -308,21 +309,21 @@ fn at_cursor(ctx: &PanelContext<'_>) -> Option<(f64, [f64; 3])> {
 }
 
 /// Mass properties over the flight of the chosen window, or of the first one that has them.
-pub(crate) fn flown<'a>(ctx: &PanelContext<'a>) -> Option<&'a FlownMass> {
-    let of = |flight: &str| ctx.snapshot.flown.get(flight)?.latest().map(|flown| &**flown);
+pub(crate) fn selected_mass<'a>(ctx: &PanelContext<'a>) -> Option<&'a FlownMass> {
+    let mass_over = |flight: &str| ctx.snapshot.flown.get(flight)?.latest().map(|flown| &**flown);
     ctx.window()
-        .and_then(|window| of(&window.flight))
-        .or_else(|| ctx.session.flights.iter().find_map(|flight| of(&flight.name)))
+        .and_then(|window| mass_over(&window.flight))
+        .or_else(|| ctx.session.flights.iter().find_map(|flight| mass_over(&flight.name)))
 }
 
 /// Where the fuel comes from, in short and at length.
 fn fuel_in_words(ctx: &PanelContext<'_>, own: &Loading) -> (&'static str, String) {
-    let short = match (own.fuel_kg.is_empty(), flown(ctx)) {
+    let short = match (own.fuel_kg.is_empty(), selected_mass(ctx)) {
         (false, _) => "stated by hand, at the first record",
         (true, Some(_)) => "at the first record",
         (true, None) => "standard fuel",
     };
-    let basis = flown(ctx).map_or("no flight is read", |flown| flown.fuel.words());
+    let basis = selected_mass(ctx).map_or("no flight is read", |flown| flown.fuel.description());
     let long = format!(
         "{basis}. Moving a tank states the fuel at the first record and shifts the recorded fuel by the difference."
     );
@@ -331,7 +332,7 @@ fn fuel_in_words(ctx: &PanelContext<'_>, own: &Loading) -> (&'static str, String
 
 /// Mass, centre of gravity and inertia at the start, in the chosen window and at the end, and what is wrong with them.
 fn numbers(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
-    let flown = flown(ctx);
+    let flown = selected_mass(ctx);
     let window = flown.zip(ctx.window()).and_then(|(flown, window)| {
         flown.windows.iter().find(|(name, _)| *name == window.name).map(|(_, state)| &state.state)
     });
@@ -407,7 +408,7 @@ fn envelope(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft, loaded
             chart.curves.push(ChartCurve::new(role.name(), color, ChartStyle::Dots(3.0), points));
         }
     }
-    let start = flown(ctx).map_or(loaded, |flown| &flown.start.state);
+    let start = selected_mass(ctx).map_or(loaded, |flown| &flown.start.state);
     let inside = start.envelope.is_none_or(|margin| margin.inside());
     let color = if inside { palette.good } else { palette.error };
     let here = vec![[scale * start.properties.cg_from_datum_m[0], start.properties.mass_kg]];

@@ -101,7 +101,7 @@ fn advice(ctx: &PanelContext<'_>, path: &WindowPath, ui: &mut Ui) {
             let named = format!("{}: ", channel.measurement.name());
             let alone = || channel.advice.strip_prefix(&named).unwrap_or(&channel.advice).to_owned();
             let advice = noise_advice::find(ctx, channel.measurement);
-            let advice = advice.map_or_else(alone, |advice| noise_advice::words(ctx, advice));
+            let advice = advice.map_or_else(alone, |advice| noise_advice::advice_text(ctx, advice));
             ui.painter().layout(advice, TextStyle::Body.resolve(ui.style()), consistency_color(ui, channel), width)
         })
         .collect();

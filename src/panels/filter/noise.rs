@@ -340,11 +340,11 @@ impl Row<'_> {
             (None, None) => {}
         }
         if let Some(channel) = self.mark {
-            let said = advice.map_or_else(|| channel.advice.clone(), |advice| noise_advice::words(ctx, advice));
+            let hover = advice.map_or_else(|| channel.advice.clone(), |advice| noise_advice::advice_text(ctx, advice));
             let color = consistency_color(ui, channel);
             let wave = if channel.is_correlated() || channel.has_offset() { " ∿" } else { "" };
             let text = format!("×{}{wave}", notation::fixed(channel.deviation_ratio, 2));
-            ui.label(RichText::new(text).color(color).size(11.0)).on_hover_text(said);
+            ui.label(RichText::new(text).color(color).size(11.0)).on_hover_text(hover);
         }
         ui.end_row();
     }

@@ -30,8 +30,8 @@ fn nis(estimate: NoiseEstimate) -> String {
 }
 
 /// What to do, and why.
-pub fn words(ctx: &PanelContext<'_>, advice: &NoiseAdvice) -> String {
-    let said = |estimate| with_nis(ctx, advice, estimate);
+pub fn advice_text(ctx: &PanelContext<'_>, advice: &NoiseAdvice) -> String {
+    let estimate_text = |estimate| with_nis(ctx, advice, estimate);
     let reason = &advice.reason;
     let because = if reason.is_empty() { String::new() } else { format!(": {reason}") };
     match (advice.step, advice.innovations, advice.steady) {
@@ -40,21 +40,26 @@ pub fn words(ctx: &PanelContext<'_>, advice: &NoiseAdvice) -> String {
                 Some(set) => format!("Set {}", with_unit(ctx, advice.measurement, set.std)),
                 None => format!("Keep {}", with_unit(ctx, advice.measurement, advice.used.std)),
             };
-            format!("Innovations give {}, steady flight {}{because}. {step}.", said(one), said(other))
+            format!("Innovations give {}, steady flight {}{because}. {step}.", estimate_text(one), estimate_text(other))
         }
         (NoiseStep::Set, Some(one), Some(other)) => {
-            format!("Set {}; now NIS {}. Steady flight agrees: {}.", said(one), nis(advice.used), said(other))
+            format!(
+                "Set {}; now NIS {}. Steady flight agrees: {}.",
+                estimate_text(one),
+                nis(advice.used),
+                estimate_text(other)
+            )
         }
-        (NoiseStep::Set, Some(one), None) => format!("Set {}; now NIS {}.", said(one), nis(advice.used)),
+        (NoiseStep::Set, Some(one), None) => format!("Set {}; now NIS {}.", estimate_text(one), nis(advice.used)),
         (NoiseStep::NotNoise, _, Some(other)) => {
-            format!("{}. Steady flight gives {}.", capitalised(reason), said(other))
+            format!("{}. Steady flight gives {}.", capitalised(reason), estimate_text(other))
         }
         (NoiseStep::NotNoise, _, None) => format!("{}.", capitalised(reason)),
         _ if !reason.is_empty() => format!("{}.", capitalised(reason)),
         (_, _, Some(other)) => {
-            format!("Consistent: keep {}. Steady flight agrees: {}.", said(advice.used), said(other))
+            format!("Consistent: keep {}. Steady flight agrees: {}.", estimate_text(advice.used), estimate_text(other))
         }
-        _ => format!("Consistent: keep {}.", said(advice.used)),
+        _ => format!("Consistent: keep {}.", estimate_text(advice.used)),
     }
 }
 
@@ -65,7 +70,7 @@ fn capitalised(text: &str) -> String {
 
 /// The estimates as buttons that take them: both where they differ, that of the innovations first.
 pub fn buttons(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, advice: &NoiseAdvice) {
-    let hint = words(ctx, advice);
+    let hint = advice_text(ctx, advice);
     let recommended = advice.recommended();
     let both = [(advice.innovations, "innovations", "flight"), (advice.steady, "recorded", "steady")];
     let shown = both.into_iter().filter(|(_, label, _)| match advice.step {
@@ -96,9 +101,10 @@ pub fn buttons(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, advice: &Noi
                     ctx.edit(Edit::noise(NoiseChannel::Measurement(advice.measurement), estimate.std));
                 }
                 let beside = if advice.step == NoiseStep::Differ { short } else { "" };
-                let said = format!("{beside} NIS {}", nis(estimate));
-                let said = ui.add(egui::Label::new(RichText::new(said.trim()).size(10.5).weak()).selectable(false));
-                said.on_hover_text(&hint);
+                let nis_text = format!("{beside} NIS {}", nis(estimate));
+                let response =
+                    ui.add(egui::Label::new(RichText::new(nis_text.trim()).size(10.5).weak()).selectable(false));
+                response.on_hover_text(&hint);
             });
         }
     });

@@ -283,7 +283,7 @@ impl ManoeuvreMap {
         self.follow(ctx, rows, &of_marks, &done);
         if done.has_focus {
             self.keys(ctx, ui, rows);
-            self.say(ctx, ui, &done, self.scatter.at().and_then(|at| rows.rows.get(*of_marks.get(at)?)));
+            self.draw_focus_line(ctx, ui, &done, self.scatter.at().and_then(|at| rows.rows.get(*of_marks.get(at)?)));
         }
         if let Some(form) = figure_menu(&done.response) {
             ctx.figures.push(FigureRequest { figure: figure(ui, &titles, &marks, &done), form });
@@ -341,7 +341,7 @@ impl ManoeuvreMap {
     }
 
     /// The mark the arrow keys are at, in a line at the foot of the plot.
-    fn say(&self, ctx: &PanelContext<'_>, ui: &Ui, done: &ScatterDone, row: Option<&MapRow>) {
+    fn draw_focus_line(&self, ctx: &PanelContext<'_>, ui: &Ui, done: &ScatterDone, row: Option<&MapRow>) {
         let text = row.map_or("Arrow keys: go to a mark".to_owned(), |row| {
             let values = self.axes.into_iter().filter_map(|axis| Some(shown_value(ctx, axis, axis.value(row)?)));
             let values: Vec<String> = values.collect();

@@ -79,7 +79,7 @@ impl Panel for Fits {
         let (Some(_), Some(fits)) = (results.aero.latest(), results.fits.latest()) else {
             return awaiting(ctx, ui, "the fits of this manoeuvre", "This manoeuvre has no fit.");
         };
-        fits.fits.iter().for_each(|fit| said(fit, ui));
+        fits.fits.iter().for_each(|fit| draw_fit_error(fit, ui));
         if self.place.as_ref().is_some_and(|(of, _)| *of != window.name) {
             self.place = None;
         }
@@ -248,7 +248,7 @@ fn residual_name(fit: &CoefficientFit) -> &'static str {
 }
 
 /// Why a coefficient has no fit.
-fn said(fit: &CoefficientFit, ui: &mut Ui) {
+fn draw_fit_error(fit: &CoefficientFit, ui: &mut Ui) {
     if let Err(error) = &fit.fit {
         trouble(ui, Some(&format!("{}: {error}", fit.coefficient.name())));
     }

@@ -34,23 +34,23 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, chosen: &mut Coefficient, p
         let studies = ctx.details().map(|details| details.residuals.as_slice()).unwrap_or_default();
         let Some(first) = studies.first() else { return };
         let all: Vec<_> = studies.iter().map(|study| (study.coefficient, study.coefficient.name())).collect();
-        let of = |coefficient| studies.iter().find(|study| study.coefficient == coefficient).unwrap_or(first);
-        let mut shown = of(*chosen).coefficient;
+        let study_of = |coefficient| studies.iter().find(|study| study.coefficient == coefficient).unwrap_or(first);
+        let mut shown = study_of(*chosen).coefficient;
         ui.horizontal_wrapped(|ui| {
             ui.weak("Residual of");
             if choices(ui, &mut shown, &all) {
                 *chosen = shown;
             }
         });
-        let study = of(shown);
+        let study = study_of(shown);
         if let Some(chart) = spectrum(study, ui) {
             ctx.chart(ui, &chart, CHART_HEIGHT);
         }
         let correlation = residuals::correlation(study, ui);
         ctx.chart(ui, &correlation, CHART_HEIGHT);
-        let said = if study.whiteness.is_white() { "White" } else { "Not white" };
+        let verdict = if study.whiteness.is_white() { "White" } else { "Not white" };
         let probability = notation::fixed(100.0 * study.whiteness.probability, 1);
-        ui.weak(format!("{said}: p-value of white noise {probability} %"));
+        ui.weak(format!("{verdict}: p-value of white noise {probability} %"));
     });
 }
 
@@ -99,7 +99,7 @@ fn list(ctx: &PanelContext<'_>, ui: &mut Ui, found: &Misfit) {
         }
         ui.end_row();
         for one in found.channels.iter().take(MOST) {
-            let (name, moves) = words(ctx, one);
+            let (name, moves) = channel_name_and_amplitude(ctx, one);
             let is_chance = one.share < found.bound;
             let ink = if is_chance { ui.visuals().weak_text_color() } else { ui.visuals().text_color() };
             let hover = one.role.map_or(one.name.as_str(), |role| role.description());
@@ -120,7 +120,7 @@ fn list(ctx: &PanelContext<'_>, ui: &mut Ui, found: &Misfit) {
 }
 
 /// Name of a channel, and how far it moves with its unit.
-fn words(ctx: &PanelContext<'_>, one: &CoherentChannel) -> (String, String) {
+fn channel_name_and_amplitude(ctx: &PanelContext<'_>, one: &CoherentChannel) -> (String, String) {
     let (name, (unit, scale)) = match one.role {
         Some(role) => (notation::role(role).to_owned(), ctx.state.units.of_role(role)),
         None => (one.name.clone(), (one.unit.as_str(), 1.0)),

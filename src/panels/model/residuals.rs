@@ -16,16 +16,16 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, chosen: &mut Coefficient) {
         return awaiting(ctx, ui, "the fits of this manoeuvre", "This manoeuvre has no fit.");
     };
     let all: Vec<_> = studies.iter().map(|study| (study.coefficient, study.coefficient.name())).collect();
-    let of = |coefficient| studies.iter().find(|study| study.coefficient == coefficient).unwrap_or(first);
+    let study_of = |coefficient| studies.iter().find(|study| study.coefficient == coefficient).unwrap_or(first);
     // A coefficient this window lacks stays chosen for the next window; the one shown in its place is highlighted.
-    let mut shown = of(*chosen).coefficient;
+    let mut shown = study_of(*chosen).coefficient;
     if choices(ui, &mut shown, &all) {
         *chosen = shown;
     }
-    let study = of(shown);
-    let (probability, said) =
+    let study = study_of(shown);
+    let (probability, verdict) =
         (study.whiteness.probability, if study.whiteness.is_white() { "white" } else { "not white" });
-    ui.weak(format!("{said}: p-value of white noise {} %", notation::fixed(100.0 * probability, 1)));
+    ui.weak(format!("{verdict}: p-value of white noise {} %", notation::fixed(100.0 * probability, 1)));
     let height = 0.5 * ui.available_height() - 6.0;
     let correlation = correlation(study, ui);
     ctx.chart(ui, &correlation, height);

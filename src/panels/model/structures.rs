@@ -94,8 +94,8 @@ fn rows(first: &PooledFits, second: &PooledFits) -> Vec<Row> {
     coefficients.sort_unstable();
     coefficients.dedup();
     for coefficient in coefficients {
-        let of = |fits: &PooledFits| fits.fits.iter().find(|fit| fit.coefficient == coefficient).cloned();
-        let both = [of(first), of(second)];
+        let find_fit = |fits: &PooledFits| fits.fits.iter().find(|fit| fit.coefficient == coefficient).cloned();
+        let both = [find_fit(first), find_fit(second)];
         rows.push(heading(coefficient.name(), &both));
         let mut names: Vec<String> = Vec::new();
         for fit in both.iter().flatten().filter_map(|fit| fit.fit.as_ref().ok()) {

@@ -42,7 +42,7 @@ pub fn effect<'a>(studies: &'a [CoefficientStudy], coefficient: Coefficient, ter
 }
 
 /// The numbers of a tick in words.
-pub fn words(effect: &TermEffect) -> String {
+pub fn effect_text(effect: &TermEffect) -> String {
     let verb = if effect.in_model { "without it" } else { "with it" };
     format!(
         "VIF {}   partial F {}\n{verb}: R² {:+.4}, predicted squared error {:+.1} %",
@@ -61,14 +61,14 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, coefficient: Coefficient) {
         ui.weak("Waiting for the estimate");
         return;
     };
-    let of = match &study.study {
-        Ok(of) => of,
+    let term_study = match &study.study {
+        Ok(term_study) => term_study,
         Err(error) => return crate::panels::trouble(ui, Some(&error.to_string())),
     };
     ui.weak(format!(
         "R² {}   predicted squared error {}   ΔR², ΔPSE: when the tick is changed",
-        notation::fixed(of.r_squared, 4),
-        notation::number(of.predicted_squared_error)
+        notation::fixed(term_study.r_squared, 4),
+        notation::number(term_study.predicted_squared_error)
     ));
     if slot.is_stale() {
         ui.multiply_opacity(0.6);
@@ -90,7 +90,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, coefficient: Coefficient) {
             }
         })
         .body(|mut body| {
-            for (effect, term) in of.terms.iter().zip(&study.terms) {
+            for (effect, term) in term_study.terms.iter().zip(&study.terms) {
                 body.row(20.0, |mut row| {
                     let terms = ctx.session.structure.terms(coefficient).unwrap_or_default();
                     let on = terms.contains(term);

@@ -171,12 +171,13 @@ impl Model {
                     ui.ctx().accesskit_node_builder(tick.id, |node| node.set_label(name));
                     let derivative = notation::derivative(&term.derivative_name(coefficient));
                     let effect = term_effects::effect(studies, coefficient, &term);
-                    let words = effect.map(|effect| format!("\n{}", term_effects::words(effect))).unwrap_or_default();
+                    let words =
+                        effect.map(|effect| format!("\n{}", term_effects::effect_text(effect))).unwrap_or_default();
                     let tick = tick.on_hover_ui(|ui| {
                         ui.label(format!("{derivative}{words}"));
                         let known = session.estimation.constraints.iter();
                         for known in known.filter(|known| known.coefficient == coefficient && known.term == term) {
-                            ui.label(known.words());
+                            ui.label(known.summary());
                         }
                         if was {
                             ui.weak("Right click: fix, bound, prior");

@@ -95,8 +95,8 @@ impl Channels {
             .body(|body| {
                 body.rows(ROW, self.rows.len(), |mut line| {
                     let row = &self.rows[line.index()];
-                    let of = level(row.role);
-                    cells(ctx, &mut line, row, of);
+                    let verdict_level = level(row.role);
+                    cells(ctx, &mut line, row, verdict_level);
                 });
             });
     }

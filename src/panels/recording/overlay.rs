@@ -76,13 +76,14 @@ impl Overlay {
     /// Draws the selected windows, or all of `shown` where one alone is selected.
     pub fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, shown: &[&Manoeuvre]) {
         let selected: Vec<&Manoeuvre> = ctx.selection().windows(ctx.session).collect();
-        let of = if selected.len() > 1 { selected.as_slice() } else { shown };
-        let drawn = &of[..of.len().min(MOST)];
+        let compared = if selected.len() > 1 { selected.as_slice() } else { shown };
+        let drawn = &compared[..compared.len().min(MOST)];
         let Some(first) = drawn.first() else { return empty(ui, "Manoeuvre not found.") };
         let signals = self.chosen.clone().unwrap_or_else(|| usual(first.surface));
         ui.horizontal_wrapped(|ui| {
             self.choose(ctx, ui, first, &signals);
-            let more = if of.len() > MOST { format!(", the first {MOST} of {}", of.len()) } else { String::new() };
+            let more =
+                if compared.len() > MOST { format!(", the first {MOST} of {}", compared.len()) } else { String::new() };
             ui.weak(format!("{} manoeuvres from onset{more}; dashed: model", drawn.len()));
         });
         self.make(ctx, drawn, &signals);

@@ -76,7 +76,7 @@ impl Panel for Qualification {
                 ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Truncate);
                 for (index, test) in judged.found.tests.iter().enumerate() {
                     ui.horizontal(|ui| {
-                        level_mark(ui, Some(test.outcome.level())).on_hover_text(test.outcome.words());
+                        level_mark(ui, Some(test.outcome.level())).on_hover_text(test.outcome.label());
                         let name = format!("{} {}", test.id, test.title);
                         let row = ui.selectable_label(self.chosen == index, name);
                         if row.on_hover_text(&test.reason).clicked() {
@@ -110,8 +110,8 @@ impl Qualification {
             let all: Vec<String> = names().cloned().collect();
             let shipped = TestFile::open(Path::new(SHIPPED));
             let fits = shipped.is_ok_and(|file| {
-                let mut of = file.tests.iter().flat_map(|test| &test.windows).peekable();
-                of.peek().is_some() && of.all(|window| all.contains(window))
+                let mut used_windows = file.tests.iter().flat_map(|test| &test.windows).peekable();
+                used_windows.peek().is_some() && used_windows.all(|window| all.contains(window))
             });
             self.fits = Some((all, fits));
         }

@@ -61,9 +61,9 @@ impl Panel for Correlation {
         });
         ui.horizontal_wrapped(|ui| {
             color_bar(ui);
-            let of =
+            let source =
                 if alone { ctx.selection().window.clone().unwrap_or_default() } else { "all manoeuvres".to_owned() };
-            ui.weak(format!("{of}; outlined from {NOTABLE} on"));
+            ui.weak(format!("{source}; outlined from {NOTABLE} on"));
         });
         let (blocks, stale) = match self.of {
             Of::Parameters => parameters(ctx, alone),

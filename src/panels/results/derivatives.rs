@@ -99,13 +99,13 @@ impl Panel for Derivatives {
 /// One table with a line per coefficient and a row per derivative.
 fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, fits: &[CoefficientFit]) {
     let (color, width) = (theme::palette(ui).error, (ui.available_width() - RIGHT_ROOM).max(LEAST_WIDTH));
-    let said = |fit: &CoefficientFit| {
+    let layout_error = |fit: &CoefficientFit| {
         let text = format!("{}    ⚠ {}", fit.coefficient.name(), fit.fit.as_ref().err()?);
         let mut job = notation::typeset_in(&text, HEADING.size, color);
         job.wrap.max_width = width;
         Some((fit.coefficient, ui.painter().layout_job(job)))
     };
-    let galleys: BTreeMap<_, _> = fits.iter().filter_map(said).collect();
+    let galleys: BTreeMap<_, _> = fits.iter().filter_map(layout_error).collect();
     let name_width = (ui.available_width() - FIGURES).clamp(*NAMES.start(), *NAMES.end());
     ScrollArea::horizontal().show(ui, |ui| {
         TableBuilder::new(ui)
@@ -131,9 +131,9 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, fits: &[CoefficientFit]) {
             })
             .body(|mut body| {
                 for fit in fits {
-                    let said = galleys.get(&fit.coefficient).cloned();
-                    let height = said.as_ref().map_or(ROW + 4.0, |said| said.size().y + 8.0);
-                    body.row(height, |row| heading(row, fit, said.as_ref()));
+                    let error_galley = galleys.get(&fit.coefficient).cloned();
+                    let height = error_galley.as_ref().map_or(ROW + 4.0, |error_galley| error_galley.size().y + 8.0);
+                    body.row(height, |row| heading(row, fit, error_galley.as_ref()));
                     let Ok(estimate) = &fit.fit else { continue };
                     for at in 0..estimate.parameters() {
                         if !ctx.selection().constants && is_window_constant(&estimate.names[at]) {
@@ -147,7 +147,7 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, fits: &[CoefficientFit]) {
 }
 
 /// The coefficient with its quality, or why it has no estimate, across all columns.
-fn heading(mut row: egui_extras::TableRow<'_, '_>, fit: &CoefficientFit, said: Option<&Arc<Galley>>) {
+fn heading(mut row: egui_extras::TableRow<'_, '_>, fit: &CoefficientFit, error_galley: Option<&Arc<Galley>>) {
     let mut line = egui::Rect::NOTHING;
     let mut visible = egui::Rect::NOTHING;
     for column in 0..=TITLES.len() {
@@ -157,14 +157,14 @@ fn heading(mut row: egui_extras::TableRow<'_, '_>, fit: &CoefficientFit, said: O
             // Drawn from the last cell, over the stripes of those before it.
             if column == TITLES.len() {
                 ui.set_clip_rect(visible);
-                quality(ui, line, fit, said);
+                quality(ui, line, fit, error_galley);
             }
         });
     }
 }
 
 /// How well the coefficient is fitted, or why it is not as it was laid out, in `line`.
-fn quality(ui: &mut Ui, line: egui::Rect, fit: &CoefficientFit, said: Option<&Arc<Galley>>) {
+fn quality(ui: &mut Ui, line: egui::Rect, fit: &CoefficientFit, error_galley: Option<&Arc<Galley>>) {
     let palette = theme::palette(ui);
     let name = fit.coefficient.name();
     let dropped: Vec<&str> = fit.dropped.iter().map(|term| term.derivative.as_str()).collect();
@@ -182,8 +182,10 @@ fn quality(ui: &mut Ui, line: egui::Rect, fit: &CoefficientFit, said: Option<&Ar
         Err(error) => (format!("{name}    ⚠ {error}"), palette.error),
     };
     let at = egui::pos2(line.left() + 2.0, line.center().y + 2.0);
-    match said {
-        Some(said) => ui.painter().galley(line.left_top() + egui::vec2(2.0, 4.0), Arc::clone(said), color),
+    match error_galley {
+        Some(error_galley) => {
+            ui.painter().galley(line.left_top() + egui::vec2(2.0, 4.0), Arc::clone(error_galley), color)
+        }
         None => {
             let galley = ui.painter().layout_job(notation::typeset_in(&text, HEADING.size, color));
             let place = egui::Align2::LEFT_CENTER.anchor_size(at, galley.size());

@@ -61,12 +61,12 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
                         });
                     });
                     let of_kinds = kinds.iter().map(|kind| {
-                        let of = kind.parameters.iter().find(|other| other.name == parameter.name);
-                        of.map_or(String::new(), |of| {
+                        let found = kind.parameters.iter().find(|other| other.name == parameter.name);
+                        found.map_or(String::new(), |found| {
                             format!(
                                 "{} ± {}",
-                                notation::within(of.estimate[0], of.scatter),
-                                notation::within(of.scatter, of.scatter)
+                                notation::within(found.estimate[0], found.scatter),
+                                notation::within(found.scatter, found.scatter)
                             )
                         })
                     });

@@ -481,7 +481,7 @@ fn lags(ui: &mut Ui, study: &LagStudy) {
         .lags
         .iter()
         .map(|one| {
-            let of: Vec<&str> = one.coefficients.iter().map(|coefficient| coefficient.name()).collect();
+            let coefficients: Vec<&str> = one.coefficients.iter().map(|coefficient| coefficient.name()).collect();
             let (value, error) = match &one.result {
                 Ok(found) => (
                     format!("{} ms", notation::fixed(1e3 * found.value, 1)),
@@ -489,7 +489,7 @@ fn lags(ui: &mut Ui, study: &LagStudy) {
                 ),
                 Err(error) => (error.to_string(), String::new()),
             };
-            vec![format!("{} {} in {}", one.surface.name(), one.kind.name(), of.join(", ")), value, error]
+            vec![format!("{} {} in {}", one.surface.name(), one.kind.name(), coefficients.join(", ")), value, error]
         })
         .collect();
     table(ui, "lags", &["Control", "Found", "±"], &rows, |_| false);

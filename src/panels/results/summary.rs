@@ -46,11 +46,11 @@ impl Place {
 
     /// What it is called.
     fn title(&self) -> String {
-        let of = self.fit.map_or("Flight path", Coefficient::name);
+        let fit_name = self.fit.map_or("Flight path", Coefficient::name);
         match (&self.window, self.fit) {
             (None, None) => "Session".to_owned(),
-            (None, Some(_)) => format!("{of}, all manoeuvres"),
-            (Some(window), _) => format!("{of}, {window}"),
+            (None, Some(_)) => format!("{fit_name}, all manoeuvres"),
+            (Some(window), _) => format!("{fit_name}, {window}"),
         }
     }
 
@@ -242,7 +242,7 @@ impl Summary {
             let title = self.chosen.title();
             let mut show_all = |ui: &mut Ui, kinds: &[(&Finding, usize)]| {
                 for (reason, alike) in kinds {
-                    if show(ctx, ui, reason, *alike) {
+                    if draw_finding(ctx, ui, reason, *alike) {
                         self.applied = reason.fix.as_ref().and_then(|fix| AppliedFix::apply(ctx, fix));
                     }
                 }
@@ -268,7 +268,7 @@ fn kinds<'a>(reasons: &[&'a Finding]) -> Vec<(&'a Finding, usize)> {
 }
 
 /// One reason: what was found, where, what to do, and the way there; whether its fix is to be applied.
-fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, reason: &Finding, alike: usize) -> bool {
+fn draw_finding(ctx: &mut PanelContext<'_>, ui: &mut Ui, reason: &Finding, alike: usize) -> bool {
     let mut is_wanted = false;
     ui.add_space(2.0);
     ui.horizontal_top(|ui| {

@@ -20,13 +20,13 @@ pub struct Draft {
     from: Option<String>,
     setting: ExpressionSetting,
     /// Its first value, or what is wrong, as of the last letter; `None` while it was not looked at.
-    said: Option<Result<Option<f64>, String>>,
+    preview: Option<Result<Option<f64>, String>>,
 }
 
 impl Draft {
     /// A new channel of a flight.
     pub fn new(flight: &str) -> Self {
-        Self { flight: flight.to_owned(), from: None, setting: ExpressionSetting::default(), said: None }
+        Self { flight: flight.to_owned(), from: None, setting: ExpressionSetting::default(), preview: None }
     }
 
     fn from_setting(flight: &str, setting: &ExpressionSetting) -> Self {
@@ -100,14 +100,14 @@ pub fn dialog(
         let before = open.setting.clone();
         let grid = Grid::new("expression").num_columns(2).spacing([12.0, 6.0]);
         let confirmed = grid.show(ui, |ui| fields(ui, &mut open.setting)).inner;
-        if open.said.is_none() || open.setting != before {
-            open.said = Some(open.look(ctx, loaded));
+        if open.preview.is_none() || open.setting != before {
+            open.preview = Some(open.look(ctx, loaded));
         }
         ui.add_space(4.0);
         let untouched = open.setting == ExpressionSetting::default();
-        let fits = matches!(open.said, Some(Ok(_)));
+        let fits = matches!(open.preview, Some(Ok(_)));
         let unit = &open.setting.unit;
-        let line = match &open.said {
+        let line = match &open.preview {
             _ if untouched => RichText::new(HINT).weak(),
             Some(Ok(Some(value))) => RichText::new(format!("first value {} {unit}", notation::number(*value))),
             Some(Err(line)) => RichText::new(line).color(theme::palette(ui).error),

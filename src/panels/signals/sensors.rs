@@ -199,7 +199,7 @@ fn in_file(ui: &mut Ui, calibration: &SensorCalibration) {
     caption(ui, "In the file");
     match calibration.drum_radius_mm() {
         Some(radius) => line(ui, format!("radius {} mm", notation::fixed(radius, 3))),
-        None => line(ui, calibration.curve.words()),
+        None => line(ui, calibration.curve.summary()),
     }
     if let Some([low, high]) = calibration.range {
         line(ui, format!("used {} to {}", notation::number(low), notation::number(high)));
@@ -223,12 +223,17 @@ fn charts(
     chart.curves.push(ChartCurve::new("file", palette.ignored, ChartStyle::Dashed, file));
     if let Some(fit) = fit {
         chart.curves.push(ChartCurve::new("fitted", palette.series[0], ChartStyle::Line, fit.curve.points(range)));
-        let of = |counts: bool| {
+        let points_where_used = |counts: bool| {
             fit.points.iter().zip(&fit.used).filter(|(_, used)| **used == counts).map(|(at, _)| *at).collect::<Vec<_>>()
         };
-        chart.curves.push(ChartCurve::new("read", palette.series[1], ChartStyle::Dots(3.0), of(true)));
+        chart.curves.push(ChartCurve::new("read", palette.series[1], ChartStyle::Dots(3.0), points_where_used(true)));
         if fit.used.contains(&false) {
-            chart.curves.push(ChartCurve::new("left out", palette.error, ChartStyle::Dots(3.5), of(false)));
+            chart.curves.push(ChartCurve::new(
+                "left out",
+                palette.error,
+                ChartStyle::Dots(3.5),
+                points_where_used(false),
+            ));
         }
     }
     let share = if fit.is_some() { CURVE } else { 1.0 };

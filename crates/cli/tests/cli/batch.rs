@@ -56,8 +56,8 @@ fn batch_as_tasks_of_gnu_parallel() {
     assert_eq!(tasks().matches("1 of 3 runs: 1 computed").count(), 3);
     assert_eq!(tasks(), "", "every task has ended well");
     let out = folder.path().join("table.csv");
-    let said = text(&doublet(&["batch", folder.path().to_str().unwrap(), "--out", out.to_str().unwrap()]));
-    assert!(said.contains("3 of 3 runs: 0 computed, 3 finished before, 0 failed"), "{said}");
+    let printed = text(&doublet(&["batch", folder.path().to_str().unwrap(), "--out", out.to_str().unwrap()]));
+    assert!(printed.contains("3 of 3 runs: 0 computed, 3 finished before, 0 failed"), "{printed}");
     let table = std::fs::read_to_string(out).unwrap();
     assert_eq!(table.lines().filter(|line| line.contains("Cm_q")).count(), 3, "{table}");
 }
@@ -79,9 +79,9 @@ fn diff_of_a_session_and_its_sweep_names_the_setting_and_judges_the_derivatives(
     let [one, two] = [&outs[0], &outs[1]];
     doublet(&["run", first, "--out", one]);
     doublet(&["run", second, "--out", two]);
-    let said = text(&doublet(&["diff", one, two]));
-    assert!(said.contains("filter.measurement_noise.alpha") && said.contains("rad"), "{said}");
-    assert!(said.contains("'.start_s") && said.contains("Cm_q") && said.contains("independent"), "{said}");
+    let printed = text(&doublet(&["diff", one, two]));
+    assert!(printed.contains("filter.measurement_noise.alpha") && printed.contains("rad"), "{printed}");
+    assert!(printed.contains("'.start_s") && printed.contains("Cm_q") && printed.contains("independent"), "{printed}");
     let json: serde_json::Value = serde_json::from_str(&text(&doublet(&["diff", one, two, "--json"]))).unwrap();
     assert_eq!(json["settings"].as_array().unwrap().len(), 2, "{json}");
     let row = json["derivatives"].as_array().unwrap().iter().find(|row| row["name"] == "Cm_q").unwrap();
@@ -111,15 +111,18 @@ fn a_batch_that_can_only_fail_says_so_before_it_starts_or_at_its_end() {
     let sweep = std::fs::read_to_string(folder.path().join("noise.toml")).unwrap();
     let unknown = sweep.replace("filter.measurement_noise.alpha", "filter.nope");
     std::fs::write(folder.path().join("unknown.toml"), unknown).unwrap();
-    let (code, said) = run("unknown.toml", "unknown.csv");
-    assert!(code == Some(1) && said.contains("filter.nope") && said.contains("unknown.toml"), "{code:?} {said}");
+    let (code, printed) = run("unknown.toml", "unknown.csv");
+    assert!(
+        code == Some(1) && printed.contains("filter.nope") && printed.contains("unknown.toml"),
+        "{code:?} {printed}"
+    );
     assert!(!folder.path().join("unknown.csv").exists(), "before the first run");
     // Every run of a session whose recording is gone fails.
     let session = std::fs::read_to_string(folder.path().join("base/flight.toml")).unwrap();
     let lost = session.replace("builtin:flights", "builtin:lost");
     assert_ne!(lost, session);
     std::fs::write(folder.path().join("lost.toml"), lost).unwrap();
-    let (code, said) = run("lost.toml", "lost.csv");
-    assert!(code == Some(1) && said.contains("every run failed"), "{code:?} {said}");
+    let (code, printed) = run("lost.toml", "lost.csv");
+    assert!(code == Some(1) && printed.contains("every run failed"), "{code:?} {printed}");
     assert!(folder.path().join("lost.csv").exists(), "the table says why");
 }

@@ -163,8 +163,11 @@ fn session_without_an_aircraft_gives_the_flight_path_and_says_so() {
     let windows = results["windows"].as_array().unwrap();
     assert!(windows.iter().all(|window| window["error"].is_null() && window["mean_nis"].as_f64() > Some(1.0)));
     let export = doublet(folder.path(), &["export", "s.toml", "--out", "model"]);
-    let said = String::from_utf8_lossy(&export.stderr).into_owned();
-    assert!(export.status.code() == Some(1) && said.lines().count() == 1 && said.contains("no aircraft"), "{said}");
+    let printed = String::from_utf8_lossy(&export.stderr).into_owned();
+    assert!(
+        export.status.code() == Some(1) && printed.lines().count() == 1 && printed.contains("no aircraft"),
+        "{printed}"
+    );
     let (found, code) = checked(folder.path(), "s.toml");
     assert_eq!((bad(&found), code), (Vec::new(), Some(0)));
 }
@@ -213,9 +216,9 @@ fn new_takes_windows_from_the_controls_and_names_what_lies_beside_it_from_there(
     recording(&sub.join("rec.csv"));
     std::fs::write(sub.join("map.toml"), MAP).unwrap();
     let made = doublet(folder.path(), &["new", "sub/rec.csv", "--map", "sub/map.toml", "-o", "sub/s.toml"]);
-    let said = String::from_utf8_lossy(&made.stdout).into_owned();
+    let printed = String::from_utf8_lossy(&made.stdout).into_owned();
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
-    assert!(said.contains("manoeuvres found: 3") && said.contains("no aircraft is chosen"), "{said}");
+    assert!(printed.contains("manoeuvres found: 3") && printed.contains("no aircraft is chosen"), "{printed}");
     let text = std::fs::read_to_string(sub.join("s.toml")).unwrap();
     assert!(text.contains("path = \"rec.csv\"") && text.contains("channel_map = \"map.toml\""), "{text}");
     assert!(text.matches("surface = \"elevator\"").count() >= 2 && !text.contains("\naircraft"), "{text}");
@@ -255,17 +258,17 @@ fn made_and_run(recordings: &[&str]) -> (Option<i32>, Value, String) {
     let made = doublet(folder.path(), &[&["new"], recordings, &["-o", "s.toml"]].concat());
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     let run = doublet(folder.path(), &["run", "s.toml", "--out", "out"]);
-    let said = String::from_utf8_lossy(&run.stderr).into_owned();
-    let text = std::fs::read_to_string(folder.path().join("out/results.json")).unwrap_or_else(|_| panic!("{said}"));
-    (run.status.code(), serde_json::from_str(&text).unwrap(), said)
+    let printed = String::from_utf8_lossy(&run.stderr).into_owned();
+    let text = std::fs::read_to_string(folder.path().join("out/results.json")).unwrap_or_else(|_| panic!("{printed}"));
+    (run.status.code(), serde_json::from_str(&text).unwrap(), printed)
 }
 
 #[test]
 fn one_manoeuvre_of_one_surface_runs_to_the_end_by_defaults() {
     for file in ["dr3211_1.mat", "da3211_1.mat"] {
         let Some(path) = shared(&format!("data/citation_simulated/{file}")) else { return };
-        let (code, results, said) = made_and_run(&[path.to_str().unwrap()]);
-        assert!(matches!(code, Some(0 | 3)), "{file}: {said}");
+        let (code, results, printed) = made_and_run(&[path.to_str().unwrap()]);
+        assert!(matches!(code, Some(0 | 3)), "{file}: {printed}");
         assert_eq!(results["aircraft"], "Cessna Citation 550, simulated", "{}", results["aircraft"]);
         let window = &results["windows"][0];
         assert!(window["samples"].as_u64() > Some(100) && window["error"].is_null(), "{file}: {window}");
@@ -288,8 +291,8 @@ fn one_manoeuvre_of_one_surface_runs_to_the_end_by_defaults() {
 #[test]
 fn recording_without_controls_gives_the_flight_path_and_the_errors_of_its_fits() {
     let Some(path) = shared("data/citation_simulated/da3211_1_noisy_with_truth.mat") else { return };
-    let (code, results, said) = made_and_run(&[path.to_str().unwrap()]);
-    assert_eq!(code, Some(3), "{said}");
+    let (code, results, printed) = made_and_run(&[path.to_str().unwrap()]);
+    assert_eq!(code, Some(3), "{printed}");
     let window = &results["windows"][0];
     let nis = window["mean_nis"].as_f64().unwrap();
     assert!((10.0..14.0).contains(&nis), "mean NIS {nis}");

@@ -462,8 +462,8 @@ fn check_prints_an_aircraft_and_refuses_an_impossible_one() {
     std::fs::write(&path, good.replace("mass_kg = 17631.0", "mass_kg = -1.0")).unwrap();
     let output = doublet(&["check", path.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(3));
-    let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(said.contains("-1") && said.contains("mass"), "{said}");
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(printed.contains("-1") && printed.contains("mass"), "{printed}");
 }
 
 #[test]

@@ -21,8 +21,8 @@ fn small_session(folder: &Path) -> String {
 
 fn doublet(arguments: &[&str]) -> (Option<i32>, String) {
     let output = Command::new(env!("CARGO_BIN_EXE_doublet-cli")).args(arguments).output().unwrap();
-    let said = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
-    (output.status.code(), said)
+    let printed = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
+    (output.status.code(), printed)
 }
 
 #[cfg(unix)]
@@ -34,22 +34,22 @@ fn files_of_the_user_stay_in_a_folder_of_results() {
     let (real, link) = (root.path().join("real"), root.path().join("link"));
     std::os::unix::fs::symlink(&real, &link).unwrap();
     let out = link.to_str().unwrap();
-    let (code, said) = doublet(&["run", &session, "--out", out]);
-    assert!(code.is_some_and(|code| code != 1), "{said}");
+    let (code, printed) = doublet(&["run", &session, "--out", out]);
+    assert!(code.is_some_and(|code| code != 1), "{printed}");
     std::fs::write(real.join("mine.txt"), "mine").unwrap();
     std::fs::create_dir(real.join("plots")).unwrap();
     std::fs::write(real.join("plots/a.png"), "p").unwrap();
     std::fs::write(real.join("windows.csv"), "with remarks").unwrap();
     // A table that this run does not write is gone with the run it belonged to.
-    let (_, said) = doublet(&["run", &session, "--out", out, "--tables", "csv", "--histories", "csv"]);
-    assert!(said.contains("windows.csv was changed after doublet wrote it"), "{said}");
+    let (_, printed) = doublet(&["run", &session, "--out", out, "--tables", "csv", "--histories", "csv"]);
+    assert!(printed.contains("windows.csv was changed after doublet wrote it"), "{printed}");
     let forms: [&[&str]; 2] = [
         &["report", &session, "--out", out, "--format", "html", "--sections", "overview"],
         &["export", &session, "--out", out],
     ];
     for arguments in forms {
-        let (code, said) = doublet(arguments);
-        assert!(code.is_some_and(|code| code != 1), "{said}");
+        let (code, printed) = doublet(arguments);
+        assert!(code.is_some_and(|code| code != 1), "{printed}");
     }
     let read = |name: &str| std::fs::read_to_string(real.join(name)).unwrap();
     assert_eq!(
@@ -68,10 +68,10 @@ fn files_of_the_user_stay_in_a_folder_of_results() {
     assert_eq!(left.filter(|name| name.starts_with('.')).count(), 0);
     // A file of the user that has the name of a table is not replaced.
     std::fs::write(real.join("derivatives.tex"), "mine").unwrap();
-    let (code, said) = doublet(&["run", &session, "--out", out, "--tables", "latex"]);
+    let (code, printed) = doublet(&["run", &session, "--out", out, "--tables", "latex"]);
     assert!(
-        code == Some(1) && said.contains("derivatives.tex exists and was not written by doublet"),
-        "{code:?} {said}"
+        code == Some(1) && printed.contains("derivatives.tex exists and was not written by doublet"),
+        "{code:?} {printed}"
     );
     assert!(read("derivatives.tex") == "mine" && real.join("derivatives.csv").exists());
 }

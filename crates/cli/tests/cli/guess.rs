@@ -16,7 +16,7 @@ use doublet_core::load::ChannelMap;
 use doublet_core::quantity::Role;
 
 /// Standard output of a command and its exit code.
-fn said(arguments: &[&str]) -> (String, Option<i32>) {
+fn run_doublet(arguments: &[&str]) -> (String, Option<i32>) {
     let output = doublet(&root(), arguments);
     (String::from_utf8(output.stdout).unwrap(), output.status.code())
 }
@@ -32,7 +32,7 @@ fn guessed_map_has_a_reason_for_every_row_and_is_a_map() {
     let folder = tempfile::tempdir().unwrap();
     let rows: String = (0..500).map(|k| format!("{},{},{}\n", 0.02 * f64::from(k), k % 50, k % 9)).collect();
     let path = written(folder.path(), &format!("time [s],Pitch,q_dps\n{rows}"));
-    let (text, code) = said(&["map", &path]);
+    let (text, code) = run_doublet(&["map", &path]);
     assert_eq!(code, Some(0));
     let map = ChannelMap::parse(&text).unwrap();
     assert_eq!(map.roles.keys().copied().collect::<Vec<_>>(), [Role::PitchRate, Role::PitchAngle]);
@@ -43,21 +43,21 @@ fn guessed_map_has_a_reason_for_every_row_and_is_a_map() {
     assert!(text.contains("# theta: 'Pitch' of log by its name, unit guessed from its values"), "{text}");
     let file = folder.path().join("map.toml");
     let write = ["map", &path, "--write", file.to_str().unwrap()];
-    assert_eq!(said(&write).1, Some(0));
+    assert_eq!(run_doublet(&write).1, Some(0));
     assert_eq!(std::fs::read_to_string(&file).unwrap(), text);
-    assert_eq!(said(&write).1, Some(1), "a map is never overwritten");
+    assert_eq!(run_doublet(&write).1, Some(1), "a map is never overwritten");
 }
 
 #[test]
 fn shipped_maps_are_listed_and_shown() {
-    let (list, _) = said(&["map", "--list"]);
+    let (list, _) = run_doublet(&["map", "--list"]);
     for name in list.lines() {
-        let (text, code) = said(&["map", "--show", name]);
+        let (text, code) = run_doublet(&["map", "--show", name]);
         assert_eq!(code, Some(0), "{name}");
         ChannelMap::parse(&text).unwrap();
     }
     assert!(list.lines().any(|name| name == "attas"), "{list}");
-    assert_eq!(said(&["map", "--show", "nobody"]).1, Some(1));
+    assert_eq!(run_doublet(&["map", "--show", "nobody"]).1, Some(1));
 }
 
 #[test]
@@ -72,11 +72,11 @@ fn recordings_of_strangers_become_sessions_that_hold_the_guess() {
         let recording = folder.join(file);
         let session = out.path().join(format!("{}.toml", file.replace(['/', '.'], "_")));
         let (recording, session) = (recording.to_str().unwrap(), session.to_str().unwrap());
-        let (text, code) = said(&["new", recording, "--guess", "-o", session]);
+        let (text, code) = run_doublet(&["new", recording, "--guess", "-o", session]);
         assert_eq!(code, Some(0), "{file}: {text}");
         assert!(text.contains("manoeuvres found: "), "{file}: {text}");
         let results = session.replace(".toml", "");
-        let (_, code) = said(&["run", session, "--out", &results]);
+        let (_, code) = run_doublet(&["run", session, "--out", &results]);
         assert!(matches!(code, Some(0 | 3)), "{file}: {code:?}");
         let results = std::fs::read_to_string(Path::new(&results).join("results.json")).unwrap();
         let results: serde_json::Value = serde_json::from_str(&results).unwrap();
@@ -84,7 +84,7 @@ fn recordings_of_strangers_become_sessions_that_hold_the_guess() {
     }
     let ambiguous = folder.join("generic_csv/17_1khz_in_ms.csv");
     let session = out.path().join("ambiguous.toml");
-    let (text, code) = said(&["new", ambiguous.to_str().unwrap(), "--guess", "-o", session.to_str().unwrap()]);
+    let (text, code) = run_doublet(&["new", ambiguous.to_str().unwrap(), "--guess", "-o", session.to_str().unwrap()]);
     assert_eq!((code, session.exists()), (Some(3), false), "{text}");
     assert!(text.contains("in milliseconds 1000 Hz over 3 s"), "{text}");
 }
@@ -96,7 +96,7 @@ fn what_comes_with_the_program_is_named_with_and_without_its_prefix() {
     for aircraft in ["attas_vfw614", "builtin:attas_vfw614"] {
         let session = out.path().join(format!("{}.toml", aircraft.replace(':', "_")));
         let (recording, place) = (recording.to_str().unwrap(), session.to_str().unwrap());
-        let (text, code) = said(&["new", recording, "--guess", "--aircraft", aircraft, "-o", place]);
+        let (text, code) = run_doublet(&["new", recording, "--guess", "--aircraft", aircraft, "-o", place]);
         assert_eq!(code, Some(0), "{text}");
         assert!(std::fs::read_to_string(session).unwrap().contains("aircraft = \"builtin:attas_vfw614\""));
     }
@@ -109,7 +109,7 @@ fn roles_said_on_the_command_line_take_the_place_of_the_guess() {
     let rows: String = (0..500).map(|k| format!("{},{},{}\n", 0.02 * f64::from(k), k % 50, 1500 + k % 9)).collect();
     let path = written(folder.path(), &format!("time [s],elevator,C2 [us]\n{rows}"));
     let role = "delta_e=C2,unit=deg,scale=-0.07,offset=-1500";
-    let (text, code) = said(&["map", &path, "--role", role]);
+    let (text, code) = run_doublet(&["map", &path, "--role", role]);
     assert_eq!(code, Some(0), "{text}");
     let map = ChannelMap::parse(&text).unwrap();
     assert_eq!(map.roles.keys().copied().collect::<Vec<_>>(), [Role::Elevator]);
@@ -139,11 +139,11 @@ fn deflection_that_can_be_two_things_is_asked_for() {
         let path = log(part);
         let session = folder.path().join(format!("{part}.toml"));
         let session = session.to_str().unwrap();
-        let (text, code) = said(&["new", &path, "--guess", "-o", session]);
+        let (text, code) = run_doublet(&["new", &path, "--guess", "-o", session]);
         assert_eq!(code, Some(if asked.is_some() { 3 } else { 0 }), "{part}: {text}");
         assert!(asked.is_none_or(|words| text.contains(words)), "{part}: {text}");
         let (text, code) =
-            said(&["new", &path, "--guess", "--role", "delta_e=elevator,unit=deg,scale=20", "-o", session]);
+            run_doublet(&["new", &path, "--guess", "--role", "delta_e=elevator,unit=deg,scale=20", "-o", session]);
         let exists = asked.is_none();
         assert_eq!(code, Some(i32::from(exists)), "{part}: {text}");
     }
@@ -155,12 +155,12 @@ fn names_file_beside_recording_or_session_gives_roles_and_is_listed() {
     let rows: String = (0..500).map(|k| format!("{},{},{}\n", 0.02 * f64::from(k), k % 50, k % 9)).collect();
     let path = written(folder.path(), &format!("time [s],Pitch [deg],Knueppel quer\n{rows}"));
     let roles = |path: &str| {
-        let said: serde_json::Value = serde_json::from_str(&said(&["map", path, "--json"]).0).unwrap();
-        let roles = said["roles"].as_array().unwrap().clone();
+        let printed: serde_json::Value = serde_json::from_str(&run_doublet(&["map", path, "--json"]).0).unwrap();
+        let roles = printed["roles"].as_array().unwrap().clone();
         let row = |row: &serde_json::Value| {
             (row["role"].as_str().unwrap().to_owned(), row["unit"].clone(), row["sign"].clone())
         };
-        (roles.iter().map(row).collect::<Vec<_>>(), said["names"].as_array().unwrap().len())
+        (roles.iter().map(row).collect::<Vec<_>>(), printed["names"].as_array().unwrap().len())
     };
     let theta = ("theta".to_owned(), "deg".into(), 1.into());
     assert_eq!(roles(&path), (vec![theta.clone()], 0));
@@ -173,7 +173,7 @@ fn names_file_beside_recording_or_session_gives_roles_and_is_listed() {
     let other = tempfile::tempdir().unwrap();
     std::fs::rename(&file, other.path().join("doublet-names.toml")).unwrap();
     let session = other.path().join("s.toml");
-    let (text, code) = said(&["new", &path, "--guess", "-o", session.to_str().unwrap()]);
+    let (text, code) = run_doublet(&["new", &path, "--guess", "-o", session.to_str().unwrap()]);
     assert_eq!(code, Some(0), "{text}");
     assert!(text.contains("delta_a: 'Knueppel quer' of log by the names file"), "{text}");
     std::fs::write(&file, format!("{names}unit = \"kg\"\n")).unwrap();
@@ -187,8 +187,8 @@ fn role_has_its_confidence_and_the_channel_that_would_take_its_place() {
     let folder = tempfile::tempdir().unwrap();
     let rows: String = (0..500).map(|k| format!("{},{},{},{}\n", 0.02 * f64::from(k), k % 50, k % 9, k % 7)).collect();
     let path = written(folder.path(), &format!("time [s],Pitch [deg],main_pitch [deg],pitch_rate\n{rows}"));
-    let said: serde_json::Value = serde_json::from_str(&said(&["map", &path, "--json"]).0).unwrap();
-    let row = |role: &str| said["roles"].as_array().unwrap().iter().find(|row| row["role"] == role).unwrap().clone();
+    let printed: serde_json::Value = serde_json::from_str(&run_doublet(&["map", &path, "--json"]).0).unwrap();
+    let row = |role: &str| printed["roles"].as_array().unwrap().iter().find(|row| row["role"] == role).unwrap().clone();
     let (theta, q) = (row("theta"), row("q"));
     assert_eq!((&theta["channel"], &theta["runner_up"]["channel"]), (&"Pitch".into(), &"main_pitch".into()));
     assert!(theta["runner_up"]["reason"].as_str().unwrap().starts_with("only the end of the name fits"), "{theta}");
@@ -203,8 +203,8 @@ fn time_said_on_the_command_line_is_the_clock_of_its_source() {
     let folder = tempfile::tempdir().unwrap();
     let rows: String = (0..500).map(|k| format!("{},{},{}\n", k % 50, k % 9, 20 * k)).collect();
     let path = written(folder.path(), &format!("Pitch,q_dps,tick\n{rows}"));
-    assert!(said(&["map", &path]).0.contains("no time channel recognised"));
-    let (text, code) = said(&["map", &path, "--time", "tick,unit=ms"]);
+    assert!(run_doublet(&["map", &path]).0.contains("no time channel recognised"));
+    let (text, code) = run_doublet(&["map", &path, "--time", "tick,unit=ms"]);
     assert_eq!(code, Some(0), "{text}");
     assert!(!text.contains("no time channel") && text.contains("channel = \"tick\""), "{text}");
     ChannelMap::parse(&text).unwrap();
@@ -227,7 +227,7 @@ fn recording_without_a_role_is_refused_and_missing_roles_are_said() {
         assert!(error.lines().count() == 1 && error.contains(reason), "{error}");
     }
     let path = written(folder.path(), &format!("Zeit [s],Rollrate [°/s],Höhenruder [°]\n{rows}"));
-    let (text, code) = said(&["new", &path, "--guess", "-o", session.to_str().unwrap()]);
+    let (text, code) = run_doublet(&["new", &path, "--guess", "-o", session.to_str().unwrap()]);
     assert_eq!(code, Some(0), "{text}");
     assert!(text.contains("  missing, needed for the flight path: ax, ay, az, q, r; name them"), "{text}");
     assert!(text.contains("  missing, needed for control derivatives: delta_a, delta_r; name them"), "{text}");
@@ -241,7 +241,7 @@ fn time_that_is_not_understood_is_said_once() {
     let path = written(folder.path(), &format!("Timestamp,p [deg/s],q [deg/s]\n{rows}"));
     let session = folder.path().join("s.toml");
     let session = session.to_str().unwrap();
-    let (text, code) = said(&["new", &path, "--guess", "-o", session]);
+    let (text, code) = run_doublet(&["new", &path, "--guess", "-o", session]);
     assert_eq!(code, Some(3), "{text}");
     assert_eq!(
         text.matches("'Timestamp' is not a time in a known format, for example '10h23m000'").count(),

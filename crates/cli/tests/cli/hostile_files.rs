@@ -26,8 +26,8 @@ fn doublet(arguments: &[&str], environment: &[(&str, &str)]) -> (Option<i32>, St
         std::thread::sleep(Duration::from_millis(5));
     }
     let output = child.wait_with_output().unwrap();
-    let said = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
-    (output.status.code(), said)
+    let printed = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
+    (output.status.code(), printed)
 }
 
 /// `DOUBLET_CHAIN_RUNS` says how many recordings, `DOUBLET_CHAIN_SEED` the seed of the first.
@@ -55,8 +55,8 @@ fn a_measured_path_has_histories_in_every_form() {
     std::fs::write(&session, text.replace("[preparation]\n", "[preparation]\npath = \"measured\"\n")).unwrap();
     let out = folder.path().join("results");
     let forms = ["run", session.to_str().unwrap(), "--out", out.to_str().unwrap(), "--histories", "csv,parquet,mat"];
-    let (code, said) = doublet(&forms, &[]);
-    assert!(matches!(code, Some(0 | 3)), "{code:?} {said}");
+    let (code, printed) = doublet(&forms, &[]);
+    assert!(matches!(code, Some(0 | 3)), "{code:?} {printed}");
 }
 
 fn sparse(folder: &Path) -> PathBuf {
@@ -91,9 +91,12 @@ fn pipes_devices_and_large_files_are_refused_at_once() {
         ];
         for arguments in commands {
             let begun = Instant::now();
-            let (code, said) = doublet(arguments, &[]);
+            let (code, printed) = doublet(arguments, &[]);
             assert!(begun.elapsed() < PATIENCE, "{arguments:?} hangs");
-            assert!(code.is_some_and(|code| code != 0) && said.contains(reason), "{arguments:?}: {code:?} {said}");
+            assert!(
+                code.is_some_and(|code| code != 0) && printed.contains(reason),
+                "{arguments:?}: {code:?} {printed}"
+            );
         }
     }
     assert!(!Path::new(out).exists());
@@ -105,8 +108,8 @@ fn a_pipe_is_no_telemetry_log() {
     let folder = tempfile::tempdir().unwrap();
     let pipe = folder.path().join("pipe");
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-    let (code, said) = doublet(&["live", "--mavlink", pipe.to_str().unwrap(), "--for", "1"], &[]);
-    assert!(code == Some(1) && said.contains("pipe"), "{code:?} {said}");
+    let (code, printed) = doublet(&["live", "--mavlink", pipe.to_str().unwrap(), "--for", "1"], &[]);
+    assert!(code == Some(1) && printed.contains("pipe"), "{code:?} {printed}");
 }
 
 #[test]
@@ -130,8 +133,8 @@ fn a_built_in_aircraft_needs_no_folder_of_the_user() {
             doublet(&aircraft, &environment)
         })
         .collect();
-    for (code, said) in &found {
-        assert!(*code == Some(0) && said.contains("thrust"), "{code:?} {said}");
+    for (code, printed) in &found {
+        assert!(*code == Some(0) && printed.contains("thrust"), "{code:?} {printed}");
     }
     let left = std::fs::read_dir(&temporary).unwrap().filter(|entry| entry.as_ref().unwrap().path().is_dir()).count();
     assert_eq!(left, 0, "no folder stays behind");

@@ -14,8 +14,8 @@ fn a_file_is_watched_line_by_line_and_leaves_a_session() {
     let arguments = ["live", "--file", "flight.csv", "--session", "session.toml", "--speed", "max", "--json"];
     let with = ["--wait", "0.1", "--limit", "p=:0.05", "--limit", "n_z=0:3", "--goal", "50", "--record", "kept"];
     let output = doublet(folder.path(), &[&arguments[..], &with].concat());
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}");
+    let printed = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{printed}");
     let lines: Vec<Value> =
         String::from_utf8(output.stdout).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     // Thirty seconds in steps of half a second, less the first second and the latency.
@@ -77,8 +77,8 @@ fn interrupted_recording_ends_as_a_session() {
     assert!(killed.success());
     let last = lines.map_while(Result::ok).last();
     let output = running.wait_with_output().unwrap();
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success() && said.contains("session: "), "{said}");
+    let printed = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && printed.contains("session: "), "{printed}");
     // It ended long before the thirty seconds of the flight, and what came opens.
     let last = last.map_or(first, |line| serde_json::from_str(&line).unwrap());
     assert!(last["time_s"].as_f64().unwrap() < 25.0, "{last}");
@@ -100,14 +100,14 @@ fn doubled_exchanged_and_stray_rows_are_counted_and_a_session_is_written() {
     lines.insert(700, format!("1e9,{}", lines[700].split_once(',').unwrap().1));
     lines.extend(second);
     std::fs::write(folder.path().join("flight.csv"), lines.join("\n") + "\n").unwrap();
-    let (last, said) = watched(folder.path(), &["--file", "flight.csv", "--wait", "0.1", "--record", "kept"]);
+    let (last, printed) = watched(folder.path(), &["--file", "flight.csv", "--wait", "0.1", "--record", "kept"]);
     let count = |name: &str| last["counts"][name].as_u64().unwrap();
     assert_eq!((count("doubled"), count("stray"), count("late"), count("restarts")), (1, 1, 0, 1), "{last}");
     assert_eq!((count("reordered"), count("clock_restarts")), (1, 1), "{last}");
     // Twenty seconds, a pause of one second, twenty seconds again.
     assert!((last["time_s"].as_f64().unwrap() - 40.98).abs() < 1e-6, "{last}");
     assert!(last["findings"].to_string().contains("restarted"), "{last}");
-    assert!(said.contains("session: "), "{said}");
+    assert!(printed.contains("session: "), "{printed}");
     let rows = |file: &str| std::fs::read_to_string(folder.path().join(file)).unwrap().lines().count();
     assert_eq!((rows("kept/flight.csv"), rows("kept/restart_1/flight.csv")), (2001, 2001));
     let session = std::fs::read_to_string(folder.path().join("kept/session.toml")).unwrap();
@@ -120,9 +120,9 @@ fn doubled_exchanged_and_stray_rows_are_counted_and_a_session_is_written() {
 /// Watches with the settings of the flight to the end: the last update with the findings of all, and what was said beside.
 fn watched(folder: &std::path::Path, with: &[&str]) -> (Value, String) {
     let output = doublet(folder, &[&["live", "--session", "session.toml", "--json"], with].concat());
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success(), "{said}");
-    (last_with_findings(String::from_utf8_lossy(&output.stdout).lines().map(str::to_owned)), said)
+    let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{printed}");
+    (last_with_findings(String::from_utf8_lossy(&output.stdout).lines().map(str::to_owned)), printed)
 }
 
 /// The last update with the findings of all.
@@ -149,12 +149,12 @@ fn full_disk_ends_the_recording_and_not_the_watching() {
          --record kept | cat"
     );
     let output = Command::new("sh").args(["-c", &live]).current_dir(folder.path()).output().unwrap();
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let printed = String::from_utf8_lossy(&output.stderr).into_owned();
     let last = String::from_utf8_lossy(&output.stdout).lines().last().map(str::to_owned).unwrap();
     let last: Value = serde_json::from_str(&last).unwrap();
     assert!((last["time_s"].as_f64().unwrap() - 9.99).abs() < 1e-6, "{last}");
     assert!(last["alarms"].to_string().contains("recording stopped, estimation continues"), "{last}");
-    assert!(said.contains("error: recording stopped") && said.contains("session: "), "{said}");
+    assert!(printed.contains("error: recording stopped") && printed.contains("session: "), "{printed}");
     let kept = std::fs::read_to_string(folder.path().join("kept/flight.csv")).unwrap();
     assert!(kept.ends_with('\n') && kept.lines().all(|line| line.split(',').count() == 17));
 }
@@ -209,11 +209,11 @@ fn packets_of_other_addresses_are_left_out() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let mut said = BufReader::new(running.stderr.take().unwrap());
+    let mut printed = BufReader::new(running.stderr.take().unwrap());
     let mut line = String::new();
     while !line.contains("listening at ") {
         line.clear();
-        assert!(said.read_line(&mut line).unwrap() > 0);
+        assert!(printed.read_line(&mut line).unwrap() > 0);
     }
     let address = line.trim().rsplit(' ').next().unwrap().to_owned();
     let socket = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
@@ -222,6 +222,6 @@ fn packets_of_other_addresses_are_left_out() {
     }
     let status = running.wait().unwrap();
     let mut rest = String::new();
-    said.read_to_string(&mut rest).unwrap();
+    printed.read_to_string(&mut rest).unwrap();
     assert!(!status.success() && rest.contains("nothing was recorded"), "{rest}");
 }

@@ -372,7 +372,7 @@ fn role_found_by_values_alone_is_asked_with_its_evidence() {
     }
     std::fs::write(&path, text).unwrap();
     let output = doublet(&root(), &["map", path.to_str().unwrap()]);
-    let said = String::from_utf8(output.stdout).unwrap();
-    let asked = said.lines().find(|line| line.starts_with("# Question") && line.contains("'ch1' can be p")).unwrap();
+    let printed = String::from_utf8(output.stdout).unwrap();
+    let asked = printed.lines().find(|line| line.starts_with("# Question") && line.contains("'ch1' can be p")).unwrap();
     assert!(asked.contains("R2 "), "{asked}");
 }

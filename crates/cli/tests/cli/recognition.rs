@@ -111,13 +111,13 @@ fn is_unit_right(row: &Value, truth: &Value) -> bool {
 }
 
 /// Compares what is said of a file with what is known.
-fn score(truth: &Value, said: &Value) -> Score {
+fn score(truth: &Value, recognised: &Value) -> Score {
     let texts = |key: &str| -> Vec<String> {
-        said[key].as_array().into_iter().flatten().filter_map(|text| text.as_str().map(str::to_owned)).collect()
+        recognised[key].as_array().into_iter().flatten().filter_map(|text| text.as_str().map(str::to_owned)).collect()
     };
     let (questions, contradictions) = (texts("questions"), texts("contradictions"));
     let mut score = Score { questions: questions.len(), ..Score::default() };
-    for row in said["roles"].as_array().into_iter().flatten() {
+    for row in recognised["roles"].as_array().into_iter().flatten() {
         let text = |key: &str| row[key].as_str().unwrap_or_default();
         let (role, source, channel) = (text("role"), text("source"), text("channel"));
         let known = find(truth, source, channel);
@@ -177,8 +177,8 @@ fn scores(folder: &Path) -> Vec<(String, Score)> {
             let name = entry["file"].as_str().unwrap();
             let output = doublet(&root(), &["map", folder.join(name).to_str().unwrap(), "--json"]);
             // What cannot be read takes no role.
-            let said: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
-            found.lock().unwrap().push((name.to_owned(), score(entry, &said)));
+            let recognised: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
+            found.lock().unwrap().push((name.to_owned(), score(entry, &recognised)));
         }
     };
     let threads = std::thread::available_parallelism().map_or(1, usize::from);

@@ -61,13 +61,13 @@ fn table_is_fitted_by_columns_and_expressions_of_columns() {
 fn what_a_table_does_not_have_is_named_with_what_is_near() {
     let folder = tempfile::tempdir().unwrap();
     let path = table(folder.path());
-    let said = |terms: &str| error_line(&["regress", &path, "--y", "y", "--terms", terms]);
-    let missing = said("1,alpha");
+    let refusal = |terms: &str| error_line(&["regress", &path, "--y", "y", "--terms", terms]);
+    let missing = refusal("1,alpha");
     assert!(missing.contains("no column is called 'alpha'") && missing.contains("a_deg"), "{missing}");
-    assert!(said("1,a,a").contains("appears twice"));
-    assert!(said("1,,a").contains("term 2 is empty"));
-    assert!(said("1,a*(b").contains("term 'a*(b'"));
-    assert!(said("1,a,2*a").contains("depends on"));
+    assert!(refusal("1,a,a").contains("appears twice"));
+    assert!(refusal("1,,a").contains("term 2 is empty"));
+    assert!(refusal("1,a*(b").contains("term 'a*(b'"));
+    assert!(refusal("1,a,2*a").contains("depends on"));
 }
 
 #[test]

@@ -220,8 +220,8 @@ fn sections_and_forms_are_selectable() {
     assert!(!html.contains("appendix-") && !html.contains("id=\"prior\""), "appendix or empty section");
     assert_eq!(html.matches("<section").count(), 3);
     let refused = doublet(&["report", session.to_str().unwrap(), "--sections", "summary"]);
-    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert!(!refused.status.success() && said.contains("derivatives"), "{said}");
+    let message = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(!refused.status.success() && message.contains("derivatives"), "{message}");
 }
 
 /// Estimate and interval of every derivative on the first page, computed from the results alone.

@@ -174,14 +174,14 @@ fn study_of_a_session_says_what_its_command_says() {
 fn what_cannot_be_answered_is_said_in_a_line() {
     let folder = tempfile::tempdir().unwrap();
     let path = table(folder.path(), false);
-    let said = |more: &[&str]| error_line(&[&["response", &path, "--input", "eta", "--output", "q"], more].concat());
+    let refusal = |more: &[&str]| error_line(&[&["response", &path, "--input", "eta", "--output", "q"], more].concat());
     assert!(error_line(&["response", &path, "--input", "nu", "--output", "q"]).contains("no column is called 'nu'"));
     assert!(error_line(&["response", &path, "--input", "q", "--output", "q"]).contains("is given twice"));
-    assert!(said(&["--band", "0.01..0.02", "--window-length", "30"]).contains("two cycles"));
-    assert!(said(&["--band", "1..200"]).contains("half the sampling frequency"));
-    assert!(said(&["--window-length", "900"]).contains("the longest record lasts 120"));
-    assert!(said(&["--windows", "1"]).contains("not for a table"));
-    assert!(said(&["--figure", "bode.gif"]).contains(".svg or .pdf"));
+    assert!(refusal(&["--band", "0.01..0.02", "--window-length", "30"]).contains("two cycles"));
+    assert!(refusal(&["--band", "1..200"]).contains("half the sampling frequency"));
+    assert!(refusal(&["--window-length", "900"]).contains("the longest record lasts 120"));
+    assert!(refusal(&["--windows", "1"]).contains("not for a table"));
+    assert!(refusal(&["--figure", "bode.gif"]).contains(".svg or .pdf"));
     let untimed = folder.path().join("untimed.csv");
     std::fs::write(&untimed, "a,b\n".to_owned() + &"1.0,2.0\n0.5,1.5\n".repeat(300)).unwrap();
     let untimed = untimed.to_str().unwrap();
@@ -190,6 +190,6 @@ fn what_cannot_be_answered_is_said_in_a_line() {
         ["loes", &path, "--input", "eta", "--output", "q", "--form", "2/3", "--method", "coherence", "--points", "3"];
     assert!(error_line(&few).contains("with enough coherence, 7 parameters"));
     let session = "sessions/demo.toml";
-    let said = |input: &str| error_line(&["response", session, "--input", input, "--output", "q"]);
-    assert!(said("delta_x").contains("no signal is called 'delta_x'"));
+    let refusal = |input: &str| error_line(&["response", session, "--input", input, "--output", "q"]);
+    assert!(refusal("delta_x").contains("no signal is called 'delta_x'"));
 }

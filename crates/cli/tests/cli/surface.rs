@@ -9,7 +9,7 @@ fn doublet(arguments: &[&str]) -> Output {
 }
 
 /// Standard output of a command that succeeds.
-fn said(arguments: &[&str]) -> String {
+fn printed_by(arguments: &[&str]) -> String {
     let output = doublet(arguments);
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
@@ -17,7 +17,7 @@ fn said(arguments: &[&str]) -> String {
 
 #[test]
 fn version_says_program_commit_and_instructions() {
-    let version = said(&["--version"]);
+    let version = printed_by(&["--version"]);
     let expected = concat!("doublet ", env!("CARGO_PKG_VERSION"), " (commit ");
     assert!(version.starts_with(expected), "{version}");
     let (commit, instructions) = version[expected.len()..].trim_end().trim_end_matches(')').split_once(", ").unwrap();
@@ -43,20 +43,20 @@ fn every_command_takes_json_and_has_help_and_a_man_page() {
     let without: Vec<_> = found.iter().filter(|(_, json)| !json).map(|(path, _)| path.as_str()).collect();
     assert_eq!(without, ["completions"]);
     let folder = tempfile::tempdir().unwrap();
-    said(&["man", "--out", folder.path().to_str().unwrap()]);
+    printed_by(&["man", "--out", folder.path().to_str().unwrap()]);
     for (path, _) in &found {
         let page = folder.path().join(format!("doublet-{}.1", path.replace(' ', "-")));
         assert!(std::fs::read_to_string(&page).is_ok_and(|page| page.contains(".TH")), "{}", page.display());
     }
-    assert!(said(&["help", "run"]).contains("--tables"));
-    assert!(said(&["completions", "bash"]).contains("monte-carlo"));
+    assert!(printed_by(&["help", "run"]).contains("--tables"));
+    assert!(printed_by(&["completions", "bash"]).contains("monte-carlo"));
 }
 
 #[test]
 fn manual_is_found_by_topic_and_by_text() {
-    assert!(said(&["help"]).contains("conventions"));
-    assert!(said(&["help", "conventions"]).contains("Control deflections"));
-    assert!(said(&["help", "--search", "trailing edge down"]).contains("conventions.md:"));
+    assert!(printed_by(&["help"]).contains("conventions"));
+    assert!(printed_by(&["help", "conventions"]).contains("Control deflections"));
+    assert!(printed_by(&["help", "--search", "trailing edge down"]).contains("conventions.md:"));
     let wrong = doublet(&["help", "nothing"]);
     assert!(!wrong.status.success());
     assert!(String::from_utf8_lossy(&wrong.stderr).contains("command or page 'nothing' not found"));
@@ -64,11 +64,11 @@ fn manual_is_found_by_topic_and_by_text() {
 
 #[test]
 fn what_commands_say_becomes_one_document() {
-    let printed = said(&["simulate", "--list", "--json"]);
+    let printed = printed_by(&["simulate", "--list", "--json"]);
     let document: serde_json::Value = serde_json::from_str(&printed).unwrap();
     assert_eq!(document["version"], 1);
     assert!(document["lines"].as_array().unwrap().iter().any(|line| line == "scenarios"), "{printed}");
-    let printed = said(&["coverage", "--realisations", "2", "--json"]);
+    let printed = printed_by(&["coverage", "--realisations", "2", "--json"]);
     let document: serde_json::Value = serde_json::from_str(&printed).unwrap();
     let table = &document["tables"][0];
     let rows = table["rows"].as_array().unwrap();
@@ -81,7 +81,7 @@ fn what_commands_say_becomes_one_document() {
 fn session_that_comes_with_the_program_runs_by_its_name() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("results");
-    let printed = said(&["run", "builtin:demo", "--out", out.to_str().unwrap(), "--json"]);
+    let printed = printed_by(&["run", "builtin:demo", "--out", out.to_str().unwrap(), "--json"]);
     let document: serde_json::Value = serde_json::from_str(&printed).unwrap();
     let written: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(out.join("results.json")).unwrap()).unwrap();

@@ -46,7 +46,7 @@ fn a_sample_of_a_window_takes_no_more_than_is_said() {
 }
 
 /// What a command says of the session in `folder`, both streams together.
-fn said(folder: &Path, command: &[&str]) -> String {
+fn run_doublet(folder: &Path, command: &[&str]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_doublet-cli")).args(command).current_dir(folder).output().unwrap();
     [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat()
 }
@@ -57,10 +57,10 @@ fn a_channel_that_gives_nothing_to_go_by_is_named() {
     let run = ["run", "session.toml", "--out", "results"];
     let p = flight::NAMES.iter().position(|name| *name == "p").unwrap();
     flight::write(folder.path(), 500, |_, row| row[p] = f64::NAN);
-    let line = said(folder.path(), &run);
+    let line = run_doublet(folder.path(), &run);
     assert!(line.contains("(500 samples of p are not finite)"), "{line}");
     flight::write(folder.path(), 500, |index, row| row[p] = if index == 100 { 1e200 } else { row[p] });
-    let line = said(folder.path(), &run);
+    let line = run_doublet(folder.path(), &run);
     assert!(line.contains("p is 1.74532") && line.contains("e198 at 1.000 s, which is impossible"), "{line}");
     assert!(!line.contains("ay is"), "{line}");
 }
@@ -86,7 +86,7 @@ fn many_windows_are_checked_or_refused_in_a_time_that_grows_with_their_number() 
     let timed = |count: usize| {
         put_windows(folder.path(), count);
         let begun = Instant::now();
-        let text = said(folder.path(), &["check", "session.toml"]);
+        let text = run_doublet(folder.path(), &["check", "session.toml"]);
         println!("{count} manoeuvres: {:.2} s", begun.elapsed().as_secs_f64());
         (text, begun.elapsed())
     };
@@ -116,6 +116,6 @@ fn a_window_behind_those_that_are_computed_is_still_looked_at() {
     assert!(after.contains("w249"));
     let outside = "[[window]]\nname = \"outside\"\nflight = \"flight\"\nstart_s = 500.0\nend_s = 510.0\n";
     std::fs::write(&path, format!("{before}{outside}")).unwrap();
-    let text = said(folder.path(), &["check", "session.toml"]);
+    let text = run_doublet(folder.path(), &["check", "session.toml"]);
     assert!(text.contains("bad: manoeuvre 'outside': 0 inertial samples between 500 s and 510 s"), "{text}");
 }

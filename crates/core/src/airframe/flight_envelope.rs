@@ -126,8 +126,8 @@ mod tests {
         approx::assert_relative_eq!(envelope.load_factor_at(69.0, 2100.0).unwrap(), 3.673_611, max_relative = 1e-6);
         assert_eq!(envelope.load_factor_at(80.0, 2100.0), Some(3.8));
         let margins = envelope.margins(40.0, 6000.0, 1.0, 2100.0);
-        let of = |limit: &str| margins.iter().find(|own| own.limit == limit).map(|own| own.margin);
-        assert_eq!((of("stall"), of("ceiling"), of("VNE")), (Some(4.0), Some(-100.0), None));
+        let margin_to = |limit: &str| margins.iter().find(|own| own.limit == limit).map(|own| own.margin);
+        assert_eq!((margin_to("stall"), margin_to("ceiling"), margin_to("VNE")), (Some(4.0), Some(-100.0), None));
         // Half the density of sea level: the true airspeed is the root of two above the calibrated one.
         approx::assert_relative_eq!(calibrated_m_s(2f64.sqrt(), 0.6125), 1.0, max_relative = 1e-12);
     }

@@ -96,7 +96,7 @@ pub struct AccelerometerPlace {
 /// slope of `C (w x r)`; without a velocity over the ground `v` is that relative to the air; `b` are biases, `d` the delay of the velocities,
 /// of those relative to the air in body axes: there `C (w x v)` is taken off the slope.
 /// Errors are those of leaving out blocks of rows in turn. `None` where a channel is missing or the segments are too few.
-pub(super) fn place(motion: &Motion) -> Option<AccelerometerPlace> {
+pub(super) fn estimate_position(motion: &Motion) -> Option<AccelerometerPlace> {
     if !NEEDED.iter().all(|role| motion.has(*role)) {
         return None;
     }

@@ -127,7 +127,7 @@ impl Cure {
         matches!(self, Self::Scale { units: Some((is, _)), .. } if *is == unit)
     }
 
-    /// The motion after the cure; the clock is not part of it.
+    /// The motion after the fix; the clock is not part of it.
     pub(super) fn applied(&self, motion: Motion) -> Motion {
         match *self {
             Self::Scale { role, factor, offset, .. } => motion.changed(role, |value| factor * value + offset),
@@ -201,7 +201,7 @@ fn confused_units(role: Role) -> &'static [&'static str] {
 #[derive(Clone, Debug)]
 pub(super) struct Candidate {
     /// What is changed.
-    pub cures: Vec<Cure>,
+    pub fixes: Vec<Cure>,
     /// One for a single mistake of one channel; more for mistakes that need more to be wrong.
     pub cost: f64,
     /// Whether the accelerometers are without gravity by the attitude: all of them are changed, which no channel map can do.
@@ -209,8 +209,8 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    fn new(cures: Vec<Cure>, cost: f64) -> Self {
-        Self { cures, cost, is_linear: false }
+    fn new(fixes: Vec<Cure>, cost: f64) -> Self {
+        Self { fixes, cost, is_linear: false }
     }
 
     /// A channel with its sign turned.
@@ -220,13 +220,14 @@ impl Candidate {
 
     /// Roles whose channels it changes.
     pub(super) fn roles(&self) -> Vec<Role> {
-        if self.is_linear { SPECIFIC_FORCE.to_vec() } else { self.cures.iter().flat_map(Cure::roles).collect() }
+        if self.is_linear { SPECIFIC_FORCE.to_vec() } else { self.fixes.iter().flat_map(Cure::roles).collect() }
     }
 
     /// Roles whose unit it changes.
     pub(super) fn roles_of_units(&self) -> Vec<Role> {
-        let of = |cure: &Cure| if let Cure::Scale { role, units: Some(_), .. } = cure { Some(*role) } else { None };
-        self.cures.iter().filter_map(of).collect()
+        let converted_role =
+            |fix: &Cure| if let Cure::Scale { role, units: Some(_), .. } = fix { Some(*role) } else { None };
+        self.fixes.iter().filter_map(converted_role).collect()
     }
 
     /// The motion after it.
@@ -234,7 +235,7 @@ impl Candidate {
         if self.is_linear {
             return with_gravity(motion);
         }
-        self.cures.iter().fold(motion.clone(), |motion, cure| cure.applied(motion))
+        self.fixes.iter().fold(motion.clone(), |motion, fix| fix.applied(motion))
     }
 }
 
@@ -255,11 +256,11 @@ fn with_gravity(motion: &Motion) -> Motion {
     found
 }
 
-/// Cures of the sign and the unit of one channel.
-fn of_role(role: Role) -> Vec<(Cure, f64)> {
+/// Fixes of the sign and the unit of one channel.
+fn candidate_fixes(role: Role) -> Vec<(Cure, f64)> {
     let scale = |factor, offset, units| Cure::Scale { role, factor, offset, units };
     let si = role.dimension().si_symbol();
-    let mut cures = Vec::new();
+    let mut fixes = Vec::new();
     for sign in [1.0, -1.0] {
         let turned = sign < 0.0;
         if turned && !is_signed(role) {
@@ -267,25 +268,25 @@ fn of_role(role: Role) -> Vec<(Cure, f64)> {
         }
         let dearer = if turned { 0.6 } else { 0.0 };
         if turned {
-            cures.push((scale(-1.0, 0.0, None), 1.0));
+            fixes.push((scale(-1.0, 0.0, None), 1.0));
         }
         for symbol in confused_units(role) {
             let Ok(unit) = Unit::parse(symbol) else { continue };
-            cures.push((scale(sign * unit.scale, 0.0, Some((unit.symbol, si))), 1.1 + dearer));
-            cures.push((scale(sign / unit.scale, 0.0, Some((si, unit.symbol))), 1.2 + dearer));
+            fixes.push((scale(sign * unit.scale, 0.0, Some((unit.symbol, si))), 1.1 + dearer));
+            fixes.push((scale(sign / unit.scale, 0.0, Some((si, unit.symbol))), 1.2 + dearer));
         }
     }
     if role == SpecificForceZ {
         let g = STANDARD_GRAVITY_M_S2;
-        cures.push((scale(1.0, -g, None), 1.5));
-        cures.push((scale(-1.0, -g, None), 1.6));
-        cures.push((scale(g, -g, Some(("g", si))), 1.7));
-        cures.push((scale(-g, -g, Some(("g", si))), 1.8));
+        fixes.push((scale(1.0, -g, None), 1.5));
+        fixes.push((scale(-1.0, -g, None), 1.6));
+        fixes.push((scale(g, -g, Some(("g", si))), 1.7));
+        fixes.push((scale(-g, -g, Some(("g", si))), 1.8));
     }
     if role == AirTemperature {
-        cures.push((scale(1.0, 273.15, None), 1.0));
+        fixes.push((scale(1.0, 273.15, None), 1.0));
     }
-    cures
+    fixes
 }
 
 /// Channels that are exchanged by mistake.
@@ -334,13 +335,13 @@ pub(super) fn candidates(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
     for &role in suspects.iter().filter(|role| motion.has(**role)) {
         // Another unit makes a part of full travel as small as an angle.
         let is_part = travel_form(role, motion).is_some();
-        let own = of_role(role)
+        let own = candidate_fixes(role)
             .into_iter()
-            .filter(|(cure, _)| !is_part || !matches!(cure, Cure::Scale { units: Some(_), .. }));
-        found.extend(own.map(|(cure, cost)| Candidate::new(vec![cure], cost)));
+            .filter(|(fix, _)| !is_part || !matches!(fix, Cure::Scale { units: Some(_), .. }));
+        found.extend(own.map(|(fix, cost)| Candidate::new(vec![fix], cost)));
         if let Some(offset) = offset_of(role, motion) {
-            let cure = Cure::Scale { role, factor: 1.0, offset: -offset, units: None };
-            found.push(Candidate::new(vec![cure], 1.3));
+            let fix = Cure::Scale { role, factor: 1.0, offset: -offset, units: None };
+            found.push(Candidate::new(vec![fix], 1.3));
         }
         if let Some((form, likely_factor)) = travel_form(role, motion) {
             found.push(Candidate::new(vec![Cure::Travel { role, form, likely_factor }], 1.3));
@@ -362,8 +363,8 @@ pub(super) fn candidates(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
     if [SpecificForceZ, PitchAngle, BankAngle].iter().all(|role| motion.has(*role))
         && SPECIFIC_FORCE.iter().any(|role| suspects.contains(role))
     {
-        let cure = Cure::Scale { role: SpecificForceZ, factor: 1.0, offset: -STANDARD_GRAVITY_M_S2, units: None };
-        found.push(Candidate { cures: vec![cure], cost: 1.5, is_linear: true });
+        let fix = Cure::Scale { role: SpecificForceZ, factor: 1.0, offset: -STANDARD_GRAVITY_M_S2, units: None };
+        found.push(Candidate { fixes: vec![fix], cost: 1.5, is_linear: true });
     }
     if motion.has(TrueAirspeed) && suspects.contains(&TrueAirspeed) && !motion.has(CalibratedAirspeed) {
         found.push(Candidate::new(vec![Cure::Reassign { from: TrueAirspeed, to: CalibratedAirspeed }], 1.1));
@@ -378,10 +379,10 @@ pub(super) fn turned_together(opposite: &[Role]) -> Vec<Candidate> {
     let combinations = (0_u32..1 << count).filter(|set| set.count_ones() > 1);
     let turned = |set: u32| {
         let chosen = opposite[..count].iter().enumerate().filter(|(index, _)| set >> index & 1 == 1);
-        let cures: Vec<Cure> =
+        let fixes: Vec<Cure> =
             chosen.map(|(_, role)| Cure::Scale { role: *role, factor: -1.0, offset: 0.0, units: None }).collect();
-        let cost = 1.0 + 0.1 * cures.len() as f64;
-        Candidate::new(cures, cost)
+        let cost = 1.0 + 0.1 * fixes.len() as f64;
+        Candidate::new(fixes, cost)
     };
     combinations.map(turned).collect()
 }
@@ -395,23 +396,24 @@ fn in_other_units(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
         if there.len() < 2 || is_part || !there.iter().any(|role| suspects.contains(role)) {
             continue;
         }
-        for index in 0..of_role(there[0]).iter().filter(|(cure, _)| is_of_units(cure)).count() {
-            let cures = there
-                .iter()
-                .filter_map(|role| of_role(*role).into_iter().map(|(cure, _)| cure).filter(is_of_units).nth(index));
-            found.push(Candidate::new(cures.collect(), 1.4));
+        for index in 0..candidate_fixes(there[0]).iter().filter(|(fix, _)| is_of_units(fix)).count() {
+            let fixes = there.iter().filter_map(|role| {
+                candidate_fixes(*role).into_iter().map(|(fix, _)| fix).filter(is_of_units).nth(index)
+            });
+            found.push(Candidate::new(fixes.collect(), 1.4));
         }
     }
     if motion.has(TrueAirspeed) && motion.has(Altitude) && suspects.contains(&Altitude) {
         // An air-data computer in knots and feet, of which a map without units makes SI.
-        let of = |role: Role, unit: &str| of_role(role).into_iter().map(|(cure, _)| cure).find(|cure| cure.is_in(unit));
-        let cures = of(TrueAirspeed, "kt").into_iter().chain(of(Altitude, "ft"));
-        found.push(Candidate::new(cures.collect(), 1.6));
+        let fix_in =
+            |role: Role, unit: &str| candidate_fixes(role).into_iter().map(|(fix, _)| fix).find(|fix| fix.is_in(unit));
+        let fixes = fix_in(TrueAirspeed, "kt").into_iter().chain(fix_in(Altitude, "ft"));
+        found.push(Candidate::new(fixes.collect(), 1.6));
     }
     found
 }
 
-/// Whether a cure changes the unit of a channel and nothing else.
-fn is_of_units(cure: &Cure) -> bool {
-    matches!(cure, Cure::Scale { factor, offset, units: Some(_), .. } if *factor > 0.0 && *offset == 0.0)
+/// Whether a fix changes the unit of a channel and nothing else.
+fn is_of_units(fix: &Cure) -> bool {
+    matches!(fix, Cure::Scale { factor, offset, units: Some(_), .. } if *factor > 0.0 && *offset == 0.0)
 }

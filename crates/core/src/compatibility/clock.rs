@@ -103,7 +103,7 @@ pub(super) fn judge(recording: &Recording, relations: &[Relation]) -> Clocked {
         if !plausible {
             // Under stamps that make no recording of flight nothing else could be told.
             let likely = possible.first().and_then(|(factor, _)| Some((Motion::new(recording, *factor)?, *factor)));
-            let rows = vec![asked(&pace, &possible)];
+            let rows = vec![ask_time_unit(&pace, &possible)];
             let (motion, factor) = match likely {
                 Some((motion, factor)) => (Some(motion), factor),
                 None => (motion, 1.0),
@@ -120,25 +120,25 @@ fn pace_in_words(pace: &Pace, factor: f64) -> String {
 }
 
 fn in_unit(pace: &Pace, factor: f64, unit: &'static str, (decisive, hold): (usize, usize)) -> CompatibilityRow {
-    let cure = Cure::Clock { factor, unit: Some(unit) };
+    let fix = Cure::Clock { factor, unit: Some(unit) };
     let evidence = format!(
         "as read {}, and rates do not match their integrals; as {} {}, and {hold} of {decisive} integrals match",
         pace_in_words(pace, 1.0),
-        cure.hypothesis(),
+        fix.hypothesis(),
         pace_in_words(pace, factor),
     );
-    CompatibilityRow::of_clock(Agreement::Contradicts, Some(cure), evidence, None, hold)
+    CompatibilityRow::of_clock(Agreement::Contradicts, Some(fix), evidence, None, hold)
 }
 
-fn asked(pace: &Pace, possible: &[(f64, &'static str)]) -> CompatibilityRow {
+fn ask_time_unit(pace: &Pace, possible: &[(f64, &'static str)]) -> CompatibilityRow {
     let as_read = pace_in_words(pace, 1.0);
-    let (cure, evidence) = match possible.first() {
+    let (fix, evidence) = match possible.first() {
         Some(&(factor, unit)) => {
-            let cure = Cure::Clock { factor, unit: Some(unit) };
-            let words = cure.hypothesis();
+            let fix = Cure::Clock { factor, unit: Some(unit) };
+            let words = fix.hypothesis();
             let then = pace_in_words(pace, factor);
             (
-                Some(cure),
+                Some(fix),
                 format!(
                     "as read {as_read}; as {words}, used for the other checks, {then}: state the unit of the time stamps"
                 ),
@@ -146,7 +146,7 @@ fn asked(pace: &Pace, possible: &[(f64, &'static str)]) -> CompatibilityRow {
         }
         None => (None, format!("as read {as_read}: state the unit of the time stamps")),
     };
-    CompatibilityRow::of_clock(Agreement::Doubtful, cure, evidence, None, 0)
+    CompatibilityRow::of_clock(Agreement::Doubtful, fix, evidence, None, 0)
 }
 
 /// A clock error that turning and moving share: a gyroscope's scale shows in one of them alone.
@@ -182,6 +182,6 @@ fn common_error(motion: &Motion, relations: &[Relation]) -> Option<Compatibility
         1.0 + turns,
         1.0 + moves
     );
-    let cure = Cure::Clock { factor: 1.0 / (1.0 + common), unit: None };
-    Some(CompatibilityRow::of_clock(Agreement::Doubtful, Some(cure), evidence, Some(1.0 + common), count))
+    let fix = Cure::Clock { factor: 1.0 / (1.0 + common), unit: None };
+    Some(CompatibilityRow::of_clock(Agreement::Doubtful, Some(fix), evidence, Some(1.0 + common), count))
 }

@@ -45,7 +45,7 @@ pub fn check(recording: &Recording) -> Compatibility {
         rows.extend(shifts);
         let (turned, motion) = search::turn_force(motion, &relations);
         rows.extend(turned);
-        place = accelerometer::place(&motion);
+        place = accelerometer::estimate_position(&motion);
         // What accelerometers feel far from the centre of gravity looks like a mistake of their channels.
         let motion = match place.filter(AccelerometerPlace::is_clear) {
             Some(place) => place.moved(motion),

@@ -228,7 +228,7 @@ impl Motion {
 
     /// The steps of some ranges alone, one range behind the other; each is a segment.
     pub(super) fn part(&self, ranges: &[Range<usize>]) -> Self {
-        let of = |column: &[f64]| -> Arc<[f64]> {
+        let select = |column: &[f64]| -> Arc<[f64]> {
             ranges.iter().flat_map(|range| &column[range.clone()]).copied().collect()
         };
         let mut end = 0;
@@ -239,8 +239,8 @@ impl Motion {
         let part = Self {
             step_s: self.step_s,
             segments: segments.collect(),
-            time_s: of(&self.time_s),
-            columns: self.columns.iter().map(|column| column.as_deref().map(of)).collect(),
+            time_s: select(&self.time_s),
+            columns: self.columns.iter().map(|column| column.as_deref().map(select)).collect(),
             sines: Default::default(),
             ground_velocity: [const { None }; 3],
         };

@@ -154,7 +154,7 @@ impl Relation {
         }
     }
 
-    /// The curves before and after a cure.
+    /// The curves before and after a fix.
     pub(super) fn curves(&self, before: &Motion, after: &Motion) -> Option<Curves> {
         Some(Curves { before: self.trace(before)?, after: self.trace(after)? })
     }

@@ -495,8 +495,9 @@ impl Kinematic {
     fn noise_in(&self, motion: &Motion, segment: &std::ops::Range<usize>) -> f64 {
         let lag = self.lag(motion);
         let length_s = motion.step_s * lag as f64;
-        let of = |(_, level): Side| std::f64::consts::SQRT_2 * level_noise(motion, segment, level, lag) / length_s;
-        self.noise.max(of(self.x).hypot(of(self.y)))
+        let slope_noise =
+            |(_, level): Side| std::f64::consts::SQRT_2 * level_noise(motion, segment, level, lag) / length_s;
+        self.noise.max(slope_noise(self.x).hypot(slope_noise(self.y)))
     }
 
     /// Compares over all segments; `None` where none tells.
@@ -511,10 +512,10 @@ impl Kinematic {
         if decisive.is_empty() {
             decisive = lines.iter().filter(|(line, noise)| line.spread_y > TELLS * noise).collect();
         }
-        let of = |of: fn(&Line) -> f64| {
-            crate::statistics::median(&mut decisive.iter().map(|(line, _)| of(line)).collect::<Vec<_>>())
+        let median_of = |value: fn(&Line) -> f64| {
+            crate::statistics::median(&mut decisive.iter().map(|(line, _)| value(line)).collect::<Vec<_>>())
         };
-        let (slope, r2) = (of(|line| line.slope)?, of(|line| line.r2)?);
+        let (slope, r2) = (median_of(|line| line.slope)?, median_of(|line| line.r2)?);
         // Pairs overlap by half a lag. Standard error of the logarithm of the slope of a reduced major axis.
         let pairs: usize = decisive.iter().map(|(line, _)| line.pairs).sum();
         let error = ((1.0 - r2).max(0.0) / (0.5 * pairs as f64)).sqrt();
@@ -522,7 +523,7 @@ impl Kinematic {
         Some(Figures {
             slope,
             r2,
-            disagreement: of(|line| line.disagreement)?,
+            disagreement: median_of(|line| line.disagreement)?,
             segments: decisive.len(),
             predicted: moving && !is_one,
         })

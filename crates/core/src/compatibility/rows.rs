@@ -45,8 +45,8 @@ pub struct CompatibilityRow {
     /// One sentence with the figures.
     pub evidence: String,
     /// What removes the contradiction.
-    pub cure: Option<Cure>,
-    /// What contradicts, as curves before and after the cure.
+    pub fix: Option<Cure>,
+    /// What contradicts, as curves before and after the fix.
     pub curves: Option<Curves>,
 }
 
@@ -63,16 +63,16 @@ impl CompatibilityRow {
     /// A row about the clock.
     pub(super) fn of_clock(
         agreement: Agreement,
-        cure: Option<Cure>,
+        fix: Option<Cure>,
         evidence: String,
         slope: Option<f64>,
         segments: usize,
     ) -> Self {
-        let factor = match cure {
+        let factor = match fix {
             Some(Cure::Clock { factor, .. }) => Some(factor),
             _ => None,
         };
-        let hypothesis = cure.as_ref().map(Cure::hypothesis).unwrap_or_default();
+        let hypothesis = fix.as_ref().map(Cure::hypothesis).unwrap_or_default();
         Self {
             channel: "time".to_owned(),
             relation: None,
@@ -83,20 +83,20 @@ impl CompatibilityRow {
             r2: None,
             segments,
             evidence,
-            cure,
+            fix,
             curves: None,
         }
     }
 
     /// A specific force that the ground velocity shows reversed: deviations of its changes as recorded and reversed, m/s.
     pub(super) fn of_reversed_force(force: Role, residuals_m_s: [f64; 2]) -> Self {
-        let cure = Cure::Scale { role: force, factor: -1.0, offset: 0.0, units: None };
+        let fix = Cure::Scale { role: force, factor: -1.0, offset: 0.0, units: None };
         let [recorded, reversed] = residuals_m_s.map(significant);
         Self {
             channel: force.name().to_owned(),
             relation: None,
             agreement: Agreement::Contradicts,
-            hypothesis: cure.hypothesis(),
+            hypothesis: fix.hypothesis(),
             factor: Some(-1.0),
             slope: None,
             r2: None,
@@ -105,7 +105,7 @@ impl CompatibilityRow {
                 "ground velocity against specific force and attitude: rms {recorded} m/s with {} as recorded, {reversed} m/s with it reversed",
                 force.name()
             ),
-            cure: Some(cure),
+            fix: Some(fix),
             curves: None,
         }
     }
@@ -113,7 +113,7 @@ impl CompatibilityRow {
     /// `az: sign reversed (correlation -0.999)`: what is wrong in a few words.
     pub fn headline(&self) -> String {
         let what = if self.hypothesis.is_empty() { "inconsistent, cause unknown" } else { &self.hypothesis };
-        let figure = match (&self.cure, self.slope, self.r2) {
+        let figure = match (&self.fix, self.slope, self.r2) {
             (Some(Cure::Scale { factor, offset: 0.0, units: None, .. }), Some(slope), Some(r2)) if *factor < 0.0 => {
                 // A line of another channel may run the right way.
                 if slope < 0.0 { format!(" (correlation {:.3})", -r2.sqrt()) } else { String::new() }
@@ -142,15 +142,15 @@ impl CompatibilityRow {
 
     /// Whether it does not fit and no mistake explains it.
     pub(super) fn is_unexplained(&self) -> bool {
-        self.agreement == Agreement::Doubtful && self.relation.is_some() && self.cure.is_none()
+        self.agreement == Agreement::Doubtful && self.relation.is_some() && self.fix.is_none()
     }
 }
 
 impl Compatibility {
     /// Rows that say something is wrong or must be asked, the worst first.
     pub fn contradictions(&self) -> impl Iterator<Item = &CompatibilityRow> {
-        let of = |agreement| self.rows.iter().filter(move |row| row.agreement == agreement);
-        of(Agreement::Contradicts).chain(of(Agreement::Doubtful))
+        let with_agreement = |agreement| self.rows.iter().filter(move |row| row.agreement == agreement);
+        with_agreement(Agreement::Contradicts).chain(with_agreement(Agreement::Doubtful))
     }
 }
 
@@ -206,19 +206,19 @@ fn sentence(relation: &Relation, figures: &Figures) -> String {
 
 /// Rows of what a search found.
 pub(super) fn rows(found: &Found) -> Vec<CompatibilityRow> {
-    let mistakes = found.mistakes.iter().flat_map(of_mistake);
-    mistakes.chain(found.outcomes.iter().filter_map(|(relation, outcome)| of_outcome(relation, outcome))).collect()
+    let mistakes = found.mistakes.iter().flat_map(mistake_rows);
+    mistakes.chain(found.outcomes.iter().filter_map(|(relation, outcome)| outcome_row(relation, outcome))).collect()
 }
 
 /// The rows of one mistake.
-pub(super) fn of_mistake(mistake: &Mistake) -> Vec<CompatibilityRow> {
-    let cures: &[Cure] = if mistake.is_linear { &mistake.cures[..1] } else { &mistake.cures };
-    cures.iter().filter_map(|cure| of_cure(mistake, cure)).collect()
+pub(super) fn mistake_rows(mistake: &Mistake) -> Vec<CompatibilityRow> {
+    let fixes: &[Cure] = if mistake.is_linear { &mistake.fixes[..1] } else { &mistake.fixes };
+    fixes.iter().filter_map(|fix| fix_row(mistake, fix)).collect()
 }
 
-/// The row of one cure of a mistake.
-fn of_cure(mistake: &Mistake, cure: &Cure) -> Option<CompatibilityRow> {
-    let roles = cure.roles();
+/// The row of one fix of a mistake.
+fn fix_row(mistake: &Mistake, fix: &Cure) -> Option<CompatibilityRow> {
+    let roles = fix.roles();
     let own = mistake.repaired.iter().find(|(relation, ..)| roles.contains(&relation.compared()));
     let entered = |(relation, ..): &&Repaired| roles.iter().any(|role| relation.involves(*role));
     let own = own.or_else(|| mistake.repaired.iter().find(entered));
@@ -246,28 +246,28 @@ fn of_cure(mistake: &Mistake, cure: &Cure) -> Option<CompatibilityRow> {
         evidence += "; ax and ay lack gravity too: accelerometers measure ax + g sin(theta), \
                      ay - g cos(theta) sin(phi), az - g cos(theta) cos(phi)";
     }
-    let (agreement, remark) = of_offset(cure, before, &mistake.motions[0]);
+    let (agreement, remark) = offset_agreement(fix, before, &mistake.motions[0]);
     evidence += &remark;
-    let factor = if let Cure::Scale { factor, .. } = cure { Some(*factor) } else { None };
+    let factor = if let Cure::Scale { factor, .. } = fix { Some(*factor) } else { None };
     Some(CompatibilityRow {
         channel: roles.first()?.name().to_owned(),
         relation: Some((relation.compared(), relation.with())),
         agreement,
-        hypothesis: if mistake.is_linear { "gravity removed by the attitude".to_owned() } else { cure.hypothesis() },
+        hypothesis: if mistake.is_linear { "gravity removed by the attitude".to_owned() } else { fix.hypothesis() },
         factor: factor.filter(|_| !mistake.is_linear),
         slope: Some(before.slope),
         r2: Some(before.r2),
         segments: before.segments,
         evidence,
         // No channel map gives back what hangs on the attitude.
-        cure: (!mistake.is_linear).then(|| cure.clone()),
+        fix: (!mistake.is_linear).then(|| fix.clone()),
         curves: relation.curves(&mistake.motions[0], &mistake.motions[1]),
     })
 }
 
-/// How certain a cure is, and what there is to say of it, where it is an offset of an angle.
-fn of_offset(cure: &Cure, before: &Figures, motion: &Motion) -> (Agreement, String) {
-    match cure {
+/// How certain a fix is, and what there is to say of it, where it is an offset of an angle.
+fn offset_agreement(fix: &Cure, before: &Figures, motion: &Motion) -> (Agreement, String) {
+    match fix {
         Cure::Scale { role: Role::AngleOfAttack, factor: 1.0, offset, .. } if *offset != 0.0 => {
             let (is_certain, remark) = beside_vane(before.slope, motion);
             (if is_certain { Agreement::Contradicts } else { Agreement::Doubtful }, remark)
@@ -279,8 +279,8 @@ fn of_offset(cure: &Cure, before: &Figures, motion: &Motion) -> (Agreement, Stri
     }
 }
 
-fn headline_of(cure: &Cure) -> String {
-    format!("{}: {}", cure.roles().first().map_or("time", |role| Role::name(*role)), cure.hypothesis())
+fn headline_of(fix: &Cure) -> String {
+    format!("{}: {}", fix.roles().first().map_or("time", |role| Role::name(*role)), fix.hypothesis())
 }
 
 /// Whether a line shows a difference that neither gusts nor sensors make.
@@ -289,7 +289,7 @@ fn is_clear(relation: &Relation, figures: &Figures) -> bool {
     matches!(relation, Relation::Kinematic(_)) && (figures.r2 > CLEAR_R2 || runs_against)
 }
 
-fn of_outcome(relation: &Relation, outcome: &Outcome) -> Option<CompatibilityRow> {
+fn outcome_row(relation: &Relation, outcome: &Outcome) -> Option<CompatibilityRow> {
     let channel = relation.compared().name();
     let (agreement, figures, evidence) = match outcome {
         Outcome::Absent => return None,
@@ -318,7 +318,7 @@ fn of_outcome(relation: &Relation, outcome: &Outcome) -> Option<CompatibilityRow
         r2: figures.map(|figures| figures.r2),
         segments: figures.map_or(0, |figures| figures.segments),
         evidence,
-        cure: None,
+        fix: None,
         curves: None,
     })
 }

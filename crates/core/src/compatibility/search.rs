@@ -9,7 +9,7 @@ use super::changes::{Candidate, Cure, SPECIFIC_FORCE, candidates, turned_togethe
 use super::line::Figures;
 use super::motion::{COMPARED, Motion, is_signed};
 use super::outcome::{Outcome, Relation};
-use super::rows::{CompatibilityRow, of_mistake};
+use super::rows::{CompatibilityRow, mistake_rows};
 use crate::quantity::Role;
 
 /// Most mistakes looked for in one recording.
@@ -35,7 +35,7 @@ const AS_FAR: f64 = 0.4;
 const USUAL_LEFT: f64 = 0.05;
 const LEAST_CLEAR: f64 = 0.3;
 const MOST_CLEAR: f64 = 2.0;
-/// A unit is named where a slope lies this near to one after the cure, and a line this clear or as many segments tell it.
+/// A unit is named where a slope lies this near to one after the fix, and a line this clear or as many segments tell it.
 const SLOPE_OF_UNIT: f64 = 0.15;
 pub(super) const CLEAR_R2: f64 = 0.98;
 const SEGMENTS_OF_UNIT: usize = 2;
@@ -52,14 +52,14 @@ const SAME_SCORE: f64 = 0.02;
 #[derive(Clone, Debug)]
 pub(super) struct Mistake {
     /// What removes it.
-    pub cures: Vec<Cure>,
+    pub fixes: Vec<Cure>,
     /// Whether it is that of linear acceleration, as in [`Candidate`].
     pub is_linear: bool,
     /// Relations that hold once it is removed, with their numbers before and after; the most telling first.
     pub repaired: Vec<Repaired>,
     /// Relations that held before and hold much better once it is removed.
     pub sharpened: Vec<Repaired>,
-    /// Other cures that would do as well.
+    /// Other fixes that would do as well.
     pub rivals: Vec<Cure>,
     /// The motion before and after.
     pub motions: [Motion; 2],
@@ -70,7 +70,7 @@ pub(super) struct Mistake {
 pub(super) struct Found {
     /// Mistakes in the order they were found.
     pub mistakes: Vec<Mistake>,
-    /// Every relation after the cures.
+    /// Every relation after the fixes.
     pub outcomes: Vec<(Relation, Outcome)>,
 }
 
@@ -111,13 +111,13 @@ pub(super) fn search(mut motion: Motion, relations: &[Relation]) -> Found {
                 && other.candidate.cost <= best.candidate.cost
                 && mends(other) == mends(&best)
         });
-        let rivals = as_good.flat_map(|other| other.candidate.cures).collect();
+        let rivals = as_good.flat_map(|other| other.candidate.fixes).collect();
         let before = std::mem::replace(&mut motion, best.motion);
         let motions = [before, motion.clone()];
         outcomes = judge(relations, &motion);
-        let Candidate { cures, is_linear, .. } = best.candidate;
+        let Candidate { fixes, is_linear, .. } = best.candidate;
         let (repaired, sharpened) = (best.repaired, best.sharpened);
-        mistakes.push(Mistake { cures, is_linear, repaired, sharpened, rivals, motions });
+        mistakes.push(Mistake { fixes, is_linear, repaired, sharpened, rivals, motions });
     }
     Found { mistakes, outcomes }
 }
@@ -135,7 +135,7 @@ fn rounded(score: f64) -> f64 {
 /// Among candidates that repair as much: cheap ones first, then those that change what is compared.
 fn rank(trial: &Trial) -> f64 {
     let compared = trial.repaired.first().map(|(relation, ..)| relation.compared());
-    let changes = trial.candidate.cures.iter().any(|cure| compared.is_some_and(|role| cure.roles().contains(&role)));
+    let changes = trial.candidate.fixes.iter().any(|fix| compared.is_some_and(|role| fix.roles().contains(&role)));
     let left: f64 = trial.repaired.iter().map(|(_, _, after)| after.disagreement.min(1.0)).sum();
     trial.candidate.cost + if changes { 0.0 } else { 0.05 } + 1e-3 * left
 }
@@ -168,7 +168,7 @@ fn attempt(candidate: Candidate, motion: &Motion, outcomes: &[(Relation, Outcome
     let roles = candidate.roles();
     let entered = || outcomes.iter().filter(|(relation, _)| roles.iter().any(|role| relation.involves(*role)));
     let (mut repaired, mut score) = repair(&candidate, motion, &changed, entered());
-    let is_named = match candidate.cures[..] {
+    let is_named = match candidate.fixes[..] {
         [Cure::Reassign { .. }] => tells_calibrated(&repaired),
         _ => candidate.roles_of_units().is_empty() || tells_unit(&repaired),
     };
@@ -211,10 +211,10 @@ pub(super) fn turn_force(motion: Motion, relations: &[Relation]) -> (Vec<Compati
     };
     let silent: Vec<Role> = SPECIFIC_FORCE.into_iter().filter(is_silent).collect();
     if let Some(trial) = silent.iter().find_map(|role| turned_force(*role, &motion, &outcomes)) {
-        let Trial { candidate: Candidate { cures, is_linear, .. }, repaired, sharpened, motion: turned, .. } = trial;
+        let Trial { candidate: Candidate { fixes, is_linear, .. }, repaired, sharpened, motion: turned, .. } = trial;
         let motions = [motion, turned.clone()];
-        let mistake = Mistake { cures, is_linear, repaired, sharpened, rivals: Vec::new(), motions };
-        return (of_mistake(&mistake), turned);
+        let mistake = Mistake { fixes, is_linear, repaired, sharpened, rivals: Vec::new(), motions };
+        return (mistake_rows(&mistake), turned);
     }
     let by_velocity = |role: &Role| Some((*role, reversed_residuals(&motion, *role)?));
     match silent.iter().find_map(by_velocity) {
@@ -253,17 +253,17 @@ fn turned_force(role: Role, motion: &Motion, outcomes: &[(Relation, Outcome)]) -
 
 /// Whether channels are exchanged and nothing else is done.
 fn is_swap(candidate: &Candidate) -> bool {
-    candidate.cures.iter().all(|cure| matches!(cure, Cure::Swap { .. }))
+    candidate.fixes.iter().all(|fix| matches!(fix, Cure::Swap { .. }))
 }
 
 /// Whether channels are exchanged or signs turned and nothing else is done: a factor can be chosen for what it sharpens, these cannot.
 fn is_turn(candidate: &Candidate) -> bool {
-    let is_one = |cure: &Cure| match cure {
+    let is_one = |fix: &Cure| match fix {
         Cure::Swap { .. } => true,
         Cure::Scale { factor, offset, units: None, .. } => *factor == -1.0 && *offset == 0.0,
         _ => false,
     };
-    candidate.cures.iter().all(is_one)
+    candidate.fixes.iter().all(is_one)
 }
 
 /// Weight of a relation.
@@ -328,8 +328,8 @@ fn needs_channel(relation: &Relation, with: &Figures, without: &Motion) -> bool 
 
 /// Whether a relation was off as far as a wrong unit makes it: the other channels that enter hide a part of its factor.
 fn is_as_far_off(candidate: &Candidate, was: &Figures) -> bool {
-    let of = |cure: &Cure| if let Cure::Scale { factor, .. } = cure { factor.abs().ln().abs() } else { 0.0 };
-    let factor = candidate.cures.iter().map(of).fold(0.0, f64::max);
+    let log_factor = |fix: &Cure| if let Cure::Scale { factor, .. } = fix { factor.abs().ln().abs() } else { 0.0 };
+    let factor = candidate.fixes.iter().map(log_factor).fold(0.0, f64::max);
     was.slope.abs().ln().abs() > AS_FAR * factor
 }
 

@@ -215,21 +215,21 @@ fn vertex(before: f64, at: f64, after: f64) -> f64 {
 fn row(found: &Shifted, before: &Motion, after: &Motion) -> CompatibilityRow {
     let mut agreeing: Vec<_> = found.agreeing.iter().collect();
     agreeing.sort_by(|a, b| a.2[1].total_cmp(&b.2[1]));
-    let say = |(relation, own_s, [was, is]): &&(&'static Kinematic, f64, [f64; 2])| {
+    let describe = |(relation, own_s, [was, is]): &&(&'static Kinematic, f64, [f64; 2])| {
         let (name, with) = (relation.compared.name(), relation.with);
         format!("{name} against {with} {:+.2} s (R2 {:.3}, then {:.3})", own_s, 1.0 - was, 1.0 - is)
     };
-    let said: Vec<String> = agreeing.iter().take(4).map(say).collect();
+    let comparisons: Vec<String> = agreeing.iter().take(4).map(describe).collect();
     let evidence = format!(
         "{} comparison{} with other sources fit best after this shift: {}",
         agreeing.len(),
         if agreeing.len() == 1 { "" } else { "s" },
-        said.join("; ")
+        comparisons.join("; ")
     );
     // One comparison alone can be a slow sensor.
     let agreement = if agreeing.len() > 1 { Agreement::Contradicts } else { Agreement::Doubtful };
-    let cure = Cure::Shift { source: found.source.clone(), late_s: found.late_s };
-    let mut row = CompatibilityRow::of_clock(agreement, Some(cure), evidence, None, agreeing.len());
+    let fix = Cure::Shift { source: found.source.clone(), late_s: found.late_s };
+    let mut row = CompatibilityRow::of_clock(agreement, Some(fix), evidence, None, agreeing.len());
     row.curves = agreeing.first().and_then(|(relation, ..)| Relation::Kinematic(relation).curves(before, after));
     row.r2 = agreeing.first().map(|(_, _, [was, _])| 1.0 - was);
     row

@@ -51,7 +51,7 @@ pub(super) fn in_knots(rows: &[CompatibilityRow]) -> Option<CompatibilityRow> {
     if factors.len() < 2 || !factors.iter().all(is_knot) {
         return None;
     }
-    let said: Vec<String> = factors.iter().map(|factor| format!("{factor:.3}")).collect();
+    let listed: Vec<String> = factors.iter().map(|factor| format!("{factor:.3}")).collect();
     Some(CompatibilityRow {
         channel: Role::TrueAirspeed.name().to_owned(),
         relation: None,
@@ -63,10 +63,10 @@ pub(super) fn in_knots(rows: &[CompatibilityRow]) -> Option<CompatibilityRow> {
         segments: factors.len(),
         evidence: format!(
             "climb and normal acceleration from airspeed and attitude are {} times the measured: airspeed is in knots ({:.3} m/s)",
-            said.join(", "),
+            listed.join(", "),
             knot.scale
         ),
-        cure: Some(Cure::Scale {
+        fix: Some(Cure::Scale {
             role: Role::TrueAirspeed,
             factor: knot.scale,
             offset: 0.0,
@@ -117,14 +117,14 @@ pub(super) fn scaled(rows: &[CompatibilityRow], motion: &Motion) -> Option<Compa
     let (factor, factors) = agreed(rows, CLEAR).or_else(|| agreed(rows, OTHER))?;
     let percent = 100.0 * (1.0 - 1.0 / factor).abs();
     let too = if factor > 1.0 { "small" } else { "large" };
-    let (hypothesis, cure) = match calibrated(motion).filter(|ratio| (factor / ratio - 1.0).abs() < AS_CALIBRATED) {
+    let (hypothesis, fix) = match calibrated(motion).filter(|ratio| (factor / ratio - 1.0).abs() < AS_CALIBRATED) {
         Some(_) => {
-            let cure = Cure::Reassign { from: role, to: Role::CalibratedAirspeed };
-            (cure.hypothesis(), cure)
+            let fix = Cure::Reassign { from: role, to: Role::CalibratedAirspeed };
+            (fix.hypothesis(), fix)
         }
         None => (format!("{percent:.0} % too {too}"), Cure::Scale { role, factor, offset: 0.0, units: None }),
     };
-    let said: Vec<String> = factors.iter().map(|factor| format!("{factor:.3}")).collect();
+    let listed: Vec<String> = factors.iter().map(|factor| format!("{factor:.3}")).collect();
     let others: Vec<String> = against(rows, factor).iter().map(|other| format!("{other:.3}")).collect();
     let disagreeing = match others.is_empty() {
         true => String::new(),
@@ -141,9 +141,9 @@ pub(super) fn scaled(rows: &[CompatibilityRow], motion: &Motion) -> Option<Compa
         segments: factors.len(),
         evidence: format!(
             "recorded ground velocity, climb and normal acceleration match {} times this airspeed{disagreeing}",
-            said.join(", ")
+            listed.join(", ")
         ),
-        cure: Some(cure),
+        fix: Some(fix),
         curves: None,
     })
 }

@@ -1,4 +1,4 @@
-//! Curves of a contradiction: a channel and what the others say it is, before and after its cure.
+//! Curves of a contradiction: a channel and what the others say it is, before and after its fix.
 
 use std::ops::Range;
 
@@ -18,12 +18,12 @@ pub struct Trace {
     pub others: Vec<f64>,
 }
 
-/// The same before and after a cure.
+/// The same before and after a fix.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Curves {
     /// As read.
     pub before: Trace,
-    /// With the cure.
+    /// With the fix.
     pub after: Trace,
 }
 

@@ -68,10 +68,10 @@ fn score_of(
     is_estimated: impl Fn(usize) -> bool,
 ) -> Option<(DVector<f64>, DMatrix<f64>)> {
     let place = |parameter: &usize| shared.iter().position(|other| other == parameter);
-    let of =
+    let columns_where =
         |keep: &dyn Fn(&usize) -> bool| -> Vec<usize> { (0..columns.len()).filter(|c| keep(&columns[*c])).collect() };
-    let common = of(&|parameter| place(parameter).is_some());
-    let own = of(&|parameter| place(parameter).is_none() && is_estimated(*parameter));
+    let common = columns_where(&|parameter| place(parameter).is_some());
+    let own = columns_where(&|parameter| place(parameter).is_none() && is_estimated(*parameter));
     let mut x = window.x.select_columns(&common);
     if !own.is_empty() {
         let own = window.x.select_columns(&own);

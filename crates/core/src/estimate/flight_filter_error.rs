@@ -67,7 +67,7 @@ pub fn flight_filter_error(
             predictor.predict((theta, first_log), &samples, &mut flown, go_on)
         })?;
         let first = problem.of_window(0, &fit.estimates[..first_log]);
-        let steady = predictor.steady(0, &problem.flown(0, &first), &fit.estimates[first_log..])?;
+        let steady = predictor.steady(0, &problem.with_parameters(0, &first), &fit.estimates[first_log..])?;
         Ok::<_, FlightFitError>((fit, steady.deviations()))
     })?;
     if !go_on() {
@@ -152,7 +152,7 @@ impl Predictor<'_> {
     }
 
     fn predict_window(&self, index: usize, own: &[f64], logs: &[f64]) -> Result<DMatrix<f64>, FlightFitError> {
-        let flown = self.problem.flown(index, own);
+        let flown = self.problem.with_parameters(index, own);
         let Steady { gain, .. } = self.steady(index, &flown, logs)?;
         let (window, outputs) = (&self.problem.windows[index], self.problem.axis.outputs());
         let mut correct = |sample: usize, response: &Response| {

@@ -372,13 +372,13 @@ impl Problem<'_> {
 
     /// [`Problem::fly`] in other air.
     pub(super) fn fly_in(&self, replay: &Replay, index: usize, theta: &[f64]) -> Result<DMatrix<f64>, ReplayError> {
-        let Flown { model, start, biases } = self.flown(index, theta);
+        let Flown { model, start, biases } = self.with_parameters(index, theta);
         let response = replay.fly_axis(self.axis, &model, &start, self.windows[index].motion)?;
         Ok(self.outputs_of(index, &response, &biases))
     }
 
     /// What window `index` flies with its parameters.
-    pub(super) fn flown(&self, index: usize, theta: &[f64]) -> Flown {
+    pub(super) fn with_parameters(&self, index: usize, theta: &[f64]) -> Flown {
         let window = &self.windows[index];
         let (mut model, mut start) = (window.model.clone(), window.start);
         let mut values = theta.iter().copied();

@@ -202,8 +202,8 @@ impl RecursiveFourier {
     /// The fits of several measurements, each its names, its column and those of its regressors; every column is transformed once.
     pub fn fits(&self, models: &[(&[String], usize, &[usize])]) -> Vec<Result<Fit, EstimateError>> {
         let transforms: Vec<Vec<f64>> = (0..self.columns.len()).map(|column| self.transform(column)).collect();
-        let of = |column: usize| transforms.get(column).cloned().unwrap_or_default();
-        models.iter().map(|(names, z, x)| self.fit_of(&of, names, *z, x)).collect()
+        let transform = |column: usize| transforms.get(column).cloned().unwrap_or_default();
+        models.iter().map(|(names, z, x)| self.fit_of(&transform, names, *z, x)).collect()
     }
 
     fn fit_of(

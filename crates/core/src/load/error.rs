@@ -74,17 +74,17 @@ pub enum LoadError {
         budget_mb: u64,
     },
     /// The content is valid but of a kind that is not read.
-    #[error("{}: {what} is not read; {cure}", path.display())]
+    #[error("{}: {what} is not read; {fix}", path.display())]
     Unsupported {
         /// File.
         path: PathBuf,
         /// What was met.
         what: String,
         /// What to do instead.
-        cure: &'static str,
+        fix: &'static str,
     },
     /// The time vector of a source is not strictly increasing.
-    #[error("{}: time channel '{channel}' of source '{source_name}' {fault}; {cure}", path.display())]
+    #[error("{}: time channel '{channel}' of source '{source_name}' {fault}; {fix}", path.display())]
     Time {
         /// File.
         path: PathBuf,
@@ -95,7 +95,7 @@ pub enum LoadError {
         /// What is wrong, with index and time.
         fault: TimeFault,
         /// What to do.
-        cure: Box<str>,
+        fix: Box<str>,
     },
     /// A channel map could not be understood.
     #[error("channel map{}, line {line}: {what}", path.as_ref().map(|path| format!(" {}", path.display())).unwrap_or_default())]

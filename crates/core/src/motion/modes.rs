@@ -144,8 +144,8 @@ fn eigenvector(matrix: &DMatrix<f64>, value: Complex<f64>) -> Vec<Complex<f64>> 
 fn name(oscillates: bool, participation: &[f64], states: &[MotionState]) -> &'static str {
     use MotionState::{Altitude, Bank, Heading, Heave, Pitch, PitchRate, Position, RollRate, Sideslip, Speed, YawRate};
     let share = |wanted: &[MotionState]| -> f64 {
-        let of = participation.iter().zip(states).filter(|(_, state)| wanted.contains(state));
-        of.map(|(share, _)| share).sum()
+        let wanted_shares = participation.iter().zip(states).filter(|(_, state)| wanted.contains(state));
+        wanted_shares.map(|(share, _)| share).sum()
     };
     for (state, name) in [(Position, "position"), (Heading, "heading"), (Altitude, "altitude")] {
         if share(&[state]) > 0.5 {

@@ -79,7 +79,7 @@ pub fn pod_history(calibration: &PodCalibration, numbers: &[f64], margin: f64) -
         .map(|&number| if inside(number) { pod_angle_of_attack(calibration, number) } else { f64::NAN })
         .collect();
     let count = |holds: &dyn Fn(f64) -> bool| numbers.iter().filter(|&&number| holds(number)).count();
-    let of = numbers.len();
+    let total = numbers.len();
     let findings = [
         (
             count(&|n| n <= low),
@@ -103,7 +103,7 @@ pub fn pod_history(calibration: &PodCalibration, numbers: &[f64], margin: f64) -
     let warnings = findings
         .into_iter()
         .filter(|(count, _)| *count > 0)
-        .map(|(count, what)| format!("pod: {count} of {of} angle-of-attack readings {what}"))
+        .map(|(count, what)| format!("pod: {count} of {total} angle-of-attack readings {what}"))
         .collect();
     PodHistory { alpha_rad, warnings }
 }

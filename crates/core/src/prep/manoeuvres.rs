@@ -90,7 +90,7 @@ pub enum PassedOver {
 
 impl PassedOver {
     /// The reason in words.
-    pub fn words(self) -> &'static str {
+    pub fn reason(self) -> &'static str {
         match self {
             Self::Small => "too small",
             Self::NotRested => "without rest before",

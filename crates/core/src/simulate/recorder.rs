@@ -207,24 +207,24 @@ impl Stream {
 
 /// Value of a reading in SI (the pod's number as it is), before errors.
 fn read(reading: Reading, values: &Quantities) -> f64 {
-    let of = |quantity: Quantity| values[quantity as usize];
+    let value_of = |quantity: Quantity| values[quantity as usize];
     match reading {
-        Reading::Plain(quantity) => of(quantity),
-        Reading::NormalisedZ => of(Quantity::SensorForceZ) + crate::atmos::STANDARD_GRAVITY_M_S2,
-        Reading::MagneticHeading(declination_rad) => of(Quantity::HeadingUnwrapped) - declination_rad,
-        Reading::Pod => pod_number(of(Quantity::Alpha)),
+        Reading::Plain(quantity) => value_of(quantity),
+        Reading::NormalisedZ => value_of(Quantity::SensorForceZ) + crate::atmos::STANDARD_GRAVITY_M_S2,
+        Reading::MagneticHeading(declination_rad) => value_of(Quantity::HeadingUnwrapped) - declination_rad,
+        Reading::Pod => pod_number(value_of(Quantity::Alpha)),
         Reading::Fuel(tank) => {
             const POUND_KG: f64 = 0.453_592_37;
             let tanks =
                 [Quantity::TankMainRight, Quantity::TankMainLeft, Quantity::TankAuxRight, Quantity::TankAuxLeft];
-            probe_display_lb(tank, of(tanks[tank.min(3)]) / POUND_KG) * POUND_KG
+            probe_display_lb(tank, value_of(tanks[tank.min(3)]) / POUND_KG) * POUND_KG
         }
         Reading::MonitorPower(engine) => {
             let (speed, pressure) = match engine {
                 0 => (Quantity::Speed1, Quantity::Manifold1),
                 _ => (Quantity::Speed2, Quantity::Manifold2),
             };
-            monitor_power_w(EngineInput { speed_rad_s: of(speed), manifold_pressure_pa: of(pressure) })
+            monitor_power_w(EngineInput { speed_rad_s: value_of(speed), manifold_pressure_pa: value_of(pressure) })
         }
         Reading::SensorAngle(mount, axis) => wrap(mount.euler_rad(values)[axis.min(2)]),
     }

@@ -256,10 +256,10 @@ fn expected_errors(
     };
     let kept: Vec<usize> = (0..known.terms.len()).filter(|&index| stays(index)).collect();
     windows.iter_mut().for_each(|window| window.x = window.x.select_columns(&kept));
-    let of = |values: &[bool]| kept.iter().map(|&index| values[index]).collect::<Vec<bool>>();
+    let kept_values = |values: &[bool]| kept.iter().map(|&index| values[index]).collect::<Vec<bool>>();
     let regression = PooledRegression {
         names: kept.iter().map(|&index| known.terms[index].derivative_name(known.coefficient)).collect(),
-        per_window: of(&known.per_window),
+        per_window: kept_values(&known.per_window),
         constraints: kept.iter().map(|&index| known.constraints[index]).collect(),
         windows,
     };

@@ -86,7 +86,7 @@ impl Mismatch {
         let mut found = Self::default();
         let mut count = 0.0;
         for point in response.points.iter().filter(|point| point.is_value()) {
-            let ratio = point.response / point.seen(|omega| model.at(omega));
+            let ratio = point.response / point.through_windows(|omega| model.at(omega));
             let (db, phase) = (20.0 * ratio.norm().log10(), ratio.arg());
             let weight = (1.58 * (1.0 - (-point.coherence).exp())).powi(2);
             found.cost += 20.0 * weight * (db * db + 0.01745 * phase.to_degrees().powi(2));
@@ -131,11 +131,11 @@ pub fn fit_response(response: &FrequencyResponse, settings: &FitSettings) -> Res
         let mut residuals = DVector::from_element(points.len(), Complex::new(0.0, 0.0));
         let mut slopes = DMatrix::from_element(points.len(), parameters.len(), Complex::new(0.0, 0.0));
         for (row, (point, sample)) in points.iter().zip(&samples).enumerate() {
-            let seen = point.seen(|omega| model.at(omega));
+            let seen = point.through_windows(|omega| model.at(omega));
             let ratio = sample.response / seen;
             residuals[row] = Complex::new(ratio.norm().ln(), ratio.arg()) * sample.weight;
             for column in 0..parameters.len() {
-                let slope = point.seen(|omega| model.at(omega) * model.log_derivatives(omega)[column]);
+                let slope = point.through_windows(|omega| model.at(omega) * model.log_derivatives(omega)[column]);
                 slopes[(row, column)] = slope / seen * sample.weight;
             }
         }

@@ -68,7 +68,7 @@ impl ResponsePoint {
     }
 
     /// What the windows show of a response, its derivatives by central differences.
-    pub fn seen(&self, response: impl Fn(f64) -> Complex<f64>) -> Complex<f64> {
+    pub fn through_windows(&self, response: impl Fn(f64) -> Complex<f64>) -> Complex<f64> {
         let [first, second] = self.window_moments;
         let here = response(self.omega_rad_s);
         if first == Complex::new(0.0, 0.0) && second == first {

@@ -199,7 +199,7 @@ fn flow(equations: &Equations<'_>, velocity: &Vector3<f64>, altitude_m: f64) -> 
 fn variables(equations: &Equations<'_>, state: &StateVector, flow: &Flow, values: &VariableValues) -> Vec<Row> {
     let reference = equations.forces.reference();
     let airspeed = (state[0] * state[0] + state[1] * state[1] + state[2] * state[2]).sqrt();
-    let of = |variable: Variable| values[variable as usize];
+    let variable_value = |variable: Variable| values[variable as usize];
     let pressure = 0.5 * equations.density(state[11]).0 * airspeed * airspeed;
     // A rate times a length over the airspeed.
     let scaled = |rate: Row, length_m: f64, value: f64| rate * (length_m / airspeed) - flow.speed * (value / airspeed);
@@ -221,16 +221,16 @@ fn variables(equations: &Equations<'_>, state: &StateVector, flow: &Flow, values
         Variable::AlphaDot => unit(ALPHA_RATE) * (pitch / airspeed),
         Variable::Beta => flow.beta,
         Variable::BetaDot => unit(ALPHA_RATE + 1) * (lateral / airspeed),
-        Variable::RollRate => scaled(roll, lateral, of(variable)),
-        Variable::PitchRate => scaled(unit(4), pitch, of(variable)),
-        Variable::HalfPitchRate => scaled(unit(4), reference.chord_m / 2.0, of(variable)),
-        Variable::YawRate => scaled(yaw, lateral, of(variable)),
+        Variable::RollRate => scaled(roll, lateral, variable_value(variable)),
+        Variable::PitchRate => scaled(unit(4), pitch, variable_value(variable)),
+        Variable::HalfPitchRate => scaled(unit(4), reference.chord_m / 2.0, variable_value(variable)),
+        Variable::YawRate => scaled(yaw, lateral, variable_value(variable)),
         Variable::Aileron => unit(STATES),
         Variable::Elevator => unit(STATES + 1),
         Variable::Rudder => unit(STATES + 2),
-        Variable::PropellerPressure => over_pressure(of(variable)),
+        Variable::PropellerPressure => over_pressure(variable_value(variable)),
         Variable::ThrustCoefficient => {
-            flow.thrust * (1.0 / (pressure * reference.area_m2)) + over_pressure(of(variable))
+            flow.thrust * (1.0 / (pressure * reference.area_m2)) + over_pressure(variable_value(variable))
         }
         Variable::Airspeed => flow.speed,
         Variable::Altitude => unit(11),

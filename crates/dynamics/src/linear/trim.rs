@@ -158,17 +158,17 @@ impl<'a> Search<'a> {
     /// State and inputs of the unknowns.
     fn point(&self, values: &DVector<f64>) -> (StateVector, InputVector, f64) {
         let condition = self.condition;
-        let of =
+        let value_of =
             |wanted: Unknown| self.unknowns.iter().position(|&unknown| unknown == wanted).map(|index| values[index]);
-        let alpha = of(Unknown::Alpha).unwrap_or(0.0);
-        let phi = of(Unknown::Bank).unwrap_or(0.0);
-        let gamma = of(Unknown::Path).or(condition.gamma_rad).unwrap_or(0.0);
+        let alpha = value_of(Unknown::Alpha).unwrap_or(0.0);
+        let phi = value_of(Unknown::Bank).unwrap_or(0.0);
+        let gamma = value_of(Unknown::Path).or(condition.gamma_rad).unwrap_or(0.0);
         let (sin_alpha, cos_alpha) = alpha.sin_cos();
         let (across, climb) = (phi.cos() * sin_alpha, gamma.sin());
         // sin(gamma) = a sin(theta) - b cos(theta) with a = cos(alpha), b = cos(phi) sin(alpha), no sideslip.
         let root = (cos_alpha * cos_alpha - climb * climb + across * across).max(0.0).sqrt();
         let theta = (cos_alpha * across + climb * root).atan2(cos_alpha * cos_alpha - climb * climb);
-        let rate = of(Unknown::Rate).unwrap_or(0.0);
+        let rate = value_of(Unknown::Rate).unwrap_or(0.0);
         let rates = match condition.flight {
             SteadyFlight::Straight => Vector3::zeros(),
             SteadyFlight::PullUp(_) => Vector3::new(0.0, rate, 0.0),
@@ -192,8 +192,8 @@ impl<'a> Search<'a> {
             0.0,
             condition.altitude_m,
         ]);
-        let control = |index| of(Unknown::Control(index)).unwrap_or(0.0);
-        let thrust = of(Unknown::Thrust).unwrap_or(0.0) * weight;
+        let control = |index| value_of(Unknown::Control(index)).unwrap_or(0.0);
+        let thrust = value_of(Unknown::Thrust).unwrap_or(0.0) * weight;
         (state, InputVector::new(control(0), control(1), control(2), thrust), gamma)
     }
 

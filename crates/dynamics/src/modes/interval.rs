@@ -204,10 +204,10 @@ fn estimate(
 ) -> ModeEstimate {
     // Slope of a figure over each derivative; not a number where a side has no such mode.
     let gradient = |figure: Figure| -> Vec<f64> {
-        let of = |(change, sides): (&crate::linear::Change, &Sides)| {
+        let slope = |(change, sides): (&crate::linear::Change, &Sides)| {
             sides.map_or(f64::NAN, |(above, below)| (figure.signed(above) - figure.signed(below)) / (2.0 * change.step))
         };
-        sensitivities.changes.iter().zip(sides).map(of).collect()
+        sensitivities.changes.iter().zip(sides).map(slope).collect()
     };
     let covariance = |first: &[f64], second: &[f64]| {
         let mut sum = 0.0;
@@ -259,10 +259,11 @@ fn times(standard_error: f64, (low, high): (f64, f64)) -> Option<Interval> {
 
 /// Quantiles and standard deviation of a figure over the samples.
 fn sampled(figure: Figure, samples: &[Complex<f64>]) -> Option<Interval> {
-    let of = |figure: Figure| Interval::of_samples(samples.iter().map(|&value| figure.signed(value)).collect());
+    let sampled_interval =
+        |figure: Figure| Interval::of_samples(samples.iter().map(|&value| figure.signed(value)).collect());
     if figure == Figure::Time {
-        let real = of(Figure::Real)?;
-        return times(of(figure)?.standard_error, (real.low, real.high));
+        let real = sampled_interval(Figure::Real)?;
+        return times(sampled_interval(figure)?.standard_error, (real.low, real.high));
     }
-    of(figure)
+    sampled_interval(figure)
 }

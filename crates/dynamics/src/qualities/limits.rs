@@ -308,10 +308,10 @@ impl Limits {
 
     /// Limits of a measure for an aircraft: level, least and greatest value that meets it.
     pub fn bounds(&self, airplane: &Airplane, measure: Measure) -> Vec<(u8, Option<f64>, Option<f64>)> {
-        let of =
+        let applicable =
             self.limit.iter().filter(|limit| limit.measure == measure && limit.counts() && limit.applies(airplane));
-        let of = of.filter(|limit| limit.along.is_none());
-        of.map(|limit| (limit.level, limit.minimum, limit.maximum)).collect()
+        let applicable = applicable.filter(|limit| limit.along.is_none());
+        applicable.map(|limit| (limit.level, limit.minimum, limit.maximum)).collect()
     }
 
     /// Refuses a class the file has no limits for.

@@ -155,7 +155,7 @@ impl AircraftChanges {
 /// Sets the item that `key` leads to; `None` where it leads through what is no table.
 fn set(table: &mut dyn TableLike, key: &str, value: &ChangedValue) -> Option<()> {
     let Some((head, rest)) = key.split_once('.') else {
-        place(table, key, value);
+        set_value(table, key, value);
         return Some(());
     };
     if LISTS.contains(&head) {
@@ -202,7 +202,7 @@ fn set_in_list(table: &mut dyn TableLike, list: &str, rest: &str, value: &Change
 }
 
 /// Puts a value under a key, with the comment that stands there.
-fn place(table: &mut dyn TableLike, key: &str, value: &ChangedValue) {
+fn set_value(table: &mut dyn TableLike, key: &str, value: &ChangedValue) {
     let mut item = value.to_item();
     if item.is_none() {
         table.remove(key);

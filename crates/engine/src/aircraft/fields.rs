@@ -171,7 +171,7 @@ impl List<'_> {
     }
 
     /// A place; one that is not stated begins at the empty centre of gravity.
-    fn place(
+    fn add_position(
         &mut self,
         section: Section,
         (key, owner, name): (&str, &str, &'static str),
@@ -267,7 +267,7 @@ impl List<'_> {
         let part = Section::Mass;
         let empty = &aircraft.empty;
         self.number(part, ("mass.mass_kg", "empty", "mass"), MASS, (Some(empty.mass_kg), 1.0));
-        self.place(part, ("mass.cg_datum_m", "empty", "CG"), PlaceKind::Empty, Some(empty.cg_from_datum_m));
+        self.add_position(part, ("mass.cg_datum_m", "empty", "CG"), PlaceKind::Empty, Some(empty.cg_from_datum_m));
         let limits = &aircraft.limits;
         let most = (limits.max_takeoff_kg, 1.5 * empty.mass_kg);
         self.number(part, ("mass.max_takeoff_kg", "", "maximum take-off mass"), MASS, most);
@@ -281,7 +281,7 @@ impl List<'_> {
             let (key, owner) = (format!("fixed_item.{}", item.name), format!("fixed item {}", item.name));
             self.number(part, (&format!("{key}.mass_kg"), &owner, "mass"), MASS, (Some(item.mass_kg), item.mass_kg));
             let place = (format!("{key}.cg_datum_m"), Some(item.cg_from_datum_m));
-            self.place(part, (&place.0, &owner, "CG"), PlaceKind::Fixed, place.1);
+            self.add_position(part, (&place.0, &owner, "CG"), PlaceKind::Fixed, place.1);
         }
     }
 
@@ -306,7 +306,7 @@ impl List<'_> {
             let (key, owner) = (format!("inertia.group.{}", group.name), format!("group {}", group.name));
             self.number(part, (&format!("{key}.mass_kg"), &owner, "mass"), MASS, (Some(group.mass_kg), group.mass_kg));
             let place = format!("{key}.centroid_datum_m");
-            self.place(part, (&place, &owner, "centroid"), PlaceKind::Group, Some(group.centroid_from_datum_m));
+            self.add_position(part, (&place, &owner, "centroid"), PlaceKind::Group, Some(group.centroid_from_datum_m));
             self.shape(part, (&key, &owner), &group.inertia);
         }
     }
@@ -319,7 +319,7 @@ impl List<'_> {
             self.number(part, (&format!("{key}.capacity_kg"), &owner, "capacity"), MASS, capacity);
             self.number(part, (&format!("{key}.unusable_kg"), &owner, "unusable"), MASS, (Some(tank.unusable_kg), 0.0));
             let place = format!("{key}.cg_datum_m");
-            self.place(part, (&place, &owner, "CG"), PlaceKind::Tank, Some(tank.cg_from_datum_m));
+            self.add_position(part, (&place, &owner, "CG"), PlaceKind::Tank, Some(tank.cg_from_datum_m));
             self.shape(part, (&key, &owner), &tank.inertia);
         }
         let lists = [("seat", PlaceKind::Seat, &aircraft.seats), ("luggage", PlaceKind::Luggage, &aircraft.luggage)];
@@ -327,7 +327,7 @@ impl List<'_> {
             for station in stations {
                 let (key, owner) = (format!("{list}.{}", station.name), format!("{list} {}", station.name));
                 let place = format!("{key}.cg_datum_m");
-                self.place(part, (&place, &owner, "CG"), kind, Some(station.cg_from_datum_m));
+                self.add_position(part, (&place, &owner, "CG"), kind, Some(station.cg_from_datum_m));
                 let capacity = (station.capacity_kg, 100.0);
                 self.number(part, (&format!("{key}.capacity_kg"), &owner, "capacity"), MASS, capacity);
                 self.shape(part, (&key, &owner), &station.inertia);
@@ -344,14 +344,14 @@ impl List<'_> {
             ("sensors.beta_vane_datum_m", "beta vane", sensors.beta_vane_from_datum_m),
             ("sensors.antenna_datum_m", "antenna", sensors.antenna_from_datum_m),
         ] {
-            self.place(part, (key, name, "place"), PlaceKind::Sensor, value);
+            self.add_position(part, (key, name, "place"), PlaceKind::Sensor, value);
         }
         let reference = ("moment_reference.position_datum_m", "moment reference", "place");
-        self.place(part, reference, PlaceKind::Reference, aircraft.moment_reference_from_datum_m);
+        self.add_position(part, reference, PlaceKind::Reference, aircraft.moment_reference_from_datum_m);
         for engine in &aircraft.engines {
             let (key, owner) = (format!("engine.{}", engine.name), format!("engine {}", engine.name));
             let place = format!("{key}.position_datum_m");
-            self.place(part, (&place, &owner, "place"), PlaceKind::Engine, Some(engine.position_from_datum_m));
+            self.add_position(part, (&place, &owner, "place"), PlaceKind::Engine, Some(engine.position_from_datum_m));
             let incidence = (Some(engine.incidence_rad.to_degrees()), 0.0);
             let key = format!("{key}.incidence_deg");
             self.number(part, (&key, &owner, "incidence"), FieldUnit::Degrees, incidence);

@@ -57,13 +57,13 @@ impl Store {
         Ok(Self(folder))
     }
 
-    fn place(&self, job: &Job) -> PathBuf {
+    fn result_path(&self, job: &Job) -> PathBuf {
         self.0.join(format!("{}.json", job.key))
     }
 
     /// What a run found earlier; `None` where it is not finished, its file cannot be read, or one it read has changed since.
     pub fn get(&self, job: &Job) -> Option<Finished> {
-        let finished: Finished = serde_json::from_str(&std::fs::read_to_string(self.place(job)).ok()?).ok()?;
+        let finished: Finished = serde_json::from_str(&std::fs::read_to_string(self.result_path(job)).ok()?).ok()?;
         let is_unchanged = finished.files.iter().all(|(place, stamp)| FileStamp::read(place) == *stamp);
         is_unchanged.then_some(finished)
     }
@@ -73,7 +73,7 @@ impl Store {
     /// # Errors
     /// One line when it cannot be written.
     pub fn put(&self, job: &Job, finished: &Finished) -> Result<(), String> {
-        let place = self.place(job);
+        let place = self.result_path(job);
         let text = serde_json::to_string(finished).map_err(|error| error.to_string())?;
         replace(&place, text.as_bytes()).map_err(|error| format!("{}: {error}", place.display()))
     }

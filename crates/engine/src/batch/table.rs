@@ -60,7 +60,7 @@ fn columns(runs: &[(&Job, Finished)]) -> Vec<(String, Column)> {
         vec![("session".to_owned(), Column::Text(rows.iter().map(|row| Some(row.0.name.clone())).collect()))];
     for setting in settings {
         let value = |job: &Job| job.settings.iter().find(|(name, _)| name == setting).map(|(_, value)| value.clone());
-        columns.push((setting.to_owned(), of_setting(rows.iter().map(|(job, ..)| value(job)).collect())));
+        columns.push((setting.to_owned(), setting_column(rows.iter().map(|(job, ..)| value(job)).collect())));
     }
     let counts = rows.iter().map(|(_, row, _)| row.and_then(|row| i64::try_from(row.samples).ok())).collect();
     columns.extend([
@@ -77,7 +77,7 @@ fn columns(runs: &[(&Job, Finished)]) -> Vec<(String, Column)> {
 }
 
 /// Numbers where every value is one.
-fn of_setting(values: Vec<Option<String>>) -> Column {
+fn setting_column(values: Vec<Option<String>>) -> Column {
     let number = |value: &Option<String>| value.as_ref().map(|text| text.parse::<f64>().ok());
     let numbers: Vec<Option<Option<f64>>> = values.iter().map(number).collect();
     if numbers.iter().all(|number| *number != Some(None)) {

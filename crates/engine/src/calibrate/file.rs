@@ -23,10 +23,10 @@ pub fn read(folder: &Path, file: &str) -> Result<String, String> {
 pub fn calibrations(text: &str) -> Result<Vec<SensorCalibration>, String> {
     check(text)?;
     let file: toml::Table = toml::from_str(text).map_err(|error| error.to_string().replace('\n', " "))?;
-    let of = |table: &str| file.get(table).and_then(toml::Value::as_table);
+    let find_table = |table: &str| file.get(table).and_then(toml::Value::as_table);
     let mut all = Vec::new();
     let mut add = |kind, curve, range| all.push(SensorCalibration { kind, curve, range });
-    if let Some(control) = of("control") {
+    if let Some(control) = find_table("control") {
         let radius = number(control.get("drum_radius_mm"));
         add(SensorKind::Drum, Curve::Polynomial(vec![0.0, radius.to_radians()]), None);
         for (name, kind, slope) in [
@@ -42,7 +42,7 @@ pub fn calibrations(text: &str) -> Result<Vec<SensorCalibration>, String> {
             add(SensorKind::Pedal(word(pedal.get("sensor"))), curve, range);
         }
     }
-    for pod in of("air_data").into_iter().flat_map(|air_data| entries(air_data.get("pod"))) {
+    for pod in find_table("air_data").into_iter().flat_map(|air_data| entries(air_data.get("pod"))) {
         add(
             SensorKind::Pod(word(pod.get("flight"))),
             Curve::Exponential(numbers(pod.get("exponent"))),
@@ -97,7 +97,7 @@ fn put(document: &mut DocumentMut, kind: &SensorKind, fit: &CalibrationFit) -> O
         Curve::Table(_) => &[],
     };
     let line = || <[f64; 2]>::try_from(coefficients).ok();
-    let about = said(fit);
+    let about = fit_comment(fit);
     match kind {
         SensorKind::Drum => {
             let (radius, _) = fit.drum_radius_mm(kind)?;
@@ -136,7 +136,7 @@ fn put(document: &mut DocumentMut, kind: &SensorKind, fit: &CalibrationFit) -> O
 }
 
 /// What a comment says of a fit: how good it is, and the readings.
-fn said(fit: &CalibrationFit) -> String {
+fn fit_comment(fit: &CalibrationFit) -> String {
     let readings: Vec<String> = fit.points.iter().map(|[x, y]| format!("{x} {y}")).collect();
     format!(
         "# fitted to {} readings, R2 {:.5}, residuals {:.3} rms: {}\n",

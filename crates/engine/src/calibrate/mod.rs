@@ -113,7 +113,7 @@ impl Curve {
     }
 
     /// Its numbers in words: `a0 ... an`, or how many points it has.
-    pub fn words(&self) -> String {
+    pub fn summary(&self) -> String {
         match self {
             Self::Polynomial(all) | Self::Exponential(all) => {
                 all.iter().enumerate().map(|(k, value)| format!("a{k} {value:.4e}")).collect::<Vec<_>>().join(", ")

@@ -68,7 +68,7 @@ pub fn statement(model: &IdentifiedModel) -> String {
     let lag = match model.control_lags.shared_s() {
         Some(0.0) => String::new(),
         Some(lag_s) => format!(" Deflections act through a first-order lag of {} s.", number(lag_s)),
-        None => format!(" Deflections act late (first-order lag, delay): {}.", model.control_lags.words()),
+        None => format!(" Deflections act late (first-order lag, delay): {}.", model.control_lags.summary()),
     };
     let mean = if model.coefficients.iter().any(|c| c.mean_constant) {
         " Constants are means of one constant per manoeuvre, weighted by samples."

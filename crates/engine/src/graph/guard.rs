@@ -51,10 +51,10 @@ fn crate_path(file: &str) -> &str {
 
 /// The error of a panic.
 fn line(what: &str, panic: &(dyn Any + Send)) -> String {
-    let said = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
-    let said = said.unwrap_or("panic").lines().next().unwrap_or_default();
+    let message = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
+    let message = message.unwrap_or("panic").lines().next().unwrap_or_default();
     let place = PLACE.lock().unwrap_or_else(PoisonError::into_inner).take().unwrap_or_default();
-    format!("{what}: internal error of doublet at {place}: {said}; report it with the session and its recordings")
+    format!("{what}: internal error of doublet at {place}: {message}; report it with the session and its recordings")
 }
 
 #[cfg(test)]

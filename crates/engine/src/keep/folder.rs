@@ -182,7 +182,7 @@ impl Staging {
             }
         }
         files.write(self.path()).map_err(&failed)?;
-        self.place(&plan, &files).map_err(&failed)?;
+        self.move_to_target(&plan, &files).map_err(&failed)?;
         let kept = plan.changed.iter().filter(|(_, to)| !to.is_empty());
         let kept = kept.map(|(was, to)| (self.named.join(was), self.named.join(to))).collect();
         Ok(Put { folder: self.named.clone(), files: written, kept })
@@ -220,7 +220,7 @@ impl Staging {
         }
     }
 
-    fn place(&mut self, plan: &Plan, files: &Manifest) -> io::Result<()> {
+    fn move_to_target(&mut self, plan: &Plan, files: &Manifest) -> io::Result<()> {
         if !self.target.exists() {
             std::fs::rename(self.path(), &self.target)?;
         } else if self.path().parent() == Some(folder_of(&self.target))

@@ -165,10 +165,10 @@ fn derivatives(
     row.predicted
         .iter()
         .filter_map(|own| {
-            let of = |flight: &(Vec<crate::study::Estimate>, Extremes)| {
+            let estimate_and_error = |flight: &(Vec<crate::study::Estimate>, Extremes)| {
                 flight.0.iter().find(|estimate| estimate.0 == own.name).map(|estimate| (estimate.1, estimate.3))
             };
-            let all: Vec<(f64, f64)> = flights.iter().map(of).collect::<Option<_>>()?;
+            let all: Vec<(f64, f64)> = flights.iter().map(estimate_and_error).collect::<Option<_>>()?;
             let count = all.len() as f64;
             let mean = all.iter().map(|one| one.0).sum::<f64>() / count;
             Some(DesignedDerivative {

@@ -23,7 +23,7 @@ pub fn initial(
     configuration: Option<&str>,
 ) -> Vec<(String, String)> {
     let first = |signal: Signal| measured.get(signal).first().copied();
-    let of = |signal: Signal| stated(first(signal), signal.dimension());
+    let stated_signal = |signal: Signal| stated(first(signal), signal.dimension());
     let altitude = aero.data.altitude_m.as_ref().and_then(|altitude| altitude.first().copied());
     let deflections = Surface::ALL.map(|surface| {
         let value = deflection(surface, aero).and_then(|values| values.first().copied());
@@ -40,18 +40,25 @@ pub fn initial(
     let chord = chord.map(|part| format!(", {} % of the mean chord", significant(100.0 * part, 3))).unwrap_or_default();
     let turned = first(Signal::HeadingAngle).map(|psi| psi.rem_euclid(TAU));
     let facts = [
-        ("Airspeed", format!("{} (true)", of(Signal::Airspeed))),
+        ("Airspeed", format!("{} (true)", stated_signal(Signal::Airspeed))),
         ("Pressure altitude", stated(altitude, Dimension::Length)),
         (
             "Attitude",
             format!(
                 "bank {}, pitch {}, heading {}",
-                of(Signal::BankAngle),
-                of(Signal::PitchAngle),
+                stated_signal(Signal::BankAngle),
+                stated_signal(Signal::PitchAngle),
                 stated(turned, Dimension::Angle)
             ),
         ),
-        ("Flow angles", format!("angle of attack {}, sideslip {}", of(Signal::AngleOfAttack), of(Signal::Sideslip))),
+        (
+            "Flow angles",
+            format!(
+                "angle of attack {}, sideslip {}",
+                stated_signal(Signal::AngleOfAttack),
+                stated_signal(Signal::Sideslip)
+            ),
+        ),
         ("Controls", deflections.join(", ")),
         ("Mass", mass.map_or(NOT_GIVEN.to_owned(), |mass| format!("{} kg", significant(mass.mass_kg, 5)))),
         (

@@ -230,7 +230,7 @@ fn results(found: &Qualification) -> Table {
     let columns = [("id", "Test"), ("title", "Title"), ("window", "Manoeuvre"), ("kind", "Kind"), ("result", "Result")];
     let rows = found.tests.iter().map(|test| {
         let window = test.window.as_deref().unwrap_or("none");
-        [test.id.as_str(), &test.title, window, test.kind, test.outcome.words()].map(Cell::text).into()
+        [test.id.as_str(), &test.title, window, test.kind, test.outcome.label()].map(Cell::text).into()
     });
     Table {
         name: "results".to_owned(),
@@ -242,7 +242,7 @@ fn results(found: &Qualification) -> Table {
 
 /// The page of a test.
 fn page(test: &QualificationTest) -> Section {
-    let mut blocks = vec![Block::Outcome(test.outcome.level(), format!("{}: {}", test.outcome.words(), test.reason))];
+    let mut blocks = vec![Block::Outcome(test.outcome.level(), format!("{}: {}", test.outcome.label(), test.reason))];
     blocks.push(Block::Facts(test.page.facts.clone()));
     if !test.page.initial.is_empty() {
         blocks.push(Block::Heading("Initial conditions".to_owned()));

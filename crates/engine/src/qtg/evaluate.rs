@@ -119,7 +119,7 @@ pub fn evaluate(session: &Session, snapshot: &Snapshot, file: &TestFile) -> Stag
         session_sha256: session_sha256(session),
         rule: file.rule.name.clone(),
         edition: file.rule.edition.clone(),
-        percent: file.reading.percent.words(),
+        percent: file.reading.percent.reference_description(),
         engineering_data: file.is_engineering_data,
         passed: count(Some(true)),
         failed: count(Some(false)),
@@ -335,7 +335,7 @@ impl Evaluation<'_> {
         test.data = Some(data::copy(&test.id, &flown, aero));
         let loaded = self.snapshot.flights.get(&manoeuvre.flight).and_then(|slot| slot.ready());
         let recording = loaded.map(|loaded| &loaded.recording);
-        test.page.facts.extend(pages::of_record(manoeuvre, aero, recording, moved, test.data.as_ref()));
+        test.page.facts.extend(pages::record_facts(manoeuvre, aero, recording, moved, test.data.as_ref()));
         test.page.figure = Some(pages::figure(&test.id, manoeuvre, &flown, aero));
     }
 
@@ -415,15 +415,16 @@ impl Evaluation<'_> {
                 return;
             }
         };
-        let of = |values: &snapshot::Values, quantity: Quantity| {
+        let value_of = |values: &snapshot::Values, quantity: Quantity| {
             values.iter().find(|(known, _)| *known == quantity).map(|(_, value)| *value)
         };
-        let rows =
-            values(requirements, &|quantity| of(&found.flight, quantity), &|quantity| of(&found.model, quantity));
+        let rows = values(requirements, &|quantity| value_of(&found.flight, quantity), &|quantity| {
+            value_of(&found.model, quantity)
+        });
         test.outcome = if met(&rows, requirements.len()) { Outcome::Passed } else { Outcome::Failed };
         test.reason = over_values(&rows, requirements.len());
         test.values = rows;
-        test.page.facts.extend(pages::of_snapshot(manoeuvre, span_s, trim));
+        test.page.facts.extend(pages::snapshot_facts(manoeuvre, span_s, trim));
     }
 }
 

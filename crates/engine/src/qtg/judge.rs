@@ -69,10 +69,10 @@ pub fn values(
 pub fn met(rows: &[ValueRow], requirements: usize) -> bool {
     let judged: Vec<bool> = (1..=requirements)
         .filter_map(|requirement| {
-            let mut of =
+            let mut outcomes =
                 rows.iter().filter(|row| row.requirement == requirement).filter_map(|row| row.passed).peekable();
-            of.peek()?;
-            Some(of.any(|passed| passed))
+            outcomes.peek()?;
+            Some(outcomes.any(|passed| passed))
         })
         .collect();
     !judged.is_empty() && judged.iter().all(|passed| *passed)
@@ -81,11 +81,11 @@ pub fn met(rows: &[ValueRow], requirements: usize) -> bool {
 /// Which requirements are met, missed or without numbers, in words.
 pub(crate) fn over_values(rows: &[ValueRow], requirements: usize) -> String {
     let words = (1..=requirements).map(|requirement| {
-        let of: Vec<&ValueRow> = rows.iter().filter(|row| row.requirement == requirement).collect();
-        let mut names: Vec<String> = of.iter().map(|row| named(&row.parameter)).collect();
+        let own_rows: Vec<&ValueRow> = rows.iter().filter(|row| row.requirement == requirement).collect();
+        let mut names: Vec<String> = own_rows.iter().map(|row| named(&row.parameter)).collect();
         names.dedup();
         let names = names.join(" or ");
-        let judged: Vec<bool> = of.iter().filter_map(|row| row.passed).collect();
+        let judged: Vec<bool> = own_rows.iter().filter_map(|row| row.passed).collect();
         match judged.as_slice() {
             [] => format!("{names} not judged: no data"),
             some if some.contains(&true) => format!("{names} inside"),

@@ -91,8 +91,8 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// Words on the page.
-    pub fn words(self) -> &'static str {
+    /// What the page says.
+    pub fn label(self) -> &'static str {
         match self {
             Self::Passed => "PASS",
             Self::Failed => "FAIL",

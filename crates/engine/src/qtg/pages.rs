@@ -96,7 +96,11 @@ fn asked_for(record: &RecordDemand) -> String {
 }
 
 /// How a snapshot is evaluated and where its data are.
-pub(crate) fn of_snapshot(window: &Manoeuvre, [from_s, to_s]: [f64; 2], trim: Option<&str>) -> Vec<(String, String)> {
+pub(crate) fn snapshot_facts(
+    window: &Manoeuvre,
+    [from_s, to_s]: [f64; 2],
+    trim: Option<&str>,
+) -> Vec<(String, String)> {
     let mut facts = vec![
         (
             "Automatic procedure",
@@ -117,7 +121,7 @@ pub(crate) fn of_snapshot(window: &Manoeuvre, [from_s, to_s]: [f64; 2], trim: Op
 }
 
 /// What drives the model, how the test is evaluated, and where the validation data are.
-pub(crate) fn of_record(
+pub(crate) fn record_facts(
     window: &Manoeuvre,
     aero: &WindowAero,
     recording: Option<&Recording>,
@@ -191,8 +195,8 @@ pub fn figure(id: &str, window: &Manoeuvre, replay: &WindowReplay, aero: &Window
     let mut signals: Vec<Signal> = signals.iter().copied().chain(further).collect();
     // What is judged comes first.
     signals.sort_by_key(|signal| !judged(*signal));
-    let of = |signal: &Signal| replay.series.iter().find(|series| series.signal == *signal);
-    let mut panels: Vec<Panel> = signals.iter().filter_map(of).map(signal_panel).collect();
+    let replayed = |signal: &Signal| replay.series.iter().find(|series| series.signal == *signal);
+    let mut panels: Vec<Panel> = signals.iter().filter_map(replayed).map(signal_panel).collect();
     panels.extend(surfaces.iter().filter_map(|surface| control_panel(*surface, replay, aero)));
     let band = if replay.series.iter().any(|series| series.half_band.is_some()) {
         " with the tolerance band (the widest if a parameter has several)"

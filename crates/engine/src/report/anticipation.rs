@@ -35,8 +35,8 @@ pub fn anticipation_chart(study: &DynamicsStudy) -> Option<AnticipationChart> {
     let bounds = |measure: Measure| study.limits.bounds(&study.airplane, measure);
     let (damping, cap) = (bounds(Measure::ShortPeriodDamping), bounds(Measure::Cap));
     let levels = (1..=3_u8).filter_map(|level| {
-        let of = |rows: &[(u8, Option<f64>, Option<f64>)]| rows.iter().find(|row| row.0 == level).copied();
-        let ((_, left, right), (_, low, high)) = (of(&damping)?, of(&cap)?);
+        let row_of_level = |rows: &[(u8, Option<f64>, Option<f64>)]| rows.iter().find(|row| row.0 == level).copied();
+        let ((_, left, right), (_, low, high)) = (row_of_level(&damping)?, row_of_level(&cap)?);
         Some((level, boundary([left, right], [low, high], &ranges)))
     });
     let levels = levels.collect();
@@ -45,8 +45,8 @@ pub fn anticipation_chart(study: &DynamicsStudy) -> Option<AnticipationChart> {
 }
 
 fn point(measures: &Measures) -> Option<[f64; 2]> {
-    let of = |measure: Measure| measures.get(measure).filter(|value| *value > 0.0).map(f64::log10);
-    Some([of(Measure::ShortPeriodDamping)?, of(Measure::Cap)?])
+    let log_measure = |measure: Measure| measures.get(measure).filter(|value| *value > 0.0).map(f64::log10);
+    Some([log_measure(Measure::ShortPeriodDamping)?, log_measure(Measure::Cap)?])
 }
 
 /// A box in logarithms, from its upper left corner round; sides without limit are left open.

@@ -134,7 +134,7 @@ fn flights(session: &Session, snapshot: &Snapshot) -> Vec<FlightRow> {
         let physics = snapshot.physics.get(&flight.name).and_then(|slot| slot.ready());
         FlightRow {
             name: flight.name.clone(),
-            date: loaded.utc_start_s.and_then(date::of_instant),
+            date: loaded.utc_start_s.and_then(date::format_instant),
             roles: loaded.recording.roles.keys().map(|role| role.name().to_owned()).collect(),
             channels: channels(&loaded.recording),
             clocks: loaded.clocks.iter().map(clock_row).collect(),

@@ -26,7 +26,7 @@ pub struct GustRow {
 
 impl GustRow {
     /// In words.
-    pub fn words(&self) -> String {
+    pub fn summary(&self) -> String {
         if !self.applied {
             return "not significant".to_owned();
         }
@@ -45,13 +45,13 @@ pub fn gusts(snapshot: &Snapshot) -> Option<GustRow> {
     for path in snapshot.windows.values().filter_map(|results| results.path.ready()) {
         let path = &path.reconstruction;
         let states = path.smoothed.as_ref().map_or(&path.states, |smoothed| &smoothed.states);
-        let of = |state: State| states[state as usize].as_slice();
+        let state_values = |state: State| states[state as usize].as_slice();
         let count = path.time_s.len() as f64;
-        let (u, w) = (of(State::VelocityU), of(State::VelocityW));
+        let (u, w) = (state_values(State::VelocityU), state_values(State::VelocityW));
         let alpha: Vec<f64> = w.iter().zip(u).map(|(w, u)| w.atan2(*u)).collect();
-        let flow: Vec<f64> = of(State::WindDown).iter().zip(u).map(|(wind, u)| wind / u.max(1.0)).collect();
-        let horizontal = 0.5 * (variance(of(State::WindNorth)) + variance(of(State::WindEast)));
-        let found = [horizontal, variance(of(State::WindDown)), variance(&flow), variance(&alpha)];
+        let flow: Vec<f64> = state_values(State::WindDown).iter().zip(u).map(|(wind, u)| wind / u.max(1.0)).collect();
+        let horizontal = 0.5 * (variance(state_values(State::WindNorth)) + variance(state_values(State::WindEast)));
+        let found = [horizontal, variance(state_values(State::WindDown)), variance(&flow), variance(&alpha)];
         squares.iter_mut().zip(found).for_each(|(sum, variance)| *sum += count * variance);
         samples += count;
     }
@@ -81,14 +81,14 @@ pub struct DelayRow {
 
 impl DelayRow {
     /// In words.
-    pub fn words(&self) -> String {
+    pub fn summary(&self) -> String {
         format!("{} {:.0} ± {:.0} ms", self.measurements.join(", "), 1e3 * self.delay_s, 1e3 * self.standard_error_s)
     }
 }
 
 /// The delays that the filter takes, in words; none where it takes none.
 pub fn applied_delays(rows: &[DelayRow]) -> Option<String> {
-    let applied: Vec<String> = rows.iter().filter(|row| row.applied).map(DelayRow::words).collect();
+    let applied: Vec<String> = rows.iter().filter(|row| row.applied).map(DelayRow::summary).collect();
     (!applied.is_empty()).then(|| applied.join("; "))
 }
 

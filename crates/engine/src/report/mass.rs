@@ -66,7 +66,7 @@ pub fn mass_properties(session: &Session, snapshot: &Snapshot) -> Option<MassRow
 /// Mass properties over one flight.
 pub(crate) fn flown_masses(flown: &FlownMass) -> FlownMassRow {
     FlownMassRow {
-        fuel: flown.fuel.words().to_owned(),
+        fuel: flown.fuel.description().to_owned(),
         start_s: flown.start.time_s,
         start: flown_row(&flown.start),
         end_s: flown.end.time_s,

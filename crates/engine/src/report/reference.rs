@@ -31,11 +31,11 @@ pub fn reference(path: &Path) -> Result<Reference, String> {
     let bytes = doublet_core::load::read_bytes(path).map_err(|error| format!("{place}: {error}"))?;
     let text = String::from_utf8_lossy(&bytes);
     let found = if text.trim_start().starts_with('{') {
-        of_results(&text)
+        read_results(&text)
     } else if text.lines().next().is_some_and(|line| line.to_lowercase().contains("derivative")) {
-        of_table(&text)
+        read_table(&text)
     } else {
-        of_listing(path)
+        read_listing(path)
     };
     let values = found.map_err(|error| format!("{place}: {error}"))?;
     if values.is_empty() {
@@ -50,7 +50,7 @@ pub fn reference(path: &Path) -> Result<Reference, String> {
 
 type Values = Vec<(String, f64, Option<f64>)>;
 
-fn of_results(text: &str) -> Result<Values, String> {
+fn read_results(text: &str) -> Result<Values, String> {
     let results: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
     if results["format"] != super::results::FORMAT {
         return Err(format!("its format is not '{}'", super::results::FORMAT));
@@ -64,7 +64,7 @@ fn of_results(text: &str) -> Result<Values, String> {
     Ok(rows.filter_map(value).collect())
 }
 
-fn of_table(text: &str) -> Result<Values, String> {
+fn read_table(text: &str) -> Result<Values, String> {
     let cells = |line: &str| line.split(',').map(|cell| cell.trim().trim_matches('"').to_owned()).collect::<Vec<_>>();
     let mut lines = text.lines().filter(|line| !line.trim().is_empty());
     let head = cells(lines.next().unwrap_or_default());
@@ -86,7 +86,7 @@ fn of_table(text: &str) -> Result<Values, String> {
     Ok(values)
 }
 
-fn of_listing(path: &Path) -> Result<Values, String> {
+fn read_listing(path: &Path) -> Result<Values, String> {
     let listing = DatcomListing::read(path).map_err(|error| error.to_string())?;
     let alpha_rad = listing.level_flight_alpha_rad().ok_or("angle of attack in level flight unknown")?;
     let found = listing.derivatives(alpha_rad, &PredictionOptions::default()).map_err(|error| error.to_string())?;

@@ -145,17 +145,17 @@ fn path_settings(session: &Session) -> (&FilterSettings, PathSource) {
     (&session.filter, session.preparation.path)
 }
 
-fn of_window<'s>(snapshot: &'s mut Snapshot, name: &str) -> &'s mut WindowResults {
+fn window_results_mut<'s>(snapshot: &'s mut Snapshot, name: &str) -> &'s mut WindowResults {
     snapshot.windows.entry(name.to_owned()).or_default()
 }
 
-fn of_flight<'s, T>(slots: &'s mut BTreeMap<String, Slot<T>>, flight: &Flight) -> &'s mut Slot<T> {
+fn flight_slot_mut<'s, T>(slots: &'s mut BTreeMap<String, Slot<T>>, flight: &Flight) -> &'s mut Slot<T> {
     slots.entry(flight.name.clone()).or_default()
 }
 
 impl<'a> Run<'a> {
     /// Shows what a stage came to in its slot; hands on the output, where there is one.
-    fn show<T>(
+    fn store_result<T>(
         &self,
         result: Result<Keyed<T>, StageError>,
         slot: impl FnOnce(&mut Snapshot) -> &mut Slot<T>,
@@ -175,7 +175,7 @@ impl<'a> Run<'a> {
         inputs: S::Inputs<'_>,
         slot: impl FnOnce(&mut Snapshot) -> &mut Slot<S::Output>,
     ) -> Result<Option<Keyed<S::Output>>, Cancelled> {
-        self.show(self.context.get::<S>(params, inputs), slot)
+        self.store_result(self.context.get::<S>(params, inputs), slot)
     }
 
     fn stages(&self) -> Result<(), Cancelled> {
@@ -204,7 +204,7 @@ impl<'a> Run<'a> {
             self.compute::<ProofOfMatch>(input.settings, (&windows, &pooled), |snapshot| &mut snapshot.proof)?;
             let engines = |ReadFlight { flight, loaded, .. }: &ReadFlight<'_>| {
                 let inputs = (loaded, aircraft);
-                self.compute::<FlightEngines>((), inputs, |snapshot| of_flight(&mut snapshot.engines, flight))
+                self.compute::<FlightEngines>((), inputs, |snapshot| flight_slot_mut(&mut snapshot.engines, flight))
                     .map(|_| ())
             };
             flights.par_iter().try_for_each(engines)?;
@@ -268,8 +268,8 @@ impl<'a> Run<'a> {
             let state = LoadedState::new("on board", &loaded.loaded.aircraft, &loaded.loading);
             Keyed::new(state.into(), loaded.key())
         });
-        self.show(state.map_err(Clone::clone), |snapshot| &mut snapshot.loaded)?;
-        Ok(self.show(aircraft, |snapshot| &mut snapshot.aircraft)?.zip(loaded.ok()))
+        self.store_result(state.map_err(Clone::clone), |snapshot| &mut snapshot.loaded)?;
+        Ok(self.store_result(aircraft, |snapshot| &mut snapshot.aircraft)?.zip(loaded.ok()))
     }
 
     /// What is left where there is no aircraft.
@@ -301,14 +301,14 @@ impl<'a> Run<'a> {
         };
         let one = |flight: &'a Flight| -> Result<Option<ReadFlight<'a>>, Cancelled> {
             let loaded = self.context.get::<LoadedFlight>(&flight.without_loading(), ());
-            let loaded = self.show(loaded, |snapshot| of_flight(&mut snapshot.flights, flight))?;
+            let loaded = self.store_result(loaded, |snapshot| flight_slot_mut(&mut snapshot.flights, flight))?;
             if loaded.is_none() {
                 self.builder.update(|snapshot| {
-                    of_flight(&mut snapshot.flown, flight).fail(&"the flight could not be read".into());
-                    *of_flight(&mut snapshot.engines, flight) = Slot::NotRequested;
-                    *of_flight(&mut snapshot.physics, flight) = Slot::NotRequested;
-                    *of_flight(&mut snapshot.proposals, flight) = Slot::NotRequested;
-                    *of_flight(&mut snapshot.noise, flight) = Slot::NotRequested;
+                    flight_slot_mut(&mut snapshot.flown, flight).fail(&"the flight could not be read".into());
+                    *flight_slot_mut(&mut snapshot.engines, flight) = Slot::NotRequested;
+                    *flight_slot_mut(&mut snapshot.physics, flight) = Slot::NotRequested;
+                    *flight_slot_mut(&mut snapshot.proposals, flight) = Slot::NotRequested;
+                    *flight_slot_mut(&mut snapshot.noise, flight) = Slot::NotRequested;
                 })?;
             }
             // Every loading has mass properties: nothing but a stop fails here.
@@ -325,7 +325,7 @@ impl<'a> Run<'a> {
             let Some(aircraft) = aircraft else { continue };
             let windows: Vec<_> = self.windows.iter().copied().filter(|window| window.flight == flight.name).collect();
             let inputs = (aircraft, loaded);
-            self.compute::<FlownMass>(&windows, inputs, |snapshot| of_flight(&mut snapshot.flown, flight))?;
+            self.compute::<FlownMass>(&windows, inputs, |snapshot| flight_slot_mut(&mut snapshot.flown, flight))?;
         }
         Ok(())
     }
@@ -335,7 +335,7 @@ impl<'a> Run<'a> {
             return Err(Cancelled);
         }
         self.builder.step(|snapshot| {
-            of_window(snapshot, &manoeuvre.name).each_mut("", &mut |_, slot| slot.fail(error));
+            window_results_mut(snapshot, &manoeuvre.name).each_mut("", &mut |_, slot| slot.fail(error));
         })
     }
 
@@ -459,7 +459,7 @@ impl<'a> Run<'a> {
             // What that takes for a while is not beside what the coefficients of a long window take.
             path.assessment();
         }
-        self.show(Ok(path.clone()), |snapshot| &mut of_window(snapshot, &manoeuvre.name).path)?;
+        self.store_result(Ok(path.clone()), |snapshot| &mut window_results_mut(snapshot, &manoeuvre.name).path)?;
         let study = match aircraft {
             Some(aircraft) => self.form_coefficients(session, manoeuvre, (flight, &samples, path, aircraft))?,
             None => None,
@@ -490,8 +490,8 @@ impl<'a> Run<'a> {
             self.context.get::<WindowFits>((manoeuvre, &session.structure, &session.estimation), aero)
         };
         let fits = aero.as_ref().map_err(Clone::clone).and_then(fit);
-        let aero = self.show(aero, |snapshot| &mut of_window(snapshot, &manoeuvre.name).aero)?;
-        let fits = self.show(fits, |snapshot| &mut of_window(snapshot, &manoeuvre.name).fits)?;
+        let aero = self.store_result(aero, |snapshot| &mut window_results_mut(snapshot, &manoeuvre.name).aero)?;
+        let fits = self.store_result(fits, |snapshot| &mut window_results_mut(snapshot, &manoeuvre.name).fits)?;
         Ok(aero.zip(fits).map(|(aero, fits)| StudyWindow { manoeuvre, flight, aircraft, path, aero, fits }))
     }
 
@@ -500,13 +500,13 @@ impl<'a> Run<'a> {
         let aero: Vec<_> = windows.iter().map(|window| (window.manoeuvre, &window.aero)).collect();
         let by = |structure: &Structure| self.context.get::<PooledFits>((structure, &session.estimation), &aero);
         let pooled = by(&session.structure);
-        let pooled = self.show(pooled, |snapshot| &mut snapshot.pooled)?.ok_or(Cancelled)?;
+        let pooled = self.store_result(pooled, |snapshot| &mut snapshot.pooled)?.ok_or(Cancelled)?;
         // Derivatives are shown at once; the errors of the path, which take a path more for each, follow.
-        self.builder.show();
+        self.builder.publish_now();
         let pooled = self.widen(session, windows, pooled)?;
         let second = session.second_structure.as_ref().ok_or(StageError::NotApplicable).and_then(by);
-        self.show(second, |snapshot| &mut snapshot.second)?;
-        self.builder.show();
+        self.store_result(second, |snapshot| &mut snapshot.second)?;
+        self.builder.publish_now();
         Ok(pooled)
     }
 
@@ -533,7 +533,7 @@ impl<'a> Run<'a> {
     fn examine_flights(&self, flights: &[ReadFlight<'_>]) -> Result<(), Cancelled> {
         let physics = |ReadFlight { flight, loaded, .. }: &ReadFlight<'_>| {
             let recordings = &flight.recordings;
-            self.compute::<FlightPhysics>(recordings, loaded, |snapshot| of_flight(&mut snapshot.physics, flight))
+            self.compute::<FlightPhysics>(recordings, loaded, |snapshot| flight_slot_mut(&mut snapshot.physics, flight))
                 .map(|_| ())
         };
         let (physics, noise) =
@@ -544,7 +544,9 @@ impl<'a> Run<'a> {
     /// What the flights propose as manoeuvres and as steady, and the noise seen there.
     fn find_manoeuvres_and_noise(&self, flights: &[ReadFlight<'_>]) -> Result<(), Cancelled> {
         let propose = |ReadFlight { flight, loaded, .. }: &ReadFlight<'_>| {
-            self.compute::<FlightProposals>(&flight.name, loaded, |snapshot| of_flight(&mut snapshot.proposals, flight))
+            self.compute::<FlightProposals>(&flight.name, loaded, |snapshot| {
+                flight_slot_mut(&mut snapshot.proposals, flight)
+            })
         };
         let proposals: Vec<_> = flights.par_iter().map(propose).collect::<Result<_, _>>()?;
         let known = flights.iter().zip(&proposals);

@@ -399,7 +399,7 @@ impl Snapshot {
     pub fn on_board(&self, session: &Session) -> Option<(&LoadedState, &str)> {
         let flown = session.flights.iter().find_map(|flight| self.flown.get(&flight.name)?.latest());
         match flown {
-            Some(flown) => Some((&flown.start.state, flown.fuel.words())),
+            Some(flown) => Some((&flown.start.state, flown.fuel.description())),
             None => Some((self.loaded.latest()?.as_ref(), "fuel of the loading: no flight is read")),
         }
     }

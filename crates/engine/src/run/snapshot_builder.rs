@@ -42,7 +42,7 @@ impl<'a> SnapshotBuilder<'a> {
         let due = Mutex::new(Instant::now() + calm);
         let builder = Self { snapshot: Mutex::new(snapshot), due, publish, control, steps, done: Mutex::new(0) };
         if is_first {
-            builder.show();
+            builder.publish_now();
         }
         builder
     }
@@ -65,7 +65,7 @@ impl<'a> SnapshotBuilder<'a> {
     }
 
     /// Publishes what there is, whenever the last time was.
-    pub(super) fn show(&self) {
+    pub(super) fn publish_now(&self) {
         *lock(&self.due) = Instant::now() + PUBLISH_INTERVAL;
         let copy = lock(&self.snapshot).clone();
         (self.publish)(copy);

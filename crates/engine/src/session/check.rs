@@ -23,7 +23,7 @@ pub const MOST_WINDOWS: usize = 10_000;
 
 /// A finding that stops the whole run.
 pub(super) fn contradiction(place: String, text: impl Into<String>, cure: &str) -> Finding {
-    Finding::new(Level::Bad, CONTRADICTION, place, text).with_cure(cure)
+    Finding::new(Level::Bad, CONTRADICTION, place, text).with_fix_text(cure)
 }
 
 /// Whether a finding of [`check`] leaves nothing to compute; the others cost the run the window or flight they name.
@@ -145,11 +145,11 @@ fn windows(session: &Session, found: &mut Vec<Finding>) {
         if session.flight(flight).is_none() {
             let text = format!("it lies in flight '{flight}', which the session does not have");
             let cure = "name one of the session's flights";
-            found.push(Finding::new(Level::Bad, WINDOW, place.clone(), text).with_cure(cure));
+            found.push(Finding::new(Level::Bad, WINDOW, place.clone(), text).with_fix_text(cure));
         }
         if !(start_s.is_finite() && end_s.is_finite() && end_s > start_s) {
             let text = format!("from {start_s} s to {end_s} s it is empty");
-            let finding = Finding::new(Level::Bad, WINDOW, place, text).with_cure("set its end after its start");
+            let finding = Finding::new(Level::Bad, WINDOW, place, text).with_fix_text("set its end after its start");
             found.push(finding.with_setting("Manoeuvres", ""));
         }
     }
@@ -158,7 +158,8 @@ fn windows(session: &Session, found: &mut Vec<Finding>) {
             if !(start_s.is_finite() && end_s.is_finite() && end_s > start_s) {
                 let place = format!("manoeuvre '{}'", window.name);
                 let text = format!("an excluded part from {start_s} s to {end_s} s is empty");
-                let finding = Finding::new(Level::Bad, WINDOW, place, text).with_cure("set its end after its start");
+                let finding =
+                    Finding::new(Level::Bad, WINDOW, place, text).with_fix_text("set its end after its start");
                 found.push(finding.with_setting("Manoeuvres", ""));
             }
         }

@@ -21,7 +21,7 @@ pub struct TermConstraint {
 
 impl TermConstraint {
     /// What is known, in words: `fixed at -12`.
-    pub fn words(&self) -> String {
+    pub fn summary(&self) -> String {
         match self.known {
             Constraint::Free => "free".to_owned(),
             Constraint::Fixed(value) => format!("fixed at {value}"),

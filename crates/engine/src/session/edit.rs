@@ -264,19 +264,19 @@ impl LoadingEdit {
 
     fn apply(&self, session: &mut Session) -> Result<(), EditError> {
         let (Self::All(stated) | Self::OfFlight { loading: Some(stated), .. }) = self else {
-            *self.place(session)? = None;
+            *self.loading_mut(session)? = None;
             return Ok(());
         };
         let places = [&stated.fuel_kg, &stated.seats_kg, &stated.luggage_kg];
         for (name, &mass) in places.into_iter().flatten() {
             not_negative("mass of", name, mass)?;
         }
-        *self.place(session)? = Some(stated.clone());
+        *self.loading_mut(session)? = Some(stated.clone());
         Ok(())
     }
 
     /// The loading it changes.
-    fn place<'a>(&self, session: &'a mut Session) -> Result<&'a mut Option<Loading>, EditError> {
+    fn loading_mut<'a>(&self, session: &'a mut Session) -> Result<&'a mut Option<Loading>, EditError> {
         let Self::OfFlight { flight: name, .. } = self else { return Ok(&mut session.loading) };
         Ok(&mut flight_mut(session, name)?.loading)
     }

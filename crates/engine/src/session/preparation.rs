@@ -139,7 +139,7 @@ impl ControlLags {
     }
 
     /// In words: `none`, `lag 0.08 s`, `elevator lag 0.05 s and delay 0.01 s, rudder delay 0.02 s`.
-    pub fn words(&self) -> String {
+    pub fn summary(&self) -> String {
         let part = |what: &str, value: f64| (value != 0.0).then(|| format!("{what} {value} s"));
         if let Some(lag_s) = self.shared_s() {
             return part("lag", lag_s).unwrap_or_else(|| "none".to_owned());

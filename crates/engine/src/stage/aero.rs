@@ -88,7 +88,7 @@ impl AirDensity {
         );
         let finding = Finding::new(Level::Caution, "assumed", "air density", text);
         let cure = "Map the pressure altitude, or check the stated initial altitude.";
-        Some(finding.with_cure(cure).with_setting("Model", "preparation.origin_altitude_m"))
+        Some(finding.with_fix_text(cure).with_setting("Model", "preparation.origin_altitude_m"))
     }
 }
 

@@ -241,15 +241,15 @@ impl AircraftData {
     /// Fuel on board from the fuel flow, kg: what the loading has at the first record of the flight, less what was burnt since. A
     /// sample that is not finite burns nothing of its own.
     fn fuel_by_flow(&self, flow: &Series, stated_kg: f64, time_s: &[f64]) -> StageResult<Vec<f64>> {
-        let said = |error: doublet_core::prep::PrepError| format!("{}: {error}", Role::FuelFlow.name());
+        let with_channel_name = |error: doublet_core::prep::PrepError| format!("{}: {error}", Role::FuelFlow.name());
         let (own_s, rate): (Vec<f64>, Vec<f64>) =
             flow.time_s.iter().zip(flow.values.iter()).filter(|(_, rate)| rate.is_finite()).unzip();
         let (Some(&first), Some(&last)) = (own_s.first(), own_s.last()) else {
             return Ok(vec![stated_kg; time_s.len()]);
         };
-        let left_kg = fuel_from_flow(&own_s, &rate, stated_kg).map_err(said)?;
+        let left_kg = fuel_from_flow(&own_s, &rate, stated_kg).map_err(with_channel_name)?;
         let at: Vec<f64> = time_s.iter().map(|time| time.clamp(first, last)).collect();
-        let left_kg = resample(&own_s, &left_kg, &at, Interpolation::Linear).map_err(said)?;
+        let left_kg = resample(&own_s, &left_kg, &at, Interpolation::Linear).map_err(with_channel_name)?;
         Ok(left_kg.into_iter().map(|fuel| fuel.clamp(0.0, stated_kg)).collect())
     }
 

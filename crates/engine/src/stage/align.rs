@@ -126,7 +126,7 @@ fn describe_unfitted(setting: &ClockSetting, flight: &Flight, error: &StageError
     let place = format!("flight '{}', clock of {}", flight.name, setting.source);
     let text = format!("not fitted: {error}; engines and fuel use the clock as set");
     Finding::new(Level::Caution, "clock", place, text)
-        .with_cure("Fit it to another channel, or state its offset.")
+        .with_fix_text("Fit it to another channel, or state its offset.")
         .with_setting("Preprocess", "flight.clock")
 }
 

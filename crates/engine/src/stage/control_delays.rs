@@ -94,8 +94,8 @@ fn control_delay(
     let mut weighed = 0.0;
     let mut slopes = BTreeMap::new();
     for (coefficient, shared, fit) in nominal {
-        let of = |fits: &[SharedFit]| fits.iter().position(|(other, ..)| other == coefficient);
-        let (earlier, later) = (&earlier[of(earlier)?].2, &later[of(later)?].2);
+        let index_in = |fits: &[SharedFit]| fits.iter().position(|(other, ..)| other == coefficient);
+        let (earlier, later) = (&earlier[index_in(earlier)?].2, &later[index_in(later)?].2);
         if let Some((delay_s, variance)) = delay_by(fit, [earlier, later], step_s) {
             information += 1.0 / variance;
             weighed += delay_s / variance;

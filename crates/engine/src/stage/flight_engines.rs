@@ -175,17 +175,19 @@ fn air(recording: &Recording, time_s: Arc<[f64]>, warnings: &mut Vec<String>) ->
     let pressure = recorded(Role::StaticPressure);
     let altitude_m = match recorded(Role::Altitude) {
         Some(altitude) => altitude,
-        None => of_one(pressure.as_ref()?, |pressure| standard.altitude_m(pressure)),
+        None => property_at_each(pressure.as_ref()?, |pressure| standard.altitude_m(pressure)),
     };
     let pressure_is_recorded = pressure.is_some();
-    let pressure_pa = pressure.unwrap_or_else(|| of_one(&altitude_m, |altitude| standard.pressure_pa(altitude)));
+    let pressure_pa =
+        pressure.unwrap_or_else(|| property_at_each(&altitude_m, |altitude| standard.pressure_pa(altitude)));
     let temperature = recorded(Role::AirTemperature);
     if temperature.is_none() {
         warnings.push("engines: air temperature not recorded; the standard atmosphere is used".to_owned());
     } else if !pressure_is_recorded {
         warnings.push("engines: static pressure not recorded; it is computed from pressure altitude".to_owned());
     }
-    let temperature_k = temperature.unwrap_or_else(|| of_one(&altitude_m, |altitude| standard.temperature_k(altitude)));
+    let temperature_k =
+        temperature.unwrap_or_else(|| property_at_each(&altitude_m, |altitude| standard.temperature_k(altitude)));
     let density_kg_m3 = recorded(Role::AirDensity).unwrap_or_else(|| {
         let pairs = pressure_pa.iter().zip(&temperature_k);
         pairs.map(|(&pressure, &temperature)| density_kg_m3(pressure, temperature).unwrap_or(f64::NAN)).collect()
@@ -194,7 +196,7 @@ fn air(recording: &Recording, time_s: Arc<[f64]>, warnings: &mut Vec<String>) ->
 }
 
 /// A property of the atmosphere at each value; not a number where it has none, as outside the troposphere or in a gap.
-fn of_one(values: &[f64], property: impl Fn(f64) -> Result<f64, AtmosphereError>) -> Vec<f64> {
+fn property_at_each(values: &[f64], property: impl Fn(f64) -> Result<f64, AtmosphereError>) -> Vec<f64> {
     values.iter().map(|&value| property(value).unwrap_or(f64::NAN)).collect()
 }
 

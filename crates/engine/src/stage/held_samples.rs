@@ -55,7 +55,7 @@ fn describe(flight: &str, role: Role, channel: &Channel, held: &HeldSamples, dri
     let place = format!("flight '{flight}', {} ({})", role.name(), channel.full_name());
     let finding = Finding::new(level, "held-samples", place, text.clone())
         .with_figure(rate_hz, f64::NAN)
-        .with_cure("record the sensor at its own rate, or use every sample")
+        .with_fix_text("record the sensor at its own rate, or use every sample")
         .with_setting("Preprocess", "flight.signals.held_samples");
     (text, finding)
 }

@@ -199,13 +199,15 @@ fn turn(
             continue;
         };
         let reference = SensorReference { attitude: fixed, sensor_from_reference: mount.sensor_from_reference };
-        let said = |error| format!("sensor '{name}': {error}");
+        let with_sensor_name = |error| format!("sensor '{name}': {error}");
         if thesis {
             let reference = Some(&reference).filter(|_| name == YOKE);
             let own_s = &sensor.time_s[range];
-            values.extend(integrated_turn(own_s, &turning, reference, Differentiation::Central4).map_err(said)?);
+            values.extend(
+                integrated_turn(own_s, &turning, reference, Differentiation::Central4).map_err(with_sensor_name)?,
+            );
         } else {
-            let turned = attitude_turn(&turning, &reference).map_err(said)?;
+            let turned = attitude_turn(&turning, &reference).map_err(with_sensor_name)?;
             values.extend(turned.into_iter().map(|angle| angle - mount.rest_rad));
         }
     }

@@ -44,7 +44,7 @@ pub struct FuelSource {
 
 impl FuelSource {
     /// In words.
-    pub fn words(&self) -> &'static str {
+    pub fn description(&self) -> &'static str {
         match (self.record, self.is_stated) {
             (FuelRecord::Tanks, false) => "fuel as recorded in each tank",
             (FuelRecord::Tanks, true) => {

@@ -76,8 +76,8 @@ pub(super) fn own_regressors(
     let fit = found.fit.as_ref().ok()?;
     let terms = structure.terms(found.coefficient)?;
     let (terms, _) = window_terms(found.coefficient, terms, aero, estimation);
-    let of = |name: &String| terms.iter().find(|term| term.derivative_name(found.coefficient) == *name).cloned();
-    let own: Vec<Term> = fit.names.iter().filter_map(of).collect();
+    let find_term = |name: &String| terms.iter().find(|term| term.derivative_name(found.coefficient) == *name).cloned();
+    let own: Vec<Term> = fit.names.iter().filter_map(find_term).collect();
     let x = regressors(&own, &aero.variables).ok().filter(|_| own.len() == fit.names.len())?;
     (x.nrows() == fit.samples()).then_some(x)
 }

@@ -328,20 +328,20 @@ fn hold_last(column: &[f64]) -> Arc<[f64]> {
 /// Measurements of filtered or smoothed states, a column each (thesis Eq. 3.8): positions and angles are states, ground velocity is
 /// airspeed turned to the local frame plus wind, airspeed and flow angles follow from the body components.
 pub(super) fn measurements_of<C: AsRef<[f64]>>(states: &[C; STATES]) -> [Vec<f64>; MEASUREMENTS] {
-    let of = |state: State| states[state as usize].as_ref();
-    let at = |state: State, k: usize| of(state)[k];
+    let state_values = |state: State| states[state as usize].as_ref();
+    let at = |state: State, k: usize| state_values(state)[k];
     let body = |k: usize| [State::VelocityU, State::VelocityV, State::VelocityW].map(|state| at(state, k));
     let column = |value: &dyn Fn(usize) -> f64| (0..states[0].as_ref().len()).map(value).collect();
     Measurement::ALL.map(|measurement| match measurement {
-        Measurement::PositionNorth => of(State::PositionNorth).to_vec(),
-        Measurement::PositionEast => of(State::PositionEast).to_vec(),
-        Measurement::PositionDown => of(State::PositionDown).to_vec(),
+        Measurement::PositionNorth => state_values(State::PositionNorth).to_vec(),
+        Measurement::PositionEast => state_values(State::PositionEast).to_vec(),
+        Measurement::PositionDown => state_values(State::PositionDown).to_vec(),
         Measurement::VelocityNorth => column(&|k| ground_velocity(|state| at(state, k))[0]),
         Measurement::VelocityEast => column(&|k| ground_velocity(|state| at(state, k))[1]),
         Measurement::VelocityDown => column(&|k| ground_velocity(|state| at(state, k))[2]),
-        Measurement::BankAngle => of(State::BankAngle).to_vec(),
-        Measurement::PitchAngle => of(State::PitchAngle).to_vec(),
-        Measurement::HeadingAngle => of(State::HeadingAngle).to_vec(),
+        Measurement::BankAngle => state_values(State::BankAngle).to_vec(),
+        Measurement::PitchAngle => state_values(State::PitchAngle).to_vec(),
+        Measurement::HeadingAngle => state_values(State::HeadingAngle).to_vec(),
         Measurement::Airspeed => column(&|k| {
             let [u, v, w] = body(k);
             u.hypot(v).hypot(w)

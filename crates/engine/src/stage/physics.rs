@@ -64,7 +64,7 @@ pub struct PhysicsRow {
     /// `az: sign reversed (correlation -0.999)`.
     #[serde(skip)]
     pub headline: String,
-    /// The same for [`crate::begin::cure`].
+    /// The same for [`crate::begin::apply_fix`].
     #[serde(skip)]
     pub change: Option<Cure>,
     /// The channel over what the others say it is, before and after the cure.
@@ -93,7 +93,7 @@ impl FlightPhysics {
         let finding = |row: &PhysicsRow| {
             let place = format!("flight '{flight}', {}", row.channel);
             let text = format!("{}: {}.", row.headline, row.evidence);
-            let finding = Finding::new(row.level, "physics", place, text).with_cure(row.cure.clone());
+            let finding = Finding::new(row.level, "physics", place, text).with_fix_text(row.cure.clone());
             let finding = finding.with_setting("Channels", "").with_fix(fix(row));
             match row.slope {
                 Some(slope) if row.hypothesis.is_empty() => finding.with_figure(slope, f64::NAN),
@@ -143,14 +143,14 @@ fn compared(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Flig
             Agreement::Doubtful => Level::Caution,
             Agreement::Contradicts => Level::Bad,
         },
-        cure: found.cure.as_ref().map(|cure| sentence(cure, &map(cure.roles().first().copied()))).unwrap_or_default(),
+        cure: found.fix.as_ref().map(|fix| sentence(fix, &map(fix.roles().first().copied()))).unwrap_or_default(),
         headline: found.headline(),
         fits: found.agreement == Agreement::Fits,
         needed: found.needed(),
         channel: found.channel,
         hypothesis: found.hypothesis,
         factor: found.factor,
-        shift_s: match found.cure {
+        shift_s: match found.fix {
             Some(Cure::Shift { late_s, .. }) => Some(-late_s),
             _ => None,
         },
@@ -158,7 +158,7 @@ fn compared(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Flig
         r2: found.r2,
         segments: found.segments,
         evidence: found.evidence,
-        change: found.cure,
+        change: found.fix,
         curves: found.curves,
     };
     let without_copy = without_copy(recording);
@@ -170,8 +170,8 @@ fn compared(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Flig
 
 /// The recording without a position down that is its altitude turned: the two hold one mistake, and neither mends it alone.
 fn without_copy(recording: &Recording) -> Option<Recording> {
-    let of = |role: Role| recording.role(role).map(|channel| &channel.series);
-    let (down, altitude) = (of(Role::PositionDown)?, of(Role::Altitude)?);
+    let find_series = |role: Role| recording.role(role).map(|channel| &channel.series);
+    let (down, altitude) = (find_series(Role::PositionDown)?, find_series(Role::Altitude)?);
     let same = down.values.len() == altitude.values.len()
         && down.values.iter().zip(altitude.values.iter()).all(|(down, up)| (down + up).abs() < 1e-6 || down.is_nan());
     same.then(|| {

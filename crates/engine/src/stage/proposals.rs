@@ -168,7 +168,7 @@ fn none_found(search: &ManoeuvreSearch, least_airspeed_m_s: Option<f64>) -> Opti
             (PassedOver::OnGround, Some(least)) => format!(" (below {least:.0} m/s)"),
             _ => String::new(),
         };
-        format!("{count} {}{more}", why.words())
+        format!("{count} {}{more}", why.reason())
     };
     let parts: Vec<String> = reasons.iter().map(part).collect();
     let why = match parts.is_empty() {
@@ -267,15 +267,17 @@ fn steady(
     let in_flight = look(&airborne, &intersect(&flying, &between(inputs)))?;
     let on_ground = look(&ground, &parked)?;
     let reason = (in_flight.found.is_empty() && on_ground.found.is_empty()).then(|| no_steady(&in_flight, &settings));
-    let of = |measurements: bool| -> Vec<Role> {
+    let steady_roles = |measurements: bool| -> Vec<Role> {
         let wanted = Measurement::ALL.into_iter().filter(|m| is_ground_role(*m) == measurements);
         let inputs = Input::ALL.into_iter().filter(|_| !measurements).map(Input::role);
         inputs.chain(wanted.map(Measurement::role)).collect()
     };
     let whole = on_ground.found.is_empty();
     let window = |window: TimeRange, roles: Vec<Role>| SteadyWindow { flight: flight.to_owned(), window, roles };
-    let mut found: Vec<SteadyWindow> = on_ground.found.iter().map(|stretch| window(stretch.window, of(true))).collect();
-    found.extend(in_flight.found.iter().map(|s| window(s.window, if whole { Vec::new() } else { of(false) })));
+    let mut found: Vec<SteadyWindow> =
+        on_ground.found.iter().map(|stretch| window(stretch.window, steady_roles(true))).collect();
+    found
+        .extend(in_flight.found.iter().map(|s| window(s.window, if whole { Vec::new() } else { steady_roles(false) })));
     found.sort_by(|a, b| a.window.start_s.total_cmp(&b.window.start_s));
     Ok((found, reason))
 }

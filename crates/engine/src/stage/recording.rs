@@ -87,8 +87,8 @@ pub fn read_flight(context: &Context<'_>, recordings: &[RecordingRef]) -> StageR
     let (mut merged, utc_start_s) = merged?;
     let changes = recordings.iter().zip(&hashes).filter_map(|(entry, hash)| describe_change(entry, hash));
     merged.warnings.splice(0..0, changes);
-    let mut said = BTreeSet::new();
-    merged.warnings.retain(|warning| said.insert(warning.clone()));
+    let mut seen = BTreeSet::new();
+    merged.warnings.retain(|warning| seen.insert(warning.clone()));
     Ok(LoadedFlight { recording: merged, hashes, utc_start_s, ..LoadedFlight::default() })
 }
 

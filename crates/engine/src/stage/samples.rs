@@ -164,7 +164,10 @@ mod tests {
     fn a_window_beyond_the_memory_is_refused_before_it_is_computed() {
         assert_eq!(fit_in(60_000, Some(4_000_000_000)), Ok(()));
         assert_eq!(fit_in(4_000_000, None), Ok(()));
-        let said = fit_in(4_000_000, Some(4_000_000_000)).unwrap_err().to_string();
-        assert!(said.contains("4000000 samples") && said.contains("8.0 GB") && said.contains("4.0 GB"), "{said}");
+        let message = fit_in(4_000_000, Some(4_000_000_000)).unwrap_err().to_string();
+        assert!(
+            message.contains("4000000 samples") && message.contains("8.0 GB") && message.contains("4.0 GB"),
+            "{message}"
+        );
     }
 }

@@ -42,8 +42,8 @@ impl ScoredStructure {
     /// Scores the estimate by the structure called `name`.
     pub fn new(name: String, pooled: &PooledFits) -> Self {
         let score = |coefficient: Coefficient, fit: &Fit| {
-            let of = pooled.predictions.iter().filter(|prediction| prediction.coefficient == coefficient);
-            StructureScore::new(fit, of.filter(|prediction| prediction.role == WindowRole::Validation))
+            let predictions = pooled.predictions.iter().filter(|prediction| prediction.coefficient == coefficient);
+            StructureScore::new(fit, predictions.filter(|prediction| prediction.role == WindowRole::Validation))
         };
         let scored = pooled.fits.iter().map(|fit| {
             let scored = fit.fit.as_ref().map(|found| score(fit.coefficient, found)).map_err(Clone::clone);

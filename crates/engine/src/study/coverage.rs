@@ -86,8 +86,8 @@ pub fn coverage(
 pub(crate) fn summarise(scenario: &Scenario, manoeuvres: usize, found: &[Vec<Estimate>]) -> Coverage {
     let names = found.first().into_iter().flatten().map(|(name, ..)| name);
     let derivatives = names.filter_map(|name| {
-        let of = |flight: &'_ Vec<Estimate>| flight.iter().position(|(own, ..)| own == name);
-        let estimates = found.iter().map(|flight| of(flight).map(|at| &flight[at]));
+        let index_in = |flight: &'_ Vec<Estimate>| flight.iter().position(|(own, ..)| own == name);
+        let estimates = found.iter().map(|flight| index_in(flight).map(|at| &flight[at]));
         let estimates: Vec<&Estimate> = estimates.collect::<Option<_>>()?;
         Some(derivative(name, scenario.vehicle.aero.value(name)?, &estimates))
     });

@@ -15,7 +15,7 @@ use thiserror::Error;
 
 use super::table::{Columns, OnOneClock, TableError};
 use crate::builtin;
-use crate::verdict::{Verdict, is_driven_by_noise, of_equations};
+use crate::verdict::{Verdict, is_driven_by_noise, judge_equations};
 
 /// Value of the `format` key of a file of equations.
 const FORMAT: &str = "doublet equations";
@@ -205,7 +205,7 @@ pub fn fit_equations(path: &Path, request: &EquationRequest) -> Result<EquationS
     match (equation_error, output_error, filter_error) {
         (Err(error), Err(_), Err(_)) => Err(error.into()),
         (equation_error, output_error, filter_error) => {
-            let verdict = of_equations(&equation_error, &output_error, &filter_error);
+            let verdict = judge_equations(&equation_error, &output_error, &filter_error);
             Ok(EquationStudy { equation_error, output_error, filter_error, records, verdict })
         }
     }

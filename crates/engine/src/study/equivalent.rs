@@ -6,7 +6,7 @@ use doublet_dynamics::frequency::{
 };
 
 use super::response::{ResponseError, ResponseStudy};
-use crate::verdict::{Alternative, Verdict, of_system};
+use crate::verdict::{Alternative, Verdict, judge_system};
 
 /// What a form is fitted to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,7 +111,8 @@ pub fn equivalent_study(
         fit,
         derived,
     });
-    let verdict = of_system((&fit, &mismatch, &derived), alternative.as_ref(), other.as_ref().map(|(_, other)| other));
+    let verdict =
+        judge_system((&fit, &mismatch, &derived), alternative.as_ref(), other.as_ref().map(|(_, other)| other));
     let margins = BodeCurve::of_model(&fit.model, &model_grid(&fit.model)).margins();
     Ok(EquivalentStudy { input, method, fit, mismatch, other, derived, margins, verdict })
 }

@@ -108,7 +108,7 @@ impl FollowedFlight {
                 output.r_squared, output.largest_deviation
             );
             found.push(
-                Finding::new(level, "follows", &place, text).with_figure(output.r_squared, limit).with_cure(cure),
+                Finding::new(level, "follows", &place, text).with_figure(output.r_squared, limit).with_fix_text(cure),
             );
         }
         for start in self.starts.iter().filter(|start| start.distance.abs() > AWAY) {
@@ -121,7 +121,7 @@ impl FollowedFlight {
                 start.distance.abs()
             );
             let finding = Finding::new(Level::Bad, "follows", &place, text);
-            found.push(finding.with_figure(start.distance.abs(), AWAY).with_cure(cure));
+            found.push(finding.with_figure(start.distance.abs(), AWAY).with_fix_text(cure));
         }
         found
     }

@@ -104,11 +104,11 @@ impl ControlLag {
     /// One line where the coefficients want different values: no one value is the control's then.
     pub fn disagreement(&self) -> Option<String> {
         let agreement = self.result.as_ref().ok()?.agreement();
-        let said = |(coefficient, found): (Coefficient, LagAlone)| match found {
+        let describe = |(coefficient, found): (Coefficient, LagAlone)| match found {
             Ok((value, error)) => format!("{} gives {:.0} +- {:.0} ms", coefficient.name(), 1e3 * value, 1e3 * error),
             Err(beyond) => format!("{} says {beyond}", coefficient.name()),
         };
-        let words: Vec<String> = self.by_coefficient().into_iter().map(said).collect();
+        let words: Vec<String> = self.by_coefficient().into_iter().map(describe).collect();
         (agreement < DISAGREE).then(|| format!("coefficients disagree: {}", words.join(", ")))
     }
 
@@ -213,8 +213,8 @@ mod tests {
     fn coefficients_that_disagree_give_no_delay_and_are_named() {
         // Of the simulated Citation's aileron 3-2-1-1: seven times its standard error, from Cl alone.
         let found = lag(LagKind::Delay, 0.008, vec![(0.099, 0.0087), (0.0074, 0.0007), (0.171, 0.015)]);
-        let said = found.found_s().unwrap_err().to_string();
-        assert_eq!(said, "coefficients disagree: CY gives 99 +- 9 ms, Cl gives 7 +- 1 ms, Cn gives 171 +- 15 ms");
+        let message = found.found_s().unwrap_err().to_string();
+        assert_eq!(message, "coefficients disagree: CY gives 99 +- 9 ms, Cl gives 7 +- 1 ms, Cn gives 171 +- 15 ms");
         // Of the shipped flight's ailerons.
         let found = lag(LagKind::Delay, -0.0006, vec![(0.0128, 0.0071), (-0.00065, 0.00036), (0.00487, 0.0043)]);
         assert_eq!(found.found_s().unwrap(), (-0.0006, 0.001));

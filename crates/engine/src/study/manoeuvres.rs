@@ -188,7 +188,7 @@ fn term_contributions(input: &StudyInput<'_>) -> Vec<WindowContributions> {
     for window in input.windows {
         for (coefficient, terms) in &input.settings.structure.models {
             if own_fit(window, *coefficient).is_some()
-                && let Some(terms) = of_window(input, window, *coefficient, terms)
+                && let Some(terms) = window_contributions(input, window, *coefficient, terms)
             {
                 let window = window.manoeuvre.name.clone();
                 found.push(WindowContributions { window, coefficient: *coefficient, terms });
@@ -199,7 +199,7 @@ fn term_contributions(input: &StudyInput<'_>) -> Vec<WindowContributions> {
 }
 
 /// Contributions of the terms of one coefficient by the pooled estimate; `None` without one.
-fn of_window(
+fn window_contributions(
     input: &StudyInput<'_>,
     window: &StudyWindow<'_>,
     coefficient: Coefficient,

@@ -85,11 +85,11 @@ pub fn mode_coverage(
         }
     }
     let rows = keys.into_iter().filter_map(|(mode, figure)| {
-        let of = |(name, figures): &Found| {
+        let wanted_figure = |(name, figures): &Found| {
             let wanted = figures.iter().find(|(interval, _)| *name == mode && interval.figure == figure)?;
             (wanted.0.delta.is_some() && wanted.0.sampled.is_some()).then_some(*wanted)
         };
-        let all: Vec<(FigureInterval, f64)> = found.iter().flatten().filter_map(of).collect();
+        let all: Vec<(FigureInterval, f64)> = found.iter().flatten().filter_map(wanted_figure).collect();
         (all.len() > 1).then(|| row(mode, figure, &all))
     });
     Ok(ModeCoverage { realisations, manoeuvres: windows.len(), figures: rows.collect() })

@@ -199,7 +199,7 @@ impl ResponseWindow<'_> {
             return Ok(states_of(&self.path.reconstruction, self.source)?[state as usize][first..].to_vec());
         }
         let role = Role::from_name(name).ok_or_else(|| format!("no signal is called '{name}'"))?;
-        if let Some(values) = self.aero.and_then(|aero| of_coefficients(aero, role)) {
+        if let Some(values) = self.aero.and_then(|aero| coefficient_signal(aero, role)) {
             return Ok(values);
         }
         if let Some(input) = Input::ALL.into_iter().find(|input| input.role() == role) {
@@ -211,7 +211,7 @@ impl ResponseWindow<'_> {
 }
 
 /// A column the coefficients are formed from.
-fn of_coefficients(aero: &WindowAero, role: Role) -> Option<Vec<f64>> {
+fn coefficient_signal(aero: &WindowAero, role: Role) -> Option<Vec<f64>> {
     let data = &aero.data;
     let [p, q, r] = &data.rates_rad_s;
     let [x, y, z] = &data.specific_force_m_s2;

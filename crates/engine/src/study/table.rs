@@ -223,10 +223,10 @@ impl<'p> Columns<'p> {
         let several = probe.sources.len() > 1;
         let named =
             |source: &str, channel: &str| if several { format!("{source}/{channel}") } else { channel.to_owned() };
-        let of = |source: &'p doublet_core::load::Source| {
+        let named_channels = |source: &'p doublet_core::load::Source| {
             source.channels.iter().map(move |channel| (named(&source.name, &channel.name), channel))
         };
-        Self { columns: probe.sources.iter().flat_map(of).collect(), sources: &probe.sources }
+        Self { columns: probe.sources.iter().flat_map(named_channels).collect(), sources: &probe.sources }
     }
 
     /// The column called `name`, in full, without its source, or without the unit at the end of its name.

@@ -29,13 +29,13 @@ const DIRECTIONS: [[&str; 2]; 3] = [["ahead of", "behind"], ["right of", "left o
 
 /// One finding per flight whose accelerometers are elsewhere than where the analysis takes them, where the recording can tell.
 pub(super) fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
-    session.flights.iter().filter_map(|flight| of_flight(session, snapshot, &flight.name)).collect()
+    session.flights.iter().filter_map(|flight| position_finding(session, snapshot, &flight.name)).collect()
 }
 
 /// Place of the accelerometers found, and the one taken, from the centre of gravity, body axes, m; none where they are not found
 /// elsewhere.
 pub(super) fn found_and_taken_m(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<[[f64; 3]; 2]> {
-    of_flight(session, snapshot, flight)?;
+    position_finding(session, snapshot, flight)?;
     let places = Places::find(session, snapshot, flight)?;
     Some([places.place_m, places.taken_m])
 }
@@ -90,7 +90,7 @@ fn is_confirmed(found: &AccelerometerPlace, axis: usize) -> bool {
     })
 }
 
-fn of_flight(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<Finding> {
+fn position_finding(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<Finding> {
     let Places { found, cg_m, taken_m: taken, place_m: place } = Places::find(session, snapshot, flight)?;
     let aircraft = snapshot.aircraft.ready().map(|loaded| &loaded.aircraft);
     let chord_m = aircraft.map_or(f64::INFINITY, |aircraft| aircraft.reference.chord_m);
@@ -126,13 +126,13 @@ fn of_flight(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<Fin
         false => Level::Caution,
     };
     let finding = Finding::new(level, "accelerometer", format!("flight '{flight}'"), text);
-    let finding = finding.with_figure(most_m, worth_saying_m).with_cure(cure(place, cg_m));
+    let finding = finding.with_figure(most_m, worth_saying_m).with_fix_text(fix_text(place, cg_m));
     let fix = cg_m.map(|cg_m| place_fix(session, datum_m(place, cg_m)));
     Some(finding.with_setting("Airframe", "aircraft").with_fix(fix))
 }
 
 /// What to state where, in datum axes where the centre of gravity is known in them.
-fn cure(place: [f64; 3], cg_m: Option<[f64; 3]>) -> String {
+fn fix_text(place: [f64; 3], cg_m: Option<[f64; 3]>) -> String {
     match cg_m {
         None => "Choose an aircraft file that states their position.".to_owned(),
         Some(cg_m) => {

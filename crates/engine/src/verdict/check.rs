@@ -53,7 +53,7 @@ impl Checked {
 /// Checks a session or an aircraft file. A file that cannot be used is a finding as well.
 pub fn check_file(path: &Path) -> Checked {
     let refused = |code, text: String, cure: &str| {
-        Checked::refused(Finding::new(Level::Bad, code, path.display().to_string(), text).with_cure(cure))
+        Checked::refused(Finding::new(Level::Bad, code, path.display().to_string(), text).with_fix_text(cure))
     };
     if session::shipped(path).is_some() {
         return match session::open(path) {
@@ -109,10 +109,10 @@ pub fn check_session(session: &Session, folder: &Path) -> Checked {
         let scope = Scope { session: &computed, folder, first: None, studies: &[], cause: "check", generation: 1 };
         let cache = Cache::new(CACHE_BYTES);
         let snapshot = run(&scope, &Snapshot::default(), &cache, &Control::default(), &|_| {});
-        findings.extend(of_recordings(session, &snapshot));
-        findings.extend(of_samples(session, &others, &snapshot));
+        findings.extend(check_recordings(session, &snapshot));
+        findings.extend(check_samples(session, &others, &snapshot));
         findings.extend(accelerometer::findings(&computed, &snapshot));
-        findings.extend(shape::of_session(&snapshot));
+        findings.extend(shape::geometry_findings(&snapshot));
         let compared = snapshot.physics.values().filter_map(|slot| slot.ready());
         physics.extend(compared.flat_map(|compared| compared.rows.iter().cloned()));
         // What the session itself says of a window or a flight is why it fails.
@@ -136,7 +136,7 @@ fn part(session: &Session) -> (Cow<'_, Session>, Vec<&Manoeuvre>) {
 }
 
 /// What a run would refuse of the samples of the windows that were not computed, and that they were not.
-fn of_samples(session: &Session, others: &[&Manoeuvre], snapshot: &Snapshot) -> Vec<Finding> {
+fn check_samples(session: &Session, others: &[&Manoeuvre], snapshot: &Snapshot) -> Vec<Finding> {
     if others.is_empty() {
         return Vec::new();
     }
@@ -145,7 +145,7 @@ fn of_samples(session: &Session, others: &[&Manoeuvre], snapshot: &Snapshot) -> 
         others.len()
     );
     let mut findings =
-        vec![Finding::new(Level::Good, "window", "windows", text).with_cure("Compute all with `doublet run`.")];
+        vec![Finding::new(Level::Good, "window", "windows", text).with_fix_text("Compute all with `doublet run`.")];
     for window in others {
         let Some(loaded) = snapshot.flights.get(&window.flight).and_then(|slot| slot.ready()) else { continue };
         let samples = stage::samples(&loaded.recording, window.samples(), None, &session.preparation);
@@ -156,7 +156,7 @@ fn of_samples(session: &Session, others: &[&Manoeuvre], snapshot: &Snapshot) -> 
 }
 
 /// What was found when the recordings were read.
-fn of_recordings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
+fn check_recordings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     let mut findings = Vec::new();
     for flight in &session.flights {
         let Some(loaded) = snapshot.flights.get(&flight.name).and_then(|slot| slot.ready()) else { continue };
@@ -179,7 +179,7 @@ fn of_recordings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
         let place = format!("manoeuvre '{}'", window.name);
         findings.extend(text.map(|text| {
             Finding::new(Level::Caution, "window", place, text)
-                .with_cure("move its start or end")
+                .with_fix_text("move its start or end")
                 .with_setting("Manoeuvres", "")
         }));
     }
@@ -205,7 +205,7 @@ fn in_one_line(session: &Session) -> String {
 
 fn check_aircraft(path: &Path, text: &str) -> Checked {
     let place = path.display().to_string();
-    let bad = |text: String| Finding::new(Level::Bad, "aircraft", place.clone(), text).with_cure("correct it");
+    let bad = |text: String| Finding::new(Level::Bad, "aircraft", place.clone(), text).with_fix_text("correct it");
     match aircraft_file::parse(text) {
         Err(AircraftFileError::Impossible { errors }) => {
             Checked { findings: errors.iter().map(|error| bad(error.to_string())).collect(), ..Checked::default() }
@@ -216,8 +216,8 @@ fn check_aircraft(path: &Path, text: &str) -> Checked {
             let context = Context::new(path.parent().unwrap_or(Path::new("")));
             let engines = stage::load_aircraft(&context, &name).err();
             let cure = "put the engine files that it names beside it";
-            let engines =
-                engines.map(|e| Finding::new(Level::Caution, "engines", place.clone(), e.to_string()).with_cure(cure));
+            let engines = engines
+                .map(|e| Finding::new(Level::Caution, "engines", place.clone(), e.to_string()).with_fix_text(cure));
             let mass = aircraft.standard_loading.mass_properties(&aircraft);
             let shape = shape::findings(&place, &aircraft.reference, Some(&mass));
             Checked {

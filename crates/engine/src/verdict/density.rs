@@ -1,7 +1,7 @@
 //! That no derivative is good whose air density is assumed: all are inversely proportional to it.
 
 use super::Finding;
-use super::judge::{Evidence, place};
+use super::judge::{Evidence, derivative_label};
 use crate::stage::CoefficientFit;
 
 /// The finding for the derivative `name` of a fit in whose windows the density is assumed.
@@ -13,5 +13,5 @@ pub(super) fn finding(
 ) -> Option<Finding> {
     let mut formed = fit.windows.iter().filter_map(|(window, _)| evidence.snapshot.windows.get(window)?.aero.ready());
     let found = formed.find_map(|aero| aero.air_density.finding())?;
-    Some(Finding { place: place(name, window), ..found })
+    Some(Finding { place: derivative_label(name, window), ..found })
 }

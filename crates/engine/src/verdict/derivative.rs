@@ -3,7 +3,7 @@
 use doublet_core::model::is_constant_name;
 
 use super::effect::Cause;
-use super::judge::{Evidence, place};
+use super::judge::{Evidence, derivative_label};
 use super::plausible::{Outside, Range};
 use super::{Finding, Level, weigh};
 use crate::session::{Fix, WindowRole};
@@ -40,7 +40,7 @@ pub(super) fn findings(
     let Ok(estimate) = &fit.fit else { return Vec::new() };
     let (name, value) = (&estimate.names[index], estimate.estimates[index]);
     let error = fit.corrected_errors.get(index).copied().filter(|_| estimate.origins[index].is_estimated());
-    let at = place(name, window);
+    let at = derivative_label(name, window);
     let mut findings = Vec::new();
     if !is_constant_name(name) {
         findings.extend(determined(&at, fit, index));
@@ -70,7 +70,7 @@ fn determined(at: &str, fit: &CoefficientFit, index: usize) -> Option<Finding> {
     let text = format!("Poorly determined: standard error {relative:.0} % of the value (limit {RELATIVE_ERROR:.0} %).");
     let finding = Finding::new(Level::Caution, DETERMINED, at, text).with_figure(relative, RELATIVE_ERROR);
     let cure = "Remove the term, fix its value, or fly a manoeuvre that excites it.";
-    Some(finding.with_cure(cure).with_setting("Model", "estimation.constraint"))
+    Some(finding.with_fix_text(cure).with_setting("Model", "estimation.constraint"))
 }
 
 fn implausible(at: &str, name: &str, (value, error): (f64, Option<f64>), range: &Range) -> Option<Finding> {
@@ -86,13 +86,13 @@ fn implausible(at: &str, name: &str, (value, error): (f64, Option<f64>), range: 
     } else {
         return None;
     };
-    let said = if wrong_sign { "has the wrong sign: plausible range" } else { "is outside its plausible range" };
+    let problem = if wrong_sign { "has the wrong sign: plausible range" } else { "is outside its plausible range" };
     let error = error.map_or(String::new(), |error| format!(" ± {error:.2}"));
-    let text = format!("{value:.4}{error} {said} {:.3} to {:.3} ({}).", range.low, range.high, range.source);
+    let text = format!("{value:.4}{error} {problem} {:.3} to {:.3} ({}).", range.low, range.high, range.source);
     let limit = if value > range.high { range.high } else { range.low };
     let finding = Finding::new(level, "plausible", at, text).with_figure(value, limit);
     let cure = "Check signs, units, mass and inertia, or state a plausible range.";
-    Some(finding.with_cure(cure).with_setting("Derivatives", format!("verdict.plausible.{name}")))
+    Some(finding.with_fix_text(cure).with_setting("Derivatives", format!("verdict.plausible.{name}")))
 }
 
 /// An estimate of one window.
@@ -141,7 +141,7 @@ fn scatter(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, index: usize)
     let finding = Finding::new(level, "scatter", at, text).with_figure(q, limit);
     let cure = format!("Check '{}', and use only manoeuvres that excite this term.", worst.window);
     let fix = (singles.len() > 2).then(|| Fix::ignore([worst.window]));
-    Some(finding.with_cure(cure).with_setting("Derivatives", format!("window.{}.role", worst.window)).with_fix(fix))
+    Some(finding.with_fix_text(cure).with_setting("Derivatives", format!("window.{}.role", worst.window)).with_fix(fix))
 }
 
 /// The worst that leaving out one manoeuvre changes of a derivative; none where that was not formed, or where one is left out that alone

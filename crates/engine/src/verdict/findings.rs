@@ -56,7 +56,7 @@ fn advice(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
             let text = format!("innovations of {name} are {ratio:.2} times predicted");
             let finding = Finding::new(Level::Good, "innovation-advice", format!("manoeuvre '{}'", window.name), text);
             let setting = format!("filter.measurement_noise.{name}");
-            found.push(finding.with_figure(ratio, 1.0).with_cure(cure).with_setting("Noise and filter", setting));
+            found.push(finding.with_figure(ratio, 1.0).with_fix_text(cure).with_setting("Noise and filter", setting));
         }
     }
     found

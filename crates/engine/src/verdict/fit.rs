@@ -8,7 +8,7 @@ use doublet_core::statistics;
 use nalgebra::DMatrix;
 
 use super::derivative::is_determined;
-use super::judge::{Evidence, place};
+use super::judge::{Evidence, derivative_label};
 use super::{Finding, Level, delay, propulsion};
 use crate::run::Snapshot;
 use crate::session::{Fix, Manoeuvre, Session, Surface, WindowRole};
@@ -65,7 +65,7 @@ fn without_terms(evidence: Evidence<'_>, coefficient: Coefficient, variables: &[
 /// What speaks against a fit; `window` is none for the pooled one.
 pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &CoefficientFit) -> Vec<Finding> {
     let name = fit.coefficient.name();
-    let at = place(name, window);
+    let at = derivative_label(name, window);
     let estimate = match &fit.fit {
         Ok(estimate) => estimate,
         Err(error) => {
@@ -75,12 +75,12 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
                     format!("No estimate: the model has terms of {}, which the recording lacks.", absent.join(", "));
                 let finding = Finding::new(Level::Bad, "failed", at, text);
                 let cure = "Add a recording with that channel, or remove its terms.";
-                let finding = finding.with_cure(cure).with_setting("Channels", format!("model.{name}"));
+                let finding = finding.with_fix_text(cure).with_setting("Channels", format!("model.{name}"));
                 return vec![finding.with_fix(without_terms(evidence, fit.coefficient, &absent))];
             }
             let finding = Finding::new(Level::Bad, "rank", at, format!("No estimate: {error}."));
             let cure = "Remove a term, or add manoeuvres that separate the regressors.";
-            return vec![finding.with_cure(cure).with_setting("Model", format!("model.{name}"))];
+            return vec![finding.with_fix_text(cure).with_setting("Model", format!("model.{name}"))];
         }
     };
     let used = used_windows(evidence.session, evidence.snapshot, fit);
@@ -89,8 +89,9 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
     if terms.is_empty() {
         let text = "Not excited: only the constant can be estimated.";
         let finding = Finding::new(Level::Bad, "excitation", &at, text);
-        findings
-            .push(finding.with_cure("Use a manoeuvre that excites the other terms.").with_setting("Flight", "window"));
+        findings.push(
+            finding.with_fix_text("Use a manoeuvre that excites the other terms.").with_setting("Flight", "window"),
+        );
     }
     let formed: Vec<&WindowAero> = used.iter().map(|used| used.aero).collect();
     let moved: Vec<(&Term, Motion)> =
@@ -114,7 +115,7 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
         );
         let finding = Finding::new(Level::Caution, "r2", &at, text).with_figure(r2, R2_FIT);
         let cure = "Check the residuals for a missing term or an outlying manoeuvre.";
-        findings.push(finding.with_cure(cure).with_setting("Model", format!("model.{name}")));
+        findings.push(finding.with_fix_text(cure).with_setting("Model", format!("model.{name}")));
     }
     findings
 }
@@ -186,7 +187,7 @@ fn unmoved(
     let finding = Finding::new(Level::Caution, "excitation", at, text).with_figure(least, EXCITATION);
     let first = moved.iter().map(|(term, _)| *term).find(|term| term.to_string() == weak[0].0);
     let fix = first.map(|term| Fix::set_term(coefficient, term, false));
-    let finding = finding.with_cure("Remove the term, or use a manoeuvre that excites it.");
+    let finding = finding.with_fix_text("Remove the term, or use a manoeuvre that excites it.");
     Some(finding.with_setting("Model", "model").with_fix(fix))
 }
 
@@ -239,7 +240,7 @@ fn condition(at: &str, name: &str, estimate: &Fit) -> Option<Finding> {
     let finding = Finding::new(Level::Caution, "condition", at, text).with_figure(found, CONDITION);
     Some(
         finding
-            .with_cure("Remove a term, or add manoeuvres that separate them.")
+            .with_fix_text("Remove a term, or add manoeuvres that separate them.")
             .with_setting("Model", format!("model.{name}")),
     )
 }
@@ -265,7 +266,7 @@ fn inflated(at: &str, fit: &CoefficientFit, estimate: &Fit, moved: &[(&Term, Mot
     let setting = format!("model.{}", fit.coefficient.name());
     Some(
         finding
-            .with_cure("Remove one of the two, or add manoeuvres that separate them.")
+            .with_fix_text("Remove one of the two, or add manoeuvres that separate them.")
             .with_setting("Correlation", setting)
             .with_fix(term_of(fit, &name, moved).map(|term| Fix::set_term(fit.coefficient, term, false))),
     )
@@ -320,7 +321,7 @@ fn prediction(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit) -> Option<
         format!("Prediction of '{}', constant not refitted: R2 {r2:.2} (limit {limit}){why}.", prediction.window);
     let finding = Finding::new(level, "r2", at, text).with_figure(r2, limit);
     let cure = "Check the predictions, or add manoeuvres that excite the coefficient more.";
-    Some(finding.with_cure(cure).with_setting("Fits and residuals", format!("model.{name}")))
+    Some(finding.with_fix_text(cure).with_setting("Fits and residuals", format!("model.{name}")))
 }
 
 /// Standard deviation of a coefficient in a window over the residual deviation of the window's own fit.

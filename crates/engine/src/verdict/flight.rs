@@ -43,7 +43,7 @@ pub(super) fn dynamic_pressure(
         .or_else(|| below_other_windows(place, evidence, aero))
         .or_else(|| below_flight(place, physics?.airspeed_m_s?, aero));
     let fix = || Fix::ignore([manoeuvre.name.as_str()]);
-    found.map(|finding| finding.with_cure(CURE).with_setting("Flight", "window.role").with_fix(fix()))
+    found.map(|finding| finding.with_fix_text(CURE).with_setting("Flight", "window.role").with_fix(fix()))
 }
 
 fn on_wheels(place: &str, recording: &Recording, manoeuvre: &Manoeuvre) -> Option<Finding> {
@@ -135,7 +135,7 @@ pub(super) fn turn(place: &str, path: &WindowPath) -> Option<Finding> {
     let text = format!("The manoeuvre includes a turn: heading changes by {turned:.0} deg (limit {TURN_DEG:.0} deg).");
     let finding = Finding::new(Level::Caution, "turn", place, text).with_figure(turned, TURN_DEG);
     let cure = "End the manoeuvre before the turn, or start it after.";
-    Some(finding.with_cure(cure).with_setting("Manoeuvres", "window.end_s"))
+    Some(finding.with_fix_text(cure).with_setting("Manoeuvres", "window.end_s"))
 }
 
 /// Mean dynamic pressure `rho V^2 / 2` of a window, Pa.
@@ -150,7 +150,7 @@ pub(super) fn mean(values: &[f64]) -> f64 {
 
 /// Median of the mean dynamic pressures of the windows not ignored, Pa.
 pub(super) fn median_pressure(session: &Session, snapshot: &Snapshot) -> Option<f64> {
-    let of = |window: &Manoeuvre| Some(mean_pressure(snapshot.windows.get(&window.name)?.aero.ready()?));
-    let mut pressures: Vec<f64> = session.active_windows().filter_map(of).collect();
+    let pressure = |window: &Manoeuvre| Some(mean_pressure(snapshot.windows.get(&window.name)?.aero.ready()?));
+    let mut pressures: Vec<f64> = session.active_windows().filter_map(pressure).collect();
     statistics::median(&mut pressures)
 }

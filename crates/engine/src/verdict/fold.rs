@@ -22,7 +22,7 @@ pub struct Folded {
     /// What was found, numbers from the least to the greatest.
     pub text: String,
     /// What to do.
-    pub cure: String,
+    pub fix: String,
     /// How many findings it stands for.
     pub count: usize,
 }
@@ -31,7 +31,7 @@ impl std::fmt::Display for Folded {
     /// Where, what and what to do, in one line.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}: {}", self.place, self.text)?;
-        super::write_fix(f, &self.text, &self.cure)
+        super::write_fix(f, &self.text, &self.fix)
     }
 }
 
@@ -84,7 +84,7 @@ struct Message {
 /// the place it was read from.
 fn split(paths: &[&str], text: &str) -> Message {
     let mut message = Message { between: Vec::new(), parts: Vec::new() };
-    let mut said = String::new();
+    let mut between = String::new();
     let mut rest = text;
     if let Some((place, behind)) = text.split_once(": ") {
         let tail = |path: &str| path.trim_start_matches("builtin:").trim_start_matches(['.', '/']).to_owned();
@@ -92,24 +92,24 @@ fn split(paths: &[&str], text: &str) -> Message {
         if let Some(path) = found.max_by_key(|path| path.len()) {
             message.between.push(String::new());
             message.parts.push(Part::Name((*path).to_owned()));
-            (said, rest) = (": ".to_owned(), behind);
+            (between, rest) = (": ".to_owned(), behind);
         }
     }
     while let Some(first) = rest.chars().next() {
-        let at_start = said.is_empty() || said.ends_with([' ', '(']);
+        let at_start = between.is_empty() || between.ends_with([' ', '(']);
         match part(rest).filter(|_| at_start) {
             Some((part, length)) => {
-                message.between.push(std::mem::take(&mut said));
+                message.between.push(std::mem::take(&mut between));
                 message.parts.push(part);
                 rest = &rest[length..];
             }
             None => {
-                said.push(first);
+                between.push(first);
                 rest = &rest[first.len_utf8()..];
             }
         }
     }
-    message.between.push(said);
+    message.between.push(between);
     message
 }
 
@@ -192,7 +192,7 @@ impl Group<'_> {
             code: self.first.code,
             place: in_words(&places),
             text,
-            cure: self.first.cure.clone(),
+            fix: self.first.cure.clone(),
             count: self.places.len(),
         }
     }
@@ -258,7 +258,7 @@ fn together(parts: &[Part]) -> String {
 mod tests {
     use super::*;
 
-    fn said(messages: &[(&str, &str)]) -> Vec<String> {
+    fn folded_lines(messages: &[(&str, &str)]) -> Vec<String> {
         let findings: Vec<Finding> =
             messages.iter().map(|(place, text)| Finding::new(Level::Good, "note", *place, *text)).collect();
         fold(&findings, &["builtin:flights/a.h5", "../b.csv"]).iter().map(ToString::to_string).collect()
@@ -271,7 +271,7 @@ mod tests {
                 "engine '{name}': speed {speed} rpm is {by} rpm below the range 2400 to 2800 rpm: extrapolated, 648 samples"
             )
         };
-        let found = said(&[
+        let found = folded_lines(&[
             ("manoeuvre '01 a'", &engine("front", "2344.5", "55.5")),
             ("manoeuvre '01 a'", &engine("rear", "2350", "50")),
             ("manoeuvre '02 b'", &engine("front", "2340.0", "60.0")),
@@ -290,7 +290,7 @@ mod tests {
 
     #[test]
     fn recordings_are_called_as_in_the_session_and_words_with_digits_are_no_numbers() {
-        let found = said(&[
+        let found = folded_lines(&[
             ("F", "/tmp/x/flights/a.h5: source 'm': 3 gaps"),
             ("F", "/tmp/y/b.csv: source 'n': 4 gaps"),
             ("F", "phi1 is in a_2 and 3-2-1-1"),
@@ -308,7 +308,7 @@ mod tests {
         );
         let many: Vec<(&str, String)> = (0..6).map(|k| ("F", format!("no '{k}'"))).collect();
         let many: Vec<(&str, &str)> = many.iter().map(|(place, text)| (*place, text.as_str())).collect();
-        assert_eq!(said(&many), ["F: no '0', '1', '2' and 3 more (6 times)"]);
+        assert_eq!(folded_lines(&many), ["F: no '0', '1', '2' and 3 more (6 times)"]);
     }
 
     #[test]
@@ -318,7 +318,7 @@ mod tests {
                 "'a' alone says {alone} ± {error}, pooled {pooled}; their scatter is 3.3 times what their errors explain"
             )
         };
-        let found = said(&[
+        let found = folded_lines(&[
             ("Cl_r (pooled)", &scatter("-1.4", "0.1", "-0.98")),
             ("Cn_p (pooled)", &scatter("0.75", "0.03", "0.24")),
             ("Cn_r (pooled)", &scatter("0.1", "0.02", "0.2")),
@@ -339,15 +339,15 @@ mod tests {
             &[
                 finding(Level::Good, "a", "ratio 1.1"),
                 finding(Level::Caution, "a", "alone"),
-                finding(Level::Caution, "b", "ratio 2.5").with_cure("look at the noise"),
+                finding(Level::Caution, "b", "ratio 2.5").with_fix_text("look at the noise"),
                 finding(Level::Bad, "c", "ratio 9.0"),
                 finding(Level::Caution, "d", "ratio 1.6"),
             ],
             &[],
         );
-        let said: Vec<_> = found.iter().map(|line| (line.level, line.count, line.to_string())).collect();
+        let lines: Vec<_> = found.iter().map(|line| (line.level, line.count, line.to_string())).collect();
         assert_eq!(
-            said,
+            lines,
             [
                 (Level::Bad, 1, "manoeuvre 'c': ratio 9.0".to_owned()),
                 (Level::Caution, 2, "manoeuvre 'b' and manoeuvre 'd': ratio 1.6–2.5: look at the noise".to_owned()),

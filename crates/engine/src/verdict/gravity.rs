@@ -26,9 +26,9 @@ pub(super) fn findings(evidence: Evidence<'_>, used_m_s2: f64) -> Vec<Finding> {
         });
         let at = BIAS_STATES.iter().position(|state| *state == State::BiasAz)?;
         let bias = bias_table(paths).summary[0][at];
-        let found = of_flight(&flight.recording, bias, used_m_s2)?;
+        let found = judge_gravity(&flight.recording, bias, used_m_s2)?;
         let finding = Finding::new(Level::Caution, "gravity", format!("flight '{name}', bias_az"), found.text);
-        let finding = finding.with_figure(found.off_m_s2, WORTH_SAYING_M_S2).with_cure(found.cure);
+        let finding = finding.with_figure(found.off_m_s2, WORTH_SAYING_M_S2).with_fix_text(found.fix);
         let fix = found.gravity_m_s2.map(|gravity_m_s2| {
             let edit = Edit::Filter(FilterEdit::Gravity(gravity_m_s2));
             Fix::new(format!("use a gravity of {gravity_m_s2:.5} m/s2"), edit)
@@ -42,12 +42,12 @@ pub(super) fn findings(evidence: Evidence<'_>, used_m_s2: f64) -> Vec<Finding> {
 struct Found {
     text: String,
     off_m_s2: f64,
-    cure: String,
+    fix: String,
     /// Gravity of the place, m/s², where it is recorded.
     gravity_m_s2: Option<f64>,
 }
 
-fn of_flight(recording: &Recording, bias: f64, used_m_s2: f64) -> Option<Found> {
+fn judge_gravity(recording: &Recording, bias: f64, used_m_s2: f64) -> Option<Found> {
     if let Some(latitude) = mean(recording, Role::Latitude) {
         let altitude_m = [Role::GpsAltitude, Role::Altitude].into_iter().find_map(|role| mean(recording, role));
         let altitude_m = altitude_m.unwrap_or_default();
@@ -56,9 +56,9 @@ fn of_flight(recording: &Recording, bias: f64, used_m_s2: f64) -> Option<Found> 
             "The gravity used, {used_m_s2:.5} m/s2, is off by {:+.4} m/s2, which explains the az bias of {bias:+.4} m/s2.",
             found.difference_m_s2
         );
-        let cure = format!("Use {:.5} m/s2, from latitude and altitude.", found.gravity_m_s2);
+        let fix = format!("Use {:.5} m/s2, from latitude and altitude.", found.gravity_m_s2);
         let gravity_m_s2 = Some(found.gravity_m_s2);
-        return Some(Found { text, off_m_s2: found.difference_m_s2, cure, gravity_m_s2 });
+        return Some(Found { text, off_m_s2: found.difference_m_s2, fix, gravity_m_s2 });
     }
     let [least, most] = ON_EARTH_M_S2;
     let off_m_s2 = (used_m_s2 - most).max(least - used_m_s2);
@@ -69,8 +69,8 @@ fn of_flight(recording: &Recording, bias: f64, used_m_s2: f64) -> Option<Found> 
         "The gravity used, {used_m_s2:.5} m/s2, is outside {least} to {most}; the az bias {bias:+.4} m/s2 suggests {:.4} m/s2.",
         used_m_s2 - bias
     );
-    let cure = "State the local gravity, or the latitude.".to_owned();
-    Some(Found { text, off_m_s2, cure, gravity_m_s2: None })
+    let fix = "State the local gravity, or the latitude.".to_owned();
+    Some(Found { text, off_m_s2, fix, gravity_m_s2: None })
 }
 
 /// Mean of a channel over all its finite samples.
@@ -105,22 +105,22 @@ mod tests {
         // Somigliana at 52 deg: 9.81248 m/s2, less 3.086e-6 a metre.
         let right = 9.812_48 - 3.086e-6 * 3000.0;
         let delft = at(&[(Role::Latitude, 52f64.to_radians()), (Role::Altitude, 3000.0)]);
-        let found = of_flight(&delft, 0.048, right + 0.05).unwrap();
+        let found = judge_gravity(&delft, 0.048, right + 0.05).unwrap();
         assert!(
-            (found.off_m_s2 - 0.05).abs() < 3e-5 && found.cure.contains("9.8032"),
+            (found.off_m_s2 - 0.05).abs() < 3e-5 && found.fix.contains("9.8032"),
             "{} {}",
             found.off_m_s2,
-            found.cure
+            found.fix
         );
-        assert!(of_flight(&delft, -0.048, right + 0.05).is_none(), "a bias the other way is the sensor's");
-        assert!(of_flight(&delft, 0.03, right).is_none());
+        assert!(judge_gravity(&delft, -0.048, right + 0.05).is_none(), "a bias the other way is the sensor's");
+        assert!(judge_gravity(&delft, 0.03, right).is_none());
     }
 
     #[test]
     fn gravity_of_no_place_is_told_without_a_latitude() {
-        let found = of_flight(&at(&[]), 0.05, 9.856_65).unwrap();
+        let found = judge_gravity(&at(&[]), 0.05, 9.856_65).unwrap();
         assert!(found.text.contains("suggests 9.8066 m/s2"), "{}", found.text);
-        assert!(of_flight(&at(&[]), -0.05, 9.756_65 - 0.005).is_some());
-        assert!(of_flight(&at(&[]), 0.05, 9.806_65).is_none());
+        assert!(judge_gravity(&at(&[]), -0.05, 9.756_65 - 0.005).is_some());
+        assert!(judge_gravity(&at(&[]), 0.05, 9.806_65).is_none());
     }
 }

@@ -93,12 +93,12 @@ impl Verdicts {
     pub fn headline(&self) -> String {
         let good = self.windows.values().filter(|window| window.verdict.level == Level::Good).count();
         let windows = format!("{good} of {} manoeuvres good", self.windows.len());
-        let of = |level: Level| -> Option<String> {
+        let fits_of_level = |level: Level| -> Option<String> {
             let fits = self.pooled.iter().filter(|fit| fit.verdict.level == level);
             let names: Vec<&str> = fits.map(|fit| fit.coefficient.name()).collect();
             (!names.is_empty()).then(|| format!("{} {}", names.join(", "), level.name()))
         };
-        let fits = [Level::Good, Level::Caution, Level::Bad].into_iter().filter_map(of);
+        let fits = [Level::Good, Level::Caution, Level::Bad].into_iter().filter_map(fits_of_level);
         let parts: Vec<String> = std::iter::once(windows).chain(fits).collect();
         format!("{}: {}", self.session.level.name(), parts.join("; "))
     }
@@ -221,9 +221,9 @@ fn with_unused(evidence: Evidence<'_>, mut pooled: Vec<FitVerdict>) -> Vec<FitVe
     let mut one = |coefficient: Coefficient| {
         let known = pooled.iter().position(|fit| fit.coefficient == coefficient).map(|index| pooled.remove(index));
         known.unwrap_or_else(|| {
-            let finding = not_computed(Level::Caution, place(coefficient.name(), None), NO_WINDOW);
+            let finding = not_computed(Level::Caution, derivative_label(coefficient.name(), None), NO_WINDOW);
             let cure = "Mark an identification manoeuvre that excites it, or remove the coefficient.";
-            let finding = finding.with_cure(cure).with_setting("Manoeuvres", "window.role");
+            let finding = finding.with_fix_text(cure).with_setting("Manoeuvres", "window.role");
             FitVerdict {
                 coefficient,
                 verdict: Verdict::from_findings([finding]),
@@ -279,7 +279,7 @@ fn fit_verdict(
 }
 
 /// Place of a coefficient or derivative: `Cm_q (pooled)` or `Cm_q (window '03 elevator')`.
-pub(super) fn place(name: &str, window: Option<&str>) -> String {
+pub(super) fn derivative_label(name: &str, window: Option<&str>) -> String {
     match window {
         None => format!("{name} (pooled)"),
         Some(window) => format!("{name} (manoeuvre '{window}')"),

@@ -9,7 +9,12 @@ use crate::session::{Manoeuvre, Session};
 use crate::stage::{FlownMass, FuelRecord, FuelSource, WindowAero};
 
 /// What speaks against the mass properties of a window.
-pub(super) fn of_window(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre, aero: &WindowAero) -> Vec<Finding> {
+pub(super) fn loading_findings(
+    place: &str,
+    evidence: Evidence<'_>,
+    manoeuvre: &Manoeuvre,
+    aero: &WindowAero,
+) -> Vec<Finding> {
     let flown = evidence.snapshot.flown.get(&manoeuvre.flight).and_then(|slot| slot.ready());
     let shifted = flown.and_then(|flown| shifted(place, &flown.fuel));
     let possible = impossible(place, aero).or_else(|| envelope(place, evidence, aero));
@@ -34,7 +39,7 @@ fn envelope(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Fi
         (format!("The mass of {mass_kg:.0} kg is outside the envelope."), mass_kg)
     };
     let finding = Finding::new(Level::Caution, "loading", place, text).with_figure(figure, 0.0);
-    Some(finding.with_cure("Check the loading: seats, luggage, fuel.").with_setting("Loading", "loading"))
+    Some(finding.with_fix_text("Check the loading: seats, luggage, fuel.").with_setting("Loading", "loading"))
 }
 
 /// Whether mass and inertia are those of no body.
@@ -46,7 +51,7 @@ fn impossible(place: &str, aero: &WindowAero) -> Option<Finding> {
         format!("Impossible inertia: {}.", inertia.check().err()?)
     };
     let finding = Finding::new(Level::Bad, "loading", place, text);
-    Some(finding.with_cure("Check the aircraft file and the loading.").with_setting("Loading", "aircraft"))
+    Some(finding.with_fix_text("Check the aircraft file and the loading.").with_setting("Loading", "aircraft"))
 }
 
 /// Whether the session changes the fuel that was recorded.
@@ -60,7 +65,7 @@ fn shifted(place: &str, fuel: &FuelSource) -> Option<Finding> {
     let text = format!("The session shifts the recorded fuel: {}.", all.join(", "));
     let finding = Finding::new(Level::Caution, "loading", place, text).with_figure(*most_kg, 0.0);
     let cure = "Use the recorded fuel, unless the load was measured otherwise.";
-    Some(finding.with_cure(cure).with_setting("Loading", "loading.fuel_kg"))
+    Some(finding.with_fix_text(cure).with_setting("Loading", "loading.fuel_kg"))
 }
 
 /// Flights whose mass, or a part of it, nobody stated and nothing recorded.
@@ -105,5 +110,5 @@ fn assumed_in(flight: &str, session: &Session, aircraft: &Aircraft, flown: &Flow
     let text = format!("The initial mass of {mass_kg:.0} kg is assumed: {}.", parts.join("; "));
     let finding = Finding::new(Level::Caution, "loading", format!("flight '{flight}'"), text);
     let cure = "State occupants, luggage and initial fuel, or map a fuel channel.";
-    Some(finding.with_cure(cure).with_setting("Loading", "loading"))
+    Some(finding.with_fix_text(cure).with_setting("Loading", "loading"))
 }

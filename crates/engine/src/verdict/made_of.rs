@@ -4,15 +4,16 @@
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::Measurement;
 
-use super::judge::{Evidence, place};
+use super::judge::{Evidence, derivative_label};
 use super::{Finding, Level, shape, weigh};
 use crate::session::Surface;
 use crate::stage::CoefficientFit;
 
 /// Findings about what a pooled fit is made of; each is said of the window, the flight or the aircraft as well.
 pub(super) fn findings(evidence: Evidence<'_>, fit: &CoefficientFit) -> Vec<Finding> {
-    let at = place(fit.coefficient.name(), None);
-    let aircraft = shape::of_session(evidence.snapshot).into_iter().map(|found| Finding { place: at.clone(), ..found });
+    let at = derivative_label(fit.coefficient.name(), None);
+    let aircraft =
+        shape::geometry_findings(evidence.snapshot).into_iter().map(|found| Finding { place: at.clone(), ..found });
     let formed = fit.windows.iter().filter_map(|(window, _)| evidence.snapshot.windows.get(window)?.aero.ready());
     let air = formed
         .filter_map(|aero| aero.air_density.finding())
@@ -31,7 +32,7 @@ pub(super) fn airspeed<'w>(evidence: Evidence<'_>, mut windows: impl Iterator<It
     let text = "Airspeed not recorded: dynamic pressure, flow angles and derivatives depend on an assumed wind.";
     let finding = Finding::new(Level::Caution, "assumed", "airspeed", text.to_owned());
     let cure = "Map a true or calibrated airspeed.";
-    Some(finding.with_cure(cure).with_setting("Channels", "airspeed"))
+    Some(finding.with_fix_text(cure).with_setting("Channels", "airspeed"))
 }
 
 /// That channels it is made of contradict others beyond doubt and that the fit with them corrected could not be formed; a control speaks
@@ -64,6 +65,6 @@ fn contradicted(at: &str, evidence: Evidence<'_>, fit: &CoefficientFit) -> Optio
     }
     let text = format!("Computed from inconsistent channels: {}.", names.join(", "));
     let finding = Finding::new(Level::Bad, "physics", at, text);
-    let finding = finding.with_cure("Correct these channels in the channel map.");
+    let finding = finding.with_fix_text("Correct these channels in the channel map.");
     Some(finding.with_setting("Channels", ""))
 }

@@ -51,7 +51,7 @@ pub use judge::{DerivativeVerdict, FitVerdict, Verdicts, WindowVerdict, judge};
 pub use judged_flights::{JudgedFlights, fly_and_judge, judged_flights};
 pub use plausible::PlausibleRange;
 pub use stated_quantity::{StatedQuantity, stated_quantity};
-pub(crate) use systems::{Alternative, is_driven_by_noise, of_equations, of_system};
+pub(crate) use systems::{Alternative, is_driven_by_noise, judge_equations, judge_system};
 
 /// How far something may be believed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -139,7 +139,7 @@ impl Finding {
 
     /// The same with what to do.
     #[must_use]
-    pub(crate) fn with_cure(mut self, cure: impl Into<String>) -> Self {
+    pub(crate) fn with_fix_text(mut self, cure: impl Into<String>) -> Self {
         self.cure = cure.into();
         self
     }
@@ -224,7 +224,7 @@ mod tests {
     fn finding_serialises_by_the_documented_keys() {
         let finding = Finding::new(Level::Bad, "nis", "manoeuvre 'a'", "mean NIS 40")
             .with_figure(40.0, f64::INFINITY)
-            .with_cure("raise the noise of alpha")
+            .with_fix_text("raise the noise of alpha")
             .with_setting("Noise and filter", "filter.measurement_noise.alpha");
         let text = serde_json::to_string(&finding).unwrap();
         let expected = "{\"level\":\"bad\",\"code\":\"nis\",\"where\":\"manoeuvre 'a'\",\"text\":\"mean NIS 40\",\"figure\":40.0,\

@@ -37,7 +37,7 @@ pub(super) fn extrapolated(
     );
     let finding = Finding::new(Level::Caution, "propulsion", place, text).with_figure(change, residual);
     let cure = "Extend the engine chart and propeller map, or record the thrust.";
-    Some(finding.with_cure(cure).with_setting("Propulsion", "aircraft"))
+    Some(finding.with_fix_text(cure).with_setting("Propulsion", "aircraft"))
 }
 
 /// Root mean square over the window of what the extrapolation of all engines adds to the thrust, over dynamic pressure and area.
@@ -70,17 +70,17 @@ pub(super) fn unknown(at: &str, fit: &CoefficientFit, used: &[&WindowAero]) -> O
     }
     let name = fit.coefficient.name();
     let cure = "Record the thrust, or engine speed and manifold pressure.";
-    let said = |level: Level, text: String| {
+    let finding = |level: Level, text: String| {
         Some(
             Finding::new(level, "propulsion", at, text)
-                .with_cure(cure)
+                .with_fix_text(cure)
                 .with_setting("Propulsion", "preparation.remove_thrust"),
         )
     };
     let taken_out = |aero: &&&WindowAero| aero.settings.thrust != ThrustTreatment::Included;
     let partly = used.iter().filter(taken_out).find_map(|aero| aero.unknown_thrust.first());
     if let Some(engine) = partly {
-        return said(
+        return finding(
             Level::Bad,
             format!("Thrust of engine '{engine}' is neither recorded nor modelled; {name} contains it."),
         );
@@ -90,5 +90,5 @@ pub(super) fn unknown(at: &str, fit: &CoefficientFit, used: &[&WindowAero]) -> O
     if !(with_thrust && none_known) {
         return None;
     }
-    said(Level::Caution, format!("Thrust is unknown: {name} contains it and its change with airspeed."))
+    finding(Level::Caution, format!("Thrust is unknown: {name} contains it and its change with airspeed."))
 }

@@ -87,7 +87,7 @@ pub(super) fn sudden_control(
     );
     let finding = Finding::new(Level::Caution, "sampling", place, text).with_figure(part, PART_OF_TIME_CONSTANT);
     let cure = format!("Record it faster or move it slower; {} derivatives are biased.", motion.name);
-    Some(finding.with_cure(cure).with_setting("Flight", ""))
+    Some(finding.with_fix_text(cure).with_setting("Flight", ""))
 }
 
 /// The derivative that damps a motion, as pooled.

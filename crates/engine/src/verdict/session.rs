@@ -11,7 +11,9 @@ pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
     let unnamed = evidence.session.aircraft.is_none().then(|| {
         let text = "No aircraft: coefficients and derivatives were not computed.";
         let cure = "Choose an aircraft.";
-        Finding::new(Level::Caution, "aircraft", "session", text).with_cure(cure).with_setting("Loading", "aircraft")
+        Finding::new(Level::Caution, "aircraft", "session", text)
+            .with_fix_text(cure)
+            .with_setting("Loading", "aircraft")
     });
     let failures = snapshot.failures().into_iter();
     // Failures of windows are theirs.
@@ -32,7 +34,7 @@ pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
     let place = accelerometer::findings(evidence.session, snapshot);
     physics
         .chain(place)
-        .chain(shape::of_session(snapshot))
+        .chain(shape::geometry_findings(snapshot))
         .chain(signals)
         .chain(gravity)
         .chain(mass)

@@ -14,7 +14,7 @@ const ROLL_RADIUS: [f64; 2] = [0.15, 0.46];
 const FLATNESS: [f64; 2] = [0.55, 1.0];
 
 /// What speaks against the numbers of the aircraft of a session, with the mass of the first flight that has one.
-pub(super) fn of_session(snapshot: &Snapshot) -> Vec<Finding> {
+pub(super) fn geometry_findings(snapshot: &Snapshot) -> Vec<Finding> {
     let Some(loaded) = snapshot.aircraft.ready() else { return Vec::new() };
     let flown = snapshot.flown.values().find_map(|slot| slot.ready()).map(|flown| flown.start.state.properties);
     findings("aircraft", &loaded.aircraft.reference, flown.as_ref())
@@ -48,7 +48,7 @@ pub(super) fn findings(place: &str, reference: &ReferenceGeometry, mass: Option<
             );
             let finding = Finding::new(Level::Caution, "aircraft", place, text).with_figure(excess, 0.0);
             finding
-                .with_cure("Check the loading that the published moments belong to.")
+                .with_fix_text("Check the loading that the published moments belong to.")
                 .with_setting("Airframe", "aircraft")
         });
         [roll, flatness, triangle]
@@ -70,7 +70,7 @@ fn finding(place: &str, figure: f64, limits: [f64; 2], say: impl Fn(f64) -> (Str
     let level = if times > BAD_TIMES { Level::Bad } else { Level::Caution };
     let text = format!("{text} (limits {low} to {high}).");
     let finding = Finding::new(level, "aircraft", place, text).with_figure(figure, limit);
-    Some(finding.with_cure(cure).with_setting("Airframe", "aircraft"))
+    Some(finding.with_fix_text(cure).with_setting("Airframe", "aircraft"))
 }
 
 #[cfg(test)]
@@ -102,8 +102,8 @@ mod tests {
         for (index, factor, text) in cases {
             let mut numbers = SINGLE;
             numbers[index] *= factor;
-            let said = found(numbers);
-            assert!(said.iter().any(|said| said.starts_with(text)), "{index}: {said:?}");
+            let texts = found(numbers);
+            assert!(texts.iter().any(|found| found.starts_with(text)), "{index}: {texts:?}");
         }
         // All lengths in feet, as areas and lengths among themselves agree: the mass tells.
         let [area, span, chord, rest @ ..] = SINGLE;

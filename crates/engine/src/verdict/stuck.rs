@@ -29,11 +29,11 @@ pub(super) fn finding(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre
         (length_s >= least_s && moves_else(series, value)).then_some((role, value, length_s))
     });
     let (role, value, length_s) = standing.max_by(|(.., a), (.., b)| a.total_cmp(b))?;
-    let finding = of_channel(place, role, value, length_s, least_s);
+    let finding = stuck_finding(place, role, value, length_s, least_s);
     Some(finding.with_fix(Fix::ignore([manoeuvre.name.as_str()])))
 }
 
-fn of_channel(place: &str, role: Role, value: f64, length_s: f64, least_s: f64) -> Finding {
+fn stuck_finding(place: &str, role: Role, value: f64, length_s: f64, least_s: f64) -> Finding {
     let name = role.name();
     let text = format!(
         "{name} is stuck at {value:.4} {} for {length_s:.1} s (limit {least_s:.1} s).",
@@ -41,7 +41,7 @@ fn of_channel(place: &str, role: Role, value: f64, length_s: f64, least_s: f64) 
     );
     let finding = Finding::new(Level::Bad, "stuck", place, text).with_figure(length_s, least_s);
     let cure = "Ignore the manoeuvre, or leave the channel out.";
-    finding.with_cure(cure).with_setting("Flight", "window.role")
+    finding.with_fix_text(cure).with_setting("Flight", "window.role")
 }
 
 /// Value and length in s of the longest run of one finite value.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::judge::{Evidence, level_above, place};
+use super::judge::{Evidence, derivative_label, level_above};
 use super::{Finding, Level, delay};
 use crate::session::Fix;
 use crate::stage::{WindowFits, WindowReplay};
@@ -90,9 +90,10 @@ fn apart(window: &str, fits: &WindowFits, method: &str, twin: &CheckedDerivative
         "Equation error {estimate:.4} ± {error:.2}, {method} {:.4} ± {:.2}: {times:.1} joint standard errors apart (limit {limit}).",
         twin.estimate, twin.standard_error
     );
-    let finding = Finding::new(level, "twin", place(&twin.name, Some(window)), text).with_figure(times, limit);
+    let finding =
+        Finding::new(level, "twin", derivative_label(&twin.name, Some(window)), text).with_figure(times, limit);
     let cure = "Check the fit of output error, the delays and the frequency band.";
-    Some(finding.with_cure(cure).with_setting("Derivatives", "model"))
+    Some(finding.with_fix_text(cure).with_setting("Derivatives", "model"))
 }
 
 fn timing(evidence: Evidence<'_>, found: &mut StudyFindings) {
@@ -116,7 +117,7 @@ fn timing(evidence: Evidence<'_>, found: &mut StudyFindings) {
         let finding = Finding::new(level, "timing", name, text).with_figure(left_s, limit_s);
         let cure = format!("Correct the delay, or check the clock of the {name}.");
         let fix = Fix::control_delay(evidence.session, lag.surface, delay_s);
-        let finding = finding.with_cure(cure).with_setting("Model", format!("preparation.control_lag.{name}"));
+        let finding = finding.with_fix_text(cure).with_setting("Model", format!("preparation.control_lag.{name}"));
         found.session.push(finding.with_fix(fix));
     }
 }
@@ -157,7 +158,7 @@ fn missed(window: &str, replay: &WindowReplay, tolerances: &str) -> Option<Findi
     let finding = finding.with_figure(band.worst_ratio, 1.0);
     Some(
         finding
-            .with_cure("Check the proof of match and the derivatives behind this output.")
+            .with_fix_text("Check the proof of match and the derivatives behind this output.")
             .with_setting("Match", "model"),
     )
 }

@@ -27,7 +27,7 @@ pub(crate) struct Alternative<'a> {
 }
 
 /// Verdict on an equivalent system: its mismatch, what a richer form makes of the same quantities, and the other method.
-pub(crate) fn of_system(
+pub(crate) fn judge_system(
     (fit, mismatch, derived): (&EquivalentSystem, &Mismatch, &[FittedParameter]),
     richer: Option<&Alternative<'_>>,
     other: Option<&Result<EquivalentSystem, FrequencyError>>,
@@ -109,7 +109,7 @@ pub(crate) fn is_driven_by_noise(
 
 /// Verdict on parameters of equations of motion: what each method explains, and whether equation error agrees with the method that allows for
 /// the noise there is.
-pub(crate) fn of_equations(
+pub(crate) fn judge_equations(
     equation_error: &Result<EquationFit, EquationFault>,
     output_error: &Result<EquationFit, EquationFault>,
     filter_error: &Result<FilterErrorFit, EquationFault>,
@@ -180,5 +180,5 @@ fn compare_methods(first: &EquationFit, (name, second): (&str, &EquationFit)) ->
 }
 
 fn finding(level: Level, code: &'static str, place: &str, text: String, fix: &str) -> Finding {
-    Finding::new(level, code, place, text).with_cure(fix)
+    Finding::new(level, code, place, text).with_fix_text(fix)
 }

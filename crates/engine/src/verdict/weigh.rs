@@ -5,7 +5,7 @@ use doublet_core::model::{Coefficient, Term, Variable};
 
 use super::derivative::is_determined;
 use super::effect::{CAUTION, Cause, Effect};
-use super::judge::{Evidence, place};
+use super::judge::{Evidence, derivative_label};
 use super::{Finding, Level, Verdict, accelerometer, propulsion};
 use crate::notation::significant;
 use crate::session::{Edit, EstimationEdit, Fix, PathSource};
@@ -186,8 +186,8 @@ impl<'a> Judged<'a> {
             effect.estimate,
             CAUTION.0
         );
-        let finding = Finding::new(level, code, place(self.name, None), text).with_figure(times, CAUTION.0);
-        let finding = finding.with_cure(fix).with_setting(panel, setting);
+        let finding = Finding::new(level, code, derivative_label(self.name, None), text).with_figure(times, CAUTION.0);
+        let finding = finding.with_fix_text(fix).with_setting(panel, setting);
         let finding = finding.with_fix(self.fix(effect));
         Some(if effect.cause == Cause::PathMeasured { finding.with_value("\"measured\"") } else { finding })
     }

@@ -61,7 +61,7 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
     if let Some(aero) = results.aero.ready() {
         findings.extend(flight::dynamic_pressure(&place, evidence, manoeuvre, aero));
         findings.extend(sampling::sudden_control(&place, evidence, manoeuvre, aero));
-        findings.extend(loading::of_window(&place, evidence, manoeuvre, aero));
+        findings.extend(loading::loading_findings(&place, evidence, manoeuvre, aero));
         findings.extend(propulsion::extrapolated(&place, evidence, manoeuvre, aero));
     }
     findings
@@ -100,7 +100,7 @@ fn nis(place: &str, consistency: &Consistency, evidence: Evidence<'_>, channels_
     let found = extreme(ratio > 1.0);
     let (name, times) =
         found.map_or(("a measurement", f64::NAN), |found| (found.measurement.name(), found.deviation_ratio));
-    let (said, cure) = if ratio > 1.0 {
+    let (explanation, cure) = if ratio > 1.0 {
         (
             format!("innovations exceed the noise, most in {name} ({times:.1} times predicted)"),
             too_large(name, found.filter(|_| channels_fit && ratio < NOISE_EXPLAINS).map(|found| found.measurement)),
@@ -112,13 +112,14 @@ fn nis(place: &str, consistency: &Consistency, evidence: Evidence<'_>, channels_
         )
     };
     let (mean, expected) = (consistency.nis_mean, consistency.nis_mean / ratio);
-    let text = format!("Mean NIS {mean:.3}, expected {expected:.3} (ratio {ratio:.2}, limit {limit:.2}): {said}.");
+    let text =
+        format!("Mean NIS {mean:.3}, expected {expected:.3} (ratio {ratio:.2}, limit {limit:.2}): {explanation}.");
     let setting = found
         .filter(|_| ratio > 1.0)
         .map_or("filter.measurement_noise".to_owned(), |_| format!("filter.measurement_noise.{name}"));
     let finding = Finding::new(level, "nis", place, text).with_figure(ratio, limit);
     let fix = found.and_then(|found| noise_fix(evidence, found.measurement));
-    Some(finding.with_cure(cure).with_setting("Noise and filter", setting).with_fix(fix))
+    Some(finding.with_fix_text(cure).with_setting("Noise and filter", setting).with_fix(fix))
 }
 
 /// States the noise of a measurement by the size of its innovations in all windows; none where no noise is meant.
@@ -159,7 +160,7 @@ fn offset(place: &str, channel: &ChannelConsistency) -> Option<Finding> {
     let text = format!("Mean innovation of {name} is {:+.2} standard deviations (limit {limit}).", channel.mean);
     let cure = format!("Check {name} for an offset, a wrong sign or a clock error.");
     let finding = Finding::new(level, "innovation", format!("{place}, {name}"), text).with_figure(channel.mean, limit);
-    Some(finding.with_cure(cure).with_setting("Innovations", format!("filter.measurement_noise.{name}")))
+    Some(finding.with_fix_text(cure).with_setting("Innovations", format!("filter.measurement_noise.{name}")))
 }
 
 fn correlated(place: &str, channel: &ChannelConsistency) -> Option<Finding> {
@@ -173,7 +174,7 @@ fn correlated(place: &str, channel: &ChannelConsistency) -> Option<Finding> {
     );
     let cure = format!("Check {name} for a delay, a filter or repeated samples.");
     let finding = Finding::new(Level::Caution, "innovation", format!("{place}, {name}"), text);
-    let finding = finding.with_figure(lag_one, LAG_ONE).with_cure(cure);
+    let finding = finding.with_figure(lag_one, LAG_ONE).with_fix_text(cure);
     Some(finding.with_setting("Innovations", format!("filter.measurement_delay_s.{name}")))
 }
 
@@ -206,7 +207,7 @@ fn smoother(place: &str, path: &WindowPath) -> Option<Finding> {
         _ => return None,
     };
     let cure = "Check process noise and random walks, and look for unmodelled sensor errors.";
-    let finding = Finding::new(level, "smoother", place, text).with_figure(figure, limit).with_cure(cure);
+    let finding = Finding::new(level, "smoother", place, text).with_figure(figure, limit).with_fix_text(cure);
     Some(finding.with_setting("Noise and filter", format!("filter.random_walk.{}", state.name())))
 }
 

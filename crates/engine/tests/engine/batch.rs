@@ -225,8 +225,8 @@ fn sweeps_say_what_is_wrong_with_them() {
         ("'e.1'", "'e.2'", "no setting 'window 'e.2'.role'"),
         ("[0.002, 0.004]", "[\"much\"]", "much"),
     ] {
-        let said = refused(&SWEEP.replace(from, to));
-        assert!(said.contains(part) && said.contains("sweep.toml"), "{part}: {said}");
+        let message = refused(&SWEEP.replace(from, to));
+        assert!(message.contains(part) && message.contains("sweep.toml"), "{part}: {message}");
     }
     // A value it cannot have becomes the error of its runs.
     let campaign = Campaign::new(&SWEEP.replace("[0.002, 0.004]", "[0.002, \"much\"]"));

@@ -191,7 +191,7 @@ fn preparation_is_saved_as_it_reads_and_older_forms_mean_what_they_meant() {
     }
     let old = text.replace("actuator_lag_s = 0.0", "actuator_lag_s = 0.08");
     let lags = session::parse(&old).unwrap().preparation.control_lags;
-    assert_eq!((lags, lags.words()), (ControlLags::common(0.08), "lag 0.08 s".to_owned()));
+    assert_eq!((lags, lags.summary()), (ControlLags::common(0.08), "lag 0.08 s".to_owned()));
 
     let mut session = plain;
     session.preparation.control_lags =
@@ -214,7 +214,7 @@ fn preparation_is_saved_as_it_reads_and_older_forms_mean_what_they_meant() {
     }
     assert_eq!(session::parse(&text).unwrap(), session);
     assert_eq!(
-        session.preparation.control_lags.words(),
+        session.preparation.control_lags.summary(),
         "elevator lag 0.05 s and delay 0.01 s, aileron lag 0.08 s, rudder lag 0.08 s"
     );
 

@@ -65,16 +65,16 @@ fn a_session_that_reads_outside_its_folder_says_so_once() {
     }
     session.flights.push(session.flights[0].clone());
     let files = session.flights[0].recordings.len();
-    let said = path_warning(&session).unwrap();
+    let warning = path_warning(&session).unwrap();
     assert_eq!(
-        said,
+        warning,
         format!("{files} files under ../../data lie outside the session's folder: check that this is intended")
     );
     // Nothing in common but the way up: the first is named.
     session.aircraft = Some("../plane.toml".to_owned());
     session.flights[1].recordings[0].channel_map = MapRef::File("/etc/passwd".to_owned());
-    let said = path_warning(&session).unwrap();
-    assert!(said.starts_with(&format!("{} files, ../../data/day0/0.csv the first, lie", files + 2)), "{said}");
+    let warning = path_warning(&session).unwrap();
+    assert!(warning.starts_with(&format!("{} files, ../../data/day0/0.csv the first, lie", files + 2)), "{warning}");
 }
 
 /// A control character made an export an error without a name; a mark of direction turned the rest of a title round.
@@ -121,9 +121,9 @@ fn a_recording_outside_the_folder_is_read_with_a_warning() {
     let scope = Scope { session: &session, folder: &inner, first: None, studies: &[], cause: "test", generation: 1 };
     let cache = Cache::new(1 << 20);
     let log = run(&scope, &Snapshot::default(), &cache, &Control::default(), &|_| {}).log;
-    let said: Vec<_> = log.iter().filter(|line| line.text.contains("outside the session's folder")).collect();
-    assert_eq!(said.len(), 1, "{log:?}");
-    assert!(said[0].text.contains("../log.csv") && !said[0].text.contains("map.toml"), "{}", said[0].text);
+    let warnings: Vec<_> = log.iter().filter(|line| line.text.contains("outside the session's folder")).collect();
+    assert_eq!(warnings.len(), 1, "{log:?}");
+    assert!(warnings[0].text.contains("../log.csv") && !warnings[0].text.contains("map.toml"), "{}", warnings[0].text);
 }
 
 #[cfg(unix)]

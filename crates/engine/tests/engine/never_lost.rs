@@ -297,8 +297,8 @@ fn a_session_that_cannot_be_read_names_the_version_before_it() {
     let desk = Desk::new();
     session::save(&titled(1).apply(&demo()).unwrap(), &desk.session).unwrap();
     std::fs::write(&desk.session, "format = \"doublet session\"\nversion = 1\nnonsense = 1\n").unwrap();
-    let said = Document::open(&desk.session).err().unwrap();
-    assert!(said.contains("nonsense") && said.contains("flight.toml.bak"), "{said}");
+    let message = Document::open(&desk.session).err().unwrap();
+    assert!(message.contains("nonsense") && message.contains("flight.toml.bak"), "{message}");
 }
 
 #[cfg(unix)]
@@ -351,8 +351,8 @@ fn a_changed_or_missing_recording_is_named_with_its_hashes_and_the_rest_goes_on(
     };
     let snapshot = run(&scope, &Snapshot::default(), &Cache::new(1 << 24), &Control::default(), &|_| ());
     let warnings = |name: &str| snapshot.flights[name].latest().unwrap().recording.warnings.join("\n");
-    let said = warnings(&session.flights[0].name);
-    assert!(said.contains("log.csv") && said.contains(&was) && said.contains(&now), "{said}");
+    let message = warnings(&session.flights[0].name);
+    assert!(message.contains("log.csv") && message.contains(&was) && message.contains(&now), "{message}");
     let error = snapshot.flights["lost"].error().unwrap();
     assert!(error.contains("lost.csv") && error.contains(&was), "{error}");
 }
@@ -431,8 +431,8 @@ fn a_state_folder_that_cannot_be_written_is_said_until_it_can() {
     for title in ["a", "b"] {
         document.history.apply(&titled(title)).unwrap();
         document.autosave();
-        let said = document.autosave_error().unwrap();
-        assert!(said.contains("autosave"), "{said}");
+        let message = document.autosave_error().unwrap();
+        assert!(message.contains("autosave"), "{message}");
     }
     assert_eq!(document.held_by(), None, "the file is held all the same");
     assert!(matches!(Lock::try_lock(&desk.session).unwrap(), LockResult::Held(_)));

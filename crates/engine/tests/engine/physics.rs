@@ -311,7 +311,7 @@ fn a_cure_applied_to_a_map_made_by_hand_undoes_the_mistake() {
         let rows: Vec<_> = found.contradictions().collect();
         let [row] = rows[..] else { panic!("{:?}", rows.iter().map(|row| &row.headline).collect::<Vec<_>>()) };
         let cure: &Cure = row.change.as_ref().unwrap();
-        let back = begin::cure(&map, cure, &probes);
+        let back = begin::apply_fix(&map, cure, &probes);
         assert_eq!(check(&back).contradictions().count(), 0, "{} is not undone by {}", row.headline, row.cure);
     }
 }

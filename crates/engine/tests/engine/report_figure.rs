@@ -70,8 +70,8 @@ fn figures_of_the_report_are_saved_undone_and_a_damaged_one_is_named() {
     assert_eq!(session::parse(&text).unwrap(), **history.present());
     let at = text.find("drawing = \"").expect("it is in the file") + 30;
     let damaged = format!("{}!!{}", &text[..at], &text[at + 2..]);
-    let said = session::parse(&damaged).unwrap_err().to_string();
-    assert!(said.contains("report_figure 'as flown'") && said.contains("choose the plot again"), "{said}");
+    let message = session::parse(&damaged).unwrap_err().to_string();
+    assert!(message.contains("report_figure 'as flown'") && message.contains("choose the plot again"), "{message}");
     edit(&mut history, ReportFigureEdit::Remove(0)).unwrap();
     assert_eq!(session::print(history.present()).unwrap(), before);
     assert!(edit(&mut history, ReportFigureEdit::Remove(0)).is_err());

@@ -141,9 +141,9 @@ fn session_roundtrips() {
     assert!(session::check(&session).is_empty());
     session.sensor_errors.free.push(error("bias_beta"));
     session.sensor_errors.random_walk.0.insert(error("scale_theta"), -1.0);
-    let said: Vec<String> = session::check(&session).iter().map(ToString::to_string).collect();
+    let texts: Vec<String> = session::check(&session).iter().map(ToString::to_string).collect();
     for part in ["known of bias_beta", "both known and free", "it is not free", "-1 is not usable"] {
-        assert!(said.iter().any(|line| line.contains(part)), "'{part}' is not in {said:?}");
+        assert!(texts.iter().any(|line| line.contains(part)), "'{part}' is not in {texts:?}");
     }
 }
 

@@ -234,14 +234,14 @@ fn level_flight_calibrates_the_pod_by_the_lift_curve() {
     assert_eq!(differ, 0);
     let lighter = alpha(&with(LevelFlight { mass_kg: 1900.0, ..level.clone() }).unwrap());
     assert!(lighter.values.iter().zip(&*made.values).filter(|(a, _)| a.is_finite()).all(|(a, b)| a < b));
-    for (wrong, said) in [
+    for (wrong, expected) in [
         (LevelFlight { altitude_m: None, ..level.clone() }, "either altitude_m or density_kg_m3"),
         (LevelFlight { density_kg_m3: Some(1.0), ..level.clone() }, "either altitude_m or density_kg_m3"),
         (LevelFlight { airspeed_m_s: [40.0, 45.0, 50.0], ..level.clone() }, "fall from the number 0"),
         (LevelFlight { mass_kg: -1.0, ..level }, "above zero"),
     ] {
         let refused = with(wrong).unwrap_err();
-        assert!(refused.to_string().contains(said), "{refused}");
+        assert!(refused.to_string().contains(expected), "{refused}");
     }
 }
 

@@ -80,9 +80,9 @@ impl Sound {
             let found = self.fires(code, |session, snapshot| change(session, snapshot, figure));
             println!("{code} {index}: {found:?}");
             assert_eq!(found.as_ref().map(|finding| finding.level), level, "{code}, case {index}: {found:?}");
-            let said =
+            let is_explained =
                 found.is_none_or(|finding| code == "failed" || (!finding.cure.is_empty() && finding.panel.is_some()));
-            assert!(said, "{code} says what to do and where");
+            assert!(is_explained, "{code} says what to do and where");
         }
     }
 }

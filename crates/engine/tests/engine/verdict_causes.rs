@@ -167,8 +167,8 @@ fn speeds_in_knots_that_agree_with_each_other_are_told_by_the_climb() {
     };
     let (_, snapshot) = flown(&in_knots, |_| ());
     let rows = snapshot.physics.values().flat_map(|slot| slot.ready().unwrap().contradictions());
-    let said: Vec<&str> = rows.map(|row| row.headline.as_str()).collect();
-    assert!(said.iter().any(|line| line.starts_with("airspeed: knots")), "{said:?}");
+    let headlines: Vec<&str> = rows.map(|row| row.headline.as_str()).collect();
+    assert!(headlines.iter().any(|line| line.starts_with("airspeed: knots")), "{headlines:?}");
 }
 
 #[test]

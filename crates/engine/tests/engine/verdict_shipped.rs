@@ -72,9 +72,12 @@ fn force_derivatives_change_with_the_stated_position_of_the_accelerometers_as_sa
     let moved = Edit::Aircraft(forward).apply(&session).unwrap();
     let snapshots = [&session, &moved].map(computed);
     for name in ["CZ_delta_e", "CZ_q", "CY_delta_r", "CY_beta"] {
-        let (change, said) = moved_by_place(&session, [&snapshots[0], &snapshots[1]], name, "forward");
-        println!("{name}: {change:.2} %, said {said:.2} %");
-        assert!((change - said).abs() < 0.15 * said.abs() + 0.3, "{name}: {change:.2} % and not {said:.2} %");
+        let (change, predicted) = moved_by_place(&session, [&snapshots[0], &snapshots[1]], name, "forward");
+        println!("{name}: {change:.2} %, said {predicted:.2} %");
+        assert!(
+            (change - predicted).abs() < 0.15 * predicted.abs() + 0.3,
+            "{name}: {change:.2} % and not {predicted:.2} %"
+        );
     }
 }
 
@@ -99,16 +102,16 @@ fn window_across_a_turn_of_the_shipped_flight_says_so() {
 fn accelerometers_that_are_not_where_they_are_taken_are_named_with_their_place() {
     let mut session = builtin("demo");
     session.windows.truncate(1);
-    let said = |session: &Session| {
+    let judge_position = |session: &Session| {
         let snapshot = computed(session);
         let verdicts = judge(session, &snapshot);
         let is_of_flight = |finding: &&Finding| finding.code == "accelerometer" && finding.place.starts_with("flight");
         let finding = verdicts.session.reasons.iter().find(is_of_flight).cloned();
         (snapshot, finding)
     };
-    assert_eq!(said(&session).1, None);
+    assert_eq!(judge_position(&session).1, None);
     session.preparation.correct_accelerometer = false;
-    let (snapshot, finding) = said(&session);
+    let (snapshot, finding) = judge_position(&session);
     let (text, cure) = finding.map(|finding| (finding.text, finding.cure)).unwrap();
     println!("{text}: {cure}");
     let sensors = snapshot.aircraft.ready().unwrap().aircraft.sensors;

@@ -118,12 +118,15 @@ fn one(seed: u64, reached: &mut Reached) {
     let form = ["csv", "hdf5", "mat", "parquet"][random.random_range(0..4)];
     let path = ["smoothed", "smoothed", "filtered", "measured"][random.random_range(0..4)];
     let mut command = |arguments: &[&str]| {
-        let (code, said) = doublet(folder.path(), arguments);
-        let is_fault = !matches!(code, Some(0 | 1 | 3)) || said.contains("internal error") || said.contains("panicked");
+        let (code, printed) = doublet(folder.path(), arguments);
+        let is_fault =
+            !matches!(code, Some(0 | 1 | 3)) || printed.contains("internal error") || printed.contains("panicked");
         if is_fault {
-            let said: Vec<&str> =
-                said.lines().filter(|line| line.contains("error") || line.contains("panicked")).collect();
-            reached.faults.push(format!("seed {seed}: {arguments:?} with path {path}: {code:?}: {}", said.join("; ")));
+            let printed: Vec<&str> =
+                printed.lines().filter(|line| line.contains("error") || line.contains("panicked")).collect();
+            reached
+                .faults
+                .push(format!("seed {seed}: {arguments:?} with path {path}: {code:?}: {}", printed.join("; ")));
         }
         !is_fault && code != Some(1)
     };
@@ -146,12 +149,12 @@ fn one(seed: u64, reached: &mut Reached) {
 /// Runs the program in a folder: its exit code, none after a signal or where it takes too long, and what it said.
 fn doublet(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
     let place = folder.join("said");
-    let said = File::create(&place).unwrap();
+    let printed = File::create(&place).unwrap();
     let mut child = Command::new(env!("CARGO_BIN_EXE_doublet-cli"))
         .args(arguments)
         .current_dir(folder)
-        .stdout(said.try_clone().unwrap())
-        .stderr(said)
+        .stdout(printed.try_clone().unwrap())
+        .stderr(printed)
         .spawn()
         .unwrap();
     let begun = Instant::now();

@@ -112,13 +112,13 @@ impl EquationModel {
 
     fn value(&self, side: &Side, (x, u, theta): (&[f64], &[f64], &[f64]), stack: &mut Vec<f64>) -> f64 {
         let (states, inputs, parameters) = (x.len(), x.len() + u.len(), x.len() + u.len() + theta.len());
-        let of = |place: usize| match place {
+        let value_at = |place: usize| match place {
             place if place < states => x[place],
             place if place < inputs => u[place - states],
             place if place < parameters => theta[place - inputs],
             place => self.constants.get(place - parameters).copied().unwrap_or(f64::NAN),
         };
-        side.expression.value(|operand| side.places.get(operand).map_or(f64::NAN, |&place| of(place)), stack)
+        side.expression.value(|operand| side.places.get(operand).map_or(f64::NAN, |&place| value_at(place)), stack)
     }
 
     /// Derivatives of the states by time.

@@ -249,8 +249,8 @@ impl<'a> Problem<'a> {
     fn gains(&self, theta: &[f64]) -> Result<Option<Vec<Vec<Gain>>>, SensorErrorFault> {
         let Some(noise) = self.noise() else { return Ok(None) };
         let unknowns = self.unknowns();
-        let of = |index: usize| self.samples[index].gains(&self.values(index, &unknowns, theta), &noise);
-        Ok(Some((0..self.samples.len()).map(of).collect::<Result<_, _>>()?))
+        let sample_gains = |index: usize| self.samples[index].gains(&self.values(index, &unknowns, theta), &noise);
+        Ok(Some((0..self.samples.len()).map(sample_gains).collect::<Result<_, _>>()?))
     }
 
     /// All parameters: common errors, then window by window its own errors, initial motion and wind.

@@ -80,7 +80,7 @@ impl Ticks {
     }
 
     /// `25 Hz over 60 s`.
-    fn words(&self, unit: Unit) -> String {
+    fn describe_rate(&self, unit: Unit) -> String {
         let (rate_hz, span_s) = self.read_in(unit);
         let span = match span_s {
             span if span < 600.0 => format!("{} s", short(span)),
@@ -159,7 +159,7 @@ pub(crate) fn settle_units(sources: &mut [Source]) {
 /// The unit of stamps without one, and what is to be asked.
 fn judge(channel: &str, ticks: &Ticks) -> (Unit, Option<String>) {
     let seconds = Unit::si(crate::quantity::Dimension::Time);
-    let as_seconds = ticks.words(seconds);
+    let as_seconds = ticks.describe_rate(seconds);
     let (chosen, others) = ticks.decide();
     let Some((unit, word)) = chosen else {
         let text = format!(
@@ -168,17 +168,21 @@ fn judge(channel: &str, ticks: &Ticks) -> (Unit, Option<String>) {
         );
         return (seconds, Some(text));
     };
-    let cure = |unit: Unit| format!("unit = \"{}\"", unit.symbol);
+    let stated_unit = |unit: Unit| format!("unit = \"{}\"", unit.symbol);
     // Decimals of a second, or stamps that no other unit explains, leave nothing to ask.
     let asks = unit.symbol != "s" || ticks.is_ambiguous();
-    let or = others.iter().map(|(other, word)| format!("; in {word} {}", ticks.words(*other)));
+    let or = others.iter().map(|(other, word)| format!("; in {word} {}", ticks.describe_rate(*other)));
     let or: String =
         if unit.symbol == "s" { or.collect() } else { or.chain([format!("; in seconds {as_seconds}")]).collect() };
-    let choice =
-        [unit].into_iter().chain(others.iter().map(|(other, _)| *other)).map(cure).collect::<Vec<_>>().join(" or ");
+    let choice = [unit]
+        .into_iter()
+        .chain(others.iter().map(|(other, _)| *other))
+        .map(stated_unit)
+        .collect::<Vec<_>>()
+        .join(" or ");
     let question = format!(
         "'{channel}' has no unit: read in {word}, {}{or}; write {choice} in the map's [[time]]",
-        ticks.words(unit)
+        ticks.describe_rate(unit)
     );
     (unit, asks.then_some(question))
 }
@@ -191,12 +195,12 @@ pub(crate) fn contradiction(source: &Source, clock: &Clock) -> Option<String> {
         return None;
     }
     let (better, _) = ticks.decide();
-    let stated = format!("'{}' is read in {}: {}", clock.channel, clock.unit.symbol, ticks.words(clock.unit));
+    let stated = format!("'{}' is read in {}: {}", clock.channel, clock.unit.symbol, ticks.describe_rate(clock.unit));
     Some(match better {
         Some((unit, word)) => {
             format!(
                 "{stated}; in {word} it is {}: write unit = \"{}\" in the map's [[time]]",
-                ticks.words(unit),
+                ticks.describe_rate(unit),
                 unit.symbol
             )
         }

@@ -179,7 +179,7 @@ fn damaged(path: &Path, format: Format, error: &Error) -> LoadError {
         let budget_mb = Budget::for_file(&path, format).all() / 1_000_000;
         LoadError::TooLarge { path, format, what, budget_mb }
     } else if is_unsupported(error) {
-        LoadError::Unsupported { path, what, cure: "store its data sets with gzip or without compression" }
+        LoadError::Unsupported { path, what, fix: "store its data sets with gzip or without compression" }
     } else {
         LoadError::Damaged { path, format, what }
     }

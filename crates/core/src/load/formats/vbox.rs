@@ -60,11 +60,11 @@ mod tests {
              [data]\n{rows}"
         ));
         let source = &probe.sources[0];
-        let of = |name: &str| source.channels.iter().find(|channel| channel.name == name).unwrap();
-        assert!((of("lat").values()[0] - 51.984_995_5).abs() < 1e-6, "{}", of("lat").values()[0]);
-        assert!((of("long").values()[0] + 0.974_879_5).abs() < 1e-6, "{}", of("long").values()[0]);
-        assert_eq!(of("velocity").unit.as_deref(), Some("kmh"));
-        assert_eq!(of("vert-vel").unit.as_deref(), Some("m/s"));
+        let channel = |name: &str| source.channels.iter().find(|channel| channel.name == name).unwrap();
+        assert!((channel("lat").values()[0] - 51.984_995_5).abs() < 1e-6, "{}", channel("lat").values()[0]);
+        assert!((channel("long").values()[0] + 0.974_879_5).abs() < 1e-6, "{}", channel("long").values()[0]);
+        assert_eq!(channel("velocity").unit.as_deref(), Some("kmh"));
+        assert_eq!(channel("vert-vel").unit.as_deref(), Some("m/s"));
         let clock = &source.clocks[0];
         assert_eq!((clock.channel.as_str(), clock.start_s, clock.end_s), ("time", 37_360.0, 37_399.5));
         assert_eq!(clock.faults.len() + clock.gaps.len(), 0);

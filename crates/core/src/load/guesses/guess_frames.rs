@@ -133,7 +133,7 @@ pub(crate) fn add_attitude(map: &mut ManualChannelMap, candidates: &[Candidate<'
 
 /// Source and channels of the quaternion that begins with a channel: four of one source whose squares add up to one.
 fn find_quaternion(first: &Candidate<'_>, candidates: &[Candidate<'_>]) -> Option<(String, [String; 4])> {
-    let of = |parts: &[&str; 4]| {
+    let quaternion = |parts: &[&str; 4]| {
         // Of `quat_w` the end is no unit.
         let stem = first.full.strip_suffix(parts[0])?;
         QUATERNIONS.iter().find(|name| stem.ends_with(**name))?;
@@ -151,7 +151,7 @@ fn find_quaternion(first: &Candidate<'_>, candidates: &[Candidate<'_>]) -> Optio
         let is_unit = finite.peek().is_some() && finite.all(|length| (length.sqrt() - 1.0).abs() < LENGTH_TOLERANCE);
         is_unit.then(|| (first.from.source.clone(), all.map(|part| part.from.channel.clone())))
     };
-    PARTS.iter().find_map(of)
+    PARTS.iter().find_map(quaternion)
 }
 
 /// Velocity north and east from ground speed and track of one source, where they have no channels of their own.

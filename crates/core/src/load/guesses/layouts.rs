@@ -46,7 +46,7 @@ impl Layout {
     }
 
     /// Where the first column called `name` stands, from 0, and of how many.
-    pub(crate) fn place(&self, name: &str) -> Option<(usize, usize)> {
+    pub(crate) fn index_and_count(&self, name: &str) -> Option<(usize, usize)> {
         Some((self.columns.iter().position(|other| other == name)?, self.columns.len()))
     }
 }

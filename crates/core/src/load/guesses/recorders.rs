@@ -195,10 +195,10 @@ fn claim_columns(probe: &Probe, claims: &mut Claims) {
     recorder.claim(&named, &mut own);
     let channels = || probe.sources.iter().flat_map(|source| &source.channels);
     for (_, row) in &mut own.rows {
-        let Some((place, count)) = layout.place(&row.from.channel) else { continue };
-        let Some(channel) = channels().nth(place) else { continue };
+        let Some((index, count)) = layout.index_and_count(&row.from.channel) else { continue };
+        let Some(channel) = channels().nth(index) else { continue };
         (row.by, row.share) = (By::Layout, Some(1.0));
-        row.evidence = Some(format!("column {} of {count} is '{}' in {}", place + 1, row.from.channel, layout.name));
+        row.evidence = Some(format!("column {} of {count} is '{}' in {}", index + 1, row.from.channel, layout.name));
         row.from.channel.clone_from(&channel.name);
     }
     let taken = |role: Role| claims.rows.iter().any(|(other, _)| *other == role);

@@ -25,7 +25,9 @@ fn compare(row: &ManualChannel, fit: NameFit) -> String {
     match (row.by, row.fit) {
         (By::Recorder, _) => format!("the recorder's documentation names '{chosen}'"),
         (By::Axes, _) => format!("'{chosen}' is one of three axes"),
-        (_, Some(own)) if own < fit => format!("only the {} fits; of '{chosen}' the {}", fit.words(), own.words()),
+        (_, Some(own)) if own < fit => {
+            format!("only the {} fits; of '{chosen}' the {}", fit.description(), own.description())
+        }
         (_, Some(own)) if own == fit => format!("name fits as well; '{chosen}' has the more usual name or comes first"),
         _ => format!("other channels agree with '{chosen}'"),
     }

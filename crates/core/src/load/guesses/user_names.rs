@@ -123,11 +123,11 @@ impl UserNames {
 
     /// Folders in which the names of recordings are looked for: the one that a recording is in, and itself where it is a folder.
     pub fn folders(paths: &[PathBuf]) -> Vec<PathBuf> {
-        let of = |path: &PathBuf| {
+        let own_folders = |path: &PathBuf| {
             let parent = path.parent().map(Path::to_owned);
             path.is_dir().then(|| path.clone()).into_iter().chain(parent)
         };
-        paths.iter().flat_map(of).collect()
+        paths.iter().flat_map(own_folders).collect()
     }
 
     /// The token of a name that forbids it every role.

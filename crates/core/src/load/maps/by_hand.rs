@@ -76,7 +76,7 @@ pub enum By {
 
 impl By {
     /// In words.
-    pub fn words(self) -> &'static str {
+    pub fn description(self) -> &'static str {
         match self {
             Self::Hand => "by its name",
             Self::File => "by the names file",
@@ -114,7 +114,7 @@ impl NameFit {
         [Self::Whole, Self::Foreign, Self::Essence, Self::Leaf, Self::End, Self::Begin, Self::ForeignEnd];
 
     /// In words.
-    pub fn words(self) -> &'static str {
+    pub fn description(self) -> &'static str {
         match self {
             Self::Whole | Self::Foreign => "whole name",
             Self::Essence => "name without qualifiers",

@@ -91,14 +91,14 @@ mod tests {
         let named = format!("{guessed}\n[[time]]\nchannel = \"Timestamp\"\n");
         let wrong = format!("{guessed}\n[[time]]\nchannel = \"Clock\"\n");
         let clock = "source 'flight' has 0 time channels 'Clock' where the map wants one";
-        for (text, said) in [(guessed, what), (named, what), (wrong, clock)] {
+        for (text, expected) in [(guessed, what), (named, what), (wrong, clock)] {
             let map = ChannelMap::parse(&text).unwrap();
             assert_eq!(map.roles.len(), 3);
             let problems: Vec<_> = plan(&probe, &map).problems;
             assert_eq!(problems.len(), 1, "{problems:?}");
             assert_eq!(
                 (problems[0].is_error, problems[0].text.as_str()),
-                (true, &*format!("{}: {said}", path.display()))
+                (true, &*format!("{}: {expected}", path.display()))
             );
         }
         let rate = format!("{}\n[[time]]\nsample_rate = 50.0\n", guess(std::slice::from_ref(&probe)).text().unwrap());

@@ -263,8 +263,8 @@ impl Planner<'_> {
                     )
                 };
                 let (before, after) = (name(before), name(after));
-                let cure = "read them as separate recordings, or correct [[time]]";
-                self.error(format!("{before} ends at {end} s, after {after} starts at {start} s; {cure}"));
+                let fix = "read them as separate recordings, or correct [[time]]";
+                self.error(format!("{before} ends at {end} s, after {after} starts at {start} s; {fix}"));
             }
         }
         sequence
@@ -308,16 +308,19 @@ impl Planner<'_> {
     }
 
     /// `file: source/channel`.
-    fn place(&self, at: At) -> String {
+    fn channel_path(&self, at: At) -> String {
         let (source, channel) = (&self.source(at).name, &self.channel(at).name);
         format!("{}: {source}/{channel}", self.probes[at.probe].path.display())
     }
 
     fn describe(&self, terms: &[(At, f64)], parts: usize) -> String {
-        let listed: Vec<String> = terms
-            .iter()
-            .map(|&(at, weight)| if weight == 1.0 { self.place(at) } else { format!("{weight} x {}", self.place(at)) })
-            .collect();
+        let listed: Vec<String> =
+            terms
+                .iter()
+                .map(|&(at, weight)| {
+                    if weight == 1.0 { self.channel_path(at) } else { format!("{weight} x {}", self.channel_path(at)) }
+                })
+                .collect();
         let parts = if parts > 1 { format!(" and {} more parts", parts - 1) } else { String::new() };
         listed.join(" + ") + &parts
     }
@@ -345,9 +348,9 @@ impl Planner<'_> {
                 [] => {}
                 [at] => return Ok(at),
                 [first, second, ..] => {
-                    let (first, second) = (self.place(first), self.place(second));
-                    let cure = "name the source in the map";
-                    return Err((false, format!("'{name}' could be {first} or {second}; {cure}")));
+                    let (first, second) = (self.channel_path(first), self.channel_path(second));
+                    let fix = "name the source in the map";
+                    return Err((false, format!("'{name}' could be {first} or {second}; {fix}")));
                 }
             }
         }
@@ -383,7 +386,7 @@ impl Planner<'_> {
         let &(at, _) = parts.first()?.first()?;
         let recorded = self.channel(at).unit.clone();
         let parsed = recorded.as_deref().map(Unit::parse);
-        let place = self.place(at);
+        let place = self.channel_path(at);
         if let Some(unit) = entry.unit {
             if let Some(Ok(other)) = parsed.filter(|parsed| parsed.as_ref().is_ok_and(|other| *other != unit)) {
                 self.warn(format!(
@@ -393,19 +396,19 @@ impl Planner<'_> {
             }
             return Some(unit);
         }
-        let cure = format!("give 'unit' in the map (line {})", entry.line);
+        let fix = format!("give 'unit' in the map (line {})", entry.line);
         match parsed {
-            None => self.error(format!("{target}: {place} has no recorded unit; {cure}")),
+            None => self.error(format!("{target}: {place} has no recorded unit; {fix}")),
             Some(Err(_)) => {
                 let name = recorded.unwrap_or_default();
-                self.error(format!("{target}: {place} has the unknown unit '{name}'; {cure}"));
+                self.error(format!("{target}: {place} has the unknown unit '{name}'; {fix}"));
             }
             Some(Ok(unit)) => match wanted.filter(|wanted| *wanted != unit.dimension) {
                 None => return Some(unit),
                 Some(wanted) => {
                     let si = wanted.si_symbol();
                     self.error(format!(
-                        "{target}: {place} is in {}, which does not convert to {si}; {cure}",
+                        "{target}: {place} is in {}, which does not convert to {si}; {fix}",
                         unit.symbol
                     ));
                 }
@@ -428,7 +431,7 @@ impl Planner<'_> {
                     source.clocks.iter().map(|clock| format!("'{}' has {}", clock.channel, clock.samples)).collect();
                 let text = format!(
                     "{target}: {} has {} samples, {}; name its time channel or give sample_rate in [[time]]",
-                    self.place(at),
+                    self.channel_path(at),
                     channel.samples,
                     clocks.join(", ")
                 );
@@ -440,8 +443,8 @@ impl Planner<'_> {
             if !same_clock {
                 let text = format!(
                     "{target}: {} and {} have different clocks; sum channels of one",
-                    self.place(first),
-                    self.place(at)
+                    self.channel_path(first),
+                    self.channel_path(at)
                 );
                 self.error(text);
                 return None;

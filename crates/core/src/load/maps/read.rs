@@ -153,9 +153,9 @@ impl Reader<'_> {
         let probe = &self.probes[at.0];
         let source = &probe.sources[at.1];
         let clock = &source.clocks[at.2];
-        let cure = clock.question.as_deref().unwrap_or(TIME_CURE).into();
+        let fix = clock.question.as_deref().unwrap_or(TIME_CURE).into();
         let (path, source_name, channel) = (probe.path.clone(), source.name.clone(), clock.channel.clone());
-        LoadError::Time { path, source_name, channel, fault, cure }
+        LoadError::Time { path, source_name, channel, fault, fix }
     }
 
     /// Shifts the sources of a recording in parts so that each starts after the one before.

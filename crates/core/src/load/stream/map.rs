@@ -78,8 +78,8 @@ struct Linear {
 
 impl Linear {
     fn value(&self, values: &[f64]) -> f64 {
-        let of = |&(channel, weight): &(usize, f64)| weight * values.get(channel).copied().unwrap_or(f64::NAN);
-        self.factor * self.unit.to_si(self.terms.iter().map(of).sum::<f64>() + self.offset)
+        let term_value = |&(channel, weight): &(usize, f64)| weight * values.get(channel).copied().unwrap_or(f64::NAN);
+        self.factor * self.unit.to_si(self.terms.iter().map(term_value).sum::<f64>() + self.offset)
     }
 }
 
@@ -261,9 +261,9 @@ impl StreamSource {
     fn ordered_head(&self) -> Vec<&Vec<f64>> {
         let mut head: Vec<&Vec<f64>> = self.head.iter().collect();
         if let Some(stamp) = self.channels.iter().position(|channel| is_time_name(&channel.name)) {
-            let of = |row: &[f64]| row.get(stamp).copied().unwrap_or(f64::NAN);
-            head.sort_by(|a, b| of(a).total_cmp(&of(b)));
-            head.dedup_by(|later, earlier| of(later) == of(earlier));
+            let stamp_of = |row: &[f64]| row.get(stamp).copied().unwrap_or(f64::NAN);
+            head.sort_by(|a, b| stamp_of(a).total_cmp(&stamp_of(b)));
+            head.dedup_by(|later, earlier| stamp_of(later) == stamp_of(earlier));
         }
         head
     }

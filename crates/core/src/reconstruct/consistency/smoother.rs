@@ -30,7 +30,7 @@ pub struct Disagreement {
 /// its width again is let through.
 pub fn filter_smoother_disagreement(run: &Reconstruction) -> Vec<Disagreement> {
     let Some(smoothed) = &run.smoothed else { return Vec::new() };
-    let of = |state: State| {
+    let disagreement = |state: State| {
         let k = state as usize;
         let paths = run.states[k].iter().zip(&smoothed.states[k]);
         let deviations = run.deviations[k].iter().zip(&smoothed.deviations[k]);
@@ -46,7 +46,7 @@ pub fn filter_smoother_disagreement(run: &Reconstruction) -> Vec<Disagreement> {
         let inside = inside as f64 / run.time_s.len().max(1) as f64;
         Disagreement { state, inside, largest: largest.sqrt() }
     };
-    let mut found: Vec<Disagreement> = State::ALL.into_iter().map(of).collect();
+    let mut found: Vec<Disagreement> = State::ALL.into_iter().map(disagreement).collect();
     found.retain(|state| state.inside < INSIDE && state.largest > 1.5 * BAND);
     found.sort_by(|a, b| a.inside.total_cmp(&b.inside));
     found

@@ -74,7 +74,7 @@ fn gravity_that_is_removed_by_the_attitude_is_told_from_a_constant_one() {
     let rows: Vec<_> = found.contradictions().collect();
     let [row] = rows[..] else { panic!("{:?}", mistakes(&found)) };
     assert_eq!((row.channel.as_str(), row.hypothesis.as_str()), ("az", "gravity removed by the attitude"));
-    assert!(row.cure.is_none() && row.factor.is_none() && row.evidence.contains("ax + g sin(theta)"), "{row:?}");
+    assert!(row.fix.is_none() && row.factor.is_none() && row.evidence.contains("ax + g sin(theta)"), "{row:?}");
 }
 
 /// The motion with the heading off by `degrees`, of the channels `kept` alone.
@@ -98,7 +98,7 @@ fn a_magnetic_heading_is_named_with_its_variation() {
             let found = turned(degrees, kept);
             let rows: Vec<_> = found.contradictions().collect();
             let [row] = rows[..] else { panic!("{which}, {degrees}: {:?}", mistakes(&found)) };
-            let Some(Cure::Scale { role: HeadingAngle, factor: 1.0, offset, units: None }) = row.cure else {
+            let Some(Cure::Scale { role: HeadingAngle, factor: 1.0, offset, units: None }) = row.fix else {
                 panic!("{row:?}")
             };
             println!("{which}: {}; {}", row.headline(), row.evidence);

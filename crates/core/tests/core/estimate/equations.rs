@@ -239,10 +239,10 @@ fn equations_that_are_wrong_say_what() {
         EquationModel::new(&text).err().map(|error| error.to_string()).unwrap_or_default()
     };
     assert_eq!(fault(&|text| text.states.clear()), "the equations have no state: state at least one");
-    let said = fault(&|text| text.states[0].1 = "M_q*qq".to_owned());
-    assert!(said.starts_with("state 'q': at character 5: no state, input or parameter is called 'qq'"), "{said}");
-    let said = fault(&|text| text.inputs.push("q".to_owned()));
-    assert_eq!(said, "'q' is both a state and an input: give one of them another name");
+    let message = fault(&|text| text.states[0].1 = "M_q*qq".to_owned());
+    assert!(message.starts_with("state 'q': at character 5: no state, input or parameter is called 'qq'"), "{message}");
+    let message = fault(&|text| text.inputs.push("q".to_owned()));
+    assert_eq!(message, "'q' is both a state and an input: give one of them another name");
     let model = EquationModel::new(&EquationText {
         states: pairs(&[("q", "M_q*q")]),
         outputs: pairs(&[("rate", "2*q")]),

@@ -63,9 +63,9 @@ fn truncated_mat_names_the_byte() {
 #[test]
 fn an_hdf5_set_that_claims_more_than_the_file_can_hold_is_left_out() {
     let probe = probe(&fixture("claims.h5")).unwrap();
-    let said = probe.warnings.join("\n");
+    let text = probe.warnings.join("\n");
     let parts = ["'huge'", "1152921504606846976", "more than the file can hold"];
-    assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+    assert!(parts.iter().all(|part| text.contains(part)), "{text}");
     assert_eq!(probe.sources[0].channels.iter().map(|channel| channel.name.as_str()).collect::<Vec<_>>(), ["time"]);
 }
 

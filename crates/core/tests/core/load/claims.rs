@@ -47,9 +47,9 @@ fn hdf5_sets_that_claim_too_much_together_are_left_out() {
     let probe = inspect(&fixture("claims_together.h5")).unwrap();
     assert!(begun.elapsed() < PATIENCE);
     let beyond = |line: &&String| line.contains("more than the file can hold");
-    let said: Vec<_> = probe.warnings.iter().filter(beyond).collect();
-    assert!(said.len() > 2 && said.len() < 8, "the first alone could be: {:?}", probe.warnings);
-    assert_eq!(probe.sources[0].channels.len() + said.len(), 8);
+    let messages: Vec<_> = probe.warnings.iter().filter(beyond).collect();
+    assert!(messages.len() > 2 && messages.len() < 8, "the first alone could be: {:?}", probe.warnings);
+    assert_eq!(probe.sources[0].channels.len() + messages.len(), 8);
 }
 
 #[test]
@@ -59,8 +59,8 @@ fn hdf5_sets_of_kinds_that_are_not_read_leave_the_others() {
     assert_eq!(names, ["time", "q"]);
     assert_eq!(super::channel(&probe, "odd", "q").values(), super::made(50, |i, _| i));
     for name in ["'lzf'", "'nothing'", "'unwritten'", "'unwritten_chunks'"] {
-        let said = probe.warnings.iter().filter(|line| line.contains(name) && line.contains("left out")).count();
-        assert_eq!(said, 1, "{name}: {:?}", probe.warnings);
+        let count = probe.warnings.iter().filter(|line| line.contains(name) && line.contains("left out")).count();
+        assert_eq!(count, 1, "{name}: {:?}", probe.warnings);
     }
 }
 
@@ -71,10 +71,10 @@ fn a_virtual_hdf5_set_leaves_the_others() {
     assert_eq!(names(0), ["time", "q"]);
     assert_eq!(names(1), ["r", "time"], "a group beside it, with the clock above it");
     assert_eq!(super::channel(&probe, "virtual", "q").values(), super::made(50, |i, _| i));
-    let said: Vec<_> = probe.warnings.iter().filter(|line| line.contains("virtual: store its values")).collect();
-    assert_eq!(said.len(), 2, "{:?}", probe.warnings);
-    assert!(said.iter().any(|line| line.contains("'whole'")), "{said:?}");
-    assert!(said.iter().any(|line| line.contains("'below/part'")), "{said:?}");
+    let messages: Vec<_> = probe.warnings.iter().filter(|line| line.contains("virtual: store its values")).collect();
+    assert_eq!(messages.len(), 2, "{:?}", probe.warnings);
+    assert!(messages.iter().any(|line| line.contains("'whole'")), "{messages:?}");
+    assert!(messages.iter().any(|line| line.contains("'below/part'")), "{messages:?}");
 }
 
 /// Set for the process that reads with a budget of 20 MB: the file.
@@ -93,7 +93,7 @@ fn said_within(budget_mb: &str, path: &Path) -> String {
     child.args(["--exact", "load::claims::child_that_reads_within_a_budget", "--ignored", "--nocapture"]);
     let output = child.env(BUDGET_VARIABLE, budget_mb).env(CHILD, path).output().unwrap();
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    text.lines().find_map(|line| line.split_once("SAID ")).map(|(_, said)| said.to_owned()).unwrap_or(text)
+    text.lines().find_map(|line| line.split_once("SAID ")).map(|(_, message)| message.to_owned()).unwrap_or(text)
 }
 
 #[test]
@@ -109,14 +109,17 @@ fn what_unpacks_to_more_than_the_budget_is_refused_as_too_large() {
     );
     for (path, needs_mb) in [(path, 72), (fixture("expands.h5"), 96)] {
         for budget in [needs_mb / 16, needs_mb / 4, needs_mb - 5] {
-            let said = said_within(&budget.to_string(), &path);
+            let message = said_within(&budget.to_string(), &path);
             let expected = [
                 "too large when unpacked",
                 &format!("{budget} MB"),
                 BUDGET_VARIABLE,
                 path.file_name().unwrap().to_str().unwrap(),
             ];
-            assert!(expected.iter().all(|part| said.contains(part)) && !said.contains("damaged"), "{budget}: {said}");
+            assert!(
+                expected.iter().all(|part| message.contains(part)) && !message.contains("damaged"),
+                "{budget}: {message}"
+            );
         }
         assert_eq!(said_within(&(needs_mb + 5).to_string(), &path), "read");
     }

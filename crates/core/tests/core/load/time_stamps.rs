@@ -101,24 +101,24 @@ fn stamps(text: &str, map: &str) -> (Vec<f64>, String) {
 fn what_the_map_states_comes_before_what_stamps_look_like_and_a_contradiction_is_said() {
     let rows: String = (0..50).map(|k| format!("{},{}\n", 1000 + 20 * k, k % 7)).collect();
     let text = format!("time,q\n{rows}");
-    let (free, said) = stamps(&text, "");
+    let (free, message) = stamps(&text, "");
     assert!(
-        (free[1] - free[0] - 0.02).abs() < 1e-12 && said.contains("read in milliseconds, 50 Hz over 0.98 s"),
-        "{said}"
+        (free[1] - free[0] - 0.02).abs() < 1e-12 && message.contains("read in milliseconds, 50 Hz over 0.98 s"),
+        "{message}"
     );
-    let (stated, said) = stamps(&text, "[[time]]\nchannel = \"time\"\nunit = \"ms\"");
-    assert_eq!((stated, said.as_str()), (free, ""));
-    let (wrong, said) = stamps(&text, "[[time]]\nchannel = \"time\"\nunit = \"s\"");
+    let (stated, message) = stamps(&text, "[[time]]\nchannel = \"time\"\nunit = \"ms\"");
+    assert_eq!((stated, message.as_str()), (free, ""));
+    let (wrong, message) = stamps(&text, "[[time]]\nchannel = \"time\"\nunit = \"s\"");
     assert_eq!(wrong[1] - wrong[0], 20.0);
     assert!(
-        said.contains(
+        message.contains(
             "'time' is read in s: 0.05 Hz over 16.3 min; in milliseconds it is 50 Hz over 0.98 s: write unit = \"ms\""
         ),
-        "{said}"
+        "{message}"
     );
     // The name of the column states it.
-    let (named, said) = stamps(&text.replace("time,", "t_us,"), "");
-    assert!((named[1] - 1.02e-3).abs() < 1e-12 && said.contains("'t_us' is read in us: 50000 Hz"), "{said}");
+    let (named, message) = stamps(&text.replace("time,", "t_us,"), "");
+    assert!((named[1] - 1.02e-3).abs() < 1e-12 && message.contains("'t_us' is read in us: 50000 Hz"), "{message}");
 }
 
 #[test]

@@ -89,9 +89,9 @@ fn faults_of_a_names_file_are_refused_with_their_line() {
         ("colour = \"red\"\n", 3, "unknown field `colour`"),
     ] {
         match UserNames::parse(&format!("{HEAD}{text}")) {
-            Err(LoadError::Names { line: found, what: said, .. }) => {
+            Err(LoadError::Names { line: found, what: message, .. }) => {
                 assert_eq!(found, line, "{text}");
-                assert!(said.contains(what), "{said}");
+                assert!(message.contains(what), "{message}");
             }
             other => panic!("{text}: {other:?}"),
         }

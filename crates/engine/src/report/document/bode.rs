@@ -21,18 +21,18 @@ impl BodeModel {
     /// A transfer function at the frequencies of a response, and what the windows of the response show of it, which it is to be compared with.
     pub fn pair(label: &str, model: &TransferFunction, response: &FrequencyResponse) -> [Self; 2] {
         let turn = if model.gain < 0.0 { 180.0 } else { 0.0 };
-        let of = |seen: bool| {
+        let points = |seen: bool| {
             let point = |found: &ResponsePoint| {
                 let omega = found.omega_rad_s;
                 let exact = model.at(omega);
-                let shown = if seen { found.seen(|omega| model.at(omega)) } else { exact };
+                let shown = if seen { found.through_windows(|omega| model.at(omega)) } else { exact };
                 let phase = model.phase_rad(omega) + (shown / exact).arg();
                 [omega, 20.0 * shown.norm().log10(), phase.to_degrees() + turn]
             };
             response.points.iter().map(point).collect()
         };
         let through = format!("{label}, through the windows");
-        [Self::aligned(label, of(false), response), Self::aligned(&through, of(true), response)]
+        [Self::aligned(label, points(false), response), Self::aligned(&through, points(true), response)]
     }
 
     /// Values of a response at the frequencies of another.

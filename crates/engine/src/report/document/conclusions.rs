@@ -25,10 +25,11 @@ pub fn conclusions(contents: &Contents<'_>) -> Vec<Block> {
         blocks.extend([Block::Heading(heading.to_owned()), Block::List(text)]);
     };
     listed("Contradictions", found.iter().filter(contradictory).collect(), &mut blocks);
-    let of = |level: Level| found.iter().filter(|line| line.level == level && !contradictory(line)).collect();
-    listed("Results that must not be used", of(Level::Bad), &mut blocks);
+    let lines_of_level =
+        |level: Level| found.iter().filter(|line| line.level == level && !contradictory(line)).collect();
+    listed("Results that must not be used", lines_of_level(Level::Bad), &mut blocks);
     blocks.extend(usable(contents));
-    listed("Cautions", of(Level::Caution), &mut blocks);
+    listed("Cautions", lines_of_level(Level::Caution), &mut blocks);
     let next = cover::next_steps(contents);
     if !next.is_empty() {
         blocks.extend([Block::Heading("Recommendations".to_owned()), Block::List(next)]);

@@ -46,12 +46,12 @@ pub fn condition(contents: &Contents<'_>) -> Vec<Block> {
 
 /// One row per derivative.
 fn slopes(rows: &[ConditionRow]) -> Table {
-    let of = |row: &ConditionRow, parameter: &str| {
+    let companion_row = |row: &ConditionRow, parameter: &str| {
         let same = |other: &&ConditionRow| other.derivative == row.derivative && other.variables == row.variables;
         rows.iter().filter(same).find(|other| other.parameter == parameter)
     };
     let value = |row: &ConditionRow, parameter: &str, error: bool| {
-        let found = of(row, parameter)?;
+        let found = companion_row(row, parameter)?;
         Some(if error { found.standard_error } else { found.estimate })
     };
     let shown = rows.iter().filter(|row| row.variables == VARIABLES && row.parameter == "value" && row.error.is_none());

@@ -141,9 +141,9 @@ fn levels(contents: &Contents<'_>) -> Option<Block> {
 pub(super) fn next_steps(contents: &Contents<'_>) -> Vec<String> {
     let found = verdict::folded(contents.session, contents.snapshot);
     let mut steps: Vec<String> = Vec::new();
-    for line in found.iter().filter(|line| line.level > Level::Good && !line.cure.is_empty()) {
-        let step = format!("{} ({}: {})", sentence(&line.cure), line.level.name(), line.place);
-        if steps.len() < STEPS && !steps.iter().any(|known| known.starts_with(&sentence(&line.cure))) {
+    for line in found.iter().filter(|line| line.level > Level::Good && !line.fix.is_empty()) {
+        let step = format!("{} ({}: {})", sentence(&line.fix), line.level.name(), line.place);
+        if steps.len() < STEPS && !steps.iter().any(|known| known.starts_with(&sentence(&line.fix))) {
             steps.push(step);
         }
     }

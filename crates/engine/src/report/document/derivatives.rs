@@ -35,7 +35,7 @@ pub fn model(contents: &Contents<'_>) -> Vec<Block> {
     let mut blocks = vec![Block::Facts(formulas.collect()), Block::Paragraph(format!("{surfaces} {constants}"))];
     let known = session.estimation.constraints.iter();
     let known: Vec<_> =
-        known.map(|known| format!("{} {}", notation::derivative(&known.derivative()), known.words())).collect();
+        known.map(|known| format!("{} {}", notation::derivative(&known.derivative()), known.summary())).collect();
     if !known.is_empty() {
         let words = "Known beforehand: ".to_owned() + &known.join(", ");
         blocks.push(Block::Paragraph(format!(

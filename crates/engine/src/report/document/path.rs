@@ -108,7 +108,7 @@ fn corrections<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
         ("Thrust removed from the coefficients", thrust.to_owned()),
         ("Gyroscopic moment of the propellers", rotors.to_owned()),
         ("Axes of moments and rates", axes.to_owned()),
-        ("Actuator lag", preparation.control_lags.words()),
+        ("Actuator lag", preparation.control_lags.summary()),
         ("Omitted at the start of a manoeuvre", format!("{} s", preparation.settle_s)),
     ]
 }

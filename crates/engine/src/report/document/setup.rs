@@ -20,7 +20,7 @@ pub fn overview(contents: &Contents<'_>) -> Parts {
         ("Gravity", format!("{} m/s², {}", significant(results.gravity_m_s2, 6), results.gravity_origin)),
     ];
     let delays = applied_delays(&results.sensor_delays).map(|words| ("Delays applied", words));
-    let gusts = results.gusts.as_ref().map(|gusts| ("Gusts", gusts.words()));
+    let gusts = results.gusts.as_ref().map(|gusts| ("Gusts", gusts.summary()));
     let body = vec![
         Block::Facts(
             facts.into_iter().chain(delays).chain(gusts).map(|(name, text)| (name.to_owned(), text)).collect(),
@@ -115,7 +115,7 @@ pub fn windows(contents: &Contents<'_>) -> Parts {
     if times.rows.is_empty() {
         return Parts::default();
     }
-    let mut blocks = vec![Block::Table(flown(contents))];
+    let mut blocks = vec![Block::Table(manoeuvre_table(contents))];
     for flight in &contents.session.flights {
         let Some(loaded) = contents.snapshot.flights.get(&flight.name).and_then(|slot| slot.ready()) else { continue };
         let spans: Vec<Mark> = contents
@@ -161,22 +161,22 @@ pub fn windows(contents: &Contents<'_>) -> Parts {
 }
 
 /// One row per manoeuvre in use: condition, mass, wind, steadiness before the input, verdict.
-fn flown(contents: &Contents<'_>) -> Table {
+fn manoeuvre_table(contents: &Contents<'_>) -> Table {
     let results = contents.results;
     let condition = |row: &WindowRow| {
         results.manoeuvre_map.iter().find(|found| found.name == row.name && found.flight == row.flight)
     };
-    let of = |row: &WindowRow, value: &dyn Fn(&MapRow) -> Option<f64>| condition(row).and_then(value);
+    let map_value = |row: &WindowRow, value: &dyn Fn(&MapRow) -> Option<f64>| condition(row).and_then(value);
     let caption = "Manoeuvres: mean condition, wind and its standard deviation, and steadiness before the input.";
     TableOf::new("flown", caption, &results.windows)
         .text("window", "Manoeuvre", |row| &row.name)
         .text("role", "Use", |row| if row.role == WindowRole::Validation.name() { "val" } else { "id" })
-        .maybe("airspeed_m_s", "Airspeed", "m/s", 3, |row| of(row, &|row| row.airspeed_m_s))
-        .maybe("altitude_m", "Altitude", "m", 4, |row| of(row, &|row| row.altitude_m))
-        .maybe("mass_kg", "Mass", "kg", 5, |row| of(row, &|row| row.mass_kg))
-        .maybe("cg_chord", "CG on chord", "", 3, |row| of(row, &|row| row.cg_chord))
-        .maybe("wind_m_s", "Wind", "m/s", 2, |row| of(row, &|row| row.wind_m_s))
-        .maybe("wind_deviation_m_s", "Gusts", "m/s", 2, |row| of(row, &|row| row.wind_deviation_m_s))
+        .maybe("airspeed_m_s", "Airspeed", "m/s", 3, |row| map_value(row, &|row| row.airspeed_m_s))
+        .maybe("altitude_m", "Altitude", "m", 4, |row| map_value(row, &|row| row.altitude_m))
+        .maybe("mass_kg", "Mass", "kg", 5, |row| map_value(row, &|row| row.mass_kg))
+        .maybe("cg_chord", "CG on chord", "", 3, |row| map_value(row, &|row| row.cg_chord))
+        .maybe("wind_m_s", "Wind", "m/s", 2, |row| map_value(row, &|row| row.wind_m_s))
+        .maybe("wind_deviation_m_s", "Gusts", "m/s", 2, |row| map_value(row, &|row| row.wind_deviation_m_s))
         .maybe("airspeed_slope_m_s2", "dV/dt", "m/s²", 2, |row| Some(row.before_input?.airspeed_slope_m_s2))
         .maybe("w_slope_m_s2", "dw/dt", "m/s²", 2, |row| Some(row.before_input?.w_slope_m_s2))
         .maybe("climb_m_s", "Climb", "m/s", 2, |row| row.before_input?.climb_m_s)

@@ -235,8 +235,8 @@ fn path_histories<'a>(histories: &mut Vec<History<'a>>, group: &str, path: &'a W
         columns.push(HistoryColumn::new(at("deviations"), unit, "standard deviation of the state", deviations));
         if let Some(smoothed) = &reconstruction.smoothed {
             columns.push(HistoryColumn::new(at("smoothed"), unit, "smoothed state", &smoothed.states[index]));
-            let (at, said) = (at("smoothed_deviations"), "standard deviation of the smoothed state");
-            columns.push(HistoryColumn::new(at, unit, said, &smoothed.deviations[index]));
+            let (at, description) = (at("smoothed_deviations"), "standard deviation of the smoothed state");
+            columns.push(HistoryColumn::new(at, unit, description, &smoothed.deviations[index]));
         }
     }
     let history = |kind: &str, time: &str, time_s: &'a [f64], columns| History {

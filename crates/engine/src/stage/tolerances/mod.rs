@@ -51,7 +51,7 @@ impl PercentRule {
     }
 
     /// What it takes the percentage of, in words.
-    pub fn words(self) -> &'static str {
+    pub fn reference_description(self) -> &'static str {
         match self {
             Self::NormalRange => {
                 "of the largest value in the normal operating range, or in the record where no range is given"

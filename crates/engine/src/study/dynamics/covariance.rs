@@ -20,8 +20,8 @@ pub(super) fn correlation(
     let regressions = pooled_regressions(windows, structure, estimation);
     let mut joint: Vec<(PooledFit, Vec<PooledWindow>)> = Vec::with_capacity(fits.len());
     for (fit, _) in fits {
-        let of = |regression: &&crate::stage::Regression| regression.coefficient == fit.coefficient;
-        let regression = regressions.iter().flatten().find(of)?;
+        let is_same_coefficient = |regression: &&crate::stage::Regression| regression.coefficient == fit.coefficient;
+        let regression = regressions.iter().flatten().find(is_same_coefficient)?;
         let again = regression.pooled.fit().ok()?;
         if again.fit.names != fit.fit.as_ref().ok()?.names {
             return None;

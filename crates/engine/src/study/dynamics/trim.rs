@@ -158,7 +158,7 @@ impl Flown<'_> {
 
     /// Median of each mass property.
     fn mass(&self) -> MassProperties {
-        let of = |value: &dyn Fn(&MassProperties) -> f64| {
+        let median_of = |value: &dyn Fn(&MassProperties) -> f64| {
             let each = self
                 .windows
                 .iter()
@@ -166,15 +166,15 @@ impl Flown<'_> {
             median(&mut each.collect::<Vec<_>>()).unwrap_or(0.0)
         };
         MassProperties {
-            mass_kg: of(&|mass| mass.mass_kg),
-            cg_from_datum_m: [0, 1, 2].map(|axis| of(&|mass| mass.cg_from_datum_m[axis])),
+            mass_kg: median_of(&|mass| mass.mass_kg),
+            cg_from_datum_m: [0, 1, 2].map(|axis| median_of(&|mass| mass.cg_from_datum_m[axis])),
             inertia: InertiaTensor {
-                xx: of(&|mass| mass.inertia.xx),
-                yy: of(&|mass| mass.inertia.yy),
-                zz: of(&|mass| mass.inertia.zz),
-                xz: of(&|mass| mass.inertia.xz),
-                xy: of(&|mass| mass.inertia.xy),
-                yz: of(&|mass| mass.inertia.yz),
+                xx: median_of(&|mass| mass.inertia.xx),
+                yy: median_of(&|mass| mass.inertia.yy),
+                zz: median_of(&|mass| mass.inertia.zz),
+                xz: median_of(&|mass| mass.inertia.xz),
+                xy: median_of(&|mass| mass.inertia.xy),
+                yz: median_of(&|mass| mass.inertia.yz),
             },
         }
     }

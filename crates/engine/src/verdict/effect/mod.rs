@@ -169,7 +169,10 @@ pub(super) fn consequences(evidence: Evidence<'_>, suspects: &[&str]) -> Vec<Con
     // Thrust that nobody recorded leaves both models possible: neither shows that the other is wrong.
     let thrust = Suspect { worst: Level::Caution, ..Suspect::new(Cause::Thrust, Vec::new()) };
     variants.push(Variant { suspect: thrust, fits: fits(session, &as_computed, &with_airspeed) });
-    fits(session, &as_computed, &session.structure).par_iter().map(|fitted| of_fit(fitted, &variants)).collect()
+    fits(session, &as_computed, &session.structure)
+        .par_iter()
+        .map(|fitted| fit_consequences(fitted, &variants))
+        .collect()
 }
 
 /// The models of the coefficients along the thrust, with a term of airspeed where they have none.
@@ -195,7 +198,7 @@ fn fits(session: &Session, windows: &[AeroWindow<'_>], structure: &Structure) ->
     regressions.into_par_iter().filter_map(fitted).collect()
 }
 
-fn of_fit(fitted: &Fitted, variants: &[Variant]) -> Consequences {
+fn fit_consequences(fitted: &Fitted, variants: &[Variant]) -> Consequences {
     let (regression, _) = fitted;
     let same = |variant: &'_ Variant| -> Option<(Suspect, PooledFit)> {
         let (_, fit) = variant.fits.iter().find(|(other, _)| other.coefficient == regression.coefficient)?;

@@ -21,7 +21,7 @@ impl Heading {
 }
 
 /// Words of `line` with the centre of the columns they occupy.
-fn words(line: &str) -> impl Iterator<Item = (f64, &str)> {
+fn words_with_centres(line: &str) -> impl Iterator<Item = (f64, &str)> {
     let mut from = 0;
     line.split_whitespace().map(move |word| {
         // A word of split_whitespace lies at or behind the end of the one before it.
@@ -90,7 +90,7 @@ impl<'a> Lines<'a> {
         for (row, line) in self.rows(index) {
             let refuse = |reason: String| ListingError::Row { line: row + 1, table, reason };
             let mut values = vec![None; heading.0.len()];
-            for (centre, word) in words(line) {
+            for (centre, word) in words_with_centres(line) {
                 let distance = |column: &usize| (heading.0[*column] - centre).abs();
                 let nearest = (0..heading.0.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
                 let number = value(word).ok_or_else(|| refuse(format!("'{}' is not a number", short(word))))?;

@@ -293,12 +293,12 @@ impl DatcomListing {
 impl AileronTable {
     /// Deflection of each row by `measure`, right aileron down positive, rad.
     fn deflection_rad(&self, measure: AileronMeasure) -> Vec<f64> {
-        let of = |(&left, &right): (&f64, &f64)| match measure {
+        let deflection = |(&left, &right): (&f64, &f64)| match measure {
             AileronMeasure::HalfDifference => 0.5 * (right - left),
             AileronMeasure::DownGoing if right > left => right,
             AileronMeasure::DownGoing => -left,
         };
-        self.left_rad.iter().zip(&self.right_rad).map(of).collect()
+        self.left_rad.iter().zip(&self.right_rad).map(deflection).collect()
     }
 }
 

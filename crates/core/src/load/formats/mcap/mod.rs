@@ -89,7 +89,7 @@ pub(crate) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<
         return Err(LoadError::Unsupported {
             path: path.to_owned(),
             what: format!("every topic, {},", left_out.join(", ")),
-            cure: "record messages as JSON or as CDR with their ros2msg schema",
+            fix: "record messages as JSON or as CDR with their ros2msg schema",
         });
     }
     if !left_out.is_empty() {

@@ -38,7 +38,7 @@ fn u32_at(bytes: &[u8], at: usize) -> Option<usize> {
 
 impl<'a> Table<'a> {
     /// Place of a field; `None` where it is left at its default.
-    fn place(self, field: usize) -> Option<usize> {
+    fn field_offset(self, field: usize) -> Option<usize> {
         let Self(bytes, at) = self;
         let back = i32::from_le_bytes(*bytes.get(at..)?.first_chunk()?);
         let layout = usize::try_from(i64::try_from(at).ok()? - i64::from(back)).ok()?;
@@ -48,12 +48,12 @@ impl<'a> Table<'a> {
     }
 
     fn byte(self, field: usize) -> Option<u8> {
-        self.0.get(self.place(field)?).copied()
+        self.0.get(self.field_offset(field)?).copied()
     }
 
     /// Where a field leads to.
     fn target(self, field: usize) -> Option<usize> {
-        let place = self.place(field)?;
+        let place = self.field_offset(field)?;
         place.checked_add(u32_at(self.0, place)?)
     }
 

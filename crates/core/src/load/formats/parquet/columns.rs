@@ -117,7 +117,7 @@ fn check_compression(path: &Path, metadata: &ParquetMetaData) -> Result<(), Load
     compressions.find(unread).map_or(Ok(()), |compression| {
         let name = if compression == Compression::LZO { "LZO" } else { "Brotli" };
         let (path, what) = (path.to_owned(), format!("{name} compression of Parquet"));
-        Err(LoadError::Unsupported { path, what, cure: "write the file with zstd or snappy" })
+        Err(LoadError::Unsupported { path, what, fix: "write the file with zstd or snappy" })
     })
 }
 

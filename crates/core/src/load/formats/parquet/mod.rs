@@ -19,6 +19,6 @@ pub(crate) fn sources(path: &std::path::Path, _contents: Vec<u8>) -> Result<(Vec
     Err(LoadError::Unsupported {
         path: path.to_owned(),
         what: "a Parquet table".to_owned(),
-        cure: "build with the feature \"parquet\", or give CSV",
+        fix: "build with the feature \"parquet\", or give CSV",
     })
 }

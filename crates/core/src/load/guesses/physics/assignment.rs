@@ -76,7 +76,7 @@ impl<'w> Assignment<'w> {
     fn choose(&self, fits: impl Fn(&Self, usize) -> Option<Taken>) -> Option<(Taken, f64, Option<Taken>)> {
         let all: Vec<Taken> = self.free().into_iter().filter_map(|i| fits(self, i)).collect();
         let best = *all.iter().max_by(|a, b| a.r2.total_cmp(&b.r2))?;
-        let of = |taken: &Taken| log_likelihood(taken.r2, self.windows.independent);
+        let likelihood = |taken: &Taken| log_likelihood(taken.r2, self.windows.independent);
         // Another place or filter of the same quantity must fit clearly worse.
         let is_alike = |other: &&Taken| {
             other.column != best.column
@@ -87,7 +87,7 @@ impl<'w> Assignment<'w> {
             .iter()
             .filter(is_alike)
             .any(|other| log_likelihood(best.r2, ALIKE_COUNT) - log_likelihood(other.r2, ALIKE_COUNT) < ALIKE_LEAD);
-        let sum: f64 = all.iter().map(|taken| (of(taken) - of(&best)).exp()).sum();
+        let sum: f64 = all.iter().map(|taken| (likelihood(taken) - likelihood(&best)).exp()).sum();
         if close {
             return None;
         }

@@ -45,7 +45,7 @@ struct Found {
 }
 
 /// Sine of the climb angle by attitude and flow angles.
-fn made(whole: &Assignment<'_>, alpha: (usize, &str, f64), beta: Option<(usize, &str, f64)>) -> Vec<f64> {
+fn climb_angle_sine(whole: &Assignment<'_>, alpha: (usize, &str, f64), beta: Option<(usize, &str, f64)>) -> Vec<f64> {
     let angle = |(column, _, size): (usize, &str, f64), k: usize| whole.column(column).mean[k] / size;
     whole.each(|k| {
         let ((sa, ca), (sb, cb)) = (angle(alpha, k).sin_cos(), beta.map_or(0.0, |beta| angle(beta, k)).sin_cos());
@@ -66,7 +66,7 @@ pub fn complete(whole: &mut Assignment<'_>) {
         .flat_map(|i| ANGLES.map(|(unit, size)| (*i, unit, size)))
         .filter(|(i, _, size)| whole.column(*i).largest / size < LARGEST_FLOW)
         .collect();
-    let sines: Vec<Vec<f64>> = angles.iter().map(|angle| made(whole, *angle, None)).collect();
+    let sines: Vec<Vec<f64>> = angles.iter().map(|angle| climb_angle_sine(whole, *angle, None)).collect();
     let mut triples: Vec<Found> = Vec::new();
     for &speed in free.iter().filter(|i| air::can_be_speed(whole, **i)) {
         for &height in free.iter().filter(|i| **i != speed) {
@@ -98,7 +98,7 @@ fn with_sideslip(whole: &Assignment<'_>, triple: Found, angles: &[(usize, &'stat
     let climb = whole.each(|k| whole.column(triple.height).slope[k] / whole.column(triple.speed).mean[k]);
     let others = angles.iter().filter(|beta| ![triple.height, triple.speed, triple.alpha.0].contains(&beta.0));
     let fits = |beta: &(usize, &'static str, f64)| {
-        let (slope, r2) = line(&climb, &made(whole, triple.alpha, Some(*beta)))?;
+        let (slope, r2) = line(&climb, &climb_angle_sine(whole, triple.alpha, Some(*beta)))?;
         (1.0 - r2 < 0.5 * (1.0 - triple.r2)).then_some(Found { beta: Some(*beta), slope, r2, ..triple })
     };
     others.filter_map(fits).collect()
@@ -106,7 +106,7 @@ fn with_sideslip(whole: &Assignment<'_>, triple: Found, angles: &[(usize, &'stat
 
 /// Units of height and speed by their ratio, and by the turn that the bank makes: `V (r - p alpha) = g cos(theta) sin(phi)`.
 fn units(whole: &Assignment<'_>, found: &Found) -> Option<(&'static str, f64, &'static str, f64)> {
-    let sine = made(whole, found.alpha, found.beta);
+    let sine = climb_angle_sine(whole, found.alpha, found.beta);
     let speed = &whole.column(found.speed).mean;
     let climb = whole.each(|k| whole.column(found.height).slope[k] / speed[k]);
     if (average(&climb) - found.slope * average(&sine)).abs() > OFFSET * found.slope {

@@ -45,9 +45,9 @@ pub fn complete(whole: &mut Assignment<'_>) {
 /// Climb by airspeed, attitude and flow angles, m/s: `V (cos(alpha) cos(beta) sin(theta) - (sin(beta) sin(phi) + sin(alpha) cos(beta) cos(phi))
 /// cos(theta))` (Stevens and Lewis, section 3.6).
 pub fn climb_at(whole: &Assignment<'_>, speed: &[f64]) -> Vec<f64> {
-    let of = |angle: &Option<[Vec<f64>; 2]>, k: usize| angle.as_ref().map_or(0.0, |[angle, _]| angle[k]);
+    let angle_at = |angle: &Option<[Vec<f64>; 2]>, k: usize| angle.as_ref().map_or(0.0, |[angle, _]| angle[k]);
     whole.each(|k| {
-        let ((sa, ca), (sb, cb)) = (of(&whole.alpha, k).sin_cos(), of(&whole.beta, k).sin_cos());
+        let ((sa, ca), (sb, cb)) = (angle_at(&whole.alpha, k).sin_cos(), angle_at(&whole.beta, k).sin_cos());
         let ((sp, cp), (st, ct)) = (whole.phi[k].sin_cos(), whole.theta[k].sin_cos());
         speed[k] * (ca * cb * st - (sb * sp + sa * cb * cp) * ct)
     })

@@ -30,9 +30,9 @@ fn flight() -> Vec<Vec<f64>> {
 }
 
 /// What is found of some columns, each in a unit with how many of it make one of SI.
-fn find(columns: &[Vec<f64>], of: &[(usize, f64)]) -> Vec<Found> {
+fn find(columns: &[Vec<f64>], scales: &[(usize, f64)]) -> Vec<Found> {
     let values: Vec<Vec<f64>> =
-        of.iter().map(|(column, scale)| columns[*column].iter().map(|value| scale * value).collect()).collect();
+        scales.iter().map(|(column, scale)| columns[*column].iter().map(|value| scale * value).collect()).collect();
     let series: Vec<Series<'_>> = values.iter().map(|values| Series { time_s: &columns[0], values }).collect();
     search(&series)
 }
@@ -51,8 +51,8 @@ fn is_found(found: &[Found], role: Role, column: usize, unit: &str) {
 
 #[test]
 fn airspeed_is_found_by_the_dynamic_pressure_and_alpha_by_the_climb() {
-    let of = [&MOTION[..], &[(11, 0.01), (7, KNOTS), (12, 1.0), (8, DEGREES), (10, FEET)]].concat();
-    let found = find(&flight(), &of);
+    let scales = [&MOTION[..], &[(11, 0.01), (7, KNOTS), (12, 1.0), (8, DEGREES), (10, FEET)]].concat();
+    let found = find(&flight(), &scales);
     is_found(&found, Role::PitchAngle, 4, "rad");
     is_found(&found, Role::StaticPressure, 6, "hPa");
     is_found(&found, Role::Altitude, 10, "ft");
@@ -62,8 +62,8 @@ fn airspeed_is_found_by_the_dynamic_pressure_and_alpha_by_the_climb() {
 
 #[test]
 fn height_airspeed_and_flow_angles_are_found_together_by_the_climb_angle() {
-    let of = [&MOTION[..], &[(9, DEGREES), (7, FEET), (8, DEGREES), (10, FEET)]].concat();
-    let found = find(&flight(), &of);
+    let scales = [&MOTION[..], &[(9, DEGREES), (7, FEET), (8, DEGREES), (10, FEET)]].concat();
+    let found = find(&flight(), &scales);
     is_found(&found, Role::Altitude, 9, "ft");
     is_found(&found, Role::TrueAirspeed, 7, "ft/s");
     is_found(&found, Role::AngleOfAttack, 8, "deg");

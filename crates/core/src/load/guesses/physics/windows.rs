@@ -137,8 +137,11 @@ pub fn cut_fastest(all: &[Series<'_>], windows: &Windows, fast: &[usize]) -> Win
         let finite = column.slope.iter().filter(|slope| slope.is_finite());
         let (sum, number) = finite.fold((0.0, 0.0), |(sum, number), slope| (sum + slope * slope, number + 1.0));
         let size: f64 = f64::sqrt(sum / number);
-        let of = |slope: &f64| if slope.is_finite() && size > 0.0 { slope.abs() / size } else { 0.0 };
-        speed.iter_mut().zip(&column.slope).for_each(|(speed, slope)| *speed += of(slope).min(LARGEST_SPEED));
+        let relative_slope = |slope: &f64| if slope.is_finite() && size > 0.0 { slope.abs() / size } else { 0.0 };
+        speed
+            .iter_mut()
+            .zip(&column.slope)
+            .for_each(|(speed, slope)| *speed += relative_slope(slope).min(LARGEST_SPEED));
     }
     let mut order: Vec<usize> = (0..count).collect();
     order.sort_by(|a, b| speed[*b].total_cmp(&speed[*a]));
