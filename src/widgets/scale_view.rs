@@ -126,7 +126,7 @@ impl Frame {
         pos2(center.x + across, center.y - up)
     }
 
-    fn to_metres(&self, at: Pos2) -> [f64; 2] {
+    fn metres_at(&self, at: Pos2) -> [f64; 2] {
         let off = at - self.rect.center();
         [self.middle[0] + f64::from(off.x) / self.points_per_m, self.middle[1] - f64::from(off.y) / self.points_per_m]
     }
@@ -160,7 +160,7 @@ impl ScaleView<'_> {
     fn figure(&self, frame: &Frame) -> Figure {
         let scaled = |[x, y]: [f64; 2]| [self.scale * x, self.scale * y];
         let [low, high] =
-            [frame.rect.left_bottom(), frame.rect.right_top()].map(|corner| scaled(frame.to_metres(corner)));
+            [frame.rect.left_bottom(), frame.rect.right_top()].map(|corner| scaled(frame.metres_at(corner)));
         let axis =
             |axis: usize| Axis { range: Some([low[axis], high[axis]]), ..Axis::new(self.labels[axis].as_str(), "") };
         let mark = |name: &str, color, style, points: &mut dyn Iterator<Item = [f64; 2]>| Mark::Points {
@@ -204,7 +204,7 @@ impl ScaleView<'_> {
         let step = step_of(&ROUND, GRID / frame.points_per_m * self.scale);
         let inner = frame.rect;
         for axis in [0, 1] {
-            let ends = [frame.to_metres(inner.left_bottom())[axis], frame.to_metres(inner.right_top())[axis]];
+            let ends = [frame.metres_at(inner.left_bottom())[axis], frame.metres_at(inner.right_top())[axis]];
             for mark in multiples(ends.map(|end| self.scale * end), step) {
                 let mut at = frame.middle;
                 at[axis] = mark / self.scale;
@@ -293,7 +293,7 @@ impl ScaleView<'_> {
             return report(EditPhase::Commit, held.now);
         }
         let pointer = grip.interact_pointer_pos()?;
-        let now = frame.to_metres(pointer + held.grip).map(|value| to_decimals(value, DECIMALS));
+        let now = frame.metres_at(pointer + held.grip).map(|value| to_decimals(value, DECIMALS));
         if now == held.now {
             return None;
         }
@@ -366,7 +366,7 @@ mod tests {
         let frame = Frame::new(rect, [[0.0, -6.0], [9.0, 6.0]]);
         let (a, b) = (frame.at([1.0, 0.0]), frame.at([2.0, 1.0]));
         assert!(((b.x - a.x) - (a.y - b.y)).abs() < 1e-3);
-        let back = frame.to_metres(frame.at([3.5, -1.25]));
+        let back = frame.metres_at(frame.at([3.5, -1.25]));
         assert!((back[0] - 3.5).abs() < 1e-4 && (back[1] + 1.25).abs() < 1e-4, "{back:?}");
         assert!(rect.contains(frame.at([0.0, -6.0])) && rect.contains(frame.at([9.0, 6.0])));
     }

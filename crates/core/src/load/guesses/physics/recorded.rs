@@ -49,3 +49,43 @@ fn r2_of_alike(windows: &Windows, first: usize, second: usize) -> f64 {
     let [Some(first), Some(second)] = columns else { return 0.0 };
     line(&first.mean, &second.mean).filter(|(slope, _)| SLOPES.contains(slope)).map_or(0.0, |(_, r2)| r2)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::windows::Column;
+    use super::*;
+
+    /// Windows whose last three columns are smooth velocities, and what was found of them.
+    fn derived(recorded: [f64; 3]) -> (Windows, Vec<Found>) {
+        let smooth = |axis: usize, k: usize| (0.1 * k as f64 + axis as f64).sin() * 10.0;
+        let noise = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let column = |axis: usize, part: f64| Column {
+            mean: (0..100).map(|k| smooth(axis, k) + part * noise(k)).collect(),
+            ..Column::default()
+        };
+        let columns = recorded.into_iter().chain([0.0; 3]).enumerate().map(|(at, part)| column(at % 3, part)).collect();
+        let found = |(at, role): (usize, Role)| Found {
+            role,
+            column: 3 + at,
+            unit: Some("m/s"),
+            turned: false,
+            offset: 0.0,
+            evidence: String::new(),
+            share: 1.0,
+            runner_up: None,
+        };
+        (Windows { columns, ..Windows::default() }, VECTORS[0].into_iter().enumerate().map(found).collect())
+    }
+
+    #[test]
+    fn velocity_that_was_recorded_comes_before_one_that_was_derived() {
+        let (windows, mut found) = derived([0.1, 0.2, 2.0]);
+        prefer_recorded(&mut found, &windows);
+        assert_eq!(found.iter().map(|one| one.column).collect::<Vec<_>>(), [0, 1, 2]);
+        assert_eq!(found[0].runner_up.as_ref().map(|(column, _)| *column), Some(3));
+        // One component alone may be alike by chance.
+        let (windows, mut found) = derived([0.1, 5.0, 5.0]);
+        prefer_recorded(&mut found, &windows);
+        assert_eq!(found.iter().map(|one| one.column).collect::<Vec<_>>(), [3, 4, 5]);
+    }
+}
