@@ -281,11 +281,11 @@ fn contradiction_of_a_channel_is_named_and_cured_by_one_click() {
     bench.harness.get_by_label("sign of az").click();
     bench.harness.run_steps(2);
     bench.step("Check");
-    bench.wait_for("apply cure of az");
+    bench.wait_for("apply the fix of az");
     for when in ["as read", "with the cure"] {
         let name = format!("curves of az {when}");
         let curves = bench.harness.get_by_label(&name).rect();
-        let button = bench.harness.get_by_label("apply cure of az").rect();
+        let button = bench.harness.get_by_label("apply the fix of az").rect();
         assert!(curves.width() > 100.0 && curves.height() > 40.0, "{name}: {curves:?}");
         assert!(
             curves.top() < button.bottom() && curves.left() > button.right(),
@@ -298,10 +298,10 @@ fn contradiction_of_a_channel_is_named_and_cured_by_one_click() {
     bench.harness.run_steps(3);
     assert!(bench.harness.query_by_label("confirm the unit of p").is_none());
     assert!(bench.harness.query_by_label("confirm the unit of r").is_some());
-    bench.harness.get_by_label("apply cure of az").click();
+    bench.harness.get_by_label("apply the fix of az").click();
     bench.harness.run_steps(3);
     let started = Instant::now();
-    while bench.harness.query_all_by_label("apply cure of az").next().is_some() {
+    while bench.harness.query_all_by_label("apply the fix of az").next().is_some() {
         assert!(started.elapsed() < PATIENCE, "the contradiction is gone");
         std::thread::sleep(Duration::from_millis(5));
         bench.harness.step();

@@ -164,7 +164,7 @@ pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui) {
             if let Some(cure) = cure {
                 let button = ui.small_button("Apply").on_hover_text(&row.cure);
                 ui.ctx().accesskit_node_builder(button.id, |node| {
-                    node.set_label(format!("apply cure of {}", row.channel));
+                    node.set_label(format!("apply the fix of {}", row.channel));
                 });
                 if button.clicked() {
                     applied = Some(cure.clone());

@@ -31,7 +31,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
         return empty(ui, "Keep a second structure in the Model panel to see both here.");
     }
     let (Some(first), Some(second)) = (ctx.snapshot.pooled.latest(), ctx.snapshot.second.latest()) else {
-        return awaiting(ctx, ui, "both estimates", "There is no estimate yet.");
+        return awaiting(ctx, ui, "both estimates", "No estimate yet.");
     };
     let rows = rows(first, second);
     if copy {

@@ -301,7 +301,7 @@ pub(super) fn beside_vane(offset: f64, motion: &Motion) -> (bool, String) {
     let degrees = offset.to_degrees();
     let side = if wind_m_s < 0.0 { "downward" } else { "upward" };
     let text = format!(
-        "; one comparison: explained by a vane offset of {degrees:+.1} deg, a pitch offset of {:+.1} deg or {side} wind of {:.1} m/s",
+        "; one comparison: vane offset {degrees:+.1} deg, pitch offset {:+.1} deg or {side} wind {:.1} m/s",
         -degrees,
         wind_m_s.abs()
     );

@@ -69,7 +69,7 @@ fn determined(at: &str, fit: &CoefficientFit, index: usize) -> Option<Finding> {
     let (relative, _) = significance(fit.fit.as_ref().ok()?, &fit.corrected_errors, index);
     let text = format!("Poorly determined: standard error {relative:.0} % of the value (limit {RELATIVE_ERROR:.0} %).");
     let finding = Finding::new(Level::Caution, DETERMINED, at, text).with_figure(relative, RELATIVE_ERROR);
-    let cure = "Remove the term, fix its value, or fly a manoeuvre that excites it.";
+    let cure = "Remove or fix the term, or fly a manoeuvre that excites it.";
     Some(finding.with_fix_text(cure).with_setting("Model", "estimation.constraint"))
 }
 

@@ -62,12 +62,11 @@ impl Stamp {
 pub(crate) fn read_digits(values: &mut [f64]) -> bool {
     /// What a number leaps at a full minute beyond its step.
     const LEAP: f64 = 40.0;
-    let parts = |value: f64| [value.rem_euclid(100.0), (value / 100.0).floor().rem_euclid(100.0)];
-    let is_time = |value: f64| (0.0..240_000.0).contains(&value) && parts(value).iter().all(|part| *part < 60.0);
-    let seconds = |value: f64| {
-        let [second, minute] = parts(value);
-        (value / 10_000.0).floor() * 3600.0 + minute * 60.0 + second
+    let is_time = |value: f64| {
+        let parts = [value.rem_euclid(100.0), (value / 100.0).floor().rem_euclid(100.0)];
+        (0.0..240_000.0).contains(&value) && parts.iter().all(|part| *part < 60.0)
     };
+    let seconds = seconds_of_digits;
     let finite = || values.iter().copied().filter(|value| value.is_finite());
     if !finite().all(is_time) {
         return false;
@@ -82,6 +81,12 @@ pub(crate) fn read_digits(values: &mut [f64]) -> bool {
         values.iter_mut().for_each(|value| *value = seconds(*value));
     }
     is_even
+}
+
+/// Seconds since midnight of a time of day written as a number `hhmmss.ss`.
+pub(crate) fn seconds_of_digits(value: f64) -> f64 {
+    let (hours, minutes) = ((value / 10_000.0).floor(), (value / 100.0).floor().rem_euclid(100.0));
+    hours * 3600.0 + minutes * 60.0 + value.rem_euclid(100.0)
 }
 
 /// Seconds of a time of day `hh:mm:ss` or `hh:mm:ss.fff`.

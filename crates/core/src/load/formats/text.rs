@@ -22,6 +22,9 @@ const ODD_ROW_SHARE: f64 = 0.1;
 /// Bytes in which a text file holds no NUL.
 const TEXT_BYTES: usize = 8192;
 
+/// What programs write as the unit of seconds since 1970.
+const UNIX_TIMES: [&str; 3] = ["unix time", "unix", "epoch"];
+
 /// What a file is read as: its format, its sources and what was noticed.
 pub(crate) type Contents = (Format, Vec<Source>, Vec<String>);
 
@@ -299,6 +302,9 @@ impl<'l> Table<'l> {
                 ));
             }
             let may_be_digits = !is_time_of_day && is_time_name(&name);
+            if may_be_digits && unit.as_deref().is_some_and(|unit| UNIX_TIMES.contains(&unit.to_lowercase().as_str())) {
+                unit = Some("s".to_owned());
+            }
             let states_none = unit.as_deref().is_none_or(|unit| unit.to_lowercase().starts_with("hhmmss"));
             let is_digits = may_be_digits && states_none && read_digits(&mut values);
             if is_digits {

@@ -261,3 +261,11 @@ fn what_hovers_and_what_climbs_like_a_rocket_is_no_aeroplane() {
     });
     assert_eq!(aeroplane.kind, None);
 }
+
+#[test]
+fn seconds_since_1970_may_be_called_unix_time() {
+    let row = |k: u32| format!("{:.3},{}\n", 1_795_860_930.0 + 0.1 * f64::from(k), 120 + k);
+    let rows: String = (0..40).map(row).collect();
+    let probe = probe_of(&format!("timestamp,altitude\nunix time,m\n{rows}"));
+    assert_eq!(probe.sources[0].clocks.first().map(|clock| clock.rate_hz.round()), Some(10.0));
+}
