@@ -57,7 +57,7 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
         let unit = row.unit.filter(|unit| is_open && unit.symbol != "-")?;
         let (source, name) = (&row.from.source, &channel.name);
         let text = format!(
-            "{source}: '{name}', guessed as {}, has no stated unit: its values suggest {}",
+            "{source}: '{name}', guessed as {}, states no unit: its values suggest {}",
             role.name(),
             unit.symbol
         );
@@ -128,7 +128,7 @@ fn ask_deflection(probe: &Probe, guessed: &ManualChannelMap, role: Role) -> Opti
     };
     let (name, channel, symbol) = (role.name(), &row.from.channel, values.unit.symbol);
     let text = format!(
-        "{}: '{channel}', guessed as {name}, has no stated unit: {:.3} to {:.3} can be {first} or {second}; use --role \
+        "{}: '{channel}', guessed as {name}, states no unit: {:.3} to {:.3} can be {first} or {second}; use --role \
          {name}={channel},unit={symbol}, or unit=deg,scale=X with X degrees per recorded unit",
         row.from.source, values.least, values.greatest
     );

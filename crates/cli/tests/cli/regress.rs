@@ -108,5 +108,5 @@ fn inspection_as_a_document_has_channels_and_what_is_to_be_asked() {
     assert_eq!(numbers, [-4.0, 4.0, -4.0, 0.0]);
     let asked: Vec<&str> = found["questions"].as_array().unwrap().iter().map(|line| line.as_str().unwrap()).collect();
     assert!(asked.iter().any(|line| line.contains("read in milliseconds")), "{asked:?}");
-    assert!(asked.iter().any(|line| line.contains("'theta', guessed as theta, has no stated unit")), "{asked:?}");
+    assert!(asked.iter().any(|line| line.contains("'theta', guessed as theta, states no unit")), "{asked:?}");
 }

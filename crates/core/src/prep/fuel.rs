@@ -38,15 +38,13 @@ pub struct FuelReading {
 }
 
 /// Fuel for an indication: the calibration read backwards with straight lines between its points (thesis Tables 4.9-4.10).
-/// An indication above the calibration's counts as its highest, and is blind where it is more than a step above; the tank then holds up to
-/// as much more as is indicated above it.
+/// An indication above the calibration's counts as its highest, and is blind where it is more than a step above.
 pub fn fuel_reading(probe: &FuelProbe, displayed_kg: f64, settings: &FuelSettings) -> FuelReading {
     let half = 0.5 * settings.resolution_kg;
     let highest = probe.displayed_kg.last().copied().unwrap_or(0.0);
-    let excess_kg = (displayed_kg - highest).max(0.0);
-    let above = excess_kg > settings.resolution_kg;
+    let above = displayed_kg - highest > settings.resolution_kg;
     let displayed_kg = displayed_kg.min(highest);
-    let (least_kg, most_kg) = (least(probe, displayed_kg - half), most(probe, displayed_kg + half) + excess_kg);
+    let (least_kg, most_kg) = (least(probe, displayed_kg - half), most(probe, displayed_kg + half));
     FuelReading {
         mass_kg: 0.5 * (least(probe, displayed_kg) + most(probe, displayed_kg)),
         least_kg,

@@ -324,10 +324,15 @@ fn fuel(
         let blind_s: f64 = zones.clone().map(|zone| zone.window.end_s - zone.window.start_s).sum();
         let width_kg = zones.map(|zone| zone.most_kg - zone.least_kg).fold(0.0, f64::max);
         if blind_s > 0.0 {
-            warnings.push(format!(
-                "{} fuel probe insensitive or beyond its calibration for {blind_s:.0} s; inside it fuel is uncertain by up to {width_kg:.0} kg",
-                probe.tank
-            ));
+            // A reading above the last point of the calibration is that of a full tank.
+            let effect = if width_kg < 0.5 {
+                "its last calibrated point is used".to_owned()
+            } else {
+                format!("fuel there is uncertain by up to {width_kg:.0} kg")
+            };
+            let tank = &probe.tank;
+            warnings
+                .push(format!("{tank} fuel probe insensitive or beyond its calibration for {blind_s:.0} s; {effect}"));
         }
     }
     Ok(Fuel { total: Series { time_s, values: total.into() }, tanks })

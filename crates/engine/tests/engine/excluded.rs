@@ -182,10 +182,10 @@ fn excluded_stretches_are_saved_undone_and_refused_where_they_are_empty() {
     assert!(!session::print(history.present()).unwrap().contains("exclude"));
     let empty = TimeRange { start_s: 5.0, end_s: f64::NAN };
     let error = history.apply(&edit(vec![empty])).unwrap_err().to_string();
-    assert!(error.contains("excluded stretch"), "{error}");
+    assert!(error.contains("excluded part"), "{error}");
     let mut wrong = demo();
     wrong.windows[0].excluded = vec![empty];
-    assert!(session::check(&wrong).iter().any(|finding| finding.to_string().contains("excluded stretch")));
+    assert!(session::check(&wrong).iter().any(|finding| finding.to_string().contains("excluded part")));
 }
 
 #[test]
