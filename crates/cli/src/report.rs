@@ -1,5 +1,8 @@
 //! `doublet report`: everything a session asks for, as a report.
 
+use std::path::Path;
+
+use doublet_engine::builtin;
 use doublet_engine::report::document::SectionKind;
 use doublet_engine::run::Control;
 use doublet_engine::session;
@@ -41,7 +44,7 @@ pub fn report(arguments: &ReportArguments) -> Result<Outcome, String> {
     let (session, snapshot) = compute(&arguments.session, &studies, &progress, COMPUTING)?;
     let order = Order {
         folder: arguments.out.clone(),
-        name: arguments.session.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+        name: file_name_of(&arguments.session),
         formats: named(&ReportFormat::ALL, &arguments.format, |format| format.name()),
         sections,
         without_appendix: arguments.no_appendix,
@@ -58,4 +61,10 @@ pub fn report(arguments: &ReportArguments) -> Result<Outcome, String> {
     put.notes().for_each(|note| text::line(&note));
     put.files.iter().for_each(|path| text::line(&format!("report in {}", path.display())));
     Ok(outcome(&snapshot, false))
+}
+
+/// Name of the report: that of the session file, or of the shipped session without `builtin:`. Windows refuses a colon.
+fn file_name_of(session: &Path) -> String {
+    let stem = session.file_stem().unwrap_or_default().to_string_lossy();
+    stem.strip_prefix(builtin::PREFIX).unwrap_or(&stem).to_owned()
 }

@@ -48,19 +48,20 @@ fn the_shipped_flight_is_good_but_for_the_axial_force() {
     assert_eq!(verdicts.session.level, Level::Good);
 }
 
-/// Estimates of the pooled fit that has `name`, before and after, and the change that its dependence on the accelerometers predicts.
-fn moved_by_place(session: &Session, snapshots: [&Snapshot; 2], name: &str, axis: &str) -> (f64, f64) {
-    let fits = snapshots.map(|snapshot| &snapshot.pooled.ready().unwrap().fits);
-    let [before, after] = fits.map(|fits| {
-        let fits = fits.iter().filter_map(|fit| fit.fit.as_ref().ok());
-        let mut all = fits.flat_map(|fit| fit.names.iter().zip(&fit.estimates));
-        *all.find(|(own, _)| *own == name).unwrap().1
-    });
-    let coefficient = name.split('_').next().unwrap();
-    let fit = fits[0].iter().find(|fit| fit.coefficient.name() == coefficient).unwrap();
-    let all = dependences(session, snapshots[0], fit, name);
-    let found = all.iter().find(|one| one.axis() == Some(axis));
-    (100.0 * (after / before - 1.0), found.unwrap().change_percent)
+/// Every force derivative with what its dependence says of accelerometers stated further forward, and how it changes, per cent.
+fn moved_forward(session: &Session, [before, after]: [&Snapshot; 2]) -> Vec<(String, f64, f64)> {
+    let fits = [before, after].map(|snapshot| &snapshot.pooled.ready().unwrap().fits);
+    let mut moved = Vec::new();
+    for (fit, other) in fits[0].iter().zip(fits[1]) {
+        let (own, other) = (fit.fit.as_ref().unwrap(), other.fit.as_ref().unwrap());
+        for (at, name) in own.names.iter().enumerate() {
+            let all = dependences(session, before, fit, name);
+            let Some(said) = all.iter().find(|one| one.axis() == Some("forward")) else { continue };
+            let change = 100.0 * (other.estimates[at] / own.estimates[at] - 1.0);
+            moved.push((name.clone(), said.change_percent, change));
+        }
+    }
+    moved
 }
 
 #[test]
@@ -71,13 +72,12 @@ fn force_derivatives_change_with_the_stated_position_of_the_accelerometers_as_sa
         AircraftEdit::set("position", "sensors.accelerometer_datum_m", ChangedValue::Triple([1.93, 0.20, 1.40]));
     let moved = Edit::Aircraft(forward).apply(&session).unwrap();
     let snapshots = [&session, &moved].map(computed);
-    for name in ["CZ_delta_e", "CZ_q", "CY_delta_r", "CY_beta"] {
-        let (change, predicted) = moved_by_place(&session, [&snapshots[0], &snapshots[1]], name, "forward");
-        println!("{name}: {change:.2} %, said {predicted:.2} %");
-        assert!(
-            (change - predicted).abs() < 0.15 * predicted.abs() + 0.3,
-            "{name}: {change:.2} % and not {predicted:.2} %"
-        );
+    let rows = moved_forward(&session, [&snapshots[0], &snapshots[1]]);
+    rows.iter().for_each(|(name, said, change)| println!("{name}: said {said:.2} %, {change:.2} %"));
+    let large: Vec<_> = rows.iter().filter(|(_, said, _)| said.abs() > 2.0).collect();
+    assert!(large.iter().any(|(name, ..)| name == "CZ_delta_e"), "{rows:?}");
+    for (name, said, change) in large {
+        assert!((change - said).abs() < 0.2 * said.abs(), "{name}: said {said:.2} %, {change:.2} %");
     }
 }
 
