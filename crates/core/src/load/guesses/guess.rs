@@ -111,7 +111,10 @@ fn free_candidates<'p>(
         }
         let (name, _) = name_and_unit(&candidate.channel.name);
         let is_of_all = |token: &String| parts.iter().all(|parts| parts.contains(token));
-        let of_source = || names.forbidden(&candidate.from.source).filter(|token| !is_of_all(token));
+        // A channel over inertial axes is none of the body; a source of this name is an instrument.
+        let is_instrument = |token: &String| token == "inertial";
+        let of_source =
+            || names.forbidden(&candidate.from.source).filter(|token| !is_of_all(token) && !is_instrument(token));
         match names.forbidden(&name).or_else(of_source) {
             Some(token) => map.left_out.push((candidate.from, format!("'{token}' in its name"))),
             None => free.push(candidate),

@@ -85,6 +85,7 @@ fn attitude_velocity_and_position_in_other_forms_are_those_of_the_flight() {
     for (file, roles) in [
         ("generic_csv/15_lat_lon_alt_track.csv", [velocity, position, rates].concat()),
         ("generic_csv/16_quaternion.csv", [attitude, rates, forces].concat()),
+        ("tdms/groups_waveform.tdms", [attitude, rates, forces].concat()),
         ("mcap/ros2_cdr_imu_odometry.mcap", [attitude, rates, forces].concat()),
         ("mcap/json_lz4.mcap", [rates, forces].concat()),
     ] {
