@@ -37,15 +37,17 @@ travel() { click "$1" "$2"; typed "$3"; chord Tab; typed "$4"; chord Tab; typed 
 controls() { # Y_OF_ELEVATOR then four words for each control
     local y=$1 control
     shift
+    hand "Channels" xdotool mousemove 381 47 click 1
+    sleep 1; still
     for control in elevator aileron rudder; do
-        hand "channel of the $control" channel 700 "$y" "$1"
-        hand "travel of the $control" travel 1107 "$y" "$2" "$3" "$4"
+        hand "channel of the $control" channel 357 "$y" "$1"
+        hand "travel of the $control" travel 830 "$y" "$2" "$3" "$4"
         y=$((y + 24))
         shift 4
     done
 }
-of_dataflash() { controls 477 RCOU/C2 1500 2000 -35 RCOU/C5 1500 2000 25 RCOU/C4 1500 2000 -20; }
-of_flightgear() { controls 463 elevator 0 1 23 'left ail' 0 1 -15 rudder 0 1 16; }
+of_dataflash() { controls 334 RCOU/C2 1500 2000 -35 RCOU/C5 1500 2000 25 RCOU/C4 1500 2000 -20; }
+of_flightgear() { controls 334 elevator 0 1 23 'left ail' 0 1 -15 rudder 0 1 16; }
 # NAME FILE [FUNCTION]: FUNCTION says what the recorder does not.
 from() {
     local name=$1 file=$2 began took
