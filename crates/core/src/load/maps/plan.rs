@@ -64,7 +64,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Whether [`crate::load::maps::read`] will refuse.
+    /// Whether [`crate::load::read()`] will refuse.
     pub fn has_errors(&self) -> bool {
         self.problems.iter().any(|problem| problem.is_error)
     }
