@@ -90,7 +90,7 @@ fn widen(row: &mut Vec<String>, separator: Separator, columns: usize) {
     if separator != Separator::Blanks || row.len() == columns {
         return;
     }
-    if row.len() + 1 == columns && DATE_AND_TIME.contains(&row[0].as_str()) {
+    if row.len() + 1 == columns && row.first().is_some_and(|name| DATE_AND_TIME.contains(&name.as_str())) {
         row.insert(0, "date or week".to_owned());
         return;
     }
