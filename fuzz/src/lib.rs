@@ -1,4 +1,4 @@
-//! One function per kind of file that doublet reads: whatever the bytes, it returns.
+//! A target for each kind of file that doublet reads: whatever the bytes, it returns.
 
 mod whole_path;
 
@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use doublet_core::load::stream::{JsonDecoder, MavlinkDecoder, StreamMap, TextDecoder};
-use doublet_core::load::{ChannelMap, FORMATS, aircraft, datcom, inspect, instruments, plan, propulsion_maps, read};
+use doublet_core::load::{
+    ChannelMap, FORMATS, FormatInfo, aircraft, datcom, inspect, instruments, plan, propulsion_maps, read,
+};
 use doublet_core::prep::Expression;
 use doublet_engine::session;
 
@@ -112,20 +114,19 @@ fn expression(data: &[u8]) {
     }
 }
 
-/// Reads `data` as recordings of the formats of a target: as they are where they have a mark of the format, else with each mark put in.
+/// Reads `data` as a recording of a target: as it is where it has a mark of one of its formats or none has a mark, else with each mark put in.
 fn recordings(target: &str, data: &[u8]) {
-    for format in FORMATS.iter().filter(|format| format.fuzz_target == target) {
-        let extension = format.endings.first().copied().unwrap_or("csv");
-        let has_mark =
-            |mark: &[u8]| format.at.iter().any(|at| data.get(*at..).is_some_and(|rest| rest.starts_with(mark)));
-        if format.marks.is_empty() || format.marks.iter().any(|mark| has_mark(mark)) {
-            recording(extension, data);
-            continue;
-        }
-        for mark in format.marks {
-            let before = vec![b' '; format.at[0]];
-            recording(extension, &[&before, *mark, data].concat());
-        }
+    let formats: Vec<&FormatInfo> = FORMATS.iter().filter(|format| format.fuzz_target == target).collect();
+    let extension = |format: &FormatInfo| format.endings.first().copied().unwrap_or("csv");
+    let begins_at = |at: usize, mark: &[u8]| data.get(at..).is_some_and(|rest| rest.starts_with(mark));
+    let has_mark =
+        |format: &FormatInfo| format.marks.iter().any(|mark| format.at.iter().any(|at| begins_at(*at, mark)));
+    if formats.iter().all(|format| format.marks.is_empty()) || formats.iter().any(|format| has_mark(format)) {
+        return formats.iter().take(1).for_each(|format| recording(extension(format), data));
+    }
+    for (format, mark) in formats.iter().flat_map(|format| format.marks.iter().map(move |mark| (format, mark))) {
+        let before = vec![b' '; format.at[0]];
+        recording(extension(format), &[&before, *mark, data].concat());
     }
 }
 

@@ -156,7 +156,10 @@ fn print_design(arguments: &CoverageArguments, found: &DesignCoverage) {
     let header = ["excursion", "predicted", "flown", "% of flights inside"];
     text::table(&header, &cells.collect::<Vec<_>>());
     text::line(&format!("all excursions within limits in {:.1} % of the flights", 100.0 * found.inside));
-    text::line(&format!("largest relative error {} %", text::number(100.0 * found.worst_relative_error, 3)));
+    text::line(&format!(
+        "largest scatter {} % of the true derivative",
+        text::number(100.0 * found.worst_relative_error, 3)
+    ));
     for (first, second, correlation) in &found.correlations {
         text::line(&format!("{first} and {second}: correlation {correlation:+.2}"));
     }

@@ -106,11 +106,11 @@ fn print_stated_quantities(results: &Results) {
 fn print_accelerometer_position(results: &Results) {
     /// Smallest change that is printed, per cent.
     const LEAST_PERCENT: f64 = 5.0;
-    let moved = results.pooled.iter().filter_map(FitRow::most_moved);
+    let moved = results.pooled.iter().filter_map(FitRow::find_most_moved);
     let moved = moved.filter(|(_, dependence)| dependence.change_percent.abs() >= LEAST_PERCENT);
     let parts: Vec<String> = moved
         .map(|(row, dependence)| {
-            let axis = dependence.axis().unwrap_or_default();
+            let axis = dependence.axis.unwrap_or_default();
             format!("{} {:+.0} % ({axis})", row.name, dependence.change_percent)
         })
         .collect();

@@ -218,7 +218,7 @@ fn judged<'a>(ctx: &PanelContext<'a>, name: &str) -> Option<&'a Verdict> {
 }
 
 /// What a pooled derivative depends on that no flight shows wrong, a line each.
-fn dependences_of(ctx: &PanelContext<'_>, name: &str) -> String {
+fn describe_dependences(ctx: &PanelContext<'_>, name: &str) -> String {
     let pooled = ctx.snapshot.pooled.latest();
     let has_it = |fit: &&CoefficientFit| fit.fit.as_ref().is_ok_and(|found| found.names.iter().any(|own| own == name));
     let Some(fit) = pooled.and_then(|pooled| pooled.fits.iter().find(has_it)) else { return name.to_owned() };
@@ -252,7 +252,7 @@ fn derivative(
             let job = notation::derivative_job(ui, name);
             let label = ui.add(egui::Label::new(job).selectable(false));
             if label.hovered() {
-                label.on_hover_text(notation::typeset(&dependences_of(ctx, name), 13.0));
+                label.on_hover_text(notation::typeset(&describe_dependences(ctx, name), 13.0));
             }
         });
     });

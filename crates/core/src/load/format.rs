@@ -39,7 +39,7 @@ pub struct FormatInfo {
     pub name: &'static str,
     /// Endings that its files usually have, without the dot.
     pub endings: &'static [&'static str],
-    /// Bytes that a file of it has at one of the offsets `at`; none for text and folders.
+    /// Bytes that a file of it has at one of the offsets `at`; none for tables of text and folders. Blanks do not count in a mark with commas.
     pub marks: &'static [&'static [u8]],
     /// Offsets of the marks.
     pub at: &'static [usize],
@@ -47,8 +47,8 @@ pub struct FormatInfo {
     pub fuzz_target: &'static str,
 }
 
-/// A format of which nothing is known yet.
-const UNKNOWN: FormatInfo =
+/// Row without marks and endings, from which the rows below differ.
+const PLAIN: FormatInfo =
     FormatInfo { format: Format::Folder, name: "", endings: &[], marks: &[], at: &[0], fuzz_target: "" };
 
 /// Every format that is read, in the order in which files are tried: a MAT-file of version 7.3 is also an HDF5 file.
@@ -61,7 +61,7 @@ pub const FORMATS: &[FormatInfo] = &[
         endings: &["mat"],
         marks: &[b"MATLAB 7.3"],
         fuzz_target: "hdf5",
-        ..UNKNOWN
+        ..PLAIN
     },
     FormatInfo {
         format: Format::Hdf5,
@@ -87,16 +87,16 @@ pub const FORMATS: &[FormatInfo] = &[
         endings: &["ulg"],
         marks: &[b"ULog\x01\x12\x35"],
         fuzz_target: "ulog",
-        ..UNKNOWN
+        ..PLAIN
     },
     FormatInfo {
         format: Format::DataFlash,
         name: "DataFlash",
         endings: &["bin", "log"],
-        // The description of the description: binary, and as two programs write it as text.
-        marks: &[b"\xa3\x95\x80\x80\x59FMT\0", b"FMT, 128, 89, FMT,", b"FMT,128,89,FMT,"],
+        // The description of the description: binary, and as text with or without blanks.
+        marks: &[b"\xa3\x95\x80\x80\x59FMT\0", b"FMT,128,89,FMT,"],
         fuzz_target: "dataflash",
-        ..UNKNOWN
+        ..PLAIN
     },
     FormatInfo {
         format: Format::Tdms,
@@ -104,7 +104,7 @@ pub const FORMATS: &[FormatInfo] = &[
         endings: &["tdms"],
         marks: &[b"TDSm"],
         fuzz_target: "tdms",
-        ..UNKNOWN
+        ..PLAIN
     },
     FormatInfo {
         format: Format::Mdf4,
@@ -113,7 +113,7 @@ pub const FORMATS: &[FormatInfo] = &[
         // Finished, and as a recorder leaves it that was switched off.
         marks: &[b"MDF     ", b"UnFinMF "],
         fuzz_target: "mdf4",
-        ..UNKNOWN
+        ..PLAIN
     },
     FormatInfo {
         format: Format::Mcap,
@@ -121,7 +121,7 @@ pub const FORMATS: &[FormatInfo] = &[
         endings: &["mcap"],
         marks: &[b"\x89MCAP0\r\n"],
         fuzz_target: "mcap",
-        ..UNKNOWN
+        ..PLAIN
     },
     FormatInfo {
         format: Format::Parquet,
@@ -129,35 +129,47 @@ pub const FORMATS: &[FormatInfo] = &[
         endings: &["parquet"],
         marks: &[b"PAR1"],
         fuzz_target: "parquet",
-        ..UNKNOWN
+        ..PLAIN
     },
     FormatInfo {
         format: Format::DelimitedText,
         name: "delimited text",
         endings: &["csv", "tsv", "txt", "log", "vbo"],
         fuzz_target: "csv",
-        ..UNKNOWN
+        ..PLAIN
     },
     FormatInfo {
         format: Format::TextColumns,
         name: "text columns",
         endings: &["txt", "dat", "out", "asc", "pos"],
         fuzz_target: "csv",
-        ..UNKNOWN
+        ..PLAIN
     },
-    FormatInfo { format: Format::Folder, name: "folder of CSV files", fuzz_target: "csv", ..UNKNOWN },
+    FormatInfo { format: Format::Folder, name: "folder of CSV files", fuzz_target: "csv", ..PLAIN },
 ];
 
 impl FormatInfo {
     /// Whether a file that begins with `head` is of this format by its marks.
     pub(crate) fn is_of(&self, head: &[u8]) -> bool {
-        let has_mark =
-            |at: &usize| head.get(*at..).is_some_and(|rest| self.marks.iter().any(|mark| rest.starts_with(mark)));
-        self.at.iter().any(has_mark)
+        self.at
+            .iter()
+            .filter_map(|at| head.get(*at..))
+            .any(|rest| self.marks.iter().any(|mark| begins_with(rest, mark)))
     }
 }
 
+/// Whether `bytes` begin with `mark`, blanks aside where that is a line of text.
+fn begins_with(bytes: &[u8], mark: &[u8]) -> bool {
+    let letters = bytes.iter().filter(|byte| **byte != b' ').take(mark.len());
+    bytes.starts_with(mark) || (mark.contains(&b',') && letters.eq(mark))
+}
+
 impl Format {
+    /// Its row.
+    pub(crate) fn info(self) -> &'static FormatInfo {
+        FORMATS.iter().find(|info| info.format == self).unwrap_or(&PLAIN)
+    }
+
     /// The format whose mark stands in the first bytes of a file; text has none.
     pub(crate) fn of_head(head: &[u8]) -> Option<Self> {
         FORMATS.iter().find(|info| info.is_of(head)).map(|info| info.format)
@@ -166,16 +178,14 @@ impl Format {
 
 impl fmt::Display for Format {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let info = FORMATS.iter().find(|info| info.format == *self);
-        f.write_str(info.map_or("", |info| info.name))
+        f.write_str(self.info().name)
     }
 }
 
 /// The names of all formats, as a sentence lists them.
 pub(crate) fn readable() -> String {
-    let (last, others) = FORMATS.split_last().map_or((UNKNOWN.name, FORMATS), |(last, others)| (last.name, others));
-    let others: Vec<&str> = others.iter().map(|info| info.name).collect();
-    format!("{} or a {last}", others.join(", "))
+    let files: Vec<&str> = FORMATS.iter().filter(|info| info.format != Format::Folder).map(|info| info.name).collect();
+    format!("{} or a {}", files.join(", "), Format::Folder)
 }
 
 #[cfg(test)]
@@ -192,6 +202,7 @@ mod tests {
             assert_eq!(info.format.to_string(), info.name);
             assert!(info.marks.is_empty() || !info.endings.is_empty(), "{}", info.name);
         }
+        assert_eq!(Format::of_head(b"FMT, 128, 89, FMT, BBnNZ, Type"), Some(Format::DataFlash));
         assert_eq!(Format::of_head(b"time,alpha,q\n0.0,1.0,2.0\n"), None);
         assert!(readable().contains("MCAP, Parquet, ") && readable().ends_with(" or a folder of CSV files"));
     }

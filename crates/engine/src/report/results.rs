@@ -517,13 +517,13 @@ pub struct FitRow {
 }
 
 impl FitRow {
-    /// The significant derivative that the stated position of the accelerometers changes most, and by how much.
-    pub fn most_moved(&self) -> Option<(&DerivativeRow, &Dependence)> {
+    /// Finds the significant derivative that the stated position of the accelerometers changes most, and by how much.
+    pub fn find_most_moved(&self) -> Option<(&DerivativeRow, &Dependence)> {
         /// Largest relative error of a significant derivative, per cent.
         const SIGNIFICANT_PERCENT: f64 = 20.0;
         let significant = self.derivatives.iter().filter(|row| row.relative_error_percent.abs() < SIGNIFICANT_PERCENT);
         let moved = significant.filter_map(|row| {
-            let dependence = row.depends_on.iter().find(|dependence| dependence.axis().is_some())?;
+            let dependence = row.depends_on.iter().find(|dependence| dependence.axis.is_some())?;
             Some((row, dependence))
         });
         moved.max_by(|(_, a), (_, b)| a.change_percent.abs().total_cmp(&b.change_percent.abs()))

@@ -17,27 +17,20 @@ const STEP_M: f64 = 0.1;
 pub struct Dependence {
     /// Stated value, for example `Iyy`, `elevator deflection` or `accelerometer position, forward`.
     pub on: String,
-    /// Source of the value: `aircraft file`, `recording`.
+    /// Source of the value: `aircraft file`, `recording`, `assumed at the centre of gravity`.
     pub source: &'static str,
     /// Step of the value: `1 %` or `0.1 m`.
     pub step: &'static str,
     /// Change of the derivative for this step, per cent.
     pub change_percent: f64,
-}
-
-/// What the position of the accelerometers is called, before its axis.
-const ACCELEROMETERS: &str = "accelerometer position, ";
-
-impl Dependence {
     /// Axis of the position of the accelerometers; none of another value.
-    pub fn axis(&self) -> Option<&str> {
-        self.on.strip_prefix(ACCELEROMETERS)
-    }
+    #[serde(skip)]
+    pub axis: Option<&'static str>,
 }
 
 impl std::fmt::Display for Dependence {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { on, source, step, change_percent } = self;
+        let Self { on, source, step, change_percent, .. } = self;
         write!(f, "{on} ({source}): {step} more changes it by {change_percent:+.1} %")
     }
 }
@@ -51,6 +44,7 @@ pub fn dependences(session: &Session, snapshot: &Snapshot, fit: &CoefficientFit,
             source,
             step: "1 %",
             change_percent: percent_per_percent,
+            axis: None,
         },
     );
     let terms = session.structure.terms(fit.coefficient).unwrap_or_default();
@@ -59,9 +53,10 @@ pub fn dependences(session: &Session, snapshot: &Snapshot, fit: &CoefficientFit,
     let deflection = powers.filter_map(|(variable, power)| {
         let surface = Surface::ALL.into_iter().find(|surface| surface.variable() == *variable)?;
         let (on, change_percent) = (format!("{} deflection", surface.name()), -f64::from(*power));
-        Some(Dependence { on, source: "recording", step: "1 %", change_percent })
+        Some(Dependence { on, source: "recording", step: "1 %", change_percent, axis: None })
     });
-    let position = term.filter(|term| !has_rate(term)).and_then(|_| accelerometer_position(snapshot, fit, name));
+    let moved = term.filter(|term| !term.is_constant() && !has_rate(term));
+    let position = moved.and_then(|term| accelerometer_position(session, snapshot, fit, term));
     stated.into_iter().chain(deflection).chain(position).collect()
 }
 
@@ -77,42 +72,47 @@ fn has_rate(term: &Term) -> bool {
 /// A position stated `d` too far along an axis leaves `omega_dot x d` in the specific force. The angular acceleration per unit of a term is
 /// `q S J^-1 [b Cl, c Cm, b Cn]` with the moment derivatives of the same term, so that the dynamic pressure cancels:
 /// `dC = -m (J^-1 [b Cl, c Cm, b Cn]) x d`.
-fn accelerometer_position(snapshot: &Snapshot, fit: &CoefficientFit, name: &str) -> Option<Dependence> {
+fn accelerometer_position(
+    session: &Session,
+    snapshot: &Snapshot,
+    fit: &CoefficientFit,
+    term: &Term,
+) -> Option<Dependence> {
     const DIRECTIONS: [&str; 3] = ["forward", "right", "down"];
-    let axis = match fit.coefficient {
+    let component = match fit.coefficient {
         Coefficient::CX => 0,
         Coefficient::CY => 1,
         Coefficient::CZ => 2,
         _ => return None,
     };
-    let estimate_of = |fit: &CoefficientFit, name: &str| {
-        let found = fit.fit.as_ref().ok()?;
-        found.names.iter().position(|own| own == name).map(|at| found.estimates[at])
+    let estimate_of = |fit: &CoefficientFit| {
+        let (found, name) = (fit.fit.as_ref().ok()?, term.derivative_name(fit.coefficient));
+        found.names.iter().position(|own| *own == name).map(|at| found.estimates[at])
     };
-    let estimate = estimate_of(fit, name).filter(|estimate| *estimate != 0.0)?;
-    let term = name.strip_prefix(fit.coefficient.name())?;
+    let estimate = estimate_of(fit).filter(|estimate| *estimate != 0.0)?;
     let pooled = snapshot.pooled.ready()?;
-    let moment = |coefficient: Coefficient| {
-        let fit = pooled.fits.iter().find(|fit| fit.coefficient == coefficient)?;
-        estimate_of(fit, &format!("{}{term}", coefficient.name()))
-    };
+    let moment = |coefficient: Coefficient| estimate_of(pooled.fits.iter().find(|fit| fit.coefficient == coefficient)?);
     let moments = [Coefficient::Cl, Coefficient::Cm, Coefficient::Cn].map(moment);
-    if term.starts_with("_0") || moments.iter().all(Option::is_none) {
+    if moments.iter().all(Option::is_none) {
         return None;
     }
     let (window, _) = fit.windows.first()?;
     let aero = snapshot.windows.get(window)?.aero.ready()?;
     let mass = aero.data.mass.first()?;
-    let reference = &snapshot.aircraft.ready()?.aircraft.reference;
+    let aircraft = &snapshot.aircraft.ready()?.aircraft;
+    let reference = &aircraft.reference;
     let lengths = [reference.lateral_moment_length_m, reference.chord_m, reference.lateral_moment_length_m];
     let moments = Vector3::from_fn(|at, _| lengths[at] * moments[at].unwrap_or(0.0));
     let turning = mass.inertia.matrix().try_inverse()? * moments;
     let changes = std::array::from_fn::<f64, 3, _>(|along| {
         let step = Vector3::ith(along, STEP_M);
-        -mass.mass_kg * turning.cross(&step)[axis]
+        -mass.mass_kg * turning.cross(&step)[component]
     });
     let along = (0..3).max_by(|a, b| changes[*a].abs().total_cmp(&changes[*b].abs()))?;
     let change_percent = 100.0 * changes[along] / estimate;
-    let on = format!("{ACCELEROMETERS}{}", DIRECTIONS[along]);
-    Some(Dependence { on, source: "aircraft file", step: "0.1 m", change_percent })
+    let is_stated = session.preparation.correct_accelerometer && aircraft.sensors.accelerometer_from_datum_m.is_some();
+    let source = if is_stated { "aircraft file" } else { "assumed at the centre of gravity" };
+    let (axis, step) = (DIRECTIONS[along], "0.1 m");
+    let on = format!("accelerometer position, {axis}");
+    Some(Dependence { on, source, step, change_percent, axis: Some(axis) })
 }

@@ -56,7 +56,7 @@ fn moved_forward(session: &Session, [before, after]: [&Snapshot; 2]) -> Vec<(Str
         let (own, other) = (fit.fit.as_ref().unwrap(), other.fit.as_ref().unwrap());
         for (at, name) in own.names.iter().enumerate() {
             let all = dependences(session, before, fit, name);
-            let Some(said) = all.iter().find(|one| one.axis() == Some("forward")) else { continue };
+            let Some(said) = all.iter().find(|one| one.axis == Some("forward")) else { continue };
             let change = 100.0 * (other.estimates[at] / own.estimates[at] - 1.0);
             moved.push((name.clone(), said.change_percent, change));
         }

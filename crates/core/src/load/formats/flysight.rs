@@ -10,8 +10,8 @@ use crate::load::formats::text_layout::{Separator, TextLayout};
 /// First bytes of a file.
 const SIGNATURE: &[u8] = b"$FLYS,";
 
-/// Whether a text is such a recording.
-pub(crate) fn is_such(contents: &[u8]) -> bool {
+/// Whether a text begins as such a recording.
+pub(crate) fn has_signature(contents: &[u8]) -> bool {
     contents.starts_with(SIGNATURE)
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::load::clocks::find_clocks::find_clocks;
 use crate::load::contents::{Probe, Source};
 use crate::load::error::LoadError;
-use crate::load::format::{FORMATS, Format};
+use crate::load::format::Format;
 use crate::load::formats::finish::finish;
 use crate::load::formats::{dataflash, hdf5, mat_contents, mcap, mdf4, parquet, tdms, text, ulog};
 
@@ -32,7 +32,7 @@ pub fn probe(path: &Path) -> Result<Probe, LoadError> {
     let head = head(path).map_err(open)?;
     let format = Format::of_head(&head);
     if let Some(format @ (Format::Hdf5 | Format::MatV73)) = format {
-        if !has_mark_of(Format::Hdf5, &head) {
+        if !Format::Hdf5.info().is_of(&head) {
             let reason = "a MAT v7.3 header without the HDF5 that should follow it".to_owned();
             return Err(LoadError::NotRecognised { path: path.to_owned(), reason });
         }
@@ -65,11 +65,6 @@ fn read_whole(format: Option<Format>, path: &Path, contents: Vec<u8>) -> Result<
         }
     }?;
     Ok((format, sources, warnings))
-}
-
-/// Whether the first bytes of a file have a mark of `format`.
-fn has_mark_of(format: Format, head: &[u8]) -> bool {
-    FORMATS.iter().any(|info| info.format == format && info.is_of(head))
 }
 
 /// Like [`probe`], and reads every channel to count the samples that are not finite.

@@ -36,17 +36,14 @@ pub(crate) fn sources(path: &Path, contents: &[u8]) -> Result<Contents, LoadErro
         return Err(reason("binary data of an unknown kind"));
     }
     let contents = &*with_line_feeds(contents);
-    if flysight::is_such(contents) {
+    if flysight::has_signature(contents) {
         return tables_of(path, contents);
     }
     let layout = TextLayout::find(contents).ok_or_else(|| reason("text without a table of numbers"))?;
-    let mut table = Table::new(path, &layout);
-    table.read(&contents[layout.data_at..])?;
     let mut warnings = Vec::new();
-    let mut source = Source::new(stem(path));
-    source.notes =
-        layout.notes.iter().enumerate().map(|(line, text)| (format!("line {}", line + 1), text.clone())).collect();
-    table.into_channels(&mut source, &mut warnings);
+    let notes = layout.notes.iter().enumerate().map(|(line, text)| (format!("line {}", line + 1), text.clone()));
+    let mut source = Source { notes: notes.collect(), ..Source::new(stem(path)) };
+    read_table(path, (&layout, &contents[layout.data_at..]), &mut source, &mut warnings)?;
     vbox::settle(&mut source);
     Ok((layout.format(), vec![source], warnings))
 }
@@ -78,16 +75,26 @@ pub(crate) fn columns_of(path: &Path, layout: &TextLayout, lines: &[u8]) -> Resu
     Ok(table.columns.into_iter().map(|column| column.values).collect())
 }
 
+/// Reads the rows of one table into the channels of its source.
+fn read_table(
+    path: &Path,
+    (layout, lines): (&TextLayout, &[u8]),
+    source: &mut Source,
+    warnings: &mut Vec<String>,
+) -> Result<(), LoadError> {
+    let mut table = Table::new(path, layout);
+    table.read(lines)?;
+    table.into_channels(source, warnings);
+    Ok(())
+}
+
 /// A source per table of a text whose rows are headed by the names of their tables.
 fn tables_of(path: &Path, contents: &[u8]) -> Result<Contents, LoadError> {
     let (tables, notes) = flysight::split_tables(contents);
     let (mut sources, mut warnings) = (Vec::new(), Vec::new());
     for (name, layout, lines) in tables {
-        let mut table = Table::new(path, &layout);
-        table.read(&lines)?;
-        let mut source = Source::new(name);
-        source.notes.clone_from(&notes);
-        table.into_channels(&mut source, &mut warnings);
+        let mut source = Source { notes: notes.clone(), ..Source::new(name) };
+        read_table(path, (&layout, &lines), &mut source, &mut warnings)?;
         sources.push(source);
     }
     Ok((Format::DelimitedText, sources, warnings))

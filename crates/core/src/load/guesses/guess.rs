@@ -5,6 +5,7 @@
 use std::collections::BTreeSet;
 
 use crate::load::contents::Probe;
+use crate::load::file::stem;
 use crate::load::guesses::by_physics;
 use crate::load::guesses::by_words::add_names;
 use crate::load::guesses::candidates::{Candidate, best, candidates, row};
@@ -40,7 +41,7 @@ pub fn guess(probes: &[Probe]) -> ManualChannelMap {
 pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
     let claims = recorders::claim(probes);
     let mut map = ManualChannelMap {
-        name: probes.first().map(|probe| crate::load::file::stem(&probe.path)).unwrap_or_default(),
+        name: probes.first().map(|probe| stem(&probe.path)).unwrap_or_default(),
         ..ManualChannelMap::default()
     };
     let mut candidates = free_candidates(probes, &claims, names, &mut map);
@@ -80,7 +81,7 @@ pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
     guess_frames::add_attitude(&mut map, &free);
     guess_frames::add_velocity(&mut map, &free);
     names.restore(&mut map, probes);
-    guess_frames::keep_measured_or_derived(&mut map);
+    guess_frames::keep_mapped_or_derived(&mut map);
     add_position(&mut map);
     add_runners_up(&mut map, &free);
     map.kind = map.kind.take().or_else(|| kinds::find_kind(probes, &map));
@@ -111,10 +112,7 @@ fn free_candidates<'p>(
         }
         let (name, _) = name_and_unit(&candidate.channel.name);
         let is_of_all = |token: &String| parts.iter().all(|parts| parts.contains(token));
-        // A channel over inertial axes is none of the body; a source of this name is an instrument.
-        let is_instrument = |token: &String| token == "inertial";
-        let of_source =
-            || names.forbidden(&candidate.from.source).filter(|token| !is_of_all(token) && !is_instrument(token));
+        let of_source = || names.forbidden_source(&candidate.from.source).filter(|token| !is_of_all(token));
         match names.forbidden(&name).or_else(of_source) {
             Some(token) => map.left_out.push((candidate.from, format!("'{token}' in its name"))),
             None => free.push(candidate),

@@ -171,7 +171,7 @@ pub(crate) fn add_velocity(map: &mut ManualChannelMap, candidates: &[Candidate<'
 }
 
 /// Attitude and velocity are either mapped or derived: derived where channels of their own do not give all of them.
-pub(crate) fn keep_measured_or_derived(map: &mut ManualChannelMap) {
+pub(crate) fn keep_mapped_or_derived(map: &mut ManualChannelMap) {
     let has_all = |map: &ManualChannelMap, roles: &[Role]| roles.iter().all(|role| map.row(*role).is_some());
     if has_all(map, &ATTITUDE) {
         map.attitude = None;

@@ -12,7 +12,7 @@ use crate::load::file::read_text;
 use crate::load::guesses::candidates;
 use crate::load::guesses::candidates::{Candidate, row};
 use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap};
-use crate::load::names::tokens::{forbidden, tokens};
+use crate::load::names::tokens::{OF_SOURCES, forbidden, tokens};
 use crate::load::names::words::plain_letters;
 use crate::quantity::{Role, Unit};
 
@@ -130,11 +130,20 @@ impl UserNames {
         paths.iter().flat_map(own_folders).collect()
     }
 
-    /// The token of a name that forbids it every role.
+    /// The token of a channel's name that forbids it every role.
     pub(crate) fn forbidden(&self, name: &str) -> Option<String> {
+        self.forbidden_beside(name, &[])
+    }
+
+    /// The token of a source's name that forbids its channels every role.
+    pub(crate) fn forbidden_source(&self, name: &str) -> Option<String> {
+        self.forbidden_beside(name, &OF_SOURCES)
+    }
+
+    fn forbidden_beside(&self, name: &str, allowed: &[&str]) -> Option<String> {
         let all = tokens(name);
         let own = all.iter().find(|token| self.forbidden.contains(token)).cloned();
-        let is_allowed = |token: &String| self.allowed.contains(token);
+        let is_allowed = |token: &String| self.allowed.contains(token) || allowed.contains(&token.as_str());
         own.or_else(|| {
             let rest = all.iter().filter(|token| !is_allowed(token)).map(String::as_str).collect::<Vec<_>>();
             let plain = if rest.len() == all.len() { name.to_owned() } else { rest.join(" ") };

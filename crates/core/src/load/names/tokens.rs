@@ -251,6 +251,9 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("runway", &["onrunway"]),
 ];
 
+/// Forbidden tokens that name an instrument where they stand in the name of a source: inertial axes and the inertial unit.
+pub(crate) const OF_SOURCES: [&str; 1] = ["inertial"];
+
 /// A name cut into tokens, in small letters without accents.
 pub(crate) fn tokens(name: &str) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();

@@ -249,7 +249,8 @@ fn scatter(contents: &Contents<'_>, summary: &DerivativeSummaryRow) -> Panel {
 
 /// What each coefficient depends on that no flight shows wrong, and its derivative that the position of the accelerometers changes most.
 fn stated_values(contents: &Contents<'_>) -> Table {
-    let rows = contents.results.pooled.iter().filter_map(|fit| Some((fit, fit.follows.as_ref()?, fit.most_moved())));
+    let rows =
+        contents.results.pooled.iter().filter_map(|fit| Some((fit, fit.follows.as_ref()?, fit.find_most_moved())));
     let caption = "Stated values that no flight can show wrong. Derivatives are proportional to the mass or inertia, \
                    control derivatives also inversely to the deflection. The last columns: largest change of a significant \
                    derivative for accelerometers stated 0.1 m further along one axis.";
@@ -262,7 +263,7 @@ fn stated_values(contents: &Contents<'_>) -> Table {
         .column(Column::new("derivative", "Most changed"), |(.., moved)| {
             moved.map_or(Cell::Empty, |(row, _)| Cell::Symbol(row.name.clone()))
         })
-        .optional("axis", "Accelerometers 0.1 m", |(.., moved)| moved.as_ref()?.1.axis())
+        .optional("axis", "Accelerometers 0.1 m", |(.., moved)| moved.as_ref()?.1.axis)
         .maybe("change", "Change", "%", 2, |(.., moved)| Some(moved.as_ref()?.1.change_percent))
         .done()
 }
