@@ -6,7 +6,7 @@ use doublet::app::Workbench;
 use doublet::command::{UiCommand, ViewCommand};
 use doublet::panels::Pane;
 use doublet_core::model::{Coefficient, Lag, Term};
-use doublet_engine::session::{Edit, EstimationEdit, ModelEdit, Surface};
+use doublet_engine::session::{Configuration, Edit, EstimationEdit, ModelEdit, Surface};
 use doublet_engine::verdict::{Finding, Level, VerdictCounts, Verdicts};
 use egui::accesskit::Role;
 use egui_kittest::Harness;
@@ -99,9 +99,12 @@ fn fix_is_applied_by_a_click_shown_with_the_verdict_before_and_after_and_undone(
     let verdicts = bench.verdicts();
     let reason = verdicts.session.reasons.iter().find(|reason| reason.code == "timing").expect("it acts too early");
     let fix = reason.fix.as_ref().expect("its delay can be stated");
+    let tried = bench.snapshot().inquiries.fixes.row(fix).and_then(|slot| slot.ready().map(|outcome| outcome.verdict));
+    let tried = tried.expect("the fix is tried before it is applied");
     bench.harness.get_by_role_and_label(Role::Button, &format!("Apply: {}", fix.label)).click();
     bench.settle();
     assert!(delay_s(&bench).abs() < 0.02, "{}", delay_s(&bench));
+    assert_eq!(VerdictCounts::count(&bench.verdicts()), tried, "the verdict is the promised one");
     let shown = |bench: &Bench<'_>, counts: VerdictCounts| {
         let VerdictCounts { level, good, caution, bad } = counts;
         let text = format!("{} ({good} good, {caution} caution, {bad} bad)", level.name());
@@ -113,6 +116,23 @@ fn fix_is_applied_by_a_click_shown_with_the_verdict_before_and_after_and_undone(
     bench.settle();
     assert_eq!(delay_s(&bench), 0.15);
     assert!(bench.harness.query_by_label_contains("Applied:").is_none());
+}
+
+#[test]
+fn fix_is_kept_as_an_experiment_and_the_session_stays() {
+    let mut bench = Bench::open();
+    let lag = Lag { delay_s: 0.15, ..Lag::default() };
+    bench.harness.state_mut().apply(&Edit::Estimation(EstimationEdit::ControlLag(Surface::Elevator, lag)));
+    bench.settle();
+    let verdicts = bench.verdicts();
+    let reason = verdicts.session.reasons.iter().find(|reason| reason.code == "timing").expect("it acts too early");
+    let fix = reason.fix.as_ref().expect("its delay can be stated");
+    bench.harness.get_all_by_label("Add as experiment").next().expect("a delay is of the configuration").click();
+    bench.settle();
+    assert_eq!(bench.session().preparation.control_lags.get(Surface::Elevator).delay_s, 0.15);
+    let fixed = fix.apply(bench.session()).expect("it applies");
+    let experiment = bench.session().experiment(&fix.label).expect("it is kept under its label");
+    assert_eq!(*experiment.configuration, Configuration::from_session(&fixed));
 }
 
 #[test]

@@ -290,6 +290,8 @@ pub enum StudyName {
     MonteCarlo,
     /// Linear model, modes and flying qualities at the median condition.
     Dynamics,
+    /// Experiments of the session side by side.
+    Experiments,
 }
 
 /// Arguments of a study.

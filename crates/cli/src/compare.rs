@@ -8,7 +8,8 @@ use doublet_engine::compare::{CoefficientOutcome, ExperimentRow};
 use doublet_engine::graph::{Cache, Context};
 use doublet_engine::run::{ExperimentRows, Slot, experiment_rows};
 use doublet_engine::session::{
-    self, Edit, Experiment, ExperimentEdit, Session, filter_experiments, noise_experiments, structure_experiments,
+    self, Edit, Experiment, ExperimentEdit, Session, cross_experiments, filter_experiments, manoeuvre_experiments,
+    noise_experiments, structure_experiments,
 };
 use serde_json::json;
 
@@ -21,7 +22,7 @@ use crate::text;
 pub struct CompareArguments {
     /// Session file.
     pub session: PathBuf,
-    /// Add experiments: filters, noise, or a coefficient without each of its terms.
+    /// Add experiments: filters, noise, manoeuvres, a coefficient without each term, or two crossed (Cm*manoeuvres).
     #[arg(long, value_name = "FAMILY,FAMILY", value_delimiter = ',')]
     pub with: Vec<Family>,
     /// Write the session with the added experiments to this file.
@@ -30,37 +31,50 @@ pub struct CompareArguments {
 }
 
 /// Experiments that are usual.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub enum Family {
     /// Every filter with the smoothed, the filtered and the measured path.
     Filters,
     /// Half and twice the noise of the measurements.
     Noise,
+    /// Every second manoeuvre.
+    Manoeuvres,
     /// The structure without each term of a coefficient.
     Terms(Coefficient),
+    /// Each of the first with the manoeuvres of each of the second.
+    Crossed(Box<[Self; 2]>),
 }
 
 impl std::str::FromStr for Family {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
+        if let Some((first, second)) = text.split_once('*') {
+            return Ok(Self::Crossed(Box::new([first.parse()?, second.parse()?])));
+        }
         match text {
             "filters" => Ok(Self::Filters),
             "noise" => Ok(Self::Noise),
+            "manoeuvres" => Ok(Self::Manoeuvres),
             name => Coefficient::ALL.into_iter().find(|one| one.name() == name).map(Self::Terms).ok_or_else(|| {
                 let all = Coefficient::ALL.map(Coefficient::name).join(", ");
-                format!("'{name}' is not a family: use filters, noise or a coefficient ({all})")
+                format!("'{name}' is not a family: use filters, noise, manoeuvres or a coefficient ({all})")
             }),
         }
     }
 }
 
 impl Family {
-    fn experiments(self, session: &Session) -> Vec<Experiment> {
+    fn experiments(&self, session: &Session) -> Vec<Experiment> {
         match self {
+            Self::Manoeuvres => manoeuvre_experiments(session),
+            Self::Crossed(both) => {
+                let [first, second] = &**both;
+                cross_experiments(&first.experiments(session), &second.experiments(session))
+            }
             Self::Filters => filter_experiments(session),
             Self::Noise => noise_experiments(session),
-            Self::Terms(coefficient) => structure_experiments(session, coefficient),
+            Self::Terms(coefficient) => structure_experiments(session, *coefficient),
         }
     }
 }

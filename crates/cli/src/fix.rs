@@ -3,10 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use doublet_engine::graph::Cache;
+use doublet_engine::compare::ExperimentOutcome;
+use doublet_engine::graph::{Cache, Context};
 use doublet_engine::keep::Lock;
+use doublet_engine::run::{Slot, TriedFixes, try_fixes};
 use doublet_engine::session::{self, Fix, Opened, Session};
-use doublet_engine::verdict::{Level, VerdictCounts, fixes, try_fix};
+use doublet_engine::verdict::{Level, VerdictCounts, fixes};
 
 use crate::progress::Progress;
 use crate::run::{CACHE_BYTES, compute_session, open_to_run};
@@ -47,7 +49,7 @@ pub fn fix(arguments: &FixArguments) -> Result<(), String> {
         if !arguments.apply.is_empty() {
             return apply(&arguments.apply, &found, &opened.session).map(Some);
         }
-        list(&opened, VerdictCounts::count(verdicts), &found[..found.len().min(arguments.most)], &progress);
+        list(&opened, VerdictCounts::count(verdicts), &found[..found.len().min(arguments.most)], &progress)?;
         Ok(None)
     });
     progress.finish();
@@ -55,13 +57,22 @@ pub fn fix(arguments: &FixArguments) -> Result<(), String> {
 }
 
 /// Prints the verdict now and after each fix, the best first.
-fn list(opened: &Opened, now: VerdictCounts, found: &[(&Fix, &str)], progress: &Progress) {
+fn list(opened: &Opened, now: VerdictCounts, found: &[(&Fix, &str)], progress: &Progress) -> Result<(), String> {
     let cache = Cache::new(CACHE_BYTES);
-    let mut tried = Vec::with_capacity(found.len());
-    for (index, (fix, place)) in found.iter().enumerate() {
-        progress.update(COMPUTED + (1.0 - COMPUTED) * index as f32 / found.len() as f32, "trying fixes");
-        tried.push((index, *fix, *place, try_fix(&opened.session, &opened.folder, fix, &cache)));
-    }
+    let context = Context::new(&opened.folder).with_cache(&cache);
+    let wanted: Vec<Fix> = found.iter().map(|(fix, _)| Fix::clone(fix)).collect();
+    let show = |tried: &TriedFixes| {
+        let done = tried.0.iter().filter(|(_, slot)| slot.ready().is_some() || slot.error().is_some()).count();
+        progress.update(COMPUTED + (1.0 - COMPUTED) * done as f32 / wanted.len() as f32, "trying fixes");
+    };
+    let mut outcomes = TriedFixes::default();
+    try_fixes(&opened.session, &wanted, &mut outcomes, &context, &show).map_err(|error| error.to_string())?;
+    let after = |slot: &Slot<ExperimentOutcome>| match slot.ready() {
+        Some(outcome) => Ok(outcome.verdict),
+        None => Err(slot.error().unwrap_or("no verdict was formed").to_owned()),
+    };
+    let rows = found.iter().zip(&outcomes.0).enumerate();
+    let mut tried: Vec<_> = rows.map(|(index, ((fix, place), (_, slot)))| (index, *fix, *place, after(slot))).collect();
     tried.sort_by_key(|(.., after)| {
         after.as_ref().map_or((Level::Bad, usize::MAX, 0), |to| (to.level, to.bad, to.caution))
     });
@@ -81,6 +92,7 @@ fn list(opened: &Opened, now: VerdictCounts, found: &[(&Fix, &str)], progress: &
         true => text::line("no fix to apply"),
         false => text::table(&["#", "fix", "session", "good", "caution", "bad", "for"], &rows),
     }
+    Ok(())
 }
 
 /// The session after fixes by their numbers, in this order.

@@ -152,6 +152,7 @@ fn study_of(name: StudyName) -> Study {
         StudyName::Responses => Study::Responses,
         StudyName::MonteCarlo => Study::MonteCarlo { realisations: 200, seed: 1 },
         StudyName::Dynamics => Study::Dynamics(DynamicsRequest::default()),
+        StudyName::Experiments => Study::Experiments,
     }
 }
 

@@ -73,7 +73,7 @@ pub fn shown(study: Study, session: &Session, snapshot: &Snapshot, arguments: &S
         }
         Study::Checks(_) => checks(&results.studies),
         Study::Lags => lags::print(&results.studies),
-        Study::Responses => {}
+        Study::Responses | Study::Experiments => {}
         Study::MonteCarlo { .. } => monte_carlo(&results),
         Study::Dynamics(_) => results.dynamics.iter().for_each(crate::dynamics::print_modes),
     }

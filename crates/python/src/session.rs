@@ -214,8 +214,9 @@ fn study(name: &str, realisations: usize, seed: u64) -> PyResult<Study> {
         "responses" => Study::Responses,
         "monte-carlo" => Study::MonteCarlo { realisations, seed },
         "dynamics" => Study::Dynamics(DynamicsRequest::default()),
+        "experiments" => Study::Experiments,
         other => {
-            let known = "sensitivity, manoeuvres, checks, lags, responses, monte-carlo, dynamics";
+            let known = "sensitivity, manoeuvres, checks, lags, responses, monte-carlo, dynamics, experiments";
             return Err(refuse(format!("'{other}' is not a study: use {known}")));
         }
     })

@@ -4,8 +4,8 @@ use doublet_core::model::Coefficient;
 use doublet_engine::compare::{ExperimentRow, PRESENT, SettingDifference, experiment_differences};
 use doublet_engine::run::Slot;
 use doublet_engine::session::{
-    Configuration, Edit, Experiment, ExperimentEdit, Session, filter_experiments, noise_experiments,
-    structure_experiments,
+    Configuration, Edit, Experiment, ExperimentEdit, Session, cross_experiments, filter_experiments,
+    manoeuvre_experiments, noise_experiments, structure_experiments,
 };
 use doublet_engine::verdict::VerdictCounts;
 use eframe::egui::{
@@ -253,12 +253,22 @@ fn add(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         if ui.button("Half and twice the measurement noise").clicked() {
             added = Some(noise_experiments(session));
         }
+        let sets = manoeuvre_experiments(session);
+        let halves = "Odd manoeuvres identify and even ones validate, then the reverse";
+        if ui.button("Odd and even manoeuvres").on_hover_text(halves).clicked() {
+            added = Some(sets.clone());
+        }
         ui.separator();
         for (coefficient, _) in &session.structure.models {
             let coefficient: Coefficient = *coefficient;
-            if ui.button(format!("{} without each term", coefficient.name())).clicked() {
-                added = Some(structure_experiments(session, coefficient));
-            }
+            ui.menu_button(format!("{} without each term", coefficient.name()), |ui| {
+                if ui.button("All manoeuvres").clicked() {
+                    added = Some(structure_experiments(session, coefficient));
+                }
+                if ui.button("Odd and even manoeuvres").on_hover_text(halves).clicked() {
+                    added = Some(cross_experiments(&structure_experiments(session, coefficient), &sets));
+                }
+            });
         }
     });
     if let Some(experiments) = added {

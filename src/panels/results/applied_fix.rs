@@ -55,7 +55,8 @@ impl AppliedFix {
     }
 }
 
-fn describe(ui: &mut Ui, counts: VerdictCounts) {
+/// The level of a verdict, and how many derivatives are good, a caution, bad.
+pub fn describe(ui: &mut Ui, counts: VerdictCounts) {
     let VerdictCounts { level, good, caution, bad } = counts;
     level_mark(ui, Some(level));
     let text = format!("{} ({good} good, {caution} caution, {bad} bad)", level.name());

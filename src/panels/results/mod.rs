@@ -5,6 +5,7 @@ pub(super) mod by_window;
 pub(super) mod correlation;
 pub(super) mod derivatives;
 pub(super) mod dynamics;
+pub(super) mod finding_rows;
 pub(super) mod intervals;
 pub(super) mod over_windows;
 pub(super) mod prior;

@@ -8,11 +8,10 @@ use eframe::egui::{
 };
 use egui_extras::{Column, TableBuilder, TableRow};
 
-use crate::command::{UiCommand, ViewCommand};
 use crate::notation;
 use crate::panels::results::applied_fix::AppliedFix;
-use crate::panels::{Pane, Panel, PanelContext, awaiting};
-use crate::ui_state::Scope;
+use crate::panels::results::finding_rows::{self, FindingKind};
+use crate::panels::{Panel, PanelContext, awaiting};
 use crate::widgets::level_mark::{self, level_mark};
 
 /// Height of a row.
@@ -234,16 +233,16 @@ impl Summary {
             }
         });
         ScrollArea::vertical().id_salt("reasons").auto_shrink(false).show(ui, |ui| {
-            let kinds = kinds(&reasons);
+            let kinds = FindingKind::of(&reasons);
             if kinds.is_empty() {
                 ui.weak("No findings.");
             }
             let (worst, more) = kinds.split_at(WORST.min(kinds.len()));
             let title = self.chosen.title();
-            let mut show_all = |ui: &mut Ui, kinds: &[(&Finding, usize)]| {
-                for (reason, alike) in kinds {
-                    if draw_finding(ctx, ui, reason, *alike) {
-                        self.applied = reason.fix.as_ref().and_then(|fix| AppliedFix::apply(ctx, fix));
+            let mut show_all = |ui: &mut Ui, kinds: &[FindingKind<'_>]| {
+                for kind in kinds {
+                    if finding_rows::show(ctx, ui, kind) {
+                        self.applied = kind.fix.as_ref().and_then(|fix| AppliedFix::apply(ctx, fix));
                     }
                 }
             };
@@ -253,63 +252,4 @@ impl Summary {
             }
         });
     }
-}
-
-/// The first reason of every kind and level with how many there are of it, the worst first.
-fn kinds<'a>(reasons: &[&'a Finding]) -> Vec<(&'a Finding, usize)> {
-    let mut kinds: Vec<(&Finding, usize)> = Vec::new();
-    for reason in reasons {
-        match kinds.iter_mut().find(|(first, _)| (first.code, first.level) == (reason.code, reason.level)) {
-            Some((_, alike)) => *alike += 1,
-            None => kinds.push((reason, 1)),
-        }
-    }
-    kinds
-}
-
-/// One reason: what was found, where, what to do, and the way there; whether its fix is to be applied.
-fn draw_finding(ctx: &mut PanelContext<'_>, ui: &mut Ui, reason: &Finding, alike: usize) -> bool {
-    let mut is_wanted = false;
-    ui.add_space(2.0);
-    ui.horizontal_top(|ui| {
-        level_mark(ui, Some(reason.level));
-        ui.vertical(|ui| {
-            ui.spacing_mut().item_spacing.y = 1.0;
-            let more = if alike > 1 { format!("   {} × {alike}", reason.code) } else { String::new() };
-            let weak = ui.visuals().weak_text_color();
-            ui.add(Label::new(notation::typeset_in(&format!("{}{more}", reason.place), 11.0, weak)).wrap());
-            ui.add(Label::new(notation::typeset(&reason.text, 13.0)).wrap());
-            if !reason.cure.is_empty() {
-                ui.add(Label::new(notation::typeset_in(&reason.cure, 11.5, weak)).wrap());
-            }
-            ui.horizontal_wrapped(|ui| {
-                ui.spacing_mut().item_spacing.x = 8.0;
-                if let Some(fix) = &reason.fix {
-                    let button = ui.small_button(format!("Apply: {}", fix.label));
-                    is_wanted =
-                        button.on_hover_text("Applies the fix as one undo step and shows the new verdict").clicked();
-                }
-                if let Some(pane) = reason.panel.and_then(Pane::from_title)
-                    && ui.link(RichText::new(format!("{} ▸", pane.title())).size(11.5)).clicked()
-                {
-                    open(ctx, reason, pane);
-                }
-            });
-        });
-    });
-    is_wanted
-}
-
-/// Brings the panel that cures `reason` to the front, with what it is about chosen.
-fn open(ctx: &mut PanelContext<'_>, reason: &Finding, pane: Pane) {
-    let window = ctx.session.windows.iter().find(|window| reason.place.contains(&format!("'{}'", window.name)));
-    if let Some(window) = window {
-        ctx.choose(&window.name);
-    }
-    let name = reason.place.split(' ').next().unwrap_or_default();
-    if name.contains('_') && Coefficient::ALL.iter().any(|coefficient| name.starts_with(coefficient.name())) {
-        ctx.state.selection.derivative = Some(name.to_owned());
-        ctx.state.selection.scope = if window.is_some() { Scope::Chosen } else { Scope::All };
-    }
-    ctx.commands.push(UiCommand::View(ViewCommand::Show(pane)));
 }

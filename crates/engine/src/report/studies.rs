@@ -5,6 +5,7 @@ use serde::{Serialize, Serializer};
 
 use super::responses::{ResponseRow, SystemRow, flight_rows, response_table};
 use super::table::{Cell, Column, Table};
+use crate::compare::ExperimentRow;
 use crate::graph::{StageError, StageResult};
 use crate::run::Snapshot;
 use crate::study::{
@@ -55,6 +56,9 @@ pub struct StudyResults {
     /// Effect of recording noise on the derivatives.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub monte_carlo: Vec<MonteCarloRow>,
+    /// The session as it is, then each of its experiments.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub experiments: Vec<ExperimentRow>,
 }
 
 /// One derivative of one window by another method, beside its equation-error estimate.
@@ -324,6 +328,11 @@ pub fn build(snapshot: &Snapshot) -> StudyResults {
     }
     if let Some(study) = snapshot.studies.monte_carlo.ready() {
         results.monte_carlo.extend(study.effects.iter().map(|effect| monte_carlo_row(study, effect)));
+    }
+    let rows = [&snapshot.studies.experiments, &snapshot.inquiries.experiments];
+    let rows = rows.map(|rows| rows.0.iter().filter_map(|(_, slot)| slot.ready()));
+    if let Some(known) = rows.into_iter().find(|rows| rows.clone().next().is_some()) {
+        results.experiments = known.map(|row| ExperimentRow::clone(row)).collect();
     }
     results
 }

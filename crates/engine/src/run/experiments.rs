@@ -2,54 +2,15 @@
 
 use std::hash::{Hash, Hasher};
 
+use super::named_slots::NamedSlots;
 use super::pipeline::{Scope, run};
-use super::snapshot::{AnySlot, Slot, SlotGroup, Snapshot};
+use super::snapshot::Snapshot;
 use crate::compare::{ExperimentOutcome, ExperimentRow, PRESENT};
 use crate::graph::{Cache, Context, Stage, StageError, StageResult};
 use crate::session::{self, Experiment, Session};
 
 /// Rows of the experiments, the session as it is first, by name.
 pub type ExperimentRows = NamedSlots<ExperimentRow>;
-
-/// Outputs by name, in an order of their own.
-#[derive(Clone, Debug)]
-pub struct NamedSlots<T>(pub Vec<(String, Slot<T>)>);
-
-impl<T> Default for NamedSlots<T> {
-    fn default() -> Self {
-        Self(Vec::new())
-    }
-}
-
-impl<T> NamedSlots<T> {
-    /// The output called `name`.
-    pub fn row(&self, name: &str) -> Option<&Slot<T>> {
-        self.0.iter().find(|(other, _)| other == name).map(|(_, slot)| slot)
-    }
-
-    /// Makes room for outputs of these names, all to be computed.
-    pub(super) fn begin<'n>(&mut self, names: impl Iterator<Item = &'n str>) {
-        let known = std::mem::take(&mut self.0);
-        let mut known: Vec<_> = known.into_iter().map(Some).collect();
-        let row = |name: &str| {
-            let found = known.iter_mut().find(|one| one.as_ref().is_some_and(|(other, _)| other == name));
-            let mut slot = found.and_then(Option::take).map(|(_, slot)| slot).unwrap_or_default();
-            slot.begin();
-            (name.to_owned(), slot)
-        };
-        self.0 = names.map(row).collect();
-    }
-}
-
-impl<T> SlotGroup for NamedSlots<T> {
-    fn each_mut(&mut self, what: &str, visit: &mut dyn FnMut(&str, &mut dyn AnySlot)) {
-        self.0.iter_mut().for_each(|(_, slot)| visit(what, slot));
-    }
-
-    fn each(&self, what: &str, visit: &mut dyn FnMut(String, &dyn AnySlot)) {
-        self.0.iter().for_each(|(name, slot)| visit(format!("{what} '{name}'"), slot));
-    }
-}
 
 /// A session to run, known by its saved form.
 pub struct Trial<'a> {
@@ -129,7 +90,7 @@ pub(super) fn with_trial<T>(
 ///
 /// # Errors
 /// One line: why nothing can be computed, or that it was stopped.
-fn outcome(
+pub(super) fn outcome(
     session: &Session,
     experiment: Option<&Experiment>,
     context: &Context<'_>,
@@ -149,32 +110,21 @@ pub fn experiment_rows(
     context: &Context<'_>,
     show: &(dyn Fn(&ExperimentRows) + Sync),
 ) -> StageResult<()> {
-    rows.begin(std::iter::once(PRESENT).chain(session.experiments.iter().map(|one| one.name.as_str())));
-    show(rows);
+    let experiments: Vec<_> = std::iter::once(None).chain(session.experiments.iter().map(Some)).collect();
     let mut present = None;
-    let experiments = std::iter::once(None).chain(session.experiments.iter().map(Some));
-    for (index, experiment) in experiments.enumerate() {
-        let shown: &ExperimentRows = rows;
-        let progress = |part: f32| {
-            let mut now = shown.clone();
-            now.0[index].1.advance(part);
-            show(&now);
-        };
-        let row = outcome(session, experiment, context, &progress).and_then(|outcome| match experiment {
+    let name = |experiment: &Option<&Experiment>| experiment.map_or(PRESENT, |one| &one.name).to_owned();
+    rows.fill(experiments.iter().map(name), show, |index, progress| {
+        let outcome = outcome(session, experiments[index], context, progress)?;
+        let row = match experiments[index] {
             None => {
                 present = Some(outcome.clone());
-                Ok(ExperimentRow::present(outcome))
+                ExperimentRow::present(outcome)
             }
-            Some(experiment) => ExperimentRow::new(experiment, outcome, session, present.as_ref())
-                .map_err(|error| error.to_string().into()),
-        });
-        if row == Err(StageError::Cancelled) {
-            rows.each_mut("", &mut |_, slot| slot.end(&StageError::Cancelled));
-            show(rows);
-            return Err(StageError::Cancelled);
-        }
-        rows.0[index].1.finish(row.map(Into::into));
-        show(rows);
-    }
-    Ok(())
+            Some(experiment) => {
+                let row = ExperimentRow::new(experiment, outcome, session, present.as_ref());
+                row.map_err(|error| StageError::from(error.to_string()))?
+            }
+        };
+        Ok(row.into())
+    })
 }

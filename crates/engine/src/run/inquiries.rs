@@ -3,10 +3,11 @@
 use super::experiments::{ExperimentRows, experiment_rows};
 use super::overlays::{Overlays, overlay_experiments};
 use super::snapshot::{AnySlot, Inquiries, Slot, Snapshot};
+use super::tried_fixes::{TriedFixes, try_fixes};
 use crate::graph::{Context, Keyed, Stage, StageResult};
 use crate::planning::{Enough, EnoughRequest};
 use crate::prior::{PriorRequest, PriorStudy};
-use crate::session::Session;
+use crate::session::{Fix, Session};
 use crate::stage::{self, AircraftData, StudyWindow};
 use crate::study::{DynamicsRequest, DynamicsStudy, StudyInput};
 
@@ -23,6 +24,8 @@ pub struct InquiryRequest {
     pub experiments: bool,
     /// Experiments that are drawn over the session, by name.
     pub overlaid: Vec<String>,
+    /// Fixes that are tried, each alone, on the session whose results have this generation.
+    pub fixes: (u64, Vec<Fix>),
 }
 
 /// Computes what is asked of the model of `snapshot`, which shows each answer as it comes.
@@ -35,7 +38,23 @@ pub(super) fn inquire(
 ) {
     let mut ask = Inquiry { session, snapshot, context, publish };
     if !request.overlaid.is_empty() || !ask.snapshot.inquiries.overlaid.0.is_empty() {
-        ask.overlay_experiments(&request.overlaid);
+        // An experiment that was not computed says so itself.
+        ask.fill(
+            |inquiries| &mut inquiries.overlaid,
+            |session, overlays: &mut Overlays, context, show| {
+                let _ = overlay_experiments(session, &request.overlaid, overlays, context, show);
+            },
+        );
+    }
+    let (generation, fixes) = &request.fixes;
+    if !fixes.is_empty() && *generation == ask.snapshot.generation {
+        // A fix that cannot be tried says so itself.
+        ask.fill(
+            |inquiries| &mut inquiries.fixes,
+            |session, tried: &mut TriedFixes, context, show| {
+                let _ = try_fixes(session, fixes, tried, context, show);
+            },
+        );
     }
     if let Some(wanted) = request.dynamics {
         ask.answer::<DynamicsStudy>(wanted, |inquiries| &mut inquiries.dynamics);
@@ -47,7 +66,13 @@ pub(super) fn inquire(
         ask.answer::<Enough>(wanted, |inquiries| &mut inquiries.enough);
     }
     if request.experiments {
-        ask.compare_experiments();
+        // A row that was not computed says so itself.
+        ask.fill(
+            |inquiries| &mut inquiries.experiments,
+            |session, rows: &mut ExperimentRows, context, show| {
+                let _ = experiment_rows(session, rows, context, show);
+            },
+        );
     }
 }
 
@@ -71,30 +96,21 @@ impl Inquiry<'_> {
         (self.publish)(self.snapshot.clone());
     }
 
-    fn overlay_experiments(&mut self, names: &[String]) {
-        let mut overlays = std::mem::take(&mut self.snapshot.inquiries.overlaid);
+    /// Computes outputs one after another; every change is published.
+    fn fill<T: Clone + Default + Sync>(
+        &mut self,
+        place: fn(&mut Inquiries) -> &mut T,
+        compute: impl FnOnce(&Session, &mut T, &Context<'_>, &(dyn Fn(&T) + Sync)),
+    ) {
+        let mut outputs = std::mem::take(place(&mut self.snapshot.inquiries));
         let shown = &*self.snapshot;
-        let show = |overlays: &Overlays| {
+        let show = |outputs: &T| {
             let mut snapshot = shown.clone();
-            snapshot.inquiries.overlaid = overlays.clone();
+            place(&mut snapshot.inquiries).clone_from(outputs);
             (self.publish)(snapshot);
         };
-        // An experiment that was not computed says so itself.
-        let _ = overlay_experiments(self.session, names, &mut overlays, self.context, &show);
-        self.snapshot.inquiries.overlaid = overlays;
-    }
-
-    fn compare_experiments(&mut self) {
-        let mut rows = std::mem::take(&mut self.snapshot.inquiries.experiments);
-        let shown = &*self.snapshot;
-        let show = |rows: &ExperimentRows| {
-            let mut snapshot = shown.clone();
-            snapshot.inquiries.experiments = rows.clone();
-            (self.publish)(snapshot);
-        };
-        // A row that was not computed says so itself.
-        let _ = experiment_rows(self.session, &mut rows, self.context, &show);
-        self.snapshot.inquiries.experiments = rows;
+        compute(self.session, &mut outputs, self.context, &show);
+        *place(&mut self.snapshot.inquiries) = outputs;
     }
 }
 

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::experiments::{NamedSlots, Trial, with_trial};
-use super::snapshot::{AnySlot, Slot, Snapshot, WindowResults};
-use crate::graph::{Context, Footprint, Stage, StageError, StageResult};
+use super::experiments::{Trial, with_trial};
+use super::named_slots::NamedSlots;
+use super::snapshot::{Slot, Snapshot, WindowResults};
+use crate::graph::{Context, Footprint, Stage, StageResult};
 use crate::session::Session;
 use crate::stage::PooledFits;
 
@@ -54,27 +55,7 @@ pub(super) fn overlay_experiments(
     show: &(dyn Fn(&Overlays) + Sync),
 ) -> StageResult<()> {
     let found: Vec<_> = names.iter().filter_map(|name| session.experiment(name)).take(MOST_OVERLAID).collect();
-    overlays.begin(found.iter().map(|one| one.name.as_str()));
-    show(overlays);
-    for (index, experiment) in found.into_iter().enumerate() {
-        let shown: &Overlays = overlays;
-        let progress = |part: f32| {
-            let mut now = shown.clone();
-            now.0[index].1.advance(part);
-            show(&now);
-        };
-        let found =
-            with_trial(session, Some(experiment), |trial| context.get_watched::<OverlaidResults>(trial, (), &progress));
-        let is_stopped = matches!(found, Err(StageError::Cancelled));
-        if is_stopped {
-            overlays.0.iter_mut().for_each(|(_, slot)| slot.end(&StageError::Cancelled));
-        } else {
-            overlays.0[index].1.finish(found);
-        }
-        show(overlays);
-        if is_stopped {
-            return Err(StageError::Cancelled);
-        }
-    }
-    Ok(())
+    overlays.fill(found.iter().map(|one| one.name.clone()), show, |index, progress| {
+        with_trial(session, Some(found[index]), |trial| context.get_watched::<OverlaidResults>(trial, (), progress))
+    })
 }

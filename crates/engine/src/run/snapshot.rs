@@ -10,6 +10,7 @@ use doublet_core::airframe::LoadedState;
 use super::details::Details;
 use super::experiments::ExperimentRows;
 use super::overlays::Overlays;
+use super::tried_fixes::TriedFixes;
 use crate::graph::{FileStamp, Keyed, Stage, StageError};
 use crate::planning::Enough;
 use crate::prior::PriorStudy;
@@ -356,6 +357,8 @@ slots! {
         monte_carlo: Slot<MonteCarloStudy> => MonteCarloStudy::NAME,
         /// Linear model, modes and flying qualities about a trim.
         dynamics: Slot<DynamicsStudy> => DynamicsStudy::NAME,
+        /// Experiments of the session side by side.
+        experiments: ExperimentRows => "experiment",
     }
 }
 
@@ -373,6 +376,8 @@ slots! {
         experiments: ExperimentRows,
         /// Experiments drawn over the session.
         overlaid: Overlays,
+        /// Fixes of the findings on screen, each with the verdict there would be.
+        fixes: TriedFixes,
     }
 }
 

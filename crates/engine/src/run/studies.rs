@@ -1,5 +1,6 @@
 //! Studies of a run: each on request, kept while what it follows from stays the same.
 
+use super::experiments::{ExperimentRows, experiment_rows};
 use super::pipeline::Run;
 use super::snapshot::{Slot, Studies};
 use crate::graph::{Cancelled, Stage, StageError};
@@ -40,10 +41,18 @@ pub(super) fn run(run: &Run<'_>, input: &StudyInput<'_>) -> Result<(), Cancelled
         _ => None,
     });
     let shown = || run.builder.read(|snapshot| Some(snapshot.studies.dynamics.latest()?.request));
-    match trim.or_else(shown) {
-        Some(known) => one::<DynamicsStudy>(run, input, trim.is_some(), known, |studies| &mut studies.dynamics),
-        None => Ok(()),
+    if let Some(known) = trim.or_else(shown) {
+        one::<DynamicsStudy>(run, input, trim.is_some(), known, |studies| &mut studies.dynamics)?;
     }
+    if wanted.contains(&Study::Experiments) {
+        let mut rows = run.builder.read(|snapshot| snapshot.studies.experiments.clone());
+        // A run that was stopped shows no more rows; the experiments find out by themselves.
+        let show = |rows: &ExperimentRows| {
+            let _ = run.builder.update(|snapshot| snapshot.studies.experiments.clone_from(rows));
+        };
+        experiment_rows(run.scope.session, &mut rows, run.context, &show).map_err(|_| Cancelled)?;
+    }
+    Ok(())
 }
 
 fn one<S: for<'i> Stage<Inputs<'i> = &'i StudyInput<'i>>>(

@@ -264,6 +264,30 @@ pub fn noise_experiments(session: &Session) -> Vec<Experiment> {
     NOISE_FACTORS.map(one).into()
 }
 
+/// The present configuration with every second manoeuvre: those of odd number, then those of even number identify, the others validate.
+/// Manoeuvres that are ignored stay so.
+pub fn manoeuvre_experiments(session: &Session) -> Vec<Experiment> {
+    let one = |(name, first): (&str, usize)| {
+        let mut configuration = Configuration::from_session(session);
+        let used = configuration.manoeuvres.iter_mut().filter(|used| used.role != WindowRole::Ignored);
+        for (place, used) in used.enumerate() {
+            used.role = if place % 2 == first { WindowRole::Identification } else { WindowRole::Validation };
+        }
+        Experiment { name: name.to_owned(), configuration: configuration.into() }
+    };
+    [("Odd manoeuvres", 0), ("Even manoeuvres", 1)].map(one).into()
+}
+
+/// Every configuration with every set of manoeuvres: each of `configurations` with the manoeuvres of each of `sets`.
+pub fn cross_experiments(configurations: &[Experiment], sets: &[Experiment]) -> Vec<Experiment> {
+    let one = |configuration: &Experiment, set: &Experiment| {
+        let manoeuvres = set.configuration.manoeuvres.clone();
+        let crossed = Configuration { manoeuvres, ..Configuration::clone(&configuration.configuration) };
+        Experiment { name: format!("{}, {}", configuration.name, set.name), configuration: crossed.into() }
+    };
+    configurations.iter().flat_map(|configuration| sets.iter().map(move |set| one(configuration, set))).collect()
+}
+
 /// The present configuration without one term of a coefficient each; the constant stays.
 pub fn structure_experiments(session: &Session, coefficient: Coefficient) -> Vec<Experiment> {
     let terms = session.structure.terms(coefficient).unwrap_or_default();

@@ -6,8 +6,8 @@ use doublet_core::quantity::Role;
 use serde::{Serialize, Serializer};
 
 use super::{
-    Edit, EditError, EstimationEdit, ExpressionEdit, ExpressionSetting, Flight, ModelEdit, Session, SignalEdit,
-    Surface, WindowEdit, WindowRole,
+    Configuration, Edit, EditError, EstimationEdit, Experiment, ExpressionEdit, ExpressionSetting, Flight, ModelEdit,
+    Session, SignalEdit, Surface, WindowEdit, WindowRole,
 };
 
 /// Manoeuvres that a label names before it counts them.
@@ -29,6 +29,12 @@ impl Serialize for Fix {
     }
 }
 
+impl std::fmt::Display for Fix {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.label)
+    }
+}
+
 impl Fix {
     /// A fix of one edit.
     pub fn new(label: impl Into<String>, edit: Edit) -> Self {
@@ -45,6 +51,39 @@ impl Fix {
             format!("ignore {}", names.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(" and "))
         };
         Self { label, edits: names.iter().map(edit).collect() }
+    }
+
+    /// Several fixes as one.
+    pub fn all(fixes: &[&Self]) -> Option<Self> {
+        let (first, more) = fixes.split_first()?;
+        let edits = fixes.iter().flat_map(|fix| fix.edits.iter().cloned());
+        let ignored = |edit: &Edit| match edit {
+            Edit::Window(WindowEdit::Role { name, role: WindowRole::Ignored }) => Some(name.clone()),
+            _ => None,
+        };
+        let names: Option<Vec<String>> = edits.clone().map(|edit| ignored(&edit)).collect();
+        match names {
+            Some(names) => Some(Self::ignore(names.iter().map(String::as_str))),
+            None if more.is_empty() => Some(Self::clone(first)),
+            None => Some(Self { label: format!("{} and {} more", first.label, more.len()), edits: edits.collect() }),
+        }
+    }
+
+    /// Whether it changes nothing but the configuration: no recording, channel, clock or aircraft.
+    pub fn is_of_configuration(&self) -> bool {
+        let has = |edit: &Edit| match edit {
+            Edit::Window(edit) => matches!(edit, WindowEdit::Role { .. } | WindowEdit::Place { .. }),
+            Edit::Noise(_) | Edit::Filter(_) | Edit::Estimation(_) => true,
+            Edit::Model(edit) => matches!(edit, ModelEdit::SetTerm { .. } | ModelEdit::Structure(_)),
+            _ => false,
+        };
+        self.edits.iter().all(has)
+    }
+
+    /// The fixed session as an experiment called by the label.
+    pub fn to_experiment(&self, session: &Session) -> Option<Experiment> {
+        let configuration = Configuration::from_session(&self.apply(session).ok()?);
+        Some(Experiment { name: self.label.clone(), configuration: configuration.into() })
     }
 
     /// Adds a term to the model of a coefficient, or leaves it out.

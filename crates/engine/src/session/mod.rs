@@ -40,8 +40,8 @@ pub use check::{MOST_WINDOWS, check, fitting_name, stops_run};
 pub use constraint::TermConstraint;
 pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit};
 pub use experiment::{
-    Configuration, Experiment, ExperimentEdit, MOST_EXPERIMENTS, ManoeuvreUse, filter_experiments, noise_experiments,
-    structure_experiments,
+    Configuration, Experiment, ExperimentEdit, MOST_EXPERIMENTS, ManoeuvreUse, cross_experiments, filter_experiments,
+    manoeuvre_experiments, noise_experiments, structure_experiments,
 };
 pub use expression::{EXPRESSION_SOURCE, ExpressionEdit, ExpressionSetting};
 pub use file::{Opened, content_hash, open, rebased, save, save_without_backup, shipped};

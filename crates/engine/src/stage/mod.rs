@@ -78,7 +78,7 @@ pub use misfit::{CoherentChannel, Misfit, MisfitPlace, misfit, observation_bands
 pub(crate) use movement::shortfall;
 pub use movement::{Movement, deflection, movement};
 pub use noise::{FlightNoise, NoiseFlight, NoiseRow, SessionNoise, noise, open_entries};
-pub use noise_advice::{NoiseAdvice, NoiseEstimate, NoiseStep, noise_advice};
+pub use noise_advice::{NoiseAdvice, NoiseEstimate, NoiseStep, channel_advice, noise_advice, pooled_noise};
 pub use observability::Observability;
 pub use path::{PathAssessment, PathSeries, SmoothedSeries, WindowPath, paths, reconstructions};
 pub(crate) use path_errors::MOST_SAMPLES;

@@ -71,19 +71,36 @@ impl NoiseAdvice {
 /// 17, 1972), and a deviation s gives `NIS = rho^2 S / (S - R + s^2)`, both with the uncertainty of the path as it is.
 pub fn noise_advice(path: &WindowPath, used: &[f64], noise: Option<&FlightNoise>) -> Vec<NoiseAdvice> {
     let channels = path.assessment().consistency.as_ref().map_or(&[][..], |found| &found.channels);
-    let one = |channel: &ChannelConsistency| {
-        let index = channel.measurement as usize;
-        let run = &path.reconstruction;
-        let pairs = run.innovations[index].iter().zip(&run.innovation_deviations[index]);
-        let mut predicted: Vec<f64> =
-            pairs.filter(|(value, _)| value.is_finite()).map(|(_, deviation)| deviation * deviation).collect();
-        let row = noise.and_then(|noise| {
-            let entry = NoiseChannel::Measurement(channel.measurement);
-            noise.rows.iter().find(|row| row.channel == entry)
-        });
-        Some(advise(channel, used.get(index).copied()?, median(&mut predicted)?, row))
-    };
+    let one = |channel| channel_advice(path, channel, *used.get(channel.measurement as usize)?, noise);
     channels.iter().filter_map(one).collect()
+}
+
+/// The same of one measurement, with the value in use.
+pub fn channel_advice(
+    path: &WindowPath,
+    channel: &ChannelConsistency,
+    used: f64,
+    noise: Option<&FlightNoise>,
+) -> Option<NoiseAdvice> {
+    let (index, run) = (channel.measurement as usize, &path.reconstruction);
+    let pairs = run.innovations[index].iter().zip(&run.innovation_deviations[index]);
+    let mut predicted: Vec<f64> =
+        pairs.filter(|(value, _)| value.is_finite()).map(|(_, deviation)| deviation * deviation).collect();
+    let row = noise.and_then(|noise| {
+        let entry = NoiseChannel::Measurement(channel.measurement);
+        noise.rows.iter().find(|row| row.channel == entry)
+    });
+    Some(advise(channel, used, median(&mut predicted)?, row))
+}
+
+/// The one deviation for several manoeuvres, SI: the root mean square of those that the innovations of each ask for; none where the
+/// innovations of most of them are not noise.
+pub fn pooled_noise(advice: &[NoiseAdvice]) -> Option<f64> {
+    let is_noise = |advice: &&NoiseAdvice| advice.step != NoiseStep::NotNoise;
+    let variances: Vec<f64> =
+        advice.iter().filter(is_noise).filter_map(|advice| Some(advice.innovations?.std.powi(2))).collect();
+    let most = !variances.is_empty() && 2 * variances.len() >= advice.len();
+    most.then(|| (variances.iter().sum::<f64>() / variances.len() as f64).sqrt())
 }
 
 fn advise(channel: &ChannelConsistency, used: f64, predicted: f64, row: Option<&NoiseRow>) -> NoiseAdvice {
@@ -198,6 +215,19 @@ mod tests {
             (NoiseStep::Differ, None),
             "steady flight differs, the value in use stays"
         );
+    }
+
+    #[test]
+    fn noise_of_several_manoeuvres_is_the_root_mean_square_of_those_that_show_noise() {
+        let [one, other] = [2.0_f64.sqrt(), 3.0_f64.sqrt()].map(|ratio| advise(&channel(ratio), 2.0, 5.0, None));
+        // R = 4 of S = 5: they ask for R = 9 and R = 14.
+        let pooled = pooled_noise(&[one.clone(), other.clone()]).unwrap();
+        assert!((pooled - 11.5_f64.sqrt()).abs() < 1e-12);
+        let mut correlated = channel(1.5);
+        (correlated.is_white, correlated.autocorrelation[0]) = (false, 0.8);
+        let not_noise = advise(&correlated, 2.0, 5.0, None);
+        assert_eq!(pooled_noise(&[one.clone(), not_noise.clone()]), Some(one.innovations.unwrap().std));
+        assert_eq!(pooled_noise(&[other, not_noise.clone(), not_noise]), None);
     }
 
     #[test]

@@ -65,6 +65,8 @@ pub enum Study {
     },
     /// Linear model, modes and flying qualities about a trim.
     Dynamics(DynamicsRequest),
+    /// Experiments of the session side by side.
+    Experiments,
 }
 
 impl Study {
@@ -78,6 +80,7 @@ impl Study {
             Self::Responses => FlightResponses::NAME,
             Self::MonteCarlo { .. } => MonteCarloStudy::NAME,
             Self::Dynamics(_) => DynamicsStudy::NAME,
+            Self::Experiments => "experiment",
         }
     }
 }

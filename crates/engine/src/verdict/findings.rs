@@ -4,8 +4,10 @@ use doublet_core::reconstruct::consistency::WORTH_CHANGING;
 
 use super::fold::{Folded, fold};
 use super::{Finding, Level, sideslip};
+use crate::notation::significant;
 use crate::run::Snapshot;
 use crate::session::{Session, path_warning};
+use crate::stage::{NoiseStep, channel_advice};
 
 /// Reasons of the verdict, derivatives that are not determined, notes of recordings, engines and windows, an offset of the sideslip,
 /// and the advice of the innovations.
@@ -43,15 +45,21 @@ fn advice(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     let mut found = Vec::new();
     for window in &session.windows {
         let path = snapshot.windows.get(&window.name).and_then(|results| results.path.ready());
-        let channels =
-            path.iter().filter_map(|path| path.assessment().consistency.as_ref()).flat_map(|found| &found.channels);
-        for channel in channels {
-            let name = channel.measurement.name();
-            let ratio = channel.deviation_ratio;
-            let cure = match ratio {
-                ratio if ratio > WORTH_CHANGING => "raise its noise, or find the disturbance",
-                ratio if ratio < 1.0 / WORTH_CHANGING => "lower its noise",
-                _ => continue,
+        let noise = snapshot.noise.get(&window.flight).and_then(|slot| slot.ready()).map(|noise| &**noise);
+        let channels = path.and_then(|path| Some((path, path.assessment().consistency.as_ref()?)));
+        let channels = channels.iter().flat_map(|(path, found)| found.channels.iter().map(move |one| (path, one)));
+        for (path, channel) in channels {
+            let (name, ratio) = (channel.measurement.name(), channel.deviation_ratio);
+            let used = session.filter.measurement_noise[channel.measurement as usize];
+            if (1.0 / WORTH_CHANGING..=WORTH_CHANGING).contains(&ratio) {
+                continue;
+            }
+            let Some(advice) = channel_advice(path, channel, used, noise) else { continue };
+            let cure = match (advice.step, advice.recommended()) {
+                (NoiseStep::Set | NoiseStep::Differ, Some(set)) => {
+                    format!("multiply its noise by {}", significant(set.std / used, 2))
+                }
+                _ => advice.reason,
             };
             let text = format!("innovations of {name} are {ratio:.2} times predicted");
             let finding = Finding::new(Level::Good, "innovation-advice", format!("manoeuvre '{}'", window.name), text);

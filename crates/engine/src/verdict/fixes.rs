@@ -1,13 +1,9 @@
-//! The fixes of a session's findings, and what becomes of the verdict with one.
-
-use std::path::Path;
+//! The fixes of a session's findings, and a verdict in numbers.
 
 use serde::Serialize;
 
 use super::{Level, Verdicts};
-use crate::graph::Cache;
-use crate::run::{Control, Scope, Snapshot, run};
-use crate::session::{Fix, Session};
+use crate::session::Fix;
 
 /// A verdict in numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -54,16 +50,4 @@ pub fn fixes(verdicts: &Verdicts) -> Vec<(&Fix, &str)> {
         }
     }
     fixes
-}
-
-/// The verdict with a fix applied to `session`, whose relative paths start from `folder`.
-///
-/// # Errors
-/// One line: why the fix cannot be applied, or that nothing was judged.
-pub fn try_fix(session: &Session, folder: &Path, fix: &Fix, cache: &Cache) -> Result<VerdictCounts, String> {
-    let fixed = fix.apply(session).map_err(|error| error.to_string())?;
-    let scope = Scope { session: &fixed, folder, first: None, studies: &[], cause: "fix", generation: 1 };
-    let snapshot = run(&scope, &Snapshot::default(), cache, &Control::default(), &|_| {});
-    let verdicts = snapshot.verdicts.ready().ok_or("no verdict was formed")?;
-    Ok(VerdictCounts::count(verdicts))
 }

@@ -44,7 +44,7 @@ pub use check::{Checked, check_file, check_session};
 pub use dependence::{Dependence, dependences};
 pub use effect::{Cause, Consequence, Effect};
 pub use findings::{findings, folded};
-pub use fixes::{VerdictCounts, fixes, try_fix};
+pub use fixes::{VerdictCounts, fixes};
 pub use fold::{Folded, fold};
 pub(crate) use judge::NO_WINDOW;
 pub use judge::{DerivativeVerdict, FitVerdict, Verdicts, WindowVerdict, judge};

@@ -7,7 +7,7 @@ use super::judge::{Evidence, level_above, not_computed};
 use super::{Finding, Level, flight, loading, propulsion, sampling, saturated, stuck};
 use crate::notation::significant;
 use crate::session::{Edit, Fix, Manoeuvre, NoiseChannel, PathSource};
-use crate::stage::WindowPath;
+use crate::stage::{NoiseAdvice, NoiseStep, WindowPath, channel_advice, pooled_noise};
 
 /// Mean NIS over its expectation: outside its 95 % band and beyond these it is a caution, above the last bad. Noise stated too large
 /// leaves the path less exact than it could be, noise stated too small leaves it wrong.
@@ -53,7 +53,7 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
             path.assessment()
                 .consistency
                 .iter()
-                .flat_map(|consistency| innovations(&place, consistency, evidence, fit)),
+                .flat_map(|consistency| innovations(&place, consistency, (evidence, manoeuvre), fit)),
         );
         findings.extend(smoother(&place, path));
         findings.extend(flight::turn(&place, path));
@@ -73,14 +73,24 @@ fn channels_fit(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> bool {
     physics.is_some_and(|physics| !physics.rows.is_empty() && physics.contradictions().next().is_none())
 }
 
-fn innovations(place: &str, consistency: &Consistency, evidence: Evidence<'_>, channels_fit: bool) -> Vec<Finding> {
-    let mut found: Vec<Finding> = nis(place, consistency, evidence, channels_fit).into_iter().collect();
+fn innovations(
+    place: &str,
+    consistency: &Consistency,
+    of: (Evidence<'_>, &Manoeuvre),
+    channels_fit: bool,
+) -> Vec<Finding> {
+    let mut found: Vec<Finding> = nis(place, consistency, of, channels_fit).into_iter().collect();
     found.extend(consistency.channels.iter().filter_map(|channel| offset(place, channel)));
     found.extend(consistency.channels.iter().filter_map(|channel| correlated(place, channel)));
     found
 }
 
-fn nis(place: &str, consistency: &Consistency, evidence: Evidence<'_>, channels_fit: bool) -> Option<Finding> {
+fn nis(
+    place: &str,
+    consistency: &Consistency,
+    (evidence, manoeuvre): (Evidence<'_>, &Manoeuvre),
+    channels_fit: bool,
+) -> Option<Finding> {
     let (ratio, [low, high]) = (consistency.nis_ratio, consistency.nis_band_correlated);
     if (low..=high).contains(&consistency.nis_mean) {
         return None;
@@ -100,16 +110,17 @@ fn nis(place: &str, consistency: &Consistency, evidence: Evidence<'_>, channels_
     let found = extreme(ratio > 1.0);
     let (name, times) =
         found.map_or(("a measurement", f64::NAN), |found| (found.measurement.name(), found.deviation_ratio));
-    let (explanation, cure) = if ratio > 1.0 {
-        (
-            format!("innovations exceed the noise, most in {name} ({times:.1} times predicted)"),
-            too_large(name, found.filter(|_| channels_fit && ratio < NOISE_EXPLAINS).map(|found| found.measurement)),
-        )
-    } else {
-        (
-            format!("noise set too high, most in {name} ({times:.2} times predicted)"),
-            format!("Estimate the noise from steady flight, or lower it; begin with {name}."),
-        )
+    let advice = found.and_then(|found| advice_in(evidence, manoeuvre, found.measurement));
+    let explanation = match ratio > 1.0 {
+        true => format!("innovations exceed the noise, most in {name} ({times:.1} times predicted)"),
+        false => format!("noise set too high, most in {name} ({times:.2} times predicted)"),
+    };
+    let is_noise = ratio < NOISE_EXPLAINS && channels_fit;
+    let cure = match advice.as_ref().map(|advice| advice.step) {
+        _ if ratio > 1.0 && !is_noise => format!("Check sign, unit and clock of {name}, then set its noise."),
+        Some(NoiseStep::NotNoise) => format!("Check {name} for a delay, a filter or its position."),
+        Some(NoiseStep::Keep) if ratio < 1.0 => "Lower the process noise first.".to_owned(),
+        _ => format!("Set the noise of {name} by its innovations."),
     };
     let (mean, expected) = (consistency.nis_mean, consistency.nis_mean / ratio);
     let text =
@@ -122,33 +133,27 @@ fn nis(place: &str, consistency: &Consistency, evidence: Evidence<'_>, channels_
     Some(finding.with_fix_text(cure).with_setting("Noise and filter", setting).with_fix(fix))
 }
 
-/// States the noise of a measurement by the size of its innovations in all windows; none where no noise is meant.
-fn noise_fix(evidence: Evidence<'_>, measurement: Measurement) -> Option<Fix> {
-    let path = |window: &Manoeuvre| evidence.snapshot.windows.get(&window.name)?.path.ready();
-    let assessed = evidence.windows().filter_map(|window| path(window)?.assessment().consistency.as_ref());
-    let channels = assessed.flat_map(|consistency| &consistency.channels);
-    let ratios = channels.filter(|channel| channel.measurement == measurement).map(|channel| channel.deviation_ratio);
-    let ratios: Vec<f64> = ratios.filter(|ratio| ratio.is_finite()).collect();
-    let square = ratios.iter().map(|ratio| ratio * ratio).sum::<f64>() / ratios.len() as f64;
-    if square.is_nan() || square > NOISE_EXPLAINS {
-        return None;
-    }
-    let (name, ratio) = (measurement.name(), square.sqrt());
-    let std = evidence.session.filter.measurement_noise[measurement as usize] * ratio;
-    let label = format!("multiply the noise of {name} by {}", significant(ratio, 2));
-    Some(Fix::new(label, Edit::noise(NoiseChannel::Measurement(measurement), std)))
+/// Advice on the noise of a measurement by one manoeuvre.
+fn advice_in(evidence: Evidence<'_>, manoeuvre: &Manoeuvre, measurement: Measurement) -> Option<NoiseAdvice> {
+    let path = evidence.snapshot.windows.get(&manoeuvre.name)?.path.ready()?;
+    let channels = &path.assessment().consistency.as_ref()?.channels;
+    let channel = channels.iter().find(|channel| channel.measurement == measurement)?;
+    let used = evidence.session.filter.measurement_noise[measurement as usize];
+    let noise = evidence.snapshot.noise.get(&manoeuvre.flight).and_then(|slot| slot.ready());
+    channel_advice(path, channel, used, noise.map(|noise| &**noise))
 }
 
-/// What to do about innovations that are too large, most those of `name`; `fits` is that measurement where all channels fit each other.
-fn too_large(name: &str, fits: Option<Measurement>) -> String {
-    use Measurement::{Airspeed, AngleOfAttack, Sideslip};
-    match fits {
-        None => format!("Check sign, unit and clock of {name}, then estimate its noise."),
-        Some(Airspeed | AngleOfAttack | Sideslip) => {
-            format!("Estimate the noise of {name}, or use the path as measured in turbulence.")
-        }
-        Some(_) => format!("Estimate the noise of {name} from steady flight, then check its clock."),
+/// Sets the noise of a measurement by its innovations in all manoeuvres; none where they are not noise.
+fn noise_fix(evidence: Evidence<'_>, measurement: Measurement) -> Option<Fix> {
+    let advice: Vec<NoiseAdvice> =
+        evidence.windows().filter_map(|window| advice_in(evidence, window, measurement)).collect();
+    let std = pooled_noise(&advice)?;
+    let (name, ratio) = (measurement.name(), std / evidence.session.filter.measurement_noise[measurement as usize]);
+    if ratio.is_nan() || ratio * ratio > NOISE_EXPLAINS {
+        return None;
     }
+    let label = format!("multiply the noise of {name} by {}", significant(ratio, 2));
+    Some(Fix::new(label, Edit::noise(NoiseChannel::Measurement(measurement), std)))
 }
 
 fn offset(place: &str, channel: &ChannelConsistency) -> Option<Finding> {

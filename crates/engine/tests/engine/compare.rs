@@ -9,7 +9,8 @@ use doublet_engine::compare::{Estimates, PRESENT, differences, read_estimates, s
 use doublet_engine::graph::{Cache, Context};
 use doublet_engine::run::{Control, ExperimentRows, Scope, Snapshot, experiment_rows, run as run_stages};
 use doublet_engine::session::{
-    self, Edit, ExperimentEdit, FilterEdit, NoiseChannel, Session, WindowEdit, noise_experiments, structure_experiments,
+    self, Edit, ExperimentEdit, FilterEdit, NoiseChannel, Session, WindowEdit, WindowRole, cross_experiments,
+    manoeuvre_experiments, noise_experiments, structure_experiments,
 };
 use doublet_engine::verdict::VerdictCounts;
 
@@ -143,4 +144,24 @@ fn experiment_gives_what_the_session_with_its_configuration_gives() {
     let rows = rows_of(&applied);
     assert!(rows.row(&damping).unwrap().ready().unwrap().is_current);
     assert!(!rows.row(&noise).unwrap().ready().unwrap().is_current);
+}
+
+#[test]
+fn structures_are_crossed_with_sets_of_manoeuvres() {
+    let session = demo();
+    let sets = manoeuvre_experiments(&session);
+    let used = |role| {
+        let manoeuvres =
+            sets.iter().map(|set| set.configuration.manoeuvres.iter().filter(|used| used.role == role).count());
+        manoeuvres.collect::<Vec<_>>()
+    };
+    let active = session.active_windows().count();
+    assert_eq!(used(WindowRole::Identification), [active.div_ceil(2), active / 2]);
+    assert_eq!(used(WindowRole::Validation), [active / 2, active.div_ceil(2)]);
+    let structures = structure_experiments(&session, Coefficient::Cm);
+    let crossed = cross_experiments(&structures, &sets);
+    assert_eq!(crossed.len(), 2 * structures.len());
+    assert_eq!(crossed[1].name, format!("{}, {}", structures[0].name, sets[1].name));
+    assert_eq!(crossed[1].configuration.structure, structures[0].configuration.structure);
+    assert_eq!(crossed[1].configuration.manoeuvres, sets[1].configuration.manoeuvres);
 }

@@ -6,10 +6,10 @@ use std::path::Path;
 
 use doublet_core::model::Lag;
 use doublet_engine::builtin;
-use doublet_engine::graph::Cache;
-use doublet_engine::run::{Control, Scope, Snapshot, run};
-use doublet_engine::session::{self, Edit, EstimationEdit, MapRef, Opened, Session, Surface};
-use doublet_engine::verdict::{Level, VerdictCounts, fixes, try_fix};
+use doublet_engine::graph::{Cache, Context};
+use doublet_engine::run::{Control, Scope, Snapshot, TriedFixes, run, try_fixes};
+use doublet_engine::session::{self, Edit, EstimationEdit, Fix, MapRef, Opened, Session, Surface, WindowRole};
+use doublet_engine::verdict::{Level, VerdictCounts, fixes};
 
 fn demo() -> Opened {
     session::open(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sessions/demo.toml")).unwrap()
@@ -73,7 +73,29 @@ fn fix_of_a_late_control_states_the_delay_that_was_taken_from_it() {
     let fixed = fix.apply(&wrong).unwrap();
     let delay_s = fixed.preparation.control_lags.get(Surface::Elevator).delay_s;
     assert!((delay_s - stated_s).abs() < 0.005, "{delay_s}");
-    let tried = try_fix(&wrong, &folder, fix, &Cache::new(0)).unwrap();
+    let mut tried = TriedFixes::default();
+    try_fixes(&wrong, &[Fix::clone(fix)], &mut tried, &Context::new(&folder), &|_| {}).unwrap();
+    let tried = tried.row(*fix).unwrap().ready().unwrap().verdict;
     assert_eq!(tried.level, counts(&computed(&session, &folder)).level);
     assert!(tried.bad < counts(&before).bad);
+    let kept = fix.to_experiment(&wrong).unwrap();
+    assert!(fix.is_of_configuration());
+    assert_eq!(kept.configuration.applied_to(&wrong), fixed);
+}
+
+#[test]
+fn fixes_of_findings_alike_are_one() {
+    let Opened { session, .. } = demo();
+    let names: Vec<&str> = session.windows.iter().take(3).map(|window| window.name.as_str()).collect();
+    let one_each: Vec<Fix> = names.iter().map(|name| Fix::ignore([*name])).collect();
+    let all = Fix::all(&one_each.iter().collect::<Vec<_>>()).unwrap();
+    assert_eq!(all, Fix::ignore(names.iter().copied()));
+    let ignored = all.apply(&session).unwrap();
+    assert!(ignored.windows[..3].iter().all(|window| window.role == WindowRole::Ignored));
+    assert_eq!(ignored.windows[3..], session.windows[3..]);
+    let delays = [0.02, 0.03].map(|delay_s| Fix::control_delay(&session, Surface::Elevator, delay_s));
+    let both = Fix::all(&[&delays[0], &delays[1]]).unwrap();
+    assert_eq!(both.edits.len(), 2);
+    assert_eq!(Fix::all(&[&delays[0]]).unwrap(), delays[0]);
+    assert_eq!(Fix::all(&[]), None);
 }

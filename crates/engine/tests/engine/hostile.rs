@@ -216,6 +216,7 @@ fn change_seed(seeds: &[Vec<u8>], random: &mut rand_chacha::ChaCha8Rng) -> Vec<u
 fn every_parser_returns_from_seeds_changed_at_random() {
     use rand::SeedableRng;
     let runs = std::env::var("DOUBLET_SOAK_RUNS").ok().and_then(|text| text.parse().ok()).unwrap_or(CHANGED_SEEDS);
+    let seed = std::env::var("DOUBLET_SOAK_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(12);
     let asked = std::env::var("DOUBLET_SOAK_TARGET").ok();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds");
     // The whole path has a test of its own.
@@ -225,7 +226,7 @@ fn every_parser_returns_from_seeds_changed_at_random() {
             std::fs::read_dir(folder.join(name)).unwrap().map(|entry| entry.unwrap().path()).collect();
         paths.sort();
         let seeds: Vec<Vec<u8>> = paths.iter().map(|path| std::fs::read(path).unwrap()).collect();
-        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(12);
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
         let begun = Instant::now();
         for run in 0..runs {
             let data = change_seed(&seeds, &mut random);

@@ -33,6 +33,8 @@ pub enum SectionKind {
     Prior,
     /// Windows again by output error.
     Checks,
+    /// Experiments of the session side by side.
+    Experiments,
     /// Derivatives against what they were computed with.
     Sensitivity,
     /// Derivatives over the flight condition.
@@ -51,7 +53,7 @@ pub enum SectionKind {
 
 impl SectionKind {
     /// All of them, in their order.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 22] = [
         Self::Overview,
         Self::Aircraft,
         Self::Channels,
@@ -66,6 +68,7 @@ impl SectionKind {
         Self::Match,
         Self::Prior,
         Self::Checks,
+        Self::Experiments,
         Self::Sensitivity,
         Self::Condition,
         Self::Responses,
@@ -92,6 +95,7 @@ impl SectionKind {
             Self::Match => "match",
             Self::Prior => "prior",
             Self::Checks => "checks",
+            Self::Experiments => "experiments",
             Self::Sensitivity => "sensitivity",
             Self::Condition => "condition",
             Self::Responses => "responses",
@@ -110,6 +114,7 @@ impl SectionKind {
             Self::Condition => Some(Study::Manoeuvres),
             Self::Responses => Some(Study::Responses),
             Self::Dynamics => Some(Study::Dynamics(DynamicsRequest::default())),
+            Self::Experiments => Some(Study::Experiments),
             _ => None,
         }
     }
@@ -131,6 +136,7 @@ impl SectionKind {
             Self::Match => "Proof of match",
             Self::Prior => "Comparison with the earlier estimate",
             Self::Checks => "Independent checks",
+            Self::Experiments => "Experiments",
             Self::Sensitivity => "Sensitivity and total error",
             Self::Condition => "Dependence on flight condition",
             Self::Responses => "Frequency responses",
@@ -155,6 +161,7 @@ impl SectionKind {
             Self::Validation => "Validation of each manoeuvre",
             Self::Match => "Proof of match of each manoeuvre",
             Self::Checks => "Independent checks of each manoeuvre",
+            Self::Experiments => "Derivatives of each experiment",
             Self::Sensitivity => "Sensitivity by group of quantities",
             Self::Engines => "Engines by phase of flight",
             Self::Dynamics => "Paragraphs of the flying-quality criteria",

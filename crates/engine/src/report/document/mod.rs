@@ -8,6 +8,7 @@ mod cover;
 mod derivatives;
 mod display;
 mod dynamics;
+mod experiments;
 mod figure;
 mod findings;
 mod fits;
@@ -210,6 +211,7 @@ fn parts(kind: SectionKind, contents: &Contents<'_>) -> Parts {
         SectionKind::Match => proof::proof_of_match(contents),
         SectionKind::Prior => contents.prior.map(PriorStudy::blocks).unwrap_or_default().into(),
         SectionKind::Checks => checks::checks(contents),
+        SectionKind::Experiments => experiments::experiments(contents),
         SectionKind::Sensitivity => sensitivity::sensitivity(contents),
         SectionKind::Condition => condition::condition(contents).into(),
         SectionKind::Responses => responses::responses(contents).into(),

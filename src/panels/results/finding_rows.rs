@@ -1,0 +1,144 @@
+//! Findings as they are read: what was found, where, what to do, the fix with the verdict it leads to, and the way to the panel.
+
+use doublet_core::model::Coefficient;
+use doublet_engine::session::{Edit, ExperimentEdit, Fix, Session};
+use doublet_engine::verdict::Finding;
+use eframe::egui::{Label, RichText, Ui};
+
+use crate::command::{UiCommand, ViewCommand};
+use crate::notation;
+use crate::panels::results::applied_fix::describe;
+use crate::panels::{Pane, PanelContext};
+use crate::ui_state::Scope;
+use crate::widgets::level_mark::level_mark;
+
+/// Findings of one kind and level: the first stands for all.
+pub struct FindingKind<'a> {
+    first: &'a Finding,
+    places: Vec<&'a str>,
+    /// The fixes of all of them as one.
+    pub fix: Option<Fix>,
+}
+
+impl<'a> FindingKind<'a> {
+    /// The kinds among findings, in their order.
+    pub fn of(findings: &[&'a Finding]) -> Vec<Self> {
+        let mut groups: Vec<Vec<&'a Finding>> = Vec::new();
+        for finding in findings {
+            let same = |group: &&mut Vec<&Finding>| (group[0].code, group[0].level) == (finding.code, finding.level);
+            match groups.iter_mut().find(same) {
+                Some(group) => group.push(finding),
+                None => groups.push(vec![finding]),
+            }
+        }
+        groups.into_iter().map(|group| Self::of_group(&group)).collect()
+    }
+
+    fn of_group(group: &[&'a Finding]) -> Self {
+        let mut fixes: Vec<&Fix> = Vec::new();
+        for fix in group.iter().filter_map(|finding| finding.fix.as_ref()) {
+            if fixes.iter().all(|known| known.edits != fix.edits) {
+                fixes.push(fix);
+            }
+        }
+        let places = group.iter().map(|finding| finding.place.as_str()).collect();
+        Self { first: group[0], places, fix: Fix::all(&fixes) }
+    }
+
+    /// The manoeuvres of `session` that they are about.
+    fn manoeuvres<'s>(&self, session: &'s Session) -> Vec<&'s str> {
+        let is_about = |name: &str| self.places.iter().any(|place| place.contains(&format!("'{name}'")));
+        session.windows.iter().map(|window| window.name.as_str()).filter(|name| is_about(name)).collect()
+    }
+}
+
+/// Findings of one kind; whether their fix is to be applied.
+pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, kind: &FindingKind<'_>) -> bool {
+    let (finding, alike) = (kind.first, kind.places.len());
+    let mut is_wanted = false;
+    ui.add_space(2.0);
+    ui.horizontal_top(|ui| {
+        level_mark(ui, Some(finding.level));
+        ui.vertical(|ui| {
+            ui.spacing_mut().item_spacing.y = 1.0;
+            let more = if alike > 1 { format!("   {} × {alike}", finding.code) } else { String::new() };
+            let weak = ui.visuals().weak_text_color();
+            ui.add(Label::new(notation::typeset_in(&format!("{}{more}", finding.place), 11.0, weak)).wrap());
+            ui.add(Label::new(notation::typeset(&finding.text, 13.0)).wrap());
+            if !finding.cure.is_empty() {
+                ui.add(Label::new(notation::typeset_in(&finding.cure, 11.5, weak)).wrap());
+            }
+            if let Some(fix) = &kind.fix {
+                is_wanted = fix_row(ctx, ui, fix);
+            }
+            ui.horizontal_wrapped(|ui| {
+                ui.spacing_mut().item_spacing.x = 8.0;
+                select(ctx, ui, &kind.manoeuvres(ctx.session));
+                if let Some(pane) = finding.panel.and_then(Pane::from_title)
+                    && ui.link(RichText::new(format!("{} ▸", pane.title())).size(11.5)).clicked()
+                {
+                    open(ctx, finding, pane);
+                }
+            });
+        });
+    });
+    is_wanted
+}
+
+/// The fix with the verdict it leads to, and the way to keep it as an experiment; whether it is to be applied.
+fn fix_row(ctx: &mut PanelContext<'_>, ui: &mut Ui, fix: &Fix) -> bool {
+    let mut is_wanted = false;
+    let tried = &mut ctx.wanted.inquiry.fixes;
+    tried.0 = ctx.snapshot.generation;
+    tried.1.push(fix.clone());
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 8.0;
+        let button = ui.small_button(format!("Apply: {}", fix.label));
+        is_wanted = button.on_hover_text("Applies the fix as one undo step").clicked();
+        let slot = ctx.snapshot.inquiries.fixes.row(fix);
+        match slot.map(|slot| (slot.ready(), slot.error())) {
+            Some((Some(outcome), _)) => {
+                ui.label("→");
+                describe(ui, outcome.verdict);
+            }
+            Some((None, Some(error))) => drop(ui.weak(error)),
+            _ => drop(ui.weak("→ computing")),
+        }
+        if fix.is_of_configuration() {
+            let button = ui.small_button("Add as experiment");
+            let hint = "Keeps the session with this fix as an experiment, to compare it with others";
+            if button.on_hover_text(hint).clicked()
+                && let Some(experiment) = fix.to_experiment(ctx.session)
+            {
+                ctx.edit(Edit::Experiment(ExperimentEdit::Add(vec![experiment])));
+                ctx.commands.push(UiCommand::View(ViewCommand::Show(Pane::Experiments)));
+            }
+        }
+    });
+    is_wanted
+}
+
+/// The link that selects manoeuvres.
+fn select(ctx: &mut PanelContext<'_>, ui: &mut Ui, names: &[&str]) {
+    let (Some((first, others)), true) = (names.split_first(), names.len() > 1) else { return };
+    let link = ui.link(RichText::new(format!("Select these {} manoeuvres", names.len())).size(11.5));
+    if link.on_hover_text("What is done to the selected manoeuvre is then done to all of them").clicked() {
+        ctx.choose(first);
+        ctx.state.selection.others = others.iter().map(|name| (*name).to_owned()).collect();
+        ctx.commands.push(UiCommand::View(ViewCommand::Show(Pane::Manoeuvres)));
+    }
+}
+
+/// Brings the panel that cures `reason` to the front, with what it is about chosen.
+fn open(ctx: &mut PanelContext<'_>, reason: &Finding, pane: Pane) {
+    let window = ctx.session.windows.iter().find(|window| reason.place.contains(&format!("'{}'", window.name)));
+    if let Some(window) = window {
+        ctx.choose(&window.name);
+    }
+    let name = reason.place.split(' ').next().unwrap_or_default();
+    if name.contains('_') && Coefficient::ALL.iter().any(|coefficient| name.starts_with(coefficient.name())) {
+        ctx.state.selection.derivative = Some(name.to_owned());
+        ctx.state.selection.scope = if window.is_some() { Scope::Chosen } else { Scope::All };
+    }
+    ctx.commands.push(UiCommand::View(ViewCommand::Show(pane)));
+}
