@@ -22,7 +22,7 @@ use crate::text;
 pub struct CompareArguments {
     /// Session file.
     pub session: PathBuf,
-    /// Add experiments: filters, noise, manoeuvres, a coefficient without each term, or two crossed (Cm*manoeuvres).
+    /// Add experiments: filters, noise, manoeuvres, a coefficient; two crossed by *.
     #[arg(long, value_name = "FAMILY,FAMILY", value_delimiter = ',')]
     pub with: Vec<Family>,
     /// Write the session with the added experiments to this file.

@@ -122,7 +122,7 @@ fn fix_row(ctx: &mut PanelContext<'_>, ui: &mut Ui, fix: &Fix) -> bool {
 fn select(ctx: &mut PanelContext<'_>, ui: &mut Ui, names: &[&str]) {
     let (Some((first, others)), true) = (names.split_first(), names.len() > 1) else { return };
     let link = ui.link(RichText::new(format!("Select these {} manoeuvres", names.len())).size(11.5));
-    if link.on_hover_text("What is done to the selected manoeuvre is then done to all of them").clicked() {
+    if link.on_hover_text("Edits of the selected manoeuvre then apply to all of them").clicked() {
         ctx.choose(first);
         ctx.state.selection.others = others.iter().map(|name| (*name).to_owned()).collect();
         ctx.commands.push(UiCommand::View(ViewCommand::Show(Pane::Manoeuvres)));
