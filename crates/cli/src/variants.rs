@@ -34,8 +34,7 @@ fn value(text: &str) -> Result<f64, String> {
 }
 
 fn knowledge(text: &str) -> Result<(String, Constraint), String> {
-    let (name, known) =
-        text.split_once('=').ok_or("write it as NAME=VALUE, NAME=LOWER..UPPER or NAME=MEAN~STD")?;
+    let (name, known) = text.split_once('=').ok_or("write it as NAME=VALUE, NAME=LOWER..UPPER or NAME=MEAN~STD")?;
     let constraint = match (known.split_once(".."), known.split_once('~')) {
         (Some((lower, upper)), _) => Constraint::Bounds { lower: value(lower)?, upper: value(upper)? },
         (None, Some((mean, deviation))) => Constraint::Prior { mean: value(mean)?, deviation: value(deviation)? },
