@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Builds the Debian package, installs it into an empty root, runs the program there with nothing but what the package depends on, and
 # removes it again: nothing may stay. Needs dpkg-deb and Python 3; cargo-deb builds the package where it is installed, else dpkg-deb from
-# the same table in Cargo.toml. DOUBLET_BINARY names a binary to package in the place of one of the profile dist, DEB_COMPRESSION=none packs
-# quickly.
+# the same table in Cargo.toml. DOUBLET_DEB names a package that is built already, DOUBLET_BINARY a binary to package instead of one of the
+# profile dist; DEB_COMPRESSION=none packs quickly.
 #
 # With debootstrap and root rights the empty root is a minimal Debian (DEBIAN_SUITE, by default bookworm), in which apt resolves the
 # dependencies; then the recommended libraries are installed, and a session is opened by its file type under a virtual display.
@@ -12,22 +12,27 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -1)
 
-binary=${DOUBLET_BINARY:-target/dist/doublet}
-# The linker that comes with rustc on x86-64 keeps one of equal functions; a build with that flag is not done again.
-if [[ $(uname -m) == x86_64 && ${RUSTFLAGS:-} != *--icf=all* ]]; then
-    export RUSTFLAGS="${RUSTFLAGS:-} -Clink-arg=-Wl,--icf=all"
-fi
-[[ -n ${DOUBLET_BINARY:-} ]] || cargo build --locked --profile dist --bin doublet
-mkdir -p target/package/man
-"$binary" man --out target/package/man >/dev/null
-"$binary" completions bash >target/package/doublet.bash
-
 deb=$work/doublet.deb
-if [[ -z ${DOUBLET_BINARY:-} ]] && cargo deb --version >/dev/null 2>&1; then
-    cargo deb --profile dist --no-build --output "$deb"
+if [[ -n ${DOUBLET_DEB:-} ]]; then
+    cp "$DOUBLET_DEB" "$deb"
+    dpkg-deb --extract "$deb" "$work/unpacked"
+    binary=$work/unpacked/usr/bin/doublet
 else
-    python3 scripts/assemble_deb.py "$binary" "$work/tree"
-    dpkg-deb "-Z${DEB_COMPRESSION:-xz}" --root-owner-group --build "$work/tree" "$deb" >/dev/null
+    binary=${DOUBLET_BINARY:-target/dist/doublet}
+    # The linker that comes with rustc on x86-64 keeps one of equal functions; a build with that flag is not done again.
+    if [[ $(uname -m) == x86_64 && ${RUSTFLAGS:-} != *--icf=all* ]]; then
+        export RUSTFLAGS="${RUSTFLAGS:-} -Clink-arg=-Wl,--icf=all"
+    fi
+    [[ -n ${DOUBLET_BINARY:-} ]] || cargo build --locked --profile dist --bin doublet
+    mkdir -p target/package/man
+    "$binary" man --out target/package/man >/dev/null
+    "$binary" completions bash >target/package/doublet.bash
+    if [[ -z ${DOUBLET_BINARY:-} ]] && cargo deb --version >/dev/null 2>&1; then
+        cargo deb --profile dist --no-build --output "$deb"
+    else
+        python3 scripts/assemble_deb.py "$binary" "$work/tree"
+        dpkg-deb "-Z${DEB_COMPRESSION:-xz}" --root-owner-group --build "$work/tree" "$deb" >/dev/null
+    fi
 fi
 dpkg-deb --info "$deb" | sed -n 's/^ \(Package\|Version\|Depends\|Installed-Size\)/\1/p'
 echo "package: $(($(stat -c %s "$deb") / 1000000)) MB, binary: $(($(stat -c %s "$binary") / 1000000)) MB"

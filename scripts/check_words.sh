@@ -7,13 +7,12 @@ cd "$(dirname "$0")/.."
 
 # Path (beginning), form, reason. A form is that of the rules below.
 allowed='
-crates/core/src/schema.rs|nobody|a key that no file has, by which a reader is tried; never shown
 src/app/begin|mend|the dialog of new sessions is made anew as a whole
 src/app/begin|cure|the dialog of new sessions is made anew as a whole
 src/app/begin|is no|the dialog of new sessions is made anew as a whole
 src/panels/model/structures.rs|is no|the panel is made anew as a whole
 '
-pages=(README.md docs/*.md docs/book/src/*.md docs/book/src/*/*.md)
+pages=(README.md docs/*.md docs/reference/*.md)
 
 files=$(find src crates -name '*.rs' -not -path '*/tests/*' -not -path '*/benches/*' -not -path '*/examples/*' -not -name tests.rs | sort)
 # shellcheck disable=SC2086
@@ -143,10 +142,10 @@ FILENAME ~ /^crates\/cli\// && line ~ /^}/ { is_help = 0 }
         } else break
     }
 }' $files "${pages[@]}")
-# A chapter begins with what its reader can do after it; a page that includes another has that of the other.
-for page in docs/*.md docs/book/src/*.md; do
+# A chapter begins with what its reader can do after it.
+for page in docs/*.md; do
     case $page in */SUMMARY.md | */introduction.md) continue ;; esac
-    if ! grep -q -e '^After this chapter you can ' -e '^{{#include ' "$page"; then
+    if ! grep -q '^After this chapter you can ' "$page"; then
         found+=${found:+$'\n'}"word check: $page: no beginning: After this chapter you can ..."
     fi
 done

@@ -32,7 +32,7 @@ FORBIDDEN = [
     ("in the place of", r"\bin (the|its|their) place( of)?\b"),
     ("what-clause", r"(^|[.:;] )What \w+ (?!\w*\?)[^?]*$|(^|[.:;] )What (is|was|are|were) not\b"),
     ("mend", r"\b(mend|mends|mended|mending)\b"),
-    ("deviations", r"\bdeviations?\b(?<!standard deviation)(?<!standard deviations)"),
+    ("deviations", r"(?<!`)\bdeviations?\b(?<!std deviation)(?<!standard deviation)(?<!standard deviations)"),
     ("flown again", r"\bflown again\b"),
     ("lend and borrow", r"\b(borrows?|lends?|borrowed)\b"),
     ("to and fro", r"\bto and fro\b|\bturned over\b"),

@@ -11,7 +11,7 @@ fn main() -> io::Result<()> {
     let docs =
         Path::new(&env::var("CARGO_MANIFEST_DIR").map_err(io::Error::other)?).join("../../docs").canonicalize()?;
     let mut pages = Vec::new();
-    for folder in [docs.clone(), docs.join("book/src"), docs.join("book/src/reference")] {
+    for folder in [docs.clone(), docs.join("reference")] {
         println!("cargo::rerun-if-changed={}", folder.display());
         pages.extend(markdown(&folder)?);
     }

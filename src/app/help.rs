@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use doublet_cli::{formula, glossary, manual};
+use doublet_cli::{glossary, manual};
 use eframe::egui::{self, Label, RichText, ScrollArea, TextEdit, Ui};
 use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
 
@@ -92,7 +92,7 @@ impl Topic {
 
 /// The page called `topic`, empty where there is none.
 fn page(topic: &str) -> String {
-    manual::pages().into_iter().find(|page| page.topic == topic).map(|page| page.whole()).unwrap_or_default()
+    manual::pages().into_iter().find(|page| page.topic == topic).map(|page| page.text.to_owned()).unwrap_or_default()
 }
 
 /// What a link calls a heading: small letters, a hyphen for a space, nothing else.
@@ -221,7 +221,14 @@ impl Help {
 fn found(sought: &str, ui: &mut Ui, next: &mut Option<Topic>) {
     let lowered = sought.to_lowercase();
     let holds = |form: &str| form.to_lowercase().contains(&lowered);
-    let words = glossary::entries().iter().filter(|entry| entry.forms().any(holds)).take(MOST_LINES);
+    let by_letters = glossary::entries().iter().filter(|entry| entry.forms().any(holds));
+    let mut words = glossary::look_up(sought);
+    for entry in by_letters {
+        if !words.contains(&entry) {
+            words.push(entry);
+        }
+    }
+    words.truncate(MOST_LINES);
     let mut count = 0;
     for entry in words {
         count += 1;
@@ -239,7 +246,7 @@ fn found(sought: &str, ui: &mut Ui, next: &mut Option<Topic>) {
             if ui.link(line.topic).clicked() {
                 *next = Some(Topic::Page(line.topic.to_owned(), line.heading.map(slug)));
             }
-            ui.add(Label::new(RichText::new(formula::readable_page(line.text)).weak()).truncate());
+            ui.add(Label::new(RichText::new(line.text).weak()).truncate());
         });
     }
     if count == 0 {

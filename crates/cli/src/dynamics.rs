@@ -83,7 +83,7 @@ pub struct ModesArguments {
 /// Classes as they are asked for: `II` is `II-L`.
 pub const CLASS_NAMES: [&str; 6] = ["I", "II", "II-L", "II-C", "III", "IV"];
 
-/// What flying qualities depend on beside the trim.
+/// Class, category and limits of flying qualities.
 #[derive(Args, Clone, Debug, Default)]
 pub struct JudgedArguments {
     /// Aircraft class: I, II, II-L, II-C, III or IV [default: by mass].
@@ -122,7 +122,7 @@ pub struct QualitiesArguments {
     /// The trim.
     #[command(flatten)]
     trim: TrimArguments,
-    /// What is judged.
+    /// Class, category and limits.
     #[command(flatten)]
     judged: JudgedArguments,
 }

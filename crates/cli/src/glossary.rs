@@ -4,6 +4,10 @@ use std::fmt::{self, Display};
 use std::sync::LazyLock;
 
 use crate::manual::source;
+use crate::search::{Prepared, Query, Rank};
+
+/// Entries that a word without an entry of its own leads to, at most.
+const MOST_ENTRIES: usize = 4;
 
 /// One word.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -70,6 +74,20 @@ pub fn find(word: &str) -> Option<&'static Entry> {
     let written = |entry: &&Entry| entry.forms().any(|form| form == word);
     let found = ENTRIES.iter().find(written).or_else(|| ENTRIES.iter().find(|entry| entry.is_called(word)));
     found.or_else(|| word.rsplit_once(" [").and_then(|(bare, _)| find(bare)))
+}
+
+/// Entries of `word`: the one called so, else those with another form of it or a synonym in their name, the nearest first.
+pub fn look_up(word: &str) -> Vec<&'static Entry> {
+    if let Some(entry) = find(word) {
+        return vec![entry];
+    }
+    let query = Query::new(word);
+    let rank = |entry: &Entry| {
+        entry.forms().filter_map(|form| query.rank(&Prepared::new(form))).filter(|rank| *rank < Rank::Part).min()
+    };
+    let mut found: Vec<_> = ENTRIES.iter().filter_map(|entry| Some((rank(entry)?, entry))).collect();
+    found.sort_by_key(|(rank, _)| *rank);
+    found.into_iter().map(|(_, entry)| entry).take(MOST_ENTRIES).collect()
 }
 
 /// An entry as it is written in the glossary.

@@ -1,9 +1,12 @@
 //! The manual inside the program: pages by topic, words found in them, and help on a command.
 
+use std::sync::LazyLock;
+
 use clap::{Args, CommandFactory};
 
 use crate::arguments::Arguments;
-use crate::{formula, glossary, text};
+use crate::search::{Prepared, Query, Rank};
+use crate::{glossary, text};
 
 /// Path below `docs/` and text of every page.
 static PAGES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/pages.rs"));
@@ -30,7 +33,8 @@ pub struct Page {
     pub topic: &'static str,
     /// Path below `docs/`.
     pub path: &'static str,
-    text: &'static str,
+    /// Its text, Markdown.
+    pub text: &'static str,
 }
 
 impl Page {
@@ -42,34 +46,14 @@ impl Page {
     }
 
     /// Its heading.
-    pub fn title(&self) -> String {
-        let heading = self.whole().lines().find(|line| line.starts_with("# ")).map(|line| line[2..].to_owned());
-        heading.unwrap_or_default()
-    }
-
-    /// Its text with what it includes, formulas in one line of letters.
-    pub fn whole(&self) -> String {
-        let mut whole = String::new();
-        for line in self.text.lines() {
-            let included = line.trim().strip_prefix("{{#include ").and_then(|rest| rest.strip_suffix("}}"));
-            let found = included.and_then(|path| {
-                let name = path.rsplit('/').next()?;
-                PAGES.iter().find(|(path, _)| *path == name).map(|(_, text)| *text)
-            });
-            whole.push_str(found.unwrap_or(line));
-            whole.push('\n');
-        }
-        formula::readable_page(&whole)
+    pub fn title(&self) -> &'static str {
+        self.text.lines().find_map(|line| line.strip_prefix("# ")).unwrap_or_default()
     }
 }
 
-/// Pages that a reader asks for: of two with one topic the one of the book, which includes the other.
+/// All pages by topic.
 pub fn pages() -> Vec<Page> {
-    let mut pages: Vec<Page> = Vec::new();
-    for page in Page::all().filter(|page| page.topic != "SUMMARY") {
-        pages.retain(|other| other.topic != page.topic);
-        pages.push(page);
-    }
+    let mut pages: Vec<Page> = Page::all().filter(|page| page.topic != "SUMMARY").collect();
     pages.sort_by_key(|page| page.topic);
     pages
 }
@@ -81,11 +65,11 @@ pub fn source(path: &str) -> &'static str {
 
 /// The list of pages in the order of a book.
 pub fn contents() -> &'static str {
-    source("book/src/SUMMARY.md")
+    source("SUMMARY.md")
 }
 
-/// A line of the manual that holds what was sought.
-pub struct FoundLine {
+/// A line of the manual.
+pub struct Line {
     /// The page it stands on.
     pub topic: &'static str,
     /// Path below `docs/`.
@@ -96,22 +80,36 @@ pub struct FoundLine {
     pub number: usize,
     /// The line.
     pub text: &'static str,
+    prepared: Prepared,
+    is_heading: bool,
 }
 
-/// Every line that holds `sought`, whatever the case. What the book includes stands in its own file.
-pub fn find_lines(sought: &str) -> Vec<FoundLine> {
-    let sought = sought.to_lowercase();
-    let mut found = Vec::new();
-    for Page { topic, path, text } in Page::all() {
+/// All lines of all pages, made ready once: the window searches while its user types.
+static LINES: LazyLock<Vec<Line>> = LazyLock::new(|| {
+    let mut lines = Vec::new();
+    for Page { topic, path, text } in pages() {
         let mut heading = None;
         for (at, line) in text.lines().enumerate() {
             heading = line.strip_prefix("## ").or(heading);
-            if line.to_lowercase().contains(&sought) {
-                found.push(FoundLine { topic, path, heading, number: at + 1, text: line.trim() });
-            }
+            let is_heading = line.starts_with('#') || line.starts_with("Also: ");
+            let (text, prepared) = (line.trim(), Prepared::new(line));
+            lines.push(Line { topic, path, heading, number: at + 1, text, prepared, is_heading });
         }
     }
-    found
+    lines
+});
+
+/// Lines about `sought`, best match first: headings, then words as typed, other forms, synonyms and parts of words.
+pub fn find_lines(sought: &str) -> Vec<&'static Line> {
+    let query = Query::new(sought);
+    let rank = |line: &Line| {
+        let rank = query.rank(&line.prepared)?;
+        Some((rank >= Rank::Part, !line.is_heading, rank))
+    };
+    let mut found: Vec<_> = LINES.iter().filter_map(|line| Some((rank(line)?, line))).collect();
+    // Lines of one rank stay in the order of the pages.
+    found.sort_by_key(|(rank, _)| *rank);
+    found.into_iter().map(|(_, line)| line).collect()
 }
 
 /// Prints the help of a command, a page of the manual, the lines that hold a text, or what there is.
@@ -141,7 +139,7 @@ pub fn help(arguments: &HelpArguments) -> Result<(), String> {
     }
     let page = pages().into_iter().find(|page| page.topic.eq_ignore_ascii_case(first));
     let page = page.ok_or_else(|| format!("command or page '{first}' not found: `doublet help` lists them"))?;
-    text::document(page.whole().trim_end());
+    text::document(page.text.trim_end());
     Ok(())
 }
 
@@ -156,13 +154,13 @@ fn list() {
     text::list(&rows);
     text::line("");
     text::line("pages of the manual (`doublet help PAGE`, `doublet help --search TEXT`)");
-    text::list(&pages().iter().map(|page| row(page.topic, page.title())).collect::<Vec<_>>());
+    text::list(&pages().iter().map(|page| row(page.topic, page.title().to_owned())).collect::<Vec<_>>());
 }
 
 fn search(sought: &str) -> Result<(), String> {
     let found = find_lines(sought);
-    for FoundLine { path, number, text, .. } in found.iter().take(MOST_LINES) {
-        text::line(&format!("{path}:{number}: {}", formula::readable_page(text)));
+    for Line { path, number, text, .. } in found.iter().take(MOST_LINES) {
+        text::line(&format!("{path}:{number}: {text}"));
     }
     match found.len() {
         0 => Err(format!("'{}' not found: try one word of it", sought.to_lowercase())),
@@ -175,8 +173,11 @@ fn search(sought: &str) -> Result<(), String> {
 }
 
 fn explain(word: &str) -> Result<(), String> {
-    let entry = glossary::find(word);
-    let entry = entry.ok_or_else(|| format!("'{word}' is not in the glossary: `doublet help glossary` prints all"))?;
-    text::document(entry.to_string().trim_end());
+    let found = glossary::look_up(word);
+    if found.is_empty() {
+        return Err(format!("'{word}' is not in the glossary: `doublet help --search '{word}'` searches the manual"));
+    }
+    let entries: Vec<String> = found.iter().map(|entry| entry.to_string().trim_end().to_owned()).collect();
+    text::document(&entries.join("\n\n"));
     Ok(())
 }

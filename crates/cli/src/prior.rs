@@ -23,7 +23,7 @@ const RELATIVE: f64 = 0.2;
 pub struct PriorArguments {
     /// Session file.
     session: PathBuf,
-    /// Earlier estimate: results.json, CSV (name, mean, deviation), or Digital DATCOM listing.
+    /// Earlier estimate: results.json, CSV (name, mean, std error), or Digital DATCOM listing.
     #[arg(long, value_name = "FILE")]
     prior: PathBuf,
     /// Relative standard deviation of the listing's derivatives.
@@ -113,7 +113,7 @@ fn read(arguments: &PriorArguments) -> Result<Vec<PriorValue>, String> {
     }
 }
 
-/// Rows `name, mean, deviation` under a header.
+/// Rows `name, mean, standard error` under a header.
 fn read_table(path: &Path) -> Result<Vec<PriorValue>, String> {
     let content = doublet_core::load::read_text(path).map_err(|error| format!("{}: {error}", path.display()))?;
     let row = |(index, line): (usize, &str)| {
@@ -126,7 +126,7 @@ fn read_table(path: &Path) -> Result<Vec<PriorValue>, String> {
     lines
         .map(row)
         .collect::<Result<_, _>>()
-        .map_err(|line| format!("{}: line {line} is not `name,mean,deviation` with two numbers", path.display()))
+        .map_err(|line| format!("{}: line {line} is not `name,mean,std error` with two numbers", path.display()))
 }
 
 fn print(study: &PriorStudy) {
@@ -134,7 +134,7 @@ fn print(study: &PriorStudy) {
     let cells = study.derivatives.iter().map(|row| {
         let conflict = row.deviations.map_or_else(String::new, |z| {
             let word = if row.is_contradiction() { ", contradicts" } else { "" };
-            format!("{} deviations{word}", number(z, 2))
+            format!("{} standard deviations{word}", number(z, 2))
         });
         let prior = row.prior.map_or_else(|| "-".to_owned(), cell);
         vec![row.name.clone(), prior, cell(row.flight), cell(row.combined), conflict]

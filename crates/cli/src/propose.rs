@@ -210,7 +210,7 @@ fn noise_table(session: &Session, noise: &FlightNoise) -> Edit {
         "  entry",
         "session",
         "proposed",
-        "deviation",
+        "std deviation",
         "of differences",
         "step",
         "samples",

@@ -22,7 +22,7 @@ pub struct VariantArguments {
     #[arg(long, value_name = "NAME=KNOWN", value_parser = knowledge, allow_hyphen_values = true)]
     pub know: Vec<(String, Constraint)>,
     /// Noise of a regressor, standard deviation: Cm_alpha=5e-4.
-    #[arg(long, value_name = "NAME=DEVIATION", value_parser = deviation)]
+    #[arg(long, value_name = "NAME=STD", value_parser = deviation)]
     pub noise: Vec<(String, f64)>,
     /// Autoregression order of the residuals in the generalised fit.
     #[arg(long, default_value_t = 2)]
@@ -34,8 +34,7 @@ fn value(text: &str) -> Result<f64, String> {
 }
 
 fn knowledge(text: &str) -> Result<(String, Constraint), String> {
-    let (name, known) =
-        text.split_once('=').ok_or("write it as NAME=VALUE, NAME=LOWER..UPPER or NAME=MEAN~DEVIATION")?;
+    let (name, known) = text.split_once('=').ok_or("write it as NAME=VALUE, NAME=LOWER..UPPER or NAME=MEAN~STD")?;
     let constraint = match (known.split_once(".."), known.split_once('~')) {
         (Some((lower, upper)), _) => Constraint::Bounds { lower: value(lower)?, upper: value(upper)? },
         (None, Some((mean, deviation))) => Constraint::Prior { mean: value(mean)?, deviation: value(deviation)? },
@@ -45,7 +44,7 @@ fn knowledge(text: &str) -> Result<(String, Constraint), String> {
 }
 
 fn deviation(text: &str) -> Result<(String, f64), String> {
-    let (name, deviation) = text.split_once('=').ok_or("write it as NAME=DEVIATION, for example Cm_alpha=5e-4")?;
+    let (name, deviation) = text.split_once('=').ok_or("write it as NAME=STD, for example Cm_alpha=5e-4")?;
     Ok((name.trim().to_owned(), value(deviation)?))
 }
 

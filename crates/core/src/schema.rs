@@ -361,7 +361,7 @@ struct Fields<'a> {
     fields: &'static [&'static str],
     at: usize,
     is_spanned: bool,
-    /// A key nobody knows is still to be given.
+    /// A key that no file has is still to be given.
     extra: bool,
     shapes: Vec<(&'static str, Shape)>,
     place: &'a Place,
@@ -390,7 +390,7 @@ impl<'de> MapAccess<'de> for &mut Fields<'_> {
             self.at += 1;
         }
         if std::mem::take(&mut self.extra) {
-            return seed.deserialize(BorrowedStrDeserializer::new("a key nobody knows")).map(Some);
+            return seed.deserialize(BorrowedStrDeserializer::new("a key that no file has")).map(Some);
         }
         Ok(None)
     }

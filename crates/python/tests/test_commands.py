@@ -13,7 +13,7 @@ import pytest
 
 from conftest import ROOT
 
-PRIOR = "name,mean,deviation\nCm_alpha,-0.9,0.1\n"
+PRIOR = "name,mean,std error\nCm_alpha,-0.9,0.1\n"
 #: A call of each command in a folder, with a session that has few manoeuvres.
 EXAMPLES = {
     "inspect": lambda s, f: db.commands.inspect(f / "flight.csv"),

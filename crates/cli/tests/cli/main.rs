@@ -14,7 +14,6 @@ mod dynamics;
 mod end_to_end;
 mod exports;
 mod folders;
-mod formula;
 mod guess;
 mod hostile_files;
 mod live;

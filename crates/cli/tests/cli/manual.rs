@@ -1,6 +1,6 @@
 //! The manual: its reference is made from the program itself, and everything a user can meet has a page.
 //!
-//! `DOUBLET_WRITE_MANUAL=1 cargo test --workspace --test cli manual` writes the pages of `docs/book/src/reference` anew.
+//! `DOUBLET_WRITE_MANUAL=1 cargo test --workspace --test cli manual` writes the pages of `docs/reference` anew.
 
 #![allow(clippy::panic, clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
 
@@ -18,7 +18,7 @@ fn text(path: &str) -> String {
 
 /// Holds a page that is made from the program to what is in the repository, or writes it.
 fn hold(name: &str, content: &str) {
-    let path = format!("docs/book/src/reference/{name}.md");
+    let path = format!("docs/reference/{name}.md");
     if std::env::var_os("DOUBLET_WRITE_MANUAL").is_some() {
         std::fs::write(root().join(&path), content).unwrap();
         return;
@@ -314,7 +314,7 @@ fn written_keys(by_name: &BTreeSet<String>) -> BTreeSet<String> {
 
 #[test]
 fn every_key_of_a_session_has_its_entry() {
-    let page = text("docs/book/src/session.md");
+    let page = text("docs/session.md");
     let mut shapes = shapes("crates/core/src/airframe");
     shapes.extend(self::shapes("crates/engine/src/verdict"));
     shapes.extend(self::shapes("crates/engine/src/session"));
@@ -370,45 +370,122 @@ fn codes() -> BTreeSet<String> {
 
 #[test]
 fn every_finding_says_what_to_do() {
-    let page = text("docs/book/src/warnings.md");
+    let page = text("docs/warnings.md");
     let codes = codes();
     assert!(codes.len() > 30, "{codes:?}");
     let missing: Vec<_> = codes.iter().filter(|code| !page.contains(&format!("\n## `{code}`\n"))).collect();
     assert!(missing.is_empty(), "warnings.md has no entry for {missing:?}");
 }
 
-// The book itself --------------------------------------------------------------------------------------------------------------------
+// The pages themselves ---------------------------------------------------------------------------------------------------------------
 
 #[test]
 fn every_page_is_in_the_contents_and_every_link_and_picture_is_there() {
-    let book = root().join("docs/book/src");
-    let summary = text("docs/book/src/SUMMARY.md");
-    for folder in [book.clone(), book.join("reference")] {
+    let docs = root().join("docs");
+    let summary = text("docs/SUMMARY.md");
+    let mut count = 0;
+    for folder in [docs.clone(), docs.join("reference")] {
         for entry in std::fs::read_dir(&folder).unwrap() {
             let path = entry.unwrap().path();
-            let name = path.strip_prefix(&book).unwrap().display().to_string();
+            let name = path.strip_prefix(&docs).unwrap().display().to_string();
             if name.ends_with(".md") && name != "SUMMARY.md" {
+                count += 1;
                 assert!(summary.contains(&format!("({name})")), "{name} is not in SUMMARY.md");
                 check_links(&path);
             }
         }
     }
-    check_links(&book.join("SUMMARY.md"));
+    assert!(count > 30, "{count} pages");
+    check_links(&docs.join("SUMMARY.md"));
+    check_links(&root().join("README.md"));
 }
 
-/// Files that a page links to, draws or includes; what is included is read where the page stands.
+/// Files that a page links to or draws, and the headings of pages that it links to. Nothing is included: pages are read as they are.
 fn check_links(page: &Path) {
     let folder = page.parent().unwrap();
-    let mut text = std::fs::read_to_string(page).unwrap();
-    while let Some((before, rest)) = text.split_once("{{#include ") {
-        let (file, after) = rest.split_once("}}").unwrap();
-        let path = folder.join(file);
-        let included = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-        text = format!("{before}{included}{after}");
-    }
+    let text = std::fs::read_to_string(page).unwrap();
+    assert!(!text.contains("{{#"), "{}: a page includes nothing", page.display());
     let links = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
-    for link in links.filter(|link| !link.contains("://") && !link.starts_with('#')) {
-        let file = link.split('#').next().unwrap();
-        assert!(folder.join(file).exists(), "{}: {link} is not there", page.display());
+    for link in links.filter(|link| !link.contains("://")) {
+        let (file, heading) = link.split_once('#').unwrap_or((link, ""));
+        let target = if file.is_empty() { page.to_path_buf() } else { folder.join(file) };
+        assert!(target.exists(), "{}: {link} is not there", page.display());
+        if !heading.is_empty() {
+            let there = std::fs::read_to_string(&target).unwrap();
+            let headings = there.lines().filter(|line| line.starts_with('#'));
+            let found = headings.map(|line| slug(line.trim_start_matches('#').trim())).any(|slug| slug == heading);
+            assert!(found, "{}: {link}: no such heading", page.display());
+        }
+    }
+}
+
+/// The name that a link has for a heading.
+fn slug(heading: &str) -> String {
+    let kept = heading.to_lowercase().replace(' ', "-");
+    kept.chars().filter(|letter| letter.is_alphanumeric() || matches!(letter, '-' | '_')).collect()
+}
+
+#[test]
+fn formulas_are_readable_without_a_typesetter() {
+    let pages = doublet_cli::manual::pages();
+    assert!(pages.len() > 30, "{} pages", pages.len());
+    for page in &pages {
+        let tex: Vec<&str> = page.text.lines().filter(|line| line.contains(r"\\") || line.contains("$$")).collect();
+        assert!(tex.is_empty(), "{}: {tex:#?}", page.path);
+    }
+    let path = pages.iter().find(|page| page.topic == "method_path").unwrap();
+    assert!(path.text.contains("= a_x \u{2212} b_ax \u{2212} g sin θ"));
+}
+
+// Search -----------------------------------------------------------------------------------------------------------------------------
+
+/// Page and heading of the best line of a search.
+fn best(sought: &str) -> (&'static str, &'static str) {
+    let found = doublet_cli::manual::find_lines(sought);
+    let first = found.first().unwrap_or_else(|| panic!("'{sought}' is not found"));
+    (first.topic, first.heading.unwrap_or_default())
+}
+
+#[test]
+fn search_finds_other_forms_and_synonyms_best_page_first() {
+    for (sought, page, heading) in [
+        ("confidence interval", "glossary", "confidence interval"),
+        ("error bars", "glossary", "confidence interval"),
+        ("p-value", "glossary", "t"),
+        ("multicollinearity", "glossary", "VIF"),
+        ("autocorrelated", "glossary", "Corrected"),
+        ("short period", "glossary", "short period"),
+        ("handling qualities", "dynamics", ""),
+        ("variance inflation", "glossary", "VIF"),
+        ("what is NIS", "glossary", "NIS"),
+        ("xylophone", "", ""),
+    ] {
+        if page.is_empty() {
+            assert!(doublet_cli::manual::find_lines(sought).is_empty(), "{sought}");
+        } else {
+            assert_eq!(best(sought), (page, heading), "{sought}");
+        }
+    }
+    // A single heading of the manual is found as it is written.
+    assert_eq!(best("Coloured residuals").0, "method_estimation");
+}
+
+#[test]
+fn terms_are_found_by_synonyms_and_forms() {
+    for (sought, word) in [
+        ("short period", "short period"),
+        ("short-period", "short period"),
+        ("Short Periods", "short period"),
+        ("p-value", "t"),
+        ("multicollinearity", "VIF"),
+        ("autocorrelated", "Corrected"),
+        ("confidence interval", "confidence interval"),
+        ("NIS", "NIS"),
+    ] {
+        let found = doublet_cli::glossary::look_up(sought);
+        assert_eq!(found.first().map(|entry| entry.word.as_str()), Some(word), "{sought}");
+    }
+    for unknown in ["no such word", "wind", ""] {
+        assert!(doublet_cli::glossary::look_up(unknown).is_empty(), "{unknown}: a part of a word is not the word");
     }
 }

@@ -20,11 +20,11 @@ impl Quantity {
 }
 
 /// What every sign in a linear model of an aircraft means (`docs/conventions.md`).
-pub const SIGNS: &str = "deviations from the trim; body axes x forward, y right, z down; aileron: right one down is positive \
+pub const SIGNS: &str = "perturbations from the trim; body axes x forward, y right, z down; aileron: right one down is positive \
                          (negative roll rate); elevator: trailing edge down (negative pitch rate); rudder: trailing edge left \
                          (negative yaw rate); thrust: sum of the engines";
 
-/// `x' = A x + B u`, `y = C x + D u` of deviations from a trim.
+/// `x' = A x + B u`, `y = C x + D u` of perturbations from a trim.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateSpace {
     /// What motion it is, for example `longitudinal`.

@@ -327,8 +327,8 @@ impl Evaluation<'_> {
         if !lacks.is_empty() {
             reasons.push(format!("the record has {}", lacks.join(", ")));
             if let Some(deviation) = &self.entry.deviation {
-                reasons.push("judged with the deviation stated on the page".to_owned());
-                test.page.facts.push(("Deviation".to_owned(), deviation.clone()));
+                reasons.push("judged with the departure stated on the page".to_owned());
+                test.page.facts.push(("Departure".to_owned(), deviation.clone()));
             }
         }
         test.reason = reasons.join("; ");

@@ -59,7 +59,8 @@ pub(super) fn constraint_from(table: ConstraintTable) -> Result<TermConstraint, 
         }
         _ => {
             let reason =
-                "state either fixed, or lower and upper (one of them is enough), or mean and deviation".to_owned();
+                "state either `fixed`, or `lower` and `upper` (one of them is enough), or `mean` and `deviation`"
+                    .to_owned();
             return Err(SessionError::Term { place, reason });
         }
     };
