@@ -5,6 +5,7 @@ pub mod command;
 pub mod layouts;
 pub mod notation;
 pub mod panels;
+pub mod step;
 pub mod theme;
 pub mod ui_state;
 pub mod widgets;

@@ -11,9 +11,10 @@ use doublet_report::ReportFormat;
 use eframe::egui::ThemePreference;
 use serde::{Deserialize, Serialize};
 
-use crate::layouts::{Arranged, LayoutKey, Step};
+use crate::layouts::{Arranged, LayoutKey};
 use crate::notation::Units;
 use crate::panels::Pane;
+use crate::step::Step;
 use crate::widgets::time_view::{TimeRange, TimeView};
 
 /// Where it lies in the application's storage.

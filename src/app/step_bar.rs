@@ -11,8 +11,9 @@ use eframe::egui::{
 
 use super::Workbench;
 use crate::command::{UiCommand, ViewCommand};
-use crate::layouts::{LayoutKey, Step};
+use crate::layouts::LayoutKey;
 use crate::panels::Pane;
+use crate::step::Step;
 use crate::theme;
 use crate::widgets::level_mark;
 

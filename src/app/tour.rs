@@ -4,8 +4,8 @@ use eframe::egui::{self, Align2, Key, Label, RichText, vec2};
 
 use super::Workbench;
 use crate::command::{UiCommand, ViewCommand};
-use crate::layouts::Step;
 use crate::panels::Pane;
+use crate::step::Step;
 
 /// Where the tour stops.
 struct Stop {

@@ -4,9 +4,9 @@ use doublet_engine::session::{Surface, WindowRole};
 use doublet_engine::study::Study;
 use eframe::egui::{self, Key, KeyboardShortcut, Modifiers, ThemePreference};
 
-use crate::layouts::Step;
 use crate::notation::Units;
 use crate::panels::Pane;
+use crate::step::Step;
 
 /// Something a user can ask for.
 #[derive(Clone, Copy, Debug, PartialEq)]

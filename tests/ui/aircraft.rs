@@ -1,8 +1,8 @@
 //! The aircraft to scale, edited by hand and by number, and its weighing.
 
 use doublet::command::{EditCommand, UiCommand, ViewCommand};
-use doublet::layouts::Step;
 use doublet::panels::Pane;
+use doublet::step::Step;
 use doublet_core::airframe::LoadedState;
 use doublet_engine::aircraft::ChangedValue;
 use egui::{ThemePreference, vec2};

@@ -1,9 +1,9 @@
 //! Small things that a first look at the workbench stumbled over, each with what is to be seen now.
 
 use doublet::command::{EditCommand, FileCommand, UiCommand, ViewCommand};
-use doublet::layouts::Step;
 use doublet::notation;
 use doublet::panels::Pane;
+use doublet::step::Step;
 use doublet::ui_state::Scope;
 use doublet_core::model::{Coefficient, Structure, Term};
 use doublet_core::reconstruct::{Measurement, State};

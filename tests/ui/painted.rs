@@ -1,7 +1,7 @@
 //! Every layout at every usual size, dark and light: no text is cut at a side, none lies over another.
 
 use doublet::command::{UiCommand, ViewCommand};
-use doublet::layouts::Step;
+use doublet::step::Step;
 use egui::epaint::{ClippedShape, Shape, TextShape};
 use egui::{Rect, ThemePreference, vec2};
 

@@ -297,7 +297,7 @@ fn tornado_has_its_widest_bar_at_the_top() {
 #[test]
 fn frequency_responses_are_drawn_with_their_equivalent_systems() {
     let mut bench = Bench::shipped();
-    bench.request(UiCommand::View(doublet::command::ViewCommand::Step(doublet::layouts::Step::Results)));
+    bench.request(UiCommand::View(doublet::command::ViewCommand::Step(doublet::step::Step::Results)));
     bench.show(Pane::Responses);
     bench.harness.get_by_role_and_label(egui::accesskit::Role::Button, "Compute frequency responses").click();
     bench.settle();

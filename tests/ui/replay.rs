@@ -1,8 +1,8 @@
 //! The flight played: what the picture and its numbers say, and that nothing moves while nothing plays.
 
 use doublet::command::{UiCommand, ViewCommand};
-use doublet::layouts::Step;
 use doublet::panels::Pane;
+use doublet::step::Step;
 use doublet_core::reconstruct::State;
 use doublet_engine::aircraft::instant;
 use egui_kittest::kittest::Queryable;

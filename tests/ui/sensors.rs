@@ -1,8 +1,8 @@
 //! Calibrations of the sensors: those of the file, and fitted to readings.
 
 use doublet::command::{EditCommand, UiCommand, ViewCommand};
-use doublet::layouts::Step;
 use doublet::panels::Pane;
+use doublet::step::Step;
 use doublet_core::load::instruments;
 use doublet_engine::calibrate::{Curve, SensorKind, fit, points};
 use egui_kittest::kittest::Queryable;

@@ -4,7 +4,8 @@
 use std::time::{Duration, Instant};
 
 use doublet::app::{Document, Workbench};
-use doublet::layouts::{LayoutKey, Step};
+use doublet::layouts::LayoutKey;
+use doublet::step::Step;
 use doublet_core::reconstruct::Input;
 use doublet_engine::session::{Edit, NoiseChannel};
 use egui_kittest::Harness;

@@ -3,8 +3,9 @@
 use doublet::app::files::Files;
 use doublet::app::{Document, Mark, Workbench, mark};
 use doublet::command::{EditCommand, FileCommand, UiCommand, ViewCommand};
-use doublet::layouts::{LayoutKey, Step};
+use doublet::layouts::LayoutKey;
 use doublet::panels::Pane;
+use doublet::step::Step;
 use doublet_engine::session::WindowRole;
 use doublet_engine::verdict::Level;
 use egui::accesskit::Role;

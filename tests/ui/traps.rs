@@ -248,7 +248,7 @@ fn another_session_shows_all_of_its_recording_and_none_of_what_was_before() {
 #[test]
 fn channel_let_go_over_an_axis_of_another_unit_gets_one_of_its_own() {
     let mut bench = Bench::open();
-    bench.request(UiCommand::View(ViewCommand::Step(doublet::layouts::Step::Recording)));
+    bench.request(UiCommand::View(ViewCommand::Step(doublet::step::Step::Recording)));
     let plots = |bench: &Bench<'_>| bench.harness.state().state.flight_plots.clone();
     let names = [["z"], ["airspeed"]].map(|plot| plot.map(str::to_owned).to_vec());
     bench.harness.state_mut().state.flight_plots = Some(names.to_vec());

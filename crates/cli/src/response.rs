@@ -6,6 +6,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
 use doublet_dynamics::frequency::{Delay, EquivalentSystem, FittedParameter, Form, FrequencyResponse};
 use doublet_dynamics::qualities::{Airplane, Limits};
+use doublet_engine::builtin;
 use doublet_engine::keep;
 use doublet_engine::report::document::{Block, BodeModel, Document, Figure, bode_figure};
 use doublet_engine::report::{self, QualitiesRow, equivalent_levels, response_rows, response_table};
@@ -201,7 +202,8 @@ fn studied(arguments: &ResponseArguments, for_fit: bool) -> Result<ResponseStudy
         overlap: arguments.overlap,
         points: usize::from(arguments.points),
     };
-    if arguments.source.extension().is_none_or(|extension| extension != "toml") {
+    let is_shipped = arguments.source.to_str().is_some_and(|name| name.starts_with(builtin::PREFIX));
+    if !is_shipped && arguments.source.extension().is_none_or(|extension| extension != "toml") {
         if !arguments.windows.is_empty() {
             return Err("--windows: not for a table, only for a session (.toml)".to_owned());
         }

@@ -182,13 +182,14 @@ pub fn number(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
-    let magnitude = value.abs().log10().floor();
-    if !(-5.0..7.0).contains(&magnitude) {
-        return format!("{value:.*e}", digits.saturating_sub(1));
+    // The exponent of the rounded number: 9.9996 is 10.00 in four digits.
+    let rounded = format!("{value:.*e}", digits.saturating_sub(1));
+    let exponent: i32 = rounded.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0);
+    if !(-5..7).contains(&exponent) {
+        return rounded;
     }
-    #[expect(clippy::cast_possible_truncation, reason = "the magnitude lies between -5 and 7")]
-    let decimals = (digits as i32 - 1 - magnitude as i32).max(0);
-    format!("{value:.*}", usize::try_from(decimals).unwrap_or(0))
+    let decimals = usize::try_from(digits as i32 - 1 - exponent).unwrap_or(0);
+    format!("{value:.decimals$}")
 }
 
 #[cfg(test)]
@@ -221,6 +222,8 @@ mod tests {
         assert_eq!(number(-0.004_911_45, 6), "-0.00491145");
         assert_eq!(number(1.5e-9, 3), "1.50e-9");
         assert_eq!(number(17_631.0, 5), "17631");
+        assert_eq!(number(9.9996, 4), "10.00");
+        assert_eq!(number(9_999_999.6, 7), "1.000000e7");
         assert_eq!(number(f64::NAN, 5), "-");
     }
 }

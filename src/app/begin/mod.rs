@@ -370,7 +370,7 @@ impl Workbench {
         self.enter_document(Ok(Document::start(session)));
         // Plots chosen for another recording name channels this one does not have.
         self.state.flight_plots = None;
-        self.state.show_layout(crate::layouts::LayoutKey::Step(crate::layouts::Step::Manoeuvres));
+        self.state.show_layout(crate::layouts::LayoutKey::Step(crate::step::Step::Manoeuvres));
         self.set_message(if found {
             let found = crate::notation::plural(windows, "manoeuvre");
             format!("New session: {found} manoeuvres found. Save it with Ctrl+S")

@@ -162,7 +162,7 @@ fn study_of_a_session_says_what_its_command_says() {
     let csv = std::fs::read_to_string(out.join("tables").join("responses.csv"));
     assert!(csv.or_else(|_| std::fs::read_to_string(out.join("responses.csv"))).unwrap().lines().count() == 151);
     // Both inputs of the lateral motion at once, each with the other held.
-    let both = document(&["response", "sessions/demo.toml", "--input", "delta_a,delta_r", "--output", "p", "--json"]);
+    let both = document(&["response", "builtin:demo", "--input", "delta_a,delta_r", "--output", "p", "--json"]);
     let rows = both["response"].as_array().unwrap();
     assert_eq!(rows.len(), 100);
     for row in rows.iter().filter(|row| row["input"] == "delta_a" && row["frequency_rad_s"].as_f64().unwrap() > 4.0) {

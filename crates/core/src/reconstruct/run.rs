@@ -316,7 +316,7 @@ fn run_one<B: Backend>(
     watch: Watch<'_>,
 ) -> Result<Reconstruction, ReconstructError> {
     let outcome = run_group::<B>(&[data], settings, false, watch).pop();
-    outcome.unwrap_or(Err(ReconstructError::Cancelled)).map(|(result, _)| result)
+    outcome.unwrap_or(Err(ReconstructError::TooFewSamples { samples: 0 })).map(|(result, _)| result)
 }
 
 /// Reconstructs one window and smooths it again and again, each pass linearised about the smoothed path of the one before.

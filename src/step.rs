@@ -1,0 +1,71 @@
+//! The steps of an analysis.
+
+use serde::{Deserialize, Serialize};
+
+/// The steps of an analysis, in their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Step {
+    /// What was recorded, when, and where.
+    Recording,
+    /// What every channel means, and whether they fit each other.
+    Channels,
+    /// Geometry, mass and engines.
+    Aircraft,
+    /// Clocks, smoothing, sensors.
+    Signals,
+    /// The windows.
+    Manoeuvres,
+    /// Flight path reconstruction.
+    Filter,
+    /// Terms of the coefficients.
+    Model,
+    /// Derivatives and what may be believed of them.
+    Results,
+    /// What is handed on.
+    Report,
+}
+
+impl Step {
+    /// Every step.
+    pub const ALL: [Self; 9] = [
+        Self::Recording,
+        Self::Channels,
+        Self::Aircraft,
+        Self::Signals,
+        Self::Manoeuvres,
+        Self::Filter,
+        Self::Model,
+        Self::Results,
+        Self::Report,
+    ];
+
+    /// Its name.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Recording => "Recording",
+            Self::Channels => "Channels",
+            Self::Aircraft => "Aircraft",
+            Self::Signals => "Signals",
+            Self::Manoeuvres => "Manoeuvres",
+            Self::Filter => "Filter",
+            Self::Model => "Model",
+            Self::Results => "Results",
+            Self::Report => "Report",
+        }
+    }
+
+    /// When it is done.
+    pub fn done_when(self) -> &'static str {
+        match self {
+            Self::Recording => "Done when every recording is read",
+            Self::Channels => "Done when all channels are consistent",
+            Self::Aircraft => "Done when mass, inertia and envelope are valid",
+            Self::Signals => "Done when clocks are fitted and no manoeuvre has a gap",
+            Self::Manoeuvres => "Done when every manoeuvre is confirmed or ignored",
+            Self::Filter => "Done when the innovations of every manoeuvre are as predicted",
+            Self::Model => "Done when every coefficient has a fit with separable terms",
+            Self::Results => "Done when the verdict is good",
+            Self::Report => "Done when the report is up to date",
+        }
+    }
+}
