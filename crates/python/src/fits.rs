@@ -318,7 +318,9 @@ impl Fit {
             (false, None) => ResidualWeights::Equal,
             (true, None) => ResidualWeights::Huber,
             (false, Some(order)) => ResidualWeights::Autoregression(order),
-            (true, Some(_)) => return Err(refuse("method gls and Huber's weights exclude each other: give one of them")),
+            (true, Some(_)) => {
+                return Err(refuse("method gls and Huber's weights exclude each other: give one of them"));
+            }
         };
         let constraints = constraints(given)?;
         let estimation = Estimation { by_surface, constants, weights, constraints, ..Estimation::default() };

@@ -91,11 +91,8 @@ pub fn verdicts(windows: Vec<JudgedWindow<'_>>, preparation: &Preparation, fit: 
     let manoeuvres = windows.iter().map(|window| window.manoeuvre.clone()).collect();
     let model = fit.map(|(structure, estimation, _)| (structure, estimation));
     let session = session_of_arrays(manoeuvres, first, preparation, model);
-    let mut snapshot = Snapshot {
-        gravity: Some(first.gravity.clone()),
-        delays_and_gusts: first.found.clone(),
-        ..Snapshot::default()
-    };
+    let mut snapshot =
+        Snapshot { gravity: Some(first.gravity.clone()), delays_and_gusts: first.found.clone(), ..Snapshot::default() };
     if let Some(aircraft) = &first.aircraft {
         snapshot.aircraft = Slot::Ready(Keyed::new(Arc::clone(&aircraft.loaded), Key::unique()));
     }

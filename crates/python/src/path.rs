@@ -141,7 +141,10 @@ impl Path {
         });
         let walks = gusts.iter().flat_map(|found| {
             let names = [vec![State::WindNorth.name(), State::WindEast.name()], vec![State::WindDown.name()]];
-            names.into_iter().zip(found.walk).map(|(names, walk)| ("random walk", names, walk, None, found.is_significant()))
+            names
+                .into_iter()
+                .zip(found.walk)
+                .map(|(names, walk)| ("random walk", names, walk, None, found.is_significant()))
         });
         delays.chain(walks).collect()
     }

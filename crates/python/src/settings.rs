@@ -1,7 +1,8 @@
 //! Settings of the filter and of the preparation as Python gives them: tables of a session file, read as the file is.
 
-use doublet_core::reconstruct::{AirState, Input, Measurement, SettingError, State};
+use doublet_core::reconstruct::{AirState, Input, Measurement, State};
 use doublet_engine::session::{self, FORMAT, Preparation, Session, SessionError, VERSION};
+use doublet_engine::verdict::Finding;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -20,10 +21,9 @@ pub fn session_with(tables: &str) -> PyResult<Session> {
         SessionError::Syntax(error) => refuse(error.message()),
         other => refuse(other),
     })?;
-    let wrong = |errors: Vec<SettingError>| errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
-    session.filter.check().map_err(|errors| refuse(wrong(errors)))?;
-    let findings = session::check(&session).into_iter().filter(session::stops_run);
-    let lines: Vec<String> = findings.map(|finding| finding.to_string()).collect();
+    let is_setting =
+        |finding: &&Finding| ["filter.", "preparation."].iter().any(|table| finding.place.starts_with(table));
+    let lines: Vec<String> = session::check(&session).iter().filter(is_setting).map(ToString::to_string).collect();
     if lines.is_empty() { Ok(session) } else { Err(refuse(lines.join("\n"))) }
 }
 

@@ -2,7 +2,9 @@
 
 use std::sync::{Arc, OnceLock};
 
-use doublet_core::estimate::{Coloured, Constraint, Fit, FitQuality, Origin, PooledFit, PooledRegression, PooledWindow};
+use doublet_core::estimate::{
+    Coloured, Constraint, Fit, FitQuality, Origin, PooledFit, PooledRegression, PooledWindow,
+};
 use doublet_core::model::{Coefficient, LONG_WINDOW, Structure, Term, Variable, regressors};
 use doublet_core::series::Series;
 use doublet_core::statistics::{median, squares_about_mean};

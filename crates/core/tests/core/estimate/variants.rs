@@ -1,8 +1,8 @@
 //! Weights, residual models, constraints, noisy regressors and nonlinear lags.
 
 use doublet_core::estimate::{
-    Coloured, Constraint, EstimateError, Fit, Origin, constrained_least_squares, errors_in_variables,
-    PooledRegression, PooledWindow, generalised_least_squares, least_squares, search_scalar, stacked, summarise,
+    Coloured, Constraint, EstimateError, Fit, Origin, PooledRegression, PooledWindow, constrained_least_squares,
+    errors_in_variables, generalised_least_squares, least_squares, search_scalar, stacked, summarise,
     total_least_squares, weighted_coloured_covariance, weighted_least_squares,
 };
 use doublet_core::prep::first_order_lag;
@@ -119,7 +119,10 @@ fn whitened_windows_are_the_generalised_fit() {
     for order in [0, 400] {
         assert!(matches!(regression.whitened(order), Err(EstimateError::Setting { .. })), "{order}");
     }
-    let held = PooledRegression { constraints: vec![Constraint::Free, Constraint::Fixed(2.0), Constraint::Free], ..regression };
+    let held = PooledRegression {
+        constraints: vec![Constraint::Free, Constraint::Fixed(2.0), Constraint::Free],
+        ..regression
+    };
     assert_eq!(held.whitened(2).unwrap().fit().unwrap().fit.parameter("a").unwrap().0, 2.0);
 }
 
