@@ -6,9 +6,11 @@
     scripts/list_strings.py --breaches      only the strings that break a rule, with the rule
     scripts/list_strings.py --list PATH...  the same of some files or folders
 
-Text is: string literals outside tests, the help texts of the command line (doc comments of clap's types), and with PATH also the
-prose of Markdown files.
+Text is: string literals outside tests, the help texts of the command line (doc comments of clap's types), strings and docstrings of the
+Python package, cells of the notebooks in docs/notebooks, and with PATH also the prose of Markdown files.
 """
+import ast
+import json
 import pathlib
 import re
 import statistics
@@ -123,6 +125,8 @@ def sources(paths):
                 yield file
             elif file.suffix == ".md" and top != ROOT / "crates":
                 yield file
+            elif file.suffix == ".ipynb" or (file.suffix == ".py" and not parts & {"tests", "target"}):
+                yield file
 
 
 def strings(file):
@@ -130,6 +134,15 @@ def strings(file):
     text = file.read_text(encoding="utf-8")
     if file.suffix == ".md":
         yield from prose(text)
+        return
+    if file.suffix == ".py":
+        yield from python_strings(text)
+        return
+    if file.suffix == ".ipynb":
+        for number, cell in enumerate(json.loads(text)["cells"], 1):
+            source = "".join(cell["source"])
+            for _, sort, inner in python_strings(source) if cell["cell_type"] == "code" else prose(source):
+                yield f"cell {number}", sort, inner
         return
     for line, position, inner in literals(text):
         # `expect(..., reason = "...")` of an attribute is for who reads the source.
@@ -140,6 +153,28 @@ def strings(file):
     if "crates/cli/" in str(file):
         for line, inner in help_lines(text):
             yield line, "help", inner
+
+
+def python_strings(text):
+    """Strings of Python code; of a docstring each line, without code."""
+    tree = ast.parse(text)
+    holders = (ast.Module, ast.ClassDef, ast.FunctionDef)
+    heads = {id(node.body[0].value) for node in ast.walk(tree)
+             if isinstance(node, holders) and node.body and isinstance(node.body[0], ast.Expr)}
+    parts = {id(part) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr) for part in node.values}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.JoinedStr):
+            inner = "".join(part.value if isinstance(part, ast.Constant) else "{}" for part in node.values)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in parts:
+            inner = node.value
+        else:
+            continue
+        if id(node) in heads:
+            for offset, raw in enumerate(inner.split("\n")):
+                if words(raw) >= LEAST_WORDS and not raw.strip().startswith((">>>", "$")):
+                    yield node.lineno + offset, "doc", re.sub(r"`+[^`]*`+", "`x`", raw)
+        elif words(inner) >= LEAST_WORDS and re.search(r"[a-z]{2,} [a-z]|\} [a-z]{2,}", inner):
+            yield node.lineno, "text", inner
 
 
 def prose(text):
@@ -169,7 +204,7 @@ def crate(file):
 
 def main():
     arguments = [argument for argument in sys.argv[1:] if not argument.startswith("--")]
-    paths = [pathlib.Path(argument).resolve() for argument in arguments] or [ROOT / "src", ROOT / "crates"]
+    paths = [pathlib.Path(argument).resolve() for argument in arguments] or [ROOT / "src", ROOT / "crates", ROOT / "docs/notebooks"]
     counts, rules, lengths = {}, {}, {}
     for file in sources(paths):
         for line, sort, text in strings(file):

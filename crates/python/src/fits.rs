@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use doublet_core::estimate::Constraint;
-use doublet_core::model::{Axes, Coefficient, Structure, Term, ThrustTreatment, Variable, regressors};
+use doublet_core::model::{Coefficient, Structure, Term, Variable, regressors};
 use doublet_core::replay::MotionAxis;
 use doublet_engine::graph::{Context, Control, Key, Keyed, Stage, StageError, StageResult};
 use doublet_engine::report::dynamics_row;
@@ -25,6 +25,7 @@ use crate::attend::{Show, attend, detached, refuse};
 use crate::columns::{matrix, owned, shared};
 use crate::judged::{self, JudgedWindow, session_json, session_of_arrays};
 use crate::path::{FLIGHT, Path, Reconstructed};
+use crate::settings::preparation_with;
 
 /// What is known of a derivative beforehand, as Python gives it: coefficient, term, kind, two numbers.
 type ConstraintGiven = (String, String, String, f64, f64);
@@ -39,17 +40,11 @@ pub struct Coefficients {
 
 #[pymethods]
 impl Coefficients {
-    /// Forms the coefficients of every window of a path.
+    /// Forms the coefficients of every window of a path; `settings` are the table `preparation` of a session as JSON, with those of the path.
     #[staticmethod]
-    fn form(py: Python<'_>, path: &Path, axes: &str, thrust_removed: bool) -> PyResult<Self> {
-        let axes = match axes {
-            "body" => Axes::Body,
-            "stability" => Axes::Stability,
-            other => return Err(refuse(format!("'{other}' are not axes: use body or stability"))),
-        };
-        let thrust = if thrust_removed { ThrustTreatment::Removed } else { ThrustTreatment::Included };
+    fn form(py: Python<'_>, path: &Path, settings: &str) -> PyResult<Self> {
         let path = Arc::clone(&path.inner);
-        let preparation = Arc::new(Preparation { axes, thrust, ..path.preparation.clone() });
+        let preparation = Arc::new(preparation_with(settings)?);
         let aircraft = path.aircraft.clone().ok_or_else(|| {
             refuse("coefficients need an aircraft: give reconstruct one, by doublet.aircraft(name) or doublet.Aircraft(...)")
         })?;
@@ -239,7 +234,7 @@ fn pooled_windows(several: &[PyRef<'_, Coefficients>]) -> PyResult<Vec<FitWindow
     let mut windows: Vec<FitWindow> = Vec::new();
     for (index, coefficients) in several.iter().enumerate() {
         if coefficients.preparation != several[0].preparation {
-            return Err(refuse("the coefficients differ in axes or thrust: form all of them alike"));
+            return Err(refuse("the coefficients differ in axes, thrust or other settings: form all of them alike"));
         }
         for ((manoeuvre, aero), window) in coefficients.windows.iter().zip(&coefficients.path.windows) {
             let mut manoeuvre = manoeuvre.clone();
@@ -315,10 +310,18 @@ impl Fit {
         by_surface: bool,
         common_constant: bool,
         is_huber: bool,
+        order: Option<usize>,
     ) -> PyResult<Self> {
         let structure = structure(models)?;
         let constants = if common_constant { PooledConstants::Common } else { PooledConstants::PerWindow };
-        let weights = if is_huber { ResidualWeights::Huber } else { ResidualWeights::Equal };
+        let weights = match (is_huber, order) {
+            (false, None) => ResidualWeights::Equal,
+            (true, None) => ResidualWeights::Huber,
+            (false, Some(order)) => ResidualWeights::Autoregression(order),
+            (true, Some(_)) => {
+                return Err(refuse("method gls and Huber's weights exclude each other: give one of them"));
+            }
+        };
         let constraints = constraints(given)?;
         let estimation = Estimation { by_surface, constants, weights, constraints, ..Estimation::default() };
         let preparation = coefficients.first().map(|first| Arc::clone(&first.preparation));

@@ -64,8 +64,10 @@ pub fn session_of_arrays(
     fit: Option<(&Structure, &Estimation)>,
 ) -> Session {
     let mut session = Session {
-        filter: source.filter.clone(),
-        gravity: source.gravity_source,
+        filter: source.stated.settings.clone(),
+        gravity: source.stated.gravity,
+        gusts: source.stated.gusts,
+        delays: source.stated.delays,
         preparation: preparation.clone(),
         structure: Structure { models: Vec::new() },
         ..session_of(manoeuvres)
@@ -89,7 +91,8 @@ pub fn verdicts(windows: Vec<JudgedWindow<'_>>, preparation: &Preparation, fit: 
     let manoeuvres = windows.iter().map(|window| window.manoeuvre.clone()).collect();
     let model = fit.map(|(structure, estimation, _)| (structure, estimation));
     let session = session_of_arrays(manoeuvres, first, preparation, model);
-    let mut snapshot = Snapshot { gravity: Some(first.gravity.clone()), ..Snapshot::default() };
+    let mut snapshot =
+        Snapshot { gravity: Some(first.gravity.clone()), delays_and_gusts: first.found.clone(), ..Snapshot::default() };
     if let Some(aircraft) = &first.aircraft {
         snapshot.aircraft = Slot::Ready(Keyed::new(Arc::clone(&aircraft.loaded), Key::unique()));
     }

@@ -9,13 +9,13 @@ mod attend;
 mod columns;
 mod commands;
 mod design;
-mod filter;
 mod fits;
 mod flight;
 mod judged;
 mod path;
 mod recording;
 mod session;
+mod settings;
 mod statistics;
 
 use pyo3::prelude::*;
@@ -44,6 +44,8 @@ mod _doublet {
     use crate::recording::{Recording, guess_roles, roles, units};
     #[pymodule_export]
     use crate::session::{Results, Session};
+    #[pymodule_export]
+    use crate::settings::{filter_names, session_schema};
     #[pymodule_export]
     use crate::statistics::{coloured_covariance, lstsq};
 

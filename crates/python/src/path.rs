@@ -7,10 +7,11 @@ use doublet_core::reconstruct::{FilterSettings, Measurement, State};
 use doublet_core::series::TimeRange;
 use doublet_engine::graph::{Control, Key, KeyBuilder, Keyed, StageError};
 use doublet_engine::session::{
-    GravitySource, MOST_WINDOWS, Manoeuvre, PathSource, Preparation, Session, Surface, WindowRole,
+    DelaySource, GravitySource, GustSource, MOST_WINDOWS, Manoeuvre, Preparation, Session, Surface, WindowRole,
 };
 use doublet_engine::stage::{
-    AircraftData, Gravity, LoadedFlight, Samples, WindowPath, fit_in_memory, gravity, paths, samples,
+    AircraftData, DelaysAndGusts, Gravity, LoadedFlight, Samples, WindowPath, estimate_delays_and_gusts, fit_in_memory,
+    gravity, paths, samples,
 };
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -19,9 +20,9 @@ use pyo3::types::PyDict;
 use crate::aircraft::Aircraft;
 use crate::attend::{Show, attend, refuse};
 use crate::columns::{owned, shared};
-use crate::filter::FilterGiven;
 use crate::judged::{self, session_json, session_of, session_of_arrays};
 use crate::recording::{RecordedFlight, Recording};
+use crate::settings::session_with;
 
 /// A window as Python gives it: name, start and end (s), surface, kind of input, role.
 pub type WindowGiven = (String, f64, f64, Option<String>, String, String);
@@ -33,13 +34,25 @@ pub struct PathWindow {
     pub path: Keyed<WindowPath>,
 }
 
+/// Settings of the filter as a session states them.
+#[derive(Clone)]
+pub struct StatedFilter {
+    pub settings: FilterSettings,
+    pub gravity: GravitySource,
+    pub gusts: GustSource,
+    pub delays: DelaySource,
+}
+
 /// Everything a path was made from, and the path of each window.
 pub struct Reconstructed {
     pub flight: Arc<RecordedFlight>,
     pub aircraft: Option<Keyed<AircraftData>>,
+    pub stated: StatedFilter,
+    /// What the innovations estimated in addition.
+    pub found: DelaysAndGusts,
+    /// The settings in use: those stated with what was found.
     pub filter: FilterSettings,
     pub gravity: Gravity,
-    pub gravity_source: GravitySource,
     pub preparation: Preparation,
     pub windows: Vec<PathWindow>,
 }
@@ -79,28 +92,30 @@ impl Path {
 
 #[pymethods]
 impl Path {
-    /// Reconstructs the flight path of each window.
+    /// Reconstructs the flight path of each window; `settings` are the tables `filter` and `preparation` of a session as JSON.
     #[staticmethod]
     fn reconstruct(
         py: Python<'_>,
         recording: &Recording,
         aircraft: Option<&Aircraft>,
         windows: Vec<WindowGiven>,
-        settings: FilterGiven,
+        settings: &str,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let (mut filter, gravity_source) = settings.settings()?;
+        let mut session = session_with(settings)?;
         let windows = windows.into_iter().map(window).collect::<PyResult<Vec<_>>>()?;
-        let path = if settings.smooth { PathSource::Smoothed } else { PathSource::Filtered };
-        let preparation = Preparation { path, ..Preparation::default() };
         let (flight, aircraft) = (Arc::clone(&recording.flight), aircraft.map(|aircraft| aircraft.data.clone()));
         let work = move |control: &Control, show: Show<'_>| -> Result<Reconstructed, StageError> {
-            let session = Session { filter: filter.clone(), gravity: gravity_source, ..session_of(windows.clone()) };
+            let Session { flights, .. } = session_of(windows.clone());
+            session = Session { flights, windows: windows.clone(), ..session };
             let gravity = gravity(&session, |_| Some(&flight.loaded.recording));
-            filter.gravity_m_s2 = gravity.m_s2;
-            let windows = reconstructed(&flight.loaded, aircraft.as_deref(), &filter, &preparation, windows, control)?;
+            session.filter.gravity_m_s2 = gravity.m_s2;
+            let (found, windows) = reconstructed(&flight.loaded, aircraft.as_deref(), &session, windows, control)?;
             show(1.0);
-            Ok(Reconstructed { flight, aircraft, filter, gravity, gravity_source, preparation, windows })
+            let filter = found.added_to(&session.filter);
+            let Session { filter: settings, gravity: source, gusts, delays, preparation, .. } = session;
+            let stated = StatedFilter { settings, gravity: source, gusts, delays };
+            Ok(Reconstructed { flight, aircraft, stated, found, filter, gravity, preparation, windows })
         };
         Ok(Self { inner: Arc::new(attend(py, "reconstruct", progress, work)?) })
     }
@@ -114,6 +129,24 @@ impl Path {
     /// Verdict of the paths as JSON: that of a session of the same windows.
     fn verdict(&self, py: Python<'_>) -> PyResult<String> {
         judged::of_path(py, &self.inner)
+    }
+
+    /// What the innovations estimated: kind, measurements or states, value, standard error of a delay, whether the filter uses it.
+    #[expect(clippy::type_complexity, reason = "one row per estimate")]
+    fn estimated(&self) -> Vec<(&'static str, Vec<&'static str>, f64, Option<f64>, bool)> {
+        let DelaysAndGusts { delays, gusts } = &self.inner.found;
+        let delays = delays.iter().flat_map(|found| &found.0).map(|found| {
+            let names = found.kind.measurements().iter().map(|measurement| measurement.name()).collect();
+            ("delay", names, found.delay_s, Some(found.standard_error_s), found.is_significant())
+        });
+        let walks = gusts.iter().flat_map(|found| {
+            let names = [vec![State::WindNorth.name(), State::WindEast.name()], vec![State::WindDown.name()]];
+            names
+                .into_iter()
+                .zip(found.walk)
+                .map(|(names, walk)| ("random walk", names, walk, None, found.is_significant()))
+        });
+        delays.chain(walks).collect()
     }
 
     /// Gravity in use, m/s².
@@ -198,15 +231,16 @@ impl Path {
     }
 }
 
-/// The path of each window; the first that has none ends the work.
+/// What the innovations of the windows estimate where `session` asks for it, and the path of each window; the first that has none ends
+/// the work.
 fn reconstructed(
     flight: &Keyed<LoadedFlight>,
     aircraft: Option<&AircraftData>,
-    filter: &FilterSettings,
-    preparation: &Preparation,
+    session: &Session,
     windows: Vec<Manoeuvre>,
     control: &Control,
-) -> Result<Vec<PathWindow>, StageError> {
+) -> Result<(DelaysAndGusts, Vec<PathWindow>), StageError> {
+    let preparation = &session.preparation;
     if windows.len() > MOST_WINDOWS {
         return Err(format!("{} manoeuvres are too many: give at most {MOST_WINDOWS} at a time", windows.len()).into());
     }
@@ -219,9 +253,12 @@ fn reconstructed(
         .zip(&windows)
         .map(|(found, window)| found.map_err(|error| error.at(format!("manoeuvre '{}'", window.name))));
     let taken: Vec<Samples> = taken.collect::<Result<_, _>>()?;
-    let found = paths(&taken.iter().collect::<Vec<_>>(), (filter, preparation.path), control);
-    let settings = (filter, preparation.path);
-    windows
+    let data: Vec<_> = taken.iter().map(|samples| &*samples.data).collect();
+    let estimated = estimate_delays_and_gusts(session, &data, control)?;
+    let filter = estimated.added_to(&session.filter);
+    let settings = (&filter, preparation.path);
+    let found = paths(&taken.iter().collect::<Vec<_>>(), settings, control);
+    let windows = windows
         .into_iter()
         .zip(found)
         .zip(&taken)
@@ -230,5 +267,6 @@ fn reconstructed(
             let key: Key = KeyBuilder::new("path").with(&samples.content).with(&settings).finish();
             Ok(PathWindow { manoeuvre, path: Keyed::new(Arc::new(path), key) })
         })
-        .collect()
+        .collect::<Result<_, StageError>>()?;
+    Ok((estimated, windows))
 }

@@ -31,7 +31,7 @@ def test_names_of_a_mapping_and_refusals():
     frame = db.batch({"a": "builtin:demo", "b": db.Session.load("builtin:demo")})
     assert list(dict.fromkeys(frame["session"])) == ["a", "b"]
     for wrong, text in (
-        (lambda: db.batch([]), "there is no session"),
+        (lambda: db.batch([]), "sessions is empty"),
         (lambda: db.batch(["builtin:demo"], jobs=0), "jobs is 0: give 1 or more"),
         (lambda: db.batch("builtin:demo"), "give a list"),
     ):
@@ -45,3 +45,38 @@ def test_interrupt_stops_all():
 
     with pytest.raises(KeyboardInterrupt):
         db.batch(["builtin:demo"] * 30, jobs=2, progress=interrupt)
+
+
+def test_batch_as_polars(demo):
+    polars = pytest.importorskip("polars")
+    session = db.Session.load("builtin:demo")
+    frame, table = db.batch({"a": session}, frame="polars"), db.batch({"a": session})
+    assert isinstance(frame, polars.DataFrame) and frame.columns == list(table.columns) and len(frame) == len(table)
+    assert frame["estimate"].to_list() == table["estimate"].to_list()
+    with pytest.raises(db.DoubletKeyError, match="did you mean 'polars'"):
+        db.batch({"a": session}, frame="polar")
+
+
+def levels(names):
+    """Verdicts of sessions; what a process of joblib or dask is given."""
+    frame = db.batch({name: db.Session.load("builtin:demo").replace({"filter.measurement_noise.alpha": float(name)}) for name in names}, jobs=1)
+    return frame.set_index(["session", "derivative"])["estimate"]
+
+
+def test_joblib_spreads_batches():
+    joblib = pytest.importorskip("joblib")
+    expected = levels(["0.001", "0.004"])
+    found = joblib.Parallel(n_jobs=2)(joblib.delayed(levels)([name]) for name in ("0.001", "0.004"))
+    assert pandas.concat(found).to_dict() == expected.to_dict()
+    sessions = [db.Session.load("builtin:demo")] * 2
+    results = joblib.Parallel(n_jobs=2)(joblib.delayed(db.run)(one) for one in sessions)
+    assert results[0].derivatives == results[1].derivatives == sessions[0].run().derivatives
+
+
+def test_dask_spreads_batches():
+    dask = pytest.importorskip("dask")
+    expected = levels(["0.001", "0.004"])
+    several = [dask.delayed(levels)([name]) for name in ("0.001", "0.004")]
+    for scheduler in ("threads", "processes"):
+        found = dask.compute(*several, scheduler=scheduler)
+        assert pandas.concat(found).to_dict() == expected.to_dict(), scheduler

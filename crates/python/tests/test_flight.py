@@ -144,7 +144,7 @@ def test_arrays_that_cannot_be_are_refused():
         db.Recording.from_arrays(t, {"q": (t, "furlong")})
     with pytest.raises(db.DoubletError, match="has 99 values and its time 100"):
         db.Recording.from_arrays(t, {"q": t[:-1]})
-    with pytest.raises(db.DoubletError, match="no numbers"):
+    with pytest.raises(db.DoubletError, match="must be numbers"):
         db.Recording.from_arrays(t, {"q": ["a"] * 100})
     with pytest.raises(db.DoubletError, match="the recording has no ax"):
         db.reconstruct(db.Recording.from_arrays(t, {"p": t, "q": t, "r": t}))

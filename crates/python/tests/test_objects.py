@@ -40,7 +40,7 @@ def test_errors_are_those_of_the_language(demo, made, tmp_path):
         with pytest.raises(FileNotFoundError) as caught:
             missing()
         assert isinstance(caught.value, db.DoubletError) and str(caught.value).count("no.") == 1
-    with pytest.raises(db.DoubletError, match="there is no file"):
+    with pytest.raises(db.DoubletError, match="paths is empty: give a file"):
         db.read([])
     with pytest.raises(KeyError, match="did you mean 'Cm_alpha'"):
         fit["Cm_alfa"]

@@ -109,7 +109,7 @@ def test_arrays_as_a_session_give_the_same(clean, tmp_path):
     huber = db.fit(db.coefficients(path), {"Cm": STRUCTURE["Cm"]}, weights="huber")
     assert huber.to_session()["estimation.weights"] == "huber" and huber["Cm_alpha"].value != fit["Cm_alpha"].value
     assert abs(huber["Cm_alpha"] - fit["Cm_alpha"]) < 3 * fit["Cm_alpha"].stderr
-    for wrong, text in ((dict(weights="x"), "'x' are not weights"), (dict(method="gls"), "'gls' is not a method of fit")):
+    for wrong, text in ((dict(weights="x"), "'x' are not weights"), (dict(method="wls"), "'wls' is not a method of fit")):
         with pytest.raises(db.DoubletError, match=text):
             db.fit(db.coefficients(path), {"Cm": STRUCTURE["Cm"]}, **wrong)
 
@@ -154,10 +154,10 @@ def test_gravity_hold_walks_and_initial_states_are_obeyed(demo):
     known = path(initial={"wind_north": 3.0}, initial_std={"wind_north": 0.0})
     assert (known[0].states["wind_north"] == 3.0).all()
     for wrong, text in (
-        (dict(hold="third"), "'third' is not a hold: use first_order or zero_order"),
-        (dict(linearisation="x"), "'x' is not a linearisation: use prior or predicted"),
-        (dict(random_walk={"wind": 1.0}), "'wind' is not a state of the filter: use one of x, y, z"),
-        (dict(initial={"mass": 1.0}), "'mass' is not a state"),
+        (dict(hold="third"), "filter.hold: unknown choice 'third': use one of first_order, zero_order"),
+        (dict(linearisation="x"), "filter.linearisation: unknown choice 'x': use one of prior, predicted"),
+        (dict(random_walk={"wind": 1.0}), "no state of the filter is called 'wind'.* there are x, y, z"),
+        (dict(initial={"mass": 1.0}), "no state of the filter is called 'mass'"),
         (dict(gravity=-1.0), "gravity"),
     ):
         with pytest.raises(db.DoubletError, match=text):

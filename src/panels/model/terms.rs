@@ -43,6 +43,9 @@ const PRESETS: [Preset; 4] = [
     ("With power", Structure::with_power, "Adds engine power: needs manoeuvres at different power"),
 ];
 
+/// What the weights of the residuals do.
+const WEIGHTS_HINT: &str = "Huber: residuals beyond 1.345 σ weigh less. Autoregression: generalised least squares for residuals that are correlated in time";
+
 /// The panel.
 #[derive(Default)]
 pub struct Model {
@@ -82,10 +85,18 @@ impl Panel for Model {
             if ui.checkbox(&mut by_surface, "by surface").on_hover_text(hint).changed() {
                 ctx.edit(Edit::Estimation(EstimationEdit::BySurface(by_surface)));
             }
-            let mut huber = ctx.session.estimation.weights == ResidualWeights::Huber;
-            let hint = "Residuals beyond 1.345 σ weigh less (Huber); off: all weigh the same";
-            if ui.checkbox(&mut huber, "Huber").on_hover_text(hint).changed() {
-                let weights = if huber { ResidualWeights::Huber } else { ResidualWeights::Equal };
+            ui.weak("Weights").on_hover_text(WEIGHTS_HINT);
+            let mut weights = ctx.session.estimation.weights;
+            let order = match weights {
+                ResidualWeights::Autoregression(order) => order,
+                _ => ResidualWeights::USUAL_ORDER,
+            };
+            let all = [
+                (ResidualWeights::Equal, "equal"),
+                (ResidualWeights::Huber, "Huber"),
+                (ResidualWeights::Autoregression(order), "autoregression"),
+            ];
+            if choices(ui, &mut weights, &all) {
                 ctx.edit(Edit::Estimation(EstimationEdit::Weights(weights)));
             }
         });

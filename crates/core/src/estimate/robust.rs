@@ -64,7 +64,7 @@ impl PooledRegression {
 }
 
 /// Largest change of a parameter, in its standard errors.
-fn largest_move(from: &Fit, to: &Fit) -> f64 {
+pub(super) fn largest_move(from: &Fit, to: &Fit) -> f64 {
     let moves = from.estimates.iter().zip(&to.estimates).zip(&to.standard_errors);
     moves.map(|((a, b), error)| if a == b { 0.0 } else { (a - b).abs() / error }).fold(0.0, f64::max)
 }

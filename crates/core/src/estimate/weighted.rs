@@ -6,6 +6,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::covariance::{Coloured, autocorrelation_of_windows, coloured_covariance_within};
 use super::least_squares::{check, least_squares};
+use super::pooled::{PooledFit, PooledRegression, PooledWindow};
+use super::robust::largest_move;
 use super::triangle::Triangle;
 use super::{EstimateError, Fit};
 
@@ -114,11 +116,7 @@ pub fn generalised_least_squares(
 ) -> Result<GeneralisedFit, EstimateError> {
     let shortest = windows.iter().map(ExactSizeIterator::len).min().unwrap_or(0);
     if order == 0 || order >= shortest || windows.iter().any(|window| window.end > z.len()) {
-        return Err(EstimateError::Setting {
-            setting: "order".to_owned(),
-            value: order as f64,
-            allowed: "at least 1 and less than the samples of the shortest window",
-        });
+        return Err(wrong_order(order));
     }
     let mut fit = least_squares(names, x, z)?;
     for _ in 0..ROUNDS {
@@ -126,14 +124,69 @@ pub fn generalised_least_squares(
         let (scaled, scaled_z) = whitened(x, z, windows, &autoregression);
         check(names, &scaled, &scaled_z)?;
         let next = transformed(names, x, z, &scaled, &scaled_z)?;
-        let moved = next.estimates.iter().zip(&fit.estimates).zip(&next.standard_errors);
-        let settled = moved.map(|((a, b), error)| (a - b).abs() / error).fold(0.0, f64::max) <= TOLERANCE;
+        let is_settled = largest_move(&fit, &next) <= TOLERANCE;
         fit = next;
-        if settled {
+        if is_settled {
             return Ok(GeneralisedFit { fit, autoregression });
         }
     }
-    Err(EstimateError::NotConverged { method: "the generalised least-squares fit", iterations: ROUNDS })
+    Err(NOT_SETTLED)
+}
+
+/// The error of a generalised fit that does not settle.
+const NOT_SETTLED: EstimateError =
+    EstimateError::NotConverged { method: "the generalised least-squares fit", iterations: ROUNDS };
+
+fn wrong_order(order: usize) -> EstimateError {
+    EstimateError::Setting {
+        setting: "order".to_owned(),
+        value: order as f64,
+        allowed: "at least 1 and less than the samples of the shortest window",
+    }
+}
+
+impl PooledRegression {
+    /// The same regression whitened by an autoregression of its residuals of the given `order`, one for all windows: least squares of it
+    /// is [`generalised_least_squares`] under the constraints, and its covariance that of the generalised fit. Each window loses its
+    /// first `order` samples.
+    ///
+    /// # Errors
+    /// As for [`PooledRegression::fit`]; an order of zero or beyond the shortest window, and an iteration that does not settle.
+    pub fn whitened(&self, order: usize) -> Result<Self, EstimateError> {
+        let shortest = self.windows.iter().map(|window| window.z.len()).min().unwrap_or(0);
+        if order == 0 || order >= shortest {
+            return Err(wrong_order(order));
+        }
+        let mut found = self.fit()?;
+        let rows = found.samples.clone();
+        for _ in 0..ROUNDS {
+            let fitted = found.fitted(&self.windows);
+            let measured = self.windows.iter().flat_map(|window| &window.z);
+            let residuals: Vec<f64> = measured.zip(&fitted).map(|(z, y)| z - y).collect();
+            let autoregression = yule_walker(&residuals, &rows, order);
+            let window = |window: &PooledWindow| {
+                let (x, z) =
+                    whitened(&window.x, &window.z, std::slice::from_ref(&(0..window.z.len())), &autoregression);
+                PooledWindow { label: window.label.clone(), x, z }
+            };
+            let next = Self { windows: self.windows.iter().map(window).collect(), ..self.clone() };
+            let fit = next.fit()?;
+            if largest_move(&found.fit, &fit.fit) <= TOLERANCE {
+                return Ok(next);
+            }
+            found = fit;
+        }
+        Err(NOT_SETTLED)
+    }
+}
+
+impl PooledFit {
+    /// Fitted values of windows, one after the other: of those fitted, or of the same with other samples.
+    pub fn fitted(&self, windows: &[PooledWindow]) -> Vec<f64> {
+        let estimates = DVector::from_column_slice(&self.fit.estimates);
+        let value = |(window, columns): (&PooledWindow, &Vec<usize>)| &window.x * estimates.select_rows(columns);
+        windows.iter().zip(&self.parameters).flat_map(|pair| value(pair).as_slice().to_vec()).collect()
+    }
 }
 
 /// Fit of transformed rows, reported for the rows as measured.

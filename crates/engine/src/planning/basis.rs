@@ -15,7 +15,7 @@ use doublet_dynamics::linear::{Condition, UncertainModel};
 
 use crate::graph::{Context, StageResult};
 use crate::run::Snapshot;
-use crate::session::{Session, Settings, Surface, WindowRole};
+use crate::session::{Estimation, ResidualWeights, Session, Settings, Surface, WindowRole};
 use crate::stage::{AeroWindow, WindowAero, applies, pooled_regressions};
 use crate::study::StudyInput;
 use crate::study::dynamics::level_model;
@@ -80,6 +80,14 @@ pub fn basis_of(input: &StudyInput<'_>, options: &DesignOptions, context: &Conte
     basis(input.settings, &windows.collect::<Vec<_>>(), (&model, &condition), options)
 }
 
+/// The estimation without the whitening of its residuals: a design predicts ordinary least squares of the inputs it makes.
+fn as_measured(estimation: &Estimation) -> Estimation {
+    match estimation.weights {
+        ResidualWeights::Autoregression(_) => Estimation { weights: ResidualWeights::Equal, ..estimation.clone() },
+        _ => estimation.clone(),
+    }
+}
+
 /// [`design_basis`] of windows, a model and a condition.
 ///
 /// # Errors
@@ -95,7 +103,7 @@ pub fn basis(
     let (_, first) = first.ok_or("no model to design with: no identification manoeuvre has coefficients")?;
     let step_s = median_step(&first.data.time_s).ok_or("the manoeuvres have too few samples")?;
     let mut coefficients = Vec::new();
-    for regression in pooled_regressions(&aero, settings.structure, settings.estimation) {
+    for regression in pooled_regressions(&aero, settings.structure, &as_measured(settings.estimation)) {
         // A coefficient without a fit is not designed for; its failure is told where it is fitted.
         let Ok(regression) = regression else { continue };
         let coefficient = regression.coefficient;

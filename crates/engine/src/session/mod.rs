@@ -349,6 +349,13 @@ pub enum ResidualWeights {
     Equal,
     /// Large ones less (Huber 1964).
     Huber,
+    /// By their correlation in time, an autoregression of the given order: generalised least squares.
+    Autoregression(usize),
+}
+
+impl ResidualWeights {
+    /// Usual order of the autoregression.
+    pub const USUAL_ORDER: usize = 2;
 }
 
 /// What of a session the estimates of its windows follow from.

@@ -68,7 +68,10 @@ pub fn estimate_in_turn<E>(
 }
 
 /// [`estimate_in_turn`] for windows of one flight that no pipeline runs.
-pub(crate) fn estimate_delays_and_gusts(
+///
+/// # Errors
+/// That of a window that cannot be filtered; or that it was stopped.
+pub fn estimate_delays_and_gusts(
     session: &Session,
     data: &[&FilterData],
     control: &Control,

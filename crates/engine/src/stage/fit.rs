@@ -2,7 +2,9 @@
 
 use std::sync::{Arc, OnceLock};
 
-use doublet_core::estimate::{Coloured, Constraint, Fit, FitQuality, Origin, PooledRegression, PooledWindow};
+use doublet_core::estimate::{
+    Coloured, Constraint, Fit, FitQuality, Origin, PooledFit, PooledRegression, PooledWindow,
+};
 use doublet_core::model::{Coefficient, LONG_WINDOW, Structure, Term, Variable, regressors};
 use doublet_core::series::Series;
 use doublet_core::statistics::{median, squares_about_mean};
@@ -367,7 +369,8 @@ fn stacked_fit(
     used: &[&AeroWindow<'_>],
     estimation: &Estimation,
 ) -> StageResult<(Fit, [Vec<f64>; 2])> {
-    let regression = Regression::new(coefficient, terms, used, estimation)?.pooled;
+    let measured = Regression::measured(coefficient, terms, used, estimation)?.pooled;
+    let regression = weighted(&measured, estimation.weights)?;
     let pooled = regression.fit()?;
     let coloured = pooled.coloured_covariance(&regression.windows, &Coloured::default())?;
     let noise: Vec<f64> = coloured.diagonal().iter().map(|variance| variance.sqrt()).collect();
@@ -376,25 +379,27 @@ fn stacked_fit(
     if let Some(between) = pooled.errors_between_windows(&regression.windows) {
         errors.iter_mut().zip(between).for_each(|(error, between)| *error = error.max(between));
     }
-    let mut fit = pooled.fit;
-    if estimation.weights != ResidualWeights::Equal {
-        fit = with_measured_residuals(fit, coefficient, &regression, used);
+    if estimation.weights == ResidualWeights::Equal {
+        return Ok((pooled.fit, [errors, noise]));
     }
-    Ok((fit, [errors, noise]))
+    Ok((with_measured_residuals(pooled, &measured), [errors, noise]))
 }
 
-/// A fit to pseudo-values with the residuals and the quality of the coefficient as it was measured.
-fn with_measured_residuals(
-    fit: Fit,
-    coefficient: Coefficient,
-    regression: &PooledRegression,
-    used: &[&AeroWindow<'_>],
-) -> Fit {
-    let pseudo: Vec<f64> = regression.windows.iter().flat_map(|window| &window.z).copied().collect();
-    let measured: Vec<f64> = used.iter().flat_map(|(_, aero)| aero.coefficients.get(coefficient)).copied().collect();
-    let fitted = fit.fitted(&pseudo);
-    let residuals = measured.iter().zip(&fitted).map(|(z, y)| z - y).collect();
-    Fit { quality: FitQuality::compare(&measured, &fitted), residuals, ..fit }
+/// The fit of a weighted regression with the residuals and the quality of the coefficient as it was measured.
+fn with_measured_residuals(pooled: PooledFit, measured: &PooledRegression) -> Fit {
+    let fitted = pooled.fitted(&measured.windows);
+    let z: Vec<f64> = measured.windows.iter().flat_map(|window| &window.z).copied().collect();
+    let residuals = z.iter().zip(&fitted).map(|(z, y)| z - y).collect();
+    Fit { quality: FitQuality::compare(&z, &fitted), residuals, ..pooled.fit }
+}
+
+/// The regression whose least squares has these weights of the residuals.
+fn weighted(measured: &PooledRegression, weights: ResidualWeights) -> StageResult<PooledRegression> {
+    Ok(match weights {
+        ResidualWeights::Equal => measured.clone(),
+        ResidualWeights::Huber => measured.with_pseudo_values()?,
+        ResidualWeights::Autoregression(order) => measured.whitened(order)?,
+    })
 }
 
 /// The regression of one coefficient over windows.
@@ -408,11 +413,22 @@ pub struct Regression {
 
 impl Regression {
     /// The regression of `coefficient` by `terms` over the windows `used`, under what is known of its derivatives. With weights of the
-    /// residuals its observations are pseudo-values, so that whatever fits it has the weights.
+    /// residuals its samples are pseudo-values or whitened, so that whatever fits it has the weights.
     ///
     /// # Errors
     /// One line: a window lacks a variable, or no weights are found.
     pub fn new(
+        coefficient: Coefficient,
+        terms: &[Term],
+        used: &[&AeroWindow<'_>],
+        estimation: &Estimation,
+    ) -> StageResult<Self> {
+        let Self { pooled, .. } = Self::measured(coefficient, terms, used, estimation)?;
+        Ok(Self { coefficient, pooled: weighted(&pooled, estimation.weights)? })
+    }
+
+    /// The same as it was measured, without weights.
+    fn measured(
         coefficient: Coefficient,
         terms: &[Term],
         used: &[&AeroWindow<'_>],
@@ -435,10 +451,6 @@ impl Regression {
                 .collect(),
             constraints,
             windows: used.iter().map(window).collect::<Result<_, _>>()?,
-        };
-        let pooled = match estimation.weights {
-            ResidualWeights::Equal => pooled,
-            ResidualWeights::Huber => pooled.with_pseudo_values()?,
         };
         Ok(Self { coefficient, pooled })
     }

@@ -54,8 +54,7 @@ pub use aircraft::{
 pub use align::{UsedClock, is_stamped_by};
 pub use control_delays::{ControlDelay, control_delays};
 pub use delays::{SensorDelay, SensorDelays, flow_delay_by_lift};
-pub(crate) use delays_and_gusts::estimate_delays_and_gusts;
-pub use delays_and_gusts::{DelaysAndGusts, estimate_in_turn, needs_delays_or_gusts};
+pub use delays_and_gusts::{DelaysAndGusts, estimate_delays_and_gusts, estimate_in_turn, needs_delays_or_gusts};
 pub use detail::{
     BIAS_STATES, BiasTable, CoefficientStudy, Contributions, KindSummary, ResidualStudy, bias_table, contributions,
     kind_summaries, model_study, residual_studies, track_from_velocity,

@@ -294,9 +294,11 @@ fn residuals_of_a_fit_with_weights_are_those_of_the_measurement() {
     let all = windows();
     let used: Vec<AeroWindow<'_>> = all.iter().map(|(manoeuvre, aero)| (manoeuvre, Arc::clone(aero))).collect();
     let equal = Estimation { by_surface: false, ..Estimation::default() };
-    let huber = Estimation { weights: ResidualWeights::Huber, ..equal.clone() };
-    let [equal, huber] = [equal, huber].map(|estimation| pooled_fits(&used, &Structure::thesis(), &estimation).fits);
-    for (equal, huber) in equal.iter().zip(&huber) {
+    let with = |weights| Estimation { weights, ..equal.clone() };
+    let [huber, whitened] = [ResidualWeights::Huber, ResidualWeights::Autoregression(2)].map(with);
+    let found = |estimation: &Estimation| pooled_fits(&used, &Structure::thesis(), estimation).fits;
+    let (equal, others) = (found(&equal), [found(&huber), found(&whitened)]);
+    for (equal, huber) in others.iter().flat_map(|other| equal.iter().zip(other)) {
         let measured: Vec<f64> =
             used.iter().flat_map(|(_, aero)| aero.coefficients.get(equal.coefficient)).copied().collect();
         let [equal, huber] = [equal, huber].map(|found| found.fit.as_ref().unwrap());

@@ -2,7 +2,7 @@
 
 Recordings in; flight paths, coefficients, derivatives with errors that account for correlated residuals, modes and results out.
 SI and radians everywhere. Body axes x forward, y right, z down; signs of deflections: right aileron down, elevator trailing edge
-down, rudder trailing edge left are positive. What is refused raises :class:`DoubletError` with one sentence.
+down, rudder trailing edge left are positive. Errors raise :class:`DoubletError` with one sentence.
 
 >>> import doublet as db
 >>> results = db.run(db.Session.load("builtin:demo"))

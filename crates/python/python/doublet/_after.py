@@ -1,4 +1,4 @@
-"""What follows from a fit: functions of the derivatives with their intervals, output error."""
+"""Results of a fit: functions of the derivatives with their intervals, output error."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ._doublet import DoubletError
 from ._fit import Fit
 from ._recording import Progress
-from ._table import Table, Value
+from ._table import Table, Value, normal_quantile
 from ._verdict import Verdict
 
 _UNITS = {"V": "m/s", "alpha": "rad", "beta": "rad", "p": "rad/s", "q": "rad/s", "r": "rad/s", "phi": "rad", "theta": "rad",
@@ -52,6 +52,12 @@ class Distribution:
         if np.ndim(self.value) == 0:
             return f"<{self.value:.5g} ± {self.std:.2g}, 95 %: {low:.5g} to {high:.5g}; verdict {self.verdict.level}>"
         return f"<{np.shape(self.value)} values ± {self.std}, 95 %: {low} to {high}; verdict {self.verdict.level}>"
+
+    def _repr_html_(self) -> str:
+        low, high = self.interval
+        columns = [np.ravel(one) for one in (self.value, self.std, low, high)]
+        rows = [dict(zip(("value", "std", "low_95", "high_95"), map(float, row))) for row in zip(*columns)]
+        return Table(rows, self.verdict.line())._repr_html_()
 
 
 def propagate(
@@ -95,10 +101,10 @@ class OutputError:
         axis: ``"longitudinal"``, ``"lateral"`` or ``"both"``.
         derivatives: Estimates with errors corrected for correlated residuals.
         outputs: By name: time (s), measured and flown (SI), R².
-        verdict: Level of the window: ``"good"``, ``"caution"`` or ``"bad"``; ``fit.verdict`` has the findings.
-        error: Why there is none, or ``None``.
-        filter_error: Estimates by filter error where it was asked for, else empty.
-        filter_trouble: Why there are none, or ``None``.
+        verdict: Level of the manoeuvre: ``"good"``, ``"caution"`` or ``"bad"``; ``fit.verdict`` has the findings.
+        error: Reason of a failure, or ``None``.
+        filter_error: Estimates by filter error, empty by default.
+        filter_trouble: Reason why filter error failed, or ``None``.
     """
 
     window: str
@@ -124,8 +130,18 @@ class OutputError:
         quality = ", ".join(f"{name} {output[3]:.4f}" for name, output in self.outputs.items())
         return f"{self.table.summary()}\nR2: {quality}\nverdict {self.verdict}"
 
+    def conf_int(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
+        """Ends of the intervals of ``level`` by name."""
+        times = normal_quantile(level)
+        return {name: (value - times * value.stderr, value + times * value.stderr) for name, value in self.derivatives.items()}
+
     def __repr__(self) -> str:
         return self.summary()
+
+    def _repr_html_(self) -> str:
+        title = f"output error of '{self.window}', {self.axis}: {self.error or f'verdict {self.verdict}'}"
+        outputs = Table([dict(output=name, r2=output[3]) for name, output in self.outputs.items()])
+        return Table(list(self.table), title)._repr_html_() + (outputs._repr_html_() if self.outputs else "")
 
     def plot(self, axes: Any = None) -> Any:
         """Draws measured and flown outputs; returns the axes."""
@@ -143,7 +159,7 @@ def output_error(fit: Fit, *, axis: Optional[str] = None, filter_error: bool = F
 
     Args:
         fit: Fit whose derivatives are the start and whose terms are free.
-        axis: ``"longitudinal"``, ``"lateral"`` or ``"both"``; without it that which each window's surface moves.
+        axis: ``"longitudinal"``, ``"lateral"`` or ``"both"``; by default that of the surface of each window.
         filter_error: Estimates with process noise as well, for gusts; several times the work.
     """
     found, levels = [], fit.verdict["windows"]

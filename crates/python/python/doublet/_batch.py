@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any, Iterable, Mapping, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Iterable, Literal, Mapping, Optional, Sequence, Union
 
 from ._doublet import DoubletError
-from ._errors import existing
+from ._errors import existing, unknown
 from ._recording import PathLike, Progress
 from ._session import Results, Session, run
 
@@ -24,15 +25,17 @@ def batch(
     *,
     jobs: Optional[int] = None,
     studies: Sequence[_Study] = (),
+    frame: Literal["pandas", "polars"] = "pandas",
     progress: Progress = None,
 ) -> Any:
-    """Runs sessions in parallel and collects their derivatives in one ``pandas.DataFrame``.
+    """Runs sessions in parallel and collects their derivatives in one frame.
 
     Args:
         sessions: Sessions or their files; of a mapping the keys name them in the table. Without one the name is the path or the
             title, with its number where it is taken.
         jobs: Sessions at the same time; by default one for each core. They run in threads of this process, which leave Python free.
         studies: As for :func:`run`.
+        frame: ``"pandas"`` or ``"polars"``.
         progress: Called with the part of the sessions that is done, 0 to 1. Ctrl-C stops all.
 
     Returns:
@@ -41,13 +44,15 @@ def batch(
         coefficient that failed is a row with its ``error``.
 
     Raises:
-        DoubletError: ``jobs`` is below 1, or there is no session.
+        DoubletError: ``jobs`` is below 1, or ``sessions`` is empty.
     """
-    import pandas
-
+    if frame not in ("pandas", "polars"):
+        raise unknown("frame", frame, ["pandas", "polars"])
+    # A library that is absent is missed before the work.
+    library: Any = importlib.import_module(frame)
     named = _named(sessions)
     if not named:
-        raise DoubletError("there is no session: give one")
+        raise DoubletError("sessions is empty: give one or more")
     if jobs is not None and jobs < 1:
         raise DoubletError(f"jobs is {jobs}: give 1 or more")
     stop, rows = threading.Event(), []
@@ -63,7 +68,7 @@ def batch(
             for future in waiting:
                 future.cancel()
             raise
-    return pandas.DataFrame(rows, columns=list(_COLUMNS))
+    return library.DataFrame({name: [row.get(name) for row in rows] for name in _COLUMNS})
 
 
 class _Stopped(Exception):

@@ -119,8 +119,7 @@ def session_of(paths: Sequence[Path], content: str, has_model: bool, name: str, 
         [path.recording for path in paths], aircraft=paths[0].aircraft, windows=given, name=name, folder=folder
     )
     keys = ("filter", "preparation", *(("model", "estimation") if has_model else ()))
-    # Arrays take gusts and delays as stated and every sample; a session by default estimates them and takes a held sample once.
-    rows["filter"] = {**rows.get("filter", {}), "gusts": "stated", "delays": "stated"}
+    # Arrays take every sample; a session by default takes a held sample once.
     signals = {f"flight.{index}.signals": {"held_samples": "keep"} for index in range(len(paths))}
     return session.replace({**{key: rows.get(key, {}) for key in keys}, **signals})
 

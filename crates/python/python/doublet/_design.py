@@ -1,4 +1,4 @@
-"""The next flight: inputs designed from a fit, the errors they will give, and how far the aircraft goes."""
+"""The next flight: inputs designed from a fit, their predicted errors and excursions."""
 
 from __future__ import annotations
 
@@ -14,15 +14,21 @@ from ._fit import Fit
 from ._recording import Progress
 from ._session import Results
 from ._table import Table
+from ._verdict import Verdict
 
 _SURFACES = ("aileron", "elevator", "rudder")
 
 
 class Design:
-    """A designed input and what it promises."""
+    """A designed input with its predicted errors and excursions."""
 
-    def __init__(self, row: dict[str, Any], csv: str) -> None:
-        self._row, self._csv = row, csv
+    def __init__(self, row: dict[str, Any], csv: str, verdict: Verdict) -> None:
+        self._row, self._csv, self._verdict = row, csv, verdict
+
+    @property
+    def verdict(self) -> Verdict:
+        """How far the derivatives may be trusted that the input was designed with."""
+        return self._verdict
 
     @property
     def predicted(self) -> Table:
@@ -32,8 +38,8 @@ class Design:
 
     @property
     def excursions(self) -> Table:
-        """How far each quantity goes, SI: undisturbed, to expect with gusts and uncertain derivatives, limits, and the margin to them,
-        which is negative where a limit may be passed."""
+        """Excursion of each quantity, SI: nominal, expected with gusts and uncertain derivatives, limits, and the margin to them,
+        which is negative where a limit may be exceeded."""
         return Table(self._row["excursions"], "excursions")
 
     @property
@@ -88,13 +94,13 @@ class Design:
         """Expected errors and excursions as text."""
         row = self._row
         head = f"{row['kind']} on {', '.join(row['surfaces'])}, {row['time_s']:.4g} s in {len(row['manoeuvres'])} windows"
-        return "\n".join([head, self.predicted.summary(), self.excursions.summary()])
+        return "\n".join([head, self.predicted.summary(), self.excursions.summary(), self.verdict.line()])
 
     def __repr__(self) -> str:
         return self.summary()
 
     def _repr_html_(self) -> str:
-        return self.predicted._repr_html_() + self.excursions._repr_html_()
+        return self.predicted._repr_html_() + self.excursions._repr_html_() + self.verdict._repr_html_()
 
 
 def design_input(
@@ -116,7 +122,7 @@ def design_input(
     progress: Progress = None,
     **trim: Any,
 ) -> Design:
-    """Inputs of the next flight that tell the derivatives best within limits, as ``doublet design``.
+    """Inputs of the next flight that minimise the errors of the derivatives within limits, as ``doublet design``.
 
     Args:
         identified: Fit of :func:`fit`, or results of :func:`run` with ``studies=["dynamics"]``: those give the numbers of the
@@ -124,13 +130,13 @@ def design_input(
         surfaces: Surfaces to move.
         duration: Time of all windows together, s.
         kind: ``"multisine"``, ``"doublet"``, ``"3-2-1-1"`` and others that a wrong name lists.
-        criterion: What is made small: ``"d"``, determinant of the covariance; ``"a"``, sum of squared relative errors;
+        criterion: Criterion to minimise: ``"d"``, determinant of the covariance; ``"a"``, sum of squared relative errors;
             ``"max-relative"``, the largest of them.
         peak: Largest deflection from the trim, rad; that of the windows unless given.
         rate: Fastest deflection, rad/s.
-        envelope: Limits in the place of those of the windows: ``alpha``, ``beta``, ``phi`` (rad), ``n_z``, ``p`` (rad/s), ``V``
+        envelope: Limits that replace those of the windows: ``alpha``, ``beta``, ``phi`` (rad), ``n_z``, ``p`` (rad/s), ``V``
             (m/s), ``h`` (m), each ``(low, high)``.
-        usage: Part of the room between trim and limits that the undisturbed flight may take.
+        usage: Fraction of the margin to the limits that the nominal response may use.
         gusts: Standard deviation of the gusts, m/s; that of the filter's random walk of the wind unless given.
         rounds: Rounds of the search; 0 for shapes as published.
         samples: Draws of the derivatives, each with gusts and a start of its own.
@@ -143,4 +149,4 @@ def design_input(
         identified._inner, trim, list(surfaces), kind, criterion, duration, usage, peak, rate, gusts, limits, rounds, samples, seed, with_flown,
         progress,
     )
-    return Design(json.loads(row), csv)
+    return Design(json.loads(row), csv, identified.verdict)

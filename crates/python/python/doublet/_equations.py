@@ -12,7 +12,7 @@ from ._commands import Answer, Inputs
 from ._doublet import DoubletError
 from ._errors import unknown
 from ._recording import PathLike
-from ._table import Table, Value
+from ._table import Table, Value, normal_quantile
 from ._verdict import Verdict
 
 _METHODS = ("equation_error", "output_error", "filter_error")
@@ -64,6 +64,11 @@ class EquationFit:
     def stderr(self) -> dict[str, float]:
         """Standard errors by name, corrected for correlated residuals."""
         return {name: value.stderr for name, value in self.by(self.method).items()}
+
+    def conf_int(self, level: float = 0.95, *, method: Optional[str] = None) -> dict[str, tuple[float, float]]:
+        """Ends of the intervals of ``level`` by name, of :attr:`method` or of another one."""
+        times, values = normal_quantile(level), self.by(method or self.method)
+        return {name: (value - times * value.stderr, value + times * value.stderr) for name, value in values.items()}
 
     @property
     def r2(self) -> dict[str, float]:

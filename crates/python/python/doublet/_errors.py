@@ -25,7 +25,7 @@ class DoubletFileNotFoundError(DoubletError, FileNotFoundError):
 
 
 class DoubletWarning(UserWarning):
-    """A verdict that is bad, or a recording whose channels contradict each other."""
+    """A verdict that is bad, or contradictory channels of a recording."""
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

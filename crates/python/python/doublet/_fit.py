@@ -1,10 +1,11 @@
-"""Step 2: coefficients, derivatives, and what follows from them."""
+"""Step 2: coefficients and derivatives."""
 
 from __future__ import annotations
 
+import inspect
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Iterator, Literal, Mapping, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Iterator, Literal, Mapping, NoReturn, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,19 +15,20 @@ from ._doublet import DoubletError
 from ._errors import unknown
 from ._frames import terms_of
 from ._linear import Linear
-from ._path import Path
+from ._path import Path, stated_only
 from ._recording import Aircraft, PathLike, Progress
-from ._replayed import Replayed
-from ._table import Table, Value, normal_quantile
+from ._table import Columnar, Table, Value, normal_quantile, stacked
 from ._verdict import Verdict
+from ._views import View, refuse_others
 
 if TYPE_CHECKING:
     from ._session import Session
 
 Constraint = tuple[str, str, str, float, float]
+_UNITS = {"V": "m/s", **{name: "rad" for name in ("alpha", "beta", "delta_a", "delta_e", "delta_r")}}
 
 
-class WindowCoefficients:
+class WindowCoefficients(Columnar):
     """Coefficients of one window and the variables they depend on, smoothed as the angular acceleration is: arrays of shape (n,)
     over ``time`` (s)."""
 
@@ -52,16 +54,24 @@ class WindowCoefficients:
         return np.asarray(self._coefs._inner.regressors(self._index, terms_of(terms)))
 
     def to_pandas(self) -> Any:
-        """Coefficients and variables as a ``pandas.DataFrame`` over time: what SysIdentPy or scikit-learn take."""
+        """Coefficients and variables as a ``pandas.DataFrame`` over time, for SysIdentPy or scikit-learn."""
         import pandas
 
         return pandas.DataFrame({name: self[name] for name in self}, index=pandas.Index(self.time, name="time"))
 
+    def _columns(self) -> dict[str, Any]:
+        return {"time": self.time, **{name: self[name] for name in self}}
+
     def __repr__(self) -> str:
         return f"<doublet.WindowCoefficients '{self.name}': {len(self.time)} samples of {', '.join(self)}>"
 
+    def _repr_html_(self) -> str:
+        rows = [dict(name=name, mean=float(np.mean(self[name])), low=float(np.min(self[name])), high=float(np.max(self[name]))) for name in self]
+        level = self._coefs.verdict["windows"][self.name]
+        return Table(rows, f"{self.name}: {len(self.time)} samples, verdict {level}")._repr_html_()
 
-class Coefficients(Replayed[_doublet.Coefficients], Sequence[WindowCoefficients]):
+
+class Coefficients(Columnar, View[_doublet.Coefficients], Sequence[WindowCoefficients]):
     """``CX CY CZ Cl Cm Cn CD CL`` of every window; ``coefs["window"]["Cm"]`` is an array."""
 
     def __init__(self, inner: _doublet.Coefficients, call: Any, path: Path) -> None:
@@ -101,6 +111,32 @@ class Coefficients(Replayed[_doublet.Coefficients], Sequence[WindowCoefficients]
 
         return pandas.concat([one.to_pandas().assign(window=one.name) for one in self])
 
+    def _columns(self) -> dict[str, Any]:
+        return stacked([one._columns() for one in self], self.windows)
+
+    def plot(self, name: str, *, windows: Optional[Sequence[str]] = None, ax: Any = None) -> Any:
+        """Draws a coefficient or variable over the time since the start of each window; returns the axes.
+
+        Args:
+            name: Coefficient or variable.
+            windows: Names of windows; all by default.
+            ax: Axes to draw on.
+        """
+        from ._plots import one as axis_of
+
+        chosen = [self[window] for window in (self.windows if windows is None else windows)]
+        curves = [(one.name, one.time - one.time[0], one[name]) for one in chosen]
+        axis = axis_of(ax)
+        for label, time, values in curves:
+            axis.plot(time, values, linewidth=1, label=label)
+        axis.set_xlabel("time since start [s]")
+        axis.set_ylabel(f"{name} [{_UNITS.get(name, '-')}]")
+        axis.set_title(f"verdict {self.verdict.level}")
+        axis.grid(True, linewidth=0.3)
+        if len(curves) <= 8:
+            axis.legend()
+        return axis
+
     def __repr__(self) -> str:
         return f"<doublet.Coefficients of {', '.join(self.windows)}: {self.verdict.line()}>"
 
@@ -113,7 +149,15 @@ def coefficients(
     aircraft: Optional[Aircraft] = None,
     *,
     axes: Literal["body", "stability"] = "body",
-    thrust: Literal["included", "removed"] = "included",
+    thrust: Literal["included", "removed", "force_removed"] = "included",
+    moment_reference: Union[Literal["aircraft", "centre_of_gravity"], Sequence[float]] = "aircraft",
+    angular_acceleration: Literal["differentiated", "smoother", "recorded"] = "differentiated",
+    matched_smoothing: Optional[bool] = None,
+    gyroscopic: Optional[Literal["signed", "summed", "ignored"]] = None,
+    settle_s: Optional[float] = None,
+    actuator_lag_s: Optional[float] = None,
+    control_lag: Optional[Mapping[str, Mapping[str, float]]] = None,
+    **others: NoReturn,
 ) -> Coefficients:
     """Force and moment coefficients along a path, ``C = F / (q S)``, ``M / (q S l)``, about the aircraft's moment reference.
 
@@ -121,21 +165,53 @@ def coefficients(
         path: Path of :func:`reconstruct`, which must have been given an aircraft.
         aircraft: That of the path; another one is refused.
         axes: ``"body"`` or ``"stability"`` (moments and roll and yaw rate turned by the angle of attack).
-        thrust: ``"included"``, or ``"removed"`` where it is recorded or follows from the engines.
+        thrust: ``"included"``, or ``"removed"`` where it is recorded or follows from the engines; ``"force_removed"`` leaves its moment in.
+        moment_reference: Point the moments are about: of the ``"aircraft"``, the ``"centre_of_gravity"``, or ``(x, y, z)`` in datum axes
+            (aft, right, up), m.
+        angular_acceleration: ``"differentiated"`` rates, by a ``"smoother"``, or as ``"recorded"``.
+        matched_smoothing: All other signals get the same smoothing as the differentiated rates.
+        gyroscopic: Moment of the propellers: ``"signed"``, ``"summed"`` or ``"ignored"``.
+        settle_s: Time left out at the start of every window, s.
+        actuator_lag_s: First-order lag of all controls, s.
+        control_lag: Lag and delay of one control: ``{"elevator": {"lag_s": 0.05, "delay_s": 0.02}}``.
+
+    The differentiation, the origin's altitude and the places of the sensors are arguments of :func:`reconstruct`.
     """
     if aircraft is not None and path.aircraft is not None and not aircraft._is(path.aircraft):
         raise DoubletError(f"the path is of {path.aircraft!r}: reconstruct it with {aircraft!r}, or leave the aircraft out")
-    if thrust not in ("included", "removed"):
-        raise DoubletError(f"'{thrust}' is no treatment of thrust: use included or removed")
-    call = (path, axes, thrust == "removed")
+    arguments = list(inspect.signature(coefficients).parameters)[:-1]
+    earlier = next((name for name in others if name in path._preparation or name in _OF_THE_PATH), None)
+    if earlier is not None:
+        raise DoubletError(f"{earlier} is an argument of reconstruct: give it there")
+    refuse_others("coefficients", others, arguments)
+    if thrust not in _THRUST:
+        raise unknown("treatment of thrust", thrust, _THRUST)
+    for surface in control_lag or {}:
+        if surface not in ("aileron", "elevator", "rudder"):
+            raise unknown("control", surface, ["aileron", "elevator", "rudder"])
+    point = moment_reference if isinstance(moment_reference, str) else [float(value) for value in moment_reference]
+    preparation = stated_only(dict(
+        path._preparation, axes=axes, remove_thrust=_THRUST[thrust], moment_reference=None if point == "aircraft" else point,
+        angular_acceleration=angular_acceleration, matched_smoothing=matched_smoothing, gyroscopic=gyroscopic, settle_s=settle_s,
+        actuator_lag_s=actuator_lag_s, control_lag=None if control_lag is None else {k: dict(v) for k, v in control_lag.items()},
+    ))
+    call = (path, preparation)
     formed = Coefficients(_formed(*call), (_formed, call), path)
     if path.verdict.level != "bad":
         formed.verdict.warn("coefficients")
     return formed
 
 
-def _formed(path: Path, axes: str, thrust_removed: bool) -> _doublet.Coefficients:
-    return _doublet.Coefficients.form(path._inner, axes, thrust_removed)
+#: Values of ``preparation.remove_thrust``.
+_THRUST: dict[str, Any] = {"included": False, "removed": True, "force_removed": "force"}
+#: Settings of the preparation that the path is made with.
+_OF_THE_PATH = (
+    "differentiation", "differentiation_half_width_s", "origin_altitude_m", "correct_accelerometer", "correct_vanes", "correct_antenna",
+)
+
+
+def _formed(path: Path, preparation: Mapping[str, Any]) -> _doublet.Coefficients:
+    return _doublet.Coefficients.form(path._inner, json.dumps(preparation))
 
 
 @dataclass(frozen=True)
@@ -155,7 +231,7 @@ class CoefficientFit:
         held: ``"fixed"``, ``"at bound"``, ``"prior"`` or ``None`` for each parameter.
         windows: Windows whose samples it used.
         dropped: Terms left out, with the reason.
-        error: Why there is no estimate, or ``None``.
+        error: Reason of a failure, or ``None``.
     """
 
     coefficient: str
@@ -202,7 +278,7 @@ class CoefficientFit:
         return Value(float(self.estimates[at]), float(self.stderr[at]))
 
 
-class Fit(Replayed[_doublet.Fit]):
+class Fit(View[_doublet.Fit]):
     """Derivatives over windows: ``fit["Cm_alpha"]`` is a value with its error, ``fit.coefficients["Cm"]`` everything about one
     coefficient."""
 
@@ -224,9 +300,9 @@ class Fit(Replayed[_doublet.Fit]):
 
     def to_session(self, *, name: str = "arrays", folder: Optional[PathLike] = None) -> Session:
         """The session of the same recordings, manoeuvres, filter, preparation, structure and estimation: for studies, reports, proof of
-        match and exports. Its run gives the same derivatives: gusts and delays are as stated, and every sample counts. Its standard errors
-        are larger: a session adds the errors of the flight path, which the standard errors of arrays lack. Set ``filter.gusts`` and
-        ``filter.delays`` to ``"estimated"`` for what a session does by default.
+        match and exports. Its run gives the same derivatives: gusts and delays are as :func:`reconstruct` had them, and every sample counts.
+        Of several flights a session estimates gusts and delays together, arrays those of each flight. Its standard errors
+        are larger: a session adds the errors of the flight path, which the standard errors of arrays lack.
 
         Args:
             name: Title.
@@ -287,7 +363,7 @@ class Fit(Replayed[_doublet.Fit]):
             constants: ``"identified"``: constants of the identification; ``"own"``: the constant of each window.
         """
         if constants not in ("identified", "own"):
-            raise DoubletError(f"'{constants}' are no constants: use identified or own")
+            raise DoubletError(f"'{constants}' are not constants: use identified or own")
         if coefficient not in self.coefficients:
             raise unknown("coefficient of the fit", coefficient, self.coefficients)
         rows = self._inner.predicted(coefficient)
@@ -341,7 +417,7 @@ class Fit(Replayed[_doublet.Fit]):
         return f"{self.table.summary()}\nR2: {quality}\n{self.verdict.line()}"
 
     def linearise(self, *, samples: int = 500, seed: int = 1, progress: Progress = None, **trim: Any) -> "Linear":
-        """Linear models, modes and flying-qualities levels about a trim. What is left open is the median over the windows.
+        """Linear models, modes and flying-qualities levels about a trim. Values not given are medians over the windows.
 
         Args:
             samples: Draws of the derivatives for sampled intervals.
@@ -349,7 +425,7 @@ class Fit(Replayed[_doublet.Fit]):
             trim: ``airspeed`` (m/s), ``altitude`` (m), ``gamma`` (rad), ``load_factor``, ``pull_up``, ``mass`` (kg),
                 ``fuel`` (kg on board in all), ``stick_delay`` (s), ``aileron`` (rad available from trim), ``window`` (name).
         """
-        return Linear(json.loads(self._inner.dynamics(trim, samples, seed, progress)))
+        return Linear(json.loads(self._inner.dynamics(trim, samples, seed, progress)), self.verdict)
 
     def modes(self, **trim: Any) -> Table:
         """Natural modes about a trim, as :meth:`linearise`."""
@@ -397,7 +473,8 @@ def fit(
     structure: Union[str, Sequence[str], Mapping[str, Union[str, Sequence[str]]]],
     *,
     windows: Optional[Sequence[str]] = None,
-    method: Literal["ols"] = "ols",
+    method: Literal["ols", "gls"] = "ols",
+    order: int = 2,
     weights: Literal["equal", "huber"] = "equal",
     errors: Literal["coloured", "white"] = "coloured",
     constraints: Mapping[tuple[str, str], Any] = {},
@@ -411,9 +488,10 @@ def fit(
             whose name is taken is called ``"NAME (flight 2)"``.
         structure: Terms of each coefficient, products of powers of variables: ``{"Cm": ["1", "alpha", "qc/V", "delta_e"]}``, or
             formulas: ``{"Cm": "1 + alpha + qc/V + delta_e"}``, ``"Cm ~ 1 + alpha"``.
-        windows: Names of the windows to identify with, the others being predicted; without it those whose role says so.
-        method: ``"ols"``; constraints make it constrained or mixed estimation. For generalised least squares see
-            :func:`lstsq` and ``commands.variants``.
+        windows: Names of the windows to identify with, the others being predicted; by default those with the role identification.
+        method: ``"ols"``, or ``"gls"``: generalised least squares with an autoregression of the residuals of each coefficient, which shortens
+            the intervals where residuals are strongly correlated. Constraints make either constrained or mixed estimation.
+        order: Order of the autoregression of ``"gls"``, 1 to 50 and below the samples of the shortest window.
         weights: ``"equal"``, or ``"huber"``: residuals beyond 1.345 standard deviations weigh less (Huber 1964).
         errors: ``"coloured"`` or ``"white"``: what ``stderr`` and ``cov`` are.
         constraints: By coefficient and term: a number (fixed), ``(lower, upper)`` with ``None`` for an open end, or
@@ -424,21 +502,25 @@ def fit(
     Warns:
         DoubletWarning: The verdict on the fit is bad.
     """
-    if method != "ols":
-        raise DoubletError(f"'{method}' is not a method of fit: use ols; lstsq has gls, stepwise and orthogonal, commands.variants has gls")
+    if method not in ("ols", "gls"):
+        raise DoubletError(f"'{method}' is not a method of fit: use ols or gls; lstsq has stepwise and orthogonal too")
+    if not 1 <= order <= 50:
+        raise DoubletError(f"order is {order}: give 1 to 50")
     if weights not in ("equal", "huber"):
         raise DoubletError(f"'{weights}' are not weights: use equal or huber")
     if errors not in ("coloured", "white"):
-        raise DoubletError(f"'{errors}' are no errors: use coloured or white")
+        raise DoubletError(f"'{errors}' are not errors: use coloured or white")
     if constants not in ("per_window", "common"):
-        raise DoubletError(f"'{constants}' are no constants: use per_window or common")
+        raise DoubletError(f"'{constants}' are not constants: use per_window or common")
     several = [coefs] if isinstance(coefs, Coefficients) else list(coefs)
     planes = [one.aircraft for one in several if one.aircraft is not None]
     if any(not plane._is(planes[0]) for plane in planes):
         raise DoubletError("the flights are of different aircraft: fit each aircraft alone")
     given: list[Constraint] = [(c, t, *_known(value)) for (c, t), value in constraints.items()]
     chosen = None if windows is None else list(windows)
-    call = (several, _models(structure), chosen, given, by_surface, constants == "common", weights == "huber")
+    call = (
+        several, _models(structure), chosen, given, by_surface, constants == "common", weights == "huber", order if method == "gls" else None
+    )
     found = Fit(_fitted(*call), (_fitted, call), errors)
     found.verdict.warn("fit")
     return found
@@ -456,9 +538,16 @@ def _models(structure: Any) -> list[tuple[str, list[str]]]:
 
 
 def _fitted(
-    several: Sequence[Coefficients], models: Any, windows: Optional[list[str]], given: Any, by_surface: bool, common: bool, huber: bool
+    several: Sequence[Coefficients],
+    models: Any,
+    windows: Optional[list[str]],
+    given: Any,
+    by_surface: bool,
+    common: bool,
+    huber: bool,
+    order: Optional[int],
 ) -> _doublet.Fit:
-    return _doublet.Fit.fit([one._inner for one in several], models, windows, given, by_surface, common, huber)
+    return _doublet.Fit.fit([one._inner for one in several], models, windows, given, by_surface, common, huber, order)
 
 
 def information_criterion(residuals: NDArray[np.float64], parameters: int) -> float:

@@ -19,7 +19,7 @@ def column(values: ArrayLike, name: str) -> NDArray[np.float64]:
     try:
         array = np.ascontiguousarray(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise DoubletError(f"{name} are no numbers: {error}") from None
+        raise DoubletError(f"{name} must be numbers: {error}") from None
     if array.ndim != 1:
         raise DoubletError(f"{name} has {array.ndim} dimensions: give one column")
     return array
@@ -123,7 +123,7 @@ def numeric(values: Any) -> bool:
 
 
 def formula(text: str) -> list[str]:
-    """Terms of ``"1 + alpha + delta_e"``. The constant is the term ``1``; without it there is none."""
+    """Terms of ``"1 + alpha + delta_e"``. The constant is the term ``1``."""
     terms = [term.strip().replace("**", "^") for term in text.split("+")]
     if not all(terms):
         raise DoubletError(f"'{text}' has an empty term: write it as '1 + alpha + delta_e'")

@@ -13,7 +13,9 @@ from ._doublet import DoubletError
 from ._errors import unknown
 from ._fit import _known, information_criterion
 from ._frames import column as _column
+from ._quality import lag_one, verdict_of
 from ._table import Table, Value, normal_quantile
+from ._verdict import Verdict
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,8 @@ class Regression:
         r2: Coefficient of determination.
         residual_std: ``s``, the standard deviation of the residual with n - p degrees of freedom.
         condition: Condition number of the scaled regressors.
+        correlation: Lag-one correlation of the residuals inside records.
+        errors, method: As :func:`lstsq` was called.
     """
 
     names: tuple[str, ...]
@@ -43,6 +47,14 @@ class Regression:
     r2: float
     residual_std: float
     condition: float
+    correlation: float = 0.0
+    errors: str = "coloured"
+    method: str = "ols"
+
+    @property
+    def verdict(self) -> Verdict:
+        """The quality check: collinear columns, poorly determined parameters, few samples, correlated residuals, outliers."""
+        return verdict_of(self)
 
     @property
     def stderr(self) -> NDArray[np.float64]:
@@ -99,14 +111,14 @@ class Regression:
         )
 
     def summary(self) -> str:
-        """The parameters as text."""
-        return self.table.summary()
+        """The parameters and the quality check as text."""
+        return f"{self.table.summary()}\n{self.verdict.line()}"
 
     def __repr__(self) -> str:
         return self.summary()
 
     def _repr_html_(self) -> str:
-        return self.table._repr_html_()
+        return self.table._repr_html_() + self.verdict._repr_html_()
 
 
 def lstsq(
@@ -145,7 +157,7 @@ def lstsq(
             each other.
     """
     if errors not in ("coloured", "white"):
-        raise DoubletError(f"'{errors}' are no errors: use coloured or white")
+        raise DoubletError(f"'{errors}' are not errors: use coloured or white")
     if names is None and hasattr(X, "columns"):
         names = [str(column) for column in X.columns]
     index_of_y = getattr(y, "index", None)
@@ -158,13 +170,14 @@ def lstsq(
     matrix = _matrix(X)
     columns = list(names) if names is not None else [f"x{k}" for k in range(matrix.shape[1])]
     given = [(name, *_known(value)) for name, value in constraints.items()]
-    numbers = None if groups is None else [int(k) for k in np.unique(np.asarray(groups), return_inverse=True)[1]]
+    records = None if groups is None else np.unique(np.asarray(groups), return_inverse=True)[1]
+    numbers = None if records is None else [int(k) for k in records]
     deviations = None if std is None else _column(std, "std")
     row = _doublet.lstsq(matrix, _column(y, "y"), columns, numbers, deviations, method, order, weights == "huber", given)
     chosen = row["coloured"] if errors == "coloured" else row["white"]
     return Regression(
         tuple(row["names"]), row["estimates"], chosen, row["white"], row["residuals"], row["fitted"], tuple(row["held"]),
-        row["r2"], row["residual_std"], row["condition"],
+        row["r2"], row["residual_std"], row["condition"], lag_one(row["residuals"], records), errors, method,
     )
 
 
@@ -206,13 +219,17 @@ def differentiate(
     return _doublet.differentiate(_column(time, "time"), _column(values, "values"), method, width, degree)
 
 
-@dataclass(frozen=True)
+#: Coherence from which on a response counts.
+COHERENCE = 0.6
+
+
+@dataclass(frozen=True, repr=False)
 class FrequencyResponse:
     """Output over input against frequency.
 
     Attributes:
         freq: Angular frequency, rad/s, shape (m,).
-        response: Complex, shape (m,); not finite where inputs cannot be told apart.
+        response: Complex, shape (m,); not finite where the inputs are collinear.
         coherence: Partial coherence, shape (m,).
         std: Standard deviation of the gain relative to itself and of the phase in rad, shape (m,).
         phase: Phase without jumps, rad, shape (m,).
@@ -229,6 +246,22 @@ class FrequencyResponse:
     def gain_db(self) -> NDArray[np.float64]:
         """Gain, dB."""
         return 20.0 * np.log10(np.abs(self.response))
+
+    @property
+    def table(self) -> Table:
+        """A row per frequency."""
+        columns = dict(frequency_rad_s=self.freq, gain_db=self.gain_db, phase_deg=np.degrees(self.phase), coherence=self.coherence, std=self.std)
+        return Table([dict(zip(columns, map(float, row))) for row in zip(*columns.values())], repr(self)[1:-1])
+
+    def __repr__(self) -> str:
+        if not len(self.freq):
+            return "<doublet.FrequencyResponse: no frequencies>"
+        good = int(np.sum(self.coherence > COHERENCE))
+        span = f"{self.freq[0]:.4g} to {self.freq[-1]:.4g} rad/s"
+        return f"<doublet.FrequencyResponse: {len(self.freq)} frequencies, {span}, {good} of coherence above {COHERENCE:g}>"
+
+    def _repr_html_(self) -> str:
+        return self.table._repr_html_()
 
     def to_control(self) -> Any:
         """The response as ``control.frd`` of python-control."""
@@ -316,7 +349,7 @@ def frequency_response(
     elif method == "single":
         lengths = [longest]
     else:
-        raise DoubletError(f"'{method}' is no method: use composite or single")
+        raise DoubletError(f"'{method}' is not a method: use composite or single")
     low, high = band if band is not None else (2 * 2 * np.pi / longest, 0.25 * np.pi / dt)
     omega = np.geomspace(low, high, points).tolist()
     rows = _doublet.frequency_response([(dt, [np.ascontiguousarray(row) for row in inputs], output)], omega, lengths, overlap)

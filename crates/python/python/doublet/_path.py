@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Iterator, Literal, Mapping, Optional, Sequence, Union
+import inspect
+import json
+from typing import TYPE_CHECKING, Any, Iterator, Literal, Mapping, NoReturn, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,16 +12,16 @@ from numpy.typing import NDArray
 from . import _doublet
 from ._doublet import DoubletError
 from ._errors import unknown
-from ._replayed import Replayed
 from ._recording import Aircraft, PathLike, Progress, Recording, Window
-from ._table import Table
+from ._table import Columnar, Table, stacked
 from ._verdict import Verdict
+from ._views import View, known, refuse_others
 
 if TYPE_CHECKING:
     from ._session import Session
 
 
-class States(Mapping[str, NDArray[np.float64]]):
+class States(Columnar, Mapping[str, NDArray[np.float64]]):
     """States by name: position ``x y z`` (m, north, east, down), airspeed components ``u v w`` (m/s), attitude ``phi theta psi``
     (rad), biases ``bias_ax`` .. ``bias_r``, wind ``wind_north wind_east wind_down``. Each an array of shape (n,) over
     ``time``; ``std`` has the same keys."""
@@ -40,11 +42,24 @@ class States(Mapping[str, NDArray[np.float64]]):
     def __len__(self) -> int:
         return len(self._values)
 
+    def _columns(self) -> dict[str, Any]:
+        deviations = {f"{name}_std": values for name, values in self.std.items()}
+        return {"time": self.time, **self._values, **deviations}
+
     def to_pandas(self) -> Any:
-        """A ``pandas.DataFrame`` over time."""
+        """A ``pandas.DataFrame`` over time (s), each state with its standard deviation as the column ``NAME_std``."""
         import pandas
 
-        return pandas.DataFrame(dict(self._values), index=pandas.Index(self.time, name="time"))
+        return pandas.DataFrame(self._columns()).set_index("time")
+
+    def to_xarray(self) -> Any:
+        """The same as an ``xarray.Dataset`` with units."""
+        import xarray
+
+        columns, units = self._columns(), _doublet.Path.units()
+        time = columns.pop("time")
+        variables = {name: ("time", values, {"units": units[name.removesuffix("_std")]}) for name, values in columns.items()}
+        return xarray.Dataset(variables, coords={"time": ("time", time, {"units": "s"})})
 
     @property
     def airspeed(self) -> NDArray[np.float64]:
@@ -62,7 +77,7 @@ class States(Mapping[str, NDArray[np.float64]]):
         return np.arctan2(self["v"], np.hypot(self["u"], self["w"]))
 
 
-class WindowPath:
+class WindowPath(Columnar):
     """The path of one window."""
 
     def __init__(self, path: "Path", index: int, window: Window) -> None:
@@ -79,7 +94,7 @@ class WindowPath:
 
     @property
     def states(self) -> States:
-        """Filtered states with their standard deviations; they look at the path's memory."""
+        """Filtered states with their standard deviations: read-only views, no copy."""
         return States(self.time, self._inner.states(self._index, "filtered"))
 
     @property
@@ -126,23 +141,16 @@ class WindowPath:
     def _best(self) -> States:
         return self.smoothed if self._path.is_smoothed else self.states
 
+    def _columns(self) -> dict[str, Any]:
+        return self._best()._columns()
+
     def to_pandas(self) -> Any:
         """States over time, smoothed where they were smoothed, each with a column ``NAME_std``."""
-        import pandas
-
-        states = self._best()
-        columns = {name: states[name] for name in states}
-        columns.update({f"{name}_std": states.std[name] for name in states})
-        return pandas.DataFrame(columns, index=pandas.Index(self.time, name="time"))
+        return self._best().to_pandas()
 
     def to_xarray(self) -> Any:
         """The same as an ``xarray.Dataset`` with units."""
-        import xarray
-
-        states, units = self._best(), _doublet.Path.units()
-        pairs = [(name, states[name], units[name]) for name in states]
-        pairs += [(f"{name}_std", states.std[name], units[name]) for name in states]
-        return xarray.Dataset({n: ("time", v, {"units": u}) for n, v, u in pairs}, coords={"time": self.time})
+        return self._best().to_xarray()
 
     def plot(self, *names: str, axes: Any = None) -> Any:
         """Draws states over time with two standard deviations, or ``"nis"``; returns the axes."""
@@ -162,8 +170,11 @@ class WindowPath:
     def __repr__(self) -> str:
         return f"<doublet.WindowPath '{self.window.name}': {len(self.time)} samples, verdict {self.verdict}>"
 
+    def _repr_html_(self) -> str:
+        return self._path.summary_table.where(window=self.window.name)._repr_html_()
 
-class Path(Replayed[_doublet.Path], Sequence[WindowPath]):
+
+class Path(Columnar, View[_doublet.Path], Sequence[WindowPath]):
     """Flight paths of windows; ``path[0]`` or ``path["name"]`` is one of them. With a single window its attributes are those of
     the path."""
 
@@ -177,7 +188,19 @@ class Path(Replayed[_doublet.Path], Sequence[WindowPath]):
     @property
     def is_smoothed(self) -> bool:
         """Whether the paths were smoothed."""
-        return bool(self._call[1][3]["smooth"]) if self._call else False
+        return bool(self._preparation["path"] == "smoothed")
+
+    @property
+    def _preparation(self) -> dict[str, Any]:
+        """Keys of the preparation that the path was made with."""
+        return dict(self._call[1][3]["preparation"]) if self._call else {"path": "filtered"}
+
+    @property
+    def estimated(self) -> Table:
+        """Delays (s) and random walks of the wind (m/s per root of a second) that the innovations estimated, where ``reconstruct`` was
+        called with ``estimate``; ``used`` where they are significant."""
+        keys = ("kind", "of", "value", "stderr", "used")
+        return Table([dict(zip(keys, row)) for row in self._inner.estimated()], "estimated from the innovations")
 
     @property
     def verdict(self) -> Verdict:
@@ -231,6 +254,17 @@ class Path(Replayed[_doublet.Path], Sequence[WindowPath]):
 
         return pandas.concat([one.to_pandas().assign(window=one.window.name) for one in self])
 
+    def to_xarray(self) -> Any:
+        """All windows along ``time`` as an ``xarray.Dataset`` with units; the coordinate ``window`` names the window of each sample."""
+        import xarray
+
+        several = [one.to_xarray() for one in self]
+        names = np.repeat(np.array([one.window.name for one in self]), [one.sizes["time"] for one in several])
+        return xarray.concat(several, "time").assign_coords(window=("time", names))
+
+    def _columns(self) -> dict[str, Any]:
+        return stacked([one._columns() for one in self], [one.window.name for one in self])
+
     def summary(self) -> str:
         """The windows and the verdict as text."""
         return f"{self.summary_table.summary()}\n{self.verdict.line()}"
@@ -258,35 +292,63 @@ def reconstruct(
     initial_std: Optional[Mapping[str, float]] = None,
     outlier_limit: Optional[float] = None,
     robust_limit: float = 0.0,
+    spread: Optional[float] = None,
+    tolerance: Optional[float] = None,
+    max_iterations: Optional[int] = None,
+    air_data_deviation: Optional[Mapping[str, float]] = None,
+    estimate: Sequence[Literal["gusts", "delays"]] = (),
     smooth: bool = True,
     passes: int = 1,
+    measured: bool = False,
+    differentiation: Optional[Literal["local_quadratic", "central"]] = None,
+    differentiation_half_width_s: Optional[float] = None,
+    origin_altitude_m: Optional[float] = None,
+    correct_accelerometer: Optional[bool] = None,
+    correct_vanes: Optional[bool] = None,
+    correct_antenna: Optional[bool] = None,
     progress: Progress = None,
+    **others: NoReturn,
 ) -> Path:
     """Reconstructs flight paths: 18 states, up to 12 measurements each at its own rate, any subset of them.
 
     Args:
         recording: Needs specific force ``ax ay az`` and rates ``p q r``.
         aircraft: Moves sensors to the centre of gravity where its file says where they are.
-        windows: Windows, or pairs of start and end, s; without any one window over everything.
+        windows: Windows, or pairs of start and end, s; by default one window over the whole recording.
         method: ``"ekf"``, ``"iekf"`` (iterated) or ``"ukf"``.
         noise: Standard deviations of inputs (``ax .. r``, the root of the diagonal of Q) and of measurements (``x y z v_north
             v_east v_down phi theta psi airspeed alpha beta``, of R), SI; others are those of good flight-test instruments.
         delays: Delay of a measurement, s.
-        gravity: Acceleration of gravity, m/s²; without it that of the recorded latitude and altitude, or else the standard one.
+        gravity: Acceleration of gravity, m/s²; by default that of the recorded latitude and altitude, or else the standard one.
         hold: Inputs between samples: ``"first_order"`` (linear) or ``"zero_order"``.
         linearisation: Of the transition: at the ``"prior"`` or the ``"predicted"`` state.
         random_walk: Standard deviation of a random walk on a state, SI per root of a second: ``{"wind_north": 0.3}``.
-        initial: Initial value of a state, SI; without it from the first measurements, zero for biases and wind.
+        initial: Initial value of a state, SI; by default from the first measurements, zero for biases and wind.
         initial_std: Standard deviation of the initial value, SI; zero: the value is known.
         outlier_limit: Standard deviations beyond which a spike is left out; 0 for none.
         robust_limit: Standard deviations beyond which an innovation weighs less (Huber); 0 for none.
+        spread: Distance of the sigma points of ``"ukf"``, standard deviations.
+        tolerance: Of ``"iekf"``: change of a state, in its standard deviations, that ends the iteration.
+        max_iterations: Of ``"iekf"``: iterations of an update at most.
+        air_data_deviation: Standard deviation of an error of the air data that is estimated as a state: ``{"airspeed_scale": 0.02}``,
+            dimensionless or rad.
+        estimate: Estimates from the innovations of all windows, in addition to the stated values: ``"gusts"`` (random walk of the wind)
+            and ``"delays"``. A session does both by default. ``path.estimated`` shows what was found.
         smooth: Rauch-Tung-Striebel smoother; coefficients are then formed from the smoothed path.
         passes: Passes of the iterated smoother at most.
+        measured: Coefficients use airspeed and flow angles as measured, without a filter.
+        differentiation: Of the rates, for the place of the accelerometers and for coefficients: ``"local_quadratic"`` or ``"central"``.
+        differentiation_half_width_s: Half width of the local quadratic, s.
+        origin_altitude_m: Altitude of the origin above sea level, m, where altitude is not recorded.
+        correct_accelerometer: Move accelerometers to the centre of gravity.
+        correct_vanes: Correct flow angles for the place of the vanes.
+        correct_antenna: Move position and ground velocity to the centre of gravity.
         progress: Called with the part done. Ctrl-C stops.
 
     Warns:
         DoubletWarning: The verdict on the paths is bad.
     """
+    refuse_others("reconstruct", others, list(inspect.signature(reconstruct).parameters)[:-1])
     given: list[Window] = []
     for index, window in enumerate(windows if windows is not None else []):
         given.append(window if isinstance(window, Window) else Window(f"window {index + 1}", float(window[0]), float(window[1])))
@@ -296,24 +358,44 @@ def reconstruct(
             raise DoubletError("the recording has no p, q or r, which the filter needs")
         given = [Window("all", float(base.time[0]), float(base.time[-1]))]
     if not given:
-        raise DoubletError("there is no window: give one, or leave windows out for everything")
-    settings = dict(
-        method=method, hold=hold, linearisation=linearisation, gravity=gravity, noise=_pairs(noise), delays=_pairs(delays),
-        random_walk=_pairs(random_walk), initial_state=_pairs(initial), initial_std=_pairs(initial_std),
-        outlier_limit=outlier_limit, robust_limit=robust_limit, smooth=smooth, passes=passes,
+        raise DoubletError("windows is empty: give one, or leave windows out to use the whole recording")
+    names = _doublet.filter_names()
+    inputs, measurements, states = names["input"], names["measurement"], names["state"]
+    stated = known(noise, [*inputs, *measurements], "input or measurement of the filter")
+    wrong = next((one for one in estimate if one not in ("gusts", "delays")), None)
+    if wrong is not None:
+        raise unknown("estimate of reconstruct", wrong, ["gusts", "delays"])
+    filter_table = dict(
+        method=method, hold=hold, linearisation=linearisation, gravity_m_s2=gravity,
+        process_noise={name: stated[name] for name in stated if name in inputs},
+        measurement_noise={name: stated[name] for name in stated if name in measurements},
+        measurement_delay_s=known(delays, measurements, "measurement of the filter"),
+        random_walk=known(random_walk, states, "state of the filter"), initial_state=known(initial, states, "state of the filter"),
+        initial_deviation=known(initial_std, states, "state of the filter"), outlier_limit=outlier_limit, robust_limit=robust_limit,
+        spread=spread, tolerance=tolerance, max_iterations=max_iterations, smoother_passes=passes,
+        air_data_deviation=known(air_data_deviation, names["error of the air data"], "error of the air data"),
+        **{key: "estimated" if key in estimate else "stated" for key in ("gusts", "delays")},
     )
+    preparation = dict(
+        path="measured" if measured else "smoothed" if smooth else "filtered", differentiation=differentiation,
+        differentiation_half_width_s=differentiation_half_width_s, origin_altitude_m=origin_altitude_m,
+        correct_accelerometer=correct_accelerometer, correct_vanes=correct_vanes, correct_antenna=correct_antenna,
+    )
+    settings = dict(filter=stated_only(filter_table), preparation=stated_only(preparation))
     call = (recording, aircraft, [one._row() for one in given], settings)
     path = Path(_reconstructed(*call, progress), (_reconstructed, call), recording, aircraft)
     path.verdict.warn("flight path")
     return path
 
 
-def _pairs(values: Optional[Mapping[str, float]]) -> list[tuple[str, float]]:
-    return [(str(name), float(value)) for name, value in (values or {}).items()]
+def stated_only(table: Mapping[str, Any]) -> dict[str, Any]:
+    """The keys of a table that have a value, numbers of NumPy as those of Python."""
+    plain = {key: value.item() if isinstance(value, np.generic) else value for key, value in table.items()}
+    return {key: value for key, value in plain.items() if value is not None}
 
 
 def _reconstructed(
     recording: Recording, aircraft: Optional[Aircraft], rows: Sequence[Any], settings: dict[str, Any], progress: Progress = None
 ) -> _doublet.Path:
     plane = None if aircraft is None else aircraft._inner
-    return _doublet.Path.reconstruct(recording._inner, plane, rows, settings, progress)
+    return _doublet.Path.reconstruct(recording._inner, plane, rows, json.dumps(settings), progress)

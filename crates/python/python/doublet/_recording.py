@@ -17,7 +17,7 @@ from ._doublet import DoubletError
 from ._errors import existing, nearest, unknown, warn
 from ._frames import column, columns_of, numeric, seconds
 from ._replayed import Replayed
-from ._table import Table
+from ._table import Columnar, Table
 
 PathLike = Union[str, "os.PathLike[str]"]
 Progress = Optional[Callable[[float], object]]
@@ -29,7 +29,7 @@ def roles() -> Table:
 
 
 def guess_roles(*paths: PathLike) -> Table:
-    """What the channels of files of one flight look like, as ``doublet map --json``: role, channel, unit, sign, confidence (0 to 1), evidence,
+    """Guessed roles of the channels of the files of one flight, as ``doublet map --json``: role, channel, unit, sign, confidence (0 to 1), evidence,
     and the channel that would play the role otherwise with the reason against it."""
     names = ("role", "channel", "unit", "sign", "confidence", "evidence", "runner_up", "reason")
     found = _doublet.guess_roles([os.fspath(path) for path in paths])
@@ -41,14 +41,14 @@ def units() -> Table:
     return Table([dict(unit=unit, si=si) for unit, si in _doublet.units()], "units")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Signal(NDArrayOperatorsMixin):
     """Samples of one channel. NumPy takes it for its values: ``np.mean(signal)``, ``np.degrees(signal)`` and ``signal - 1.0`` give
     plain arrays.
 
     Attributes:
         name: Name as recorded.
-        time: Time, s, shape (n,), strictly increasing; looks at the recording's memory and cannot be written.
+        time: Time, s, shape (n,), strictly increasing; a read-only view, no copy.
         values: Values in ``unit``, shape (n,); likewise.
         unit: Unit: SI where the channel plays a role.
         role: Role it plays, or ``None``.
@@ -74,6 +74,20 @@ class Signal(NDArrayOperatorsMixin):
     def __array_ufunc__(self, function: Any, method: str, *inputs: Any, **options: Any) -> Any:
         plain = [one.values if isinstance(one, Signal) else one for one in inputs]
         return getattr(function, method)(*plain, **options)
+
+    def __repr__(self) -> str:
+        role = f" ({self.role})" if self.role and self.role != self.name else ""
+        if not len(self):
+            return f"<doublet.Signal {self.name}{role}: no samples>"
+        span = f"{self.time[0]:.5g} to {self.time[-1]:.5g} s, {np.nanmin(self.values):.5g} to {np.nanmax(self.values):.5g} {self.unit}"
+        return f"<doublet.Signal {self.name}{role}: {len(self)} samples, {span.rstrip()}>"
+
+    def _repr_html_(self) -> str:
+        row: dict[str, Any] = dict(name=self.name, role=self.role, unit=self.unit, samples=len(self))
+        if len(self):
+            row.update(start_s=float(self.time[0]), end_s=float(self.time[-1]), low=float(np.nanmin(self.values)),
+                       mean=float(np.nanmean(self.values)), high=float(np.nanmax(self.values)))
+        return Table([row])._repr_html_()
 
     def to_pandas(self) -> Any:
         """A ``pandas.Series`` over time."""
@@ -108,8 +122,8 @@ class Window:
         return self.name, float(self.start), float(self.end), self.surface, self.kind, self.role
 
 
-class Recording(Replayed[_doublet.Recording]):
-    """What was recorded in one flight. Channels that play a role are in SI and radians."""
+class Recording(Columnar, Replayed[_doublet.Recording]):
+    """Recorded channels of one flight. Channels with a role are in SI and radians."""
 
     def __init__(self, inner: _doublet.Recording, call: Any = None) -> None:
         super().__init__(inner, call)
@@ -162,7 +176,7 @@ class Recording(Replayed[_doublet.Recording]):
                 raise DoubletError(f"{line} check=False takes it as it is.")
         if said:
             more = f" ({len(said) - 1} more in recording.check())" if len(said) > 1 else ""
-            warn(f"channels contradict each other: {said[0]}{more}")
+            warn(f"contradictory channels: {said[0]}{more}")
 
     @classmethod
     def from_frame(
@@ -180,7 +194,7 @@ class Recording(Replayed[_doublet.Recording]):
         Args:
             frame: Frame with one row per instant. Units in ``frame.attrs["units"]`` of pandas and in ``attrs["units"]`` of the
                 variables of xarray are used.
-            time: Column of time; without it ``time`` or ``t``, or else the index. Numbers are s unless ``units`` states
+            time: Column of time; by default ``time`` or ``t``, or else the index. Numbers are s unless ``units`` states
                 another unit of time under the name of the column or ``"time"``; durations become seconds, instants become
                 seconds since the first one.
             units: Unit of each column that is not SI, by the name it has here.
@@ -233,7 +247,7 @@ class Recording(Replayed[_doublet.Recording]):
         return self._inner.warnings()
 
     def __getitem__(self, name: str) -> Signal:
-        """The channel that plays a role, or is called so, or ``source/name``."""
+        """The channel by its role, its name, or ``source/name``."""
         for at in (3, 1):
             for index, row in enumerate(self._channels):
                 if row[at] == name or (at == 1 and f"{row[0]}/{row[1]}" == name):
@@ -264,10 +278,12 @@ class Recording(Replayed[_doublet.Recording]):
         ``step`` seconds."""
         import pandas
 
+        return pandas.DataFrame(self._columns(step)).set_index("time")
+
+    def _columns(self, step: Optional[float] = None) -> dict[str, Any]:
         base = self["p"] if "p" in self else self[next(iter(self))]
         time = base.time if step is None else np.arange(base.time[0], base.time[-1] + 0.5 * step, step)
-        columns = {role: np.interp(time, self[role].time, self[role].values) for role in self.roles}
-        return pandas.DataFrame(columns, index=pandas.Index(time, name="time"))
+        return {"time": time, **{role: np.interp(time, self[role].time, self[role].values) for role in self.roles}}
 
     def to_xarray(self) -> Any:
         """The same as an ``xarray.Dataset``, each variable with its unit."""
@@ -327,13 +343,13 @@ def read(
 
     Args:
         paths: File or folder, or several on one time line.
-        channel_map: File of a channel map, or the name of one that comes with doublet; without it the one that fits best,
-            or else a guess from names, units and values (look at ``recording.check()`` then).
+        channel_map: File of a channel map, or the name of one that comes with doublet; by default the one that fits best,
+            or else a guess from names, units and values (then read ``recording.check()``).
         progress: Called with the part done, 0 to 1. Ctrl-C stops.
     """
     several = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
     if not several:
-        raise DoubletError("there is no file: give one")
+        raise DoubletError("paths is empty: give a file")
     return Recording(_doublet.Recording.read([existing(path) for path in several], channel_map, progress))
 
 
@@ -402,6 +418,12 @@ class Aircraft(Replayed[_doublet.Aircraft]):
             f"<doublet.Aircraft {figures['name']}: {figures['area']:.4g} m², span {figures['span']:.4g} m, "
             f"chord {figures['chord']:.4g} m, {figures['mass']:.5g} kg>"
         )
+
+    def _repr_html_(self) -> str:
+        figures = self._inner.figures()
+        units = dict(area="m²", span="m", chord="m", mass="kg", centre_of_gravity="m", inertia="kg m²")
+        rows = [dict(quantity=name, value=figures[name], unit=unit) for name, unit in units.items()]
+        return Table(rows, figures["name"])._repr_html_()
 
 
 def aircraft(name: PathLike) -> Aircraft:

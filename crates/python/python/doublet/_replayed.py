@@ -19,7 +19,7 @@ class Replayed(Generic[Inner]):
     @property
     def _inner(self) -> Inner:
         if self._made is None:
-            assert self._call is not None, "what was unpickled has its call"
+            assert self._call is not None, "a pickle holds the call"
             function, arguments = self._call
             self._made = function(*arguments)
         return self._made

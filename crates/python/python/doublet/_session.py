@@ -1,14 +1,15 @@
-"""Sessions, the same as those of the workbench, and what they come to."""
+"""Sessions, the same as those of the workbench, and their results."""
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import shutil
 import subprocess
 import tempfile
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any, Literal, Mapping, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Iterator, Literal, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
@@ -18,8 +19,9 @@ from ._doublet import DoubletError
 from ._errors import DoubletKeyError, existing, unknown
 from ._recording import Aircraft, PathLike, Progress, Recording, Window
 from ._replayed import Replayed
-from ._table import Table, Value
+from ._table import Table, Value, normal_quantile
 from ._verdict import Verdict
+from ._views import View
 
 if TYPE_CHECKING:
     #: A study that a run can add.
@@ -64,15 +66,15 @@ class Session(Replayed[_doublet.Session]):
         Args:
             recordings: Files or folders.
             name: Title; by default that of the first file.
-            channel_map: File or name; without it the one that fits best, or else a guess.
-            aircraft: Aircraft file, or the name of one that comes with doublet; without any only flight paths are computed.
+            channel_map: File or name; by default the one that fits best, or else a guess.
+            aircraft: Aircraft file, or the name of one that comes with doublet; by default only flight paths are computed.
         """
         several = [recordings] if isinstance(recordings, (str, os.PathLike)) else list(recordings)
         if any(isinstance(one, Recording) for one in several):
             raise DoubletError("a Recording is not a file: use Session.from_recordings")
         paths = [existing(path) for path in several]
         if not paths:
-            raise DoubletError("there is no recording: give one")
+            raise DoubletError("recordings is empty: give one or more")
         plane = None
         if aircraft is not None:
             found = _doublet.Aircraft.named(os.fspath(aircraft))
@@ -85,8 +87,15 @@ class Session(Replayed[_doublet.Session]):
         recordings: Union[Recording, Sequence[Recording]],
         *,
         aircraft: Optional[Aircraft] = None,
+        manoeuvres: Optional[Any] = None,
         windows: Optional[Any] = None,
         model: Optional[Any] = None,
+        filter: Optional[Mapping[str, Any]] = None,
+        preparation: Optional[Mapping[str, Any]] = None,
+        estimation: Optional[Mapping[str, Any]] = None,
+        sensor_errors: Optional[Mapping[str, Any]] = None,
+        loading: Optional[Mapping[str, Any]] = None,
+        settings: Optional[Mapping[str, Any]] = None,
         name: str = "arrays",
         folder: Optional[PathLike] = None,
         progress: Progress = None,
@@ -95,20 +104,37 @@ class Session(Replayed[_doublet.Session]):
 
         Args:
             recordings: Recording, or several.
-            aircraft: Aircraft; without any only flight paths are computed.
-            windows: Windows of the only flight, or a list of them for each flight; without it the manoeuvres found.
-            model: Terms of each coefficient, as ``structure`` of :func:`fit`; without it that of every new session.
+            aircraft: Aircraft; by default only flight paths are computed.
+            manoeuvres: Manoeuvres of the only flight, or a list of them for each flight; by default the manoeuvres found.
+            windows: Earlier name of ``manoeuvres``.
+            model: Terms of each coefficient, as ``structure`` of :func:`fit`; by default that of every new session.
+            filter: Keys of ``[filter]`` of a session file: ``{"method": "ekf", "measurement_noise": {"alpha": 0.002}}``; all others keep
+                their default.
+            preparation: Keys of ``[preparation]``: ``{"path": "filtered", "settle_s": 1.0}``.
+            estimation: Keys of ``[estimation]``: ``{"weights": "huber"}``.
+            sensor_errors: Keys of ``[sensor_errors]``.
+            loading: Keys of ``[loading]``: fuel, seats and luggage, kg.
+            settings: Any other values by dotted key, as :meth:`replace`.
             name: Title.
-            folder: Folder to write the recordings to, made where it does not exist; without it a temporary one, which lasts as
+            folder: Folder to write the recordings to, made where it does not exist; by default a temporary one, which lasts as
                 long as the session. :meth:`save` copies the files of a temporary one beside the session.
             progress: Called with the part done.
         """
         several = [recordings] if isinstance(recordings, Recording) else list(recordings)
         if not several:
-            raise DoubletError("there is no recording: give one")
+            raise DoubletError("recordings is empty: give one or more")
+        if manoeuvres is not None and windows is not None:
+            raise DoubletError("manoeuvres and windows are the same: give manoeuvres")
+        tables = dict(filter=filter, preparation=preparation, estimation=estimation, sensor_errors=sensor_errors, loading=loading)
+        changes = {place: value for table, values in tables.items() for place, value in _below(table, values or {})}
+        changes.update(settings or {})
+        for place in changes:
+            check_key(place)
         keeper = Keeper() if folder is None else None
         place = keeper.folder if keeper is not None else os.fspath(folder or "")
-        return cls(begin(several, aircraft, windows, model, name, place, progress), keeper)
+        given = windows if manoeuvres is None else manoeuvres
+        made = cls(begin(several, aircraft, given, model, name, place, progress), keeper)
+        return made.replace(changes) if changes else made
 
     @property
     def text(self) -> str:
@@ -152,7 +178,10 @@ class Session(Replayed[_doublet.Session]):
             changes: By dotted key: ``{"filter.measurement_noise.alpha": 0.002, "window.0.role": "validation"}``.
             tables: Whole values of keys at the top: ``title="..."``.
         """
-        rows = [(key, json.dumps(_plain(value))) for key, value in {**(changes or {}), **tables}.items()]
+        several = {**(changes or {}), **tables}
+        for place in several:
+            check_key(place)
+        rows = [(key, json.dumps(_plain(value))) for key, value in several.items()]
         return Session(self._inner.replaced(rows), self._keeper)
 
     def save(self, path: PathLike) -> "Session":
@@ -178,6 +207,42 @@ class Session(Replayed[_doublet.Session]):
         all_ = self.to_dict()
         return f"<doublet.Session '{all_.get('title', '')}': {len(all_.get('flight', []))} flights, {len(all_.get('window', []))} windows>"
 
+    def _repr_html_(self) -> str:
+        content = self.to_dict()
+        flights = [dict(flight=row["name"], recordings=len(row.get("recording", []))) for row in content.get("flight", [])]
+        keys = ("name", "flight", "start_s", "end_s", "surface", "kind", "role")
+        windows = [{key: row.get(key) for key in keys} for row in content.get("window", [])]
+        return Table(flights, str(content.get("title", "")))._repr_html_() + Table(windows, "manoeuvres")._repr_html_()
+
+
+def _below(place: str, values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Values of a table by dotted key; a table inside it keeps its other values."""
+    for name, value in values.items():
+        key = f"{place}.{name}"
+        yield from _below(key, value) if isinstance(value, Mapping) else [(key, value)]
+
+
+def check_key(place: str) -> None:
+    """Refuses a dotted key that a session file does not have, with the nearest one."""
+    node, above = _schema(), ""
+    for part in place.split("."):
+        below = node.get("properties", {})
+        if part in below:
+            node = below[part]
+        elif part.isdigit() and isinstance(node.get("items"), dict):
+            node = node["items"]
+        elif below and node.get("additionalProperties") is False:
+            raise unknown("key of a session", f"{above}{part}", [f"{above}{one}" for one in below])
+        else:
+            return
+        above += f"{part}."
+
+
+@functools.lru_cache(maxsize=1)
+def _schema() -> dict[str, Any]:
+    schema: dict[str, Any] = json.loads(_doublet.session_schema())
+    return schema
+
 
 def _plain(value: Any) -> Any:
     """A value of NumPy as one of Python."""
@@ -199,9 +264,9 @@ class Derivatives(dict[str, Value]):
         raise unknown("derivative", name, self)
 
 
-class Results(Replayed[_doublet.Results]):
-    """What a session came to. :meth:`to_dict` is ``results.json``, number for number. A pickle holds these numbers; what needs more
-    (``states``, ``recording``, ``write``, ``export``) then runs the session again."""
+class Results(View[_doublet.Results]):
+    """Results of a session. :meth:`to_dict` is identical to ``results.json``. A pickle holds these numbers; ``states``, ``recording``,
+    ``write`` and ``export`` then run the session again."""
 
     def __init__(self, inner: _doublet.Results, call: Any) -> None:
         super().__init__(inner, call)
@@ -211,6 +276,16 @@ class Results(Replayed[_doublet.Results]):
     def to_dict(self) -> dict[str, Any]:
         """The content of ``results.json``."""
         return self._all
+
+    def to_session(self) -> Session:
+        """The session they are of."""
+        assert self._call is not None, "results have the call that made them"
+        session: Session = self._call[1][0]
+        return session
+
+    def results(self) -> "Results":
+        """These results."""
+        return self
 
     @property
     def verdict(self) -> Verdict:
@@ -224,6 +299,11 @@ class Results(Replayed[_doublet.Results]):
         errors = [row["corrected_standard_error"] for row in rows]
         values = [Value(row["estimate"], float("nan") if error is None else error) for row, error in zip(rows, errors)]
         return Derivatives({row["name"]: value for row, value in zip(rows, values)})
+
+    def conf_int(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
+        """Ends of the intervals of ``level`` by name."""
+        times = normal_quantile(level)
+        return {name: (value - times * value.stderr, value + times * value.stderr) for name, value in self.derivatives.items()}
 
     @property
     def fits(self) -> list[dict[str, Any]]:
@@ -251,17 +331,17 @@ class Results(Replayed[_doublet.Results]):
         return Table(rows, f"{self._all['title']}: {self.verdict.line()}")
 
     def study(self, name: str) -> Table:
-        """The table of a study that was asked for: ``sensitivity``, ``tornado``, ``leave_one_out``, ``input_kinds``,
+        """The table of a study of the run: ``sensitivity``, ``tornado``, ``leave_one_out``, ``input_kinds``,
         ``contributions``, ``conditions``, ``checks``, ``lags``, ``monte_carlo``."""
         rows = self._all["studies"].get(name)
         if not rows:
             known = ", ".join(key for key, value in self._all["studies"].items() if value) or "none"
-            raise DoubletError(f"there is no table of a study called '{name}': there are {known}; ask for it by run(studies=...)")
+            raise DoubletError(f"no table of a study is called '{name}': there are {known}; add it by run(studies=...)")
         return Table(rows, name)
 
     @property
     def failures(self) -> list[tuple[str, str]]:
-        """What could not be computed: place and reason."""
+        """Failed steps: place and reason."""
         return self._failures
 
     def states(self, window: str) -> dict[str, Any]:
@@ -334,23 +414,14 @@ def _recorded(results: Results, flight: Optional[str]) -> _doublet.Recording:
     return results._inner.recording(flight)
 
 
-def match(results: Results) -> Table:
-    """Proof of match: every tolerance band of every test of every validation window, flown again by the identified model."""
-    rows = []
-    for window in (results.to_dict().get("proof_of_match") or {}).get("windows", []):
-        if window.get("error"):
-            rows.append(dict(window=window["window"], error=window["error"]))
-        for test in window.get("tests", []):
-            for band in test["bands"]:
-                rows.append(dict(window=window["window"], test=test["id"], passed=test["passed"], **{
-                    f"band_{key}" if key == "passed" else key: value for key, value in band.items()}))
-    return Table(rows, "proof of match")
+def match(results: View[Any]) -> Table:
+    """As :meth:`Results.match`, also of a fit, coefficients or a path."""
+    return results.match()
 
 
-def export(results: Results, formats: Union[str, Sequence[str]], folder: PathLike) -> list[str]:
-    """Writes the identified model for other simulators, ``"jsbsim"`` and ``"daveml"``; returns the files."""
-    several = [formats] if isinstance(formats, str) else list(formats)
-    return [os.fspath(path) for path in results._inner.export(several, os.fspath(folder))]
+def export(results: View[Any], formats: Union[str, Sequence[str]], folder: PathLike) -> list[str]:
+    """As :meth:`Results.export`, also of a fit, coefficients or a path."""
+    return results.export(formats, folder)
 
 
 def simulate(

@@ -6,6 +6,8 @@ import html
 from statistics import NormalDist
 from typing import Any, Iterator, Mapping, Optional, Sequence
 
+import numpy as np
+
 from ._doublet import DoubletError
 
 
@@ -61,6 +63,39 @@ class Value(float):
 
     def __format__(self, form: str) -> str:
         return format(self.value, form) if form else str(self)
+
+
+class Columnar:
+    """Columns of equal length, for polars and Arrow. pandas has the time as its index, these have it as the column ``time``, s."""
+
+    def _columns(self) -> dict[str, Any]:
+        """Columns by name."""
+        raise NotImplementedError
+
+    def to_polars(self) -> Any:
+        """A ``polars.DataFrame`` with the column ``time``, s."""
+        import polars
+
+        return polars.DataFrame(self._columns())
+
+    def to_arrow(self) -> Any:
+        """A ``pyarrow.Table`` with the column ``time``, s."""
+        import pyarrow
+
+        return pyarrow.table(self._columns())
+
+    def __arrow_c_stream__(self, requested_schema: Optional[object] = None) -> object:
+        return self.to_arrow().__arrow_c_stream__(requested_schema)
+
+
+def stacked(parts: Sequence[Mapping[str, Any]], names: Sequence[str]) -> dict[str, Any]:
+    """Columns of several windows below each other, with the column ``window``; values that a window lacks are not numbers."""
+    keys = list(dict.fromkeys(key for part in parts for key in part))
+    lengths = [len(part["time"]) for part in parts]
+    whole: dict[str, Any] = {"window": np.repeat(np.asarray(names, dtype=str), lengths)}
+    for key in keys:
+        whole[key] = np.concatenate([part.get(key, np.full(n, np.nan)) for part, n in zip(parts, lengths)])
+    return whole
 
 
 def _cell(value: Any) -> str:

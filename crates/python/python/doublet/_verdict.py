@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import Any, Iterator, Mapping
+from typing import Any, Iterator, Mapping, Sequence
 
 from ._errors import warn
 from ._table import Table
@@ -42,6 +42,14 @@ class Verdict(Mapping[str, Any]):
         rows = self._row.get("reasons", [])
         keys = dict(level="level", where="where", text="text", fix="cure", code="code")
         return Table([{name: row.get(key) for name, key in keys.items()} for row in rows], f"verdict {self.level}")
+
+    @classmethod
+    def _found(cls, findings: Sequence[tuple[str, str, str, str, str]]) -> "Verdict":
+        """The verdict of findings: level, code, place, text and fix of each."""
+        order = ("bad", "caution")
+        rows = sorted(findings, key=lambda row: order.index(row[0]))
+        reasons = [dict(level=a, code=b, where=c, text=d, fix=e, cure=e) for a, b, c, d, e in rows]
+        return cls({"level": rows[0][0] if rows else "good", "reasons": reasons})
 
     def line(self) -> str:
         """Level and most important finding."""

@@ -1,9 +1,9 @@
 //! Weights, residual models, constraints, noisy regressors and nonlinear lags.
 
 use doublet_core::estimate::{
-    Coloured, Constraint, EstimateError, Fit, Origin, constrained_least_squares, errors_in_variables,
-    generalised_least_squares, least_squares, search_scalar, summarise, total_least_squares,
-    weighted_coloured_covariance, weighted_least_squares,
+    Coloured, Constraint, EstimateError, Fit, Origin, PooledRegression, PooledWindow, constrained_least_squares,
+    errors_in_variables, generalised_least_squares, least_squares, search_scalar, stacked, summarise,
+    total_least_squares, weighted_coloured_covariance, weighted_least_squares,
 };
 use doublet_core::prep::first_order_lag;
 use nalgebra::DMatrix;
@@ -78,6 +78,52 @@ fn generalised_fit_recovers_the_autoregression_and_its_own_scatter() {
     assert!(generalised < ordinary, "{generalised} {ordinary}");
     // The scatter of 60 realisations is known within 1 / sqrt(120) = 9 per cent; three of these.
     assert!(((stated / generalised).sqrt() - 1.0).abs() < 0.27, "{}", (stated / generalised).sqrt());
+}
+
+/// Windows with constants of their own: whitened and fitted together they are the generalised fit of all rows, its covariance included.
+#[test]
+fn whitened_windows_are_the_generalised_fit() {
+    let (x, windows) = (regressors(900), [0..500, 500..900]);
+    let mut noise = normal(7, 900);
+    for k in 1..900 {
+        noise[k] += 0.9 * noise[k - 1];
+    }
+    let z = measurement(&x, &noise);
+    let window = |rows: &std::ops::Range<usize>| PooledWindow {
+        label: rows.start.to_string(),
+        x: x.rows(rows.start, rows.len()).into_owned(),
+        z: z[rows.clone()].to_vec(),
+    };
+    let regression = PooledRegression {
+        names: names(),
+        per_window: vec![true, false, false],
+        constraints: Vec::new(),
+        windows: windows.iter().map(window).collect(),
+    };
+    let all = stacked(&regression.names, &regression.per_window, &regression.windows).unwrap();
+    let expected = generalised_least_squares(&all.names, &all.x, &all.z, &windows, 2).unwrap();
+    let covariance = expected.coloured_covariance(&all.x, &windows, &Coloured::default()).unwrap();
+    let whitened = regression.whitened(2).unwrap();
+    let found = whitened.fit().unwrap();
+    assert_eq!(found.fit.names, expected.fit.names);
+    assert_eq!(found.fit.residuals.len(), 900 - 2 * windows.len());
+    for (a, b) in found.fit.estimates.iter().zip(&expected.fit.estimates) {
+        approx::assert_relative_eq!(a, b, max_relative = 1e-9);
+    }
+    let corrected = found.coloured_covariance(&whitened.windows, &Coloured::default()).unwrap();
+    approx::assert_relative_eq!(corrected, covariance, max_relative = 1e-6, epsilon = 1e-12);
+    let fitted = found.fitted(&regression.windows);
+    for ((z, y), residual) in z.iter().zip(&fitted).zip(&expected.fit.residuals) {
+        approx::assert_abs_diff_eq!(z - y, residual, epsilon = 1e-8);
+    }
+    for order in [0, 400] {
+        assert!(matches!(regression.whitened(order), Err(EstimateError::Setting { .. })), "{order}");
+    }
+    let held = PooledRegression {
+        constraints: vec![Constraint::Free, Constraint::Fixed(2.0), Constraint::Free],
+        ..regression
+    };
+    assert_eq!(held.whitened(2).unwrap().fit().unwrap().fit.parameter("a").unwrap().0, 2.0);
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! The saved form of how derivatives are estimated.
 
+use std::ops::RangeInclusive;
+
 use serde::{Deserialize, Serialize};
 
 use super::super::{Estimation, PooledConstants, PredictionParameters, ResidualWeights};
@@ -15,6 +17,8 @@ pub(super) struct EstimationTable {
     predict_with: String,
     #[serde(skip_serializing_if = "is_equal")]
     weights: String,
+    #[serde(skip_serializing_if = "is_usual_order")]
+    autoregression_order: usize,
     #[serde(rename = "constraint", skip_serializing_if = "Vec::is_empty")]
     constraints: Vec<ConstraintTable>,
 }
@@ -25,6 +29,11 @@ fn is_pooled(predict_with: &str) -> bool {
 
 fn is_equal(weights: &str) -> bool {
     weights == WEIGHTS[0].0
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
+fn is_usual_order(order: &usize) -> bool {
+    *order == ResidualWeights::USUAL_ORDER
 }
 
 impl Default for EstimationTable {
@@ -38,26 +47,48 @@ const CONSTANTS: [(&str, PooledConstants); 2] =
     [("per_window", PooledConstants::PerWindow), ("common", PooledConstants::Common)];
 const PREDICTIONS: [(&str, PredictionParameters); 2] =
     [("pooled", PredictionParameters::Pooled), ("window_means", PredictionParameters::WindowMeans)];
-const WEIGHTS: [(&str, ResidualWeights); 2] = [("equal", ResidualWeights::Equal), ("huber", ResidualWeights::Huber)];
+const WEIGHTS: [(&str, ResidualWeights); 3] = [
+    ("equal", ResidualWeights::Equal),
+    ("huber", ResidualWeights::Huber),
+    ("autoregression", ResidualWeights::Autoregression(ResidualWeights::USUAL_ORDER)),
+];
+/// Orders of the autoregression.
+const ORDERS: RangeInclusive<usize> = 1..=50;
 
 /// How derivatives are estimated, of a saved form.
 pub(super) fn estimation_from(table: EstimationTable) -> Result<Estimation, SessionError> {
+    let order = table.autoregression_order;
+    if !ORDERS.contains(&order) {
+        let reason = format!("{order} is not an order: use {} to {}", ORDERS.start(), ORDERS.end());
+        return Err(SessionError::Term { place: "estimation.autoregression_order".to_owned(), reason });
+    }
+    let weights = match choose(&WEIGHTS, "estimation.weights", &table.weights)? {
+        ResidualWeights::Autoregression(_) => ResidualWeights::Autoregression(order),
+        other => other,
+    };
     Ok(Estimation {
         by_surface: table.by_surface,
         constants: choose(&CONSTANTS, "estimation.constants", &table.constants)?,
         predict_with: choose(&PREDICTIONS, "estimation.predict_with", &table.predict_with)?,
-        weights: choose(&WEIGHTS, "estimation.weights", &table.weights)?,
+        weights,
         constraints: table.constraints.into_iter().map(constraint_from).collect::<Result<_, _>>()?,
     })
 }
 
 /// The saved form.
 pub(super) fn estimation_table(estimation: &Estimation) -> EstimationTable {
+    let (weights, autoregression_order) = match estimation.weights {
+        ResidualWeights::Autoregression(order) => {
+            (ResidualWeights::Autoregression(ResidualWeights::USUAL_ORDER), order)
+        }
+        other => (other, ResidualWeights::USUAL_ORDER),
+    };
     EstimationTable {
         by_surface: estimation.by_surface,
         constants: name_of(&CONSTANTS, estimation.constants),
         predict_with: name_of(&PREDICTIONS, estimation.predict_with),
-        weights: name_of(&WEIGHTS, estimation.weights),
+        weights: name_of(&WEIGHTS, weights),
+        autoregression_order,
         constraints: estimation.constraints.iter().map(constraint_table).collect(),
     }
 }

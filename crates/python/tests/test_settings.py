@@ -1,0 +1,196 @@
+"""Settings of a session as arguments: each does what the session's key does, and unknown names are refused with the nearest."""
+
+import warnings
+
+import doublet as db
+import numpy as np
+import pytest
+
+pytestmark = pytest.mark.filterwarnings("ignore::doublet.DoubletWarning")
+MODEL = {"Cm": "1 + alpha + qc/V + delta_e"}
+
+
+@pytest.fixture(scope="module")
+def given(demo):
+    session = db.Session.load("builtin:demo")
+    windows = [one for one in session.windows if one.surface == "elevator"][:2]
+    noise = {**session["filter.process_noise"], **session["filter.measurement_noise"]}
+    return demo.recording(), db.aircraft("c337f"), windows, noise
+
+
+@pytest.fixture(scope="module")
+def usual(given):
+    return path_of(given)
+
+
+def path_of(given, **settings):
+    recording, aircraft, windows, noise = given
+    return db.reconstruct(recording, aircraft, windows=windows, **{"noise": noise, **settings})
+
+
+def fit_of(path, **settings):
+    return db.fit(db.coefficients(path, **settings), MODEL)
+
+
+def same_as_its_session(fit):
+    results = fit.results()
+    assert {name: results.derivatives[name].value for name in fit.params} == pytest.approx(fit.params, rel=1e-9, abs=1e-12)
+
+
+def test_delays_and_gusts_are_estimated_as_by_a_session(given, usual):
+    """Flow angles recorded 60 ms late and 4 m/s of vertical gusts: both are found, and the session of the arrays finds the same."""
+    recording, aircraft, windows, noise = given
+    channels = {role: (recording[role].time, recording[role].values, recording[role].unit) for role in recording.roles}
+    late = {name: (time + 0.06, values, unit) for name, (time, values, unit) in channels.items() if name in ("alpha", "beta")}
+    altered = db.Recording.from_arrays(None, {**channels, **late}, check=False)
+    given = (altered, aircraft, windows, noise)
+    stated, found = path_of(given), path_of(given, estimate=["gusts", "delays"])
+    assert len(stated.estimated) == 0 and stated.to_session()["filter.delays"] == stated.to_session()["filter.gusts"] == "stated"
+    rows = {tuple(row["of"]): row for row in found.estimated}
+    delay = rows["alpha", "beta"]
+    assert delay["kind"] == "delay" and delay["used"] and abs(delay["value"] - 0.06) < 0.02, found.estimated
+    assert {row["kind"] for row in found.estimated} == {"delay", "random walk"}
+    assert "delays" not in found.to_session()["filter"]
+    same_as_its_session(fit_of(found))
+    assert fit_of(found)["Cm_alpha"] != fit_of(stated)["Cm_alpha"]
+    walk = next(row for row in found.to_session().run().to_dict()["delays"] if "alpha" in row["measurements"])
+    assert walk["delay_s"] == pytest.approx(delay["value"], rel=1e-9)
+
+
+def test_settings_of_the_filter_reach_it(given, usual):
+    for settings, key, value in (
+        (dict(method="ukf", spread=1.2), "spread", 1.2),
+        (dict(max_iterations=1), "max_iterations", 1),
+        (dict(tolerance=1.0), "tolerance", 1.0),
+        (dict(air_data_deviation={"airspeed_scale": 0.02}), "air_data_deviation", {"airspeed_scale": 0.02}),
+    ):
+        path = path_of(given, **settings)
+        assert path.to_session()["filter"][key] == value
+        assert (path[0].smoothed["u"] != usual[0].smoothed["u"]).any(), settings
+    once = path_of(given, method="iekf", max_iterations=1)
+    np.testing.assert_allclose(once[0].smoothed["u"], path_of(given, method="ekf")[0].smoothed["u"], rtol=1e-12)
+    same_as_its_session(fit_of(path_of(given, air_data_deviation={"airspeed_scale": 0.02})))
+
+
+def test_settings_of_the_preparation_reach_the_coefficients(given, usual):
+    nominal = db.coefficients(usual)
+    length = len(nominal[0].time)
+    settled = db.coefficients(usual, settle_s=np.float64(1.0))
+    assert 0 < length - len(settled[0].time) and settled[0].time[0] == pytest.approx(nominal[0].time[0] + 1.0, abs=0.1)
+    late = db.coefficients(usual, control_lag={"elevator": {"delay_s": 0.1}})
+    moved = np.interp(nominal[0].time - 0.1, nominal[0].time, nominal[0]["delta_e"])
+    inside = slice(length // 4, -length // 4)
+    assert np.abs(late[0]["delta_e"] - moved)[inside].max() < 0.2 * np.ptp(moved)
+    assert (late[0]["delta_e"] != nominal[0]["delta_e"]).any()
+    for name, settings in (
+        ("Cm", dict(moment_reference=(5.0, 0.0, 0.0))),
+        ("Cm", dict(angular_acceleration="smoother")),
+        ("delta_e", dict(actuator_lag_s=0.1)),
+        ("Cm", dict(matched_smoothing=False)),
+        ("Cl", dict(axes="stability")),
+    ):
+        assert not np.array_equal(db.coefficients(usual, **settings)[0][name], nominal[0][name]), settings
+    several = dict(moment_reference="centre_of_gravity", gyroscopic="ignored", settle_s=0.5, actuator_lag_s=0.05, matched_smoothing=False)
+    same_as_its_session(fit_of(usual, **several))
+    assert {key: fit_of(usual, **several).to_session()["preparation"][key] for key in several} == several
+
+
+def test_settings_of_the_preparation_reach_the_path(given, usual):
+    several = dict(correct_vanes=False, correct_accelerometer=False, correct_antenna=False, differentiation="central", origin_altitude_m=500.0)
+    path = path_of(given, **several)
+    kept = path.to_session()["preparation"]
+    assert {key: kept[key] for key in several} == several
+    assert (path[0].smoothed["u"] != usual[0].smoothed["u"]).any()
+    same_as_its_session(fit_of(path))
+    wide = db.coefficients(path_of(given, differentiation_half_width_s=0.3, differentiation="local_quadratic"))
+    assert not np.array_equal(wide[0]["Cm"], db.coefficients(usual)[0]["Cm"])
+    assert path_of(given, smooth=False).is_smoothed is False and usual.is_smoothed
+    assert path_of(given, measured=True).to_session()["preparation.path"] == "measured"
+
+
+def test_unknown_names_are_refused_with_the_nearest(given, usual):
+    recording, aircraft, windows, _ = given
+    for call, text in (
+        (lambda: path_of(given, robust_limt=2.0), "no argument of reconstruct is called 'robust_limt': did you mean 'robust_limit'"),
+        (lambda: path_of(given, noise={"alfa": 0.1}), "'alfa': did you mean 'alpha'"),
+        (lambda: path_of(given, delays={"airspede": 0.1}), "no measurement of the filter is called 'airspede': did you mean 'airspeed'"),
+        (lambda: path_of(given, random_walk={"wind_nort": 0.1}), "did you mean 'wind_north'"),
+        (lambda: path_of(given, air_data_deviation={"airspeed_scal": 0.1}), "did you mean 'airspeed_scale'"),
+        (lambda: path_of(given, estimate=["gust"]), "did you mean 'gusts'"),
+        (lambda: db.coefficients(usual, setle_s=1.0), "no argument of coefficients is called 'setle_s': did you mean 'settle_s'"),
+        (lambda: db.coefficients(usual, control_lag={"elevatr": {}}), "did you mean 'elevator'"),
+        (lambda: db.coefficients(usual, thrust="removd"), "did you mean 'removed'"),
+        (lambda: db.Session.load("builtin:demo").replace({"filter.methd": "ekf"}), "no key of a session is called 'filter.methd': did you mean 'filter.method'"),
+        (lambda: db.Session.load("builtin:demo").replace({"window.0.rol": "validation"}), "did you mean 'window.0.role'"),
+        (lambda: db.Session.load("builtin:demo").replace(titel="x"), "did you mean 'title'"),
+        (lambda: db.Session.from_recordings(recording, filter={"smoother_pases": 2}), "did you mean 'filter.smoother_passes'"),
+    ):
+        with pytest.raises(db.DoubletKeyError, match=text):
+            call()
+    with pytest.raises(db.DoubletError, match="correct_vanes is an argument of reconstruct"):
+        db.coefficients(usual, correct_vanes=False)
+    for settings in (dict(spread=-1.0, method="ukf"), dict(tolerance=0.0), dict(max_iterations=0)):
+        with pytest.raises(db.DoubletError):
+            path_of(given, **settings)
+    with pytest.raises(db.DoubletError):
+        db.coefficients(usual, settle_s=-1.0)
+
+
+def test_session_of_recordings_takes_settings(given):
+    recording, aircraft, windows, _ = given
+    session = db.Session.from_recordings(
+        recording, aircraft=aircraft, manoeuvres=windows, model=MODEL, filter={"method": "ekf", "measurement_noise": {"alpha": 0.003}},
+        preparation={"settle_s": 0.5}, estimation={"weights": "autoregression"}, settings={"window.0.role": "validation"},
+    )
+    assert session["filter.method"] == "ekf" and session["filter.measurement_noise.alpha"] == 0.003
+    assert session["filter.measurement_noise.theta"] > 0 and session["preparation.settle_s"] == 0.5
+    assert session["estimation.weights"] == "autoregression" and session["window.0.role"] == "validation"
+    assert [one.name for one in session.windows] == [one.name for one in windows]
+    old = db.Session.from_recordings(recording, aircraft=aircraft, windows=windows, model=MODEL)
+    new = db.Session.from_recordings(recording, aircraft=aircraft, manoeuvres=windows, model=MODEL)
+    assert old["window"] == new["window"]
+    with pytest.raises(db.DoubletError, match="manoeuvres and windows are the same"):
+        db.Session.from_recordings(recording, manoeuvres=windows, windows=windows)
+    with pytest.raises(db.DoubletError, match="autoregression_order: 0 is not an order"):
+        session.replace({"estimation.autoregression_order": 0})
+
+
+def test_generalised_least_squares_of_a_path(given):
+    """Specific force with an autoregressive error of 0.98: generalised intervals are shorter and hold the estimate of the clean flight."""
+    recording, aircraft, windows, noise = given
+    clean = db.fit(db.coefficients(path_of(given)), {"CZ": "1 + alpha + qc/V + delta_e"})
+    rng = np.random.default_rng(2)
+    channels = {role: (recording[role].time, recording[role].values, recording[role].unit) for role in recording.roles}
+    time, az, unit = channels["az"]
+    error = np.zeros(len(az))
+    for k, draw in enumerate(rng.normal(size=len(az) - 1), start=1):
+        error[k] = 0.98 * error[k - 1] + 0.3 * np.sqrt(1 - 0.98**2) * draw
+    noisy = db.Recording.from_arrays(None, {**channels, "az": (time, az + error, unit)}, check=False)
+    coefs = db.coefficients(path_of((noisy, aircraft, windows, {**noise, "az": 0.3})))
+    structure = {"CZ": ["1", "alpha", "qc/V", "delta_e"]}
+    ordinary, whitened = db.fit(coefs, structure), db.fit(coefs, structure, method="gls")
+    assert whitened["CZ_delta_e"].stderr < 0.7 * ordinary["CZ_delta_e"].stderr
+    at = ordinary.coefficients["CZ"].names.index("CZ_delta_e")
+    assert ordinary.coefficients["CZ"].stderr_white[at] < 0.6 * ordinary["CZ_delta_e"].stderr
+    for name in ("CZ_alpha", "CZ_delta_e"):
+        assert abs(whitened[name] - clean[name]) < 4 * np.hypot(whitened[name].stderr, clean[name].stderr), name
+    one = coefs[0].name
+    single = db.fit(coefs, structure, windows=[one], method="gls", order=3)
+    columns = db.lstsq(coefs[one].regressors(structure["CZ"]), coefs[one]["CZ"], names=structure["CZ"], method="gls", order=3)
+    assert single["CZ_alpha"] == pytest.approx(columns["alpha"], rel=1e-6)
+    assert single.coefficients["CZ"].residuals == pytest.approx(columns.residuals, abs=1e-9)
+    assert single["CZ_alpha"].stderr == pytest.approx(columns["alpha"].stderr, rel=1e-4)
+    session = whitened.to_session()
+    assert session["estimation.weights"] == "autoregression"
+    same_as_its_session(whitened)
+    assert db.fit(coefs, structure, method="gls", order=3).to_session()["estimation.autoregression_order"] == 3
+    fixed = db.fit(coefs, structure, method="gls", constraints={("CZ", "qc/V"): -5.0})
+    assert fixed["CZ_q"] == -5.0 and fixed["CZ_alpha"] != whitened["CZ_alpha"]
+    assert whitened.cov.shape == (len(whitened.params),) * 2 and np.isfinite(whitened.cov).all()
+    for wrong, text in (
+        (dict(method="gls", weights="huber"), "exclude each other"),
+        (dict(method="gls", order=0), "order is 0"),
+        (dict(method="wls"), "'wls' is not a method of fit: use ols or gls"),
+    ):
+        with pytest.raises(db.DoubletError, match=text):
+            db.fit(coefs, structure, **wrong)
