@@ -110,6 +110,8 @@ pub enum Command {
     Design(crate::design::DesignArguments),
     /// Plan a campaign: envelope, test points in order, flight-test cards.
     Campaign(crate::campaign::CampaignArguments),
+    /// Compare flights of a design with what it promised and, where it is known, with the truth.
+    Debrief(crate::debrief::DebriefArguments),
     /// Compare the errors so far with goals, and propose the next manoeuvre.
     Enough(crate::design::EnoughArguments),
     /// Print a function of the derivatives with its interval.

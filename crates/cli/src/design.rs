@@ -1,6 +1,6 @@
 //! `doublet design` and `enough`: inputs of the next flight from the identified model, and whether what was flown is enough.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
@@ -8,8 +8,8 @@ use doublet_dynamics::design::{Basis, Criterion, DesignKind, Designed, Quantity,
 use doublet_engine::planning::{
     self, ComparedKind, DesignOptions, DesignRow, EnoughOptions, Goal, design_basis, design_document, designed_rows,
 };
-use doublet_engine::run::Control;
-use doublet_engine::session::Session;
+use doublet_engine::run::{Control, Snapshot};
+use doublet_engine::session::{self, Session};
 use doublet_engine::study::{DynamicsRequest, Study};
 use doublet_report::{DocumentSet, ReportFormat};
 
@@ -85,7 +85,7 @@ pub struct DesignArguments {
     /// Compare all kinds within the same limits and time.
     #[arg(long)]
     compare: bool,
-    /// Folder for card, nodes (CSV), scenario, ArduPilot script and PX4 parameters.
+    /// Folder for card, nodes (CSV), scenario, session of its flight, ArduPilot script and PX4 parameters.
     #[arg(long)]
     out: Option<PathBuf>,
     /// Formats of the card.
@@ -153,7 +153,7 @@ fn goal(text: &str) -> Result<Goal, String> {
 
 impl BasisArguments {
     /// Runs the session and gathers what a design starts from.
-    fn open(&self) -> Result<(Session, Basis), String> {
+    fn open(&self) -> Result<(Session, Snapshot, Basis), String> {
         if !(0.05..=1.0).contains(&self.usage) {
             return Err(format!("--usage {} must lie between 0.05 and 1", self.usage));
         }
@@ -173,7 +173,7 @@ impl BasisArguments {
             gust_m_s: self.gusts,
         };
         let basis = design_basis(&session, &snapshot, &options).map_err(|error| error.to_string())?;
-        Ok((session, basis))
+        Ok((session, snapshot, basis))
     }
 
     fn request(&self, kind: DesignKind, time_s: f64) -> Request {
@@ -202,7 +202,7 @@ pub fn places(names: &[String]) -> Vec<usize> {
 /// # Errors
 /// One line: a session that cannot be run, no model, no input within time and limits, a file that cannot be written.
 pub fn design(arguments: &DesignArguments) -> Result<(), String> {
-    let (session, basis) = arguments.basis.open()?;
+    let (session, snapshot, basis) = arguments.basis.open()?;
     let request = Request {
         rounds: arguments.rounds,
         search_samples: planning::SEARCH_SAMPLES,
@@ -212,7 +212,8 @@ pub fn design(arguments: &DesignArguments) -> Result<(), String> {
     };
     let found = designed_rows(&basis, &request, arguments.compare, &|| Ok(()));
     let (row, designed) = found.map_err(|error| error.to_string())?;
-    let written = arguments.out.as_ref().map(|_| write(arguments, &session, &row, &designed)).transpose()?;
+    let written =
+        arguments.out.as_ref().map(|_| write(arguments, (&session, &snapshot), &row, &designed)).transpose()?;
     if arguments.basis.json {
         text::document(&serde_json::to_string(&row).map_err(|error| error.to_string())?);
         return Ok(());
@@ -225,12 +226,19 @@ pub fn design(arguments: &DesignArguments) -> Result<(), String> {
 /// Writes the files of a design; a line that says where.
 fn write(
     arguments: &DesignArguments,
-    session: &Session,
+    (session, snapshot): (&Session, &Snapshot),
     row: &DesignRow,
     designed: &Designed,
 ) -> Result<String, String> {
     let folder = arguments.out.as_ref().ok_or("folder missing")?;
-    let beside = planning::design_files(session, row, designed, [arguments.travel.to_radians(); 3])?;
+    let travel = [arguments.travel.to_radians(); 3];
+    let aircraft = snapshot.aircraft.ready().map(|loaded| &loaded.aircraft);
+    // The session of the design finds the channel maps and instruments of the one it is of.
+    let absolute = |path: &Path| std::path::absolute(path).map_err(|error| format!("{}: {error}", path.display()));
+    let parent = arguments.basis.session.parent().filter(|parent| *parent != Path::new(""));
+    let (old, new) = (absolute(parent.unwrap_or(Path::new(".")))?, absolute(folder)?);
+    let rebased = session::rebased(session, &old, &new);
+    let beside = planning::design_files(&rebased, aircraft, row, designed, travel)?;
     let formats = named(&ReportFormat::ALL, &arguments.format, |format| format.name());
     let set = DocumentSet { folder, name: "design", formats: &formats, beside: &beside };
     let progress = Progress::new();
@@ -330,7 +338,7 @@ fn print_comparison(rows: &[ComparedKind]) {
 /// # Errors
 /// One line: a session that cannot be run, no model, a goal of an unknown derivative.
 pub fn enough(arguments: &EnoughArguments) -> Result<(), String> {
-    let (session, basis) = arguments.basis.open()?;
+    let (session, _, basis) = arguments.basis.open()?;
     let options = EnoughOptions {
         goals: arguments.goal.clone(),
         relative_percent: arguments.goal_percent,

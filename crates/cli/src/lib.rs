@@ -9,6 +9,7 @@ mod compare;
 mod compatibility;
 mod coverage;
 mod datcom;
+mod debrief;
 mod design;
 mod diff;
 mod dynamics;
@@ -219,6 +220,7 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         Command::Qualities(arguments) => dynamics::qualities(&arguments),
         Command::Campaign(arguments) => campaign::campaign(&arguments),
         Command::Design(arguments) => design::design(&arguments),
+        Command::Debrief(arguments) => debrief::debrief(&arguments),
         Command::Enough(arguments) => design::enough(&arguments),
         Command::Propagate(arguments) => propagate::propagate(&arguments),
         Command::Export(arguments) => export::export(&arguments),

@@ -1,66 +1,15 @@
 //! An instance: states, inputs, and every variable by its value reference.
 
-use doublet_dynamics::linear::{INPUT_NAMES, OUTPUT_NAMES, STATE_NAMES, Simulation, state_unit};
+use doublet_dynamics::linear::Simulation;
 
-/// States of the motion and inputs.
-const STATES: usize = STATE_NAMES.len();
-const INPUTS: usize = INPUT_NAMES.len();
-/// Value references: each kind of variable begins at its own.
-const INPUT_AT: u32 = 1;
-const STATE_AT: u32 = 100;
-const RATE_AT: u32 = 200;
-const OUTPUT_AT: u32 = 300;
-const DERIVATIVE_AT: u32 = 1000;
+use crate::variables::{
+    DERIVATIVE_AT, INPUT_AT, INPUTS, OUTPUT_AT, OUTPUTS, RATE_AT, STATE_AT, STATES, THRUST_AT, THRUST_PARAMETERS,
+};
+
 /// Longest step of the integration in co-simulation, s.
 const STEP_S: f64 = 0.005;
 /// What the token of every unit begins with; the name of the aircraft follows.
 pub const TOKEN_PREFIX: &str = "doublet-flight-model-1:";
-
-/// What a variable is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum VariableKind {
-    /// Set by the simulator.
-    Input,
-    /// A continuous state.
-    State,
-    /// The rate of the state with this value reference.
-    Rate(u32),
-    /// Follows from states and inputs.
-    Output,
-    /// A derivative of the model, fixed during the flight.
-    Derivative,
-}
-
-/// A variable: value reference, name, unit, kind and value at the start.
-pub type Variable = (u32, String, &'static str, VariableKind, f64);
-
-/// Every variable of a simulation but time, whose value reference is 0.
-pub fn variables(simulation: &Simulation, names: &[String]) -> Vec<Variable> {
-    let mut all = Vec::new();
-    for (index, (name, unit)) in INPUT_NAMES.iter().enumerate() {
-        all.push((INPUT_AT + index as u32, (*name).to_owned(), *unit, VariableKind::Input, simulation.input[index]));
-    }
-    for (index, name) in STATE_NAMES.iter().enumerate() {
-        all.push((
-            STATE_AT + index as u32,
-            (*name).to_owned(),
-            state_unit(name),
-            VariableKind::State,
-            simulation.state[index],
-        ));
-    }
-    for (index, name) in STATE_NAMES.iter().enumerate() {
-        let kind = VariableKind::Rate(STATE_AT + index as u32);
-        all.push((RATE_AT + index as u32, format!("der({name})"), "", kind, 0.0));
-    }
-    for (index, (name, unit)) in OUTPUT_NAMES.iter().enumerate() {
-        all.push((OUTPUT_AT + index as u32, (*name).to_owned(), *unit, VariableKind::Output, 0.0));
-    }
-    for (index, (name, entry)) in names.iter().zip(simulation.model.derivatives.entries()).enumerate() {
-        all.push((DERIVATIVE_AT + index as u32, name.clone(), "", VariableKind::Derivative, entry.value));
-    }
-    all
-}
 
 /// A running unit.
 #[derive(Clone, Debug)]
@@ -136,8 +85,11 @@ impl Instance {
                 self.state[index]
             } else if let Some(index) = index(RATE_AT, STATES) {
                 moving()?.0[index]
-            } else if let Some(index) = index(OUTPUT_AT, OUTPUT_NAMES.len()) {
+            } else if let Some(index) = index(OUTPUT_AT, OUTPUTS) {
                 moving()?.1[index]
+            } else if let Some(index) = index(THRUST_AT, THRUST_PARAMETERS) {
+                let condition = &self.simulation.condition;
+                [condition.thrust_slope_n_s_m, condition.airspeed_m_s][index]
             } else {
                 let entries = self.simulation.model.derivatives.entries();
                 entries[index(DERIVATIVE_AT, entries.len())?].value
@@ -146,7 +98,7 @@ impl Instance {
         Some(())
     }
 
-    /// Sets an input, a state or a derivative; `None` of a variable that cannot be set.
+    /// Sets an input, a state or a parameter; `None` of a variable that cannot be set.
     pub fn set(&mut self, reference: u32, value: f64) -> Option<()> {
         let index = |first: u32, count: usize| {
             (reference.checked_sub(first)? < count as u32).then(|| (reference - first) as usize)
@@ -156,6 +108,9 @@ impl Instance {
             self.input[index] = value;
         } else if let Some(index) = index(STATE_AT, STATES) {
             self.state[index] = value;
+        } else if let Some(index) = index(THRUST_AT, THRUST_PARAMETERS) {
+            let condition = &mut self.simulation.condition;
+            *[&mut condition.thrust_slope_n_s_m, &mut condition.airspeed_m_s][index] = value;
         } else {
             self.simulation.model.derivatives.set(index(DERIVATIVE_AT, derivatives)?, value);
         }

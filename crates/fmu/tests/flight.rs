@@ -7,11 +7,11 @@
 mod flight;
 
 use doublet_core::airframe::MassHistory;
-use doublet_core::model::{Axes, ThrustTreatment};
+use doublet_core::model::{Axes, Position, ThrustTreatment};
 use doublet_core::quantity::Role;
 use doublet_core::replay::Replay;
-use doublet_dynamics::linear::{Condition, FlightModel, Simulation, SteadyFlight};
-use doublet_fmu::{Instance, VariableKind, variables};
+use doublet_dynamics::linear::{Condition, FlightModel, Simulation, SteadyFlight, ThrustLine};
+use doublet_fmu::{Instance, Unit, Variable, VariableKind, variables};
 
 /// Step, s, and steps of the comparison.
 const STEP_S: f64 = 0.005;
@@ -93,12 +93,13 @@ fn variables_are_set_and_read_by_their_value_references() {
         (0..simulation.model.derivatives.entries().len()).map(|index| format!("d{index}")).collect();
     let mut unit = Instance::new(&text).unwrap();
     let all = variables(&simulation, &names);
-    for (reference, name, _, kind, start) in &all {
+    for Variable { reference, name, kind, start, description, .. } in &all {
+        assert!(description.len() > 4, "{name}");
         let mut value = [f64::NAN];
         unit.get(&[*reference], &mut value).unwrap();
         let [value] = value;
         match kind {
-            VariableKind::Rate(of) => assert!(all.iter().any(|other| other.0 == *of), "{name}"),
+            VariableKind::Rate(of) => assert!(all.iter().any(|other| other.reference == *of), "{name}"),
             VariableKind::Output => assert!(value.is_finite(), "{name}"),
             _ => assert_eq!(value, *start, "{name}"),
         }
@@ -108,6 +109,58 @@ fn variables_are_set_and_read_by_their_value_references() {
     assert_eq!((unit.get(&[99], &mut [0.0]), unit.set(0, 1.0)), (None, None));
     unit.reset();
     assert_eq!(*unit.state(), simulation.state);
+}
+
+/// Value of a variable by name.
+fn value(unit: &Instance, all: &[Variable], name: &str) -> f64 {
+    let mut values = [f64::NAN];
+    unit.get(&[all.iter().find(|variable| variable.name == name).unwrap().reference], &mut values).unwrap();
+    values[0]
+}
+
+/// An engine along body x through the centre of gravity accelerates the aircraft by T/m; T follows from setting, slope and airspeed.
+#[test]
+fn thrust_acting_is_an_output_and_its_slope_a_parameter() {
+    const SETTING_N: f64 = 2500.0;
+    const SLOPE_N_S_M: f64 = -40.5;
+    let (_, _, mut simulation) = both();
+    simulation.model.engines =
+        vec![ThrustLine { position: Position::BodyFromCg([0.0; 3]), direction_body: [1.0, 0.0, 0.0], share: 1.0 }];
+    let all = variables(&simulation, &[]);
+    let reference = |name: &str| all.iter().find(|variable| variable.name == name).unwrap().reference;
+    let mut unit = Instance::new(&simulation.to_json().unwrap()).unwrap();
+    let drag = value(&unit, &all, "ax");
+    let airspeed = value(&unit, &all, "airspeed");
+    let mass_kg = simulation.condition.mass.mass_kg;
+    for (slope, at) in [(SLOPE_N_S_M, 46.0), (SLOPE_N_S_M, 30.0), (0.0, 30.0)] {
+        unit.set(reference("thrust_reference"), SETTING_N).unwrap();
+        unit.set(reference("thrust_slope"), slope).unwrap();
+        unit.set(reference("thrust_reference_airspeed"), at).unwrap();
+        let thrust = value(&unit, &all, "thrust");
+        assert!((thrust - (SETTING_N + slope * (airspeed - at))).abs() < 1e-9, "{thrust}");
+        assert!((value(&unit, &all, "ax") - drag - thrust / mass_kg).abs() < 1e-12);
+    }
+    unit.reset();
+    assert_eq!(value(&unit, &all, "thrust_reference"), 0.0);
+    assert_eq!(value(&unit, &all, "thrust_slope"), 0.0);
+}
+
+#[test]
+fn every_variable_has_its_unit() {
+    let (_, _, simulation) = both();
+    let entries = simulation.model.derivatives.entries();
+    let names: Vec<String> = entries.iter().map(|entry| entry.term.derivative_name(entry.coefficient)).collect();
+    let all = variables(&simulation, &names);
+    let unit = |name: &str| {
+        let variable = all.iter().find(|variable| variable.name == name).unwrap();
+        variable.unit.unwrap().name()
+    };
+    let units = [("u", "m/s"), ("der(u)", "m/s2"), ("q", "rad/s"), ("der(q)", "rad/s2"), ("der(h)", "m/s")];
+    let outputs = [("alpha", "rad"), ("ax", "m/s2"), ("thrust", "N"), ("thrust_slope", "N.s/m"), ("Cm_q", "1/rad")];
+    for (name, expected) in units.into_iter().chain(outputs).chain([("CX_0", "1"), ("thrust_reference", "N")]) {
+        assert_eq!(unit(name), expected, "{name}");
+    }
+    assert_eq!(Unit { kg: 0, m: -1, s: 1, rad: -2 }.name(), "s/(m.rad2)");
 }
 
 #[test]

@@ -40,6 +40,7 @@ pub use plan::{DesignedInput, Flown, Manoeuvre, Power, Segment, Task};
 pub use recorder::{ChannelSpec, Clock, Reading, Stream, StreamSpec};
 pub use run::{Flight, run};
 pub use scenario::Scenario;
+pub use summary::{TrueModes, true_modes};
 pub use trim::{Trim, TrimCondition, trim};
 pub use truth::Truth;
 pub use turbulence::Dryden;

@@ -6,7 +6,7 @@ use super::trim::Trim;
 use super::vehicle::{Body, Vehicle};
 use crate::motion::{Mode, MotionState, State, natural_modes};
 
-/// States of the linear model: velocity relative to the ground `u v w`, rates `p q r`, bank, pitch.
+/// States of the linear model: velocity relative to the air `u v w`, rates `p q r`, bank, pitch.
 const STATES: usize = 8;
 
 /// What they are.
@@ -22,10 +22,16 @@ const MEANINGS: [MotionState; STATES] = [
 ];
 
 /// System matrix of the motion about a trim in `u v w p q r phi theta` (m/s, rad/s, rad) by central differences; heading,
-/// position and the fall of density with altitude are left out.
+/// position and the fall of density with altitude are left out. A steady wind moves the aircraft without changing its motion relative to
+/// the air, so the matrix is that of still air.
 pub fn system_matrix(vehicle: &Vehicle, body: &Body, trim: &Trim) -> SMatrix<f64, STATES, STATES> {
     /// Steps of the differences: m/s, rad/s, rad.
     const STEPS: [f64; STATES] = [1e-3, 1e-3, 1e-3, 1e-5, 1e-5, 1e-5, 1e-5, 1e-5];
+    // Without the heading among the states a wind over the ground would turn with the aircraft.
+    let mut still = *trim;
+    still.state.velocity_ned_m_s -= trim.environment.wind_ned_m_s;
+    still.environment.wind_ned_m_s = Vector3::zeros();
+    let trim = &still;
     let mut matrix = SMatrix::<f64, STATES, STATES>::zeros();
     for column in 0..STATES {
         let mut step = SVector::<f64, STATES>::zeros();

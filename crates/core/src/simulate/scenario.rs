@@ -175,6 +175,7 @@ struct ScenarioFile {
     altitude_m: f64,
     gust_m_s: Option<f64>,
     rest_s: Option<f64>,
+    loading: Option<Loading>,
     manoeuvre: Vec<ManoeuvreTable>,
 }
 
@@ -192,8 +193,9 @@ struct ManoeuvreTable {
     rudder_rad: Vec<f64>,
 }
 
-/// The scenario of a file (TOML) of designed inputs: `format`, `version`, `aircraft`, `airspeed_m_s`, `altitude_m`, `gust_m_s`, `rest_s` and of
-/// each `[[manoeuvre]]` its `name`, `duration_s`, the times `time_s` of its nodes and the deflections `aileron_rad`, `elevator_rad`, `rudder_rad`
+/// The scenario of a file (TOML) of designed inputs: `format`, `version`, `aircraft`, `airspeed_m_s`, `altitude_m`, `gust_m_s`, `rest_s`,
+/// `[loading]` (fuel, seats, luggage and items, as in a session; without it that of the shipped flight) and of each `[[manoeuvre]]` its
+/// `name`, `duration_s`, the times `time_s` of its nodes and the deflections `aileron_rad`, `elevator_rad`, `rudder_rad`
 /// at them, those left out being zero.
 ///
 /// # Errors
@@ -222,6 +224,14 @@ pub fn parse(text: &str) -> Result<Scenario, SimulateError> {
     }
     let mut scenario = flight_plan::designed(listed, (file.airspeed_m_s, file.altitude_m), inputs, rest_s)?;
     scenario.gust_m_s = file.gust_m_s.unwrap_or(scenario.gust_m_s);
+    if let Some(loading) = file.loading {
+        let mass = loading.mass_properties(&scenario.vehicle.aircraft);
+        let issues = loading.issues(&scenario.vehicle.aircraft, &mass);
+        if let Some(issue) = issues.iter().find(|issue| issue.is_impossible()) {
+            return Err(bad(format!("loading: {issue}")));
+        }
+        scenario.loading = loading;
+    }
     Ok(scenario)
 }
 

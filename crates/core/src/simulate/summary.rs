@@ -10,8 +10,10 @@ use super::modes::modes;
 use super::plan::{Power, Task};
 use super::recorder::Clock;
 use super::run::Flight;
-use super::trim::{TrimCondition, trim};
-use super::truth::Truth;
+use super::trim::{Trim, TrimCondition, trim};
+use super::truth::{FIRST_TANK, Truth};
+use crate::airframe::{Loading, MassProperties};
+use crate::motion::Mode;
 
 /// Clocks of the recorders, by the name of their group in the truth file.
 pub fn clocks() -> [(&'static str, Clock); 4] {
@@ -56,6 +58,7 @@ struct ClockTable {
 struct ModeTable {
     airspeed_m_s: f64,
     altitude_m: f64,
+    mass_kg: f64,
     name: &'static str,
     frequency_rad_s: f64,
     damping: f64,
@@ -111,15 +114,38 @@ pub(crate) fn scalars(flight: &Flight) -> Result<String, SimulateError> {
         .map_err(|error| SimulateError::Encode { file: "truth.toml".into(), reason: error.to_string() })
 }
 
-/// Modes at the conditions of the segments in which manoeuvres are flown, with the loading of the start.
-fn mode_tables(flight: &Flight) -> Result<Vec<ModeTable>, SimulateError> {
+/// Modes of the aircraft at the condition and loading of the manoeuvres of a segment.
+#[derive(Clone, Debug)]
+pub struct TrueModes {
+    /// True airspeed, m/s.
+    pub airspeed_m_s: f64,
+    /// Altitude, m.
+    pub altitude_m: f64,
+    /// Mass, centre of gravity and inertia at the onset of the middle manoeuvre.
+    pub mass: MassProperties,
+    /// The trim.
+    pub trim: Trim,
+    /// Modes, fastest first.
+    pub modes: Vec<Mode>,
+}
+
+/// Modes at the conditions of the segments in which manoeuvres are flown, each with the loading at the onset of the middle one of its
+/// manoeuvres; that of the start of the segment without manoeuvres.
+///
+/// # Errors
+/// [`SimulateError`]: a loading that is impossible, no trim.
+pub fn true_modes(flight: &Flight) -> Result<Vec<TrueModes>, SimulateError> {
     let scenario = &flight.scenario;
-    let body = scenario.vehicle.body(&scenario.loading)?;
-    let mut tables = Vec::new();
-    for segment in scenario.segments.iter().filter(|segment| segment.phase == "testing") {
+    let mut found = Vec::new();
+    for (index, segment) in scenario.segments.iter().enumerate().filter(|(_, segment)| segment.phase == "testing") {
         let Task::Level { altitude_m, power: Power::Airspeed { airspeed_m_s, speed_rad_s }, .. } = segment.task else {
             continue;
         };
+        let end_s = scenario.segments.get(index + 1).map_or(scenario.duration_s, |next| next.start_s);
+        let onsets = scenario.manoeuvres.iter().map(|manoeuvre| manoeuvre.onset_s);
+        let onsets: Vec<f64> = onsets.filter(|onset_s| (segment.start_s..end_s).contains(onset_s)).collect();
+        let time_s = onsets.get(onsets.len() / 2).copied().unwrap_or(segment.start_s);
+        let body = scenario.vehicle.body(&loading_at(flight, time_s))?;
         let condition = TrimCondition {
             airspeed_m_s,
             altitude_m,
@@ -128,18 +154,41 @@ fn mode_tables(flight: &Flight) -> Result<Vec<ModeTable>, SimulateError> {
             wind_ned_m_s: scenario.wind_ned_m_s,
         };
         let trim = trim(&scenario.vehicle, &body, &scenario.atmosphere, &condition)?;
-        // Eigenvalues come from the platform's own arithmetic: nine digits of them are the same everywhere.
-        let rounded = |value: f64| (value * 1e6).round() / 1e6;
-        tables.extend(modes(&scenario.vehicle, &body, &trim).into_iter().map(|mode| ModeTable {
+        let modes = modes(&scenario.vehicle, &body, &trim);
+        found.push(TrueModes { airspeed_m_s, altitude_m, mass: body.properties, trim, modes });
+    }
+    Ok(found)
+}
+
+/// Loading of a flight at a time, its fuel as flown.
+fn loading_at(flight: &Flight, time_s: f64) -> Loading {
+    let (scenario, truth) = (&flight.scenario, &flight.truth);
+    let mut loading = scenario.loading.clone();
+    let at = truth.loading_time_s.partition_point(|own| *own < time_s);
+    let at = at.min(truth.loading_time_s.len().saturating_sub(1));
+    for (tank, column) in scenario.vehicle.aircraft.tanks.iter().zip(&truth.loading[FIRST_TANK..]) {
+        let fuel_kg = column.get(at).copied().unwrap_or(0.0);
+        loading.fuel_kg.insert(tank.name.clone(), fuel_kg);
+    }
+    loading
+}
+
+fn mode_tables(flight: &Flight) -> Result<Vec<ModeTable>, SimulateError> {
+    // Eigenvalues come from the platform's own arithmetic: nine digits of them are the same everywhere.
+    let rounded = |value: f64| (value * 1e6).round() / 1e6;
+    let tables = true_modes(flight)?.into_iter().flat_map(|condition| {
+        let TrueModes { airspeed_m_s, altitude_m, mass, modes, .. } = condition;
+        modes.into_iter().map(move |mode| ModeTable {
             airspeed_m_s: rounded(airspeed_m_s),
             altitude_m: rounded(altitude_m),
+            mass_kg: (mass.mass_kg * 1e3).round() / 1e3,
             name: mode.name,
             frequency_rad_s: rounded(mode.frequency_rad_s()),
             damping: rounded(mode.damping()),
             time_constant_s: (mode.time_constant_s() * 1e3).round() / 1e3,
-        }));
-    }
-    Ok(tables)
+        })
+    });
+    Ok(tables.collect())
 }
 
 fn manoeuvre_tables(flight: &Flight) -> Vec<ManoeuvreTable> {

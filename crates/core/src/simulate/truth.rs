@@ -57,6 +57,9 @@ pub(crate) const LOADING_COLUMNS: [(&str, &str); 12] = [
     ("fuel_aux_left", "kg"),
 ];
 
+/// First of them that is the fuel of a tank; the tanks follow in the order of the aircraft.
+pub(crate) const FIRST_TANK: usize = 8;
+
 /// True histories.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Truth {

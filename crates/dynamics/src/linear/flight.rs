@@ -13,9 +13,10 @@ use super::LinearError;
 pub const STATES: usize = 12;
 /// Names of the states, in their order.
 pub const STATE_NAMES: [&str; STATES] = ["u", "v", "w", "p", "q", "r", "phi", "theta", "psi", "north", "east", "h"];
-/// Inputs: aileron, elevator, rudder, thrust.
+/// Inputs: aileron, elevator, rudder, thrust at the airspeed of the condition.
 pub const INPUTS: usize = 4;
-/// Names and units of the inputs, in their order.
+/// Names and units of the inputs, in their order. `thrust` is the thrust at the airspeed of the condition: what acts differs by
+/// [`Condition::thrust_n`].
 pub const INPUT_NAMES: [(&str, &str); INPUTS] =
     [("delta_a", "rad"), ("delta_e", "rad"), ("delta_r", "rad"), ("thrust", "N")];
 /// Values of the states: m/s, rad/s, rad, m.
@@ -179,7 +180,7 @@ impl<'a> Equations<'a> {
     /// What acts beside the motion.
     pub fn sample(&self, airspeed_m_s: f64, altitude_m: f64, input: &InputVector) -> Sample {
         let condition = self.condition;
-        let thrust_n = input[3] + condition.thrust_slope_n_s_m * (airspeed_m_s - condition.airspeed_m_s);
+        let thrust_n = condition.thrust_n(input[3], airspeed_m_s);
         Sample {
             controls_rad: [input[0], input[1], input[2]],
             recorded: condition.recorded,
@@ -260,6 +261,11 @@ fn ratio_and_slope(of: OverAltitude, altitude_m: f64, from_m: f64) -> (f64, f64)
 }
 
 impl Condition {
+    /// Thrust acting at an airspeed, N, of a power setting that gives `at_condition_n` at the airspeed of the condition.
+    pub fn thrust_n(&self, at_condition_n: f64, airspeed_m_s: f64) -> f64 {
+        at_condition_n + self.thrust_slope_n_s_m * (airspeed_m_s - self.airspeed_m_s)
+    }
+
     /// The condition at another altitude, density and speed of sound changed as those of the standard atmosphere; unchanged air where
     /// that ends.
     #[must_use]

@@ -13,9 +13,18 @@ const FORMAT: &str = "doublet flight model";
 /// Version of the form this reads and writes.
 const VERSION: u32 = 1;
 
-/// Names and units of the outputs beside the states.
-pub const OUTPUT_NAMES: [(&str, &str); 6] =
-    [("airspeed", "m/s"), ("alpha", "rad"), ("beta", "rad"), ("ax", "m/s2"), ("ay", "m/s2"), ("az", "m/s2")];
+/// Outputs beside the states.
+const OUTPUTS: usize = 7;
+/// Names and units of the outputs beside the states; `thrust` is the thrust acting.
+pub const OUTPUT_NAMES: [(&str, &str); OUTPUTS] = [
+    ("airspeed", "m/s"),
+    ("alpha", "rad"),
+    ("beta", "rad"),
+    ("ax", "m/s2"),
+    ("ay", "m/s2"),
+    ("az", "m/s2"),
+    ("thrust", "N"),
+];
 
 /// A model, the condition about which its air changes, and where its flight begins.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,7 +56,7 @@ impl Simulation {
         &self,
         state: &[f64; STATES],
         input: &[f64; INPUTS],
-    ) -> Result<([f64; STATES], [f64; 6]), LinearError> {
+    ) -> Result<([f64; STATES], [f64; OUTPUTS]), LinearError> {
         let equations = Equations::new(&self.model, &self.condition)?;
         Ok(evaluate(&equations, state, input))
     }
@@ -133,12 +142,18 @@ impl Simulation {
 }
 
 /// Rates and outputs.
-fn evaluate(equations: &Equations<'_>, state: &[f64; STATES], input: &[f64; INPUTS]) -> ([f64; STATES], [f64; 6]) {
+fn evaluate(
+    equations: &Equations<'_>,
+    state: &[f64; STATES],
+    input: &[f64; INPUTS],
+) -> ([f64; STATES], [f64; OUTPUTS]) {
     let (rates, force) = equations.rates(&StateVector::from(*state), &InputVector::from(*input));
     let velocity = Vector3::new(state[0], state[1], state[2]);
     let alpha = velocity.z.atan2(velocity.x);
     let beta = velocity.y.atan2(velocity.x.hypot(velocity.z));
-    (rates.into(), [velocity.norm(), alpha, beta, force.x, force.y, force.z])
+    let airspeed = velocity.norm();
+    let thrust = equations.condition.thrust_n(input[3], airspeed);
+    (rates.into(), [airspeed, alpha, beta, force.x, force.y, force.z, thrust])
 }
 
 #[derive(Deserialize, Serialize)]

@@ -2,9 +2,10 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
 
+use doublet_core::airframe::MassProperties;
 use doublet_core::atmos::Atmosphere;
 use doublet_core::model::{Axes, Coefficient, Derivatives, Position, Term, ThrustTreatment};
-use doublet_core::simulate::{self, TrimCondition, c337f, system_matrix};
+use doublet_core::simulate::{self, Scenario, TrimCondition, c337f, scenario, system_matrix};
 use doublet_dynamics::linear::{
     Condition, FlightModel, LinearError, Method, Part, SteadyFlight, ThrustLine, linearise,
 };
@@ -30,6 +31,17 @@ fn own_aircraft(
     };
     let trim = simulate::trim(&vehicle, &body, &atmosphere, &asked).unwrap();
     let matrix = system_matrix(&vehicle, &body, &trim);
+    let (model, condition) = identified(&vehicle, &trim, body.properties, (altitude_m, airspeed_m_s));
+    (model, condition, trim, matrix)
+}
+
+/// The simulator's aircraft as an identified model, and the condition of one of its trims.
+fn identified(
+    vehicle: &simulate::Vehicle,
+    trim: &simulate::Trim,
+    mass: MassProperties,
+    (altitude_m, airspeed_m_s): (f64, f64),
+) -> (FlightModel, Condition) {
     let derivatives = vehicle.aero.derivatives().iter().map(|d| (d.coefficient, d.term.clone(), d.value)).collect();
     let engines = vehicle.powerplant.engines.iter().map(|engine| ThrustLine {
         position: Position::Datum(engine.station.position_from_datum_m),
@@ -53,13 +65,68 @@ fn own_aircraft(
         gravity_m_s2: environment.gravity_m_s2,
         gamma_rad: Some(0.0),
         flight: SteadyFlight::Straight,
-        mass: body.properties,
+        mass,
         thrust_slope_n_s_m: environment.thrust.iter().map(|thrust| thrust.per_airspeed_n_s_m).sum(),
         pressure_rise_pa: 0.0,
         rotor_momentum_n_m_s: environment.rotor_momentum_n_m_s.x,
         recorded: Default::default(),
     };
-    (model, condition, trim, matrix)
+    (model, condition)
+}
+
+/// Largest difference of a mode of the truth from that of the linear model of its derivatives: differences of the simulator's equations
+/// against the chain rule, rad/s and damping.
+const MODE_TOLERANCE: f64 = 1e-5;
+
+/// Two designed inputs with a loading that is not that of the shipped flight, and little fuel.
+const DESIGNED: &str = r#"
+format = "doublet scenario"
+version = 1
+aircraft = "c337f"
+airspeed_m_s = 49.0
+altitude_m = 1500.0
+rest_s = 5.0
+
+[loading]
+fuel_kg = { "main right" = 50.0, "main left" = 50.0 }
+seats_kg = { captain = 80.0 }
+
+[[manoeuvre]]
+name = "doublet"
+duration_s = 4.0
+time_s = [0.0, 0.1, 1.0, 1.2, 2.0, 2.1]
+elevator_rad = [0.0, 0.02, 0.02, -0.02, -0.02, 0.0]
+"#;
+
+#[test]
+fn true_modes_are_those_of_the_true_derivatives_at_the_loading_flown() {
+    let mut scenarios: Vec<Scenario> =
+        ["test-point", "inputs", "multisine"].iter().map(|name| scenario::build(name).unwrap()).collect();
+    scenarios.push(scenario::parse(DESIGNED).unwrap());
+    for scenario in &mut scenarios {
+        // A few seconds are enough: the loading flown is that of the start.
+        scenario.manoeuvres.truncate(1);
+        scenario.duration_s = 30.0;
+        let flight = simulate::run(scenario, 1, &mut |_| true).unwrap();
+        let found = simulate::true_modes(&flight).unwrap();
+        assert_eq!(found.len(), 1, "{}", scenario.name);
+        for own in &found {
+            let start = scenario.loading.mass_properties(&scenario.vehicle.aircraft).mass_kg;
+            let burnt_kg = start - own.mass.mass_kg;
+            assert!((0.0..1.0).contains(&burnt_kg), "{}: {burnt_kg} kg", scenario.name);
+            let place = (own.altitude_m, own.airspeed_m_s);
+            let (model, condition) = identified(&scenario.vehicle, &own.trim, own.mass, place);
+            let expected = modes(&linearise(&model, &condition, Method::Analytic).unwrap().motion());
+            assert_eq!(own.modes.len(), expected.len());
+            for (own, expected) in own.modes.iter().zip(&expected) {
+                let apart = (own.real_1_s - expected.real_1_s).hypot(own.imaginary_rad_s - expected.imaginary_rad_s);
+                println!("{} {}: {apart:.1e}", scenario.name, own.name);
+                assert!(own.name == expected.name && apart < MODE_TOLERANCE, "{}: {apart:e}", own.name);
+            }
+        }
+    }
+    // The loading of the file is flown.
+    assert!(scenarios[3].loading.mass_properties(&scenarios[3].vehicle.aircraft).mass_kg < 1700.0);
 }
 
 #[test]

@@ -8,6 +8,7 @@ use doublet_core::load::read_text;
 use doublet_core::statistics::median;
 use serde::{Deserialize, Serialize};
 
+use super::safety::{EntryGate, Risk, WindBox, entry};
 use crate::builtin;
 use crate::graph::StageResult;
 use crate::live::Limit;
@@ -58,6 +59,18 @@ pub struct Campaign {
     /// How near to a point a window counts as flown there.
     #[serde(default)]
     pub tolerance: Tolerance,
+    /// Airspeed over that of the stall, at the mass of the card, below which a point ends.
+    #[serde(default = "stall_ratio")]
+    pub stall_ratio: f64,
+    /// What holds before an input begins.
+    #[serde(default)]
+    pub entry: EntryGate,
+    /// Wind in which points are flown.
+    #[serde(default)]
+    pub wind: WindBox,
+    /// Hazards of every point.
+    #[serde(default, rename = "risk")]
+    pub risks: Vec<Risk>,
     /// Test points.
     #[serde(rename = "point")]
     pub points: Vec<TestPoint>,
@@ -139,6 +152,37 @@ pub struct TestPoint {
     /// When this point ends.
     #[serde(default)]
     pub knock_off: Vec<String>,
+    /// Time unit of the input, s: that of one pulse of a doublet, of the shortest of a 3-2-1-1.
+    pub step_s: Option<f64>,
+    /// Engine speed, rev/min.
+    pub engine_speed_rpm: Option<f64>,
+    /// Manifold pressure, inHg.
+    pub manifold_pressure_inhg: Option<f64>,
+    /// Airspeed over that of the stall below which this point ends; that of the campaign where none is given.
+    pub stall_ratio: Option<f64>,
+    /// Hazards of this point besides those of every point.
+    #[serde(default, rename = "risk")]
+    pub risks: Vec<Risk>,
+}
+
+impl TestPoint {
+    /// Numbers of a point with the range each must be in.
+    fn numbers(&self) -> [(&'static str, Option<f64>, std::ops::RangeInclusive<f64>, &'static str); 8] {
+        [
+            ("airspeed_m_s", Some(self.airspeed_m_s), 1.0..=1000.0, "1 to 1000 m/s"),
+            ("altitude_m", Some(self.altitude_m), -500.0..=20_000.0, "-500 to 20000 m"),
+            ("duration_s", Some(self.duration_s), 1.0..=7200.0, "1 to 7200 s"),
+            ("repeats", Some(self.repeats as f64), 1.0..=100.0, "1 to 100"),
+            ("step_s", self.step_s, 0.01..=600.0, "0.01 to 600 s"),
+            ("engine_speed_rpm", self.engine_speed_rpm, 1.0..=1e5, "1 to 100000 rev/min"),
+            ("manifold_pressure_inhg", self.manifold_pressure_inhg, 0.1..=100.0, "0.1 to 100 inHg"),
+            ("stall_ratio", self.stall_ratio, 1.0..=3.0, "1 to 3"),
+        ]
+    }
+}
+
+fn stall_ratio() -> f64 {
+    1.2
 }
 
 fn limits<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Vec<Limit>, D::Error> {
@@ -194,6 +238,13 @@ pub struct PlannedPoint {
     pub duration_s: f64,
     pub hazard: String,
     pub knock_off: Vec<String>,
+    pub entry_note: Option<String>,
+    pub stall_m_s: Option<f64>,
+    pub least_airspeed_m_s: Option<f64>,
+    pub step_s: Option<f64>,
+    pub engine_speed_rpm: Option<f64>,
+    pub manifold_pressure_inhg: Option<f64>,
+    pub risks: Vec<Risk>,
     pub start_s: f64,
     pub fuel_kg: f64,
     pub mass_kg: f64,
@@ -248,24 +299,25 @@ impl Campaign {
         }
         for point in &campaign.points {
             let id = &point.id;
-            let bad = |key: &str, value: f64, allowed: &str| {
-                Err(format!("point {id}: {key} is {value}, allowed is {allowed}").into())
-            };
-            if !(1.0..=1000.0).contains(&point.airspeed_m_s) {
-                return bad("airspeed_m_s", point.airspeed_m_s, "1 to 1000 m/s");
+            for (key, value, range, allowed) in point.numbers() {
+                if let Some(value) = value.filter(|value| !range.contains(value)) {
+                    return Err(format!("point {id}: {key} is {value}, allowed is {allowed}").into());
+                }
             }
-            if !(-500.0..=20_000.0).contains(&point.altitude_m) {
-                return bad("altitude_m", point.altitude_m, "-500 to 20000 m");
-            }
-            if !(1.0..=7200.0).contains(&point.duration_s) {
-                return bad("duration_s", point.duration_s, "1 to 7200 s");
-            }
-            if point.repeats == 0 || point.repeats > 100 {
-                return bad("repeats", point.repeats as f64, "1 to 100");
+            let is_hazardous = ["medium", "high"].contains(&point.hazard.as_str());
+            if is_hazardous && point.risks.is_empty() && campaign.risks.is_empty() {
+                let hazard = &point.hazard;
+                return Err(
+                    format!("point {id}: hazard is {hazard}: add a [[point.risk]] with hazard and mitigation").into()
+                );
             }
             if campaign.points.iter().filter(|other| other.id == *id).count() > 1 {
                 return Err(format!("point {id} appears twice: give each its own id").into());
             }
+        }
+        campaign.entry.check()?;
+        if !(1.0..=3.0).contains(&campaign.stall_ratio) {
+            return Err(format!("stall_ratio is {}, allowed is 1 to 3", campaign.stall_ratio).into());
         }
         let Fuel { start_kg, burn_kg_s, transit_s } = campaign.fuel;
         for (key, value) in [("start_kg", start_kg), ("burn_kg_s", burn_kg_s), ("transit_s", transit_s)] {
@@ -358,17 +410,22 @@ impl Campaign {
             return Err(format!("point {}: {issue}", point.id).into());
         }
         let density = Atmosphere::STANDARD.density_kg_m3(point.altitude_m)?;
-        let calibrated = calibrated_m_s(point.airspeed_m_s, density);
+        let entry = entry(self, point, aircraft, &mass, density)?;
+        let calibrated = entry.calibrated_m_s;
         let margins = aircraft.flight_envelope.margins(calibrated, point.altitude_m, 1.0, mass.mass_kg);
         // Airspeeds only: those are what a point is chosen by.
         let speeds = margins.iter().filter(|own| ["stall", "buffet", "VNE"].contains(&own.limit));
         let nearest: Option<&FlightMargin> = speeds.min_by(|a, b| a.margin.total_cmp(&b.margin));
         let cg = mass.cg_from_datum_m[0];
         let own = aircraft.envelope.as_ref().and_then(|envelope| envelope.margin(mass.mass_kg, cg));
+        let stated = self.knock_off.iter().chain(&point.knock_off).cloned();
         Ok(PlannedPoint {
             id: point.id.clone(),
-            airspeed_m_s: point.airspeed_m_s,
+            airspeed_m_s: entry.airspeed_m_s,
             calibrated_m_s: calibrated,
+            entry_note: entry.note,
+            stall_m_s: entry.stall_m_s,
+            least_airspeed_m_s: entry.least_m_s,
             altitude_m: point.altitude_m,
             configuration: point.configuration.clone(),
             kind: point.kind.clone(),
@@ -378,7 +435,11 @@ impl Campaign {
             repeats: point.repeats,
             duration_s: point.duration_s,
             hazard: point.hazard.clone(),
-            knock_off: self.knock_off.iter().chain(&point.knock_off).cloned().collect(),
+            knock_off: entry.knock_off.into_iter().chain(stated).collect(),
+            step_s: point.step_s,
+            engine_speed_rpm: point.engine_speed_rpm,
+            manifold_pressure_inhg: point.manifold_pressure_inhg,
+            risks: self.risks.iter().chain(&point.risks).cloned().collect(),
             start_s: time_s,
             fuel_kg,
             mass_kg: mass.mass_kg,

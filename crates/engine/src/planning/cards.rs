@@ -3,7 +3,8 @@
 use doublet_core::airframe::{Aircraft, FlightEnvelope, calibrated_m_s};
 use doublet_core::atmos::Atmosphere;
 
-use super::campaign::{Campaign, Flown, FlownPoint, PlannedPoint};
+use super::campaign::{Campaign, FlownPoint, PlannedPoint};
+use super::card::card;
 use crate::date;
 use crate::notation::significant;
 use crate::report::document::{Axis, Block, Document, Figure, LineStyle, Mark, Panel, Plot, Section, points};
@@ -56,101 +57,6 @@ pub fn campaign_document(
 
 fn number(value: f64, digits: usize) -> String {
     significant(value, digits)
-}
-
-/// Speeds of a card in the unit of the instrument as well.
-fn airspeed(point: &PlannedPoint) -> String {
-    const M_S_PER_KT: f64 = 1852.0 / 3600.0;
-    format!(
-        "{} m/s true, {} m/s ({} kt) calibrated",
-        number(point.airspeed_m_s, 3),
-        number(point.calibrated_m_s, 3),
-        number(point.calibrated_m_s / M_S_PER_KT, 3)
-    )
-}
-
-fn altitude(point: &PlannedPoint) -> String {
-    format!("{} m ({} ft)", number(point.altitude_m, 4), number(point.altitude_m / 0.3048, 4))
-}
-
-/// One card: initial conditions, procedure, a row per run to fill in, room for notes.
-fn card(campaign: &Campaign, point: &PlannedPoint) -> Section {
-    let fact = |name: &str, text: String| (name.to_owned(), text);
-    let given = |text: &String| if text.is_empty() { "not given".to_owned() } else { text.clone() };
-    let margin = point.cg_margin_m.map_or_else(String::new, |own| format!(", {} m inside", number(own, 2)));
-    let nearest = match (&point.nearest_limit, point.nearest_margin) {
-        (Some(limit), Some(margin)) => format!("{} m/s from {limit}", number(margin, 2)),
-        _ => "not given".to_owned(),
-    };
-    let flown = match point.status {
-        Flown::Missing => Flown::Missing.name().to_owned(),
-        status => format!("{}: {}", status.name(), point.windows.join(", ")),
-    };
-    let surface = if point.surface.is_empty() { "all surfaces" } else { &point.surface };
-    let mut blocks = vec![
-        Block::Heading("Initial conditions".to_owned()),
-        Block::Facts(vec![
-            fact("Airspeed", airspeed(point)),
-            fact("Altitude", altitude(point)),
-            fact("Configuration", given(&point.configuration)),
-            fact("Mass", format!("{} kg with {} kg of fuel", number(point.mass_kg, 4), number(point.fuel_kg, 3))),
-            fact("Centre of gravity", format!("{} m behind the datum{margin}", number(point.cg_x_m, 4))),
-            fact("Nearest limit of airspeed", nearest),
-            fact("Hazard", given(&point.hazard)),
-            fact(
-                "In the flight",
-                format!(
-                    "after {} min, {} min",
-                    number(point.start_s / 60.0, 3),
-                    number(point.repeats as f64 * point.duration_s / 60.0, 3,)
-                ),
-            ),
-            fact("Flown", flown),
-        ]),
-        Block::Heading("Procedure".to_owned()),
-        Block::List(campaign.procedure.clone()),
-    ];
-    if !point.knock_off.is_empty() {
-        blocks.extend([Block::Heading("Knock it off".to_owned()), Block::List(point.knock_off.clone())]);
-    }
-    blocks.extend([Block::Heading("Runs".to_owned()), Block::Table(runs(point, surface))]);
-    blocks.extend([Block::Heading("Crew notes".to_owned()), Block::Lines(6)]);
-    let title = format!("Card {}: {} {}", point.id, surface, point.kind);
-    Section::plain(&format!("card-{}", point.id), &title, true, blocks)
-}
-
-/// A row per run: what is to be given, and what the crew writes down.
-fn runs(point: &PlannedPoint, surface: &str) -> Table {
-    let columns = [
-        ("run", "Run"),
-        ("surface", "Surface"),
-        ("direction", "Direction"),
-        ("amplitude", "Amplitude"),
-        ("time", "Time stamp"),
-        ("fuel", "Fuel"),
-        ("altitude", "Altitude"),
-        ("remark", "Remark"),
-    ];
-    let amplitude = format!("{} deg", number(point.amplitude_deg, 2));
-    let blank = || Cell::text("\u{a0}".repeat(22));
-    let row = |run: usize| {
-        vec![
-            Cell::text(format!("{}.{run}", point.id)),
-            Cell::text(surface),
-            Cell::text(point.direction.clone()),
-            Cell::text(amplitude.clone()),
-            blank(),
-            blank(),
-            blank(),
-            blank(),
-        ]
-    };
-    Table {
-        name: format!("runs-{}", point.id),
-        caption: "For the crew to fill in.".to_owned(),
-        columns: columns.map(|(key, heading)| Column::new(key, heading)).into(),
-        rows: (1..=point.repeats).map(row).collect(),
-    }
 }
 
 fn order(planned: &[PlannedPoint]) -> Table {

@@ -1,13 +1,16 @@
 //! A design as files: nodes as CSV, a scenario of the simulator, a script for ArduPilot, parameters for PX4.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use doublet_core::simulate::scenario::{FILE_FORMAT, FILE_VERSION};
+use doublet_core::airframe::{Aircraft, Loading};
+use doublet_core::simulate::scenario::{self, FILE_FORMAT, FILE_VERSION};
 use doublet_dynamics::design::{Designed, SURFACE_NAMES};
 
+use super::designed_session::{FLIGHT_FOLDER, designed_session, loading_of_mass};
 use super::rows::DesignRow;
 use crate::builtin::PREFIX;
-use crate::session::Session;
+use crate::session::{self, Session};
 
 /// Nodes of all manoeuvres, straight lines between them: number of the window, time since its start, deflections about the trim.
 pub fn design_csv(row: &DesignRow) -> String {
@@ -24,33 +27,54 @@ pub(super) fn aircraft_name(session: &Session) -> &str {
     aircraft.strip_prefix(PREFIX).unwrap_or(aircraft)
 }
 
-/// Everything that goes with the card of a design, by file name; `full_travel_rad` is that of the surfaces to either side.
+/// Everything that goes with the card of a design, by file name; `full_travel_rad` is that of the surfaces to either side. The session is
+/// that of a simulated flight of the scenario whose files are in `flight` beside it: only for aircraft that the simulator knows.
 ///
 /// # Errors
-/// One line: a design that cannot be written as JSON.
+/// One line: a design that cannot be written as JSON or as a session.
 pub fn design_files(
     session: &Session,
+    aircraft: Option<&Aircraft>,
     row: &DesignRow,
     designed: &Designed,
     full_travel_rad: [f64; 3],
 ) -> Result<Vec<(String, Vec<u8>)>, String> {
-    let files = [
+    // Without tanks there is no fuel to choose: the scenario then states no loading.
+    let loading = aircraft.and_then(|own| loading_of_mass(own, session.loading.as_ref(), row.trim["mass_kg"]).ok());
+    let scenario_text = design_scenario(row, designed, aircraft_name(session), loading.as_ref());
+    let mut files = vec![
         ("design.json", serde_json::to_string_pretty(row).map_err(|error| error.to_string())?),
         ("design.csv", design_csv(row)),
-        ("design_scenario.toml", design_scenario(row, designed, aircraft_name(session))),
         ("design_ardupilot.lua", design_lua(designed, full_travel_rad)),
         ("design_px4.params", design_px4(designed, row.band_hz)),
     ];
-    Ok(files.map(|(name, text)| (name.to_owned(), text.into_bytes())).into())
+    if scenario::aircraft().contains(&aircraft_name(session)) {
+        let flown = scenario::parse(&scenario_text).map_err(|error| error.to_string())?;
+        let mut own = designed_session(session, &flown, FLIGHT_FOLDER).map_err(|error| error.to_string())?;
+        own.title = format!("{}: designed {}", session.title, row.kind);
+        files.push(("design_session.toml", session::print(&own).map_err(|error| error.to_string())?));
+    }
+    files.push(("design_scenario.toml", scenario_text));
+    Ok(files.into_iter().map(|(name, text)| (name.to_owned(), text.into_bytes())).collect())
 }
 
-/// A scenario file for `doublet simulate`: the manoeuvres one after the other from the design's trim, in its gusts.
-pub(super) fn design_scenario(row: &DesignRow, designed: &Designed, aircraft: &str) -> String {
+/// A scenario file for `doublet simulate`: the manoeuvres one after the other from the design's trim, in its gusts, with a loading.
+pub(super) fn design_scenario(
+    row: &DesignRow,
+    designed: &Designed,
+    aircraft: &str,
+    loading: Option<&Loading>,
+) -> String {
     let mut text = format!(
         "format = \"{FILE_FORMAT}\"\nversion = {FILE_VERSION}\naircraft = {aircraft:?}\nairspeed_m_s = {:?}\naltitude_m = {:?}\n\
          gust_m_s = {:?}\n",
         row.trim["airspeed_m_s"], row.trim["altitude_m"], row.gust_m_s
     );
+    if let Some(loading) = loading {
+        let table = BTreeMap::from([("loading", loading)]);
+        // Numbers by names: TOML has all of them.
+        _ = write!(text, "\n{}", toml::to_string(&table).unwrap_or_default());
+    }
     for (index, manoeuvre) in designed.manoeuvres.iter().enumerate() {
         let _ = write!(
             text,

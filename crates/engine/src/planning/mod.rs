@@ -2,19 +2,25 @@
 
 mod basis;
 mod campaign;
+mod card;
 mod cards;
 mod coverage;
+mod debrief;
+mod designed_session;
 mod document;
 mod enough;
 mod files;
 mod recorded_coverage;
 mod rows;
+mod safety;
 mod sheet;
 
 pub use basis::{DesignOptions, FlownWindow, SEARCH_SAMPLES, basis, basis_of, design_basis};
 pub use campaign::{Campaign, Flown, FlownPoint, Fuel, Order, PlannedPoint, TestPoint, Tolerance, flown_points};
 pub use cards::{campaign_document, envelope_figure};
 pub use coverage::{DesignCoverage, DesignedDerivative, DesignedExcursion, design_coverage};
+pub use debrief::{Debrief, DebriefRow, Promise, debrief, true_derivatives};
+pub use designed_session::{FLIGHT_FOLDER, designed_session, loading_of_mass, with_recordings_in};
 pub use document::{comparison_table, design_document, enough_blocks};
 pub use doublet_dynamics::design::{Criterion, DesignKind, SURFACE_NAMES};
 pub use enough::{DerivativeRow, Enough, EnoughOptions, EnoughRequest, Goal, NextRow, WindowInformation, enough};
@@ -24,4 +30,5 @@ pub use rows::{
     ComparedKind, CorrelationRow, DesignRow, ExcursionRow, ManoeuvreRow, PredictedRow, SignalRow, design_row,
     designed_rows,
 };
+pub use safety::{EntryGate, OnLimit, Risk, WindBox};
 pub use sheet::{DesignSheet, SheetRequest, design_sheet};

@@ -1,16 +1,12 @@
 //! Coverage of the intervals through recorders: files on clocks of their own, read and identified as a session is.
 
-use std::path::Path;
-
 use doublet_core::simulate::{self, Scenario};
 
+use super::designed_session::designed_session;
 use crate::graph::{Cache, Context, StageError, StageResult};
 use crate::run::{Scope, Snapshot, run};
-use crate::session::{DelaySource, GustSource, Session};
+use crate::session::Session;
 use crate::study::{Coverage, Estimate, estimates, flown_loading, summarise, windows};
-
-/// File of the truth, which a recorder does not have.
-const TRUTH_FILE: &str = "truth.h5";
 
 /// [`crate::study::coverage`] with every flight written by its recorders (rates, clocks, resolution, fuel probes, control sensors) and run as
 /// a session: channel maps, clocks and instruments are those of `session`'s first flight, and the corrected errors contain those of the path.
@@ -49,7 +45,8 @@ fn identify_recorded(
     context.checkpoint()?;
     let folder = tempfile::tempdir().map_err(|error| format!("a folder for the recordings: {error}"))?;
     flight?.write(folder.path())?;
-    let session = recorded_session(session, scenario, folder.path())?;
+    let recorded = Session { loading: Some(flown_loading(scenario)), ..session.clone() };
+    let session = designed_session(&recorded, scenario, &folder.path().to_string_lossy())?;
     let scope =
         Scope { session: &session, folder: folder.path(), first: None, studies: &[], cause: "coverage", generation: 1 };
     let snapshot = run(&scope, &Snapshot::default(), &Cache::new(0), context.control(), &|_| ());
@@ -59,27 +56,4 @@ fn identify_recorded(
     }
     let pooled = snapshot.pooled.ready().ok_or(StageError::NotApplicable)?;
     estimates((**pooled).clone(), |fit| &fit.corrected_errors)
-}
-
-/// The session over the recordings in `folder`, with the windows and the loading of the scenario.
-fn recorded_session(session: &Session, scenario: &Scenario, folder: &Path) -> StageResult<Session> {
-    let mut flight = session.flights.first().ok_or("the session has no flight whose recorders could be used")?.clone();
-    for recording in &mut flight.recordings {
-        let file = recording.path.rsplit('/').next().unwrap_or_default();
-        recording.path = folder.join(file).to_string_lossy().into_owned();
-        recording.sha256 = None;
-    }
-    flight.recordings.retain(|recording| Path::new(&recording.path).file_name().is_some_and(|name| name != TRUTH_FILE));
-    let mut windows = windows(scenario);
-    windows.iter_mut().for_each(|window| window.flight.clone_from(&flight.name));
-    Ok(Session {
-        loading: Some(flown_loading(scenario)),
-        flights: vec![flight],
-        windows,
-        steady: Vec::new(),
-        gusts: GustSource::Estimated,
-        delays: DelaySource::Estimated,
-        experiments: Vec::new(),
-        ..session.clone()
-    })
 }

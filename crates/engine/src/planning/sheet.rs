@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use doublet_core::airframe::Aircraft;
 use doublet_dynamics::design::{Criterion, DesignKind, Designed, Request};
 
 use super::basis::{DesignOptions, SEARCH_SAMPLES, basis_of};
@@ -73,6 +74,8 @@ pub struct DesignSheet {
     pub card: Document,
     /// Session it is of.
     session: Session,
+    /// Aircraft of the session.
+    aircraft: Aircraft,
 }
 
 /// Designs an input from what `snapshot` has of `session`, limits and noise as flown.
@@ -92,7 +95,8 @@ pub fn design_sheet(
         context.checkpoint()?;
         let (row, designed) = designed_rows(&basis, &request.request(), request.compare, &|| context.checkpoint())?;
         let card = design_document(session, &row, &designed);
-        Ok(DesignSheet { row, designed, card, session: session.clone() })
+        let aircraft = input.aircraft.loaded.aircraft.clone();
+        Ok(DesignSheet { row, designed, card, session: session.clone(), aircraft })
     })
 }
 
@@ -122,6 +126,6 @@ impl DesignSheet {
     /// # Errors
     /// One line: a design that cannot be written as JSON.
     pub fn files(&self) -> Result<Vec<(String, Vec<u8>)>, String> {
-        design_files(&self.session, &self.row, &self.designed, [FULL_TRAVEL_RAD; 3])
+        design_files(&self.session, Some(&self.aircraft), &self.row, &self.designed, [FULL_TRAVEL_RAD; 3])
     }
 }

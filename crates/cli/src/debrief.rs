@@ -1,0 +1,108 @@
+//! `doublet debrief`: flights of a design against what the design promised, and against the truth where it is known.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use doublet_engine::planning::{self, Debrief, FLIGHT_FOLDER, Promise, true_derivatives, with_recordings_in};
+use doublet_engine::run::Snapshot;
+
+use crate::progress::Progress;
+use crate::run::{compute_session, open_to_run};
+use crate::text::{self, number};
+
+/// File of the truth of a simulated flight.
+const TRUTH: &str = "truth.toml";
+
+/// Arguments of `debrief`.
+#[derive(Debug, Args)]
+pub struct DebriefArguments {
+    /// Folder of the design: design.json and design_session.toml.
+    pub design: PathBuf,
+    /// Folder with the recordings of a flight. Repeatable [default: flight, beside the session].
+    #[arg(long, value_name = "DIR")]
+    flight: Vec<PathBuf>,
+    /// Session in the place of design_session.toml.
+    #[arg(long, value_name = "FILE", conflicts_with = "flight")]
+    session: Option<PathBuf>,
+    /// Print one JSON document.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the flights of a design and prints what was promised, obtained and is true.
+///
+/// # Errors
+/// One line: a file that cannot be read, a flight that cannot be run, a derivative that is missing.
+pub fn debrief(arguments: &DebriefArguments) -> Result<(), String> {
+    let place = arguments.design.join("design.json");
+    let named = |path: &Path, error: String| format!("{}: {error}", path.display());
+    let promise = Promise::parse(&read(&place)?).map_err(|error| named(&place, error))?;
+    let path = arguments.session.clone().unwrap_or_else(|| arguments.design.join("design_session.toml"));
+    let opened = open_to_run(&path)?;
+    let mut folders = arguments.flight.clone();
+    if folders.is_empty() {
+        folders.push(opened.folder.join(FLIGHT_FOLDER));
+    }
+    let progress = Progress::new();
+    let mut found: Vec<(Snapshot, Option<BTreeMap<String, f64>>)> = Vec::new();
+    for folder in &folders {
+        let session = if arguments.flight.is_empty() {
+            opened.session.clone()
+        } else {
+            let absolute = std::path::absolute(folder).map_err(|error| named(folder, error.to_string()))?;
+            with_recordings_in(&opened.session, &absolute.to_string_lossy())
+        };
+        let snapshot = compute_session(&session, &opened.folder, &[], &progress, 1.0);
+        let snapshot = snapshot.map_err(|error| named(folder, error))?;
+        let truth = folder.join(TRUTH);
+        let truth = truth.is_file().then(|| true_derivatives(&read(&truth)?).map_err(|error| named(&truth, error)));
+        found.push((snapshot, truth.transpose()?));
+    }
+    progress.finish();
+    let flights: Vec<_> = found.iter().map(|(snapshot, truth)| (snapshot, truth.clone())).collect();
+    let debrief = planning::debrief(&promise, &flights).map_err(|error| error.to_string())?;
+    if arguments.json {
+        text::document(&serde_json::to_string(&debrief).map_err(|error| error.to_string())?);
+    } else {
+        print(&debrief);
+    }
+    Ok(())
+}
+
+fn read(path: &Path) -> Result<String, String> {
+    doublet_core::load::read_text(path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+fn print(found: &Debrief) {
+    let Debrief { kind, time_s, flights, .. } = found;
+    text::line(&format!("{kind}, {} s of manoeuvres, flights: {flights}", number(*time_s, 4)));
+    let maybe = |value: Option<f64>, digits| value.map_or_else(String::new, |value| number(value, digits));
+    let cells = found.derivatives.iter().map(|row| {
+        vec![
+            row.name.clone(),
+            number(row.promised, 2),
+            number(row.obtained, 2),
+            number(row.over_promised, 3),
+            number(row.estimate, 4),
+            maybe(row.truth, 4),
+            maybe(row.off, 3),
+            row.inside.map_or_else(String::new, |inside| format!("{inside} of {flights}")),
+        ]
+    });
+    let header = [
+        "derivative",
+        "promised error",
+        "obtained error",
+        "obtained over promised",
+        "estimate",
+        "truth",
+        "rms error in std errors",
+        "truth inside 95 %",
+    ];
+    text::table(&header, &cells.collect::<Vec<_>>());
+    text::line(&format!("obtained over promised: median {}", number(found.median_over_promised, 3)));
+    if let (Some(inside), Some(off)) = (found.inside_percent, found.rms_off) {
+        text::line(&format!("truth inside the 95 % intervals: {inside:.1} %; rms error {} std errors", number(off, 3)));
+    }
+}

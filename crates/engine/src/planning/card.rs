@@ -1,0 +1,269 @@
+//! The card of one test point: entry, stick picture, procedure, hazards, a row per run.
+
+use doublet_core::simulate::{Form, InputKind};
+
+use super::campaign::{Campaign, Flown, PlannedPoint};
+use super::safety::M_S_PER_KT;
+use crate::notation::significant;
+use crate::report::document::{Axis, Block, Figure, LineStyle, Panel, Plot, Section, points};
+use crate::report::{Cell, Column, Table};
+use crate::verdict::Level;
+
+/// Length of a foot, m.
+const M_PER_FT: f64 = 0.3048;
+
+/// The movement of the hand for each direction of a surface: surface, direction, control, opposite direction.
+const HANDS: [(&str, &str, &str, &str); 6] = [
+    ("aileron", "right", "wheel right", "left"),
+    ("aileron", "left", "wheel left", "right"),
+    ("elevator", "down", "column forward", "up"),
+    ("elevator", "up", "column back", "down"),
+    ("rudder", "right", "right pedal", "left"),
+    ("rudder", "left", "left pedal", "right"),
+];
+
+/// Speeds of a card in the unit of the instrument as well.
+fn airspeed(point: &PlannedPoint, tolerance_m_s: f64) -> String {
+    format!(
+        "{} m/s true, {} m/s ({} kt) calibrated; ±{} m/s (±{} kt)",
+        significant(point.airspeed_m_s, 3),
+        significant(point.calibrated_m_s, 3),
+        significant(point.calibrated_m_s / M_S_PER_KT, 3),
+        significant(tolerance_m_s, 2),
+        significant(tolerance_m_s / M_S_PER_KT, 2)
+    )
+}
+
+fn altitude(point: &PlannedPoint, tolerance_m: f64) -> String {
+    let feet = |metres: f64, digits| significant(metres / M_PER_FT, digits);
+    format!(
+        "{} m ({} ft); ±{} m (±{} ft)",
+        significant(point.altitude_m, 4),
+        feet(point.altitude_m, 4),
+        significant(tolerance_m, 2),
+        feet(tolerance_m, 2)
+    )
+}
+
+/// Power setting as the instruments show it.
+fn power(point: &PlannedPoint) -> String {
+    let speed = point.engine_speed_rpm.map(|rpm| format!("{} rev/min", significant(rpm, 4)));
+    let pressure = point.manifold_pressure_inhg.map(|inhg| format!("{} inHg", significant(inhg, 3)));
+    let given: Vec<String> = speed.into_iter().chain(pressure).collect();
+    if given.is_empty() { "not given".to_owned() } else { format!("{}; not moved during the input", given.join(", ")) }
+}
+
+/// Limits of the wind in which a point is flown.
+fn wind(campaign: &Campaign) -> String {
+    let limit = |name: &str, value: Option<f64>| {
+        value.map(|value| format!("{name} {} m/s ({} kt)", significant(value, 2), significant(value / M_S_PER_KT, 2)))
+    };
+    let wind = &campaign.wind;
+    let stated = [
+        limit("mean wind below", wind.speed_m_s),
+        limit("vertical gusts below", wind.gust_m_s),
+        limit("change over the altitude band below", wind.shear_m_s),
+    ];
+    let stated: Vec<String> = stated.into_iter().flatten().collect();
+    if stated.is_empty() { "not given".to_owned() } else { stated.join(", ") }
+}
+
+fn gate(campaign: &Campaign) -> String {
+    let gate = &campaign.entry;
+    format!(
+        "airspeed and altitude in tolerance, bank within {} deg, rates within {} deg/s for {} s before the input",
+        significant(gate.bank_deg, 2),
+        significant(gate.rate_deg_s, 2),
+        significant(gate.steady_s, 2)
+    )
+}
+
+/// One card: entry, input, procedure, hazards, a row per run to fill in, room for notes.
+pub(super) fn card(campaign: &Campaign, point: &PlannedPoint) -> Section {
+    let surface = if point.surface.is_empty() { "all surfaces" } else { &point.surface };
+    let mut blocks: Vec<Block> = Vec::new();
+    blocks.extend(point.entry_note.iter().map(|note| Block::Outcome(Level::Caution, note.clone())));
+    blocks.extend([Block::Heading("Entry".to_owned()), Block::Facts(facts(campaign, point))]);
+    blocks.extend(stick_picture(point).map(Block::Figure));
+    blocks.extend([Block::Heading("Procedure".to_owned()), Block::List(campaign.procedure.clone())]);
+    if !point.knock_off.is_empty() {
+        blocks.extend([Block::Heading("Knock it off".to_owned()), Block::List(point.knock_off.clone())]);
+    }
+    if !point.risks.is_empty() {
+        blocks.push(Block::Table(risks(point)));
+    }
+    blocks.extend([Block::Heading("Runs".to_owned()), Block::Table(runs(point, surface))]);
+    blocks.extend([Block::Heading("Crew notes".to_owned()), Block::Lines(4)]);
+    let title = format!("Card {}: {} {}", point.id, surface, point.kind);
+    Section::plain(&format!("card-{}", point.id), &title, true, blocks)
+}
+
+fn facts(campaign: &Campaign, point: &PlannedPoint) -> Vec<(String, String)> {
+    let given = |text: &String| if text.is_empty() { "not given".to_owned() } else { text.clone() };
+    let margin = point.cg_margin_m.map_or_else(String::new, |own| format!(", {} m inside", significant(own, 2)));
+    let stall = point.stall_m_s.map_or_else(
+        || "not given".to_owned(),
+        |stall| {
+            let (kt, ratio) = (stall / M_S_PER_KT, point.calibrated_m_s / stall);
+            let ratio = significant(ratio, 3);
+            format!("{} m/s ({} kt) calibrated; entry is {ratio} times that", significant(stall, 3), significant(kt, 3))
+        },
+    );
+    let nearest = match (&point.nearest_limit, point.nearest_margin) {
+        (Some(limit), Some(margin)) => format!("{} m/s from {limit}", significant(margin, 2)),
+        _ => "not given".to_owned(),
+    };
+    let flown = match point.status {
+        Flown::Missing => Flown::Missing.name().to_owned(),
+        status => format!("{}: {}", status.name(), point.windows.join(", ")),
+    };
+    let unit = point.step_s.map_or_else(|| "not given".to_owned(), |step| format!("{} s", significant(step, 3)));
+    let minutes = point.repeats as f64 * point.duration_s / 60.0;
+    let place = format!("after {} min, {} min", significant(point.start_s / 60.0, 3), significant(minutes, 3));
+    let mass = format!(
+        "{} kg with {} kg of fuel; {} m behind the datum{margin}",
+        significant(point.mass_kg, 4),
+        significant(point.fuel_kg, 3),
+        significant(point.cg_x_m, 4)
+    );
+    [
+        ("Airspeed", airspeed(point, campaign.entry.airspeed_m_s)),
+        ("Altitude", altitude(point, campaign.entry.altitude_m)),
+        ("Configuration", given(&point.configuration)),
+        ("Power", power(point)),
+        ("Steady before the input", gate(campaign)),
+        ("Wind box", wind(campaign)),
+        ("Mass and centre of gravity", mass),
+        ("Stall at this mass", stall),
+        ("Nearest limit of airspeed", nearest),
+        ("Time unit dt", unit),
+        ("Hazard", given(&point.hazard)),
+        ("In the flight", place),
+        ("Flown", flown),
+    ]
+    .map(|(name, text)| (name.to_owned(), text))
+    .into()
+}
+
+/// Directions of the runs one after the other, each as its first word.
+fn directions(point: &PlannedPoint) -> Vec<&str> {
+    let words = point.direction.split(',').map(|text| {
+        let text = text.trim();
+        let end = text.find(|letter: char| !letter.is_alphabetic()).unwrap_or(text.len());
+        &text[..end]
+    });
+    words.filter(|word| !word.is_empty()).collect()
+}
+
+/// The hand movement of a direction of a surface and the opposite direction.
+fn hand(surface: &str, direction: &str) -> Option<(&'static str, &'static str)> {
+    let found = HANDS.iter().find(|(own, word, ..)| *own == surface && *word == direction);
+    found.map(|(_, _, hand, opposite)| (*hand, *opposite))
+}
+
+/// Pulses of an input: duration, s, and sign.
+fn pulses(point: &PlannedPoint) -> Option<Vec<(f64, f64)>> {
+    let (step_s, kind) = (point.step_s?, InputKind::from_name(&point.kind)?);
+    let Form::Pulses(form) = kind.form() else { return None };
+    Some(form.iter().map(|(length, level)| (length * step_s, *level)).collect())
+}
+
+/// The input of the first run over time, its directions named as the hand moves.
+fn stick_picture(point: &PlannedPoint) -> Option<Figure> {
+    let pulses = pulses(point)?;
+    let first = directions(point).first().copied()?;
+    let (forward, opposite) = hand(&point.surface, first)?;
+    let (back, _) = hand(&point.surface, opposite)?;
+    let amplitude = point.amplitude_deg.abs();
+    let lead_s = pulses.iter().map(|pulse| pulse.0).sum::<f64>() / 4.0;
+    let mut time_s = lead_s;
+    let mut nodes = vec![[0.0, 0.0], [time_s, 0.0]];
+    for (duration_s, level) in &pulses {
+        nodes.push([time_s, level * amplitude]);
+        time_s += duration_s;
+        nodes.push([time_s, level * amplitude]);
+    }
+    nodes.extend([[time_s, 0.0], [time_s + lead_s, 0.0]]);
+    let sequence: Vec<String> = pulses
+        .iter()
+        .map(|(duration_s, level)| {
+            let hand = if *level > 0.0 { forward } else { back };
+            format!("{hand} {} s", significant(*duration_s, 3))
+        })
+        .collect();
+    let size = format!("{} deg", significant(amplitude, 2));
+    let places = vec![
+        (amplitude, format!("{forward} {size}")),
+        (0.0, "trim".to_owned()),
+        (-amplitude, format!("{back} {size}")),
+    ];
+    let mirrored = if directions(point).iter().any(|other| *other != first) {
+        " The other direction is the mirror image."
+    } else {
+        ""
+    };
+    Some(Figure {
+        name: format!("stick-{}", point.id),
+        caption: format!("Stick picture, {first} first: {}; then release.{mirrored}", sequence.join(", ")),
+        columns: 1,
+        panel_height_mm: 26.0,
+        panels: vec![Panel::Plot(Plot {
+            x: Axis::time(),
+            y: Axis { label: point.surface.clone(), places, ..Axis::default() },
+            marks: vec![points("", 0, LineStyle::Solid, nodes)],
+        })],
+    })
+}
+
+/// Hazards with what is done about each.
+fn risks(point: &PlannedPoint) -> Table {
+    Table {
+        name: format!("hazards-{}", point.id),
+        caption: "Hazards and mitigations.".to_owned(),
+        columns: vec![Column::new("hazard", "Hazard"), Column::new("mitigation", "Mitigation")],
+        rows: point
+            .risks
+            .iter()
+            .map(|risk| vec![Cell::text(risk.hazard.clone()), Cell::text(risk.mitigation.clone())])
+            .collect(),
+    }
+}
+
+/// A row per run: what is to be given, and what the crew writes down.
+fn runs(point: &PlannedPoint, surface: &str) -> Table {
+    let columns = [
+        ("run", "Run"),
+        ("surface", "Surface"),
+        ("direction", "Direction"),
+        ("amplitude", "Amplitude"),
+        ("time", "Time stamp"),
+        ("fuel", "Fuel"),
+        ("altitude", "Altitude"),
+        ("remark", "Remark"),
+    ];
+    let amplitude = format!("{} deg", significant(point.amplitude_deg, 2));
+    let blank = || Cell::text("\u{a0}".repeat(22));
+    let directions = directions(point);
+    let direction = |run: usize| match directions.get((run - 1) % directions.len().max(1)) {
+        Some(word) => hand(&point.surface, word).map_or((*word).to_owned(), |(hand, _)| format!("{hand} first")),
+        None => String::new(),
+    };
+    let row = |run: usize| {
+        vec![
+            Cell::text(format!("{}.{run}", point.id)),
+            Cell::text(surface),
+            Cell::text(direction(run)),
+            Cell::text(amplitude.clone()),
+            blank(),
+            blank(),
+            blank(),
+            blank(),
+        ]
+    };
+    Table {
+        name: format!("runs-{}", point.id),
+        caption: "For the crew to fill in.".to_owned(),
+        columns: columns.map(|(key, heading)| Column::new(key, heading)).into(),
+        rows: (1..=point.repeats).map(row).collect(),
+    }
+}
