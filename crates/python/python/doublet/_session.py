@@ -25,7 +25,7 @@ from ._views import View
 
 if TYPE_CHECKING:
     #: A study that a run can add.
-    _Study = Literal["sensitivity", "manoeuvres", "checks", "lags", "responses", "monte-carlo", "dynamics"]
+    _Study = Literal["sensitivity", "manoeuvres", "checks", "lags", "responses", "monte-carlo", "dynamics", "experiments"]
 
 
 class Session(Replayed[_doublet.Session]):
@@ -395,7 +395,7 @@ def run(
     """Computes everything a session asks for: the same numbers, bit for bit, as ``doublet run``.
 
     Args:
-        studies: ``sensitivity``, ``manoeuvres``, ``checks``, ``lags``, ``responses``, ``monte-carlo``, ``dynamics``.
+        studies: ``sensitivity``, ``manoeuvres``, ``checks``, ``lags``, ``responses``, ``monte-carlo``, ``dynamics``, ``experiments``.
         realisations: Of ``monte-carlo``.
         seed: Of ``monte-carlo``.
         progress: Called with the part done, 0 to 1. Ctrl-C stops; other Python threads run meanwhile.
