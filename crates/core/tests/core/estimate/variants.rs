@@ -113,7 +113,7 @@ fn whitened_windows_are_the_generalised_fit() {
     let corrected = found.coloured_covariance(&whitened.windows, &Coloured::default()).unwrap();
     approx::assert_relative_eq!(corrected, covariance, max_relative = 1e-6, epsilon = 1e-12);
     let fitted = found.fitted(&regression.windows);
-    for ((z, y), residual) in z.iter().zip(&fitted).zip(&expected.fit.residuals) {
+    for ((z, y), residual) in z.iter().zip(&fitted).zip(expected.fit.residuals.iter()) {
         approx::assert_abs_diff_eq!(z - y, residual, epsilon = 1e-8);
     }
     for order in [0, 400] {
