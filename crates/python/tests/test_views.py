@@ -80,7 +80,7 @@ def test_regressions_have_a_quality_check():
     assert "(limit 100)" in near.verdict.lines[0] and all(row["fix"] for row in near.verdict.findings)
     noise = np.zeros(600)
     for k, draw in enumerate(rng.normal(size=599), start=1):
-        noise[k] = 0.995 * noise[k - 1] + 0.1 * draw
+        noise[k] = 0.999 * noise[k - 1] + draw
     assert codes(db.lstsq(X, y + noise, errors="white")) >= {"white"}
     assert codes(db.lstsq(X, y + noise)) >= {"correlation"} and "correlation" not in codes(db.lstsq(X, y + noise, method="gls"))
     groups = np.arange(600) // 2

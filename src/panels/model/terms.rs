@@ -57,6 +57,24 @@ pub struct Model {
     studied: Option<Coefficient>,
 }
 
+/// The choice of the weights of the residuals.
+fn residual_weights(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+    ui.weak("Weights").on_hover_text(WEIGHTS_HINT);
+    let mut weights = ctx.session.estimation.weights;
+    let order = match weights {
+        ResidualWeights::Autoregression(order) => order,
+        ResidualWeights::Equal | ResidualWeights::Huber => ResidualWeights::USUAL_ORDER,
+    };
+    let all = [
+        (ResidualWeights::Equal, "equal"),
+        (ResidualWeights::Huber, "Huber"),
+        (ResidualWeights::Autoregression(order), "autoregression"),
+    ];
+    if choices(ui, &mut weights, &all) {
+        ctx.edit(Edit::Estimation(EstimationEdit::Weights(weights)));
+    }
+}
+
 impl Panel for Model {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         ctx.wanted.terms = Some(self.terms(&ctx.session.structure));
@@ -85,20 +103,7 @@ impl Panel for Model {
             if ui.checkbox(&mut by_surface, "by surface").on_hover_text(hint).changed() {
                 ctx.edit(Edit::Estimation(EstimationEdit::BySurface(by_surface)));
             }
-            ui.weak("Weights").on_hover_text(WEIGHTS_HINT);
-            let mut weights = ctx.session.estimation.weights;
-            let order = match weights {
-                ResidualWeights::Autoregression(order) => order,
-                _ => ResidualWeights::USUAL_ORDER,
-            };
-            let all = [
-                (ResidualWeights::Equal, "equal"),
-                (ResidualWeights::Huber, "Huber"),
-                (ResidualWeights::Autoregression(order), "autoregression"),
-            ];
-            if choices(ui, &mut weights, &all) {
-                ctx.edit(Edit::Estimation(EstimationEdit::Weights(weights)));
-            }
+            residual_weights(ctx, ui);
         });
         ui.horizontal_wrapped(|ui| {
             ui.weak("Predictions by");
