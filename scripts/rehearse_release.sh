@@ -16,7 +16,15 @@ python=${PYTHON:-python3}
 part() {
     local name=$1
     shift
-    if "$@" >"$out/log" 2>&1; then
+    # In a condition the shell would go on behind a command that fails.
+    set +e
+    (
+        set -e
+        "$@"
+    ) >"$out/log" 2>&1
+    local status=$?
+    set -e
+    if ((status == 0)); then
         echo "$name: $(tail -1 "$out/log")"
     else
         failed+=("$name")
