@@ -110,6 +110,8 @@ pub enum Command {
     Design(crate::design::DesignArguments),
     /// Plan a campaign: envelope, test points in order, flight-test cards.
     Campaign(crate::campaign::CampaignArguments),
+    /// Find mass and centre of gravity of the empty aircraft from a weighing on scales.
+    Weigh(crate::weigh::WeighArguments),
     /// Compare flights of a design with what it promised and, where it is known, with the truth.
     Debrief(crate::debrief::DebriefArguments),
     /// Compare the errors so far with goals, and propose the next manoeuvre.
