@@ -110,9 +110,9 @@ pub enum Command {
     Design(crate::design::DesignArguments),
     /// Plan a campaign: envelope, test points in order, flight-test cards.
     Campaign(crate::campaign::CampaignArguments),
-    /// Find mass and centre of gravity of the empty aircraft from a weighing on scales.
+    /// Find empty mass and centre of gravity from a weighing.
     Weigh(crate::weigh::WeighArguments),
-    /// Compare flights of a design with what it promised and, where it is known, with the truth.
+    /// Compare flights of a design with its promise and the truth.
     Debrief(crate::debrief::DebriefArguments),
     /// Compare the errors so far with goals, and propose the next manoeuvre.
     Enough(crate::design::EnoughArguments),

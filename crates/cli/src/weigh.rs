@@ -13,9 +13,9 @@ use crate::text::{self, number};
 /// Arguments of `weigh`.
 #[derive(Debug, Args)]
 pub struct WeighArguments {
-    /// Weighing: scale readings at two or more pitch attitudes, and what was on board (TOML).
+    /// Weighing file (TOML): scale readings, fuel and items on board.
     pub weighing: PathBuf,
-    /// Session that gets the empty mass and centre of gravity, in its aircraft_changes.
+    /// Session to which the empty mass and centre of gravity are written.
     #[arg(long, value_name = "FILE")]
     session: Option<PathBuf>,
     /// Print one JSON document.
