@@ -80,6 +80,21 @@ worst = np.max(np.abs(co - own) / scale)
 print(f"co-simulation against the rates of model exchange, {STOP:.0f} s: {worst:.2e}")
 assert worst < 1e-9
 
+# The thrust acting follows from setting, slope and airspeed; without the slope the setting is the thrust acting.
+names = ["thrust", "airspeed", "thrust_reference", "thrust_reference_airspeed", "thrust_slope"]
+thrust, airspeed, setting, at, slope = slave.getFloat64([reference[name] for name in names])
+off = abs(thrust - setting - slope * (airspeed - at))
+print(f"thrust acting {thrust:.1f} N at {airspeed:.2f} m/s: setting {setting:.1f} N, slope {slope:.2f} N s/m; differs by {off:.1e} N")
+assert off < 1e-9 * abs(thrust) and (slope == 0.0 or abs(airspeed - at) > 1e-3), "the flight did not change the thrust"
+slave.reset()
+slave.setFloat64([reference["thrust_slope"], reference["thrust_reference"]], [0.0, 1234.5])
+slave.enterInitializationMode()
+slave.exitInitializationMode()
+slave.doStep(currentCommunicationPoint=0.0, communicationStepSize=5.0)
+assert slave.getFloat64([reference["thrust"]]) == [1234.5], "without the slope the setting is not the thrust acting"
+missing = [variable.name for variable in description.modelVariables if not (variable.description and variable.unit)]
+assert not missing, f"without unit or description: {missing}"
+
 exchange = simulate_fmu(path, fmi_type="ModelExchange", stop_time=1.0, output_interval=STEP, relative_tolerance=1e-10, output=STATES)
 steady = np.array([[row[name] for name in STATES[:6]] for row in exchange])
 print(f"model exchange by the runner's own solver, first second of the trim: speeds and rates move by {np.ptp(steady, axis=0).max():.1e}")

@@ -60,6 +60,11 @@ def fly_unit(path):
         unit.setFloat64([reference[name] for name in ("delta_a", "delta_e", "delta_r")], controls(k * STEP, model["input"]))
         unit.doStep(currentCommunicationPoint=k * STEP, communicationStepSize=STEP)
         flown.append(unit.getFloat64([reference[name] for name in names]))
+    # The thrust that the unit states is the one that the exported aircraft is given.
+    condition = model["condition"]
+    thrust, airspeed = unit.getFloat64([reference["thrust"], reference["airspeed"]])
+    expected = model["input"][3] + condition["thrust_slope_n_s_m"] * (airspeed - condition["airspeed_m_s"])
+    assert abs(thrust - expected) < 1e-9 * abs(expected), (thrust, expected)
     unit.terminate()
     shutil.rmtree(folder, ignore_errors=True)
     return model, np.array(flown)

@@ -110,7 +110,9 @@ pub enum Command {
     Design(crate::design::DesignArguments),
     /// Plan a campaign: envelope, test points in order, flight-test cards.
     Campaign(crate::campaign::CampaignArguments),
-    /// Compare flights of a design with what it promised and, where it is known, with the truth.
+    /// Find empty mass and centre of gravity from a weighing.
+    Weigh(crate::weigh::WeighArguments),
+    /// Compare flights of a design with its promise and the truth.
     Debrief(crate::debrief::DebriefArguments),
     /// Compare the errors so far with goals, and propose the next manoeuvre.
     Enough(crate::design::EnoughArguments),

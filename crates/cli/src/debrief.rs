@@ -19,10 +19,10 @@ const TRUTH: &str = "truth.toml";
 pub struct DebriefArguments {
     /// Folder of the design: design.json and design_session.toml.
     pub design: PathBuf,
-    /// Folder with the recordings of a flight. Repeatable [default: flight, beside the session].
+    /// Folder with the recordings of a flight. Repeatable [default: flight].
     #[arg(long, value_name = "DIR")]
     flight: Vec<PathBuf>,
-    /// Session in the place of design_session.toml.
+    /// Session of the flight [default: design_session.toml].
     #[arg(long, value_name = "FILE", conflicts_with = "flight")]
     session: Option<PathBuf>,
     /// Print one JSON document.

@@ -85,7 +85,7 @@ pub struct DesignArguments {
     /// Compare all kinds within the same limits and time.
     #[arg(long)]
     compare: bool,
-    /// Folder for card, nodes (CSV), scenario, session of its flight, ArduPilot script and PX4 parameters.
+    /// Folder for card, nodes (CSV), scenario, session and autopilot files.
     #[arg(long)]
     out: Option<PathBuf>,
     /// Formats of the card.

@@ -54,6 +54,7 @@ mod time_option;
 mod tune;
 mod variants;
 mod version;
+mod weigh;
 
 pub use table::command_table;
 pub use version::version;
@@ -220,6 +221,7 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         Command::Qualities(arguments) => dynamics::qualities(&arguments),
         Command::Campaign(arguments) => campaign::campaign(&arguments),
         Command::Design(arguments) => design::design(&arguments),
+        Command::Weigh(arguments) => weigh::weigh(&arguments),
         Command::Debrief(arguments) => debrief::debrief(&arguments),
         Command::Enough(arguments) => design::enough(&arguments),
         Command::Propagate(arguments) => propagate::propagate(&arguments),

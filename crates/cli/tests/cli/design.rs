@@ -69,6 +69,51 @@ fn design_promises_errors_and_excursions_within_peak_and_limits() {
     assert!(flown.join("truth.h5").is_file());
 }
 
+/// A design with little fuel is flown, run and compared without an edit of any file, and flown at the mass it was designed for.
+#[test]
+fn designed_flight_is_flown_and_identified_as_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("design");
+    let place = |name: &str| out.join(name).to_str().unwrap().to_owned();
+    let designed = document(&[
+        "design",
+        "sessions/demo.toml",
+        "--kind",
+        "3-2-1-1",
+        "--time",
+        "90",
+        "--rounds",
+        "0",
+        "--samples",
+        "2",
+        "--fuel",
+        "150",
+        "--json",
+        "--out",
+        out.to_str().unwrap(),
+    ]);
+    let run = doublet(&["simulate", &place("design_scenario.toml"), "--out", &place("flight")]);
+    assert!(run.status.success(), "{}", text(&run.stderr));
+    // The mass flown is that of the trim less what the first manoeuvres burn.
+    let truth: toml::Table = std::fs::read_to_string(place("flight/truth.toml")).unwrap().parse().unwrap();
+    let flown_kg = truth["mode"][0]["mass_kg"].as_float().unwrap();
+    let burnt_kg = designed["trim"]["mass_kg"].as_f64().unwrap() - flown_kg;
+    assert!((0.0..3.0).contains(&burnt_kg), "{burnt_kg} kg from the mass of the trim");
+    assert!((flown_kg - (1382.1 + 4.0 * 74.7 + 21.0 + 150.0)).abs() < 3.0, "{flown_kg} kg");
+    let found = document(&["debrief", out.to_str().unwrap(), "--json"]);
+    let rows = found["derivatives"].as_array().unwrap();
+    assert_eq!((rows.len(), &found["flights"]), (25, &serde_json::json!(1)));
+    for own in rows {
+        let number = |key: &str| own[key].as_f64().unwrap();
+        let off = (number("estimate") - number("truth")) / number("obtained");
+        assert!((off.abs() - number("off")).abs() < 1e-9, "{own}");
+        assert_eq!(own["inside"], u64::from(off.abs() <= 1.96), "{own}");
+    }
+    let ratio = found["median_over_promised"].as_f64().unwrap();
+    assert!((0.7..1.4).contains(&ratio), "{ratio}");
+    assert!(found["rms_off"].as_f64().unwrap() < 2.5, "{}", found["rms_off"]);
+}
+
 #[test]
 fn enough_ends_with_the_corrected_errors_of_the_run() {
     let found = document(&["enough", "sessions/demo.toml", "--json", "--goal", "Cm_q=0.08"]);

@@ -109,10 +109,13 @@ fn facts(campaign: &Campaign, point: &PlannedPoint) -> Vec<(String, String)> {
             format!("{} m/s ({} kt) calibrated; entry is {ratio} times that", significant(stall, 3), significant(kt, 3))
         },
     );
-    let nearest = match (&point.nearest_limit, point.nearest_margin) {
-        (Some(limit), Some(margin)) => format!("{} m/s from {limit}", significant(margin, 2)),
-        _ => "not given".to_owned(),
-    };
+    let knock_off = point.least_airspeed_m_s.map_or_else(
+        || "not given".to_owned(),
+        |least| {
+            let room = point.calibrated_m_s - least;
+            format!("{} m/s ({} kt)", significant(room, 2), significant(room / M_S_PER_KT, 2))
+        },
+    );
     let flown = match point.status {
         Flown::Missing => Flown::Missing.name().to_owned(),
         status => format!("{}: {}", status.name(), point.windows.join(", ")),
@@ -135,7 +138,7 @@ fn facts(campaign: &Campaign, point: &PlannedPoint) -> Vec<(String, String)> {
         ("Wind box", wind(campaign)),
         ("Mass and centre of gravity", mass),
         ("Stall at this mass", stall),
-        ("Nearest limit of airspeed", nearest),
+        ("Above the knock-off airspeed", knock_off),
         ("Time unit dt", unit),
         ("Hazard", given(&point.hazard)),
         ("In the flight", place),

@@ -130,7 +130,9 @@ fn designed_window(
         (Some(Control::Rudder), None) => Some(Surface::Rudder),
         _ => None,
     };
-    let name = format!("{:02} {}", number + 1, input.name);
+    let place = format!("{:02} ", number + 1);
+    // The inputs of a design have their number in their name.
+    let name = if input.name.starts_with(&place) { input.name.clone() } else { place + &input.name };
     let kind = flown.kind.name().to_owned();
     Manoeuvre { surface, kind, ..Manoeuvre::new(name, scenario.name.to_owned(), window) }
 }

@@ -6,10 +6,11 @@ from ._commands import Answer, Input, Many
 
 __all__ = [
     "Answer", "aircraft_list", "aircraft_new", "aircraft_show", "batch", "calibrate", "campaign", "check", "checks", "compare",
-    "compatibility", "completions", "coverage", "datcom", "design", "diff", "engine", "enough", "equations", "export",
-    "fidelity", "fix", "fmu", "help", "inspect", "lags", "linear", "live", "loes", "man", "manoeuvres", "map", "match", "modes",
-    "monte_carlo", "new", "prior", "propagate", "propose_noise", "propose_onsets", "propose_steady", "propose_windows", "qtg",
-    "qualities", "regress", "report", "response", "run", "schema", "sensitivity", "simulate", "structure", "tune", "variants",
+    "compatibility", "completions", "coverage", "datcom", "debrief", "design", "diff", "engine", "enough", "equations",
+    "export", "fidelity", "fix", "fmu", "help", "inspect", "lags", "linear", "live", "loes", "man", "manoeuvres", "map",
+    "match", "modes", "monte_carlo", "new", "prior", "propagate", "propose_noise", "propose_onsets", "propose_steady",
+    "propose_windows", "qtg", "qualities", "regress", "report", "response", "run", "schema", "sensitivity", "simulate",
+    "structure", "tune", "variants", "weigh",
 ]
 
 def inspect(recording: Input, *, map: Optional[Input] = ...) -> Answer: ...
@@ -132,6 +133,8 @@ def design(
 def campaign(
     campaign: Input, *, session: Optional[Input] = ..., out: Optional[Input] = ..., format: Optional[Many] = ...,
 ) -> Answer: ...
+def weigh(weighing: Input, *, session: Optional[Input] = ...) -> Answer: ...
+def debrief(design: Input, *, flight: Optional[Many] = ..., session: Optional[Input] = ...) -> Answer: ...
 def enough(
     session: Input, *, surfaces: Optional[Many] = ..., criterion: Optional[Literal["d", "a", "max-relative"]] = ..., peak:
     Optional[Input] = ..., rate: Optional[Input] = ..., limit: Optional[Many] = ..., usage: Optional[Input] = ..., gusts:

@@ -1,5 +1,9 @@
 //! Weighing of an aircraft on scales under its wheels.
 
+mod file;
+
+pub use file::{Weighed, WeighingFile};
+
 use doublet_core::airframe::Aircraft;
 use doublet_core::airframe::weighing::{WeighingResult, WheelReactions, centre_of_gravity};
 
