@@ -85,9 +85,7 @@ pub fn error_line(text: &str) {
 
 /// Text without what a terminal obeys: control characters, and marks that turn the direction of writing.
 pub fn harmless(text: &str) -> Cow<'_, str> {
-    let obeyed = |letter: char| {
-        (letter.is_control() && !matches!(letter, '\n' | '\t')) || is_direction_mark(letter)
-    };
+    let obeyed = |letter: char| (letter.is_control() && !matches!(letter, '\n' | '\t')) || is_direction_mark(letter);
     if text.contains(obeyed) { Cow::Owned(text.replace(obeyed, "\u{fffd}")) } else { Cow::Borrowed(text) }
 }
 

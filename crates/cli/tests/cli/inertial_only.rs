@@ -9,7 +9,7 @@ use doublet_engine::stage::NO_PATH_MEASUREMENT;
 
 use crate::common::doublet;
 use crate::common::flight::{NAMES, oscillation};
-use crate::shared;
+use crate::shared::shared;
 
 /// Columns that are recorded: time, forces, rates and deflections.
 const RECORDED: [&str; 10] = ["t", "ax", "ay", "az", "p", "q", "r", "delta_e", "delta_a", "delta_r"];
@@ -21,8 +21,10 @@ fn write_recording(path: &Path) {
         "ax" | "ay" | "az" => format!("{name} [m/s^2]"),
         _ => format!("{name} [deg/s]").replace("delta_e [deg/s]", "delta_e [deg]"),
     };
-    let header: Vec<String> =
-        RECORDED.iter().map(|name| if name.starts_with("delta") { format!("{name} [deg]") } else { unit(name) }).collect();
+    let header: Vec<String> = RECORDED
+        .iter()
+        .map(|name| if name.starts_with("delta") { format!("{name} [deg]") } else { unit(name) })
+        .collect();
     let mut text = header.join(",") + "\n";
     for index in 0..1000 {
         let row = oscillation(f64::from(index) / 50.0);
@@ -70,7 +72,7 @@ fn rates_and_forces_alone_are_refused_in_one_line_by_every_command() {
 /// The recording that ended 20 of 36 commands by a panic.
 #[test]
 fn the_interleaved_recording_is_refused_in_one_line_by_every_command() {
-    if let Some(recording) = shared::file("formats/tdms/interleaved.tdms") {
+    if let Some(recording) = shared("data/formats/tdms/interleaved.tdms") {
         refused_by_every_command(&recording);
     }
 }

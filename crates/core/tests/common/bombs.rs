@@ -76,7 +76,8 @@ fn dataflash() -> Vec<u8> {
 }
 
 fn dataflash_text() -> Vec<u8> {
-    let head = "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\nFMT, 1, 11, IMU, BBBBBBBB, a,b,c,d,e,f,g,h\n";
+    let head =
+        "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\nFMT, 1, 11, IMU, BBBBBBBB, a,b,c,d,e,f,g,h\n";
     [head.as_bytes().to_vec(), b"IMU,1,1,1,1,1,1,1,1\n".repeat(400_000)].concat()
 }
 

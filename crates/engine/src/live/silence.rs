@@ -114,8 +114,7 @@ impl Silence {
 
     /// Whether alarms are given now: with every update, and again and again where no sample leads to one.
     pub(super) fn is_due(&mut self, has_updates: bool, now: Instant) -> bool {
-        let is_due =
-            has_updates || self.stated.is_none_or(|stated| now.saturating_duration_since(stated) >= SILENCE);
+        let is_due = has_updates || self.stated.is_none_or(|stated| now.saturating_duration_since(stated) >= SILENCE);
         if is_due {
             self.stated = Some(now);
         }

@@ -294,7 +294,7 @@ fn a_session_is_written_within_the_first_minute_and_renewed_each_minute() {
     assert!(found.windows.values().all(|one| one.path.ready().is_some()), "{:?}", found.failures());
 }
 
-/// A stream of JSON by UDP from the socket returned, with rates and forces of the source `imu` and air data of `air`.
+/// A stream of JSON by UDP from the socket returned, with rates, forces and airspeed of the source `imu` and flow angles of `air`.
 fn streamed(settings: impl FnOnce(&mut LiveSettings)) -> (LiveWatch, UdpSocket) {
     let opening = Opening {
         feed: Some(Feed::Lines("127.0.0.1:0".to_owned(), LineFormat::Json)),
@@ -311,7 +311,7 @@ fn streamed(settings: impl FnOnce(&mut LiveSettings)) -> (LiveWatch, UdpSocket) 
 
 /// Sends the values of a row of [`text`] that belong to a source.
 fn send(socket: &UdpSocket, (header, line): (&str, &str), source: &str) {
-    let is_air = |name: &str| ["airspeed", "alpha", "beta"].contains(&name);
+    let is_air = |name: &str| ["alpha", "beta"].contains(&name);
     let is_own = |name: &str| name == "time" || is_air(name) == (source == "air");
     let cells = header.split(',').zip(line.split(',')).filter(|(name, _)| is_own(name));
     let pairs: Vec<String> = cells.map(|(name, value)| format!("\"{name}\": {value}")).collect();
@@ -327,9 +327,10 @@ fn a_stream_of_which_nothing_ever_comes_gives_an_alarm() {
         step.updates.into_iter().flat_map(|update| update.alarms).collect::<Vec<_>>()
     };
     assert_eq!([0, 1].map(&mut alarms_at), [vec![], Vec::<String>::new()]);
-    assert_eq!([2, 3, 4].map(&mut alarms_at), [vec!["no data for 2 s".to_owned()], vec![], vec![
-        "no data for 4 s".to_owned()
-    ]]);
+    assert_eq!(
+        [2, 3, 4].map(&mut alarms_at),
+        [vec!["no data for 2 s".to_owned()], vec![], vec!["no data for 4 s".to_owned()]]
+    );
 }
 
 /// Ten seconds of both sources, then five of only one: the alarms of these five seconds, each step's.

@@ -137,6 +137,16 @@ struct Object {
     is_text: bool,
 }
 
+impl Object {
+    fn sample(&mut self, kind: u32, reader: &mut Reader<'_>) {
+        if kind == TIME_STAMP {
+            self.stamps.extend(reader.stamp());
+        } else {
+            self.values.extend(reader.number(kind));
+        }
+    }
+}
+
 /// Name of a group, bits of start and interval of its wave forms, and the source they make.
 type GroupSource = (String, Option<(u64, u64)>, Source);
 
@@ -273,7 +283,9 @@ impl File<'_> {
             let row = row.ok_or("it holds text between numbers")?;
             while reader.bytes.len() - reader.at >= row {
                 for (path, layout) in &present {
-                    self.sample(path, layout.kind, reader);
+                    if let Some(object) = self.objects.get_mut(path) {
+                        object.sample(layout.kind, reader);
+                    }
                 }
             }
             return Ok(());
@@ -283,8 +295,10 @@ impl File<'_> {
                 let end = reader.at.saturating_add(layout.bytes).min(reader.bytes.len());
                 match size(layout.kind) {
                     Some(bytes) => {
-                        for _ in 0..layout.count.min((end - reader.at) / bytes) {
-                            self.sample(path, layout.kind, reader);
+                        let count = layout.count.min((end - reader.at) / bytes);
+                        if let Some(object) = self.objects.get_mut(path) {
+                            object.values.reserve(if layout.kind == TIME_STAMP { 0 } else { count });
+                            (0..count).for_each(|_| object.sample(layout.kind, reader));
                         }
                     }
                     None => self.objects.entry(path.clone()).or_default().is_text = true,
@@ -310,15 +324,6 @@ impl File<'_> {
             self.refused = Some(error);
             "too large".to_owned()
         })
-    }
-
-    fn sample(&mut self, path: &str, kind: u32, reader: &mut Reader<'_>) {
-        let Some(object) = self.objects.get_mut(path) else { return };
-        if kind == TIME_STAMP {
-            object.stamps.extend(reader.stamp());
-        } else {
-            object.values.extend(reader.number(kind));
-        }
     }
 
     /// Numbers that a scale turns into the quantity must not stand for it.

@@ -256,7 +256,8 @@ impl<'l> Table<'l> {
             self.columns.iter_mut().for_each(|column| column.values.resize(self.rows + 1, f64::NAN));
         }
         self.rows += 1;
-        self.budget.take(NUMBER_BYTES * self.columns.len() as u64, || format!("its table has over {} rows", self.rows))?;
+        self.budget
+            .take(NUMBER_BYTES * self.columns.len() as u64, || format!("its table has over {} rows", self.rows))?;
         let (line, cells) = self.first_odd.unwrap_or_default();
         if self.odd_rows > MIN_ODD_ROWS && self.odd_rows as f64 > ODD_ROW_SHARE * self.rows as f64 {
             let wanted = self.columns.len();

@@ -48,11 +48,7 @@ thread_local! {
 static QUIET: Once = Once::new();
 
 /// Sources of a file, and warnings.
-pub fn sources(
-    path: &Path,
-    contents: Vec<u8>,
-    budget: &Budget<'_>,
-) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+pub fn sources(path: &Path, contents: Vec<u8>, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
     QUIET.call_once(|| {
         let report = std::panic::take_hook();
         std::panic::set_hook(Box::new(move |panic| {
@@ -72,11 +68,7 @@ pub fn sources(
 }
 
 /// Reads the table; the crate panics at some damage.
-fn read_table(
-    path: &Path,
-    contents: Vec<u8>,
-    budget: &Budget<'_>,
-) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+fn read_table(path: &Path, contents: Vec<u8>, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
     let damaged = |cause: &dyn std::fmt::Display| LoadError::Damaged {
         path: path.to_owned(),
         format: Format::Parquet,
