@@ -4,7 +4,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use crate::graph::{StageResult, guarded};
+use crate::graph::{StageError, StageResult, guarded};
 use crate::keep::{Autosave, AutosaveFile};
 
 /// Shortest time between two writes: a drag does not wear the disk out.
@@ -17,12 +17,12 @@ enum Job {
 }
 
 impl Job {
-    fn perform(&self, slot: &AutosaveFile) -> Result<(), String> {
+    fn perform(&self, slot: &AutosaveFile) -> StageResult<()> {
         let done = match self {
             Self::Write(autosave) => slot.write(autosave),
             Self::Clear => slot.clear(),
         };
-        done.map_err(|error| error.to_string())
+        done.map_err(|error| error.to_string().into())
     }
 }
 
@@ -110,7 +110,7 @@ impl Drop for Autosaver {
 }
 
 /// Waits for one job and performs it; `false` once there is none and never will be.
-fn step(shared: &Shared, perform: &dyn Fn(&Job) -> Result<(), String>) -> bool {
+fn step(shared: &Shared, perform: &dyn Fn(&Job) -> StageResult<()>) -> bool {
     let mut inbox = lock(shared);
     let job = loop {
         if let Some(job) = inbox.pending.take() {
@@ -125,10 +125,10 @@ fn step(shared: &Shared, perform: &dyn Fn(&Job) -> Result<(), String>) -> bool {
     drop(inbox);
     let begun = Instant::now();
     // A panic is an error of this write: the thread goes on, and whoever waits for the disk is told.
-    let outcome = guarded::<_, String>("autosave", || perform(&job));
+    let outcome = guarded::<_, StageError>("autosave", || perform(&job));
     let mut inbox = lock(shared);
     inbox.working = false;
-    inbox.error = outcome.err();
+    inbox.error = outcome.err().map(|error| error.to_string());
     shared.changed.notify_all();
     while let Some(left) = INTERVAL.checked_sub(begun.elapsed()).filter(|_| !inbox.hurry && !inbox.closed) {
         inbox = shared.changed.wait_timeout(inbox, left).unwrap_or_else(PoisonError::into_inner).0;
