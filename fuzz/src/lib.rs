@@ -1,5 +1,6 @@
 //! A target for each kind of file that doublet reads: whatever the bytes, it returns.
 
+pub mod recording_chain;
 mod whole_path;
 
 use std::collections::BTreeSet;
@@ -19,7 +20,7 @@ use whole_path::whole_path;
 type Target = fn(&[u8]);
 
 /// What is fuzzed beside recordings.
-const OTHERS: [(&str, Target); 9] = [
+const OTHERS: [(&str, Target); 10] = [
     ("datcom_listing", datcom_listing),
     ("session", session),
     ("aircraft", aircraft),
@@ -29,6 +30,7 @@ const OTHERS: [(&str, Target); 9] = [
     ("expression", expression),
     ("stream", stream),
     ("whole_path", whole_path),
+    ("recording_chain", recording_chain::recording_chain),
 ];
 
 /// Names of all targets: those of the formats of recordings, then the others.

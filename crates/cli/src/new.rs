@@ -11,7 +11,7 @@ use doublet_engine::begin::{self, Inspected, add_flight, empty_session, name_of,
 use doublet_engine::builtin;
 use doublet_engine::run::Control;
 use doublet_engine::session::{self, Flight, MapRef, Session};
-use doublet_engine::stage::{self, NO_AIRCRAFT};
+use doublet_engine::stage::{self, NO_AIRCRAFT, NO_PATH_MEASUREMENT};
 use doublet_engine::verdict::Level;
 
 use crate::arguments::{NewArguments, StructureName};
@@ -90,7 +90,9 @@ pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
     let session = session::relative_to(&session, folder);
     session::save(&session, &arguments.output).map_err(|error| error.to_string())?;
     let missing: Vec<_> = begin::missing_measurements(&measured).into_iter().map(Measurement::name).collect();
-    if !missing.is_empty() {
+    if missing.len() == Measurement::ALL.len() {
+        text::line(&format!("{NO_PATH_MEASUREMENT} {}", missing.join(", ")));
+    } else if !missing.is_empty() {
         text::line(&format!("not measured: {}", missing.join(", ")));
     }
     if stage::ANGULAR_ACCELERATIONS.iter().all(|(acceleration, _)| measured.contains(acceleration)) {

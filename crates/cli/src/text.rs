@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::io::Write;
 use std::sync::{Mutex, PoisonError};
 
+use doublet_engine::notation::is_direction_mark;
 use doublet_engine::verdict::Verdict;
 use serde_json::{Value, json};
 
@@ -84,10 +85,7 @@ pub fn error_line(text: &str) {
 
 /// Text without what a terminal obeys: control characters, and marks that turn the direction of writing.
 pub fn harmless(text: &str) -> Cow<'_, str> {
-    let obeyed = |letter: char| {
-        (letter.is_control() && !matches!(letter, '\n' | '\t'))
-            || matches!(letter, '\u{061c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
-    };
+    let obeyed = |letter: char| (letter.is_control() && !matches!(letter, '\n' | '\t')) || is_direction_mark(letter);
     if text.contains(obeyed) { Cow::Owned(text.replace(obeyed, "\u{fffd}")) } else { Cow::Borrowed(text) }
 }
 

@@ -1,6 +1,7 @@
 //! How much memory a recording may take when it is unpacked.
 
 use std::cell::Cell;
+use std::io::Read;
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -14,6 +15,8 @@ const PART_OF_MEMORY: u64 = 4;
 /// Budget where nothing is known of the machine, bytes.
 const UNKNOWN_MACHINE: u64 = 1 << 30;
 const MEGABYTE: u64 = 1_000_000;
+/// Bytes of a number in memory.
+pub(crate) const NUMBER_BYTES: u64 = 8;
 
 /// The budget of this program, bytes: what the environment says, or a quarter of the memory it may use.
 static BUDGET: LazyLock<u64> = LazyLock::new(|| {
@@ -61,6 +64,36 @@ impl<'p> Budget<'p> {
         Self { path, format, all, left: Cell::new(all) }
     }
 
+    /// The bytes of the file, which is read as a whole: its size is known before, and no more than that is read.
+    ///
+    /// # Errors
+    /// [`LoadError::Open`], and [`LoadError::TooLarge`] where it is larger than what was set for a recording.
+    pub fn read_whole(&self) -> Result<Vec<u8>, LoadError> {
+        let open = |cause| LoadError::Open { path: self.path.to_owned(), cause };
+        let file = std::fs::File::open(self.path).map_err(open)?;
+        let stored = file.metadata().map_err(open)?.len();
+        if stored > *BUDGET {
+            return Err(self.too_large(*BUDGET, format!("the file itself has {} MB", stored / MEGABYTE)));
+        }
+        let mut contents = Vec::with_capacity(usize::try_from(stored).unwrap_or(0));
+        // A file that grows meanwhile is read as far as it was.
+        file.take(stored).read_to_end(&mut contents).map_err(open)?;
+        Ok(contents)
+    }
+
+    /// Refuses `bytes` that are known beforehand, without taking them.
+    ///
+    /// # Errors
+    /// As [`Self::take`].
+    pub fn check(&self, bytes: u64, what: impl FnOnce() -> String) -> Result<(), LoadError> {
+        self.take(bytes, what).map(|()| self.give_back(bytes))
+    }
+
+    fn too_large(&self, all: u64, what: String) -> LoadError {
+        let (path, format) = (self.path.to_owned(), self.format);
+        LoadError::TooLarge { path, format, what, budget_mb: all / MEGABYTE }
+    }
+
     /// All of it, bytes.
     pub fn all(&self) -> u64 {
         self.all
@@ -76,12 +109,7 @@ impl<'p> Budget<'p> {
                 self.left.set(left);
                 Ok(())
             }
-            None => Err(LoadError::TooLarge {
-                path: self.path.to_owned(),
-                format: self.format,
-                what: what(),
-                budget_mb: self.all / MEGABYTE,
-            }),
+            None => Err(self.too_large(self.all, what())),
         }
     }
 

@@ -99,6 +99,14 @@ fn readable_by_others(builder: &mut tempfile::Builder<'_, '_>) {
 #[cfg(not(unix))]
 fn readable_by_others(_: &mut tempfile::Builder<'_, '_>) {}
 
+/// Makes the name of a new file or folder last.
+///
+/// # Errors
+/// When the folder it lies in cannot be opened or synced.
+pub(crate) fn sync_folder_of(path: &Path) -> io::Result<()> {
+    sync_folder(folder_of(path))
+}
+
 /// Makes a rename last. Systems that cannot open a folder sync it on their own.
 #[cfg(unix)]
 pub(super) fn sync_folder(folder: &Path) -> io::Result<()> {

@@ -8,6 +8,7 @@ mod manifest;
 mod sweep;
 
 pub use autosave::{AbandonedAutosave, Autosave, AutosaveFile, abandoned_autosaves, state_folder};
+pub(crate) use durable::sync_folder_of;
 pub use durable::{remove_leftovers, replace, replace_keeping_previous};
 pub(crate) use folder::PrivateFolder;
 pub use folder::{Earlier, Put, PutError, Staging};

@@ -14,6 +14,7 @@ use toml_edit::DocumentMut;
 use super::arrivals::Arrived;
 use super::recorded_file::{cut_to_whole_lines, put_in_order};
 use crate::begin::{self, add_flight, empty_session};
+use crate::keep;
 use crate::run::Control;
 use crate::session::{self, Flight, Manoeuvre, MapRef, RecordingRef, Session};
 
@@ -82,7 +83,9 @@ impl Recorder {
             ));
         }
         std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-        std::fs::write(folder.join(MAP), map).map_err(|error| format!("{}: {error}", folder.join(MAP).display()))?;
+        let place = folder.join(MAP);
+        keep::replace(&place, map.as_bytes()).map_err(|error| format!("{}: {error}", place.display()))?;
+        keep::sync_folder_of(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
         let (like, aircraft) = (like.cloned(), aircraft.map(str::to_owned));
         Ok(Self { folder: folder.to_owned(), map: map.to_owned(), like, aircraft, files: BTreeMap::new() })
     }
@@ -125,7 +128,10 @@ impl Recorder {
                 before = std::fs::read_to_string(&path).map_err(|error| named(&error))?;
                 seen = (file.rows, file.first_s, file.last_s, file.is_in_order);
             }
-            None if key.0 > 0 => std::fs::create_dir_all(&folder).map_err(|error| named(&error))?,
+            None if key.0 > 0 => {
+                std::fs::create_dir_all(&folder).map_err(|error| named(&error))?;
+                keep::sync_folder_of(&folder).map_err(|error| named(&error))?;
+            }
             None => {}
         }
         let file = File::create(&path).map_err(|error| named(&error))?;
@@ -163,12 +169,22 @@ impl Recorder {
         Ok(())
     }
 
+    /// Has the disk keep the rows and the names of their files through a loss of power.
+    fn sync(&self) -> Result<(), String> {
+        for file in self.files.values() {
+            let synced = file.writer.get_ref().sync_all().and_then(|()| keep::sync_folder_of(&file.path));
+            synced.map_err(|error| format!("{}: {error}", file.path.display()))?;
+        }
+        Ok(())
+    }
+
     /// Writes a session of what was recorded so far, each flight as one manoeuvre; none before there are two rows.
     ///
     /// # Errors
     /// As [`Self::flush`].
     pub fn renew(&mut self, left_out: &[Arc<str>]) -> Result<(), String> {
         self.flush()?;
+        self.sync()?;
         // Rows are put in order at the end alone.
         let map = MapRef::Own(dropping_faults(&self.map).into());
         let mut session = self.session();

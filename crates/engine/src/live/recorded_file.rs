@@ -8,7 +8,7 @@ use csv::StringRecord;
 
 use crate::keep;
 
-/// Cuts off a last line that a full disk left without its end.
+/// Cuts off a last line that a full disk left without its end; the rest outlasts a loss of power.
 pub fn cut_to_whole_lines(path: &Path) -> io::Result<()> {
     /// Bytes looked at, from the end: more than the longest line.
     const TAIL: u64 = 1 << 20;
@@ -18,10 +18,10 @@ pub fn cut_to_whole_lines(path: &Path) -> io::Result<()> {
     let mut tail = Vec::new();
     file.seek(SeekFrom::Start(start))?;
     file.read_to_end(&mut tail)?;
-    match tail.iter().rposition(|byte| *byte == b'\n') {
-        Some(end) if (end + 1) < tail.len() => file.set_len(start + end as u64 + 1),
-        _ => Ok(()),
+    if let Some(end) = tail.iter().rposition(|byte| *byte == b'\n').filter(|end| end + 1 < tail.len()) {
+        file.set_len(start + end as u64 + 1)?;
     }
+    file.sync_all()
 }
 
 /// Puts the rows of a table in the order of their times; those of one time become one row, whose empty cells the later fills.

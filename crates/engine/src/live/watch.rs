@@ -12,6 +12,7 @@ use super::pace::Pace;
 use super::pipeline::LivePipeline;
 use super::record::{Reading, Recorded, Recorder};
 use super::settings::LiveSettings;
+use super::silence::Silence;
 use super::source::{Polled, Source};
 use super::update::LiveUpdate;
 use crate::session::Session;
@@ -25,8 +26,6 @@ const FLUSHED_EVERY: Duration = Duration::from_secs(1);
 /// Time from the first row to the first session of what was recorded, and from one to the next.
 const FIRST_SESSION: Duration = Duration::from_secs(10);
 const NEXT_SESSION: Duration = Duration::from_secs(60);
-/// Silence of a live source after which an alarm is given, and given again.
-const SILENCE: Duration = Duration::from_secs(2);
 
 /// A flight that is watched.
 pub struct LiveWatch {
@@ -41,15 +40,13 @@ pub struct LiveWatch {
     recording_error: Option<String>,
     /// Time without a row after which the stream has ended, once it had begun; none for never.
     wait: Option<Duration>,
-    last_rows: Option<Instant>,
+    silence: Silence,
     last_flush: Option<Instant>,
     /// When the session of the recording is written next.
     session_due: Option<Instant>,
     news: News,
     /// The latest update, for alarms while nothing comes.
     latest: Option<LiveUpdate>,
-    /// Alarms of the present silence.
-    silences: u32,
     has_ended: bool,
     is_finished: bool,
 }
@@ -81,8 +78,8 @@ impl LiveWatch {
         let pipeline = LivePipeline::new(settings)?;
         let (map, pace) = (StreamMap::new(map), Pace::new(speed));
         let (recorder, recording_error, arrivals) = (None, None, Arrivals::default());
-        let (last_rows, last_flush, session_due, has_ended, is_finished) = (None, None, None, false, false);
-        let (news, latest, silences) = (News::default(), None, 0);
+        let (silence, last_flush, session_due, has_ended, is_finished) = (Silence::default(), None, None, false, false);
+        let (news, latest) = (News::default(), None);
         Ok(Self {
             source,
             map,
@@ -93,12 +90,11 @@ impl LiveWatch {
             recorder,
             recording_error,
             wait,
-            last_rows,
+            silence,
             last_flush,
             session_due,
             news,
             latest,
-            silences,
             has_ended,
             is_finished,
         })
@@ -139,7 +135,11 @@ impl LiveWatch {
             }
             self.keep(&arrived, now);
             let mut samples = Vec::new();
-            arrived.iter().for_each(|Arrived { row, time_s, .. }| self.map.convert(row, *time_s, &mut samples));
+            for Arrived { row, time_s, .. } in &arrived {
+                let before = samples.len();
+                self.map.convert(row, *time_s, &mut samples);
+                self.silence.note_samples(&row.source, *time_s, &samples[before..], now);
+            }
             self.pace.put(samples.into_iter());
         }
         let due = self.pace.due(now);
@@ -149,13 +149,19 @@ impl LiveWatch {
             updates.extend(self.pipeline.finish());
             self.is_finished = true;
         }
-        self.complete(&mut updates);
-        updates.extend(self.silence(now));
+        let alarms = self.silent(now);
+        if !alarms.is_empty() && self.silence.is_due(!updates.is_empty(), now) && updates.is_empty() {
+            // Nothing to compute from: the latest update again, with the alarm.
+            let (limits, findings) = (Vec::new(), Vec::new());
+            let latest = self.latest.clone().unwrap_or_default();
+            updates.push(LiveUpdate { limits, findings, nis_per_measurement: None, ..latest });
+        }
+        self.complete(&mut updates, &alarms);
         Ok(Step { updates, is_finished: self.is_finished, rest: (!is_busy).then_some(REST) })
     }
 
     /// Adds the counts, findings and alarms of the stream to updates.
-    fn complete(&mut self, updates: &mut [LiveUpdate]) {
+    fn complete(&mut self, updates: &mut [LiveUpdate], alarms: &[String]) {
         let problems = self.problems();
         for update in updates.iter_mut() {
             let counts = &mut update.counts;
@@ -163,33 +169,25 @@ impl LiveWatch {
             (counts.reordered, counts.clock_restarts) = (self.arrivals.reordered, self.arrivals.restarts() as u64);
             update.findings.extend(problems.iter().cloned());
             update.findings = self.news.take_new(std::mem::take(&mut update.findings), update.time_s);
-            update.alarms.extend(self.recording_error.clone());
+            update.alarms = alarms.iter().cloned().chain(self.recording_error.clone()).collect();
         }
         if let Some(latest) = updates.last() {
             self.latest = Some(latest.clone());
         }
     }
 
-    /// The latest update again with an alarm, each time that a live source was silent for some seconds more.
-    fn silence(&mut self, now: Instant) -> Option<LiveUpdate> {
-        let silence = now.saturating_duration_since(self.last_rows?);
-        if self.has_ended || !self.source.is_live() || !self.pace.is_empty() || silence < SILENCE * (self.silences + 1)
-        {
-            return None;
+    /// Alarms of a live source, or of a part of it, that is silent.
+    fn silent(&self, now: Instant) -> Vec<String> {
+        if self.has_ended || !self.source.is_live() || !self.pace.is_empty() {
+            return Vec::new();
         }
-        self.silences += 1;
-        let alarm = format!("no data for {} s", silence.as_secs());
-        let alarms = std::iter::once(alarm).chain(self.recording_error.clone()).collect();
-        let (limits, findings) = (Vec::new(), Vec::new());
-        Some(LiveUpdate { limits, findings, alarms, nis_per_measurement: None, ..self.latest.clone()? })
+        self.silence.alarms(now)
     }
 
     /// Whether nothing came for so long that the stream has ended.
     fn is_silent(&mut self, now: Instant, has_rows: bool) -> bool {
-        if has_rows {
-            (self.last_rows, self.silences) = (Some(now), 0);
-        }
-        let silence = self.last_rows.map(|last| now.saturating_duration_since(last));
+        self.silence.note_step(has_rows, now);
+        let silence = self.silence.since_row(now);
         self.source.address().is_some() && silence.zip(self.wait).is_some_and(|(silence, wait)| silence > wait)
     }
 

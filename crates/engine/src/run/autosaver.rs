@@ -4,7 +4,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use crate::graph::StageResult;
+use crate::graph::{StageError, StageResult, guarded};
 use crate::keep::{Autosave, AutosaveFile};
 
 /// Shortest time between two writes: a drag does not wear the disk out.
@@ -14,6 +14,16 @@ const INTERVAL: Duration = Duration::from_millis(200);
 enum Job {
     Write(Autosave),
     Clear,
+}
+
+impl Job {
+    fn perform(&self, slot: &AutosaveFile) -> StageResult<()> {
+        let done = match self {
+            Self::Write(autosave) => slot.write(autosave),
+            Self::Clear => slot.clear(),
+        };
+        done.map_err(|error| error.to_string().into())
+    }
 }
 
 #[derive(Default)]
@@ -51,7 +61,7 @@ impl Autosaver {
         let for_thread = Arc::clone(&shared);
         let thread = std::thread::Builder::new()
             .name("doublet-autosave".to_owned())
-            .spawn(move || while step(&for_thread, &slot) {})?;
+            .spawn(move || while step(&for_thread, &|job| job.perform(&slot)) {})?;
         Ok(Self { shared, thread: Some(thread) })
     }
 
@@ -99,8 +109,8 @@ impl Drop for Autosaver {
     }
 }
 
-/// Waits for one job and does it; `false` once there is none and never will be.
-fn step(shared: &Shared, slot: &AutosaveFile) -> bool {
+/// Waits for one job and performs it; `false` once there is none and never will be.
+fn step(shared: &Shared, perform: &dyn Fn(&Job) -> StageResult<()>) -> bool {
     let mut inbox = lock(shared);
     let job = loop {
         if let Some(job) = inbox.pending.take() {
@@ -114,10 +124,8 @@ fn step(shared: &Shared, slot: &AutosaveFile) -> bool {
     inbox.working = true;
     drop(inbox);
     let begun = Instant::now();
-    let outcome = match &job {
-        Job::Write(autosave) => slot.write(autosave),
-        Job::Clear => slot.clear(),
-    };
+    // A panic is an error of this write: the thread goes on, and whoever waits for the disk is told.
+    let outcome = guarded::<_, StageError>("autosave", || perform(&job));
     let mut inbox = lock(shared);
     inbox.working = false;
     inbox.error = outcome.err().map(|error| error.to_string());
@@ -126,4 +134,26 @@ fn step(shared: &Shared, slot: &AutosaveFile) -> bool {
         inbox = shared.changed.wait_timeout(inbox, left).unwrap_or_else(PoisonError::into_inner).0;
     }
     true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_write_that_panics_is_an_error_and_the_next_one_is_made() {
+        let shared = Shared::default();
+        let ask = || {
+            let mut inbox = lock(&shared);
+            (inbox.pending, inbox.hurry) = (Some(Job::Clear), true);
+        };
+        ask();
+        assert!(step(&shared, &|_| panic!("index out of bounds")));
+        let line = lock(&shared).error.clone().unwrap_or_default();
+        assert!(line.starts_with("autosave: internal error of doublet at engine/src/run/autosaver.rs:"), "{line}");
+        assert!(line.contains("index out of bounds") && !line.contains('\n') && !lock(&shared).working, "{line}");
+        ask();
+        assert!(step(&shared, &|_| Ok(())));
+        assert_eq!(lock(&shared).error, None);
+    }
 }

@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 use super::details::{DetailRequest, details};
 use super::inquiries::inquire;
 use super::pipeline::{Scope, run};
-use super::snapshot::{Slot, Snapshot};
+use super::snapshot::Snapshot;
 use crate::graph::{Cache, Context, Control, StageError, guarded};
 use crate::session::Session;
 use crate::study::Study;
@@ -200,8 +200,10 @@ fn coordinate(shared: &Shared, cache: &Cache) {
             (Job::Detail(wanted), Some(Request { session, folder, .. })) => {
                 let context = Context::new(folder).with_cache(cache).with_control(&control, &|_| ());
                 let mut shown = Snapshot::clone(&previous);
-                if let Ok(found) = details(session, &previous, &wanted, &context) {
-                    shown.details = Slot::Ready(found);
+                // A look that was stopped is taken anew; what failed is shown with its reason.
+                let found = details(session, &previous, &wanted, &context);
+                if !matches!(found, Err(StageError::Cancelled)) {
+                    shown.details.finish(found);
                     publish(shown.clone());
                 }
                 inquire(session, &mut shown, &wanted.inquiry, &context, &publish);
@@ -214,6 +216,9 @@ fn coordinate(shared: &Shared, cache: &Cache) {
             Err(error) => {
                 let mut shown = Snapshot::clone(&lock(&shared.snapshot));
                 shown.end(&error);
+                if !is_run {
+                    shown.details.finish(Err(error));
+                }
                 publish(shown);
             }
         }

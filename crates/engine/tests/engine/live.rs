@@ -318,7 +318,7 @@ fn follow(live: &mut LiveWatch, enough: usize, mut between: impl FnMut(usize)) -
 }
 
 /// The first seconds of the flight as text by role names in SI, inertial channels and what comes with them.
-fn text() -> Vec<String> {
+pub fn text() -> Vec<String> {
     let (samples, _) = samples();
     let mut lines = vec!["time,ax,ay,az,p,q,r,airspeed,alpha,beta,delta_e,delta_a,delta_r".to_owned()];
     let roles = [

@@ -23,6 +23,7 @@ mod folders;
 mod hostile;
 mod indication;
 mod live;
+mod live_silence;
 mod maps;
 mod mass;
 mod never_lost;

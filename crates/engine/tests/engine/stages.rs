@@ -142,3 +142,49 @@ fn a_closer_look_follows_the_newest_request_and_comes_back_from_the_cache() {
     assert!(look(&engine, &plain).window.as_ref().unwrap().filters.is_none());
     assert!(Arc::ptr_eq(&first, &look(&engine, &filters)), "it is not computed again");
 }
+
+/// A panic in the coordinator's own thread, here of what it calls after a snapshot: one of a run, then one of a closer look.
+#[test]
+fn a_panic_of_a_job_reaches_the_snapshot_as_one_line_and_the_next_job_runs() {
+    let mut session = session::parse(doublet_engine::builtin::session("demo").unwrap()).unwrap();
+    // Fails at once, as the recording is absent: what counts is that jobs end and what is said of them.
+    session.flights[0].recordings[0].path = "absent.csv".to_owned();
+    let name = session.windows[0].name.clone();
+    let due = Arc::new(AtomicUsize::new(1));
+    let calls = Arc::clone(&due);
+    let engine = Engine::start(Arc::new(Cache::new(64 << 20)), move || {
+        // The second panic would be of the report of the first.
+        let is_due = calls.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1)) == Ok(1);
+        assert!(!is_due, "a job that panics");
+    })
+    .unwrap();
+    let ask = || {
+        let session = Arc::new(session.clone());
+        let (folder, cause) = (PathBuf::from("."), "test".to_owned());
+        engine.request(Request { session, folder, first: None, studies: Vec::new(), cause, fresh: true });
+    };
+    let wait = || {
+        let begun = Instant::now();
+        while engine.is_busy() || engine.has_details_due() {
+            assert!(begun.elapsed() < Duration::from_secs(300), "it ends");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        engine.snapshot()
+    };
+    let is_line = |line: &str| {
+        line.contains("internal error of doublet at") && line.contains("a job that panics") && !line.contains('\n')
+    };
+    ask();
+    let failures = wait().failures();
+    assert!(!failures.is_empty() && failures.iter().any(|(_, line)| is_line(line)), "{failures:?}");
+    assert!(!wait().busy);
+    ask();
+    let failures = wait().failures();
+    assert!(failures.iter().any(|(_, line)| line.contains("absent.csv")), "{failures:?}");
+    assert!(!failures.iter().any(|(_, line)| is_line(line)), "{failures:?}");
+    due.store(1, Ordering::Relaxed);
+    engine.request_details(&DetailRequest { window: Some(name), ..DetailRequest::default() });
+    let shown = wait();
+    assert!(shown.details.error().is_some_and(is_line), "{:?}", shown.details.error());
+    assert!(look(&engine, &DetailRequest::default()).window.is_none());
+}

@@ -5,6 +5,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use crate::load::budget::{Budget, NUMBER_BYTES};
 use crate::load::contents::{ChannelInfo, Source, one_line};
 use crate::load::error::LoadError;
 use crate::load::format::Format;
@@ -149,18 +150,24 @@ struct Log {
     meanings: BTreeMap<u8, (Vec<u8>, Vec<u8>)>,
     notes: Vec<(String, String)>,
     warnings: Vec<String>,
+    /// Bytes that the latest message takes in memory.
+    taken: u64,
     /// Whether numbers are scaled by their format already.
     is_scaled: bool,
 }
 
 /// Sources of a log in either form, and warnings.
-pub(crate) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+pub(crate) fn sources(
+    path: &Path,
+    contents: &[u8],
+    budget: &Budget<'_>,
+) -> Result<(Vec<Source>, Vec<String>), LoadError> {
     let mut log = Log::default();
     if contents.starts_with(&MARK) {
-        log.read_packets(contents);
+        log.read_packets(contents, budget)?;
     } else {
         log.is_scaled = true;
-        log.read_lines(&String::from_utf8_lossy(contents));
+        log.read_lines(&String::from_utf8_lossy(contents), budget)?;
     }
     if log.layouts.len() < 2 {
         let what = "no message is described in it".to_owned();
@@ -170,7 +177,7 @@ pub(crate) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<
 }
 
 impl Log {
-    fn read_packets(&mut self, contents: &[u8]) {
+    fn read_packets(&mut self, contents: &[u8], budget: &Budget<'_>) -> Result<(), LoadError> {
         let (mut at, mut skipped, mut first_skipped) = (0, 0, 0);
         while at + 3 <= contents.len() {
             let kind = contents[at + 2];
@@ -181,6 +188,7 @@ impl Log {
             };
             if contents[at..].starts_with(&MARK) && bytes > 0 && at + bytes <= contents.len() {
                 self.packet(kind, &contents[at + 3..at + bytes]);
+                self.pay(budget)?;
                 at += bytes;
             } else {
                 // Only a known type tells the length: the next one is looked for.
@@ -195,6 +203,12 @@ impl Log {
                 "{skipped} bytes, the first at byte {first_skipped}, belong to no complete message of a known type and are left out"
             ));
         }
+        Ok(())
+    }
+
+    /// Takes what the latest message has added from the budget.
+    fn pay(&mut self, budget: &Budget<'_>) -> Result<(), LoadError> {
+        budget.take(std::mem::take(&mut self.taken), || "its messages".to_owned())
     }
 
     fn packet(&mut self, kind: u8, body: &[u8]) {
@@ -217,7 +231,7 @@ impl Log {
         self.message(kind, values);
     }
 
-    fn read_lines(&mut self, contents: &str) {
+    fn read_lines(&mut self, contents: &str, budget: &Budget<'_>) -> Result<(), LoadError> {
         let mut types: BTreeMap<String, u8> = BTreeMap::new();
         let (mut skipped, mut first_skipped) = (0, 0);
         for (index, line) in contents.lines().enumerate() {
@@ -239,7 +253,10 @@ impl Log {
             let layout = types.get(name).and_then(|kind| Some((*kind, self.layouts.get(kind)?)));
             let values = layout.and_then(|(kind, layout)| Some((kind, line_values(layout, rest)?)));
             match values {
-                Some((kind, values)) => self.message(kind, values),
+                Some((kind, values)) => {
+                    self.message(kind, values);
+                    self.pay(budget)?;
+                }
                 None => {
                     first_skipped = if skipped == 0 { index + 1 } else { first_skipped };
                     skipped += 1;
@@ -251,6 +268,7 @@ impl Log {
                 "{skipped} lines, the first line {first_skipped}, are not complete messages and are left out"
             ));
         }
+        Ok(())
     }
 
     fn describe(&mut self, of: u8, length: usize, name: &str, format: &str, columns: &str) {
@@ -282,6 +300,7 @@ impl Log {
                 for (field, value) in collected.iter_mut().zip(&values) {
                     if let Value::Number(number) = value {
                         field.push(*number);
+                        self.taken += NUMBER_BYTES;
                     }
                 }
             }

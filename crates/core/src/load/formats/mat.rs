@@ -44,17 +44,16 @@ pub(crate) enum Value {
 }
 
 /// Reads all variables of the file.
-pub(crate) fn variables(path: &Path, contents: &[u8]) -> Result<Vec<Variable>, LoadError> {
+pub(crate) fn variables(path: &Path, contents: &[u8], budget: &Budget<'_>) -> Result<Vec<Variable>, LoadError> {
     let big = contents.get(126..128) == Some(b"MI");
-    let budget = Budget::for_file(path, Format::MatV5);
-    let mut file = Cursor { path, bytes: contents, at: HEADER_BYTES, big, budget: &budget };
+    let mut file = Cursor { path, bytes: contents, at: HEADER_BYTES, big, budget };
     let mut variables = Vec::new();
     while file.at < contents.len() {
         let element = file.element("a variable")?;
         match element.kind {
             MI_COMPRESSED => {
-                let plain = inflate(path, element.data, &budget)?;
-                let mut inner = Cursor { path, bytes: &plain, at: 0, big, budget: &budget };
+                let plain = inflate(path, element.data, budget)?;
+                let mut inner = Cursor { path, bytes: &plain, at: 0, big, budget };
                 let element = inner.element("a compressed variable")?;
                 if element.kind == MI_MATRIX {
                     variables.extend(file.within(element.data).matrix(0)?);

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::load::budget::Budget;
 use crate::load::contents::{ChannelInfo, Source};
 use crate::load::error::LoadError;
 use crate::load::file::stem;
@@ -18,10 +19,14 @@ pub(crate) const MAX_COLUMNS: usize = 4096;
 /// of text, beside it (as SIDPAC's `fdata` with its labels) has its columns called so; a second such text whose name says `unit` has
 /// their units. A struct of one row of numbers and its units (FTIS: `data`, `units`, `description`) is a channel of the struct it
 /// stands in.
-pub(crate) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+pub(crate) fn sources(
+    path: &Path,
+    contents: &[u8],
+    budget: &Budget<'_>,
+) -> Result<(Vec<Source>, Vec<String>), LoadError> {
     let mut tree = Tree { sources: vec![Source::new(stem(path))], warnings: Vec::new() };
     // An array without a name is the store of objects that the format keeps at its end.
-    let named = variables(path, contents)?.into_iter().filter(|variable| !variable.name.is_empty());
+    let named = variables(path, contents, budget)?.into_iter().filter(|variable| !variable.name.is_empty());
     let variables = named.map(|variable| (variable.name.into(), variable.value)).collect();
     tree.add_all(0, "", variables);
     let Tree { mut sources, warnings } = tree;

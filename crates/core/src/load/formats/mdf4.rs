@@ -2,11 +2,11 @@
 //!
 //! Form: ASAM MDF 4.1, "Measurement Data Format", block descriptions.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::io::Read;
 use std::path::Path;
 
-use crate::load::budget::Budget;
+use crate::load::budget::{Budget, NUMBER_BYTES};
 use crate::load::contents::{ChannelInfo, Source, one_line};
 use crate::load::error::LoadError;
 use crate::load::format::Format;
@@ -19,6 +19,9 @@ const BLOCK_HEAD: usize = 24;
 /// Groups of a file and channels of a group at most.
 const MOST_GROUPS: usize = 10_000;
 const MOST_CHANNELS: usize = 100_000;
+/// Bytes of a text that are looked at, and letters of a name or unit.
+const MOST_TEXT: usize = 1 << 16;
+const MOST_LETTERS: usize = 1000;
 /// Kinds of a channel: time, and time that is computed from the number of the record.
 const MASTER: u8 = 2;
 const VIRTUAL_MASTER: u8 = 3;
@@ -71,20 +74,27 @@ impl<'a> Block<'a> {
     /// Text that a link leads to; of XML what stands in its first element of text.
     fn text(&self, contents: &[u8], index: usize) -> Option<String> {
         let block = Block::at(contents, self.link(index))?;
-        let end = block.data.iter().position(|byte| *byte == 0).unwrap_or(block.data.len());
-        let text = String::from_utf8_lossy(&block.data[..end]);
+        let data = &block.data[..block.data.len().min(MOST_TEXT)];
+        let end = data.iter().position(|byte| *byte == 0).unwrap_or(data.len());
+        let text = String::from_utf8_lossy(&data[..end]);
         let plain = match block.id {
             b"TX" => &text,
             b"MD" => text.split_once("<TX>")?.1.split_once("</TX>")?.0,
             _ => return None,
         };
-        Some(one_line(plain.trim()))
+        Some(one_line(plain.trim()).chars().take(MOST_LETTERS).collect())
     }
 }
 
-/// The blocks of a list that `first` begins, linked by their link 0; what is wrong where the list leads back to itself.
-fn chain<'a>(contents: &'a [u8], first: u64, id: &'static [u8], most: usize) -> Result<Vec<Block<'a>>, String> {
-    let (mut blocks, mut visited, mut place) = (Vec::new(), HashSet::new(), first);
+/// The blocks of a list that `first` begins, linked by their link 0; what is wrong where it leads to one of the blocks `visited`.
+fn chain<'a>(
+    contents: &'a [u8],
+    first: u64,
+    id: &'static [u8],
+    most: usize,
+    visited: &mut HashSet<u64>,
+) -> Result<Vec<Block<'a>>, String> {
+    let (mut blocks, mut place) = (Vec::new(), first);
     while let Some(block) = Block::at(contents, place).filter(|block| block.id == id && blocks.len() < most) {
         if !visited.insert(place) {
             return Err(circle(place));
@@ -95,9 +105,9 @@ fn chain<'a>(contents: &'a [u8], first: u64, id: &'static [u8], most: usize) -> 
     Ok(blocks)
 }
 
-/// What is wrong with a list that comes a second time to the block at `place`.
+/// What is wrong with links that come a second time to the block at `place`.
 fn circle(place: u64) -> String {
-    format!("links lead back to the block at byte {place}")
+    format!("several links lead to the block at byte {place}")
 }
 
 /// From the number as stored to the quantity.
@@ -184,6 +194,17 @@ struct Field {
 }
 
 impl Field {
+    /// Bytes in memory.
+    fn bytes(&self) -> u64 {
+        let text = self.name.len() + self.unit.as_ref().map_or(0, String::len);
+        let table = match &self.conversion {
+            Conversion::Table { pairs, .. } => size_of_val(&pairs[..]),
+            Conversion::Ranges(ranges, _) => size_of_val(&ranges[..]),
+            _ => 0,
+        };
+        (size_of::<Self>() + text + table) as u64
+    }
+
     fn is_master(&self) -> bool {
         self.kind == MASTER || self.kind == VIRTUAL_MASTER
     }
@@ -231,10 +252,16 @@ struct Group {
     data_bytes: usize,
     record_bytes: usize,
     is_variable: bool,
+    /// Number of its records, as the file states it.
+    stated_records: u64,
 }
 
 /// Sources of a file, and warnings.
-pub(crate) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+pub(crate) fn sources(
+    path: &Path,
+    contents: &[u8],
+    budget: &Budget<'_>,
+) -> Result<(Vec<Source>, Vec<String>), LoadError> {
     let damaged =
         |what: &str| LoadError::Damaged { path: path.to_owned(), format: Format::Mdf4, what: what.to_owned() };
     if contents.starts_with(UNFINISHED) {
@@ -245,21 +272,15 @@ pub(crate) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<
     }
     let header = Block::at(contents, HEADER as u64).filter(|block| block.id == b"HD");
     let header = header.ok_or_else(|| damaged("no header block at byte 64"))?;
-    let budget = Budget::for_file(path, Format::Mdf4);
-    let (mut sources, mut warnings) = (Vec::new(), Vec::new());
-    let data_groups = chain(contents, header.link(0), b"DG", MOST_GROUPS).map_err(|what| damaged(&what))?;
-    for (number, data_group) in data_groups.into_iter().enumerate() {
-        let id_bytes = usize::from(data_group.data.first().copied().unwrap_or(0));
-        let groups = chain(contents, data_group.link(1), b"CG", MOST_GROUPS).and_then(|blocks| {
-            blocks.into_iter().map(|block| group(contents, block, number + 1, &mut warnings)).collect()
-        });
-        let groups: Vec<Group> = groups.map_err(|what| damaged(&what))?;
-        if id_bytes > 8 || (id_bytes == 0 && groups.len() > 1) {
-            return Err(damaged(&format!("data group {} does not state the channel group of its records", number + 1)));
-        }
-        let records = records(contents, data_group.link(2), &budget)?;
+    let mut warnings = Vec::new();
+    let groups = data_groups(contents, header, budget, &mut warnings)?.map_err(|what| damaged(&what))?;
+    let stated = groups.iter().map(DataGroup::stated_bytes).fold(0, u64::saturating_add);
+    budget.check(stated, || format!("its records and their numbers take {} MB", stated / 1_000_000))?;
+    let mut sources = Vec::new();
+    for (number, group) in groups.iter().enumerate() {
+        let records = records(&group.blocks, budget)?;
         let records = records.map_err(|what| damaged(&format!("data group {}: {what}", number + 1)))?;
-        let (found, left) = collect(&groups, &records, id_bytes, &budget)?;
+        let (found, left) = collect(&group.groups, &records, group.id_bytes, budget)?;
         if left > 0 {
             warnings.push(format!("data group {}: {left} bytes at its end are not a whole record", number + 1));
         }
@@ -271,22 +292,102 @@ pub(crate) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<
     Ok((sources, warnings))
 }
 
-fn group(contents: &[u8], block: Block<'_>, number: usize, warnings: &mut Vec<String>) -> Result<Group, String> {
+/// Channel groups of common records, and the blocks that hold these.
+struct DataGroup<'a> {
+    /// Bytes of the number of the group before each record.
+    id_bytes: usize,
+    groups: Vec<Group>,
+    blocks: Vec<Block<'a>>,
+}
+
+impl DataGroup<'_> {
+    /// Bytes in memory of the records and of their numbers, by what the file states of them.
+    fn stated_bytes(&self) -> u64 {
+        let bytes = self.blocks.iter().map(stated_length).fold(0, u64::saturating_add);
+        let numbers = |group: &Group| {
+            let record = (self.id_bytes + group.record_bytes).max(1) as u64;
+            let records = if self.id_bytes > 0 { group.stated_records.min(bytes / record) } else { bytes / record };
+            records.saturating_mul(NUMBER_BYTES * group.fields.len() as u64)
+        };
+        self.groups.iter().map(numbers).fold(bytes, u64::saturating_add)
+    }
+}
+
+/// Bytes of records in a block, as it states them where they are compressed.
+fn stated_length(block: &Block<'_>) -> u64 {
+    if block.id == b"DZ" { u64_at(block.data, 8).unwrap_or(0) } else { block.data.len() as u64 }
+}
+
+/// The data groups of a file; the inner error says what is wrong with them.
+fn data_groups<'a>(
+    contents: &'a [u8],
+    header: Block<'a>,
+    budget: &Budget<'_>,
+    warnings: &mut Vec<String>,
+) -> Result<Result<Vec<DataGroup<'a>>, String>, LoadError> {
+    // No block belongs to two others, so that none counts twice.
+    let visited = &mut HashSet::new();
+    let blocks = match chain(contents, header.link(0), b"DG", MOST_GROUPS, visited) {
+        Ok(blocks) => blocks,
+        Err(what) => return Ok(Err(what)),
+    };
+    let mut found = Vec::new();
+    for (index, block) in blocks.into_iter().enumerate() {
+        let id_bytes = usize::from(block.data.first().copied().unwrap_or(0));
+        let parts = chain(contents, block.link(1), b"CG", MOST_GROUPS, visited)
+            .and_then(|groups| Ok((groups, data_blocks(contents, block.link(2), visited)?)));
+        let (group_blocks, blocks) = match parts {
+            Ok(parts) => parts,
+            Err(what) => return Ok(Err(format!("data group {}: {what}", index + 1))),
+        };
+        let mut groups = Vec::new();
+        for block in group_blocks {
+            match group(contents, (block, index + 1), (visited, budget), warnings)? {
+                Ok(group) => groups.push(group),
+                Err(what) => return Ok(Err(what)),
+            }
+        }
+        if id_bytes > 8 || (id_bytes == 0 && groups.len() > 1) {
+            return Ok(Err(format!("data group {} does not state the channel group of its records", index + 1)));
+        }
+        found.push(DataGroup { id_bytes, groups, blocks });
+    }
+    Ok(Ok(found))
+}
+
+/// A channel group; the inner error says what is wrong with its channels.
+fn group(
+    contents: &[u8],
+    (block, number): (Block<'_>, usize),
+    (visited, budget): (&mut HashSet<u64>, &Budget<'_>),
+    warnings: &mut Vec<String>,
+) -> Result<Result<Group, String>, LoadError> {
     let name = block.text(contents, 2).filter(|name| !name.is_empty()).unwrap_or_else(|| format!("group {number}"));
     let data_bytes = u32_at(block.data, 24).unwrap_or(0) as usize;
     let invalid_bytes = u32_at(block.data, 28).unwrap_or(0) as usize;
-    let channels = chain(contents, block.link(1), b"CN", MOST_CHANNELS)?;
-    let fields = channels.into_iter().filter_map(|channel| match field(contents, channel, invalid_bytes > 0) {
-        Ok(field) => Some(field),
-        Err((channel, why)) => {
-            warnings.push(format!("'{name}/{channel}' is left out: {why}"));
-            None
+    let channels = match chain(contents, block.link(1), b"CN", MOST_CHANNELS, visited) {
+        Ok(channels) => channels,
+        Err(what) => return Ok(Err(what)),
+    };
+    let mut fields = Vec::new();
+    for channel in channels {
+        match field(contents, channel, invalid_bytes > 0) {
+            Ok(field) => {
+                // Names and conversions may be shared, and are held by each channel.
+                budget.take(field.bytes(), || format!("the description of group '{name}'"))?;
+                fields.push(field);
+            }
+            Err((channel, why)) => {
+                let line = format!("'{name}/{channel}' is left out: {why}");
+                budget.take(line.len() as u64, || format!("the description of group '{name}'"))?;
+                warnings.push(line);
+            }
         }
-    });
-    let fields = fields.collect();
+    }
     let is_variable = u16_at(block.data, 16).unwrap_or(0) & VARIABLE_LENGTH != 0;
-    let id = u64_at(block.data, 0).unwrap_or(0);
-    Ok(Group { name, id, fields, data_bytes, record_bytes: data_bytes + invalid_bytes, is_variable })
+    let (id, stated_records) = (u64_at(block.data, 0).unwrap_or(0), u64_at(block.data, 8).unwrap_or(0));
+    let record_bytes = data_bytes + invalid_bytes;
+    Ok(Ok(Group { name, id, fields, data_bytes, record_bytes, is_variable, stated_records }))
 }
 
 /// A channel; its name and why it cannot be read where that is so.
@@ -316,26 +417,16 @@ fn field(contents: &[u8], block: Block<'_>, has_invalid: bool) -> Result<Field, 
     Ok(Field { name, unit, kind, data_type, bit_offset, byte_offset, bits, invalid_bit, conversion })
 }
 
-/// The records of a data group, joined from all their blocks; the inner error says what is wrong with them.
-fn records(contents: &[u8], place: u64, budget: &Budget<'_>) -> Result<Result<Vec<u8>, String>, LoadError> {
-    let mut joined = Vec::new();
-    let mut pending = vec![place];
-    let mut visited = HashSet::new();
+/// The blocks of a data group that hold records, in their order; what is wrong where they are not to be had.
+fn data_blocks<'a>(contents: &'a [u8], place: u64, visited: &mut HashSet<u64>) -> Result<Vec<Block<'a>>, String> {
+    let (mut blocks, mut pending) = (Vec::new(), vec![place]);
     while let Some(place) = pending.pop().filter(|place| *place != 0) {
-        let Some(block) = Block::at(contents, place) else { return Ok(Err(format!("no block is at byte {place}"))) };
+        let block = Block::at(contents, place).ok_or_else(|| format!("no block is at byte {place}"))?;
         if !visited.insert(place) {
-            return Ok(Err(circle(place)));
+            return Err(circle(place));
         }
         match block.id {
-            b"DT" => {
-                budget.take(block.data.len() as u64, || "records".to_owned())?;
-                joined.extend_from_slice(block.data);
-            }
-            b"DZ" => {
-                if let Err(what) = unpack(block.data, budget, &mut joined)? {
-                    return Ok(Err(what));
-                }
-            }
+            b"DT" | b"DZ" => blocks.push(block),
             b"HL" => pending.push(block.link(0)),
             b"DL" => {
                 pending.push(block.link(0));
@@ -343,11 +434,23 @@ fn records(contents: &[u8], place: u64, budget: &Budget<'_>) -> Result<Result<Ve
                 pending.extend((1..count).rev().map(|index| block.link(index)).filter(|place| *place != 0));
             }
             other => {
-                return Ok(Err(format!(
-                    "its records are in a block '{}', which is not known",
-                    String::from_utf8_lossy(other)
-                )));
+                let name = String::from_utf8_lossy(other);
+                return Err(format!("its records are in a block '{name}', which is not known"));
             }
+        }
+    }
+    Ok(blocks)
+}
+
+/// The records of a data group, joined from all their blocks; the inner error says what is wrong with them.
+fn records(blocks: &[Block<'_>], budget: &Budget<'_>) -> Result<Result<Vec<u8>, String>, LoadError> {
+    let mut joined = Vec::new();
+    for block in blocks {
+        if block.id == b"DT" {
+            budget.take(block.data.len() as u64, || "records".to_owned())?;
+            joined.extend_from_slice(block.data);
+        } else if let Err(what) = unpack(block.data, budget, &mut joined)? {
+            return Ok(Err(what));
         }
     }
     Ok(Ok(joined))
@@ -382,6 +485,46 @@ fn unpack(block: &[u8], budget: &Budget<'_>, joined: &mut Vec<u8>) -> Result<Res
     Ok(Ok(()))
 }
 
+/// The records of a data group one after the other: number of the group and bytes.
+struct Records<'a> {
+    groups: &'a [Group],
+    by_id: HashMap<u64, usize>,
+    records: &'a [u8],
+    id_bytes: usize,
+    at: usize,
+}
+
+impl<'a> Records<'a> {
+    fn new(groups: &'a [Group], records: &'a [u8], id_bytes: usize) -> Self {
+        // Of two groups with one number the first counts.
+        let by_id = groups.iter().enumerate().rev().map(|(index, group)| (group.id, index)).collect();
+        Self { groups, by_id, records, id_bytes, at: 0 }
+    }
+}
+
+impl<'a> Iterator for Records<'a> {
+    type Item = (usize, &'a [u8]);
+
+    fn next(&mut self) -> Option<(usize, &'a [u8])> {
+        loop {
+            let start = self.at.checked_add(self.id_bytes)?;
+            let mut id = [0; 8];
+            id[..self.id_bytes].copy_from_slice(self.records.get(self.at..start)?);
+            let id = u64::from_le_bytes(id);
+            let index = if self.id_bytes == 0 { 0 } else { *self.by_id.get(&id)? };
+            let group = self.groups.get(index)?;
+            if group.is_variable {
+                self.at = start + 4 + u32_at(self.records, start)? as usize;
+                continue;
+            }
+            let end = start.checked_add(group.record_bytes)?;
+            let record = self.records.get(start..end).filter(|record| !record.is_empty())?;
+            self.at = end;
+            return Some((index, record));
+        }
+    }
+}
+
 /// A source per group from the records of their data group, and the number of bytes left over.
 fn collect(
     groups: &[Group],
@@ -389,30 +532,20 @@ fn collect(
     id_bytes: usize,
     budget: &Budget<'_>,
 ) -> Result<(Vec<Source>, usize), LoadError> {
-    let mut values: Vec<Vec<Vec<f64>>> = groups.iter().map(|group| vec![Vec::new(); group.fields.len()]).collect();
     let mut counts = vec![0; groups.len()];
-    let mut at = 0;
-    while at < records.len() {
-        let mut id = [0; 8];
-        let Some(stored) = records.get(at..at + id_bytes) else { break };
-        id[..id_bytes].copy_from_slice(stored);
-        let id = u64::from_le_bytes(id);
-        let Some(index) = groups.iter().position(|group| id_bytes == 0 || group.id == id) else { break };
-        let (group, start) = (&groups[index], at + id_bytes);
-        if group.is_variable {
-            let Some(length) = u32_at(records, start) else { break };
-            at = start + 4 + length as usize;
-            continue;
-        }
-        let Some(record) = records.get(start..start + group.record_bytes).filter(|record| !record.is_empty()) else {
-            break;
-        };
-        budget.take(8 * group.fields.len() as u64, || format!("group '{}'", group.name))?;
+    let mut all = Records::new(groups, records, id_bytes);
+    all.by_ref().for_each(|(index, _)| counts[index] += 1);
+    let at = all.at;
+    let numbers = |(group, count): (&Group, &usize)| NUMBER_BYTES * (group.fields.len() as u64) * *count as u64;
+    let bytes = groups.iter().zip(&counts).map(numbers).sum();
+    budget.take(bytes, || "the numbers of its records".to_owned())?;
+    let empty = |(group, count): (&Group, &usize)| vec![Vec::with_capacity(*count); group.fields.len()];
+    let mut values: Vec<Vec<Vec<f64>>> = groups.iter().zip(&counts).map(empty).collect();
+    for (index, record) in Records::new(groups, records, id_bytes) {
+        let group = &groups[index];
         for (field, values) in group.fields.iter().zip(&mut values[index]) {
-            values.push(field.value(record, group.data_bytes, counts[index]));
+            values.push(field.value(record, group.data_bytes, values.len()));
         }
-        counts[index] += 1;
-        at = start + group.record_bytes;
     }
     let sources = groups.iter().zip(values).map(|(group, values)| {
         let mut source = Source::new(group.name.clone());

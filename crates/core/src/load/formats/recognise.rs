@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use crate::load::budget::Budget;
 use crate::load::clocks::find_clocks::find_clocks;
 use crate::load::contents::{Probe, Source};
 use crate::load::error::LoadError;
@@ -38,30 +39,37 @@ pub fn probe(path: &Path) -> Result<Probe, LoadError> {
         }
         return hdf5::probe(path, format);
     }
-    let (format, mut sources, warnings) = read_whole(format, path, fs::read(path).map_err(open)?)?;
+    let budget = Budget::for_file(path, format.unwrap_or(Format::DelimitedText));
+    let contents = budget.read_whole()?;
+    let (format, mut sources, warnings) = read_whole(format, path, contents, &budget)?;
     sources.iter_mut().for_each(|source| find_clocks(source, |_, _| {}));
     finish(Probe { path: path.to_owned(), format, sources, warnings })
 }
 
 /// Reads a file of which nothing less than everything tells what it holds; a file without a mark is text.
-fn read_whole(format: Option<Format>, path: &Path, contents: Vec<u8>) -> Result<text::Contents, LoadError> {
+fn read_whole(
+    format: Option<Format>,
+    path: &Path,
+    contents: Vec<u8>,
+    budget: &Budget<'_>,
+) -> Result<text::Contents, LoadError> {
     let Some(format) = format else {
         if contents.starts_with(b"MATLAB 5.0") {
             let (format, what, needed, left) = (Format::MatV5, "the header", 128, contents.len() as u64);
             return Err(LoadError::Truncated { path: path.to_owned(), format, at: 0, what, needed, left });
         }
-        return text::sources(path, &contents);
+        return text::sources(path, &contents, budget);
     };
     let (sources, warnings) = match format {
-        Format::MatV5 => mat_contents::sources(path, &contents),
-        Format::ULog => ulog::sources(path, &contents),
-        Format::DataFlash => dataflash::sources(path, &contents),
-        Format::Tdms => tdms::sources(path, &contents),
-        Format::Mdf4 => mdf4::sources(path, &contents),
-        Format::Mcap => mcap::sources(path, &contents),
-        Format::Parquet => parquet::sources(path, contents),
+        Format::MatV5 => mat_contents::sources(path, &contents, budget),
+        Format::ULog => ulog::sources(path, &contents, budget),
+        Format::DataFlash => dataflash::sources(path, &contents, budget),
+        Format::Tdms => tdms::sources(path, &contents, budget),
+        Format::Mdf4 => mdf4::sources(path, &contents, budget),
+        Format::Mcap => mcap::sources(path, &contents, budget),
+        Format::Parquet => parquet::sources(path, contents, budget),
         Format::MatV73 | Format::Hdf5 | Format::DelimitedText | Format::TextColumns | Format::Folder => {
-            return text::sources(path, &contents);
+            return text::sources(path, &contents, budget);
         }
     }?;
     Ok((format, sources, warnings))

@@ -5,6 +5,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use crate::load::budget::{Budget, NUMBER_BYTES};
 use crate::load::contents::{ChannelInfo, Source, one_line};
 use crate::load::error::LoadError;
 use crate::load::format::Format;
@@ -136,11 +137,24 @@ struct Object {
     is_text: bool,
 }
 
+impl Object {
+    fn sample(&mut self, kind: u32, reader: &mut Reader<'_>) {
+        if kind == TIME_STAMP {
+            self.stamps.extend(reader.stamp());
+        } else {
+            self.values.extend(reader.number(kind));
+        }
+    }
+}
+
 /// Name of a group, bits of start and interval of its wave forms, and the source they make.
 type GroupSource = (String, Option<(u64, u64)>, Source);
 
 #[derive(Default)]
-struct File {
+struct File<'b> {
+    budget: Option<&'b Budget<'b>>,
+    /// Why its numbers do not fit in memory.
+    refused: Option<LoadError>,
     paths: Vec<String>,
     objects: BTreeMap<String, Object>,
     /// Paths of the channels with data in the present segment, in their order.
@@ -149,9 +163,13 @@ struct File {
 }
 
 /// Sources of a file, and warnings.
-pub(crate) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+pub(crate) fn sources(
+    path: &Path,
+    contents: &[u8],
+    budget: &Budget<'_>,
+) -> Result<(Vec<Source>, Vec<String>), LoadError> {
     let damaged = |what: String| LoadError::Damaged { path: path.to_owned(), format: Format::Tdms, what };
-    let mut file = File::default();
+    let mut file = File { budget: Some(budget), ..File::default() };
     let mut at = 0;
     while at < contents.len() {
         match file.segment(contents, at) {
@@ -162,14 +180,17 @@ pub(crate) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<
                     .push(format!("the file is cut off: {left} bytes from byte {at} on are not a whole segment"));
                 break;
             }
-            Err(what) => return Err(damaged(format!("segment at byte {at}: {what}"))),
+            Err(what) => {
+                let refused = file.refused.take();
+                return Err(refused.unwrap_or_else(|| damaged(format!("segment at byte {at}: {what}"))));
+            }
         }
     }
     file.refuse_scaled().map_err(damaged)?;
     Ok(file.into_sources())
 }
 
-impl File {
+impl File<'_> {
     /// Reads the segment at a place and gives that of the next; `None` where the file ends before it does.
     fn segment(&mut self, contents: &[u8], start: usize) -> Result<Option<usize>, String> {
         let mut reader = Reader { bytes: contents, at: start, is_big: false };
@@ -256,12 +277,15 @@ impl File {
         if present.iter().all(|(_, layout)| layout.bytes == 0) {
             return Ok(());
         }
+        self.take_memory(&present, reader.bytes.len() - reader.at)?;
         if is_interleaved {
             let row: Option<usize> = present.iter().map(|(_, layout)| size(layout.kind)).sum();
             let row = row.ok_or("it holds text between numbers")?;
             while reader.bytes.len() - reader.at >= row {
                 for (path, layout) in &present {
-                    self.sample(path, layout.kind, reader);
+                    if let Some(object) = self.objects.get_mut(path) {
+                        object.sample(layout.kind, reader);
+                    }
                 }
             }
             return Ok(());
@@ -271,8 +295,10 @@ impl File {
                 let end = reader.at.saturating_add(layout.bytes).min(reader.bytes.len());
                 match size(layout.kind) {
                     Some(bytes) => {
-                        for _ in 0..layout.count.min((end - reader.at) / bytes) {
-                            self.sample(path, layout.kind, reader);
+                        let count = layout.count.min((end - reader.at) / bytes);
+                        if let Some(object) = self.objects.get_mut(path) {
+                            object.values.reserve(if layout.kind == TIME_STAMP { 0 } else { count });
+                            (0..count).for_each(|_| object.sample(layout.kind, reader));
                         }
                     }
                     None => self.objects.entry(path.clone()).or_default().is_text = true,
@@ -283,13 +309,21 @@ impl File {
         Ok(())
     }
 
-    fn sample(&mut self, path: &str, kind: u32, reader: &mut Reader<'_>) {
-        let Some(object) = self.objects.get_mut(path) else { return };
-        if kind == TIME_STAMP {
-            object.stamps.extend(reader.stamp());
-        } else {
-            object.values.extend(reader.number(kind));
-        }
+    /// Takes the numbers of a segment from the budget before they are read: as many as its `bytes` can hold in this layout.
+    fn take_memory(&mut self, present: &[(String, Layout)], bytes: usize) -> Result<(), String> {
+        let chunk: usize = present.iter().fold(0_usize, |sum, (_, layout)| sum.saturating_add(layout.bytes)).max(1);
+        let chunks = bytes.div_ceil(chunk);
+        let numbers = |(_, layout): &(String, Layout)| {
+            let size = size(layout.kind)?;
+            let held = NUMBER_BYTES.max(size as u64);
+            Some(held * layout.count.saturating_mul(chunks).min(bytes / size) as u64)
+        };
+        let needed = present.iter().filter_map(numbers).fold(0_u64, u64::saturating_add);
+        let taken = self.budget.map_or(Ok(()), |budget| budget.take(needed, || "a segment of samples".to_owned()));
+        taken.map_err(|error| {
+            self.refused = Some(error);
+            "too large".to_owned()
+        })
     }
 
     /// Numbers that a scale turns into the quantity must not stand for it.

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
+use crate::load::budget::{Budget, NUMBER_BYTES};
 use crate::load::clocks::find_clocks::{find_clocks, is_time_name};
 use crate::load::clocks::stamp::{Stamp, read_digits};
 use crate::load::contents::{ChannelInfo, Probe, Source, one_line};
@@ -29,7 +30,7 @@ const UNIX_TIMES: [&str; 3] = ["unix time", "unix", "epoch"];
 pub(crate) type Contents = (Format, Vec<Source>, Vec<String>);
 
 /// The one source of a text file.
-pub(crate) fn sources(path: &Path, contents: &[u8]) -> Result<Contents, LoadError> {
+pub(crate) fn sources(path: &Path, contents: &[u8], budget: &Budget<'_>) -> Result<Contents, LoadError> {
     let reason = |reason: &str| LoadError::NotRecognised { path: path.to_owned(), reason: reason.to_owned() };
     let contents = &*from_utf16(contents);
     if contents.iter().take(TEXT_BYTES).any(|&byte| byte == 0) {
@@ -37,13 +38,13 @@ pub(crate) fn sources(path: &Path, contents: &[u8]) -> Result<Contents, LoadErro
     }
     let contents = &*with_line_feeds(contents);
     if flysight::has_signature(contents) {
-        return tables_of(path, contents);
+        return tables_of(path, contents, budget);
     }
     let layout = TextLayout::find(contents).ok_or_else(|| reason("text without a table of numbers"))?;
     let mut warnings = Vec::new();
     let notes = layout.notes.iter().enumerate().map(|(line, text)| (format!("line {}", line + 1), text.clone()));
     let mut source = Source { notes: notes.collect(), ..Source::new(stem(path)) };
-    read_table(path, (&layout, &contents[layout.data_at..]), &mut source, &mut warnings)?;
+    read_table((path, budget), (&layout, &contents[layout.data_at..]), &mut source, &mut warnings)?;
     vbox::settle(&mut source);
     Ok((layout.format(), vec![source], warnings))
 }
@@ -70,31 +71,32 @@ fn with_line_feeds(contents: &[u8]) -> Cow<'_, [u8]> {
 
 /// Columns of whole lines that follow the header of a text laid out so.
 pub(crate) fn columns_of(path: &Path, layout: &TextLayout, lines: &[u8]) -> Result<Vec<Vec<f64>>, LoadError> {
-    let mut table = Table::new(path, layout);
+    let budget = Budget::for_file(path, layout.format());
+    let mut table = Table::new((path, &budget), layout);
     table.read(lines.strip_suffix(b"\n").unwrap_or(lines))?;
     Ok(table.columns.into_iter().map(|column| column.values).collect())
 }
 
 /// Reads the rows of one table into the channels of its source.
 fn read_table(
-    path: &Path,
+    (path, budget): (&Path, &Budget<'_>),
     (layout, lines): (&TextLayout, &[u8]),
     source: &mut Source,
     warnings: &mut Vec<String>,
 ) -> Result<(), LoadError> {
-    let mut table = Table::new(path, layout);
+    let mut table = Table::new((path, budget), layout);
     table.read(lines)?;
     table.into_channels(source, warnings);
     Ok(())
 }
 
 /// A source per table of a text whose rows are headed by the names of their tables.
-fn tables_of(path: &Path, contents: &[u8]) -> Result<Contents, LoadError> {
+fn tables_of(path: &Path, contents: &[u8], budget: &Budget<'_>) -> Result<Contents, LoadError> {
     let (tables, notes) = flysight::split_tables(contents);
     let (mut sources, mut warnings) = (Vec::new(), Vec::new());
     for (name, layout, lines) in tables {
         let mut source = Source { notes: notes.clone(), ..Source::new(name) };
-        read_table(path, (&layout, &lines), &mut source, &mut warnings)?;
+        read_table((path, budget), (&layout, &lines), &mut source, &mut warnings)?;
         sources.push(source);
     }
     Ok((Format::DelimitedText, sources, warnings))
@@ -117,12 +119,14 @@ pub(crate) fn probe_folder(path: &Path) -> Result<Probe, LoadError> {
     if files.is_empty() {
         return Err(LoadError::Empty { path: path.to_owned(), what: "a folder without .csv or .txt files" });
     }
+    // The files of a folder share what one recording may take.
+    let budget = Budget::for_file(path, Format::Folder);
     let mut warnings = Vec::new();
     let mut found: Vec<Source> = Vec::new();
     let mut folder = Source::new(path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()));
     for file in files {
-        let contents = std::fs::read(&file).map_err(|cause| LoadError::Open { path: file.clone(), cause })?;
-        match sources(&file, &contents) {
+        let contents = Budget::for_file(&file, Format::Folder).read_whole()?;
+        match sources(&file, &contents, &budget) {
             Ok((_, sources, found_warnings)) => {
                 warnings.extend(found_warnings.into_iter().map(|warning| format!("{}: {warning}", stem(&file))));
                 for mut source in sources {
@@ -135,6 +139,7 @@ pub(crate) fn probe_folder(path: &Path) -> Result<Probe, LoadError> {
                     }
                 }
             }
+            Err(error @ LoadError::TooLarge { .. }) => return Err(error),
             Err(error) => warnings.push(format!("left out {error}")),
         }
     }
@@ -158,6 +163,7 @@ fn join_row(source: &mut Source) {
 /// Columns being filled.
 struct Table<'l> {
     path: &'l Path,
+    budget: &'l Budget<'l>,
     layout: &'l TextLayout,
     columns: Vec<Column>,
     line: usize,
@@ -180,10 +186,10 @@ struct Column {
 }
 
 impl<'l> Table<'l> {
-    fn new(path: &'l Path, layout: &'l TextLayout) -> Self {
+    fn new((path, budget): (&'l Path, &'l Budget<'l>), layout: &'l TextLayout) -> Self {
         let columns = (0..layout.columns).map(|_| Column::default()).collect();
         let line = layout.data_line;
-        Self { path, layout, columns, line, rows: 0, odd_rows: 0, first_odd: None, empty_rows: 0 }
+        Self { path, budget, layout, columns, line, rows: 0, odd_rows: 0, first_odd: None, empty_rows: 0 }
     }
 
     fn read(&mut self, data: &[u8]) -> Result<(), LoadError> {
@@ -250,6 +256,8 @@ impl<'l> Table<'l> {
             self.columns.iter_mut().for_each(|column| column.values.resize(self.rows + 1, f64::NAN));
         }
         self.rows += 1;
+        self.budget
+            .take(NUMBER_BYTES * self.columns.len() as u64, || format!("its table has over {} rows", self.rows))?;
         let (line, cells) = self.first_odd.unwrap_or_default();
         if self.odd_rows > MIN_ODD_ROWS && self.odd_rows as f64 > ODD_ROW_SHARE * self.rows as f64 {
             let wanted = self.columns.len();

@@ -5,6 +5,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use crate::load::budget::{Budget, NUMBER_BYTES};
 use crate::load::contents::{ChannelInfo, Source, one_line};
 use crate::load::error::LoadError;
 use crate::load::format::Format;
@@ -70,7 +71,11 @@ struct Topic {
 }
 
 /// Sources of a flight log, and warnings.
-pub(crate) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+pub(crate) fn sources(
+    path: &Path,
+    contents: &[u8],
+    budget: &Budget<'_>,
+) -> Result<(Vec<Source>, Vec<String>), LoadError> {
     // Every number that is logged takes a byte, so the topics of a file have no more of them than it has bytes.
     let mut log = Log { fields_left: contents.len() + MAX_FIELDS, ..Log::default() };
     let mut at = HEADER_BYTES;
@@ -81,6 +86,7 @@ pub(crate) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<
         });
         let failed = match message.map(|(kind, body)| (log.message(kind, body), body.len())) {
             Some((Ok(()), size)) => {
+                budget.take(std::mem::take(&mut log.taken), || "its topics".to_owned())?;
                 at += 3 + size;
                 continue;
             }
@@ -143,6 +149,8 @@ struct Log {
     dropout_ms: u64,
     unknown: usize,
     fields_left: usize,
+    /// Bytes that the latest message takes in memory.
+    taken: u64,
     /// Topic of the latest data; `None` while the log is still defining what it holds.
     latest: Option<u16>,
 }
@@ -230,6 +238,7 @@ impl Log {
         let Found { numbers, bytes, fields } = found;
         let left = self.fields_left.checked_sub(fields);
         self.fields_left = left.ok_or("the topics have more fields than the file has bytes")?;
+        self.taken += numbers.iter().map(|number| (size_of::<Number>() + number.name.len()) as u64).sum::<u64>();
         let name = if *multi == 0 { format } else { format!("{format}.{multi}") };
         let values = numbers.iter().map(|_| Vec::new()).collect();
         self.topics.insert(u16::from_le_bytes([*low, *high]), Topic { name, numbers, bytes, values, short: 0 });
@@ -294,6 +303,7 @@ impl Log {
             return;
         }
         self.latest = id;
+        self.taken += NUMBER_BYTES * topic.numbers.len() as u64;
         for (number, values) in topic.numbers.iter().zip(&mut topic.values) {
             values.push(body.get(number.offset..).and_then(|bytes| number.kind.read(bytes)).unwrap_or(f64::NAN));
         }

@@ -10,10 +10,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
 
-use crate::load::budget::Budget;
+use crate::load::budget::{Budget, NUMBER_BYTES};
 use crate::load::contents::{ChannelInfo, Source, one_line};
 use crate::load::error::LoadError;
-use crate::load::format::Format;
 use cdr::Layout;
 use records::{Channel, File, Message};
 
@@ -23,6 +22,8 @@ pub(crate) const SIGNATURE: &[u8] = b"\x89MCAP0\r\n";
 const MOST_FIELDS: usize = 4096;
 /// Deepest nesting that is followed.
 const MAX_DEPTH: usize = 8;
+/// Numbers that the three stamps of a message take.
+const STAMP_NUMBERS: u64 = 6;
 /// Longest array whose elements are channels.
 const LONGEST_ARRAY: usize = 64;
 
@@ -73,15 +74,18 @@ struct Topic {
 }
 
 /// Sources of a file, and warnings.
-pub(crate) fn sources(path: &Path, contents: &[u8]) -> Result<(Vec<Source>, Vec<String>), LoadError> {
-    let budget = Budget::for_file(path, Format::Mcap);
-    let mut file = File::read(path, contents, &budget)?;
+pub(crate) fn sources(
+    path: &Path,
+    contents: &[u8],
+    budget: &Budget<'_>,
+) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+    let mut file = File::read(path, contents, budget)?;
     let mut topics = Vec::new();
     let mut left_out = Vec::new();
     for (id, messages) in std::mem::take(&mut file.messages) {
         let Some(channel) = file.channels.get(&id) else { continue };
         match decoder(&file, channel) {
-            Ok(decoder) => topics.extend(decode(channel, &decoder, &messages, &mut file.warnings)),
+            Ok(decoder) => topics.extend(decode((channel, &decoder), &messages, budget, &mut file.warnings)?),
             Err(why) => left_out.push(format!("'{}' ({why})", channel.topic)),
         }
     }
@@ -114,7 +118,13 @@ fn decoder(file: &File<'_>, channel: &Channel) -> Result<Decoder, String> {
 }
 
 /// Decodes the messages of a topic; `None` where no number comes of them.
-fn decode(channel: &Channel, decoder: &Decoder, messages: &[Message<'_>], warnings: &mut Vec<String>) -> Option<Topic> {
+fn decode(
+    (channel, decoder): (&Channel, &Decoder),
+    messages: &[Message<'_>],
+    budget: &Budget<'_>,
+    warnings: &mut Vec<String>,
+) -> Result<Option<Topic>, LoadError> {
+    let what = || format!("topic '{}'", channel.topic);
     let mut places = BTreeMap::<Rc<str>, usize>::new();
     let mut columns = Vec::<Column>::new();
     // Instants of measurement where the message tells them, of sending, of recording.
@@ -122,6 +132,8 @@ fn decode(channel: &Channel, decoder: &Decoder, messages: &[Message<'_>], warnin
     for message in messages {
         let Some(mut numbers) = decoder.decode(&message.data) else { continue };
         let row = stamps.len();
+        // Every column has a value for every message, also for those without it.
+        budget.take((columns.len() as u64 + STAMP_NUMBERS) * NUMBER_BYTES, what)?;
         let measured = take_stamp(&mut numbers).unwrap_or_default();
         stamps.push([measured, split(message.published_ns), split(message.logged_ns)]);
         for (name, value) in numbers {
@@ -129,6 +141,7 @@ fn decode(channel: &Channel, decoder: &Decoder, messages: &[Message<'_>], warnin
                 Some(place) => *place,
                 None if columns.len() >= MOST_FIELDS => continue,
                 None => {
+                    budget.take((row as u64 + 1) * NUMBER_BYTES + name.len() as u64, what)?;
                     places.insert(Rc::clone(&name), columns.len());
                     columns.push((Rc::clone(&name), decoder.unit(&name), Vec::new()));
                     columns.len() - 1
@@ -140,7 +153,7 @@ fn decode(channel: &Channel, decoder: &Decoder, messages: &[Message<'_>], warnin
         }
     }
     if columns.is_empty() {
-        return None;
+        return Ok(None);
     }
     if stamps.len() < messages.len() {
         let undecoded = messages.len() - stamps.len();
@@ -156,7 +169,7 @@ fn decode(channel: &Channel, decoder: &Decoder, messages: &[Message<'_>], warnin
     }
     let stamps = order.iter().map(|&row| stamps[row][which]).collect();
     let clock = ["header.stamp", "publish_time", "log_time"][which];
-    Some(Topic { name: channel.topic.clone(), clock, stamps, columns })
+    Ok(Some(Topic { name: channel.topic.clone(), clock, stamps, columns }))
 }
 
 /// Takes the instant of measurement out of the numbers of a message.

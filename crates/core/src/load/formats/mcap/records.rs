@@ -91,6 +91,7 @@ impl<'a> Reader<'a> {
 impl<'a> File<'a> {
     /// Reads forward to the end of the data; a file that was cut off gives what is whole in it.
     pub fn read(path: &Path, contents: &'a [u8], budget: &Budget<'_>) -> Result<Self, LoadError> {
+        check_chunks(contents, budget)?;
         let mut file = Self::default();
         let mut reader = Reader(contents.get(SIGNATURE.len()..).unwrap_or_default());
         let mut damaged = 0;
@@ -152,16 +153,40 @@ impl<'a> File<'a> {
     }
 }
 
-/// The records of a chunk; `None` where it is damaged or compressed in a way that is not known.
-fn unpack<'a>(chunk: &'a [u8], budget: &Budget<'_>) -> Result<Option<Cow<'a, [u8]>>, LoadError> {
-    let mut reader = Reader(chunk);
-    let head = |reader: &mut Reader<'a>| {
+/// Refuses a file whose chunks state more than a recording may take, before any of them is unpacked.
+fn check_chunks(contents: &[u8], budget: &Budget<'_>) -> Result<(), LoadError> {
+    let mut reader = Reader(contents.get(SIGNATURE.len()..).unwrap_or_default());
+    let (mut count, mut bytes) = (0, 0_u64);
+    while let Some((kind, record)) = reader.record().filter(|(kind, _)| ![DATA_END, FOOTER].contains(kind)) {
+        let packed = (kind == CHUNK).then(|| ChunkHead::read(record)).flatten();
+        if let Some(head) = packed.filter(|head| !head.compression.is_empty()) {
+            (count, bytes) = (count + 1, bytes.saturating_add(head.size));
+        }
+    }
+    budget.check(bytes, || format!("its {count} chunks have {} MB", bytes / 1_000_000))
+}
+
+/// What a chunk states before its records.
+struct ChunkHead<'a> {
+    /// Bytes of its records when unpacked.
+    size: u64,
+    compression: String,
+    packed: &'a [u8],
+}
+
+impl<'a> ChunkHead<'a> {
+    fn read(chunk: &'a [u8]) -> Option<Self> {
+        let mut reader = Reader(chunk);
         let (_start, _end, size, _check) = (reader.u64()?, reader.u64()?, reader.u64()?, reader.u32()?);
         let compression = reader.text()?;
         let length = usize::try_from(reader.u64()?).ok()?;
-        Some((size, compression, reader.take(length)?))
-    };
-    let Some((size, compression, packed)) = head(&mut reader) else { return Ok(None) };
+        Some(Self { size, compression, packed: reader.take(length)? })
+    }
+}
+
+/// The records of a chunk; `None` where it is damaged or compressed in a way that is not known.
+fn unpack<'a>(chunk: &'a [u8], budget: &Budget<'_>) -> Result<Option<Cow<'a, [u8]>>, LoadError> {
+    let Some(ChunkHead { size, compression, packed }) = ChunkHead::read(chunk) else { return Ok(None) };
     if compression.is_empty() {
         return Ok(Some(Cow::Borrowed(packed)));
     }

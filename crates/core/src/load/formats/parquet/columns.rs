@@ -1,6 +1,7 @@
 //! The columns of a table as numbers.
 
 use std::cell::Cell;
+use std::panic::AssertUnwindSafe;
 use std::path::Path;
 use std::sync::Once;
 
@@ -13,6 +14,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 
 use super::arrow_schema::{self, Field};
+use super::sizes::{number_bytes, stated_bytes};
 use crate::load::budget::Budget;
 use crate::load::contents::{ChannelInfo, Source, one_line};
 use crate::load::error::LoadError;
@@ -22,8 +24,6 @@ use crate::load::names::stated_unit::split_unit;
 
 /// Rows read at a time.
 const ROWS_AT_A_TIME: usize = 65_536;
-/// Bytes of a number in memory.
-const NUMBER_BYTES: u64 = 8;
 
 /// What the numbers of a column mean.
 #[derive(Clone, Copy)]
@@ -48,7 +48,7 @@ thread_local! {
 static QUIET: Once = Once::new();
 
 /// Sources of a file, and warnings.
-pub fn sources(path: &Path, contents: Vec<u8>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+pub fn sources(path: &Path, contents: Vec<u8>, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
     QUIET.call_once(|| {
         let report = std::panic::take_hook();
         std::panic::set_hook(Box::new(move |panic| {
@@ -58,7 +58,8 @@ pub fn sources(path: &Path, contents: Vec<u8>) -> Result<(Vec<Source>, Vec<Strin
         }));
     });
     IS_GUARDED.set(true);
-    let read = std::panic::catch_unwind(|| read_table(path, contents));
+    // Nothing of the budget is used after a panic.
+    let read = std::panic::catch_unwind(AssertUnwindSafe(|| read_table(path, contents, budget)));
     IS_GUARDED.set(false);
     read.unwrap_or_else(|_| {
         let what = "its pages contradict their description".to_owned();
@@ -67,20 +68,22 @@ pub fn sources(path: &Path, contents: Vec<u8>) -> Result<(Vec<Source>, Vec<Strin
 }
 
 /// Reads the table; the crate panics at some damage.
-fn read_table(path: &Path, contents: Vec<u8>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+fn read_table(path: &Path, contents: Vec<u8>, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
     let damaged = |cause: &dyn std::fmt::Display| LoadError::Damaged {
         path: path.to_owned(),
         format: Format::Parquet,
         what: one_line(&cause.to_string()),
     };
     let length = contents.len() as u64;
-    let file = SerializedFileReader::new(bytes::Bytes::from(contents)).map_err(|cause| damaged(&cause))?;
+    let contents = bytes::Bytes::from(contents);
+    let file = SerializedFileReader::new(contents.clone()).map_err(|cause| damaged(&cause))?;
     let metadata = file.metadata().file_metadata();
     check_compression(path, file.metadata())?;
     check_places(file.metadata(), length).map_err(|what| damaged(&what))?;
     let written = metadata.key_value_metadata().into_iter().flatten().find(|entry| entry.key == "ARROW:schema");
     let fields = written.and_then(|entry| arrow_schema::fields(entry.value.as_deref()?)).unwrap_or_default();
-    let budget = Budget::for_file(path, Format::Parquet);
+    let stated = stated_bytes(file.metadata(), &contents);
+    budget.check(stated, || format!("its columns take {} MB", stated / 1_000_000))?;
     let mut source = Source::new(stem(path));
     let mut left_out = Vec::new();
     for (index, column) in metadata.schema_descr().columns().iter().enumerate() {
@@ -94,7 +97,7 @@ fn read_table(path: &Path, contents: Vec<u8>) -> Result<(Vec<Source>, Vec<String
         for group in 0..file.num_row_groups() {
             let group = file.get_row_group(group).map_err(|cause| damaged(&cause))?;
             let reader = group.get_column_reader(index).map_err(|cause| damaged(&cause))?;
-            read_column(reader, column.max_def_level(), &mut values, &budget, &name)?
+            read_column(reader, column.max_def_level(), &mut values, budget, &name)?
                 .map_err(|cause| damaged(&format!("column '{name}': {cause}")))?;
         }
         match values {
@@ -228,7 +231,8 @@ where
             Ok((count, ..)) => count,
             Err(cause) => return Ok(Err(cause)),
         };
-        budget.take(count as u64 * NUMBER_BYTES, || format!("column '{name}'"))?;
+        let bytes = number_bytes(T::get_physical_type()).unwrap_or_default();
+        budget.take(count as u64 * bytes, || format!("column '{name}'"))?;
         if levels == 0 {
             rows.extend(values.iter().copied().map(Some));
         } else {

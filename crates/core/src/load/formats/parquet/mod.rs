@@ -4,10 +4,14 @@
 mod arrow_schema;
 #[cfg(feature = "parquet")]
 mod columns;
+#[cfg(feature = "parquet")]
+mod sizes;
 
 #[cfg(feature = "parquet")]
 pub(crate) use columns::sources;
 
+#[cfg(not(feature = "parquet"))]
+use crate::load::budget::Budget;
 #[cfg(not(feature = "parquet"))]
 use crate::load::contents::Source;
 #[cfg(not(feature = "parquet"))]
@@ -15,7 +19,11 @@ use crate::load::error::LoadError;
 
 /// Refuses the file in a build that cannot read it.
 #[cfg(not(feature = "parquet"))]
-pub(crate) fn sources(path: &std::path::Path, _contents: Vec<u8>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+pub(crate) fn sources(
+    path: &std::path::Path,
+    _contents: Vec<u8>,
+    _budget: &Budget<'_>,
+) -> Result<(Vec<Source>, Vec<String>), LoadError> {
     Err(LoadError::Unsupported {
         path: path.to_owned(),
         what: "a Parquet table".to_owned(),
