@@ -8,7 +8,6 @@ cd "$(dirname "$0")/.."
 # Path (beginning), form, reason. A form is that of the rules below.
 allowed='
 src/app/begin|mend|the dialog of new sessions is made anew as a whole
-src/app/begin|cure|the dialog of new sessions is made anew as a whole
 src/app/begin|is no|the dialog of new sessions is made anew as a whole
 src/panels/model/structures.rs|is no|the panel is made anew as a whole
 '

@@ -51,7 +51,7 @@ impl Mark {
     }
 }
 
-/// The step at which a finding is cured.
+/// The step at which a finding is fixed.
 fn step_of(finding: &Finding) -> Option<Step> {
     finding.panel.and_then(Pane::from_title).and_then(Step::of_pane)
 }

@@ -1,4 +1,4 @@
-//! A channel over what the others say it is, as read and with the cure.
+//! A channel over what the others say it is, as read and with the fix.
 
 use doublet_core::compatibility::{Curves, Trace};
 use eframe::egui::{self, RichText, Ui};
@@ -15,7 +15,7 @@ pub const WIDTH: f32 = 2.0 * SIZE[0] + 12.0;
 pub fn show(ui: &mut Ui, channel: &str, curves: &Curves) {
     ui.horizontal_top(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
-        for (when, trace) in [("as read", &curves.before), ("with the cure", &curves.after)] {
+        for (when, trace) in [("as read", &curves.before), ("with the fix", &curves.after)] {
             ui.vertical(|ui| figure(ui, channel, when, trace));
         }
     });

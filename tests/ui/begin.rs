@@ -274,7 +274,7 @@ fn pulse_of_a_servo_becomes_a_deflection_by_the_travel_that_is_said() {
 }
 
 #[test]
-fn contradiction_of_a_channel_is_named_and_cured_by_one_click() {
+fn contradiction_of_a_channel_is_named_and_fixed_by_one_click() {
     let mut bench = Bench::with_mapped_recording();
     bench.harness.get_by_label("sign of az").scroll_to_me();
     bench.harness.run_steps(3);
@@ -282,7 +282,7 @@ fn contradiction_of_a_channel_is_named_and_cured_by_one_click() {
     bench.harness.run_steps(2);
     bench.step("Check");
     bench.wait_for("apply the fix of az");
-    for when in ["as read", "with the cure"] {
+    for when in ["as read", "with the fix"] {
         let name = format!("curves of az {when}");
         let curves = bench.harness.get_by_label(&name).rect();
         let button = bench.harness.get_by_label("apply the fix of az").rect();

@@ -1,4 +1,4 @@
-//! The verdict on screen: its sentence, its grid, its reasons with the way to their cure, and the lamp.
+//! The verdict on screen: its sentence, its grid, its reasons with the way to their fix, and the lamp.
 
 use std::path::Path;
 
@@ -70,7 +70,7 @@ fn reason_of_a_cell_leads_to_the_panel_that_cures_it() {
     let verdicts = bench.verdicts();
     let fit = verdicts.fit(None, Coefficient::Cm).expect("Cm is asked for");
     let reason = fit.verdict.reasons.first().expect("an elevator at rest tells nothing").clone();
-    let panel = Pane::from_title(reason.panel.expect("it has a cure")).expect("the panel is there");
+    let panel = Pane::from_title(reason.panel.expect("it has a fix")).expect("the panel is there");
     bench
         .harness
         .get_by_role_and_label(Role::Button, &format!("Cm, all manoeuvres: {}", fit.verdict.level.name()))

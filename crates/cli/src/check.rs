@@ -30,8 +30,8 @@ fn print(checked: &Checked) {
     }
     for row in checked.physics.iter().filter(|row| row.level > Level::Good) {
         text::line(&format!("{}: {}: {}", row.level.name(), row.headline, row.evidence));
-        if !row.cure.is_empty() {
-            text::line(&format!("  {}", row.cure));
+        if !row.fix_text.is_empty() {
+            text::line(&format!("  {}", row.fix_text));
         }
     }
     text::line(&ending(checked));

@@ -178,9 +178,10 @@ fn write_map(inspected: &Inspected, asked: &[Question], against: &[String]) -> R
 
 /// What speaks against the guess among the channels themselves.
 fn find_contradictions(physics: &FlightPhysics) -> Vec<String> {
-    let line =
-        |headline: &str, cure: &str| if cure.is_empty() { headline.to_owned() } else { format!("{headline}; {cure}") };
-    physics.contradictions().map(|row| line(&row.headline, &row.cure)).collect()
+    let line = |headline: &str, fix_text: &str| {
+        if fix_text.is_empty() { headline.to_owned() } else { format!("{headline}; {fix_text}") }
+    };
+    physics.contradictions().map(|row| line(&row.headline, &row.fix_text)).collect()
 }
 
 /// Why a channel is taken for a role and in which unit, and the values it then has.

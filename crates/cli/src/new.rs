@@ -198,7 +198,7 @@ fn without_role(name: &str, inspected: &Inspected, plan: &Plan, reference: &MapR
         return format!("{nothing}: there is only a time channel; record at least ax, ay, az, p, q and r");
     }
     let file = inspected.paths.first().map_or_else(|| "FILE".to_owned(), |path| path.display().to_string());
-    let (known, cure) = match reference {
+    let (known, fix_text) = match reference {
         MapRef::Own(_) => (
             format!("none of its {count} channel names is recognised"),
             format!(
@@ -210,7 +210,7 @@ fn without_role(name: &str, inspected: &Inspected, plan: &Plan, reference: &MapR
             "correct the map, or use --guess".to_owned(),
         ),
     };
-    format!("{nothing}: {known}; `doublet inspect {file}` lists them: {cure}")
+    format!("{nothing}: {known}; `doublet inspect {file}` lists them: {fix_text}")
 }
 
 /// Says which roles are missing that the filter is driven by or that derivatives of controls need.
@@ -218,8 +218,8 @@ fn print_missing(roles: &BTreeSet<Role>) {
     for lack in begin::missing(|role| roles.contains(&role)).iter().filter(|lack| lack.level != Level::Good) {
         let names: Vec<&str> = lack.roles.iter().map(|role| role.name()).collect();
         let names = names.join(", ");
-        let cure = "name them in the channel map, or use --guess with --role ROLE=CHANNEL";
-        text::line(&format!("  {} {names}; {cure}", lack.means));
+        let fix_text = "name them in the channel map, or use --guess with --role ROLE=CHANNEL";
+        text::line(&format!("  {} {names}; {fix_text}", lack.means));
     }
 }
 
@@ -229,8 +229,8 @@ fn print_contradictions(plan: &Plan, map: &str) {
     let Ok(recording) = read(plan) else { return };
     for row in stage::physics_of(&recording, map).contradictions() {
         text::line(&format!("  {}: {}: {}", row.level.name(), row.headline, row.evidence));
-        if !row.cure.is_empty() {
-            text::line(&format!("    {}", row.cure));
+        if !row.fix_text.is_empty() {
+            text::line(&format!("    {}", row.fix_text));
         }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use doublet_core::airframe::{AircraftClass, GyrationRadii};
-use doublet_core::compatibility::Cure;
+use doublet_core::compatibility::ChannelFix;
 use doublet_core::load::{
     self, ChannelMap, ManualChannel, ManualChannelMap, ManualTime, Plan, Probe, UserNames, plan_all, stated_unit,
 };
@@ -184,7 +184,7 @@ fn settle_units(probes: &[Probe], guess: ManualChannelMap) -> ManualChannelMap {
         let Ok(physics) = plan_by_hand(probes, &settled).and_then(|plan| compare(&plan)) else { break };
         let changes = physics.contradictions().filter_map(|row| row.change.as_ref());
         let mut next = changes.fold(settled.clone(), |map, change| match change {
-            Cure::Scale { role, units: Some(_), factor, offset }
+            ChannelFix::Scale { role, units: Some(_), factor, offset }
                 if *factor > 0.0 && *offset == 0.0 && is_open(&map, *role) =>
             {
                 apply_fix(&map, change, probes)
@@ -244,10 +244,10 @@ pub fn read_and_compare(plan: &Plan) -> Result<(Recording, FlightPhysics), Strin
 }
 
 /// A map made by hand after the fix of a contradiction; `probes` tell where time comes from that the map does not name.
-pub fn apply_fix(map: &ManualChannelMap, fix: &Cure, probes: &[Probe]) -> ManualChannelMap {
+pub fn apply_fix(map: &ManualChannelMap, fix: &ChannelFix, probes: &[Probe]) -> ManualChannelMap {
     let mut map = map.clone();
     match fix {
-        Cure::Scale { role, factor, offset, units } => {
+        ChannelFix::Scale { role, factor, offset, units } => {
             let Some(mut row) = map.row(*role).cloned() else { return map };
             let found = units.and_then(|(is, was)| {
                 let taken = row.unit.is_none_or(|unit| unit.symbol == was || unit == Unit::si(role.dimension()));
@@ -276,18 +276,18 @@ pub fn apply_fix(map: &ManualChannelMap, fix: &Cure, probes: &[Probe]) -> Manual
             }
             map.set(*role, Some(row));
         }
-        Cure::Swap { one, other } => {
+        ChannelFix::Swap { one, other } => {
             let (first, second) = (map.row(*one).cloned(), map.row(*other).cloned());
             map.set(*one, second);
             map.set(*other, first);
         }
-        Cure::Reassign { from, to } => {
+        ChannelFix::Reassign { from, to } => {
             let row = map.row(*from).cloned();
             map.set(*from, None);
             map.set(*to, row);
         }
-        Cure::Clock { factor, .. } => fix_clocks(&mut map, *factor, probes),
-        Cure::Shift { .. } | Cure::Travel { .. } => {}
+        ChannelFix::Clock { factor, .. } => fix_clocks(&mut map, *factor, probes),
+        ChannelFix::Shift { .. } | ChannelFix::Travel { .. } => {}
     }
     map
 }

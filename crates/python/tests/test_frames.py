@@ -75,7 +75,7 @@ def test_channels_that_contradict_each_other_are_warned_of(demo):
     with pytest.warns(db.DoubletWarning, match="q: .*sign") as caught:
         turned = db.Recording.from_frame(whole.assign(q=-whole["q"]))
     assert caught[0].filename == __file__
-    assert "Channel q: reverse the sign." in turned.check()["cure"]
+    assert "Channel q: reverse the sign." in turned.check()["fix"]
 
 
 def test_frames_of_polars_pyarrow_and_xarray_are_the_same_recording(demo, frame):

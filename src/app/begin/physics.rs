@@ -1,4 +1,4 @@
-//! Channels against each other as the chosen map reads them: what contradicts, and its cure as one click.
+//! Channels against each other as the chosen map reads them: what contradicts, and its fix as one click.
 
 use std::collections::BTreeMap;
 
@@ -160,14 +160,14 @@ pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui) {
     for (at, row) in comparison.found.contradictions().enumerate() {
         ui.horizontal_top(|ui| {
             level_mark(ui, Some(row.level));
-            let cure = row.change.as_ref().filter(|cure| by_hand && cure.is_of_map());
-            if let Some(cure) = cure {
-                let button = ui.small_button("Apply").on_hover_text(&row.cure);
+            let fix = row.change.as_ref().filter(|fix| by_hand && fix.is_of_map());
+            if let Some(fix) = fix {
+                let button = ui.small_button("Apply").on_hover_text(&row.fix_text);
                 ui.ctx().accesskit_node_builder(button.id, |node| {
                     node.set_label(format!("apply the fix of {}", row.channel));
                 });
                 if button.clicked() {
-                    applied = Some(cure.clone());
+                    applied = Some(fix.clone());
                 }
             }
             let curves = row.curves.as_ref().filter(|_| ui.available_width() > WORDS + curves::WIDTH);
@@ -181,16 +181,17 @@ pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui) {
             }
         });
     }
-    if let Some(cure) = applied {
-        choosing.hand = begin::apply_fix(&choosing.hand, &cure, &choosing.inspected.probes);
+    if let Some(fix) = applied {
+        choosing.hand = begin::apply_fix(&choosing.hand, &fix, &choosing.inspected.probes);
         choosing.plan_again();
     }
 }
 
-/// What is wrong in a few words, with its figures and its cure.
+/// What is wrong in a few words, with its figures and its fix.
 fn draw_finding(ui: &mut Ui, row: &PhysicsRow) {
     ui.spacing_mut().item_spacing.y = 1.0;
     ui.add(Label::new(RichText::new(&row.headline).strong()).wrap());
-    let more = if row.cure.is_empty() { row.evidence.clone() } else { format!("{}; {}", row.evidence, row.cure) };
+    let more =
+        if row.fix_text.is_empty() { row.evidence.clone() } else { format!("{}; {}", row.evidence, row.fix_text) };
     ui.add(Label::new(RichText::new(more).size(11.0).weak()).wrap());
 }

@@ -196,10 +196,10 @@ fn compared(ui: &mut Ui, is_compared: bool, contradictions: &[&PhysicsRow]) {
                     ui.set_width(ui.available_width() - curves.map_or(0.0, |_| curves::WIDTH));
                     ui.spacing_mut().item_spacing.y = 1.0;
                     ui.add(Label::new(RichText::new(&row.headline).strong()).wrap());
-                    let more = if row.cure.is_empty() {
+                    let more = if row.fix_text.is_empty() {
                         row.evidence.clone()
                     } else {
-                        format!("{}; {}", row.evidence, row.cure)
+                        format!("{}; {}", row.evidence, row.fix_text)
                     };
                     ui.add(Label::new(RichText::new(more).size(11.0).weak()).wrap());
                 });

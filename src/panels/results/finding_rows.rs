@@ -65,8 +65,8 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, kind: &FindingKind<'_>) -> 
             let weak = ui.visuals().weak_text_color();
             ui.add(Label::new(notation::typeset_in(&format!("{}{more}", finding.place), 11.0, weak)).wrap());
             ui.add(Label::new(notation::typeset(&finding.text, 13.0)).wrap());
-            if !finding.cure.is_empty() {
-                ui.add(Label::new(notation::typeset_in(&finding.cure, 11.5, weak)).wrap());
+            if !finding.fix_text.is_empty() {
+                ui.add(Label::new(notation::typeset_in(&finding.fix_text, 11.5, weak)).wrap());
             }
             if let Some(fix) = &kind.fix {
                 is_wanted = fix_row(ctx, ui, fix);
@@ -129,7 +129,7 @@ fn select(ctx: &mut PanelContext<'_>, ui: &mut Ui, names: &[&str]) {
     }
 }
 
-/// Brings the panel that cures `reason` to the front, with what it is about chosen.
+/// Brings the panel that fixes `reason` to the front, with what it is about chosen.
 fn open(ctx: &mut PanelContext<'_>, reason: &Finding, pane: Pane) {
     let window = ctx.session.windows.iter().find(|window| reason.place.contains(&format!("'{}'", window.name)));
     if let Some(window) = window {

@@ -11,7 +11,7 @@ use crate::quantity::{Dimension, Unit};
 
 /// What removes a contradiction, for one channel.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Cure {
+pub enum ChannelFix {
     /// SI values become `factor * value + offset`; `unit` is the unit the recorded numbers are in, where that is what was wrong, and
     /// `was` the one they were taken for.
     Scale {
@@ -63,7 +63,7 @@ pub enum Cure {
     },
 }
 
-impl Cure {
+impl ChannelFix {
     /// Roles whose channels it changes; none for the clock.
     pub fn roles(&self) -> Vec<Role> {
         match self {
@@ -201,7 +201,7 @@ fn confused_units(role: Role) -> &'static [&'static str] {
 #[derive(Clone, Debug)]
 pub(super) struct Candidate {
     /// What is changed.
-    pub fixes: Vec<Cure>,
+    pub fixes: Vec<ChannelFix>,
     /// One for a single mistake of one channel; more for mistakes that need more to be wrong.
     pub cost: f64,
     /// Whether the accelerometers are without gravity by the attitude: all of them are changed, which no channel map can do.
@@ -209,24 +209,25 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    fn new(fixes: Vec<Cure>, cost: f64) -> Self {
+    fn new(fixes: Vec<ChannelFix>, cost: f64) -> Self {
         Self { fixes, cost, is_linear: false }
     }
 
     /// A channel with its sign turned.
     pub(super) fn turned(role: Role) -> Self {
-        Self::new(vec![Cure::Scale { role, factor: -1.0, offset: 0.0, units: None }], 1.0)
+        Self::new(vec![ChannelFix::Scale { role, factor: -1.0, offset: 0.0, units: None }], 1.0)
     }
 
     /// Roles whose channels it changes.
     pub(super) fn roles(&self) -> Vec<Role> {
-        if self.is_linear { SPECIFIC_FORCE.to_vec() } else { self.fixes.iter().flat_map(Cure::roles).collect() }
+        if self.is_linear { SPECIFIC_FORCE.to_vec() } else { self.fixes.iter().flat_map(ChannelFix::roles).collect() }
     }
 
     /// Roles whose unit it changes.
     pub(super) fn roles_of_units(&self) -> Vec<Role> {
-        let converted_role =
-            |fix: &Cure| if let Cure::Scale { role, units: Some(_), .. } = fix { Some(*role) } else { None };
+        let converted_role = |fix: &ChannelFix| {
+            if let ChannelFix::Scale { role, units: Some(_), .. } = fix { Some(*role) } else { None }
+        };
         self.fixes.iter().filter_map(converted_role).collect()
     }
 
@@ -257,8 +258,8 @@ fn with_gravity(motion: &Motion) -> Motion {
 }
 
 /// Fixes of the sign and the unit of one channel.
-fn candidate_fixes(role: Role) -> Vec<(Cure, f64)> {
-    let scale = |factor, offset, units| Cure::Scale { role, factor, offset, units };
+fn candidate_fixes(role: Role) -> Vec<(ChannelFix, f64)> {
+    let scale = |factor, offset, units| ChannelFix::Scale { role, factor, offset, units };
     let si = role.dimension().si_symbol();
     let mut fixes = Vec::new();
     for sign in [1.0, -1.0] {
@@ -337,19 +338,19 @@ pub(super) fn candidates(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
         let is_part = travel_form(role, motion).is_some();
         let own = candidate_fixes(role)
             .into_iter()
-            .filter(|(fix, _)| !is_part || !matches!(fix, Cure::Scale { units: Some(_), .. }));
+            .filter(|(fix, _)| !is_part || !matches!(fix, ChannelFix::Scale { units: Some(_), .. }));
         found.extend(own.map(|(fix, cost)| Candidate::new(vec![fix], cost)));
         if let Some(offset) = offset_of(role, motion) {
-            let fix = Cure::Scale { role, factor: 1.0, offset: -offset, units: None };
+            let fix = ChannelFix::Scale { role, factor: 1.0, offset: -offset, units: None };
             found.push(Candidate::new(vec![fix], 1.3));
         }
         if let Some((form, likely_factor)) = travel_form(role, motion) {
-            found.push(Candidate::new(vec![Cure::Travel { role, form, likely_factor }], 1.3));
+            found.push(Candidate::new(vec![ChannelFix::Travel { role, form, likely_factor }], 1.3));
         }
     }
     let is_there = |(one, other): (Role, Role)| motion.has(one) && motion.has(other);
     let is_suspect = |(one, other): (Role, Role)| suspects.contains(&one) || suspects.contains(&other);
-    let swap = |(one, other)| Cure::Swap { one, other };
+    let swap = |(one, other)| ChannelFix::Swap { one, other };
     found.extend(
         SWAPS
             .into_iter()
@@ -363,11 +364,11 @@ pub(super) fn candidates(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
     if [SpecificForceZ, PitchAngle, BankAngle].iter().all(|role| motion.has(*role))
         && SPECIFIC_FORCE.iter().any(|role| suspects.contains(role))
     {
-        let fix = Cure::Scale { role: SpecificForceZ, factor: 1.0, offset: -STANDARD_GRAVITY_M_S2, units: None };
+        let fix = ChannelFix::Scale { role: SpecificForceZ, factor: 1.0, offset: -STANDARD_GRAVITY_M_S2, units: None };
         found.push(Candidate { fixes: vec![fix], cost: 1.5, is_linear: true });
     }
     if motion.has(TrueAirspeed) && suspects.contains(&TrueAirspeed) && !motion.has(CalibratedAirspeed) {
-        found.push(Candidate::new(vec![Cure::Reassign { from: TrueAirspeed, to: CalibratedAirspeed }], 1.1));
+        found.push(Candidate::new(vec![ChannelFix::Reassign { from: TrueAirspeed, to: CalibratedAirspeed }], 1.1));
     }
     found
 }
@@ -379,8 +380,8 @@ pub(super) fn turned_together(opposite: &[Role]) -> Vec<Candidate> {
     let combinations = (0_u32..1 << count).filter(|set| set.count_ones() > 1);
     let turned = |set: u32| {
         let chosen = opposite[..count].iter().enumerate().filter(|(index, _)| set >> index & 1 == 1);
-        let fixes: Vec<Cure> =
-            chosen.map(|(_, role)| Cure::Scale { role: *role, factor: -1.0, offset: 0.0, units: None }).collect();
+        let fixes: Vec<ChannelFix> =
+            chosen.map(|(_, role)| ChannelFix::Scale { role: *role, factor: -1.0, offset: 0.0, units: None }).collect();
         let cost = 1.0 + 0.1 * fixes.len() as f64;
         Candidate::new(fixes, cost)
     };
@@ -414,6 +415,6 @@ fn in_other_units(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
 }
 
 /// Whether a fix changes the unit of a channel and nothing else.
-fn is_of_units(fix: &Cure) -> bool {
-    matches!(fix, Cure::Scale { factor, offset, units: Some(_), .. } if *factor > 0.0 && *offset == 0.0)
+fn is_of_units(fix: &ChannelFix) -> bool {
+    matches!(fix, ChannelFix::Scale { factor, offset, units: Some(_), .. } if *factor > 0.0 && *offset == 0.0)
 }

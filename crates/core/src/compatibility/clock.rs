@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::changes::Cure;
+use super::changes::ChannelFix;
 use super::motion::{Motion, Pace, pace};
 use super::outcome::{Outcome, Relation};
 use super::relations::ClockEffect;
@@ -53,7 +53,7 @@ type Candidate = ((f64, &'static str), (usize, usize), Motion);
 pub(super) struct Clocked {
     /// What there is to say of it.
     pub rows: Vec<CompatibilityRow>,
-    /// The motion on the clock as cured; none where no stretch is long enough.
+    /// The motion on the clock as fixed; none where no stretch is long enough.
     pub motion: Option<Motion>,
     /// What the stamps are multiplied by in it.
     pub factor: f64,
@@ -120,7 +120,7 @@ fn pace_in_words(pace: &Pace, factor: f64) -> String {
 }
 
 fn in_unit(pace: &Pace, factor: f64, unit: &'static str, (decisive, hold): (usize, usize)) -> CompatibilityRow {
-    let fix = Cure::Clock { factor, unit: Some(unit) };
+    let fix = ChannelFix::Clock { factor, unit: Some(unit) };
     let evidence = format!(
         "as read {}, and rates do not match their integrals; as {} {}, and {hold} of {decisive} integrals match",
         pace_in_words(pace, 1.0),
@@ -134,7 +134,7 @@ fn ask_time_unit(pace: &Pace, possible: &[(f64, &'static str)]) -> Compatibility
     let as_read = pace_in_words(pace, 1.0);
     let (fix, evidence) = match possible.first() {
         Some(&(factor, unit)) => {
-            let fix = Cure::Clock { factor, unit: Some(unit) };
+            let fix = ChannelFix::Clock { factor, unit: Some(unit) };
             let words = fix.hypothesis();
             let then = pace_in_words(pace, factor);
             (
@@ -182,6 +182,6 @@ fn common_error(motion: &Motion, relations: &[Relation]) -> Option<Compatibility
         1.0 + turns,
         1.0 + moves
     );
-    let fix = Cure::Clock { factor: 1.0 / (1.0 + common), unit: None };
+    let fix = ChannelFix::Clock { factor: 1.0 / (1.0 + common), unit: None };
     Some(CompatibilityRow::of_clock(Agreement::Doubtful, Some(fix), evidence, Some(1.0 + common), count))
 }

@@ -28,7 +28,7 @@ mod travels;
 use crate::series::Recording;
 
 pub use accelerometer::{AccelerometerPlace, TellingVelocity};
-pub use changes::Cure;
+pub use changes::ChannelFix;
 pub use gravity::{GravityExplanation, gravity_explains};
 pub use rows::{Agreement, Compatibility, CompatibilityRow};
 pub use traces::{Curves, Trace};

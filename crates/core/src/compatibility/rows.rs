@@ -1,7 +1,7 @@
 //! What was found, one row per relation and mistake.
 
 use super::accelerometer::AccelerometerPlace;
-use super::changes::Cure;
+use super::changes::ChannelFix;
 use super::line::Figures;
 use super::motion::Motion;
 use super::offsets::{beside_vane, magnetic};
@@ -45,7 +45,7 @@ pub struct CompatibilityRow {
     /// One sentence with the figures.
     pub evidence: String,
     /// What removes the contradiction.
-    pub fix: Option<Cure>,
+    pub fix: Option<ChannelFix>,
     /// What contradicts, as curves before and after the fix.
     pub curves: Option<Curves>,
 }
@@ -63,16 +63,16 @@ impl CompatibilityRow {
     /// A row about the clock.
     pub(super) fn of_clock(
         agreement: Agreement,
-        fix: Option<Cure>,
+        fix: Option<ChannelFix>,
         evidence: String,
         slope: Option<f64>,
         segments: usize,
     ) -> Self {
         let factor = match fix {
-            Some(Cure::Clock { factor, .. }) => Some(factor),
+            Some(ChannelFix::Clock { factor, .. }) => Some(factor),
             _ => None,
         };
-        let hypothesis = fix.as_ref().map(Cure::hypothesis).unwrap_or_default();
+        let hypothesis = fix.as_ref().map(ChannelFix::hypothesis).unwrap_or_default();
         Self {
             channel: "time".to_owned(),
             relation: None,
@@ -90,7 +90,7 @@ impl CompatibilityRow {
 
     /// A specific force that the ground velocity shows reversed: deviations of its changes as recorded and reversed, m/s.
     pub(super) fn of_reversed_force(force: Role, residuals_m_s: [f64; 2]) -> Self {
-        let fix = Cure::Scale { role: force, factor: -1.0, offset: 0.0, units: None };
+        let fix = ChannelFix::Scale { role: force, factor: -1.0, offset: 0.0, units: None };
         let [recorded, reversed] = residuals_m_s.map(significant);
         Self {
             channel: force.name().to_owned(),
@@ -114,14 +114,19 @@ impl CompatibilityRow {
     pub fn headline(&self) -> String {
         let what = if self.hypothesis.is_empty() { "inconsistent, cause unknown" } else { &self.hypothesis };
         let figure = match (&self.fix, self.slope, self.r2) {
-            (Some(Cure::Scale { factor, offset: 0.0, units: None, .. }), Some(slope), Some(r2)) if *factor < 0.0 => {
+            (Some(ChannelFix::Scale { factor, offset: 0.0, units: None, .. }), Some(slope), Some(r2))
+                if *factor < 0.0 =>
+            {
                 // A line of another channel may run the right way.
                 if slope < 0.0 { format!(" (correlation {:.3})", -r2.sqrt()) } else { String::new() }
             }
-            (Some(Cure::Swap { .. } | Cure::Reassign { .. } | Cure::Travel { .. }), ..) | (_, None, _) => String::new(),
+            (Some(ChannelFix::Swap { .. } | ChannelFix::Reassign { .. } | ChannelFix::Travel { .. }), ..)
+            | (_, None, _) => String::new(),
             (
-                Some(Cure::Scale {
-                    role: Role::AngleOfAttack | Role::Sideslip | Role::HeadingAngle, factor: 1.0, ..
+                Some(ChannelFix::Scale {
+                    role: Role::AngleOfAttack | Role::Sideslip | Role::HeadingAngle,
+                    factor: 1.0,
+                    ..
                 }),
                 ..,
             ) => String::new(),
@@ -212,12 +217,12 @@ pub(super) fn rows(found: &Found) -> Vec<CompatibilityRow> {
 
 /// The rows of one mistake.
 pub(super) fn mistake_rows(mistake: &Mistake) -> Vec<CompatibilityRow> {
-    let fixes: &[Cure] = if mistake.is_linear { &mistake.fixes[..1] } else { &mistake.fixes };
+    let fixes: &[ChannelFix] = if mistake.is_linear { &mistake.fixes[..1] } else { &mistake.fixes };
     fixes.iter().filter_map(|fix| fix_row(mistake, fix)).collect()
 }
 
 /// The row of one fix of a mistake.
-fn fix_row(mistake: &Mistake, fix: &Cure) -> Option<CompatibilityRow> {
+fn fix_row(mistake: &Mistake, fix: &ChannelFix) -> Option<CompatibilityRow> {
     let roles = fix.roles();
     let own = mistake.repaired.iter().find(|(relation, ..)| roles.contains(&relation.compared()));
     let entered = |(relation, ..): &&Repaired| roles.iter().any(|role| relation.involves(*role));
@@ -248,7 +253,7 @@ fn fix_row(mistake: &Mistake, fix: &Cure) -> Option<CompatibilityRow> {
     }
     let (agreement, remark) = offset_agreement(fix, before, &mistake.motions[0]);
     evidence += &remark;
-    let factor = if let Cure::Scale { factor, .. } = fix { Some(*factor) } else { None };
+    let factor = if let ChannelFix::Scale { factor, .. } = fix { Some(*factor) } else { None };
     Some(CompatibilityRow {
         channel: roles.first()?.name().to_owned(),
         relation: Some((relation.compared(), relation.with())),
@@ -266,20 +271,20 @@ fn fix_row(mistake: &Mistake, fix: &Cure) -> Option<CompatibilityRow> {
 }
 
 /// How certain a fix is, and what there is to say of it, where it is an offset of an angle.
-fn offset_agreement(fix: &Cure, before: &Figures, motion: &Motion) -> (Agreement, String) {
+fn offset_agreement(fix: &ChannelFix, before: &Figures, motion: &Motion) -> (Agreement, String) {
     match fix {
-        Cure::Scale { role: Role::AngleOfAttack, factor: 1.0, offset, .. } if *offset != 0.0 => {
+        ChannelFix::Scale { role: Role::AngleOfAttack, factor: 1.0, offset, .. } if *offset != 0.0 => {
             let (is_certain, remark) = beside_vane(before.slope, motion);
             (if is_certain { Agreement::Contradicts } else { Agreement::Doubtful }, remark)
         }
-        Cure::Scale { role: Role::HeadingAngle, factor: 1.0, offset, .. } if *offset != 0.0 => {
+        ChannelFix::Scale { role: Role::HeadingAngle, factor: 1.0, offset, .. } if *offset != 0.0 => {
             (Agreement::Contradicts, format!("; {}", magnetic(-offset)))
         }
         _ => (Agreement::Contradicts, String::new()),
     }
 }
 
-fn headline_of(fix: &Cure) -> String {
+fn headline_of(fix: &ChannelFix) -> String {
     format!("{}: {}", fix.roles().first().map_or("time", |role| Role::name(*role)), fix.hypothesis())
 }
 

@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 use rayon::prelude::*;
 
 use super::accelerometer::reversed_residuals;
-use super::changes::{Candidate, Cure, SPECIFIC_FORCE, candidates, turned_together};
+use super::changes::{Candidate, ChannelFix, SPECIFIC_FORCE, candidates, turned_together};
 use super::line::Figures;
 use super::motion::{COMPARED, Motion, is_signed};
 use super::outcome::{Outcome, Relation};
@@ -52,7 +52,7 @@ const SAME_SCORE: f64 = 0.02;
 #[derive(Clone, Debug)]
 pub(super) struct Mistake {
     /// What removes it.
-    pub fixes: Vec<Cure>,
+    pub fixes: Vec<ChannelFix>,
     /// Whether it is that of linear acceleration, as in [`Candidate`].
     pub is_linear: bool,
     /// Relations that hold once it is removed, with their numbers before and after; the most telling first.
@@ -60,7 +60,7 @@ pub(super) struct Mistake {
     /// Relations that held before and hold much better once it is removed.
     pub sharpened: Vec<Repaired>,
     /// Other fixes that would do as well.
-    pub rivals: Vec<Cure>,
+    pub rivals: Vec<ChannelFix>,
     /// The motion before and after.
     pub motions: [Motion; 2],
 }
@@ -169,7 +169,7 @@ fn attempt(candidate: Candidate, motion: &Motion, outcomes: &[(Relation, Outcome
     let entered = || outcomes.iter().filter(|(relation, _)| roles.iter().any(|role| relation.involves(*role)));
     let (mut repaired, mut score) = repair(&candidate, motion, &changed, entered());
     let is_named = match candidate.fixes[..] {
-        [Cure::Reassign { .. }] => tells_calibrated(&repaired),
+        [ChannelFix::Reassign { .. }] => tells_calibrated(&repaired),
         _ => candidate.roles_of_units().is_empty() || tells_unit(&repaired),
     };
     if repaired.is_empty() || !is_named {
@@ -253,14 +253,14 @@ fn turned_force(role: Role, motion: &Motion, outcomes: &[(Relation, Outcome)]) -
 
 /// Whether channels are exchanged and nothing else is done.
 fn is_swap(candidate: &Candidate) -> bool {
-    candidate.fixes.iter().all(|fix| matches!(fix, Cure::Swap { .. }))
+    candidate.fixes.iter().all(|fix| matches!(fix, ChannelFix::Swap { .. }))
 }
 
 /// Whether channels are exchanged or signs turned and nothing else is done: a factor can be chosen for what it sharpens, these cannot.
 fn is_turn(candidate: &Candidate) -> bool {
-    let is_one = |fix: &Cure| match fix {
-        Cure::Swap { .. } => true,
-        Cure::Scale { factor, offset, units: None, .. } => *factor == -1.0 && *offset == 0.0,
+    let is_one = |fix: &ChannelFix| match fix {
+        ChannelFix::Swap { .. } => true,
+        ChannelFix::Scale { factor, offset, units: None, .. } => *factor == -1.0 && *offset == 0.0,
         _ => false,
     };
     candidate.fixes.iter().all(is_one)
@@ -328,7 +328,8 @@ fn needs_channel(relation: &Relation, with: &Figures, without: &Motion) -> bool 
 
 /// Whether a relation was off as far as a wrong unit makes it: the other channels that enter hide a part of its factor.
 fn is_as_far_off(candidate: &Candidate, was: &Figures) -> bool {
-    let log_factor = |fix: &Cure| if let Cure::Scale { factor, .. } = fix { factor.abs().ln().abs() } else { 0.0 };
+    let log_factor =
+        |fix: &ChannelFix| if let ChannelFix::Scale { factor, .. } = fix { factor.abs().ln().abs() } else { 0.0 };
     let factor = candidate.fixes.iter().map(log_factor).fold(0.0, f64::max);
     was.slope.abs().ln().abs() > AS_FAR * factor
 }

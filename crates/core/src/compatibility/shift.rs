@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::changes::Cure;
+use super::changes::ChannelFix;
 use super::line::Line;
 use super::motion::{COMPARED, Motion, reference};
 use super::outcome::Relation;
@@ -228,7 +228,7 @@ fn row(found: &Shifted, before: &Motion, after: &Motion) -> CompatibilityRow {
     );
     // One comparison alone can be a slow sensor.
     let agreement = if agreeing.len() > 1 { Agreement::Contradicts } else { Agreement::Doubtful };
-    let fix = Cure::Shift { source: found.source.clone(), late_s: found.late_s };
+    let fix = ChannelFix::Shift { source: found.source.clone(), late_s: found.late_s };
     let mut row = CompatibilityRow::of_clock(agreement, Some(fix), evidence, None, agreeing.len());
     row.curves = agreeing.first().and_then(|(relation, ..)| Relation::Kinematic(relation).curves(before, after));
     row.r2 = agreeing.first().map(|(_, _, [was, _])| 1.0 - was);

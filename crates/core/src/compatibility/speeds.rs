@@ -2,7 +2,7 @@
 //! calibrated, taken for true; or not corrected.
 
 use super::air::true_of_calibrated;
-use super::changes::Cure;
+use super::changes::ChannelFix;
 use super::motion::Motion;
 use super::rows::{Agreement, CompatibilityRow};
 use crate::quantity::{Role, Unit};
@@ -66,7 +66,7 @@ pub(super) fn in_knots(rows: &[CompatibilityRow]) -> Option<CompatibilityRow> {
             listed.join(", "),
             knot.scale
         ),
-        fix: Some(Cure::Scale {
+        fix: Some(ChannelFix::Scale {
             role: Role::TrueAirspeed,
             factor: knot.scale,
             offset: 0.0,
@@ -119,10 +119,10 @@ pub(super) fn scaled(rows: &[CompatibilityRow], motion: &Motion) -> Option<Compa
     let too = if factor > 1.0 { "small" } else { "large" };
     let (hypothesis, fix) = match calibrated(motion).filter(|ratio| (factor / ratio - 1.0).abs() < AS_CALIBRATED) {
         Some(_) => {
-            let fix = Cure::Reassign { from: role, to: Role::CalibratedAirspeed };
+            let fix = ChannelFix::Reassign { from: role, to: Role::CalibratedAirspeed };
             (fix.hypothesis(), fix)
         }
-        None => (format!("{percent:.0} % too {too}"), Cure::Scale { role, factor, offset: 0.0, units: None }),
+        None => (format!("{percent:.0} % too {too}"), ChannelFix::Scale { role, factor, offset: 0.0, units: None }),
     };
     let listed: Vec<String> = factors.iter().map(|factor| format!("{factor:.3}")).collect();
     let others: Vec<String> = against(rows, factor).iter().map(|other| format!("{other:.3}")).collect();

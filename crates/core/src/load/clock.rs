@@ -81,7 +81,7 @@ pub struct Clock {
     pub fault_count: usize,
     /// Whether file, name or map state the unit; otherwise it is the one that makes a recording of flight.
     pub is_unit_stated: bool,
-    /// What is to be asked about it, with the cure, in one line; `None` where nothing is.
+    /// What is to be asked about it, with the fix, in one line; `None` where nothing is.
     pub question: Option<String>,
     /// Whether its stamps make a recording of flight in more than one unit, so that nothing but an answer tells which.
     pub is_unit_ambiguous: bool,

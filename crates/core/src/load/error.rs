@@ -1,4 +1,4 @@
-//! What can go wrong on the way in: one line each, naming file, channel and cure.
+//! What can go wrong on the way in: one line each, naming file, channel and fix.
 
 use std::fmt;
 use std::path::PathBuf;

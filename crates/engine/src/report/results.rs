@@ -19,7 +19,7 @@ use crate::verdict::{Consequence, Dependence, StatedQuantity, Verdict};
 /// Value of the `format` key.
 pub const FORMAT: &str = "doublet results";
 /// Version of the layout; raised when a key changes its name or meaning.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// Everything a run found, numbers only; time histories are in the HDF5 file beside it.
 #[derive(Clone, Debug, Serialize)]

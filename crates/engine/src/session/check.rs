@@ -22,8 +22,8 @@ const LONGEST_NAME: usize = 200;
 pub const MOST_WINDOWS: usize = 10_000;
 
 /// A finding that stops the whole run.
-pub(super) fn contradiction(place: String, text: impl Into<String>, cure: &str) -> Finding {
-    Finding::new(Level::Bad, CONTRADICTION, place, text).with_fix_text(cure)
+pub(super) fn contradiction(place: String, text: impl Into<String>, fix_text: &str) -> Finding {
+    Finding::new(Level::Bad, CONTRADICTION, place, text).with_fix_text(fix_text)
 }
 
 /// Whether a finding of [`check`] leaves nothing to compute; the others cost the run the window or flight they name.
@@ -35,8 +35,8 @@ pub fn stops_run(finding: &Finding) -> bool {
 pub fn check(session: &Session) -> Vec<Finding> {
     let mut found = Vec::new();
     if session.flights.is_empty() {
-        let cure = "add a [[flight]] with a [[flight.recording]]";
-        found.push(contradiction("flight".to_owned(), "the session has no recording", cure));
+        let fix_text = "add a [[flight]] with a [[flight.recording]]";
+        found.push(contradiction("flight".to_owned(), "the session has no recording", fix_text));
     }
     if session.windows.len() > MOST_WINDOWS {
         let text = format!(
@@ -144,8 +144,8 @@ fn windows(session: &Session, found: &mut Vec<Finding>) {
     for (place, flight, TimeRange { start_s, end_s }) in steady.chain(windows) {
         if session.flight(flight).is_none() {
             let text = format!("it lies in flight '{flight}', which the session does not have");
-            let cure = "name one of the session's flights";
-            found.push(Finding::new(Level::Bad, WINDOW, place.clone(), text).with_fix_text(cure));
+            let fix_text = "name one of the session's flights";
+            found.push(Finding::new(Level::Bad, WINDOW, place.clone(), text).with_fix_text(fix_text));
         }
         if !(start_s.is_finite() && end_s.is_finite() && end_s > start_s) {
             let text = format!("from {start_s} s to {end_s} s it is empty");

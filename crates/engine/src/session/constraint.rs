@@ -97,7 +97,7 @@ pub(super) fn findings(session: &Session) -> Vec<Finding> {
     let one = |(index, known): (usize, &TermConstraint)| {
         let name = known.derivative();
         let again = |other: &&TermConstraint| other.coefficient == known.coefficient && other.term == known.term;
-        let (text, cure) = if let Some((value, allowed)) = fault(known.known) {
+        let (text, fix_text) = if let Some((value, allowed)) = fault(known.known) {
             (format!("{value} is not usable, allowed is {allowed}"), "correct it")
         } else if !session.has_term(known.coefficient, &known.term) {
             let text = format!("{} has no term '{}'", known.coefficient.name(), known.term);
@@ -107,7 +107,7 @@ pub(super) fn findings(session: &Session) -> Vec<Finding> {
         } else {
             return None;
         };
-        Some(contradiction(format!("estimation.constraint of {name}"), text, cure).with_setting("Model", ""))
+        Some(contradiction(format!("estimation.constraint of {name}"), text, fix_text).with_setting("Model", ""))
     };
     constraints.iter().enumerate().filter_map(one).collect()
 }

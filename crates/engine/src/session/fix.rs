@@ -1,6 +1,6 @@
 //! Fixes: edits that remove what a finding is about, in one step.
 
-use doublet_core::compatibility::Cure;
+use doublet_core::compatibility::ChannelFix;
 use doublet_core::model::{Coefficient, Lag, Term};
 use doublet_core::quantity::Role;
 use serde::{Serialize, Serializer};
@@ -102,25 +102,25 @@ impl Fix {
         Self::new(label, Edit::Estimation(EstimationEdit::ControlLag(surface, lag)))
     }
 
-    /// Applies the cure of a channel: a channel by expression takes its role, or its source is shifted. None for what only the channel
+    /// Applies the fix of a channel: a channel by expression takes its role, or its source is shifted. None for what only the channel
     /// map can state, and where an expression plays the role already. `with_down` for an altitude that is the position down as well.
-    pub fn channel(flight: &Flight, cure: &Cure, with_down: bool) -> Option<Self> {
-        let corrected = match cure {
-            Cure::Scale { role, factor, offset, .. } => {
+    pub fn channel(flight: &Flight, fix: &ChannelFix, with_down: bool) -> Option<Self> {
+        let corrected = match fix {
+            ChannelFix::Scale { role, factor, offset, .. } => {
                 let down = (with_down && *role == Role::Altitude).then_some((Role::PositionDown, *factor, -offset));
                 let scaled = |(role, factor, offset): (Role, f64, f64)| (role, scaled(role, factor, offset));
                 std::iter::once((*role, *factor, *offset)).chain(down).map(scaled).collect()
             }
-            Cure::Swap { one, other } => vec![(*one, other.name().to_owned()), (*other, one.name().to_owned())],
-            Cure::Shift { source, late_s } => return Some(Self::shift(flight, source, *late_s)),
-            Cure::Reassign { .. } | Cure::Clock { .. } | Cure::Travel { .. } => return None,
+            ChannelFix::Swap { one, other } => vec![(*one, other.name().to_owned()), (*other, one.name().to_owned())],
+            ChannelFix::Shift { source, late_s } => return Some(Self::shift(flight, source, *late_s)),
+            ChannelFix::Reassign { .. } | ChannelFix::Clock { .. } | ChannelFix::Travel { .. } => return None,
         };
         let is_free = |role: Role| flight.expressions.iter().all(|expression| expression.role != Some(role));
         if !corrected.iter().all(|(role, _)| is_free(*role)) {
             return None;
         }
         // What is added is in SI, which an angle does not show by itself.
-        let has_offset = matches!(cure, Cure::Scale { offset, .. } if *offset != 0.0);
+        let has_offset = matches!(fix, ChannelFix::Scale { offset, .. } if *offset != 0.0);
         let part = |(role, text): &(Role, String)| {
             let unit = if has_offset { format!(" [{}]", role.dimension().si_symbol()) } else { String::new() };
             format!("{} = {text}{unit}", role.name())

@@ -130,8 +130,8 @@ impl ErrorValues {
 pub(super) fn findings(session: &Session) -> Vec<Finding> {
     let errors = &session.sensor_errors;
     let mut found = Vec::new();
-    let mut say = |key: &str, error: SensorError, text: String, cure: &str| {
-        found.push(contradiction(format!("sensor_errors.{key} of {error}"), text, cure));
+    let mut say = |key: &str, error: SensorError, text: String, fix_text: &str| {
+        found.push(contradiction(format!("sensor_errors.{key} of {error}"), text, fix_text));
     };
     let asked: Vec<SensorError> = errors.free.iter().chain(&errors.per_window).copied().collect();
     for (index, error) in asked.iter().enumerate() {

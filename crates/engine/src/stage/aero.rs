@@ -87,8 +87,8 @@ impl AirDensity {
             "Altitude, pressure and density not recorded: density is that of {origin_m:.0} m above the sea at the start."
         );
         let finding = Finding::new(Level::Caution, "assumed", "air density", text);
-        let cure = "Map the pressure altitude, or check the stated initial altitude.";
-        Some(finding.with_fix_text(cure).with_setting("Model", "preparation.origin_altitude_m"))
+        let fix_text = "Map the pressure altitude, or check the stated initial altitude.";
+        Some(finding.with_fix_text(fix_text).with_setting("Model", "preparation.origin_altitude_m"))
     }
 }
 

@@ -41,7 +41,7 @@ pub const NO_AIRCRAFT: &str = "no aircraft is chosen, so only flight paths are c
 /// Reads an aircraft as its file says.
 ///
 /// # Errors
-/// One line that names the file and the cure.
+/// One line that names the file and the fix.
 pub fn load_aircraft(context: &Context<'_>, path: &str) -> StageResult<Keyed<LoadedAircraft>> {
     context.get::<LoadedAircraft>((path, &AircraftChanges::default()), ())
 }

@@ -27,7 +27,7 @@ pub struct ExpressedChannel {
 /// The flight with a channel for each expression, in their order. A role that is recorded goes over to the expression, and is said.
 ///
 /// # Errors
-/// One line with the expression, the position in it, and the cure.
+/// One line with the expression, the position in it, and the fix.
 pub fn add_expressions(flight: &LoadedFlight, settings: &[ExpressionSetting]) -> StageResult<LoadedFlight> {
     let mut flight = flight.clone();
     for setting in settings {

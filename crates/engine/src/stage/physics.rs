@@ -1,7 +1,7 @@
 //! Channels of a flight against each other, before any statistics; what is wrong and which key of its channel map mends it.
 
 use doublet_core::compatibility::{
-    AccelerometerPlace, Agreement, Compatibility, CompatibilityRow, Cure, Curves, Trace, check,
+    AccelerometerPlace, Agreement, ChannelFix, Compatibility, CompatibilityRow, Curves, Trace, check,
 };
 use doublet_core::prep::airborne;
 use doublet_core::quantity::Role;
@@ -53,8 +53,8 @@ pub struct PhysicsRow {
     /// One sentence with the values.
     pub evidence: String,
     /// What to change, one sentence; empty without a remedy.
-    #[serde(skip_serializing_if = "String::is_empty")]
-    pub cure: String,
+    #[serde(rename = "fix", skip_serializing_if = "String::is_empty")]
+    pub fix_text: String,
     /// Whether the channels agree, which is not so where the recording shows nothing.
     #[serde(skip)]
     pub fits: bool,
@@ -66,8 +66,8 @@ pub struct PhysicsRow {
     pub headline: String,
     /// The same for [`crate::begin::apply_fix`].
     #[serde(skip)]
-    pub change: Option<Cure>,
-    /// The channel over what the others say it is, before and after the cure.
+    pub change: Option<ChannelFix>,
+    /// The channel over what the others say it is, before and after the fix.
     #[serde(skip)]
     pub curves: Option<Curves>,
 }
@@ -93,7 +93,7 @@ impl FlightPhysics {
         let finding = |row: &PhysicsRow| {
             let place = format!("flight '{flight}', {}", row.channel);
             let text = format!("{}: {}.", row.headline, row.evidence);
-            let finding = Finding::new(row.level, "physics", place, text).with_fix_text(row.cure.clone());
+            let finding = Finding::new(row.level, "physics", place, text).with_fix_text(row.fix_text.clone());
             let finding = finding.with_setting("Channels", "").with_fix(fix(row));
             match row.slope {
                 Some(slope) if row.hypothesis.is_empty() => finding.with_figure(slope, f64::NAN),
@@ -143,7 +143,7 @@ fn compared(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Flig
             Agreement::Doubtful => Level::Caution,
             Agreement::Contradicts => Level::Bad,
         },
-        cure: found.fix.as_ref().map(|fix| sentence(fix, &map(fix.roles().first().copied()))).unwrap_or_default(),
+        fix_text: found.fix.as_ref().map(|fix| sentence(fix, &map(fix.roles().first().copied()))).unwrap_or_default(),
         headline: found.headline(),
         fits: found.agreement == Agreement::Fits,
         needed: found.needed(),
@@ -151,7 +151,7 @@ fn compared(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Flig
         hypothesis: found.hypothesis,
         factor: found.factor,
         shift_s: match found.fix {
-            Some(Cure::Shift { late_s, .. }) => Some(-late_s),
+            Some(ChannelFix::Shift { late_s, .. }) => Some(-late_s),
             _ => None,
         },
         slope: found.slope,
@@ -194,13 +194,13 @@ fn map_of(recordings: &[RecordingRef], recording: &Recording, role: Option<Role>
 }
 
 /// Change of a channel map, or of arrays where there is none, one sentence.
-fn sentence(cure: &Cure, map: &str) -> String {
+fn sentence(fix: &ChannelFix, map: &str) -> String {
     let role_of = |role: &Role| match map {
         "" => format!("Channel {}", role.name()),
         map => format!("Channel map {map}, [roles.{}]", role.name()),
     };
-    match cure {
-        Cure::Scale { role, factor, offset, units } => {
+    match fix {
+        ChannelFix::Scale { role, factor, offset, units } => {
             let mut parts = Vec::new();
             if *factor < 0.0 {
                 parts.push("reverse the sign".to_owned());
@@ -219,7 +219,7 @@ fn sentence(cure: &Cure, map: &str) -> String {
             let also = if *role == Role::Altitude { " (and [roles.z] of the same channel)" } else { "" };
             format!("{}{also}: {}.", role_of(role), parts.join(" and "))
         }
-        Cure::Swap { one, other } => match map {
+        ChannelFix::Swap { one, other } => match map {
             "" => format!("Exchange channels {} and {}.", one.name(), other.name()),
             map => format!(
                 "Channel map {map}: exchange the channels of [roles.{}] and [roles.{}].",
@@ -227,21 +227,21 @@ fn sentence(cure: &Cure, map: &str) -> String {
                 other.name()
             ),
         },
-        Cure::Reassign { from, to } => match map {
+        ChannelFix::Reassign { from, to } => match map {
             "" => format!("Rename channel {} to {}.", from.name(), to.name()),
             map => format!("Channel map {map}: rename [roles.{}] to [roles.{}].", from.name(), to.name()),
         },
-        Cure::Clock { factor: _, unit: Some(unit) } => match map {
+        ChannelFix::Clock { factor: _, unit: Some(unit) } => match map {
             "" => format!("Give time in seconds: it is in {unit}."),
             map => format!("Channel map {map}, [[time]]: set unit = \"{unit}\"."),
         },
-        Cure::Clock { factor, unit: None } => {
+        ChannelFix::Clock { factor, unit: None } => {
             format!("Check the rate of the recorder, or set a clock drift of {:.4}.", factor - 1.0)
         }
-        Cure::Shift { source, late_s } => {
+        ChannelFix::Shift { source, late_s } => {
             format!("Add {:.2} s to the clock offset of source {source} (panel Preprocess).", -late_s)
         }
-        Cure::Travel { role, form, .. } => {
+        ChannelFix::Travel { role, form, .. } => {
             format!("{}: set unit = \"deg\" and scale = full travel in degrees / {}.", role_of(role), form.full())
         }
     }
@@ -254,15 +254,15 @@ mod tests {
     #[test]
     fn cure_names_the_key_and_the_value() {
         let degrees =
-            Cure::Scale { role: Role::RollRate, factor: -0.0174, offset: 0.0, units: Some(("deg/s", "rad/s")) };
+            ChannelFix::Scale { role: Role::RollRate, factor: -0.0174, offset: 0.0, units: Some(("deg/s", "rad/s")) };
         assert_eq!(
             sentence(&degrees, "mine.toml"),
             "Channel map mine.toml, [roles.p]: reverse the sign and set unit = \"deg/s\" instead of \"rad/s\"."
         );
-        let ticks = Cure::Clock { factor: 1e-3, unit: Some("ms") };
+        let ticks = ChannelFix::Clock { factor: 1e-3, unit: Some("ms") };
         assert_eq!(sentence(&ticks, "mine.toml"), "Channel map mine.toml, [[time]]: set unit = \"ms\".");
         assert_eq!(sentence(&ticks, ""), "Give time in seconds: it is in ms.");
-        let turned = Cure::Scale { role: Role::PitchRate, factor: -1.0, offset: 0.0, units: None };
+        let turned = ChannelFix::Scale { role: Role::PitchRate, factor: -1.0, offset: 0.0, units: None };
         assert_eq!(sentence(&turned, ""), "Channel q: reverse the sign.");
     }
 }

@@ -94,7 +94,7 @@ impl FollowedFlight {
     /// Outputs it does not follow and starts away from the path (`follows`): its derivatives are then those of another flight.
     pub fn findings(&self, window: &str) -> Vec<Finding> {
         let place = format!("manoeuvre '{window}', output error ({})", self.axis.name());
-        let cure = "Do not use these derivatives: add a term or shorten the manoeuvre.";
+        let fix_text = "Do not use these derivatives: add a term or shorten the manoeuvre.";
         let mut found = Vec::new();
         for output in self.outputs.iter().filter(|output| output.rms > WITHIN * output.deviation) {
             let (level, limit) = match output.r_squared {
@@ -108,7 +108,9 @@ impl FollowedFlight {
                 output.r_squared, output.largest_deviation
             );
             found.push(
-                Finding::new(level, "follows", &place, text).with_figure(output.r_squared, limit).with_fix_text(cure),
+                Finding::new(level, "follows", &place, text)
+                    .with_figure(output.r_squared, limit)
+                    .with_fix_text(fix_text),
             );
         }
         for start in self.starts.iter().filter(|start| start.distance.abs() > AWAY) {
@@ -121,7 +123,7 @@ impl FollowedFlight {
                 start.distance.abs()
             );
             let finding = Finding::new(Level::Bad, "follows", &place, text);
-            found.push(finding.with_figure(start.distance.abs(), AWAY).with_fix_text(cure));
+            found.push(finding.with_figure(start.distance.abs(), AWAY).with_fix_text(fix_text));
         }
         found
     }

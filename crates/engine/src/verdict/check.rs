@@ -52,8 +52,8 @@ impl Checked {
 
 /// Checks a session or an aircraft file. A file that cannot be used is a finding as well.
 pub fn check_file(path: &Path) -> Checked {
-    let refused = |code, text: String, cure: &str| {
-        Checked::refused(Finding::new(Level::Bad, code, path.display().to_string(), text).with_fix_text(cure))
+    let refused = |code, text: String, fix_text: &str| {
+        Checked::refused(Finding::new(Level::Bad, code, path.display().to_string(), text).with_fix_text(fix_text))
     };
     if session::shipped(path).is_some() {
         return match session::open(path) {
@@ -74,8 +74,8 @@ pub fn check_file(path: &Path) -> Checked {
     };
     let text = text.trim_start_matches('\u{feff}');
     if text.trim().is_empty() {
-        let cure = "open another file, or its .bak beside it";
-        return refused("file", "the file is empty: not a session or an aircraft file".to_owned(), cure);
+        let fix_text = "open another file, or its .bak beside it";
+        return refused("file", "the file is empty: not a session or an aircraft file".to_owned(), fix_text);
     }
     if has_format(text, aircraft_file::FORMAT) {
         return check_aircraft(path, text);
@@ -215,9 +215,9 @@ fn check_aircraft(path: &Path, text: &str) -> Checked {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             let context = Context::new(path.parent().unwrap_or(Path::new("")));
             let engines = stage::load_aircraft(&context, &name).err();
-            let cure = "put the engine files that it names beside it";
+            let fix_text = "put the engine files that it names beside it";
             let engines = engines
-                .map(|e| Finding::new(Level::Caution, "engines", place.clone(), e.to_string()).with_fix_text(cure));
+                .map(|e| Finding::new(Level::Caution, "engines", place.clone(), e.to_string()).with_fix_text(fix_text));
             let mass = aircraft.standard_loading.mass_properties(&aircraft);
             let shape = shape::findings(&place, &aircraft.reference, Some(&mass));
             Checked {

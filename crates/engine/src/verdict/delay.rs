@@ -169,8 +169,9 @@ fn finding(evidence: Evidence<'_>, delay: &ControlDelay, level: Level, changed: 
     } else {
         "Record the surface, not the command; check its clock"
     };
-    let cure = format!("{why}, or apply a delay of {:.3} s.", stated_s + delay_s);
-    let finding = finding.with_fix_text(cure).with_setting("Model", format!("preparation.control_lag.{name}.delay_s"));
+    let fix_text = format!("{why}, or apply a delay of {:.3} s.", stated_s + delay_s);
+    let finding =
+        finding.with_fix_text(fix_text).with_setting("Model", format!("preparation.control_lag.{name}.delay_s"));
     let fix = Fix::control_delay(evidence.session, surface, stated_s + delay_s);
     finding.with_value(format!("{:.3}", stated_s + delay_s)).with_fix(fix)
 }

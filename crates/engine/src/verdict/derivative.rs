@@ -69,8 +69,8 @@ fn determined(at: &str, fit: &CoefficientFit, index: usize) -> Option<Finding> {
     let (relative, _) = significance(fit.fit.as_ref().ok()?, &fit.corrected_errors, index);
     let text = format!("Poorly determined: standard error {relative:.0} % of the value (limit {RELATIVE_ERROR:.0} %).");
     let finding = Finding::new(Level::Caution, DETERMINED, at, text).with_figure(relative, RELATIVE_ERROR);
-    let cure = "Remove or fix the term, or fly a manoeuvre that excites it.";
-    Some(finding.with_fix_text(cure).with_setting("Model", "estimation.constraint"))
+    let fix_text = "Remove or fix the term, or fly a manoeuvre that excites it.";
+    Some(finding.with_fix_text(fix_text).with_setting("Model", "estimation.constraint"))
 }
 
 fn implausible(at: &str, name: &str, (value, error): (f64, Option<f64>), range: &Range) -> Option<Finding> {
@@ -91,8 +91,8 @@ fn implausible(at: &str, name: &str, (value, error): (f64, Option<f64>), range: 
     let text = format!("{value:.4}{error} {problem} {:.3} to {:.3} ({}).", range.low, range.high, range.source);
     let limit = if value > range.high { range.high } else { range.low };
     let finding = Finding::new(level, "plausible", at, text).with_figure(value, limit);
-    let cure = "Check signs, units, mass and inertia, or state a plausible range.";
-    Some(finding.with_fix_text(cure).with_setting("Derivatives", format!("verdict.plausible.{name}")))
+    let fix_text = "Check signs, units, mass and inertia, or state a plausible range.";
+    Some(finding.with_fix_text(fix_text).with_setting("Derivatives", format!("verdict.plausible.{name}")))
 }
 
 /// An estimate of one window.
@@ -139,9 +139,14 @@ fn scatter(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, index: usize)
         fit.corrected_errors.get(index).copied().unwrap_or(f64::NAN)
     );
     let finding = Finding::new(level, "scatter", at, text).with_figure(q, limit);
-    let cure = format!("Check '{}', and use only manoeuvres that excite this term.", worst.window);
+    let fix_text = format!("Check '{}', and use only manoeuvres that excite this term.", worst.window);
     let fix = (singles.len() > 2).then(|| Fix::ignore([worst.window]));
-    Some(finding.with_fix_text(cure).with_setting("Derivatives", format!("window.{}.role", worst.window)).with_fix(fix))
+    Some(
+        finding
+            .with_fix_text(fix_text)
+            .with_setting("Derivatives", format!("window.{}.role", worst.window))
+            .with_fix(fix),
+    )
 }
 
 /// The worst that leaving out one manoeuvre changes of a derivative; none where that was not formed, or where one is left out that alone

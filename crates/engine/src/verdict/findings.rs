@@ -55,7 +55,7 @@ fn advice(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
                 continue;
             }
             let Some(advice) = channel_advice(path, channel, used, noise) else { continue };
-            let cure = match (advice.step, advice.recommended()) {
+            let fix_text = match (advice.step, advice.recommended()) {
                 (NoiseStep::Set | NoiseStep::Differ, Some(set)) => {
                     format!("multiply its noise by {}", significant(set.std / used, 2))
                 }
@@ -64,7 +64,9 @@ fn advice(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
             let text = format!("innovations of {name} are {ratio:.2} times predicted");
             let finding = Finding::new(Level::Good, "innovation-advice", format!("manoeuvre '{}'", window.name), text);
             let setting = format!("filter.measurement_noise.{name}");
-            found.push(finding.with_figure(ratio, 1.0).with_fix_text(cure).with_setting("Noise and filter", setting));
+            found.push(
+                finding.with_figure(ratio, 1.0).with_fix_text(fix_text).with_setting("Noise and filter", setting),
+            );
         }
     }
     found

@@ -74,13 +74,13 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
                 let text =
                     format!("No estimate: the model has terms of {}, which the recording lacks.", absent.join(", "));
                 let finding = Finding::new(Level::Bad, "failed", at, text);
-                let cure = "Add a recording with that channel, or remove its terms.";
-                let finding = finding.with_fix_text(cure).with_setting("Channels", format!("model.{name}"));
+                let fix_text = "Add a recording with that channel, or remove its terms.";
+                let finding = finding.with_fix_text(fix_text).with_setting("Channels", format!("model.{name}"));
                 return vec![finding.with_fix(without_terms(evidence, fit.coefficient, &absent))];
             }
             let finding = Finding::new(Level::Bad, "rank", at, format!("No estimate: {error}."));
-            let cure = "Remove a term, or add manoeuvres that separate the regressors.";
-            return vec![finding.with_fix_text(cure).with_setting("Model", format!("model.{name}"))];
+            let fix_text = "Remove a term, or add manoeuvres that separate the regressors.";
+            return vec![finding.with_fix_text(fix_text).with_setting("Model", format!("model.{name}"))];
         }
     };
     let used = used_windows(evidence.session, evidence.snapshot, fit);
@@ -114,8 +114,8 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
             100.0 * R2_FIT
         );
         let finding = Finding::new(Level::Caution, "r2", &at, text).with_figure(r2, R2_FIT);
-        let cure = "Check the residuals for a missing term or an outlying manoeuvre.";
-        findings.push(finding.with_fix_text(cure).with_setting("Model", format!("model.{name}")));
+        let fix_text = "Check the residuals for a missing term or an outlying manoeuvre.";
+        findings.push(finding.with_fix_text(fix_text).with_setting("Model", format!("model.{name}")));
     }
     findings
 }
@@ -320,8 +320,8 @@ fn prediction(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit) -> Option<
     let text =
         format!("Prediction of '{}', constant not refitted: R2 {r2:.2} (limit {limit}){why}.", prediction.window);
     let finding = Finding::new(level, "r2", at, text).with_figure(r2, limit);
-    let cure = "Check the predictions, or add manoeuvres that excite the coefficient more.";
-    Some(finding.with_fix_text(cure).with_setting("Fits and residuals", format!("model.{name}")))
+    let fix_text = "Check the predictions, or add manoeuvres that excite the coefficient more.";
+    Some(finding.with_fix_text(fix_text).with_setting("Fits and residuals", format!("model.{name}")))
 }
 
 /// Standard deviation of a coefficient in a window over the residual deviation of the window's own fit.

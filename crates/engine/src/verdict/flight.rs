@@ -134,8 +134,8 @@ pub(super) fn turn(place: &str, path: &WindowPath) -> Option<Finding> {
     }
     let text = format!("The manoeuvre includes a turn: heading changes by {turned:.0} deg (limit {TURN_DEG:.0} deg).");
     let finding = Finding::new(Level::Caution, "turn", place, text).with_figure(turned, TURN_DEG);
-    let cure = "End the manoeuvre before the turn, or start it after.";
-    Some(finding.with_fix_text(cure).with_setting("Manoeuvres", "window.end_s"))
+    let fix_text = "End the manoeuvre before the turn, or start it after.";
+    Some(finding.with_fix_text(fix_text).with_setting("Manoeuvres", "window.end_s"))
 }
 
 /// Mean dynamic pressure `rho V^2 / 2` of a window, Pa.

@@ -192,7 +192,7 @@ impl Group<'_> {
             code: self.first.code,
             place: in_words(&places),
             text,
-            fix: self.first.cure.clone(),
+            fix: self.first.fix_text.clone(),
             count: self.places.len(),
         }
     }

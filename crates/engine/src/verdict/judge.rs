@@ -222,8 +222,8 @@ fn with_unused(evidence: Evidence<'_>, mut pooled: Vec<FitVerdict>) -> Vec<FitVe
         let known = pooled.iter().position(|fit| fit.coefficient == coefficient).map(|index| pooled.remove(index));
         known.unwrap_or_else(|| {
             let finding = not_computed(Level::Caution, derivative_label(coefficient.name(), None), NO_WINDOW);
-            let cure = "Mark an identification manoeuvre that excites it, or remove the coefficient.";
-            let finding = finding.with_fix_text(cure).with_setting("Manoeuvres", "window.role");
+            let fix_text = "Mark an identification manoeuvre that excites it, or remove the coefficient.";
+            let finding = finding.with_fix_text(fix_text).with_setting("Manoeuvres", "window.role");
             FitVerdict {
                 coefficient,
                 verdict: Verdict::from_findings([finding]),

@@ -64,8 +64,8 @@ fn shifted(place: &str, fuel: &FuelSource) -> Option<Finding> {
     let all: Vec<String> = fuel.shifts_kg.iter().map(one).collect();
     let text = format!("The session shifts the recorded fuel: {}.", all.join(", "));
     let finding = Finding::new(Level::Caution, "loading", place, text).with_figure(*most_kg, 0.0);
-    let cure = "Use the recorded fuel, unless the load was measured otherwise.";
-    Some(finding.with_fix_text(cure).with_setting("Loading", "loading.fuel_kg"))
+    let fix_text = "Use the recorded fuel, unless the load was measured otherwise.";
+    Some(finding.with_fix_text(fix_text).with_setting("Loading", "loading.fuel_kg"))
 }
 
 /// Flights whose mass, or a part of it, nobody stated and nothing recorded.
@@ -109,6 +109,6 @@ fn assumed_in(flight: &str, session: &Session, aircraft: &Aircraft, flown: &Flow
     let mass_kg = flown.start.state.properties.mass_kg;
     let text = format!("The initial mass of {mass_kg:.0} kg is assumed: {}.", parts.join("; "));
     let finding = Finding::new(Level::Caution, "loading", format!("flight '{flight}'"), text);
-    let cure = "State occupants, luggage and initial fuel, or map a fuel channel.";
-    Some(finding.with_fix_text(cure).with_setting("Loading", "loading"))
+    let fix_text = "State occupants, luggage and initial fuel, or map a fuel channel.";
+    Some(finding.with_fix_text(fix_text).with_setting("Loading", "loading"))
 }

@@ -31,8 +31,8 @@ pub(super) fn airspeed<'w>(evidence: Evidence<'_>, mut windows: impl Iterator<It
     windows.find(|window| path(window).is_some_and(|path| path.missing.contains(&Measurement::Airspeed)))?;
     let text = "Airspeed not recorded: dynamic pressure, flow angles and derivatives depend on an assumed wind.";
     let finding = Finding::new(Level::Caution, "assumed", "airspeed", text.to_owned());
-    let cure = "Map a true or calibrated airspeed.";
-    Some(finding.with_fix_text(cure).with_setting("Channels", "airspeed"))
+    let fix_text = "Map a true or calibrated airspeed.";
+    Some(finding.with_fix_text(fix_text).with_setting("Channels", "airspeed"))
 }
 
 /// That channels it is made of contradict others beyond doubt and that the fit with them corrected could not be formed; a control speaks

@@ -96,7 +96,8 @@ pub struct Finding {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit: Option<f64>,
     /// What to do, one sentence; empty without a remedy.
-    pub cure: String,
+    #[serde(rename = "fix")]
+    pub fix_text: String,
     /// Panel of the workbench to do it in.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub panel: Option<&'static str>,
@@ -107,12 +108,12 @@ pub struct Finding {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<String>,
     /// Edits that fix it, as `doublet fix` lists them; absent if you must choose.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "edits", skip_serializing_if = "Option::is_none")]
     pub fix: Option<Fix>,
 }
 
 impl Finding {
-    /// A finding without figure and cure.
+    /// A finding without figure and fix.
     pub fn new(level: Level, code: &'static str, place: impl Into<String>, text: impl Into<String>) -> Self {
         Self {
             level,
@@ -121,7 +122,7 @@ impl Finding {
             text: text.into(),
             figure: None,
             limit: None,
-            cure: String::new(),
+            fix_text: String::new(),
             panel: None,
             setting: None,
             value: None,
@@ -139,8 +140,8 @@ impl Finding {
 
     /// The same with what to do.
     #[must_use]
-    pub(crate) fn with_fix_text(mut self, cure: impl Into<String>) -> Self {
-        self.cure = cure.into();
+    pub(crate) fn with_fix_text(mut self, fix_text: impl Into<String>) -> Self {
+        self.fix_text = fix_text.into();
         self
     }
 
@@ -158,7 +159,7 @@ impl Finding {
         self
     }
 
-    /// The same with the panel of the workbench and the key of the setting that cure it.
+    /// The same with the panel of the workbench and the key of the setting that fix it.
     #[must_use]
     pub(crate) fn with_setting(mut self, panel: &'static str, setting: impl Into<String>) -> Self {
         self.panel = Some(panel);
@@ -171,7 +172,7 @@ impl std::fmt::Display for Finding {
     /// Where, what and what to do, in one line.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}: {}", self.place, self.text)?;
-        write_fix(f, &self.text, &self.cure)
+        write_fix(f, &self.text, &self.fix_text)
     }
 }
 
@@ -228,7 +229,7 @@ mod tests {
             .with_setting("Noise and filter", "filter.measurement_noise.alpha");
         let text = serde_json::to_string(&finding).unwrap();
         let expected = "{\"level\":\"bad\",\"code\":\"nis\",\"where\":\"manoeuvre 'a'\",\"text\":\"mean NIS 40\",\"figure\":40.0,\
-                        \"cure\":\"raise the noise of alpha\",\"panel\":\"Noise and filter\",\"setting\":\"filter.measurement_noise.alpha\"}";
+                        \"fix\":\"raise the noise of alpha\",\"panel\":\"Noise and filter\",\"setting\":\"filter.measurement_noise.alpha\"}";
         assert_eq!(text, expected);
     }
 }

@@ -36,8 +36,8 @@ pub(super) fn extrapolated(
         thrust.engine
     );
     let finding = Finding::new(Level::Caution, "propulsion", place, text).with_figure(change, residual);
-    let cure = "Extend the engine chart and propeller map, or record the thrust.";
-    Some(finding.with_fix_text(cure).with_setting("Propulsion", "aircraft"))
+    let fix_text = "Extend the engine chart and propeller map, or record the thrust.";
+    Some(finding.with_fix_text(fix_text).with_setting("Propulsion", "aircraft"))
 }
 
 /// Root mean square over the window of what the extrapolation of all engines adds to the thrust, over dynamic pressure and area.
@@ -69,11 +69,11 @@ pub(super) fn unknown(at: &str, fit: &CoefficientFit, used: &[&WindowAero]) -> O
         return None;
     }
     let name = fit.coefficient.name();
-    let cure = "Record the thrust, or engine speed and manifold pressure.";
+    let fix_text = "Record the thrust, or engine speed and manifold pressure.";
     let finding = |level: Level, text: String| {
         Some(
             Finding::new(level, "propulsion", at, text)
-                .with_fix_text(cure)
+                .with_fix_text(fix_text)
                 .with_setting("Propulsion", "preparation.remove_thrust"),
         )
     };

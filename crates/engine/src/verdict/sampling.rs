@@ -86,8 +86,8 @@ pub(super) fn sudden_control(
         100.0 * PART_OF_TIME_CONSTANT
     );
     let finding = Finding::new(Level::Caution, "sampling", place, text).with_figure(part, PART_OF_TIME_CONSTANT);
-    let cure = format!("Record it faster or move it slower; {} derivatives are biased.", motion.name);
-    Some(finding.with_fix_text(cure).with_setting("Flight", ""))
+    let fix_text = format!("Record it faster or move it slower; {} derivatives are biased.", motion.name);
+    Some(finding.with_fix_text(fix_text).with_setting("Flight", ""))
 }
 
 /// The derivative that damps a motion, as pooled.

@@ -34,9 +34,9 @@ pub(super) fn finding(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre
     let (role, end, samples) = resting.max_by_key(|(_, _, samples)| *samples)?;
     let text = format!("{} is saturated at {end:.4} for {samples} samples (limit {IN_A_ROW}).", role.name());
     let finding = Finding::new(Level::Caution, "saturated", place, text).with_figure(samples as f64, IN_A_ROW as f64);
-    let cure = "Ignore the manoeuvre, fly smaller inputs, or use a wider-range sensor.";
+    let fix_text = "Ignore the manoeuvre, fly smaller inputs, or use a wider-range sensor.";
     let fix = Fix::ignore([manoeuvre.name.as_str()]);
-    Some(finding.with_fix_text(cure).with_setting("Flight", "window.role").with_fix(fix))
+    Some(finding.with_fix_text(fix_text).with_setting("Flight", "window.role").with_fix(fix))
 }
 
 /// Least and largest finite value.

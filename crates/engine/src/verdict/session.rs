@@ -10,9 +10,9 @@ pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
     let physics = physics.flat_map(|(name, physics)| physics.findings(evidence.session, name));
     let unnamed = evidence.session.aircraft.is_none().then(|| {
         let text = "No aircraft: coefficients and derivatives were not computed.";
-        let cure = "Choose an aircraft.";
+        let fix_text = "Choose an aircraft.";
         Finding::new(Level::Caution, "aircraft", "session", text)
-            .with_fix_text(cure)
+            .with_fix_text(fix_text)
             .with_setting("Loading", "aircraft")
     });
     let failures = snapshot.failures().into_iter();

@@ -59,18 +59,18 @@ pub(super) fn findings(place: &str, reference: &ReferenceGeometry, mass: Option<
 /// How many times beyond a limit a figure is bad: a unit is wrong then.
 const BAD_TIMES: f64 = 1.25;
 
-/// A finding where `figure` is outside `limits`, with the text and the cure of `say`.
+/// A finding where `figure` is outside `limits`, with the text and the fix of `say`.
 fn finding(place: &str, figure: f64, limits: [f64; 2], say: impl Fn(f64) -> (String, &'static str)) -> Option<Finding> {
     let [low, high] = limits;
     if (low..=high).contains(&figure) {
         return None;
     }
-    let (text, cure) = say(figure);
+    let (text, fix_text) = say(figure);
     let (limit, times) = if figure > high { (high, figure / high) } else { (low, low / figure) };
     let level = if times > BAD_TIMES { Level::Bad } else { Level::Caution };
     let text = format!("{text} (limits {low} to {high}).");
     let finding = Finding::new(level, "aircraft", place, text).with_figure(figure, limit);
-    Some(finding.with_fix_text(cure).with_setting("Airframe", "aircraft"))
+    Some(finding.with_fix_text(fix_text).with_setting("Airframe", "aircraft"))
 }
 
 #[cfg(test)]

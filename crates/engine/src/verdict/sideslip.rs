@@ -32,9 +32,9 @@ pub(super) fn offset(snapshot: &Snapshot) -> Option<Finding> {
     };
     let offset_deg = offset.to_degrees();
     let text = format!("Constants of {coefficients} show a sideslip offset of {offset_deg:+.1} deg (limit 1 deg).");
-    let cure = format!("Check the zero of the sideslip vane, or set its offset to {:+.1} deg.", -offset_deg);
+    let fix_text = format!("Check the zero of the sideslip vane, or set its offset to {:+.1} deg.", -offset_deg);
     let finding = Finding::new(Level::Good, "sideslip-offset", "session", text).with_figure(offset, LEAST_RAD);
-    Some(finding.with_fix_text(cure))
+    Some(finding.with_fix_text(fix_text))
 }
 
 /// `-C_0 / C_beta` of a pooled fit, rad, with the median of the constants of its manoeuvres; none where either is missing.

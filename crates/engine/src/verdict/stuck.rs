@@ -40,8 +40,8 @@ fn stuck_finding(place: &str, role: Role, value: f64, length_s: f64, least_s: f6
         role.dimension().si_symbol()
     );
     let finding = Finding::new(Level::Bad, "stuck", place, text).with_figure(length_s, least_s);
-    let cure = "Ignore the manoeuvre, or leave the channel out.";
-    finding.with_fix_text(cure).with_setting("Flight", "window.role")
+    let fix_text = "Ignore the manoeuvre, or leave the channel out.";
+    finding.with_fix_text(fix_text).with_setting("Flight", "window.role")
 }
 
 /// Value and length in s of the longest run of one finite value.

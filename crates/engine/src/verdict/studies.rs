@@ -92,8 +92,8 @@ fn apart(window: &str, fits: &WindowFits, method: &str, twin: &CheckedDerivative
     );
     let finding =
         Finding::new(level, "twin", derivative_label(&twin.name, Some(window)), text).with_figure(times, limit);
-    let cure = "Check the fit of output error, the delays and the frequency band.";
-    Some(finding.with_fix_text(cure).with_setting("Derivatives", "model"))
+    let fix_text = "Check the fit of output error, the delays and the frequency band.";
+    Some(finding.with_fix_text(fix_text).with_setting("Derivatives", "model"))
 }
 
 fn timing(evidence: Evidence<'_>, found: &mut StudyFindings) {
@@ -115,9 +115,9 @@ fn timing(evidence: Evidence<'_>, found: &mut StudyFindings) {
         let name = lag.surface.name();
         let text = format!("{name} delay must change by {left_s:+.3} ± {error_s:.3} s (limit {limit_s:.3} s).");
         let finding = Finding::new(level, "timing", name, text).with_figure(left_s, limit_s);
-        let cure = format!("Correct the delay, or check the clock of the {name}.");
+        let fix_text = format!("Correct the delay, or check the clock of the {name}.");
         let fix = Fix::control_delay(evidence.session, lag.surface, delay_s);
-        let finding = finding.with_fix_text(cure).with_setting("Model", format!("preparation.control_lag.{name}"));
+        let finding = finding.with_fix_text(fix_text).with_setting("Model", format!("preparation.control_lag.{name}"));
         found.session.push(finding.with_fix(fix));
     }
 }

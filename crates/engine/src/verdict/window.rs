@@ -116,7 +116,7 @@ fn nis(
         false => format!("noise set too high, most in {name} ({times:.2} times predicted)"),
     };
     let is_noise = ratio < NOISE_EXPLAINS && channels_fit;
-    let cure = match advice.as_ref().map(|advice| advice.step) {
+    let fix_text = match advice.as_ref().map(|advice| advice.step) {
         _ if ratio > 1.0 && !is_noise => format!("Check sign, unit and clock of {name}, then set its noise."),
         Some(NoiseStep::NotNoise) => format!("Check {name} for a delay, a filter or its position."),
         Some(NoiseStep::Keep) if ratio < 1.0 => "Lower the process noise first.".to_owned(),
@@ -130,7 +130,7 @@ fn nis(
         .map_or("filter.measurement_noise".to_owned(), |_| format!("filter.measurement_noise.{name}"));
     let finding = Finding::new(level, "nis", place, text).with_figure(ratio, limit);
     let fix = found.and_then(|found| noise_fix(evidence, found.measurement));
-    Some(finding.with_fix_text(cure).with_setting("Noise and filter", setting).with_fix(fix))
+    Some(finding.with_fix_text(fix_text).with_setting("Noise and filter", setting).with_fix(fix))
 }
 
 /// Advice on the noise of a measurement by one manoeuvre.
@@ -163,9 +163,9 @@ fn offset(place: &str, channel: &ChannelConsistency) -> Option<Finding> {
         return None;
     }
     let text = format!("Mean innovation of {name} is {:+.2} standard deviations (limit {limit}).", channel.mean);
-    let cure = format!("Check {name} for an offset, a wrong sign or a clock error.");
+    let fix_text = format!("Check {name} for an offset, a wrong sign or a clock error.");
     let finding = Finding::new(level, "innovation", format!("{place}, {name}"), text).with_figure(channel.mean, limit);
-    Some(finding.with_fix_text(cure).with_setting("Innovations", format!("filter.measurement_noise.{name}")))
+    Some(finding.with_fix_text(fix_text).with_setting("Innovations", format!("filter.measurement_noise.{name}")))
 }
 
 fn correlated(place: &str, channel: &ChannelConsistency) -> Option<Finding> {
@@ -177,9 +177,9 @@ fn correlated(place: &str, channel: &ChannelConsistency) -> Option<Finding> {
     let text = format!(
         "{name} innovations are {ratio:.2} times predicted and correlated (lag one {lag_one:.2}, limit {LAG_ONE})."
     );
-    let cure = format!("Check {name} for a delay, a filter or repeated samples.");
+    let fix_text = format!("Check {name} for a delay, a filter or repeated samples.");
     let finding = Finding::new(Level::Caution, "innovation", format!("{place}, {name}"), text);
-    let finding = finding.with_figure(lag_one, LAG_ONE).with_fix_text(cure);
+    let finding = finding.with_figure(lag_one, LAG_ONE).with_fix_text(fix_text);
     Some(finding.with_setting("Innovations", format!("filter.measurement_delay_s.{name}")))
 }
 
@@ -211,8 +211,8 @@ fn smoother(place: &str, path: &WindowPath) -> Option<Finding> {
         }
         _ => return None,
     };
-    let cure = "Check process noise and random walks, and look for unmodelled sensor errors.";
-    let finding = Finding::new(level, "smoother", place, text).with_figure(figure, limit).with_fix_text(cure);
+    let fix_text = "Check process noise and random walks, and look for unmodelled sensor errors.";
+    let finding = Finding::new(level, "smoother", place, text).with_figure(figure, limit).with_fix_text(fix_text);
     Some(finding.with_setting("Noise and filter", format!("filter.random_walk.{}", state.name())))
 }
 

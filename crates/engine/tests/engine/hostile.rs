@@ -229,7 +229,6 @@ fn every_parser_returns_from_seeds_changed_at_random() {
     let runs = std::env::var("DOUBLET_SOAK_RUNS").ok().and_then(|text| text.parse().ok()).unwrap_or(CHANGED_SEEDS);
     let seed = std::env::var("DOUBLET_SOAK_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(12);
     let asked = std::env::var("DOUBLET_SOAK_TARGET").ok();
-    let seed = std::env::var("DOUBLET_SOAK_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(12);
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds");
     // The whole path has a test of its own.
     let wanted = |name: &str| asked.as_deref().map_or(name != "whole_path", |asked| asked == name);

@@ -5,7 +5,7 @@
 use crate::shared;
 use std::path::{Path, PathBuf};
 
-use doublet_core::compatibility::Cure;
+use doublet_core::compatibility::ChannelFix;
 use doublet_core::load::{self, ChannelMap, ManualChannel, ManualChannelMap, ManualTime, plan_all};
 use doublet_core::quantity::{Role, Unit};
 use doublet_engine::begin;
@@ -190,7 +190,7 @@ fn wrong_maps_are_named_by_channel_and_hypothesis() {
         tried += 1;
         let raised: Vec<_> = found.contradictions().collect();
         let is_named = matches!(&raised[..], [row] if row.channel == *channel && row.hypothesis == *hypothesis
-            && row.level == Level::Bad && !row.cure.is_empty());
+            && row.level == Level::Bad && !row.fix_text.is_empty());
         let headlines: Vec<_> = raised.iter().map(|row| row.headline.as_str()).collect();
         println!("{recording:18} {channel:9} {hypothesis:45} {}", headlines.join("; "));
         if is_named { named += 1 } else { missed.push(format!("{recording}, {channel}: {headlines:?}")) }
@@ -238,7 +238,7 @@ fn stamps_of_a_recorder_that_are_late_are_named_with_the_shift() {
         let is_named = match raised[..] {
             [] => source.is_empty(),
             [row] => {
-                let says = row.hypothesis.contains(source) && row.cure.contains("clock offset of source");
+                let says = row.hypothesis.contains(source) && row.fix_text.contains("clock offset of source");
                 !source.is_empty() && says && row.shift_s.is_some_and(|shift_s| (shift_s + by_s).abs() < 0.05)
             }
             _ => false,
@@ -310,8 +310,8 @@ fn a_cure_applied_to_a_map_made_by_hand_undoes_the_mistake() {
         let found = check(&map);
         let rows: Vec<_> = found.contradictions().collect();
         let [row] = rows[..] else { panic!("{:?}", rows.iter().map(|row| &row.headline).collect::<Vec<_>>()) };
-        let cure: &Cure = row.change.as_ref().unwrap();
-        let back = begin::apply_fix(&map, cure, &probes);
-        assert_eq!(check(&back).contradictions().count(), 0, "{} is not undone by {}", row.headline, row.cure);
+        let fix: &ChannelFix = row.change.as_ref().unwrap();
+        let back = begin::apply_fix(&map, fix, &probes);
+        assert_eq!(check(&back).contradictions().count(), 0, "{} is not undone by {}", row.headline, row.fix_text);
     }
 }

@@ -80,8 +80,8 @@ impl Sound {
             let found = self.fires(code, |session, snapshot| change(session, snapshot, figure));
             println!("{code} {index}: {found:?}");
             assert_eq!(found.as_ref().map(|finding| finding.level), level, "{code}, case {index}: {found:?}");
-            let is_explained =
-                found.is_none_or(|finding| code == "failed" || (!finding.cure.is_empty() && finding.panel.is_some()));
+            let is_explained = found
+                .is_none_or(|finding| code == "failed" || (!finding.fix_text.is_empty() && finding.panel.is_some()));
             assert!(is_explained, "{code} says what to do and where");
         }
     }

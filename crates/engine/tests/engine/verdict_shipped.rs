@@ -112,11 +112,11 @@ fn accelerometers_that_are_not_where_they_are_taken_are_named_with_their_place()
     assert_eq!(judge_position(&session).1, None);
     session.preparation.correct_accelerometer = false;
     let (snapshot, finding) = judge_position(&session);
-    let (text, cure) = finding.map(|finding| (finding.text, finding.cure)).unwrap();
-    println!("{text}: {cure}");
+    let (text, fix_text) = finding.map(|finding| (finding.text, finding.fix_text)).unwrap();
+    println!("{text}: {fix_text}");
     let sensors = snapshot.aircraft.ready().unwrap().aircraft.sensors;
     let [x, ..] = sensors.accelerometer_from_datum_m.unwrap();
-    let stated = cure.split(": ").nth(1).and_then(|list| list.split(',').next()).unwrap();
+    let stated = fix_text.split(": ").nth(1).and_then(|list| list.split(',').next()).unwrap();
     let found: f64 = stated.parse().unwrap();
     assert!((found - x).abs() < 0.1, "{found} {x}");
 }

@@ -170,7 +170,7 @@ class Recording(Columnar, Replayed[_doublet.Recording]):
     def _refuse_or_warn(self) -> None:
         """Refuses a time in another unit and warns of channels that contradict each other."""
         wrong = [row for row in self.check() if row["level"] == "bad"]
-        said = [f"{row['channel']}: {row['hypothesis']}. {row['evidence']}. {row.get('cure', '')}".strip() for row in wrong]
+        said = [f"{row['channel']}: {row['hypothesis']}. {row['evidence']}. {row.get('fix', '')}".strip() for row in wrong]
         for row, line in zip(wrong, said):
             if row["channel"] == "time":
                 raise DoubletError(f"{line} check=False takes it as it is.")

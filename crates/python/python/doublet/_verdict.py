@@ -40,7 +40,7 @@ class Verdict(Mapping[str, Any]):
     def findings(self) -> Table:
         """A row per finding, worst first."""
         rows = self._row.get("reasons", [])
-        keys = dict(level="level", where="where", text="text", fix="cure", code="code")
+        keys = dict(level="level", where="where", text="text", fix="fix", code="code")
         return Table([{name: row.get(key) for name, key in keys.items()} for row in rows], f"verdict {self.level}")
 
     @classmethod
@@ -48,7 +48,7 @@ class Verdict(Mapping[str, Any]):
         """The verdict of findings: level, code, place, text and fix of each."""
         order = ("bad", "caution")
         rows = sorted(findings, key=lambda row: order.index(row[0]))
-        reasons = [dict(level=a, code=b, where=c, text=d, fix=e, cure=e) for a, b, c, d, e in rows]
+        reasons = [dict(level=a, code=b, where=c, text=d, fix=e) for a, b, c, d, e in rows]
         return cls({"level": rows[0][0] if rows else "good", "reasons": reasons})
 
     def line(self) -> str:

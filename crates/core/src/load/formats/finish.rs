@@ -41,7 +41,7 @@ impl Source {
             return None;
         }
         let unread = self.describe_unread_time();
-        let cure = match (stated_rate(self), &unread) {
+        let fix_text = match (stated_rate(self), &unread) {
             (Some((line, rate)), _) => {
                 format!("{line} says {rate} Hz: give sample_rate = {rate} in the map's [[time]] entry")
             }
@@ -49,7 +49,7 @@ impl Source {
             (None, None) => "name it in the map's [[time]] entry or give sample_rate there".to_owned(),
         };
         let what = unread.unwrap_or_else(|| "no time channel recognised".to_owned());
-        Some(format!("source '{}': {what}; {cure}", self.name))
+        Some(format!("source '{}': {what}; {fix_text}", self.name))
     }
 
     /// Which column is a time that was not understood, and what would be.

@@ -98,8 +98,8 @@ impl Tree {
                 }
             }
             Value::Unread(kind) => {
-                let cure = "save it as a full, real array";
-                self.warnings.push(format!("'{full}' is {kind} and is not read; {cure}"));
+                let fix_text = "save it as a full, real array";
+                self.warnings.push(format!("'{full}' is {kind} and is not read; {fix_text}"));
             }
         }
     }

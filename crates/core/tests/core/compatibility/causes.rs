@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use doublet_core::compatibility::{Agreement, Compatibility, Cure, check};
+use doublet_core::compatibility::{Agreement, ChannelFix, Compatibility, check};
 use doublet_core::quantity::Role::{self, *};
 
 use super::{GRAVITY_M_S2, columns, found, mistakes, recording, scaled};
@@ -98,7 +98,7 @@ fn a_magnetic_heading_is_named_with_its_variation() {
             let found = turned(degrees, kept);
             let rows: Vec<_> = found.contradictions().collect();
             let [row] = rows[..] else { panic!("{which}, {degrees}: {:?}", mistakes(&found)) };
-            let Some(Cure::Scale { role: HeadingAngle, factor: 1.0, offset, units: None }) = row.fix else {
+            let Some(ChannelFix::Scale { role: HeadingAngle, factor: 1.0, offset, units: None }) = row.fix else {
                 panic!("{row:?}")
             };
             println!("{which}: {}; {}", row.headline(), row.evidence);

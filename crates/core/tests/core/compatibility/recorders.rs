@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use doublet_core::compatibility::{Agreement, Compatibility, Cure, check};
+use doublet_core::compatibility::{Agreement, ChannelFix, Compatibility, check};
 use doublet_core::quantity::Role::{self, *};
 
 use super::{columns, found, mistakes, recording, scaled};
@@ -57,7 +57,7 @@ fn stamps_of_one_recorder_that_are_late_or_early_are_named_with_the_shift() {
         let found = stamped(&columns, of, (source, late_s));
         let rows: Vec<_> = found.contradictions().collect();
         let [row] = rows[..] else { panic!("{source} {late_s}: {:?}", mistakes(&found)) };
-        let Some(Cure::Shift { source: named, late_s: by_s }) = &row.fix else { panic!("{source}: {row:?}") };
+        let Some(ChannelFix::Shift { source: named, late_s: by_s }) = &row.fix else { panic!("{source}: {row:?}") };
         println!("{source} {late_s} s late: {}; {}", row.headline(), row.evidence);
         assert_eq!((row.channel.as_str(), named.as_str()), ("time", source));
         assert!((by_s - late_s).abs() < 0.05, "{source}: {by_s} for {late_s}");
@@ -106,7 +106,7 @@ fn an_offset_of_a_flow_angle_is_named_in_degrees() {
         let found = shifted(AngleOfAttack, degrees);
         let rows: Vec<_> = found.contradictions().collect();
         let [row] = rows[..] else { panic!("{degrees}: {:?}", mistakes(&found)) };
-        let Some(Cure::Scale { role: AngleOfAttack, factor: 1.0, offset, units: None }) = row.fix else {
+        let Some(ChannelFix::Scale { role: AngleOfAttack, factor: 1.0, offset, units: None }) = row.fix else {
             panic!("{row:?}")
         };
         println!("{}: {}", row.headline(), row.evidence);

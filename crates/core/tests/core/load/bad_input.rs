@@ -1,4 +1,4 @@
-//! Bad input: one line each, naming file, channel and cure.
+//! Bad input: one line each, naming file, channel and fix.
 
 use std::path::Path;
 

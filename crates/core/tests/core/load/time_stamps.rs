@@ -1,4 +1,4 @@
-//! Time stamps of every kind engineers have: opened right, or asked about with the cure.
+//! Time stamps of every kind engineers have: opened right, or asked about with the fix.
 
 use doublet_core::load::{ChannelMap, Clock, Probe, guess, inspect, plan, read};
 use doublet_core::quantity::Role;
@@ -12,7 +12,7 @@ enum Fate {
     Right,
     /// Its time is right and something is asked or said, with these words.
     Said(&'static str),
-    /// It has no time until this cure is written.
+    /// It has no time until this fix is written.
     Refused(&'static str),
 }
 use Fate::{Refused, Right, Said};

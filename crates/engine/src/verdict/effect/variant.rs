@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use doublet_core::compatibility::Cure;
+use doublet_core::compatibility::ChannelFix;
 use doublet_core::model::{AeroData, Position};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{FilterData, Input, Measurement, MeasurementSeries, Reconstruction, measured_path};
@@ -80,7 +80,7 @@ pub(super) fn corrected<'a>(
         return None;
     }
     let change = |data: &FilterData| match &row.change {
-        Some(cure) => changed(data, cure),
+        Some(fix_text) => changed(data, fix_text),
         None => without(data, role),
     };
     form_again(session, (used, flight), &change, &|used, along| {
@@ -140,14 +140,14 @@ fn reconstructed(session: &Session, data: &[FilterData]) -> Vec<StageResult<Reco
 }
 
 /// Samples with a change of the channel map; none where it is not one of inertial channels or measurements.
-fn changed(data: &FilterData, cure: &Cure) -> Option<FilterData> {
+fn changed(data: &FilterData, fix_text: &ChannelFix) -> Option<FilterData> {
     let mut data = data.clone();
-    match *cure {
-        Cure::Scale { role, factor, offset, .. } => {
+    match *fix_text {
+        ChannelFix::Scale { role, factor, offset, .. } => {
             let values = values_of(&mut data, role)?;
             *values = values.iter().map(|value| factor * value + offset).collect();
         }
-        Cure::Swap { one, other } => {
+        ChannelFix::Swap { one, other } => {
             let (first, second) = (values_of(&mut data, one)?.clone(), values_of(&mut data, other)?.clone());
             if first.len() != second.len() {
                 return None;
@@ -155,7 +155,10 @@ fn changed(data: &FilterData, cure: &Cure) -> Option<FilterData> {
             *values_of(&mut data, one)? = second;
             *values_of(&mut data, other)? = first;
         }
-        Cure::Reassign { .. } | Cure::Clock { .. } | Cure::Shift { .. } | Cure::Travel { .. } => return None,
+        ChannelFix::Reassign { .. }
+        | ChannelFix::Clock { .. }
+        | ChannelFix::Shift { .. }
+        | ChannelFix::Travel { .. } => return None,
     }
     Some(data)
 }
