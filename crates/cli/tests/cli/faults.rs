@@ -200,8 +200,8 @@ fn traced(case: &Case, (kind, which, error): (&str, &str, i32)) -> (tempfile::Te
         .collect();
     // The content of a file when it was synced stands in the place of the number of its copy.
     for line in lines.iter_mut().filter(|line| line[0] == "sync" && line[2] != "-1") {
-        line[2] = std::fs::read(logs.path().join("log.d").join(&line[2]))
-            .map_or_else(|_| String::new(), |bytes| String::from_utf8(bytes).unwrap());
+        let bytes = std::fs::read(logs.path().join("log.d").join(&line[2])).unwrap_or_default();
+        line[2] = String::from_utf8_lossy(&bytes).into_owned();
     }
     (folder, output, lines)
 }
