@@ -241,6 +241,7 @@ fn experiments_are_added_computed_compared_and_one_is_made_current_in_one_step()
     };
     add(&mut bench, "Half and twice the measurement noise");
     add(&mut bench, "Cm without each term");
+    bench.click("By all manoeuvres");
     bench.click("Keep");
     let names: Vec<String> = bench.session().experiments.iter().map(|one| one.name.clone()).collect();
     assert!(names.len() >= 5 && names.last().map(String::as_str) == Some("Experiment 1"), "{names:?}");
@@ -285,6 +286,7 @@ fn an_experiment_laid_over_the_session_is_drawn_in_every_plot_with_its_own_numbe
     bench.show(Pane::Experiments);
     bench.click("Add experiments");
     bench.click("Cm without each term");
+    bench.click("By all manoeuvres");
     let name = bench.session().experiments.iter().map(|one| one.name.clone()).find(|name| name.contains("Cm_q"));
     let name = name.expect("pitch damping is a term");
     bench.click(&format!("overlay {name}"));

@@ -262,10 +262,10 @@ fn add(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         for (coefficient, _) in &session.structure.models {
             let coefficient: Coefficient = *coefficient;
             ui.menu_button(format!("{} without each term", coefficient.name()), |ui| {
-                if ui.button("All manoeuvres").clicked() {
+                if ui.button("By all manoeuvres").clicked() {
                     added = Some(structure_experiments(session, coefficient));
                 }
-                if ui.button("Odd and even manoeuvres").on_hover_text(halves).clicked() {
+                if ui.button("By odd and even manoeuvres").on_hover_text(halves).clicked() {
                     added = Some(cross_experiments(&structure_experiments(session, coefficient), &sets));
                 }
             });

@@ -44,7 +44,7 @@ const PRESETS: [Preset; 4] = [
 ];
 
 /// What the weights of the residuals do.
-const WEIGHTS_HINT: &str = "Huber: residuals beyond 1.345 σ weigh less. Autoregression: generalised least squares for residuals that are correlated in time";
+const WEIGHTS_HINT: &str = "Huber: residuals beyond 1.345 σ weigh less. GLS: generalised least squares by an autoregression, for residuals that are correlated in time";
 
 /// The panel.
 #[derive(Default)]
@@ -68,7 +68,7 @@ fn residual_weights(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let all = [
         (ResidualWeights::Equal, "equal"),
         (ResidualWeights::Huber, "Huber"),
-        (ResidualWeights::Autoregression(order), "autoregression"),
+        (ResidualWeights::Autoregression(order), "GLS"),
     ];
     if choices(ui, &mut weights, &all) {
         ctx.edit(Edit::Estimation(EstimationEdit::Weights(weights)));

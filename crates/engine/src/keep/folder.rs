@@ -164,6 +164,12 @@ impl Staging {
         self.place.path()
     }
 
+    /// The place of a file of the set once it is put: that which is named to the user.
+    pub fn target_of(&self, path: &str) -> String {
+        let inner = Path::new(path).strip_prefix(self.path());
+        inner.map_or_else(|_| path.to_owned(), |inner| self.named.join(inner).display().to_string())
+    }
+
     /// Puts the files in place as the set called `set`. Earlier files of doublet are replaced, also those that `adopt` says are
     /// doublet's though no manifest names them; one the user changed since is kept beside as `*.bak`. Nothing else is touched.
     ///

@@ -116,6 +116,16 @@ pub enum ReportError {
     Cancelled,
 }
 
+impl ReportError {
+    /// The error with the place of the file once it is put, not the one where it is written before.
+    fn in_target(self, staging: &Staging) -> Self {
+        match self {
+            Self::File { path, source } => Self::File { path: staging.target_of(&path), source },
+            other => other,
+        }
+    }
+}
+
 /// Name of the file that marks a folder of results.
 const RESULTS: &str = "results.json";
 /// Name of the session beside its results.
@@ -168,13 +178,13 @@ pub fn write(
         })
     };
     let samples = |window: &WindowResults| Some(window.path.ready()?.reconstruction.time_s.len());
-    if snapshot.windows.values().filter_map(samples).any(|samples| samples > LONG_WINDOW) {
-        write_tables()?;
-        write_histories()?;
+    let written = if snapshot.windows.values().filter_map(samples).any(|samples| samples > LONG_WINDOW) {
+        write_tables().and_then(|()| write_histories())
     } else {
         let (tables, histories) = rayon::join(write_tables, write_histories);
-        tables.and(histories)?;
-    }
+        tables.and(histories)
+    };
+    written.map_err(|error| error.in_target(&staging))?;
     // Results of a version that kept no list of its files are known by their own mark.
     let unlisted = !has_manifest(folder) && is_results(&folder.join(RESULTS));
     let put = staging.put("results", Earlier::Removed, &|_| unlisted)?;
