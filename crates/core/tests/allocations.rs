@@ -1,7 +1,8 @@
 //! The reconstruction allocates per window, never per sample; a recording that does not fit is refused before it fills the memory.
 
+#![allow(clippy::panic, clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
+
 #[path = "common/bombs.rs"]
-#[allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
 mod bombs;
 
 use std::alloc::{GlobalAlloc, Layout, System};

@@ -371,7 +371,7 @@ fn constraints_that_cannot_be_are_named_in_one_line() {
     let term = error("coefficient = \"Cm\"\nterm = \"gamma\"\nfixed = 1.0\n");
     assert!(term.starts_with("estimation.constraint of Cm 'gamma': ") && term.contains("alpha"), "{term}");
     let two = error("coefficient = \"Cm\"\nterm = \"alpha\"\nfixed = 1.0\nlower = 2.0\n");
-    assert!(two.contains("state either fixed"), "{two}");
+    assert!(two.contains("state either `fixed`"), "{two}");
     let problem = |constraint: &str| session::check(&with(constraint).unwrap()).last().unwrap().to_string();
     assert_eq!(
         problem("coefficient = \"Cm\"\nterm = \"alpha\"\nlower = 2.0\nupper = 1.0\n"),
