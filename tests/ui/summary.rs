@@ -127,6 +127,7 @@ fn fix_is_kept_as_an_experiment_and_the_session_stays() {
     let verdicts = bench.verdicts();
     let reason = verdicts.session.reasons.iter().find(|reason| reason.code == "timing").expect("it acts too early");
     let fix = reason.fix.as_ref().expect("its delay can be stated");
+    picture(&mut bench.harness, "summary_fixes");
     bench.harness.get_all_by_label("Add as experiment").next().expect("a delay is of the configuration").click();
     bench.settle();
     assert_eq!(bench.session().preparation.control_lags.get(Surface::Elevator).delay_s, 0.15);
