@@ -1,5 +1,6 @@
 //! A target for each kind of file that doublet reads: whatever the bytes, it returns.
 
+mod guess_session;
 pub mod recording_chain;
 mod whole_path;
 

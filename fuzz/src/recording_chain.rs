@@ -5,15 +5,16 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
-use doublet_core::load::{ChannelMap, plan_all};
-use doublet_engine::begin::{self, Inspected};
+use doublet_engine::begin;
 use doublet_engine::export::{self, Format, IdentifiedModel};
 use doublet_engine::graph::Cache;
 use doublet_engine::report;
 use doublet_engine::report::document::{self, SectionKind};
 use doublet_engine::run::{Control, DetailRequest, Engine, Request, Snapshot};
-use doublet_engine::session::{self, Flight, MapRef, PathSource, Session};
+use doublet_engine::session::{self, PathSource, Session};
 use doublet_engine::verdict::check_session;
+
+use super::guess_session::guess_session;
 
 /// Memory for what runs share: the aircraft.
 const CACHE_BYTES: usize = 16 << 20;
@@ -94,7 +95,7 @@ fn chain(data: &[u8]) -> Reached {
         return Reached::Refused;
     };
     let choice = data.iter().fold(0_usize, |sum, byte| sum.wrapping_mul(31).wrapping_add(usize::from(*byte)));
-    let Some(mut session) = made(&inspected) else { return Reached::Inspected };
+    let Ok(mut session) = guess_session(&inspected) else { return Reached::Inspected };
     session.preparation.path = [PathSource::Smoothed, PathSource::Filtered, PathSource::Measured][choice % 3];
     session.windows.truncate(MANOEUVRES);
     session.windows.iter_mut().for_each(|one| one.window.end_s = one.window.end_s.min(one.window.start_s + LENGTH_S));
@@ -132,27 +133,4 @@ fn chain(data: &[u8]) -> Reached {
 
 fn assert_no_fault(line: &str) {
     assert!(!line.contains("internal error"), "{line}");
-}
-
-/// The session that `new --guess` makes.
-fn made(inspected: &Inspected) -> Option<Session> {
-    let text = inspected.guess.text().ok()?;
-    let map = ChannelMap::parse(&text).ok()?;
-    let plan = plan_all(&inspected.probes, &map);
-    if plan.all_roles().is_empty() {
-        return None;
-    }
-    // What cannot be compared is refused by what needs it.
-    let _ = begin::compare(&plan);
-    let own = MapRef::Own(text.into());
-    let mut session = begin::empty_session("a", Some("builtin:attas_vfw614"));
-    let added = begin::add_flight(&mut session, ("a", &own), inspected, &plan, &Control::default(), &|_| {});
-    if added.is_err() {
-        let recordings = inspected.paths.iter().map(|path| begin::reference(path, own.clone()));
-        session.flights = vec![Flight::new("a".to_owned(), recordings.collect::<Result<_, _>>().ok()?)];
-    }
-    if session.windows.is_empty() {
-        session.windows.extend(begin::whole_window("a", &inspected.probes));
-    }
-    Some(session)
 }

@@ -174,22 +174,22 @@ fn is_on(state: &crate::ui_state::UiState, command: UiCommand) -> bool {
     }
 }
 
-/// The panels by the steps of the work, in two columns: one would be higher than a small screen.
+/// The panels by the steps in whose layouts they are, in two columns: one would be higher than a small screen.
 fn panel_menu(state: &crate::ui_state::UiState, table: &[CommandInfo], commands: &mut Vec<UiCommand>, ui: &mut Ui) {
-    let of_step = |step: Step| {
-        let is_of =
-            |row: &&CommandInfo| matches!(row.command, UiCommand::View(ViewCommand::Show(pane)) if pane.step() == step);
-        table.iter().filter(|row| row.menu == Menu::Panels).filter(is_of).collect::<Vec<_>>()
+    let of_step = |step: Option<Step>| {
+        let is_of = |row: &&CommandInfo| matches!(row.command, UiCommand::View(ViewCommand::Show(pane)) if Step::of_pane(pane) == step);
+        let rows: Vec<_> = table.iter().filter(|row| row.menu == Menu::Panels).filter(is_of).collect();
+        (step.map_or("Others", Step::title), rows)
     };
-    let groups: Vec<(Step, Vec<&CommandInfo>)> = Step::ALL.into_iter().map(|step| (step, of_step(step))).collect();
-    let rows = |groups: &[(Step, Vec<&CommandInfo>)]| groups.iter().map(|(_, rows)| 1 + rows.len()).sum::<usize>();
+    let groups: Vec<(&str, Vec<&CommandInfo>)> = Step::ALL.into_iter().map(Some).chain([None]).map(of_step).collect();
+    let rows = |groups: &[(&str, Vec<&CommandInfo>)]| groups.iter().map(|(_, rows)| 1 + rows.len()).sum::<usize>();
     let left = (0..groups.len()).find(|&left| 2 * rows(&groups[..left]) >= rows(&groups)).unwrap_or(groups.len());
     let (left, right) = groups.split_at(left);
     ui.horizontal_top(|ui| {
         for groups in [left, right] {
             ui.allocate_ui_with_layout(vec2(PANEL_NAMES, 0.0), Layout::top_down_justified(Align::LEFT), |ui| {
-                for (step, rows) in groups {
-                    ui.add(egui::Label::new(RichText::new(step.title()).size(11.0).weak()));
+                for (title, rows) in groups {
+                    ui.add(egui::Label::new(RichText::new(*title).size(11.0).weak()));
                     for row in rows {
                         if ui.add(Button::selectable(is_on(state, row.command), row.name.as_str())).clicked() {
                             commands.push(row.command);

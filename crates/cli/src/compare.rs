@@ -14,7 +14,7 @@ use doublet_engine::session::{
 use serde_json::json;
 
 use crate::progress::Progress;
-use crate::run::{CACHE_BYTES, open_to_run, print_error};
+use crate::run::{CACHE_BYTES, open_to_run, print_error, rebase};
 use crate::text;
 
 /// Arguments of `compare`.
@@ -111,9 +111,7 @@ pub fn compare(arguments: &CompareArguments) -> Result<(), String> {
     computed.map_err(|error| error.to_string())?;
     print(&rows)?;
     let Some(target) = &arguments.output else { return Ok(()) };
-    let absolute = |path: &Path| std::path::absolute(path).map_err(|error| error.to_string());
-    let folder = absolute(target.parent().unwrap_or(Path::new("")))?;
-    let session = session::rebased(&session, &absolute(&opened.folder)?, &folder);
+    let session = rebase(&session, &opened.folder, target.parent().unwrap_or(Path::new("")))?;
     session::save(&session, target).map_err(|error| error.to_string())?;
     text::line(&format!("written to {}", target.display()));
     Ok(())

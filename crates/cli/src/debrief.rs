@@ -60,8 +60,7 @@ pub fn debrief(arguments: &DebriefArguments) -> Result<(), String> {
         found.push((snapshot, truth.transpose()?));
     }
     progress.finish();
-    let flights: Vec<_> = found.iter().map(|(snapshot, truth)| (snapshot, truth.clone())).collect();
-    let debrief = planning::debrief(&promise, &flights).map_err(|error| error.to_string())?;
+    let debrief = planning::debrief(&promise, &found).map_err(|error| error.to_string())?;
     if arguments.json {
         text::document(&serde_json::to_string(&debrief).map_err(|error| error.to_string())?);
     } else {

@@ -9,13 +9,13 @@ use doublet_engine::planning::{
     self, ComparedKind, DesignOptions, DesignRow, EnoughOptions, Goal, design_basis, design_document, designed_rows,
 };
 use doublet_engine::run::{Control, Snapshot};
-use doublet_engine::session::{self, Session};
+use doublet_engine::session::Session;
 use doublet_engine::study::{DynamicsRequest, Study};
 use doublet_report::{DocumentSet, ReportFormat};
 
 use crate::arguments::report_format;
 use crate::progress::Progress;
-use crate::run::{computed, named};
+use crate::run::{computed, named, rebase};
 use crate::text::{self, number};
 
 /// Trim, limits and draws of a design.
@@ -234,10 +234,7 @@ fn write(
     let travel = [arguments.travel.to_radians(); 3];
     let aircraft = snapshot.aircraft.ready().map(|loaded| &loaded.aircraft);
     // The session of the design finds the channel maps and instruments of the one it is of.
-    let absolute = |path: &Path| std::path::absolute(path).map_err(|error| format!("{}: {error}", path.display()));
-    let parent = arguments.basis.session.parent().filter(|parent| *parent != Path::new(""));
-    let (old, new) = (absolute(parent.unwrap_or(Path::new(".")))?, absolute(folder)?);
-    let rebased = session::rebased(session, &old, &new);
+    let rebased = rebase(session, arguments.basis.session.parent().unwrap_or(Path::new("")), folder)?;
     let beside = planning::design_files(&rebased, aircraft, row, designed, travel)?;
     let formats = named(&ReportFormat::ALL, &arguments.format, |format| format.name());
     let set = DocumentSet { folder, name: "design", formats: &formats, beside: &beside };

@@ -11,7 +11,7 @@ use doublet_engine::session::{self, Fix, Opened, Session};
 use doublet_engine::verdict::{Level, VerdictCounts, fixes};
 
 use crate::progress::Progress;
-use crate::run::{CACHE_BYTES, compute_session, open_to_run};
+use crate::run::{CACHE_BYTES, compute_session, open_to_run, rebase};
 use crate::text;
 
 /// Part of the progress bar for the session as it is.
@@ -115,9 +115,8 @@ fn describe(counts: VerdictCounts) -> String {
 
 /// Writes a session whose relative paths start from `folder`.
 fn write(session: &Session, folder: &Path, target: &Path) -> Result<(), String> {
-    let absolute = |path: &Path| std::path::absolute(path).map_err(|error| format!("{}: {error}", path.display()));
-    let (old, new) = (absolute(folder)?, absolute(target.parent().unwrap_or(Path::new("")))?);
-    session::save(&session::rebased(session, &old, &new), target).map_err(|error| error.to_string())?;
+    let session = rebase(session, folder, target.parent().unwrap_or(Path::new("")))?;
+    session::save(&session, target).map_err(|error| error.to_string())?;
     text::line(&format!("written to {}", target.display()));
     Ok(())
 }

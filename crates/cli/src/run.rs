@@ -41,6 +41,18 @@ pub fn open_to_run(path: &Path) -> Result<Opened, String> {
     Err(lines(stopped.iter().map(|finding| format!("{}: {finding}", path.display()))))
 }
 
+/// The session with its relative paths from the folder `to` in place of `from`; an empty one is the working folder.
+///
+/// # Errors
+/// One line: the working folder is not known.
+pub fn rebase(session: &Session, from: &Path, to: &Path) -> Result<Session, String> {
+    let absolute = |folder: &Path| {
+        let folder = if folder == Path::new("") { Path::new(".") } else { folder };
+        std::path::absolute(folder).map_err(|error| format!("{}: {error}", folder.display()))
+    };
+    Ok(session::rebased(session, &absolute(from)?, &absolute(to)?))
+}
+
 /// Computes a session whose relative paths start from `folder`.
 ///
 /// # Errors

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use doublet_engine::graph::Context;
+use doublet_engine::keep::Lock;
 use doublet_engine::session;
 use doublet_engine::stage::load_aircraft;
 use doublet_engine::weigh::{Weighed, WeighingFile};
@@ -36,10 +37,11 @@ pub fn weigh(arguments: &WeighArguments) -> Result<(), String> {
     let loaded = load_aircraft(&context, &file.aircraft).map_err(|error| named(error.to_string()))?;
     let found = file.evaluate(&loaded.aircraft).map_err(named)?;
     if let Some(place) = &arguments.session {
+        let _lock = Lock::lock_for_writing(place)?;
         let opened = session::open(place).map_err(|error| format!("{}: {error}", place.display()))?;
         let mut changed = opened.session.clone();
         found.apply(&mut changed.aircraft_changes);
-        session::save(&changed, place).map_err(|error| format!("{}: {error}", place.display()))?;
+        session::save(&changed, place).map_err(|error| error.to_string())?;
     }
     if arguments.json {
         text::document(&serde_json::to_string(&found).map_err(|error| error.to_string())?);

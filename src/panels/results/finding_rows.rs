@@ -1,5 +1,7 @@
 //! Findings as they are read: what was found, where, what to do, the fix with the verdict it leads to, and the way to the panel.
 
+use std::collections::BTreeSet;
+
 use doublet_core::model::Coefficient;
 use doublet_engine::session::{Edit, ExperimentEdit, Fix, Session};
 use doublet_engine::verdict::Finding;
@@ -22,7 +24,7 @@ pub struct FindingKind<'a> {
 
 impl<'a> FindingKind<'a> {
     /// The kinds among findings, in their order.
-    pub fn of(findings: &[&'a Finding]) -> Vec<Self> {
+    pub fn group(findings: &[&'a Finding]) -> Vec<Self> {
         let mut groups: Vec<Vec<&'a Finding>> = Vec::new();
         for finding in findings {
             let same = |group: &&mut Vec<&Finding>| (group[0].code, group[0].level) == (finding.code, finding.level);
@@ -31,10 +33,10 @@ impl<'a> FindingKind<'a> {
                 None => groups.push(vec![finding]),
             }
         }
-        groups.into_iter().map(|group| Self::of_group(&group)).collect()
+        groups.into_iter().map(|group| Self::join(&group)).collect()
     }
 
-    fn of_group(group: &[&'a Finding]) -> Self {
+    fn join(group: &[&'a Finding]) -> Self {
         let mut fixes: Vec<&Fix> = Vec::new();
         for fix in group.iter().filter_map(|finding| finding.fix.as_ref()) {
             if fixes.iter().all(|known| known.edits != fix.edits) {
@@ -42,12 +44,16 @@ impl<'a> FindingKind<'a> {
             }
         }
         let places = group.iter().map(|finding| finding.place.as_str()).collect();
-        Self { first: group[0], places, fix: Fix::all(&fixes) }
+        Self { first: group[0], places, fix: Fix::join(&fixes) }
     }
 
     /// The manoeuvres of `session` that they are about.
     fn manoeuvres<'s>(&self, session: &'s Session) -> Vec<&'s str> {
-        let is_about = |name: &str| self.places.iter().any(|place| place.contains(&format!("'{name}'")));
+        let quoted: BTreeSet<&str> = self.places.iter().flat_map(|place| place.split('\'').skip(1)).collect();
+        let is_about = |name: &str| match name.contains('\'') {
+            false => quoted.contains(name),
+            true => self.places.iter().any(|place| place.contains(&format!("'{name}'"))),
+        };
         session.windows.iter().map(|window| window.name.as_str()).filter(|name| is_about(name)).collect()
     }
 }

@@ -233,7 +233,7 @@ impl Summary {
             }
         });
         ScrollArea::vertical().id_salt("reasons").auto_shrink(false).show(ui, |ui| {
-            let kinds = FindingKind::of(&reasons);
+            let kinds = FindingKind::group(&reasons);
             if kinds.is_empty() {
                 ui.weak("No findings.");
             }

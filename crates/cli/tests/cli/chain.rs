@@ -3,21 +3,24 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
 
+#[path = "../../../../fuzz/src/guess_session.rs"]
+mod guess_session;
+
 use crate::common::chain;
+use guess_session::guess_session;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use doublet_core::load::{ChannelMap, plan_all};
-use doublet_engine::begin::{self, Inspected};
+use doublet_engine::begin;
 use doublet_engine::export::{self, Format, IdentifiedModel};
 use doublet_engine::graph::Cache;
 use doublet_engine::live::{Feed, LiveWatch, Opening, open};
 use doublet_engine::report::document::SectionKind;
 use doublet_engine::report::{self, HistoryFormat, Outputs, TableFormat};
 use doublet_engine::run::{Control, Scope, Snapshot, run};
-use doublet_engine::session::{self, Flight, MapRef, PathSource, Session};
+use doublet_engine::session::{self, PathSource, Session};
 use doublet_engine::verdict::check_file;
 use doublet_report::{Order, ReportFormat};
 use rand::{RngExt, SeedableRng};
@@ -168,7 +171,7 @@ fn one(seed: u64, sources: &[PathBuf], reached: &mut Reached) {
     if random.random_bool(0.3) {
         way.step("live", || watch(&path, &folder.path().join("recorded")));
     }
-    let Some(mut session) = way.step("new", || made(&inspected)) else { return };
+    let Some(mut session) = way.step("new", || guess_session(&inspected)) else { return };
     session.preparation.path =
         [PathSource::Smoothed, PathSource::Filtered, PathSource::Measured][random.random_range(0..3)];
     session.windows.truncate(MANOEUVRES);
@@ -201,27 +204,6 @@ fn one(seed: u64, sources: &[PathBuf], reached: &mut Reached) {
         let model = IdentifiedModel::new(&session, &snapshot).map_err(|error| error.to_string())?;
         export::write(&model, &Format::ALL, &folder.path().join("models")).map(drop).map_err(|error| error.to_string())
     });
-}
-
-/// The session that `new --guess` makes.
-fn made(inspected: &Inspected) -> Result<Session, String> {
-    let text = inspected.guess.text().map_err(|error| error.to_string())?;
-    let map = ChannelMap::parse(&text).map_err(|error| error.to_string())?;
-    let plan = plan_all(&inspected.probes, &map);
-    if plan.all_roles().is_empty() {
-        return Err("no channel has a role".to_owned());
-    }
-    // What cannot be compared is refused by what needs it.
-    let _ = begin::compare(&plan);
-    let own = MapRef::Own(text.into());
-    let mut session = begin::empty_session("a", Some("builtin:attas_vfw614"));
-    let added = begin::add_flight(&mut session, ("a", &own), inspected, &plan, &Control::default(), &|_| {});
-    if added.is_err() {
-        let recordings = inspected.paths.iter().map(|path| begin::reference(path, own.clone()));
-        session.flights = vec![Flight::new("a".to_owned(), recordings.collect::<Result<_, _>>()?)];
-        session.windows.extend(begin::whole_window("a", &inspected.probes));
-    }
-    Ok(session)
 }
 
 /// The session as opened, and what a run makes of it.

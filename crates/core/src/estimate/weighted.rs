@@ -159,17 +159,15 @@ impl PooledRegression {
         }
         let mut found = self.fit()?;
         let rows = found.samples.clone();
+        let mut next = self.clone();
         for _ in 0..ROUNDS {
             let fitted = found.fitted(&self.windows);
             let measured = self.windows.iter().flat_map(|window| &window.z);
             let residuals: Vec<f64> = measured.zip(&fitted).map(|(z, y)| z - y).collect();
             let autoregression = yule_walker(&residuals, &rows, order);
-            let window = |window: &PooledWindow| {
-                let (x, z) =
-                    whitened(&window.x, &window.z, std::slice::from_ref(&(0..window.z.len())), &autoregression);
-                PooledWindow { label: window.label.clone(), x, z }
-            };
-            let next = Self { windows: self.windows.iter().map(window).collect(), ..self.clone() };
+            for (next, PooledWindow { x, z, .. }) in next.windows.iter_mut().zip(&self.windows) {
+                (next.x, next.z) = whitened(x, z, std::slice::from_ref(&(0..z.len())), &autoregression);
+            }
             let fit = next.fit()?;
             if largest_move(&found.fit, &fit.fit) <= TOLERANCE {
                 return Ok(next);

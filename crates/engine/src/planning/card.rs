@@ -14,10 +14,10 @@ const M_PER_FT: f64 = 0.3048;
 
 /// The movement of the hand for each direction of a surface: surface, direction, control, opposite direction.
 const HANDS: [(&str, &str, &str, &str); 6] = [
-    ("aileron", "right", "wheel right", "left"),
-    ("aileron", "left", "wheel left", "right"),
-    ("elevator", "down", "column forward", "up"),
-    ("elevator", "up", "column back", "down"),
+    ("aileron", "right", "stick right", "left"),
+    ("aileron", "left", "stick left", "right"),
+    ("elevator", "down", "stick forward", "up"),
+    ("elevator", "up", "stick back", "down"),
     ("rudder", "right", "right pedal", "left"),
     ("rudder", "left", "left pedal", "right"),
 ];

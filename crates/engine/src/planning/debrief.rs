@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use doublet_dynamics::propagate::HALF_WIDTH;
 use serde::{Deserialize, Serialize};
 
 use crate::graph::StageResult;
@@ -79,9 +80,7 @@ pub fn true_derivatives(text: &str) -> Result<BTreeMap<String, f64>, String> {
 ///
 /// # Errors
 /// One line: a flight without a pooled fit, or without a derivative that was promised.
-pub fn debrief(promise: &Promise, flights: &[(&Snapshot, Option<BTreeMap<String, f64>>)]) -> StageResult<Debrief> {
-    /// Half width of a 95 % interval in standard errors.
-    const HALF_WIDTH: f64 = 1.96;
+pub fn debrief(promise: &Promise, flights: &[(Snapshot, Option<BTreeMap<String, f64>>)]) -> StageResult<Debrief> {
     let found = flights.iter().map(|(snapshot, truth)| {
         let pooled = snapshot.pooled.ready().ok_or("the flight has no pooled fit: see `doublet run`")?;
         Ok((estimates((**pooled).clone(), |fit| &fit.corrected_errors)?, truth))

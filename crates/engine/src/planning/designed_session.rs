@@ -4,7 +4,7 @@ use doublet_core::airframe::{Aircraft, Loading};
 use doublet_core::simulate::Scenario;
 
 use crate::graph::StageResult;
-use crate::session::{DelaySource, GustSource, Session};
+use crate::session::{DelaySource, Flight, GustSource, Session};
 use crate::study::windows;
 
 /// File of the truth, which a recorder does not have.
@@ -58,11 +58,8 @@ pub fn loading_of_mass(aircraft: &Aircraft, loading: Option<&Loading>, mass_kg: 
 /// One line: the session has no flight.
 pub fn designed_session(session: &Session, scenario: &Scenario, folder: &str) -> StageResult<Session> {
     let mut flight = session.flights.first().ok_or("the session has no flight whose recorders could be used")?.clone();
-    for recording in &mut flight.recordings {
-        let file = recording.path.rsplit(['/', '\\']).next().unwrap_or_default();
-        recording.path = format!("{folder}/{file}");
-        recording.sha256 = None;
-    }
+    move_recordings(&mut flight, folder);
+    flight.recordings.iter_mut().for_each(|recording| recording.sha256 = None);
     flight.recordings.retain(|recording| !recording.path.ends_with(&format!("/{TRUTH_FILE}")));
     let mut windows = windows(scenario);
     windows.iter_mut().for_each(|window| window.flight.clone_from(&flight.name));
@@ -87,9 +84,13 @@ pub fn designed_session(session: &Session, scenario: &Scenario, folder: &str) ->
 #[must_use]
 pub fn with_recordings_in(session: &Session, folder: &str) -> Session {
     let mut session = session.clone();
-    for recording in session.flights.iter_mut().flat_map(|flight| &mut flight.recordings) {
-        let file = recording.path.rsplit('/').next().unwrap_or_default();
+    session.flights.iter_mut().for_each(|flight| move_recordings(flight, folder));
+    session
+}
+
+fn move_recordings(flight: &mut Flight, folder: &str) {
+    for recording in &mut flight.recordings {
+        let file = recording.path.rsplit(['/', '\\']).next().unwrap_or_default();
         recording.path = format!("{folder}/{file}");
     }
-    session
 }

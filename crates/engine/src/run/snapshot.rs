@@ -11,6 +11,7 @@ use super::details::Details;
 use super::experiments::ExperimentRows;
 use super::overlays::Overlays;
 use super::tried_fixes::TriedFixes;
+use crate::compare::ExperimentOutcome;
 use crate::graph::{FileStamp, Keyed, Stage, StageError};
 use crate::planning::Enough;
 use crate::prior::PriorStudy;
@@ -358,7 +359,7 @@ slots! {
         /// Linear model, modes and flying qualities about a trim.
         dynamics: Slot<DynamicsStudy> => DynamicsStudy::NAME,
         /// Experiments of the session side by side.
-        experiments: ExperimentRows => "experiment",
+        experiments: ExperimentRows => ExperimentOutcome::NAME,
     }
 }
 

@@ -53,8 +53,8 @@ impl Fix {
         Self { label, edits: names.iter().map(edit).collect() }
     }
 
-    /// Several fixes as one.
-    pub fn all(fixes: &[&Self]) -> Option<Self> {
+    /// Joins several fixes to one.
+    pub fn join(fixes: &[&Self]) -> Option<Self> {
         let (first, more) = fixes.split_first()?;
         let edits = fixes.iter().flat_map(|fix| fix.edits.iter().cloned());
         let ignored = |edit: &Edit| match edit {

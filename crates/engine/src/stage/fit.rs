@@ -370,7 +370,8 @@ fn stacked_fit(
     estimation: &Estimation,
 ) -> StageResult<(Fit, [Vec<f64>; 2])> {
     let measured = Regression::measured(coefficient, terms, used, estimation)?.pooled;
-    let regression = weighted(&measured, estimation.weights)?;
+    let weighted = weighted(&measured, estimation.weights)?;
+    let regression = weighted.as_ref().unwrap_or(&measured);
     let pooled = regression.fit()?;
     let coloured = pooled.coloured_covariance(&regression.windows, &Coloured::default())?;
     let noise: Vec<f64> = coloured.diagonal().iter().map(|variance| variance.sqrt()).collect();
@@ -379,10 +380,8 @@ fn stacked_fit(
     if let Some(between) = pooled.errors_between_windows(&regression.windows) {
         errors.iter_mut().zip(between).for_each(|(error, between)| *error = error.max(between));
     }
-    if estimation.weights == ResidualWeights::Equal {
-        return Ok((pooled.fit, [errors, noise]));
-    }
-    Ok((with_measured_residuals(pooled, &measured), [errors, noise]))
+    let fit = if weighted.is_some() { with_measured_residuals(pooled, &measured) } else { pooled.fit };
+    Ok((fit, [errors, noise]))
 }
 
 /// The fit of a weighted regression with the residuals and the quality of the coefficient as it was measured.
@@ -393,12 +392,12 @@ fn with_measured_residuals(pooled: PooledFit, measured: &PooledRegression) -> Fi
     Fit { quality: FitQuality::compare(&z, &fitted), residuals, ..pooled.fit }
 }
 
-/// The regression whose least squares has these weights of the residuals.
-fn weighted(measured: &PooledRegression, weights: ResidualWeights) -> StageResult<PooledRegression> {
+/// The regression whose least squares has these weights of the residuals; none where all weigh the same.
+fn weighted(measured: &PooledRegression, weights: ResidualWeights) -> StageResult<Option<PooledRegression>> {
     Ok(match weights {
-        ResidualWeights::Equal => measured.clone(),
-        ResidualWeights::Huber => measured.with_pseudo_values()?,
-        ResidualWeights::Autoregression(order) => measured.whitened(order)?,
+        ResidualWeights::Equal => None,
+        ResidualWeights::Huber => Some(measured.with_pseudo_values()?),
+        ResidualWeights::Autoregression(order) => Some(measured.whitened(order)?),
     })
 }
 
@@ -424,7 +423,8 @@ impl Regression {
         estimation: &Estimation,
     ) -> StageResult<Self> {
         let Self { pooled, .. } = Self::measured(coefficient, terms, used, estimation)?;
-        Ok(Self { coefficient, pooled: weighted(&pooled, estimation.weights)? })
+        let weighted = weighted(&pooled, estimation.weights)?;
+        Ok(Self { coefficient, pooled: weighted.unwrap_or(pooled) })
     }
 
     /// The same as it was measured, without weights.

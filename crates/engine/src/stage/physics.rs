@@ -252,7 +252,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cure_names_the_key_and_the_value() {
+    fn fix_names_the_key_and_the_value() {
         let degrees =
             ChannelFix::Scale { role: Role::RollRate, factor: -0.0174, offset: 0.0, units: Some(("deg/s", "rad/s")) };
         assert_eq!(

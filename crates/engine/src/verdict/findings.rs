@@ -1,14 +1,14 @@
 //! Everything found on the way to the results: what the verdict rests on, then what was merely noted.
 
-use doublet_core::reconstruct::Measurement;
-use doublet_core::reconstruct::consistency::{ChannelConsistency, WORTH_CHANGING};
+use doublet_core::reconstruct::consistency::WORTH_CHANGING;
 
 use super::fold::{Folded, fold};
+use super::noise::MeasurementNoise;
 use super::{Finding, Level, sideslip};
 use crate::notation::significant;
 use crate::run::Snapshot;
 use crate::session::{Session, path_warning};
-use crate::stage::{NoiseAdvice, NoiseStep, channel_advice, pooled_noise};
+use crate::stage::NoiseStep;
 
 /// Reasons of the verdict, derivatives that are not determined, notes of recordings, engines and windows, an offset of the sideslip,
 /// and the advice of the innovations.
@@ -43,40 +43,35 @@ pub fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
 
 /// What the innovations of every window advise, where their size is not as predicted. A factor on the noise is that of all windows.
 fn advice(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
-    let used = |channel: &ChannelConsistency| session.filter.measurement_noise[channel.measurement as usize];
-    let mut all: Vec<(&str, &ChannelConsistency, NoiseAdvice)> = Vec::new();
+    let noise = MeasurementNoise::new(session, snapshot);
+    let is_as_predicted = |ratio: f64| (1.0 / WORTH_CHANGING..=WORTH_CHANGING).contains(&ratio);
+    let mut found = Vec::new();
     for window in &session.windows {
         let path = snapshot.windows.get(&window.name).and_then(|results| results.path.ready());
-        let noise = snapshot.noise.get(&window.flight).and_then(|slot| slot.ready()).map(|noise| &**noise);
-        let Some((path, found)) = path.and_then(|path| Some((path, path.assessment().consistency.as_ref()?))) else {
-            continue;
-        };
-        let one = |channel| Some((window.name.as_str(), channel, channel_advice(path, channel, used(channel), noise)?));
-        all.extend(found.channels.iter().filter_map(one));
+        let channels =
+            path.iter().filter_map(|path| path.assessment().consistency.as_ref()).flat_map(|found| &found.channels);
+        for channel in channels.filter(|channel| !is_as_predicted(channel.deviation_ratio)) {
+            let (measurement, ratio) = (channel.measurement, channel.deviation_ratio);
+            let Some(advice) = noise.advise(window, channel) else { continue };
+            let factor = || Some(noise.pooled(measurement)? / noise.used(measurement));
+            let factor = matches!(advice.step, NoiseStep::Set | NoiseStep::Differ).then(factor).flatten();
+            let fix_text = match factor {
+                Some(factor) if is_as_predicted(factor) => {
+                    "keep its noise: all manoeuvres together are as predicted".to_owned()
+                }
+                Some(factor) => format!("multiply its noise by {}", significant(factor, 2)),
+                None => advice.reason,
+            };
+            let name = measurement.name();
+            let text = format!("innovations of {name} are {ratio:.2} times predicted");
+            let finding = Finding::new(Level::Good, "innovation-advice", format!("manoeuvre '{}'", window.name), text);
+            let setting = format!("filter.measurement_noise.{name}");
+            found.push(
+                finding.with_figure(ratio, 1.0).with_fix_text(fix_text).with_setting("Noise and filter", setting),
+            );
+        }
     }
-    let is_as_predicted = |ratio: f64| (1.0 / WORTH_CHANGING..=WORTH_CHANGING).contains(&ratio);
-    let pooled = |measurement: Measurement| {
-        let own = all.iter().filter(|(_, channel, _)| channel.measurement == measurement);
-        pooled_noise(&own.map(|(.., advice)| advice.clone()).collect::<Vec<_>>())
-    };
-    let pooled: Vec<Option<f64>> = Measurement::ALL.map(pooled).into();
-    let one = |(window, channel, advice): &(&str, &ChannelConsistency, NoiseAdvice)| {
-        let (name, ratio) = (channel.measurement.name(), channel.deviation_ratio);
-        let fix_text = match (advice.step, pooled[channel.measurement as usize]) {
-            (NoiseStep::Set | NoiseStep::Differ, Some(std)) if is_as_predicted(std / used(channel)) => {
-                "keep its noise: all manoeuvres together are as predicted".to_owned()
-            }
-            (NoiseStep::Set | NoiseStep::Differ, Some(std)) => {
-                format!("multiply its noise by {}", significant(std / used(channel), 2))
-            }
-            _ => advice.reason.clone(),
-        };
-        let text = format!("innovations of {name} are {ratio:.2} times predicted");
-        let finding = Finding::new(Level::Good, "innovation-advice", format!("manoeuvre '{window}'"), text);
-        let setting = format!("filter.measurement_noise.{name}");
-        finding.with_figure(ratio, 1.0).with_fix_text(fix_text).with_setting("Noise and filter", setting)
-    };
-    all.iter().filter(|(_, channel, _)| !is_as_predicted(channel.deviation_ratio)).map(one).collect()
+    found
 }
 
 /// [`findings`] with those of one kind in one line, the worst first.

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::delay::ControlDelay;
 use super::effect::{self, Consequence, Consequences};
+use super::noise::MeasurementNoise;
 use super::plausible::Plausible;
 use super::{
     Finding, Level, Verdict, delay, density, derivative, fit, flight, made_of, session, studies, weigh, window,
@@ -136,6 +137,7 @@ pub(super) struct Evidence<'a> {
     pub(super) judged_windows: Option<&'a BTreeMap<String, WindowVerdict>>,
     /// Median of the mean dynamic pressures of the windows, Pa; none before their coefficients are computed.
     pub(super) median_pressure_pa: Option<f64>,
+    pub(super) noise: &'a MeasurementNoise<'a>,
 }
 
 impl<'a> Evidence<'a> {
@@ -153,6 +155,7 @@ impl<'a> Evidence<'a> {
 /// Judges everything a run computed from `session`. What is missing in `snapshot` is judged as not computed.
 pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
     let plausible = Plausible::new(session, snapshot);
+    let noise = MeasurementNoise::new(session, snapshot);
     let evidence = Evidence {
         session,
         snapshot,
@@ -161,6 +164,7 @@ pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
         consequences: &[],
         judged_windows: None,
         median_pressure_pa: flight::median_pressure(session, snapshot),
+        noise: &noise,
     };
     let study = studies::findings(evidence);
     let windows: Vec<&Manoeuvre> = evidence.windows().collect();

@@ -21,6 +21,7 @@ mod judge;
 mod judged_flights;
 mod loading;
 mod made_of;
+mod noise;
 mod plausible;
 mod propulsion;
 mod sampling;

@@ -7,7 +7,7 @@ use super::judge::{Evidence, level_above, not_computed};
 use super::{Finding, Level, flight, loading, propulsion, sampling, saturated, stuck};
 use crate::notation::significant;
 use crate::session::{Edit, Fix, Manoeuvre, NoiseChannel, PathSource};
-use crate::stage::{NoiseAdvice, NoiseStep, WindowPath, channel_advice, pooled_noise};
+use crate::stage::{NoiseStep, WindowPath};
 
 /// Mean NIS over its expectation: outside its 95 % band and beyond these it is a caution, above the last bad. Noise stated too large
 /// leaves the path less exact than it could be, noise stated too small leaves it wrong.
@@ -110,7 +110,7 @@ fn nis(
     let found = extreme(ratio > 1.0);
     let (name, times) =
         found.map_or(("a measurement", f64::NAN), |found| (found.measurement.name(), found.deviation_ratio));
-    let advice = found.and_then(|found| advice_in(evidence, manoeuvre, found.measurement));
+    let advice = found.and_then(|found| evidence.noise.advise(manoeuvre, found));
     let explanation = match ratio > 1.0 {
         true => format!("innovations exceed the noise, most in {name} ({times:.1} times predicted)"),
         false => format!("noise set too high, most in {name} ({times:.2} times predicted)"),
@@ -133,22 +133,10 @@ fn nis(
     Some(finding.with_fix_text(fix_text).with_setting("Noise and filter", setting).with_fix(fix))
 }
 
-/// Advice on the noise of a measurement by one manoeuvre.
-fn advice_in(evidence: Evidence<'_>, manoeuvre: &Manoeuvre, measurement: Measurement) -> Option<NoiseAdvice> {
-    let path = evidence.snapshot.windows.get(&manoeuvre.name)?.path.ready()?;
-    let channels = &path.assessment().consistency.as_ref()?.channels;
-    let channel = channels.iter().find(|channel| channel.measurement == measurement)?;
-    let used = evidence.session.filter.measurement_noise[measurement as usize];
-    let noise = evidence.snapshot.noise.get(&manoeuvre.flight).and_then(|slot| slot.ready());
-    channel_advice(path, channel, used, noise.map(|noise| &**noise))
-}
-
 /// Sets the noise of a measurement by its innovations in all manoeuvres; none where they are not noise.
 fn noise_fix(evidence: Evidence<'_>, measurement: Measurement) -> Option<Fix> {
-    let advice: Vec<NoiseAdvice> =
-        evidence.windows().filter_map(|window| advice_in(evidence, window, measurement)).collect();
-    let std = pooled_noise(&advice)?;
-    let (name, ratio) = (measurement.name(), std / evidence.session.filter.measurement_noise[measurement as usize]);
+    let std = evidence.noise.pooled(measurement)?;
+    let (name, ratio) = (measurement.name(), std / evidence.noise.used(measurement));
     if ratio.is_nan() || ratio * ratio > NOISE_EXPLAINS {
         return None;
     }

@@ -88,14 +88,14 @@ fn fixes_of_findings_alike_are_one() {
     let Opened { session, .. } = demo();
     let names: Vec<&str> = session.windows.iter().take(3).map(|window| window.name.as_str()).collect();
     let one_each: Vec<Fix> = names.iter().map(|name| Fix::ignore([*name])).collect();
-    let all = Fix::all(&one_each.iter().collect::<Vec<_>>()).unwrap();
+    let all = Fix::join(&one_each.iter().collect::<Vec<_>>()).unwrap();
     assert_eq!(all, Fix::ignore(names.iter().copied()));
     let ignored = all.apply(&session).unwrap();
     assert!(ignored.windows[..3].iter().all(|window| window.role == WindowRole::Ignored));
     assert_eq!(ignored.windows[3..], session.windows[3..]);
     let delays = [0.02, 0.03].map(|delay_s| Fix::control_delay(&session, Surface::Elevator, delay_s));
-    let both = Fix::all(&[&delays[0], &delays[1]]).unwrap();
+    let both = Fix::join(&[&delays[0], &delays[1]]).unwrap();
     assert_eq!(both.edits.len(), 2);
-    assert_eq!(Fix::all(&[&delays[0]]).unwrap(), delays[0]);
-    assert_eq!(Fix::all(&[]), None);
+    assert_eq!(Fix::join(&[&delays[0]]).unwrap(), delays[0]);
+    assert_eq!(Fix::join(&[]), None);
 }

@@ -80,7 +80,7 @@ pub(super) fn corrected<'a>(
         return None;
     }
     let change = |data: &FilterData| match &row.change {
-        Some(fix_text) => changed(data, fix_text),
+        Some(fix) => changed(data, fix),
         None => without(data, role),
     };
     form_again(session, (used, flight), &change, &|used, along| {
@@ -140,9 +140,9 @@ fn reconstructed(session: &Session, data: &[FilterData]) -> Vec<StageResult<Reco
 }
 
 /// Samples with a change of the channel map; none where it is not one of inertial channels or measurements.
-fn changed(data: &FilterData, fix_text: &ChannelFix) -> Option<FilterData> {
+fn changed(data: &FilterData, fix: &ChannelFix) -> Option<FilterData> {
     let mut data = data.clone();
-    match *fix_text {
+    match *fix {
         ChannelFix::Scale { role, factor, offset, .. } => {
             let values = values_of(&mut data, role)?;
             *values = values.iter().map(|value| factor * value + offset).collect();

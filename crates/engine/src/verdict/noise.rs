@@ -1,0 +1,47 @@
+//! The noise of each measurement by the innovations: of one manoeuvre, and of all manoeuvres together.
+
+use std::sync::OnceLock;
+
+use doublet_core::reconstruct::consistency::ChannelConsistency;
+use doublet_core::reconstruct::{MEASUREMENTS, Measurement};
+
+use crate::run::Snapshot;
+use crate::session::{Manoeuvre, Session};
+use crate::stage::{NoiseAdvice, channel_advice, pooled_noise};
+
+/// Noise of the measurements of a session; that of all manoeuvres is computed once, when it is first asked for.
+pub(super) struct MeasurementNoise<'a> {
+    session: &'a Session,
+    snapshot: &'a Snapshot,
+    pooled: [OnceLock<Option<f64>>; MEASUREMENTS],
+}
+
+impl<'a> MeasurementNoise<'a> {
+    pub(super) fn new(session: &'a Session, snapshot: &'a Snapshot) -> Self {
+        Self { session, snapshot, pooled: Default::default() }
+    }
+
+    /// Standard deviation in use, SI.
+    pub(super) fn used(&self, measurement: Measurement) -> f64 {
+        self.session.filter.measurement_noise[measurement as usize]
+    }
+
+    /// Advice on the noise of a measurement by its innovations in one manoeuvre.
+    pub(super) fn advise(&self, manoeuvre: &Manoeuvre, channel: &ChannelConsistency) -> Option<NoiseAdvice> {
+        let path = self.snapshot.windows.get(&manoeuvre.name)?.path.ready()?;
+        let noise = self.snapshot.noise.get(&manoeuvre.flight).and_then(|slot| slot.ready());
+        channel_advice(path, channel, self.used(channel.measurement), noise.map(|noise| &**noise))
+    }
+
+    /// Standard deviation of a measurement by its innovations in all manoeuvres, SI; none where they are not noise.
+    pub(super) fn pooled(&self, measurement: Measurement) -> Option<f64> {
+        *self.pooled[measurement as usize].get_or_init(|| {
+            let advice = self.session.active_windows().filter_map(|manoeuvre| {
+                let path = self.snapshot.windows.get(&manoeuvre.name)?.path.ready()?;
+                let channels = &path.assessment().consistency.as_ref()?.channels;
+                self.advise(manoeuvre, channels.iter().find(|channel| channel.measurement == measurement)?)
+            });
+            pooled_noise(&advice.collect::<Vec<_>>())
+        })
+    }
+}
