@@ -25,7 +25,7 @@ for i in "${!order[@]}"; do
         while read -r hit; do breach "${order[i]} uses $later: $hit"; done < <(grep -rnE "crate::$later\b" "$core/${order[i]}" || true)
     done
 done
-for base in quantity series statistics optimise decompose airframe propulsion atmos motion; do
+for base in quantity series statistics optimise decompose toml_error airframe propulsion atmos motion; do
     for user in "${order[@]}" simulate; do
         while read -r hit; do breach "$base uses $user: $hit"; done < <(grep -rnE "^\s*(pub )?use crate::$user\b" "$core/$base"* || true)
     done

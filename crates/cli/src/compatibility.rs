@@ -21,8 +21,8 @@ pub struct CompatibilityArguments {
     #[arg(long, value_name = "ERROR,ERROR", value_delimiter = ',', value_parser = error)]
     pub free: Vec<SensorError>,
     /// Errors estimated per manoeuvre.
-    #[arg(long, value_name = "ERROR,ERROR", value_delimiter = ',', value_parser = error)]
-    pub per_window: Vec<SensorError>,
+    #[arg(long, alias = "per-window", value_name = "ERROR,ERROR", value_delimiter = ',', value_parser = error)]
+    pub per_manoeuvre: Vec<SensorError>,
     /// Measurements compared.
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',', value_parser = measurement)]
     pub outputs: Vec<Measurement>,
@@ -33,8 +33,8 @@ pub struct CompatibilityArguments {
     #[arg(long, value_enum)]
     pub method: Option<Method>,
     /// Manoeuvres to use, by name [default: all not ignored].
-    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
-    pub windows: Vec<String>,
+    #[arg(long, alias = "windows", value_name = "NAME,NAME", value_delimiter = ',')]
+    pub manoeuvres: Vec<String>,
     /// Save the common errors to the session, which then corrects for them.
     #[arg(long)]
     pub take: bool,
@@ -105,17 +105,20 @@ pub fn compatibility(arguments: &CompatibilityArguments) -> Result<(), String> {
 
 /// What the arguments ask for, in the place of what the session does.
 fn ask(session: &mut Session, arguments: &CompatibilityArguments) -> Result<(), String> {
-    if let Some(unknown) = arguments.windows.iter().find(|name| session.window(name).is_none()) {
+    if let Some(unknown) = arguments.manoeuvres.iter().find(|name| session.window(name).is_none()) {
         return Err(format!("manoeuvre '{unknown}' not found in the session"));
     }
-    if !arguments.windows.is_empty() {
-        session.windows.retain(|window| arguments.windows.contains(&window.name));
+    if !arguments.manoeuvres.is_empty() {
+        session.windows.retain(|window| arguments.manoeuvres.contains(&window.name));
     }
     let errors = &mut session.sensor_errors;
-    if !(arguments.free.is_empty() && arguments.per_window.is_empty()) {
+    if !(arguments.free.is_empty() && arguments.per_manoeuvre.is_empty()) {
         errors.free.clone_from(&arguments.free);
-        errors.per_window.clone_from(&arguments.per_window);
-        errors.random_walk.0.retain(|error, _| arguments.free.contains(error) || arguments.per_window.contains(error));
+        errors.per_window.clone_from(&arguments.per_manoeuvre);
+        errors
+            .random_walk
+            .0
+            .retain(|error, _| arguments.free.contains(error) || arguments.per_manoeuvre.contains(error));
     }
     if !arguments.outputs.is_empty() {
         errors.outputs.clone_from(&arguments.outputs);

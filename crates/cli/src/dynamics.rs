@@ -45,8 +45,8 @@ pub struct TrimArguments {
     #[arg(long, value_name = "KG")]
     fuel: Option<f64>,
     /// Use the conditions of this manoeuvre.
-    #[arg(long, value_name = "NAME")]
-    window: Option<String>,
+    #[arg(long, alias = "window", value_name = "NAME")]
+    manoeuvre: Option<String>,
     /// Random draws of the derivatives for sampled intervals and probabilities.
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
     samples: u32,
@@ -158,7 +158,7 @@ pub fn study(trim: &TrimArguments, judged: &JudgedArguments) -> Result<std::sync
         mass_kg: trim.mass,
         cg_x_m: trim.cg,
         fuel_kg: trim.fuel,
-        window: trim.window.as_deref().map(|name| window(&trim.session, name)).transpose()?,
+        window: trim.manoeuvre.as_deref().map(|name| window(&trim.session, name)).transpose()?,
         samples: trim.samples as usize,
         seed: trim.seed,
         ..DynamicsRequest::default()

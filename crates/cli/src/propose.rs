@@ -26,7 +26,8 @@ pub struct ProposeArguments {
 #[derive(Debug, Subcommand)]
 pub enum What {
     /// Manoeuvres, from the control deflections.
-    Windows(Target),
+    #[command(alias = "windows")]
+    Manoeuvres(Target),
     /// Steady windows, for estimating noise.
     Steady(Target),
     /// Clock shifts of the control sensors, from the first response.
@@ -53,7 +54,8 @@ pub struct Target {
 /// # Errors
 /// One line when the session or a recording cannot be read, or the session cannot be written.
 pub fn propose(arguments: &ProposeArguments) -> Result<(), String> {
-    let (What::Windows(target) | What::Steady(target) | What::Onsets(target) | What::Noise(target)) = &arguments.what;
+    let (What::Manoeuvres(target) | What::Steady(target) | What::Onsets(target) | What::Noise(target)) =
+        &arguments.what;
     let _lock = if target.apply { Lock::lock_for_writing(&target.session)? } else { None };
     let opened = session::open(&target.session).map_err(|e| format!("{}: {e}", target.session.display()))?;
     let mut changed = opened.session.clone();
@@ -64,7 +66,7 @@ pub fn propose(arguments: &ProposeArguments) -> Result<(), String> {
         let proposals = stage::proposals_above(name, &loaded, target.least_dynamic_pressure);
         proposals.findings.iter().for_each(|finding| text::line(&format!("{name}: {finding}")));
         let edit = match &arguments.what {
-            What::Windows(_) => windows(&changed, name, &proposals),
+            What::Manoeuvres(_) => windows(&changed, name, &proposals),
             What::Steady(_) => steady(name, &proposals),
             What::Onsets(_) => {
                 onsets(name, &loaded, &proposals);

@@ -36,8 +36,8 @@ pub struct ResponseArguments {
     #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
     pub output: String,
     /// Manoeuvres of the session [default: those in use].
-    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
-    pub windows: Vec<String>,
+    #[arg(long, alias = "windows", value_name = "NAME,NAME", value_delimiter = ',')]
+    pub manoeuvres: Vec<String>,
     /// Lowest and highest frequency, rad/s.
     #[arg(long, value_name = "LOW..HIGH", value_parser = band)]
     pub band: Option<[f64; 2]>,
@@ -204,13 +204,13 @@ fn studied(arguments: &ResponseArguments, for_fit: bool) -> Result<ResponseStudy
     };
     let is_shipped = arguments.source.to_str().is_some_and(|name| name.starts_with(builtin::PREFIX));
     if !is_shipped && arguments.source.extension().is_none_or(|extension| extension != "toml") {
-        if !arguments.windows.is_empty() {
-            return Err("--windows: not for a table, only for a session (.toml)".to_owned());
+        if !arguments.manoeuvres.is_empty() {
+            return Err("--manoeuvres: not for a table, only for a session (.toml)".to_owned());
         }
         return table_responses(&arguments.source, arguments.dt, &request, for_fit).map_err(|error| error.to_string());
     }
     let (session, snapshot) = computed(&arguments.source, &[])?;
-    let windows = windows_of(&session, &snapshot, &arguments.windows, &request.inputs)?;
+    let windows = windows_of(&session, &snapshot, &arguments.manoeuvres, &request.inputs)?;
     session_responses(&windows, &request, for_fit).map_err(|error| error.to_string())
 }
 
@@ -225,11 +225,12 @@ fn windows_of<'a>(
         let known: Vec<&str> = session.windows.iter().map(|window| window.name.as_str()).collect();
         return Err(format!("manoeuvre '{name}' not found: use one of {}", known.join(", ")));
     }
-    // Without names, windows in which another surface alone moves tell nothing of the input.
+    // Without names, manoeuvres of another surface alone do not excite the input.
     let moved: Vec<Surface> =
         Surface::ALL.into_iter().filter(|surface| inputs.contains(&surface.role().name().to_owned())).collect();
-    let tells = |window: &Manoeuvre| moved.is_empty() || window.surface.is_none_or(|surface| moved.contains(&surface));
-    let is_wanted = |window: &&Manoeuvre| if names.is_empty() { tells(window) } else { names.contains(&window.name) };
+    let excites =
+        |window: &Manoeuvre| moved.is_empty() || window.surface.is_none_or(|surface| moved.contains(&surface));
+    let is_wanted = |window: &&Manoeuvre| if names.is_empty() { excites(window) } else { names.contains(&window.name) };
     let used = session.active_windows().filter(is_wanted);
     let found = used.filter_map(|window| {
         let results = snapshot.windows.get(&window.name)?;

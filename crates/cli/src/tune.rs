@@ -22,8 +22,8 @@ pub struct TuneArguments {
     /// Session file.
     pub session: PathBuf,
     /// Manoeuvres to use, by name [default: all not ignored].
-    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
-    pub windows: Vec<String>,
+    #[arg(long, alias = "windows", value_name = "NAME,NAME", value_delimiter = ',')]
+    pub manoeuvres: Vec<String>,
     /// Method to maximise the likelihood.
     #[arg(long, value_enum, default_value_t = Search::QuasiNewton)]
     pub method: Search,
@@ -64,7 +64,7 @@ fn range(text: &str) -> Result<f64, String> {
 pub fn tune(arguments: &TuneArguments) -> Result<(), String> {
     let opened = session::open(&arguments.session).map_err(|e| format!("{}: {e}", arguments.session.display()))?;
     let mut session = opened.session;
-    choose_windows(&mut session, &arguments.windows)?;
+    choose_windows(&mut session, &arguments.manoeuvres)?;
     let progress = Progress::new();
     let scope =
         Scope { session: &session, folder: &opened.folder, first: None, studies: &[], cause: "tune", generation: 1 };

@@ -24,4 +24,5 @@ pub mod sensitivity;
 pub mod series;
 pub mod simulate;
 pub mod statistics;
+pub mod toml_error;
 pub mod validate;

@@ -313,7 +313,7 @@ impl Fit {
         order: Option<usize>,
     ) -> PyResult<Self> {
         let structure = structure(models)?;
-        let constants = if common_constant { PooledConstants::Common } else { PooledConstants::PerWindow };
+        let constants = if common_constant { PooledConstants::Common } else { PooledConstants::PerManoeuvre };
         let weights = match (is_huber, order) {
             (false, None) => ResidualWeights::Equal,
             (true, None) => ResidualWeights::Huber,

@@ -1,7 +1,7 @@
 //! Settings of the filter and of the preparation as Python gives them: tables of a session file, read as the file is.
 
 use doublet_core::reconstruct::{AirState, Input, Measurement, State};
-use doublet_engine::session::{self, FORMAT, Preparation, Session, SessionError, VERSION};
+use doublet_engine::session::{self, FORMAT, Preparation, Session, VERSION};
 use doublet_engine::verdict::Finding;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -16,11 +16,7 @@ pub fn session_with(tables: &str) -> PyResult<Session> {
     let mut all: toml::Table = serde_json::from_str(tables).map_err(refuse)?;
     all.insert("format".to_owned(), FORMAT.into());
     all.insert("version".to_owned(), i64::from(VERSION).into());
-    let text = toml::to_string(&all).map_err(refuse)?;
-    let session = session::parse(&text).map_err(|error| match error {
-        SessionError::Syntax(error) => refuse(error.message()),
-        other => refuse(other),
-    })?;
+    let session = session::from_table(all).map_err(refuse)?;
     let is_setting =
         |finding: &&Finding| ["filter.", "preparation."].iter().any(|table| finding.place.starts_with(table));
     let lines: Vec<String> = session::check(&session).iter().filter(is_setting).map(ToString::to_string).collect();

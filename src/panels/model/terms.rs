@@ -93,7 +93,7 @@ impl Panel for Model {
         ui.horizontal_wrapped(|ui| {
             ui.weak("Constants");
             let mut constants = ctx.session.estimation.constants;
-            let all = [(PooledConstants::PerWindow, "per manoeuvre"), (PooledConstants::Common, "common")];
+            let all = [(PooledConstants::PerManoeuvre, "per manoeuvre"), (PooledConstants::Common, "common")];
             if choices(ui, &mut constants, &all) {
                 ctx.edit(Edit::Estimation(EstimationEdit::Constants(constants)));
             }
@@ -110,7 +110,7 @@ impl Panel for Model {
             let mut predict_with = ctx.session.estimation.predict_with;
             let all = [
                 (PredictionParameters::Pooled, "pooled estimate"),
-                (PredictionParameters::WindowMeans, "means of single manoeuvres"),
+                (PredictionParameters::ManoeuvreMeans, "means of single manoeuvres"),
             ];
             if choices(ui, &mut predict_with, &all) {
                 ctx.edit(Edit::Estimation(EstimationEdit::PredictWith(predict_with)));

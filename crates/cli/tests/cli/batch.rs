@@ -25,11 +25,11 @@ aircraft = "builtin:c337f"
 Cm = ["1", "alpha", "qc/V", "delta_e"]
 "#;
     let shipped: toml::Table = toml::from_str(include_str!("../../../../sessions/demo.toml")).unwrap();
-    let windows = shipped["window"].as_array().unwrap();
+    let windows = shipped["manoeuvre"].as_array().unwrap();
     let window = windows.iter().find(|window| window.get("surface").is_some_and(|s| s.as_str() == Some("elevator")));
     let mut all: toml::Table = toml::from_str(session).unwrap();
     all.insert("flight".into(), shipped["flight"].clone());
-    all.insert("window".into(), toml::Value::Array(vec![window.unwrap().clone()]));
+    all.insert("manoeuvre".into(), toml::Value::Array(vec![window.unwrap().clone()]));
     std::fs::create_dir_all(folder.join("base")).unwrap();
     std::fs::write(folder.join("base/flight.toml"), toml::to_string(&all).unwrap()).unwrap();
     let sweep = "format = \"doublet sweep\"\nversion = 1\nsession = \"base/flight.toml\"\n\
@@ -69,8 +69,8 @@ fn diff_of_a_session_and_its_sweep_names_the_setting_and_judges_the_derivatives(
     let first = folder.path().join("base/flight.toml");
     let second = folder.path().join("base/other.toml");
     let mut other: toml::Table = toml::from_str(&std::fs::read_to_string(&first).unwrap()).unwrap();
-    other["window"].as_array_mut().unwrap()[0]["start_s"] =
-        toml::Value::Float(other["window"].as_array().unwrap()[0]["start_s"].as_float().unwrap() + 2.0);
+    other["manoeuvre"].as_array_mut().unwrap()[0]["start_s"] =
+        toml::Value::Float(other["manoeuvre"].as_array().unwrap()[0]["start_s"].as_float().unwrap() + 2.0);
     let noise = toml::from_str::<toml::Table>("measurement_noise = { alpha = 0.02 }").unwrap();
     other.insert("filter".into(), noise.into());
     std::fs::write(&second, toml::to_string(&other).unwrap()).unwrap();

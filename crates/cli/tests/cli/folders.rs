@@ -8,7 +8,7 @@ use std::process::Command;
 /// The shipped session with one window of every surface.
 fn small_session(folder: &Path) -> String {
     let mut session: toml::Table = toml::from_str(include_str!("../../../../sessions/demo.toml")).unwrap();
-    let windows = session["window"].as_array_mut().unwrap();
+    let windows = session["manoeuvre"].as_array_mut().unwrap();
     let mut kept = Vec::new();
     for surface in ["elevator", "aileron", "rudder"] {
         kept.extend(windows.iter().find(|window| window["surface"].as_str() == Some(surface)).cloned());

@@ -26,7 +26,7 @@ fn proposals_are_written_into_a_session_that_then_has_nothing_open() {
     let path = folder.path().join("s.toml");
     session::save(&session, &path).unwrap();
 
-    let printed = propose("windows", &path);
+    let printed = propose("manoeuvres", &path);
     let after = session::open(&path).unwrap().session;
     assert_eq!(after.windows.len(), flown.len());
     assert!(printed.contains("10 aileron irregular") && printed.contains("12 rudder 3-2-1-1"), "{printed}");

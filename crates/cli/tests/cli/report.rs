@@ -44,7 +44,7 @@ fn succeeds(arguments: &[&str]) {
 fn small_session(folder: &Path) -> PathBuf {
     let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sessions/demo.toml")).unwrap();
     let mut session: toml::Table = text.parse().unwrap();
-    let windows = session["window"].as_array_mut().unwrap();
+    let windows = session["manoeuvre"].as_array_mut().unwrap();
     let of = |surface: &str| {
         let mut found = windows.iter().filter(|window| window["surface"].as_str() == Some(surface)).cloned();
         [found.next().unwrap(), found.next().unwrap()]

@@ -180,7 +180,7 @@ fn what_cannot_be_answered_is_said_in_a_line() {
     assert!(refusal(&["--band", "0.01..0.02", "--window-length", "30"]).contains("two cycles"));
     assert!(refusal(&["--band", "1..200"]).contains("half the sampling frequency"));
     assert!(refusal(&["--window-length", "900"]).contains("the longest record lasts 120"));
-    assert!(refusal(&["--windows", "1"]).contains("not for a table"));
+    assert!(refusal(&["--manoeuvres", "1"]).contains("not for a table"));
     assert!(refusal(&["--figure", "bode.gif"]).contains(".svg or .pdf"));
     let untimed = folder.path().join("untimed.csv");
     std::fs::write(&untimed, "a,b\n".to_owned() + &"1.0,2.0\n0.5,1.5\n".repeat(300)).unwrap();

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::airframe::{MassHistory, ReferenceGeometry};
 use crate::prep::Differentiation;
 use crate::quantity::Role;
@@ -80,7 +82,8 @@ pub struct AeroData {
 }
 
 /// Axes of the moment coefficients and of the rates among the variables.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Axes {
     /// Body axes.
     Body,
@@ -100,7 +103,8 @@ pub enum ThrustTreatment {
 }
 
 /// Gyroscopic moment of the propellers, `M = r sum(h)`, `N = -q sum(h)` with `h = I_p omega` along body x.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Gyroscopic {
     /// Not accounted for.
     Ignored,

@@ -1,9 +1,12 @@
 //! Resampling onto another time base.
 
+use serde::{Deserialize, Serialize};
+
 use super::{PrepError, check};
 
 /// What a signal does between its samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Interpolation {
     /// Straight lines.
     Linear,

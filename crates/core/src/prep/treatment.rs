@@ -3,6 +3,8 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::control_sensors::unwrapped;
 use super::{Interpolation, PrepError, Smoothing, check, resample, smooth, stretches};
 use crate::series::{Series, gap_threshold_s};
@@ -11,7 +13,8 @@ use crate::series::{Series, gap_threshold_s};
 const MOST_SAMPLES: f64 = 5e7;
 
 /// New samples at a constant rate.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Resampling {
     /// Samples per second; they lie at whole multiples of its inverse, so that all resampled signals share their stamps.
     pub rate_hz: f64,

@@ -6,7 +6,7 @@ mod role;
 mod unit;
 
 pub use bits::HashBits;
-pub(crate) use named::named_quantities;
+pub(crate) use named::{deserialize_name, named_quantities};
 pub use role::Role;
 pub use unit::{Dimension, Unit, UnknownUnit};
 

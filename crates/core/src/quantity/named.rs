@@ -1,5 +1,51 @@
 //! Enums whose variants have a name, a dimension and a description.
 
+use std::fmt;
+
+use serde::Deserializer;
+use serde::de::{DeserializeSeed, EnumAccess, Error, VariantAccess, Visitor};
+
+/// Index among `names` of the name that is read; to the reader `set` is an enum of these names, hence in schemas too.
+///
+/// # Errors
+/// That of the reader for a name that is not among them.
+pub(crate) fn deserialize_name<'de, D: Deserializer<'de>>(
+    deserializer: D,
+    set: &'static str,
+    names: &'static [&'static str],
+) -> Result<usize, D::Error> {
+    deserializer.deserialize_enum(set, names, OneOf(names))
+}
+
+#[derive(Clone, Copy)]
+struct OneOf(&'static [&'static str]);
+
+impl<'de> DeserializeSeed<'de> for OneOf {
+    type Value = usize;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<usize, D::Error> {
+        deserializer.deserialize_identifier(self)
+    }
+}
+
+impl<'de> Visitor<'de> for OneOf {
+    type Value = usize;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "one of {}", self.0.join(", "))
+    }
+
+    fn visit_str<E: Error>(self, name: &str) -> Result<usize, E> {
+        self.0.iter().position(|known| *known == name).ok_or_else(|| E::unknown_variant(name, self.0))
+    }
+
+    fn visit_enum<A: EnumAccess<'de>>(self, data: A) -> Result<usize, A::Error> {
+        let (index, variant) = data.variant_seed(self)?;
+        variant.unit_variant()?;
+        Ok(index)
+    }
+}
+
 /// Declares an enum of quantities from a table `Variant, "name", Dimension, "description";`, with `ALL`, `name`, `dimension`,
 /// `description` and `from_name`.
 macro_rules! named_quantities {
@@ -26,6 +72,20 @@ macro_rules! named_quantities {
 
             /// The one called `name`.
             pub fn from_name(name: &str) -> Option<Self> { Self::ALL.into_iter().find(|item| item.name() == name) }
+        }
+
+        impl serde::Serialize for $set {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.serialize_str(self.name())
+            }
+        }
+
+        impl<'de> serde::Deserialize<'de> for $set {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                const NAMES: &[&str] = &[$($name,)*];
+                let name = $crate::quantity::deserialize_name(deserializer, stringify!($set), NAMES)?;
+                Ok(Self::ALL[name])
+            }
         }
     };
 }

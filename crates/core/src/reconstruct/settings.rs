@@ -2,6 +2,7 @@
 
 use std::hash::{Hash, Hasher};
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::hash_fields;
@@ -53,7 +54,8 @@ impl Method {
 }
 
 /// What the inertial measurement does between two samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum InputHold {
     /// Linear between samples: right for sampled continuous signals, the default.
     FirstOrder,
@@ -62,7 +64,8 @@ pub enum InputHold {
 }
 
 /// Where the transition matrix is linearised.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Linearisation {
     /// At the state before the step, the derivative of the integration itself.
     Prior,

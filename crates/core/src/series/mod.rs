@@ -131,6 +131,7 @@ impl Recording {
 
 /// A closed interval of time, s.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct TimeRange {
     /// First instant, s.
     pub start_s: f64,

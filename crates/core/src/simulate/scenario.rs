@@ -10,6 +10,7 @@ use super::trim::TrimCondition;
 use super::vehicle::Vehicle;
 use crate::airframe::Loading;
 use crate::atmos::Atmosphere;
+use crate::toml_error;
 
 /// Where a flight begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -204,7 +205,7 @@ pub fn parse(text: &str) -> Result<Scenario, SimulateError> {
     /// Time between two inputs unless the file says otherwise, s.
     const REST_S: f64 = 15.0;
     let bad = |reason: String| SimulateError::Scenario { reason };
-    let file: ScenarioFile = toml::from_str(text).map_err(|error| bad(error.to_string().replace('\n', " ")))?;
+    let file: ScenarioFile = toml::from_str(text).map_err(|error| bad(toml_error::one_line(text, &error)))?;
     if file.format != FILE_FORMAT || file.version != FILE_VERSION {
         let (format, version) = (file.format, file.version);
         return Err(bad(format!(

@@ -11,6 +11,7 @@ use crate::atmos::Atmosphere;
 use crate::model::{Variable, VariableValues};
 use crate::motion::{Airflow, FactoredInertia, Rate, State};
 use crate::propulsion::{Ambient, EngineInput, Powerplant, RotorSum};
+use crate::toml_error;
 
 /// Deflections of the three controls, rad, signs of `docs/conventions.md`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -180,7 +181,7 @@ impl Vehicle {
     pub fn new(aircraft: Aircraft, powerplant: Powerplant, truth: &str) -> Result<Self, SimulateError> {
         let file: TruthFile = toml::from_str(truth).map_err(|error| SimulateError::Truth {
             name: "file".into(),
-            reason: error.to_string().replace('\n', " "),
+            reason: toml_error::one_line(truth, &error),
         })?;
         if powerplant.engines.len() != 2 || powerplant.engines.iter().any(|engine| engine.model.is_none()) {
             let reason =

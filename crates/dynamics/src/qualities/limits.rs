@@ -1,5 +1,6 @@
 //! Limits of flying qualities as data: dated files with the source and certainty of every row.
 
+use doublet_core::toml_error;
 use serde::Deserialize;
 use thiserror::Error;
 
@@ -255,8 +256,7 @@ impl Limits {
     /// [`LimitsError::File`] with the reason; a level beyond 3, a row without a limit, an unknown class or category.
     pub fn parse(text: &str) -> Result<Self, LimitsError> {
         let refuse = |reason: String| LimitsError::File { reason };
-        let mut limits: Self =
-            toml::from_str(text).map_err(|error| refuse(error.to_string().trim().replace('\n', " ")))?;
+        let mut limits: Self = toml::from_str(text).map_err(|error| refuse(toml_error::one_line(text, &error)))?;
         if limits.format != FORMAT || limits.version != 1 {
             return Err(refuse(format!("format and version are not \"{FORMAT}\" and 1")));
         }

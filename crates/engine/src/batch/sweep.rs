@@ -1,10 +1,11 @@
 //! A sweep: settings of a session and the values each is to have, every combination a run.
 
 use doublet_core::schema::{Refused, schema_of};
+use doublet_core::toml_error;
 use serde::Deserialize;
 use toml::{Table, Value};
 
-use crate::session::{Session, parse, print};
+use crate::session::{Session, from_table, to_table};
 
 /// Value of the `format` key of a sweep file.
 pub const FORMAT: &str = "doublet sweep";
@@ -56,7 +57,7 @@ impl Sweep {
     /// # Errors
     /// One line with the line or setting that is wrong.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let sweep: Self = toml::from_str(text).map_err(|error| error.to_string().trim_end().replace('\n', " "))?;
+        let sweep: Self = toml::from_str(text).map_err(|error| toml_error::one_line(text, &error))?;
         if sweep.version > VERSION {
             return Err(format!("sweep version {} is newer than this program understands ({VERSION})", sweep.version));
         }
@@ -84,7 +85,7 @@ impl Sweep {
             if let Some(Err(error)) = tried.next()
                 && tried.all(|other| other.is_err())
             {
-                return Err(format!("setting '{}': {}", varied.setting, error.trim_end().replace('\n', " ")));
+                return Err(format!("setting '{}': {}", varied.setting, error));
             }
         }
         Ok(())
@@ -115,16 +116,14 @@ fn plain(value: &Value) -> String {
 
 /// The session with settings changed in its saved form, which is then read as any other.
 fn changed<'a>(base: &Session, settings: impl Iterator<Item = (&'a str, &'a Value)>) -> Result<Session, String> {
-    let text = print(base).map_err(|error| error.to_string())?;
-    let mut table: Table = toml::from_str(&text).map_err(|error| error.to_string())?;
+    let mut table = to_table(base).map_err(|error| error.to_string())?;
     for (setting, value) in settings {
         set(&mut table, &steps(setting)?, value).ok_or_else(|| format!("the session has no setting '{setting}'"))?;
     }
-    let text = toml::to_string(&table).map_err(|error| error.to_string())?;
-    parse(&text).map_err(|error| error.to_string())
+    from_table(table).map_err(|error| error.to_string())
 }
 
-/// Steps of a name as `doublet diff` prints it: keys with dots between them, `window 'e1'` for the entry of a list.
+/// Steps of a name as `doublet diff` prints it: keys with dots between them, `manoeuvre 'e1'` for the entry of a list.
 fn steps(setting: &str) -> Result<Vec<Step<'_>>, String> {
     let mut steps = Vec::new();
     let mut rest = setting;
@@ -133,7 +132,9 @@ fn steps(setting: &str) -> Result<Vec<Step<'_>>, String> {
         let (key, after) = rest.split_at(end);
         if let Some(quoted) = after.strip_prefix('\'') {
             let (name, after) = quoted.split_once('\'').ok_or_else(|| format!("'{setting}' has an open quote"))?;
-            steps.push(Step::Named(key.trim(), name));
+            // Older sweeps call a manoeuvre a window.
+            let list = if key.trim() == "window" { "manoeuvre" } else { key.trim() };
+            steps.push(Step::Named(list, name));
             rest = after.strip_prefix('.').unwrap_or(after);
         } else {
             steps.push(Step::Key(key.trim()));

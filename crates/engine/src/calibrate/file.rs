@@ -1,5 +1,6 @@
 //! Calibrations in an instruments file.
 
+use doublet_core::toml_error;
 use std::path::Path;
 
 use toml_edit::{Array, ArrayOfTables, DocumentMut, Item, Table};
@@ -22,7 +23,7 @@ pub fn read(folder: &Path, file: &str) -> Result<String, String> {
 /// One line that says what is wrong with the file.
 pub fn calibrations(text: &str) -> Result<Vec<SensorCalibration>, String> {
     check(text)?;
-    let file: toml::Table = toml::from_str(text).map_err(|error| error.to_string().replace('\n', " "))?;
+    let file: toml::Table = toml::from_str(text).map_err(|error| toml_error::one_line(text, &error))?;
     let find_table = |table: &str| file.get(table).and_then(toml::Value::as_table);
     let mut all = Vec::new();
     let mut add = |kind, curve, range| all.push(SensorCalibration { kind, curve, range });

@@ -7,7 +7,7 @@ use doublet_core::reconstruct::{Input, Measurement, State};
 use serde::Serialize;
 use toml::{Table, Value};
 
-use crate::session::{Session, SessionError, print};
+use crate::session::{Session, SessionError, to_table};
 
 /// Keys of the header, which are no settings.
 const HEADER: [&str; 3] = ["format", "version", "app"];
@@ -60,7 +60,7 @@ pub fn settings(first: &Session, second: &Session) -> Result<Vec<SettingDifferen
 
 /// Every value of the session's saved form by its full name.
 fn flat(session: &Session) -> Result<BTreeMap<String, String>, SessionError> {
-    let mut table: Table = toml::from_str(&print(session)?).map_err(Box::new)?;
+    let mut table = to_table(session)?;
     HEADER.iter().for_each(|key| drop(table.remove(*key)));
     let mut values = BTreeMap::new();
     walk_table("", &table, &mut values);

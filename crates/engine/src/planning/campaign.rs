@@ -6,6 +6,7 @@ use doublet_core::airframe::{Aircraft, FlightMargin, Loading, calibrated_m_s};
 use doublet_core::atmos::Atmosphere;
 use doublet_core::load::read_text;
 use doublet_core::statistics::median;
+use doublet_core::toml_error;
 use serde::{Deserialize, Serialize};
 
 use super::safety::{EntryGate, Risk, WindBox, entry};
@@ -289,7 +290,7 @@ impl Campaign {
     /// # Errors
     /// One line: place in the file and what is wrong.
     pub fn parse(text: &str) -> StageResult<Self> {
-        let campaign: Self = toml::from_str(text).map_err(|error| error.to_string().trim().replace('\n', " "))?;
+        let campaign: Self = toml::from_str(text).map_err(|error| toml_error::one_line(text, &error))?;
         if campaign.format != FORMAT || campaign.version != VERSION {
             let (format, version) = (&campaign.format, campaign.version);
             return Err(format!("format '{format}' version {version} is not '{FORMAT}' version {VERSION}").into());

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use doublet_core::load::read_text;
 use doublet_core::quantity::Unit;
+use doublet_core::toml_error;
 use doublet_core::validate::Signal;
 use serde::Deserialize;
 
@@ -160,7 +161,7 @@ impl TestFile {
     /// # Errors
     /// One line: place in the file and what is wrong.
     pub fn parse(text: &str, folder: &Path) -> StageResult<Self> {
-        let file: FileTable = toml::from_str(text).map_err(|error| error.to_string().trim().replace('\n', " "))?;
+        let file: FileTable = toml::from_str(text).map_err(|error| toml_error::one_line(text, &error))?;
         if file.format != FORMAT {
             return Err(format!("format is '{}', expected '{FORMAT}'", file.format).into());
         }

@@ -2,6 +2,7 @@
 
 use doublet_core::prep::{Expression, Operand};
 use doublet_core::quantity::{Role, Unit};
+use serde::{Deserialize, Serialize};
 
 use super::edit::flight_mut;
 use super::{EditError, Session};
@@ -14,7 +15,8 @@ const MOST: usize = 100;
 const LONGEST_NAME: usize = 80;
 
 /// A channel computed from others, sample by sample, after clocks and the treatment of signals.
-#[derive(Clone, Debug, Default, PartialEq, Hash)]
+#[derive(Clone, Debug, Default, PartialEq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ExpressionSetting {
     /// Name in the list of channels; others name it `"expression/NAME"`.
     pub name: String,
@@ -23,6 +25,7 @@ pub struct ExpressionSetting {
     /// Text, as [`Expression::parse`] understands it.
     pub expression: String,
     /// Role it plays, in the place of a recorded channel where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub role: Option<Role>,
 }
 

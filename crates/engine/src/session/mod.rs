@@ -30,7 +30,9 @@ use doublet_core::model::{Structure, Variable};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::FilterSettings;
 use doublet_core::series::TimeRange;
+use serde::{Deserialize, Serialize};
 
+use self::schema::WindowTable;
 use crate::aircraft::AircraftChanges;
 use crate::verdict::PlausibleRange;
 
@@ -52,7 +54,7 @@ pub use noise::{NoiseChannel, NoiseEdit, NoiseEntry, SteadyWindow};
 pub use paths::{leads_out, path_warning, paths, relative_to};
 pub use preparation::{AngularAcceleration, ControlLags, MomentReference, Preparation};
 pub use report_figure::{ReportFigure, ReportFigureEdit};
-pub use schema::{FORMAT, SessionError, VERSION, json_schema, parse, print};
+pub use schema::{FORMAT, SessionError, VERSION, from_table, json_schema, parse, print, to_table};
 pub use sensor_errors::{ErrorValues, SensorErrorMethod, SensorErrors};
 pub use signals::{HeldSampleUse, SignalEdit, SignalPreset, SignalRule, SignalSetting};
 pub use window_edit::WindowEdit;
@@ -130,7 +132,8 @@ pub enum GravitySource {
 }
 
 /// Where the random walk of the wind comes from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum GustSource {
     /// The filter's settings state it.
     Stated,
@@ -140,7 +143,8 @@ pub enum GustSource {
 }
 
 /// Where the delays of the measurements come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum DelaySource {
     /// The filter's settings state them.
     Stated,
@@ -150,21 +154,28 @@ pub enum DelaySource {
 }
 
 /// Recordings that share one time line.
-#[derive(Clone, Debug, PartialEq, Hash)]
+#[derive(Clone, Debug, PartialEq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Flight {
     /// Name windows refer to.
     pub name: String,
     /// Its recordings; roles of an earlier one take precedence.
+    #[serde(default, rename = "recording")]
     pub recordings: Vec<RecordingRef>,
     /// Clocks of recorders that do not run on the flight's time line.
+    #[serde(default, rename = "clock", skip_serializing_if = "Vec::is_empty")]
     pub clocks: Vec<ClockSetting>,
     /// Instruments whose raw signals become roles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instruments: Option<InstrumentSetting>,
     /// Smoothing and resampling of signals before they are used.
+    #[serde(default, skip_serializing_if = "SignalSetting::is_as_recorded")]
     pub signals: SignalSetting,
     /// Channels computed from others, in their order: one may name those before it.
+    #[serde(default, rename = "expression", skip_serializing_if = "Vec::is_empty")]
     pub expressions: Vec<ExpressionSetting>,
     /// What was on board in this flight, in the place of the session's loading.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub loading: Option<Loading>,
 }
 
@@ -184,52 +195,72 @@ impl Flight {
 }
 
 /// Instruments whose raw signals become deflections, flow angles and fuel mass.
-#[derive(Clone, Debug, Default, PartialEq, Hash)]
+#[derive(Clone, Debug, Default, PartialEq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct InstrumentSetting {
     /// Instruments file, relative to the session file, or `builtin:` and a name.
     pub file: String,
     /// Sources of the control sensors, `*` standing for a sensor's name in the file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub control_sensors: Option<String>,
     /// Whether turns are integrated rates and the column follows Eq. 4.5, as in the thesis, instead of attitudes and the triangle.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub thesis_controls: bool,
     /// Source of the air-data pod.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pod: Option<String>,
     /// Flight whose calibration the pod's number has.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub pod_calibration: String,
     /// Level flight from which the calibration is made anew by the lift curve, instead of one the file has.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub level_flight: Option<LevelFlight>,
     /// Channel (`source/name`) of each tank's fuel probe.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub fuel: BTreeMap<String, String>,
 }
 
 /// Steady level flight at the pod's numbers 0, 85 and 100, which calibrates it by the instruments' lift curve (thesis section 4.3.2).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct LevelFlight {
     /// Mass, kg.
     pub mass_kg: f64,
     /// True airspeed at the numbers 0, 85 and 100, m/s.
     pub airspeed_m_s: [f64; 3],
     /// Pressure altitude, whose density in the standard atmosphere counts, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub altitude_m: Option<f64>,
     /// Air density, kg/m³, in the place of the altitude's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density_kg_m3: Option<f64>,
 }
 
 hash_fields!(LevelFlight { ; mass_kg, airspeed_m_s, altitude_m, density_kg_m3 });
 
 /// A recorder's clock: `t = offset + (1 + drift) t_own` (thesis Table 4.14).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ClockSetting {
     /// Sources it stamps: a name, or the beginning of names followed by `*`.
     pub source: String,
     /// Flight time at its own time zero, s; with `fit`, where the search starts.
+    #[serde(default)]
     pub offset_s: f64,
     /// Gain of the flight's time on it, s per s.
+    #[serde(default)]
     pub drift: f64,
     /// Channels both it and the flight's time line record: the clock is fitted to them. Empty for the clock as set.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fit: Vec<ClockPairSetting>,
     /// Seconds added to the clock, set or fitted, by hand.
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub shift_s: f64,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 hash_fields!(ClockSetting { source, fit; offset_s, drift, shift_s });
@@ -242,31 +273,37 @@ impl ClockSetting {
 }
 
 /// A quantity two recorders have.
-#[derive(Clone, Debug, PartialEq, Hash)]
+#[derive(Clone, Debug, PartialEq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ClockPairSetting {
     /// Channel on the flight's time line, `source/name`.
     pub reference: String,
     /// Channel of the recorder, `source/name`.
     pub other: String,
     /// The two have opposite signs.
+    #[serde(default)]
     pub inverted: bool,
 }
 
 /// A recording by path, content and meaning of its channels.
-#[derive(Clone, Debug, PartialEq, Hash)]
+#[derive(Clone, Debug, PartialEq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct RecordingRef {
     /// File or folder, relative to the session file, or `builtin:` and a name.
     pub path: String,
     /// SHA-256 of the content when it was added; `None` if it was never read.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sha256: Option<String>,
     /// Which channel plays which role.
     pub channel_map: MapRef,
     /// The only roles to take from it; `None` for all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub only: Option<Vec<Role>>,
 }
 
 /// What a window is used for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum WindowRole {
     /// Its data enter the estimate.
     Identification,
@@ -288,7 +325,8 @@ pub enum Surface {
 }
 
 /// A manoeuvre window.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "WindowTable", into = "WindowTable")]
 pub struct Manoeuvre {
     /// Name, unique in the session.
     pub name: String,
@@ -313,7 +351,8 @@ pub struct Manoeuvre {
 }
 
 /// The path the coefficients are formed from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum PathSource {
     /// Filtered states, biases at their final estimates.
     Filtered,
@@ -324,21 +363,23 @@ pub enum PathSource {
 }
 
 /// Constants of the pooled estimate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum PooledConstants {
-    /// Every window has its own constant term.
-    PerWindow,
-    /// One constant term for all windows.
+    /// Every manoeuvre has its own constant term.
+    PerManoeuvre,
+    /// One constant term for all manoeuvres.
     Common,
 }
 
-/// What windows are predicted with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+/// What manoeuvres are predicted with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum PredictionParameters {
     /// The pooled estimate.
     Pooled,
-    /// Means of the estimates of single identification windows, constants included (thesis 7.1).
-    WindowMeans,
+    /// Means of the estimates of single identification manoeuvres, constants included (thesis 7.1).
+    ManoeuvreMeans,
 }
 
 /// What the residuals of a regression weigh.
@@ -390,7 +431,7 @@ impl Default for Estimation {
     fn default() -> Self {
         Self {
             by_surface: true,
-            constants: PooledConstants::PerWindow,
+            constants: PooledConstants::PerManoeuvre,
             predict_with: PredictionParameters::Pooled,
             weights: ResidualWeights::Equal,
             constraints: Vec::new(),

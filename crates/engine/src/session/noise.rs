@@ -3,12 +3,15 @@
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Input, Measurement};
 use doublet_core::series::TimeRange;
+use serde::{Deserialize, Serialize};
 
 use super::edit::{check_interval, positive};
+use super::schema::SteadyTable;
 use super::{Edit, EditError, Session};
 
 /// A stretch in which what the channels still do is noise.
-#[derive(Clone, Debug, PartialEq, Hash)]
+#[derive(Clone, Debug, PartialEq, Hash, Serialize, Deserialize)]
+#[serde(from = "SteadyTable", into = "SteadyTable")]
 pub struct SteadyWindow {
     /// Flight it lies in.
     pub flight: String,

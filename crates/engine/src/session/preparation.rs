@@ -5,6 +5,7 @@ use std::hash::{Hash, Hasher};
 use doublet_core::hash_fields;
 use doublet_core::model::{Axes, Gyroscopic, Lag, ThrustTreatment};
 use doublet_core::quantity::HashBits;
+use serde::{Deserialize, Serialize};
 
 use super::check::contradiction;
 use super::{ErrorValues, PathSource, Surface};
@@ -54,7 +55,8 @@ hash_fields!(Preparation {
 });
 
 /// Where the angular acceleration comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum AngularAcceleration {
     /// The rates are differentiated, and the rest smoothed alike where asked.
     Differentiated,

@@ -8,6 +8,7 @@ use doublet_core::estimate::{
     ErrorTerm, Freedom, NoiseModel, OutputErrorSettings, Sensor, SensorError, SensorErrorSettings,
 };
 use doublet_core::reconstruct::{FilterData, FilterSettings, Input, Measurement};
+use serde::{Deserialize, Serialize};
 
 use super::Session;
 use super::check::contradiction;
@@ -26,7 +27,8 @@ impl Hash for ErrorValues {
 }
 
 /// How errors of sensors are estimated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum SensorErrorMethod {
     /// The measurements have noise, by as much as their residuals say.
     #[default]

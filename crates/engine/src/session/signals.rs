@@ -4,12 +4,15 @@ use doublet_core::hash_fields;
 use doublet_core::prep::{Interpolation, Resampling};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Input, Measurement};
+use serde::{Deserialize, Serialize};
 
 use super::edit::flight_mut;
+use super::schema::SignalsTable;
 use super::{ClockSetting, EditError, Session};
 
 /// Smoothing and resampling of a flight's signals. The default leaves every signal as recorded.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "SignalsTable", into = "SignalsTable")]
 pub struct SignalSetting {
     /// Longest interval between samples that is bridged by anything that interpolates, s; `None` for a few of a channel's own.
     pub max_gap_s: Option<f64>,
@@ -25,32 +28,61 @@ pub struct SignalSetting {
 hash_fields!(SignalSetting { rules, position_from_velocity, held_samples; max_gap_s });
 
 /// What becomes of values that a recorder repeats because the sensor is slower than it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum HeldSampleUse {
     /// The first of each counts.
     #[default]
     Once,
     /// Every one counts as a measurement of its own.
+    #[serde(rename = "keep")]
     Every,
 }
 
 /// What is done to some roles: averaging, then the polynomial, then new samples.
-#[derive(Clone, Debug, Default, PartialEq, Hash)]
+#[derive(Clone, Debug, Default, PartialEq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SignalRule {
     /// Roles; those a recording lacks are passed over.
     pub roles: Vec<Role>,
     /// Samples of a moving average.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub moving_average: Option<usize>,
     /// Degree and samples (odd) of a polynomial over a moving window (Savitzky-Golay).
+    #[serde(default, with = "polynomial", skip_serializing_if = "Option::is_none")]
     pub polynomial: Option<(usize, usize)>,
     /// New samples.
+    #[serde(default, rename = "resample", skip_serializing_if = "Option::is_none")]
     pub resampling: Option<Resampling>,
 }
 
+/// Saved form of a polynomial: `{ degree = 2, width = 11 }`.
+mod polynomial {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Polynomial {
+        degree: usize,
+        width: usize,
+    }
+
+    pub fn serialize<S: Serializer>(value: &Option<(usize, usize)>, serializer: S) -> Result<S::Ok, S::Error> {
+        value.map(|(degree, width)| Polynomial { degree, width }).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<(usize, usize)>, D::Error> {
+        let polynomial = Option::<Polynomial>::deserialize(deserializer)?;
+        Ok(polynomial.map(|Polynomial { degree, width }| (degree, width)))
+    }
+}
+
 /// A named set of rules.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum SignalPreset {
     /// Nothing is done: every signal keeps its samples.
+    #[serde(rename = "as recorded")]
     AsRecorded,
     /// Thesis section 4.4.3: inertial samples through a moving average of 4 and a polynomial of degree 2 over 11, by quadratic
     /// spline to 100 Hz; flow angles by quadratic spline, all else that enters the filter by straight lines to 100 Hz; position from
@@ -105,6 +137,11 @@ impl SignalPreset {
 }
 
 impl SignalSetting {
+    /// Whether it leaves every signal as recorded.
+    pub(super) fn is_as_recorded(&self) -> bool {
+        *self == Self::default()
+    }
+
     /// The rule that names a role.
     pub fn rule(&self, role: Role) -> Option<&SignalRule> {
         self.rules.iter().find(|rule| rule.roles.contains(&role))

@@ -197,7 +197,7 @@ fn study_terms(
     let names: Vec<_> = terms.iter().map(|term| term.derivative_name(coefficient)).collect();
     let in_model: Vec<_> = (0..terms.len()).map(|at| at < own && fixed[at].is_none()).collect();
     let is_constant: Vec<_> = terms.iter().map(Term::is_constant).collect();
-    let own_constants = estimation.constants == PooledConstants::PerWindow && windows.len() > 1;
+    let own_constants = estimation.constants == PooledConstants::PerManoeuvre && windows.len() > 1;
     Ok(term_study(&names, &in_model, &is_constant, own_constants, &windows)?)
 }
 

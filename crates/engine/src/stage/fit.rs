@@ -202,7 +202,7 @@ fn moving_terms(
     estimation: &Estimation,
 ) -> (Vec<Term>, Vec<DroppedTerm>) {
     let has_constant = terms.iter().any(Term::is_constant);
-    let own_constants = has_constant && estimation.constants == PooledConstants::PerWindow;
+    let own_constants = has_constant && estimation.constants == PooledConstants::PerManoeuvre;
     let rests = |term: &&Term| {
         let known = estimation.known(coefficient, term);
         if term.is_constant() || matches!(known, Constraint::Fixed(_) | Constraint::Prior { .. }) {
@@ -434,7 +434,7 @@ impl Regression {
         used: &[&AeroWindow<'_>],
         estimation: &Estimation,
     ) -> StageResult<Self> {
-        let own_constants = estimation.constants == PooledConstants::PerWindow && used.len() > 1;
+        let own_constants = estimation.constants == PooledConstants::PerManoeuvre && used.len() > 1;
         let constraints: Vec<_> = terms.iter().map(|term| estimation.known(coefficient, term)).collect();
         let window = |(window, aero): &&AeroWindow<'_>| -> StageResult<PooledWindow> {
             let x =

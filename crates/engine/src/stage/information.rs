@@ -86,7 +86,7 @@ pub fn regressor_correlations(
         let mut parts = Vec::new();
         for (_, aero) in used {
             let mut x = regressors(&terms, &aero.variables).ok()?;
-            if estimation.constants == PooledConstants::PerWindow {
+            if estimation.constants == PooledConstants::PerManoeuvre {
                 for mut column in x.column_iter_mut() {
                     let mean = column.mean();
                     column.add_scalar_mut(-mean);

@@ -102,7 +102,7 @@ impl Parameters {
     ) -> Self {
         match estimation.predict_with {
             PredictionParameters::Pooled => Self::pooled(coefficient, terms, fit, used),
-            PredictionParameters::WindowMeans => Self::window_means(coefficient, terms, used, estimation),
+            PredictionParameters::ManoeuvreMeans => Self::window_means(coefficient, terms, used, estimation),
         }
     }
 }

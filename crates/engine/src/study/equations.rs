@@ -10,6 +10,7 @@ use doublet_core::estimate::{
 use doublet_core::load::inspect;
 use doublet_core::schema::{Refused, schema_of};
 use doublet_core::series::{TimeRange, gap_threshold_s};
+use doublet_core::toml_error;
 use serde::Deserialize;
 use thiserror::Error;
 
@@ -154,7 +155,7 @@ pub fn equation_schema() -> Result<serde_json::Value, Refused> {
 /// [`EquationError::File`].
 pub fn equation_text(text: &str, constants: &BTreeMap<String, f64>) -> Result<EquationText, EquationError> {
     let fault = |reason: String| EquationError::File { reason };
-    let read: File = toml::from_str(text).map_err(|error| fault(error.to_string().trim_end().replace('\n', " ")))?;
+    let read: File = toml::from_str(text).map_err(|error| fault(toml_error::one_line(text, &error)))?;
     if read.format != FORMAT {
         return Err(fault(format!("its format is '{}', expected '{FORMAT}'", read.format)));
     }

@@ -6,6 +6,7 @@ use std::sync::LazyLock;
 use doublet_core::airframe::ReferenceGeometry;
 use doublet_core::model::{Axes, Coefficient, RECORDED, Term, Variable};
 use doublet_core::quantity::{Dimension, Role};
+use doublet_core::toml_error;
 use serde::{Deserialize, Serialize};
 
 use super::judge::Evidence;
@@ -47,7 +48,7 @@ struct FileTable {
 
 static TABLE: LazyLock<Result<FileTable, String>> = LazyLock::new(|| {
     let text = builtin::text("plausible", BUILTIN).ok_or_else(|| format!("plausible ranges '{BUILTIN}' not found"))?;
-    toml::from_str(text).map_err(|error| error.to_string())
+    toml::from_str(text).map_err(|error| toml_error::one_line(text, &error))
 });
 
 /// A range in the form of a derivative of the session.

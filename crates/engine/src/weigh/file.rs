@@ -6,6 +6,7 @@ use std::path::Path;
 use doublet_core::airframe::weighing::{WeighingResult, without_items};
 use doublet_core::airframe::{Aircraft, FixedItem, FuelBookkeeping};
 use doublet_core::load::read_text;
+use doublet_core::toml_error;
 use serde::{Deserialize, Serialize};
 
 use super::{ScaleReadings, weigh};
@@ -98,7 +99,7 @@ impl WeighingFile {
     /// # Errors
     /// One line: place in the file and what is wrong.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let file: Self = toml::from_str(text).map_err(|error| error.to_string().trim().replace('\n', " "))?;
+        let file: Self = toml::from_str(text).map_err(|error| toml_error::one_line(text, &error))?;
         if file.format != FORMAT || file.version != VERSION {
             let (format, version) = (&file.format, file.version);
             return Err(format!("format '{format}' version {version} is not '{FORMAT}' version {VERSION}"));

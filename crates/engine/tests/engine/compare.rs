@@ -48,9 +48,9 @@ fn settings_that_differ_are_named_with_their_units() {
     assert_eq!(row("filter.measurement_noise.airspeed").0, "m/s");
     assert_eq!(row("filter.random_walk.bias_q"), ("rad/s/√s", None, Some("0.125")));
     let start = first.windows[2].window.start_s.to_string();
-    assert_eq!(row(&format!("window '{name}'.start_s")), ("s", Some(start.as_str()), Some("1.5")));
+    assert_eq!(row(&format!("manoeuvre '{name}'.start_s")), ("s", Some(start.as_str()), Some("1.5")));
     assert_eq!(row("title").2, Some("other"));
-    let removed = format!("window '{}'.", first.windows[0].name);
+    let removed = format!("manoeuvre '{}'.", first.windows[0].name);
     let gone: Vec<_> = found.iter().filter(|row| row.setting.starts_with(&removed)).collect();
     assert!(gone.len() >= 4 && gone.iter().all(|row| row.second.is_none()), "{gone:?}");
     assert_eq!(found.len() - gone.len(), 6, "{found:?}");

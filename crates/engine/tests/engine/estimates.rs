@@ -278,7 +278,7 @@ fn constants_of_the_identification_and_the_windows_own_are_told_apart() {
     let (fit, prediction) = predicted(&Estimation { constants: PooledConstants::Common, ..per_window.clone() });
     check("common", &prediction, &names.iter().map(|name| fit.parameter(name).unwrap().0).collect::<Vec<_>>());
 
-    let means = Estimation { predict_with: PredictionParameters::WindowMeans, ..per_window.clone() };
+    let means = Estimation { predict_with: PredictionParameters::ManoeuvreMeans, ..per_window.clone() };
     let singles: Vec<_> =
         used[..last].iter().map(|(window, aero)| window_fits(window, aero, &structure, &per_window)).collect();
     let mean = |name: &String| {

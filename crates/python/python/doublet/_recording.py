@@ -355,7 +355,7 @@ def read(
 
 def find_manoeuvres(recording: Recording) -> list[Window]:
     """The manoeuvres that the control deflections show, in order of time. An empty list where there is none;
-    ``recording.check()`` and ``doublet propose windows`` say more."""
+    ``recording.check()`` and ``doublet propose manoeuvres`` say more."""
     rows, _ = recording._inner.manoeuvres()
     return [Window(name, start, end, surface, kind, confidence=sure) for name, start, end, surface, kind, sure in rows]
 

@@ -32,6 +32,7 @@ use crate::airframe::{
     FuelBookkeeping, GyrationRadii, InertiaGroup, InertiaModel, InertiaTensor, Loading, MassLimits, MeanChord,
     OwnInertia, ReferenceGeometry, SensorStations, Stall, Station, Tank, WheelStations, WingPanel,
 };
+use crate::toml_error;
 
 /// First line of every aircraft file.
 pub const FORMAT: &str = "doublet aircraft";
@@ -113,9 +114,8 @@ pub fn schema() -> Result<serde_json::Value, crate::schema::Refused> {
 }
 
 fn syntax(text: &str, error: &toml::de::Error) -> AircraftFileError {
-    let start = error.span().map_or(0, |span| span.start.min(text.len()));
-    let line = text.as_bytes()[..start].iter().filter(|&&byte| byte == b'\n').count() + 1;
-    AircraftFileError::Syntax { line, message: error.message().replace('\n', " ") }
+    let line = toml_error::line(text, error).unwrap_or(1);
+    AircraftFileError::Syntax { line, message: toml_error::message(error) }
 }
 
 #[derive(Deserialize)]

@@ -15,6 +15,7 @@ use crate::airframe::instruments::{
 };
 use crate::quantity::Role;
 use crate::schema::{Refused, schema_of};
+use crate::toml_error;
 
 const FORMAT: &str = "doublet instruments";
 const VERSION: u32 = 1;
@@ -115,9 +116,8 @@ pub fn schema() -> Result<serde_json::Value, Refused> {
 }
 
 fn syntax(text: &str, error: &toml::de::Error) -> InstrumentError {
-    let start = error.span().map_or(0, |span| span.start.min(text.len()));
-    let line = 1 + text.as_bytes()[..start].iter().filter(|&&byte| byte == b'\n').count();
-    InstrumentError::Syntax { line, message: error.message().replace('\n', " ") }
+    let line = toml_error::line(text, error).unwrap_or(1);
+    InstrumentError::Syntax { line, message: toml_error::message(error) }
 }
 
 /// Refuses what no installation can have.

@@ -16,6 +16,7 @@ use crate::propulsion::{
     Engine, EngineChart, EngineChartData, EngineModel, Powerplant, PropellerMap, PropellerMapData, PropellerMapTable,
     Rotation, TableError,
 };
+use crate::toml_error;
 
 /// Format name of an engine chart.
 const CHART_FORMAT: &str = "doublet engine chart";
@@ -396,8 +397,8 @@ fn parse<T: DeserializeOwned>(text: &str, path: &Path, expected: &'static str) -
 fn syntax(text: &str, path: &Path, error: &toml::de::Error) -> MapError {
     MapError::Syntax {
         path: path.to_owned(),
-        line: error.span().map_or(1, |span| 1 + text[..span.start.min(text.len())].matches('\n').count()),
-        message: error.message().lines().collect::<Vec<_>>().join("; "),
+        line: toml_error::line(text, error).unwrap_or(1),
+        message: toml_error::message(error),
     }
 }
 

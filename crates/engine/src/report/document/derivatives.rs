@@ -29,7 +29,7 @@ pub fn model(contents: &Contents<'_>) -> Vec<Block> {
         "Every coefficient is estimated from every manoeuvre."
     };
     let constants = match session.estimation.constants {
-        PooledConstants::PerWindow => "The pooled estimate has one constant per manoeuvre.",
+        PooledConstants::PerManoeuvre => "The pooled estimate has one constant per manoeuvre.",
         PooledConstants::Common => "The pooled estimate has one constant for all manoeuvres.",
     };
     let mut blocks = vec![Block::Facts(formulas.collect()), Block::Paragraph(format!("{surfaces} {constants}"))];

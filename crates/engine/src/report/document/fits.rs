@@ -67,7 +67,7 @@ pub fn validation(contents: &Contents<'_>) -> Parts {
     }
     let by = match contents.session.estimation.predict_with {
         PredictionParameters::Pooled => "the pooled estimate",
-        PredictionParameters::WindowMeans => "the means over the estimates of single manoeuvres",
+        PredictionParameters::ManoeuvreMeans => "the means over the estimates of single manoeuvres",
     };
     let caption = format!("Prediction of each validation manoeuvre by {by}. {}", tables::CONSTANTS);
     let mut body = vec![Block::Table(summary)];

@@ -12,9 +12,9 @@ use super::{SessionError, choose, name_of};
 #[serde(deny_unknown_fields, default)]
 pub(super) struct EstimationTable {
     by_surface: bool,
-    constants: String,
+    constants: PooledConstants,
     #[serde(skip_serializing_if = "is_pooled")]
-    predict_with: String,
+    predict_with: PredictionParameters,
     #[serde(skip_serializing_if = "is_equal")]
     weights: String,
     #[serde(skip_serializing_if = "is_usual_order")]
@@ -23,8 +23,9 @@ pub(super) struct EstimationTable {
     constraints: Vec<ConstraintTable>,
 }
 
-fn is_pooled(predict_with: &str) -> bool {
-    predict_with == PREDICTIONS[0].0
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
+fn is_pooled(predict_with: &PredictionParameters) -> bool {
+    *predict_with == PredictionParameters::Pooled
 }
 
 fn is_equal(weights: &str) -> bool {
@@ -42,11 +43,7 @@ impl Default for EstimationTable {
     }
 }
 
-/// Names of the choices, in one place for both directions.
-const CONSTANTS: [(&str, PooledConstants); 2] =
-    [("per_window", PooledConstants::PerWindow), ("common", PooledConstants::Common)];
-const PREDICTIONS: [(&str, PredictionParameters); 2] =
-    [("pooled", PredictionParameters::Pooled), ("window_means", PredictionParameters::WindowMeans)];
+/// Names of the weights, in one place for both directions.
 const WEIGHTS: [(&str, ResidualWeights); 3] = [
     ("equal", ResidualWeights::Equal),
     ("huber", ResidualWeights::Huber),
@@ -68,8 +65,8 @@ pub(super) fn estimation_from(table: EstimationTable) -> Result<Estimation, Sess
     };
     Ok(Estimation {
         by_surface: table.by_surface,
-        constants: choose(&CONSTANTS, "estimation.constants", &table.constants)?,
-        predict_with: choose(&PREDICTIONS, "estimation.predict_with", &table.predict_with)?,
+        constants: table.constants,
+        predict_with: table.predict_with,
         weights,
         constraints: table.constraints.into_iter().map(constraint_from).collect::<Result<_, _>>()?,
     })
@@ -85,8 +82,8 @@ pub(super) fn estimation_table(estimation: &Estimation) -> EstimationTable {
     };
     EstimationTable {
         by_surface: estimation.by_surface,
-        constants: name_of(&CONSTANTS, estimation.constants),
-        predict_with: name_of(&PREDICTIONS, estimation.predict_with),
+        constants: estimation.constants,
+        predict_with: estimation.predict_with,
         weights: name_of(&WEIGHTS, weights),
         autoregression_order,
         constraints: estimation.constraints.iter().map(constraint_table).collect(),

@@ -11,7 +11,7 @@ use super::estimation::{EstimationTable, estimation_from, estimation_table};
 use super::filter::{FilterParts, FilterTable, filter_from, filter_table};
 use super::preparation::{PreparationTable, preparation_from, preparation_table};
 use super::sensor_errors::{SensorErrorTable, sensor_error_table, sensor_errors_from};
-use super::{SessionError, StretchTable, choose, model_table, stretch, stretch_table, structure_from};
+use super::{SessionError, model_table, no_form, structure_from};
 use crate::session::excluded::apart;
 use crate::session::experiment::uses_of;
 use crate::session::{Configuration, Experiment, ManoeuvreUse, Preparation, Session, WindowRole};
@@ -33,19 +33,32 @@ pub(super) struct ExperimentTable {
     estimation: BTreeMap<String, Value>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     model: BTreeMap<String, Value>,
-    #[serde(default, rename = "window", skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, rename = "manoeuvre", skip_serializing_if = "Vec::is_empty")]
     windows: Vec<UseTable>,
 }
 
-#[derive(Serialize, Deserialize)]
+/// A manoeuvre in an experiment.
+#[derive(Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct UseTable {
     name: String,
     start_s: f64,
     end_s: f64,
-    role: String,
+    role: WindowRole,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    exclude: Vec<StretchTable>,
+    exclude: Vec<TimeRange>,
+}
+
+impl From<UseTable> for ManoeuvreUse {
+    fn from(UseTable { name, start_s, end_s, role, exclude }: UseTable) -> Self {
+        Self { name, window: TimeRange { start_s, end_s }, role, excluded: apart(exclude) }
+    }
+}
+
+impl From<ManoeuvreUse> for UseTable {
+    fn from(ManoeuvreUse { name, window, role, excluded }: ManoeuvreUse) -> Self {
+        Self { name, start_s: window.start_s, end_s: window.end_s, role, exclude: excluded }
+    }
 }
 
 /// The settings of a configuration in the tables of the session file.
@@ -99,10 +112,6 @@ pub(super) fn setting_tables(configuration: &Configuration) -> SettingTables {
     }
 }
 
-fn no_form(error: &impl ToString) -> SessionError {
-    SessionError::Term { place: "experiment".to_owned(), reason: error.to_string() }
-}
-
 /// The settings as `[section] -> key -> value`.
 fn sections(configuration: &Configuration) -> Result<Table, SessionError> {
     Table::try_from(setting_tables(configuration)).map_err(|error| no_form(&error))
@@ -142,18 +151,8 @@ fn experiment_table(
         sensor_errors,
         estimation,
         model,
-        windows: windows.map(use_table).collect(),
+        windows: windows.cloned().map(UseTable::from).collect(),
     })
-}
-
-fn use_table(used: &ManoeuvreUse) -> UseTable {
-    UseTable {
-        name: used.name.clone(),
-        start_s: used.window.start_s,
-        end_s: used.window.end_s,
-        role: used.role.name().to_owned(),
-        exclude: used.excluded.iter().map(stretch_table).collect(),
-    }
 }
 
 /// The experiments of a saved form, each over the settings of `session`.
@@ -194,18 +193,8 @@ fn experiment_from(
             section.extend(keys);
         }
     }
-    let settings: SettingTables = own.try_into().map_err(|error| inside(Box::new(error).into()))?;
-    let uses = table.windows.iter().map(|used| use_from(&place, used)).collect::<Result<Vec<_>, _>>()?;
+    let settings: SettingTables = own.try_into().map_err(|error| inside(SessionError::in_text("", &error)))?;
+    let uses: Vec<ManoeuvreUse> = table.windows.into_iter().map(ManoeuvreUse::from).collect();
     let manoeuvres = uses_of(&present.manoeuvres, &uses);
     Ok(Experiment { configuration: configuration_from(settings, manoeuvres).map_err(inside)?.into(), name: table.name })
-}
-
-fn use_from(place: &str, table: &UseTable) -> Result<ManoeuvreUse, SessionError> {
-    let roles = WindowRole::ALL.map(|role| (role.name(), role));
-    Ok(ManoeuvreUse {
-        name: table.name.clone(),
-        window: TimeRange { start_s: table.start_s, end_s: table.end_s },
-        role: choose(&roles, &format!("{place}, manoeuvre '{}'", table.name), &table.role)?,
-        excluded: apart(table.exclude.iter().map(stretch).collect()),
-    })
 }

@@ -10,7 +10,7 @@ use doublet_core::reconstruct::{
 use serde::{Deserialize, Serialize};
 
 use super::super::{DelaySource, GravitySource, GustSource};
-use super::{SessionError, choose, name_of, unknown};
+use super::{SessionError, unknown};
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -18,14 +18,14 @@ pub(super) struct FilterTable {
     method: String,
     max_iterations: usize,
     tolerance: f64,
-    hold: String,
-    linearisation: String,
+    hold: InputHold,
+    linearisation: Linearisation,
     #[serde(skip_serializing_if = "Option::is_none")]
     gravity_m_s2: Option<f64>,
-    #[serde(skip_serializing_if = "is_estimated")]
-    gusts: String,
-    #[serde(skip_serializing_if = "is_estimated")]
-    delays: String,
+    #[serde(skip_serializing_if = "is_usual")]
+    gusts: GustSource,
+    #[serde(skip_serializing_if = "is_usual")]
+    delays: DelaySource,
     process_noise: BTreeMap<String, f64>,
     measurement_noise: BTreeMap<String, f64>,
     initial_deviation: BTreeMap<String, f64>,
@@ -45,11 +45,9 @@ pub(super) struct FilterTable {
     measurement_delay_s: BTreeMap<String, f64>,
 }
 
-/// The default, which a file leaves out.
-const ESTIMATED: &str = "estimated";
-
-fn is_estimated(source: &str) -> bool {
-    source == ESTIMATED
+/// Whether it is the default, which a file leaves out.
+fn is_usual<T: Default + PartialEq>(source: &T) -> bool {
+    *source == T::default()
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
@@ -78,13 +76,7 @@ impl Default for FilterTable {
     }
 }
 
-/// Names of the choices, in one place for both directions.
 const METHODS: [&str; 3] = ["ekf", "iekf", "ukf"];
-const GUSTS: [(&str, GustSource); 2] = [(ESTIMATED, GustSource::Estimated), ("stated", GustSource::Stated)];
-const DELAYS: [(&str, DelaySource); 2] = [(ESTIMATED, DelaySource::Estimated), ("stated", DelaySource::Stated)];
-const HOLDS: [(&str, InputHold); 2] = [("first_order", InputHold::FirstOrder), ("zero_order", InputHold::ZeroOrder)];
-const LINEARISATIONS: [(&str, Linearisation); 2] =
-    [("prior", Linearisation::Prior), ("predicted", Linearisation::Predicted)];
 
 /// The filter's settings and where gravity, gusts and delays come from.
 pub(super) struct FilterParts {
@@ -98,8 +90,8 @@ pub(super) struct FilterParts {
 pub(super) fn filter_from(table: &FilterTable) -> Result<FilterParts, SessionError> {
     Ok(FilterParts {
         gravity: if table.gravity_m_s2.is_some() { GravitySource::Stated } else { GravitySource::Position },
-        gusts: choose(&GUSTS, "filter.gusts", &table.gusts)?,
-        delays: choose(&DELAYS, "filter.delays", &table.delays)?,
+        gusts: table.gusts,
+        delays: table.delays,
         settings: settings_from(table)?,
     })
 }
@@ -108,8 +100,8 @@ pub(super) fn filter_from(table: &FilterTable) -> Result<FilterParts, SessionErr
 pub(super) fn filter_table(parts: &FilterParts) -> FilterTable {
     FilterTable {
         gravity_m_s2: (parts.gravity == GravitySource::Stated).then_some(parts.settings.gravity_m_s2),
-        gusts: name_of(&GUSTS, parts.gusts),
-        delays: name_of(&DELAYS, parts.delays),
+        gusts: parts.gusts,
+        delays: parts.delays,
         ..settings_table(&parts.settings)
     }
 }
@@ -123,8 +115,8 @@ fn settings_from(table: &FilterTable) -> Result<FilterSettings, SessionError> {
     };
     let mut settings = FilterSettings {
         method,
-        hold: choose(&HOLDS, "filter.hold", &table.hold)?,
-        linearisation: choose(&LINEARISATIONS, "filter.linearisation", &table.linearisation)?,
+        hold: table.hold,
+        linearisation: table.linearisation,
         gravity_m_s2: table.gravity_m_s2.unwrap_or(STANDARD_GRAVITY_M_S2),
         smoother_passes: table.smoother_passes,
         outlier_limit: table.outlier_limit,
@@ -179,11 +171,11 @@ fn settings_table(settings: &FilterSettings) -> FilterTable {
         method: method.to_owned(),
         max_iterations,
         tolerance,
-        hold: name_of(&HOLDS, settings.hold),
-        linearisation: name_of(&LINEARISATIONS, settings.linearisation),
+        hold: settings.hold,
+        linearisation: settings.linearisation,
         gravity_m_s2: None,
-        gusts: ESTIMATED.to_owned(),
-        delays: ESTIMATED.to_owned(),
+        gusts: GustSource::default(),
+        delays: DelaySource::default(),
         process_noise: inputs(&settings.process_noise),
         measurement_noise: measurements(&settings.measurement_noise),
         initial_deviation: states(&settings.initial_deviation),

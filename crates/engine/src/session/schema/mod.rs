@@ -3,9 +3,7 @@
 mod constraint;
 mod estimation;
 mod experiment;
-mod expression;
 mod filter;
-mod flight;
 mod kept;
 mod migrate;
 mod noise;
@@ -19,6 +17,8 @@ use doublet_core::airframe::Loading;
 use doublet_core::model::{Coefficient, Structure, Term};
 use doublet_core::schema::{Refused, schema_of};
 use doublet_core::series::TimeRange;
+use doublet_core::toml_error;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -27,14 +27,17 @@ use self::experiment::{
     ExperimentTable, SettingTables, configuration_from, experiment_tables, experiments_from, setting_tables,
 };
 use self::filter::FilterTable;
-use self::flight::{FlightTable, flight_from, flight_table};
 use self::kept::{KeptTable, kept_from, kept_table};
-use self::noise::{NoiseTable, SteadyTable, steady_from, steady_table};
+use self::noise::NoiseTable;
+pub(super) use self::noise::SteadyTable;
 use self::preparation::PreparationTable;
 use self::sensor_errors::SensorErrorTable;
+pub(super) use self::signals::SignalsTable;
 use super::edit::set_term;
 use super::excluded::apart;
-use super::{Annotation, Configuration, Manoeuvre, ReportFigure, Session, Surface, WindowFlags, WindowRole};
+use super::{
+    Annotation, Configuration, Flight, Manoeuvre, ReportFigure, Session, SteadyWindow, Surface, WindowFlags, WindowRole,
+};
 use crate::aircraft::AircraftChanges;
 use crate::verdict::PlausibleRange;
 
@@ -46,8 +49,13 @@ pub use self::migrate::VERSION;
 #[derive(Debug, Error)]
 pub enum SessionError {
     /// Not TOML, or keys that do not belong.
-    #[error("{}", .0.to_string().trim_end().replace('\n', " "))]
-    Syntax(#[from] Box<toml::de::Error>),
+    #[error("{}{message}", .line.map(|line| format!("line {line}: ")).unwrap_or_default())]
+    Syntax {
+        /// Line of the file, from 1; none where the values come from no file.
+        line: Option<usize>,
+        /// What is wrong.
+        message: String,
+    },
     /// Another kind of file.
     #[error("this is not a doublet session: its format is '{found}', expected '{FORMAT}'")]
     Format {
@@ -135,28 +143,29 @@ struct File {
     #[serde(default, rename = "experiment", skip_serializing_if = "Vec::is_empty")]
     experiments: Vec<ExperimentTable>,
     #[serde(default, rename = "flight")]
-    flights: Vec<FlightTable>,
+    flights: Vec<Flight>,
     #[serde(default, skip_serializing_if = "NoiseTable::is_empty")]
     noise: NoiseTable,
     #[serde(default, rename = "steady", skip_serializing_if = "Vec::is_empty")]
-    steady: Vec<SteadyTable>,
-    #[serde(default, rename = "window")]
-    windows: Vec<WindowTable>,
+    steady: Vec<SteadyWindow>,
+    #[serde(default, rename = "manoeuvre")]
+    windows: Vec<Manoeuvre>,
     #[serde(default, rename = "annotation", skip_serializing_if = "Vec::is_empty")]
     annotations: Vec<Annotation>,
     #[serde(default, rename = "report_figure", skip_serializing_if = "Vec::is_empty")]
     report_figures: Vec<ReportFigure>,
 }
 
+/// A manoeuvre.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct WindowTable {
+pub(super) struct WindowTable {
     name: String,
     flight: String,
     start_s: f64,
     end_s: f64,
     #[serde(default = "identification")]
-    role: String,
+    role: WindowRole,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     surface: Option<String>,
     #[serde(default)]
@@ -168,14 +177,7 @@ struct WindowTable {
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     confirmed: bool,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    exclude: Vec<StretchTable>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct StretchTable {
-    start_s: f64,
-    end_s: f64,
+    exclude: Vec<TimeRange>,
 }
 
 #[derive(Default, Serialize, Deserialize)]
@@ -190,8 +192,8 @@ impl VerdictTable {
     }
 }
 
-fn identification() -> String {
-    WindowRole::Identification.name().to_owned()
+fn identification() -> WindowRole {
+    WindowRole::Identification
 }
 
 fn name_of<T: PartialEq + Copy>(choices: &[(&'static str, T)], value: T) -> String {
@@ -218,12 +220,25 @@ pub fn json_schema() -> Result<serde_json::Value, Refused> {
     schema_of::<File>(FORMAT)
 }
 
+impl SessionError {
+    /// The error of a text, or of values where the text is empty.
+    fn in_text(text: &str, error: &toml::de::Error) -> Self {
+        let line = toml_error::line(text, error).filter(|_| !text.is_empty());
+        let message = if line.is_some() { toml_error::message(error) } else { toml_error::one_line("", error) };
+        Self::Syntax { line, message }
+    }
+}
+
+fn read<T: DeserializeOwned>(text: &str) -> Result<T, SessionError> {
+    toml::from_str(text).map_err(|error| SessionError::in_text(text, &error))
+}
+
 /// Reads a session from its text.
 ///
 /// # Errors
 /// [`SessionError`] with the line of a syntax error or unknown key, or the key of an unknown name.
 pub fn parse(text: &str) -> Result<Session, SessionError> {
-    let header: Header = toml::from_str(text).map_err(Box::new)?;
+    let header: Header = read(text)?;
     if header.format != FORMAT {
         return Err(SessionError::Format { found: header.format });
     }
@@ -231,17 +246,28 @@ pub fn parse(text: &str) -> Result<Session, SessionError> {
         return Err(SessionError::Newer { found: header.version });
     }
     let file: File = if header.version == VERSION {
-        toml::from_str(text).map_err(Box::new)?
+        read(text)?
     } else {
-        let mut table: toml::Table = toml::from_str(text).map_err(Box::new)?;
+        let mut table: toml::Table = read(text)?;
         migrate::to_present(&mut table, header.version);
-        table.try_into().map_err(Box::new)?
+        file_from(table)?
     };
     session_from(file)
 }
 
+fn file_from(table: toml::Table) -> Result<File, SessionError> {
+    table.try_into().map_err(|error| SessionError::in_text("", &error))
+}
+
+/// Reads a session from the tables of its present saved form.
+///
+/// # Errors
+/// As [`parse`], without a line.
+pub fn from_table(table: toml::Table) -> Result<Session, SessionError> {
+    session_from(file_from(table)?)
+}
+
 fn session_from(file: File) -> Result<Session, SessionError> {
-    let flights = file.flights.into_iter().map(flight_from).collect::<Result<_, SessionError>>()?;
     let tables = SettingTables {
         filter: file.filter,
         preparation: file.preparation,
@@ -256,9 +282,9 @@ fn session_from(file: File) -> Result<Session, SessionError> {
         aircraft_changes: AircraftChanges::try_from(&file.aircraft_changes)
             .map_err(|reason| SessionError::Term { place: "session".to_owned(), reason })?,
         loading: file.loading,
-        flights,
-        windows: file.windows.into_iter().map(window_from).collect::<Result<_, _>>()?,
-        steady: file.steady.into_iter().map(steady_from).collect::<Result<_, _>>()?,
+        flights: file.flights,
+        windows: file.windows,
+        steady: file.steady,
         noise_reasons: file.noise.reasons()?,
         gravity: configuration.gravity,
         gusts: configuration.gusts,
@@ -289,33 +315,46 @@ fn readable(figure: ReportFigure) -> Result<ReportFigure, SessionError> {
     Ok(figure)
 }
 
-fn window_from(table: WindowTable) -> Result<Manoeuvre, SessionError> {
-    let place = format!("manoeuvre '{}'", table.name);
-    let roles = WindowRole::ALL.map(|role| (role.name(), role));
-    let [surface, also] = surfaces_from(&place, table.surface.as_deref())?;
-    Ok(Manoeuvre {
-        role: choose(&roles, &place, &table.role)?,
-        surface,
-        also,
-        name: table.name,
-        flight: table.flight,
-        window: TimeRange { start_s: table.start_s, end_s: table.end_s },
-        kind: table.kind,
-        note: table.note,
-        flags: WindowFlags { locked: table.locked, confirmed: table.confirmed },
-        excluded: apart(table.exclude.iter().map(stretch).collect()),
-    })
+impl TryFrom<WindowTable> for Manoeuvre {
+    type Error = SessionError;
+
+    fn try_from(table: WindowTable) -> Result<Self, SessionError> {
+        let place = format!("manoeuvre '{}'", table.name);
+        let [surface, also] = surfaces_from(&place, table.surface.as_deref())?;
+        Ok(Self {
+            role: table.role,
+            surface,
+            also,
+            name: table.name,
+            flight: table.flight,
+            window: TimeRange { start_s: table.start_s, end_s: table.end_s },
+            kind: table.kind,
+            note: table.note,
+            flags: WindowFlags { locked: table.locked, confirmed: table.confirmed },
+            excluded: apart(table.exclude),
+        })
+    }
 }
 
-fn stretch(&StretchTable { start_s, end_s }: &StretchTable) -> TimeRange {
-    TimeRange { start_s, end_s }
+impl From<Manoeuvre> for WindowTable {
+    fn from(manoeuvre: Manoeuvre) -> Self {
+        Self {
+            surface: manoeuvre.surface_name().map(str::to_owned),
+            name: manoeuvre.name,
+            flight: manoeuvre.flight,
+            start_s: manoeuvre.window.start_s,
+            end_s: manoeuvre.window.end_s,
+            role: manoeuvre.role,
+            kind: manoeuvre.kind,
+            note: manoeuvre.note,
+            locked: manoeuvre.flags.locked,
+            confirmed: manoeuvre.flags.confirmed,
+            exclude: manoeuvre.excluded,
+        }
+    }
 }
 
-fn stretch_table(&TimeRange { start_s, end_s }: &TimeRange) -> StretchTable {
-    StretchTable { start_s, end_s }
-}
-
-/// The surface a window moves, or the two it moves, as in `aileron and rudder`.
+/// The surface a manoeuvre moves, or the two it moves, as in `aileron and rudder`.
 fn surfaces_from(place: &str, names: Option<&str>) -> Result<[Option<Surface>; 2], SessionError> {
     let surfaces = Surface::ALL.map(|surface| (surface.name(), surface));
     let Some(names) = names else { return Ok([None; 2]) };
@@ -346,8 +385,25 @@ fn structure_from(key: &str, table: &BTreeMap<String, Vec<String>>) -> Result<St
 /// # Errors
 /// [`SessionError::Term`] should a value have no TOML form.
 pub fn print(session: &Session) -> Result<String, SessionError> {
+    let body = toml::to_string_pretty(&file_of(session)?).map_err(|error| no_form(&error))?;
+    Ok(format!("# Noise is stated as standard deviations. Every number is in SI units and radians.\n{body}"))
+}
+
+/// The tables of the saved form of a session.
+///
+/// # Errors
+/// As [`print`].
+pub fn to_table(session: &Session) -> Result<toml::Table, SessionError> {
+    toml::Table::try_from(file_of(session)?).map_err(|error| no_form(&error))
+}
+
+fn no_form(error: &impl ToString) -> SessionError {
+    SessionError::Term { place: "session".to_owned(), reason: error.to_string() }
+}
+
+fn file_of(session: &Session) -> Result<File, SessionError> {
     let settings = setting_tables(&Configuration::from_session(session));
-    let file = File {
+    Ok(File {
         format: FORMAT.to_owned(),
         version: VERSION,
         app: crate::PROGRAM.to_owned(),
@@ -365,16 +421,13 @@ pub fn print(session: &Session) -> Result<String, SessionError> {
         second_model: session.second_structure.as_ref().map(model_table).unwrap_or_default(),
         kept_models: session.kept_structures.iter().map(kept_table).collect(),
         experiments: experiment_tables(session)?,
-        flights: session.flights.iter().map(flight_table).collect(),
+        flights: session.flights.clone(),
         noise: NoiseTable::from_reasons(&session.noise_reasons),
-        steady: session.steady.iter().map(steady_table).collect(),
-        windows: session.windows.iter().map(window_table).collect(),
+        steady: session.steady.clone(),
+        windows: session.windows.clone(),
         annotations: session.annotations.clone(),
         report_figures: session.report_figures.clone(),
-    };
-    let body = toml::to_string_pretty(&file)
-        .map_err(|error| SessionError::Term { place: "session".to_owned(), reason: error.to_string() })?;
-    Ok(format!("# Noise is stated as standard deviations. Every number is in SI units and radians.\n{body}"))
+    })
 }
 
 fn model_table(structure: &Structure) -> BTreeMap<String, Vec<String>> {
@@ -382,20 +435,4 @@ fn model_table(structure: &Structure) -> BTreeMap<String, Vec<String>> {
         (coefficient.name().to_owned(), terms.iter().map(ToString::to_string).collect())
     };
     structure.models.iter().map(row).collect()
-}
-
-fn window_table(window: &Manoeuvre) -> WindowTable {
-    WindowTable {
-        name: window.name.clone(),
-        flight: window.flight.clone(),
-        start_s: window.window.start_s,
-        end_s: window.window.end_s,
-        role: window.role.name().to_owned(),
-        surface: window.surface_name().map(str::to_owned),
-        kind: window.kind.clone(),
-        note: window.note.clone(),
-        locked: window.flags.locked,
-        confirmed: window.flags.confirmed,
-        exclude: window.excluded.iter().map(stretch_table).collect(),
-    }
 }

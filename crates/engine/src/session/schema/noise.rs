@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use doublet_core::quantity::Role;
 use doublet_core::series::TimeRange;
 use serde::{Deserialize, Serialize};
 
-use super::flight::{role_names, roles_from};
 use super::{SessionError, unknown};
 use crate::session::{NoiseChannel, SteadyWindow};
 
@@ -51,27 +51,17 @@ pub struct SteadyTable {
     start_s: f64,
     end_s: f64,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    roles: Vec<String>,
+    roles: Vec<Role>,
 }
 
-/// The window a table states.
-///
-/// # Errors
-/// [`SessionError::Name`] for a role that does not exist.
-pub(crate) fn steady_from(table: SteadyTable) -> Result<SteadyWindow, SessionError> {
-    Ok(SteadyWindow {
-        roles: roles_from("steady", &table.roles)?,
-        flight: table.flight,
-        window: TimeRange { start_s: table.start_s, end_s: table.end_s },
-    })
+impl From<SteadyTable> for SteadyWindow {
+    fn from(SteadyTable { flight, start_s, end_s, roles }: SteadyTable) -> Self {
+        Self { flight, window: TimeRange { start_s, end_s }, roles }
+    }
 }
 
-/// The table of a window.
-pub(crate) fn steady_table(steady: &SteadyWindow) -> SteadyTable {
-    SteadyTable {
-        flight: steady.flight.clone(),
-        start_s: steady.window.start_s,
-        end_s: steady.window.end_s,
-        roles: role_names(&steady.roles),
+impl From<SteadyWindow> for SteadyTable {
+    fn from(SteadyWindow { flight, window, roles }: SteadyWindow) -> Self {
+        Self { flight, start_s: window.start_s, end_s: window.end_s, roles }
     }
 }

@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 use toml::Value;
 
 use super::super::{AngularAcceleration, ControlLags, MomentReference, PathSource, Preparation, Surface};
-use super::{SessionError, choose, name_of, unknown};
+use super::{SessionError, choose, unknown};
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct PreparationTable {
-    path: String,
+    path: PathSource,
     differentiation: String,
     differentiation_half_width_s: f64,
     matched_smoothing: bool,
@@ -25,14 +25,14 @@ pub(super) struct PreparationTable {
     /// `true`, `false`, or `"force"` to leave the moment of the thrust in.
     remove_thrust: Value,
     #[serde(skip_serializing_if = "is_usual")]
-    axes: Option<String>,
+    axes: Option<Axes>,
     /// `"aircraft"`, `"centre_of_gravity"` or a point in datum axes, m.
     #[serde(skip_serializing_if = "is_usual")]
     moment_reference: Option<Value>,
     #[serde(skip_serializing_if = "is_usual")]
-    gyroscopic: Option<String>,
+    gyroscopic: Option<Gyroscopic>,
     #[serde(skip_serializing_if = "is_usual")]
-    angular_acceleration: Option<String>,
+    angular_acceleration: Option<AngularAcceleration>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     control_lag: BTreeMap<String, LagTable>,
 }
@@ -50,17 +50,7 @@ fn is_usual<T>(setting: &Option<T>) -> bool {
     setting.is_none()
 }
 
-const PATHS: [(&str, PathSource); 3] =
-    [("filtered", PathSource::Filtered), ("smoothed", PathSource::Smoothed), ("measured", PathSource::Measured)];
 const DIFFERENTIATIONS: [&str; 2] = ["local_quadratic", "central"];
-const AXES: [(&str, Axes); 2] = [("body", Axes::Body), ("stability", Axes::Stability)];
-const GYROSCOPIC: [(&str, Gyroscopic); 3] =
-    [("signed", Gyroscopic::Signed), ("summed", Gyroscopic::Summed), ("ignored", Gyroscopic::Ignored)];
-const ANGULAR: [(&str, AngularAcceleration); 3] = [
-    ("differentiated", AngularAcceleration::Differentiated),
-    ("smoother", AngularAcceleration::Smoother),
-    ("recorded", AngularAcceleration::Recorded),
-];
 /// Value of `remove_thrust` that leaves its moment in.
 const FORCE: &str = "force";
 /// Names of the moment references that are no point.
@@ -97,7 +87,7 @@ pub(super) fn preparation_from(table: &PreparationTable) -> Result<Preparation, 
     }
     let usual = Preparation::default();
     Ok(Preparation {
-        path: choose(&PATHS, "preparation.path", &table.path)?,
+        path: table.path,
         differentiation_half_width_s: half_width,
         matched_smoothing: table.matched_smoothing,
         control_lags,
@@ -107,15 +97,10 @@ pub(super) fn preparation_from(table: &PreparationTable) -> Result<Preparation, 
         correct_vanes: table.correct_vanes,
         correct_antenna: table.correct_antenna,
         thrust,
-        axes: table.axes.as_deref().map_or(Ok(usual.axes), |name| choose(&AXES, "preparation.axes", name))?,
+        axes: table.axes.unwrap_or(usual.axes),
         moment_reference: table.moment_reference.as_ref().map_or(Ok(usual.moment_reference), moment_reference)?,
-        gyroscopic: table
-            .gyroscopic
-            .as_deref()
-            .map_or(Ok(usual.gyroscopic), |name| choose(&GYROSCOPIC, "preparation.gyroscopic", name))?,
-        angular_acceleration: table.angular_acceleration.as_deref().map_or(Ok(usual.angular_acceleration), |name| {
-            choose(&ANGULAR, "preparation.angular_acceleration", name)
-        })?,
+        gyroscopic: table.gyroscopic.unwrap_or(usual.gyroscopic),
+        angular_acceleration: table.angular_acceleration.unwrap_or(usual.angular_acceleration),
         known_errors: usual.known_errors,
     })
 }
@@ -153,7 +138,7 @@ pub(super) fn preparation_table(preparation: &Preparation) -> PreparationTable {
         (lags.get(surface) != Lag::default()).then(|| (surface.name().to_owned(), table))
     };
     PreparationTable {
-        path: name_of(&PATHS, preparation.path),
+        path: preparation.path,
         differentiation: DIFFERENTIATIONS[usize::from(half_width.is_none())].to_owned(),
         matched_smoothing: preparation.matched_smoothing,
         differentiation_half_width_s: half_width.unwrap_or(DEFAULT_HALF_WIDTH_S),
@@ -172,14 +157,14 @@ pub(super) fn preparation_table(preparation: &Preparation) -> PreparationTable {
             ThrustTreatment::Removed => Value::Boolean(true),
             ThrustTreatment::ForceRemoved => Value::String(FORCE.to_owned()),
         },
-        axes: (preparation.axes != usual.axes).then(|| name_of(&AXES, preparation.axes)),
+        axes: (preparation.axes != usual.axes).then_some(preparation.axes),
         moment_reference: match preparation.moment_reference {
             MomentReference::Aircraft => None,
             MomentReference::CentreOfGravity => Some(Value::String("centre_of_gravity".to_owned())),
             MomentReference::Datum(point) => Some(Value::Array(point.map(Value::Float).to_vec())),
         },
-        gyroscopic: (preparation.gyroscopic != usual.gyroscopic).then(|| name_of(&GYROSCOPIC, preparation.gyroscopic)),
+        gyroscopic: (preparation.gyroscopic != usual.gyroscopic).then_some(preparation.gyroscopic),
         angular_acceleration: (preparation.angular_acceleration != usual.angular_acceleration)
-            .then(|| name_of(&ANGULAR, preparation.angular_acceleration)),
+            .then_some(preparation.angular_acceleration),
     }
 }

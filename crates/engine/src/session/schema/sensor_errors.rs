@@ -7,20 +7,20 @@ use doublet_core::reconstruct::Measurement;
 use serde::{Deserialize, Serialize};
 
 use super::super::{ErrorValues, SensorErrorMethod, SensorErrors};
-use super::{SessionError, choose, name_of, unknown};
+use super::{SessionError, unknown};
 
 /// Errors of sensors: those known, which the samples are freed of, and those asked for.
 #[derive(Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct SensorErrorTable {
-    #[serde(skip_serializing_if = "String::is_empty")]
-    method: String,
+    #[serde(skip_serializing_if = "is_output_error")]
+    method: SensorErrorMethod,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     free: Vec<String>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    per_window: Vec<String>,
+    per_manoeuvre: Vec<String>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    outputs: Vec<String>,
+    outputs: Vec<Measurement>,
     #[serde(skip_serializing_if = "is_false")]
     wind: bool,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
@@ -29,17 +29,19 @@ pub(super) struct SensorErrorTable {
     known: BTreeMap<String, f64>,
 }
 
-const METHODS: [(&str, SensorErrorMethod); 2] =
-    [("output_error", SensorErrorMethod::OutputError), ("filter_error", SensorErrorMethod::FilterError)];
-
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
 fn is_false(value: &bool) -> bool {
     !*value
 }
 
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
+fn is_output_error(method: &SensorErrorMethod) -> bool {
+    *method == SensorErrorMethod::OutputError
+}
+
 impl SensorErrorTable {
     pub(super) fn is_empty(&self) -> bool {
-        self.free.is_empty() && self.per_window.is_empty() && self.known.is_empty() && self.outputs.is_empty()
+        self.free.is_empty() && self.per_manoeuvre.is_empty() && self.known.is_empty() && self.outputs.is_empty()
     }
 }
 
@@ -47,12 +49,11 @@ impl SensorErrorTable {
 pub(super) fn sensor_error_table(errors: &SensorErrors, known: &ErrorValues) -> SensorErrorTable {
     let names = |errors: &[SensorError]| errors.iter().map(ToString::to_string).collect();
     let values = |values: &ErrorValues| values.0.iter().map(|(error, value)| (error.to_string(), *value)).collect();
-    let usual = errors.method == SensorErrorMethod::default();
     SensorErrorTable {
-        method: if usual { String::new() } else { name_of(&METHODS, errors.method) },
+        method: errors.method,
         free: names(&errors.free),
-        per_window: names(&errors.per_window),
-        outputs: errors.outputs.iter().map(|output| output.name().to_owned()).collect(),
+        per_manoeuvre: names(&errors.per_window),
+        outputs: errors.outputs.clone(),
         wind: errors.wind,
         random_walk: values(&errors.random_walk),
         known: values(known),
@@ -73,19 +74,12 @@ pub(super) fn sensor_errors_from(table: &SensorErrorTable) -> Result<(SensorErro
         let one = |(name, value): (&String, &f64)| Ok((error(key, name)?, *value));
         Ok(ErrorValues(table.iter().map(one).collect::<Result<_, SessionError>>()?))
     };
-    let output = |name: &String| {
-        let names = Measurement::ALL.map(Measurement::name);
-        Measurement::from_name(name).ok_or_else(|| unknown("sensor_errors.outputs", "measurement", name, &names))
-    };
     let errors = SensorErrors {
-        method: match table.method.as_str() {
-            "" => SensorErrorMethod::default(),
-            name => choose(&METHODS, "sensor_errors.method", name)?,
-        },
+        method: table.method,
         free: list("free", &table.free)?,
-        per_window: list("per_window", &table.per_window)?,
+        per_window: list("per_manoeuvre", &table.per_manoeuvre)?,
         random_walk: values("random_walk", &table.random_walk)?,
-        outputs: table.outputs.iter().map(output).collect::<Result<_, _>>()?,
+        outputs: table.outputs.clone(),
         wind: table.wind,
     };
     Ok((errors, values("known", &table.known)?))

@@ -1,6 +1,7 @@
 //! The form of tolerance files.
 
 use doublet_core::quantity::{Dimension, Unit};
+use doublet_core::toml_error;
 use doublet_core::validate::{Signal, Tolerance, ToleranceTest};
 use serde::Deserialize;
 
@@ -75,7 +76,7 @@ struct ToleranceTable {
 
 /// Reads the text of a file.
 pub fn parse(text: &str, reading: &Reading) -> StageResult<Tolerances> {
-    let file: FileTable = toml::from_str(text).map_err(|error| error.to_string().replace('\n', " "))?;
+    let file: FileTable = toml::from_str(text).map_err(|error| toml_error::one_line(text, &error))?;
     let test = |table: TestTable| {
         let id = table.id.clone();
         objective_test(table, reading).map_err(|what| what.at(format!("test '{id}'")))

@@ -8,6 +8,7 @@ use thiserror::Error;
 use super::DatcomError;
 use crate::airframe::{Aircraft, MassProperties};
 use crate::atmos::STANDARD_GRAVITY_M_S2;
+use crate::toml_error;
 
 /// Longest card the program reads, characters.
 const CARD_LENGTH: usize = 80;
@@ -260,8 +261,8 @@ impl DatcomSection {
         let text = crate::load::read_text(aircraft).map_err(|source| DatcomError::Read { path: path(), source })?;
         let file: AircraftFile = toml::from_str(&text).map_err(|error| DatcomError::Section {
             path: path(),
-            line: error.span().map_or(1, |span| 1 + text[..span.start.min(text.len())].matches('\n').count()),
-            message: error.message().lines().collect::<Vec<_>>().join("; "),
+            line: toml_error::line(&text, &error).unwrap_or(1),
+            message: toml_error::message(&error),
         })?;
         Ok(file.datcom)
     }
