@@ -158,7 +158,7 @@ fn pitch_control(file: &Path, signals: &str) -> (f64, Vec<(Level, String)>) {
         "format = \"doublet session\"\nversion = {}\ntitle = \"t\"\naircraft = \"a.toml\"\n[filter]\ngravity_m_s2 = 9.7946\n\
          [preparation]\ndifferentiation_half_width_s = 0.1\n[model]\nCm = [\"1\", \"alpha\", \"qc/V\", \"delta_e\"]\n\
          [[flight]]\nname = \"f\"\n{signals}\n[[flight.recording]]\npath = \"{}\"\nchannel_map = \"m.toml\"\n\
-         [[window]]\nname = \"w\"\nflight = \"f\"\nstart_s = 2.0\nend_s = 24.0\nsurface = \"elevator\"\n",
+         [[manoeuvre]]\nname = \"w\"\nflight = \"f\"\nstart_s = 2.0\nend_s = 24.0\nsurface = \"elevator\"\n",
         session::VERSION,
         file.canonicalize().unwrap().display()
     );

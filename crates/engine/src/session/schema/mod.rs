@@ -148,7 +148,7 @@ struct File {
     noise: NoiseTable,
     #[serde(default, rename = "steady", skip_serializing_if = "Vec::is_empty")]
     steady: Vec<SteadyWindow>,
-    #[serde(default, rename = "manoeuvre")]
+    #[serde(default, rename = "manoeuvre", alias = "window")]
     windows: Vec<Manoeuvre>,
     #[serde(default, rename = "annotation", skip_serializing_if = "Vec::is_empty")]
     annotations: Vec<Annotation>,
