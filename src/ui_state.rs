@@ -82,6 +82,8 @@ pub struct ReportChoice {
     pub formats: Vec<ReportFormat>,
     /// Section on screen.
     pub shown: SectionKind,
+    /// Whether the printed pages are on screen in place of a section.
+    pub as_pages: bool,
 }
 
 impl Default for ReportChoice {
@@ -90,6 +92,7 @@ impl Default for ReportChoice {
             left_out: BTreeSet::new(),
             formats: ReportFormat::ALL.into_iter().filter(|format| format.is_in_this_build()).collect(),
             shown: SectionKind::Overview,
+            as_pages: ReportFormat::Pdf.is_in_this_build(),
         }
     }
 }

@@ -48,7 +48,8 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
         Bar::top("timeline").resizable(false).frame(strip).exact_size(timeline::HEIGHT).show(ui, |ui| {
             timeline::show(app, ui);
         });
-        app.state.shown.fit(width);
+        app.show_second(ui);
+        app.state.shown.fit(ui.available_width().min(width));
         egui::CentralPanel::default().frame(ground).show(ui, |ui| panels(app, ui));
     }
     if let Some(command) = app.palette.show(ui.ctx(), &app.table) {

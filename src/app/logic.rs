@@ -18,6 +18,7 @@ use crate::widgets::time_view::TimeRange;
 pub fn run(app: &mut Workbench, ctx: &egui::Context) {
     app.snapshot = app.engine.snapshot();
     let hovered_s = app.hovered_s.take();
+    let hovered_s = app.link_second(hovered_s);
     app.state.time.cursor_s = hovered_s;
     app.state.window_time.cursor_s = hovered_s;
     app.take_export();
@@ -154,7 +155,7 @@ fn nearest<'a>(session: &'a Session, state: &UiState) -> Option<&'a Manoeuvre> {
 }
 
 /// First and last instant of the mapped channels of the chosen flight.
-fn flight_extent(state: &UiState, snapshot: &Snapshot) -> Option<TimeRange> {
+pub(super) fn flight_extent(state: &UiState, snapshot: &Snapshot) -> Option<TimeRange> {
     let recording = &snapshot.flights.get(state.selection.flight.as_deref()?)?.latest()?.recording;
     let ends = recording.roles.values().filter_map(|&index| {
         let time_s = &recording.channels[index].series.time_s;

@@ -11,6 +11,7 @@ mod history;
 mod logic;
 mod pending;
 mod recovery;
+mod second;
 mod start;
 mod step_bar;
 mod timeline;
@@ -122,6 +123,8 @@ pub struct Workbench {
     analyses: analysis::Analyses,
     /// Whether the list of edits is on screen.
     history_shown: bool,
+    /// The session beside this one.
+    second: Option<second::Second>,
 }
 
 /// What caused the first run of a document.
@@ -234,6 +237,7 @@ impl Workbench {
             figure: None,
             analyses: analysis::Analyses::default(),
             history_shown: false,
+            second: None,
         };
         // The zoom is kept over a restart on the same session.
         let shown = std::mem::take(&mut app.state.time);

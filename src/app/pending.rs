@@ -60,6 +60,8 @@ pub enum Pending {
 pub enum Asked {
     /// To open it.
     Open,
+    /// To open it beside the present session.
+    OpenBeside,
     /// To make a session of it, a recording: a file, or a folder.
     Recording(Purpose),
     /// To read it along with the recordings of the session being made.
@@ -151,6 +153,7 @@ impl Workbench {
         let toml = || vec!["toml".to_owned()];
         let (title, purpose, extensions, name) = match &asked {
             Asked::Open => ("Open a session", Purpose::Open, toml(), String::new()),
+            Asked::OpenBeside => ("Open a second session", Purpose::Open, toml(), String::new()),
             Asked::Recording(Purpose::Folder) => ("A folder of CSV files", Purpose::Folder, Vec::new(), String::new()),
             Asked::Recording(purpose) => ("A recording", *purpose, recordings(), String::new()),
             Asked::Beside => ("A recording of the same flight", Purpose::Several, recordings(), String::new()),
@@ -218,6 +221,7 @@ impl Workbench {
         match self.asked.take() {
             Some(Asked::Beside) => self.begin_with_more(paths, ctx),
             Some(Asked::Open) => self.proceed(Pending::Open(path.to_path_buf()), ctx),
+            Some(Asked::OpenBeside) => self.open_beside(path, ctx),
             Some(Asked::Recording(_)) => self.begin_with(paths.to_vec(), ctx),
             Some(Asked::Aircraft) => self.begin_with_aircraft(path),
             Some(Asked::NewAircraft) => self.begin_with_new_aircraft(path),

@@ -42,6 +42,8 @@ fn file(app: &mut Workbench, command: FileCommand, ctx: &egui::Context) {
         FileCommand::ContinueNew => app.continue_beginning(),
         FileCommand::NewFromFolder => app.leave(Pending::AskFolder, ctx),
         FileCommand::Open => app.leave(Pending::AskOpen, ctx),
+        FileCommand::OpenBeside => app.ask(Asked::OpenBeside, ctx),
+        FileCommand::CloseBeside => app.close_beside(),
         FileCommand::OpenShipped => app.leave(Pending::Shipped(Document::SHIPPED), ctx),
         FileCommand::OpenShippedSession(name) => app.leave(Pending::Shipped(name), ctx),
         FileCommand::OpenRecent(at) => {

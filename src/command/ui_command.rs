@@ -36,6 +36,10 @@ pub enum FileCommand {
     ContinueNew,
     /// Open a session, asking for its file.
     Open,
+    /// Open a second session beside the present one, asking for its file.
+    OpenBeside,
+    /// Close the second session.
+    CloseBeside,
     /// Open the session that comes with the program.
     OpenShipped,
     /// Open another one that comes with the program, by its name.
@@ -315,6 +319,8 @@ pub fn table() -> Vec<CommandInfo> {
         file("New session from folder of CSV files…", FileCommand::NewFromFolder, ctrl_shift(Key::N)),
         file("Continue new session", FileCommand::ContinueNew, None),
         file("Open session…", FileCommand::Open, ctrl(Key::O)),
+        file("Open second session beside…", FileCommand::OpenBeside, ctrl_shift(Key::O)),
+        file("Close second session", FileCommand::CloseBeside, None),
         file("Open shipped session", FileCommand::OpenShipped, None),
         file("Save session", FileCommand::Save, ctrl(Key::S)),
         file("Save session as…", FileCommand::SaveAs, ctrl_shift(Key::S)),

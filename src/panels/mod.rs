@@ -28,19 +28,19 @@ use doublet_engine::run::{DetailRequest, Slot, Snapshot, WindowDetails, WindowRe
 use doublet_engine::session::{Edit, Manoeuvre, Session, WindowRole};
 use doublet_engine::stage::LoadedFlight;
 use doublet_engine::study::Study;
-use eframe::egui::{self, Color32, Id, RichText, ScrollArea, Ui};
+use eframe::egui::{self, Color32, RichText, ScrollArea, Ui};
 
 use crate::command::{CommandInfo, FileCommand, RunCommand, UiCommand};
 use crate::notation;
 use crate::theme::{self, Palette};
 use crate::ui_state::{Selection, UiState};
-use crate::widgets::EditPhase;
 use crate::widgets::chart::Chart;
 use crate::widgets::document_view::document_view;
 use crate::widgets::figure::FigureRequest;
 use crate::widgets::quantity_edit::QuantityEdited;
 use crate::widgets::time_plot::{PlotCache, SpanMark, StackResponse, TimePlot, time_stack_with};
 use crate::widgets::time_view::{TimeRange, TimeView};
+use crate::widgets::{EditPhase, named_id};
 pub use marking::{Spot, menu as mark_menu};
 pub use overlaid::names as overlaid_names;
 pub use pane::Pane;
@@ -183,7 +183,7 @@ impl<'a> PanelContext<'a> {
             analysis = trace_menu::show(spots, ui, (plots, row), range).or(analysis.take());
             ui.separator();
         };
-        let mut response = time_stack_with(ui, Id::unique(id), &mut time, cache, plots, spans, &mut menu);
+        let mut response = time_stack_with(ui, named_id(ui.ctx(), id), &mut time, cache, plots, spans, &mut menu);
         *self.view(view) = time;
         self.state.analysis = analysis.or(self.state.analysis.take());
         if let Some((spot, command)) = chosen {

@@ -1,10 +1,11 @@
 //! A plot of one quantity against another, or against words: tracks, envelopes, intervals, histograms.
 
 use doublet_engine::report::document::{Axis, Figure, LineStyle as Style, Mark, Panel};
-use eframe::egui::{self, Color32, Id, Stroke, Ui};
+use eframe::egui::{self, Color32, Stroke, Ui};
 use egui_plot::{AxisHints, Bar, BarChart, Line, LineStyle, Plot, PlotPoint, PlotPoints, Points, Polygon};
 
 use super::figure::{FigureForm, FigureRequest, printed};
+use super::named_id;
 use super::readout::readable;
 use super::stack_figure::WIDTH_MM;
 use super::ticks::{tick, ticks};
@@ -113,7 +114,7 @@ impl Chart {
             self.show_legend(ui);
         }
         let height = height - (ui.cursor().top() - top);
-        let mut plot = Plot::new(Id::unique(self.name.as_str()))
+        let mut plot = Plot::new(named_id(ui.ctx(), self.name.as_str()))
             .height(height.max(80.0))
             .width((ui.available_width() - RIGHT_ROOM).max(60.0))
             .allow_scroll(false)

@@ -93,14 +93,30 @@ pub fn picture(figure: &Figure) -> Result<ColorImage, String> {
 }
 
 fn pixels(figure: &Figure) -> Result<Pixmap, String> {
+    drawn(&svg(figure, "p"), |_| PIXELS)
+}
+
+/// A drawing on white, `width` pixels wide.
+///
+/// # Errors
+/// One line when it cannot be drawn.
+pub fn page_picture(svg: &str, width: u32) -> Result<ColorImage, String> {
+    let pixels = drawn(svg, |own| width as f32 / own.max(1.0))?;
+    let size = [pixels.width(), pixels.height()].map(|side| side as usize);
+    Ok(ColorImage::from_rgba_unmultiplied(size, pixels.data()))
+}
+
+/// A drawing on white, magnified as its own width asks for.
+fn drawn(svg: &str, scale: impl Fn(f32) -> f32) -> Result<Pixmap, String> {
     let mut fonts = Database::new();
     fonts.load_font_data(theme::font().to_vec());
     let options = Options { fontdb: Arc::new(fonts), font_family: "DejaVu Sans".to_owned(), ..Options::default() };
-    let tree = Tree::from_str(&svg(figure, "p"), &options).map_err(|error| format!("the figure: {error}"))?;
-    let size = tree.size().to_int_size().scale_by(PIXELS).ok_or("the figure has no size")?;
+    let tree = Tree::from_str(svg, &options).map_err(|error| format!("the figure: {error}"))?;
+    let scale = scale(tree.size().width());
+    let size = tree.size().to_int_size().scale_by(scale).ok_or("the figure has no size")?;
     let mut pixels = Pixmap::new(size.width(), size.height()).ok_or("the figure is too large for a picture")?;
     pixels.fill(Color::WHITE);
-    resvg::render(&tree, Transform::from_scale(PIXELS, PIXELS), &mut pixels.as_mut());
+    resvg::render(&tree, Transform::from_scale(scale, scale), &mut pixels.as_mut());
     Ok(pixels)
 }
 

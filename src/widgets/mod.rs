@@ -25,6 +25,26 @@ pub mod ticks;
 pub mod time_plot;
 pub mod time_view;
 
+use std::fmt::Debug;
+use std::hash::Hash;
+
+use eframe::egui::{Context, Id};
+
+/// Where it is noted which of two sessions is being drawn.
+const SIDE: &str = "the second session is being drawn";
+
+/// States whether the second of two sessions beside each other is being drawn: what has the same name there has another id.
+pub fn second_side(ctx: &Context, is_second: bool) {
+    ctx.data_mut(|data| data.insert_temp(Id::unique(SIDE), is_second));
+}
+
+/// The id of what has a name, on the side that is being drawn.
+pub fn named_id(ctx: &Context, name: impl Hash + Debug) -> Id {
+    let is_second = ctx.data(|data| data.get_temp(Id::unique(SIDE)).unwrap_or(false));
+    let id = Id::unique(name);
+    if is_second { id.with("second") } else { id }
+}
+
 /// Where an edit stands. A drag is `Begin`, any number of `Change`s, then `Commit` or `Cancel`; a typed value is a
 /// `Commit` alone. Everything from `Begin` to `Commit` is one step of undo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -306,18 +306,27 @@ pub(super) fn box_stretch(ui: &Ui, response: &egui::Response, frame: Rect, range
     Some(TimeRange::new(time_at(frame, range, zoomed.left()), time_at(frame, range, zoomed.right())))
 }
 
-/// Moves marker A with the arrow keys (with Shift: B) to the next or previous sample of `time_s`.
+/// Part of what is on screen that a marker moves by with Ctrl and an arrow key.
+const LEAP: f64 = 0.01;
+
+/// Moves marker A with the arrow keys (with Shift: B) to the next or previous sample of `time_s`, with Ctrl by a hundredth of what is on
+/// screen. Without the pointer in a plot the keys A and B set the markers in its middle.
 pub fn step_markers(ui: &Ui, view: &mut TimeView, time_s: &[f64]) {
-    let (left, right, shift) =
-        ui.input(|i| (i.key_pressed(Key::ArrowLeft), i.key_pressed(Key::ArrowRight), i.modifiers.shift));
-    if left == right {
+    let range = view.range();
+    if view.cursor_s.is_none() {
+        set_markers(ui, view, 0.5 * (range.start_s + range.end_s));
+    }
+    let (left, right, modifiers) =
+        ui.input(|i| (i.key_pressed(Key::ArrowLeft), i.key_pressed(Key::ArrowRight), i.modifiers));
+    if left == right || modifiers.alt {
         return;
     }
-    if let Some(marker) = &mut view.markers_s[usize::from(shift)] {
+    if let Some(marker) = &mut view.markers_s[usize::from(modifiers.shift)] {
+        let leap_s = if modifiers.command { LEAP * range.length_s() } else { 0.0 };
         let next = if right {
-            time_s.get(time_s.partition_point(|t| t <= marker))
+            time_s.get(time_s.partition_point(|t| *t <= *marker + leap_s)).or(time_s.last())
         } else {
-            time_s.partition_point(|t| t < marker).checked_sub(1).map(|at| &time_s[at])
+            time_s.partition_point(|t| *t < *marker - leap_s).checked_sub(1).map_or(time_s.first(), |at| time_s.get(at))
         };
         *marker = next.copied().unwrap_or(*marker);
     }

@@ -172,7 +172,12 @@ impl<'a> QuantityEdit<'a> {
                 ui.add(field)
             })
             .inner;
-        ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(self.name));
+        ui.ctx().accesskit_node_builder(response.id, |node| {
+            node.set_label(self.name);
+            if !self.unit.is_empty() {
+                node.set_description(self.unit);
+            }
+        });
         self.outcome(ui, &response, typed.get(), before, after.get(), logarithmic)
     }
 

@@ -2,10 +2,10 @@
 
 use doublet_core::series::{Series, Statistics, value_at};
 use doublet_engine::notation::significant;
-use eframe::egui::{self, Id, RichText, ScrollArea, Ui};
+use eframe::egui::{self, Id, Response, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
-use super::plot_cache::PlotCache;
+use super::plot_cache::{Drawn, PlotCache};
 use super::term::column_title;
 use super::time_plot::{DOT_SPACING, TimePlot, Trace};
 use super::time_view::{TimeRange, TimeView};
@@ -128,6 +128,29 @@ fn csv((a, b): (f64, f64), rows: &[Row]) -> String {
         text.push_str(&format!("\"{}\",{}\n", row.name, values.join(",")));
     }
     text
+}
+
+/// Says to a screen reader what a plot shows, in which unit, and its values at the cursor or else at marker A.
+pub(super) fn describe<'a>(
+    response: &Response,
+    plot: &TimePlot<'_>,
+    view: &TimeView,
+    look: &dyn Fn(usize) -> Option<&'a Drawn>,
+) {
+    response.ctx.accesskit_node_builder(response.id, |node| {
+        let names: Vec<&str> = plot.traces.iter().map(|trace| trace.name).collect();
+        let label = if plot.label.is_empty() { names.join(", ") } else { plot.label.to_owned() };
+        let unit = if plot.unit.is_empty() { String::new() } else { format!(" {}", plot.unit) };
+        node.set_role(egui::accesskit::Role::Image);
+        node.set_label(if unit.is_empty() { format!("plot: {label}") } else { format!("plot: {label} in{unit}") });
+        let Some(time_s) = view.cursor_s.or(view.markers_s[0]) else { return };
+        let read = |(column, trace): (usize, &Trace<'_>)| {
+            let value = value_of(trace, look(column)?.pyramid.gap_s(), time_s, 1.0)?;
+            Some(format!("{} {}{unit}", trace.name, with_band(trace, value, Some(time_s))))
+        };
+        let values: Vec<String> = plot.traces.iter().enumerate().filter_map(read).collect();
+        node.set_value(format!("at {time_s:.2} s: {}", values.join(", ")));
+    });
 }
 
 /// `value` as it is read beside a curve: four significant digits.

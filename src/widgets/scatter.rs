@@ -9,6 +9,7 @@ use egui_plot::{AxisHints, Plot, PlotPoint};
 
 use super::chart::{RIGHT_ROOM, TICK_SPACING, settle_axes, titled, unit_of};
 use super::level_mark;
+use super::named_id;
 use super::ticks::ticks;
 use crate::theme;
 
@@ -91,7 +92,7 @@ impl Scatter {
         // A long title would leave a low plot: there its unit stands alone.
         let low = unit_of(plot.titles[1]);
         let up = if plot.height < TITLE_ROOM { low.trim() } else { plot.titles[1] };
-        let mut shown = Plot::new(Id::unique(("scatter", plot.name, plot.titles)))
+        let mut shown = Plot::new(named_id(ui.ctx(), ("scatter", plot.name, plot.titles)))
             .height(plot.height.max(80.0))
             .width((ui.available_width() - RIGHT_ROOM).max(60.0))
             .allow_drag(false)

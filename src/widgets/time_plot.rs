@@ -230,6 +230,7 @@ pub fn time_stack_with(
             let frame = *shown.transform.frame();
             let bounds = shown.transform.bounds();
             let area = Area { frame, values: (bounds.min()[1], bounds.max()[1]) };
+            readout::describe(&shown.response, plot, view, &look);
             out.frames.push(frame);
             out.values.push(area.values);
             if !ui.is_rect_visible(frame) {

@@ -8,6 +8,7 @@ mod app;
 mod begin;
 mod compare;
 mod details;
+mod dialogs;
 mod figures;
 mod gestures;
 mod help;
@@ -17,6 +18,7 @@ mod manoeuvre_map;
 mod manoeuvres;
 mod marking;
 mod misfit;
+mod must_show;
 mod painted;
 mod panels;
 mod plots;
@@ -26,6 +28,8 @@ mod rasteriser;
 mod recording;
 mod recovery;
 mod replay;
+mod report_pages;
+mod second;
 mod sensors;
 mod soak;
 mod speed;
@@ -67,6 +71,8 @@ fn widget_harness<'a, State>(
 /// The workbench with flight, plots, settings and results at once.
 fn overview(mut app: doublet::app::Workbench) -> doublet::app::Workbench {
     app.state.show_layout(doublet::layouts::LayoutKey::Overview);
+    // Without optimisation the typesetter takes longer than all else of a test.
+    app.state.report.as_pages = false;
     app
 }
 

@@ -52,11 +52,27 @@ fn of(text: &TextShape, clip: Rect) -> Option<Text> {
     (seen.is_positive() && seen.height() >= LEAST_PART * whole.height()).then_some(Text { words, whole, seen })
 }
 
+/// The words on screen.
+pub fn texts_of(bench: &Bench<'_>) -> impl Iterator<Item = String> {
+    texts(&bench.harness.output().shapes).into_iter().map(|text| text.words)
+}
+
 /// Texts that lose more than an edge at a side, and pairs that lie over each other.
 pub fn faults(bench: &Bench<'_>) -> Vec<String> {
+    faults_of(&texts(&bench.harness.output().shapes))
+}
+
+/// The same of what is drawn from a text that begins with `first` on, as in a window over the panels; without one, what is cut at a side.
+pub fn faults_from(bench: &Bench<'_>, first: &str) -> Vec<String> {
     let texts = texts(&bench.harness.output().shapes);
+    let at = texts.iter().position(|text| !first.is_empty() && text.words.starts_with(first));
+    let is_over = |fault: &String| at.is_none() && fault.contains("' lies over '");
+    faults_of(&texts[at.unwrap_or(0)..]).into_iter().filter(|fault| !is_over(fault)).collect()
+}
+
+fn faults_of(texts: &[Text]) -> Vec<String> {
     let mut faults = Vec::new();
-    for text in &texts {
+    for text in texts {
         let lost = text.whole.width() - text.seen.width();
         if lost > SLACK && text.seen.width() > SLACK {
             faults.push(format!("'{}' loses {lost:.0} points at {:?}", text.words, text.seen));

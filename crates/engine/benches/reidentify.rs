@@ -1,6 +1,7 @@
 //! From one changed noise entry to new derivatives of every window of the shipped flight: the time a drag of a slider takes.
 //!
-//! Prints the median of several changes, nothing read or aligned again, and where the time of one core goes.
+//! Prints the median of several changes, nothing read or aligned again, and where the time of one core goes. Changes with a manoeuvre looked
+//! at, which is computed and published first, and changes without one take turns.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex};
@@ -19,61 +20,85 @@ use doublet_engine::verdict::judge;
 use rayon::ThreadPoolBuilder;
 
 /// Changes timed; so many that the results of the first leave the cache, and memory is used again as after minutes of work.
-const CHANGES: usize = 41;
+const CHANGES: usize = 82;
 /// Times each stage is done by itself.
 const ROUNDS: usize = 15;
+/// Place of the manoeuvre looked at among those of the session.
+const LOOKED_AT: usize = 12;
+
+/// What a change is timed to.
+const STOPS: [&str; 3] =
+    ["manoeuvre looked at", "derivatives, corrected errors, predictions", "the same with proof and verdict"];
 
 fn main() {
     let Some(mut session) = builtin::session("demo").and_then(|text| parse(text).ok()) else { return };
+    let Some(name) = session.active_windows().nth(LOOKED_AT).map(|window| window.name.clone()) else { return };
     let cache = Cache::new(CACHE_BYTES);
-    let latest = Mutex::new(Snapshot::default());
-    let (mut derivatives, mut times) = (Vec::new(), Vec::new());
+    let mut latest = Snapshot::default();
+    // By whether a manoeuvre was looked at, then by what was timed.
+    let mut times: [[Vec<f64>; 3]; 2] = Default::default();
     for change in 0..=CHANGES {
         let noise = 4e-4 * (1.0 + 0.01 * change as f64);
         let Ok(edited) = Edit::noise(NoiseChannel::Input(Input::RollRate), noise).apply(&session) else { return };
         session = edited;
-        let scope = Scope {
-            session: &session,
-            folder: Path::new("."),
-            first: None,
-            studies: &[],
-            cause: "bench",
-            generation: change as u64,
-        };
-        let previous = latest.lock().map(|snapshot| snapshot.clone()).unwrap_or_default();
-        let start = Instant::now();
-        let elapsed_ms = || start.elapsed().as_secs_f64() * 1e3;
-        let shown = Mutex::new(None);
-        let publish = |snapshot: Snapshot| {
-            if let (Ok(mut shown), Some(_)) = (shown.lock(), snapshot.pooled.ready()) {
-                shown.get_or_insert(elapsed_ms());
-            }
-        };
-        let snapshot = run(&scope, &previous, &cache, &Control::default(), &publish);
-        times.push(elapsed_ms());
-        derivatives.extend(shown.into_inner().ok().flatten());
+        let looks = change % 2;
+        let first = Some(name.as_str()).filter(|_| looks == 1);
+        let (snapshot, stops) = time_change(&session, (&name, first), change, &latest, &cache);
         if let Some((place, error)) = snapshot.failures().first() {
-            report(&format!("{place}: {error}"));
-            return;
+            return report(&format!("{place}: {error}"));
         }
-        if let Ok(mut latest) = latest.lock() {
-            *latest = snapshot;
+        latest = snapshot;
+        if change == 0 {
+            let [_, derivatives, everything] = stops;
+            report(&format!(
+                "shipped flight from files to derivatives   {derivatives:16.1} ms, everything {everything:.1} ms"
+            ));
+        } else {
+            times[looks].iter_mut().zip(stops).for_each(|(times, stop)| times.push(stop));
         }
     }
-    let (first, whole) = (derivatives.remove(0), times.remove(0));
-    report(&format!("shipped flight from files to derivatives   {first:16.1} ms, everything {whole:.1} ms"));
-    for (name, mut times) in
-        [("derivatives, corrected errors, predictions", derivatives), ("the same with proof and verdict", times)]
-    {
-        times.sort_by(f64::total_cmp);
-        let (least, median, most) = (times[0], times[times.len() / 2], times[times.len() - 1]);
-        report(&format!("noise entry to {name:43}{median:8.1} ms median, {least:.1} to {most:.1} ms"));
+    for (order, times) in ["in the order of the session", "with the manoeuvre looked at first"].iter().zip(&mut times) {
+        report(&format!("noise entry, {order}, to"));
+        for (name, times) in STOPS.iter().zip(times) {
+            times.sort_by(f64::total_cmp);
+            let (least, median, most) = (times[0], times[times.len() / 2], times[times.len() - 1]);
+            report(&format!("  {name:43}{median:8.1} ms median, {least:.1} to {most:.1} ms"));
+        }
     }
-    let snapshot = latest.into_inner().unwrap_or_default();
     let Ok(one_thread) = ThreadPoolBuilder::new().num_threads(1).build() else { return };
-    if let Err(error) = one_thread.install(|| stages(&session, &snapshot, &cache)) {
+    if let Err(error) = one_thread.install(|| stages(&session, &latest, &cache)) {
         report(&error.to_string());
     }
+}
+
+/// Runs a changed session; ms until the manoeuvre `name`, all derivatives, and everything were published.
+fn time_change(
+    session: &Session,
+    (name, first): (&str, Option<&str>),
+    change: usize,
+    previous: &Snapshot,
+    cache: &Cache,
+) -> (Snapshot, [f64; 3]) {
+    let generation = change as u64;
+    let scope = Scope { session, folder: Path::new("."), first, studies: &[], cause: "bench", generation };
+    let key = |snapshot: &Snapshot| snapshot.windows.get(name).and_then(|window| window.fits.keyed().map(Keyed::key));
+    let old = key(previous);
+    let start = Instant::now();
+    let elapsed_ms = || start.elapsed().as_secs_f64() * 1e3;
+    let shown = Mutex::new([None; 2]);
+    let publish = |snapshot: Snapshot| {
+        let Ok(mut shown) = shown.lock() else { return };
+        if snapshot.windows.get(name).is_some_and(|window| window.fits.ready().is_some()) && key(&snapshot) != old {
+            shown[0].get_or_insert(elapsed_ms());
+        }
+        if snapshot.generation == generation && snapshot.pooled.ready().is_some() {
+            shown[1].get_or_insert(elapsed_ms());
+        }
+    };
+    let snapshot = run(&scope, previous, cache, &Control::default(), &publish);
+    let everything = elapsed_ms();
+    let [looked_at, derivatives] = shown.into_inner().unwrap_or_default();
+    (snapshot, [looked_at.unwrap_or(f64::NAN), derivatives.unwrap_or(f64::NAN), everything])
 }
 
 /// Each stage of a changed noise entry by itself over all windows, on one thread.

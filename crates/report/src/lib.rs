@@ -22,7 +22,26 @@ use doublet_engine::session::Session;
 
 pub use html::html;
 #[cfg(feature = "pdf")]
-pub use pdf::pdf;
+pub use pdf::{Page, pages, pdf};
+
+/// A page as it is printed.
+#[cfg(not(feature = "pdf"))]
+#[derive(Clone, Debug)]
+pub struct Page {
+    /// Width and height, points of 1/72 inch.
+    pub size_pt: [f32; 2],
+    /// The drawing as SVG.
+    pub svg: String,
+}
+
+/// Says that this build has no typesetter.
+///
+/// # Errors
+/// Always.
+#[cfg(not(feature = "pdf"))]
+pub fn pages(_: &Document, _: &Control, _: &dyn Fn(f32)) -> Result<Vec<Page>, String> {
+    Err("this build of doublet has no typesetter: build it with the feature pdf to see pages".to_owned())
+}
 
 /// Says that this build has no typesetter.
 ///
@@ -89,17 +108,23 @@ pub fn write(
     progress: &dyn Fn(f32),
 ) -> Result<Put, String> {
     let checkpoint = || control.checkpoint().map_err(|_| "cancelled: no report was written".to_owned());
+    let document = assemble(session, snapshot, order);
+    progress(0.1);
+    checkpoint()?;
+    let inner = |part: f32| progress(0.1 + 0.9 * part);
+    let set = DocumentSet { folder: &order.folder, name: &order.name, formats: &order.formats, beside: &[] };
+    set.write(&document, &format!("report {}", order.name), control, &inner)
+}
+
+/// What the report on a run contains.
+pub fn assemble(session: &Session, snapshot: &Snapshot, order: &Order) -> Document {
     let found = results::build(session, snapshot);
     let mut document = document::build(session, snapshot, &found, &order.sections, order.prior.as_ref());
     if order.without_appendix {
         document.drop_appendices();
     }
     document.sections.splice(0..0, document::chosen(session));
-    progress(0.1);
-    checkpoint()?;
-    let inner = |part: f32| progress(0.1 + 0.9 * part);
-    let set = DocumentSet { folder: &order.folder, name: &order.name, formats: &order.formats, beside: &[] };
-    set.write(&document, &format!("report {}", order.name), control, &inner)
+    document
 }
 
 /// Where a document goes, in which forms, and what lies beside it.

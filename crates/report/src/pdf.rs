@@ -1,4 +1,4 @@
-//! A report as PDF: a fixed Typst source that reads the contents as JSON and the figures as SVG, all from memory.
+//! A report as PDF or as drawings of its pages: a fixed Typst source that reads the contents as JSON and the figures as SVG, all from memory.
 
 use std::collections::HashMap;
 use std::sync::LazyLock;
@@ -17,6 +17,7 @@ use typst::utils::LazyHash;
 use typst::{Library, World};
 use typst_layout::PagedDocument;
 use typst_pdf::PdfOptions;
+use typst_svg::SvgOptions;
 
 use crate::figures;
 use crate::library::library;
@@ -33,6 +34,52 @@ const FONT_FILES: [&str; 4] =
 /// # Errors
 /// One line: that it was cancelled, or what the typesetter refuses.
 pub fn pdf(document: &Document, control: &Control, progress: &dyn Fn(f32)) -> Result<Vec<u8>, String> {
+    let pages = typeset(document, control, progress)?;
+    // Tags of every cell and label would double the file; who needs the structure has the HTML.
+    let options = PdfOptions {
+        creator: Smart::Custom(Some(document.app.as_str().into())),
+        tagged: false,
+        ..PdfOptions::default()
+    };
+    let bytes = typst_pdf::pdf(&pages, &options).map_err(|errors| failure(&errors))?;
+    // What the typesetter remembers of this report would only help to set the same one again.
+    typst::comemo::evict(0);
+    Ok(bytes)
+}
+
+/// A page as it is printed.
+#[derive(Clone, Debug)]
+pub struct Page {
+    /// Width and height, points of 1/72 inch.
+    pub size_pt: [f32; 2],
+    /// The drawing as SVG.
+    pub svg: String,
+}
+
+/// The same pages as drawings.
+///
+/// # Errors
+/// As [`pdf`].
+pub fn pages(document: &Document, control: &Control, progress: &dyn Fn(f32)) -> Result<Vec<Page>, String> {
+    let typeset = typeset(document, control, progress)?;
+    let draw = |page: &typst_layout::Page| {
+        let size = page.frame.size();
+        let size_pt = [size.x.to_pt() as f32, size.y.to_pt() as f32];
+        Page { size_pt, svg: typst_svg::svg(page, &SvgOptions::default()) }
+    };
+    let pages = typeset.pages().iter().map(draw).collect();
+    typst::comemo::evict(0);
+    Ok(pages)
+}
+
+/// What the typesetter refuses, in one line.
+fn failure(errors: &[SourceDiagnostic]) -> String {
+    let lines: Vec<String> = errors.iter().map(|error| error.message.to_string()).collect();
+    format!("the report cannot be typeset: {}", lines.join("; "))
+}
+
+/// The pages of a document.
+fn typeset(document: &Document, control: &Control, progress: &dyn Fn(f32)) -> Result<PagedDocument, String> {
     let checkpoint = || control.checkpoint().map_err(|_| "cancelled: no report was written".to_owned());
     let mut world = Memory::new(TEMPLATE)?;
     let mut files = Vec::new();
@@ -45,23 +92,10 @@ pub fn pdf(document: &Document, control: &Control, progress: &dyn Fn(f32)) -> Re
         world.files.insert(file_id(&name)?, Bytes::new(bytes));
     }
     progress(0.1);
-    let failed = |errors: &[SourceDiagnostic]| {
-        let lines: Vec<String> = errors.iter().map(|error| error.message.to_string()).collect();
-        format!("the report cannot be typeset: {}", lines.join("; "))
-    };
-    let pages: PagedDocument = typst::compile(&world).output.map_err(|errors| failed(&errors))?;
+    let pages = typst::compile(&world).output.map_err(|errors| failure(&errors))?;
     progress(0.7);
     checkpoint()?;
-    // Tags of every cell and label would double the file; who needs the structure has the HTML.
-    let options = PdfOptions {
-        creator: Smart::Custom(Some(document.app.as_str().into())),
-        tagged: false,
-        ..PdfOptions::default()
-    };
-    let bytes = typst_pdf::pdf(&pages, &options).map_err(|errors| failed(&errors))?;
-    // What the typesetter remembers of this report would only help to set the same one again.
-    typst::comemo::evict(0);
-    Ok(bytes)
+    Ok(pages)
 }
 
 /// File of the figure at a place in the document.

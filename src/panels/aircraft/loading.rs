@@ -87,6 +87,8 @@ impl Panel for LoadingPanel {
             }
             numbers(ctx, ui, loaded);
             choices(ui, &mut self.changes, &[(false, "Envelope"), (true, "Change of derivatives")]);
+            // Below the choice, which stays where it is when a warning comes or goes.
+            warnings(ui, selected_mass(ctx).map_or(loaded, |flown| &flown.start.state));
             match self.changes {
                 true => self.changes(ctx, ui),
                 false => envelope(ctx, ui, aircraft, loaded),
@@ -368,8 +370,12 @@ fn numbers(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
             ui.end_row();
         }
     });
+}
+
+/// What is wrong with a loading.
+fn warnings(ui: &mut Ui, loaded: &LoadedState) {
     let palette = theme::palette(ui);
-    for warning in &columns[0].1.warnings {
+    for warning in &loaded.warnings {
         // In a column every line would be stretched to its width.
         ui.horizontal_wrapped(|ui| ui.colored_label(palette.warning, format!("⚠ {warning}")));
     }

@@ -80,42 +80,48 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let edited = gravity.show(ui);
         ctx.edit_quantity(edited, |value| Edit::Filter(FilterEdit::Gravity(value)));
         ui.end_row();
-        if ctx.session.preparation.path == PathSource::Smoothed {
-            ui.weak("Smoother passes").on_hover_text("More than one relinearises about the smoothed path");
-            let passes = filter.smoother_passes as f64;
-            let edited = QuantityEdit::new("smoother passes", passes).per_point(0.1).allowed(1.0..=100.0).show(ui);
-            ctx.edit_quantity(edited, |value| {
-                Edit::Filter(FilterEdit::SmootherPasses(value.round().clamp(1.0, 100.0) as usize))
-            });
-            ui.end_row();
-        }
         limits(ui, ctx);
-        let filter = &ctx.session.filter;
-        if let Method::Ukf { spread } = filter.method {
-            ui.weak("Spread").on_hover_text("Distance of the sigma points from the mean");
-            let edited =
-                QuantityEdit::new("spread", spread).unit("σ", 1.0).per_point(0.01).allowed(0.1..=10.0).show(ui);
-            ctx.edit_quantity(edited, |spread| Edit::Filter(FilterEdit::Method(Method::Ukf { spread })));
-            ui.end_row();
-        }
-        if let Method::Iekf { max_iterations, tolerance } = filter.method {
-            ui.weak("Iterations").on_hover_text("Largest number per sample");
-            let edited =
-                QuantityEdit::new("iterations", max_iterations as f64).per_point(0.1).allowed(1.0..=100.0).show(ui);
-            ctx.edit_quantity(edited, |value| {
-                let max_iterations = value.round().clamp(1.0, 100.0) as usize;
-                Edit::Filter(FilterEdit::Method(Method::Iekf { max_iterations, tolerance }))
-            });
-            ui.weak("Tolerance")
-                .on_hover_text("Converged when all state changes are below this fraction of the standard deviation");
-            let edited =
-                QuantityEdit::new("tolerance", tolerance).unit("σ", 1.0).logarithmic().allowed(1e-12..=1.0).show(ui);
-            ctx.edit_quantity(edited, |tolerance| {
-                Edit::Filter(FilterEdit::Method(Method::Iekf { max_iterations, tolerance }))
-            });
-            ui.end_row();
-        }
+        methods(ui, ctx, (iterated, unscented));
     });
+}
+
+/// The settings of each method. Those without an effect are greyed: no row comes or goes under the pointer.
+fn methods(ui: &mut Ui, ctx: &mut PanelContext<'_>, (iterated, unscented): (Method, Method)) {
+    let method = ctx.session.filter.method;
+    let is_smoothed = ctx.session.preparation.path == PathSource::Smoothed;
+    let field = |ui: &mut Ui, is_on: bool, field: QuantityEdit<'_>| ui.add_enabled_ui(is_on, |ui| field.show(ui)).inner;
+    ui.weak("Smoother passes").on_hover_text("More than one relinearises about the smoothed path");
+    let passes = QuantityEdit::new("smoother passes", ctx.session.filter.smoother_passes as f64).per_point(0.1);
+    let edited = field(ui, is_smoothed, passes.allowed(1.0..=100.0));
+    ctx.edit_quantity(edited, |value| {
+        Edit::Filter(FilterEdit::SmootherPasses(value.round().clamp(1.0, 100.0) as usize))
+    });
+    if let Method::Ukf { spread } = unscented {
+        ui.weak("Spread").on_hover_text("Unscented: distance of the sigma points from the mean");
+        let spread = QuantityEdit::new("spread", spread).unit("σ", 1.0).per_point(0.01).allowed(0.1..=10.0);
+        let edited = field(ui, method == unscented, spread);
+        ctx.edit_quantity(edited, |spread| Edit::Filter(FilterEdit::Method(Method::Ukf { spread })));
+    }
+    ui.end_row();
+    if let Method::Iekf { max_iterations, tolerance } = iterated {
+        let is_on = method == iterated;
+        ui.weak("Iterations").on_hover_text("Iterated: largest number per sample");
+        let iterations = QuantityEdit::new("iterations", max_iterations as f64).per_point(0.1).allowed(1.0..=100.0);
+        let edited = field(ui, is_on, iterations);
+        ctx.edit_quantity(edited, |value| {
+            let max_iterations = value.round().clamp(1.0, 100.0) as usize;
+            Edit::Filter(FilterEdit::Method(Method::Iekf { max_iterations, tolerance }))
+        });
+        ui.weak("Tolerance").on_hover_text(
+            "Iterated: converged when all state changes are below this fraction of the standard deviation",
+        );
+        let tolerance = QuantityEdit::new("tolerance", tolerance).unit("σ", 1.0).logarithmic().allowed(1e-12..=1.0);
+        let edited = field(ui, is_on, tolerance);
+        ctx.edit_quantity(edited, |tolerance| {
+            Edit::Filter(FilterEdit::Method(Method::Iekf { max_iterations, tolerance }))
+        });
+        ui.end_row();
+    }
 }
 
 /// The iterated and the unscented filter with the settings they last had in this session.

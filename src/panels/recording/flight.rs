@@ -6,7 +6,7 @@ use doublet_engine::begin;
 use doublet_engine::session::{EXPRESSION_SOURCE, Edit, Manoeuvre, WindowEdit};
 use doublet_engine::stage::LoadedFlight;
 use doublet_engine::verdict::Level;
-use eframe::egui::{self, DragAndDrop, Id, Panel as Bar, Response, RichText, ScrollArea, TextEdit, Ui, vec2};
+use eframe::egui::{self, DragAndDrop, Panel as Bar, Response, RichText, ScrollArea, TextEdit, Ui, vec2};
 
 use crate::command::dispatch::new_window;
 use crate::notation::{self, Units};
@@ -15,6 +15,7 @@ use crate::panels::signals::expressions::{self, Draft};
 use crate::panels::{Panel, PanelContext, View, awaiting, empty, role_color, select, trouble};
 use crate::theme;
 use crate::widgets::matrix_view::shortened;
+use crate::widgets::named_id;
 use crate::widgets::snap::{SnapPoint, gap_edges};
 use crate::widgets::span_editor::{LANE_HEIGHT, Lane, SpanEvent, SpanItem, body_id, span_lane};
 use crate::widgets::time_plot::{PlotCache, SpanMark, TimePlot, Trace, step_markers, time_at};
@@ -230,12 +231,12 @@ impl Flight {
         let points = if ui.ctx().dragged_id().is_some() { snap_points(ctx, &flight, recording) } else { Vec::new() };
         if let (Some(first), Some(last)) = (seen.frames.first(), seen.frames.last()) {
             let lane = Lane { rect, frame: *first, reach_bottom: last.bottom(), range, samples_s, points: &points };
-            if let Some(event) = span_lane(ui, Id::unique("windows"), &lane, &items) {
+            if let Some(event) = span_lane(ui, named_id(ui.ctx(), "windows"), &lane, &items) {
                 let modifiers = ui.input(|input| input.modifiers);
                 take(ctx, (&flight, modifiers), event);
             }
             for (at, window) in &windows {
-                let body = body_id(Id::unique("windows"), *at as u64);
+                let body = body_id(named_id(ui.ctx(), "windows"), *at as u64);
                 if let Some(response) = ui.ctx().read_response(body) {
                     lane_menu(ctx, &response, window, &lane);
                 }
@@ -246,7 +247,9 @@ impl Flight {
         {
             ctx.choose(item.label);
         }
-        if seen.hovered_plot.is_some() {
+        // Without the pointer in any plot and with no widget focused the keys still mark.
+        let is_free = ctx.state.time.cursor_s.is_none() && ui.memory(|memory| memory.focused().is_none());
+        if seen.hovered_plot.is_some() || is_free {
             step_markers(ui, &mut ctx.state.time, samples_s);
         }
         let unit = |key: &str| resolve(recording, key, ctx.state.units).map(|(_, _, unit, _)| unit);
@@ -344,7 +347,7 @@ fn channel_row(
         let tick = ui.checkbox(&mut on, "");
         ui.ctx().accesskit_node_builder(tick.id, |node| node.set_label(format!("plot {key}")));
         let text = if role.is_some() { RichText::new(label) } else { RichText::new(label).weak() };
-        let name = ui.dnd_drag_source(Id::unique(("channel", index)), Carried(key.clone()), |ui| {
+        let name = ui.dnd_drag_source(named_id(ui.ctx(), ("channel", index)), Carried(key.clone()), |ui| {
             ui.add(egui::Label::new(text).truncate().selectable(false))
         });
         let about = role.map_or("not mapped to a role", Role::description);
@@ -454,7 +457,7 @@ fn drop_on<'a>(
         egui::Tooltip::always_open(
             ui.ctx().clone(),
             ui.layer_id(),
-            Id::unique("another unit"),
+            named_id(ui.ctx(), "another unit"),
             egui::PopupAnchor::Pointer,
         )
         .show(|ui| ui.label(text));

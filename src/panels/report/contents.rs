@@ -7,7 +7,8 @@ use doublet_report::ReportFormat;
 use eframe::egui::{self, RichText, ScrollArea, TextEdit, Ui};
 
 use crate::command::{FileCommand, UiCommand};
-use crate::panels::{Panel, PanelContext, caption};
+use crate::panels::report::pages::Pages;
+use crate::panels::{Panel, PanelContext, caption, choices};
 use crate::ui_state::ReportChoice;
 
 /// Width of the list of sections: that of its longest title.
@@ -22,6 +23,7 @@ pub struct Report {
     /// The words on a figure while they are typed, and its place.
     caption: Option<(usize, String)>,
     chosen: Chosen,
+    pages: Pages,
 }
 
 /// Notes and chosen figures as they are drawn, and what they were made from.
@@ -65,10 +67,21 @@ impl Panel for Report {
                 self.figures(ctx, ui);
             });
         });
-        self.keep(ctx, choice.shown);
+        if !choice.as_pages {
+            self.keep(ctx, choice.shown);
+        }
         ctx.state.report = choice;
-        let Some(shown) = &self.shown else { return };
         egui::CentralPanel::default().frame(egui::Frame::NONE.inner_margin(8)).show(ui, |ui| {
+            ui.horizontal(|ui| {
+                choices(ui, &mut ctx.state.report.as_pages, &[(true, "Pages"), (false, "Contents")]);
+                if ctx.state.report.as_pages {
+                    self.pages.status(ui);
+                }
+            });
+            if ctx.state.report.as_pages {
+                return self.pages.show(ctx, ui);
+            }
+            let Some(shown) = &self.shown else { return };
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                 let chosen = self.chosen.keep(ctx.session).filter(|_| shown.kind == SectionKind::Overview);
                 if shown.document.sections.is_empty() {
@@ -171,7 +184,9 @@ fn sections(choice: &mut ReportChoice, ui: &mut Ui) {
                     choice.left_out.insert(kind)
                 };
             }
-            ui.selectable_value(&mut choice.shown, kind, kind.title());
+            if ui.selectable_label(!choice.as_pages && choice.shown == kind, kind.title()).clicked() {
+                (choice.shown, choice.as_pages) = (kind, false);
+            }
         });
     }
 }

@@ -4,4 +4,5 @@ pub(super) mod contents;
 pub(super) mod design;
 pub(super) mod enough;
 pub(super) mod log;
+mod pages;
 pub(super) mod qualification;

@@ -35,7 +35,7 @@ pub struct Scope<'a> {
     pub session: &'a Session,
     /// Folder its relative paths start from.
     pub folder: &'a Path,
-    /// Window to compute first.
+    /// Window to compute and publish before all others.
     pub first: Option<&'a str>,
     /// What to compute beside the derivatives.
     pub studies: &'a [Study],
@@ -58,7 +58,7 @@ pub fn run(
     let started = Instant::now();
     let windows: Vec<&Manoeuvre> = scope.session.active_windows().collect();
     let (first, steps) = first_snapshot(scope, previous, &windows);
-    let builder = SnapshotBuilder::new(first, previous.generation == 0, steps, publish, control);
+    let builder = SnapshotBuilder::new(first, previous, steps, publish, control);
     let context = Context::new(scope.folder).with_cache(cache).with_control(control, &|_| ());
     let run = Run { scope, windows: &windows, context: &context, builder: &builder };
     let ended = guarded("run", || run.stages().map_err(StageError::from));
@@ -361,8 +361,8 @@ impl<'a> Run<'a> {
         prepared.map(Some).or_else(|error| self.fail_window(manoeuvre, &error).map(|()| None))
     }
 
-    /// The windows that have a path, in the order of the session, with coefficients and fits where they have them too. Those the session
-    /// looks at come first; a core that finds no window left to reconstruct forms the coefficients of those that are.
+    /// The windows that have a path, in the order of the session, with coefficients and fits where they have them too. The window looked
+    /// at comes first and is published at once; a core that finds no window left to reconstruct forms the coefficients of those that are.
     fn identify_windows(
         &self,
         session: &Session,
@@ -376,19 +376,23 @@ impl<'a> Run<'a> {
             tasks.iter().try_for_each(|task| self.fail_window(task.manoeuvre, &error))?;
             return Ok(Vec::new());
         }
-        let (known, missing): (Vec<_>, Vec<_>) = tasks.into_iter().partition(|task| task.path.is_ok());
+        let (mut known, missing): (Vec<_>, Vec<_>) = tasks.into_iter().partition(|task| task.path.is_ok());
+        known.sort_by_key(|task| !self.is_looked_at(task.manoeuvre));
         let (sender, found) = mpsc::channel();
         rayon::scope_fifo(|scope| {
             for batch in self.batches(missing) {
                 let sender = sender.clone();
                 scope.spawn_fifo(move |scope| {
                     let is_alone = batch.len() == 1;
-                    for (task, path) in self.reconstruct_batch(session, batch) {
+                    let mut found = self.reconstruct_batch(session, batch);
+                    found.sort_by_key(|(task, _)| !self.is_looked_at(task.manoeuvre));
+                    for (task, path) in found {
+                        let at_once = is_alone || self.is_looked_at(task.manoeuvre);
                         let sender = sender.clone();
                         // Nobody listens any more only where the run has panicked.
                         let identify = move || drop(sender.send(self.identify_window(session, task, Some(path))));
                         // Alone it goes on where it is: another thread would not use the memory again that this one has freed.
-                        if is_alone { identify() } else { scope.spawn_fifo(move |_| identify()) }
+                        if at_once { identify() } else { scope.spawn_fifo(move |_| identify()) }
                     }
                 });
             }
@@ -407,15 +411,19 @@ impl<'a> Run<'a> {
         Ok(windows)
     }
 
-    /// Windows that run side by side in the lanes of one core, those the session looks at first.
+    /// Whether the results of a window are wanted before all others.
+    fn is_looked_at(&self, manoeuvre: &Manoeuvre) -> bool {
+        self.scope.first == Some(manoeuvre.name.as_str())
+    }
+
+    /// Windows that run side by side in the lanes of one core, those with the window looked at first.
     fn batches(&self, missing: Vec<Task<'a>>) -> Vec<Vec<Task<'a>>> {
         let data: Vec<_> = missing.iter().map(|task| &*task.samples.data).collect();
         let groups = lane_groups(&data, rayon::current_num_threads());
         let mut missing: Vec<_> = missing.into_iter().map(Some).collect();
         let mut batches: Vec<Vec<Task<'a>>> =
             groups.iter().map(|group| group.iter().filter_map(|&index| missing[index].take()).collect()).collect();
-        let first = |task: &Task<'_>| self.scope.first == Some(task.manoeuvre.name.as_str());
-        batches.sort_by_key(|batch| !batch.iter().any(first));
+        batches.sort_by_key(|batch| !batch.iter().any(|task| self.is_looked_at(task.manoeuvre)));
         batches
     }
 
@@ -464,6 +472,9 @@ impl<'a> Run<'a> {
             Some(aircraft) => self.form_coefficients(session, manoeuvre, (flight, &samples, path, aircraft))?,
             None => None,
         };
+        if self.is_looked_at(manoeuvre) {
+            self.builder.publish_window(&manoeuvre.name);
+        }
         Ok(Some(IdentifiedWindow { manoeuvre, samples, study }))
     }
 

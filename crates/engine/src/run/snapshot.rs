@@ -265,6 +265,16 @@ impl WindowResults {
     pub fn error(&self) -> Option<&str> {
         [self.path.error(), self.aero.error(), self.fits.error()].into_iter().flatten().next()
     }
+
+    /// Whether `other` holds the same outputs, each up to date.
+    pub(super) fn is_same(&self, other: Option<&Self>) -> bool {
+        let keys = |of: &Self| {
+            let Self { path, aero, fits } = of;
+            [path.ready_keyed().map(Keyed::key), aero.ready_keyed().map(Keyed::key), fits.ready_keyed().map(Keyed::key)]
+        };
+        let own = keys(self);
+        own.iter().all(Option::is_some) && other.is_some_and(|other| keys(other) == own)
+    }
 }
 
 /// A line of the log: what was computed, why, how long it took.

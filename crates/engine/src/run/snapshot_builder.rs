@@ -1,5 +1,6 @@
 //! The snapshot of a run under construction.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -17,6 +18,10 @@ const CALM: Duration = Duration::from_millis(100);
 /// The snapshot under construction, published as it grows.
 pub(super) struct SnapshotBuilder<'a> {
     snapshot: Mutex<Snapshot>,
+    /// What was shown before the run.
+    previous: &'a Snapshot,
+    /// Whether anything but the window looked at was published.
+    has_published: AtomicBool,
     /// When the next snapshot may be published.
     due: Mutex<Instant>,
     publish: &'a (dyn Fn(Snapshot) + Sync),
@@ -33,14 +38,16 @@ impl<'a> SnapshotBuilder<'a> {
     /// A builder for a run of `steps` steps, which begins now. The first run of all has nothing to replace and shows at once what it does.
     pub(super) fn new(
         snapshot: Snapshot,
-        is_first: bool,
+        previous: &'a Snapshot,
         steps: usize,
         publish: &'a (dyn Fn(Snapshot) + Sync),
         control: &'a Control,
     ) -> Self {
+        let is_first = previous.generation == 0;
         let calm = if is_first { Duration::ZERO } else { CALM };
         let due = Mutex::new(Instant::now() + calm);
-        let builder = Self { snapshot: Mutex::new(snapshot), due, publish, control, steps, done: Mutex::new(0) };
+        let (snapshot, done, has_published) = (Mutex::new(snapshot), Mutex::new(0), AtomicBool::new(false));
+        let builder = Self { snapshot, previous, has_published, due, publish, control, steps, done };
         if is_first {
             builder.publish_now();
         }
@@ -57,6 +64,7 @@ impl<'a> SnapshotBuilder<'a> {
             && Instant::now() >= *due
         {
             *due = Instant::now() + PUBLISH_INTERVAL;
+            self.has_published.store(true, Ordering::Relaxed);
             let copy = snapshot.clone();
             drop(snapshot);
             (self.publish)(copy);
@@ -67,8 +75,25 @@ impl<'a> SnapshotBuilder<'a> {
     /// Publishes what there is, whenever the last time was.
     pub(super) fn publish_now(&self) {
         *lock(&self.due) = Instant::now() + PUBLISH_INTERVAL;
+        self.has_published.store(true, Ordering::Relaxed);
         let copy = lock(&self.snapshot).clone();
         (self.publish)(copy);
+    }
+
+    /// Publishes the new results of one window at once. Everything else on screen stays as it was until the run replaces it, so that
+    /// nothing is greyed for a moment.
+    pub(super) fn publish_window(&self, name: &str) {
+        let results = self.read(|snapshot| snapshot.windows.get(name).cloned());
+        let Some(results) = results.filter(|results| !results.is_same(self.previous.windows.get(name))) else { return };
+        // Whoever holds the clock publishes: what is older must not come after it.
+        let due = lock(&self.due);
+        if self.has_published.load(Ordering::Relaxed) {
+            drop(due);
+            return self.publish_now();
+        }
+        let mut shown = self.previous.clone();
+        shown.windows.insert(name.to_owned(), results);
+        (self.publish)(shown);
     }
 
     /// What the snapshot under construction says.

@@ -24,6 +24,7 @@ mod hostile;
 mod indication;
 mod live;
 mod live_silence;
+mod looked_at;
 mod maps;
 mod mass;
 mod never_lost;
