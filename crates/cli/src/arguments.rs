@@ -261,9 +261,12 @@ pub struct ReportArguments {
     /// Formats.
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = REPORTS, value_parser = report_format())]
     pub format: Vec<String>,
-    /// Sections [default: all].
+    /// Sections in their order [default: all].
     #[arg(long, value_name = "SECTION,SECTION", value_delimiter = ',', value_parser = section())]
     pub sections: Vec<String>,
+    /// House style: logo, header, footer, colour, units, sections, signatures.
+    #[arg(long, value_name = "FILE")]
+    pub style: Option<PathBuf>,
     /// Leave out the appendices.
     #[arg(long)]
     pub no_appendix: bool,

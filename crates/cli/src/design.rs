@@ -6,7 +6,8 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use doublet_dynamics::design::{Basis, Criterion, DesignKind, Designed, Quantity, Request, SURFACE_NAMES};
 use doublet_engine::planning::{
-    self, ComparedKind, DesignOptions, DesignRow, EnoughOptions, Goal, design_basis, design_document, designed_rows,
+    self, ComparedKind, DesignOptions, DesignRow, EnoughOptions, Goal, PathShare, design_basis, design_document,
+    designed_rows,
 };
 use doublet_engine::run::{Control, Snapshot};
 use doublet_engine::session::Session;
@@ -211,7 +212,8 @@ pub fn design(arguments: &DesignArguments) -> Result<(), String> {
         ..arguments.basis.request(arguments.kind, arguments.time)
     };
     let found = designed_rows(&basis, &request, arguments.compare, &|| Ok(()));
-    let (row, designed) = found.map_err(|error| error.to_string())?;
+    let (mut row, designed) = found.map_err(|error| error.to_string())?;
+    PathShare::measure(&session, &snapshot).iter().for_each(|share| row.add_path(share));
     let written =
         arguments.out.as_ref().map(|_| write(arguments, (&session, &snapshot), &row, &designed)).transpose()?;
     if arguments.basis.json {
@@ -265,13 +267,22 @@ fn print(row: &DesignRow) {
             number(own.estimate, 4),
             some(own.standard_error, 2),
             some(own.corrected, 2),
+            some(own.promised, 2),
             own.relative_error_percent.map_or_else(String::new, |percent| number(percent, 2)),
             own.corrected_high.map_or_else(String::new, |error| number(error, 2)),
             number(own.present, 2),
         ]
     });
-    let header =
-        ["derivative", "estimate", "std error", "corrected", "relative %", "95 % of draws below", "corrected now"];
+    let header = [
+        "derivative",
+        "estimate",
+        "std error",
+        "corrected",
+        "with path",
+        "relative %",
+        "95 % of draws below",
+        "corrected now",
+    ];
     text::table(&header, &cells.collect::<Vec<_>>());
     text::line("");
     let cells = row.excursions.iter().map(|own| {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use doublet_engine::qtg::{NAME, Qualification, TestFile, judge};
+use doublet_engine::qtg::{CARDS, Constants, IndexStatus, NAME, Qualification, TestFile, judge};
 use doublet_engine::run::Control;
 use doublet_report::{DocumentSet, ReportFormat};
 
@@ -21,6 +21,9 @@ pub struct QtgArguments {
     /// Tests: a file, or a shipped one such as builtin:qtg/demo.
     #[arg(long, value_name = "FILE")]
     pub tests: PathBuf,
+    /// Constants of the identification, or refitted to each manoeuvre [default: as FILE].
+    #[arg(long, value_name = "WHICH", value_parser = ["identification", "refit"])]
+    pub constants: Option<String>,
     /// Folder for the guide; only files of an earlier guide are replaced.
     #[arg(long)]
     pub out: PathBuf,
@@ -40,7 +43,9 @@ const COMPUTING: f32 = 0.4;
 /// # Errors
 /// One line per thing because of which nothing can be judged or written; nothing is written then.
 pub fn qtg(arguments: &QtgArguments) -> Result<Outcome, String> {
-    let file = TestFile::open(&arguments.tests)?;
+    let mut file = TestFile::open(&arguments.tests)?;
+    let asked = arguments.constants.as_deref().and_then(Constants::from_name);
+    file.constants = asked.unwrap_or(file.constants);
     let opened = open_to_run(&arguments.session)?;
     let progress = Progress::new();
     let show = |part: f32| progress.update(COMPUTING * part, "computing");
@@ -60,16 +65,29 @@ pub fn qtg(arguments: &QtgArguments) -> Result<Outcome, String> {
         print(found);
         put.notes().for_each(|note| text::line(&note));
         text::line(&format!("guide in {}", put.folder.display()));
+        if judged.cards.is_some() {
+            let (cards, session) = (put.folder.join(CARDS), arguments.session.display());
+            let cards = cards.display();
+            text::line(&format!("cards of the missing tests: doublet campaign {cards} --session {session} --out DIR"));
+        }
     }
     Ok(if found.failed + found.not_judged > 0 { Outcome::Bad } else { Outcome::Done })
 }
 
 fn print(found: &Qualification) {
-    text::line(&format!("{}, percentages {}", found.rule, found.percent));
+    text::line(&format!("{}, percentages {}, constants of the {}", found.rule, found.percent, found.constants));
+    if !found.certainty.is_empty() {
+        text::line(&format!("certainty: {}", found.certainty));
+    }
     let rows = found.tests.iter().map(|test| {
         let outcome = test.outcome.label();
         vec![format!("{outcome} {}", test.id), format!("{}: {}", test.title, text::shortened(&test.reason, 120))]
     });
     text::list(&rows.collect::<Vec<_>>());
     text::line(&found.tally());
+    let missing = found.index.iter().filter(|row| row.status == IndexStatus::Missing).map(|row| row.id.as_str());
+    let missing: Vec<&str> = missing.collect();
+    if !missing.is_empty() {
+        text::line(&format!("tests of the rule without a record: {}", missing.join(", ")));
+    }
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use doublet_engine::builtin;
-use doublet_engine::report::document::SectionKind;
+use doublet_engine::report::document::{SectionKind, Style};
 use doublet_engine::run::Control;
 use doublet_engine::session;
 use doublet_engine::study::Study;
@@ -25,14 +25,17 @@ const COMPUTING: f32 = 0.3;
 /// # Errors
 /// One line per thing because of which nothing can be computed or written; nothing is written then.
 pub fn report(arguments: &ReportArguments) -> Result<Outcome, String> {
-    let sections = if arguments.sections.is_empty() {
-        SectionKind::ALL.to_vec()
-    } else {
-        named(&SectionKind::ALL, &arguments.sections, |section| section.name())
+    let style = arguments.style.as_deref().map(Style::open).transpose()?.unwrap_or_default();
+    // In the order they are named.
+    let asked = |name: &String| SectionKind::ALL.into_iter().find(|section| section.name() == name);
+    let sections: Vec<SectionKind> = match (arguments.sections.as_slice(), style.sections.as_slice()) {
+        ([], []) => SectionKind::ALL.to_vec(),
+        ([], of_style) => of_style.to_vec(),
+        (names, _) => names.iter().filter_map(asked).collect(),
     };
     // What was not asked for by name is left out where the session's model cannot be trimmed.
     let modelled = || session::open(&arguments.session).is_ok_and(|opened| is_modelled(&opened.session));
-    let trims = !arguments.sections.is_empty() || modelled();
+    let trims = !arguments.sections.is_empty() || !style.sections.is_empty() || modelled();
     let studies = sections.iter().filter_map(|section| section.study());
     let studies = studies.filter(|study| trims || !matches!(study, Study::Dynamics(_)));
     let asked = |study| match study {
@@ -53,6 +56,7 @@ pub fn report(arguments: &ReportArguments) -> Result<Outcome, String> {
             .as_ref()
             .map(|file| compare(&arguments.session, file, (&session, &snapshot)))
             .transpose()?,
+        style,
     };
     let show = |part| progress.update(COMPUTING + (1.0 - COMPUTING) * part, "writing the report");
     let written = doublet_report::write(&session, &snapshot, &order, &Control::default(), &show);

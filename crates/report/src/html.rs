@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use doublet_engine::notation;
-use doublet_engine::report::document::{Block, Document};
+use doublet_engine::report::document::{Block, Document, Style};
 use doublet_engine::report::{Cell, Table, alignments};
 
 use crate::svg::{escape, svg};
@@ -17,9 +17,10 @@ pub fn html(document: &Document) -> String {
     let title = escape(&document.title);
     page.put(format_args!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
-         <meta name=\"generator\" content=\"{}\"><title>{title}</title><style>{STYLE}</style></head><body><header><h1>{title}</h1><p>{}</p>\
+         <meta name=\"generator\" content=\"{}\"><title>{title}</title><style>{STYLE}</style></head><body><header>{}<h1>{title}</h1><p>{}</p>\
          </header><div id=\"cover\">\n",
         escape(&document.app),
+        head(&document.style),
         escape(&document.subtitle)
     ));
     document.cover.iter().for_each(|block| page.block(block));
@@ -39,10 +40,44 @@ pub fn html(document: &Document) -> String {
         page.out.push_str("</section>\n");
     }
     let (app, date) = (escape(&document.app), escape(&document.date));
-    let notice =
-        if document.notice.is_empty() { String::new() } else { format!("<p>{}</p>", escape(&document.notice)) };
+    let words = [&document.style.footer, &document.notice].map(|words| match words.as_str() {
+        "" => String::new(),
+        words => format!("<p>{}</p>", escape(words)),
+    });
+    let notice = words.concat();
     page.put(format_args!("</main><footer>{notice}{app}, {date}</footer></body></html>\n"));
     page.out
+}
+
+/// Logo and words of the house; colour of headings.
+fn head(style: &Style) -> String {
+    let accent = &style.accent;
+    let mut out = format!("<style>h1,h2{{color:{accent}}}</style>");
+    if let Some(logo) = &style.logo {
+        let kind = if logo.ending == "svg" { "svg+xml" } else { logo.ending };
+        let picture = base64(&logo.bytes);
+        let _ =
+            write!(out, "<img class=\"logo\" alt=\"logo\" height=\"52\" src=\"data:image/{kind};base64,{picture}\">");
+    }
+    if !style.header.is_empty() {
+        let _ = write!(out, "<p>{}</p>", escape(&style.header));
+    }
+    out
+}
+
+/// Bytes as text (RFC 4648).
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for part in bytes.chunks(3) {
+        let byte = |index: usize| u32::from(part.get(index).copied().unwrap_or(0));
+        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
+        for place in 0..4 {
+            let digit = (bits >> (18 - 6 * place)) & 63;
+            out.push(if place <= part.len() { char::from(DIGITS[digit as usize]) } else { '=' });
+        }
+    }
+    out
 }
 
 /// A page being written.
@@ -125,5 +160,17 @@ fn cell_text(cell: &Cell, digits: usize) -> String {
             format!("<data value=\"{value}\">{}</data>", escape(&cell.readable(digits)))
         }
         _ => escape(&cell.readable(digits)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::base64;
+
+    #[test]
+    fn bytes_are_the_text_of_rfc_4648() {
+        for (bytes, text) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")] {
+            assert_eq!(base64(bytes.as_bytes()), text);
+        }
     }
 }

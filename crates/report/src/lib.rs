@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 use doublet_engine::keep::{Earlier, Put, Staging};
 use doublet_engine::prior::PriorStudy;
-use doublet_engine::report::document::{self, Document, SectionKind};
+use doublet_engine::report::document::{self, Document, SectionKind, Style};
 #[cfg(feature = "pdf")]
 use doublet_engine::report::document::{Block, Figure};
 use doublet_engine::report::{self as results};
@@ -94,6 +94,8 @@ pub struct Order {
     pub without_appendix: bool,
     /// The flight beside an earlier estimate.
     pub prior: Option<PriorStudy>,
+    /// House style.
+    pub style: Style,
 }
 
 /// Writes the report on a run, all forms of it in one step; what else the folder holds stays. `progress` is told the part done, 0 to 1.
@@ -124,6 +126,7 @@ pub fn assemble(session: &Session, snapshot: &Snapshot, order: &Order) -> Docume
         document.drop_appendices();
     }
     document.sections.splice(0..0, document::chosen(session));
+    order.style.apply(&mut document);
     document
 }
 

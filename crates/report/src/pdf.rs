@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use doublet_engine::builtin;
 use doublet_engine::notation::{self, is_direction_mark};
-use doublet_engine::report::document::{Block, Document, Section};
+use doublet_engine::report::document::{Block, Document, Logo, Section};
 use doublet_engine::report::{Cell, Table, alignments};
 use doublet_engine::run::Control;
 use serde_json::{Value, json};
@@ -87,6 +87,9 @@ fn typeset(document: &Document, control: &Control, progress: &dyn Fn(f32)) -> Re
         checkpoint()?;
         files.push((figure_file(index), svg(figure, "c").into_bytes()));
     }
+    if let Some(logo) = &document.style.logo {
+        files.push((logo_file(logo), logo.bytes.clone()));
+    }
     files.push(("report.json".to_owned(), contents(document).to_string().replace(is_direction_mark, "").into_bytes()));
     for (name, bytes) in files {
         world.files.insert(file_id(&name)?, Bytes::new(bytes));
@@ -103,6 +106,10 @@ fn figure_file(index: usize) -> String {
     format!("figure-{index}.svg")
 }
 
+fn logo_file(logo: &Logo) -> String {
+    format!("logo.{}", logo.ending)
+}
+
 /// The contents as the source reads them.
 fn contents(document: &Document) -> Value {
     let mut figures = 0;
@@ -117,6 +124,11 @@ fn contents(document: &Document) -> Value {
         "date": document.date,
         "notice": document.notice,
         "signatures": document.signatures,
+        "header": document.style.header,
+        "footer": document.style.footer,
+        "accent": document.style.accent,
+        "compact": document.style.is_compact,
+        "logo": document.style.logo.as_ref().map(logo_file).unwrap_or_default(),
         "cover": cover,
         "sections": sections,
     })

@@ -3,6 +3,7 @@
 
 use std::ops::RangeInclusive;
 
+use doublet_engine::report::document::level_map;
 use doublet_engine::report::{AnticipationChart, ModeRow, QualityRow, anticipation_chart, mode_rows, qualities_row};
 use doublet_engine::run::Slot;
 use doublet_engine::study::dynamics::{CATEGORIES, CLASSES};
@@ -29,6 +30,7 @@ enum Aspect {
     Roots,
     Modes,
     Levels,
+    Map,
     Anticipation,
 }
 
@@ -48,6 +50,7 @@ impl Panel for Dynamics {
             (Aspect::Roots, "Roots"),
             (Aspect::Modes, "Modes"),
             (Aspect::Levels, "Levels"),
+            (Aspect::Map, "Level map"),
             (Aspect::Anticipation, "Control anticipation"),
         ];
         ui.horizontal_wrapped(|ui| choices(ui, &mut self.aspect, &all));
@@ -68,6 +71,7 @@ impl Panel for Dynamics {
             Aspect::Roots => roots(ctx, ui, study),
             Aspect::Modes => modes(ui, study),
             Aspect::Levels => levels(ui, study),
+            Aspect::Map => ctx.document(ui, &level_map(&qualities_row(study))),
             Aspect::Anticipation => anticipation(ctx, ui, study),
         }
     }

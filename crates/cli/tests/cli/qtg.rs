@@ -8,8 +8,16 @@ use std::process::{Command, Output};
 use serde_json::Value;
 
 fn qtg(tests: &str, out: &Path) -> Output {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    qtg_with(&[], tests, out)
+}
+
+fn qtg_with(further: &[&str], tests: &str, out: &Path) -> Output {
     let arguments = ["qtg", "sessions/demo.toml", "--tests", tests, "--out", out.to_str().unwrap(), "--json"];
+    doublet(&[&arguments[..], further].concat())
+}
+
+fn doublet(arguments: &[&str]) -> Output {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut command = Command::new(env!("CARGO_BIN_EXE_doublet-cli"));
     command.args(arguments).env("SOURCE_DATE_EPOCH", "1763800000").current_dir(root).output().unwrap()
 }
@@ -25,9 +33,9 @@ fn value<'a>(test: &'a Value, parameter: &str) -> &'a Value {
 }
 
 #[test]
-fn the_shipped_flight_passes_what_it_can_and_fails_what_was_made_wrong() {
+fn with_constants_refitted_the_shipped_flight_passes_what_it_can_and_fails_what_was_made_wrong() {
     let folder = tempfile::tempdir().unwrap();
-    let output = qtg("builtin:qtg/demo", folder.path());
+    let output = qtg_with(&["--constants", "refit"], "builtin:qtg/demo", folder.path());
     assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(found, read(&folder.path().join("qtg.json")));
@@ -109,6 +117,60 @@ fn copies_have_the_hashes_they_are_said_to_have(tests: &[Value], folder: &Path) 
         copies += 1;
     }
     assert_eq!(copies, 11);
+}
+
+/// From the trim of the model, with the constants of the identification.
+#[test]
+fn the_shipped_flight_is_flown_from_the_trim_of_the_model_and_the_index_has_every_test_of_the_rule() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = qtg("builtin:qtg/demo", folder.path());
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["constants"], "identification");
+    let tests = found["tests"].as_array().unwrap();
+    for test in tests {
+        println!("{} {} {} {}", test["id"], test["window"], test["outcome"], test["reason"]);
+    }
+    // Drag and thrust: the trim of the model needs the thrust that was recorded, within 5 %.
+    let thrust = value(&tests[0], "net thrust");
+    println!("{thrust}");
+    assert_eq!(thrust["passed"], true);
+    let ratio = thrust["model"].as_f64().unwrap() / thrust["flight"].as_f64().unwrap();
+    assert!((ratio - 1.0).abs() < 0.05, "thrust of the model over that of the flight: {ratio}");
+    let page = std::fs::read_to_string(folder.path().join("qtg.html")).unwrap();
+    for part in
+        ["Trim of the model less the flight", "test 2.c.10-1: time", "Index of the rule", "manual, on the device"]
+    {
+        assert!(page.contains(part), "the guide does not say '{part}'");
+    }
+    // Every number of the rule, by its number: those of the file, those that are missing, those outside the model.
+    let index = found["index"].as_array().unwrap();
+    let status = |id: &str| index.iter().find(|row| row["id"] == id).unwrap()["status"].as_str().unwrap();
+    assert_eq!((status("2.c.10"), status("2.c.9"), status("2.c.8")), ("passed", "missing", "outside"));
+    assert_eq!(status("2.d.2"), "failed", "one of its tests is made to fail");
+    // What is missing has a card each, which the campaign command plans for the same aircraft.
+    let missing = index.iter().filter(|row| ["missing", "not_judged"].contains(&row["status"].as_str().unwrap()));
+    let cards = folder.path().join("qtg_cards.toml");
+    let planned = doublet(&["campaign", cards.to_str().unwrap(), "--json"]);
+    assert!(planned.status.success(), "{}", String::from_utf8_lossy(&planned.stderr));
+    let planned: Value = serde_json::from_slice(&planned.stdout).unwrap();
+    assert_eq!(planned["points"].as_array().unwrap().len(), missing.count());
+}
+
+/// A rule whose numbers were not read says so on its first page and in its results.
+#[test]
+fn an_unverified_rule_is_said_to_be_unverified() {
+    let folder = tempfile::tempdir().unwrap();
+    let tests = folder.path().join("tests.toml");
+    let text = "format = \"doublet qualification tests\"\nversion = 1\ntitle = \"one\"\nrule = \"builtin:cs_fstd_a\"\n[[test]]\n\
+                id = \"2.d.6\"\nkind = \"doublet\"\n";
+    std::fs::write(&tests, text).unwrap();
+    let output = qtg(tests.to_str().unwrap(), &folder.path().join("out"));
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(found["rule"].as_str().unwrap().contains("CS-FSTD(A)"));
+    assert!(found["certainty"].as_str().unwrap().contains("not read"));
+    assert_eq!(found["tests"][0]["certainty"], "unverified");
+    let page = std::fs::read_to_string(folder.path().join("out/qtg.html")).unwrap();
+    assert!(page.contains("2.d.(6)") && page.contains("not compared with the rule"));
 }
 
 #[test]

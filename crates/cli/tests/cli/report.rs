@@ -267,3 +267,51 @@ fn body_of_the_demonstration_is_short_and_the_answer_is_first() {
     let count = pages(&pdf);
     assert!((8..=18).contains(&count), "{count} pages");
 }
+
+/// Logo, words, colour, units and order of the sections by a file, and what is wrong with one.
+#[test]
+fn house_style_and_order_of_sections_come_from_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let style = folder.path().join("house.toml");
+    let head = "format = \"doublet report style\"\nversion = 1\n";
+    let logo =
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"40\" height=\"20\"><rect width=\"40\" height=\"20\"/></svg>";
+    std::fs::write(folder.path().join("logo.svg"), logo).unwrap();
+    let text = format!(
+        "{head}header = \"Flight test house\"\nfooter = \"Internal use\"\naccent = \"#884400\"\nlogo = \"logo.svg\"\nunits = \"aviation\"\n\
+         sections = [\"path\", \"windows\"]\nsignatures = [\"Test engineer\"]\n"
+    );
+    std::fs::write(&style, text).unwrap();
+    let out = folder.path().join("out");
+    let arguments =
+        ["report", "sessions/demo.toml", "--out", out.to_str().unwrap(), "--style", style.to_str().unwrap()];
+    succeeds(&arguments);
+    let html = std::fs::read_to_string(out.join("demo.html")).unwrap();
+    for part in [
+        "Flight test house",
+        "Internal use",
+        "#884400",
+        "data:image/svg+xml;base64,PHN2Zy",
+        "Airspeed [kt]",
+        "Altitude [ft]",
+    ] {
+        assert!(html.contains(part), "the report does not say '{part}'");
+    }
+    let place = |name: &str| html.find(&format!("<section id=\"{name}\">")).unwrap();
+    assert!(place("path") < place("windows") && place("windows") < place("appendix-path"));
+    assert!(!html.contains("<section id=\"derivatives\">"));
+    // Every manoeuvre has its channels beside the path and its biases, one in the body.
+    assert!(html.matches("measured and reconstructed channels, and biases").count() >= 20);
+    assert!(html.contains("the reconstructed path through them, and what is left"));
+    assert!(std::fs::read(out.join("demo.pdf")).unwrap().starts_with(b"%PDF"));
+    // An order on the command line stands before that of the file.
+    let own = ["--sections", "windows,path", "--format", "html"];
+    succeeds(&[&arguments[..], &own].concat());
+    let html = std::fs::read_to_string(out.join("demo.html")).unwrap();
+    let place = |name: &str| html.find(&format!("<section id=\"{name}\">")).unwrap();
+    assert!(place("windows") < place("path"));
+    std::fs::write(&style, format!("{head}accent = \"blue\"\n")).unwrap();
+    let refused = doublet(&arguments);
+    let line = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(!refused.status.success() && line.contains("house.toml: accent: 'blue'"), "{line}");
+}

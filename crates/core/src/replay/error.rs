@@ -56,6 +56,14 @@ pub enum ReplayError {
         /// Name of the variable.
         variable: &'static str,
     },
+    /// The model has no steady flight there.
+    #[error("the model has no trim at {airspeed_m_s:.1} m/s: an acceleration of {residual:.2e} m/s² or rad/s² is left")]
+    NoTrim {
+        /// True airspeed, m/s.
+        airspeed_m_s: f64,
+        /// Largest acceleration left, m/s² or rad/s².
+        residual: f64,
+    },
     /// The motion left what can be simulated.
     #[error("the simulated flight ends at {time_s:.2} s: {what}")]
     Ended {

@@ -117,6 +117,12 @@ impl<'a> Flight<'a> {
         self.replay.altitude_at_start_m + climbed_m
     }
 
+    /// Acceleration in local Earth axes, m/s², and angular acceleration, rad/s².
+    pub(super) fn accelerations(&self, state: &State, sample: &Sample) -> (Vector3<f64>, Vector3<f64>) {
+        let (_, acceleration) = self.free(state, sample);
+        (acceleration.ned_m_s2, acceleration.angular_rad_s2)
+    }
+
     /// Loads and accelerations with six degrees of freedom.
     fn free(&self, state: &State, sample: &Sample) -> (Loads, Acceleration) {
         let body_from_ned = state.body_from_ned();

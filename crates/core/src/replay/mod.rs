@@ -9,12 +9,14 @@ mod error;
 mod fly;
 mod forces;
 mod sample;
+mod steady;
 
 pub use axis::{Correction, Motion, MotionAxis};
 pub use error::ReplayError;
 pub use fly::Response;
 pub use forces::{Forces, Instant, Loads};
 pub use sample::Sample;
+pub use steady::{SteadyCondition, SteadyTrim};
 
 use std::sync::Arc;
 

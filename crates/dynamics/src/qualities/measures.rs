@@ -52,6 +52,7 @@ measures! {
     PhaseDelay, "phase_delay", "phase delay", "s";
     PhaseRate, "phase_rate_deg_hz", "phase rate at -180 deg", "deg/Hz";
     AveragePhaseRate, "average_phase_rate_deg_hz", "average phase rate", "deg/Hz";
+    CriterionPhase, "criterion_phase_deg", "pitch attitude phase at the criterion frequency", "deg";
     Dropback, "dropback", "dropback over pitch rate", "s";
     PitchRateOvershoot, "pitch_rate_overshoot", "pitch-rate overshoot ratio", "-";
     PilotCompensation, "pilot_compensation_deg", "pilot compensation", "deg";
@@ -91,6 +92,7 @@ impl Measure {
             | Self::PhaseDelay
             | Self::PhaseRate
             | Self::AveragePhaseRate
+            | Self::CriterionPhase
             | Self::PilotCompensation
             | Self::ClosedLoopResonance => "the delay from stick to elevator, and a stable short period",
             Self::Dropback | Self::PitchRateOvershoot => "a stable short period with an elevator",

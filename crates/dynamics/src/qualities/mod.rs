@@ -12,4 +12,4 @@ pub use judge::{Judgement, LevelShares, Quality, QualityLevel, Reason, judge, ju
 pub use limits::{Airplane, Along, Limit, Limits, LimitsError, NotJudged, PilotTasks};
 pub use measures::{Controls, EquivalentSystem, Measure, Measures, load_factor_per_alpha, measures, phi_over_beta};
 pub use neal_smith::{NealSmith, PilotTask, neal_smith};
-pub use pitch::{StepResponse, pitch_rate_by_elevator, step_response};
+pub use pitch::{StepResponse, criterion_phase_rad, pitch_rate_by_elevator, step_response};

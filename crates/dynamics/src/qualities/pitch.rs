@@ -72,6 +72,16 @@ pub fn step_response(rate: &TransferFunction) -> Option<StepResponse> {
     Some(StepResponse { dropback_s: t_theta2 - c1 / c0, overshoot })
 }
 
+/// Phase of a pitch attitude by stick at the criterion frequency, rad: `6 + 0.24 S` rad/s, `S` the mean slope of the gain from 1 to 6 rad/s in dB
+/// per octave; none where the curve does not reach. (R. H. Smith, N. D. Geddes, AFFDL-TR-78-154.)
+pub fn criterion_phase_rad(attitude: &BodeCurve) -> Option<f64> {
+    const BAND: [f64; 2] = [1.0, 6.0];
+    let [(low_db, _), (high_db, _)] = [attitude.at(BAND[0])?, attitude.at(BAND[1])?];
+    let slope = (high_db - low_db) / (BAND[1] / BAND[0]).log2();
+    let frequency = 6.0 + 0.24 * slope;
+    (frequency > 0.0).then(|| attitude.at(frequency)).flatten().map(|(_, phase)| phase)
+}
+
 impl Measures {
     /// Adds those of a pitch-rate response to the stick; a delay of `None` is not known, and only what does not depend on it is added.
     pub fn add_pitch_rate(&mut self, rate: &TransferFunction, delay_s: Option<f64>, task: Option<&PilotTask>) {
@@ -109,6 +119,9 @@ impl Measures {
             for (measure, value) in values {
                 value.into_iter().for_each(|value| self.set(measure, value));
             }
+        }
+        if let Some(phase_rad) = criterion_phase_rad(attitude) {
+            self.set(Measure::CriterionPhase, phase_rad.to_degrees());
         }
         if let Some(found) = task.and_then(|task| neal_smith(attitude, task)) {
             self.set(Measure::PilotCompensation, found.compensation_rad.to_degrees());

@@ -6,8 +6,8 @@
 use doublet_dynamics::frequency::{BodeCurve, Section, TransferFunction, logarithmic_grid};
 use doublet_dynamics::linear::{LateralDerivatives, LongitudinalDerivatives, StateSpace, SymmetricTrim};
 use doublet_dynamics::qualities::{
-    Airplane, Limits, Measure, Measures, PilotTask, QualityLevel, judge, measure_interval, neal_smith,
-    pitch_rate_by_elevator, step_response, times_to_bank,
+    Airplane, Limits, Measure, Measures, PilotTask, QualityLevel, criterion_phase_rad, judge, measure_interval,
+    neal_smith, pitch_rate_by_elevator, step_response, times_to_bank,
 };
 use nalgebra::DMatrix;
 use toml::{Table, Value};
@@ -310,6 +310,30 @@ fn boundaries_over_two_measures_are_straight_between_points_and_end_at_the_last(
     ));
     let message = Limits::parse(&text.unwrap().replace(points, "[[0.04, 6.5], [0.03, 6.54]")).unwrap_err().to_string();
     assert!(message.contains("do not rise"), "{message}");
+}
+
+#[test]
+fn phase_at_the_criterion_frequency_is_that_of_hand_calculation() {
+    // Attitude exp(-0.1 s) / (s (s + 2)): 20 log10 sqrt(5) = 6.990 dB and 20 log10 (6 sqrt(40)) = 31.584 dB down at 1 and 6 rad/s, -9.515 dB
+    // per octave, criterion frequency 3.7165 rad/s; phase -90 - atan(3.7165 / 2) - 0.1 * 3.7165 rad = -173.01 deg.
+    let model = TransferFunction {
+        gain: 1.0,
+        numerator: Vec::new(),
+        denominator: vec![Section::First(0.0), Section::First(2.0)],
+        delay_s: 0.1,
+    };
+    let attitude = BodeCurve::of_model(&model, &logarithmic_grid(0.1, 50.0, 800));
+    close(criterion_phase_rad(&attitude).unwrap().to_degrees(), -173.01, 0.02, "phase");
+    let low = BodeCurve::of_model(&model, &logarithmic_grid(0.1, 5.0, 100));
+    assert_eq!(criterion_phase_rad(&low), None);
+    let mut measures = Measures::default();
+    measures.set(Measure::CriterionPhase, -173.01);
+    let judged = judge(&limits("smith_geddes"), &Airplane::new("I", "B").unwrap(), &measures);
+    let quality = judged.quality("pilot-induced oscillation, Smith-Geddes").unwrap();
+    assert_eq!((quality.level, quality.counts), (Some(QualityLevel::Two), false));
+    measures.set(Measure::PhaseDelay, 0.15);
+    let judged = judge(&limits("pio_phase_delay"), &Airplane::new("I", "B").unwrap(), &measures);
+    assert_eq!(judged.qualities[0].level, Some(QualityLevel::Two));
 }
 
 #[test]

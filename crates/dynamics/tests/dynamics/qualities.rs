@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
 
-use doublet_dynamics::linear::{LateralDerivatives, LongitudinalDerivatives, SymmetricTrim};
+use doublet_dynamics::linear::{LateralDerivatives, LongitudinalDerivatives, StateSpace, SymmetricTrim};
 use doublet_dynamics::modes::{Mode, modes};
 use doublet_dynamics::qualities::{
     Airplane, EquivalentSystem, Judgement, Limits, Measure, Measures, QualityLevel, judge, judge_samples,
@@ -301,4 +301,67 @@ fn bad_limits_and_classes_are_refused_in_one_line() {
     assert_eq!(Airplane::new("II", "a").unwrap(), Airplane::new("II-L", "A").unwrap());
     let message = limits("mil_std_1797a_class_iii").check(&Airplane::new("I", "B").unwrap()).unwrap_err().to_string();
     assert!(message.contains("class III, not I"), "{message}");
+}
+
+/// The Navion of R. C. Nelson, Flight Stability and Automatic Control, examples 4.3 and 5.3 (after G. L. Teper, 1969): 176 ft/s at sea level,
+/// matrices as printed, ft, s, rad. Eigenvalues as printed; levels by hand from the tables of the standard.
+#[test]
+fn navion_has_the_published_modes_and_is_level_1_in_category_b() {
+    let matrix = |rows: [[f64; 4]; 4]| nalgebra::DMatrix::from_fn(4, 4, |i, j| rows[i][j]);
+    let pitch = matrix([
+        [-0.045, 0.036, 0.0, -32.2],
+        [-0.369, -2.02, 176.0, 0.0],
+        [0.0019, -0.0396, -2.948, 0.0],
+        [0.0, 0.0, 1.0, 0.0],
+    ]);
+    let roll = matrix([
+        [-0.254, 0.0, -1.0, 0.182],
+        [-16.02, -8.40, 2.19, 0.0],
+        [4.488, -0.350, -0.760, 0.0],
+        [0.0, 1.0, 0.0, 0.0],
+    ]);
+    let elevator = nalgebra::DMatrix::from_row_slice(4, 1, &[0.0, -28.15, -11.874, 0.0]);
+    let pitch =
+        StateSpace::of_states("longitudinal", &["u", "w", "q", "theta"], &[("delta_e", "rad")], pitch, elevator);
+    let none = nalgebra::DMatrix::zeros(4, 0);
+    let roll = StateSpace::of_states("lateral", &["beta", "p", "r", "phi"], &[], roll, none);
+    let (longitudinal, lateral) = (modes(&pitch), modes(&roll));
+    let mode = |found: &[Mode], name: &str| found.iter().find(|mode| mode.name == name).unwrap().clone();
+    let (short, phugoid) = (mode(&longitudinal, "short period"), mode(&longitudinal, "phugoid"));
+    let dutch = mode(&lateral, "Dutch roll");
+    let (roll_mode, spiral) = (mode(&lateral, "roll subsidence"), mode(&lateral, "spiral"));
+    for (what, found, printed, tolerance) in [
+        ("short period, real", short.real_1_s, -2.5, 0.015),
+        ("short period, imaginary", short.imaginary_rad_s, 2.59, 0.01),
+        ("phugoid, real", phugoid.real_1_s, -0.0171, 1e-4),
+        ("phugoid, imaginary", phugoid.imaginary_rad_s, 0.213, 1e-3),
+        ("Dutch roll, real", dutch.real_1_s, -0.487, 1e-3),
+        ("Dutch roll, imaginary", dutch.imaginary_rad_s, 2.335, 2e-3),
+        ("roll", roll_mode.real_1_s, -8.435, 3e-3),
+        ("spiral", spiral.real_1_s, -0.00877, 2e-4),
+    ] {
+        assert!((found - printed).abs() <= tolerance, "{what}: {found} instead of {printed}");
+    }
+    let short_part = pitch.part("short_period", &["w", "q"], &["delta_e"], &["w", "q"]);
+    // V Z_w / g = 176 * 2.02 / 32.2 = 11.0 g/rad; the lift of the elevator takes a little of it.
+    let per_alpha = load_factor_per_alpha(&short_part, 176.0, 32.2).unwrap();
+    assert!((9.5..11.2).contains(&per_alpha), "{per_alpha}");
+    let mut measures = Measures::default();
+    measures.add_short_period(short.damping(), short.frequency_rad_s(), Some(per_alpha));
+    measures.set(Measure::PhugoidDamping, phugoid.damping());
+    measures.add_dutch_roll(dutch.damping(), dutch.frequency_rad_s(), phi_over_beta(&roll, &dutch, 176.0));
+    measures.set(Measure::RollTimeConstant, roll_mode.time_constant_s());
+    measures.set(Measure::SpiralTimeToDouble, f64::INFINITY);
+    let judgement = judge(&limits("mil_f_8785c"), &Airplane::new("I", "B").unwrap(), &measures);
+    let judged: Vec<&str> = judgement
+        .qualities
+        .iter()
+        .filter(|quality| quality.level == Some(QualityLevel::One))
+        .map(|quality| quality.criterion.as_str())
+        .collect();
+    assert_eq!(
+        judged,
+        ["control anticipation", "short-period damping", "phugoid", "Dutch roll", "roll mode", "spiral"]
+    );
+    assert_eq!(judgement.level, Some(QualityLevel::One));
 }

@@ -9,12 +9,13 @@ use doublet_core::statistics::median;
 use doublet_core::toml_error;
 use serde::{Deserialize, Serialize};
 
+use super::evaluation::{SlopeRow, evaluate};
 use super::safety::{EntryGate, Risk, WindBox, entry};
 use crate::builtin;
 use crate::graph::StageResult;
 use crate::live::Limit;
 use crate::run::Snapshot;
-use crate::session::{Manoeuvre, Session, WindowRole};
+use crate::session::{Manoeuvre, Session, Surface, WindowRole};
 use crate::verdict::Level;
 
 /// Value of the `format` key.
@@ -141,6 +142,8 @@ pub struct TestPoint {
     /// Amplitude, deg.
     #[serde(default)]
     pub amplitude_deg: f64,
+    /// Change of the manifold pressure, inHg, of an input by the throttles.
+    pub amplitude_inhg: Option<f64>,
     /// How often it is flown.
     #[serde(default = "once")]
     pub repeats: usize,
@@ -153,6 +156,9 @@ pub struct TestPoint {
     /// When this point ends.
     #[serde(default)]
     pub knock_off: Vec<String>,
+    /// What is done at this point, before what is done at every point.
+    #[serde(default)]
+    pub procedure: Vec<String>,
     /// Time unit of the input, s: that of one pulse of a doublet, of the shortest of a 3-2-1-1.
     pub step_s: Option<f64>,
     /// Engine speed, rev/min.
@@ -235,10 +241,12 @@ pub struct PlannedPoint {
     pub surface: String,
     pub direction: String,
     pub amplitude_deg: f64,
+    pub amplitude_inhg: Option<f64>,
     pub repeats: usize,
     pub duration_s: f64,
     pub hazard: String,
     pub knock_off: Vec<String>,
+    pub procedure: Vec<String>,
     pub entry_note: Option<String>,
     pub stall_m_s: Option<f64>,
     pub least_airspeed_m_s: Option<f64>,
@@ -255,6 +263,8 @@ pub struct PlannedPoint {
     pub nearest_margin: Option<f64>,
     pub windows: Vec<String>,
     pub status: Flown,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub evaluation: Vec<SlopeRow>,
 }
 
 /// A window flown, for the envelope.
@@ -353,6 +363,7 @@ impl Campaign {
             let mut row = self.point(point, aircraft, loading, time_s)?;
             if let Some((session, snapshot)) = session {
                 self.find_windows(&mut row, session, snapshot, &mut taken);
+                row.evaluation = evaluate(&row, session, snapshot);
             }
             time_s += point.repeats as f64 * point.duration_s;
             planned.push(row);
@@ -433,10 +444,12 @@ impl Campaign {
             surface: point.surface.clone(),
             direction: point.direction.clone(),
             amplitude_deg: point.amplitude_deg,
+            amplitude_inhg: point.amplitude_inhg,
             repeats: point.repeats,
             duration_s: point.duration_s,
             hazard: point.hazard.clone(),
             knock_off: entry.knock_off.into_iter().chain(stated).collect(),
+            procedure: point.procedure.clone(),
             step_s: point.step_s,
             engine_speed_rpm: point.engine_speed_rpm,
             manifold_pressure_inhg: point.manifold_pressure_inhg,
@@ -450,6 +463,7 @@ impl Campaign {
             nearest_margin: nearest.map(|own| own.margin),
             windows: Vec::new(),
             status: Flown::Missing,
+            evaluation: Vec::new(),
         })
     }
 
@@ -469,8 +483,8 @@ impl Campaign {
             })
         };
         let fits = |window: &&Manoeuvre| {
-            let surface = window.surface.map_or("", |surface| surface.name());
-            surface == row.surface
+            let surfaces: Vec<&str> = window.surface.into_iter().chain(window.also).map(Surface::name).collect();
+            surfaces.join(" and ") == row.surface
                 && window.kind.eq_ignore_ascii_case(&row.kind)
                 && !taken.contains(&window.name.as_str())
                 && near(window)

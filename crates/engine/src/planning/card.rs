@@ -6,14 +6,18 @@ use super::campaign::{Campaign, Flown, PlannedPoint};
 use super::safety::M_S_PER_KT;
 use crate::notation::significant;
 use crate::report::document::{Axis, Block, Figure, LineStyle, Panel, Plot, Section, points};
-use crate::report::{Cell, Column, Table};
+use crate::report::{Cell, Column, Table, TableOf};
 use crate::verdict::Level;
 
 /// Length of a foot, m.
 const M_PER_FT: f64 = 0.3048;
 
 /// The movement of the hand for each direction of a surface: surface, direction, control, opposite direction.
-const HANDS: [(&str, &str, &str, &str); 6] = [
+const HANDS: [(&str, &str, &str, &str); 10] = [
+    ("aileron and rudder", "right", "stick right with right pedal", "left"),
+    ("aileron and rudder", "left", "stick left with left pedal", "right"),
+    ("throttle", "up", "throttles forward", "down"),
+    ("throttle", "down", "throttles back", "up"),
     ("aileron", "right", "stick right", "left"),
     ("aileron", "left", "stick left", "right"),
     ("elevator", "down", "stick forward", "up"),
@@ -50,7 +54,8 @@ fn power(point: &PlannedPoint) -> String {
     let speed = point.engine_speed_rpm.map(|rpm| format!("{} rev/min", significant(rpm, 4)));
     let pressure = point.manifold_pressure_inhg.map(|inhg| format!("{} inHg", significant(inhg, 3)));
     let given: Vec<String> = speed.into_iter().chain(pressure).collect();
-    if given.is_empty() { "not given".to_owned() } else { format!("{}; not moved during the input", given.join(", ")) }
+    let held = if point.amplitude_inhg.is_some() { "before the input" } else { "not moved during the input" };
+    if given.is_empty() { "not given".to_owned() } else { format!("{}; {held}", given.join(", ")) }
 }
 
 /// Limits of the wind in which a point is flown.
@@ -85,12 +90,18 @@ pub(super) fn card(campaign: &Campaign, point: &PlannedPoint) -> Section {
     blocks.extend(point.entry_note.iter().map(|note| Block::Outcome(Level::Caution, note.clone())));
     blocks.extend([Block::Heading("Entry".to_owned()), Block::Facts(facts(campaign, point))]);
     blocks.extend(stick_picture(point).map(Block::Figure));
-    blocks.extend([Block::Heading("Procedure".to_owned()), Block::List(campaign.procedure.clone())]);
+    let procedure: Vec<String> = point.procedure.iter().chain(&campaign.procedure).cloned().collect();
+    if !procedure.is_empty() {
+        blocks.extend([Block::Heading("Procedure".to_owned()), Block::List(procedure)]);
+    }
     if !point.knock_off.is_empty() {
         blocks.extend([Block::Heading("Knock it off".to_owned()), Block::List(point.knock_off.clone())]);
     }
     if !point.risks.is_empty() {
         blocks.push(Block::Table(risks(point)));
+    }
+    if !point.evaluation.is_empty() {
+        blocks.push(Block::Table(evaluation(point)));
     }
     blocks.extend([Block::Heading("Runs".to_owned()), Block::Table(runs(point, surface))]);
     blocks.extend([Block::Heading("Crew notes".to_owned()), Block::Lines(4)]);
@@ -148,6 +159,15 @@ fn facts(campaign: &Campaign, point: &PlannedPoint) -> Vec<(String, String)> {
     .into()
 }
 
+/// Size of the input: a deflection, or a change of the manifold pressure.
+fn size(point: &PlannedPoint) -> String {
+    match point.amplitude_inhg {
+        Some(inhg) => format!("{} inHg", significant(inhg.abs(), 2)),
+        None if point.amplitude_deg == 0.0 => "as the procedure".to_owned(),
+        None => format!("{} deg", significant(point.amplitude_deg.abs(), 2)),
+    }
+}
+
 /// Directions of the runs one after the other, each as its first word.
 fn directions(point: &PlannedPoint) -> Vec<&str> {
     let words = point.direction.split(',').map(|text| {
@@ -177,7 +197,7 @@ fn stick_picture(point: &PlannedPoint) -> Option<Figure> {
     let first = directions(point).first().copied()?;
     let (forward, opposite) = hand(&point.surface, first)?;
     let (back, _) = hand(&point.surface, opposite)?;
-    let amplitude = point.amplitude_deg.abs();
+    let amplitude = point.amplitude_inhg.unwrap_or(point.amplitude_deg).abs();
     let lead_s = pulses.iter().map(|pulse| pulse.0).sum::<f64>() / 4.0;
     let mut time_s = lead_s;
     let mut nodes = vec![[0.0, 0.0], [time_s, 0.0]];
@@ -194,7 +214,7 @@ fn stick_picture(point: &PlannedPoint) -> Option<Figure> {
             format!("{hand} {} s", significant(*duration_s, 3))
         })
         .collect();
-    let size = format!("{} deg", significant(amplitude, 2));
+    let size = size(point);
     let places = vec![
         (amplitude, format!("{forward} {size}")),
         (0.0, "trim".to_owned()),
@@ -216,6 +236,18 @@ fn stick_picture(point: &PlannedPoint) -> Option<Figure> {
             marks: vec![points("", 0, LineStyle::Solid, nodes)],
         })],
     })
+}
+
+/// Slopes of the manoeuvres flown, beside those of the identified derivatives.
+fn evaluation(point: &PlannedPoint) -> Table {
+    let caption = "Least squares of the manoeuvres flown, beside the identified derivatives; errors corrected for correlated residuals.";
+    TableOf::new(&format!("evaluation-{}", point.id), caption, &point.evaluation)
+        .text("name", "Slope", |row| row.name)
+        .number("value", "Flown", "", 4, |row| row.value)
+        .number("standard_error", "Std error", "", 2, |row| row.standard_error)
+        .maybe("model", "Model", "", 4, |row| row.model)
+        .count("samples", "Samples", |row| row.samples)
+        .done()
 }
 
 /// Hazards with what is done about each.
@@ -244,7 +276,7 @@ fn runs(point: &PlannedPoint, surface: &str) -> Table {
         ("altitude", "Altitude"),
         ("remark", "Remark"),
     ];
-    let amplitude = format!("{} deg", significant(point.amplitude_deg, 2));
+    let amplitude = size(point);
     let blank = || Cell::text("\u{a0}".repeat(22));
     let directions = directions(point);
     let direction = |run: usize| match directions.get((run - 1) % directions.len().max(1)) {

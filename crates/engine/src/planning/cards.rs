@@ -7,7 +7,7 @@ use super::campaign::{Campaign, FlownPoint, PlannedPoint};
 use super::card::card;
 use crate::date;
 use crate::notation::significant;
-use crate::report::document::{Axis, Block, Document, Figure, LineStyle, Mark, Panel, Plot, Section, points};
+use crate::report::document::{Axis, Block, Document, Figure, LineStyle, Mark, Panel, Plot, Section, Style, points};
 use crate::report::{Cell, Column, Table};
 
 /// Lays a campaign out: cards last, one a page.
@@ -51,6 +51,7 @@ pub fn campaign_document(
         notice: "Limits on these pages are from the aircraft file; the flight manual takes precedence.".to_owned(),
         cover,
         signatures: ["Captain", "Test engineer", "Experiment lead"].map(str::to_owned).into(),
+        style: Style::default(),
         sections,
     }
 }

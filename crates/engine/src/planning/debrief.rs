@@ -27,6 +27,9 @@ pub struct PromisedError {
     pub name: String,
     /// Corrected standard error; none where the input does not move what it needs.
     pub corrected: Option<f64>,
+    /// The same with what path and sensors cost; none in designs of earlier versions.
+    #[serde(default)]
+    pub promised: Option<f64>,
 }
 
 /// A derivative over all flights of a design.
@@ -35,6 +38,7 @@ pub struct PromisedError {
 pub struct DebriefRow {
     pub name: String,
     pub promised: f64,
+    pub promised_noise: f64,
     pub estimate: f64,
     pub obtained: f64,
     pub over_promised: f64,
@@ -89,7 +93,7 @@ pub fn debrief(promise: &Promise, flights: &[(Snapshot, Option<BTreeMap<String, 
     let mut derivatives = Vec::new();
     let mut all_off = Vec::new();
     for own in &promise.predicted {
-        let Some(promised) = own.corrected else { continue };
+        let Some(promised) = own.promised.or(own.corrected) else { continue };
         let of_flight = |(estimates, truth): &(Vec<Estimate>, &Option<BTreeMap<String, f64>>)| {
             let (name, estimate, _, error) = estimates.iter().find(|estimate| estimate.0 == own.name)?.clone();
             let truth = truth.as_ref().and_then(|truth| truth.get(&name).copied());
@@ -106,6 +110,7 @@ pub fn debrief(promise: &Promise, flights: &[(Snapshot, Option<BTreeMap<String, 
         derivatives.push(DebriefRow {
             name: own.name.clone(),
             promised,
+            promised_noise: own.corrected.unwrap_or(promised),
             estimate: rows.iter().map(|row| row.0).sum::<f64>() / count,
             obtained,
             over_promised: obtained / promised,

@@ -7,7 +7,9 @@ use doublet_dynamics::design::{Designed, SURFACE_NAMES};
 use super::enough::{DerivativeRow, Enough, NextRow};
 use super::rows::{ComparedKind, DesignRow, ExcursionRow};
 use crate::notation::significant;
-use crate::report::document::{Axis, Block, Document, Figure, LineStyle, Mark, Panel, Plot, Section, line, points};
+use crate::report::document::{
+    Axis, Block, Document, Figure, LineStyle, Mark, Panel, Plot, Section, Style, line, points,
+};
 use crate::report::{Cell, Column, Table, TableOf};
 use crate::session::Session;
 use crate::verdict::Level;
@@ -25,6 +27,7 @@ pub fn design_document(session: &Session, row: &DesignRow, designed: &Designed) 
             .to_owned(),
         cover: vec![facts(row)],
         signatures: Vec::new(),
+        style: Style::default(),
         sections: vec![
             section("input", "Input", input(row, designed)),
             section("excursions", "Expected excursions", vec![Block::Table(excursions(row))]),
@@ -105,11 +108,12 @@ fn excursions(row: &DesignRow) -> Table {
 }
 
 fn predicted(row: &DesignRow) -> Table {
-    let caption = "Predicted standard errors of this input alone, beside the present errors.";
+    let caption = "Standard errors to expect of this input alone, beside the present errors: noise of the fits, and with what path and sensors cost in the session it starts from.";
     TableOf::new("predicted", caption, &row.predicted)
         .symbol("name", "derivative", |own| &own.name)
         .number("estimate", "estimate", "", 4, |own| own.estimate)
-        .maybe("corrected", "error to expect", "", 2, |own| own.corrected)
+        .maybe("corrected", "error of the noise", "", 2, |own| own.corrected)
+        .maybe("promised", "error to expect", "", 2, |own| own.promised)
         .maybe("relative_error_percent", "relative", "%", 2, |own| own.relative_error_percent)
         .number("present", "error now", "", 2, |own| own.present)
         .done()

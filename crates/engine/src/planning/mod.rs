@@ -9,7 +9,9 @@ mod debrief;
 mod designed_session;
 mod document;
 mod enough;
+mod evaluation;
 mod files;
+mod path_share;
 mod recorded_coverage;
 mod rows;
 mod safety;
@@ -24,7 +26,9 @@ pub use designed_session::{FLIGHT_FOLDER, designed_session, loading_of_mass, wit
 pub use document::{comparison_table, design_document, enough_blocks};
 pub use doublet_dynamics::design::{Criterion, DesignKind, SURFACE_NAMES};
 pub use enough::{DerivativeRow, Enough, EnoughOptions, EnoughRequest, Goal, NextRow, WindowInformation, enough};
+pub use evaluation::SlopeRow;
 pub use files::{design_csv, design_files};
+pub use path_share::PathShare;
 pub use recorded_coverage::recorded_coverage;
 pub use rows::{
     ComparedKind, CorrelationRow, DesignRow, ExcursionRow, ManoeuvreRow, PredictedRow, SignalRow, design_row,

@@ -64,6 +64,8 @@ pub struct PredictedRow {
     pub relative_error_percent: Option<f64>,
     pub corrected_high: Option<f64>,
     pub present: f64,
+    pub path_error: Option<f64>,
+    pub promised: Option<f64>,
 }
 
 /// How far one quantity goes.
@@ -244,6 +246,8 @@ fn predicted(designed: &Designed) -> Vec<PredictedRow> {
         relative_error_percent: derivative.corrected.map(|error| 100.0 * error / derivative.estimate.abs()),
         corrected_high: *high,
         present: derivative.present,
+        path_error: None,
+        promised: None,
     })
     .collect()
 }

@@ -8,6 +8,7 @@ use doublet_dynamics::design::{Criterion, DesignKind, Designed, Request};
 use super::basis::{DesignOptions, SEARCH_SAMPLES, basis_of};
 use super::document::{comparison_table, design_document};
 use super::files::design_files;
+use super::path_share::PathShare;
 use super::rows::{DesignRow, designed_rows};
 use crate::graph::{Context, Control, StageResult};
 use crate::report::document::{Block, Document};
@@ -93,7 +94,8 @@ pub fn design_sheet(
     with_study_input(session, snapshot, &context, |input| {
         let basis = basis_of(input, &DesignOptions::default(), &context)?;
         context.checkpoint()?;
-        let (row, designed) = designed_rows(&basis, &request.request(), request.compare, &|| context.checkpoint())?;
+        let (mut row, designed) = designed_rows(&basis, &request.request(), request.compare, &|| context.checkpoint())?;
+        PathShare::measure(session, snapshot).iter().for_each(|share| row.add_path(share));
         let card = design_document(session, &row, &designed);
         let aircraft = input.aircraft.loaded.aircraft.clone();
         Ok(DesignSheet { row, designed, card, session: session.clone(), aircraft })

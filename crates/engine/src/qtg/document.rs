@@ -1,11 +1,11 @@
 //! The qualification test guide as a document: cover, device, revisions, references, glossary, methods, results, a page per test.
 
-use super::conditions::{NOT_GIVEN, stated};
+use super::conditions::NOT_GIVEN;
 use super::file::{DEVICE, ENGINEERING_DATA};
-use super::units::{dimension_of, named, shown, unit, with_error};
-use super::{Qualification, QualificationTest, TestFile, ValueRow};
+use super::units::{dimension_of, named, shown, shown_as, unit, with_error};
+use super::{Constants, IndexStatus, Qualification, QualificationTest, TestFile, ValueRow};
 use crate::notation::significant;
-use crate::report::document::{Block, Document, Section};
+use crate::report::document::{Block, Document, Section, Style};
 use crate::report::{Cell, Column, Table};
 use crate::run::Snapshot;
 use crate::session::Session;
@@ -19,12 +19,13 @@ pub fn document(session: &Session, snapshot: &Snapshot, file: &TestFile, found: 
         section("glossary", "Glossary of terms, symbols and signs", vec![Block::Table(glossary())]),
         section("methods", "Statements and methods", methods(file, found)),
         section("results", "Results", vec![tally(found), Block::Table(results(found))]),
+        section("index", "Index of the rule", vec![Block::Table(index(found))]),
     ];
     // What a page holds together begins one: the device page and the results.
     for section in &mut sections {
         section.on_new_page = ["device", "results"].contains(&section.name.as_str());
     }
-    sections.extend(found.tests.iter().map(page));
+    sections.extend(found.tests.iter().map(|test| page(test, &found.date)));
     Document {
         title: if found.title.is_empty() { "Qualification test guide".to_owned() } else { found.title.clone() },
         subtitle: found.aircraft.clone(),
@@ -33,6 +34,7 @@ pub fn document(session: &Session, snapshot: &Snapshot, file: &TestFile, found: 
         notice: notice(found),
         cover: cover(file, found),
         signatures: ["Sponsor: prepared", "Sponsor: approved", "Authority"].map(str::to_owned).into(),
+        style: Style { is_compact: true, ..Style::default() },
         sections,
     }
 }
@@ -82,6 +84,8 @@ fn cover(file: &TestFile, found: &Qualification) -> Vec<Block> {
             ("Aeroplane", given(file, "aeroplane").to_owned()),
             ("Device", given(file, "device").to_owned()),
             ("Rule", format!("{}{edition}", found.rule)),
+            ("Certainty of its numbers", certainty(found)),
+            ("Constants of the model", constants(file.constants).to_owned()),
             ("Revision", revision(file)),
             ("Date of the results", found.date.clone()),
             ("Program", found.app.clone()),
@@ -94,6 +98,53 @@ fn cover(file: &TestFile, found: &Qualification) -> Vec<Block> {
             found.aircraft, found.app
         )),
     ]
+}
+
+/// How sure the numbers of the rule are.
+fn certainty(found: &Qualification) -> String {
+    if found.certainty.is_empty() { NOT_GIVEN.to_owned() } else { found.certainty.clone() }
+}
+
+/// Where the constants of the flown model are from, in words.
+fn constants(constants: Constants) -> &'static str {
+    match constants {
+        Constants::Identification => "those of the identification; time histories start from the trim of the model",
+        Constants::Refit => "refitted to each manoeuvre; time histories start from the reconstructed state",
+    }
+}
+
+/// Every test of the rule with what there is of it.
+fn index(found: &Qualification) -> Table {
+    let columns = [
+        ("paragraph", "Paragraph"),
+        ("name", "Test of the rule"),
+        ("condition", "Condition"),
+        ("certainty", "Tolerance"),
+        ("status", "Result"),
+        ("tests", "Tests here, or reason"),
+    ];
+    let rows = found.index.iter().map(|row| {
+        let last = if row.tests.is_empty() || row.status == IndexStatus::Missing {
+            row.reason.clone()
+        } else {
+            row.tests.join(", ")
+        };
+        let parts = [
+            row.paragraph.as_str(),
+            &row.name,
+            &row.condition,
+            row.certainty.unwrap_or_default(),
+            row.status.label(),
+            &last,
+        ];
+        parts.map(Cell::text).into()
+    });
+    Table {
+        name: "index".to_owned(),
+        caption: format!("Tests of {} in the order of their numbers.", found.rule),
+        columns: columns.map(|(key, heading)| Column::new(key, heading)).into(),
+        rows: rows.collect(),
+    }
 }
 
 /// Numbers of the tests that ended so.
@@ -200,10 +251,9 @@ fn methods(file: &TestFile, found: &Qualification) -> Vec<Block> {
         "Recording: the session and the recordings under References define the instruments and their calibration. The flight shown on \
          every page is the path reconstructed from them (Kalman filter and smoother), with estimated biases removed."
             .to_owned(),
-        "Time histories: the model starts from the reconstructed state and runs with six degrees of freedom, driven by the inputs \
-         named on the page. Time histories test derivatives, so the constant of each coefficient is set for zero mean residual. Snapshots \
-         test trims, with the constants of the identification. A test passes if one tolerance of each requirement holds throughout; \
-         where two are given, the less restrictive applies."
+        time_histories(file.constants).to_owned(),
+        "Snapshots test trims, drag and thrust, with the constants of the identification. A test passes if one tolerance of each \
+         requirement holds throughout; where two are given, the less restrictive applies."
             .to_owned(),
         format!("Percentages of bands are {}; of single numbers, of the flight's value.", found.percent),
         "Period and damping: a damped oscillation with a drift is fitted to flight and model from the end of the input; \
@@ -226,6 +276,21 @@ fn methods(file: &TestFile, found: &Qualification) -> Vec<Block> {
     vec![Block::List(lines)]
 }
 
+/// How time histories are computed.
+fn time_histories(constants: Constants) -> &'static str {
+    match constants {
+        Constants::Identification => {
+            "Time histories: the model is trimmed at the mean airspeed, flight path and turn rate of the steady flight before the input, \
+             with the constants of the identification. Its elevator, aileron, thrust, angles and bank follow. It then runs with six \
+             degrees of freedom; deflections and thrust change as recorded, the wind is constant."
+        }
+        Constants::Refit => {
+            "Time histories: the model starts from the reconstructed state and runs with six degrees of freedom, driven by the inputs \
+             named on the page. The constant of each coefficient is set for zero mean residual, so that they test derivatives alone."
+        }
+    }
+}
+
 fn results(found: &Qualification) -> Table {
     let columns = [("id", "Test"), ("title", "Title"), ("window", "Manoeuvre"), ("kind", "Kind"), ("result", "Result")];
     let rows = found.tests.iter().map(|test| {
@@ -240,9 +305,31 @@ fn results(found: &Qualification) -> Table {
     }
 }
 
+/// The box to sign: the automatic test, and a line for the manual one on a device.
+fn result_box(test: &QualificationTest, date: &str) -> Table {
+    let columns = [
+        ("test", "Test"),
+        ("result", "Result"),
+        ("date", "Date"),
+        ("evaluated", "Evaluated by"),
+        ("approved", "Approved by"),
+    ];
+    let blank = || Cell::text("\u{a0}".repeat(24));
+    let automatic = [format!("{} automatic", test.id), test.outcome.label().to_owned(), date.to_owned()];
+    let manual = [format!("{} manual, on the device", test.id), "not run".to_owned(), String::new()];
+    let rows = [automatic, manual].map(|row| row.map(Cell::text).into_iter().chain([blank(), blank()]).collect());
+    Table {
+        name: "result_box".to_owned(),
+        caption: "Result.".to_owned(),
+        columns: columns.map(|(key, heading)| Column::new(key, heading)).into(),
+        rows: rows.into(),
+    }
+}
+
 /// The page of a test.
-fn page(test: &QualificationTest) -> Section {
+fn page(test: &QualificationTest, date: &str) -> Section {
     let mut blocks = vec![Block::Outcome(test.outcome.level(), format!("{}: {}", test.outcome.label(), test.reason))];
+    blocks.extend(test.window.is_some().then(|| Block::Table(result_box(test, date))));
     blocks.push(Block::Facts(test.page.facts.clone()));
     if !test.page.initial.is_empty() {
         blocks.push(Block::Heading("Initial conditions".to_owned()));
@@ -263,7 +350,7 @@ fn page(test: &QualificationTest) -> Section {
         name: test.section(),
         title: format!("{} {}", test.id, test.title),
         is_numbered: false,
-        on_new_page: true,
+        on_new_page: test.window.is_some(),
         is_appendix: false,
         blocks,
     }
@@ -316,7 +403,9 @@ fn numbers(name: &str, caption: &str, values: &[ValueRow]) -> Table {
         let dimension = dimension_of(&row.parameter);
         let number = |value: Option<f64>, error: Option<f64>| match (value, error) {
             (Some(value), Some(error)) => with_error(value, error, dimension),
-            (value, _) => stated(value, dimension),
+            (value, _) => value
+                .filter(|value| value.is_finite())
+                .map_or(NOT_GIVEN.to_owned(), |value| shown_as(value, &row.parameter)),
         };
         let difference = row.flight.zip(row.model).map(|(flight, model)| model - flight);
         let result = match row.passed {

@@ -9,12 +9,18 @@ use doublet_core::reconstruct::Measurement;
 use doublet_core::validate::Histories;
 use doublet_dynamics::modes::measured::Read;
 
+use super::cards::cards;
 use super::conditions::initial;
 use super::document::document;
 use super::free_response::{self, FreeResponse, free_response};
+use super::index::index;
 use super::judge::{at_time, channels, met, over_bands, over_values, values};
 use super::snapshot::{self, snapshot};
-use super::{FORMAT, NAME, Outcome, Page, Qualification, QualificationTest, TestEntry, TestFile, VERSION, data, pages};
+use super::trimmed::{LEAST_STEADY_S, TrimmedStart, trimmed};
+use super::{
+    CARDS, Constants, FORMAT, NAME, Outcome, Page, Qualification, QualificationTest, TestEntry, TestFile, VERSION,
+    data, pages,
+};
 use crate::date;
 use crate::graph::{Cache, StageResult};
 use crate::report::document::Document;
@@ -23,8 +29,14 @@ use crate::run::{Control, Scope, Snapshot, run};
 use crate::session::{self, Manoeuvre, Session, WindowRole};
 use crate::stage::{
     Judgement, Movement, ObjectiveTest, PooledFits, Quantity, ReplayWindow, Tolerances, ValueTolerance, WindowAero,
-    WindowPath, WindowReplay, measured_histories, model_of_window, movement, replay, shortfall, window_flight,
+    WindowFlight, WindowPath, WindowReplay, fly_window, measured_histories, model_of_window, movement, shortfall,
+    window_flight,
 };
+
+/// Time before a deflection has left its rest at which it is taken to begin, s.
+const MOVING_S: f64 = 0.1;
+/// Steady flight at the start of a record in which no surface moves, s.
+const LEAD_S: f64 = 3.0;
 
 /// The session with the windows of the tests in use: those that it ignores are flown as validation windows, which changes no derivative.
 pub fn prepare(session: &Session, file: &TestFile) -> Session {
@@ -45,6 +57,8 @@ pub struct Judged {
     pub found: Qualification,
     /// The guide, a section per test named as [`QualificationTest::section`].
     pub guide: Document,
+    /// Campaign of the tests of the rule without a record, as its file; none where all have one.
+    pub cards: Option<String>,
 }
 
 impl Judged {
@@ -56,7 +70,8 @@ impl Judged {
         let json = serde_json::to_vec_pretty(&self.found).map_err(|error| error.to_string())?;
         let copies = self.found.tests.iter().filter_map(|test| test.data.as_ref());
         let copies = copies.map(|copy| (copy.name.clone(), copy.text.clone().into_bytes()));
-        Ok(std::iter::once((format!("{NAME}.json"), json)).chain(copies).collect())
+        let cards = self.cards.iter().map(|text| (CARDS.to_owned(), text.clone().into_bytes()));
+        Ok(std::iter::once((format!("{NAME}.json"), json)).chain(cards).chain(copies).collect())
     }
 }
 
@@ -85,7 +100,8 @@ pub fn judge(
         return Err(format!("{place}: {error}").into());
     }
     let found = evaluate(session, &snapshot, file)?;
-    Ok(Judged { guide: document(session, &snapshot, file, &found), found })
+    let cards = cards(&prepared, folder, &snapshot, &file.rule, &found.index);
+    Ok(Judged { guide: document(session, &snapshot, file, &found), found, cards })
 }
 
 /// Judges every test of `file` on a session and what the run of it, [`prepare`]d, found.
@@ -119,11 +135,14 @@ pub fn evaluate(session: &Session, snapshot: &Snapshot, file: &TestFile) -> Stag
         session_sha256: session_sha256(session),
         rule: file.rule.name.clone(),
         edition: file.rule.edition.clone(),
+        certainty: file.rule.certainty_note.clone(),
+        constants: file.constants.name(),
         percent: file.reading.percent.reference_description(),
         engineering_data: file.is_engineering_data,
         passed: count(Some(true)),
         failed: count(Some(false)),
         not_judged: count(None),
+        index: index(&file.rule, &tests),
         tests,
     })
 }
@@ -195,7 +214,9 @@ impl Evaluation<'_> {
     fn unflown(&self, window: Option<&Manoeuvre>, outcome: Outcome, reason: String) -> QualificationTest {
         QualificationTest {
             id: self.id.clone(),
+            rule_id: self.rule.id.clone(),
             title: self.title(window),
+            certainty: self.rule.certainty.name(),
             kind: self.rule.judgement.name(),
             window: window.map(|window| window.name.clone()),
             passed: outcome.passed(),
@@ -241,38 +262,77 @@ impl Evaluation<'_> {
         let measured = measured_histories(&flight.motion, aero);
         let moved = movement(manoeuvre, aero);
         let structure = &self.session.structure;
-        let flown = model_of_window(&pooled, structure, &window)
-            .and_then(|model| replay(&window, &model, preparation, gravity, &Tolerances::default()));
         let mut test = unflown(Outcome::NotComputed, String::new());
+        let mut span_s = self.steady_s(manoeuvre, &measured, moved.as_ref());
+        if moved.is_none() && self.entry.to_s.is_none() && !self.is_snapshot() {
+            span_s[1] = span_s[1].min(span_s[0] + LEAD_S);
+        }
         let configuration = self.entry.configuration.as_ref().or(self.file.device.get("configuration"));
         test.page.initial = initial(manoeuvre, aero, &measured, self.snapshot, configuration.map(String::as_str));
-        match (&self.rule.judgement, flown) {
-            (Judgement::Snapshot(requirements) | Judgement::TrimChange(requirements), _) => {
+        match &self.rule.judgement {
+            Judgement::Snapshot(requirements) | Judgement::TrimChange(requirements) => {
                 if let Err(error) = require_vane(&manoeuvre.name, path) {
                     test.reason = error.to_string();
                 } else {
                     let model = snapshot::model(&pooled, structure);
-                    let span_s = self.steady_s(manoeuvre, &measured, moved.as_ref());
                     self.judge_snapshot(&mut test, model, (manoeuvre, aero), &measured, span_s, requirements);
                 }
             }
-            (_, Err(error)) => {
-                test.outcome = Outcome::Failed;
-                test.reason = format!("the model cannot simulate the record: {error}");
+            _ if self.file.constants == Constants::Identification && span_s[1] - span_s[0] < LEAST_STEADY_S => {
+                test.outcome = Outcome::RecordTooShort;
+                test.reason = format!(
+                    "{:.1} s of steady flight before the input: {LEAST_STEADY_S} s are needed to trim the model",
+                    (span_s[1] - span_s[0]).max(0.0)
+                );
             }
-            (_, Ok(flown)) => self.judge_flown(&mut test, manoeuvre, &flown, aero, moved.as_ref()),
+            _ => match self.fly(&window, flight, &pooled, span_s) {
+                Err(error) => {
+                    test.outcome = Outcome::Failed;
+                    test.reason = format!("the model cannot simulate the record: {error}");
+                }
+                Ok((flown, start)) => {
+                    self.judge_flown(&mut test, manoeuvre, &flown, aero, moved.as_ref());
+                    test.page.facts.extend(start.iter().flat_map(TrimmedStart::facts));
+                }
+            },
         }
         test.passed = test.outcome.passed();
         Ok(test)
     }
 
-    /// Steady flight of a snapshot, s of the recording: as the file says, else from the start of the record to its input.
+    /// The record flown by the model: from its own trim, or from the reconstructed state.
+    fn fly(
+        &self,
+        window: &ReplayWindow<'_>,
+        flight: WindowFlight,
+        pooled: &PooledFits,
+        span_s: [f64; 2],
+    ) -> StageResult<(WindowReplay, Option<TrimmedStart>)> {
+        let (structure, none) = (&self.session.structure, Tolerances::default());
+        match self.file.constants {
+            Constants::Refit => {
+                let model = model_of_window(pooled, structure, window)?;
+                Ok((fly_window(window, &model, &flight, &none)?, None))
+            }
+            Constants::Identification => {
+                let model = snapshot::model(pooled, structure)?;
+                let trimmed = trimmed(&model, flight, window.aero, span_s)?;
+                Ok((fly_window(window, &model, &trimmed.flight, &none)?, Some(trimmed.start)))
+            }
+        }
+    }
+
+    /// Steady flight of a trim, s of the recording: as the file says, else from the start of the record to its input.
     fn steady_s(&self, manoeuvre: &Manoeuvre, measured: &Histories, moved: Option<&Movement>) -> [f64; 2] {
         let begins = measured.time_s.first().copied().unwrap_or(f64::NAN);
         let ends = measured.time_s.last().copied().unwrap_or(f64::NAN);
-        let input = moved.map_or(ends, |moved| begins + moved.before_s);
+        let input = moved.map_or(ends, |moved| begins + moved.before_s - MOVING_S);
         let from_start = |time_s: f64| manoeuvre.window.start_s + time_s;
         [self.entry.from_s.map_or(begins, from_start), self.entry.to_s.map_or(input, from_start)]
+    }
+
+    fn is_snapshot(&self) -> bool {
+        matches!(self.rule.judgement, Judgement::Snapshot(_) | Judgement::TrimChange(_))
     }
 
     fn gravity_m_s2(&self) -> f64 {
@@ -335,7 +395,8 @@ impl Evaluation<'_> {
         test.data = Some(data::copy(&test.id, &flown, aero));
         let loaded = self.snapshot.flights.get(&manoeuvre.flight).and_then(|slot| slot.ready());
         let recording = loaded.map(|loaded| &loaded.recording);
-        test.page.facts.extend(pages::record_facts(manoeuvre, aero, recording, moved, test.data.as_ref()));
+        let constants = self.file.constants;
+        test.page.facts.extend(pages::record_facts(manoeuvre, aero, recording, moved, test.data.as_ref(), constants));
         test.page.figure = Some(pages::figure(&test.id, manoeuvre, &flown, aero));
     }
 

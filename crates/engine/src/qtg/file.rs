@@ -45,6 +45,8 @@ pub struct TestFile {
     pub reading: Reading,
     /// Whether the reference comes from an engineering simulation, so that 40 % of every tolerance applies.
     pub is_engineering_data: bool,
+    /// Constants and start of the flown model.
+    pub constants: Constants,
     /// Device page by the keys of [`DEVICE`].
     pub device: BTreeMap<String, String>,
     /// Log of revisions.
@@ -53,6 +55,34 @@ pub struct TestFile {
     pub references: Vec<String>,
     /// Tests in their order.
     pub tests: Vec<TestEntry>,
+}
+
+/// Constants of the coefficients, and where the flown model starts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Constants {
+    /// Those of the identification, from the trim of the model.
+    #[default]
+    Identification,
+    /// Refitted to each manoeuvre, from the reconstructed state in the reconstructed wind.
+    Refit,
+}
+
+impl Constants {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Identification, Self::Refit];
+
+    /// Name on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Identification => "identification",
+            Self::Refit => "refit",
+        }
+    }
+
+    /// The one called `name`.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|constants| constants.name() == name)
+    }
 }
 
 /// One line of the log of revisions.
@@ -114,6 +144,7 @@ struct FileTable {
     title: String,
     rule: Option<String>,
     percent: Option<String>,
+    constants: Option<String>,
     #[serde(default)]
     engineering_data: bool,
     #[serde(default)]
@@ -188,6 +219,7 @@ impl TestFile {
             rule,
             reading,
             is_engineering_data: file.engineering_data,
+            constants: constants(file.constants.as_deref())?,
             device: file.device,
             revisions: file.revision,
             references: file.references,
@@ -200,6 +232,11 @@ fn percent(name: Option<&str>) -> StageResult<PercentRule> {
     let Some(name) = name else { return Ok(PercentRule::default()) };
     let found = PercentRule::ALL.into_iter().find(|rule| rule.name() == name);
     Ok(found.ok_or_else(|| format!("percent: '{name}' is neither range nor sample"))?)
+}
+
+fn constants(name: Option<&str>) -> StageResult<Constants> {
+    let Some(name) = name else { return Ok(Constants::default()) };
+    Ok(Constants::from_name(name).ok_or_else(|| format!("constants: '{name}' is neither identification nor refit"))?)
 }
 
 fn ranges(tables: &BTreeMap<String, RangeTable>) -> StageResult<BTreeMap<Signal, f64>> {
@@ -224,7 +261,7 @@ fn rule(name: Option<&str>, reading: &Reading, folder: &Path) -> StageResult<Tol
     let wrong = |error: &dyn std::fmt::Display| format!("rule: {name}: {error}");
     let text = match name.strip_prefix(builtin::PREFIX) {
         Some(name) => builtin::text("tolerances", name)
-            .ok_or_else(|| wrong(&"no tolerances of this name come with the program"))?
+            .ok_or_else(|| wrong(&format!("not shipped; there are {}", builtin::names("tolerances").join(", "))))?
             .to_owned(),
         None => read_text(&folder.join(name)).map_err(|error| wrong(&error))?,
     };

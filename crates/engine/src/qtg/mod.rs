@@ -4,15 +4,18 @@
 //! [`TestFile`] says which windows serve which tests, [`prepare`] gives the session they need, [`evaluate`] judges them once that session
 //! was run, [`document`] lays them out.
 
+mod cards;
 mod conditions;
 mod data;
 mod document;
 mod evaluate;
 mod file;
 mod free_response;
+mod index;
 mod judge;
 mod pages;
 mod snapshot;
+mod trimmed;
 mod units;
 
 use serde::Serialize;
@@ -22,14 +25,17 @@ use crate::verdict::Level;
 
 pub use document::document;
 pub use evaluate::{Judged, evaluate, judge, prepare};
-pub use file::{DEVICE, ENGINEERING_DATA, Revision, TestEntry, TestFile};
+pub use file::{Constants, DEVICE, ENGINEERING_DATA, Revision, TestEntry, TestFile};
+pub use index::{IndexRow, IndexStatus};
 
 /// Value of the `format` key of the results.
 pub const FORMAT: &str = "doublet qualification";
 /// Name of the guide and of its results, without ending.
 pub const NAME: &str = "qtg";
 /// Version of their layout.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
+/// Name of the campaign of the missing tests.
+pub const CARDS: &str = "qtg_cards.toml";
 
 /// What tests came to.
 #[derive(Clone, Debug, Serialize)]
@@ -52,6 +58,10 @@ pub struct Qualification {
     pub rule: String,
     /// Date of its edition.
     pub edition: String,
+    /// How sure the numbers of the rule are, in words.
+    pub certainty: String,
+    /// Constants and start of the flown model.
+    pub constants: &'static str,
     /// What percentages of bands are of, in words.
     pub percent: &'static str,
     /// Whether 40 % of every tolerance applies.
@@ -64,6 +74,8 @@ pub struct Qualification {
     pub not_judged: usize,
     /// Tests in their order.
     pub tests: Vec<QualificationTest>,
+    /// Every test of the rule with what the guide has of it.
+    pub index: Vec<IndexRow>,
 }
 
 impl Qualification {
@@ -133,8 +145,12 @@ impl QualificationTest {
 pub struct QualificationTest {
     /// Number in the rule, with a running number behind it where several windows serve it.
     pub id: String,
+    /// Number in the rule.
+    pub rule_id: String,
     /// Title.
     pub title: String,
+    /// How sure its tolerance is.
+    pub certainty: &'static str,
     /// Kind of test.
     pub kind: &'static str,
     /// Window.

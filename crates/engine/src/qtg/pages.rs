@@ -8,7 +8,7 @@ use doublet_core::validate::Signal;
 
 use super::conditions::NOT_GIVEN;
 use super::units::{name, requirements, unit};
-use super::{DataCopy, TestEntry};
+use super::{Constants, DataCopy, TestEntry};
 use crate::notation::{self, significant};
 use crate::report::document::{Axis, Figure, LineStyle, Mark, Panel, Plot, line, replay_panel};
 use crate::session::{Manoeuvre, Surface, WindowRole};
@@ -44,7 +44,7 @@ pub fn stated(entry: &TestEntry, rule: &ObjectiveTest, rule_name: &str) -> Vec<(
     };
     let page = if rule.page.is_empty() { String::new() } else { format!(", page {}", rule.page) };
     let mut facts = vec![
-        ("Rule", format!("{} {}, {rule_name}{page}", rule.id, rule.name)),
+        ("Rule", format!("{} {}, {rule_name}{page}; tolerance {}", rule.paragraph, rule.name, rule.certainty.words())),
         ("Objective", or(&entry.objective, &rule.objective)),
         ("Required flight condition", or(&None, &rule.condition)),
         ("Manual procedure", or(&entry.procedure, &rule.procedure)),
@@ -127,16 +127,12 @@ pub(crate) fn record_facts(
     recording: Option<&Recording>,
     movement: Option<&Movement>,
     data: Option<&DataCopy>,
+    constants: Constants,
 ) -> Vec<(String, String)> {
     let duration_s = window.window.end_s - window.window.start_s;
     let mut facts = vec![
-        (
-            "Automatic procedure",
-            "the identified model starts from the reconstructed state at the first sample and runs with six degrees of freedom, \
-             without feedback from the recording"
-                .to_owned(),
-        ),
-        ("Driven or constrained", driven(aero, recording)),
+        ("Automatic procedure", automatic(constants).to_owned()),
+        ("Driven or constrained", driven(aero, recording, constants)),
         (
             "Validation data",
             format!(
@@ -167,8 +163,22 @@ pub(crate) fn record_facts(
     facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()
 }
 
+/// How the model is flown.
+fn automatic(constants: Constants) -> &'static str {
+    match constants {
+        Constants::Identification => {
+            "the identified model, with the constants of the identification, starts from its own trim and runs with six degrees of \
+             freedom, without feedback from the recording"
+        }
+        Constants::Refit => {
+            "the identified model, with constants refitted to this manoeuvre, starts from the reconstructed state at the first sample \
+             and runs with six degrees of freedom, without feedback from the recording"
+        }
+    }
+}
+
 /// What the model is given of the recording.
-fn driven(aero: &WindowAero, recording: Option<&Recording>) -> String {
+fn driven(aero: &WindowAero, recording: Option<&Recording>, constants: Constants) -> String {
     let channel = |surface: Surface| {
         let found = recording.and_then(|recording| recording.role(surface.role()));
         found.map_or_else(
@@ -180,7 +190,14 @@ fn driven(aero: &WindowAero, recording: Option<&Recording>) -> String {
     let surfaces: Vec<String> = recorded.map(channel).collect();
     let surfaces = if surfaces.is_empty() { "no deflection".to_owned() } else { surfaces.join(", ") };
     let thrust = if aero.data.engines.is_empty() { "no thrust" } else { "thrust" };
-    format!("{surfaces} as recorded; {thrust}, air density, mass properties and reconstructed wind over the record")
+    match constants {
+        Constants::Identification => format!(
+            "changes of {surfaces} and of {thrust} from the trim as recorded; air density and mass properties as recorded; constant wind"
+        ),
+        Constants::Refit => format!(
+            "{surfaces} as recorded; {thrust}, air density, mass properties and reconstructed wind over the record"
+        ),
+    }
 }
 
 /// Flight and model over each other with the bands of the test, and the deflections.
@@ -203,6 +220,11 @@ pub fn figure(id: &str, window: &Manoeuvre, replay: &WindowReplay, aero: &Window
     } else {
         ""
     };
+    for panel in &mut panels {
+        if let Panel::Plot(plot) = panel {
+            plot.x.label = format!("test {id}: time");
+        }
+    }
     // As high as a page holds them.
     let rows = panels.len().div_ceil(COLUMNS).max(1) as f64;
     Figure {
@@ -215,15 +237,15 @@ pub fn figure(id: &str, window: &Manoeuvre, replay: &WindowReplay, aero: &Window
 }
 
 /// Panels beside each other.
-const COLUMNS: usize = 2;
+const COLUMNS: usize = 3;
 /// Height of a page that a figure may fill, mm.
-const PAGE_MM: f64 = 205.0;
+const PAGE_MM: f64 = 95.0;
 /// Height a panel takes beside its plotting area, mm.
 const AROUND_MM: f64 = 10.0;
 /// Least height of a plotting area, mm.
-const LOWEST_MM: f64 = 15.0;
+const LOWEST_MM: f64 = 18.0;
 /// Largest, mm.
-const HIGHEST_MM: f64 = 40.0;
+const HIGHEST_MM: f64 = 30.0;
 
 /// Flight with its band and the model on top.
 fn signal_panel(series: &ReplaySeries) -> Panel {

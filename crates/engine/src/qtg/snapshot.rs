@@ -1,7 +1,11 @@
 //! Steady flight: the model's own trim beside the recorded one.
 
+use std::ops::Range;
+
 use doublet_core::estimate::Fit;
-use doublet_core::model::{Coefficient, Derivatives, Structure, Term, Variable, VariableValues};
+use doublet_core::model::{
+    Coefficient, Derivatives, Engine, Structure, Term, ThrustTreatment, Variable, VariableValues,
+};
 use doublet_core::validate::{Histories, Signal};
 use nalgebra::{Matrix2, Vector2};
 
@@ -74,7 +78,8 @@ fn value_of(estimate: &Fit, coefficient: Coefficient, term: &Term, windows: &[&s
 /// The model is asked for the angle of attack and the elevator that give the recorded mean `CZ` and `Cm`, and for the sideslip and the
 /// aileron that give the recorded mean `Cl` and `Cn`, at the recorded airspeed, rates, rudder and power. Its pitch angle differs from
 /// the recorded one as its angle of attack does, at the same flight-path angle; its bank holds the side force:
-/// `m g cos(theta) sin(phi) + q S CY` is that of the flight.
+/// `m g cos(theta) sin(phi) + q S CY` is that of the flight. What its `CX` leaves of the recorded force along body x is more or less
+/// thrust, or at the recorded thrust more or less rate of climb.
 ///
 /// # Errors
 /// One line: no sample there, a model without the coefficients, no trim.
@@ -124,6 +129,8 @@ pub fn snapshot(
     let beta = signal(Signal::Sideslip);
     add(Quantity::Signal(Signal::Sideslip), beta, beta + changed(Variable::Beta));
     add(Quantity::Signal(Signal::BankAngle), phi, (phi.sin() - side).clamp(-1.0, 1.0).asin());
+    let performance = Performance { found: &trimmed, flown: &observed, pressure, mass_kg: mass, gravity_m_s2 };
+    performance.add(model, aero, &samples, alpha, measured, &mut add);
     for (surface, variable) in [(Surface::Elevator, Variable::Elevator), (Surface::Aileron, Variable::Aileron)] {
         if let Some(values) = deflection(surface, aero) {
             let flight = mean(values, &samples);
@@ -131,6 +138,61 @@ pub fn snapshot(
         }
     }
     Ok(result)
+}
+
+/// Force left along body x by the trimmed model, as thrust and as rate of climb.
+struct Performance<'a> {
+    found: &'a VariableValues,
+    flown: &'a dyn Fn(Coefficient) -> f64,
+    pressure: f64,
+    mass_kg: f64,
+    gravity_m_s2: f64,
+}
+
+impl Performance<'_> {
+    /// The thrust the model needs for the recorded acceleration, and its rate of climb at the recorded thrust, beside the recorded ones.
+    fn add(
+        &self,
+        model: &Derivatives,
+        aero: &WindowAero,
+        samples: &Range<usize>,
+        alpha_rad: f64,
+        measured: &Histories,
+        add: &mut impl FnMut(Quantity, f64, f64),
+    ) {
+        let area_m2 = aero.settings.reference.area_m2;
+        let more = model.body_coefficients(self.found)[Coefficient::CX as usize] - (self.flown)(Coefficient::CX);
+        let excess_n = self.pressure * area_m2 * more;
+        let sum = |value: &dyn Fn(&Engine) -> f64| aero.data.engines.iter().map(value).sum::<f64>();
+        let mean = |engine: &Engine| {
+            let values = engine.thrust_n.get(samples.clone()).unwrap_or_default();
+            values.iter().sum::<f64>() / values.len().max(1) as f64
+        };
+        let thrust_n = sum(&mean);
+        let forward_n = sum(&|engine| mean(engine) * engine.direction_body[0]);
+        if aero.settings.thrust != ThrustTreatment::Included && thrust_n > 0.0 && forward_n > 0.0 {
+            add(Quantity::NetThrust, thrust_n, thrust_n - excess_n * thrust_n / forward_n);
+        }
+        let (time_s, altitude_m) = (&measured.time_s, measured.get(Signal::Altitude));
+        let airspeed_m_s = samples.clone().filter_map(|k| aero.data.airspeed_m_s.get(k)).sum::<f64>();
+        let airspeed_m_s = airspeed_m_s / samples.len().max(1) as f64;
+        if let Some(climb_m_s) = slope(time_s, altitude_m, samples.clone()) {
+            let weight_n = self.mass_kg * self.gravity_m_s2;
+            let more_m_s = airspeed_m_s * excess_n * alpha_rad.cos() / weight_n;
+            add(Quantity::ClimbRate, climb_m_s, climb_m_s + more_m_s);
+        }
+    }
+}
+
+/// Slope of the straight line through samples.
+fn slope(time_s: &[f64], values: &[f64], samples: Range<usize>) -> Option<f64> {
+    let (time_s, values) = (time_s.get(samples.clone())?, values.get(samples)?);
+    let count = time_s.len() as f64;
+    let (time, value) = (time_s.iter().sum::<f64>() / count, values.iter().sum::<f64>() / count);
+    let pairs = time_s.iter().zip(values);
+    let with: f64 = pairs.map(|(t, v)| (t - time) * (v - value)).sum();
+    let square: f64 = time_s.iter().map(|t| (t - time).powi(2)).sum();
+    Some(with / square).filter(|slope| slope.is_finite())
 }
 
 /// The values with two of them changed so that two coefficients reach their targets, by Newton's method.

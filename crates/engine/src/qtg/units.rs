@@ -19,6 +19,16 @@ pub fn unit(dimension: Dimension) -> (&'static str, f64) {
     }
 }
 
+/// The same of a quantity: a rate of climb is in ft/min.
+fn unit_of(quantity: Quantity) -> (&'static str, f64) {
+    /// One foot per minute, m/s.
+    const FOOT_PER_MINUTE_M_S: f64 = 0.3048 / 60.0;
+    match quantity {
+        Quantity::ClimbRate => ("ft/min", 1.0 / FOOT_PER_MINUTE_M_S),
+        other => unit(other.dimension()),
+    }
+}
+
 /// A quantity in words and its symbol.
 pub fn name(quantity: Quantity) -> String {
     match quantity {
@@ -76,6 +86,17 @@ pub fn shown(value: f64, dimension: Dimension) -> String {
     format!("{} {unit}", to_decimals(value * factor, decimals(dimension))).trim_end().to_owned()
 }
 
+/// The number of a row in its unit.
+pub(super) fn shown_as(value: f64, parameter: &str) -> String {
+    match Quantity::from_name(parameter) {
+        Some(quantity @ Quantity::ClimbRate) => {
+            let (unit, factor) = unit_of(quantity);
+            format!("{} {unit}", to_decimals(value * factor, 0))
+        }
+        _ => shown(value, dimension_of(parameter)),
+    }
+}
+
 /// A number with its standard error, both to one decimal more.
 pub fn with_error(value: f64, error: f64, dimension: Dimension) -> String {
     let (unit, factor) = unit(dimension);
@@ -112,7 +133,7 @@ pub fn band(tolerance: &Tolerance) -> String {
 
 /// The tolerance of one number as a page states it.
 pub fn value(tolerance: &ValueTolerance) -> String {
-    let (unit, factor) = unit(tolerance.quantity.dimension());
+    let (unit, factor) = unit_of(tolerance.quantity);
     stated(tolerance.absolute * factor, unit, &[(tolerance.of_value, "of the flight")])
 }
 

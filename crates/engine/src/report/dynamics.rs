@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use serde::Serialize;
 
 use crate::study::DynamicsStudy;
-use crate::study::dynamics::MeasuredWindow;
+use crate::study::dynamics::{MapPoint, MeasuredWindow};
 
 /// How the identified aircraft flies at one trim.
 #[derive(Clone, Debug, Serialize)]
@@ -194,6 +194,26 @@ pub struct QualitiesRow {
     pub criteria: Vec<QualityRow>,
     /// Note on the definitions.
     pub note: String,
+    /// Levels at every condition that was flown.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub map: Vec<LevelMapRow>,
+}
+
+/// Levels of the model trimmed at a condition that was flown.
+#[derive(Clone, Debug, Serialize)]
+pub struct LevelMapRow {
+    /// True airspeed.
+    pub airspeed_m_s: f64,
+    /// Altitude.
+    pub altitude_m: f64,
+    /// Mass.
+    pub mass_kg: f64,
+    /// Manoeuvres flown there.
+    pub windows: Vec<String>,
+    /// Worst level of the criteria that count.
+    pub level: Option<&'static str>,
+    /// Level of each criterion that is judged and counts.
+    pub criteria: BTreeMap<String, &'static str>,
 }
 
 /// One criterion.
@@ -447,6 +467,19 @@ pub fn qualities_row(study: &DynamicsStudy) -> QualitiesRow {
         stick_delay_s: study.request.stick_delay_s,
         aileron_rad: study.request.aileron_rad,
         note: study.limits.note.clone(),
+        map: study.map.iter().map(level_map_row).collect(),
+    }
+}
+
+fn level_map_row(point: &MapPoint) -> LevelMapRow {
+    let counted = point.judgement.qualities.iter().filter(|quality| quality.counts);
+    LevelMapRow {
+        airspeed_m_s: point.airspeed_m_s,
+        altitude_m: point.altitude_m,
+        mass_kg: point.mass_kg,
+        windows: point.windows.clone(),
+        level: point.judgement.level.map(QualityLevel::name),
+        criteria: counted.filter_map(|quality| Some((quality.criterion.clone(), quality.level?.name()))).collect(),
     }
 }
 

@@ -32,6 +32,7 @@ pub fn equivalent_levels(fit: &EquivalentSystem, limits: &Limits, airplane: &Air
         stick_delay_s: None,
         aileron_rad: None,
         note: limits.note.clone(),
+        map: Vec::new(),
     }
 }
 

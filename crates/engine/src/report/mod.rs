@@ -34,8 +34,8 @@ use thiserror::Error;
 pub use anticipation::{AnticipationChart, anticipation_chart};
 pub use build::build;
 pub use dynamics::{
-    DynamicsRow, FigureRow, IntervalRow, LinearRow, MeasuredRow, ModeRow, QualitiesRow, QualityRow, TrimRow,
-    dynamics_row, mode_rows, qualities_row,
+    DynamicsRow, FigureRow, IntervalRow, LevelMapRow, LinearRow, MeasuredRow, ModeRow, QualitiesRow, QualityRow,
+    TrimRow, dynamics_row, mode_rows, qualities_row,
 };
 pub use equivalent_levels::equivalent_levels;
 pub use formats::{TableFormat, alignments, csv, latex, markdown};

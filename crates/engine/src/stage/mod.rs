@@ -89,11 +89,11 @@ pub use proposals::{
     FlightProposals, LEAST_PRESSURE_SHARE, SignalSpectrum, WindowProposal, open_windows, proposals, proposals_above,
 };
 pub use recording::{LoadedFlight, align_flight, describe_change, read_flight};
-pub(crate) use replay::measured_histories;
 pub use replay::{
     ProofOfMatch, ReplaySeries, ReplayWindow, StudyWindow, WindowFlight, WindowReplay, bands, model_of_window, replay,
     window_flight,
 };
+pub(crate) use replay::{fly_window, measured_histories};
 pub use samples::fit_in_memory;
 pub(crate) use samples::values_at;
 pub use sensor_errors::EstimatedSensorErrors;
@@ -101,7 +101,8 @@ pub use signals::TreatedSignal;
 pub use steadiness::{Steadiness, measure_steadiness};
 pub use structure_scores::{ScoredStructure, StructureScore};
 pub use tolerances::{
-    Judgement, ObjectiveTest, PercentRule, Quantity, Reading, RecordDemand, Tolerances, ValueTolerance,
+    Certainty, Judgement, ObjectiveTest, OutsideTest, PercentRule, Quantity, Reading, RecordDemand, Tolerances,
+    ValueTolerance,
 };
 pub use truth::TruthError;
 pub use window_context::{ANGULAR_ACCELERATIONS, WindowContext};

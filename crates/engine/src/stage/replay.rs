@@ -208,8 +208,21 @@ pub fn replay(
     gravity_m_s2: f64,
     tolerances: &Tolerances,
 ) -> StageResult<WindowReplay> {
-    let ReplayWindow { manoeuvre, path, aero } = window;
-    let flight = window_flight(&path.reconstruction, aero, preparation, gravity_m_s2)?;
+    let flight = window_flight(&window.path.reconstruction, window.aero, preparation, gravity_m_s2)?;
+    fly_window(window, model, &flight, tolerances)
+}
+
+/// Flies a window made ready with `model` and judges it outside excluded stretches.
+///
+/// # Errors
+/// One line: a model that cannot fly, a motion that diverges.
+pub(crate) fn fly_window(
+    window: &ReplayWindow<'_>,
+    model: &Derivatives,
+    flight: &WindowFlight,
+    tolerances: &Tolerances,
+) -> StageResult<WindowReplay> {
+    let ReplayWindow { manoeuvre, aero, .. } = window;
     let response = flight.replay.fly(model, &flight.start)?;
     let left = aero.left();
     let measured = outside(&left, measured_histories(&flight.motion, aero));

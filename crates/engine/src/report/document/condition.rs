@@ -1,6 +1,8 @@
 //! Section on the derivatives over the flight condition.
 
-use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Plot, paragraph, points};
+use doublet_core::model::{Coefficient, Term};
+
+use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Parts, Plot, paragraph, points};
 use crate::notation;
 use crate::report::build::NORMAL_95;
 use crate::report::studies::ConditionRow;
@@ -9,16 +11,20 @@ use crate::study::ConditionRegression;
 
 /// Variables of the regression that is shown.
 const VARIABLES: &str = "V h";
+/// Their axes.
+const AXES: [(&str, &str); 2] = [("V", "m/s"), ("h", "m")];
+/// What the panels show.
+const LINES: &str = "manoeuvres with 95 % interval, and the regression at the mean of the other variable.";
 /// Figures there is room for.
 const PANELS: usize = 9;
 /// Slope over its standard error from which on a derivative depends on the condition.
 const SIGNIFICANT: f64 = 2.0;
 
-/// Slopes over airspeed and altitude, and the derivatives that depend on airspeed.
-pub fn condition(contents: &Contents<'_>) -> Vec<Block> {
+/// Slopes over airspeed and altitude with the derivatives that depend on them; in the appendix every derivative over both.
+pub fn condition(contents: &Contents<'_>) -> Parts {
     let table = slopes(&contents.results.studies.conditions);
     if table.rows.is_empty() {
-        return Vec::new();
+        return Parts::default();
     }
     let mut blocks = vec![
         paragraph(
@@ -27,21 +33,44 @@ pub fn condition(contents: &Contents<'_>) -> Vec<Block> {
         Block::Table(table),
     ];
     let study = contents.snapshot.studies.manoeuvres.ready();
-    let depends = study.iter().flat_map(|study| &study.conditions).filter(|found| depends_on_airspeed(found));
-    let panels: Vec<Panel> = depends.take(PANELS).map(panel).collect();
+    let all = study.iter().flat_map(|study| &study.conditions);
+    let all: Vec<&ConditionRegression> = all.filter(|found| found.variables.join(" ") == VARIABLES).collect();
+    let depends = |found: &ConditionRegression| {
+        (0..AXES.len()).filter(|index| depends_on(found, *index)).map(|index| panel(found, index)).collect::<Vec<_>>()
+    };
+    let panels: Vec<Panel> = all.iter().flat_map(|found| depends(found)).take(PANELS).collect();
     if panels.is_empty() {
-        blocks.push(paragraph("No derivative depends significantly on airspeed."));
+        blocks.push(paragraph("No derivative depends significantly on airspeed or altitude."));
     } else {
         blocks.push(Block::Figure(Figure {
             name: "condition".to_owned(),
-            caption: "Derivatives that depend on airspeed: manoeuvres with 95 % interval, and the regression at mean altitude."
-                .to_owned(),
+            caption: format!("Derivatives that depend on airspeed or altitude: {LINES}"),
             columns: 3,
-            panel_height_mm: 30.0,
+            panel_height_mm: 26.0,
             panels,
         }));
     }
-    blocks
+    Parts { body: blocks, appendix: each(contents, &all) }
+}
+
+/// A figure per coefficient with each of its derivatives over airspeed and altitude.
+fn each(contents: &Contents<'_>, all: &[&ConditionRegression]) -> Vec<Block> {
+    let figure = |(coefficient, terms): &(Coefficient, Vec<Term>)| {
+        let names: Vec<String> = terms.iter().map(|term| term.derivative_name(*coefficient)).collect();
+        let own = all.iter().filter(|found| names.contains(&found.derivative));
+        let panels: Vec<Panel> = own.flat_map(|found| (0..AXES.len()).map(|index| panel(found, index))).collect();
+        let name = coefficient.name();
+        (!panels.is_empty()).then(|| {
+            Block::Figure(Figure {
+                name: format!("condition {name}"),
+                caption: format!("Derivatives of {name} over airspeed and altitude: {LINES}"),
+                columns: 4,
+                panel_height_mm: 22.0,
+                panels,
+            })
+        })
+    };
+    contents.session.structure.models.iter().filter_map(figure).collect()
 }
 
 /// One row per derivative.
@@ -68,17 +97,17 @@ fn slopes(rows: &[ConditionRow]) -> Table {
         .done()
 }
 
-fn depends_on_airspeed(found: &ConditionRegression) -> bool {
+fn depends_on(found: &ConditionRegression, index: usize) -> bool {
     let Ok(result) = &found.result else { return false };
-    let slope = result.fit.estimates.get(1).zip(result.fit.standard_errors.get(1));
-    found.variables.join(" ") == VARIABLES
-        && slope.is_some_and(|(slope, error)| slope.abs() > SIGNIFICANT * error * result.scatter_ratio.max(1.0))
+    let slope = result.fit.estimates.get(index + 1).zip(result.fit.standard_errors.get(index + 1));
+    slope.is_some_and(|(slope, error)| slope.abs() > SIGNIFICANT * error * result.scatter_ratio.max(1.0))
 }
 
-fn panel(found: &ConditionRegression) -> Panel {
+/// A derivative over one variable of the condition, with the line of the regression.
+fn panel(found: &ConditionRegression, index: usize) -> Panel {
     let manoeuvres = found.points.iter().filter_map(|(_, point)| {
-        let airspeed_m_s = *point.condition.first()?;
-        Some([airspeed_m_s, point.estimate, NORMAL_95 * point.standard_error])
+        let at = *point.condition.get(index)?;
+        Some([at, point.estimate, NORMAL_95 * point.standard_error])
     });
     let mut marks = vec![Mark::Points {
         label: "one manoeuvre, 95 %".into(),
@@ -86,7 +115,8 @@ fn panel(found: &ConditionRegression) -> Panel {
         style: LineStyle::Dots,
         points: manoeuvres.collect(),
     }];
-    marks.extend(found.line(0).map(|ends| points("regression", 1, LineStyle::Solid, ends.to_vec())));
+    marks.extend(found.line(index).map(|ends| points("regression", 1, LineStyle::Solid, ends.to_vec())));
     let label = notation::derivative(&found.derivative);
-    Panel::Plot(Plot { x: Axis::new("V", "m/s"), y: Axis::new(label, ""), marks })
+    let (name, unit) = AXES.get(index).copied().unwrap_or_default();
+    Panel::Plot(Plot { x: Axis::new(name, unit), y: Axis::new(label, ""), marks })
 }

@@ -2,6 +2,7 @@
 
 use doublet_dynamics::propagate::HALF_WIDTH;
 
+use super::level_map::level_map;
 use super::{Axis, Block, Contents, Figure, LineStyle, Panel, Parts, Plot, paragraph, points};
 use crate::notation::significant;
 use crate::report::table::{Cell, Column, Table};
@@ -33,6 +34,7 @@ pub fn dynamics(contents: &Contents<'_>) -> Parts {
     blocks.push(Block::Figure(roots(study)));
     blocks.push(Block::Table(levels(row)));
     blocks.extend(anticipation(study).map(Block::Figure));
+    blocks.extend(level_map(&row.qualities));
     let qualities = &row.qualities;
     blocks.push(Block::Paragraph(format!(
         "{} ({}), {}: {}, {}. Paragraphs, and what the others need, are in the appendix.",

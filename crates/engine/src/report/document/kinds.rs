@@ -15,6 +15,8 @@ pub enum SectionKind {
     Windows,
     /// Settings of the filter and its consistency.
     Filter,
+    /// Measured channels beside the reconstructed path, biases over time.
+    Path,
     /// Wind and biases.
     WindAndBias,
     /// Innovations.
@@ -53,12 +55,13 @@ pub enum SectionKind {
 
 impl SectionKind {
     /// All of them, in their order.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 23] = [
         Self::Overview,
         Self::Aircraft,
         Self::Channels,
         Self::Windows,
         Self::Filter,
+        Self::Path,
         Self::WindAndBias,
         Self::Innovations,
         Self::Model,
@@ -86,6 +89,7 @@ impl SectionKind {
             Self::Channels => "channels",
             Self::Windows => "windows",
             Self::Filter => "filter",
+            Self::Path => "path",
             Self::WindAndBias => "wind-and-bias",
             Self::Innovations => "innovations",
             Self::Model => "model",
@@ -127,6 +131,7 @@ impl SectionKind {
             Self::Channels => "Instrumentation",
             Self::Windows => "Manoeuvres",
             Self::Filter => "Filter settings and consistency",
+            Self::Path => "Flight path",
             Self::WindAndBias => "Wind and biases",
             Self::Innovations => "Innovations",
             Self::Model => "Model structure and correlation",
@@ -155,6 +160,8 @@ impl SectionKind {
             Self::Channels => "Signals and clocks",
             Self::Windows => "Manoeuvre times and notes",
             Self::Filter => "Filter settings, noise and consistency",
+            Self::Path => "Flight path of each manoeuvre",
+            Self::Condition => "Derivatives over airspeed and altitude",
             Self::Innovations => "Innovations of each manoeuvre",
             Self::Derivatives => "Derivatives of each manoeuvre",
             Self::Fits => "Fits of each manoeuvre",

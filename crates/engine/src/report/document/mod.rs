@@ -14,18 +14,23 @@ mod findings;
 mod fits;
 mod instrumentation;
 mod kinds;
+mod level_map;
 mod path;
 mod proof;
 mod responses;
 mod sensitivity;
 mod setup;
+mod style;
+mod tracks;
 
 pub use bode::{BodeModel, bode_figure};
 pub use figure::{Axis, Colour, DRAWN_COLUMNS, Figure, LineStyle, Mark, Matrix, Panel, Plot};
 pub(crate) use figure::{line, points};
 pub use kinds::SectionKind;
+pub use level_map::level_map;
 pub(crate) use proof::replay_panel;
 pub use responses::surface_figure;
+pub use style::{Logo, Style, UnitSystem};
 
 use std::collections::BTreeSet;
 
@@ -53,6 +58,8 @@ pub struct Document {
     pub cover: Vec<Block>,
     /// Who signs the first page.
     pub signatures: Vec<String>,
+    /// How it looks.
+    pub style: Style,
     /// Sections that were asked for.
     pub sections: Vec<Section>,
 }
@@ -153,7 +160,8 @@ impl From<Vec<Block>> for Parts {
     }
 }
 
-/// The report on a run: the numbers of `results`, the histories of `snapshot`. Sections without contents are left out.
+/// The report on a run: the numbers of `results`, the histories of `snapshot`. Sections are in the order asked for, those without contents
+/// left out.
 pub fn build(
     session: &Session,
     snapshot: &Snapshot,
@@ -162,7 +170,12 @@ pub fn build(
     prior: Option<&PriorStudy>,
 ) -> Document {
     let contents = Contents { session, snapshot, results, prior };
-    let wanted = SectionKind::ALL.into_iter().filter(|kind| sections.contains(kind));
+    let mut wanted: Vec<SectionKind> = Vec::new();
+    for kind in sections {
+        if !wanted.contains(kind) {
+            wanted.push(*kind);
+        }
+    }
     let (mut body, mut appendices) = (Vec::new(), Vec::new());
     for kind in wanted {
         let parts = parts(kind, &contents);
@@ -173,6 +186,7 @@ pub fn build(
     Document {
         date: crate::date::today(),
         notice: String::new(),
+        style: Style::default(),
         cover: cover::cover(&contents).into_iter().map(display::shown).collect(),
         signatures: ["Prepared", "Checked", "Approved"].map(str::to_owned).into(),
         title: if session.title.is_empty() { "Flight test report".to_owned() } else { session.title.clone() },
@@ -202,6 +216,7 @@ fn parts(kind: SectionKind, contents: &Contents<'_>) -> Parts {
         SectionKind::Channels => instrumentation::channels(contents),
         SectionKind::Windows => setup::windows(contents),
         SectionKind::Filter => path::filter(contents),
+        SectionKind::Path => tracks::tracks(contents),
         SectionKind::WindAndBias => path::wind_and_bias(contents).into(),
         SectionKind::Innovations => path::innovations(contents),
         SectionKind::Model => derivatives::model(contents).into(),
@@ -213,7 +228,7 @@ fn parts(kind: SectionKind, contents: &Contents<'_>) -> Parts {
         SectionKind::Checks => checks::checks(contents),
         SectionKind::Experiments => experiments::experiments(contents),
         SectionKind::Sensitivity => sensitivity::sensitivity(contents),
-        SectionKind::Condition => condition::condition(contents).into(),
+        SectionKind::Condition => condition::condition(contents),
         SectionKind::Responses => responses::responses(contents).into(),
         SectionKind::Dynamics => dynamics::dynamics(contents),
         SectionKind::Engines => setup::engines(contents),

@@ -1,11 +1,17 @@
 //! The form of tolerance files.
 
+use std::collections::BTreeMap;
+
 use doublet_core::quantity::{Dimension, Unit};
 use doublet_core::toml_error;
 use doublet_core::validate::{Signal, Tolerance, ToleranceTest};
 use serde::Deserialize;
 
-use super::{Judgement, ObjectiveTest, PercentRule, Quantity, Reading, RecordDemand, Tolerances, ValueTolerance};
+use super::{
+    Certainty, Judgement, ObjectiveTest, OutsideTest, PercentRule, Quantity, Reading, RecordDemand, Tolerances,
+    ValueTolerance,
+};
+use crate::builtin;
 use crate::graph::{StageError, StageResult};
 use crate::session::Surface;
 
@@ -17,7 +23,24 @@ struct FileTable {
     edition: String,
     #[serde(default)]
     source: String,
+    based_on: Option<String>,
+    certainty: Option<String>,
+    #[serde(default)]
+    certainty_note: String,
+    #[serde(default)]
+    paragraphs: BTreeMap<String, String>,
+    #[serde(default)]
     test: Vec<TestTable>,
+    #[serde(default)]
+    outside: Vec<OutsideTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct OutsideTable {
+    id: String,
+    name: String,
+    reason: String,
 }
 
 #[derive(Deserialize)]
@@ -35,6 +58,8 @@ struct TestTable {
     objective: String,
     #[serde(default)]
     procedure: String,
+    paragraph: Option<String>,
+    certainty: Option<String>,
     #[serde(default)]
     page: String,
     #[serde(default)]
@@ -77,15 +102,62 @@ struct ToleranceTable {
 /// Reads the text of a file.
 pub fn parse(text: &str, reading: &Reading) -> StageResult<Tolerances> {
     let file: FileTable = toml::from_str(text).map_err(|error| toml_error::one_line(text, &error))?;
-    let test = |table: TestTable| {
-        let id = table.id.clone();
-        objective_test(table, reading).map_err(|what| what.at(format!("test '{id}'")))
+    let certainty = file.certainty.as_deref().map(certainty).transpose()?;
+    let mut tolerances = match &file.based_on {
+        Some(name) => based_on(name, reading)?,
+        None => Tolerances::default(),
     };
-    let tests = file.test.into_iter().map(test).collect::<StageResult<Vec<_>>>()?;
-    Ok(Tolerances { name: file.name, edition: file.edition, source: file.source, tests })
+    // What another edition has is not read in this one.
+    for test in &mut tolerances.tests {
+        test.certainty = certainty.unwrap_or(test.certainty);
+        if certainty.is_some_and(|certainty| certainty != Certainty::Read) {
+            test.page.clear();
+        }
+    }
+    for table in file.test {
+        let id = table.id.clone();
+        let test = objective_test(table, reading, certainty).map_err(|what| what.at(format!("test '{id}'")))?;
+        match tolerances.tests.iter_mut().find(|known| known.id == id) {
+            Some(known) => *known = test,
+            None => tolerances.tests.push(test),
+        }
+    }
+    for (id, paragraph) in file.paragraphs {
+        let known = tolerances.tests.iter_mut().find(|test| test.id == id);
+        known.ok_or_else(|| format!("paragraphs: '{id}' is not a test of the file"))?.paragraph = paragraph;
+    }
+    if tolerances.tests.is_empty() {
+        return Err("it has no [[test]]".into());
+    }
+    if !file.outside.is_empty() {
+        let outside = |OutsideTable { id, name, reason }| OutsideTest { id, name, reason };
+        tolerances.outside = file.outside.into_iter().map(outside).collect();
+    }
+    Ok(Tolerances {
+        name: file.name,
+        edition: file.edition,
+        source: file.source,
+        certainty_note: file.certainty_note,
+        ..tolerances
+    })
 }
 
-fn objective_test(table: TestTable, reading: &Reading) -> StageResult<ObjectiveTest> {
+/// The shipped rule that a file changes.
+fn based_on(name: &str, reading: &Reading) -> StageResult<Tolerances> {
+    let text = builtin::text("tolerances", name);
+    let text = text.ok_or_else(|| format!("based_on: no shipped tolerances are called '{name}'"))?;
+    if toml::from_str::<FileTable>(text).is_ok_and(|base| base.based_on.is_some()) {
+        return Err(format!("based_on: '{name}' is itself based on another file").into());
+    }
+    parse(text, reading)
+}
+
+fn certainty(name: &str) -> StageResult<Certainty> {
+    let found = Certainty::ALL.into_iter().find(|certainty| certainty.name() == name);
+    Ok(found.ok_or_else(|| format!("certainty: '{name}' is not read, second-hand or unverified"))?)
+}
+
+fn objective_test(table: TestTable, reading: &Reading, of_rule: Option<Certainty>) -> StageResult<ObjectiveTest> {
     let surface = |name: &String| -> StageResult<Surface> {
         let found = Surface::ALL.into_iter().find(|surface| surface.name() == name);
         Ok(found.ok_or_else(|| format!("'{name}' is not a surface: elevator, aileron or rudder"))?)
@@ -108,6 +180,11 @@ fn objective_test(table: TestTable, reading: &Reading) -> StageResult<ObjectiveT
         read: table.read.as_deref().map(signal).transpose()?,
         judgement: judgement(&table, reading)?,
         record,
+        certainty: match &table.certainty {
+            Some(name) => certainty(name)?,
+            None => of_rule.unwrap_or_default(),
+        },
+        paragraph: table.paragraph.unwrap_or_else(|| table.id.clone()),
         id: table.id,
         name: table.name,
         condition: table.condition,

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use doublet_core::quantity::Dimension;
 use doublet_core::validate::{Signal, ToleranceTest};
+use serde::Serialize;
 
 use crate::builtin;
 use crate::graph::StageResult;
@@ -23,8 +24,59 @@ pub struct Tolerances {
     pub edition: String,
     /// Where the rule is printed; empty where the file does not say.
     pub source: String,
+    /// How sure the numbers of the file are, in words; empty where the file does not say.
+    pub certainty_note: String,
     /// Its tests, in the order of the file.
     pub tests: Vec<ObjectiveTest>,
+    /// Tests of the rule that do not apply to a model of the motion in the air.
+    pub outside: Vec<OutsideTest>,
+}
+
+/// A test of a rule that does not apply to a model of the motion in the air.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OutsideTest {
+    /// Number in the rule, or the first and last of several.
+    pub id: String,
+    /// Name.
+    pub name: String,
+    /// Why not.
+    pub reason: String,
+}
+
+/// How sure the tolerance of a test is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Certainty {
+    /// Read in the text of the rule.
+    #[default]
+    Read,
+    /// Taken from a text other than the rule.
+    SecondHand,
+    /// Not compared with any text.
+    Unverified,
+}
+
+impl Certainty {
+    /// All of them.
+    const ALL: [Self; 3] = [Self::Read, Self::SecondHand, Self::Unverified];
+
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Read => "read",
+            Self::SecondHand => "second-hand",
+            Self::Unverified => "unverified",
+        }
+    }
+
+    /// What a page says of it.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Read => "read in the rule",
+            Self::SecondHand => "from another text: compare it with the rule",
+            Self::Unverified => "not compared with the rule: compare it before use",
+        }
+    }
 }
 
 /// What the percentage of a band is of.
@@ -83,8 +135,12 @@ pub struct ObjectiveTest {
     pub objective: String,
     /// How it is flown.
     pub procedure: String,
+    /// Paragraph as the rule prints it.
+    pub paragraph: String,
     /// Page of the source.
     pub page: String,
+    /// How sure its tolerance is.
+    pub certainty: Certainty,
     /// What of the entry was not at hand when the file was written; empty where it was read in full.
     pub missing: String,
     /// Record the rule asks for.
@@ -93,8 +149,10 @@ pub struct ObjectiveTest {
     pub read: Option<Signal>,
     /// How it is judged.
     pub judgement: Judgement,
-    surface: Option<Surface>,
-    kinds: Vec<String>,
+    /// Surface whose manoeuvres it is for.
+    pub surface: Option<Surface>,
+    /// Words of the kinds of input it is for.
+    pub kinds: Vec<String>,
 }
 
 /// What a record must hold; zero where the rule says nothing.
@@ -192,6 +250,10 @@ pub enum Quantity {
     HalfOrDouble,
     /// Time from the peaks of one signal to those of the other.
     PeakLag,
+    /// Sum of the thrusts.
+    NetThrust,
+    /// Rate of climb.
+    ClimbRate,
 }
 
 impl Quantity {
@@ -205,6 +267,8 @@ impl Quantity {
             Self::DampingRatio => "damping ratio",
             Self::HalfOrDouble => "time to half or double",
             Self::PeakLag => "peak lag",
+            Self::NetThrust => "net thrust",
+            Self::ClimbRate => "rate of climb",
         }
     }
 
@@ -215,13 +279,23 @@ impl Quantity {
             Self::Surface(_) | Self::TrimSurface => Dimension::Angle,
             Self::Period | Self::HalfOrDouble | Self::PeakLag => Dimension::Time,
             Self::DampingRatio => Dimension::Dimensionless,
+            Self::NetThrust => Dimension::Force,
+            Self::ClimbRate => Dimension::Speed,
         }
     }
 
     /// All of them.
     pub fn all() -> impl Iterator<Item = Self> {
         let surfaces = Surface::ALL.into_iter().map(Self::Surface);
-        let others = [Self::TrimSurface, Self::Period, Self::DampingRatio, Self::HalfOrDouble, Self::PeakLag];
+        let others = [
+            Self::TrimSurface,
+            Self::Period,
+            Self::DampingRatio,
+            Self::HalfOrDouble,
+            Self::PeakLag,
+            Self::NetThrust,
+            Self::ClimbRate,
+        ];
         Signal::ALL.into_iter().map(Self::Signal).chain(surfaces).chain(others)
     }
 

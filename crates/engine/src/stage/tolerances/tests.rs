@@ -33,10 +33,53 @@ fn shipped_tolerances_are_those_of_the_rule() {
     assert_eq!(*lag, Some([Signal::BankAngle, Signal::Sideslip]));
     assert_eq!(requirements[0][0], ValueTolerance { quantity: Quantity::Period, absolute: 0.5, of_value: 0.1 });
     assert_eq!(requirements[1][1].absolute, 0.02);
-    // What was read in part says so; what was not read is not there.
+    // What was read in part says so, and what was read elsewhere.
     let in_part: Vec<_> = tolerances.tests.iter().filter(|test| !test.missing.is_empty()).map(|t| &*t.id).collect();
-    assert_eq!(in_part, ["1.b.8", "2.c.5", "2.c.7"]);
-    assert!(tolerances.test("2.d.3").is_none());
+    assert_eq!(in_part, ["1.b.8", "1.c.1", "1.c.2", "1.d.4", "1.d.5", "2.c.5", "2.c.6", "2.c.7", "2.d.3"]);
+    let elsewhere = tolerances.tests.iter().filter(|test| test.certainty != Certainty::Read).map(|test| &*test.id);
+    assert_eq!(elsewhere.collect::<Vec<_>>(), ["1.c.1", "2.c.6", "2.c.7", "2.d.3"]);
+    // Thrust and rate of climb: 5 %, and 100 ft/min.
+    let Judgement::Snapshot(trim) = &tolerances.test("2.c.5").unwrap().judgement else { panic!("a snapshot") };
+    let thrust = ValueTolerance { quantity: Quantity::NetThrust, absolute: 0.0, of_value: 0.05 };
+    assert_eq!(trim.last().unwrap(), &[thrust]);
+    let Judgement::Snapshot(climb) = &tolerances.test("1.c.2").unwrap().judgement else { panic!("a snapshot") };
+    assert!((climb[0][0].absolute - 100.0 * 0.3048 / 60.0).abs() < 1e-12 && climb[0][0].of_value == 0.05);
+    assert!(tolerances.outside.iter().any(|test| test.id == "2.c.8"));
+}
+
+#[test]
+fn other_rules_have_the_tests_of_the_one_they_are_based_on_and_say_that_they_were_not_read() {
+    let base = builtin();
+    for name in ["part60_2016", "cs_fstd_a", "icao_9625"] {
+        let rule = Tolerances::parse(builtin::text("tolerances", name).unwrap()).unwrap();
+        assert_eq!(rule.tests.len(), base.tests.len(), "{name}");
+        assert_eq!(rule.outside, base.outside);
+        assert!(
+            rule.tests.iter().all(|test| test.certainty == Certainty::Unverified && test.page.is_empty()),
+            "{name}"
+        );
+        assert!(rule.certainty_note.contains("not read") && rule.name != base.name && !rule.edition.is_empty());
+        let of = |rules: &Tolerances| rules.test("2.c.10").unwrap().judgement.clone();
+        assert_eq!(of(&rule), of(&base));
+    }
+    let easa = Tolerances::parse(builtin::text("tolerances", "cs_fstd_a").unwrap()).unwrap();
+    assert_eq!(easa.test("2.c.10").unwrap().paragraph, "2.c.(10)");
+    // A user's file states only what differs.
+    let own = "name = \"x\"\nbased_on = \"part60_2014\"\n[[test]]\nid = \"2.d.6\"\nname = \"rudder\"\nsurface = \"rudder\"\n\
+               require = [{ any = [{ signal = \"r\", percent = 5.0 }] }]\n";
+    let own = Tolerances::parse(own).unwrap();
+    assert_eq!(own.tests.len(), base.tests.len());
+    assert!(own.test("2.d.6").unwrap().bands().unwrap().requirements[0][0].of_peak == 0.05);
+    for (text, part) in [
+        ("name = \"x\"\nbased_on = \"none\"\n", "no shipped tolerances are called 'none'"),
+        ("name = \"x\"\nbased_on = \"cs_fstd_a\"\n", "itself based on"),
+        ("name = \"x\"\nbased_on = \"part60_2014\"\ncertainty = \"sure\"\n", "'sure' is not read"),
+        ("name = \"x\"\nbased_on = \"part60_2014\"\n[paragraphs]\n\"9\" = \"9\"\n", "'9' is not a test of the file"),
+        ("name = \"x\"\n", "no [[test]]"),
+    ] {
+        let message = Tolerances::parse(text).unwrap_err().to_string();
+        assert!(message.contains(part) && !message.contains('\n'), "{message}");
+    }
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 mod covariance;
 mod function;
+mod level_map;
 mod measured;
 mod model;
 mod trim;
@@ -23,6 +24,7 @@ use crate::graph::{Context, Footprint, Stage, StageResult};
 use crate::session::Session;
 
 pub use function::{Named, named_values, propagate_expression};
+pub use level_map::MapPoint;
 pub use measured::{MeasuredWindow, measured_modes};
 pub use model::{ModelToTrim, pooled_model};
 pub use trim::{Flown, level_model};
@@ -35,7 +37,7 @@ const LIMITS: &str = "flying_qualities";
 /// Limits that judge.
 pub const STANDARD: &str = "mil_f_8785c";
 /// Limits of the pitch response that are shown beside them.
-const BESIDE: [&str; 2] = ["mil_std_1797a", "gibson"];
+const BESIDE: [&str; 4] = ["mil_std_1797a", "gibson", "smith_geddes", "pio_phase_delay"];
 
 /// A trim that is asked for, and who judges. What is left open follows from the windows: the median of their conditions.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -146,6 +148,8 @@ pub struct DynamicsStudy {
     pub judgement: Judgement,
     /// How likely each level is.
     pub shares: Vec<LevelShares>,
+    /// Levels at every condition that was flown.
+    pub map: Vec<MapPoint>,
     /// Why phugoid and stability of speed are not judged, where they are not.
     pub speed_not_judged: Option<&'static str>,
     /// Modes in the free responses of the windows.
@@ -196,6 +200,8 @@ impl Stage for DynamicsStudy {
         let measured = judged(&modes.linearised);
         let nominal: Vec<_> = modes.modes.iter().map(|estimate| estimate.mode.clone()).collect();
         let sampled: Vec<Measures> = modes.samples.iter().map(judged).collect();
+        context.checkpoint()?;
+        let map = level_map::level_map(input, &model.model, (&limits, &airplane), &judged);
         if modes.without_trim > 0 {
             notes
                 .push(format!("{} of {} samples of the derivatives have no trim", modes.without_trim, request.samples));
@@ -206,6 +212,7 @@ impl Stage for DynamicsStudy {
             shares: judge_samples(&limits, &airplane, &sampled),
             measures: measured,
             sampled,
+            map,
             speed_not_judged,
             model: Arc::new(model),
             limits: Arc::new(limits),
