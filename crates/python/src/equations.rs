@@ -15,8 +15,7 @@ use crate::attend::{DoubletError, Show, attend};
 /// Names: states, outputs, inputs, parameters with their starts.
 type Names = (Vec<String>, Vec<String>, Vec<String>, Vec<(String, f64)>);
 /// Columns of inputs and outputs, column of time, interval of the rows, s, windows, s, half width and piece, s.
-type Order =
-    (Vec<(String, String)>, Option<String>, Option<f64>, Vec<(f64, f64)>, Option<f64>, Option<f64>);
+type Order = (Vec<(String, String)>, Option<String>, Option<f64>, Vec<(f64, f64)>, Option<f64>, Option<f64>);
 
 /// A function of Python: `function(what, states, inputs, parameters)` gives columns for columns. After an exception, or once the work is cancelled, it
 /// has no values.
@@ -80,7 +79,8 @@ pub fn fit_function(
     let (columns, time, step_s, windows, half_width_s, piece_s) = order;
     let windows = windows.into_iter().map(|(start_s, end_s)| TimeRange { start_s, end_s }).collect();
     let columns = columns.into_iter().collect();
-    let request = EquationRequest { columns, time, step_s, windows, half_width_s, piece_s, ..EquationRequest::default() };
+    let request =
+        EquationRequest { columns, time, step_s, windows, half_width_s, piece_s, ..EquationRequest::default() };
     let raised = Arc::new(Mutex::new(None));
     let kept = Arc::clone(&raised);
     let work = move |control: &Control, _: Show<'_>| -> Result<String, StageError> {

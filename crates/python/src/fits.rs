@@ -259,18 +259,8 @@ pub struct Fit {
 }
 
 /// Quantities of a trim.
-const TRIM: [&str; 10] = [
-    "airspeed",
-    "altitude",
-    "gamma",
-    "load_factor",
-    "pull_up",
-    "mass",
-    "fuel",
-    "stick_delay",
-    "aileron",
-    "window",
-];
+const TRIM: [&str; 10] =
+    ["airspeed", "altitude", "gamma", "load_factor", "pull_up", "mass", "fuel", "stick_delay", "aileron", "window"];
 
 /// A trim as Python gives it, by names of [`DynamicsRequest`].
 pub fn request(trim: &Bound<'_, PyDict>, samples: usize, seed: u64) -> PyResult<DynamicsRequest> {

@@ -276,7 +276,7 @@ class FrequencyResponse:
 
         if axes is None:
             _, axes = plt.subplots(3, 1, sharex=True, figsize=(7, 7))
-        error = 2 * 20 * np.log10(np.e) * self.std
+        error = 2 * 20 / np.log(10.0) * self.std
         for axis, values, width, label in (
             (axes[0], self.gain_db, error, "gain [dB]"),
             (axes[1], np.degrees(self.phase), np.degrees(2 * self.std), "phase [deg]"),
