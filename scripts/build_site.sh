@@ -26,4 +26,8 @@ if grep -rlE --include='*.html' '(src|href)="(https?:)?//[^"]*\.(js|css|woff2?)"
     echo "these pages load something from a network"
     exit 1
 fi
+if grep -rlF --include='*.html' '{{#include' "$out"; then
+    echo "these pages show an include line"
+    exit 1
+fi
 echo "site: $out/index.html, $(find "$out" -name '*.html' | wc -l) pages, $(du -sm "$out" | cut -f1) MB"

@@ -5,13 +5,13 @@ cd "$(dirname "$0")/.."
 breaches=0
 breach() { echo "layer check: $1"; breaches=1; }
 
-# 1. src -> cli -> report -> engine -> fmu -> dynamics -> core, python -> cli, without its typesetter; these crates never reach a GUI crate, and none reaches
+# 1. src -> cli -> report -> engine -> fmu -> dynamics -> core, python -> cli; these crates never reach a GUI crate, and none reaches
 # one above it.
 gui='egui|eframe|egui_plot|egui_extras|egui_tiles|egui_kittest|winit|glow|glutin|rfd|wgpu'
 declare -A above=([doublet-core]='doublet-dynamics|doublet-fmu|doublet-engine|doublet-report|doublet-cli|doublet'
     [doublet-dynamics]='doublet-fmu|doublet-engine|doublet-report|doublet-cli|doublet' [doublet-engine]='doublet-report|doublet-cli|doublet'
     [doublet-fmu]='doublet-engine|doublet-report|doublet-cli|doublet'
-    [doublet-report]='doublet-cli|doublet' [doublet-cli]='doublet' [doublet-python]='typst|doublet')
+    [doublet-report]='doublet-cli|doublet' [doublet-cli]='doublet' [doublet-python]='doublet')
 for crate in doublet-core doublet-dynamics doublet-fmu doublet-engine doublet-report doublet-cli doublet-python; do
     tree=$(cargo tree --locked -p "$crate" -e normal --prefix none --format '{p}' | awk '{print $1}' | sort -u)
     while read -r hit; do breach "$crate depends on $hit"; done < <(grep -xE "$gui|${above[$crate]}" <<<"$tree" || true)

@@ -33,7 +33,7 @@ print(f"import behind NumPy: {1e3 * (time.perf_counter() - start):.0f} ms; doubl
 start = time.perf_counter()
 verdict = db.run(db.Session.load("builtin:demo")).verdict["level"]
 print(f"shipped flight: verdict {verdict}, {time.perf_counter() - start:.2f} s")')
-"$work/bare/bin/pip" install --quiet pytest pandas polars xarray pyarrow matplotlib control scikit-learn joblib dask mypy nbformat nbclient ipykernel
+"$work/bare/bin/pip" install --quiet pytest pandas polars xarray pyarrow matplotlib control scikit-learn joblib dask uncertainties mypy nbformat nbclient ipykernel
 tests=$PWD/crates/python/tests
 (cd "$work" && DOUBLET_PROGRAM=$program MPLBACKEND=Agg DOUBLET_NOTEBOOKS=$OLDPWD/docs/notebooks \
     "$work/bare/bin/python" -m pytest -q -p no:cacheprovider "$tests")

@@ -106,7 +106,7 @@ pub fn equations(arguments: &EquationArguments) -> Result<Outcome, String> {
     };
     let found = fit_equations(&arguments.table, &request).map_err(|error| error.to_string())?;
     if arguments.json {
-        let described = describe(&found);
+        let described = equation_document(&found);
         text::document(&serde_json::to_string_pretty(&described).map_err(|error| error.to_string())?);
     } else {
         print(&found);
@@ -164,7 +164,8 @@ fn describe_fit(found: &EquationFit, end: usize) -> Value {
     })
 }
 
-fn describe(found: &EquationStudy) -> Value {
+/// The document of `doublet equations --json`.
+pub fn equation_document(found: &EquationStudy) -> Value {
     json!({
         "version": 1,
         "program": concat!("doublet ", env!("CARGO_PKG_VERSION")),

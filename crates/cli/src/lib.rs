@@ -56,6 +56,7 @@ mod variants;
 mod version;
 mod weigh;
 
+pub use equations::equation_document;
 pub use table::command_table;
 pub use version::version;
 

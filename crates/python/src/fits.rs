@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use doublet_core::estimate::Constraint;
 use doublet_core::model::{Coefficient, Structure, Term, Variable, regressors};
+use doublet_core::prep::did_you_mean;
 use doublet_core::replay::MotionAxis;
 use doublet_engine::graph::{Context, Control, Key, Keyed, Stage, StageError, StageResult};
 use doublet_engine::report::dynamics_row;
@@ -257,6 +258,10 @@ pub struct Fit {
     pub(crate) inner: Arc<Fitted>,
 }
 
+/// Quantities of a trim.
+const TRIM: [&str; 10] =
+    ["airspeed", "altitude", "gamma", "load_factor", "pull_up", "mass", "fuel", "stick_delay", "aileron", "window"];
+
 /// A trim as Python gives it, by names of [`DynamicsRequest`].
 pub fn request(trim: &Bound<'_, PyDict>, samples: usize, seed: u64) -> PyResult<DynamicsRequest> {
     let mut request = DynamicsRequest { samples, seed, ..DynamicsRequest::default() };
@@ -275,8 +280,8 @@ pub fn request(trim: &Bound<'_, PyDict>, samples: usize, seed: u64) -> PyResult<
             "aileron" => request.aileron_rad = Some(number()?),
             "window" => request.window = Some(window_key(&value.extract::<String>()?)),
             other => {
-                let known = "airspeed, altitude, gamma, load_factor, pull_up, mass, fuel, stick_delay, aileron, window";
-                return Err(refuse(format!("'{other}' is nothing a trim has: use {known}")));
+                let hint = did_you_mean(other, TRIM.into_iter(), &format!("use {}", TRIM.join(", ")));
+                return Err(refuse(format!("'{other}' is not a quantity of a trim: {hint}")));
             }
         }
     }

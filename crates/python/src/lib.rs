@@ -9,6 +9,7 @@ mod attend;
 mod columns;
 mod commands;
 mod design;
+mod equations;
 mod fits;
 mod flight;
 mod judged;
@@ -34,6 +35,8 @@ mod _doublet {
     use crate::commands::{command_table, run_command};
     #[pymodule_export]
     use crate::design::design_input;
+    #[pymodule_export]
+    use crate::equations::fit_function;
     #[pymodule_export]
     use crate::fits::{Coefficients, Fit};
     #[pymodule_export]

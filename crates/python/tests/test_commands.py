@@ -186,3 +186,18 @@ def test_the_package_is_the_command_line(small):
     assert done.returncode == 0 and "c337f" in done.stdout
     done = subprocess.run([sys.executable, "-m", "doublet"], capture_output=True, text=True)
     assert done.returncode == 1 and "no window" in done.stderr
+    done = subprocess.run([sys.executable, "-m", "doublet", "hlep"], capture_output=True, text=True)
+    assert done.returncode == 1 and "did you mean 'doublet help'?" in done.stderr
+
+
+def test_help_finds_the_words_of_the_field():
+    for words in ("confidence interval", "error bars"):
+        assert "confidence interval" in str(db.commands.help(search=words))
+    assert "short period" in str(db.commands.help(term="short period"))
+
+
+def test_files_of_a_shipped_session_have_names_that_every_system_takes(tmp_path):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", db.DoubletWarning)
+        db.commands.report("builtin:demo", out=tmp_path / "report", sections=["overview"])
+    assert {path.name for path in (tmp_path / "report").iterdir()} == {"demo.html", "demo.pdf"}

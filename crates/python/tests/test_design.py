@@ -106,7 +106,7 @@ def test_what_cannot_be_designed_is_refused(fit):
         (dict(envelope={"q": (0.0, 1.0)}), "'q' is nothing an envelope limits"),
         (dict(envelope={"n_z": (1.2, 0.8)}), "give a lower and a higher one"),
         (dict(envelope={"alpha": (0.5, 0.6)}), "the limit of alpha leaves no room"),
-        (dict(speed=3.0), "'speed' is nothing a trim has"),
+        (dict(speed=3.0), "'speed' is not a quantity of a trim: did you mean airspeed"),
     ):
         with pytest.raises(db.DoubletError, match=text):
             db.design_input(fit, rounds=0, samples=0, **{"surfaces": ["elevator"], **wrong})

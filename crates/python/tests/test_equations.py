@@ -1,6 +1,9 @@
 """Equations of motion of one's own."""
 
 import pickle
+import signal
+import threading
+import time
 
 import doublet as db
 import numpy as np
@@ -66,3 +69,111 @@ def test_errors_say_what_is_wrong(frame):
         db.equations(object(), "short-period")
     with pytest.raises(db.DoubletKeyError, match="no method"):
         db.equations(frame, EQUATIONS).by("ols")
+
+
+def rates(x, u, p):
+    alpha, q = x
+    return [p.Z_alpha * alpha + q, p.M_alpha * alpha + p["M_q"] * q + p.M_delta_e * u.delta_e]
+
+
+FUNCTIONS = {"inputs": ["delta_e"], "states": ["alpha", "q"], "rates": rates, "parameters": EQUATIONS["parameters"]}
+
+
+def point_by_point(x, u, p):
+    """The same by matrices, which does not take arrays."""
+    a, b = np.array([[p.Z_alpha, 1.0], [p.M_alpha, p.M_q]]), np.array([0.0, p.M_delta_e])
+    return a @ x + b * u.delta_e
+
+
+@pytest.mark.parametrize("function", [rates, point_by_point])
+def test_a_function_gives_what_its_expressions_give(frame, function):
+    frame = frame.iloc[:300] if function is point_by_point else frame
+    expected = db.equations(frame, EQUATIONS)
+    found = db.equations(frame, {**FUNCTIONS, "rates": function})
+    assert found.method == expected.method and found.verdict == expected.verdict
+    for method in ("equation_error", "output_error", "filter_error"):
+        for name, value in expected.by(method).items():
+            assert found.by(method)[name] == pytest.approx(value, rel=1e-9), (method, name)
+            assert found.by(method)[name].stderr == pytest.approx(value.stderr, rel=1e-6), (method, name)
+    assert pickle.loads(pickle.dumps(found)).params == found.params
+
+
+def test_functions_of_more_than_expressions(frame):
+    """A table by interpolation, another output than the states, constants, pieces and windows."""
+    grid, slope = np.array([-0.2, 0.0, 0.2]), np.array([0.2, 0.0, -0.2])
+    both = {
+        **FUNCTIONS,
+        "rates": lambda x, u, p: {
+            "q": p.M_alpha * np.interp(-x.alpha, grid, slope) * p.one + p.M_q * x.q + p.M_delta_e * u.delta_e,
+            "alpha": p.Z_alpha * x.alpha + x.q,
+        },
+        "outputs": ["alpha", "q", "az"],
+        "shows": lambda x, u, p: p.V0 * p.Z_alpha * x.alpha,
+        "constants": {"V0": 40.0, "one": 1.0},
+    }
+    wide = frame.assign(az=50.0 * TRUTH["Z_alpha"] * frame["alpha"])
+    found = db.equations(wide, both, constants={"V0": 50.0}, windows=[(0.5, 10.0)], piece=4.0)
+    for name, truth in TRUTH.items():
+        assert abs(found[name] - truth) < 0.1 * abs(truth), name
+    assert set(found.r2) == {"alpha", "q", "az"}
+    with pytest.raises(db.DoubletKeyError, match="no constant of the equations is called 'V1': did you mean 'V0'"):
+        db.equations(wide, both, constants={"V1": 50.0})
+
+
+def test_what_a_function_does_wrong_is_said(frame):
+    def boom(x, u, p):
+        raise RuntimeError("mine")
+
+    with pytest.raises(RuntimeError, match="mine"):
+        db.equations(frame, {**FUNCTIONS, "rates": boom})
+    for wrong, text in (
+        (lambda x, u, p: [x.q], "rates returned 1 values: return one for each of alpha, q"),
+        (lambda x, u, p: None, "rates returned None: return a value for each of alpha, q"),
+        (lambda x, u, p: {"alpha": x.q}, "no value that rates returned is called 'q'"),
+        (lambda x, u, p: [x.q, x.q * 1j], "rates returned a complex128 for 'q': return real numbers"),
+        (lambda x, u, p: [x.q, p["M_alfa"]], "no value is called 'M_alfa': did you mean 'M_alpha'"),
+        (lambda x, u, p: [np.zeros(3), x.q], r"array of shape \(3,\) for 'alpha'"),
+    ):
+        with pytest.raises(db.DoubletError, match=text):
+            db.equations(frame, {**FUNCTIONS, "rates": wrong})
+    with pytest.raises(AttributeError, match="did you mean 'M_alpha'"):
+        db.equations(frame, {**FUNCTIONS, "rates": lambda x, u, p: [x.q, p.M_alfa]})
+    for wrong, text in (
+        ({**FUNCTIONS, "rates": "q"}, "'rates' must be a function"),
+        ({**FUNCTIONS, "outputs": ["az"]}, "output 'az' is not a state: give a function of az as 'shows'"),
+        ({**FUNCTIONS, "shows": rates}, "'shows' is not used"),
+        ({**FUNCTIONS, "states": {"alpha": "q"}}, "'states' must be a list of names"),
+        ({**FUNCTIONS, "inputs": ["delta_e", "q"]}, "'q' is both a state and an input"),
+        ({**EQUATIONS, "states": {"alpha": rates}}, "give one function of all states as 'rates'"),
+    ):
+        with pytest.raises(db.DoubletError, match=text):
+            db.equations(frame, wrong)
+    with pytest.raises(db.DoubletError, match="dt is -1: give a time above 0 s"):
+        db.equations(frame, FUNCTIONS, dt=-1)
+
+
+def test_functions_let_others_run_and_are_interrupted(frame):
+    """Another thread goes on, and Ctrl-C stops the work within a second."""
+    ticks, stop = [], threading.Event()
+
+    def tick():
+        while not stop.wait(0.001):
+            ticks.append(time.perf_counter())
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    timer = threading.Timer(0.5, lambda: signal.raise_signal(signal.SIGINT))
+    timer.start()
+    start = time.perf_counter()
+
+    def slow(x, u, p):
+        time.sleep(0.001)
+        return rates(x, u, p)
+
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            db.equations(frame, {**FUNCTIONS, "rates": slow})
+    finally:
+        stop.set()
+        thread.join()
+    assert time.perf_counter() - start < 3.0 and len(ticks) > 20

@@ -138,6 +138,31 @@ def test_paths_become_frames_with_deviations(demo):
     assert dataset["theta"].attrs["units"] == "rad" and (dataset["theta"].to_numpy() == path[0].smoothed["theta"]).all()
 
 
+def test_manoeuvres_are_given_in_many_ways(demo):
+    recording, first = demo.recording(), db.Session.load("builtin:demo").windows[0]
+    start, end = float(first.start), float(first.end)
+    ends = pandas.Timedelta(start, "s"), pandas.Timedelta(end, "s")
+    given = [(start, end), (start, end, "elevator"), [start, end], np.array([start, end]), slice(start, end),
+             pandas.Interval(start, end), pandas.Interval(*ends), ends]
+    for one in given:
+        window = db.reconstruct(recording, windows=[one]).windows[0]
+        assert (window.start, window.end) == pytest.approx((start, end)), one
+        assert window.surface == ("elevator" if len(one if isinstance(one, tuple) else ()) == 3 else None)
+    session = db.Session.from_recordings(recording, windows=[pandas.Interval(start, end)])
+    assert session.windows[0].start == pytest.approx(start)
+    for wrong, text in (
+        ((end, start), "its end .* is not after its start"),
+        ((start, end, "flap"), "'flap' is not a surface"),
+        ((start, end, 4), "is not a manoeuvre: give"),
+        (start, "is not a manoeuvre: give"),
+        (("a", "b"), "is not a manoeuvre: give"),
+    ):
+        with pytest.raises(db.DoubletError, match=text):
+            db.reconstruct(recording, windows=[wrong])
+    with pytest.raises(db.DoubletError, match="recording is a list: .* pools flights"):
+        db.reconstruct([recording, recording])
+
+
 def test_columns_of_different_indices_are_refused():
     X, y = pandas.DataFrame({"a": [1.0, 2.0, 4.0]}), pandas.Series([1.0, 2.0, 3.0], index=[5, 6, 7])
     with pytest.raises(db.DoubletError, match="different indices"):

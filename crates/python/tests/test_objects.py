@@ -23,6 +23,13 @@ def test_values_are_numbers(demo):
     assert abs(first).is_integer() is False and round(first, 3) == round(first.value, 3)
 
 
+def test_values_carry_their_errors_on(demo):
+    pytest.importorskip("uncertainties")
+    value = demo.derivatives["Cm_alpha"]
+    double = 2 * value.to_uncertainties()
+    assert (double.nominal_value, double.std_dev) == pytest.approx((2 * value.value, 2 * value.stderr))
+
+
 def test_distributions_print_few_digits(made):
     shown = repr(db.propagate(made[1], "Cm_alpha", n=200))
     assert len(shown) < 80 and "±" in shown

@@ -30,13 +30,23 @@ def test_a_users_file_is_checked(tmp_path):
         "import numpy as np\nimport doublet as db\n\n"
         "response = db.frequency_response(np.zeros(100), np.zeros(100), dt=0.1)\nresponse.to_control()\n"
         'answer: db.Answer = db.commands.structure(db.Session.load("builtin:demo"))\n'
+        'path = db.reconstruct(db.read("a.csv"), windows=[(1.0, 2.0)], method="ekf")\n'
+        'mean: float = float(db.coefficients(path)["a"]["Cm"].mean())\n'
+        "several = db.coefficients(path)[:2]\n"
+        'theta: float = float(path[0].smoothed["theta"][0])\n'
+        'fit = db.fit(db.coefficients(path), "Cm ~ 1 + alpha")\n'
+        'db.design_input(fit, criterion="d", airspeed=46.0)\nfit.linearise(airspeed=46.0, samples=10)\n'
     )
     (tmp_path / "wrong.py").write_text(
         "import doublet as db\n\n"
         'db.lstsq([[1.0]], [1.0], method="nonsense")\ndb.commands.structure()\ndb.run(db.Session.load("a"), studies=["nonsens"])\n'
+        'path = db.reconstruct(db.read("a.csv"), method="EKF")\npath[0].smooothed\n'
+        'fit = db.fit(db.coefficients(path), "Cm ~ 1 + alpha")\n'
+        'db.design_input(fit, criterion="e")\nfit.linearise(speed=3.0)\ndb.coefficients(path)["a"].nonsense\n'
     )
     run = lambda name: subprocess.run(
         [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path), name], cwd=tmp_path, capture_output=True, text=True
     )
     assert run("right.py").returncode == 0, run("right.py").stdout
-    assert [line for line in range(3, 6) if f"wrong.py:{line}:" in run("wrong.py").stdout] == [3, 4, 5], run("wrong.py").stdout
+    found = run("wrong.py").stdout
+    assert [line for line in range(1, 12) if f"wrong.py:{line}:" in found] == [3, 4, 5, 6, 7, 9, 10, 11], found

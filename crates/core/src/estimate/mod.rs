@@ -41,8 +41,8 @@ pub use constrained::{Constraint, constrained_least_squares};
 pub use covariance::{Coloured, Taper, Transforms, autocorrelation, coloured_covariance, coloured_covariances};
 pub use disturbance::{Unexplained, disturbance_variance};
 pub use equations::{
-    EquationFault, EquationFit, EquationModel, EquationRecord, EquationSettings, EquationText, FilterErrorFit,
-    equation_error_of, filter_error_of, output_error_of,
+    EquationFault, EquationFit, EquationFunction, EquationModel, EquationNames, EquationPoints, EquationRecord,
+    EquationSettings, EquationText, FilterErrorFit, equation_error_of, filter_error_of, output_error_of,
 };
 pub use error::{Dependence, EstimateError};
 pub use errors_in_variables::{errors_in_variables, total_least_squares};

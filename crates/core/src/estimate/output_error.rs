@@ -85,9 +85,25 @@ pub fn output_error<E: From<EstimateError>>(
     settings: &OutputErrorSettings,
     mut simulate: impl FnMut(&[f64]) -> Result<DMatrix<f64>, E>,
 ) -> Result<OutputErrorFit, E> {
+    output_error_in_lanes(parameters, measured, settings, 1, |several| {
+        several.iter().map(|theta| simulate(theta)).collect()
+    })
+}
+
+/// As [`output_error`], with a simulation of several sets of parameters at once, at most `lanes`: a result for each.
+///
+/// # Errors
+/// As for [`output_error`].
+pub(super) fn output_error_in_lanes<E: From<EstimateError>>(
+    parameters: &[OutputParameter],
+    measured: &DMatrix<f64>,
+    settings: &OutputErrorSettings,
+    lanes: usize,
+    mut simulate_all: impl FnMut(&[Vec<f64>]) -> Vec<Result<DMatrix<f64>, E>>,
+) -> Result<OutputErrorFit, E> {
     check_parameters(parameters)?;
     let mut theta: Vec<f64> = parameters.iter().map(|p| p.start.clamp(p.bounds.0, p.bounds.1)).collect();
-    let mut outputs = simulate(&theta)?;
+    let mut outputs = simulate_one(&mut simulate_all, &theta)?;
     if outputs.shape() != measured.shape() {
         return Err(EstimateError::Size {
             quantity: "outputs of the simulation",
@@ -103,7 +119,7 @@ pub fn output_error<E: From<EstimateError>>(
     let mut sensitivity;
     loop {
         let noise = noise_of(measured, &outputs);
-        sensitivity = sensitivities(parameters, &theta, settings, &outputs, &mut simulate);
+        sensitivity = sensitivities((parameters, &theta), settings, &outputs, lanes, &mut simulate_all);
         let gradient;
         (information, gradient) = normal_equations(measured, &outputs, &noise, &sensitivity);
         held = held_by_bounds(parameters, &theta, &gradient);
@@ -123,7 +139,7 @@ pub fn output_error<E: From<EstimateError>>(
             let trial: Vec<f64> = (0..theta.len())
                 .map(|index| (theta[index] + step[index]).clamp(parameters[index].bounds.0, parameters[index].bounds.1))
                 .collect();
-            if let Ok(result) = simulate(&trial) {
+            if let Ok(result) = simulate_one(&mut simulate_all, &trial) {
                 let cost = cost_of(measured, &result);
                 if cost < now {
                     accepted = Some((trial, result, cost));
@@ -185,28 +201,43 @@ fn cost_of(measured: &DMatrix<f64>, outputs: &DMatrix<f64>) -> f64 {
     2.0 * noise_of(measured, outputs).iter().map(|noise| noise.ln()).sum::<f64>()
 }
 
+/// Outputs of one set of parameters.
+fn simulate_one<E: From<EstimateError>>(
+    simulate_all: &mut impl FnMut(&[Vec<f64>]) -> Vec<Result<DMatrix<f64>, E>>,
+    theta: &[f64],
+) -> Result<DMatrix<f64>, E> {
+    let found = simulate_all(&[theta.to_vec()]).pop();
+    found.unwrap_or_else(|| Err(EstimateError::NoParameters.into()))
+}
+
 /// Change of the outputs with each parameter, by central differences; one-sided where the other side fails.
 fn sensitivities<E>(
-    parameters: &[OutputParameter],
-    theta: &[f64],
+    (parameters, theta): (&[OutputParameter], &[f64]),
     settings: &OutputErrorSettings,
     outputs: &DMatrix<f64>,
-    simulate: &mut impl FnMut(&[f64]) -> Result<DMatrix<f64>, E>,
+    lanes: usize,
+    simulate_all: &mut impl FnMut(&[Vec<f64>]) -> Vec<Result<DMatrix<f64>, E>>,
 ) -> Vec<DMatrix<f64>> {
-    let mut shifted = theta.to_vec();
+    let step = |index: usize| {
+        (settings.relative_step * theta[index].abs()).max(settings.relative_step * parameters[index].scale)
+    };
+    let shifted = |index: usize, sign: f64| {
+        let mut shifted = theta.to_vec();
+        shifted[index] = theta[index] + sign * step(index);
+        shifted
+    };
+    let all: Vec<Vec<f64>> = (0..theta.len()).flat_map(|index| [shifted(index, 1.0), shifted(index, -1.0)]).collect();
+    // No more than `lanes` outputs, and those of one parameter, exist at a time.
+    let mut sides = all.chunks(lanes.max(1)).flat_map(simulate_all).map(|found| {
+        found.ok().filter(|found| found.iter().all(|value| value.is_finite()))
+    });
     let mut result = Vec::with_capacity(theta.len());
-    for (index, parameter) in parameters.iter().enumerate() {
-        let step = (settings.relative_step * theta[index].abs()).max(settings.relative_step * parameter.scale);
-        let mut side = |sign: f64| {
-            shifted[index] = theta[index] + sign * step;
-            let found = simulate(&shifted).ok().filter(|found| found.iter().all(|value| value.is_finite()));
-            shifted[index] = theta[index];
-            found
-        };
-        result.push(match (side(1.0), side(-1.0)) {
-            (Some(above), Some(below)) => (above - below) / (2.0 * step),
-            (Some(above), None) => (above - outputs) / step,
-            (None, Some(below)) => (outputs - below) / step,
+    for index in 0..theta.len() {
+        let sides = (sides.next().flatten(), sides.next().flatten());
+        result.push(match sides {
+            (Some(above), Some(below)) => (above - below) / (2.0 * step(index)),
+            (Some(above), None) => (above - outputs) / step(index),
+            (None, Some(below)) => (outputs - below) / step(index),
             (None, None) => DMatrix::zeros(outputs.nrows(), outputs.ncols()),
         });
     }

@@ -181,7 +181,18 @@ pub fn equation_text(text: &str, constants: &BTreeMap<String, f64>) -> Result<Eq
 /// # Errors
 /// [`EquationError`], one line; why one method failed is in the result where the other did not.
 pub fn fit_equations(path: &Path, request: &EquationRequest) -> Result<EquationStudy, EquationError> {
-    let model = EquationModel::new(&request.equations)?;
+    fit_equation_model(path, &EquationModel::new(&request.equations)?, request)
+}
+
+/// As [`fit_equations`] with equations that are understood; those of the request do not count.
+///
+/// # Errors
+/// As [`fit_equations`].
+pub fn fit_equation_model(
+    path: &Path,
+    model: &EquationModel,
+    request: &EquationRequest,
+) -> Result<EquationStudy, EquationError> {
     let probe = inspect(path).map_err(TableError::from)?;
     let columns = Columns::from_probe(&probe);
     let named = model.inputs().iter().chain(model.outputs());
@@ -199,10 +210,10 @@ pub fn fit_equations(path: &Path, request: &EquationRequest) -> Result<EquationS
     let usual = EquationSettings::default();
     let half_width_s = request.half_width_s.unwrap_or(usual.half_width_s);
     let settings = EquationSettings { half_width_s, piece_s: request.piece_s, ..usual };
-    let equation_error = equation_error_of(&model, &records, &settings);
+    let equation_error = equation_error_of(model, &records, &settings);
     let start = equation_error.as_ref().ok().map(|found| found.fit.estimates.as_slice());
-    let output_error = output_error_of(&model, &records, &settings, start);
-    let filter_error = filter_error_of(&model, &records, &settings, start);
+    let output_error = output_error_of(model, &records, &settings, start);
+    let filter_error = filter_error_of(model, &records, &settings, start);
     match (equation_error, output_error, filter_error) {
         (Err(error), Err(_), Err(_)) => Err(error.into()),
         (equation_error, output_error, filter_error) => {

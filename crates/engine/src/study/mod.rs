@@ -22,8 +22,8 @@ pub use coverage::{Coverage, DerivativeCoverage, coverage};
 pub(crate) use coverage::{Estimate, estimates, flown_aircraft, flown_loading, fly, record_flight, summarise, windows};
 pub use dynamics::{DynamicsRequest, DynamicsStudy};
 pub use equations::{
-    EquationError, EquationRequest, EquationStudy, equation_schema, equation_text, fit_equations, names_of_equations,
-    shipped_equations,
+    EquationError, EquationRequest, EquationStudy, equation_schema, equation_text, fit_equation_model, fit_equations,
+    names_of_equations, shipped_equations,
 };
 pub use equivalent::{EquivalentStudy, FitMethod, equivalent_study};
 pub use flight_responses::{FlightResponses, SurfaceResponse};

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Callable, Mapping, Optional, Union
+from typing import TYPE_CHECKING, Any, Callable, Literal, Mapping, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,11 @@ from ._fit import Fit
 from ._recording import Progress
 from ._table import Table, Value, normal_quantile
 from ._verdict import Verdict
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._linear import Trim
 
 _UNITS = {"V": "m/s", "alpha": "rad", "beta": "rad", "p": "rad/s", "q": "rad/s", "r": "rad/s", "phi": "rad", "theta": "rad",
           "ax": "m/s²", "ay": "m/s²", "az": "m/s²"}
@@ -66,7 +71,7 @@ def propagate(
     *,
     n: int = 2000,
     seed: int = 0,
-    **trim: Any,
+    **trim: Unpack[Trim],
 ) -> Distribution:
     """Any function of the derivatives with its interval, by draws of all of them together with their covariance within and
     across coefficients.
@@ -80,7 +85,7 @@ def propagate(
         trim: As :meth:`Fit.linearise`, for an expression.
     """
     if isinstance(function, str):
-        value, _, sampled = fit._inner.propagate(function, trim, n, seed)
+        value, _, sampled = fit._inner.propagate(function, dict(trim), n, seed)
         if sampled is None:
             raise DoubletError(f"'{function}' has no bounded interval: some draws have no value")
         return Distribution(value, fit.verdict, _stderr=sampled[0], _interval=(sampled[1], sampled[2]))
@@ -153,7 +158,7 @@ class OutputError:
         return stack([(n, _UNITS.get(n, "SI"), [(t, m, None), (t, f, None)]) for n, (t, m, f, _) in rows], axes)
 
 
-def output_error(fit: Fit, *, axis: Optional[str] = None, filter_error: bool = False, progress: Progress = None) -> list[OutputError]:
+def output_error(fit: Fit, *, axis: Optional[Literal["longitudinal", "lateral", "both"]] = None, filter_error: bool = False, progress: Progress = None) -> list[OutputError]:
     """Output error of every window with the equations of motion: the moved axis flies the recorded controls until its outputs
     follow the reconstructed ones; the other axis moves as reconstructed.
 
@@ -161,10 +166,15 @@ def output_error(fit: Fit, *, axis: Optional[str] = None, filter_error: bool = F
         fit: Fit whose derivatives are the start and whose terms are free.
         axis: ``"longitudinal"``, ``"lateral"`` or ``"both"``; by default that of the surface of each window.
         filter_error: Estimates with process noise as well, for gusts; several times the work.
+
+    Raises:
+        DoubletError: No window has a result. A window that fails beside others has an ``error``.
     """
     found, levels = [], fit.verdict["windows"]
     for row in fit._inner.output_error(axis, filter_error, progress):
         derivatives, filtered = ({name: Value(*rest) for name, *rest in row.get(key, [])} for key in ("derivatives", "filter_error"))
         outputs, iterations, trouble = row.get("outputs", {}), row.get("iterations", 0), row.get("filter_trouble")
         found.append(OutputError(row["window"], row["axis"], levels[row["window"]], derivatives, outputs, iterations, row.get("error"), filtered, trouble))
+    if found and all(one.error is not None for one in found):
+        raise DoubletError(f"window '{found[0].window}': {found[0].error}")
     return found

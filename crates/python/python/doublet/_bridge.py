@@ -135,10 +135,7 @@ def _windows_of(recordings: Sequence[Recording], windows: Optional[Any]) -> Opti
     lists = [windows] if len(recordings) == 1 else list(windows)
     if len(lists) != len(recordings):
         raise DoubletError(f"there are {len(recordings)} recordings and {len(lists)} lists of windows: give one list for each")
-    return [
-        [one if isinstance(one, Window) else Window(f"window {k + 1}", float(one[0]), float(one[1])) for k, one in enumerate(several)]
-        for several in lists
-    ]
+    return [[Window._of(one, index) for index, one in enumerate(several)] for several in lists]
 
 
 def _window_row(window: Window, flight: str) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from typing import Any, Mapping, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Literal, Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,11 @@ from ._recording import Progress
 from ._session import Results
 from ._table import Table
 from ._verdict import Verdict
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._linear import Trim
 
 _SURFACES = ("aileron", "elevator", "rudder")
 
@@ -109,10 +114,10 @@ def design_input(
     surfaces: Sequence[str] = _SURFACES,
     duration: float = 60.0,
     kind: str = "multisine",
-    criterion: str = "a",
+    criterion: Literal["d", "a", "max-relative"] = "a",
     peak: Optional[float] = None,
     rate: float = float(np.radians(60.0)),
-    envelope: Mapping[str, tuple[float, float]] = {},
+    envelope: Optional[Mapping[str, tuple[float, float]]] = None,
     usage: float = 0.9,
     gusts: Optional[float] = None,
     rounds: int = 3,
@@ -120,7 +125,7 @@ def design_input(
     with_flown: bool = False,
     seed: int = 1,
     progress: Progress = None,
-    **trim: Any,
+    **trim: Unpack[Trim],
 ) -> Design:
     """Inputs of the next flight that minimise the errors of the derivatives within limits, as ``doublet design``.
 
@@ -144,9 +149,9 @@ def design_input(
         seed: Seed of all draws.
         trim: As :meth:`Fit.linearise`, for a fit.
     """
-    limits = [(name, float(low), float(high)) for name, (low, high) in envelope.items()]
+    limits = [(name, float(low), float(high)) for name, (low, high) in (envelope or {}).items()]
     row, csv = _doublet.design_input(
-        identified._inner, trim, list(surfaces), kind, criterion, duration, usage, peak, rate, gusts, limits, rounds, samples, seed, with_flown,
+        identified._inner, dict(trim), list(surfaces), kind, criterion, duration, usage, peak, rate, gusts, limits, rounds, samples, seed, with_flown,
         progress,
     )
     return Design(json.loads(row), csv, identified.verdict)

@@ -12,8 +12,8 @@ _WindowRow: TypeAlias = tuple[str, float, float, Optional[str], str, str]
 
 __all__ = [
     "Aircraft", "Coefficients", "DoubletError", "Fit", "Path", "Recording", "Results", "Session", "__version__",
-    "coloured_covariance", "command_table", "design_input", "differentiate", "filter_names", "frequency_response", "guess_roles",
-    "instructions", "lstsq", "natural_modes", "roles", "run_command", "session_schema", "simulate", "smooth", "units",
+    "coloured_covariance", "command_table", "design_input", "differentiate", "filter_names", "fit_function", "frequency_response",
+    "guess_roles", "instructions", "lstsq", "natural_modes", "roles", "run_command", "session_schema", "simulate", "smooth", "units",
 ]
 
 __version__: str
@@ -179,6 +179,14 @@ def lstsq(
     is_huber: bool,
     given: Sequence[tuple[str, str, float, float]],
 ) -> dict[str, Any]: ...
+def fit_function(
+    table: str | PathLike[str],
+    names: tuple[Sequence[str], Sequence[str], Sequence[str], Sequence[tuple[str, float]]],
+    order: tuple[
+        Sequence[tuple[str, str]], Optional[str], Optional[float], Sequence[tuple[float, float]], Optional[float], Optional[float]
+    ],
+    function: Callable[..., list[_Array]],
+) -> str: ...
 def coloured_covariance(x: NDArray[np.float64], y: _Array) -> NDArray[np.float64]: ...
 def simulate(
     name: str, folder: str | PathLike[str], seed: int, derivatives: Sequence[tuple[str, float]], progress: _Progress

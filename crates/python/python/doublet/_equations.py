@@ -7,16 +7,20 @@ import os
 from dataclasses import dataclass
 from typing import Any, Mapping, Optional, Sequence, Union
 
-from . import commands
+from . import _doublet, commands
 from ._commands import Answer, Inputs
 from ._doublet import DoubletError
 from ._errors import unknown
 from ._recording import PathLike
+from ._sides import Functions
 from ._table import Table, Value, normal_quantile
 from ._verdict import Verdict
 
 _METHODS = ("equation_error", "output_error", "filter_error")
-_KEYS = ("inputs", "states", "outputs", "parameters", "constants")
+_Order = tuple[
+    Optional[Mapping[str, str]], Optional[str], Optional[float], list[tuple[float, float]], Optional[float], Optional[float]
+]
+_KEYS = ("inputs", "states", "outputs", "parameters", "constants", "rates", "shows")
 
 
 @dataclass(frozen=True)
@@ -137,7 +141,11 @@ def equations(
             column of time has it in its index.
         equations: ``"short-period"``, ``"longitudinal"``, ``"lateral"``, a file, or a mapping: ``{"inputs": ["delta_e"], "states":
             {"q": "M_alpha*alpha + M_q*q"}, "outputs": {"az": "V0*(q - 0.1)"}, "parameters": {"M_q": -1.0}, "constants": {"V0": 50.0}}``.
-            The right-hand sides are expressions; ``parameters`` have initial values.
+            The right-hand sides are expressions; ``parameters`` have initial values. Or the right-hand sides are functions: ``{"inputs":
+            ["delta_e"], "states": ["alpha", "q"], "rates": f, "outputs": ["alpha", "q", "az"], "shows": h, "parameters": {...}}``, where
+            ``f(x, u, p)`` returns the rate of each state, and ``h(x, u, p)`` the outputs that are not states, in order or by name. ``x``, ``u``,
+            ``p`` (parameters and constants) have values by name, ``x.alpha`` or ``x["alpha"]``, and in order. A function that takes
+            arrays is called for many points at once, another one point by point, which takes longer.
         columns: Column, or expression of columns, of an input or output that is called otherwise: ``{"alpha": "ALPHA*pi/180"}``.
         constants: Other values of constants of the equations.
         time: Column of time, s, or expression of columns.
@@ -147,25 +155,57 @@ def equations(
         piece: Length of the pieces of output error, s, for unstable motions.
 
     Raises:
-        DoubletError: Equations, columns or time are wrong, or no method has a result.
+        DoubletError: Equations, columns or time are wrong, or no method has a result. What a function raises is raised.
 
     Warns:
         DoubletWarning: The verdict is bad.
     """
+    windows = [(float(start), float(end)) for start, end in windows]
+    if isinstance(equations, Mapping) and ("rates" in equations or "shows" in equations):
+        _refuse_unknown(equations)
+        functions = Functions(equations, constants)
+        return _by_functions(frame, functions, (columns, time, dt, windows, half_width, piece))
     with Inputs() as inputs:
         source = str(inputs.file("equations.toml", _text(equations))) if isinstance(equations, Mapping) else os.fspath(equations)
         found = commands.equations(
-            frame, equations=source, column=columns, constant=constants, time=time, dt=dt, window=[tuple(one) for one in windows],
+            frame, equations=source, column=columns, constant=constants, time=time, dt=dt, window=windows,
             half_width=half_width, piece=piece,
         )
     return EquationFit(found)
 
 
-def _text(equations: Mapping[str, Any]) -> str:
-    """A mapping of equations as their file."""
+def _by_functions(frame: Any, equations: Functions, order: _Order) -> EquationFit:
+    """Fits equations whose right-hand sides are functions."""
+    columns, time, dt, windows, half_width, piece = order
+    for name, value in (("dt", dt), ("half_width", half_width), ("piece", piece)):
+        if value is not None and not 0.0 < value < float("inf"):
+            raise DoubletError(f"{name} is {value}: give a time above 0 s")
+    wrong = next((one for one in windows if not one[0] < one[1]), None)
+    if wrong is not None:
+        raise DoubletError(f"the end of the window {wrong} is not after its start")
+    names = (equations.states, equations.outputs, equations.inputs, list(equations.parameters.items()))
+    with Inputs() as inputs:
+        found = _doublet.fit_function(
+            inputs.text(frame), names, (list((columns or {}).items()), time, dt, windows, half_width, piece), equations.sides
+        )
+    document = json.loads(found)
+    verdict = Verdict(document["verdict"])
+    verdict.warn("equations")
+    return EquationFit(Answer(document, "equations", verdict.level == "bad", []))
+
+
+def _refuse_unknown(equations: Mapping[str, Any]) -> None:
     wrong = next((key for key in equations if key not in _KEYS), None)
     if wrong is not None:
         raise unknown("key of equations", wrong, _KEYS)
+
+
+def _text(equations: Mapping[str, Any]) -> str:
+    """A mapping of equations as their file."""
+    _refuse_unknown(equations)
+    sides = [*dict(equations.get("states", {})).values(), *dict(equations.get("outputs", {})).values()]
+    if any(callable(side) for side in sides):
+        raise DoubletError("a right-hand side is a function: give one function of all states as 'rates', and one of other outputs as 'shows'")
     lines = ['format = "doublet equations"', f"inputs = {json.dumps(list(equations.get('inputs', [])))}"]
     for key, head, side in (("states", "state", "rate"), ("outputs", "output", "shows")):
         for name, expression in equations.get(key, {}).items():

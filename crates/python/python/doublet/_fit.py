@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Iterator, Literal, Mapping, NoReturn, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Iterator, Literal, Mapping, NoReturn, Optional, Sequence, Union, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,9 @@ from ._verdict import Verdict
 from ._views import View, refuse_others
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._linear import Trim
     from ._session import Session
 
 Constraint = tuple[str, str, str, float, float]
@@ -97,7 +100,13 @@ class Coefficients(Columnar, View[_doublet.Coefficients], Sequence[WindowCoeffic
     def __len__(self) -> int:
         return len(self.windows)
 
-    def __getitem__(self, key: Any) -> Any:
+    @overload
+    def __getitem__(self, key: Union[str, int]) -> WindowCoefficients: ...
+    @overload
+    def __getitem__(self, key: slice) -> list[WindowCoefficients]: ...
+    def __getitem__(self, key: Union[str, int, slice]) -> Union[WindowCoefficients, list[WindowCoefficients]]:
+        if isinstance(key, slice):
+            return [self[index] for index in range(len(self))[key]]
         if isinstance(key, str):
             if key not in self.windows:
                 raise unknown("window", key, self.windows)
@@ -416,7 +425,7 @@ class Fit(View[_doublet.Fit]):
         quality = ", ".join(f"{c} {one.r2:.4f}" for c, one in self.coefficients.items() if one.error is None)
         return f"{self.table.summary()}\nR2: {quality}\n{self.verdict.line()}"
 
-    def linearise(self, *, samples: int = 500, seed: int = 1, progress: Progress = None, **trim: Any) -> "Linear":
+    def linearise(self, *, samples: int = 500, seed: int = 1, progress: Progress = None, **trim: Unpack[Trim]) -> "Linear":
         """Linear models, modes and flying-qualities levels about a trim. Values not given are medians over the windows.
 
         Args:
@@ -425,9 +434,9 @@ class Fit(View[_doublet.Fit]):
             trim: ``airspeed`` (m/s), ``altitude`` (m), ``gamma`` (rad), ``load_factor``, ``pull_up``, ``mass`` (kg),
                 ``fuel`` (kg on board in all), ``stick_delay`` (s), ``aileron`` (rad available from trim), ``window`` (name).
         """
-        return Linear(json.loads(self._inner.dynamics(trim, samples, seed, progress)), self.verdict)
+        return Linear(json.loads(self._inner.dynamics(dict(trim), samples, seed, progress)), self.verdict)
 
-    def modes(self, **trim: Any) -> Table:
+    def modes(self, **trim: Unpack[Trim]) -> Table:
         """Natural modes about a trim, as :meth:`linearise`."""
         return self.linearise(**trim).modes
 
@@ -477,7 +486,7 @@ def fit(
     order: int = 2,
     weights: Literal["equal", "huber"] = "equal",
     errors: Literal["coloured", "white"] = "coloured",
-    constraints: Mapping[tuple[str, str], Any] = {},
+    constraints: Optional[Mapping[tuple[str, str], Any]] = None,
     constants: Literal["per_window", "common"] = "per_window",
     by_surface: bool = True,
 ) -> Fit:
@@ -516,7 +525,7 @@ def fit(
     planes = [one.aircraft for one in several if one.aircraft is not None]
     if any(not plane._is(planes[0]) for plane in planes):
         raise DoubletError("the flights are of different aircraft: fit each aircraft alone")
-    given: list[Constraint] = [(c, t, *_known(value)) for (c, t), value in constraints.items()]
+    given: list[Constraint] = [(c, t, *_known(value)) for (c, t), value in (constraints or {}).items()]
     chosen = None if windows is None else list(windows)
     call = (
         several, _models(structure), chosen, given, by_surface, constants == "common", weights == "huber", order if method == "gls" else None

@@ -132,7 +132,7 @@ def lstsq(
     order: int = 2,
     weights: Literal["equal", "huber"] = "equal",
     errors: Literal["coloured", "white"] = "coloured",
-    constraints: Mapping[str, Any] = {},
+    constraints: Optional[Mapping[str, Any]] = None,
 ) -> Regression:
     """Least squares with honest errors: arrays or a frame in, no session.
 
@@ -169,7 +169,7 @@ def lstsq(
         raise DoubletError(f"order is {order}: give 1 or more")
     matrix = _matrix(X)
     columns = list(names) if names is not None else [f"x{k}" for k in range(matrix.shape[1])]
-    given = [(name, *_known(value)) for name, value in constraints.items()]
+    given = [(name, *_known(value)) for name, value in (constraints or {}).items()]
     records = None if groups is None else np.unique(np.asarray(groups), return_inverse=True)[1]
     numbers = None if records is None else [int(k) for k in records]
     deviations = None if std is None else _column(std, "std")
@@ -276,7 +276,7 @@ class FrequencyResponse:
 
         if axes is None:
             _, axes = plt.subplots(3, 1, sharex=True, figsize=(7, 7))
-        error = 2 * 20 * np.log10(np.e) * self.std
+        error = 2 * 20 / np.log(10.0) * self.std
         for axis, values, width, label in (
             (axes[0], self.gain_db, error, "gain [dB]"),
             (axes[1], np.degrees(self.phase), np.degrees(2 * self.std), "phase [deg]"),

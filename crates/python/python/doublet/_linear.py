@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Optional
+from typing import Any, Optional, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +12,34 @@ from ._doublet import DoubletError
 from ._errors import unknown
 from ._table import Table
 from ._verdict import Verdict
+
+
+class Trim(TypedDict, total=False):
+    """Where an aircraft is trimmed; what is not given is the median over the windows.
+
+    Attributes:
+        airspeed: m/s.
+        altitude: m.
+        gamma: Angle of climb, rad.
+        load_factor: Of a turn, or of a pull-up.
+        pull_up: Whether the load factor is that of a pull-up.
+        mass: kg.
+        fuel: On board in all, kg.
+        stick_delay: s.
+        aileron: Available from trim, rad.
+        window: Name of the window whose condition it is.
+    """
+
+    airspeed: float
+    altitude: float
+    gamma: float
+    load_factor: float
+    pull_up: bool
+    mass: float
+    fuel: float
+    stick_delay: float
+    aileron: float
+    window: str
 
 
 @dataclass(frozen=True, repr=False)

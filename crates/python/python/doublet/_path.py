@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import json
-from typing import TYPE_CHECKING, Any, Iterator, Literal, Mapping, NoReturn, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Iterator, Literal, Mapping, NoReturn, Optional, Sequence, Union, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from . import _doublet
 from ._doublet import DoubletError
 from ._errors import unknown
-from ._recording import Aircraft, PathLike, Progress, Recording, Window
+from ._recording import Aircraft, PathLike, Progress, Recording, Window, WindowGiven
 from ._table import Columnar, Table, stacked
 from ._verdict import Verdict
 from ._views import View, known, refuse_others
@@ -219,7 +219,13 @@ class Path(Columnar, View[_doublet.Path], Sequence[WindowPath]):
     def __len__(self) -> int:
         return len(self.windows)
 
-    def __getitem__(self, key: Any) -> Any:
+    @overload
+    def __getitem__(self, key: Union[str, int]) -> WindowPath: ...
+    @overload
+    def __getitem__(self, key: slice) -> list[WindowPath]: ...
+    def __getitem__(self, key: Union[str, int, slice]) -> Union[WindowPath, list[WindowPath]]:
+        if isinstance(key, slice):
+            return [self[index] for index in range(len(self))[key]]
         if isinstance(key, str):
             names = [window.name for window in self.windows]
             if key not in names:
@@ -280,7 +286,7 @@ def reconstruct(
     recording: Recording,
     aircraft: Optional[Aircraft] = None,
     *,
-    windows: Optional[Sequence[Union[Window, tuple[float, float]]]] = None,
+    windows: Optional[Sequence[WindowGiven]] = None,
     method: Literal["ekf", "iekf", "ukf"] = "iekf",
     noise: Optional[Mapping[str, float]] = None,
     delays: Optional[Mapping[str, float]] = None,
@@ -314,7 +320,8 @@ def reconstruct(
     Args:
         recording: Needs specific force ``ax ay az`` and rates ``p q r``.
         aircraft: Moves sensors to the centre of gravity where its file says where they are.
-        windows: Windows, or pairs of start and end, s; by default one window over the whole recording.
+        windows: Windows, pairs of start and end, s, with the surface as a third, slices or intervals of pandas; by default one window
+            over the whole recording.
         method: ``"ekf"``, ``"iekf"`` (iterated) or ``"ukf"``.
         noise: Standard deviations of inputs (``ax .. r``, the root of the diagonal of Q) and of measurements (``x y z v_north
             v_east v_down phi theta psi airspeed alpha beta``, of R), SI; others are those of good flight-test instruments.
@@ -349,9 +356,11 @@ def reconstruct(
         DoubletWarning: The verdict on the paths is bad.
     """
     refuse_others("reconstruct", others, list(inspect.signature(reconstruct).parameters)[:-1])
-    given: list[Window] = []
-    for index, window in enumerate(windows if windows is not None else []):
-        given.append(window if isinstance(window, Window) else Window(f"window {index + 1}", float(window[0]), float(window[1])))
+    if not isinstance(recording, Recording):
+        raise DoubletError(
+            f"recording is a {type(recording).__name__}: give one Recording; fit([coefficients(path_1), coefficients(path_2)], ...) pools flights"
+        )
+    given = [Window._of(window, index) for index, window in enumerate(windows if windows is not None else [])]
     if windows is None:
         base = next((recording[name] for name in ("p", "q", "r") if name in recording), None)
         if base is None:

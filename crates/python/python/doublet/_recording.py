@@ -118,8 +118,38 @@ class Window:
     role: str = "identification"
     confidence: Optional[float] = None
 
+    def __post_init__(self) -> None:
+        if not self.start < self.end:
+            raise DoubletError(f"manoeuvre '{self.name}': its end {self.end} s is not after its start {self.start} s")
+
     def _row(self) -> tuple[str, float, float, Optional[str], str, str]:
         return self.name, float(self.start), float(self.end), self.surface, self.kind, self.role
+
+    @classmethod
+    def _of(cls, given: Any, index: int) -> "Window":
+        """A window from what users give: a window, ``(start, end)``, ``(start, end, surface)``, a slice, or an interval of pandas."""
+        if isinstance(given, Window):
+            return given
+        surface = None
+        if isinstance(given, slice):
+            ends = (given.start, given.stop)
+        elif hasattr(given, "left") and hasattr(given, "right"):
+            ends = (given.left, given.right)
+        else:
+            ends = tuple(given) if isinstance(given, (tuple, list, np.ndarray)) else ()
+            surface = ends[2] if len(ends) == 3 else None
+        try:
+            start, end = (float(one.total_seconds() if hasattr(one, "total_seconds") else one) for one in ends[:2])
+            is_known = len(ends) in (2, 3) and (surface is None or isinstance(surface, str))
+        except (TypeError, ValueError):
+            is_known = False
+        if not is_known:
+            raise DoubletError(f"windows: {given!r} is not a manoeuvre: give (start, end) in s, (start, end, surface) or a doublet.Window")
+        return cls(f"window {index + 1}", start, end, surface)
+
+
+#: A window: pair of start and end, s, with the surface as a third, slice, or interval of pandas.
+WindowGiven = Union[Window, tuple[float, float], tuple[float, float, str], slice, Any]
 
 
 class Recording(Columnar, Replayed[_doublet.Recording]):

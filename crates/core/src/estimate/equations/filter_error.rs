@@ -3,10 +3,11 @@
 use nalgebra::DMatrix;
 
 use super::fit::{EquationFit, EquationSettings, check, finish};
-use super::shooting::{SCALE, Shooting, integrate};
-use super::{EquationFault, EquationModel, EquationRecord};
+use super::shooting::{SCALE, Shooting, fly_pieces, lanes};
+use super::{EquationFault, EquationModel, EquationPoints, EquationRecord};
+use crate::estimate::output_error::output_error_in_lanes;
 use crate::estimate::steady_filter::{ProcessNoise, Steady, first_deviation, settle_noise};
-use crate::estimate::{EstimateError, OutputParameter, output_error};
+use crate::estimate::{EstimateError, OutputParameter};
 use crate::statistics::{median, median_step};
 
 /// Estimates of filter error.
@@ -41,23 +42,20 @@ pub fn filter_error_of(
 ) -> Result<FilterErrorFit, EquationFault> {
     check(model, records)?;
     let Shooting { pieces, mut parameters, measured, time_s, rows } = Shooting::new(model, records, None, start);
-    let (count, states) = (model.parameters.len(), model.states.len());
     let first_log = parameters.len();
-    let linearisation = Linearisation::new(model, records);
+    let (linearisation, lanes) = (Linearisation::new(model, records), lanes(model, &measured));
     let (noise, least) = (first_noise(model, records), vec![0.0; model.outputs.len()]);
     parameters.extend(noise_parameters(model, &noise, linearisation.step_s));
     let (fit, measurement_noise) = settle_noise(&mut parameters, (noise, &least), |parameters, noise| {
         let find_steady = |theta: &[f64]| linearisation.find_steady(model, theta, (&theta[first_log..], noise));
-        let fit = output_error(parameters, &measured, &settings.search, |theta| {
-            let steady = find_steady(theta)?;
-            let mut all = DMatrix::zeros(measured.nrows(), model.outputs.len());
-            for (index, piece) in pieces.iter().enumerate() {
-                let initial = &theta[count + index * states..count + (index + 1) * states];
-                let own = (&theta[..count], initial);
-                let flown = integrate(model, &records[piece.record], &piece.samples, own, Some(&steady.gain));
-                all.rows_mut(piece.first_row, flown.nrows()).copy_from(&flown);
+        let fit = output_error_in_lanes(parameters, &measured, &settings.search, lanes, |several| {
+            let steady: Vec<_> = several.iter().map(|theta| find_steady(theta)).collect();
+            let mut ready: Vec<(&[f64], Option<&DMatrix<f64>>)> = Vec::with_capacity(several.len());
+            for (theta, steady) in several.iter().zip(&steady) {
+                ready.extend(steady.as_ref().ok().map(|steady| (theta.as_slice(), Some(&steady.gain))));
             }
-            Ok::<_, EstimateError>(all)
+            let mut flown = fly_pieces(model, records, &pieces, &ready).into_iter();
+            steady.into_iter().map(|steady| steady.map(|_| flown.next().unwrap_or_default())).collect()
         })?;
         let deviations = find_steady(&fit.estimates)?.deviations();
         Ok::<_, EstimateError>((fit, deviations))
@@ -130,25 +128,28 @@ impl Linearisation {
         const STEP: f64 = 1e-4;
         let (states, outputs) = (x.len(), model.outputs.len());
         let (mut a, mut c) = (DMatrix::zeros(states, states), DMatrix::zeros(outputs, states));
-        let mut stack = Vec::new();
-        let mut sides = |x: &[f64]| {
-            let (mut rates, mut shown) = (vec![0.0; states], vec![0.0; outputs]);
-            model.rates((x, &self.input, theta), &mut stack, &mut rates);
-            model.shown((x, &self.input, theta), &mut stack, &mut shown);
-            (rates, shown)
+        let step = |state: usize| STEP * x[state].abs().max(SCALE);
+        // Each state above its value, then below.
+        let column = |state: usize| -> Vec<f64> {
+            let moved = |at: usize| match at {
+                at if at == 2 * state => x[state] + step(state),
+                at if at == 2 * state + 1 => x[state] - step(state),
+                _ => x[state],
+            };
+            (0..2 * states).map(moved).collect()
         };
-        for state in 0..states {
-            let step = STEP * x[state].abs().max(SCALE);
-            let mut moved = x.to_vec();
-            moved[state] = x[state] + step;
-            let above = sides(&moved);
-            moved[state] = x[state] - step;
-            let below = sides(&moved);
-            for row in 0..states {
-                a[(row, state)] = (above.0[row] - below.0[row]) / (2.0 * step);
-            }
-            for row in 0..outputs {
-                c[(row, state)] = (above.1[row] - below.1[row]) / (2.0 * step);
+        let columns: Vec<Vec<f64>> = (0..states).map(column).collect();
+        let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+        let inputs: Vec<Vec<f64>> = self.input.iter().map(|value| vec![*value; 2 * states]).collect();
+        let inputs: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
+        let parameters: Vec<&[f64]> = theta.iter().map(std::slice::from_ref).collect();
+        let points =
+            EquationPoints { count: 2 * states, states: &columns, inputs: &inputs, parameters: &parameters };
+        for (slopes, found) in [(&mut a, model.rates(points)), (&mut c, model.shown(points))] {
+            for (row, values) in found.iter().enumerate() {
+                for state in 0..states {
+                    slopes[(row, state)] = (values[2 * state] - values[2 * state + 1]) / (2.0 * step(state));
+                }
             }
         }
         (a, c)

@@ -4,9 +4,11 @@ use std::ops::Range;
 
 use nalgebra::DMatrix;
 
-use super::shooting::{Shooting, free, integrate};
-use super::{EquationFault, EquationModel, EquationRecord};
+use super::model::{Expressions, Sides};
+use super::shooting::{Flight, Piece, Shooting, fly_pieces, free, integrate, lanes};
+use super::{EquationFault, EquationModel, EquationPoints, EquationRecord};
 use crate::estimate::flight_output_error::corrected_errors;
+use crate::estimate::output_error::output_error_in_lanes;
 use crate::estimate::{EstimateError, OutputErrorFit, OutputErrorSettings, OutputParameter, output_error};
 use crate::prep::{Differentiation, MatchedSmoothing, differentiate};
 
@@ -112,24 +114,22 @@ pub fn equation_error_of(
     finish(model, fit, &measured, compared.collect(), (time_s, rows))
 }
 
-/// Right-hand sides at the measured states, then the outputs that are no state, sample by sample.
+/// Right-hand sides at the measured states, then the outputs that are no state.
 fn right_hand_sides(
     model: &EquationModel,
     record: &EquationRecord,
     (of_state, others): (&[usize], &[usize]),
     theta: &[f64],
 ) -> Vec<Vec<f64>> {
-    let samples = record.time_s.len();
-    let mut sides = vec![Vec::with_capacity(samples); of_state.len() + others.len()];
-    let (mut x, mut u, mut stack) = (vec![0.0; of_state.len()], vec![0.0; record.inputs.len()], Vec::new());
-    let (mut rates, mut shown) = (vec![0.0; of_state.len()], vec![0.0; model.outputs.len()]);
-    for k in 0..samples {
-        x.iter_mut().zip(of_state).for_each(|(value, &output)| *value = record.outputs[output][k]);
-        u.iter_mut().zip(&record.inputs).for_each(|(value, column)| *value = column[k]);
-        model.rates((&x, &u, theta), &mut stack, &mut rates);
-        model.shown((&x, &u, theta), &mut stack, &mut shown);
-        let values = rates.iter().copied().chain(others.iter().map(|&output| shown[output]));
-        sides.iter_mut().zip(values).for_each(|(side, value)| side.push(value));
+    let states: Vec<&[f64]> = of_state.iter().map(|&output| record.outputs[output].as_slice()).collect();
+    let inputs: Vec<&[f64]> = record.inputs.iter().map(Vec::as_slice).collect();
+    let parameters: Vec<&[f64]> = theta.iter().map(std::slice::from_ref).collect();
+    let points =
+        EquationPoints { count: record.time_s.len(), states: &states, inputs: &inputs, parameters: &parameters };
+    let mut sides = model.rates(points);
+    if !others.is_empty() {
+        let mut shown = model.shown(points);
+        sides.extend(others.iter().map(|&output| std::mem::take(&mut shown[output])));
     }
     sides
 }
@@ -153,25 +153,44 @@ pub fn output_error_of(
     check(model, records)?;
     let Shooting { pieces, parameters, measured, time_s, rows } =
         Shooting::new(model, records, settings.piece_s, start);
-    let (count, states) = (model.parameters.len(), model.states.len());
-    // Initial states of one piece leave the others as they were.
+    let lanes = lanes(model, &measured);
     let mut known: Vec<Option<(Vec<f64>, DMatrix<f64>)>> = pieces.iter().map(|_| None).collect();
-    let fit = output_error(&parameters, &measured, &settings.search, |theta| {
-        let mut all = DMatrix::zeros(measured.nrows(), model.outputs.len());
-        for (index, piece) in pieces.iter().enumerate() {
-            let initial = &theta[count + index * states..count + (index + 1) * states];
-            let own = [&theta[..count], initial].concat();
-            if !known[index].as_ref().is_some_and(|(before, _)| *before == own) {
-                let flown = integrate(model, &records[piece.record], &piece.samples, (&theta[..count], initial), None);
-                known[index] = Some((own, flown));
+    let fit = output_error_in_lanes(&parameters, &measured, &settings.search, lanes, |several| {
+        let outputs = match &model.sides {
+            Sides::Expressions(sides) => {
+                several.iter().map(|theta| fly_changed((model, sides), records, &pieces, theta, &mut known)).collect()
             }
-            if let Some((_, flown)) = &known[index] {
-                all.rows_mut(piece.first_row, flown.nrows()).copy_from(flown);
+            Sides::Function(_) => {
+                let all: Vec<_> = several.iter().map(|theta| (theta.as_slice(), None)).collect();
+                fly_pieces(model, records, &pieces, &all)
             }
-        }
-        Ok::<_, EstimateError>(all)
+        };
+        outputs.into_iter().map(Ok::<_, EstimateError>).collect()
     })?;
     finish(model, fit, &measured, model.outputs.clone(), (time_s, rows))
+}
+
+/// Outputs of all pieces. Initial states of one piece leave the others as they were: these are known.
+fn fly_changed(
+    (model, sides): (&EquationModel, &Expressions),
+    records: &[EquationRecord],
+    pieces: &[Piece],
+    theta: &[f64],
+    known: &mut [Option<(Vec<f64>, DMatrix<f64>)>],
+) -> DMatrix<f64> {
+    let rows = pieces.iter().map(|piece| piece.samples.len()).sum();
+    let mut all = DMatrix::zeros(rows, model.outputs.len());
+    for (piece, known) in pieces.iter().zip(known) {
+        let flight = Flight::new(model, records, piece, theta, None);
+        let own = [flight.theta, flight.initial].concat();
+        if !known.as_ref().is_some_and(|(before, _)| *before == own) {
+            *known = Some((own, integrate(sides, &flight)));
+        }
+        if let Some((_, flown)) = known {
+            all.rows_mut(piece.first_row, flown.nrows()).copy_from(flown);
+        }
+    }
+    all
 }
 
 /// The fit with errors corrected for correlated residuals.

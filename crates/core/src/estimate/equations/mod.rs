@@ -4,12 +4,13 @@ mod filter_error;
 mod fit;
 mod model;
 mod shooting;
+mod together;
 
 use thiserror::Error;
 
 pub use filter_error::{FilterErrorFit, filter_error_of};
 pub use fit::{EquationFit, EquationSettings, equation_error_of, output_error_of};
-pub use model::{EquationModel, EquationText};
+pub use model::{EquationFunction, EquationModel, EquationNames, EquationPoints, EquationText};
 
 use super::EstimateError;
 use crate::prep::{ExpressionError, PrepError};

@@ -1,4 +1,7 @@
-//! Equations of motion from their text.
+//! Equations of motion from their text, or from a function.
+
+use std::fmt::Debug;
+use std::sync::Arc;
 
 use super::EquationFault;
 use crate::prep::{Expression, Operand};
@@ -19,6 +22,42 @@ pub struct EquationText {
     pub constants: Vec<(String, f64)>,
 }
 
+/// Points of states, inputs and parameters, as columns of one value for each point.
+#[derive(Clone, Copy, Debug)]
+pub struct EquationPoints<'a> {
+    /// Number of points.
+    pub count: usize,
+    /// A column for each state.
+    pub states: &'a [&'a [f64]],
+    /// A column for each input.
+    pub inputs: &'a [&'a [f64]],
+    /// A column for each parameter; a column of one value holds for all points.
+    pub parameters: &'a [&'a [f64]],
+}
+
+/// Right-hand sides that are computed by a function instead of expressions, at many points at once. Where it has no value it gives one that is not
+/// finite: the search then tries another step.
+pub trait EquationFunction: Debug + Send + Sync {
+    /// Derivatives of the states by time: a column for each state.
+    fn rates(&self, points: EquationPoints<'_>) -> Vec<Vec<f64>>;
+
+    /// Outputs that are not states: a column for each.
+    fn shown(&self, points: EquationPoints<'_>) -> Vec<Vec<f64>>;
+}
+
+/// Names of equations of motion whose right-hand sides are a function. An output with the name of a state is this state.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EquationNames {
+    /// States.
+    pub states: Vec<String>,
+    /// Outputs.
+    pub outputs: Vec<String>,
+    /// Recorded columns.
+    pub inputs: Vec<String>,
+    /// Free parameters and where the search starts.
+    pub parameters: Vec<(String, f64)>,
+}
+
 /// Equations of motion `x' = f(x, u, theta)`, `y = h(x, u, theta)`.
 #[derive(Clone, Debug)]
 pub struct EquationModel {
@@ -26,11 +65,26 @@ pub struct EquationModel {
     pub(super) outputs: Vec<String>,
     pub(super) inputs: Vec<String>,
     pub(super) parameters: Vec<(String, f64)>,
+    pub(super) sides: Sides,
+    /// Output that each state is, where one is the state alone.
+    pub(super) output_of_state: Vec<Option<usize>>,
+}
+
+/// Right-hand sides.
+#[derive(Clone, Debug)]
+pub(super) enum Sides {
+    /// As expressions.
+    Expressions(Expressions),
+    /// As a function.
+    Function(Arc<dyn EquationFunction>),
+}
+
+/// Right-hand sides as expressions.
+#[derive(Clone, Debug)]
+pub(super) struct Expressions {
     constants: Vec<f64>,
     rates: Vec<Side>,
     shown: Vec<Side>,
-    /// State that each output is, where it is one alone.
-    pub(super) output_of_state: Vec<Option<usize>>,
 }
 
 /// A right-hand side, with the place of each of its operands among states, inputs, parameters and constants.
@@ -40,33 +94,43 @@ struct Side {
     places: Vec<usize>,
 }
 
+/// Refuses equations without states or outputs, and a name that is two things; all names in order.
+fn check_names<'a>(
+    (states, outputs): (&'a [&'a str], usize),
+    others: [(&'static str, Vec<&'a str>); 3],
+) -> Result<Vec<&'a str>, EquationFault> {
+    for (what, count) in [("state", states.len()), ("output", outputs)] {
+        if count == 0 {
+            return Err(EquationFault::Without { what });
+        }
+    }
+    let mut all: Vec<(&'static str, &str)> = states.iter().map(|name| ("a state", *name)).collect();
+    for (kind, names) in others {
+        all.extend(names.into_iter().map(|name| (kind, name)));
+    }
+    for (index, (second, name)) in all.iter().enumerate() {
+        if let Some((first, _)) = all[..index].iter().find(|(_, other)| other == name) {
+            return Err(EquationFault::Twice { name: (*name).to_owned(), first, second });
+        }
+    }
+    Ok(all.into_iter().map(|(_, name)| name).collect())
+}
+
 impl EquationModel {
     /// Understands equations.
     ///
     /// # Errors
     /// [`EquationFault`]: no state or output, a name that is two things, an expression that is not understood.
     pub fn new(text: &EquationText) -> Result<Self, EquationFault> {
-        for (what, is_empty) in [("state", text.states.is_empty()), ("output", text.outputs.is_empty())] {
-            if is_empty {
-                return Err(EquationFault::Without { what });
-            }
-        }
-        let firsts = |pairs: &[(String, String)]| pairs.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
-        let values = |pairs: &[(String, f64)]| pairs.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+        let states: Vec<&str> = text.states.iter().map(|(name, _)| name.as_str()).collect();
+        let of_values = |pairs: &'_ [(String, f64)]| pairs.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+        let (parameters, constants) = (of_values(&text.parameters), of_values(&text.constants));
         let kinds = [
-            ("a state", firsts(&text.states)),
-            ("an input", text.inputs.clone()),
-            ("a parameter", values(&text.parameters)),
-            ("a constant", values(&text.constants)),
+            ("an input", text.inputs.iter().map(String::as_str).collect()),
+            ("a parameter", parameters.iter().map(String::as_str).collect()),
+            ("a constant", constants.iter().map(String::as_str).collect()),
         ];
-        let all: Vec<(&'static str, &str)> =
-            kinds.iter().flat_map(|(kind, names)| names.iter().map(|name| (*kind, name.as_str()))).collect();
-        for (index, (second, name)) in all.iter().enumerate() {
-            if let Some((first, _)) = all[..index].iter().find(|(_, other)| other == name) {
-                return Err(EquationFault::Twice { name: (*name).to_owned(), first, second });
-            }
-        }
-        let names: Vec<&str> = all.iter().map(|(_, name)| *name).collect();
+        let names = check_names((&states, text.outputs.len()), kinds)?;
         let side = |kind: &str, (name, text): &(String, String)| -> Result<Side, EquationFault> {
             let fault = |error| EquationFault::Expression { place: format!("{kind} '{name}'"), error };
             let expression = Expression::parse_names(text, "state, input or parameter", &names).map_err(fault)?;
@@ -80,19 +144,40 @@ impl EquationModel {
             Ok(Side { places: expression.operands().iter().map(place).collect(), expression })
         };
         let shown = text.outputs.iter().map(|output| side("output", output)).collect::<Result<Vec<_>, _>>()?;
-        Ok(Self {
+        let sides = Expressions {
             rates: text.states.iter().map(|state| side("state", state)).collect::<Result<_, _>>()?,
-            output_of_state: firsts(&text.states)
-                .iter()
-                .map(|state| text.outputs.iter().position(|(_, expression)| expression.trim() == state))
-                .collect(),
+            constants: text.constants.iter().map(|(_, value)| *value).collect(),
             shown,
-            states: firsts(&text.states),
-            outputs: firsts(&text.outputs),
+        };
+        Ok(Self {
+            output_of_state: states
+                .iter()
+                .map(|state| text.outputs.iter().position(|(_, expression)| expression.trim() == *state))
+                .collect(),
+            sides: Sides::Expressions(sides),
+            states: states.into_iter().map(str::to_owned).collect(),
+            outputs: text.outputs.iter().map(|(name, _)| name.clone()).collect(),
             inputs: text.inputs.clone(),
             parameters: text.parameters.clone(),
-            constants: text.constants.iter().map(|(_, value)| *value).collect(),
         })
+    }
+
+    /// Equations whose right-hand sides are a function.
+    ///
+    /// # Errors
+    /// [`EquationFault`]: no state or output, a name that is two things.
+    pub fn with_function(names: EquationNames, function: Arc<dyn EquationFunction>) -> Result<Self, EquationFault> {
+        let EquationNames { states, outputs, inputs, parameters } = names;
+        let of_states: Vec<&str> = states.iter().map(String::as_str).collect();
+        let kinds = [
+            ("an input", inputs.iter().map(String::as_str).collect()),
+            ("a parameter", parameters.iter().map(|(name, _)| name.as_str()).collect()),
+            ("a constant", Vec::new()),
+        ];
+        check_names((&of_states, outputs.len()), kinds)?;
+        let output_of_state =
+            states.iter().map(|state| outputs.iter().position(|output| output == state)).collect();
+        Ok(Self { states, outputs, inputs, parameters, sides: Sides::Function(function), output_of_state })
     }
 
     /// Names of the outputs.
@@ -110,6 +195,41 @@ impl EquationModel {
         &self.states
     }
 
+    /// Derivatives of the states by time at many points, a column for each state.
+    pub(super) fn rates(&self, points: EquationPoints<'_>) -> Vec<Vec<f64>> {
+        match &self.sides {
+            Sides::Expressions(sides) => sides.at_points(&sides.rates, points),
+            Sides::Function(function) => whole(function.rates(points), self.states.len(), points.count),
+        }
+    }
+
+    /// Outputs at many points, a column for each.
+    pub(super) fn shown(&self, points: EquationPoints<'_>) -> Vec<Vec<f64>> {
+        let function = match &self.sides {
+            Sides::Expressions(sides) => return sides.at_points(&sides.shown, points),
+            Sides::Function(function) => function,
+        };
+        let state_of = |output: usize| self.output_of_state.iter().position(|found| *found == Some(output));
+        let states: Vec<Option<usize>> = (0..self.outputs.len()).map(state_of).collect();
+        let others = states.iter().filter(|state| state.is_none()).count();
+        let others = if others == 0 { Vec::new() } else { whole(function.shown(points), others, points.count) };
+        let mut others = others.into_iter();
+        let column = |state: Option<usize>| match state {
+            Some(state) => points.states[state].to_vec(),
+            None => others.next().unwrap_or_default(),
+        };
+        states.into_iter().map(column).collect()
+    }
+}
+
+/// Columns as many and as long as they should be; what is missing is not a number.
+fn whole(mut columns: Vec<Vec<f64>>, count: usize, points: usize) -> Vec<Vec<f64>> {
+    columns.resize(count, Vec::new());
+    columns.iter_mut().for_each(|column| column.resize(points, f64::NAN));
+    columns
+}
+
+impl Expressions {
     fn value(&self, side: &Side, (x, u, theta): (&[f64], &[f64], &[f64]), stack: &mut Vec<f64>) -> f64 {
         let (states, inputs, parameters) = (x.len(), x.len() + u.len(), x.len() + u.len() + theta.len());
         let value_at = |place: usize| match place {
@@ -133,5 +253,23 @@ impl EquationModel {
         for (value, side) in shown.iter_mut().zip(&self.shown) {
             *value = self.value(side, point, stack);
         }
+    }
+
+    /// Values of `sides`, point by point.
+    fn at_points(&self, sides: &[Side], points: EquationPoints<'_>) -> Vec<Vec<f64>> {
+        let mut columns = vec![Vec::with_capacity(points.count); sides.len()];
+        let (mut x, mut u, mut theta, mut stack) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for point in 0..points.count {
+            for (values, from) in
+                [(&mut x, points.states), (&mut u, points.inputs), (&mut theta, points.parameters)]
+            {
+                values.clear();
+                values.extend(from.iter().map(|column| column[if column.len() == 1 { 0 } else { point }]));
+            }
+            for (column, side) in columns.iter_mut().zip(sides) {
+                column.push(self.value(side, (&x, &u, &theta), &mut stack));
+            }
+        }
+        columns
     }
 }

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use nalgebra::DMatrix;
 
+use super::model::{Expressions, Sides};
 use super::{EquationModel, EquationRecord};
 use crate::estimate::OutputParameter;
 
@@ -14,6 +15,8 @@ pub(super) struct Piece {
     label: String,
     /// First of its rows among all.
     pub(super) first_row: usize,
+    /// First of its initial states among the parameters.
+    first_initial: usize,
 }
 
 /// What is integrated and compared: the pieces, the parameters with the initial states of each piece, and the measured outputs.
@@ -37,7 +40,7 @@ impl Shooting {
         piece_s: Option<f64>,
         start: Option<&[f64]>,
     ) -> Self {
-        let pieces = pieces(records, piece_s, model.states.len());
+        let pieces = pieces(records, piece_s, model);
         let given = |(k, (name, value)): (usize, &(String, f64))| {
             free(name, start.and_then(|start| start.get(k)).copied().unwrap_or(*value))
         };
@@ -73,8 +76,9 @@ pub(super) fn free(name: &str, start: f64) -> OutputParameter {
 }
 
 /// Records cut in pieces of about `piece_s`, none shorter than leaves something of every state to estimate.
-fn pieces(records: &[EquationRecord], piece_s: Option<f64>, states: usize) -> Vec<Piece> {
-    let mut pieces = Vec::new();
+fn pieces(records: &[EquationRecord], piece_s: Option<f64>, model: &EquationModel) -> Vec<Piece> {
+    let states = model.states.len();
+    let mut pieces: Vec<Piece> = Vec::new();
     let mut first_row = 0;
     for (index, record) in records.iter().enumerate() {
         let samples = record.time_s.len();
@@ -85,7 +89,8 @@ fn pieces(records: &[EquationRecord], piece_s: Option<f64>, states: usize) -> Ve
         for piece in 0..count {
             let range = piece * samples / count..(piece + 1) * samples / count;
             let label = if count == 1 { record.label.clone() } else { format!("{}:{}", record.label, piece + 1) };
-            pieces.push(Piece { record: index, first_row: first_row + range.start, samples: range, label });
+            let first_initial = model.parameters.len() + states * pieces.len();
+            pieces.push(Piece { record: index, first_row: first_row + range.start, first_initial, samples: range, label });
         }
         first_row += samples;
     }
@@ -112,47 +117,114 @@ fn beginning(values: &[f64]) -> f64 {
     value - slope * middle
 }
 
-/// Outputs over the samples of a piece. With a gain `K` the states are corrected at every sample, `x <- x + K (z - h(x))`, so that each output is
-/// predicted from the measurements before it; what was not measured corrects nothing.
-pub(super) fn integrate(
+/// A piece that is flown with a set of parameters.
+pub(super) struct Flight<'a> {
+    record: &'a EquationRecord,
+    pub(super) samples: &'a Range<usize>,
+    pub(super) theta: &'a [f64],
+    pub(super) initial: &'a [f64],
+    gain: Option<&'a DMatrix<f64>>,
+}
+
+impl<'a> Flight<'a> {
+    /// `theta` are the parameters of the model, then all initial states. With a gain `K` the states are corrected at every sample, `x <- x + K (z -
+    /// h(x))`, so that each output is predicted from the measurements before it; what was not measured corrects nothing.
+    pub(super) fn new(
+        model: &EquationModel,
+        records: &'a [EquationRecord],
+        piece: &'a Piece,
+        theta: &'a [f64],
+        gain: Option<&'a DMatrix<f64>>,
+    ) -> Self {
+        let initial = &theta[piece.first_initial..piece.first_initial + model.states.len()];
+        let (record, samples) = (&records[piece.record], &piece.samples);
+        Self { record, samples, theta: &theta[..model.parameters.len()], initial, gain }
+    }
+
+    /// Inputs at a sample.
+    pub(super) fn inputs(&self, sample: usize) -> Vec<f64> {
+        self.record.inputs.iter().map(|column| column[sample]).collect()
+    }
+
+    /// Time from a sample to the next, s.
+    pub(super) fn step_s(&self, sample: usize) -> f64 {
+        self.record.time_s[sample + 1] - self.record.time_s[sample]
+    }
+
+    /// Corrects the states by the outputs measured at a sample, where there is a gain.
+    pub(super) fn correct(&self, sample: usize, predicted: &[f64], x: &mut [f64]) {
+        let Some(gain) = self.gain else { return };
+        for (column, predicted) in predicted.iter().enumerate() {
+            let innovation = self.record.outputs[column][sample] - predicted;
+            if innovation.is_finite() {
+                x.iter_mut().zip(gain.column(column).iter()).for_each(|(value, gain)| *value += gain * innovation);
+            }
+        }
+    }
+}
+
+/// Sets of parameters that are flown at once: a function takes many points for the time of one.
+pub(super) fn lanes(model: &EquationModel, measured: &DMatrix<f64>) -> usize {
+    /// Most values of the outputs of all sets: 128 MB.
+    const MOST: usize = 1 << 24;
+    match model.sides {
+        Sides::Expressions(_) => 1,
+        Sides::Function(_) => (MOST / measured.len().max(1)).max(1),
+    }
+}
+
+/// Outputs of all pieces, one below the other, for each set of parameters with its gain.
+pub(super) fn fly_pieces(
     model: &EquationModel,
-    record: &EquationRecord,
-    samples: &Range<usize>,
-    (theta, initial): (&[f64], &[f64]),
-    gain: Option<&DMatrix<f64>>,
-) -> DMatrix<f64> {
-    let states = initial.len();
-    let mut x = initial.to_vec();
+    records: &[EquationRecord],
+    pieces: &[Piece],
+    several: &[(&[f64], Option<&DMatrix<f64>>)],
+) -> Vec<DMatrix<f64>> {
+    let mut flights = Vec::with_capacity(several.len() * pieces.len());
+    for &(theta, gain) in several {
+        flights.extend(pieces.iter().map(|piece| Flight::new(model, records, piece, theta, gain)));
+    }
+    let flown = match &model.sides {
+        Sides::Expressions(sides) => flights.iter().map(|flight| integrate(sides, flight)).collect(),
+        Sides::Function(_) => super::together::fly(model, &flights),
+    };
+    let rows = pieces.iter().map(|piece| piece.samples.len()).sum();
+    let below = |own: &[DMatrix<f64>]| {
+        let mut all = DMatrix::zeros(rows, model.outputs.len());
+        for (piece, flown) in pieces.iter().zip(own) {
+            all.rows_mut(piece.first_row, flown.nrows()).copy_from(flown);
+        }
+        all
+    };
+    flown.chunks(pieces.len().max(1)).map(below).collect()
+}
+
+/// Outputs of a flight by expressions.
+pub(super) fn integrate(sides: &Expressions, flight: &Flight<'_>) -> DMatrix<f64> {
+    let (states, outputs, samples) = (flight.initial.len(), flight.record.outputs.len(), flight.samples);
+    let mut x = flight.initial.to_vec();
     let mut stack = Vec::new();
     let mut slopes = vec![vec![0.0; states]; 4];
     let mut trial = vec![0.0; states];
-    let mut shown = vec![0.0; model.outputs.len()];
-    let mut all = DMatrix::zeros(samples.len(), model.outputs.len());
-    let inputs = |k: usize| record.inputs.iter().map(|column| column[k]).collect::<Vec<f64>>();
-    let mut now = inputs(samples.start);
+    let mut shown = vec![0.0; outputs];
+    let mut all = DMatrix::zeros(samples.len(), outputs);
+    let mut now = flight.inputs(samples.start);
     for (row, k) in samples.clone().enumerate() {
-        model.shown((&x, &now, theta), &mut stack, &mut shown);
+        sides.shown((&x, &now, flight.theta), &mut stack, &mut shown);
         shown.iter().enumerate().for_each(|(column, value)| all[(row, column)] = *value);
-        if let Some(gain) = gain {
-            for (column, predicted) in shown.iter().enumerate() {
-                let innovation = record.outputs[column][k] - predicted;
-                if innovation.is_finite() {
-                    x.iter_mut().zip(gain.column(column).iter()).for_each(|(value, gain)| *value += gain * innovation);
-                }
-            }
-        }
+        flight.correct(k, &shown, &mut x);
         if k + 1 == samples.end {
             break;
         }
-        let next = inputs(k + 1);
-        let middle: Vec<f64> = now.iter().zip(&next).map(|(a, b)| 0.5 * (a + b)).collect();
-        let h = record.time_s[k + 1] - record.time_s[k];
+        let next = flight.inputs(k + 1);
+        let middle = middle(&now, &next);
+        let h = flight.step_s(k);
         for (stage, (u, part)) in [(&now, 0.0), (&middle, 0.5), (&middle, 0.5), (&next, 1.0)].into_iter().enumerate() {
             for state in 0..states {
                 let before = if stage == 0 { 0.0 } else { slopes[stage - 1][state] };
                 trial[state] = x[state] + part * h * before;
             }
-            model.rates((&trial, u, theta), &mut stack, &mut slopes[stage]);
+            sides.rates((&trial, u, flight.theta), &mut stack, &mut slopes[stage]);
         }
         for (state, value) in x.iter_mut().enumerate() {
             let [k1, k2, k3, k4] = [0, 1, 2, 3].map(|stage| slopes[stage][state]);
@@ -161,4 +233,9 @@ pub(super) fn integrate(
         now = next;
     }
     all
+}
+
+/// Inputs half way between two samples.
+pub(super) fn middle(now: &[f64], next: &[f64]) -> Vec<f64> {
+    now.iter().zip(next).map(|(a, b)| 0.5 * (a + b)).collect()
 }

@@ -1,8 +1,10 @@
 //! Equations of motion as they are written: an unstable short period, three degrees of freedom with gravity, gusts, what is refused.
 
+use std::sync::Arc;
+
 use doublet_core::estimate::{
-    EquationFault, EquationFit, EquationModel, EquationRecord, EquationSettings, EquationText, equation_error_of,
-    filter_error_of, output_error_of,
+    EquationFault, EquationFit, EquationFunction, EquationModel, EquationNames, EquationPoints, EquationRecord,
+    EquationSettings, EquationText, equation_error_of, filter_error_of, output_error_of,
 };
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -422,4 +424,66 @@ fn filter_error_without_process_noise_is_output_error() {
     for (found, truth) in filter.measurement_noise.iter().zip(LATERAL_NOISE) {
         assert!((found / truth - 1.0).abs() < 0.06, "{found} {truth}");
     }
+}
+
+/// The equations of [`short_period`] as a function, in the order of the operations of its expressions.
+#[derive(Debug)]
+struct ShortPeriod;
+
+impl EquationFunction for ShortPeriod {
+    fn rates(&self, points: EquationPoints<'_>) -> Vec<Vec<f64>> {
+        let of = |column: &[f64], point: usize| column[if column.len() == 1 { 0 } else { point }];
+        let rate = |point: usize| {
+            let [alpha, q, d] = [points.states[0], points.states[1], points.inputs[0]].map(|column| of(column, point));
+            let p: Vec<f64> = points.parameters.iter().map(|column| of(column, point)).collect();
+            [p[5] + p[0] * alpha + q + p[1] * d, p[6] + p[2] * alpha + p[3] * q + p[4] * d]
+        };
+        (0..2).map(|state| (0..points.count).map(|point| rate(point)[state]).collect()).collect()
+    }
+
+    fn shown(&self, points: EquationPoints<'_>) -> Vec<Vec<f64>> {
+        vec![vec![f64::NAN; points.count]]
+    }
+}
+
+#[test]
+fn function_gives_what_its_expressions_give_to_the_last_bit() {
+    let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+    let free = names(&["Z_alpha", "Z_delta_e", "M_alpha", "M_q", "M_delta_e", "Z_0", "M_0"]);
+    let of_function = EquationModel::with_function(
+        EquationNames {
+            states: names(&["alpha", "q"]),
+            outputs: names(&["alpha", "q"]),
+            inputs: names(&["delta_e"]),
+            parameters: free.into_iter().map(|name| (name, 0.0)).collect(),
+        },
+        Arc::new(ShortPeriod),
+    )
+    .unwrap();
+    let model = short_period();
+    // Records and pieces of several lengths, and a sample that was not measured.
+    let mut records = vec![unstable(4, 18, [1e-3, 2e-3]), unstable(5, 7, [1e-3, 2e-3])];
+    records[1].outputs[0][40] = f64::NAN;
+    let settings = EquationSettings { piece_s: Some(3.0), ..EquationSettings::default() };
+    let expected = output_error_of(&model, &records, &settings, None).unwrap();
+    let found = output_error_of(&of_function, &records, &settings, None).unwrap();
+    assert_eq!(found.fit.estimates, expected.fit.estimates);
+    assert_eq!(found.corrected_errors, expected.corrected_errors);
+    let expected = equation_error_of(&model, &records[..1], &settings).unwrap().fit;
+    let found = equation_error_of(&of_function, &records[..1], &settings).unwrap().fit;
+    assert_eq!(found.estimates, expected.estimates);
+    let start = Some(expected.estimates.as_slice());
+    let expected = filter_error_of(&model, &records, &settings, start).unwrap();
+    let found = filter_error_of(&of_function, &records, &settings, start).unwrap();
+    assert_eq!(found.estimate.fit.estimates, expected.estimate.fit.estimates);
+}
+
+#[test]
+fn names_of_a_function_are_checked() {
+    let names = EquationNames { states: vec!["q".to_owned()], ..EquationNames::default() };
+    let fault = EquationModel::with_function(names.clone(), Arc::new(ShortPeriod)).unwrap_err();
+    assert_eq!(fault, EquationFault::Without { what: "output" });
+    let names = EquationNames { outputs: vec!["q".to_owned()], inputs: vec!["q".to_owned()], ..names };
+    let fault = EquationModel::with_function(names, Arc::new(ShortPeriod)).unwrap_err();
+    assert_eq!(fault.to_string(), "'q' is both a state and an input: give one of them another name");
 }
