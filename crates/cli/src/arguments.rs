@@ -9,14 +9,14 @@ use crate::fmu::FmuArguments;
 use crate::prior::PriorArguments;
 use std::path::PathBuf;
 
-use clap::builder::PossibleValuesParser;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use doublet_dynamics::design::DesignKind;
 use doublet_engine::report::document::SectionKind;
 use doublet_engine::report::{HistoryFormat, TableFormat};
 use doublet_engine::session::Surface;
 use doublet_engine::stage::PercentRule;
-use doublet_engine::study::LagKind;
+use doublet_engine::study::{LagKind, Study};
 use doublet_report::ReportFormat;
 
 use crate::dynamics::{JudgedArguments, LinearArguments, ModesArguments, QualitiesArguments};
@@ -228,8 +228,8 @@ pub struct RunArguments {
     #[arg(long)]
     pub out: PathBuf,
     /// Additional studies to compute.
-    #[arg(long, value_name = "STUDY,...", value_delimiter = ',')]
-    pub with: Vec<StudyName>,
+    #[arg(long, value_name = "STUDY,...", value_delimiter = ',', value_parser = study())]
+    pub with: Vec<Study>,
     /// Formats of the tables.
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = "csv", value_parser = table_format())]
     pub tables: Vec<String>,
@@ -273,29 +273,6 @@ pub struct ReportArguments {
     /// Class, category and controls, as for `qualities`.
     #[command(flatten)]
     pub judged: JudgedArguments,
-}
-
-/// A study that `run` can add.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum StudyName {
-    /// Sensitivity of the derivatives to their inputs.
-    Sensitivity,
-    /// Comparison of manoeuvres.
-    Manoeuvres,
-    /// Each manoeuvre in the frequency domain and by output error.
-    Checks,
-    /// Checks, and each manoeuvre by filter error.
-    FilterError,
-    /// Lag and delay of each control.
-    Lags,
-    /// Frequency responses of the rates to the controls.
-    Responses,
-    /// Derivatives under fresh measurement noise, 200 realisations.
-    MonteCarlo,
-    /// Linear model, modes and flying qualities at the median condition.
-    Dynamics,
-    /// Experiments of the session side by side.
-    Experiments,
 }
 
 /// Arguments of a study.
@@ -561,6 +538,12 @@ fn table_format() -> PossibleValuesParser {
 /// Names of formats of time histories.
 fn history_format() -> PossibleValuesParser {
     HistoryFormat::ALL.map(HistoryFormat::name).into()
+}
+
+/// A study by its name.
+fn study() -> impl TypedValueParser<Value = Study> {
+    let keys = Study::keys().map(|(key, about)| PossibleValue::new(key).help(about));
+    PossibleValuesParser::new(keys).try_map(|key| Study::from_key(&key).ok_or("not a study"))
 }
 
 /// A number from zero up.

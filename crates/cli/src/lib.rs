@@ -66,7 +66,7 @@ use std::process::ExitCode;
 use arguments::{Arguments, Command};
 use clap::{ArgAction, ArgMatches, CommandFactory, FromArgMatches};
 use doublet_engine::graph::guarded;
-use doublet_engine::study::Study;
+use doublet_engine::study::{MonteCarloRequest, Study};
 use outcome::Outcome;
 
 /// What the arguments ask for.
@@ -207,8 +207,8 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         Command::Regress(arguments) => regress::regress(&arguments),
         Command::Response(arguments) => response::response(&arguments),
         Command::MonteCarlo(arguments) => {
-            let realisations = arguments.realisations as usize;
-            study::study(Study::MonteCarlo { realisations, seed: arguments.seed }, &arguments.study)
+            let request = MonteCarloRequest { realisations: arguments.realisations as usize, seed: arguments.seed };
+            study::study(Study::MonteCarlo(request), &arguments.study)
         }
         Command::Compare(arguments) => compare::compare(&arguments),
         Command::Fix(arguments) => fix::fix(&arguments),

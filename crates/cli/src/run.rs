@@ -6,10 +6,10 @@ use doublet_engine::graph::Cache;
 use doublet_engine::report::{self, HistoryFormat, Outputs, TableFormat};
 use doublet_engine::run::{Control, Scope, Snapshot, run as run_stages};
 use doublet_engine::session::{self, Opened, Session};
-use doublet_engine::study::{CheckRequest, DynamicsRequest, Study};
+use doublet_engine::study::Study;
 use doublet_engine::verdict::Level;
 
-use crate::arguments::{RunArguments, StudyName};
+use crate::arguments::RunArguments;
 use crate::outcome::Outcome;
 use crate::progress::Progress;
 use crate::{summary, text};
@@ -132,8 +132,7 @@ pub fn run(arguments: &RunArguments) -> Result<Outcome, String> {
     const COMPUTING: f32 = 0.8;
     report::check_target(&arguments.out).map_err(|error| error.to_string())?;
     let progress = Progress::new();
-    let studies: Vec<Study> = arguments.with.iter().map(|&name| study_of(name)).collect();
-    let (session, snapshot) = compute(&arguments.session, &studies, &progress, COMPUTING)?;
+    let (session, snapshot) = compute(&arguments.session, &arguments.with, &progress, COMPUTING)?;
     let outputs = Outputs {
         tables: named(&TableFormat::ALL, &arguments.tables, |format| format.name()),
         histories: named(&HistoryFormat::ALL, &arguments.histories, |format| format.name()),
@@ -152,20 +151,6 @@ pub fn run(arguments: &RunArguments) -> Result<Outcome, String> {
     put.notes().for_each(|note| text::line(&note));
     text::line(&format!("results in {}", put.folder.display()));
     Ok(outcome)
-}
-
-fn study_of(name: StudyName) -> Study {
-    match name {
-        StudyName::Sensitivity => Study::Sensitivity,
-        StudyName::Manoeuvres => Study::Manoeuvres,
-        StudyName::Checks => Study::Checks(CheckRequest::default()),
-        StudyName::FilterError => Study::Checks(CheckRequest { axis: None, filter_error: true }),
-        StudyName::Lags => Study::Lags,
-        StudyName::Responses => Study::Responses,
-        StudyName::MonteCarlo => Study::MonteCarlo { realisations: 200, seed: 1 },
-        StudyName::Dynamics => Study::Dynamics(DynamicsRequest::default()),
-        StudyName::Experiments => Study::Experiments,
-    }
 }
 
 /// Those of `all` whose names were given, each once.

@@ -1,11 +1,12 @@
 //! Studies from the command line: computed for a session, printed as tables, written beside the results where asked.
 
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use doublet_core::replay::MotionAxis;
 use doublet_engine::report::{self, Outputs};
 use doublet_engine::run::{Control, Snapshot};
 use doublet_engine::session::Session;
-use doublet_engine::study::{CheckRequest, Study};
+use doublet_engine::study::{CheckRequest, Estimator, Study};
 use doublet_engine::verdict::Level;
 
 use crate::arguments::StudyArguments;
@@ -22,16 +23,22 @@ pub struct CheckStudyArguments {
     /// Motion for output error: longitudinal, lateral or both [default: by surface].
     #[arg(long, value_name = "AXIS", value_parser = axis)]
     pub axis: Option<MotionAxis>,
-    /// Estimate each manoeuvre by filter error as well.
-    #[arg(long)]
-    pub filter_error: bool,
+    /// Additional estimators.
+    #[arg(long, value_name = "METHOD,...", value_delimiter = ',', value_parser = estimator())]
+    pub with: Vec<&'static Estimator>,
 }
 
 impl CheckStudyArguments {
     /// What is checked.
     pub fn request(&self) -> CheckRequest {
-        CheckRequest { axis: self.axis, filter_error: self.filter_error }
+        CheckRequest { axis: self.axis, estimators: self.with.iter().copied().collect() }
     }
+}
+
+/// An estimator that runs where it is asked for.
+fn estimator() -> impl TypedValueParser<Value = &'static Estimator> {
+    let keys = Estimator::on_request().map(|estimator| PossibleValue::new(estimator.key).help(estimator.about));
+    PossibleValuesParser::new(keys).try_map(|key| Estimator::from_key(&key).ok_or("not an estimator"))
 }
 
 fn axis(text: &str) -> Result<MotionAxis, String> {
@@ -74,7 +81,7 @@ pub fn shown(study: Study, session: &Session, snapshot: &Snapshot, arguments: &S
         Study::Checks(_) => checks(&results.studies),
         Study::Lags => lags::print(&results.studies),
         Study::Responses | Study::Experiments => {}
-        Study::MonteCarlo { .. } => monte_carlo(&results),
+        Study::MonteCarlo(_) => monte_carlo(&results),
         Study::Dynamics(_) => results.dynamics.iter().for_each(crate::dynamics::print_modes),
     }
     if let Some(out) = &arguments.out {

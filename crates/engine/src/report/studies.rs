@@ -6,11 +6,10 @@ use serde::{Serialize, Serializer};
 use super::responses::{ResponseRow, SystemRow, flight_rows, response_table};
 use super::table::{Cell, Column, Table};
 use crate::compare::ExperimentRow;
-use crate::graph::{StageError, StageResult};
+use crate::graph::StageResult;
 use crate::run::Snapshot;
 use crate::study::{
-    CheckedDerivative, ConditionRegression, ControlLag, FilteredFlight, ManoeuvreStudy, MonteCarloStudy,
-    SensitivityStudy, WindowChecks,
+    CheckedDerivative, ConditionRegression, ControlLag, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, WindowChecks,
 };
 use crate::verdict::Finding;
 
@@ -417,8 +416,8 @@ fn monte_carlo_row(study: &MonteCarloStudy, effect: &NoiseEffect) -> MonteCarloR
         extrapolated: effect.extrapolated(),
         low: effect.quantiles[0],
         high: effect.quantiles[1],
-        realisations: study.realisations - study.failed,
-        seed: study.seed,
+        realisations: study.request.realisations - study.failed,
+        seed: study.request.seed,
     }
 }
 
@@ -432,78 +431,46 @@ fn check_rows(snapshot: &Snapshot, checks: &WindowChecks) -> Vec<CheckRow> {
         });
         found.unwrap_or((f64::NAN, f64::NAN))
     };
-    let blank = |method: &'static str, axis: &'static str, name: &str| CheckRow {
-        window: checks.window.clone(),
-        method,
-        axis,
-        derivative: name.to_owned(),
-        estimate: f64::NAN,
-        standard_error: f64::NAN,
-        equation_error: f64::NAN,
-        equation_standard_error: f64::NAN,
-        r_squared: f64::NAN,
-        largest_deviation: f64::NAN,
-        distance: f64::NAN,
-        error: None,
-    };
-    let row = |blank: CheckRow, derivative: &CheckedDerivative| {
-        let (equation_error, equation_standard_error) = equation_error(&derivative.name);
-        let (estimate, standard_error) = (derivative.estimate, derivative.standard_error);
-        CheckRow { estimate, standard_error, equation_error, equation_standard_error, ..blank }
-    };
-    let failed = |blank: CheckRow, error: &StageError| CheckRow { error: Some(error.to_string()), ..blank };
     let mut rows = Vec::new();
-    for (coefficient, found) in &checks.frequency {
-        let blank = |name: &str| blank("frequency domain", "", name);
-        match found {
-            Ok(derivatives) => rows.extend(derivatives.iter().map(|found| row(blank(&found.name), found))),
-            Err(error) => rows.push(failed(blank(coefficient.name()), error)),
-        }
-    }
-    for (axis, found) in &checks.output_error {
-        let blank = |name: &str| blank("output error", axis.name(), name);
-        let flight = match found {
-            Ok(flight) => flight,
+    for (method, part, found) in checks.results() {
+        let blank = |name: &str| CheckRow {
+            window: checks.window.clone(),
+            method: method.name,
+            axis: part.axis(),
+            derivative: name.to_owned(),
+            estimate: f64::NAN,
+            standard_error: f64::NAN,
+            equation_error: f64::NAN,
+            equation_standard_error: f64::NAN,
+            r_squared: f64::NAN,
+            largest_deviation: f64::NAN,
+            distance: f64::NAN,
+            error: None,
+        };
+        let found = match found {
+            Ok(found) => found,
             Err(error) => {
-                rows.push(failed(blank(axis.name()), error));
+                rows.push(CheckRow { error: Some(error.to_string()), ..blank(part.name()) });
                 continue;
             }
         };
-        rows.extend(flight.derivatives.iter().map(|found| row(blank(&found.name), found)));
-        let distances = flight.starts.iter().map(|start| start.distance).chain(std::iter::repeat(f64::NAN));
-        let others = flight.others.iter().zip(distances);
-        rows.extend(others.map(|(found, distance)| CheckRow { distance, ..row(blank(&found.name), found) }));
-        rows.extend(flight.outputs.iter().map(|output| CheckRow {
+        let row = |derivative: &CheckedDerivative| {
+            let (equation_error, equation_standard_error) = equation_error(&derivative.name);
+            let (estimate, standard_error) = (derivative.estimate, derivative.standard_error);
+            let blank = blank(&derivative.name);
+            CheckRow { estimate, standard_error, equation_error, equation_standard_error, ..blank }
+        };
+        rows.extend(found.derivatives.iter().map(row));
+        let flight = found.flight.iter();
+        let starts = flight.clone().flat_map(|flight| &flight.starts).map(|start| start.distance);
+        let others = found.others.iter().zip(starts.chain(std::iter::repeat(f64::NAN)));
+        rows.extend(others.map(|(other, distance)| CheckRow { distance, ..row(other) }));
+        rows.extend(flight.flat_map(|flight| &flight.outputs).map(|output| CheckRow {
             r_squared: output.r_squared,
             largest_deviation: output.largest_deviation,
             ..blank(output.output.name())
         }));
-        rows.extend(
-            flight
-                .filter_error
-                .iter()
-                .flat_map(|found| filter_rows(found, row, |name| CheckRow { method: "filter error", ..blank(name) })),
-        );
     }
-    rows
-}
-
-/// Rows of filter error: derivatives, then the process noise of each state with its standard error.
-fn filter_rows(
-    found: &StageResult<FilteredFlight>,
-    row: impl Fn(CheckRow, &CheckedDerivative) -> CheckRow,
-    blank: impl Fn(&str) -> CheckRow,
-) -> Vec<CheckRow> {
-    let flight = match found {
-        Ok(flight) => flight,
-        Err(error) => return vec![CheckRow { error: Some(error.to_string()), ..blank("") }],
-    };
-    let mut rows: Vec<_> = flight.derivatives.iter().map(|found| row(blank(&found.name), found)).collect();
-    rows.extend(flight.process_noise.iter().map(|noise| CheckRow {
-        estimate: if noise.is_none { 0.0 } else { noise.intensity },
-        standard_error: if noise.is_none { f64::NAN } else { noise.intensity * noise.log_error },
-        ..blank(&format!("process noise of {}", noise.state))
-    }));
     rows
 }
 

@@ -3,6 +3,7 @@
 use super::{Block, Contents, Parts, paragraph};
 use crate::report::studies::CheckRow;
 use crate::report::table::{Table, TableOf};
+use crate::study::{ESTIMATORS, Estimator};
 
 /// Derivatives by every method, how well the flights of output error follow, and what was found about them.
 pub fn checks(contents: &Contents<'_>) -> Parts {
@@ -12,9 +13,9 @@ pub fn checks(contents: &Contents<'_>) -> Parts {
     }
     let (outputs, estimates): (Vec<_>, Vec<_>) =
         studies.checks.iter().partition(|row| row.largest_deviation.is_finite());
-    let mut blocks = vec![paragraph(
-        "Each manoeuvre by equation error in the frequency domain and by output error: simulation from the recorded controls, the other axis as reconstructed.",
-    )];
+    let is_used = |estimator: &&Estimator| studies.checks.iter().any(|row| row.method == estimator.name);
+    let methods: Vec<&str> = ESTIMATORS.iter().filter(is_used).map(|estimator| estimator.about).collect();
+    let mut blocks = vec![paragraph(&format!("Each manoeuvre by other estimators. {}", methods.join(" ")))];
     let lines =
         studies.check_findings.iter().map(|found| format!("{}: {}: {}", found.level.name(), found.place, found.text));
     let lines: Vec<String> = lines.collect();
