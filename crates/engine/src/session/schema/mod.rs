@@ -16,6 +16,7 @@ mod signals;
 use std::collections::BTreeMap;
 
 use doublet_core::airframe::Loading;
+use doublet_core::load::FileHeader;
 use doublet_core::model::{Coefficient, Structure, Term};
 use doublet_core::schema::{Refused, schema_of};
 use doublet_core::series::TimeRange;
@@ -88,15 +89,6 @@ pub enum SessionError {
         /// Cause.
         source: std::io::Error,
     },
-}
-
-/// The header, read before anything else.
-#[derive(Deserialize)]
-struct Header {
-    #[serde(default)]
-    format: String,
-    #[serde(default)]
-    version: u32,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -223,7 +215,7 @@ pub fn json_schema() -> Result<serde_json::Value, Refused> {
 /// # Errors
 /// [`SessionError`] with the line of a syntax error or unknown key, or the key of an unknown name.
 pub fn parse(text: &str) -> Result<Session, SessionError> {
-    let header: Header = toml::from_str(text).map_err(Box::new)?;
+    let header: FileHeader = toml::from_str(text).map_err(Box::new)?;
     if header.format != FORMAT {
         return Err(SessionError::Format { found: header.format });
     }
