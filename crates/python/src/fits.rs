@@ -16,7 +16,7 @@ use doublet_engine::stage::{
 };
 use doublet_engine::study::dynamics::{pooled_model, propagate_expression, window_key};
 use doublet_engine::study::{
-    CheckRequest, CheckStudy, CheckedDerivative, DynamicsRequest, DynamicsStudy, Estimates, Estimator, ModelPart,
+    CheckRequest, CheckStudy, CheckedDerivative, DynamicsRequest, DynamicsStudy, Estimator, MethodEstimates, ModelPart,
     StudyInput, WindowChecks,
 };
 use doublet_engine::verdict::Verdicts;
@@ -552,7 +552,7 @@ impl Fit {
 }
 
 /// What the estimator called `key` found, part by part of the model.
-fn by<'w>(window: &'w WindowChecks, key: &str) -> Vec<(ModelPart, Result<&'w Estimates, &'w StageError>)> {
+fn by<'w>(window: &'w WindowChecks, key: &str) -> Vec<(ModelPart, Result<&'w MethodEstimates, &'w StageError>)> {
     window.results().filter(|(method, ..)| method.key == key).map(|(_, part, found)| (part, found)).collect()
 }
 

@@ -1,9 +1,10 @@
 //! Studies on request: comparison of manoeuvres, independent checks, effect of noise, lags; each with its progress.
 
+use doublet_engine::report::{kind_rows, kind_table, lag_rows, lag_table, monte_carlo_rows, monte_carlo_table};
 use doublet_engine::run::Slot;
 use doublet_engine::study::{
-    CheckRequest, CheckStudy, ConditionRegression, ESTIMATORS, Estimator, EstimatorSet, LagStudy, ManoeuvreStudy,
-    MonteCarloRequest, MonteCarloStudy, STUDIES, Study, StudyInfo, WindowChecks,
+    CheckRequest, CheckStudy, ConditionRegression, ESTIMATORS, Estimator, EstimatorSet, ManoeuvreStudy,
+    MonteCarloRequest, STUDIES, Study, StudyInfo, WindowChecks,
 };
 use eframe::egui::{self, Align, Button, ComboBox, DragValue, Label, Layout, ProgressBar, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
@@ -13,6 +14,7 @@ use crate::notation;
 use crate::panels::{Pane, Panel, PanelContext, choices, empty, trouble};
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
+use crate::widgets::document_view::draw_table;
 use crate::widgets::term::column_title;
 
 /// Width of the list of studies.
@@ -152,10 +154,23 @@ impl Studies {
         match self.chosen {
             Chosen::Condition => shown(ctx, ui, &studies.manoeuvres, |ctx, ui, study| self.condition(ctx, ui, study)),
             Chosen::LeftOut => shown(ctx, ui, &studies.manoeuvres, left_out),
-            Chosen::Kinds => shown(ctx, ui, &studies.manoeuvres, |_, ui, study| kinds(ui, study)),
+            Chosen::Kinds => shown(ctx, ui, &studies.manoeuvres, |_, ui, study| match study.kinds.is_empty() {
+                true => empty(ui, "All manoeuvres have the same kind of input."),
+                false => draw_table(&kind_table(&kind_rows(study)), ui),
+            }),
             Chosen::Checks => shown(ctx, ui, &studies.checks, checks),
-            Chosen::MonteCarlo => shown(ctx, ui, &studies.monte_carlo, |_, ui, study| monte_carlo(ui, study)),
-            Chosen::Lags => shown(ctx, ui, &studies.lags, |_, ui, study| lags(ui, study)),
+            Chosen::MonteCarlo => shown(ctx, ui, &studies.monte_carlo, |_, ui, study| {
+                let done = study.request.realisations - study.failed;
+                ui.weak(format!(
+                    "{done} realisations; {} failed. The scatter contains measurement noise only.",
+                    study.failed
+                ));
+                draw_table(&monte_carlo_table(&monte_carlo_rows(study), &[]), ui);
+            }),
+            Chosen::Lags => shown(ctx, ui, &studies.lags, |_, ui, study| {
+                ui.weak("A negative delay means a late recording (recorder clock). Set it in Model ▸ Axes, reference, thrust and lags.");
+                draw_table(&lag_table(&lag_rows(study)), ui);
+            }),
         }
     }
 
@@ -360,26 +375,6 @@ fn own_constant(shared: f64, own: f64) -> String {
     if shared == own { "–".to_owned() } else { notation::fixed(own, 4) }
 }
 
-/// Derivatives by kind of input.
-fn kinds(ui: &mut Ui, study: &ManoeuvreStudy) {
-    if study.kinds.is_empty() {
-        return empty(ui, "All manoeuvres have the same kind of input.");
-    }
-    ui.weak("Means over the manoeuvres of two kinds of input; inconsistent from two standard errors on. Dash: only one manoeuvre of a kind.");
-    let mut rows = Vec::new();
-    for found in &study.kinds {
-        for one in &found.derivatives {
-            rows.push(vec![
-                format!("{}: {} and {}", notation::derivative(&one.first.name), found.kinds[0], found.kinds[1]),
-                notation::within(one.first.estimate[0], one.first.scatter),
-                notation::within(one.second.estimate[0], one.second.scatter),
-                notation::fixed(one.difference_in_errors, 1),
-            ]);
-        }
-    }
-    table(ui, "kinds", &["Derivative", "First", "Second", "Apart by errors"], &rows, |_| false);
-}
-
 /// The chosen window by equation error, in the frequency domain and by output error.
 fn checks(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &CheckStudy) {
     let name = ctx.selection().window.clone().unwrap_or_default();
@@ -437,55 +432,4 @@ fn check_rows(
         std::iter::once(notation::derivative(name)).chain(cells(time(name))).chain(numbers).collect()
     };
     names.into_iter().map(row).collect()
-}
-
-/// What noise of the recording does to the derivatives.
-fn monte_carlo(ui: &mut Ui, study: &MonteCarloStudy) {
-    ui.weak(format!("{} realisations, {} of them failed. Shift: mean minus estimate. 2.5 % and 97.5 %: quantiles about the mean. The scatter contains sensor noise only, not differences between manoeuvres.",
-        study.request.realisations, study.failed));
-    let rows: Vec<Vec<String>> = study
-        .effects
-        .iter()
-        .map(|one| {
-            vec![
-                notation::derivative(&one.derivative),
-                notation::within(one.estimate, one.scatter),
-                notation::number(one.scatter),
-                notation::number(one.shift),
-                notation::number(one.shift_error),
-                notation::number(one.quantiles[0]),
-                notation::number(one.quantiles[1]),
-            ]
-        })
-        .collect();
-    table(
-        ui,
-        "monte carlo",
-        &["Derivative", "Estimate", "Scatter", "Shift", "± shift", "2.5 %", "97.5 %"],
-        &rows,
-        |_| false,
-    );
-}
-
-/// Lag and delay of every control.
-fn lags(ui: &mut Ui, study: &LagStudy) {
-    ui.weak(
-        "Delay of each control beside the lag of the session. A negative delay means a late recording (recorder clock). Set it in Model ▸ Axes, reference, thrust and lags.",
-    );
-    let rows: Vec<Vec<String>> = study
-        .lags
-        .iter()
-        .map(|one| {
-            let coefficients: Vec<&str> = one.coefficients.iter().map(|coefficient| coefficient.name()).collect();
-            let (value, error) = match &one.result {
-                Ok(found) => (
-                    format!("{} ms", notation::fixed(1e3 * found.value, 1)),
-                    format!("{} ms", notation::fixed(1e3 * found.standard_error, 1)),
-                ),
-                Err(error) => (error.to_string(), String::new()),
-            };
-            vec![format!("{} {} in {}", one.surface.name(), one.kind.name(), coefficients.join(", ")), value, error]
-        })
-        .collect();
-    table(ui, "lags", &["Control", "Found", "±"], &rows, |_| false);
 }

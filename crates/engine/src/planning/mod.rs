@@ -14,6 +14,7 @@ mod recorded_coverage;
 mod rows;
 mod safety;
 mod sheet;
+mod watched;
 
 pub use basis::{DesignOptions, FlownWindow, SEARCH_SAMPLES, basis, basis_of, design_basis};
 pub use campaign::{Campaign, Flown, FlownPoint, Fuel, Order, PlannedPoint, TestPoint, Tolerance, flown_points};
@@ -32,3 +33,4 @@ pub use rows::{
 };
 pub use safety::{EntryGate, OnLimit, Risk, WindBox};
 pub use sheet::{DesignSheet, SheetRequest, design_sheet};
+pub use watched::open_flight;

@@ -9,7 +9,8 @@ use crate::compare::ExperimentRow;
 use crate::graph::StageResult;
 use crate::run::Snapshot;
 use crate::study::{
-    CheckedDerivative, ConditionRegression, ControlLag, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, WindowChecks,
+    CheckedDerivative, ConditionRegression, ControlLag, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy,
+    WindowChecks,
 };
 use crate::verdict::Finding;
 
@@ -320,13 +321,13 @@ pub fn build(snapshot: &Snapshot) -> StudyResults {
         results.check_findings = study.findings();
     }
     if let Some(study) = snapshot.studies.lags.ready() {
-        results.lags.extend(study.lags.iter().flat_map(lag_rows));
+        results.lags = lag_rows(study);
     }
     if let Some(study) = snapshot.studies.responses.ready() {
         (results.response, results.equivalent_systems) = flight_rows(study);
     }
     if let Some(study) = snapshot.studies.monte_carlo.ready() {
-        results.monte_carlo.extend(study.effects.iter().map(|effect| monte_carlo_row(study, effect)));
+        results.monte_carlo = monte_carlo_rows(study);
     }
     let rows = [&snapshot.studies.experiments, &snapshot.inquiries.experiments];
     let rows = rows.map(|rows| rows.0.iter().filter_map(|(_, slot)| slot.ready()));
@@ -380,21 +381,7 @@ fn add_manoeuvres(results: &mut StudyResults, study: &ManoeuvreStudy) {
             }));
         }
     }
-    for found in &study.kinds {
-        results.input_kinds.extend(found.derivatives.iter().map(|derivative| KindRow {
-            coefficient: found.coefficient.name(),
-            derivative: derivative.first.name.clone(),
-            first_kind: found.kinds[0].clone(),
-            first_count: derivative.first.fits,
-            first_mean: derivative.first.estimate[0],
-            first_scatter: derivative.first.scatter,
-            second_kind: found.kinds[1].clone(),
-            second_count: derivative.second.fits,
-            second_mean: derivative.second.estimate[0],
-            second_scatter: derivative.second.scatter,
-            difference_in_errors: derivative.difference_in_errors,
-        }));
-    }
+    results.input_kinds = kind_rows(study);
     for found in &study.contributions {
         results.contributions.extend(found.terms.iter().map(|term| ContributionRow {
             window: found.window.clone(),
@@ -406,8 +393,29 @@ fn add_manoeuvres(results: &mut StudyResults, study: &ManoeuvreStudy) {
     results.conditions.extend(study.conditions.iter().flat_map(condition_rows));
 }
 
-fn monte_carlo_row(study: &MonteCarloStudy, effect: &NoiseEffect) -> MonteCarloRow {
-    MonteCarloRow {
+/// Derivatives by kind of input.
+pub fn kind_rows(study: &ManoeuvreStudy) -> Vec<KindRow> {
+    let rows = study.kinds.iter().flat_map(|found| {
+        found.derivatives.iter().map(|derivative| KindRow {
+            coefficient: found.coefficient.name(),
+            derivative: derivative.first.name.clone(),
+            first_kind: found.kinds[0].clone(),
+            first_count: derivative.first.fits,
+            first_mean: derivative.first.estimate[0],
+            first_scatter: derivative.first.scatter,
+            second_kind: found.kinds[1].clone(),
+            second_count: derivative.second.fits,
+            second_mean: derivative.second.estimate[0],
+            second_scatter: derivative.second.scatter,
+            difference_in_errors: derivative.difference_in_errors,
+        })
+    });
+    rows.collect()
+}
+
+/// What noise of the recording does to each derivative.
+pub fn monte_carlo_rows(study: &MonteCarloStudy) -> Vec<MonteCarloRow> {
+    let row = |effect: &NoiseEffect| MonteCarloRow {
         derivative: effect.derivative.clone(),
         estimate: effect.estimate,
         noise_error: effect.scatter,
@@ -418,7 +426,8 @@ fn monte_carlo_row(study: &MonteCarloStudy, effect: &NoiseEffect) -> MonteCarloR
         high: effect.quantiles[1],
         realisations: study.request.realisations - study.failed,
         seed: study.request.seed,
-    }
+    };
+    study.effects.iter().map(row).collect()
 }
 
 fn check_rows(snapshot: &Snapshot, checks: &WindowChecks) -> Vec<CheckRow> {
@@ -474,7 +483,12 @@ fn check_rows(snapshot: &Snapshot, checks: &WindowChecks) -> Vec<CheckRow> {
     rows
 }
 
-fn lag_rows(lag: &ControlLag) -> Vec<LagRow> {
+/// Lag and delay of every control, from all coefficients and from each.
+pub fn lag_rows(study: &LagStudy) -> Vec<LagRow> {
+    study.lags.iter().flat_map(rows_of_lag).collect()
+}
+
+fn rows_of_lag(lag: &ControlLag) -> Vec<LagRow> {
     let row = |coefficient: &'static str, found: StageResult<(f64, f64)>, r_squared: Option<f64>| {
         let (value_s, standard_error_s) = *found.as_ref().unwrap_or(&(f64::NAN, f64::NAN));
         LagRow {

@@ -8,7 +8,7 @@ use doublet_core::quantity::HashBits;
 
 use super::check::contradiction;
 use super::{ErrorValues, PathSource, Surface};
-use crate::verdict::Finding;
+use crate::session::Finding;
 
 /// How coefficients are formed from the reconstructed path.
 #[derive(Clone, Debug, PartialEq)]

@@ -11,7 +11,7 @@ use doublet_core::reconstruct::{FilterData, FilterSettings, Input, Measurement};
 
 use super::Session;
 use super::check::contradiction;
-use crate::verdict::Finding;
+use crate::session::Finding;
 
 /// Values by error, SI.
 #[derive(Clone, Debug, Default, PartialEq)]

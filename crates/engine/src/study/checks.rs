@@ -5,11 +5,11 @@ use rayon::prelude::*;
 
 use super::StudyInput;
 use super::estimators::{
-    Estimates, Estimator, EstimatorSet, FollowedFlight, ModelPart, PartEstimates, WindowEstimation,
+    Estimator, EstimatorSet, FollowedFlight, MethodEstimates, ModelPart, PartEstimates, WindowEstimation,
 };
 use crate::graph::{Context, Footprint, Stage, StageError, StageResult};
+use crate::session::{Finding, Level};
 use crate::stage::StudyWindow;
-use crate::verdict::{Finding, Level};
 
 /// What is checked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -28,7 +28,7 @@ impl CheckRequest {
     }
 }
 
-/// Estimates of one window by one estimator.
+/// MethodEstimates of one window by one estimator.
 #[derive(Clone, Debug)]
 pub struct MethodChecks {
     /// Estimator.
@@ -56,7 +56,7 @@ pub struct CheckStudy {
 }
 
 impl CheckStudy {
-    /// Estimates whose flight does not follow its recording, window by window.
+    /// MethodEstimates whose flight does not follow its recording, window by window.
     pub fn findings(&self) -> Vec<Finding> {
         self.windows.iter().flat_map(WindowChecks::findings).collect()
     }
@@ -64,13 +64,15 @@ impl CheckStudy {
 
 impl WindowChecks {
     /// What every estimator found for every part of the model, or why there is nothing.
-    pub fn results(&self) -> impl Iterator<Item = (&'static Estimator, ModelPart, Result<&Estimates, &StageError>)> {
+    pub fn results(
+        &self,
+    ) -> impl Iterator<Item = (&'static Estimator, ModelPart, Result<&MethodEstimates, &StageError>)> {
         let parts = self.methods.iter().flat_map(|found| found.parts.iter().map(|part| (found.method, part)));
         parts.map(|(method, found)| (method, found.part, found.result.as_ref()))
     }
 
     /// Every derivative with the estimator it is by.
-    pub fn estimates(&self) -> impl Iterator<Item = (&'static Estimator, ModelPart, &Estimates)> {
+    pub fn estimates(&self) -> impl Iterator<Item = (&'static Estimator, ModelPart, &MethodEstimates)> {
         self.results().filter_map(|(method, part, found)| Some((method, part, found.ok()?)))
     }
 
@@ -112,7 +114,7 @@ impl Footprint for CheckStudy {
     }
 }
 
-/// Estimates every window again by every estimator that runs.
+/// MethodEstimates every window again by every estimator that runs.
 impl Stage for CheckStudy {
     type Params<'a> = CheckRequest;
     type Inputs<'a> = &'a StudyInput<'a>;

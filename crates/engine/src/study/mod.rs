@@ -7,12 +7,15 @@ mod equations;
 mod equivalent;
 mod estimators;
 mod flight_responses;
+mod identified;
 mod lags;
+mod least_squares;
 mod manoeuvres;
 mod mode_coverage;
 mod monte_carlo;
 mod response;
 mod sensitivity;
+mod systems;
 mod table;
 
 use std::sync::Arc;
@@ -27,11 +30,14 @@ pub use equations::{
 };
 pub use equivalent::{EquivalentStudy, FitMethod, equivalent_study};
 pub use estimators::{
-    CheckedDerivative, ESTIMATORS, Estimates, Estimator, EstimatorSet, FollowedFlight, FollowedOutput, FollowedStart,
-    ModelPart, PartEstimates,
+    CheckedDerivative, ESTIMATORS, Estimator, EstimatorSet, FollowedFlight, FollowedOutput, FollowedStart,
+    MethodEstimates, ModelPart, PartEstimates,
 };
 pub use flight_responses::{FlightResponses, SurfaceResponse};
+pub(crate) use identified::identified;
+pub use identified::{IdentifiedCoefficient, Parameter};
 pub use lags::{ControlLag, LagKind, LagStudy};
+pub use least_squares::{CoefficientForms, FormEstimates, FormRequest, least_squares_forms};
 pub use manoeuvres::{
     CoefficientLeftOut, ConditionRegression, KindComparison, ManoeuvreStudy, TermContribution, WindowContributions,
 };

@@ -14,7 +14,7 @@ use doublet_engine::graph::StageError;
 use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session::{self, Manoeuvre, Opened};
 use doublet_engine::study::{
-    CheckRequest, CheckStudy, CheckedDerivative, Estimates, Estimator, FollowedFlight, Study, WindowChecks,
+    CheckRequest, CheckStudy, CheckedDerivative, Estimator, FollowedFlight, MethodEstimates, Study, WindowChecks,
 };
 use doublet_engine::verdict::{Finding, Level};
 
@@ -77,7 +77,7 @@ impl Checked {
 }
 
 /// What the estimator called `key` found for the first motion of a window.
-fn by<'w>(window: &'w WindowChecks, key: &str) -> Result<&'w Estimates, &'w StageError> {
+fn by<'w>(window: &'w WindowChecks, key: &str) -> Result<&'w MethodEstimates, &'w StageError> {
     window.results().find(|(method, ..)| method.key == key).unwrap().2
 }
 

@@ -19,7 +19,7 @@ use doublet_engine::run::{Slot, Snapshot, WindowResults};
 use doublet_engine::session::{self, Session, Surface, WindowRole};
 use doublet_engine::stage::{self, AeroWindow, CoefficientFit, ExtrapolatedThrust, PooledFits};
 use doublet_engine::study::{
-    CheckStudy, CheckedDerivative, ControlLag, ESTIMATORS, Estimates, LagKind, LagStudy, MethodChecks, ModelPart,
+    CheckStudy, CheckedDerivative, ControlLag, ESTIMATORS, LagKind, LagStudy, MethodChecks, MethodEstimates, ModelPart,
     PartEstimates, WindowChecks,
 };
 use doublet_engine::verdict::{Finding, Level, PlausibleRange, Verdicts, fly_and_judge, judge, judged_flights};
@@ -323,7 +323,7 @@ fn twins_apart_late_controls_and_missed_bands_are_told() {
             fit.corrected_errors[index] = 0.3;
         });
         let twin = CheckedDerivative { name: "Cm_q".to_owned(), estimate: -5.0 - 0.5 * apart, standard_error: 0.4 };
-        let result = Ok(Estimates { derivatives: vec![twin], ..Estimates::default() });
+        let result = Ok(MethodEstimates { derivatives: vec![twin], ..MethodEstimates::default() });
         let parts = vec![PartEstimates { part: ModelPart::Coefficient(Coefficient::Cm), result }];
         let methods = vec![MethodChecks { method: &ESTIMATORS[0], parts }];
         let windows = vec![WindowChecks { window: name.clone(), methods }];

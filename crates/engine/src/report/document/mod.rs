@@ -15,6 +15,7 @@ mod fits;
 mod instrumentation;
 mod kinds;
 mod path;
+mod prior;
 mod proof;
 mod responses;
 mod sensitivity;

@@ -36,8 +36,8 @@ use self::sensor_errors::SensorErrorTable;
 use super::edit::set_term;
 use super::excluded::apart;
 use super::{Annotation, Configuration, Manoeuvre, ReportFigure, Session, Surface, WindowFlags, WindowRole};
-use crate::aircraft::AircraftChanges;
-use crate::verdict::PlausibleRange;
+use crate::session::AircraftChanges;
+use crate::session::PlausibleRange;
 
 /// Value of the header's `format` key.
 pub const FORMAT: &str = "doublet session";

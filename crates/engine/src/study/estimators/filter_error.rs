@@ -3,7 +3,7 @@
 use doublet_core::estimate::{OutputErrorSettings, ProcessNoise, flight_filter_error};
 
 use super::output_error::{OutputErrorFlight, checked, line_of};
-use super::{CheckedDerivative, Estimates, PartEstimates, WindowEstimation};
+use super::{CheckedDerivative, MethodEstimates, PartEstimates, WindowEstimation};
 use crate::graph::StageResult;
 
 /// Every motion of the manoeuvre.
@@ -12,7 +12,7 @@ pub(super) fn estimate(estimation: &WindowEstimation<'_>) -> Vec<PartEstimates> 
 }
 
 /// The derivatives, and the process noise among the others.
-fn filtered(flight: &OutputErrorFlight<'_>) -> StageResult<Estimates> {
+fn filtered(flight: &OutputErrorFlight<'_>) -> StageResult<MethodEstimates> {
     let windows = [flight.flight_window(flight.recorded())];
     let least: Vec<f64> = flight.axis.outputs().iter().map(|&output| flight.least_noise(output)).collect();
     let begin = (&*flight.found.fit.estimates, &*least);
@@ -22,7 +22,7 @@ fn filtered(flight: &OutputErrorFlight<'_>) -> StageResult<Estimates> {
     let filter = filter.map_err(line_of)?;
     let derivatives = checked(&filter.estimate).take(flight.freedom.shared.len()).collect();
     let others = filter.process_noise.iter().map(noise_row).collect();
-    Ok(Estimates { derivatives, others, flight: None })
+    Ok(MethodEstimates { derivatives, others, flight: None })
 }
 
 /// The noise that drives a state, per root second; zero without an error where the data show none.

@@ -3,7 +3,7 @@
 use doublet_core::estimate::{Fit, FrequencySettings, FrequencyWindow, frequency_equation_error};
 use doublet_core::model::{Coefficient, Term, regressors};
 
-use super::{CheckedDerivative, Estimates, ModelPart, PartEstimates, WindowEstimation};
+use super::{CheckedDerivative, MethodEstimates, ModelPart, PartEstimates, WindowEstimation};
 use crate::graph::StageResult;
 
 /// Every coefficient that the window's own fit has.
@@ -12,7 +12,7 @@ pub(super) fn estimate(estimation: &WindowEstimation<'_>) -> Vec<PartEstimates> 
     let own = fits.iter().filter_map(|fit| Some((fit.coefficient, fit.fit.as_ref().ok()?)));
     let one = |(coefficient, fit)| {
         let found = in_frequency(estimation, coefficient, fit);
-        let result = found.map(|derivatives| Estimates { derivatives, ..Estimates::default() });
+        let result = found.map(|derivatives| MethodEstimates { derivatives, ..MethodEstimates::default() });
         PartEstimates { part: ModelPart::Coefficient(coefficient), result }
     };
     own.map(one).collect()

@@ -150,12 +150,12 @@ pub struct PartEstimates {
     /// Part of the model.
     pub part: ModelPart,
     /// Estimates, or one line why there are none.
-    pub result: StageResult<Estimates>,
+    pub result: StageResult<MethodEstimates>,
 }
 
 /// Estimates of one part of the model.
 #[derive(Clone, Debug, Default)]
-pub struct Estimates {
+pub struct MethodEstimates {
     /// Derivatives.
     pub derivatives: Vec<CheckedDerivative>,
     /// What else it estimates: initial states, biases, process noise.
@@ -191,7 +191,10 @@ impl<'a> WindowEstimation<'a> {
     }
 
     /// Estimates of every motion by `estimate`, which is given output error over it.
-    fn by_motion(&self, estimate: impl Fn(&OutputErrorFlight<'a>) -> StageResult<Estimates>) -> Vec<PartEstimates> {
+    fn by_motion(
+        &self,
+        estimate: impl Fn(&OutputErrorFlight<'a>) -> StageResult<MethodEstimates>,
+    ) -> Vec<PartEstimates> {
         let of_motion = |(axis, flight): &(MotionAxis, OnceCell<_>)| {
             let flight = flight.get_or_init(|| OutputErrorFlight::fit(self.input, self.window, *axis, self.context));
             let result = flight.as_ref().map_err(Clone::clone).and_then(&estimate);

@@ -13,12 +13,12 @@ use doublet_core::replay::{Motion, MotionAxis};
 use doublet_core::series::{Series, value_at};
 use doublet_core::statistics::median_step;
 
-use super::{CheckedDerivative, Estimates, PartEstimates, WindowEstimation};
+use super::{CheckedDerivative, MethodEstimates, PartEstimates, WindowEstimation};
 use crate::graph::{Context, StageResult};
 use crate::session::PathSource;
+use crate::session::{Finding, Level};
 use crate::stage::{self, StudyWindow, WindowAero, WindowFlight};
 use crate::study::StudyInput;
-use crate::verdict::{Finding, Level};
 
 /// Coefficient of determination of an output below which a flight follows it poorly, and below which it does not.
 const POORLY: f64 = 0.7;
@@ -174,7 +174,7 @@ impl<'a> OutputErrorFlight<'a> {
     }
 
     /// The estimates, their errors with what the model leaves unexplained.
-    fn estimates(&self) -> StageResult<Estimates> {
+    fn estimates(&self) -> StageResult<MethodEstimates> {
         let windows = [self.flight_window(self.measured.clone())];
         let go_on = || !self.context.control().is_cancelled();
         let unexplained = [self.unexplained()?];
@@ -185,7 +185,7 @@ impl<'a> OutputErrorFlight<'a> {
         let mut derivatives: Vec<_> = checked(&found).collect();
         let others = derivatives.split_off(self.freedom.shared.len());
         let flight = Some(self.flight(&others));
-        Ok(Estimates { derivatives, others, flight })
+        Ok(MethodEstimates { derivatives, others, flight })
     }
 
     /// The outputs with airspeed, flow angles and attitude as recorded in place of those of the path, whose errors are not white: each sample at
