@@ -23,9 +23,10 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
+use doublet_engine::autosave::state_folder;
 pub use doublet_engine::document::Document;
 use doublet_engine::graph::Cache;
-use doublet_engine::keep::{self, Put};
+use doublet_engine::keep::Put;
 use doublet_engine::report::Reference;
 use doublet_engine::run::{CACHE_BYTES, Engine, Job, Request, Snapshot};
 use doublet_engine::session::Session;
@@ -446,7 +447,7 @@ pub fn run(session: Option<&Path>) -> Result<(), String> {
             options,
             Box::new(move |cc| {
                 running.store(true, Ordering::Relaxed);
-                Ok(Box::new(Workbench::open(cc, opening).keeping_work_in(keep::state_folder())))
+                Ok(Box::new(Workbench::open(cc, opening).keeping_work_in(state_folder())))
             }),
         )
     }));

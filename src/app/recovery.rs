@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
+use doublet_engine::autosave::{AbandonedAutosave, abandoned_autosaves};
 use doublet_engine::compare::{self, SettingDifference};
 use doublet_engine::document::Document;
-use doublet_engine::keep::{AbandonedAutosave, abandoned_autosaves};
 use doublet_engine::session;
 use eframe::egui::{self, Grid, RichText, ScrollArea, Ui};
 

@@ -119,7 +119,8 @@ impl Columns {
     }
 }
 
-fn draw_table(table: &Table, ui: &mut Ui) {
+/// Draws a table below its caption.
+pub fn draw_table(table: &Table, ui: &mut Ui) {
     ui.add(Label::new(RichText::new(&table.caption).size(11.5).weak()).wrap());
     let cells = |row: &Vec<Cell>| row.iter().zip(&table.columns).map(|(cell, of)| cell.readable(of.digits)).collect();
     let texts: Vec<Vec<String>> = table.rows.iter().map(cells).collect();

@@ -9,7 +9,7 @@ use doublet_engine::graph::{Context, Keyed};
 use doublet_engine::{builtin, keep, stage};
 use serde_json::json;
 
-use crate::{new, text};
+use crate::text;
 
 /// Arguments of `aircraft`.
 #[derive(Debug, Args)]
@@ -65,7 +65,7 @@ pub struct PlainArguments {
     #[arg(long, value_name = "KG", requires = "area")]
     mass: Option<f64>,
     /// Moments and product of inertia about the centre of gravity, kg m2.
-    #[arg(long, value_name = "IXX,IYY,IZZ[,IXZ]", requires = "area", value_parser = new::inertia, conflicts_with = "class")]
+    #[arg(long, value_name = "IXX,IYY,IZZ[,IXZ]", requires = "area", value_parser = inertia, conflicts_with = "class")]
     inertia: Option<[f64; 4]>,
     /// Class for estimated inertia: single-propeller, twin-propeller, fuselage-jets, two-wing-jets or four-wing-jets.
     #[arg(long, requires = "length", value_parser = class)]
@@ -175,4 +175,20 @@ pub fn write(plain: &PlainAircraft, path: &Path) -> Result<(), String> {
         return Err(format!("{} exists: choose another name, or name it with --aircraft", path.display()));
     }
     keep::replace(path, plain.text()?.as_bytes()).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// Reads `IXX,IYY,IZZ` or `IXX,IYY,IZZ,IXZ`, kg m².
+///
+/// # Errors
+/// One line when it is neither.
+fn inertia(text: &str) -> Result<[f64; 4], String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .map(|number| number.trim().parse().map_err(|_| format!("'{number}' is not a number")))
+        .collect::<Result<_, _>>()?;
+    match numbers[..] {
+        [xx, yy, zz] => Ok([xx, yy, zz, 0.0]),
+        [xx, yy, zz, xz] => Ok([xx, yy, zz, xz]),
+        _ => Err("give IXX,IYY,IZZ or IXX,IYY,IZZ,IXZ in kg m2".to_owned()),
+    }
 }

@@ -1,10 +1,25 @@
 //! `doublet batch`: many sessions, or one with its settings swept.
 
+use std::path::PathBuf;
+
+use clap::Args;
 use doublet_engine::batch::{Store, compute, jobs, write};
 
-use crate::arguments::BatchArguments;
 use crate::progress::Progress;
 use crate::text;
+
+/// Arguments of `batch`.
+#[derive(Debug, Args)]
+pub struct BatchArguments {
+    /// Folder of sessions and sweeps, or one of them.
+    pub sessions: PathBuf,
+    /// Table to write, .parquet or .csv; finished runs are kept in NAME.runs.
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Compute part I of N without a table, for scheduler jobs.
+    #[arg(long, value_name = "I/N", value_parser = part)]
+    pub task: Option<(usize, usize)>,
+}
 
 /// Computes what is not finished and writes the table.
 ///
@@ -37,4 +52,12 @@ pub fn batch(arguments: &BatchArguments) -> Result<(), String> {
         return Err(format!("every run failed, the first with: {first}"));
     }
     Ok(())
+}
+
+/// Reads `I/N`.
+fn part(text: &str) -> Result<(usize, usize), String> {
+    let wrong = || format!("'{text}' is not a part: write it as I/N with I from 1 to N, for example 3/8");
+    let (part, parts) = text.split_once('/').ok_or_else(wrong)?;
+    let (part, parts) = part.parse().ok().zip(parts.parse().ok()).ok_or_else(wrong)?;
+    if (1..=parts).contains(&part) { Ok((part, parts)) } else { Err(wrong()) }
 }

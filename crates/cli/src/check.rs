@@ -1,10 +1,22 @@
 //! `doublet check`: a session or an aircraft file, without writing results.
 
+use std::path::PathBuf;
+
+use clap::Args;
 use doublet_engine::verdict::{Checked, Level, check_file};
 
-use crate::arguments::CheckArguments;
 use crate::outcome::Outcome;
 use crate::text;
+
+/// Arguments of `check`.
+#[derive(Debug, Args)]
+pub struct CheckArguments {
+    /// Session or aircraft file.
+    pub file: PathBuf,
+    /// Print JSON: findings and relations between channels.
+    #[arg(long)]
+    pub json: bool,
+}
 
 /// Checks a session or an aircraft file and prints what it says: bad where anything found is.
 ///

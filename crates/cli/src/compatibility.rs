@@ -31,7 +31,7 @@ pub struct CompatibilityArguments {
     pub wind: bool,
     /// Noise model: measurements only, or inertial samples too.
     #[arg(long, value_enum)]
-    pub method: Option<Method>,
+    pub method: Option<SensorMethod>,
     /// Manoeuvres to use, by name [default: all not ignored].
     #[arg(long, alias = "windows", value_name = "NAME,NAME", value_delimiter = ',')]
     pub manoeuvres: Vec<String>,
@@ -45,7 +45,7 @@ pub struct CompatibilityArguments {
 
 /// Noise model.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum Method {
+pub enum SensorMethod {
     /// Measurements only, sized by their residuals.
     OutputError,
     /// Inertial samples and measurements, by the filter settings.
@@ -125,8 +125,8 @@ fn ask(session: &mut Session, arguments: &CompatibilityArguments) -> Result<(), 
     }
     errors.wind |= arguments.wind;
     match arguments.method {
-        Some(Method::OutputError) => errors.method = SensorErrorMethod::OutputError,
-        Some(Method::FilterError) => errors.method = SensorErrorMethod::FilterError,
+        Some(SensorMethod::OutputError) => errors.method = SensorErrorMethod::OutputError,
+        Some(SensorMethod::FilterError) => errors.method = SensorErrorMethod::FilterError,
         None => {}
     }
     match errors.is_empty() {

@@ -2,8 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::Args;
+use clap::builder::PossibleValuesParser;
 use doublet_core::simulate::Scenario;
-use doublet_dynamics::design::{Criterion, Request};
+use doublet_dynamics::design::{Criterion, DesignKind, Request};
 use doublet_engine::builtin;
 use doublet_engine::graph::{Context, StageError};
 use doublet_engine::planning::{DesignCoverage, design_coverage, recorded_coverage};
@@ -13,9 +15,67 @@ use doublet_engine::study::{self, Coverage};
 use doublet_engine::verdict::Level;
 use doublet_engine::verdict::{self, JudgedFlights};
 
-use crate::arguments::{CalibrateArguments, CoverageArguments};
 use crate::progress::Progress;
 use crate::text;
+
+/// Arguments of `coverage`.
+#[derive(Debug, Args)]
+pub struct CoverageArguments {
+    /// Session whose settings identify the flights [default: the shipped one].
+    pub session: Option<PathBuf>,
+    /// Scenario to simulate: a shipped name, or a file of `doublet design`.
+    #[arg(long, default_value = SCENARIO)]
+    pub scenario: String,
+    /// Override the standard deviation of the gusts, m/s.
+    #[arg(long, value_name = "M_S", value_parser = not_negative)]
+    pub gusts: Option<f64>,
+    /// Number of flights.
+    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
+    pub realisations: u64,
+    /// Seed of the first flight; each next flight adds one.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Simulate the recorders and their clocks too.
+    #[arg(long, conflicts_with_all = ["verdict", "modes", "design"])]
+    pub recorded: bool,
+    /// Print the false-alarm rate on fault-free flights instead.
+    #[arg(long)]
+    pub verdict: bool,
+    /// Print the coverage of the mode intervals instead.
+    #[arg(long, conflicts_with = "verdict")]
+    pub modes: bool,
+    /// Design and simulate an input of this kind; compare predictions with results.
+    #[arg(long, value_name = "KIND", conflicts_with_all = ["verdict", "modes"], value_parser = crate::design::kind)]
+    pub design: Option<DesignKind>,
+    /// Number of flights analysed before the design.
+    #[arg(long, requires = "design", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub known: u32,
+    /// Surfaces of that design.
+    #[arg(long, value_name = "SURFACE,...", value_delimiter = ',', requires = "design", default_value = "aileron,elevator,rudder", value_parser = PossibleValuesParser::new(doublet_dynamics::design::SURFACE_NAMES))]
+    pub surfaces: Vec<String>,
+    /// Total time of the designed manoeuvres, s.
+    #[arg(long, value_name = "S", requires = "design", default_value_t = 120.0)]
+    pub time: f64,
+}
+
+/// Arguments of `calibrate`.
+#[derive(Debug, Args)]
+pub struct CalibrateArguments {
+    /// Session for the settings [default: shipped one, gusts by likelihood].
+    pub session: Option<PathBuf>,
+    /// Scenario to simulate.
+    #[arg(long, default_value = SCENARIO)]
+    pub scenario: String,
+    /// Flights of each case.
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    pub realisations: u64,
+    /// Seed of the first flight; each next flight adds one.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Print one JSON document.
+    #[arg(long)]
+    pub json: bool,
+}
 
 /// Scenario flown unless another is asked for.
 pub const SCENARIO: &str = "coverage";
@@ -258,4 +318,10 @@ fn fly_many<T>(
         StageError::Cancelled => "stopped".to_owned(),
         error => error.to_string(),
     })
+}
+
+/// A number from zero up.
+fn not_negative(text: &str) -> Result<f64, String> {
+    let value: Option<f64> = text.parse().ok().filter(|value: &f64| value.is_finite() && *value >= 0.0);
+    value.ok_or_else(|| "give a number from zero up".to_owned())
 }

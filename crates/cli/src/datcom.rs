@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use clap::Args;
 use doublet_core::load::datcom::{
     DatcomAxes, DatcomDeck, DatcomListing, DatcomSection, DeckCondition, DeckReference, PredictedDerivative,
     PredictionOptions, beside,
@@ -13,8 +14,36 @@ use doublet_engine::stage::{self, AircraftData};
 use doublet_engine::{builtin, report};
 use serde_json::Value;
 
-use crate::arguments::DatcomArguments;
 use crate::{new, text};
+
+/// Arguments of `datcom`.
+#[derive(Debug, Args)]
+pub struct DatcomArguments {
+    /// Output listing of Digital DATCOM.
+    #[arg(required_unless_present = "deck", conflicts_with = "deck")]
+    pub listing: Option<PathBuf>,
+    /// Aircraft for the rate normalisation [default: q c/V, p b/2V, r b/2V].
+    #[arg(long, conflicts_with = "deck")]
+    pub aircraft: Option<String>,
+    /// Results to compare with: results.json of a run.
+    #[arg(long, value_name = "RESULTS.JSON", conflicts_with = "deck")]
+    pub results: Option<PathBuf>,
+    /// Angles of attack, deg [default: level flight; deck: -2 to 13].
+    #[arg(long, value_name = "DEG,DEG", value_delimiter = ',', allow_negative_numbers = true)]
+    pub alpha_deg: Vec<f64>,
+    /// Aircraft (file or name) to write an input deck for.
+    #[arg(long, value_name = "AIRCRAFT", requires = "output")]
+    pub deck: Option<String>,
+    /// Deck file to write.
+    #[arg(short, long, requires = "deck")]
+    pub output: Option<PathBuf>,
+    /// Mach number of the deck.
+    #[arg(long, default_value_t = 0.137)]
+    pub mach: f64,
+    /// Altitude of the deck, m.
+    #[arg(long, value_name = "M", default_value_t = 1130.0, allow_negative_numbers = true)]
+    pub altitude_m: f64,
+}
 
 /// Prints the derivatives of a listing or writes a deck.
 ///

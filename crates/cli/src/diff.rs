@@ -1,15 +1,33 @@
 //! `doublet diff`: two sessions or two runs side by side.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
 use doublet_engine::compare::{
     DerivativeDifference, Estimates, Interval, SettingDifference, differences, estimates_of, read_estimates, settings,
 };
 use doublet_engine::report;
 use doublet_engine::session::{self, Session};
 
-use crate::arguments::DiffArguments;
 use crate::{run, text};
+
+/// Arguments of `diff`.
+#[derive(Debug, Args)]
+pub struct DiffArguments {
+    /// Session (will be run) or folder of results.
+    pub first: PathBuf,
+    /// Session or folder to compare with.
+    pub second: PathBuf,
+    /// Compare settings only, without a run.
+    #[arg(long)]
+    pub settings: bool,
+    /// Print JSON.
+    #[arg(long, conflicts_with = "csv")]
+    pub json: bool,
+    /// Print CSV.
+    #[arg(long)]
+    pub csv: bool,
+}
 
 /// What is said below the table of derivatives.
 const CAVEAT: &str = "z: difference over its combined corrected standard error; p: probability of such a z without a difference. \

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use clap::Args;
 use doublet_core::atmos::Atmosphere;
 use doublet_core::propulsion::{
     DensityRule, EngineModel, EngineOutput, EnginePoint, EngineSensitivities, PointInput, Powerplant, Steps,
@@ -11,8 +12,35 @@ use doublet_core::quantity::Unit;
 use doublet_engine::graph::Context;
 use doublet_engine::stage;
 
-use crate::arguments::EngineArguments;
 use crate::{new, text};
+
+/// Arguments of `engine`.
+#[derive(Debug, Args)]
+pub struct EngineArguments {
+    /// Aircraft (file or name).
+    pub aircraft: String,
+    /// Speed of the crankshaft, rev/min.
+    #[arg(long, allow_negative_numbers = true)]
+    pub rpm: f64,
+    /// Absolute manifold pressure, inHg.
+    #[arg(long, value_name = "INHG", allow_negative_numbers = true)]
+    pub manifold_inhg: f64,
+    /// Pressure altitude, ft.
+    #[arg(long, value_name = "FT", allow_negative_numbers = true)]
+    pub altitude_ft: f64,
+    /// Static air temperature at that altitude, degC.
+    #[arg(long, value_name = "DEGC", allow_negative_numbers = true)]
+    pub oat_c: f64,
+    /// True airspeed, kt.
+    #[arg(long, value_name = "KT", allow_negative_numbers = true)]
+    pub airspeed_kt: f64,
+    /// Step of the differences, per cent of each input [default: its resolution].
+    #[arg(long, value_name = "PERCENT")]
+    pub step_percent: Option<f64>,
+    /// Let sea-level temperature change static pressure, as in the thesis.
+    #[arg(long)]
+    pub thesis_density: bool,
+}
 
 /// Units of the sensitivities, in the order of [`PointInput::ALL`].
 const INPUT_UNITS: [&str; 5] = ["rpm", "inHg", "K", "m", "m/s"];

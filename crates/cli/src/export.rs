@@ -1,11 +1,26 @@
 //! `doublet export`: the identified model for other simulators.
 
+use std::path::PathBuf;
+
+use clap::Args;
 use doublet_core::model::ThrustTreatment;
 use doublet_engine::export::{Format, IdentifiedModel, write};
 
-use crate::arguments::ExportArguments;
 use crate::run::computed;
 use crate::text;
+
+/// Arguments of `export`.
+#[derive(Debug, Args)]
+pub struct ExportArguments {
+    /// Session file.
+    pub session: PathBuf,
+    /// Formats: jsbsim, daveml.
+    #[arg(long, value_delimiter = ',', default_value = "jsbsim,daveml")]
+    pub format: Vec<String>,
+    /// Folder for the files; only files of an earlier export are replaced.
+    #[arg(long)]
+    pub out: PathBuf,
+}
 
 /// Computes the session and writes its model.
 ///

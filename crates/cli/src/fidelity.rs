@@ -2,19 +2,31 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
 use doublet_engine::report::{self, FitRow, PredictionAgreement, Results};
 use doublet_engine::session::Session;
 use doublet_engine::study::Coverage;
 use doublet_engine::{builtin, session};
 
-use crate::arguments::{CoverageArguments, FidelityArguments};
 use crate::coverage;
+use crate::coverage::CoverageArguments;
 use crate::progress::Progress;
 use crate::run::compute_session;
 use crate::text::{self, number};
 use crate::thesis::{self, Run};
+
+/// Arguments of `fidelity`.
+#[derive(Debug, Args)]
+pub struct FidelityArguments {
+    /// Document whose tables are rewritten below its marker line.
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Flights of the coverage study.
+    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
+    pub realisations: u64,
+}
 
 /// What comes before the part this command writes; everything behind it is replaced, up to [`END`] where there is one.
 const MARKER: &str = "<!-- doublet fidelity writes all that follows -->\n";

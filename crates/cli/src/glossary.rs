@@ -3,7 +3,7 @@
 use std::fmt::{self, Display};
 use std::sync::LazyLock;
 
-use crate::manual::source;
+use crate::pages::source;
 use crate::search::{Prepared, Query, Rank};
 
 /// Entries that a word without an entry of its own leads to, at most.

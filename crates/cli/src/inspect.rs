@@ -1,5 +1,8 @@
 //! `doublet inspect`: what a recording holds.
 
+use std::path::PathBuf;
+
+use clap::Args;
 use doublet_core::load::{
     ChannelInfo, ChannelMap, Gap, ManualChannelMap, Probe, Source, UserNames, guess_with, inspect as read_contents,
     plan, stated_unit,
@@ -7,9 +10,21 @@ use doublet_core::load::{
 use doublet_core::quantity::{Role, Unit};
 use serde_json::{Value, json};
 
-use crate::arguments::InspectArguments;
 use crate::questions::list_questions;
 use crate::{new, text};
+
+/// Arguments of `inspect`.
+#[derive(Debug, Args)]
+pub struct InspectArguments {
+    /// File, or folder of one file per channel.
+    pub recording: PathBuf,
+    /// Channel map (file or name of a shipped one) to apply.
+    #[arg(long)]
+    pub map: Option<String>,
+    /// Print one JSON document.
+    #[arg(long)]
+    pub json: bool,
+}
 
 /// Prints sources, channels, units, rates, gaps and problems of a recording.
 ///

@@ -1,13 +1,23 @@
 //! `doublet lags`: lag and delay of every control by the fit, taken into the session where asked.
 
-use doublet_engine::report::StudyResults;
+use clap::Args;
 use doublet_engine::session::{self, Edit, EstimationEdit, Surface};
 use doublet_engine::study::{LagKind, Study};
 
-use crate::arguments::LagArguments;
 use crate::run::computed;
-use crate::study::shown;
+use crate::study::{StudyArguments, shown};
 use crate::text;
+
+/// Arguments of `lags`.
+#[derive(Debug, Args)]
+pub struct LagArguments {
+    /// Options of every study.
+    #[command(flatten)]
+    pub study: StudyArguments,
+    /// Save the result to the session: CONTROL=delay or CONTROL=lag.
+    #[arg(long, value_name = "CONTROL=KIND", value_parser = taken)]
+    pub take: Vec<(Surface, LagKind)>,
+}
 
 /// Reads `CONTROL=KIND`.
 pub fn taken(text: &str) -> Result<(Surface, LagKind), String> {
@@ -50,20 +60,4 @@ pub fn lags(arguments: &LagArguments) -> Result<(), String> {
         next.preparation.control_lags.summary()
     ));
     Ok(())
-}
-
-/// Prints what was found.
-pub fn print(results: &StudyResults) {
-    let milliseconds = |seconds: f64, digits| text::number(1000.0 * seconds, digits);
-    let cells = results.lags.iter().map(|row| {
-        vec![
-            format!("{} of {}", row.kind, row.control),
-            if row.coefficient.is_empty() { "all" } else { row.coefficient }.to_owned(),
-            milliseconds(row.value_s, 3),
-            milliseconds(row.standard_error_s, 2),
-            text::number(row.r_squared, 6),
-            row.error.clone().unwrap_or_default(),
-        ]
-    });
-    text::table(&["", "from", "ms", "std error", "R2", ""], &cells.collect::<Vec<_>>());
 }

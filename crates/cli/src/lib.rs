@@ -28,6 +28,7 @@ mod map;
 mod match_command;
 mod new;
 mod outcome;
+mod pages;
 mod prior;
 mod progress;
 mod propagate;
@@ -64,11 +65,160 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use arguments::{Arguments, Command};
-use clap::{ArgAction, ArgMatches, CommandFactory, FromArgMatches};
+use aircraft::AircraftArguments;
+use arguments::ReportArguments;
+use batch::BatchArguments;
+use check::CheckArguments;
+use clap::{ArgAction, ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
+use compare::CompareArguments;
+use compatibility::CompatibilityArguments;
+use coverage::{CalibrateArguments, CoverageArguments};
+use datcom::DatcomArguments;
+use diff::DiffArguments;
 use doublet_engine::graph::guarded;
-use doublet_engine::study::Study;
+use doublet_engine::study::{MonteCarloRequest, Study};
+use dynamics::{LinearArguments, ModesArguments, QualitiesArguments};
+use engine::EngineArguments;
+use equations::EquationArguments;
+use export::ExportArguments;
+use fidelity::FidelityArguments;
+use fix::FixArguments;
+use fmu::FmuArguments;
+use inspect::InspectArguments;
+use lags::LagArguments;
+use manual::HelpArguments;
+use map::MapArguments;
+use match_command::MatchArguments;
+use new::NewArguments;
 use outcome::Outcome;
+use prior::PriorArguments;
+use propagate::PropagateArguments;
+use propose::ProposeArguments;
+use regress::RegressArguments;
+use response::{LoesArguments, ResponseArguments};
+use run::RunArguments;
+use shell::{CompletionArguments, ManArguments};
+use simulate::SimulateArguments;
+use structure::StructureArguments;
+use study::{CheckStudyArguments, MonteCarloArguments, StudyArguments};
+use tune::TuneArguments;
+use variants::VariantArguments;
+
+/// Aircraft system identification from flight test; without a command, the workbench.
+#[derive(Debug, Parser)]
+#[command(name = "doublet", version = crate::version::version(), about, args_conflicts_with_subcommands = true, disable_help_subcommand = true)]
+pub struct Arguments {
+    /// Session to open: a file, or builtin:NAME.
+    pub session: Option<PathBuf>,
+    /// Command to run without a window.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// Commands without a window.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// List sources, channels, units, rates and gaps of a recording.
+    Inspect(InspectArguments),
+    /// Guess a channel map for recordings, or list and print shipped maps.
+    Map(MapArguments),
+    /// Make a session for one or more recordings.
+    New(NewArguments),
+    /// List, print or make aircraft files.
+    Aircraft(AircraftArguments),
+    /// Check a session or an aircraft file and print the findings.
+    Check(CheckArguments),
+    /// Run a session and write tables and time histories.
+    Run(RunArguments),
+    /// Run a session and write a report.
+    Report(ReportArguments),
+    /// Print sensitivities of the derivatives to loading, deflections, air angles and fuel.
+    Sensitivity(StudyArguments),
+    /// Compare manoeuvres: leave one out, input kinds, flight conditions.
+    Manoeuvres(StudyArguments),
+    /// Estimate each manoeuvre again in the frequency domain and by output error.
+    Checks(CheckStudyArguments),
+    /// Find lag and delay of each control from the fit.
+    Lags(LagArguments),
+    /// Follow a flight in real time: path, derivatives, correlation and limits.
+    Live(crate::live::LiveArguments),
+    /// Estimate constant sensor errors over all manoeuvres: bias, scale factor, misalignment.
+    Compatibility(CompatibilityArguments),
+    /// Search for model terms, stepwise or by orthogonal functions.
+    Structure(StructureArguments),
+    /// Fit one column of a table by others, without a session.
+    Regress(RegressArguments),
+    /// Fit your equations of motion to a table.
+    Equations(EquationArguments),
+    /// Print frequency responses with coherence and error bars.
+    Response(ResponseArguments),
+    /// Fit a low-order equivalent system to a frequency response.
+    Loes(LoesArguments),
+    /// Print weighted, generalised, constrained and total least-squares estimates beside ordinary ones.
+    Variants(VariantArguments),
+    /// Repeat reconstruction and fit many times with fresh measurement noise.
+    MonteCarlo(MonteCarloArguments),
+    /// Compare the experiments of a session: verdict, NIS, fits and derivatives.
+    Compare(CompareArguments),
+    /// List the fixes of a session with their effect, or apply some.
+    Fix(FixArguments),
+    /// Propose manoeuvres, steady windows or noise from the recordings of a session.
+    Propose(ProposeArguments),
+    /// Simulate validation manoeuvres with the model and print which tolerances pass.
+    Match(MatchArguments),
+    /// Evaluate a qualification test guide on a session and write it.
+    Qtg(crate::qtg::QtgArguments),
+    /// Write the identified aircraft as a Functional Mock-up Unit (FMI 3.0).
+    Fmu(FmuArguments),
+    /// Combine an earlier estimate with that of the flight, and compare both.
+    Prior(PriorArguments),
+    /// Print or write the linear model about a trim.
+    Linear(LinearArguments),
+    /// Print natural modes with intervals, or a root locus.
+    Modes(ModesArguments),
+    /// Print flying-qualities levels with reasons and probabilities.
+    Qualities(QualitiesArguments),
+    /// Design the inputs of the next flight within limits.
+    Design(crate::design::DesignArguments),
+    /// Plan a campaign: envelope, test points in order, flight-test cards.
+    Campaign(crate::campaign::CampaignArguments),
+    /// Find empty mass and centre of gravity from a weighing.
+    Weigh(crate::weigh::WeighArguments),
+    /// Compare flights of a design with its promise and the truth.
+    Debrief(crate::debrief::DebriefArguments),
+    /// Compare the errors so far with goals, and propose the next manoeuvre.
+    Enough(crate::design::EnoughArguments),
+    /// Print a function of the derivatives with its interval.
+    Propagate(PropagateArguments),
+    /// Write the identified model for JSBSim or as DAVE-ML, with check points.
+    Export(ExportArguments),
+    /// Compare two sessions or two runs: settings and derivatives.
+    Diff(DiffArguments),
+    /// Run many sessions or swept settings on all cores; continues when interrupted.
+    Batch(BatchArguments),
+    /// Simulate a scenario many times and print the coverage of the intervals.
+    Coverage(CoverageArguments),
+    /// Simulate fault-free and faulty flights and print how the verdict rates them.
+    Calibrate(CalibrateArguments),
+    /// Write estimates and true values of the shipped flight into a document.
+    Fidelity(FidelityArguments),
+    /// Print the JSON Schema of a doublet file, for editors.
+    Schema(crate::schema::SchemaArguments),
+    /// Simulate a flight and write its recordings and its truth.
+    Simulate(SimulateArguments),
+    /// Print power, thrust and their sensitivities at one condition.
+    Engine(EngineArguments),
+    /// Find the noise settings, or a sensor delay, of maximum likelihood.
+    Tune(TuneArguments),
+    /// Compare Digital DATCOM derivatives with identified ones, or write an input deck.
+    Datcom(DatcomArguments),
+    /// Print a page of the manual or the help of a command.
+    Help(HelpArguments),
+    /// Print shell completions.
+    Completions(CompletionArguments),
+    /// Write man pages, one per command.
+    Man(ManArguments),
+}
 
 /// What the arguments ask for.
 #[derive(Debug)]
@@ -208,8 +358,8 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         Command::Regress(arguments) => regress::regress(&arguments),
         Command::Response(arguments) => response::response(&arguments),
         Command::MonteCarlo(arguments) => {
-            let realisations = arguments.realisations as usize;
-            study::study(Study::MonteCarlo { realisations, seed: arguments.seed }, &arguments.study)
+            let request = MonteCarloRequest { realisations: arguments.realisations as usize, seed: arguments.seed };
+            study::study(Study::MonteCarlo(request), &arguments.study)
         }
         Command::Compare(arguments) => compare::compare(&arguments),
         Command::Fix(arguments) => fix::fix(&arguments),

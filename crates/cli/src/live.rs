@@ -8,7 +8,8 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use doublet_engine::live::{Feed, Goal, Limit, LineFormat, LiveUpdate, LiveWatch, Opening, open};
+use doublet_engine::live::{Feed, Goal, Limit, LineFormat, LiveUpdate, LiveWatch, Opening};
+use doublet_engine::planning::open_flight;
 use doublet_engine::verdict::Level;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
@@ -111,7 +112,7 @@ pub fn live(arguments: &LiveArguments) -> Result<(), String> {
         wait,
         in_memory: None,
     };
-    let watched = open(&opening)?;
+    let watched = open_flight(&opening)?;
     let mut settings = watched.settings;
     settings.update_s = arguments.every;
     settings.latency_s = arguments.latency;

@@ -4,12 +4,10 @@ use std::sync::LazyLock;
 
 use clap::{Args, CommandFactory};
 
-use crate::arguments::Arguments;
+use crate::Arguments;
+use crate::pages::{PAGES, source};
 use crate::search::{Prepared, Query, Rank};
 use crate::{glossary, text};
-
-/// Path below `docs/` and text of every page.
-static PAGES: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/pages.rs"));
 
 /// Lines that a search prints at most.
 const MOST_LINES: usize = 60;
@@ -56,11 +54,6 @@ pub fn pages() -> Vec<Page> {
     let mut pages: Vec<Page> = Page::all().filter(|page| page.topic != "SUMMARY").collect();
     pages.sort_by_key(|page| page.topic);
     pages
-}
-
-/// The file at a path below `docs/`, empty where there is none.
-pub fn source(path: &str) -> &'static str {
-    PAGES.iter().find(|(name, _)| *name == path).map_or("", |(_, text)| text)
 }
 
 /// The list of pages in the order of a book.

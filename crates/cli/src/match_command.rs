@@ -1,14 +1,28 @@
 //! `doublet match`: validation manoeuvres flown again by the identified model, against tolerances.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
+use clap::builder::PossibleValuesParser;
 use doublet_core::load::read_text;
 use doublet_engine::report::{ProofRow, ReplayRow, proof_rows};
 use doublet_engine::stage::{PercentRule, Reading, Tolerances};
 
-use crate::arguments::MatchArguments;
 use crate::run::computed;
 use crate::text;
+
+/// Arguments of `match`.
+#[derive(Debug, Args)]
+pub struct MatchArguments {
+    /// Session file.
+    pub session: PathBuf,
+    /// Tolerance file [default: 14 CFR Part 60].
+    #[arg(long, value_name = "FILE")]
+    pub tolerances: Option<PathBuf>,
+    /// Percentages refer to the largest value (range) or to each sample.
+    #[arg(long, value_name = "OF", default_value = "range", value_parser = percent_rules())]
+    pub percent: String,
+}
 
 /// Computes the session and prints which tests pass.
 ///
@@ -88,4 +102,9 @@ fn theil(window: &ReplayRow) {
         [vec![format!("  {}", row.signal)], parts.to_vec()].concat()
     });
     text::table(&["  signal", "Theil U", "bias", "variance", "covariance"], &rows.collect::<Vec<_>>());
+}
+
+/// Names of the rules for percentages.
+fn percent_rules() -> PossibleValuesParser {
+    PercentRule::ALL.map(PercentRule::name).into()
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use clap::{Args, ValueEnum};
 use doublet_core::load::{ChannelMap, Plan, plan_all, read};
 use doublet_core::model::Structure;
 use doublet_core::quantity::Role;
@@ -14,12 +15,60 @@ use doublet_engine::session::{self, Flight, MapRef, Session};
 use doublet_engine::stage::{self, NO_AIRCRAFT, NO_PATH_MEASUREMENT};
 use doublet_engine::verdict::Level;
 
-use crate::arguments::{NewArguments, StructureName};
+use crate::aircraft::PlainArguments;
 use crate::map::{ask, explain_row};
 use crate::outcome::Outcome;
 use crate::role_option::set_roles;
 use crate::text;
 use crate::time_option::set_times;
+
+/// Arguments of `new`.
+#[derive(Debug, Args)]
+pub struct NewArguments {
+    /// Recordings: one flight each, unless --merge is given.
+    #[arg(required = true)]
+    pub recordings: Vec<PathBuf>,
+    /// Session file to write.
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// Channel map (file or name) [default: the best-fitting shipped map].
+    #[arg(long)]
+    pub map: Option<String>,
+    /// Use the guessed channel map; the session stores it.
+    #[arg(long, conflicts_with = "map")]
+    pub guess: bool,
+    /// Override a role's channel: SI value = scale x (value + offset). Repeatable.
+    #[arg(long, value_name = crate::role_option::FORM, requires = "guess")]
+    pub role: Vec<String>,
+    /// Time channel of a source and its unit. Repeatable.
+    #[arg(long, value_name = crate::time_option::FORM, requires = "guess")]
+    pub time: Vec<String>,
+    /// Aircraft (file or name) [default: the one the channel map names].
+    #[arg(long)]
+    pub aircraft: Option<String>,
+    /// Aircraft described by numbers; its file is written beside the session.
+    #[command(flatten)]
+    pub plain: PlainArguments,
+    /// Merge all recordings into one flight on one time line.
+    #[arg(long)]
+    pub merge: bool,
+    /// Initial terms of the coefficients.
+    #[arg(long, value_enum, default_value_t = StructureName::Thesis)]
+    pub structure: StructureName,
+}
+
+/// Initial model structure.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum StructureName {
+    /// Thesis Eq. 3.21-3.22: constant, flow angle, rates and deflections.
+    Thesis,
+    /// Thesis Eq. B.1-B.2: adds the rates of the flow angles.
+    Alternative,
+    /// Adds alpha squared in CX, CZ and Cm.
+    Quadratic,
+    /// Adds the propeller total-pressure rise in CX, CZ and Cm.
+    WithPower,
+}
 
 /// A channel map by file or by the name of one that comes with the program, with how a session refers to it.
 ///
@@ -286,20 +335,4 @@ fn best_map(inspected: &Inspected) -> Result<(String, ChannelMap), String> {
         "no shipped channel map fits these channels{against}: use --guess, write a map and use --map (see `doublet map`), or map \
          them by hand in the window"
     ))
-}
-
-/// Reads `IXX,IYY,IZZ` or `IXX,IYY,IZZ,IXZ`, kg m².
-///
-/// # Errors
-/// One line when it is neither.
-pub fn inertia(text: &str) -> Result<[f64; 4], String> {
-    let numbers: Vec<f64> = text
-        .split(',')
-        .map(|number| number.trim().parse().map_err(|_| format!("'{number}' is not a number")))
-        .collect::<Result<_, _>>()?;
-    match numbers[..] {
-        [xx, yy, zz] => Ok([xx, yy, zz, 0.0]),
-        [xx, yy, zz, xz] => Ok([xx, yy, zz, xz]),
-        _ => Err("give IXX,IYY,IZZ or IXX,IYY,IZZ,IXZ in kg m2".to_owned()),
-    }
 }

@@ -75,7 +75,7 @@ pub struct LoesArguments {
     pub form: Form,
     /// Fit the records (output error) or the response [default: both].
     #[arg(long, value_enum)]
-    pub method: Option<Method>,
+    pub method: Option<LoesMethod>,
     /// Known delay, s [default: estimated].
     #[arg(long, value_name = "S", value_parser = not_negative)]
     pub delay: Option<f64>,
@@ -92,7 +92,7 @@ pub struct LoesArguments {
 
 /// Data a form is fitted to.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum Method {
+pub enum LoesMethod {
     /// Fourier transforms of the records, by maximum likelihood.
     OutputError,
     /// The response, weighted by coherence.
@@ -147,8 +147,8 @@ pub fn loes(arguments: &LoesArguments) -> Result<Outcome, String> {
     let study = studied(&arguments.response, true)?;
     let delay = arguments.delay.map_or(Delay::Free, Delay::Fixed);
     let method = arguments.method.map(|method| match method {
-        Method::OutputError => FitMethod::OutputError,
-        Method::Coherence => FitMethod::Coherence,
+        LoesMethod::OutputError => FitMethod::OutputError,
+        LoesMethod::Coherence => FitMethod::Coherence,
     });
     let fitted =
         |input| equivalent_study(&study, input, (arguments.form, delay), method).map_err(|error| error.to_string());

@@ -1,18 +1,47 @@
 //! `doublet run`: everything a session asks for, into a folder.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use doublet_engine::graph::Cache;
 use doublet_engine::report::{self, HistoryFormat, Outputs, TableFormat};
 use doublet_engine::run::{Control, Scope, Snapshot, run as run_stages};
 use doublet_engine::session::{self, Opened, Session};
-use doublet_engine::study::{CheckRequest, DynamicsRequest, Study};
+use doublet_engine::study::Study;
 use doublet_engine::verdict::Level;
 
-use crate::arguments::{RunArguments, StudyName};
 use crate::outcome::Outcome;
 use crate::progress::Progress;
 use crate::{summary, text};
+
+/// Arguments of `run`.
+#[derive(Debug, Args)]
+pub struct RunArguments {
+    /// Session file.
+    pub session: PathBuf,
+    /// Folder for the results; appears only when complete.
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Additional studies to compute.
+    #[arg(long, value_name = "STUDY,...", value_delimiter = ',', value_parser = study())]
+    pub with: Vec<Study>,
+    /// Formats of the tables.
+    #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = "csv", value_parser = table_format())]
+    pub tables: Vec<String>,
+    /// Formats of the time histories.
+    #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = "hdf5", value_parser = history_format())]
+    pub histories: Vec<String>,
+    /// Include every recorded channel in the time histories.
+    #[arg(long)]
+    pub recordings: bool,
+    /// Exit with code 3 also if the verdict is caution.
+    #[arg(long)]
+    pub strict: bool,
+    /// Print all manoeuvres, tables and findings.
+    #[arg(long)]
+    pub verbose: bool,
+}
 
 /// Memory for intermediate results of one run, which its studies ask for again; without studies nothing does.
 pub const CACHE_BYTES: usize = 2 << 30;
@@ -132,8 +161,7 @@ pub fn run(arguments: &RunArguments) -> Result<Outcome, String> {
     const COMPUTING: f32 = 0.8;
     report::check_target(&arguments.out).map_err(|error| error.to_string())?;
     let progress = Progress::new();
-    let studies: Vec<Study> = arguments.with.iter().map(|&name| study_of(name)).collect();
-    let (session, snapshot) = compute(&arguments.session, &studies, &progress, COMPUTING)?;
+    let (session, snapshot) = compute(&arguments.session, &arguments.with, &progress, COMPUTING)?;
     let outputs = Outputs {
         tables: named(&TableFormat::ALL, &arguments.tables, |format| format.name()),
         histories: named(&HistoryFormat::ALL, &arguments.histories, |format| format.name()),
@@ -154,20 +182,6 @@ pub fn run(arguments: &RunArguments) -> Result<Outcome, String> {
     Ok(outcome)
 }
 
-fn study_of(name: StudyName) -> Study {
-    match name {
-        StudyName::Sensitivity => Study::Sensitivity,
-        StudyName::Manoeuvres => Study::Manoeuvres,
-        StudyName::Checks => Study::Checks(CheckRequest::default()),
-        StudyName::FilterError => Study::Checks(CheckRequest { axis: None, filter_error: true }),
-        StudyName::Lags => Study::Lags,
-        StudyName::Responses => Study::Responses,
-        StudyName::MonteCarlo => Study::MonteCarlo { realisations: 200, seed: 1 },
-        StudyName::Dynamics => Study::Dynamics(DynamicsRequest::default()),
-        StudyName::Experiments => Study::Experiments,
-    }
-}
-
 /// Those of `all` whose names were given, each once.
 pub fn named<T: Copy>(all: &[T], names: &[String], name: impl Fn(T) -> &'static str) -> Vec<T> {
     all.iter().copied().filter(|&item| names.iter().any(|given| given == name(item))).collect()
@@ -176,4 +190,20 @@ pub fn named<T: Copy>(all: &[T], names: &[String], name: impl Fn(T) -> &'static 
 /// Several messages as one error, a line each.
 fn lines(messages: impl Iterator<Item = String>) -> String {
     messages.collect::<Vec<_>>().join("\nerror: ")
+}
+
+/// Names of table formats.
+fn table_format() -> PossibleValuesParser {
+    TableFormat::ALL.map(TableFormat::name).into()
+}
+
+/// Names of formats of time histories.
+fn history_format() -> PossibleValuesParser {
+    HistoryFormat::ALL.map(HistoryFormat::name).into()
+}
+
+/// A study by its name.
+fn study() -> impl TypedValueParser<Value = Study> {
+    let keys = Study::keys().map(|(key, about)| PossibleValue::new(key).help(about));
+    PossibleValuesParser::new(keys).try_map(|key| Study::from_key(&key).ok_or("not a study"))
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, CommandFactory};
 use clap_complete::Shell;
 
-use crate::arguments::Arguments;
+use crate::Arguments;
 use crate::text;
 
 /// Name the pages and completions are for.

@@ -1,14 +1,42 @@
 //! `doublet simulate`: a flight whose every answer is known.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
 use doublet_core::simulate::scenario::Start;
 use doublet_core::simulate::{self, InputKind, Scenario, SimulateError, scenario};
 use doublet_engine::keep::Staging;
 
-use crate::arguments::SimulateArguments;
 use crate::progress::Progress;
 use crate::text;
+
+/// Arguments of `simulate`.
+#[derive(Debug, Args)]
+pub struct SimulateArguments {
+    /// Scenario to simulate: a shipped name, or a file of `doublet design`.
+    pub scenario: Option<String>,
+    /// Folder for the recordings; appears only when complete.
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Seed of noise, gusts and pilot imperfections; equal seeds give equal bytes.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Change a true derivative, for example Cm_alpha=-0.9. Repeatable.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = derivative)]
+    pub derivative: Vec<(String, f64)>,
+    /// Factor on the amplitude of every manoeuvre.
+    #[arg(long, default_value_t = 1.0)]
+    pub amplitude: f64,
+    /// True airspeed of a trimmed scenario, kt.
+    #[arg(long, value_name = "KT")]
+    pub airspeed_kt: Option<f64>,
+    /// Altitude of a trimmed scenario, ft.
+    #[arg(long, value_name = "FT")]
+    pub altitude_ft: Option<f64>,
+    /// List scenarios, aircraft and inputs.
+    #[arg(long)]
+    pub list: bool,
+}
 
 /// Lists scenarios, aircraft and inputs, or flies a scenario and writes what its recorders hold.
 ///
@@ -110,4 +138,11 @@ fn list() {
     scenario::aircraft().iter().for_each(|name| text::line(&format!("  {name}")));
     text::line("inputs");
     InputKind::ALL.iter().for_each(|kind| text::line(&format!("  {}", kind.name())));
+}
+
+/// Reads `NAME=VALUE`.
+fn derivative(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("write it as NAME=VALUE, for example Cm_alpha=-0.9")?;
+    let value: f64 = value.trim().parse().map_err(|_| format!("'{value}' is not a number"))?;
+    Ok((name.trim().to_owned(), value))
 }

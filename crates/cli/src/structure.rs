@@ -20,8 +20,8 @@ pub struct StructureArguments {
     /// Session file.
     pub session: PathBuf,
     /// Search method.
-    #[arg(long, value_enum, default_value_t = Search::Stepwise)]
-    pub method: Search,
+    #[arg(long, value_enum, default_value_t = TermSearch::Stepwise)]
+    pub method: TermSearch,
     /// Candidate terms [default: usual variables, alpha^2 and alpha*delta_e].
     #[arg(long, value_name = "TERM,TERM", value_delimiter = ',', value_parser = term)]
     pub terms: Vec<Term>,
@@ -29,7 +29,7 @@ pub struct StructureArguments {
 
 /// Search method.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum Search {
+pub enum TermSearch {
     /// Stepwise, by partial correlation and partial F.
     Stepwise,
     /// Orthogonal functions, to the least predicted squared error.
@@ -93,13 +93,13 @@ fn candidates(own: &[Term], offered: impl Iterator<Item = Term>) -> Vec<Term> {
 }
 
 /// Searches, prints the steps and gives the names of the chosen parameters; constants are always in the model.
-fn search(method: Search, coefficient: Coefficient, all: &Stacked) -> Result<Vec<String>, String> {
+fn search(method: TermSearch, coefficient: Coefficient, all: &Stacked) -> Result<Vec<String>, String> {
     let constant = format!("{}_0", coefficient.name());
     let is_constant = |name: &str| name.split('[').next() == Some(&constant);
     let forced: Vec<usize> = (0..all.names.len()).filter(|&k| is_constant(&all.names[k])).collect();
     let number = |value: f64| text::number(value, 4);
     let selected = match method {
-        Search::Stepwise => {
+        TermSearch::Stepwise => {
             let found = stepwise(&all.names, &all.x, &all.z, &forced, &StepwiseSettings::default())
                 .map_err(|error| format!("{}: {error}", coefficient.name()))?;
             let rows = found.log.iter().map(|step| {
@@ -111,7 +111,7 @@ fn search(method: Search, coefficient: Coefficient, all: &Stacked) -> Result<Vec
             text::table(&header, &rows.collect::<Vec<_>>());
             found.selected
         }
-        Search::Orthogonal => {
+        TermSearch::Orthogonal => {
             let found = orthogonal(&all.names, &all.x, &all.z, &forced, &OrthogonalSettings::default())
                 .map_err(|error| format!("{}: {error}", coefficient.name()))?;
             let rows = found.log.iter().map(|step| {

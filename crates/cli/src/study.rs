@@ -1,17 +1,45 @@
 //! Studies from the command line: computed for a session, printed as tables, written beside the results where asked.
 
+use std::path::PathBuf;
+
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use doublet_core::replay::MotionAxis;
-use doublet_engine::report::{self, Outputs};
+use doublet_engine::report::{
+    self, Outputs, check_table, condition_table, followed_table, kind_table, lag_table, left_out_table,
+    monte_carlo_table,
+};
 use doublet_engine::run::{Control, Snapshot};
 use doublet_engine::session::Session;
-use doublet_engine::study::{CheckRequest, Study};
+use doublet_engine::study::{CheckRequest, Estimator, Study};
 use doublet_engine::verdict::Level;
 
-use crate::arguments::StudyArguments;
-use crate::lags;
 use crate::run::computed;
 use crate::text;
+
+/// Arguments of a study.
+#[derive(Debug, Args)]
+pub struct StudyArguments {
+    /// Session file.
+    pub session: PathBuf,
+    /// Folder for all results, including the study.
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+}
+
+/// Arguments of `monte-carlo`.
+#[derive(Debug, Args)]
+pub struct MonteCarloArguments {
+    /// Options of every study.
+    #[command(flatten)]
+    pub study: StudyArguments,
+    /// Number of realisations.
+    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..=1_000_000))]
+    pub realisations: u32,
+    /// Seed of the noise; equal seeds give equal numbers.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}
 
 /// Arguments of `checks`.
 #[derive(Debug, Args)]
@@ -22,16 +50,22 @@ pub struct CheckStudyArguments {
     /// Motion for output error: longitudinal, lateral or both [default: by surface].
     #[arg(long, value_name = "AXIS", value_parser = axis)]
     pub axis: Option<MotionAxis>,
-    /// Estimate each manoeuvre by filter error as well.
-    #[arg(long)]
-    pub filter_error: bool,
+    /// Additional estimators.
+    #[arg(long, value_name = "METHOD,...", value_delimiter = ',', value_parser = estimator())]
+    pub with: Vec<&'static Estimator>,
 }
 
 impl CheckStudyArguments {
     /// What is checked.
     pub fn request(&self) -> CheckRequest {
-        CheckRequest { axis: self.axis, filter_error: self.filter_error }
+        CheckRequest { axis: self.axis, estimators: self.with.iter().copied().collect() }
     }
+}
+
+/// An estimator that runs where it is asked for.
+fn estimator() -> impl TypedValueParser<Value = &'static Estimator> {
+    let keys = Estimator::on_request().map(|estimator| PossibleValue::new(estimator.key).help(estimator.about));
+    PossibleValuesParser::new(keys).try_map(|key| Estimator::from_key(&key).ok_or("not an estimator"))
 }
 
 fn axis(text: &str) -> Result<MotionAxis, String> {
@@ -72,9 +106,9 @@ pub fn shown(study: Study, session: &Session, snapshot: &Snapshot, arguments: &S
             manoeuvres(&results.studies);
         }
         Study::Checks(_) => checks(&results.studies),
-        Study::Lags => lags::print(&results.studies),
+        Study::Lags => text::show(&lag_table(&results.studies.lags)),
         Study::Responses | Study::Experiments => {}
-        Study::MonteCarlo { .. } => monte_carlo(&results),
+        Study::MonteCarlo(_) => monte_carlo(&results),
         Study::Dynamics(_) => results.dynamics.iter().for_each(crate::dynamics::print_modes),
     }
     if let Some(out) = &arguments.out {
@@ -195,52 +229,16 @@ fn manoeuvre_map(rows: &[report::MapRow]) {
 }
 
 fn manoeuvres(results: &report::StudyResults) {
-    text::line("each manoeuvre left out and predicted by the others");
-    let mut last = ("", "");
-    let mut cells: Vec<Vec<String>> = Vec::new();
-    for row in &results.leave_one_out {
-        let here = (row.coefficient, row.window.as_str());
-        if here != last {
-            last = here;
-            let of_window =
-                results.leave_one_out.iter().filter(|other| (other.coefficient, other.window.as_str()) == here);
-            let largest = of_window.max_by(|a, b| a.shift_in_errors.abs().total_cmp(&b.shift_in_errors.abs()));
-            let shift = largest.map_or_else(String::new, |row| {
-                format!("{} by {}", row.derivative, text::number(row.shift_in_errors, 2))
-            });
-            let [identified, own] =
-                [row.r_squared_identified_constants, row.r_squared_own_constant].map(|value| text::number(value, 3));
-            cells.push(vec![row.coefficient.to_owned(), row.window.clone(), identified, own, shift]);
-        }
+    let parts = [
+        ("each manoeuvre left out and predicted by the others", left_out_table(&results.leave_one_out)),
+        ("kinds of input: mean ± scatter (manoeuvres)", kind_table(&results.input_kinds)),
+        ("derivatives over the flight condition", condition_table(&results.conditions)),
+    ];
+    for (about, table) in parts {
+        text::line(about);
+        text::show(&table);
+        text::line("");
     }
-    text::table(&["", "manoeuvre", "R2, others' constants", "R2, own constant", "largest shift, std errors"], &cells);
-    text::line("");
-    text::line("kinds of input: mean and scatter over the manoeuvres");
-    let cells = results.input_kinds.iter().map(|row| {
-        let side = |count: usize, mean, scatter| {
-            format!("{} +- {} ({count})", text::number(mean, 4), text::number(scatter, 2))
-        };
-        vec![
-            row.derivative.clone(),
-            format!("{}: {}", row.first_kind, side(row.first_count, row.first_mean, row.first_scatter)),
-            format!("{}: {}", row.second_kind, side(row.second_count, row.second_mean, row.second_scatter)),
-            text::number(row.difference_in_errors, 2),
-        ]
-    });
-    text::table(&["derivative", "first", "second", "difference, std errors"], &cells.collect::<Vec<_>>());
-    text::line("");
-    text::line("derivatives over the flight condition");
-    let cells = results.conditions.iter().map(|row| {
-        vec![
-            format!("{} over {}", row.derivative, row.variables),
-            row.parameter.clone(),
-            text::number(row.estimate, 4),
-            text::number(row.standard_error, 2),
-            text::number(row.scatter_ratio, 2),
-            row.error.clone().unwrap_or_default(),
-        ]
-    });
-    text::table(&["derivative", "parameter", "estimate", "std error", "scatter", ""], &cells.collect::<Vec<_>>());
 }
 
 fn monte_carlo(results: &report::Results) {
@@ -248,60 +246,19 @@ fn monte_carlo(results: &report::Results) {
     if let Some(row) = rows.first() {
         text::line(&format!("{} realisations of the noise the filter states", row.realisations));
     }
-    let corrected = |name: &str| {
-        let derivatives = results.pooled.iter().flat_map(|fit| &fit.derivatives);
-        derivatives.into_iter().find(|row| row.name == name).map_or(f64::NAN, |row| row.corrected_standard_error)
-    };
-    let cells = rows.iter().map(|row| {
-        vec![
-            row.derivative.clone(),
-            text::number(row.estimate, 5),
-            text::number(corrected(&row.derivative), 2),
-            text::number(row.noise_error, 2),
-            text::number(row.shift, 2),
-            text::number(row.extrapolated, 5),
-        ]
-    });
-    let header = ["derivative", "estimate", "corrected error", "noise error", "shift by noise", "without shift"];
-    text::table(&header, &cells.collect::<Vec<_>>());
+    text::show(&monte_carlo_table(rows, &results.pooled));
 }
 
 fn checks(results: &report::StudyResults) {
-    let is_output = |row: &&report::CheckRow| row.largest_deviation.is_finite();
-    let cells = results.checks.iter().filter(|row| !is_output(row)).map(|row| {
-        let pair = |value: f64, error: f64| {
-            if value.is_finite() {
-                format!("{} +- {}", text::number(value, 4), text::number(error, 2))
-            } else {
-                String::new()
-            }
-        };
-        vec![
-            row.window.clone(),
-            method(row),
-            row.derivative.clone(),
-            pair(row.estimate, row.standard_error),
-            pair(row.equation_error, row.equation_standard_error),
-            row.error.clone().unwrap_or_default(),
-        ]
-    });
-    text::table(&["manoeuvre", "method", "", "estimate", "equation error", ""], &cells.collect::<Vec<_>>());
-    let outputs: Vec<_> = results.checks.iter().filter(is_output).collect();
+    let (outputs, estimates): (Vec<_>, Vec<_>) =
+        results.checks.iter().partition(|row| row.largest_deviation.is_finite());
+    text::show(&check_table(estimates));
     if !outputs.is_empty() {
         text::line("");
         text::line("outputs followed by output error");
-        let cells = outputs.into_iter().map(|row| {
-            let numbers = [text::number(row.r_squared, 3), text::number(row.largest_deviation, 3)];
-            [row.window.clone(), method(row), row.derivative.clone()].into_iter().chain(numbers).collect()
-        });
-        text::table(&["manoeuvre", "method", "", "R2", "largest deviation"], &cells.collect::<Vec<_>>());
+        text::show(&followed_table(outputs));
     }
     for finding in &results.check_findings {
         text::line(&format!("{}: {}: {}", finding.level.name(), finding.place, finding.text));
     }
-}
-
-/// Method of a check, with the axis that output error followed.
-fn method(row: &report::CheckRow) -> String {
-    if row.axis.is_empty() { row.method.to_owned() } else { format!("{}, {}", row.method, row.axis) }
 }

@@ -5,6 +5,7 @@ use std::io::Write;
 use std::sync::{Mutex, PoisonError};
 
 use doublet_engine::notation::is_direction_mark;
+use doublet_engine::report::{Cell, Column, Table};
 use doublet_engine::verdict::Verdict;
 use serde_json::{Value, json};
 
@@ -41,7 +42,7 @@ pub fn is_json() -> bool {
 }
 
 /// Prints what was collected, unless the command printed a document of its own: `version`, `lines[]` and `tables[]`, each `columns[]`
-/// and `rows[][]` with numbers as printed.
+/// and `rows[][]` with numbers as printed, of a table of the engine as computed.
 pub fn finish() {
     let collected = COLLECTED.lock().unwrap_or_else(PoisonError::into_inner).take();
     let Some(Collected { lines, tables, has_document: false }) = collected else { return };
@@ -132,6 +133,30 @@ pub fn table(header: &[&str], rows: &[Vec<String>]) {
     for row in rows {
         print(row.iter().map(String::as_str).collect());
     }
+}
+
+/// Prints a table of the engine under its headings, derivatives by their plain names; as JSON under its keys, with every digit.
+pub fn show(table: &Table) {
+    let value = |cell: &Cell| match cell {
+        Cell::Empty => Value::Null,
+        Cell::Text(text) | Cell::Symbol(text) => Value::from(text.as_str()),
+        Cell::Count(count) => Value::from(*count),
+        Cell::Number(number) => Value::from(*number),
+        Cell::Flag(flag) => Value::from(*flag),
+    };
+    let columns = || table.columns.iter().map(|column| column.key.as_str()).collect::<Vec<_>>();
+    let rows = || table.rows.iter().map(|row| row.iter().map(value).collect::<Vec<_>>()).collect::<Vec<_>>();
+    if collected(|all| all.tables.push(json!({ "columns": columns(), "rows": rows() }))).is_some() {
+        return;
+    }
+    let titles: Vec<String> = table.columns.iter().map(Column::title).collect();
+    let readable = |(cell, column): (&Cell, &Column)| match cell {
+        Cell::Symbol(name) => name.clone(),
+        Cell::Number(value) => number(*value, column.digits),
+        cell => cell.readable(column.digits),
+    };
+    let rows = table.rows.iter().map(|row| row.iter().zip(&table.columns).map(readable).collect());
+    self::table(&titles.iter().map(String::as_str).collect::<Vec<_>>(), &rows.collect::<Vec<_>>());
 }
 
 /// Prints rows of a name and a description, the descriptions in one column.

@@ -25,8 +25,8 @@ pub struct TuneArguments {
     #[arg(long, alias = "windows", value_name = "NAME,NAME", value_delimiter = ',')]
     pub manoeuvres: Vec<String>,
     /// Method to maximise the likelihood.
-    #[arg(long, value_enum, default_value_t = Search::QuasiNewton)]
-    pub method: Search,
+    #[arg(long, value_enum, default_value_t = LikelihoodSearch::QuasiNewton)]
+    pub method: LikelihoodSearch,
     /// Largest number of steps.
     #[arg(long, default_value_t = 60)]
     pub steps: usize,
@@ -40,7 +40,7 @@ pub struct TuneArguments {
 
 /// Method to maximise the likelihood.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum Search {
+pub enum LikelihoodSearch {
     /// Quasi-Newton on the logarithms of the standard deviations.
     QuasiNewton,
     /// Expectation-maximisation: slow, monotonic.
@@ -95,8 +95,8 @@ pub fn tune(arguments: &TuneArguments) -> Result<(), String> {
         return Ok(());
     }
     let method = match arguments.method {
-        Search::QuasiNewton => NoiseMethod::QuasiNewton,
-        Search::Em => NoiseMethod::ExpectationMaximisation,
+        LikelihoodSearch::QuasiNewton => NoiseMethod::QuasiNewton,
+        LikelihoodSearch::Em => NoiseMethod::ExpectationMaximisation,
     };
     let search = NoiseProposalSettings { method, max_iterations: arguments.steps, ..NoiseProposalSettings::default() };
     let found = tune_noise(&paths, &session.filter, &search, &control, &|at| {

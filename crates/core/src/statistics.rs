@@ -5,6 +5,9 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 /// Median of the absolute values of a normal variable, in deviations of it.
 pub const MEDIAN_OF_NORMAL: f64 = 0.6745;
 
+/// Half width of the 95 % interval of a normal variable, in deviations of it.
+pub const NORMAL_95: f64 = 1.959_963_984_540_054;
+
 /// Element `rank` (from 0) of `values` in ascending order; `values` are reordered. `None` where there are not as many.
 pub fn ranked(values: &mut [f64], rank: usize) -> Option<f64> {
     (rank < values.len()).then(|| *values.select_nth_unstable_by(rank, f64::total_cmp).1)

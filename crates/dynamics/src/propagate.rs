@@ -1,10 +1,7 @@
 //! Functions of the derivatives with their intervals, by the delta method and by sampling.
 
-use doublet_core::statistics::quantile;
+use doublet_core::statistics::{NORMAL_95, quantile};
 use nalgebra::{DMatrix, DVector};
-
-/// Half width of a 95 % interval in standard errors, normal distribution.
-pub const HALF_WIDTH: f64 = 1.959_964;
 
 /// A 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +17,7 @@ pub struct Interval {
 impl Interval {
     /// The interval of an estimate that is normally distributed; none where its error is not a number.
     pub fn normal(value: f64, standard_error: f64) -> Option<Self> {
-        let half = HALF_WIDTH * standard_error;
+        let half = NORMAL_95 * standard_error;
         (value.is_finite() && standard_error.is_finite()).then_some(Self {
             standard_error,
             low: value - half,

@@ -16,7 +16,8 @@ use doublet_core::series::{Channel, Recording, Series, TimeRange};
 use doublet_core::statistics::median_step;
 
 use crate::builtin;
-use crate::run::Control;
+use crate::graph::Control;
+use crate::session::Level;
 use crate::session::{
     DelaySource, Edit, Estimation, Flight, GravitySource, GustSource, Manoeuvre, MapRef, NoiseEdit, Preparation,
     RecordingRef, Session, content_hash, fitting_name,
@@ -25,7 +26,6 @@ use crate::stage::{
     FlightPhysics, FlightProposals, LoadedFlight, NO_PATH_MEASUREMENT, NoiseFlight, measured_by, noise, open_entries,
     open_windows, physics_of, proposals,
 };
-use crate::verdict::Level;
 
 /// A channel map that comes with the program and what it makes of some recordings.
 #[derive(Clone, Debug)]

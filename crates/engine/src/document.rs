@@ -5,11 +5,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use crate::autosave::{AbandonedAutosave, Autosave, AutosaveFile};
 use crate::builtin;
 use crate::compare;
-use crate::keep::{
-    AbandonedAutosave, Autosave, AutosaveFile, Lock, LockResult, describe_owner, hash_bytes, remove_leftovers,
-};
+use crate::keep::{Lock, LockResult, describe_owner, hash_bytes, remove_leftovers};
 use crate::run::Autosaver;
 use crate::session::{self, Session, rebased};
 use crate::undo::History;

@@ -5,6 +5,7 @@
 //! the background and publishes [`run::Snapshot`]s; [`study`] holds what takes longer and is asked for. The command line and the workbench use the same road.
 
 pub mod aircraft;
+pub mod autosave;
 pub mod batch;
 pub mod begin;
 pub mod builtin;

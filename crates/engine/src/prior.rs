@@ -7,13 +7,10 @@ use doublet_core::hash_fields;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-use crate::export::{IdentifiedCoefficient, identified};
 use crate::graph::{Context, Footprint, Stage, StageResult};
 use crate::notation::significant;
-use crate::report::document::Block;
-use crate::report::{Cell, Column, Reference, TableOf};
 use crate::study::StudyInput;
-use crate::verdict::Level;
+use crate::study::{IdentifiedCoefficient, Parameter, identified};
 
 /// Probability below which a difference counts as a contradiction.
 const CONTRADICTION: f64 = 0.01;
@@ -42,16 +39,6 @@ hash_fields!(PriorValue { name; mean, deviation });
 hash_fields!(PriorRequest { name, known; });
 
 impl PriorRequest {
-    /// An earlier estimate whose derivatives without a standard error are known to this part of their size.
-    pub fn of_reference(reference: &Reference, relative: f64) -> Self {
-        let value = |(name, mean, error): &(String, f64, Option<f64>)| PriorValue {
-            name: name.clone(),
-            mean: *mean,
-            deviation: error.unwrap_or(relative * mean.abs()),
-        };
-        Self { name: reference.name.clone(), known: reference.values.iter().map(value).collect() }
-    }
-
     fn find(&self, name: &str) -> Option<Known> {
         let found = self.known.iter().find(|value| value.name == name)?;
         found.is_usable().then_some(Known { mean: found.mean, deviation: found.deviation })
@@ -135,7 +122,7 @@ impl Stage for PriorStudy {
         let reference = &input.aircraft.loaded.aircraft.reference;
         for fit in &input.pooled.fits {
             let terms = input.settings.structure.terms(fit.coefficient).unwrap_or_default();
-            let coefficient = identified(fit, terms, reference).map_err(|error| error.to_string())?;
+            let coefficient = identified(fit, terms, reference)?;
             study.add(&coefficient, request)?;
         }
         if study.derivatives.is_empty() {
@@ -166,7 +153,7 @@ impl PriorStudy {
             degrees_of_freedom: found.distance.1,
             probability: found.probability,
         });
-        let row = |(index, row): (usize, &crate::export::Parameter)| PriorRow {
+        let row = |(index, row): (usize, &Parameter)| PriorRow {
             name: row.name.clone(),
             prior: priors[index].map(ValueRow::from),
             flight: ValueRow { value: row.value, standard_error: row.standard_error },
@@ -180,32 +167,12 @@ impl PriorStudy {
         self.derivatives.extend(rows.iter().enumerate().map(row));
         Ok(())
     }
-
-    /// The study laid out: what contradicts, and a row per derivative.
-    pub fn blocks(&self) -> Vec<Block> {
-        let mut blocks: Vec<Block> = self.coefficients.iter().map(ConflictRow::block).collect();
-        let shown = |own: ValueRow| format!("{} ± {}", significant(own.value, 4), significant(own.standard_error, 2));
-        let caption = "Each with its standard deviation; flight less prior in standard deviations of their difference.";
-        let table = TableOf::new("prior", caption, &self.derivatives)
-            .symbol("name", "derivative", |row| &row.name)
-            .column(Column::new("prior", "prior"), |row| row.prior.map_or(Cell::Empty, |own| Cell::text(shown(own))))
-            .column(Column::new("flight", "flight"), |row| Cell::text(shown(row.flight)))
-            .column(Column::new("combined", "combined"), |row| Cell::text(shown(row.combined)))
-            .maybe("deviations", "flight less prior", "σ", 2, |row| row.deviations)
-            .optional("conflict", "", |row| row.is_contradiction().then_some("contradicts"));
-        blocks.push(Block::Table(table.done()));
-        blocks
-    }
 }
 
 impl ConflictRow {
     /// Whether prior and flight contradict each other.
     pub fn is_contradiction(&self) -> bool {
         self.probability < CONTRADICTION
-    }
-
-    fn block(&self) -> Block {
-        Block::Outcome(if self.is_contradiction() { Level::Bad } else { Level::Good }, self.to_string())
     }
 }
 

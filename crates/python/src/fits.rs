@@ -16,7 +16,10 @@ use doublet_engine::stage::{
     window_fits,
 };
 use doublet_engine::study::dynamics::{pooled_model, propagate_expression, window_key};
-use doublet_engine::study::{CheckRequest, CheckStudy, CheckedDerivative, DynamicsRequest, DynamicsStudy, StudyInput};
+use doublet_engine::study::{
+    CheckRequest, CheckStudy, CheckedDerivative, DynamicsRequest, DynamicsStudy, Estimator, MethodEstimates, ModelPart,
+    StudyInput, WindowChecks,
+};
 use doublet_engine::verdict::Verdicts;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -507,7 +510,13 @@ impl Fit {
                 found.ok_or_else(|| refuse(format!("'{name}' is not a motion: use longitudinal, lateral or both")))
             })
             .transpose()?;
-        let (inner, request) = (Arc::clone(&self.inner), CheckRequest { axis, filter_error });
+        let (inner, request) = (
+            Arc::clone(&self.inner),
+            CheckRequest {
+                axis,
+                estimators: Estimator::from_key("filter-error").filter(|_| filter_error).into_iter().collect(),
+            },
+        );
         let work = move |control: &Control, _: Show<'_>| {
             inner.study(|input| CheckStudy::run(request, input, &context(control)))
         };
@@ -515,20 +524,21 @@ impl Fit {
         let each = found
             .windows
             .iter()
-            .flat_map(|window| window.output_error.iter().map(move |(axis, flight)| (window, axis, flight)));
-        each.map(|(window, axis, flight)| {
+            .flat_map(|window| by(window, "output-error").into_iter().map(move |(part, found)| (window, part, found)));
+        each.map(|(window, part, estimates)| {
             let all = PyDict::new(py);
             all.set_item("window", &window.window)?;
-            all.set_item("axis", axis.name())?;
-            match flight {
+            all.set_item("axis", part.axis())?;
+            match estimates {
                 Err(error) => all.set_item("error", error.to_string())?,
-                Ok(flight) => {
-                    all.set_item("derivatives", values(&flight.derivatives))?;
-                    match &flight.filter_error {
-                        Some(Ok(filtered)) => all.set_item("filter_error", values(&filtered.derivatives))?,
-                        Some(Err(error)) => all.set_item("filter_trouble", error.to_string())?,
+                Ok(estimates) => {
+                    all.set_item("derivatives", values(&estimates.derivatives))?;
+                    match by(window, "filter-error").into_iter().find(|(other, _)| *other == part) {
+                        Some((_, Ok(filtered))) => all.set_item("filter_error", values(&filtered.derivatives))?,
+                        Some((_, Err(error))) => all.set_item("filter_trouble", error.to_string())?,
                         None => {}
                     }
+                    let Some(flight) = &estimates.flight else { return Ok(all) };
                     all.set_item("iterations", flight.iterations)?;
                     let outputs = PyDict::new(py);
                     for output in &flight.outputs {
@@ -544,6 +554,11 @@ impl Fit {
         })
         .collect()
     }
+}
+
+/// What the estimator called `key` found, part by part of the model.
+fn by<'w>(window: &'w WindowChecks, key: &str) -> Vec<(ModelPart, Result<&'w MethodEstimates, &'w StageError>)> {
+    window.results().filter(|(method, ..)| method.key == key).map(|(_, part, found)| (part, found)).collect()
 }
 
 /// Names, estimates and standard errors.

@@ -9,7 +9,7 @@ use doublet_engine::graph::{Cache, Control, StageError};
 use doublet_engine::report::{self, HistoryFormat, Outputs, TableFormat};
 use doublet_engine::run::{Scope, Snapshot, run as run_stages};
 use doublet_engine::session::{self, MapRef, Session as Settings};
-use doublet_engine::study::{CheckRequest, DynamicsRequest, Study};
+use doublet_engine::study::{MonteCarloRequest, Study};
 use doublet_engine::verdict::check_session;
 use pyo3::prelude::*;
 
@@ -206,20 +206,14 @@ fn computed(
 
 /// A study by its name on the command line.
 fn study(name: &str, realisations: usize, seed: u64) -> PyResult<Study> {
-    Ok(match name {
-        "sensitivity" => Study::Sensitivity,
-        "manoeuvres" => Study::Manoeuvres,
-        "checks" => Study::Checks(CheckRequest::default()),
-        "lags" => Study::Lags,
-        "responses" => Study::Responses,
-        "monte-carlo" => Study::MonteCarlo { realisations, seed },
-        "dynamics" => Study::Dynamics(DynamicsRequest::default()),
-        "experiments" => Study::Experiments,
-        other => {
-            let known = "sensitivity, manoeuvres, checks, lags, responses, monte-carlo, dynamics, experiments";
-            return Err(refuse(format!("'{other}' is not a study: use {known}")));
+    match Study::from_key(name) {
+        Some(Study::MonteCarlo(_)) => Ok(Study::MonteCarlo(MonteCarloRequest { realisations, seed })),
+        Some(study) => Ok(study),
+        None => {
+            let known: Vec<_> = Study::keys().map(|(key, _)| key).collect();
+            Err(refuse(format!("'{name}' is not a study: use {}", known.join(", "))))
         }
-    })
+    }
 }
 
 /// What a session came to.

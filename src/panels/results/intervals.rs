@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use doublet_core::statistics::NORMAL_95;
 use doublet_engine::stage::CoefficientFit;
 use eframe::egui::{ComboBox, Ui};
 
@@ -12,8 +13,6 @@ use crate::panels::{PanelContext, awaiting, is_window_constant};
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 
-/// Standard errors to both sides that hold 95 of 100 cases.
-const QUANTILE: f64 = 1.96;
 /// Distance of the estimates of an overlaid experiment from those of the session, in manoeuvres.
 const OFFSET: f64 = 0.18;
 /// Longest name below a window.
@@ -80,7 +79,7 @@ fn overlay(chart: &mut Chart, ctx: &PanelContext<'_>, other: &Overlaid<'_>, (nam
         let fits = other.window(&window.name).and_then(|results| results.fits.latest());
         if let Some((value, error)) = fits.and_then(|fits| estimate(&fits.fits, name)) {
             points.points.push([place as f64 + aside, value]);
-            points.spread.push(QUANTILE * error);
+            points.spread.push(NORMAL_95 * error);
         }
     }
     let last = chart.places.len().saturating_sub(1) as f64;
@@ -94,7 +93,7 @@ fn overlay(chart: &mut Chart, ctx: &PanelContext<'_>, other: &Overlaid<'_>, (nam
 
 fn chart(ctx: &PanelContext<'_>, ui: &Ui, name: &str) -> Chart {
     let palette = theme::palette(ui);
-    let label = format!("{} ± {QUANTILE} corrected standard errors", notation::derivative(name));
+    let label = format!("{} ± {NORMAL_95} corrected standard errors", notation::derivative(name));
     let mut chart = Chart::new("estimates of every manoeuvre", "window", label);
     let mut kinds: BTreeMap<&str, ChartCurve> = BTreeMap::new();
     let used = ctx.session.active_windows();
@@ -110,7 +109,7 @@ fn chart(ctx: &PanelContext<'_>, ui: &Ui, name: &str) -> Chart {
             ChartCurve::new(kind, palette.series[count % palette.series.len()], ChartStyle::Dots(3.5), Vec::new())
         });
         curve.points.push([place, value]);
-        curve.spread.push(QUANTILE * error);
+        curve.spread.push(NORMAL_95 * error);
         chart.places.push((place, window.name.chars().take(NAME_LENGTH).collect::<String>().trim().to_owned()));
     }
     let last = chart.places.len().saturating_sub(1) as f64;
@@ -120,7 +119,7 @@ fn chart(ctx: &PanelContext<'_>, ui: &Ui, name: &str) -> Chart {
     if let Some((value, error)) = ctx.snapshot.pooled.latest().and_then(|pooled| estimate(&pooled.fits, name)) {
         let ends = |value: f64| vec![[-0.5, value], [last + 0.5, value]];
         chart.curves.push(ChartCurve::new("all manoeuvres", palette.good, ChartStyle::Line, ends(value)));
-        for edge in [value - QUANTILE * error, value + QUANTILE * error] {
+        for edge in [value - NORMAL_95 * error, value + NORMAL_95 * error] {
             chart.curves.push(ChartCurve::new("", palette.good, ChartStyle::Dashed, ends(edge)));
         }
     }
@@ -130,7 +129,7 @@ fn chart(ctx: &PanelContext<'_>, ui: &Ui, name: &str) -> Chart {
         let mut mark =
             ChartCurve::new(&reference.name, color, ChartStyle::Line, vec![[-0.5, value], [last + 0.5, value]]);
         if let Some(error) = error {
-            mark.spread = vec![QUANTILE * error; 2];
+            mark.spread = vec![NORMAL_95 * error; 2];
         }
         chart.curves.push(mark);
     }

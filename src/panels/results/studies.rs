@@ -1,9 +1,10 @@
 //! Studies on request: comparison of manoeuvres, independent checks, effect of noise, lags; each with its progress.
 
+use doublet_engine::report::{kind_rows, kind_table, lag_rows, lag_table, monte_carlo_rows, monte_carlo_table};
 use doublet_engine::run::Slot;
 use doublet_engine::study::{
-    CheckRequest, CheckStudy, ConditionRegression, FilteredFlight, LagStudy, ManoeuvreStudy, MonteCarloStudy, Study,
-    WindowChecks,
+    CheckRequest, CheckStudy, ConditionRegression, ESTIMATORS, Estimator, EstimatorSet, ManoeuvreStudy,
+    MonteCarloRequest, STUDIES, Study, StudyInfo, WindowChecks,
 };
 use eframe::egui::{self, Align, Button, ComboBox, DragValue, Label, Layout, ProgressBar, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
@@ -13,6 +14,7 @@ use crate::notation;
 use crate::panels::{Pane, Panel, PanelContext, choices, empty, trouble};
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
+use crate::widgets::document_view::draw_table;
 use crate::widgets::term::column_title;
 
 /// Width of the list of studies.
@@ -43,7 +45,7 @@ pub struct Studies {
     derivative: Option<String>,
     variable: usize,
     realisations: usize,
-    filter_error: bool,
+    estimators: EstimatorSet,
 }
 
 impl Default for Studies {
@@ -53,7 +55,7 @@ impl Default for Studies {
             derivative: None,
             variable: 0,
             realisations: REALISATIONS,
-            filter_error: false,
+            estimators: EstimatorSet::default(),
         }
     }
 }
@@ -91,34 +93,38 @@ impl Studies {
     /// Every study: what it says, how far it is, the button that computes it.
     fn list(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let studies = &ctx.snapshot.studies;
-        let monte_carlo = Study::MonteCarlo { realisations: self.realisations, seed: SEED };
+        let monte_carlo = Study::MonteCarlo(MonteCarloRequest { realisations: self.realisations, seed: SEED });
         let manoeuvres = [
             (Chosen::Condition, "Over airspeed and altitude"),
             (Chosen::LeftOut, "Each manoeuvre left out"),
             (Chosen::Kinds, "Kinds of input"),
         ];
-        let about = "Leave one out, doublets against 3-2-1-1, derivatives over flight condition";
-        entry(ctx, ui, "Between manoeuvres", about, (Study::Manoeuvres, state(&studies.manoeuvres)));
+        entry(ctx, ui, "manoeuvres", (Study::Manoeuvres, state(&studies.manoeuvres)));
         self.aspects(ui, &manoeuvres);
-        let about = "Every manoeuvre in the frequency domain and by output error";
-        let checks = Study::Checks(CheckRequest { axis: None, filter_error: self.filter_error });
-        entry(ctx, ui, "Independent checks", about, (checks, state(&studies.checks)));
-        ui.horizontal(|ui| {
-            ui.add_space(10.0);
-            let about = "Output error with process noise, for gusts. Takes several times longer.";
-            ui.checkbox(&mut self.filter_error, "with filter error").on_hover_text(about);
-        });
+        let checks = Study::Checks(CheckRequest { axis: None, estimators: self.estimators });
+        entry(ctx, ui, "checks", (checks, state(&studies.checks)));
+        for estimator in Estimator::on_request() {
+            ui.horizontal(|ui| {
+                ui.add_space(10.0);
+                let mut is_wanted = self.estimators.contains(estimator);
+                if ui
+                    .checkbox(&mut is_wanted, format!("with {}", estimator.name))
+                    .on_hover_text(estimator.about)
+                    .changed()
+                {
+                    self.estimators = self.estimators.with(estimator, is_wanted);
+                }
+            });
+        }
         self.aspects(ui, &[(Chosen::Checks, "By manoeuvre")]);
-        let about = "Scatter of the derivatives under fresh measurement noise";
-        entry(ctx, ui, "Monte Carlo", about, (monte_carlo, state(&studies.monte_carlo)));
+        entry(ctx, ui, "monte-carlo", (monte_carlo, state(&studies.monte_carlo)));
         ui.horizontal(|ui| {
             ui.add_space(10.0);
             ui.add(DragValue::new(&mut self.realisations).range(10..=2000)).on_hover_text("Realisations");
             ui.weak("realisations");
         });
         self.aspects(ui, &[(Chosen::MonteCarlo, "Scatter and shift")]);
-        let about = "Fitted delay and first-order lag of every control";
-        entry(ctx, ui, "Lags of the controls", about, (Study::Lags, state(&studies.lags)));
+        entry(ctx, ui, "lags", (Study::Lags, state(&studies.lags)));
         self.aspects(ui, &[(Chosen::Lags, "Table")]);
         ui.separator();
         for (name, pane) in [
@@ -148,10 +154,23 @@ impl Studies {
         match self.chosen {
             Chosen::Condition => shown(ctx, ui, &studies.manoeuvres, |ctx, ui, study| self.condition(ctx, ui, study)),
             Chosen::LeftOut => shown(ctx, ui, &studies.manoeuvres, left_out),
-            Chosen::Kinds => shown(ctx, ui, &studies.manoeuvres, |_, ui, study| kinds(ui, study)),
+            Chosen::Kinds => shown(ctx, ui, &studies.manoeuvres, |_, ui, study| match study.kinds.is_empty() {
+                true => empty(ui, "All manoeuvres have the same kind of input."),
+                false => draw_table(&kind_table(&kind_rows(study)), ui),
+            }),
             Chosen::Checks => shown(ctx, ui, &studies.checks, checks),
-            Chosen::MonteCarlo => shown(ctx, ui, &studies.monte_carlo, |_, ui, study| monte_carlo(ui, study)),
-            Chosen::Lags => shown(ctx, ui, &studies.lags, |_, ui, study| lags(ui, study)),
+            Chosen::MonteCarlo => shown(ctx, ui, &studies.monte_carlo, |_, ui, study| {
+                let done = study.request.realisations - study.failed;
+                ui.weak(format!(
+                    "{done} realisations; {} failed. The scatter contains measurement noise only.",
+                    study.failed
+                ));
+                draw_table(&monte_carlo_table(&monte_carlo_rows(study), &[]), ui);
+            }),
+            Chosen::Lags => shown(ctx, ui, &studies.lags, |_, ui, study| {
+                ui.weak("A negative delay means a late recording (recorder clock). Set it in Model ▸ Axes, reference, thrust and lags.");
+                draw_table(&lag_table(&lag_rows(study)), ui);
+            }),
         }
     }
 
@@ -213,8 +232,9 @@ impl Studies {
     }
 }
 
-/// One study of the list.
-fn entry(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, about: &str, (study, state): (Study, State)) {
+/// The study called `key` in the list.
+fn entry(ctx: &mut PanelContext<'_>, ui: &mut Ui, key: &str, (study, state): (Study, State)) {
+    let Some(&StudyInfo { title: name, about, .. }) = STUDIES.iter().find(|row| row.key == key) else { return };
     ui.horizontal(|ui| {
         ui.add(Label::new(RichText::new(name).strong()).truncate()).on_hover_text(about);
     });
@@ -355,26 +375,6 @@ fn own_constant(shared: f64, own: f64) -> String {
     if shared == own { "–".to_owned() } else { notation::fixed(own, 4) }
 }
 
-/// Derivatives by kind of input.
-fn kinds(ui: &mut Ui, study: &ManoeuvreStudy) {
-    if study.kinds.is_empty() {
-        return empty(ui, "All manoeuvres have the same kind of input.");
-    }
-    ui.weak("Means over the manoeuvres of two kinds of input; inconsistent from two standard errors on. Dash: only one manoeuvre of a kind.");
-    let mut rows = Vec::new();
-    for found in &study.kinds {
-        for one in &found.derivatives {
-            rows.push(vec![
-                format!("{}: {} and {}", notation::derivative(&one.first.name), found.kinds[0], found.kinds[1]),
-                notation::within(one.first.estimate[0], one.first.scatter),
-                notation::within(one.second.estimate[0], one.second.scatter),
-                notation::fixed(one.difference_in_errors, 1),
-            ]);
-        }
-    }
-    table(ui, "kinds", &["Derivative", "First", "Second", "Apart by errors"], &rows, |_| false);
-}
-
 /// The chosen window by equation error, in the frequency domain and by output error.
 fn checks(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &CheckStudy) {
     let name = ctx.selection().window.clone().unwrap_or_default();
@@ -389,108 +389,47 @@ fn checks(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &CheckStudy) {
             Some((fit.fit.as_ref().ok()?.estimates[at], *fit.corrected_errors.get(at)?))
         })
     };
-    for (coefficient, result) in &found.frequency {
-        trouble(ui, result.as_ref().err().map(|error| format!("{}: {error}", coefficient.name())).as_deref());
+    for (method, part, result) in found.results() {
+        let line = result.err().map(|error| format!("{}, {}: {error}", method.name, part.name()));
+        trouble(ui, line.as_deref());
     }
-    for (axis, result) in &found.output_error {
-        trouble(ui, result.as_ref().err().map(|error| format!("output error, {}: {error}", axis.name())).as_deref());
-    }
-    let filtered: Vec<_> =
-        found.output_error.iter().filter_map(|(_, flight)| flight.as_ref().ok()?.filter_error.as_ref()).collect();
-    for result in &filtered {
-        trouble(ui, result.as_ref().err().map(|error| format!("filter error: {error}")).as_deref());
-    }
-    let filtered: Vec<_> = filtered.into_iter().filter_map(|result| result.as_ref().ok()).collect();
-    let rows = check_rows(found, &filtered, time);
-    let titles = ["Derivative", "time", "±", "frequency", "±", "output error", "±", "filter error", "±"];
-    let shown = if filtered.is_empty() { titles.len() - 2 } else { titles.len() };
-    table(ui, "checks", &titles[..shown], &rows, |_| false);
-    for flight in filtered {
-        let noise = flight.process_noise.iter().map(|noise| match noise.is_none {
-            true => format!("{} none", noise.state),
-            false => {
-                format!("{} {}", noise.state, notation::within(noise.intensity, noise.intensity * noise.log_error))
-            }
+    let methods: Vec<_> = ESTIMATORS.iter().filter(|one| found.estimates().any(|(by, ..)| by.key == one.key)).collect();
+    let mut titles = vec!["Derivative", "time", "±"];
+    titles.extend(methods.iter().flat_map(|method| [method.name, "±"]));
+    table(ui, "checks", &titles, &check_rows(found, &methods, time), |_| false);
+    for (method, _, estimates) in found.estimates().filter(|(method, ..)| method.on_request) {
+        let others = estimates.others.iter().map(|other| match other.standard_error.is_finite() {
+            true => format!("{} {}", other.name, notation::within(other.estimate, other.standard_error)),
+            false => format!("{} {}", other.name, notation::number(other.estimate)),
         });
-        let noise: Vec<String> = noise.collect();
-        ui.weak(format!("Process noise per root second (velocity m/s, rate rad/s, angle rad): {}", noise.join(", ")));
+        ui.weak(format!("{}, SI, noise per root second: {}", method.name, others.collect::<Vec<_>>().join(", ")));
     }
 }
 
 fn check_rows(
     found: &WindowChecks,
-    filtered: &[&FilteredFlight],
+    methods: &[&Estimator],
     time: impl Fn(&str) -> Option<(f64, f64)>,
 ) -> Vec<Vec<String>> {
     let cells = |value: Option<(f64, f64)>| match value {
         Some((value, error)) => [notation::within(value, error), notation::number(error)],
         None => ["–".to_owned(), "–".to_owned()],
     };
-    let flown = found.output_error.iter().filter_map(|(_, flight)| flight.as_ref().ok());
-    let flown: Vec<_> = flown.flat_map(|flight| &flight.derivatives).collect();
-    let mut rows = Vec::new();
-    for one in found.frequency.iter().filter_map(|(_, result)| result.as_ref().ok()).flatten() {
-        let output = flown.iter().find(|flown| flown.name == one.name);
-        let mut row = vec![notation::derivative(&one.name)];
-        row.extend(cells(time(&one.name)));
-        row.extend(cells(Some((one.estimate, one.standard_error))));
-        row.extend(cells(output.map(|flown| (flown.estimate, flown.standard_error))));
-        if !filtered.is_empty() {
-            let own = filtered.iter().flat_map(|flight| &flight.derivatives).find(|filtered| filtered.name == one.name);
-            row.extend(cells(own.map(|filtered| (filtered.estimate, filtered.standard_error))));
+    let by = |key: &str, name: &str| {
+        let own =
+            found.estimates().filter(|(method, ..)| method.key == key).flat_map(|(_, _, found)| &found.derivatives);
+        let row = own.into_iter().find(|row| row.name == name)?;
+        Some((row.estimate, row.standard_error))
+    };
+    let mut names: Vec<&str> = Vec::new();
+    for row in found.estimates().flat_map(|(_, _, found)| &found.derivatives) {
+        if time(&row.name).is_some() && !row.name.ends_with("_0") && !names.contains(&&*row.name) {
+            names.push(&row.name);
         }
-        rows.push(row);
     }
-    rows
-}
-
-/// What noise of the recording does to the derivatives.
-fn monte_carlo(ui: &mut Ui, study: &MonteCarloStudy) {
-    ui.weak(format!("{} realisations, {} of them failed. Shift: mean minus estimate. 2.5 % and 97.5 %: quantiles about the mean. The scatter contains sensor noise only, not differences between manoeuvres.",
-        study.realisations, study.failed));
-    let rows: Vec<Vec<String>> = study
-        .effects
-        .iter()
-        .map(|one| {
-            vec![
-                notation::derivative(&one.derivative),
-                notation::within(one.estimate, one.scatter),
-                notation::number(one.scatter),
-                notation::number(one.shift),
-                notation::number(one.shift_error),
-                notation::number(one.quantiles[0]),
-                notation::number(one.quantiles[1]),
-            ]
-        })
-        .collect();
-    table(
-        ui,
-        "monte carlo",
-        &["Derivative", "Estimate", "Scatter", "Shift", "± shift", "2.5 %", "97.5 %"],
-        &rows,
-        |_| false,
-    );
-}
-
-/// Lag and delay of every control.
-fn lags(ui: &mut Ui, study: &LagStudy) {
-    ui.weak(
-        "Delay of each control beside the lag of the session. A negative delay means a late recording (recorder clock). Set it in Model ▸ Axes, reference, thrust and lags.",
-    );
-    let rows: Vec<Vec<String>> = study
-        .lags
-        .iter()
-        .map(|one| {
-            let coefficients: Vec<&str> = one.coefficients.iter().map(|coefficient| coefficient.name()).collect();
-            let (value, error) = match &one.result {
-                Ok(found) => (
-                    format!("{} ms", notation::fixed(1e3 * found.value, 1)),
-                    format!("{} ms", notation::fixed(1e3 * found.standard_error, 1)),
-                ),
-                Err(error) => (error.to_string(), String::new()),
-            };
-            vec![format!("{} {} in {}", one.surface.name(), one.kind.name(), coefficients.join(", ")), value, error]
-        })
-        .collect();
-    table(ui, "lags", &["Control", "Found", "±"], &rows, |_| false);
+    let row = |name: &str| {
+        let numbers = methods.iter().flat_map(|method| cells(by(method.key, name)));
+        std::iter::once(notation::derivative(name)).chain(cells(time(name))).chain(numbers).collect()
+    };
+    names.into_iter().map(row).collect()
 }

@@ -3,12 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::{PooledFit, PooledWindow};
+use crate::statistics::NORMAL_95;
 
 /// Fewest windows whose scatter is used: with two the quantile of Student's distribution is 6.5 times that of the normal one.
 const FEWEST_WINDOWS: usize = 3;
-
-/// Two-sided 95 % quantile of the normal distribution.
-const NORMAL_QUANTILE: f64 = 1.959_963_984_540_054;
 
 impl PooledFit {
     /// Standard errors by the scatter between windows, one per parameter; `None` with fewer than three windows. Zero for what is held
@@ -50,7 +48,7 @@ impl PooledFit {
             sum + moved.component_mul(&moved)
         });
         let windows = count as f64;
-        let scale = (windows / (windows - 1.0)).sqrt() * student_quantile(windows - 1.0) / NORMAL_QUANTILE;
+        let scale = (windows / (windows - 1.0)).sqrt() * student_quantile(windows - 1.0) / NORMAL_95;
         let mut errors = vec![0.0; all];
         for (&parameter, variance) in shared.iter().zip(variance.iter()) {
             errors[parameter] = scale * variance.sqrt();
@@ -94,7 +92,7 @@ fn score_of(
 /// Two-sided 95 % quantile of Student's distribution by its expansion in `1 / freedom` (Abramowitz and Stegun 26.7.5): 3 % short with two
 /// degrees of freedom, 0.7 % with three.
 fn student_quantile(freedom: f64) -> f64 {
-    let z = NORMAL_QUANTILE;
+    let z = NORMAL_95;
     let square = z * z;
     let first = z * (square + 1.0) / 4.0;
     let second = z * ((5.0 * square + 16.0) * square + 3.0) / 96.0;
@@ -133,7 +131,7 @@ mod tests {
         let errors = fit.errors_between_windows(&windows).unwrap();
         let mean = slopes.iter().sum::<f64>() / count;
         let variance = slopes.iter().map(|slope| (slope - mean).powi(2)).sum::<f64>() / (count - 1.0) / count;
-        let expected = variance.sqrt() * student_quantile(count - 1.0) / NORMAL_QUANTILE;
+        let expected = variance.sqrt() * student_quantile(count - 1.0) / NORMAL_95;
         approx::assert_relative_eq!(errors[0], expected, max_relative = 1e-9);
         assert_eq!(&errors[1..], &[0.0; 6]);
         assert!(fit.errors_between_windows(&windows[..2]).is_none());

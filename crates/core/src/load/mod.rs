@@ -24,7 +24,7 @@ pub use clock::{Clock, Gap, TimeFault};
 pub use contents::{ChannelInfo, Probe, Source};
 pub use error::{LoadError, Problem};
 pub use file::{MOST_BYTES, read_bytes, read_text};
-pub use files::{aircraft, datcom, instruments, propulsion_maps};
+pub use files::{FileHeader, aircraft, datcom, instruments, propulsion_maps};
 pub use format::{FORMATS, Format, FormatInfo};
 pub use formats::recognise::{inspect, probe};
 pub use guesses::guess::{guess, guess_row, guess_with, share_rate_unit};

@@ -2,12 +2,10 @@
 
 use crate::estimate::autocorrelation;
 use crate::prep::{WHITE_LEVEL, white_noise_probability};
+use crate::statistics::NORMAL_95;
 
 /// Lags a whiteness test looks at unless told otherwise.
 pub(super) const DEFAULT_LAGS: usize = 25;
-/// Two-sided 95 % quantile of the standard normal distribution.
-const NORMAL_95: f64 = 1.959_963_984_540_054;
-
 /// Autocorrelation of a residual against what white noise would show.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Whiteness {

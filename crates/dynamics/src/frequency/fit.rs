@@ -1,5 +1,6 @@
 //! Low-order equivalent systems fitted to frequency responses.
 
+use doublet_core::statistics::NORMAL_95;
 use nalgebra::{Complex, DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -235,7 +236,7 @@ impl EquivalentSystem {
         }
         let freedom = (2.0 * outcome.independent - outcome.free.len() as f64).max(1.0);
         let student = StudentsT::new(0.0, 1.0, freedom);
-        let quantile = student.map_or(1.96, |student| student.inverse_cdf(0.5 * (1.0 + CONFIDENCE)));
+        let quantile = student.map_or(NORMAL_95, |student| student.inverse_cdf(0.5 * (1.0 + CONFIDENCE)));
         let is_delay_at_zero = settings.delay == Delay::Free && !outcome.free.contains(&(count - 1));
         let mut system = Self {
             form: settings.form,

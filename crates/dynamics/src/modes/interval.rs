@@ -1,10 +1,11 @@
 //! Intervals of modes from the covariance of the derivatives: by the delta method and by sampling.
 
+use doublet_core::statistics::NORMAL_95;
 use nalgebra::{Complex, DVector};
 
 use super::{Mode, modes};
 use crate::linear::{Condition, LinearError, Linearised, Method, Sensitivities, UncertainModel, linearise};
-use crate::propagate::{HALF_WIDTH, Interval};
+use crate::propagate::Interval;
 
 /// A figure of a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -232,7 +233,7 @@ fn estimate(
         let by = gradient(figure);
         let error = covariance(&by, &by).max(0.0).sqrt();
         let real_error = variances[0].max(0.0).sqrt();
-        let real = (mode.real_1_s - HALF_WIDTH * real_error, mode.real_1_s + HALF_WIDTH * real_error);
+        let real = (mode.real_1_s - NORMAL_95 * real_error, mode.real_1_s + NORMAL_95 * real_error);
         let delta = match figure {
             Figure::Time => times(error, real),
             _ => Interval::normal(value, error),

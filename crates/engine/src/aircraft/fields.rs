@@ -3,8 +3,7 @@
 use doublet_core::airframe::{Aircraft, InertiaModel, InertiaTensor, OwnInertia};
 use doublet_core::quantity::Dimension;
 
-use super::AircraftChanges;
-use super::changes::{ChangedValue, ENVELOPE};
+use crate::session::{AircraftChanges, ChangedValue, ENVELOPE};
 
 /// Part of an aircraft file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

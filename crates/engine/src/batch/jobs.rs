@@ -10,7 +10,7 @@ use crate::session::{self, Session};
 
 /// One run.
 #[derive(Clone, Debug)]
-pub struct Job {
+pub struct BatchJob {
     /// Session or sweep it comes from, by file name.
     pub name: String,
     /// Settings swept and their values, in the order of the sweep; empty for a session as it is.
@@ -35,7 +35,7 @@ struct Header {
 /// # Errors
 /// One line when nothing is there, a sweep cannot be understood, or it varies what the session cannot have. A session that cannot be
 /// read is a run that fails.
-pub fn jobs(path: &Path) -> Result<Vec<Job>, String> {
+pub fn jobs(path: &Path) -> Result<Vec<BatchJob>, String> {
     let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     let mut files = vec![path.to_path_buf()];
     if path.is_dir() {
@@ -57,12 +57,12 @@ pub fn jobs(path: &Path) -> Result<Vec<Job>, String> {
                 .map_err(|error| format!("{}: {}: {error}", file.display(), sweep.session))?;
             sweep.check(&opened.session).map_err(|error| format!("{}: {error}", file.display()))?;
             for (settings, session) in sweep.sessions(&opened.session) {
-                jobs.push(Job::new(name.clone(), settings, session, opened.folder.clone()));
+                jobs.push(BatchJob::new(name.clone(), settings, session, opened.folder.clone()));
             }
         } else if format == session::FORMAT || !path.is_dir() {
             let folder = file.parent().unwrap_or(Path::new("")).to_path_buf();
             let session = session::parse(&text).map_err(|error| error.to_string());
-            jobs.push(Job::new(name, Vec::new(), session, folder));
+            jobs.push(BatchJob::new(name, Vec::new(), session, folder));
         }
     }
     if jobs.is_empty() {
@@ -71,7 +71,7 @@ pub fn jobs(path: &Path) -> Result<Vec<Job>, String> {
     Ok(jobs)
 }
 
-impl Job {
+impl BatchJob {
     fn new(name: String, settings: Vec<(String, String)>, session: Result<Session, String>, folder: PathBuf) -> Self {
         let place = folder.canonicalize().unwrap_or_else(|_| folder.clone());
         let text = session.as_ref().map(|session| session::print(session).map_err(|error| error.to_string()));

@@ -25,7 +25,7 @@ mod parquet {
     }
 }
 
-pub use jobs::{Job, jobs};
+pub use jobs::{BatchJob, jobs};
 pub use store::{Estimate, Finished, Store};
 pub use sweep::Sweep;
 pub use table::write;
@@ -54,10 +54,10 @@ pub struct Tally {
 ///
 /// # Errors
 /// One line when what a run found cannot be written.
-pub fn compute(jobs: &[Job], store: &Store, progress: &(dyn Fn(usize, &str) + Sync)) -> Result<Tally, String> {
+pub fn compute(jobs: &[BatchJob], store: &Store, progress: &(dyn Fn(usize, &str) + Sync)) -> Result<Tally, String> {
     let cache = Cache::new(CACHE_BYTES);
     let done = AtomicUsize::new(0);
-    let one = |job: &Job| -> Result<Tally, String> {
+    let one = |job: &BatchJob| -> Result<Tally, String> {
         let known = store.get(job).is_some_and(|finished| finished.error.is_none());
         let tally = if known {
             Tally { found: 1, ..Tally::default() }
@@ -78,7 +78,7 @@ pub fn compute(jobs: &[Job], store: &Store, progress: &(dyn Fn(usize, &str) + Sy
 }
 
 /// What one run finds, and what failed in it.
-fn finish(job: &Job, cache: &Cache) -> Finished {
+fn finish(job: &BatchJob, cache: &Cache) -> Finished {
     let finished = job
         .session
         .as_ref()
@@ -87,7 +87,7 @@ fn finish(job: &Job, cache: &Cache) -> Finished {
     finished.unwrap_or_else(|error| Finished { error: Some(error), ..Finished::default() })
 }
 
-fn estimates(session: &Session, job: &Job, cache: &Cache) -> Result<Finished, String> {
+fn estimates(session: &Session, job: &BatchJob, cache: &Cache) -> Result<Finished, String> {
     let stopped: Vec<_> = session::check(session).into_iter().filter(session::stops_run).collect();
     if !stopped.is_empty() {
         return Err(stopped.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "));

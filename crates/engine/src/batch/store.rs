@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::Job;
+use super::BatchJob;
 use crate::graph::FileStamp;
 use crate::keep::{replace, sweep};
 
@@ -57,12 +57,12 @@ impl Store {
         Ok(Self(folder))
     }
 
-    fn result_path(&self, job: &Job) -> PathBuf {
+    fn result_path(&self, job: &BatchJob) -> PathBuf {
         self.0.join(format!("{}.json", job.key))
     }
 
     /// What a run found earlier; `None` where it is not finished, its file cannot be read, or one it read has changed since.
-    pub fn get(&self, job: &Job) -> Option<Finished> {
+    pub fn get(&self, job: &BatchJob) -> Option<Finished> {
         let finished: Finished = serde_json::from_str(&std::fs::read_to_string(self.result_path(job)).ok()?).ok()?;
         let is_unchanged = finished.files.iter().all(|(place, stamp)| FileStamp::read(place) == *stamp);
         is_unchanged.then_some(finished)
@@ -72,7 +72,7 @@ impl Store {
     ///
     /// # Errors
     /// One line when it cannot be written.
-    pub fn put(&self, job: &Job, finished: &Finished) -> Result<(), String> {
+    pub fn put(&self, job: &BatchJob, finished: &Finished) -> Result<(), String> {
         let place = self.result_path(job);
         let text = serde_json::to_string(finished).map_err(|error| error.to_string())?;
         replace(&place, text.as_bytes()).map_err(|error| format!("{}: {error}", place.display()))

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::parquet::parquet;
 use super::store::{Estimate, Finished};
-use super::{Job, Store};
+use super::{BatchJob, Store};
 use crate::keep::replace;
 
 /// A column; what does not exist is `None`.
@@ -18,9 +18,9 @@ pub(super) enum Column {
 ///
 /// # Errors
 /// One line when a run is not finished, the ending is another, or the file cannot be written.
-pub fn write(jobs: &[Job], store: &Store, out: &Path) -> Result<usize, String> {
-    let unfinished = |job: &Job| format!("{} is not finished: run the batch again without --task", job.name);
-    let rows: Vec<(&Job, Finished)> = jobs
+pub fn write(jobs: &[BatchJob], store: &Store, out: &Path) -> Result<usize, String> {
+    let unfinished = |job: &BatchJob| format!("{} is not finished: run the batch again without --task", job.name);
+    let rows: Vec<(&BatchJob, Finished)> = jobs
         .iter()
         .map(|job| Ok((job, store.get(job).ok_or_else(|| unfinished(job))?)))
         .collect::<Result<_, String>>()?;
@@ -36,8 +36,8 @@ pub fn write(jobs: &[Job], store: &Store, out: &Path) -> Result<usize, String> {
 }
 
 /// Columns by name: where a row comes from, the settings swept, what was found.
-fn columns(runs: &[(&Job, Finished)]) -> Vec<(String, Column)> {
-    let mut rows: Vec<(&Job, Option<&Estimate>, Option<&str>)> = Vec::new();
+fn columns(runs: &[(&BatchJob, Finished)]) -> Vec<(String, Column)> {
+    let mut rows: Vec<(&BatchJob, Option<&Estimate>, Option<&str>)> = Vec::new();
     for (job, finished) in runs {
         rows.extend(finished.estimates.iter().map(|estimate| (*job, Some(estimate), None)));
         if let Some(error) = &finished.error {
@@ -59,7 +59,8 @@ fn columns(runs: &[(&Job, Finished)]) -> Vec<(String, Column)> {
     let mut columns =
         vec![("session".to_owned(), Column::Text(rows.iter().map(|row| Some(row.0.name.clone())).collect()))];
     for setting in settings {
-        let value = |job: &Job| job.settings.iter().find(|(name, _)| name == setting).map(|(_, value)| value.clone());
+        let value =
+            |job: &BatchJob| job.settings.iter().find(|(name, _)| name == setting).map(|(_, value)| value.clone());
         columns.push((setting.to_owned(), setting_column(rows.iter().map(|(job, ..)| value(job)).collect())));
     }
     let counts = rows.iter().map(|(_, row, _)| row.and_then(|row| i64::try_from(row.samples).ok())).collect();

@@ -2,12 +2,10 @@
 
 use std::path::Path;
 
+use doublet_core::statistics::NORMAL_95;
 use serde::{Deserialize, Serialize};
 
 use crate::report::{FORMAT, Results, VERSION};
-
-/// Normal deviate of a two-sided 95 % interval.
-const NORMAL_95: f64 = 1.959_963_984_540_054;
 
 /// What two runs are compared by: the pooled estimates of one.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use doublet_core::model::Variable;
 
-use super::model::{IdentifiedCoefficient, IdentifiedModel};
 use super::{CHECK_TOLERANCE, MARK};
+use super::{IdentifiedCoefficient, IdentifiedModel};
 
 /// How many points beside the middle of all ranges.
 const POINTS: usize = 40;

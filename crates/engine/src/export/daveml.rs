@@ -3,9 +3,9 @@
 use doublet_core::model::{Coefficient, Gyroscopic, Term, ThrustTreatment, Variable};
 
 use super::checks::{Input, Normalisation, inputs, normalisation, normalised_name, points};
-use super::model::{IdentifiedCoefficient, IdentifiedModel};
 use super::xml::{Document, number};
 use super::{ExportError, MARK};
+use super::{IdentifiedCoefficient, IdentifiedModel};
 
 /// Name space of MathML.
 const MATHML: &str = "http://www.w3.org/1998/Math/MathML";

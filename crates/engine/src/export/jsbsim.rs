@@ -5,9 +5,9 @@ use doublet_core::model::{Coefficient, Term, Variable};
 
 use super::checks::{normalisation, normalised_name};
 use super::daveml::statement;
-use super::model::{IdentifiedCoefficient, IdentifiedModel};
 use super::xml::{Document, number};
 use super::{ExportError, MARK};
+use super::{IdentifiedCoefficient, IdentifiedModel};
 
 /// Metres per foot.
 const M_PER_FT: f64 = 0.3048;

@@ -16,11 +16,11 @@ use thiserror::Error;
 use crate::date;
 use crate::keep::{Earlier, Put, PutError, Staging};
 
+pub use crate::study::{IdentifiedCoefficient, Parameter};
 pub use daveml_reader::{CheckResult, DaveMl, DaveMlError};
 pub use fmu::{LIBRARY_VARIABLE, write_fmu};
 pub use linear::{LinearFormat, linear_json, write_linear};
-pub(crate) use model::identified;
-pub use model::{IdentifiedCoefficient, IdentifiedModel, Parameter, Ranges};
+pub use model::{IdentifiedModel, Ranges};
 
 /// A form the model can leave in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,13 +1,11 @@
 //! Nothing is ever lost: files replaced in one step, unsaved work kept aside, one owner for every session file.
 
-mod autosave;
 mod durable;
 mod folder;
 mod lock;
 mod manifest;
 mod sweep;
 
-pub use autosave::{AbandonedAutosave, Autosave, AutosaveFile, abandoned_autosaves, state_folder};
 pub(crate) use durable::sync_folder_of;
 pub use durable::{remove_leftovers, replace, replace_keeping_previous};
 pub(crate) use folder::PrivateFolder;

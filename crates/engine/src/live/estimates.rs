@@ -7,9 +7,9 @@ use doublet_core::model::{Coefficient, Term, Variable, regressors};
 
 use super::settings::LiveSettings;
 use super::update::{CorrelationLamp, LiveDerivative, TimeDomain};
+use crate::session::Level;
 use crate::session::Surface;
 use crate::stage::WindowAero;
-use crate::verdict::Level;
 
 /// Condition number of the regressors beyond which an estimate is not good.
 const CONDITION: f64 = 100.0;

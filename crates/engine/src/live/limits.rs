@@ -7,7 +7,7 @@ use doublet_core::airframe::FlightEnvelope;
 use doublet_core::quantity::{Role, Unit};
 use serde::Serialize;
 
-use crate::verdict::Level;
+use crate::session::Level;
 
 /// Name of the load factor, `-az / g`, among the quantities.
 pub(crate) const LOAD_FACTOR: &str = "n_z";

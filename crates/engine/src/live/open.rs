@@ -13,7 +13,6 @@ use super::source::{LineFormat, Source};
 use crate::begin::{self, empty_session};
 use crate::builtin;
 use crate::graph::{Context, Control};
-use crate::planning::Campaign;
 use crate::session::{self, MapRef, Session};
 use crate::stage::{LoadedFlight, aircraft_data, aircraft_of, load_aircraft};
 
@@ -140,10 +139,7 @@ pub fn open(opening: &Opening) -> Result<Watched, String> {
         ..session::relative_to(&like.session, &like.folder)
     });
     let defaults = || empty_session("live", aircraft.as_deref());
-    let mut settings = LiveSettings::from_session(session.as_ref().unwrap_or(&defaults()), data);
-    if let Some(name) = &opening.campaign {
-        settings.limit(&Campaign::open(Path::new(name))?.limits);
-    }
+    let settings = LiveSettings::from_session(session.as_ref().unwrap_or(&defaults()), data);
     Ok(Watched { source, map, settings, session, aircraft, is_recorded, notes })
 }
 

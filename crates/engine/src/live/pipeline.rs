@@ -385,7 +385,7 @@ impl LivePipeline {
         let (nis, degrees) = std::mem::take(&mut self.nis);
         let own = self.finding.iter().cloned();
         let is_enough = !derivatives.is_empty()
-            && derivatives.iter().all(|derivative| derivative.level == crate::verdict::Level::Good);
+            && derivatives.iter().all(|derivative| derivative.level == crate::session::Level::Good);
         LiveUpdate {
             time_s: self.passed_s,
             lag_s: newest_s - self.passed_s,

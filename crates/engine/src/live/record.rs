@@ -14,8 +14,8 @@ use toml_edit::DocumentMut;
 use super::arrivals::Arrived;
 use super::recorded_file::{cut_to_whole_lines, put_in_order};
 use crate::begin::{self, add_flight, empty_session};
+use crate::graph::Control;
 use crate::keep;
-use crate::run::Control;
 use crate::session::{self, Flight, Manoeuvre, MapRef, RecordingRef, Session};
 
 /// Name of the session in its folder.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::limits::LimitReading;
-use crate::verdict::Level;
+use crate::session::Level;
 
 /// What is known at one moment of a flight; SI and radians.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use doublet_dynamics::propagate::HALF_WIDTH;
+use doublet_core::statistics::NORMAL_95;
 use serde::{Deserialize, Serialize};
 
 use crate::graph::StageResult;
@@ -115,7 +115,7 @@ pub fn debrief(promise: &Promise, flights: &[(Snapshot, Option<BTreeMap<String, 
             obtained,
             over_promised: obtained / promised,
             truth: rows.first().and_then(|row| row.2),
-            inside: off.as_ref().map(|off| off.iter().filter(|z| z.abs() <= HALF_WIDTH).count()),
+            inside: off.as_ref().map(|off| off.iter().filter(|z| z.abs() <= NORMAL_95).count()),
             off: off.as_ref().map(rms),
         });
     }
@@ -128,7 +128,7 @@ pub fn debrief(promise: &Promise, flights: &[(Snapshot, Option<BTreeMap<String, 
         flights: flights.len(),
         median_over_promised: doublet_core::statistics::median(&mut ratios).ok_or("the design promised no error")?,
         inside_percent: known
-            .then(|| 100.0 * all_off.iter().filter(|z: &&f64| z.abs() <= HALF_WIDTH).count() as f64 / number),
+            .then(|| 100.0 * all_off.iter().filter(|z: &&f64| z.abs() <= NORMAL_95).count() as f64 / number),
         rms_off: known.then(|| (all_off.iter().map(|z: &f64| z * z).sum::<f64>() / number).sqrt()),
         derivatives,
     })

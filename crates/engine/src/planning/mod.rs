@@ -16,6 +16,7 @@ mod recorded_coverage;
 mod rows;
 mod safety;
 mod sheet;
+mod watched;
 
 pub use basis::{DesignOptions, FlownWindow, SEARCH_SAMPLES, basis, basis_of, design_basis};
 pub use campaign::{Campaign, Flown, FlownPoint, Fuel, Order, PlannedPoint, TestPoint, Tolerance, flown_points};
@@ -36,3 +37,4 @@ pub use rows::{
 };
 pub use safety::{EntryGate, OnLimit, Risk, WindBox};
 pub use sheet::{DesignSheet, SheetRequest, design_sheet};
+pub use watched::open_flight;

@@ -4,7 +4,7 @@ use doublet_core::model::LONG_WINDOW;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{AirState, Method, State};
 use doublet_core::series::{Recording, TimeRange};
-use doublet_core::statistics::sample_rate_hz;
+use doublet_core::statistics::{NORMAL_95, sample_rate_hz};
 
 use super::manoeuvre_map::{MapOf, manoeuvre_map};
 use super::prediction::{PredictionAgreement, PredictionRow};
@@ -20,9 +20,6 @@ use crate::stage::{
     self, CoefficientFit, ExpressedChannel, RegressorCorrelation, UsedClock, WindowPath, measure_steadiness,
 };
 use crate::verdict::{self, FitVerdict, NO_WINDOW};
-
-/// Quantile of the normal distribution for 95 % intervals.
-pub(super) const NORMAL_95: f64 = 1.96;
 
 /// Collects everything a snapshot says about a session.
 pub fn build(session: &Session, snapshot: &Snapshot) -> Results {

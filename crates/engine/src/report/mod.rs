@@ -14,12 +14,14 @@ mod mass;
 mod prediction;
 mod proof;
 mod reference;
+mod report_figure;
 mod responses;
 mod results;
 mod sensor_errors;
 mod setup;
 mod signals;
 mod studies;
+mod study_tables;
 mod summary;
 mod table;
 pub mod tables;
@@ -61,7 +63,10 @@ pub(crate) use setup::session_sha256;
 pub use signals::{NoiseRow, ProposalRow, SignalRow};
 pub use studies::{
     CheckRow, ConditionRow, ContributionRow, KindRow, LagRow, LeftOutRow, MonteCarloRow, SensitivityRow, StudyResults,
-    TornadoRow, TotalErrorRow,
+    TornadoRow, TotalErrorRow, kind_rows, lag_rows, monte_carlo_rows,
+};
+pub use study_tables::{
+    check_table, condition_table, followed_table, form_table, kind_table, lag_table, left_out_table, monte_carlo_table,
 };
 pub use table::{Cell, Column, Table, TableOf};
 

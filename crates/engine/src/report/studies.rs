@@ -6,11 +6,11 @@ use serde::{Serialize, Serializer};
 use super::responses::{ResponseRow, SystemRow, flight_rows, response_table};
 use super::table::{Cell, Column, Table};
 use crate::compare::ExperimentRow;
-use crate::graph::{StageError, StageResult};
+use crate::graph::StageResult;
 use crate::run::Snapshot;
 use crate::study::{
-    CheckedDerivative, ConditionRegression, ControlLag, FilteredFlight, ManoeuvreStudy, MonteCarloStudy,
-    SensitivityStudy, WindowChecks,
+    CheckedDerivative, ConditionRegression, ControlLag, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy,
+    WindowChecks,
 };
 use crate::verdict::Finding;
 
@@ -321,13 +321,13 @@ pub fn build(snapshot: &Snapshot) -> StudyResults {
         results.check_findings = study.findings();
     }
     if let Some(study) = snapshot.studies.lags.ready() {
-        results.lags.extend(study.lags.iter().flat_map(lag_rows));
+        results.lags = lag_rows(study);
     }
     if let Some(study) = snapshot.studies.responses.ready() {
         (results.response, results.equivalent_systems) = flight_rows(study);
     }
     if let Some(study) = snapshot.studies.monte_carlo.ready() {
-        results.monte_carlo.extend(study.effects.iter().map(|effect| monte_carlo_row(study, effect)));
+        results.monte_carlo = monte_carlo_rows(study);
     }
     let rows = [&snapshot.studies.experiments, &snapshot.inquiries.experiments];
     let rows = rows.map(|rows| rows.0.iter().filter_map(|(_, slot)| slot.ready()));
@@ -381,21 +381,7 @@ fn add_manoeuvres(results: &mut StudyResults, study: &ManoeuvreStudy) {
             }));
         }
     }
-    for found in &study.kinds {
-        results.input_kinds.extend(found.derivatives.iter().map(|derivative| KindRow {
-            coefficient: found.coefficient.name(),
-            derivative: derivative.first.name.clone(),
-            first_kind: found.kinds[0].clone(),
-            first_count: derivative.first.fits,
-            first_mean: derivative.first.estimate[0],
-            first_scatter: derivative.first.scatter,
-            second_kind: found.kinds[1].clone(),
-            second_count: derivative.second.fits,
-            second_mean: derivative.second.estimate[0],
-            second_scatter: derivative.second.scatter,
-            difference_in_errors: derivative.difference_in_errors,
-        }));
-    }
+    results.input_kinds = kind_rows(study);
     for found in &study.contributions {
         results.contributions.extend(found.terms.iter().map(|term| ContributionRow {
             window: found.window.clone(),
@@ -407,8 +393,29 @@ fn add_manoeuvres(results: &mut StudyResults, study: &ManoeuvreStudy) {
     results.conditions.extend(study.conditions.iter().flat_map(condition_rows));
 }
 
-fn monte_carlo_row(study: &MonteCarloStudy, effect: &NoiseEffect) -> MonteCarloRow {
-    MonteCarloRow {
+/// Derivatives by kind of input.
+pub fn kind_rows(study: &ManoeuvreStudy) -> Vec<KindRow> {
+    let rows = study.kinds.iter().flat_map(|found| {
+        found.derivatives.iter().map(|derivative| KindRow {
+            coefficient: found.coefficient.name(),
+            derivative: derivative.first.name.clone(),
+            first_kind: found.kinds[0].clone(),
+            first_count: derivative.first.fits,
+            first_mean: derivative.first.estimate[0],
+            first_scatter: derivative.first.scatter,
+            second_kind: found.kinds[1].clone(),
+            second_count: derivative.second.fits,
+            second_mean: derivative.second.estimate[0],
+            second_scatter: derivative.second.scatter,
+            difference_in_errors: derivative.difference_in_errors,
+        })
+    });
+    rows.collect()
+}
+
+/// What noise of the recording does to each derivative.
+pub fn monte_carlo_rows(study: &MonteCarloStudy) -> Vec<MonteCarloRow> {
+    let row = |effect: &NoiseEffect| MonteCarloRow {
         derivative: effect.derivative.clone(),
         estimate: effect.estimate,
         noise_error: effect.scatter,
@@ -417,9 +424,10 @@ fn monte_carlo_row(study: &MonteCarloStudy, effect: &NoiseEffect) -> MonteCarloR
         extrapolated: effect.extrapolated(),
         low: effect.quantiles[0],
         high: effect.quantiles[1],
-        realisations: study.realisations - study.failed,
-        seed: study.seed,
-    }
+        realisations: study.request.realisations - study.failed,
+        seed: study.request.seed,
+    };
+    study.effects.iter().map(row).collect()
 }
 
 fn check_rows(snapshot: &Snapshot, checks: &WindowChecks) -> Vec<CheckRow> {
@@ -432,82 +440,55 @@ fn check_rows(snapshot: &Snapshot, checks: &WindowChecks) -> Vec<CheckRow> {
         });
         found.unwrap_or((f64::NAN, f64::NAN))
     };
-    let blank = |method: &'static str, axis: &'static str, name: &str| CheckRow {
-        window: checks.window.clone(),
-        method,
-        axis,
-        derivative: name.to_owned(),
-        estimate: f64::NAN,
-        standard_error: f64::NAN,
-        equation_error: f64::NAN,
-        equation_standard_error: f64::NAN,
-        r_squared: f64::NAN,
-        largest_deviation: f64::NAN,
-        distance: f64::NAN,
-        error: None,
-    };
-    let row = |blank: CheckRow, derivative: &CheckedDerivative| {
-        let (equation_error, equation_standard_error) = equation_error(&derivative.name);
-        let (estimate, standard_error) = (derivative.estimate, derivative.standard_error);
-        CheckRow { estimate, standard_error, equation_error, equation_standard_error, ..blank }
-    };
-    let failed = |blank: CheckRow, error: &StageError| CheckRow { error: Some(error.to_string()), ..blank };
     let mut rows = Vec::new();
-    for (coefficient, found) in &checks.frequency {
-        let blank = |name: &str| blank("frequency domain", "", name);
-        match found {
-            Ok(derivatives) => rows.extend(derivatives.iter().map(|found| row(blank(&found.name), found))),
-            Err(error) => rows.push(failed(blank(coefficient.name()), error)),
-        }
-    }
-    for (axis, found) in &checks.output_error {
-        let blank = |name: &str| blank("output error", axis.name(), name);
-        let flight = match found {
-            Ok(flight) => flight,
+    for (method, part, found) in checks.results() {
+        let blank = |name: &str| CheckRow {
+            window: checks.window.clone(),
+            method: method.name,
+            axis: part.axis(),
+            derivative: name.to_owned(),
+            estimate: f64::NAN,
+            standard_error: f64::NAN,
+            equation_error: f64::NAN,
+            equation_standard_error: f64::NAN,
+            r_squared: f64::NAN,
+            largest_deviation: f64::NAN,
+            distance: f64::NAN,
+            error: None,
+        };
+        let found = match found {
+            Ok(found) => found,
             Err(error) => {
-                rows.push(failed(blank(axis.name()), error));
+                rows.push(CheckRow { error: Some(error.to_string()), ..blank(part.name()) });
                 continue;
             }
         };
-        rows.extend(flight.derivatives.iter().map(|found| row(blank(&found.name), found)));
-        let distances = flight.starts.iter().map(|start| start.distance).chain(std::iter::repeat(f64::NAN));
-        let others = flight.others.iter().zip(distances);
-        rows.extend(others.map(|(found, distance)| CheckRow { distance, ..row(blank(&found.name), found) }));
-        rows.extend(flight.outputs.iter().map(|output| CheckRow {
+        let row = |derivative: &CheckedDerivative| {
+            let (equation_error, equation_standard_error) = equation_error(&derivative.name);
+            let (estimate, standard_error) = (derivative.estimate, derivative.standard_error);
+            let blank = blank(&derivative.name);
+            CheckRow { estimate, standard_error, equation_error, equation_standard_error, ..blank }
+        };
+        rows.extend(found.derivatives.iter().map(row));
+        let flight = found.flight.iter();
+        let starts = flight.clone().flat_map(|flight| &flight.starts).map(|start| start.distance);
+        let others = found.others.iter().zip(starts.chain(std::iter::repeat(f64::NAN)));
+        rows.extend(others.map(|(other, distance)| CheckRow { distance, ..row(other) }));
+        rows.extend(flight.flat_map(|flight| &flight.outputs).map(|output| CheckRow {
             r_squared: output.r_squared,
             largest_deviation: output.largest_deviation,
             ..blank(output.output.name())
         }));
-        rows.extend(
-            flight
-                .filter_error
-                .iter()
-                .flat_map(|found| filter_rows(found, row, |name| CheckRow { method: "filter error", ..blank(name) })),
-        );
     }
     rows
 }
 
-/// Rows of filter error: derivatives, then the process noise of each state with its standard error.
-fn filter_rows(
-    found: &StageResult<FilteredFlight>,
-    row: impl Fn(CheckRow, &CheckedDerivative) -> CheckRow,
-    blank: impl Fn(&str) -> CheckRow,
-) -> Vec<CheckRow> {
-    let flight = match found {
-        Ok(flight) => flight,
-        Err(error) => return vec![CheckRow { error: Some(error.to_string()), ..blank("") }],
-    };
-    let mut rows: Vec<_> = flight.derivatives.iter().map(|found| row(blank(&found.name), found)).collect();
-    rows.extend(flight.process_noise.iter().map(|noise| CheckRow {
-        estimate: if noise.is_none { 0.0 } else { noise.intensity },
-        standard_error: if noise.is_none { f64::NAN } else { noise.intensity * noise.log_error },
-        ..blank(&format!("process noise of {}", noise.state))
-    }));
-    rows
+/// Lag and delay of every control, from all coefficients and from each.
+pub fn lag_rows(study: &LagStudy) -> Vec<LagRow> {
+    study.lags.iter().flat_map(rows_of_lag).collect()
 }
 
-fn lag_rows(lag: &ControlLag) -> Vec<LagRow> {
+fn rows_of_lag(lag: &ControlLag) -> Vec<LagRow> {
     let row = |coefficient: &'static str, found: StageResult<(f64, f64)>, r_squared: Option<f64>| {
         let (value_s, standard_error_s) = *found.as_ref().unwrap_or(&(f64::NAN, f64::NAN));
         LagRow {

@@ -4,8 +4,8 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use crate::autosave::{Autosave, AutosaveFile};
 use crate::graph::{StageError, StageResult, guarded};
-use crate::keep::{Autosave, AutosaveFile};
 
 /// Shortest time between two writes: a drag does not wear the disk out.
 const INTERVAL: Duration = Duration::from_millis(200);

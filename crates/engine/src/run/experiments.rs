@@ -8,6 +8,7 @@ use super::snapshot::Snapshot;
 use crate::compare::{ExperimentOutcome, ExperimentRow, PRESENT};
 use crate::graph::{Cache, Context, Stage, StageError, StageResult};
 use crate::session::{self, Experiment, Session};
+use crate::study::EXPERIMENT;
 
 /// Rows of the experiments, the session as it is first, by name.
 pub type ExperimentRows = NamedSlots<ExperimentRow>;
@@ -65,7 +66,7 @@ impl Stage for ExperimentOutcome {
     type Params<'a> = &'a Trial<'a>;
     type Inputs<'a> = ();
     type Output = Self;
-    const NAME: &'static str = "experiment";
+    const NAME: &'static str = EXPERIMENT;
 
     fn run(trial: &Trial<'_>, (): (), context: &Context<'_>) -> StageResult<Self> {
         Ok(ExperimentOutcome::new(trial.session, &trial.snapshot(context)?))

@@ -8,7 +8,8 @@ use std::thread::{JoinHandle, sleep};
 use std::time::Instant;
 
 use crate::graph::{StageResult, guarded};
-use crate::live::{Limit, LiveUpdate, LiveWatch, Opening, open};
+use crate::live::{Limit, LiveUpdate, LiveWatch, Opening};
+use crate::planning::open_flight;
 
 /// Interval of updates in the window, s.
 const UPDATE_S: f64 = 0.25;
@@ -145,7 +146,7 @@ impl Drop for LiveThread {
 
 /// Watches to the end.
 fn watch(order: &LiveOrder, shared: &Mutex<Arc<LiveView>>, stop: &AtomicBool, wake: &dyn Fn()) -> StageResult<()> {
-    let watched = open(&order.opening)?;
+    let watched = open_flight(&order.opening)?;
     let (mut settings, notes) = (watched.settings, watched.notes);
     settings.update_s = UPDATE_S;
     settings.limit(&order.limits);

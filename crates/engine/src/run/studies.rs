@@ -5,45 +5,29 @@ use super::pipeline::Run;
 use super::snapshot::{Slot, Studies};
 use crate::graph::{Cancelled, Stage, StageError};
 use crate::study::{
-    CheckStudy, DynamicsStudy, FlightResponses, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy, Study,
-    StudyInput,
+    CheckRequest, CheckStudy, DynamicsStudy, FlightResponses, LagStudy, ManoeuvreStudy, MonteCarloStudy,
+    SensitivityStudy, Study, StudyInput,
 };
 
 /// Computes the studies that were asked for; of the others shows those still known.
 pub(super) fn run(run: &Run<'_>, input: &StudyInput<'_>) -> Result<(), Cancelled> {
     let wanted = run.scope.studies;
-    one::<ManoeuvreStudy>(run, input, wanted.contains(&Study::Manoeuvres), (), |studies| &mut studies.manoeuvres)?;
-    one::<SensitivityStudy>(run, input, wanted.contains(&Study::Sensitivity), (), |studies| &mut studies.sensitivity)?;
-    let checks = wanted.iter().filter_map(|study| match study {
-        Study::Checks(request) => Some(*request),
-        _ => None,
-    });
-    let checks = checks.max_by_key(|request| request.filter_error);
-    let shown = || run.builder.read(|snapshot| Some(snapshot.studies.checks.latest()?.request));
-    if let Some(known) = checks.or_else(shown) {
-        one::<CheckStudy>(run, input, checks.is_some(), known, |studies| &mut studies.checks)?;
-    }
-    one::<LagStudy>(run, input, wanted.contains(&Study::Lags), (), |studies| &mut studies.lags)?;
-    one::<FlightResponses>(run, input, wanted.contains(&Study::Responses), (), |studies| &mut studies.responses)?;
-    let noise = wanted.iter().find_map(|study| match study {
-        Study::MonteCarlo { realisations, seed } => Some((*realisations, *seed)),
-        _ => None,
-    });
-    let shown = || -> Option<(usize, u64)> {
-        let known = |study: &MonteCarloStudy| (study.realisations, study.seed);
-        run.builder.read(|snapshot| Some(known(snapshot.studies.monte_carlo.latest()?)))
-    };
-    if let Some(known) = noise.or_else(shown) {
-        one::<MonteCarloStudy>(run, input, noise.is_some(), known, |studies| &mut studies.monte_carlo)?;
-    }
-    let trim = wanted.iter().find_map(|study| match study {
-        Study::Dynamics(request) => Some(*request),
-        _ => None,
-    });
-    let shown = || run.builder.read(|snapshot| Some(snapshot.studies.dynamics.latest()?.request));
-    if let Some(known) = trim.or_else(shown) {
-        one::<DynamicsStudy>(run, input, trim.is_some(), known, |studies| &mut studies.dynamics)?;
-    }
+    let plain = |study: Study| (wanted.contains(&study), Some(()));
+    one::<SensitivityStudy>(run, input, plain(Study::Sensitivity), |studies| &mut studies.sensitivity)?;
+    one::<ManoeuvreStudy>(run, input, plain(Study::Manoeuvres), |studies| &mut studies.manoeuvres)?;
+    one::<LagStudy>(run, input, plain(Study::Lags), |studies| &mut studies.lags)?;
+    one::<FlightResponses>(run, input, plain(Study::Responses), |studies| &mut studies.responses)?;
+    let checks =
+        wanted.iter().filter_map(|study| if let Study::Checks(request) = study { Some(*request) } else { None });
+    let checks = as_last(run, checks.reduce(CheckRequest::and), |studies| Some(studies.checks.latest()?.request));
+    one::<CheckStudy>(run, input, checks, |studies| &mut studies.checks)?;
+    let noise =
+        wanted.iter().find_map(|study| if let Study::MonteCarlo(request) = study { Some(*request) } else { None });
+    let noise = as_last(run, noise, |studies| Some(studies.monte_carlo.latest()?.request));
+    one::<MonteCarloStudy>(run, input, noise, |studies| &mut studies.monte_carlo)?;
+    let trim = wanted.iter().find_map(|study| if let Study::Dynamics(request) = study { Some(*request) } else { None });
+    let trim = as_last(run, trim, |studies| Some(studies.dynamics.latest()?.request));
+    one::<DynamicsStudy>(run, input, trim, |studies| &mut studies.dynamics)?;
     if wanted.contains(&Study::Experiments) {
         let mut rows = run.builder.read(|snapshot| snapshot.studies.experiments.clone());
         // A run that was stopped shows no more rows; the experiments find out by themselves.
@@ -55,13 +39,18 @@ pub(super) fn run(run: &Run<'_>, input: &StudyInput<'_>) -> Result<(), Cancelled
     Ok(())
 }
 
+/// Whether a study is wanted, and the request it is computed with: that of this run, else that of its last output.
+fn as_last<T>(run: &Run<'_>, wanted: Option<T>, last: fn(&Studies) -> Option<T>) -> (bool, Option<T>) {
+    (wanted.is_some(), wanted.or_else(|| run.builder.read(|snapshot| last(&snapshot.studies))))
+}
+
 fn one<S: for<'i> Stage<Inputs<'i> = &'i StudyInput<'i>>>(
     run: &Run<'_>,
     input: &StudyInput<'_>,
-    is_wanted: bool,
-    params: S::Params<'_>,
+    (is_wanted, params): (bool, Option<S::Params<'_>>),
     slot: fn(&mut Studies) -> &mut Slot<S::Output>,
 ) -> Result<(), Cancelled> {
+    let Some(params) = params else { return Ok(()) };
     let result = if is_wanted {
         // A run that was stopped shows no more progress; the study finds out by itself.
         let progress = |part| {

@@ -1,7 +1,7 @@
 //! Changes of the aircraft of a session.
 
 use super::{EditError, Session};
-use crate::aircraft::ChangedValue;
+use crate::session::ChangedValue;
 
 /// Lists of places and the masses that a loading has in them.
 const LOADED: [&str; 3] = ["tank", "seat", "luggage"];

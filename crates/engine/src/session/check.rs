@@ -7,7 +7,7 @@ use doublet_core::series::TimeRange;
 
 use super::{Session, constraint, expression, preparation, sensor_errors};
 use crate::notation;
-use crate::verdict::{Finding, Level};
+use crate::session::{Finding, Level};
 
 /// Code of what makes the session contradict itself: nothing can be computed from it.
 const CONTRADICTION: &str = "session";

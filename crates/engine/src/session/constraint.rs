@@ -6,7 +6,7 @@ use doublet_core::model::{Coefficient, Term};
 use super::check::contradiction;
 use super::edit::EditError;
 use super::{Estimation, Session};
-use crate::verdict::Finding;
+use crate::session::Finding;
 
 /// What is known of one derivative before the fit.
 #[derive(Clone, Debug, PartialEq, Hash)]

@@ -1,6 +1,7 @@
 //! The session: exactly what is saved and undoable, never a result.
 
 mod aircraft;
+mod aircraft_changes;
 mod annotation;
 mod check;
 mod constraint;
@@ -9,6 +10,7 @@ mod excluded;
 mod experiment;
 mod expression;
 mod file;
+mod finding;
 mod fix;
 mod flags;
 mod map_ref;
@@ -33,10 +35,10 @@ use doublet_core::series::TimeRange;
 use serde::{Deserialize, Serialize};
 
 use self::schema::WindowTable;
-use crate::aircraft::AircraftChanges;
-use crate::verdict::PlausibleRange;
 
 pub use aircraft::AircraftEdit;
+pub(crate) use aircraft_changes::ENVELOPE;
+pub use aircraft_changes::{AircraftChanges, ChangedValue};
 pub use annotation::{Annotation, AnnotationEdit};
 pub use check::{MOST_WINDOWS, check, fitting_name, stops_run};
 pub use constraint::TermConstraint;
@@ -47,6 +49,8 @@ pub use experiment::{
 };
 pub use expression::{EXPRESSION_SOURCE, ExpressionEdit, ExpressionSetting};
 pub use file::{Opened, content_hash, open, rebased, save, save_without_backup, shipped};
+pub(crate) use finding::write_fix;
+pub use finding::{Finding, Level, PlausibleRange, Verdict};
 pub use fix::Fix;
 pub use flags::{WindowFlag, WindowFlags};
 pub use map_ref::MapRef;

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::check::contradiction;
 use super::{ErrorValues, PathSource, Surface};
-use crate::verdict::Finding;
+use crate::session::Finding;
 
 /// How coefficients are formed from the reconstructed path.
 #[derive(Clone, Debug, PartialEq)]

@@ -8,11 +8,11 @@ use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
 use flate2::read::DeflateDecoder;
 use flate2::write::DeflateEncoder;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::Session;
 use super::edit::EditError;
-use crate::report::document::Figure;
 
 /// Longest caption, characters.
 const LONGEST: usize = 1000;
@@ -30,32 +30,31 @@ pub struct ReportFigure {
 }
 
 impl ReportFigure {
-    /// `figure` as it is now.
+    /// A drawing as it is now.
     ///
     /// # Errors
     /// One line should it have no saved form.
-    pub fn from_figure(figure: &Figure) -> Result<Self, String> {
-        let broken = |error: &dyn std::fmt::Display| format!("the figure '{}' cannot be kept: {error}", figure.caption);
-        let text = toml::to_string(&figure.thinned()).map_err(|error| broken(&error))?;
+    pub(crate) fn pack(caption: &str, drawing: &impl Serialize) -> Result<Self, String> {
+        let broken = |error: &dyn std::fmt::Display| format!("the figure '{caption}' cannot be kept: {error}");
+        let text = toml::to_string(drawing).map_err(|error| broken(&error))?;
         let mut packed = DeflateEncoder::new(Vec::new(), Compression::best());
         let packed =
             packed.write_all(text.as_bytes()).and_then(|()| packed.finish()).map_err(|error| broken(&error))?;
-        Ok(Self { caption: figure.caption.clone(), drawing: STANDARD.encode(packed).into() })
+        Ok(Self { caption: caption.to_owned(), drawing: STANDARD.encode(packed).into() })
     }
 
-    /// The figure under its present caption.
+    /// The drawing.
     ///
     /// # Errors
     /// One line where what was saved is damaged.
-    pub fn figure(&self) -> Result<Figure, String> {
+    pub(crate) fn unpack<T: DeserializeOwned>(&self) -> Result<T, String> {
         let broken =
             |error: &dyn std::fmt::Display| format!("its drawing cannot be read ({error}): choose the plot again");
         let packed = STANDARD.decode(self.drawing.as_bytes()).map_err(|error| broken(&error))?;
         let mut text = String::new();
         let unpacked = DeflateDecoder::new(packed.as_slice()).take(MOST_BYTES).read_to_string(&mut text);
         unpacked.map_err(|error| broken(&error))?;
-        let figure: Figure = toml::from_str(&text).map_err(|error| broken(&error.message()))?;
-        Ok(Figure { caption: self.caption.clone(), ..figure })
+        toml::from_str(&text).map_err(|error| broken(&error.message()))
     }
 }
 

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Session;
 use super::check::contradiction;
-use crate::verdict::Finding;
+use crate::session::Finding;
 
 /// Values by error, SI.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -24,7 +24,7 @@ use super::window_context::{ANGULAR_ACCELERATIONS, WindowContext};
 use super::window_samples::{Samples, is_in};
 use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::session::{AngularAcceleration, PathSource, Preparation, Surface};
-use crate::verdict::{Finding, Level};
+use crate::session::{Finding, Level};
 
 /// Coefficients and variables over one window.
 #[derive(Clone, Debug)]

@@ -15,9 +15,9 @@ use doublet_core::series::{Recording, Series};
 use super::instruments::tank_channel;
 use super::mass::{FuelRecord, FuelSource};
 use super::samples::channel_at;
-use crate::aircraft::AircraftChanges;
 use crate::builtin;
 use crate::graph::{Context, Footprint, Keyed, Stage, StageError, StageResult};
+use crate::session::AircraftChanges;
 use crate::session::Session;
 
 /// An aircraft file as read.

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::graph::{StageError, StageResult};
 use crate::session::{ClockSetting, Flight};
-use crate::verdict::{Finding, Level};
+use crate::session::{Finding, Level};
 
 /// A recorder's clock as used.
 #[derive(Clone, Debug)]

@@ -7,7 +7,7 @@ use doublet_core::series::{Channel, Recording};
 use rayon::prelude::*;
 
 use super::signals::{SOURCE, TreatedSignal};
-use crate::verdict::{Finding, Level};
+use crate::session::{Finding, Level};
 
 /// Takes the first sample of every hold of each role as the measurement. The recorded channels stay; the roles move to what is used.
 ///

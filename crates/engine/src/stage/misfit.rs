@@ -6,7 +6,7 @@ use doublet_core::model::{Coefficient, Structure, Term, regressors};
 use doublet_core::prep::coherence;
 use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording, Series, TimeRange, gap_threshold_s, value_at};
-use doublet_core::statistics::median_step;
+use doublet_core::statistics::{NORMAL_95, median_step};
 use doublet_core::validate::observation_deviation;
 use nalgebra::DMatrix;
 
@@ -20,8 +20,6 @@ const PART: f64 = 0.25;
 const LEAST_S: f64 = 2.0;
 /// Segments a stretch is divided into.
 const SEGMENTS: usize = 4;
-/// Two-sided 95 % point of the normal distribution.
-const NORMAL_95: f64 = 1.959_963_984_540_054;
 /// Steps longer than this many median ones end a stretch.
 const UNEVEN: f64 = 1.5;
 

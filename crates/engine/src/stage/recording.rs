@@ -14,8 +14,8 @@ use super::held_samples::use_held_once;
 use super::instruments::derive;
 use super::signals::{TreatedSignal, treat_signals};
 use crate::graph::{Context, Footprint, Stage, StageError, StageResult};
+use crate::session::Finding;
 use crate::session::{Flight, HeldSampleUse, MapRef, RecordingRef, content_hash};
-use crate::verdict::Finding;
 
 /// A flight as read.
 #[derive(Clone, Debug, Default)]

@@ -6,7 +6,7 @@ use doublet_core::airframe::Loading;
 use doublet_core::reconstruct::Reconstruction;
 use doublet_core::series::{Recording, TimeRange};
 use doublet_core::simulate::{self, Flight, Scenario, Surface as Control};
-use doublet_dynamics::propagate::HALF_WIDTH;
+use doublet_core::statistics::NORMAL_95;
 use rayon::prelude::*;
 
 use crate::graph::{Context, Keyed, StageResult};
@@ -226,7 +226,7 @@ fn derivative(name: &str, truth: f64, estimates: &[&Estimate]) -> DerivativeCove
         |value: &dyn Fn(&Estimate) -> f64| estimates.iter().map(|estimate| value(estimate)).sum::<f64>() / count;
     let mean = mean_of(&|(_, estimate, ..)| *estimate);
     let holds = |error: &dyn Fn(&Estimate) -> f64| {
-        mean_of(&|found| f64::from(u8::from((found.1 - truth).abs() <= HALF_WIDTH * error(found))))
+        mean_of(&|found| f64::from(u8::from((found.1 - truth).abs() <= NORMAL_95 * error(found))))
     };
     let scatter = (mean_of(&|(_, estimate, ..)| (estimate - mean).powi(2)) * count / (count - 1.0)).sqrt();
     DerivativeCoverage {

@@ -14,9 +14,10 @@ use doublet_core::toml_error;
 use serde::Deserialize;
 use thiserror::Error;
 
+use super::systems::{is_driven_by_noise, judge_equations};
 use super::table::{Columns, OnOneClock, TableError};
 use crate::builtin;
-use crate::verdict::{Verdict, is_driven_by_noise, judge_equations};
+use crate::session::Verdict;
 
 /// Value of the `format` key of a file of equations.
 const FORMAT: &str = "doublet equations";

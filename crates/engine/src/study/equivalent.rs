@@ -6,7 +6,8 @@ use doublet_dynamics::frequency::{
 };
 
 use super::response::{ResponseError, ResponseStudy};
-use crate::verdict::{Alternative, Verdict, judge_system};
+use super::systems::{Alternative, judge_system};
+use crate::session::Verdict;
 
 /// What a form is fitted to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,19 +5,22 @@ mod coverage;
 pub mod dynamics;
 mod equations;
 mod equivalent;
+mod estimators;
 mod flight_responses;
-mod followed;
+mod identified;
 mod lags;
+mod least_squares;
 mod manoeuvres;
 mod mode_coverage;
 mod monte_carlo;
 mod response;
 mod sensitivity;
+mod systems;
 mod table;
 
 use std::sync::Arc;
 
-pub use checks::{CheckRequest, CheckStudy, CheckedDerivative, WindowChecks};
+pub use checks::{CheckRequest, CheckStudy, MethodChecks, WindowChecks};
 pub use coverage::{Coverage, DerivativeCoverage, coverage};
 pub(crate) use coverage::{Estimate, estimates, flown_aircraft, flown_loading, fly, record_flight, summarise, windows};
 pub use dynamics::{DynamicsRequest, DynamicsStudy};
@@ -26,14 +29,20 @@ pub use equations::{
     names_of_equations, shipped_equations,
 };
 pub use equivalent::{EquivalentStudy, FitMethod, equivalent_study};
+pub use estimators::{
+    CheckedDerivative, ESTIMATORS, Estimator, EstimatorSet, FollowedFlight, FollowedOutput, FollowedStart,
+    MethodEstimates, ModelPart, PartEstimates,
+};
 pub use flight_responses::{FlightResponses, SurfaceResponse};
-pub use followed::{FilteredFlight, FollowedFlight, FollowedOutput, FollowedStart};
+pub(crate) use identified::identified;
+pub use identified::{IdentifiedCoefficient, Parameter};
 pub use lags::{ControlLag, LagKind, LagStudy};
+pub use least_squares::{CoefficientForms, FormEstimates, FormRequest, least_squares_forms};
 pub use manoeuvres::{
     CoefficientLeftOut, ConditionRegression, KindComparison, ManoeuvreStudy, TermContribution, WindowContributions,
 };
 pub use mode_coverage::{FigureCoverage, ModeCoverage, mode_coverage};
-pub use monte_carlo::MonteCarloStudy;
+pub use monte_carlo::{MonteCarloRequest, MonteCarloStudy};
 pub use response::{ResponseError, ResponseRequest, ResponseStudy, ResponseWindow, session_responses, table_responses};
 pub use sensitivity::{STEP_FRACTION, SensitivityStudy};
 pub use table::{TableError, TableFit, TableRegression, TermChoice, regress_table};
@@ -42,46 +51,82 @@ use crate::graph::{Keyed, Stage};
 use crate::session::Settings;
 use crate::stage::{AeroWindow, AircraftData, PooledFits, StudyWindow};
 
-/// Something to study beside the derivatives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Study {
-    /// Manoeuvre against manoeuvre: each left out in turn, kinds of input compared, contributions of terms, derivatives over the
-    /// flight condition.
-    Manoeuvres,
-    /// Derivatives against what they were computed with (thesis 7.2.1).
-    Sensitivity,
-    /// Every window again in the frequency domain, by output error and, where asked, by filter error.
-    Checks(CheckRequest),
-    /// Lag and delay of every control, found by the fit.
-    Lags,
-    /// Frequency responses of the rates to the controls with their equivalent systems.
-    Responses,
-    /// Derivatives under fresh noise of the recording.
-    MonteCarlo {
-        /// Number of realisations.
-        realisations: usize,
-        /// Seed of their noise: the same seed gives the same numbers, whatever the number of threads.
-        seed: u64,
-    },
-    /// Linear model, modes and flying qualities about a trim.
-    Dynamics(DynamicsRequest),
-    /// Experiments of the session side by side.
-    Experiments,
+/// A study under the name by which it is asked for.
+#[derive(Debug)]
+pub struct StudyInfo {
+    /// Name on the command line and in Python.
+    pub key: &'static str,
+    /// Name in the window.
+    pub title: &'static str,
+    /// What it computes.
+    pub about: &'static str,
+    /// The study as it is computed where nothing else is stated.
+    pub make: fn() -> Study,
 }
 
-impl Study {
-    /// Name in messages.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Manoeuvres => ManoeuvreStudy::NAME,
-            Self::Sensitivity => SensitivityStudy::NAME,
-            Self::Checks(_) => CheckStudy::NAME,
-            Self::Lags => LagStudy::NAME,
-            Self::Responses => FlightResponses::NAME,
-            Self::MonteCarlo { .. } => MonteCarloStudy::NAME,
-            Self::Dynamics(_) => DynamicsStudy::NAME,
-            Self::Experiments => "experiment",
+macro_rules! studies {
+    ($($(#[$doc:meta])* $study:ident $(($request:ty = $usual:expr))?: $stage:expr, $key:literal, $title:literal, $about:literal;)*) => {
+        /// Something to study beside the derivatives.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Study {
+            $($(#[$doc])* $study $(($request))?,)*
         }
+
+        impl Study {
+            /// Name in messages.
+            pub fn name(self) -> &'static str {
+                match self { $(Self::$study { .. } => $stage,)* }
+            }
+        }
+
+        /// The studies, in the order in which they are listed.
+        pub const STUDIES: &[StudyInfo] =
+            &[$(StudyInfo { key: $key, title: $title, about: $about, make: || Study::$study $(($usual as $request))? },)*];
+    };
+}
+
+// To add one: its stage in this folder and its row here; its slot in `run/snapshot.rs` and its line in `run/studies.rs`; its rows and their table in
+// `report/studies.rs`. The command line, Python and the window list what stands here.
+studies! {
+    /// Derivatives against what they were computed with (thesis 7.2.1).
+    Sensitivity: SensitivityStudy::NAME, "sensitivity", "Sensitivity", "Sensitivity of the derivatives to their inputs.";
+    /// Manoeuvre against manoeuvre: each left out in turn, kinds of input compared, contributions of terms, derivatives over the
+    /// flight condition.
+    Manoeuvres: ManoeuvreStudy::NAME, "manoeuvres", "Between manoeuvres",
+        "Leave one out, doublets against 3-2-1-1, derivatives over flight condition.";
+    /// Every window again by other estimators.
+    Checks(CheckRequest = CheckRequest::default()): CheckStudy::NAME, "checks", "Independent checks",
+        "Every manoeuvre in the frequency domain and by output error.";
+    /// Lag and delay of every control, found by the fit.
+    Lags: LagStudy::NAME, "lags", "Lags of the controls", "Fitted delay and first-order lag of every control.";
+    /// Frequency responses of the rates to the controls with their equivalent systems.
+    Responses: FlightResponses::NAME, "responses", "Frequency responses", "Frequency responses of the rates to the controls.";
+    /// Derivatives under fresh noise of the recording.
+    MonteCarlo(MonteCarloRequest = MonteCarloRequest::default()): MonteCarloStudy::NAME, "monte-carlo", "Monte Carlo",
+        "Scatter of the derivatives under fresh measurement noise.";
+    /// Linear model, modes and flying qualities about a trim.
+    Dynamics(DynamicsRequest = DynamicsRequest::default()): DynamicsStudy::NAME, "dynamics", "Modes and levels",
+        "Linear model, modes and flying qualities at the median condition.";
+    /// Experiments of the session side by side.
+    Experiments: EXPERIMENT, "experiments", "Experiments", "Experiments of the session side by side.";
+}
+
+/// Name of the stage that runs an experiment.
+pub(crate) const EXPERIMENT: &str = "experiment";
+
+impl Study {
+    /// The study called `key`: a row of [`STUDIES`], or checks with the estimator of this name.
+    pub fn from_key(key: &str) -> Option<Self> {
+        let row = STUDIES.iter().find(|row| row.key == key).map(|row| (row.make)());
+        let with =
+            |estimator| Self::Checks(CheckRequest { axis: None, estimators: EstimatorSet::from_iter([estimator]) });
+        row.or_else(|| Estimator::from_key(key).filter(|estimator| estimator.on_request).map(with))
+    }
+
+    /// Every name that [`Study::from_key`] knows, with what it computes.
+    pub fn keys() -> impl Iterator<Item = (&'static str, &'static str)> {
+        let estimators = Estimator::on_request().map(|estimator| (estimator.key, estimator.about));
+        STUDIES.iter().map(|row| (row.key, row.about)).chain(estimators)
     }
 }
 

@@ -9,13 +9,26 @@ use crate::graph::{Context, Footprint, Stage, StageError, StageResult};
 use crate::session::WindowRole;
 use crate::stage::{self, AeroWindow, StudyWindow};
 
+/// Fresh noise to compute with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MonteCarloRequest {
+    /// Number of realisations.
+    pub realisations: usize,
+    /// Seed of their noise: the same seed gives the same numbers, whatever the number of threads.
+    pub seed: u64,
+}
+
+impl Default for MonteCarloRequest {
+    fn default() -> Self {
+        Self { realisations: 200, seed: 1 }
+    }
+}
+
 /// What noise of the recording does to the pooled derivatives.
 #[derive(Clone, Debug, Default)]
 pub struct MonteCarloStudy {
-    /// Realisations asked for.
-    pub realisations: usize,
-    /// Seed of their noise.
-    pub seed: u64,
+    /// What was asked for.
+    pub request: MonteCarloRequest,
     /// Realisations a window or a fit of which failed; they do not count.
     pub failed: usize,
     /// One entry per pooled derivative all windows share.
@@ -33,12 +46,13 @@ impl Footprint for MonteCarloStudy {
 /// shift the pull of noisy regressors. Deflections, engines, air and loading are taken as they are: the session states no
 /// deviation for them.
 impl Stage for MonteCarloStudy {
-    type Params<'a> = (usize, u64);
+    type Params<'a> = MonteCarloRequest;
     type Inputs<'a> = &'a StudyInput<'a>;
     type Output = Self;
     const NAME: &'static str = "Monte Carlo";
 
-    fn run((realisations, seed): (usize, u64), input: &StudyInput<'_>, context: &Context<'_>) -> StageResult<Self> {
+    fn run(request: MonteCarloRequest, input: &StudyInput<'_>, context: &Context<'_>) -> StageResult<Self> {
+        let MonteCarloRequest { realisations, seed } = request;
         let nominal: Vec<(String, f64)> =
             input.derivatives().into_iter().map(|(name, value, _)| (name, value)).collect();
         let used: Vec<_> =
@@ -60,7 +74,7 @@ impl Stage for MonteCarloStudy {
         {
             return Err(StageError::Failed(format!("no realisation could be estimated: {error}")));
         }
-        Ok(MonteCarloStudy { realisations, seed, failed: errors.len(), effects: noise_effects(&nominal, &values) })
+        Ok(MonteCarloStudy { request, failed: errors.len(), effects: noise_effects(&nominal, &values) })
     }
 }
 

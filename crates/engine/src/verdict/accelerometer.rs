@@ -5,8 +5,8 @@ use doublet_core::compatibility::{AccelerometerPlace, TellingVelocity};
 use doublet_core::model::Position;
 
 use super::{Finding, Level};
-use crate::aircraft::ChangedValue;
 use crate::run::Snapshot;
+use crate::session::ChangedValue;
 use crate::session::{AircraftEdit, Edit, EstimationEdit, Fix, Preparation, Session};
 
 /// Difference between the place found and the place taken, in standard errors.

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use super::{Finding, Level};
+use crate::session::write_fix;
 
 /// Names a line says before it only counts the others.
 const NAMED: usize = 3;
@@ -31,7 +32,7 @@ impl std::fmt::Display for Folded {
     /// Where, what and what to do, in one line.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}: {}", self.place, self.text)?;
-        super::write_fix(f, &self.text, &self.fix)
+        write_fix(f, &self.text, &self.fix)
     }
 }
 

@@ -7,12 +7,12 @@ use doublet_core::airframe::ReferenceGeometry;
 use doublet_core::model::{Axes, Coefficient, RECORDED, Term, Variable};
 use doublet_core::quantity::{Dimension, Role};
 use doublet_core::toml_error;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use super::judge::Evidence;
 use crate::builtin;
 use crate::run::Snapshot;
-use crate::session::Session;
+use crate::session::{PlausibleRange, Session};
 use crate::stage::{CoefficientFit, WindowAero};
 
 /// The ranges that come with the program.
@@ -20,19 +20,6 @@ const BUILTIN: &str = "conventional";
 
 /// Lift slope of an aeroplane over that of its wing alone: body and tail add, a swept wing has less, the speed of sound more.
 const LIFT_SLOPE: [f64; 2] = [0.6, 1.6];
-
-/// What a derivative may be, as stated in a session or a file.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PlausibleRange {
-    /// Least plausible value.
-    pub low: f64,
-    /// Greatest plausible value.
-    pub high: f64,
-    /// Whether a value of the other sign is wrong whatever the aircraft.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub sign_certain: bool,
-}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

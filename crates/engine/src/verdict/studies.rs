@@ -55,19 +55,15 @@ fn twins(evidence: Evidence<'_>, found: &mut StudyFindings) {
         found.windows.entry(window.window.clone()).or_default().extend(window.findings());
         let fits = evidence.snapshot.windows.get(&window.window).and_then(|results| results.fits.ready());
         let Some(fits) = fits else { continue };
-        let frequency = window.frequency.iter().filter_map(|(_, rows)| rows.as_ref().ok()).flatten();
-        // A flight that does not follow its recording says nothing against the derivatives of another method.
-        let follows = |flight: &&FollowedFlight| flight.findings(&window.window).iter().all(|f| f.level < Level::Bad);
-        let followed = window.output_error.iter().filter_map(|(_, flight)| flight.as_ref().ok()).filter(follows);
-        let filtered = followed.clone().filter_map(|flight| flight.filter_error.as_ref()?.as_ref().ok());
-        let twins = frequency
-            .map(|row| ("frequency domain", row))
-            .chain(followed.clone().flat_map(|flight| flight.derivatives.iter().map(|row| ("output error", row))))
-            .chain(filtered.flat_map(|flight| flight.derivatives.iter().map(|row| ("filter error", row))));
-        for (method, twin) in twins {
-            if let Some(finding) = apart(&window.window, fits, method, twin) {
-                let key = (window.window.clone(), twin.name.clone());
-                found.derivatives.entry(key).or_default().push(finding);
+        // A motion whose flight does not follow its recording says nothing against the derivatives of another method.
+        let strays = |flight: &&FollowedFlight| flight.findings(&window.window).iter().any(|f| f.level == Level::Bad);
+        let astray: Vec<_> = window.flights().filter(strays).map(|flight| flight.axis.name()).collect();
+        for (method, _, estimates) in window.estimates().filter(|(_, part, _)| !astray.contains(&part.axis())) {
+            for twin in &estimates.derivatives {
+                if let Some(finding) = apart(&window.window, fits, method.name, twin) {
+                    let key = (window.window.clone(), twin.name.clone());
+                    found.derivatives.entry(key).or_default().push(finding);
+                }
             }
         }
     }

@@ -14,9 +14,10 @@ use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use doublet_engine::autosave::{AutosaveFile, abandoned_autosaves};
 use doublet_engine::document::Document;
 use doublet_engine::graph::Cache;
-use doublet_engine::keep::{AutosaveFile, Lock, LockResult, abandoned_autosaves};
+use doublet_engine::keep::{Lock, LockResult};
 use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session::{self, Edit, Session};
 use rand::{RngExt, SeedableRng};
@@ -241,7 +242,7 @@ fn work_given_up_or_saved_is_not_offered() {
     let slot = AutosaveFile::new(&desk.autosaves, Some(&desk.session)).unwrap();
     let session = Arc::new(session::open(&desk.session).unwrap().session);
     let folder = desk.session.parent().unwrap().to_path_buf();
-    slot.write(&doublet_engine::keep::Autosave { of: Some(desk.session.clone()), folder, session }).unwrap();
+    slot.write(&doublet_engine::autosave::Autosave { of: Some(desk.session.clone()), folder, session }).unwrap();
     drop(slot);
     assert_eq!(abandoned_autosaves(&desk.autosaves).0.len(), 0);
     assert_eq!(std::fs::read_dir(&desk.autosaves).unwrap().count(), 0);

@@ -10,9 +10,12 @@ use doublet_core::model::Coefficient;
 use doublet_core::replay::MotionAxis;
 use doublet_core::simulate::c337f;
 use doublet_engine::graph::Cache;
+use doublet_engine::graph::StageError;
 use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session::{self, Manoeuvre, Opened};
-use doublet_engine::study::{CheckRequest, CheckStudy, FollowedFlight, Study, WindowChecks};
+use doublet_engine::study::{
+    CheckRequest, CheckStudy, CheckedDerivative, Estimator, FollowedFlight, MethodEstimates, Study, WindowChecks,
+};
 use doublet_engine::verdict::{Finding, Level};
 
 /// Errors of estimates that agree, in corrected standard errors.
@@ -41,7 +44,7 @@ struct Checked {
 
 /// The session run with the checks of `axis`.
 fn checked(opened: &Opened, axis: Option<MotionAxis>) -> Checked {
-    checked_by(opened, CheckRequest { axis, filter_error: false })
+    checked_by(opened, CheckRequest { axis, ..CheckRequest::default() })
 }
 
 fn checked_by(opened: &Opened, request: CheckRequest) -> Checked {
@@ -73,11 +76,20 @@ impl Checked {
     }
 }
 
-/// The only flight of a window, and whether it is told not to follow.
-fn flight(window: &WindowChecks) -> (&FollowedFlight, bool) {
-    let (_, flight) = window.output_error.first().unwrap();
-    let flight = flight.as_ref().unwrap_or_else(|error| panic!("{}: {error}", window.window));
-    (flight, window.findings().iter().any(|finding| finding.level == Level::Bad && finding.code == "follows"))
+/// What the estimator called `key` found for the first motion of a window.
+fn by<'w>(window: &'w WindowChecks, key: &str) -> Result<&'w MethodEstimates, &'w StageError> {
+    window.results().find(|(method, ..)| method.key == key).unwrap().2
+}
+
+/// Derivatives by output error over the only motion of a window, their flight, and whether it is said not to follow.
+fn flight(window: &WindowChecks) -> (&[CheckedDerivative], &FollowedFlight, bool) {
+    let found = by(window, "output-error").unwrap_or_else(|error| panic!("{}: {error}", window.window));
+    let flight = found.flight.as_ref().unwrap();
+    (
+        &found.derivatives,
+        flight,
+        window.findings().iter().any(|finding| finding.level == Level::Bad && finding.code == "follows"),
+    )
 }
 
 #[test]
@@ -88,12 +100,12 @@ fn published_elevator_manoeuvre_alone_is_followed_by_its_own_axis_and_told_apart
     let opened = shipped("reference/attas", |window| window.name.starts_with("elevator"), None);
     let alone = checked(&opened, None);
     let window = &alone.study().windows[0];
-    let (own, is_bad) = flight(window);
+    let (derivatives, own, is_bad) = flight(window);
     assert!(own.axis == MotionAxis::Longitudinal && !is_bad, "{:?}", window.findings());
     // Flown at 129.3 m/s.
     let start = &own.starts[0];
     assert!((start.estimate - start.path).abs() < 0.5 && (start.path - 129.3).abs() < 0.5, "{start:?}");
-    for found in own.derivatives.iter().filter(|found| !found.name.ends_with("_0")) {
+    for found in derivatives.iter().filter(|found| !found.name.ends_with("_0")) {
         let (estimate, error) = alone.equation_error(&window.window, &found.name);
         let apart = (found.estimate - estimate) / error.hypot(found.standard_error);
         println!(
@@ -127,7 +139,7 @@ fn flight_of_a_model_without_its_control_is_said_not_to_follow() {
     assert!(found.iter().any(|finding| finding.code == "follows"));
     // Or it does not settle, and there are no derivatives to be misled by.
     let is_bad = |finding: &Finding| finding.level == Level::Bad;
-    assert!(alone.study().windows[0].output_error[0].1.is_err() || found.iter().any(is_bad));
+    assert!(by(&alone.study().windows[0], "output-error").is_err() || found.iter().any(is_bad));
 }
 
 /// Derivatives of every single window of a session that models one axis against the truth, in corrected standard errors.
@@ -138,10 +150,10 @@ fn against_truth(surfaces: &[&str], axis: MotionAxis) {
         let opened = shipped("demo", |window| window.name.contains(surface), Some(axis));
         let alone = checked(&opened, None);
         for window in &alone.study().windows {
-            let (found, is_bad) = flight(window);
+            let (derivatives, found, is_bad) = flight(window);
             assert_eq!(found.axis, axis);
             assert!(!is_bad, "{:?}", window.findings());
-            for derivative in found.derivatives.iter().filter(|derivative| !derivative.name.ends_with("_0")) {
+            for derivative in derivatives.iter().filter(|derivative| !derivative.name.ends_with("_0")) {
                 let truth = vehicle.aero.value(&derivative.name).unwrap();
                 let off = (derivative.estimate - truth) / derivative.standard_error;
                 println!(
@@ -167,11 +179,13 @@ fn filter_error_of_an_elevator_and_an_aileron_manoeuvre_holds_the_truth() {
     const LARGEST: f64 = 4.0;
     let (vehicle, _) = c337f().unwrap();
     let opened = shipped("demo", |window| window.name.starts_with("01") || window.name.starts_with("03"), None);
-    let found = checked_by(&opened, CheckRequest { axis: None, filter_error: true });
+    let found = checked_by(
+        &opened,
+        CheckRequest { axis: None, estimators: Estimator::from_key("filter-error").into_iter().collect() },
+    );
     let mut count = 0;
     for window in &found.study().windows {
-        let (output_error, _) = flight(window);
-        let filtered = output_error.filter_error.as_ref().unwrap().as_ref().unwrap();
+        let filtered = by(window, "filter-error").unwrap();
         for derivative in filtered.derivatives.iter().filter(|derivative| !derivative.name.ends_with("_0")) {
             let truth = vehicle.aero.value(&derivative.name).unwrap();
             let off = (derivative.estimate - truth) / derivative.standard_error;
@@ -179,7 +193,7 @@ fn filter_error_of_an_elevator_and_an_aileron_manoeuvre_holds_the_truth() {
             count += 1;
         }
         // The air of this flight is calm: what drives the velocity is small.
-        let noise = filtered.process_noise.iter().map(|noise| noise.intensity).fold(0.0, f64::max);
+        let noise = filtered.others.iter().map(|noise| noise.estimate).fold(0.0, f64::max);
         assert!(noise < 0.05, "{}: {noise}", window.window);
     }
     assert_eq!(count, 22);
@@ -205,14 +219,14 @@ fn aileron_manoeuvre_without_a_longitudinal_model_settles_or_is_told_not_to_foll
     window.end_s = window.end_s.min(window.start_s + 25.0);
     let alone = checked(&opened, None);
     let window = &alone.study().windows[0];
-    let (found, is_bad) = flight(window);
+    let (derivatives, found, is_bad) = flight(window);
     println!("{} steps, {:?}", found.iterations, window.findings());
     assert!(!is_bad);
     for output in &found.outputs {
         println!("{}: R2 {:.3}, largest {:.2e}", output.output.name(), output.r_squared, output.largest_deviation);
         assert!(output.r_squared > 0.95, "{}", output.output.name());
     }
-    let estimates: Vec<_> = found.derivatives.iter().filter(|derivative| !derivative.name.ends_with("_0")).collect();
+    let estimates: Vec<_> = derivatives.iter().filter(|derivative| !derivative.name.ends_with("_0")).collect();
     assert!(estimates.len() >= 12);
     for derivative in estimates {
         let (estimate, error) = alone.equation_error(&window.window, &derivative.name);

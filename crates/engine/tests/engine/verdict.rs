@@ -18,7 +18,10 @@ use doublet_engine::graph::Context;
 use doublet_engine::run::{Slot, Snapshot, WindowResults};
 use doublet_engine::session::{self, Session, Surface, WindowRole};
 use doublet_engine::stage::{self, AeroWindow, CoefficientFit, ExtrapolatedThrust, PooledFits};
-use doublet_engine::study::{CheckStudy, CheckedDerivative, ControlLag, LagKind, LagStudy, WindowChecks};
+use doublet_engine::study::{
+    CheckStudy, CheckedDerivative, ControlLag, ESTIMATORS, LagKind, LagStudy, MethodChecks, MethodEstimates, ModelPart,
+    PartEstimates, WindowChecks,
+};
 use doublet_engine::verdict::{Finding, Level, PlausibleRange, Verdicts, fly_and_judge, judge, judged_flights};
 
 fn builtin(name: &str) -> Session {
@@ -320,8 +323,10 @@ fn twins_apart_late_controls_and_missed_bands_are_told() {
             fit.corrected_errors[index] = 0.3;
         });
         let twin = CheckedDerivative { name: "Cm_q".to_owned(), estimate: -5.0 - 0.5 * apart, standard_error: 0.4 };
-        let frequency = vec![(Coefficient::Cm, Ok(vec![twin]))];
-        let windows = vec![WindowChecks { window: name.clone(), frequency, output_error: Vec::new() }];
+        let result = Ok(MethodEstimates { derivatives: vec![twin], ..MethodEstimates::default() });
+        let parts = vec![PartEstimates { part: ModelPart::Coefficient(Coefficient::Cm), result }];
+        let methods = vec![MethodChecks { method: &ESTIMATORS[0], parts }];
+        let windows = vec![WindowChecks { window: name.clone(), methods }];
         snapshot.studies.checks = CheckStudy { windows, ..CheckStudy::default() }.into();
         let verdicts = judge(&sound.session, &snapshot);
         let derivative = verdicts.fit(Some(&name), Coefficient::Cm).unwrap().derivative("Cm_q").unwrap();

@@ -27,6 +27,7 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use thiserror::Error;
 
+use super::FileHeader;
 use crate::airframe::{
     Aircraft, AircraftError, Axis, ComponentFraction, EngineStation, Envelope, EnvelopeRow, FixedItem, FlightEnvelope,
     FuelBookkeeping, GyrationRadii, InertiaGroup, InertiaModel, InertiaTensor, Loading, MassLimits, MeanChord,
@@ -93,7 +94,7 @@ pub fn read(path: &Path) -> Result<Aircraft, AircraftFileError> {
 /// # Errors
 /// As [`read`].
 pub fn parse(text: &str) -> Result<Aircraft, AircraftFileError> {
-    let header: Header = toml::from_str(text).map_err(|error| syntax(text, &error))?;
+    let header: FileHeader = toml::from_str(text).map_err(|error| syntax(text, &error))?;
     if header.format != FORMAT {
         return Err(AircraftFileError::Format { found: header.format });
     }
@@ -116,14 +117,6 @@ pub fn schema() -> Result<serde_json::Value, crate::schema::Refused> {
 fn syntax(text: &str, error: &toml::de::Error) -> AircraftFileError {
     let line = toml_error::line(text, error).unwrap_or(1);
     AircraftFileError::Syntax { line, message: toml_error::message(error) }
-}
-
-#[derive(Deserialize)]
-struct Header {
-    #[serde(default)]
-    format: String,
-    #[serde(default)]
-    version: u32,
 }
 
 #[derive(Deserialize)]

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use thiserror::Error;
 
+use super::FileHeader;
 use crate::airframe::instruments::{
     AirDataCalibration, ControlLinkage, FuelProbe, Instruments, LiftCurve, PedalCurve, PodCalibration, SensorMount,
     StatedNoise,
@@ -97,7 +98,7 @@ pub fn read(path: &Path) -> Result<Instruments, InstrumentError> {
 /// # Errors
 /// As [`read`].
 pub fn parse(text: &str) -> Result<Instruments, InstrumentError> {
-    let header: Header = toml::from_str(text).map_err(|error| syntax(text, &error))?;
+    let header: FileHeader = toml::from_str(text).map_err(|error| syntax(text, &error))?;
     if header.format != FORMAT || header.version != VERSION {
         return Err(InstrumentError::Format { format: header.format, version: header.version });
     }
@@ -160,14 +161,6 @@ fn check(instruments: &Instruments) -> Result<(), InstrumentError> {
         }
     }
     Ok(())
-}
-
-#[derive(Deserialize)]
-struct Header {
-    #[serde(default)]
-    format: String,
-    #[serde(default)]
-    version: u32,
 }
 
 #[derive(Deserialize)]

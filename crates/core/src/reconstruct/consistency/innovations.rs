@@ -6,12 +6,10 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use crate::prep::{WHITE_LEVEL, white_noise_probability};
 use crate::reconstruct::data::Reconstruction;
 use crate::reconstruct::model::layout::{Measurement, STATES, State};
-use crate::statistics::autocorrelation;
+use crate::statistics::{NORMAL_95, autocorrelation};
 
 /// Longest lag of the autocorrelation, samples.
 pub const LAGS: usize = 40;
-/// Two-sided 95 % point of the normal distribution.
-const NORMAL_95: f64 = 1.959_963_984_540_054;
 /// Probability on either side of a 95 % region.
 const TAIL: f64 = 0.025;
 /// Ratio of found to predicted deviation beyond which a setting is worth changing.

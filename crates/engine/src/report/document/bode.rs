@@ -1,11 +1,11 @@
 //! Bode plots: gain, phase and coherence over the logarithm of frequency.
 
+use doublet_core::statistics::NORMAL_95;
 use doublet_dynamics::frequency::{FrequencyResponse, ResponsePoint, TransferFunction};
 
 use nalgebra::Complex;
 
 use super::{Axis, Colour, Figure, LineStyle, Mark, Panel, Plot};
-use crate::report::build::NORMAL_95;
 use crate::study::ResponseStudy;
 
 /// A model drawn over a response.

@@ -1,10 +1,10 @@
 //! Section on the derivatives over the flight condition.
 
 use doublet_core::model::{Coefficient, Term};
+use doublet_core::statistics::NORMAL_95;
 
 use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Parts, Plot, paragraph, points};
 use crate::notation;
-use crate::report::build::NORMAL_95;
 use crate::report::studies::ConditionRow;
 use crate::report::table::{Table, TableOf};
 use crate::study::ConditionRegression;

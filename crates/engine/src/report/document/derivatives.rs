@@ -1,10 +1,11 @@
 //! Sections on the aerodynamic model.
 
+use doublet_core::statistics::NORMAL_95;
+
 use super::{
     Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Matrix, Panel, Parts, Plot, numbers_of, paragraph,
 };
 use crate::notation;
-use crate::report::build::NORMAL_95;
 use crate::report::results::{DerivativeRow, DerivativeSummaryRow, FitRow, RegressorRow};
 use crate::report::table::{Cell, Column, Table, TableOf};
 use crate::report::tables;

@@ -1,6 +1,6 @@
 //! Section on how the aircraft flies: trim, state matrices, modes with their intervals, levels of flying qualities.
 
-use doublet_dynamics::propagate::HALF_WIDTH;
+use doublet_core::statistics::NORMAL_95;
 
 use super::level_map::level_map;
 use super::{Axis, Block, Contents, Figure, LineStyle, Panel, Parts, Plot, paragraph, points};
@@ -139,7 +139,7 @@ fn roots(study: &DynamicsStudy) -> Figure {
             marks.push(points(mode.name, index, LineStyle::Dots, vec![place]));
             marks.push(points("", index, LineStyle::Solid, estimate.ellipse(OUTLINE)));
             if !mode.oscillates() {
-                let half = HALF_WIDTH * estimate.covariance[0].max(0.0).sqrt();
+                let half = NORMAL_95 * estimate.covariance[0].max(0.0).sqrt();
                 let ends = vec![[place[0] - half, 0.0], [place[0] + half, 0.0]];
                 marks.push(points("", index, LineStyle::Solid, ends));
             }

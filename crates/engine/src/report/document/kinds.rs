@@ -1,6 +1,6 @@
 //! The sections of a report: names, headings and the studies they need.
 
-use crate::study::{CheckRequest, DynamicsRequest, Study};
+use crate::study::Study;
 
 /// The sections there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -110,16 +110,11 @@ impl SectionKind {
         }
     }
 
-    /// The study it shows, which takes longer than the rest and has to be asked for.
+    /// The study it shows, as a rule that of its name, which takes longer than the rest and has to be asked for.
     pub fn study(self) -> Option<Study> {
         match self {
-            Self::Checks => Some(Study::Checks(CheckRequest::default())),
-            Self::Sensitivity => Some(Study::Sensitivity),
             Self::Condition => Some(Study::Manoeuvres),
-            Self::Responses => Some(Study::Responses),
-            Self::Dynamics => Some(Study::Dynamics(DynamicsRequest::default())),
-            Self::Experiments => Some(Study::Experiments),
-            _ => None,
+            other => Study::from_key(other.name()),
         }
     }
 

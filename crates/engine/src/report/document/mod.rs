@@ -16,6 +16,7 @@ mod instrumentation;
 mod kinds;
 mod level_map;
 mod path;
+mod prior;
 mod proof;
 mod responses;
 mod sensitivity;

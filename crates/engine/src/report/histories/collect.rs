@@ -30,8 +30,7 @@ pub fn collect<'a>(session: &Session, snapshot: &'a Snapshot) -> Vec<History<'a>
     }
     if let Some(study) = snapshot.studies.checks.ready() {
         for window in &study.windows {
-            let flown = window.output_error.iter().filter_map(|(_, flight)| flight.as_ref().ok());
-            histories.extend(flown.filter_map(|flight| output_error(plain(&window.window), flight)));
+            histories.extend(window.flights().filter_map(|flight| output_error(plain(&window.window), flight)));
         }
     }
     for flight in &session.flights {

@@ -14,6 +14,7 @@ mod signals;
 use std::collections::BTreeMap;
 
 use doublet_core::airframe::Loading;
+use doublet_core::load::FileHeader;
 use doublet_core::model::{Coefficient, Structure, Term};
 use doublet_core::schema::{Refused, schema_of};
 use doublet_core::series::TimeRange;
@@ -38,8 +39,7 @@ use super::excluded::apart;
 use super::{
     Annotation, Configuration, Flight, Manoeuvre, ReportFigure, Session, SteadyWindow, Surface, WindowFlags, WindowRole,
 };
-use crate::aircraft::AircraftChanges;
-use crate::verdict::PlausibleRange;
+use crate::session::{AircraftChanges, PlausibleRange};
 
 /// Value of the header's `format` key.
 pub const FORMAT: &str = "doublet session";
@@ -96,15 +96,6 @@ pub enum SessionError {
         /// Cause.
         source: std::io::Error,
     },
-}
-
-/// The header, read before anything else.
-#[derive(Deserialize)]
-struct Header {
-    #[serde(default)]
-    format: String,
-    #[serde(default)]
-    version: u32,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -238,7 +229,7 @@ fn read<T: DeserializeOwned>(text: &str) -> Result<T, SessionError> {
 /// # Errors
 /// [`SessionError`] with the line of a syntax error or unknown key, or the key of an unknown name.
 pub fn parse(text: &str) -> Result<Session, SessionError> {
-    let header: Header = read(text)?;
+    let header: FileHeader = read(text)?;
     if header.format != FORMAT {
         return Err(SessionError::Format { found: header.format });
     }

@@ -4,9 +4,9 @@ use doublet_core::estimate::{PooledFit, PooledWindow, joint_coloured_covariance}
 use doublet_core::model::Structure;
 use nalgebra::DMatrix;
 
-use crate::export::IdentifiedCoefficient;
 use crate::session::Estimation;
 use crate::stage::{AeroWindow, CoefficientFit, pooled_regressions};
+use crate::study::IdentifiedCoefficient;
 
 /// Correlation of the derivatives of these coefficients, within and across, in their order: by [`joint_coloured_covariance`] of their
 /// regressions over the windows, and what each derivative is of the estimated parameters.

@@ -5,10 +5,10 @@ use doublet_dynamics::linear::{FlightModel, ThrustLine, UncertainModel};
 use nalgebra::DMatrix;
 
 use super::{StudyInput, covariance};
-use crate::export::{IdentifiedCoefficient, identified};
 use crate::graph::{Context, Footprint, Stage, StageResult};
 use crate::session::{Estimation, WindowRole};
 use crate::stage::{AeroWindow, CoefficientFit, PooledFits, WindowAero};
+use crate::study::{IdentifiedCoefficient, identified};
 
 /// The pooled estimate of a study with the covariance of its derivatives, the same about every trim.
 #[derive(Clone, Debug)]
@@ -57,7 +57,7 @@ pub fn pooled_model(
         let terms = structure.terms(fit.coefficient).unwrap_or_default();
         match identified(fit, terms, &settings.reference) {
             Ok(coefficient) => found.push((fit, coefficient)),
-            Err(error) => notes.push(error.to_string()),
+            Err(error) => notes.push(error),
         }
     }
     if found.is_empty() {

@@ -3,7 +3,7 @@
 use doublet_core::estimate::{EquationFault, EquationFit, FilterErrorFit, FitQuality};
 use doublet_dynamics::frequency::{EquivalentSystem, FittedParameter, FrequencyError, Mismatch};
 
-use super::{Finding, Level, Verdict};
+use crate::session::{Finding, Level, Verdict};
 
 /// Cost of the mismatch (Tischler and Remple, chapter 11): up to the first the form is hardly told from the response, beyond the second it
 /// does not fit.

@@ -11,8 +11,7 @@ use std::time::SystemTime;
 
 use serde::{Deserialize, Serialize};
 
-use super::durable::{remove_leftovers, replace};
-use super::lock::{Lock, LockResult};
+use crate::keep::{Lock, LockResult, remove_leftovers, replace};
 use crate::session::{self, Session};
 
 const FORMAT: &str = "doublet autosave";

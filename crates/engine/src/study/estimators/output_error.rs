@@ -5,20 +5,20 @@ use std::sync::Arc;
 
 use doublet_core::estimate::{
     FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, InitialState, OutputErrorSettings,
-    ProcessNoise, Unexplained, disturbance_variance, flight_filter_error, flight_output_error,
+    Unexplained, disturbance_variance, flight_output_error,
 };
 use doublet_core::model::{Coefficient, CoefficientSettings, Derivatives, Term, Variable, VariableValues};
-use doublet_core::reconstruct::{Measurement, Reconstruction, State};
-use doublet_core::replay::MotionAxis;
+use doublet_core::reconstruct::{Measurement, State};
+use doublet_core::replay::{Motion, MotionAxis};
 use doublet_core::series::{Series, value_at};
 use doublet_core::statistics::median_step;
 
-use super::StudyInput;
-use super::checks::CheckedDerivative;
+use super::{CheckedDerivative, MethodEstimates, PartEstimates, WindowEstimation};
 use crate::graph::{Context, StageResult};
-use crate::session::{PathSource, Settings};
-use crate::stage::{self, StudyWindow, WindowAero, WindowFlight, WindowPath};
-use crate::verdict::{Finding, Level};
+use crate::session::PathSource;
+use crate::session::{Finding, Level};
+use crate::stage::{self, StudyWindow, WindowAero, WindowFlight};
+use crate::study::StudyInput;
 
 /// Coefficient of determination of an output below which a flight follows it poorly, and below which it does not.
 const POORLY: f64 = 0.7;
@@ -62,32 +62,17 @@ pub struct FollowedStart {
     pub distance: f64,
 }
 
-/// Output error over one window.
+/// The flight of the estimates over one window.
 #[derive(Clone, Debug)]
 pub struct FollowedFlight {
     /// Motion that was followed.
     pub axis: MotionAxis,
-    /// Derivatives that were free.
-    pub derivatives: Vec<CheckedDerivative>,
-    /// Initial states and biases.
-    pub others: Vec<CheckedDerivative>,
     /// Outputs.
     pub outputs: Vec<FollowedOutput>,
     /// Initial states against the path.
     pub starts: Vec<FollowedStart>,
     /// Steps it took.
     pub iterations: usize,
-    /// The same window by filter error, where it was asked for.
-    pub filter_error: Option<StageResult<FilteredFlight>>,
-}
-
-/// Filter error over one window.
-#[derive(Clone, Debug)]
-pub struct FilteredFlight {
-    /// Derivatives that were free.
-    pub derivatives: Vec<CheckedDerivative>,
-    /// Noise that drives the states, as gusts do.
-    pub process_noise: Vec<ProcessNoise>,
 }
 
 impl FollowedFlight {
@@ -129,101 +114,85 @@ impl FollowedFlight {
     }
 }
 
-/// Output error over one window and, where asked for, filter error from its estimates. Derivatives of `axis` that the window's own fit contains
+/// Every motion of the manoeuvre.
+pub(super) fn estimate(estimation: &WindowEstimation<'_>) -> Vec<PartEstimates> {
+    estimation.by_motion(OutputErrorFlight::estimates)
+}
+
+/// Output error of one motion over one window, with what it was compared with. Derivatives of the motion that the window's own fit contains
 /// are free, the others keep their pooled values; the other axis moves as reconstructed.
-pub(super) fn follow(
-    input: &StudyInput<'_>,
-    window: &StudyWindow<'_>,
-    (axis, by_filter): (MotionAxis, bool),
-    context: &Context<'_>,
-) -> StageResult<FollowedFlight> {
-    let settings = input.settings;
-    let (aero, path) = (&window.aero, &window.path.reconstruction);
-    let ready = stage::window_flight(path, aero, settings.preparation, settings.filter.gravity_m_s2)?;
-    let (model, shared) = model(input, window, axis);
-    if shared.is_empty() {
-        return Err("the manoeuvre has no fit of this axis to start from".into());
-    }
-    let compared = Compared { axis, settings, aero, path, flight: &ready };
-    let mut windows = [FlightWindow {
-        label: window.manoeuvre.name.clone(),
-        replay: &ready.replay,
-        start: ready.start,
-        motion: &ready.motion,
-        model,
-        measured: compared.measurements(),
-        accelerometer_from_cg_m: aero.data.accelerometer.map(|place| {
-            (0..aero.data.time_s.len()).map(|k| place.body_from_cg_m(aero.data.mass.at(k).cg_from_datum_m)).collect()
-        }),
-    }];
-    let freedom = FlightFreedom { shared, own: Vec::new(), biases: axis.biased() };
-    let go_on = || !context.control().is_cancelled();
-    let in_words = |error: FlightFitError| match error {
+pub(super) struct OutputErrorFlight<'a> {
+    pub(super) axis: MotionAxis,
+    pub(super) freedom: FlightFreedom,
+    pub(super) found: FlightOutputFit,
+    pub(super) context: &'a Context<'a>,
+    input: &'a StudyInput<'a>,
+    window: &'a StudyWindow<'a>,
+    ready: WindowFlight,
+    model: Derivatives,
+    measured: Vec<Vec<f64>>,
+}
+
+/// An error of a fit in words.
+pub(super) fn line_of(error: FlightFitError) -> String {
+    match error {
         FlightFitError::Stopped => "stopped".to_owned(),
         error => error.to_string(),
-    };
-    let search = OutputErrorSettings::default();
-    let mut found = flight_output_error(axis, &windows, &freedom, &search, &go_on).map_err(in_words)?;
-    let unexplained = [compared.unexplained(&windows[0].model, &freedom, &found)?];
-    let disturbed = disturbance_variance(axis, (&windows, &freedom), &found, &unexplained, &go_on).map_err(in_words)?;
-    let errors = found.corrected_errors.iter_mut().zip(disturbed);
-    errors.for_each(|(error, variance)| *error = error.hypot(variance.max(0.0).sqrt()));
-    let mut flight = compared.flight(&windows[0].measured, &freedom, &found);
-    flight.filter_error = by_filter.then(|| {
-        windows[0].measured = compared.recorded(&window.path, &windows[0].measured);
-        let least: Vec<f64> = axis.outputs().iter().map(|&output| compared.least_noise(&window.path, output)).collect();
-        let begin = (&*found.fit.estimates, &*least);
-        let filter = flight_filter_error(axis, (&windows, &freedom), begin, &search, &go_on).map_err(in_words)?;
-        let derivatives = checked(&filter.estimate).take(freedom.shared.len()).collect();
-        Ok(FilteredFlight { derivatives, process_noise: filter.process_noise })
-    });
-    Ok(flight)
+    }
 }
 
-/// What a flight is compared with.
-struct Compared<'a> {
-    axis: MotionAxis,
-    settings: Settings<'a>,
-    aero: &'a WindowAero,
-    path: &'a Reconstruction,
-    flight: &'a WindowFlight,
-}
-
-impl Compared<'_> {
-    /// Recorded outputs of the axis, a column each, not a number in excluded stretches; specific forces where the accelerometers are.
-    fn measurements(&self) -> Vec<Vec<f64>> {
-        let (data, motion) = (&self.aero.data, &self.flight.motion);
-        let column = |output: &FlightOutput| -> &[f64] {
-            match output {
-                FlightOutput::Airspeed => &data.airspeed_m_s,
-                FlightOutput::Alpha => &data.alpha_rad,
-                FlightOutput::Beta => &data.beta_rad,
-                FlightOutput::RollRate => &motion.rates_rad_s[0],
-                FlightOutput::PitchRate => &motion.rates_rad_s[1],
-                FlightOutput::YawRate => &motion.rates_rad_s[2],
-                FlightOutput::BankAngle => &motion.euler_rad[0],
-                FlightOutput::PitchAngle => &motion.euler_rad[1],
-                FlightOutput::SpecificForceX => &data.specific_force_m_s2[0],
-                FlightOutput::SpecificForceY => &data.specific_force_m_s2[1],
-                FlightOutput::SpecificForceZ => &data.specific_force_m_s2[2],
-            }
-        };
-        let compared = |output: &FlightOutput| match self.aero.left() {
-            None => column(output).to_vec(),
-            Some(left) => {
-                let mut values = vec![f64::NAN; data.time_s.len()];
-                left.iter().for_each(|&sample| values[sample] = column(output)[sample]);
-                values
-            }
-        };
-        self.axis.outputs().iter().map(compared).collect()
+impl<'a> OutputErrorFlight<'a> {
+    /// Output error over `window`.
+    ///
+    /// # Errors
+    /// One line: nothing to start from; the search does not settle.
+    pub(super) fn fit(
+        input: &'a StudyInput<'a>,
+        window: &'a StudyWindow<'a>,
+        axis: MotionAxis,
+        context: &'a Context<'a>,
+    ) -> StageResult<Self> {
+        let settings = input.settings;
+        let (aero, path) = (&window.aero, &window.path.reconstruction);
+        let ready = stage::window_flight(path, aero, settings.preparation, settings.filter.gravity_m_s2)?;
+        let (model, shared) = model(input, window, axis);
+        if shared.is_empty() {
+            return Err("the manoeuvre has no fit of this axis to start from".into());
+        }
+        let measured = measurements(axis, aero, &ready.motion);
+        let freedom = FlightFreedom { shared, own: Vec::new(), biases: axis.biased() };
+        let go_on = || !context.control().is_cancelled();
+        let windows = [flight_window(window, &ready, model.clone(), measured.clone())];
+        let found = flight_output_error(axis, &windows, &freedom, &OutputErrorSettings::default(), &go_on);
+        let found = found.map_err(line_of)?;
+        Ok(Self { axis, freedom, found, context, input, window, ready, model, measured })
     }
 
-    /// The same with airspeed, flow angles and attitude as recorded in place of those of the path, whose errors are not white: each sample at
+    /// The window with these recorded outputs.
+    pub(super) fn flight_window(&self, measured: Vec<Vec<f64>>) -> FlightWindow<'_> {
+        flight_window(self.window, &self.ready, self.model.clone(), measured)
+    }
+
+    /// The estimates, their errors with what the model leaves unexplained.
+    fn estimates(&self) -> StageResult<MethodEstimates> {
+        let windows = [self.flight_window(self.measured.clone())];
+        let go_on = || !self.context.control().is_cancelled();
+        let unexplained = [self.unexplained()?];
+        let disturbed = disturbance_variance(self.axis, (&windows, &self.freedom), &self.found, &unexplained, &go_on);
+        let mut found = self.found.clone();
+        let errors = found.corrected_errors.iter_mut().zip(disturbed.map_err(line_of)?);
+        errors.for_each(|(error, variance)| *error = error.hypot(variance.max(0.0).sqrt()));
+        let mut derivatives: Vec<_> = checked(&found).collect();
+        let others = derivatives.split_off(self.freedom.shared.len());
+        let flight = Some(self.flight(&others));
+        Ok(MethodEstimates { derivatives, others, flight })
+    }
+
+    /// The outputs with airspeed, flow angles and attitude as recorded in place of those of the path, whose errors are not white: each sample at
     /// the nearest instant, moved by the path between the two, less the mean difference from the path. Outputs without a sensor stay those of
     /// the path.
-    fn recorded(&self, path: &WindowPath, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let time_s = &*self.aero.data.time_s;
+    pub(super) fn recorded(&self) -> Vec<Vec<f64>> {
+        let (time_s, path) = (&*self.window.aero.data.time_s, &self.window.path);
         let of_output = |(&output, column): (&FlightOutput, &Vec<f64>)| {
             let Some((series, delay_s)) = sensor(output).and_then(|measurement| path.recorded(measurement)) else {
                 return column.clone();
@@ -243,30 +212,26 @@ impl Compared<'_> {
             let moved = |(path, difference): (&f64, Option<f64>)| difference.map_or(f64::NAN, |own| path + own - mean);
             column.iter().zip(differences).map(moved).collect()
         };
-        self.axis.outputs().iter().zip(columns).map(of_output).collect()
+        self.axis.outputs().iter().zip(&self.measured).map(of_output).collect()
     }
 
     /// Smallest deviation that the noise of an output can have: that of the path where no sensor records it.
-    fn least_noise(&self, path: &WindowPath, output: FlightOutput) -> f64 {
+    pub(super) fn least_noise(&self, output: FlightOutput) -> f64 {
         match sensor(output) {
-            Some(measurement) if path.recorded(measurement).is_none() => self.deviation(output),
+            Some(measurement) if self.window.path.recorded(measurement).is_none() => self.deviation(output),
             _ => 0.0,
         }
     }
 
     /// What the estimated derivatives leave of the coefficients along the path, every sample as it is, without its mean, which is
     /// a constant's; nothing in excluded stretches.
-    fn unexplained(
-        &self,
-        model: &Derivatives,
-        freedom: &FlightFreedom,
-        found: &FlightOutputFit,
-    ) -> StageResult<Vec<Unexplained>> {
-        let settings = CoefficientSettings { matched: false, excluded: Vec::new(), ..self.aero.settings.clone() };
-        let left = self.aero.left();
-        let aero = WindowAero::form(self.aero.data.clone(), settings, self.aero.air_density)?;
-        let mut model = model.clone();
-        freedom.shared.iter().zip(&found.fit.estimates).for_each(|(&entry, &value)| model.set(entry, value));
+    fn unexplained(&self) -> StageResult<Vec<Unexplained>> {
+        let own = &self.window.aero;
+        let settings = CoefficientSettings { matched: false, excluded: Vec::new(), ..own.settings.clone() };
+        let left = own.left();
+        let aero = WindowAero::form(own.data.clone(), settings, own.air_density)?;
+        let mut model = self.model.clone();
+        self.freedom.shared.iter().zip(&self.found.fit.estimates).for_each(|(&entry, &value)| model.set(entry, value));
         let modelled: Vec<[f64; 6]> = values_along(&aero).iter().map(|v| model.body_coefficients(v)).collect();
         let moves = Coefficient::ALL[..6].iter().copied().filter(|&coefficient| self.axis.has(coefficient));
         let rest = |coefficient: Coefficient| {
@@ -286,17 +251,18 @@ impl Compared<'_> {
 
     /// Standard deviation of a state of the path where the flight begins.
     fn path_deviation(&self, state: State) -> f64 {
-        let deviations = match (self.settings.preparation.path, &self.path.smoothed) {
+        let path = &self.window.path.reconstruction;
+        let deviations = match (self.input.settings.preparation.path, &path.smoothed) {
             (PathSource::Smoothed, Some(smoothed)) => &smoothed.deviations,
-            _ => &self.path.deviations,
+            _ => &path.deviations,
         };
-        deviations[state as usize].get(self.flight.first).copied().unwrap_or(0.0)
+        deviations[state as usize].get(self.ready.first).copied().unwrap_or(0.0)
     }
 
     /// Standard deviation of what an output is compared with.
     fn deviation(&self, output: FlightOutput) -> f64 {
-        let airspeed = self.aero.data.airspeed_m_s.first().copied().unwrap_or(f64::INFINITY);
-        let sample = |input: usize| self.settings.filter.process_noise[input];
+        let airspeed = self.window.aero.data.airspeed_m_s.first().copied().unwrap_or(f64::INFINITY);
+        let sample = |input: usize| self.input.settings.filter.process_noise[input];
         match output {
             FlightOutput::Airspeed => self.path_deviation(State::VelocityU),
             FlightOutput::Alpha => self.path_deviation(State::VelocityW) / airspeed,
@@ -314,13 +280,13 @@ impl Compared<'_> {
 
     /// Value and standard deviation of an initial state on the path; a rate is that of one sample.
     fn start(&self, state: InitialState) -> (f64, f64) {
-        let start = &self.flight.start;
+        let start = &self.ready.start;
         match state {
             InitialState::Velocity(axis) => {
                 let states = [State::VelocityU, State::VelocityV, State::VelocityW];
                 (start.air_velocity_body_m_s[axis], self.path_deviation(states[axis]))
             }
-            InitialState::Rate(axis) => (start.rates_rad_s[axis], self.settings.filter.process_noise[3 + axis]),
+            InitialState::Rate(axis) => (start.rates_rad_s[axis], self.input.settings.filter.process_noise[3 + axis]),
             InitialState::Euler(axis) => {
                 let states = [State::BankAngle, State::PitchAngle, State::HeadingAngle];
                 (start.euler_rad[axis], self.path_deviation(states[axis]))
@@ -328,24 +294,22 @@ impl Compared<'_> {
         }
     }
 
-    fn flight(&self, measured: &[Vec<f64>], freedom: &FlightFreedom, found: &FlightOutputFit) -> FollowedFlight {
-        let fit = &found.fit;
-        let mut derivatives: Vec<_> = checked(found).collect();
-        let others = derivatives.split_off(freedom.shared.len());
-        let starts = self.axis.initial().iter().zip(&others).map(|(&state, found)| {
+    /// The flight beside the recording; `others` begin with its initial states.
+    fn flight(&self, others: &[CheckedDerivative]) -> FollowedFlight {
+        let fit = &self.found.fit;
+        let starts = self.axis.initial().iter().zip(others).map(|(&state, found)| {
             let (path, deviation) = self.start(state);
             let distance = (found.estimate - path) / deviation.hypot(found.standard_error);
             FollowedStart { state, estimate: found.estimate, path, distance }
         });
-        let starts = starts.collect();
-        let time_s: Arc<[f64]> = Arc::clone(&self.aero.data.time_s);
+        let time_s: Arc<[f64]> = Arc::clone(&self.window.aero.data.time_s);
         let series = |values: Arc<[f64]>| Series { time_s: Arc::clone(&time_s), values };
         let outputs = self.axis.outputs().iter().enumerate().map(|(index, &output)| {
             let flown = fit.outputs.column(index);
-            let differences = measured[index].iter().zip(flown.iter()).map(|(z, y)| (z - y).abs());
+            let differences = self.measured[index].iter().zip(flown.iter()).map(|(z, y)| (z - y).abs());
             FollowedOutput {
                 output,
-                measured: series(measured[index].as_slice().into()),
+                measured: series(self.measured[index].as_slice().into()),
                 flown: series(flown.iter().copied().collect()),
                 r_squared: fit.quality[index].r_squared,
                 largest_deviation: differences.fold(0.0, f64::max),
@@ -353,9 +317,59 @@ impl Compared<'_> {
                 deviation: self.deviation(output),
             }
         });
-        let (outputs, iterations) = (outputs.collect(), fit.cost.len() - 1);
-        FollowedFlight { axis: self.axis, derivatives, others, outputs, starts, iterations, filter_error: None }
+        let (outputs, starts) = (outputs.collect(), starts.collect());
+        FollowedFlight { axis: self.axis, outputs, starts, iterations: fit.cost.len() - 1 }
     }
+}
+
+/// A window made ready to be flown by `model` beside the outputs `measured`.
+fn flight_window<'f>(
+    window: &StudyWindow<'_>,
+    ready: &'f WindowFlight,
+    model: Derivatives,
+    measured: Vec<Vec<f64>>,
+) -> FlightWindow<'f> {
+    let data = &window.aero.data;
+    FlightWindow {
+        label: window.manoeuvre.name.clone(),
+        replay: &ready.replay,
+        start: ready.start,
+        motion: &ready.motion,
+        model,
+        measured,
+        accelerometer_from_cg_m: data.accelerometer.map(|place| {
+            (0..data.time_s.len()).map(|k| place.body_from_cg_m(data.mass.at(k).cg_from_datum_m)).collect()
+        }),
+    }
+}
+
+/// Recorded outputs of the axis, a column each, not a number in excluded stretches; specific forces where the accelerometers are.
+fn measurements(axis: MotionAxis, aero: &WindowAero, motion: &Motion) -> Vec<Vec<f64>> {
+    let data = &aero.data;
+    let column = |output: &FlightOutput| -> &[f64] {
+        match output {
+            FlightOutput::Airspeed => &data.airspeed_m_s,
+            FlightOutput::Alpha => &data.alpha_rad,
+            FlightOutput::Beta => &data.beta_rad,
+            FlightOutput::RollRate => &motion.rates_rad_s[0],
+            FlightOutput::PitchRate => &motion.rates_rad_s[1],
+            FlightOutput::YawRate => &motion.rates_rad_s[2],
+            FlightOutput::BankAngle => &motion.euler_rad[0],
+            FlightOutput::PitchAngle => &motion.euler_rad[1],
+            FlightOutput::SpecificForceX => &data.specific_force_m_s2[0],
+            FlightOutput::SpecificForceY => &data.specific_force_m_s2[1],
+            FlightOutput::SpecificForceZ => &data.specific_force_m_s2[2],
+        }
+    };
+    let compared = |output: &FlightOutput| match aero.left() {
+        None => column(output).to_vec(),
+        Some(left) => {
+            let mut values = vec![f64::NAN; data.time_s.len()];
+            left.iter().for_each(|&sample| values[sample] = column(output)[sample]);
+            values
+        }
+    };
+    axis.outputs().iter().map(compared).collect()
 }
 
 /// The measurement that records an output; inertial samples record the others.
@@ -371,7 +385,7 @@ fn sensor(output: FlightOutput) -> Option<Measurement> {
 }
 
 /// Every estimate with its corrected error.
-fn checked(found: &FlightOutputFit) -> impl Iterator<Item = CheckedDerivative> + '_ {
+pub(super) fn checked(found: &FlightOutputFit) -> impl Iterator<Item = CheckedDerivative> + '_ {
     let rows = found.fit.names.iter().zip(&found.fit.estimates).zip(&found.corrected_errors);
     rows.map(|((name, &estimate), &standard_error)| CheckedDerivative { name: name.clone(), estimate, standard_error })
 }

@@ -12,7 +12,7 @@ const LISTS: [&str; 7] = ["tank", "seat", "luggage", "fixed_item", "engine", "wi
 /// Lists of places with where the standard loading has their masses.
 const LOADED: [(&str, &str); 3] = [("tank", "fuel_kg"), ("seat", "seats_kg"), ("luggage", "luggage_kg")];
 /// Key of the limits of the centre of gravity over mass, changed as a whole.
-pub(super) const ENVELOPE: &str = "envelope";
+pub(crate) const ENVELOPE: &str = "envelope";
 /// Keys of a row of the envelope.
 const ENVELOPE_KEYS: [&str; 3] = ["mass_kg", "forward_x_m", "aft_x_m"];
 
