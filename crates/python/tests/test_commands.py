@@ -96,7 +96,7 @@ def saved(session, folder):
 @pytest.fixture(scope="module")
 def small():
     session = db.Session.load("builtin:demo")
-    rows = session["window"]
+    rows = session["manoeuvre"]
     kept = [row for row in rows if row.get("role") == "identification"][:8] + [row for row in rows if row.get("role") == "validation"][:1]
     return session.replace(window=kept)
 

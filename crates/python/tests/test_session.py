@@ -59,7 +59,7 @@ def test_replace_keeps_the_rules_of_the_file(demo):
     with pytest.raises(db.DoubletError, match="filter.method|unknown"):
         session.replace({"filter.method": "best"})
     with pytest.raises(db.DoubletError, match="outside the list"):
-        session.replace({"window.99.role": "validation"})
+        session.replace({"manoeuvre.99.role": "validation"})
 
 
 def test_saved_session_opens_and_gives_the_same(tmp_path, demo):

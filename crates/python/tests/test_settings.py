@@ -122,7 +122,7 @@ def test_unknown_names_are_refused_with_the_nearest(given, usual):
         (lambda: db.coefficients(usual, control_lag={"elevatr": {}}), "did you mean 'elevator'"),
         (lambda: db.coefficients(usual, thrust="removd"), "did you mean 'removed'"),
         (lambda: db.Session.load("builtin:demo").replace({"filter.methd": "ekf"}), "no key of a session is called 'filter.methd': did you mean 'filter.method'"),
-        (lambda: db.Session.load("builtin:demo").replace({"window.0.rol": "validation"}), "did you mean 'window.0.role'"),
+        (lambda: db.Session.load("builtin:demo").replace({"manoeuvre.0.rol": "validation"}), "did you mean 'manoeuvre.0.role'"),
         (lambda: db.Session.load("builtin:demo").replace(titel="x"), "did you mean 'title'"),
         (lambda: db.Session.from_recordings(recording, filter={"smoother_pases": 2}), "did you mean 'filter.smoother_passes'"),
     ):
@@ -141,15 +141,15 @@ def test_session_of_recordings_takes_settings(given):
     recording, aircraft, windows, _ = given
     session = db.Session.from_recordings(
         recording, aircraft=aircraft, manoeuvres=windows, model=MODEL, filter={"method": "ekf", "measurement_noise": {"alpha": 0.003}},
-        preparation={"settle_s": 0.5}, estimation={"weights": "autoregression"}, settings={"window.0.role": "validation"},
+        preparation={"settle_s": 0.5}, estimation={"weights": "autoregression"}, settings={"manoeuvre.0.role": "validation"},
     )
     assert session["filter.method"] == "ekf" and session["filter.measurement_noise.alpha"] == 0.003
     assert session["filter.measurement_noise.theta"] > 0 and session["preparation.settle_s"] == 0.5
-    assert session["estimation.weights"] == "autoregression" and session["window.0.role"] == "validation"
+    assert session["estimation.weights"] == "autoregression" and session["manoeuvre.0.role"] == "validation"
     assert [one.name for one in session.windows] == [one.name for one in windows]
     old = db.Session.from_recordings(recording, aircraft=aircraft, windows=windows, model=MODEL)
     new = db.Session.from_recordings(recording, aircraft=aircraft, manoeuvres=windows, model=MODEL)
-    assert old["window"] == new["window"]
+    assert old["manoeuvre"] == new["manoeuvre"]
     with pytest.raises(db.DoubletError, match="manoeuvres and windows are the same"):
         db.Session.from_recordings(recording, manoeuvres=windows, windows=windows)
     with pytest.raises(db.DoubletError, match="autoregression_order: 0 is not an order"):

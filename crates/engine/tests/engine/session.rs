@@ -1,6 +1,7 @@
 //! Sessions: saved form, edits, undo.
 
 mod experiment;
+mod older;
 
 use doublet_core::airframe::Loading;
 use doublet_core::estimate::{Constraint, SensorError};
@@ -22,7 +23,7 @@ use doublet_engine::session::{
 };
 use doublet_engine::undo::History;
 use doublet_engine::verdict::{Level, PlausibleRange};
-use doublet_engine::{begin, builtin, stage};
+use doublet_engine::{begin, stage};
 use proptest::prelude::*;
 
 fn expression(name: &str, unit: &str, expression: &str) -> ExpressionSetting {
@@ -595,26 +596,4 @@ fn lock_of_a_window_is_saved_only_where_there_is_one_and_does_not_refuse_a_typed
     history.apply(&lock(false)).unwrap();
     assert_eq!(history.undo_label(), Some("unlock manoeuvre e1"));
     assert_eq!(session::print(history.present()).unwrap(), before);
-}
-
-#[test]
-fn version_4_called_manoeuvres_windows() {
-    let mut session = session::parse(builtin::session("demo").unwrap()).unwrap();
-    let first = session.windows[0].clone();
-    let mut configuration = Configuration::from_session(&session);
-    configuration.manoeuvres[0].role = WindowRole::Ignored;
-    configuration.estimation.predict_with = PredictionParameters::ManoeuvreMeans;
-    session.experiments = vec![Experiment { name: "one".to_owned(), configuration: configuration.into() }];
-    session.sensor_errors.per_window = vec![SensorError::from_name("bias_beta").unwrap()];
-    let text = session::print(&session).unwrap();
-    assert!(text.contains("[[manoeuvre]]") && text.contains("[[experiment.manoeuvre]]") && !text.contains("window"));
-    let older = text
-        .replace("version = 5", "version = 4")
-        .replace("[[manoeuvre]]", "[[window]]")
-        .replace("[[experiment.manoeuvre]]", "[[experiment.window]]")
-        .replace("per_manoeuvre", "per_window")
-        .replace("manoeuvre_means", "window_means");
-    let read = session::parse(&older).unwrap();
-    assert_eq!(read, session);
-    assert_eq!(read.windows[0], first);
 }

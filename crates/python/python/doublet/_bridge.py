@@ -92,13 +92,13 @@ def begin(
         begun = _doublet.Session.begin(files, flight, channel_map, plane, progress)
         content = json.loads(begun.json())
         flights += content["flight"]
-        found = content.get("window", []) if given is None else [_window_row(one, flight) for one in given[index]]
+        found = content.get("manoeuvre", []) if given is None else [_window_row(one, flight) for one in given[index]]
         names = {row["name"] for row in rows}
         for row in found:
             rows.append({**row, "name": f"{row['name']} (flight {index + 1})" if row["name"] in names else row["name"]})
         first = first or begun
     assert first is not None
-    changes: dict[str, Any] = {"title": name, "flight": flights, "window": rows}
+    changes: dict[str, Any] = {"title": name, "flight": flights, "manoeuvre": rows}
     if model is not None:
         changes["model"] = {coefficient: terms for coefficient, terms in _models(model)}
     return first.replaced([(key, json.dumps(value)) for key, value in changes.items()])
@@ -113,7 +113,7 @@ def session_of(paths: Sequence[Path], content: str, has_model: bool, name: str, 
     if any(json.loads(path._inner.session()).get("filter") != rows.get("filter") for path in paths):
         raise DoubletError("the flights differ in settings of the filter: a session has one filter, reconstruct all flights alike")
     flights = [flight["name"] for flight in rows["flight"]]
-    windows = [[_window_of(row) for row in rows["window"] if row["flight"] == flight] for flight in flights]
+    windows = [[_window_of(row) for row in rows["manoeuvre"] if row["flight"] == flight] for flight in flights]
     given: Any = windows[0] if len(paths) == 1 else windows
     session = Session.from_recordings(
         [path.recording for path in paths], aircraft=paths[0].aircraft, windows=given, name=name, folder=folder

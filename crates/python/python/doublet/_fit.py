@@ -109,7 +109,7 @@ class Coefficients(Columnar, View[_doublet.Coefficients], Sequence[WindowCoeffic
             return [self[index] for index in range(len(self))[key]]
         if isinstance(key, str):
             if key not in self.windows:
-                raise unknown("window", key, self.windows)
+                raise unknown("manoeuvre", key, self.windows)
             key = self.windows.index(key)
         index = range(len(self))[key]
         return WindowCoefficients(self, index, self.windows[index])
@@ -487,7 +487,7 @@ def fit(
     weights: Literal["equal", "huber"] = "equal",
     errors: Literal["coloured", "white"] = "coloured",
     constraints: Optional[Mapping[tuple[str, str], Any]] = None,
-    constants: Literal["per_window", "common"] = "per_window",
+    constants: Literal["per_manoeuvre", "common"] = "per_manoeuvre",
     by_surface: bool = True,
 ) -> Fit:
     """Derivatives by least squares over windows.
@@ -505,7 +505,7 @@ def fit(
         errors: ``"coloured"`` or ``"white"``: what ``stderr`` and ``cov`` are.
         constraints: By coefficient and term: a number (fixed), ``(lower, upper)`` with ``None`` for an open end, or
             ``{"mean": .., "std": ..}``.
-        constants: ``"per_window"``, or ``"common"``.
+        constants: ``"per_manoeuvre"``, or ``"common"``.
         by_surface: Symmetric coefficients from windows of the elevator, asymmetric ones from those of aileron and rudder.
 
     Warns:
@@ -519,8 +519,8 @@ def fit(
         raise DoubletError(f"'{weights}' are not weights: use equal or huber")
     if errors not in ("coloured", "white"):
         raise DoubletError(f"'{errors}' are not errors: use coloured or white")
-    if constants not in ("per_window", "common"):
-        raise DoubletError(f"'{constants}' are not constants: use per_window or common")
+    if constants not in ("per_manoeuvre", "common"):
+        raise DoubletError(f"'{constants}' are not constants: use per_manoeuvre or common")
     several = [coefs] if isinstance(coefs, Coefficients) else list(coefs)
     planes = [one.aircraft for one in several if one.aircraft is not None]
     if any(not plane._is(planes[0]) for plane in planes):

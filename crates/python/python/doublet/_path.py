@@ -229,7 +229,7 @@ class Path(Columnar, View[_doublet.Path], Sequence[WindowPath]):
         if isinstance(key, str):
             names = [window.name for window in self.windows]
             if key not in names:
-                raise unknown("window", key, names)
+                raise unknown("manoeuvre", key, names)
             key = names.index(key)
         return WindowPath(self, range(len(self))[key], self.windows[key])
 

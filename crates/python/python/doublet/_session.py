@@ -152,7 +152,7 @@ class Session(Replayed[_doublet.Session]):
         return content
 
     def __getitem__(self, key: str) -> Any:
-        """The value at a dotted key: ``session["filter.method"]``, ``session["window.0.role"]``."""
+        """The value at a dotted key: ``session["filter.method"]``, ``session["manoeuvre.0.role"]``."""
         value: Any = self.to_dict()
         for part in key.split("."):
             try:
@@ -164,7 +164,7 @@ class Session(Replayed[_doublet.Session]):
     @property
     def windows(self) -> list[Window]:
         """The windows that are not ignored."""
-        rows = [row for row in self.to_dict().get("window", []) if row.get("role") != "ignored"]
+        rows = [row for row in self.to_dict().get("manoeuvre", []) if row.get("role") != "ignored"]
         keys = ("surface", "kind", "role")
         return [
             Window(row["name"], row["start_s"], row["end_s"], **{k: row[k] for k in keys if row.get(k) is not None})
@@ -175,7 +175,7 @@ class Session(Replayed[_doublet.Session]):
         """The session with other values, checked as its file would be.
 
         Args:
-            changes: By dotted key: ``{"filter.measurement_noise.alpha": 0.002, "window.0.role": "validation"}``.
+            changes: By dotted key: ``{"filter.measurement_noise.alpha": 0.002, "manoeuvre.0.role": "validation"}``.
             tables: Whole values of keys at the top: ``title="..."``.
         """
         several = {**(changes or {}), **tables}
@@ -211,7 +211,7 @@ class Session(Replayed[_doublet.Session]):
         content = self.to_dict()
         flights = [dict(flight=row["name"], recordings=len(row.get("recording", []))) for row in content.get("flight", [])]
         keys = ("name", "flight", "start_s", "end_s", "surface", "kind", "role")
-        windows = [{key: row.get(key) for key in keys} for row in content.get("window", [])]
+        windows = [{key: row.get(key) for key in keys} for row in content.get("manoeuvre", [])]
         return Table(flights, str(content.get("title", "")))._repr_html_() + Table(windows, "manoeuvres")._repr_html_()
 
 
