@@ -27,6 +27,7 @@ pub(crate) use figure::{line, points};
 pub use kinds::SectionKind;
 pub(crate) use proof::replay_panel;
 pub use responses::surface_figure;
+pub use sensitivity::{sensitivity_tables, widest_table};
 
 use std::collections::BTreeSet;
 
