@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use doublet_core::replay::MotionAxis;
+use doublet_engine::report::document::{sensitivity_tables, widest_table};
+use doublet_engine::report::tables::manoeuvre_map;
 use doublet_engine::report::{
     self, Outputs, check_table, condition_table, followed_table, kind_table, lag_table, left_out_table,
     monte_carlo_table,
@@ -12,7 +14,6 @@ use doublet_engine::report::{
 use doublet_engine::run::{Control, Snapshot};
 use doublet_engine::session::Session;
 use doublet_engine::study::{CheckRequest, Estimator, Study};
-use doublet_engine::verdict::Level;
 
 use crate::run::computed;
 use crate::text;
@@ -73,6 +74,21 @@ fn axis(text: &str) -> Result<MotionAxis, String> {
     found.ok_or_else(|| format!("'{text}' is not a motion: use longitudinal, lateral or both"))
 }
 
+/// Columns of the manoeuvre map that fit on a terminal.
+const MAP_COLUMNS: [&str; 11] = [
+    "name",
+    "use",
+    "level",
+    "start_s",
+    "duration_s",
+    "airspeed_m_s",
+    "altitude_m",
+    "alpha_rad",
+    "deflection_rad",
+    "nis_ratio",
+    "worst_r_squared",
+];
+
 /// Computes one study of a session and prints it.
 ///
 /// # Errors
@@ -102,7 +118,8 @@ pub fn shown(study: Study, session: &Session, snapshot: &Snapshot, arguments: &S
     match study {
         Study::Sensitivity => sensitivity(&results.studies),
         Study::Manoeuvres => {
-            manoeuvre_map(&results.manoeuvre_map);
+            text::show(&manoeuvre_map(&results).select(&MAP_COLUMNS));
+            text::line("");
             manoeuvres(&results.studies);
         }
         Study::Checks(_) => checks(&results.studies),
@@ -120,112 +137,15 @@ pub fn shown(study: Study, session: &Session, snapshot: &Snapshot, arguments: &S
     Ok(())
 }
 
-/// Values of `key` in the order of their first appearance.
-fn distinct<'r, R>(rows: &'r [R], key: impl Fn(&'r R) -> &'r str) -> Vec<&'r str> {
-    let mut found: Vec<&str> = Vec::new();
-    for row in rows {
-        if !found.contains(&key(row)) {
-            found.push(key(row));
-        }
-    }
-    found
-}
-
-/// One table per coefficient and group of quantities, as thesis Tables 7.2-7.12, then the widest bars.
+/// Change of each derivative per unit of each quantity, as thesis Tables 7.2-7.12, then the widest bars.
 fn sensitivity(results: &report::StudyResults) {
-    let rows = &results.sensitivity;
-    let coefficient = |derivative: &str| derivative.split('_').next().unwrap_or_default().to_owned();
-    let derivatives = distinct(rows, |row| &row.derivative);
-    let mut coefficients: Vec<String> = derivatives.iter().map(|name| coefficient(name)).collect();
-    coefficients.dedup();
-    for group in distinct(rows, |row| row.table) {
-        let of_group: Vec<_> = rows.iter().filter(|row| row.table == group).collect();
-        let mut quantities: Vec<(&str, &str, f64, f64)> = Vec::new();
-        for row in &of_group {
-            if !quantities.iter().any(|(name, ..)| *name == row.quantity) {
-                quantities.push((&row.quantity, row.unit, row.value, row.step));
-            }
-        }
+    for (group, table) in sensitivity_tables(results) {
         text::line(&format!("{group}: change of the derivative per unit"));
-        for (name, unit, value, step) in &quantities {
-            text::line(&format!("  {name} {} +- {} {unit}", text::number(*value, 5), text::number(*step, 3)));
-        }
-        let heads: Vec<String> = quantities.iter().map(|(name, unit, ..)| format!("{name} [{unit}]")).collect();
-        let header: Vec<&str> = std::iter::once("derivative").chain(heads.iter().map(String::as_str)).collect();
-        for coefficient_name in &coefficients {
-            let of_coefficient = derivatives.iter().filter(|name| coefficient(name) == *coefficient_name);
-            let cells = of_coefficient.map(|derivative| {
-                let cell = |quantity: &str| {
-                    let row = of_group.iter().find(|row| row.quantity == quantity && row.derivative == *derivative);
-                    row.map_or_else(|| "-".to_owned(), |row| text::number(beyond_rounding(row), 3))
-                };
-                let name = std::iter::once((*derivative).to_owned());
-                name.chain(quantities.iter().map(|(quantity, ..)| cell(quantity))).collect()
-            });
-            text::table(&header, &cells.collect::<Vec<_>>());
-            text::line("");
-        }
+        text::show(&table);
+        text::line("");
     }
-    text::line(
-        "dominant uncertainty of each derivative: change over one step, per cent and in corrected standard errors",
-    );
-    let widest = derivatives.iter().filter_map(|name| results.tornado.iter().find(|bar| bar.derivative == **name));
-    let cells = widest.map(|bar| {
-        vec![
-            bar.derivative.clone(),
-            bar.quantity.clone(),
-            text::number(bar.low_percent, 3),
-            text::number(bar.high_percent, 3),
-            text::number(bar.in_standard_errors, 3),
-        ]
-    });
-    text::table(&["derivative", "quantity", "lower %", "higher %", "errors"], &cells.collect::<Vec<_>>());
-}
-
-/// The partial derivative, zero where only rounding moved the estimate.
-fn beyond_rounding(row: &report::SensitivityRow) -> f64 {
-    /// Change of the estimate, per cent, that rounding alone can cause.
-    const ROUNDING_PERCENT: f64 = 1e-9;
-    if row.relative_percent.abs() < ROUNDING_PERCENT { 0.0 } else { row.partial }
-}
-
-/// Manoeuvres and candidates with their flight condition, input and consistency.
-fn manoeuvre_map(rows: &[report::MapRow]) {
-    let degrees = |angle_rad: Option<f64>| angle_rad.map(f64::to_degrees);
-    let cells = rows.iter().map(|row| {
-        let numbers = [
-            (Some(row.start_s), 6),
-            (Some(row.duration_s), 3),
-            (row.airspeed_m_s, 3),
-            (row.altitude_m, 4),
-            (degrees(row.alpha_rad), 3),
-            (degrees(row.deflection_rad), 3),
-            (row.nis_ratio, 3),
-            (row.worst_r_squared(), 3),
-            (row.information, 3),
-        ];
-        let numbers = numbers
-            .into_iter()
-            .map(|(value, digits)| value.map_or_else(|| "-".to_owned(), |value| text::number(value, digits)));
-        let words = [row.name.as_str(), row.role, row.level.map_or("-", Level::name)].map(str::to_owned);
-        words.into_iter().chain(numbers).collect()
-    });
-    let header = [
-        "manoeuvre",
-        "use",
-        "verdict",
-        "start, s",
-        "duration, s",
-        "airspeed, m/s",
-        "altitude, m",
-        "alpha, deg",
-        "deflection, deg",
-        "NIS ratio",
-        "worst R2",
-        "estimate / error",
-    ];
-    text::table(&header, &cells.collect::<Vec<_>>());
-    text::line("");
+    text::line("dominant uncertainty of each derivative: change over one step");
+    text::show(&widest_table(results));
 }
 
 fn manoeuvres(results: &report::StudyResults) {

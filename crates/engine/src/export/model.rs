@@ -65,7 +65,7 @@ impl IdentifiedModel {
             .iter()
             .map(|fit| {
                 identified(fit, session.structure.terms(fit.coefficient).unwrap_or_default(), &reference)
-                    .map_err(refuse)
+                    .map_err(|error| refuse(error.to_string()))
             })
             .collect::<Result<Vec<_>, _>>()?;
         let on_board = snapshot.on_board(session).ok_or_else(|| refuse("the aircraft could not be read".into()))?;

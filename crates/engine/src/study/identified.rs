@@ -4,7 +4,7 @@ use doublet_core::airframe::ReferenceGeometry;
 use doublet_core::model::{Coefficient, Term, Variable};
 use nalgebra::DMatrix;
 
-use crate::graph::StageError;
+use crate::graph::{StageError, StageResult};
 use crate::stage::CoefficientFit;
 
 /// A derivative of the model.
@@ -54,9 +54,9 @@ pub(crate) fn identified(
     fit: &CoefficientFit,
     terms: &[Term],
     reference: &ReferenceGeometry,
-) -> Result<IdentifiedCoefficient, String> {
+) -> StageResult<IdentifiedCoefficient> {
     let name = fit.coefficient.name();
-    let refuse = |error: &StageError| format!("{name} has no estimate: {error}");
+    let refuse = |error: &StageError| StageError::Failed(format!("{name} has no estimate: {error}"));
     let estimate = fit.fit.as_ref().map_err(refuse)?;
     let total: usize = fit.windows.iter().map(|(_, samples)| samples).sum();
     let constant = Term::constant().derivative_name(fit.coefficient);

@@ -31,6 +31,7 @@ pub use kinds::SectionKind;
 pub use level_map::level_map;
 pub(crate) use proof::replay_panel;
 pub use responses::surface_figure;
+pub use sensitivity::{sensitivity_tables, widest_table};
 pub use style::{Logo, Style, UnitSystem};
 
 use std::collections::BTreeSet;

@@ -2,7 +2,7 @@
 
 use super::{Block, Contents, Parts, paragraph};
 use crate::notation;
-use crate::report::studies::{SensitivityRow, TotalErrorRow};
+use crate::report::studies::{SensitivityRow, StudyResults, TotalErrorRow};
 use crate::report::table::{Cell, Column, Table, TableOf};
 
 /// Change of the estimate, per cent, that rounding alone can cause.
@@ -18,41 +18,39 @@ pub fn sensitivity(contents: &Contents<'_>) -> Parts {
         "Change of each pooled derivative per unit of an input quantity, by central difference. The total error combines the corrected standard error with the change by one step of every quantity, assuming an error of one step in each. A step is not the accuracy of its quantity.",
     )];
     let mut appendix = Vec::new();
-    for group in distinct(study.sensitivity.iter().map(|row| row.table)) {
-        let rows: Vec<&SensitivityRow> = study.sensitivity.iter().filter(|row| row.table == group).collect();
-        let (table, unmoved) = moved(partials(group, &rows));
+    for (group, partials) in sensitivity_tables(study) {
+        let (table, unmoved) = moved(partials);
         appendix.extend((!table.rows.is_empty()).then_some(Block::Table(table)));
         if !unmoved.is_empty() {
             let names: Vec<String> = unmoved.iter().map(|name| notation::derivative(name)).collect();
             appendix.push(Block::Paragraph(format!("Not changed by {group}: {}.", names.join(", "))));
         }
     }
-    let widest = distinct(study.tornado.iter().map(|bar| bar.derivative.as_str())).into_iter().filter_map(|name| {
-        let bar = study.tornado.iter().find(|bar| bar.derivative == name)?;
-        Some(vec![
-            Cell::Symbol(bar.derivative.clone()),
-            Cell::text(&bar.quantity),
-            Cell::Number(bar.low_percent),
-            Cell::Number(bar.high_percent),
-            Cell::Number(bar.in_standard_errors),
-        ])
-    });
-    blocks.push(Block::Table(Table {
-        name: "widest".to_owned(),
-        caption: "Dominant uncertainty of each derivative: change over one step down and up.".to_owned(),
-        columns: vec![
-            Column::new("derivative", "Derivative"),
-            Column::new("quantity", "Quantity"),
-            Column::number("low_percent", "Step down", "%", 3),
-            Column::number("high_percent", "Step up", "%", 3),
-            Column::number("in_standard_errors", "In corrected std errors", "", 3),
-        ],
-        rows: widest.collect(),
-    }));
+    blocks.push(Block::Table(widest_table(study)));
     blocks.push(Block::Table(quantities(&study.sensitivity)));
     let totals = total_errors(&study.total_errors);
     blocks.extend((!totals.rows.is_empty()).then_some(Block::Table(totals)));
     Parts { body: blocks, appendix }
+}
+
+/// Partial derivatives of the estimates, a table for each group of quantities.
+pub fn sensitivity_tables(study: &StudyResults) -> Vec<(&'static str, Table)> {
+    let groups = distinct(study.sensitivity.iter().map(|row| row.table));
+    let rows = |group: &str| study.sensitivity.iter().filter(|row| row.table == group).collect::<Vec<_>>();
+    groups.into_iter().map(|group| (group, partials(group, &rows(group)))).collect()
+}
+
+/// The widest bar of each derivative.
+pub fn widest_table(study: &StudyResults) -> Table {
+    let names = distinct(study.tornado.iter().map(|bar| bar.derivative.as_str()));
+    let bars = names.into_iter().filter_map(|name| study.tornado.iter().find(|bar| bar.derivative == name));
+    TableOf::new("widest", "Dominant uncertainty of each derivative: change over one step down and up.", bars)
+        .symbol("derivative", "Derivative", |bar| &bar.derivative)
+        .text("quantity", "Quantity", |bar| &bar.quantity)
+        .number("low_percent", "Step down", "%", 3, |bar| bar.low_percent)
+        .number("high_percent", "Step up", "%", 3, |bar| bar.high_percent)
+        .number("in_standard_errors", "In corrected std errors", "", 3, |bar| bar.in_standard_errors)
+        .done()
 }
 
 fn total_errors(rows: &[TotalErrorRow]) -> Table {

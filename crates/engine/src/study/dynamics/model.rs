@@ -57,7 +57,7 @@ pub fn pooled_model(
         let terms = structure.terms(fit.coefficient).unwrap_or_default();
         match identified(fit, terms, &settings.reference) {
             Ok(coefficient) => found.push((fit, coefficient)),
-            Err(error) => notes.push(error),
+            Err(error) => notes.push(error.to_string()),
         }
     }
     if found.is_empty() {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Fix;
+use crate::session::Fix;
 
 /// What a derivative may be, as stated in a session or a file.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
