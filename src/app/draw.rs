@@ -313,7 +313,8 @@ fn running(app: &mut Workbench, ui: &mut Ui) {
         return;
     }
     let Some(last) = snapshot.log.iter().rev().find(|line| !line.duration.is_zero()) else { return };
-    ui.weak(format!("{} in {}", last.cause, notation::duration(last.duration))).on_hover_text(&last.text);
+    let text = RichText::new(format!("{} in {}", last.cause, notation::duration(last.duration))).weak();
+    ui.add(egui::Label::new(text).truncate()).on_hover_text(&last.text);
     if let Some((place, error)) = snapshot.failures().first() {
         let text = RichText::new(format!("{place}: {error}")).color(theme::palette(ui).error);
         ui.add(egui::Label::new(text).truncate());

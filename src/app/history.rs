@@ -66,7 +66,9 @@ fn row(ui: &mut Ui, label: &str, (at, done): (usize, usize)) -> bool {
         text = text.strong().color(theme::palette(ui).accent);
     }
     let button = egui::Button::selectable(at == done, text).truncate();
-    let response = ui.add_sized(vec2(ui.available_width(), 20.0), button);
+    let size = vec2(ui.available_width(), 20.0);
+    let left = egui::Layout::left_to_right(egui::Align::Center).with_main_justify(true);
+    let response = ui.allocate_ui_with_layout(size, left.with_main_align(egui::Align::Min), |ui| ui.add(button)).inner;
     let name = format!("history {at}: {label}");
     ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(name));
     response.clicked()

@@ -46,7 +46,9 @@ fn a_second_session_stands_beside_the_first_with_one_zoom_and_one_cursor() {
     // The cursor of one is that of the other.
     let all: Vec<_> = bench.harness.get_all_by_label_contains("plot: ΔCm").map(|plot| plot.rect()).collect();
     assert_eq!(all.len(), 2, "one on either side");
-    let [left, right] = [all[0].center(), all[1].center()];
+    let mut centres = [all[0].center(), all[1].center()];
+    centres.sort_by(|a, b| a.x.total_cmp(&b.x));
+    let [left, right] = centres;
     assert!(left.x < 750.0 && right.x > 750.0, "{left:?} {right:?}");
     for at in [left, right] {
         bench.harness.hover_at(at);
