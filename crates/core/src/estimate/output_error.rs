@@ -228,9 +228,10 @@ fn sensitivities<E>(
     };
     let all: Vec<Vec<f64>> = (0..theta.len()).flat_map(|index| [shifted(index, 1.0), shifted(index, -1.0)]).collect();
     // No more than `lanes` outputs, and those of one parameter, exist at a time.
-    let mut sides = all.chunks(lanes.max(1)).flat_map(simulate_all).map(|found| {
-        found.ok().filter(|found| found.iter().all(|value| value.is_finite()))
-    });
+    let mut sides = all
+        .chunks(lanes.max(1))
+        .flat_map(simulate_all)
+        .map(|found| found.ok().filter(|found| found.iter().all(|value| value.is_finite())));
     let mut result = Vec::with_capacity(theta.len());
     for index in 0..theta.len() {
         let sides = (sides.next().flatten(), sides.next().flatten());

@@ -143,8 +143,7 @@ impl Linearisation {
         let inputs: Vec<Vec<f64>> = self.input.iter().map(|value| vec![*value; 2 * states]).collect();
         let inputs: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
         let parameters: Vec<&[f64]> = theta.iter().map(std::slice::from_ref).collect();
-        let points =
-            EquationPoints { count: 2 * states, states: &columns, inputs: &inputs, parameters: &parameters };
+        let points = EquationPoints { count: 2 * states, states: &columns, inputs: &inputs, parameters: &parameters };
         for (slopes, found) in [(&mut a, model.rates(points)), (&mut c, model.shown(points))] {
             for (row, values) in found.iter().enumerate() {
                 for state in 0..states {

@@ -175,8 +175,7 @@ impl EquationModel {
             ("a constant", Vec::new()),
         ];
         check_names((&of_states, outputs.len()), kinds)?;
-        let output_of_state =
-            states.iter().map(|state| outputs.iter().position(|output| output == state)).collect();
+        let output_of_state = states.iter().map(|state| outputs.iter().position(|output| output == state)).collect();
         Ok(Self { states, outputs, inputs, parameters, sides: Sides::Function(function), output_of_state })
     }
 
@@ -260,9 +259,7 @@ impl Expressions {
         let mut columns = vec![Vec::with_capacity(points.count); sides.len()];
         let (mut x, mut u, mut theta, mut stack) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for point in 0..points.count {
-            for (values, from) in
-                [(&mut x, points.states), (&mut u, points.inputs), (&mut theta, points.parameters)]
-            {
+            for (values, from) in [(&mut x, points.states), (&mut u, points.inputs), (&mut theta, points.parameters)] {
                 values.clear();
                 values.extend(from.iter().map(|column| column[if column.len() == 1 { 0 } else { point }]));
             }

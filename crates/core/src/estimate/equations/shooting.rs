@@ -90,7 +90,13 @@ fn pieces(records: &[EquationRecord], piece_s: Option<f64>, model: &EquationMode
             let range = piece * samples / count..(piece + 1) * samples / count;
             let label = if count == 1 { record.label.clone() } else { format!("{}:{}", record.label, piece + 1) };
             let first_initial = model.parameters.len() + states * pieces.len();
-            pieces.push(Piece { record: index, first_row: first_row + range.start, first_initial, samples: range, label });
+            pieces.push(Piece {
+                record: index,
+                first_row: first_row + range.start,
+                first_initial,
+                samples: range,
+                label,
+            });
         }
         first_row += samples;
     }

@@ -89,7 +89,8 @@ impl Lanes<'_> {
         let [states, inputs, parameters] =
             [&states, &inputs, &parameters].map(|columns| columns.iter().map(Vec::as_slice).collect::<Vec<_>>());
         let count = self.flying.len();
-        let found = sides(self.model, EquationPoints { count, states: &states, inputs: &inputs, parameters: &parameters });
+        let found =
+            sides(self.model, EquationPoints { count, states: &states, inputs: &inputs, parameters: &parameters });
         transposed(&found)
     }
 }
