@@ -7,6 +7,7 @@ use std::sync::LazyLock;
 
 use crate::load::error::LoadError;
 use crate::load::format::Format;
+use crate::load::pieces::Pieces;
 
 /// Environment variable that sets the budget, in megabytes (1e6 bytes).
 pub const BUDGET_VARIABLE: &str = "DOUBLET_UNPACK_MB";
@@ -64,21 +65,40 @@ impl<'p> Budget<'p> {
         Self { path, format, all, left: Cell::new(all) }
     }
 
-    /// The bytes of the file, which is read as a whole: its size is known before, and no more than that is read.
+    /// The file and its size, which is known before anything of it is read.
     ///
     /// # Errors
     /// [`LoadError::Open`], and [`LoadError::TooLarge`] where it is larger than what was set for a recording.
-    pub fn read_whole(&self) -> Result<Vec<u8>, LoadError> {
+    fn open(&self) -> Result<(std::fs::File, u64), LoadError> {
         let open = |cause| LoadError::Open { path: self.path.to_owned(), cause };
         let file = std::fs::File::open(self.path).map_err(open)?;
         let stored = file.metadata().map_err(open)?.len();
         if stored > *BUDGET {
             return Err(self.too_large(*BUDGET, format!("the file itself has {} MB", stored / MEGABYTE)));
         }
+        Ok((file, stored))
+    }
+
+    /// The bytes of the file, which is read as a whole: its size is known before, and no more than that is read.
+    ///
+    /// # Errors
+    /// [`LoadError::Open`], and [`LoadError::TooLarge`] where it is larger than what was set for a recording.
+    pub fn read_whole(&self) -> Result<Vec<u8>, LoadError> {
+        let (file, stored) = self.open()?;
         let mut contents = Vec::with_capacity(usize::try_from(stored).unwrap_or(0));
         // A file that grows meanwhile is read as far as it was.
-        file.take(stored).read_to_end(&mut contents).map_err(open)?;
+        let read = file.take(stored).read_to_end(&mut contents);
+        read.map_err(|cause| LoadError::Open { path: self.path.to_owned(), cause })?;
         Ok(contents)
+    }
+
+    /// The file, to be read piece by piece.
+    ///
+    /// # Errors
+    /// As [`Self::read_whole`].
+    pub fn pieces(&self) -> Result<Pieces<'p>, LoadError> {
+        let (file, stored) = self.open()?;
+        Ok(Pieces::new(self.path, file, usize::try_from(stored).unwrap_or(usize::MAX)))
     }
 
     /// Refuses `bytes` that are known beforehand, without taking them.

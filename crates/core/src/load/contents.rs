@@ -87,8 +87,13 @@ pub(crate) fn one_line(text: &str) -> String {
 impl ChannelInfo {
     /// A channel whose samples are in memory.
     pub(crate) fn new(name: impl Into<String>, unit: Option<String>, values: Vec<f64>) -> Self {
+        Self::shared(name, unit, values.into())
+    }
+
+    /// The same without a copy.
+    pub(crate) fn shared(name: impl Into<String>, unit: Option<String>, values: Arc<[f64]>) -> Self {
         let mut channel = Self::stored(name, unit, values.len(), Stored::default());
-        channel.set(values.into());
+        channel.set(values);
         channel
     }
 
@@ -128,11 +133,11 @@ impl Source {
     }
 
     /// Adds a matrix given column by column; a single column is a plain channel.
-    pub(crate) fn push_columns(&mut self, name: &str, unit: Option<&str>, columns: Vec<Vec<f64>>) {
+    pub(crate) fn push_columns(&mut self, name: &str, unit: Option<&str>, columns: Vec<Arc<[f64]>>) {
         let single = columns.len() == 1;
         for (index, values) in columns.into_iter().enumerate() {
             let name = if single { name.to_owned() } else { format!("{name}[{index}]") };
-            self.channels.push(ChannelInfo::new(name, unit.map(str::to_owned), values));
+            self.channels.push(ChannelInfo::shared(name, unit.map(str::to_owned), values));
         }
     }
 }

@@ -17,6 +17,7 @@ mod formats;
 mod guesses;
 mod maps;
 mod names;
+mod pieces;
 pub mod stream;
 
 pub use budget::{BUDGET_VARIABLE, memory};

@@ -10,6 +10,7 @@ use crate::load::budget::Budget;
 use crate::load::contents::one_line;
 use crate::load::error::LoadError;
 use crate::load::format::Format;
+use crate::load::pieces::Pieces;
 
 /// Deepest nesting of cells and structs that is followed.
 const MAX_DEPTH: usize = 32;
@@ -32,7 +33,7 @@ pub(crate) type Fields = Vec<(Arc<str>, Value)>;
 /// What a variable, cell or field holds.
 pub(crate) enum Value {
     /// Real numbers column by column; all dimensions after the first count as columns.
-    Numbers { rows: usize, columns: usize, values: Vec<f64> },
+    Numbers { rows: usize, columns: usize, values: Arc<[f64]> },
     /// Rows of characters.
     Text(Vec<String>),
     /// Cells in memory order.
@@ -43,17 +44,21 @@ pub(crate) enum Value {
     Unread(&'static str),
 }
 
-/// Reads all variables of the file.
-pub(crate) fn variables(path: &Path, contents: &[u8], budget: &Budget<'_>) -> Result<Vec<Variable>, LoadError> {
-    let big = contents.get(126..128) == Some(b"MI");
-    let mut file = Cursor { path, bytes: contents, at: HEADER_BYTES, big, budget };
+/// Reads all variables of the file, one after the other.
+pub(crate) fn variables(path: &Path, budget: &Budget<'_>) -> Result<Vec<Variable>, LoadError> {
+    let mut pieces = budget.pieces()?;
+    let big = pieces.get(126, 2) == Some(b"MI");
     let mut variables = Vec::new();
-    while file.at < contents.len() {
+    let mut at = HEADER_BYTES;
+    while at < pieces.len() {
+        let count = element_bytes(&mut pieces, at, big);
+        let Some(bytes) = pieces.get(at, count) else { break };
+        let mut file = Cursor { path, bytes, base: at, at: 0, big, budget };
         let element = file.element("a variable")?;
         match element.kind {
             MI_COMPRESSED => {
                 let plain = inflate(path, element.data, budget)?;
-                let mut inner = Cursor { path, bytes: &plain, at: 0, big, budget };
+                let mut inner = Cursor { path, bytes: &plain, base: 0, at: 0, big, budget };
                 let element = inner.element("a compressed variable")?;
                 if element.kind == MI_MATRIX {
                     variables.extend(file.within(element.data).matrix(0)?);
@@ -61,10 +66,30 @@ pub(crate) fn variables(path: &Path, contents: &[u8], budget: &Budget<'_>) -> Re
                 budget.give_back(plain.len() as u64);
             }
             MI_MATRIX => variables.extend(file.within(element.data).matrix(0)?),
-            kind => return Err(file.damaged(format!("element of type {kind} at byte {} is not a variable", file.at))),
+            kind => {
+                let end = at + file.at;
+                return Err(file.damaged(format!("element of type {kind} at byte {end} is not a variable")));
+            }
         }
+        at += file.at;
     }
+    pieces.check()?;
     Ok(variables)
+}
+
+/// Bytes of the element at a place with its tag and what fills it up to whole words, as far as the file goes.
+fn element_bytes(pieces: &mut Pieces<'_>, at: usize, big: bool) -> usize {
+    let left = pieces.len() - at;
+    let word = |bytes: &[u8], at: usize| {
+        let word = *bytes.get(at..)?.first_chunk()?;
+        Some(if big { u32::from_be_bytes(word) } else { u32::from_le_bytes(word) })
+    };
+    let tag = pieces.get(at, 8.min(left)).and_then(|tag| Some((word(tag, 0)?, word(tag, 4)?)));
+    let bytes = match tag {
+        Some((kind, size)) if kind >> 16 == 0 => (size as usize).saturating_add(8 + 7),
+        _ => 8,
+    };
+    bytes.min(left)
 }
 
 /// Bytes decompressed between two looks at the budget.
@@ -96,6 +121,8 @@ struct Element<'a> {
 struct Cursor<'a> {
     path: &'a Path,
     bytes: &'a [u8],
+    /// Place of the bytes in the file, or in what was decompressed.
+    base: usize,
     at: usize,
     big: bool,
     budget: &'a Budget<'a>,
@@ -110,13 +137,13 @@ impl<'a> Cursor<'a> {
     where
         'a: 'b,
     {
-        Cursor { path: self.path, bytes, at: 0, big: self.big, budget: self.budget }
+        Cursor { path: self.path, bytes, base: 0, at: 0, big: self.big, budget: self.budget }
     }
 
     fn take(&mut self, count: usize, what: &'static str) -> Result<&'a [u8], LoadError> {
         let left = self.bytes.len().saturating_sub(self.at);
         if count > left {
-            let (path, format, at) = (self.path.to_owned(), Format::MatV5, self.at);
+            let (path, format, at) = (self.path.to_owned(), Format::MatV5, self.base + self.at);
             return Err(LoadError::Truncated { path, format, at, what, needed: count as u64, left: left as u64 });
         }
         let taken = &self.bytes[self.at..self.at + count];
@@ -137,7 +164,7 @@ impl<'a> Cursor<'a> {
             let (kind, size) = (tag & 0xffff, (tag >> 16) as usize);
             let data = self.take(4, what)?;
             if size > 4 {
-                return Err(self.damaged(format!("short element of {size} bytes at byte {}", self.at)));
+                return Err(self.damaged(format!("short element of {size} bytes at byte {}", self.base + self.at)));
             }
             return Ok(Element { kind, data: &data[..size] });
         }
@@ -185,7 +212,7 @@ impl<'a> Cursor<'a> {
         Ok(Some(Variable { name, value }))
     }
 
-    fn values(&mut self, name: &str, count: usize) -> Result<Vec<f64>, LoadError> {
+    fn values(&mut self, name: &str, count: usize) -> Result<Arc<[f64]>, LoadError> {
         let data = self.element("numbers")?;
         // Numbers of a byte become numbers of eight.
         let bytes = (data.data.len() as u64).min(count as u64).saturating_mul(size_of::<f64>() as u64);
@@ -209,7 +236,7 @@ impl<'a> Cursor<'a> {
         } else {
             let codes = numbers(&data, self.big);
             let codes = codes.ok_or_else(|| self.damaged("characters of unknown type".to_owned()))?;
-            codes.into_iter().map(|code| code as u32).collect()
+            codes.iter().map(|code| *code as u32).collect()
         };
         if data.kind != 16 && codes.len() != count {
             return Err(self.damaged(format!("text has {} characters, its dimensions say {count}", codes.len())));
@@ -277,7 +304,7 @@ fn word_of(bytes: &[u8]) -> String {
 }
 
 /// Numbers of an element as f64, whatever type they are stored in; `None` for a type that is no number.
-fn numbers(element: &Element<'_>, big: bool) -> Option<Vec<f64>> {
+fn numbers(element: &Element<'_>, big: bool) -> Option<Arc<[f64]>> {
     macro_rules! read {
         ($type:ty) => {{
             const SIZE: usize = size_of::<$type>();

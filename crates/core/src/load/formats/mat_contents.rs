@@ -19,14 +19,10 @@ pub(crate) const MAX_COLUMNS: usize = 4096;
 /// of text, beside it (as SIDPAC's `fdata` with its labels) has its columns called so; a second such text whose name says `unit` has
 /// their units. A struct of one row of numbers and its units (FTIS: `data`, `units`, `description`) is a channel of the struct it
 /// stands in.
-pub(crate) fn sources(
-    path: &Path,
-    contents: &[u8],
-    budget: &Budget<'_>,
-) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+pub(crate) fn sources(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
     let mut tree = Tree { sources: vec![Source::new(stem(path))], warnings: Vec::new() };
     // An array without a name is the store of objects that the format keeps at its end.
-    let named = variables(path, contents, budget)?.into_iter().filter(|variable| !variable.name.is_empty());
+    let named = variables(path, budget)?.into_iter().filter(|variable| !variable.name.is_empty());
     let variables = named.map(|variable| (variable.name.into(), variable.value)).collect();
     tree.add_all(0, "", variables);
     let Tree { mut sources, warnings } = tree;
@@ -55,7 +51,7 @@ impl Tree {
             match (labels, value) {
                 (Some(labels), Value::Numbers { rows, columns, values }) => {
                     for ((name, unit), values) in labels.into_iter().zip(split(rows, columns, values)) {
-                        self.sources[at].channels.push(ChannelInfo::new(name, unit, values));
+                        self.sources[at].channels.push(ChannelInfo::shared(name, unit, values));
                     }
                 }
                 (_, value) => self.add(at, path, &name, value),
@@ -86,7 +82,7 @@ impl Tree {
                 if let [fields] = &mut elements[..]
                     && let Some((unit, values)) = single_channel(fields)
                 {
-                    self.sources[at].channels.push(ChannelInfo::new(name, unit, values));
+                    self.sources[at].channels.push(ChannelInfo::shared(name, unit, values));
                     return;
                 }
                 let single = elements.len() == 1;
@@ -143,7 +139,7 @@ fn labels(texts: &[(String, Vec<String>)], columns: usize) -> Option<Labels> {
 }
 
 /// Unit and samples of a struct that is one channel: a row or column of numbers, its units as text, and else text only.
-fn single_channel(fields: &mut Fields) -> Option<(Option<String>, Vec<f64>)> {
+fn single_channel(fields: &mut Fields) -> Option<(Option<String>, Arc<[f64]>)> {
     let text = |(name, value): &(Arc<str>, Value)| Some((name.to_lowercase(), rows_of_text(value)?.concat()));
     let (numbers, others): (Vec<_>, Vec<_>) =
         fields.iter().enumerate().partition(|(_, (_, value))| matches!(value, Value::Numbers { .. }));
@@ -159,12 +155,12 @@ fn single_channel(fields: &mut Fields) -> Option<(Option<String>, Vec<f64>)> {
 }
 
 /// Channels of a matrix given column by column: time runs along the longer side.
-fn split(rows: usize, columns: usize, values: Vec<f64>) -> Vec<Vec<f64>> {
+fn split(rows: usize, columns: usize, values: Arc<[f64]>) -> Vec<Arc<[f64]>> {
     if columns == 1 || rows == 1 {
         return vec![values];
     }
     if rows >= columns {
-        return values.chunks_exact(rows).map(<[f64]>::to_vec).collect();
+        return values.chunks_exact(rows).map(Arc::from).collect();
     }
     (0..rows).map(|row| values.iter().skip(row).step_by(rows).copied().collect()).collect()
 }

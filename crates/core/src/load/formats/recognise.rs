@@ -40,20 +40,15 @@ pub fn probe(path: &Path) -> Result<Probe, LoadError> {
         return hdf5::probe(path, format);
     }
     let budget = Budget::for_file(path, format.unwrap_or(Format::DelimitedText));
-    let contents = budget.read_whole()?;
-    let (format, mut sources, warnings) = read_whole(format, path, contents, &budget)?;
+    let (format, mut sources, warnings) = read_sources(format, path, &budget)?;
     sources.iter_mut().for_each(|source| find_clocks(source, |_, _| {}));
     finish(Probe { path: path.to_owned(), format, sources, warnings })
 }
 
 /// Reads a file of which nothing less than everything tells what it holds; a file without a mark is text.
-fn read_whole(
-    format: Option<Format>,
-    path: &Path,
-    contents: Vec<u8>,
-    budget: &Budget<'_>,
-) -> Result<text::Contents, LoadError> {
+fn read_sources(format: Option<Format>, path: &Path, budget: &Budget<'_>) -> Result<text::Contents, LoadError> {
     let Some(format) = format else {
+        let contents = budget.read_whole()?;
         if contents.starts_with(b"MATLAB 5.0") {
             let (format, what, needed, left) = (Format::MatV5, "the header", 128, contents.len() as u64);
             return Err(LoadError::Truncated { path: path.to_owned(), format, at: 0, what, needed, left });
@@ -61,15 +56,15 @@ fn read_whole(
         return text::sources(path, &contents, budget);
     };
     let (sources, warnings) = match format {
-        Format::MatV5 => mat_contents::sources(path, &contents, budget),
-        Format::ULog => ulog::sources(path, &contents, budget),
-        Format::DataFlash => dataflash::sources(path, &contents, budget),
-        Format::Tdms => tdms::sources(path, &contents, budget),
-        Format::Mdf4 => mdf4::sources(path, &contents, budget),
-        Format::Mcap => mcap::sources(path, &contents, budget),
-        Format::Parquet => parquet::sources(path, contents, budget),
+        Format::MatV5 => mat_contents::sources(path, budget),
+        Format::ULog => ulog::sources(path, &budget.read_whole()?, budget),
+        Format::DataFlash => dataflash::sources(path, &budget.read_whole()?, budget),
+        Format::Tdms => tdms::sources(path, budget),
+        Format::Mdf4 => mdf4::sources(path, budget),
+        Format::Mcap => mcap::sources(path, &budget.read_whole()?, budget),
+        Format::Parquet => parquet::sources(path, budget),
         Format::MatV73 | Format::Hdf5 | Format::DelimitedText | Format::TextColumns | Format::Folder => {
-            return text::sources(path, &contents, budget);
+            return text::sources(path, &budget.read_whole()?, budget);
         }
     }?;
     Ok((format, sources, warnings))

@@ -9,6 +9,7 @@ use crate::load::budget::{Budget, NUMBER_BYTES};
 use crate::load::contents::{ChannelInfo, Source, one_line};
 use crate::load::error::LoadError;
 use crate::load::format::Format;
+use crate::load::pieces::Pieces;
 
 /// First bytes of a file and of every segment in it.
 pub(crate) const SIGNATURE: &[u8] = b"TDSm";
@@ -28,6 +29,8 @@ const TIME_STAMP: u32 = 0x44;
 const TEXT: u32 = 0x20;
 /// Objects and chunks at most, a bound against counts that a file merely claims.
 const MOST_OBJECTS: usize = 100_000;
+/// Bytes of samples that are read at a time, at most.
+const BLOCK: usize = 1 << 20;
 
 /// Seconds and their fraction since 1904-01-01 UTC.
 type Stamp = (i64, u64);
@@ -163,19 +166,18 @@ struct File<'b> {
 }
 
 /// Sources of a file, and warnings.
-pub(crate) fn sources(
-    path: &Path,
-    contents: &[u8],
-    budget: &Budget<'_>,
-) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+pub(crate) fn sources(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
     let damaged = |what: String| LoadError::Damaged { path: path.to_owned(), format: Format::Tdms, what };
+    let pieces = &mut budget.pieces()?;
     let mut file = File { budget: Some(budget), ..File::default() };
     let mut at = 0;
-    while at < contents.len() {
-        match file.segment(contents, at) {
+    while at < pieces.len() {
+        let segment = file.segment(pieces, at);
+        pieces.check()?;
+        match segment {
             Ok(Some(next)) => at = next,
             Ok(None) => {
-                let left = contents.len() - at;
+                let left = pieces.len() - at;
                 file.warnings
                     .push(format!("the file is cut off: {left} bytes from byte {at} on are not a whole segment"));
                 break;
@@ -190,22 +192,28 @@ pub(crate) fn sources(
     Ok(file.into_sources())
 }
 
+/// Samples of a segment: where they begin and end, and their byte order.
+#[derive(Clone, Copy)]
+struct Samples {
+    at: usize,
+    end: usize,
+    is_big: bool,
+}
+
 impl File<'_> {
     /// Reads the segment at a place and gives that of the next; `None` where the file ends before it does.
-    fn segment(&mut self, contents: &[u8], start: usize) -> Result<Option<usize>, String> {
-        let mut reader = Reader { bytes: contents, at: start, is_big: false };
-        if contents.get(start..start + 4).is_none_or(|mark| mark != SIGNATURE) {
-            return if contents.len() - start < LEAD_IN {
-                Ok(None)
-            } else {
-                Err("it does not begin with TDSm".to_owned())
-            };
+    fn segment(&mut self, pieces: &mut Pieces<'_>, start: usize) -> Result<Option<usize>, String> {
+        let length = pieces.len();
+        if pieces.get(start, 4).is_none_or(|mark| mark != SIGNATURE) {
+            return if length - start < LEAD_IN { Ok(None) } else { Err("it does not begin with TDSm".to_owned()) };
         }
-        reader.at += 4;
+        let Some(lead_in) = pieces.get(start, LEAD_IN) else { return Ok(None) };
+        let mut reader = Reader { bytes: lead_in, at: 4, is_big: false };
         let Some(contains) = reader.u32() else { return Ok(None) };
         reader.is_big = contains & BIG_ENDIAN != 0;
-        let lead_in = |reader: &mut Reader<'_>| Some((reader.u32()?, number!(reader, u64), number!(reader, u64)));
-        let Some((_version, next, raw)) = lead_in(&mut reader) else { return Ok(None) };
+        let is_big = reader.is_big;
+        let rest = |reader: &mut Reader<'_>| Some((reader.u32()?, number!(reader, u64), number!(reader, u64)));
+        let Some((_version, next, raw)) = rest(&mut reader) else { return Ok(None) };
         if contains & DAQMX != 0 {
             return Err(
                 "it holds raw samples of DAQmx, which need its scales: export the file as plain channels".to_owned()
@@ -214,18 +222,17 @@ impl File<'_> {
         // A file whose writer lost its power says nothing of its last segment's length.
         let body = start + LEAD_IN;
         let (end, is_open) = match usize::try_from(next).ok().and_then(|next| body.checked_add(next)) {
-            Some(end) if next != u64::MAX && end <= contents.len() => (end, false),
-            _ => (contents.len(), true),
+            Some(end) if next != u64::MAX && end <= length => (end, false),
+            _ => (length, true),
         };
         let raw_at = usize::try_from(raw).ok().and_then(|raw| body.checked_add(raw)).filter(|at| *at <= end);
         let Some(raw_at) = raw_at else { return Ok(None) };
-        let mut metadata = Reader { bytes: &contents[..raw_at], at: body, is_big: reader.is_big };
         if raw_at > body {
-            self.metadata(&mut metadata, contains & NEW_OBJECTS != 0)?;
+            let Some(bytes) = pieces.get(body, raw_at - body) else { return Ok(None) };
+            self.metadata(&mut Reader { bytes, at: 0, is_big }, contains & NEW_OBJECTS != 0)?;
         }
         if contains & RAW_DATA != 0 {
-            let mut data = Reader { bytes: &contents[..end], at: raw_at, is_big: reader.is_big };
-            self.data(&mut data, contains & INTERLEAVED != 0)?;
+            self.data(pieces, Samples { at: raw_at, end, is_big }, contains & INTERLEAVED != 0)?;
         }
         if is_open {
             self.warnings.push("the last segment was not closed; its complete part is used".to_owned());
@@ -271,39 +278,60 @@ impl File<'_> {
     }
 
     /// Reads chunk after chunk until the segment ends.
-    fn data(&mut self, reader: &mut Reader<'_>, is_interleaved: bool) -> Result<(), String> {
+    fn data(&mut self, pieces: &mut Pieces<'_>, samples: Samples, is_interleaved: bool) -> Result<(), String> {
         let present: Vec<(String, Layout)> =
             self.present.iter().filter_map(|path| Some((path.clone(), self.objects.get(path)?.layout?))).collect();
         if present.iter().all(|(_, layout)| layout.bytes == 0) {
             return Ok(());
         }
-        self.take_memory(&present, reader.bytes.len() - reader.at)?;
+        self.take_memory(&present, samples.end - samples.at)?;
         if is_interleaved {
-            let row: Option<usize> = present.iter().map(|(_, layout)| size(layout.kind)).sum();
-            let row = row.ok_or("it holds text between numbers")?;
-            while reader.bytes.len() - reader.at >= row {
-                for (path, layout) in &present {
-                    if let Some(object) = self.objects.get_mut(path) {
-                        object.sample(layout.kind, reader);
-                    }
-                }
-            }
-            return Ok(());
+            return self.rows(pieces, samples, &present);
         }
-        while reader.at < reader.bytes.len() {
+        let Samples { mut at, end, is_big } = samples;
+        while at < end {
             for (path, layout) in &present {
-                let end = reader.at.saturating_add(layout.bytes).min(reader.bytes.len());
+                let next = at.saturating_add(layout.bytes).min(end);
+                let object = self.objects.entry(path.clone()).or_default();
                 match size(layout.kind) {
                     Some(bytes) => {
-                        let count = layout.count.min((end - reader.at) / bytes);
-                        if let Some(object) = self.objects.get_mut(path) {
-                            object.values.reserve(if layout.kind == TIME_STAMP { 0 } else { count });
-                            (0..count).for_each(|_| object.sample(layout.kind, reader));
+                        let count = layout.count.min((next - at) / bytes);
+                        object.values.reserve(if layout.kind == TIME_STAMP { 0 } else { count });
+                        for first in (0..count).step_by(BLOCK / bytes) {
+                            let samples = (BLOCK / bytes).min(count - first);
+                            let Some(bytes) = pieces.get(at + first * bytes, samples * bytes) else { return Ok(()) };
+                            let mut reader = Reader { bytes, at: 0, is_big };
+                            (0..samples).for_each(|_| object.sample(layout.kind, &mut reader));
                         }
                     }
-                    None => self.objects.entry(path.clone()).or_default().is_text = true,
+                    None => object.is_text = true,
                 }
-                reader.at = end;
+                at = next;
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads samples of which each row holds one of every channel.
+    fn rows(
+        &mut self,
+        pieces: &mut Pieces<'_>,
+        Samples { mut at, end, is_big }: Samples,
+        present: &[(String, Layout)],
+    ) -> Result<(), String> {
+        let row: Option<usize> = present.iter().map(|(_, layout)| size(layout.kind)).sum();
+        let row = row.ok_or("it holds text between numbers")?;
+        while end - at >= row {
+            let rows = (BLOCK / row).max(1).min((end - at) / row);
+            let Some(bytes) = pieces.get(at, rows * row) else { return Ok(()) };
+            at += bytes.len();
+            let mut reader = Reader { bytes, at: 0, is_big };
+            for _ in 0..rows {
+                for (path, layout) in present {
+                    if let Some(object) = self.objects.get_mut(path) {
+                        object.sample(layout.kind, &mut reader);
+                    }
+                }
             }
         }
         Ok(())

@@ -16,5 +16,6 @@ pub(crate) mod ranges;
 pub(crate) mod recorders;
 pub(crate) mod runner_up;
 pub(crate) mod slopes;
+pub(crate) mod trace;
 pub(crate) mod user_names;
 pub(crate) mod vectors;

@@ -7,7 +7,8 @@ use crate::atmos::STANDARD_GRAVITY_M_S2;
 use crate::load::contents::Probe;
 use crate::load::guesses::candidates::{Candidate, row};
 use crate::load::guesses::ranges::EARTH_M;
-use crate::load::guesses::slopes::{compare_over, stamps_of};
+use crate::load::guesses::slopes::compare_over;
+use crate::load::guesses::trace::Trace;
 use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap};
 use crate::load::names::tokens::tokens;
 use crate::quantity::Role;
@@ -24,74 +25,6 @@ const PLACE_CORRELATION: f64 = 0.8;
 const ANGLE_CORRELATION: f64 = 0.6;
 /// Least speed of an aeroplane whose bank turns it, m/s.
 const LEAST_SPEED: f64 = 8.0;
-
-/// Values of a row in SI with their stamps.
-#[derive(Clone, Debug)]
-pub(crate) struct Trace {
-    /// Stamps, s.
-    pub(crate) time_s: Vec<f64>,
-    /// Values.
-    pub(crate) values: Vec<f64>,
-}
-
-impl Trace {
-    /// What a row reads.
-    pub(crate) fn read(row: &ManualChannel, probes: &[Probe]) -> Option<Self> {
-        let channel = row.from.find(probes)?;
-        let unit = row.unit?;
-        let time_s = stamps_of(&row.from, probes)?;
-        let sign = if row.turned { -1.0 } else { 1.0 };
-        let read = |raw: &f64| sign * row.scale * unit.to_si(raw + row.offset);
-        let values: Vec<f64> = channel.values().iter().map(read).collect();
-        (values.len() == time_s.len() && values.len() > 2).then_some(Self { time_s, values })
-    }
-
-    /// The row of a role.
-    pub(crate) fn for_role(map: &ManualChannelMap, role: Role, probes: &[Probe]) -> Option<Self> {
-        Self::read(map.row(role)?, probes)
-    }
-
-    /// Linearly between its samples at other stamps; nothing of fewer than two samples, and where they do not overlap by half.
-    pub(crate) fn at(self, time_s: &[f64]) -> Option<Self> {
-        if self.time_s == time_s {
-            return Some(self);
-        }
-        if self.time_s.len() < 2 {
-            return None;
-        }
-        let mut next = 1;
-        let mut values = Vec::with_capacity(time_s.len());
-        for &time in time_s {
-            while next + 1 < self.time_s.len() && self.time_s[next] < time {
-                next += 1;
-            }
-            let (before, after) = (self.time_s[next - 1], self.time_s[next]);
-            let part = (time - before) / (after - before);
-            let is_inside = (0.0..=1.0).contains(&part);
-            let value = self.values[next - 1] + part * (self.values[next] - self.values[next - 1]);
-            values.push(if is_inside { value } else { f64::NAN });
-        }
-        let finite = values.iter().filter(|value| value.is_finite()).count();
-        (2 * finite > time_s.len()).then(|| Self { time_s: time_s.to_vec(), values })
-    }
-
-    /// An angle without its jumps of a turn.
-    pub(crate) fn unwrapped(mut self) -> Self {
-        let mut last: Option<f64> = None;
-        for value in &mut self.values {
-            if let Some(last) = last.filter(|_| value.is_finite()) {
-                *value -= TAU * ((*value - last) / TAU).round();
-            }
-            last = Some(*value).filter(|value| value.is_finite()).or(last);
-        }
-        self
-    }
-
-    fn map(mut self, change: impl Fn(f64) -> f64) -> Self {
-        self.values.iter_mut().for_each(|value| *value = change(*value));
-        self
-    }
-}
 
 /// Slope and correlation of the change of a place on a speed.
 pub(crate) fn slope_of(place: &Trace, speed: Trace) -> Option<(f64, f64)> {

@@ -3,7 +3,8 @@
 
 use crate::atmos::{Atmosphere, STANDARD_GRAVITY_M_S2};
 use crate::load::contents::Probe;
-use crate::load::guesses::motion::{Trace, change_correlation, height, places, slope_of, turning};
+use crate::load::guesses::motion::{change_correlation, height, places, slope_of, turning};
+use crate::load::guesses::trace::Trace;
 use crate::load::maps::by_hand::{ManualChannel, ManualChannelMap};
 use crate::quantity::{Role, Unit};
 use crate::statistics::median;

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::load::clock::TimeFault;
 use crate::load::clock::fault_at;
-use crate::load::contents::{Probe, Source};
+use crate::load::contents::{Data, Probe, Source};
 use crate::load::error::LoadError;
 use crate::load::formats::recognise::inspect;
 use crate::load::maps::derive::{add_attitude, add_position, add_velocity};
@@ -22,14 +22,20 @@ use crate::series::{Channel, Recording, Series};
 /// [`LoadError::Plan`] when the plan has errors; [`LoadError::Time`] when the time of a mapped channel does not increase and
 /// the map does not say to drop such samples; whatever reading the file gives.
 pub fn read(plan: &Plan) -> Result<Recording, LoadError> {
+    read_probes(plan, plan.probes.clone())
+}
+
+/// Reads what `plan` says of `probes`, which are its own. Samples that nothing else holds are given back as soon as they are converted.
+fn read_probes(plan: &Plan, mut probes: Vec<Probe>) -> Result<Recording, LoadError> {
     if plan.has_errors() {
         return Err(LoadError::Plan { problems: plan.problems.clone() });
     }
-    let mut probes = plan.probes.clone();
     for probe in &mut probes {
         probe.complete()?;
     }
-    let mut reader = Reader { plan, probes, stamps: BTreeMap::new(), shifts: BTreeMap::new(), joined: BTreeMap::new() };
+    let uses = count_uses(plan);
+    let maps = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+    let mut reader = Reader { plan, probes, uses, stamps: maps.0, shifts: maps.1, joined: maps.2 };
     let mut recording = Recording::default();
     for probe in &reader.probes {
         let name = probe.path.display();
@@ -48,6 +54,7 @@ pub fn read(plan: &Plan) -> Result<Recording, LoadError> {
         recording.roles.insert(role, recording.channels.len());
         let names: Vec<&str> = assignment.parts[0].iter().map(|&(at, _)| reader.channel_name(at)).collect();
         let (source, name) = (reader.source(first).name.clone(), names.join(" & "));
+        reader.give_back(assignment);
         recording.channels.push(Channel { source, name, unit: role.dimension().si_symbol().to_owned(), series });
     }
     for (name, assignment) in &plan.truth {
@@ -69,7 +76,24 @@ pub fn read_all<P: AsRef<Path>>(paths: &[P], map: &ChannelMap) -> Result<Recordi
     let probes: Vec<_> = paths.into_par_iter().with_max_len(1).map(inspect).collect();
     // of several that cannot be read the first is told
     let probes = probes.into_iter().collect::<Result<Vec<_>, _>>()?;
-    read(&plan_all(&probes, map))
+    let mut plan = plan_all(&probes, map);
+    drop(probes);
+    let probes = std::mem::take(&mut plan.probes);
+    read_probes(&plan, probes)
+}
+
+/// How often the roles, histories and derived roles of a plan use each channel. One that is mixed with others is also added as recorded.
+fn count_uses(plan: &Plan) -> BTreeMap<At, usize> {
+    let attitude = plan.derived.attitude.iter().flat_map(|(parts, _)| parts);
+    let derived = attitude.chain(plan.derived.velocity.iter().flatten());
+    let mut uses = BTreeMap::new();
+    for assignment in plan.roles.values().chain(plan.truth.values()).chain(derived) {
+        let is_mixed = usize::from(assignment.parts.iter().any(|terms| terms.len() > 1));
+        for &(at, _) in assignment.parts.iter().flatten() {
+            *uses.entry(at).or_insert(0) += 1 + is_mixed;
+        }
+    }
+    uses
 }
 
 /// What to do about a time vector that does not increase.
@@ -89,6 +113,8 @@ struct Stamps {
 struct Reader<'p> {
     plan: &'p Plan,
     probes: Vec<Probe>,
+    /// How often each channel is still needed.
+    uses: BTreeMap<At, usize>,
     stamps: BTreeMap<ClockAt, Stamps>,
     /// Added to the time of a source laid end to end, s.
     shifts: BTreeMap<(usize, usize), f64>,
@@ -213,8 +239,35 @@ impl Reader<'_> {
         Ok(())
     }
 
+    /// Lets go of the samples of an assignment that nothing needs any more; time vectors are kept.
+    fn give_back(&mut self, assignment: &Assignment) {
+        for &(at, _) in assignment.parts.iter().flatten() {
+            let Some(uses) = self.uses.get_mut(&at) else { continue };
+            *uses = uses.saturating_sub(1);
+            let source = &mut self.probes[at.probe].sources[at.source];
+            let is_clock = source.clocks.iter().any(|clock| clock.index == Some(at.channel));
+            if *uses == 0 && !is_clock {
+                source.channels[at.channel].data = Data::Values(Arc::default());
+            }
+        }
+    }
+
+    /// The samples of a channel as they are, where an assignment changes none of them.
+    fn unchanged(&self, assignment: &Assignment, terms: &[(At, f64)], kept: Option<&[usize]>) -> Option<Arc<[f64]>> {
+        let ([(at, weight)], None) = (terms, kept) else { return None };
+        let Data::Values(values) = &self.source(*at).channels[at.channel].data else { return None };
+        let is_one = *weight == 1.0 && assignment.factor == 1.0 && assignment.unit.scale == 1.0;
+        let is_as_recorded = is_one && assignment.offset == 0.0 && assignment.unit.offset == 0.0;
+        // A sum with zero has no negative zero.
+        let has_sum = || values.iter().any(|value| value.to_bits() == (-0.0_f64).to_bits());
+        (is_as_recorded && !has_sum()).then(|| Arc::clone(values))
+    }
+
     /// Values of one part of an assignment, SI.
     fn converted(&self, assignment: &Assignment, terms: &[(At, f64)], kept: Option<&[usize]>) -> Arc<[f64]> {
+        if let Some(values) = self.unchanged(assignment, terms, kept) {
+            return values;
+        }
         let raw: Vec<(&[f64], f64)> =
             terms.iter().map(|&(at, weight)| (self.source(at).channels[at.channel].values(), weight)).collect();
         let convert = |index: usize| {
@@ -269,7 +322,7 @@ impl Reader<'_> {
     fn as_recorded(&self, at: At, stamps: &Stamps) -> Channel {
         let (source, channel) = (self.source(at), &self.source(at).channels[at.channel]);
         let values = match (&channel.data, &stamps.kept) {
-            (crate::load::contents::Data::Values(values), None) => Arc::clone(values),
+            (Data::Values(values), None) => Arc::clone(values),
             (_, Some(kept)) => kept.iter().map(|&index| channel.values()[index]).collect(),
             (_, None) => channel.values().into(),
         };

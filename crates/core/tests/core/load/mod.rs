@@ -8,6 +8,7 @@ mod flight_log;
 mod formats;
 mod frames;
 mod labelled;
+mod long;
 mod maps;
 mod mutations;
 mod recorders;

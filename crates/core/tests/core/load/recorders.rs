@@ -93,6 +93,11 @@ pub fn tdms() -> Vec<u8> {
 
 /// An MDF file of one group: time, a linear integer of 12 bits, and a float with an invalid sample.
 pub fn mdf4() -> Vec<u8> {
+    mdf4_of(10)
+}
+
+/// The same of any length.
+pub fn mdf4_of(samples: u32) -> Vec<u8> {
     let mut file = joined(&[b"MDF     4.10    doublet ", &[0; 40]]);
     // Blocks are laid one behind another; links are filled in where the blocks they lead to stand already.
     let block = |file: &mut Vec<u8>, id: &str, links: &[u64], data: &[u8]| {
@@ -122,15 +127,16 @@ pub fn mdf4() -> Vec<u8> {
     let speed = channel(&mut file, 0, names[2], names[4], 0, [10, 32, 2, 0], [0, 0, 4, 0]);
     let alpha = channel(&mut file, speed, names[1], names[3], linear, [8, 12, 0, 0], [0, 0, 2, 4]);
     let time = channel(&mut file, alpha, names[0], 0, 0, [0, 64, 0, 0], [2, 1, 4, 0]);
-    let records: Vec<u8> = (0..10_i16)
+    let records: Vec<u8> = (0..samples)
         .flat_map(|sample| {
-            let packed = (sample - 4) << 4;
-            let speed = 100.0 + f32::from(sample);
+            let packed = ((sample % 1000) as i16 - 4) << 4;
+            let speed = 100.0 + sample as f32;
             let invalid = u8::from(sample == 3);
             joined(&[&(0.1 * f64::from(sample)).to_le_bytes(), &packed.to_le_bytes(), &speed.to_le_bytes(), &[invalid]])
         })
         .collect();
-    let counts = joined(&[&[0; 8], &10_u64.to_le_bytes(), &[0; 8], &14_u32.to_le_bytes(), &1_u32.to_le_bytes()]);
+    let counts =
+        joined(&[&[0; 8], &u64::from(samples).to_le_bytes(), &[0; 8], &14_u32.to_le_bytes(), &1_u32.to_le_bytes()]);
     let group = block(&mut file, "##CG", &[0, time, names[5], 0, 0, 0], &counts);
     let data = block(&mut file, "##DT", &[], &records);
     let data_group = block(&mut file, "##DG", &[0, group, data, 0], &[0; 8]);

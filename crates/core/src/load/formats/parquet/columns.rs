@@ -48,7 +48,7 @@ thread_local! {
 static QUIET: Once = Once::new();
 
 /// Sources of a file, and warnings.
-pub fn sources(path: &Path, contents: Vec<u8>, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+pub fn sources(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
     QUIET.call_once(|| {
         let report = std::panic::take_hook();
         std::panic::set_hook(Box::new(move |panic| {
@@ -59,7 +59,7 @@ pub fn sources(path: &Path, contents: Vec<u8>, budget: &Budget<'_>) -> Result<(V
     });
     IS_GUARDED.set(true);
     // Nothing of the budget is used after a panic.
-    let read = std::panic::catch_unwind(AssertUnwindSafe(|| read_table(path, contents, budget)));
+    let read = std::panic::catch_unwind(AssertUnwindSafe(|| read_table(path, budget)));
     IS_GUARDED.set(false);
     read.unwrap_or_else(|_| {
         let what = "its pages contradict their description".to_owned();
@@ -68,21 +68,22 @@ pub fn sources(path: &Path, contents: Vec<u8>, budget: &Budget<'_>) -> Result<(V
 }
 
 /// Reads the table; the crate panics at some damage.
-fn read_table(path: &Path, contents: Vec<u8>, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+fn read_table(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
     let damaged = |cause: &dyn std::fmt::Display| LoadError::Damaged {
         path: path.to_owned(),
         format: Format::Parquet,
         what: one_line(&cause.to_string()),
     };
-    let length = contents.len() as u64;
-    let contents = bytes::Bytes::from(contents);
-    let file = SerializedFileReader::new(contents.clone()).map_err(|cause| damaged(&cause))?;
+    let pieces = &mut budget.pieces()?;
+    let file = std::fs::File::open(path).map_err(|cause| LoadError::Open { path: path.to_owned(), cause })?;
+    let file = SerializedFileReader::new(file).map_err(|cause| damaged(&cause))?;
     let metadata = file.metadata().file_metadata();
     check_compression(path, file.metadata())?;
-    check_places(file.metadata(), length).map_err(|what| damaged(&what))?;
+    check_places(file.metadata(), pieces.len() as u64).map_err(|what| damaged(&what))?;
     let written = metadata.key_value_metadata().into_iter().flatten().find(|entry| entry.key == "ARROW:schema");
     let fields = written.and_then(|entry| arrow_schema::fields(entry.value.as_deref()?)).unwrap_or_default();
-    let stated = stated_bytes(file.metadata(), &contents);
+    let stated = stated_bytes(file.metadata(), pieces);
+    pieces.check()?;
     budget.check(stated, || format!("its columns take {} MB", stated / 1_000_000))?;
     let mut source = Source::new(stem(path));
     let mut left_out = Vec::new();

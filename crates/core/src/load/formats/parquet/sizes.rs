@@ -6,6 +6,7 @@ use parquet::basic::Type;
 use parquet::file::metadata::ParquetMetaData;
 
 use crate::load::budget::NUMBER_BYTES;
+use crate::load::pieces::Pieces;
 
 /// Deepest nesting of a page header that is followed; the format has two levels.
 const MAX_DEPTH: usize = 4;
@@ -20,7 +21,7 @@ pub fn number_bytes(kind: Type) -> Option<u64> {
 }
 
 /// Bytes that the numbers of a table take, with its largest page when unpacked.
-pub fn stated_bytes(metadata: &ParquetMetaData, contents: &[u8]) -> u64 {
+pub fn stated_bytes(metadata: &ParquetMetaData, contents: &mut Pieces<'_>) -> u64 {
     let (mut numbers, mut largest) = (0_u64, 0_u64);
     for column in metadata.row_groups().iter().flat_map(|group| group.columns()) {
         let described = column.column_descr();
@@ -31,7 +32,7 @@ pub fn stated_bytes(metadata: &ParquetMetaData, contents: &[u8]) -> u64 {
         numbers = numbers.saturating_add(count.saturating_mul(bytes));
         let start = column.dictionary_page_offset().unwrap_or(column.data_page_offset());
         let place = usize::try_from(start).ok().zip(usize::try_from(column.compressed_size()).ok());
-        let chunk = place.and_then(|(start, length)| contents.get(start..start.checked_add(length)?));
+        let chunk = place.and_then(|(start, length)| contents.get(start, length));
         largest = largest.max(largest_page(chunk.unwrap_or_default()));
     }
     numbers.saturating_add(largest)
