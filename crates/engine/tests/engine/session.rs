@@ -15,11 +15,11 @@ use doublet_core::series::TimeRange;
 use doublet_engine::graph::Context;
 use doublet_engine::run::Control;
 use doublet_engine::session::{
-    self, Annotation, ClockPairSetting, ClockSetting, Configuration, Edit, EditError, ErrorValues, Estimation,
-    Experiment, ExperimentEdit, ExpressionEdit, ExpressionSetting, FilterEdit, Flight, GravitySource, GustSource,
-    HeldSampleUse, InstrumentSetting, KeptStructure, LevelFlight, Manoeuvre, MapRef, ModelEdit, NoiseChannel,
-    PredictionParameters, Preparation, RecordingRef, SensorErrorMethod, SensorErrors, Session, SignalPreset,
-    SignalSetting, SteadyWindow, Surface, WindowEdit, WindowFlag, WindowRole,
+    self, Annotation, ClockPairSetting, ClockSetting, Edit, EditError, ErrorValues, Estimation, ExperimentEdit,
+    ExpressionEdit, ExpressionSetting, FilterEdit, Flight, GravitySource, GustSource, HeldSampleUse, InstrumentSetting,
+    KeptStructure, LevelFlight, Manoeuvre, MapRef, ModelEdit, NoiseChannel, Preparation, RecordingRef,
+    SensorErrorMethod, SensorErrors, Session, SignalPreset, SignalSetting, SteadyWindow, Surface, WindowEdit,
+    WindowFlag, WindowRole,
 };
 use doublet_engine::undo::History;
 use doublet_engine::verdict::{Level, PlausibleRange};
