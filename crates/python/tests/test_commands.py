@@ -200,4 +200,5 @@ def test_files_of_a_shipped_session_have_names_that_every_system_takes(tmp_path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", db.DoubletWarning)
         db.commands.report("builtin:demo", out=tmp_path / "report", sections=["overview"])
-    assert {path.name for path in (tmp_path / "report").iterdir()} == {"demo.html", "demo.pdf"}
+    names = {path.name for path in (tmp_path / "report").iterdir()}
+    assert "demo.html" in names and names <= {"demo.html", "demo.pdf"}

@@ -50,7 +50,7 @@ class View(Replayed[Inner], Generic[Inner]):
 
         Args:
             out: Folder of the report.
-            format: ``"html"``, ``"pdf"`` or both; a build without default features has HTML only.
+            format: ``"html"``; ``"pdf"`` in a build with the feature ``pdf``.
             sections: Sections; all by default.
             no_appendix: Leave out the appendices.
             prior: CSV file of earlier estimates to compare with.
