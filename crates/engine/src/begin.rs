@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use doublet_core::airframe::{AircraftClass, GyrationRadii};
 use doublet_core::compatibility::ChannelFix;
@@ -107,22 +108,25 @@ pub fn missing(has: impl Fn(Role) -> bool) -> Vec<Missing> {
     all.into_iter().filter(|missing| !missing.roles.is_empty()).collect()
 }
 
+/// The channel maps that come with the program, by name.
+static SHIPPED_MAPS: LazyLock<Vec<(&'static str, ChannelMap)>> = LazyLock::new(|| {
+    let parsed = |name| Some((name, ChannelMap::parse(builtin::text("channel_maps", name)?).ok()?));
+    builtin::names("channel_maps").into_iter().filter_map(parsed).collect()
+});
+
 /// The shipped maps that give these recordings roles without an error, the one with most roles first, and those of them whose ranges
 /// the values do not keep to, with what speaks against each.
 pub(crate) fn fitting_maps(probes: &[Probe]) -> (Vec<FittingMap>, Vec<(&'static str, Vec<String>)>) {
     let (mut fitting, mut refused) = (Vec::new(), Vec::new());
-    for name in builtin::names("channel_maps") {
-        let Some(map) = builtin::text("channel_maps", name).and_then(|text| ChannelMap::parse(text).ok()) else {
-            continue;
-        };
-        let plan = plan_all(probes, &map);
+    for &(name, ref map) in SHIPPED_MAPS.iter() {
+        let plan = plan_all(probes, map);
         if plan.has_errors() || plan.roles.is_empty() {
             continue;
         }
-        let against = load::mismatches(&plan, &map);
+        let against = load::mismatches(&plan, map);
         if against.is_empty() {
             let aircraft = map.aircraft.as_ref().map(|aircraft| format!("{}{aircraft}", builtin::PREFIX));
-            fitting.push(FittingMap { name, description: map.description, aircraft, plan });
+            fitting.push(FittingMap { name, description: map.description.clone(), aircraft, plan });
         } else {
             refused.push((name, against));
         }
@@ -461,8 +465,7 @@ pub fn whole_window(flight: &str, probes: &[Probe]) -> Option<Manoeuvre> {
     (start_s < end_s).then(|| Manoeuvre::new(flight.to_owned(), flight.to_owned(), window))
 }
 
-/// The longest span over which everything that plays a role is recorded; that of the roll rate where other roles leave less than half
-/// of it.
+/// The longest span over which everything that plays a role is recorded, except what would leave less than half of that of the roll rate.
 fn recorded_span(recording: &Recording) -> Option<TimeRange> {
     let span = |channel: &Channel| {
         let time_s = &channel.series.time_s;
@@ -470,11 +473,14 @@ fn recorded_span(recording: &Recording) -> Option<TimeRange> {
         let (first, last) = ((0..time_s.len()).find(known)?, (0..time_s.len()).rev().find(known)?);
         Some(TimeRange { start_s: time_s[first], end_s: time_s[last] })
     };
-    let base = recording.role(Role::RollRate).and_then(span)?;
-    let all = recording.roles.keys().filter_map(|&role| recording.role(role)).filter_map(span);
-    let shared = all.fold(base, |a, b| TimeRange { start_s: a.start_s.max(b.start_s), end_s: a.end_s.min(b.end_s) });
+    let shared =
+        |a: TimeRange, b: TimeRange| TimeRange { start_s: a.start_s.max(b.start_s), end_s: a.end_s.min(b.end_s) };
     let length = |window: TimeRange| window.end_s - window.start_s;
-    Some(if length(shared) > 0.5 * length(base) { shared } else { base })
+    let base = recording.role(Role::RollRate).and_then(span)?;
+    let mut all: Vec<TimeRange> = recording.roles.keys().filter_map(|&role| span(recording.role(role)?)).collect();
+    all.sort_by(|a, b| length(shared(base, *b)).total_cmp(&length(shared(base, *a))));
+    let is_long = |window: &TimeRange| length(*window) > 0.5 * length(base);
+    Some(all.into_iter().fold(base, |found, next| Some(shared(found, next)).filter(is_long).unwrap_or(found)))
 }
 
 /// The measurements of the filter that none of `roles` feeds.
@@ -549,7 +555,20 @@ fn go_on(control: &Control) -> Result<(), String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Input, Level, MEASUREMENTS, Measurement, Role, missing, missing_measurements};
+    use super::*;
+
+    #[test]
+    fn the_whole_recording_begins_where_every_long_channel_does_whatever_the_short_ones_do() {
+        let all = [(Role::RollRate, 0, 100), (Role::EngineSpeed1, 9, 98), (Role::FuelMass, 0, 30)];
+        let channel = |(_, start, end): &(Role, u32, u32)| {
+            let time_s = (*start..=*end).map(f64::from).collect();
+            let series = Series { time_s, values: (*start..=*end).map(f64::from).collect() };
+            Channel { source: String::new(), name: String::new(), unit: String::new(), series }
+        };
+        let roles = all.iter().enumerate().map(|(index, (role, ..))| (*role, index)).collect();
+        let recording = Recording { channels: all.iter().map(channel).collect(), roles, ..Recording::default() };
+        assert_eq!(recorded_span(&recording).unwrap(), TimeRange { start_s: 9.0, end_s: 98.0 });
+    }
 
     #[test]
     fn rates_and_forces_alone_are_not_enough() {

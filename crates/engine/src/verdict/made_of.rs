@@ -31,7 +31,12 @@ pub(super) fn airspeed<'w>(evidence: Evidence<'_>, mut windows: impl Iterator<It
     windows.find(|window| path(window).is_some_and(|path| path.missing.contains(&Measurement::Airspeed)))?;
     let text = "Airspeed not recorded: dynamic pressure, flow angles and derivatives depend on an assumed wind.";
     let finding = Finding::new(Level::Caution, "assumed", "airspeed", text.to_owned());
-    let fix_text = "Map a true or calibrated airspeed.";
+    let mut flights = evidence.snapshot.flights.values().filter_map(|flight| flight.ready());
+    // The flight path takes a true airspeed; the calibrated one alone does not enter it.
+    let fix_text = match flights.any(|flight| flight.recording.role(Role::CalibratedAirspeed).is_some()) {
+        true => "Compute the true airspeed from the calibrated one by an expression.",
+        false => "Map a true airspeed.",
+    };
     Some(finding.with_fix_text(fix_text).with_setting("Channels", "airspeed"))
 }
 
