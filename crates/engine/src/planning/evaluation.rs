@@ -151,10 +151,12 @@ fn slope(
 }
 
 /// Least squares of `y` by a constant per window and one slope: the constants, then the slope, each with its standard error. Residuals of
-/// steady flight hang together in time: errors are those of white residuals times `sqrt((1 + r) / (1 - r))`, `r` their lag-one correlation.
+/// steady flight are correlated in time: errors are those of white residuals times `sqrt((1 + r) / (1 - r))`, `r` their lag-one correlation.
 fn least_squares(rows: &[(usize, f64)], y: &[f64]) -> Option<Vec<(f64, f64)>> {
-    /// Largest correlation that is taken: beyond it a record tells one value.
+    /// Largest correlation that is taken: beyond it a record holds one independent value.
     const MOST: f64 = 0.9999;
+    /// Least sum of squares of the variable about its means, as a part of that about zero: below it is rounding.
+    const LEAST_MOTION: f64 = 1e-12;
     let constants = rows.iter().map(|(window, _)| window + 1).max()?;
     let (samples, parameters) = (rows.len(), constants + 1);
     if samples <= parameters || samples != y.len() {
@@ -166,7 +168,10 @@ fn least_squares(rows: &[(usize, f64)], y: &[f64]) -> Option<Vec<(f64, f64)>> {
     });
     let y = DVector::from_column_slice(y);
     let information = x.transpose() * &x;
-    let inverse = information.cholesky()?.inverse();
+    let inverse = information.clone().cholesky()?.inverse();
+    if inverse[(constants, constants)] * information[(constants, constants)] * LEAST_MOTION > 1.0 {
+        return None;
+    }
     let estimate = &inverse * (x.transpose() * &y);
     let residual = &y - &x * &estimate;
     let variance = residual.norm_squared() / (samples - parameters) as f64;
