@@ -1,11 +1,13 @@
 //! Signs that the motion decides: attitude against rates and climb, climb against height, velocity against place. A row that its recorder
 //! defines stays as it is.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{PI, TAU};
 
 use crate::atmos::STANDARD_GRAVITY_M_S2;
 use crate::load::contents::Probe;
 use crate::load::guesses::candidates::{Candidate, row};
+use crate::load::guesses::motion_axes::turn_left_up;
+use crate::load::guesses::motion_ground::{settle_heading, settle_horizontal, track};
 use crate::load::guesses::ranges::EARTH_M;
 use crate::load::guesses::slopes::{compare_over, stamps_of};
 use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap};
@@ -16,11 +18,11 @@ use crate::statistics::median;
 /// Span over which turns are compared, s.
 const SPAN_S: f64 = 0.5;
 /// Most comparisons of one pair, and the fewest that say something.
-const MOST_PAIRS: usize = 4000;
-const FEWEST_PAIRS: usize = 30;
+pub(crate) const MOST_PAIRS: usize = 4000;
+pub(crate) const FEWEST_PAIRS: usize = 30;
 /// Correlations, either way, that decide: of a rate with the turning of the attitude, of a speed with a place, of an angle with a climb.
-const RATE_CORRELATION: f64 = 0.7;
-const PLACE_CORRELATION: f64 = 0.8;
+pub(crate) const RATE_CORRELATION: f64 = 0.7;
+pub(crate) const PLACE_CORRELATION: f64 = 0.8;
 const ANGLE_CORRELATION: f64 = 0.6;
 /// Least speed of an aeroplane whose bank turns it, m/s.
 const LEAST_SPEED: f64 = 8.0;
@@ -43,7 +45,18 @@ impl Trace {
         let sign = if row.turned { -1.0 } else { 1.0 };
         let read = |raw: &f64| sign * row.scale * unit.to_si(raw + row.offset);
         let values: Vec<f64> = channel.values().iter().map(read).collect();
-        (values.len() == time_s.len() && values.len() > 2).then_some(Self { time_s, values })
+        (values.len() == time_s.len() && values.len() > 2).then(|| Self { time_s, values }.without_gaps())
+    }
+
+    /// The samples that a slow recorder wrote into a fast table, whose other cells are empty.
+    fn without_gaps(self) -> Self {
+        let finite = self.values.iter().filter(|value| value.is_finite()).count();
+        if finite < 3 || 2 * finite > self.values.len() {
+            return self;
+        }
+        let both = self.time_s.into_iter().zip(self.values).filter(|(_, value)| value.is_finite());
+        let (time_s, values) = both.unzip();
+        Self { time_s, values }
     }
 
     /// The row of a role.
@@ -111,19 +124,19 @@ pub(crate) fn height(map: &ManualChannelMap, probes: &[Probe]) -> Option<Trace> 
 }
 
 /// Whether a row may be turned.
-fn is_free(row: &ManualChannel) -> bool {
+pub(crate) fn is_free(row: &ManualChannel) -> bool {
     row.by != By::Recorder || row.asks_sign
 }
 
 /// Turns the row of a role, whose sign is then known.
-fn set_sign(map: &mut ManualChannelMap, role: Role, turned: bool) {
+pub(crate) fn set_sign(map: &mut ManualChannelMap, role: Role, turned: bool) {
     if let Some((_, row)) = map.rows.iter_mut().find(|(other, row)| *other == role && is_free(row)) {
         row.turned = turned;
         row.asks_sign = false;
     }
 }
 
-fn turn(map: &mut ManualChannelMap, role: Role) {
+pub(crate) fn turn(map: &mut ManualChannelMap, role: Role) {
     if let Some(turned) = map.row(role).map(|row| row.turned) {
         set_sign(map, role, !turned);
     }
@@ -159,9 +172,9 @@ pub(crate) fn add_climb(map: &mut ManualChannelMap, candidates: &[Candidate<'_>]
 
 /// Whether the name of a row says up or down.
 fn says_direction(row: &ManualChannel) -> bool {
-    const WORDS: [&str; 17] = [
+    const WORDS: [&str; 18] = [
         "vd", "veld", "pd", "posd", "down", "up", "climb", "vario", "vsi", "vvi", "vs", "roc", "d", "alt", "altitude",
-        "vspd", "hdot",
+        "vspd", "hdot", "vu",
     ];
     let all = tokens(&row.from.channel);
     all.iter().any(|token| WORDS.contains(&token.as_str()) || token.starts_with("vert"))
@@ -220,7 +233,7 @@ pub(crate) fn change_correlation(one: &Trace, other: Trace) -> Option<(f64, f64)
 }
 
 /// Samples in a span.
-fn lag_of(time_s: &[f64], span_s: f64) -> Option<usize> {
+pub(crate) fn lag_of(time_s: &[f64], span_s: f64) -> Option<usize> {
     let count = time_s.len();
     let whole_s = time_s.last()? - time_s.first()?;
     #[expect(
@@ -256,77 +269,6 @@ pub(crate) fn places(map: &ManualChannelMap, probes: &[Probe]) -> Option<[Trace;
     let first = *latitude.values.iter().find(|value| value.is_finite() && **value != 0.0)?;
     let (east, north) = (longitude.map(|angle| EARTH_M * first.cos() * angle), latitude.map(|angle| EARTH_M * angle));
     Some([north, east])
-}
-
-/// Velocities and positions whose names say axes alone: exchanged where latitude and longitude say that x is east, left out where they are
-/// no velocity over the Earth.
-fn settle_horizontal(map: &mut ManualChannelMap, probes: &[Probe]) {
-    let Some([north, east]) = places(map, probes) else { return };
-    for (roles, is_speed) in
-        [([Role::VelocityNorth, Role::VelocityEast], true), ([Role::PositionNorth, Role::PositionEast], false)]
-    {
-        let [Some(x), Some(y)] = roles.map(|role| map.row(role).cloned()) else { continue };
-        let names_axis = |row: &ManualChannel| {
-            let all = tokens(&row.from.channel);
-            ["north", "east", "n", "e", "vn", "ve", "pn", "pe"].iter().any(|word| all.iter().any(|token| token == word))
-        };
-        if [&x, &y].iter().any(|row| row.by == By::Recorder || names_axis(row)) {
-            continue;
-        }
-        let against = |place: &Trace, row: &ManualChannel| {
-            let other = Trace::read(row, probes)?;
-            let found = if is_speed { slope_of(place, other) } else { change_correlation(place, other) };
-            found.map(|(_, correlation)| correlation)
-        };
-        let all = [against(&north, &x), against(&north, &y), against(&east, &x), against(&east, &y)];
-        let [Some(nx), Some(ny), Some(ex), Some(ey)] = all else { continue };
-        let strong = |correlation: f64| correlation.abs() > PLACE_CORRELATION;
-        if strong(nx) && strong(ey) && nx.abs() + ey.abs() >= ny.abs() + ex.abs() {
-            if nx < 0.0 {
-                turn(map, roles[0]);
-            }
-            if ey < 0.0 {
-                turn(map, roles[1]);
-            }
-        } else if strong(ny) && strong(ex) {
-            map.set(roles[0], Some(ManualChannel { turned: y.turned ^ (ny < 0.0), ..y }));
-            map.set(roles[1], Some(ManualChannel { turned: x.turned ^ (ex < 0.0), ..x }));
-        } else if is_speed
-            && x.by == By::Axes
-            && [nx, ny, ex, ey].iter().all(|one| one.abs() < 0.5)
-            && [(&north, &x), (&east, &y)].into_iter().any(|(place, row)| is_far(place, row, probes))
-        {
-            for role in [Role::VelocityNorth, Role::VelocityEast, Role::VelocityDown] {
-                if let Some(row) = map.row(role).filter(|row| row.by == By::Axes).cloned() {
-                    map.left_out.push((row.from, "not the change of latitude and longitude".to_owned()));
-                    map.set(role, None);
-                }
-            }
-        }
-    }
-}
-
-/// Whether a velocity is not near the slope of a place, which it need not follow where both are constant.
-fn is_far(place: &Trace, row: &ManualChannel, probes: &[Probe]) -> bool {
-    let apart = || {
-        let speed = Trace::read(row, probes)?.at(&place.time_s)?;
-        let lag = lag_of(&place.time_s, 2.0)?;
-        let slope = |k: usize| (place.values[k + lag] - place.values[k]) / (place.time_s[k + lag] - place.time_s[k]);
-        let pairs = (0..place.values.len() - lag).map(|k| (slope(k), speed.values[k + lag / 2]));
-        let (mut apart, mut sizes): (Vec<f64>, Vec<f64>) =
-            pairs.filter(|(a, b)| a.is_finite() && b.is_finite()).map(|(a, b)| ((a - b).abs(), a.abs())).unzip();
-        Some((median(&mut apart)?, median(&mut sizes)?))
-    };
-    apart().is_some_and(|(apart, size)| apart > 0.3 * size + 2.0)
-}
-
-/// Direction of flight over the Earth, rad from north to the east.
-fn track(map: &ManualChannelMap, probes: &[Probe]) -> Option<Trace> {
-    let north = Trace::for_role(map, Role::VelocityNorth, probes)?;
-    let east = Trace::for_role(map, Role::VelocityEast, probes)?.at(&north.time_s)?;
-    let angle = |(north, east): (&f64, &f64)| if north.hypot(*east) > 2.0 { east.atan2(*north) } else { f64::NAN };
-    let values = north.values.iter().zip(&east.values).map(angle).collect();
-    Some(Trace { values, ..north })
 }
 
 /// A heading that is the direction of the velocity to a fraction of a degree, of a receiver that gives no attitude, is a track.
@@ -421,7 +363,7 @@ fn settle_attitude(map: &mut ManualChannelMap, probes: &[Probe]) {
     }
     let is_tracked = settle_heading(map, probes);
     let Some(turning) = turning(map, probes) else {
-        turn_left_up(map, [0.0; 3], [false; 3]);
+        turn_left_up(map, probes, [0.0; 3], [false; 3]);
         return;
     };
     let by_bank = decide(bank_of_turn(map, probes, &turning), ANGLE_CORRELATION);
@@ -454,71 +396,14 @@ fn settle_rates(map: &mut ManualChannelMap, probes: &[Probe], is_known: [bool; 3
             set_sign(map, rate, turned);
         }
     }
-    turn_left_up(map, signs, is_known);
+    turn_left_up(map, probes, signs, is_known);
 }
 
 /// Asks for the sign of roles.
-fn ask(map: &mut ManualChannelMap, roles: &[Role]) {
+pub(crate) fn ask(map: &mut ManualChannelMap, roles: &[Role]) {
     for (role, row) in &mut map.rows {
         if roles.contains(role) && row.by != By::Recorder {
             row.asks_sign = true;
-        }
-    }
-}
-
-/// Whether a channel is named as one axis of a sensor of the words `sensors`: `acc_y`, `gyrZ`, `Y_Accel`.
-fn is_axis_of(row: &ManualChannel, sensors: &[&str]) -> bool {
-    let axes = ['x', 'y', 'z'];
-    let all = tokens(&row.from.channel);
-    let is_axis = all.last().is_some_and(|last| last.ends_with(axes))
-        || all.first().is_some_and(|first| first.len() == 1 && first.ends_with(axes));
-    is_axis && all.iter().any(|token| sensors.contains(&token.trim_end_matches(axes)))
-}
-
-/// A specific force that is positive upwards, of a sensor whose rates are recorded beside it: to the left where they are turned, or where
-/// nothing says that they are not. Rates that agree with an attitude whose own sign is not known can both be turned: they are asked for.
-/// Rates with names of their own can have other axes than the sensor's forces, whose side is asked for then.
-fn turn_left_up(map: &mut ManualChannelMap, rates: [f64; 3], is_known: [bool; 3]) {
-    const FORCES: [&str; 8] = ["acc", "accel", "accelerometer", "acceleration", "linear", "imu", "accelx", "a"];
-    const GYROS: [&str; 8] = ["gyro", "gyr", "gyroscope", "g", "angular", "velocity", "omega", "w"];
-    let forces = [Role::SpecificForceY, Role::SpecificForceZ];
-    let [Some(side), Some(down)] = forces.map(|role| map.row(role).cloned()) else { return };
-    if !down.turned || !is_free(&down) || ![&side, &down].into_iter().all(|row| is_axis_of(row, &FORCES)) {
-        return;
-    }
-    let gyros = [Role::PitchRate, Role::YawRate].map(|role| map.row(role).cloned());
-    if !gyros.iter().flatten().all(|row| is_free(row) && is_axis_of(row, &GYROS)) || gyros.contains(&None) {
-        ask(map, &[Role::SpecificForceY]);
-        return;
-    }
-    match (rates[1], rates[2]) {
-        (pitch, yaw) if pitch < 0.0 && yaw <= 0.0 || yaw < 0.0 && pitch <= 0.0 => {
-            for (role, sign) in [(Role::PitchRate, pitch), (Role::YawRate, yaw)] {
-                if sign == 0.0 {
-                    turn(map, role);
-                }
-            }
-            set_sign(map, Role::SpecificForceY, true);
-        }
-        (0.0, 0.0) => {
-            for role in [Role::SpecificForceY, Role::PitchRate, Role::YawRate] {
-                set_sign(map, role, true);
-            }
-            // ROS defines its axes: forward, left, up (REP 103).
-            if !down.from.channel.contains("linear_acceleration") {
-                ask(map, &[Role::SpecificForceY, Role::PitchRate, Role::YawRate]);
-            }
-        }
-        _ => {
-            let pairs = [[Role::PitchRate, Role::PitchAngle], [Role::YawRate, Role::HeadingAngle]];
-            for (pair, is_known) in pairs.iter().zip(&is_known[1..]) {
-                if !is_known {
-                    ask(map, pair);
-                }
-            }
-            if is_known[1..] == [false; 2] {
-                ask(map, &[Role::SpecificForceY]);
-            }
         }
     }
 }
@@ -562,35 +447,4 @@ fn pitch_sign(map: &ManualChannelMap, probes: &[Probe]) -> Option<f64> {
         (0.5..2.0).contains(&slope.abs()).then_some(correlation)
     };
     by_climb().filter(|correlation| correlation.abs() > ANGLE_CORRELATION).or_else(by_force)
-}
-
-/// Whether the heading follows the track; an angle of the mathematicians, from east to the north, is set so that it does, and asked for.
-fn settle_heading(map: &mut ManualChannelMap, probes: &[Probe]) -> bool {
-    /// Largest median distance of a heading from the track, rad.
-    const DRIFT_RAD: f64 = 0.35;
-    let read = || {
-        let row = map.row(Role::HeadingAngle)?.clone();
-        let track = track(map, probes)?;
-        let heading = Trace::read(&row, probes)?.at(&track.time_s)?;
-        Some((row, heading, track))
-    };
-    let Some((row, heading, track)) = read() else { return false };
-    let apart = |sign: f64, offset: f64| {
-        let one = |(heading, track): (&f64, &f64)| ((sign * heading + offset - track + PI).rem_euclid(TAU) - PI).abs();
-        let mut all: Vec<f64> =
-            heading.values.iter().zip(&track.values).map(one).filter(|apart| apart.is_finite()).collect();
-        (all.len() >= FEWEST_PAIRS).then(|| median(&mut all)).flatten().unwrap_or(PI)
-    };
-    let (clockwise, mathematical) = (apart(1.0, 0.0), apart(-1.0, FRAC_PI_2));
-    if clockwise < DRIFT_RAD && clockwise < 0.5 * mathematical {
-        return true;
-    }
-    let unit = row.unit.filter(|_| is_free(&row) && !row.turned && row.offset == 0.0);
-    if let Some(unit) = unit.filter(|_| mathematical < DRIFT_RAD && mathematical < 0.5 * clockwise) {
-        // psi = -(raw - a quarter of a turn).
-        let offset = -unit.from_si(FRAC_PI_2);
-        map.set(Role::HeadingAngle, Some(ManualChannel { turned: true, offset, asks_sign: true, ..row }));
-        return true;
-    }
-    false
 }
