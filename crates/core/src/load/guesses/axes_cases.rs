@@ -133,3 +133,34 @@ fn straight_flight_says_by_its_speeds_which_axis_is_north() {
         assert_eq!(map.row(Role::HeadingAngle).map(|row| row.offset), Some(0.0), "{name}");
     }
 }
+
+#[test]
+fn velocity_up_and_load_factor_less_one_are_turned() {
+    let map = guess_of("Ve [m/s],Vn [m/s],Vu [m/s],Nz-1 [g]", |now| {
+        let [north, east, down] = now.speeds;
+        vec![east, north, -down, -forces(now)[2] / 9.806_65 - 1.0]
+    });
+    assert_eq!(row_of(&map, Role::VelocityDown), Some(("m/s", -1.0, false)));
+    assert_eq!(map.row(Role::VelocityDown).map(|row| row.from.channel.as_str()), Some("Vu"));
+    let down = map.row(Role::SpecificForceZ).map(|row| (row.turned, row.offset, row.unit.map(|unit| unit.symbol)));
+    assert_eq!(down, Some((true, 1.0, Some("g"))));
+    let alone = guess_of("Vu [m/s],Roll [deg]", |now| vec![-now.speeds[2], now.bank / DEGREE]);
+    assert!(alone.row(Role::VelocityDown).is_none());
+}
+
+#[test]
+fn breadth_and_length_in_german_degrees_are_latitude_and_longitude() {
+    let row = |k: u32| format!("{:.1};{:.6};{:.6};{}\n", 0.1 * f64::from(k), 47.0 + 1e-5 * f64::from(k), 8.0, k % 9);
+    let rows: String = (0..60).map(row).collect();
+    for (head, wanted) in [
+        ("Breite [Grad];Länge [Grad];Rollrate [Grad/s]", Some(("deg", 1.0, false))),
+        ("Breite;Laenge;Rollrate [Grad/s]", Some(("deg", 1.0, false))),
+        ("Breite [m];Länge [m];Rollrate [Grad/s]", None),
+        ("Breite;Dicke;Rollrate [Grad/s]", None),
+    ] {
+        let map = guess(&[probe_of(&format!("Zeit [s];{head}\n{rows}"))]);
+        assert_eq!(row_of(&map, Role::Latitude), wanted, "{head}");
+        assert_eq!(row_of(&map, Role::Longitude).is_some(), wanted.is_some(), "{head}");
+        assert_eq!(row_of(&map, Role::RollRate).map(|row| row.0), Some("deg/s"), "{head}");
+    }
+}

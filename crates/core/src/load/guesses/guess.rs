@@ -229,6 +229,8 @@ pub fn share_rate_unit(map: &mut ManualChannelMap, probes: &[Probe]) {
 
 /// Parts of names of specific forces that are positive upwards.
 const UPWARDS: [&str; 4] = ["norm", "hoch", "vertikal", "verticale"];
+/// Ends of names of load factors less one g, which are positive upwards: `Nz-1`.
+const LESS_ONE: [&str; 2] = ["nz1", "nzminus1"];
 
 /// Specific force along z is about -g on the mean: its size tells g from m/s² where no unit is known, its sign the axis, and a mean
 /// near zero in g that 1 g was taken off.
@@ -264,7 +266,7 @@ fn refine_forces(map: &mut ManualChannelMap, probes: &[Probe]) {
         if *role == Role::SpecificForceZ {
             let taken_off = in_g && mean.abs() < 0.4;
             let name = plain_letters(&row.from.channel);
-            let upwards = UPWARDS.iter().any(|up| name.contains(up));
+            let upwards = UPWARDS.iter().any(|up| name.contains(up)) || LESS_ONE.iter().any(|one| name.ends_with(one));
             row.turned = mean > 0.4 || (taken_off && upwards);
             row.offset = if !taken_off {
                 0.0
