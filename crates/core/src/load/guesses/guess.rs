@@ -53,7 +53,7 @@ pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
         && by_physics::names_say_nothing(&candidates)
         && by_physics::add_roles(&mut map, &candidates, probes)
     {
-        add_position(&mut map);
+        add_position(&mut map, probes);
         return map;
     }
     let mut taken: Vec<usize> = Vec::new();
@@ -82,7 +82,7 @@ pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
     guess_frames::add_velocity(&mut map, &free);
     names.restore(&mut map, probes);
     guess_frames::keep_mapped_or_derived(&mut map);
-    add_position(&mut map);
+    add_position(&mut map, probes);
     add_runners_up(&mut map, &free);
     map.kind = map.kind.take().or_else(|| kinds::find_kind(probes, &map));
     map
@@ -279,16 +279,25 @@ fn refine_forces(map: &mut ManualChannelMap, probes: &[Probe]) {
     }
 }
 
-/// Position down of an altitude where nothing else gives it; of fixes where there are latitude and longitude and no position.
-fn add_position(map: &mut ManualChannelMap) {
+/// Position down of an altitude where nothing else gives it; of fixes where there are latitude and longitude of one clock and no position. An
+/// altitude of another clock is then position down by itself.
+fn add_position(map: &mut ManualChannelMap, probes: &[Probe]) {
     let has = |role: Role| map.row(role).is_some();
-    let fixes = has(Role::Latitude) && has(Role::Longitude);
+    let clock = |role: Role| {
+        let row = map.row(role)?;
+        Some((row.from.source.as_str(), row.from.find(probes)?.clock))
+    };
+    let fixes = has(Role::Latitude) && has(Role::Longitude) && clock(Role::Latitude) == clock(Role::Longitude);
+    let altitude = [Role::GpsAltitude, Role::Altitude].into_iter().find(|role| has(*role));
     if fixes && !has(Role::PositionNorth) && !has(Role::PositionEast) && !has(Role::PositionDown) {
+        let is_of_fixes = altitude.is_none_or(|role| clock(role) == clock(Role::Latitude));
         map.position_from_fixes = true;
-        return;
+        if is_of_fixes {
+            return;
+        }
     }
-    let altitude = map.row(Role::GpsAltitude).or_else(|| map.row(Role::Altitude)).cloned();
-    if let Some(row) = altitude.filter(|_| !has(Role::PositionDown)) {
+    let altitude = altitude.and_then(|role| map.row(role)).cloned();
+    if let Some(row) = altitude.filter(|_| map.row(Role::PositionDown).is_none()) {
         map.set(Role::PositionDown, Some(ManualChannel { turned: !row.turned, ..row }));
     }
 }
