@@ -12,6 +12,7 @@ use crate::load::guesses::candidates::{Candidate, best, candidates, row};
 use crate::load::guesses::guess_frames;
 use crate::load::guesses::kinds;
 use crate::load::guesses::motion;
+use crate::load::guesses::motion_signs;
 use crate::load::guesses::motion_units;
 use crate::load::guesses::ranges;
 use crate::load::guesses::recorders::{self, Claims};
@@ -74,7 +75,7 @@ pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
     guess_frames::exchange_local_axes(&mut map);
     motion::add_climb(&mut map, &free, probes);
     motion_units::settle(&mut map, probes);
-    if !motion::settle(&mut map, probes) {
+    if !motion_signs::settle(&mut map, probes) {
         guess_frames::turn_heights(&mut map, probes);
     }
     slopes::turn_climb(&mut map, probes);

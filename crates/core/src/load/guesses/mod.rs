@@ -14,6 +14,7 @@ pub(crate) mod layouts;
 pub(crate) mod motion;
 pub(crate) mod motion_axes;
 pub(crate) mod motion_ground;
+pub(crate) mod motion_signs;
 pub(crate) mod motion_units;
 pub(crate) mod physics;
 pub(crate) mod ranges;
