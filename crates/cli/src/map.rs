@@ -15,7 +15,7 @@ use doublet_engine::stage::FlightPhysics;
 use serde_json::json;
 
 use crate::outcome::Outcome;
-use crate::questions::{Question, group, list_questions};
+use crate::questions::{Question, changes, group, list_questions};
 use crate::role_option::{FORM, says_unit, set_roles};
 use crate::{text, time_option};
 
@@ -184,7 +184,7 @@ fn find_contradictions(physics: &FlightPhysics) -> Vec<String> {
     physics.contradictions().map(|row| line(&row.headline, &row.fix_text)).collect()
 }
 
-/// Why a channel is taken for a role and in which unit, and the values it then has.
+/// Why a channel is taken for a role, in which unit, with which sign, scale and offset, and the values it then has.
 pub fn explain_row(role: Role, row: &ManualChannel, probes: &[Probe]) -> String {
     let why = begin::unit_reason(row, probes);
     let values = row.values(probes).map_or_else(String::new, |values| {
@@ -194,5 +194,7 @@ pub fn explain_row(role: Role, row: &ManualChannel, probes: &[Probe]) -> String 
     });
     let evidence = row.evidence.as_ref().map_or_else(String::new, |evidence| format!(" ({evidence})"));
     let by = row.by.description();
-    format!("{}: '{}' of {} {by}{evidence}, unit {why}{values}", role.name(), row.from.channel, row.from.source)
+    let changes: String = changes(row).iter().map(|change| format!(", {change}")).collect();
+    let (name, channel, source) = (role.name(), &row.from.channel, &row.from.source);
+    format!("{name}: '{channel}' of {source} {by}{evidence}, unit {why}{changes}{values}")
 }

@@ -116,7 +116,7 @@ pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
         StructureName::WithPower => Structure::with_power(),
     };
     let mut measured = BTreeSet::new();
-    let mut of_maps = None;
+    let (mut of_maps, mut is_refused) = (None, false);
     for (name, paths) in groups {
         let mut inspected = begin::inspect_for(&paths, Some(&arguments.output), &Control::default(), &|_| {})?;
         set_roles(&mut inspected, &arguments.role)?;
@@ -129,7 +129,9 @@ pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
             },
             None => best_map(&inspected).map(as_file)?,
         };
-        measured.extend(flight(&mut session, &name, &inspected, (&reference, &map))?);
+        let (roles, refused) = flight(&mut session, &name, &inspected, (&reference, &map))?;
+        measured.extend(roles);
+        is_refused |= refused;
         if let MapRef::File(file) = &reference {
             of_maps = of_maps.or(aircraft_of_map(file, &map)?);
         }
@@ -153,7 +155,12 @@ pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
             "{NO_AIRCRAFT}, or give --aircraft, or --area --span --chord --mass with --inertia or --class --length"
         ),
     });
-    text::line(&format!("{}: set manoeuvres, noise and terms, then `doublet run`", arguments.output.display()));
+    let output = arguments.output.display();
+    if is_refused {
+        text::line(&format!("{output}: the channel map cannot be used: correct it, then `doublet check`"));
+        return Ok(Outcome::Bad);
+    }
+    text::line(&format!("{output}: set manoeuvres, noise and terms, then `doublet run`"));
     Ok(Outcome::Done)
 }
 
@@ -163,7 +170,8 @@ fn as_file((reference, map): (String, ChannelMap)) -> (MapRef, ChannelMap) {
 
 /// The guess, said row by row; none where time or a deflection can be read in two ways, or time not at all, which is said.
 fn take_guess(inspected: &Inspected, options: &[String]) -> Result<Option<(MapRef, ChannelMap)>, String> {
-    let open: Vec<_> = ask(inspected, options).into_iter().filter(|question| question.must_be_answered).collect();
+    let asked = ask(inspected, options);
+    let open: Vec<_> = asked.iter().filter(|question| question.must_be_answered).collect();
     if !open.is_empty() {
         open.iter().for_each(|question| text::line(&format!("question: {}", question.text)));
         text::line(
@@ -175,6 +183,8 @@ fn take_guess(inspected: &Inspected, options: &[String]) -> Result<Option<(MapRe
         text::line(&format!("  {}", explain_row(*role, row, &inspected.probes)));
     }
     inspected.guess.derivations().iter().for_each(|line| text::line(&format!("  {line}")));
+    let of_signs = asked.iter().filter(|question| question.is_of_sign());
+    of_signs.for_each(|question| text::line(&format!("  question: {}", question.text)));
     if let Some(kind) = inspected.guess.kind.as_deref().filter(|kind| *kind != "aeroplane") {
         text::line(&format!("not an aeroplane: {kind}; only its flight path can be reconstructed"));
     }
@@ -183,13 +193,13 @@ fn take_guess(inspected: &Inspected, options: &[String]) -> Result<Option<(MapRe
     Ok(Some((MapRef::Own(written.into()), map)))
 }
 
-/// Adds one flight, says what was made of it, and returns the roles it has.
+/// Adds one flight, says what was made of it, and returns the roles it has and whether its channel map cannot be used.
 fn flight(
     session: &mut Session,
     name: &str,
     inspected: &Inspected,
     (reference, map): (&MapRef, &ChannelMap),
-) -> Result<Vec<Role>, String> {
+) -> Result<(Vec<Role>, bool), String> {
     let plan = plan_all(&inspected.probes, map);
     let roles = plan.all_roles();
     if roles.is_empty() {
@@ -227,7 +237,7 @@ fn flight(
             session.windows.extend(whole_window(name, &inspected.probes));
         }
     }
-    Ok(roles.into_iter().collect())
+    Ok((roles.into_iter().collect(), plan.has_errors()))
 }
 
 /// Why no session is made of recordings of which no channel plays a role, and what to do, in one line.

@@ -1,6 +1,6 @@
 //! What a recording leaves open: the questions that `inspect`, `map` and `new` ask.
 
-use doublet_core::load::{By, ManualChannelMap, Probe, Source, stated_unit};
+use doublet_core::load::{By, ManualChannel, ManualChannelMap, Probe, Source, stated_unit};
 use doublet_core::quantity::Role;
 use doublet_engine::session::Surface;
 
@@ -14,6 +14,13 @@ pub struct Question {
     pub role: Option<Role>,
     /// What it is about.
     about: About,
+}
+
+impl Question {
+    /// Whether a sign is asked for.
+    pub fn is_of_sign(&self) -> bool {
+        self.about == About::Sign
+    }
 }
 
 /// What a question is about.
@@ -65,11 +72,12 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
     });
     let of_deflections = Surface::ALL.into_iter().filter_map(|surface| ask_deflection(probe, guessed, surface.role()));
     let of_signs = guessed.rows.iter().filter(|(_, row)| row.asks_sign).map(|(role, row)| {
-        let (source, name) = (&row.from.source, &row.from.channel);
-        let text = format!(
-            "{source}: the sign of '{name}', guessed as {}, is not documented: it is left as recorded",
-            role.name()
-        );
+        let (source, name, role) = (&row.from.source, &row.from.channel, role.name());
+        let taken = match changes(row) {
+            changes if changes.is_empty() => "left as recorded".to_owned(),
+            changes => changes.join(", "),
+        };
+        let text = format!("{source}: the sign of '{name}', guessed as {role}, is not documented: {taken}");
         Question { text, must_be_answered: false, role: None, about: About::Sign }
     });
     let of_roles = guessed.rows.iter().filter(|(_, row)| row.by == By::Physics).map(|(role, row)| {
@@ -82,6 +90,15 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
     });
     let of_roles = of_roles.chain(ask_layout(guessed));
     of_clocks.chain(without_time).chain(of_deflections).chain(of_units).chain(of_signs).chain(of_roles).collect()
+}
+
+/// What a row makes of the values recorded beside their unit: sign, scale, offset.
+pub fn changes(row: &ManualChannel) -> Vec<String> {
+    let sign = row.turned.then(|| "sign reversed".to_owned());
+    let scale = (row.scale != 1.0).then(|| format!("scale {}", row.scale));
+    let unit = row.unit.map_or_else(String::new, |unit| format!(" {}", unit.symbol));
+    let offset = (row.offset != 0.0).then(|| format!("offset {}{unit}", row.offset));
+    sign.into_iter().chain(scale).chain(offset).collect()
 }
 
 /// Roles of a table without names, by the order of its columns: one question for all of them.

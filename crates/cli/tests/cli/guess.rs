@@ -113,7 +113,7 @@ fn roles_said_on_the_command_line_take_the_place_of_the_guess() {
     assert_eq!(code, Some(0), "{text}");
     let map = ChannelMap::parse(&text).unwrap();
     assert_eq!(map.roles.keys().copied().collect::<Vec<_>>(), [Role::Elevator]);
-    assert!(text.contains("'C2' of log by its name, unit instead of the recorded unit: -0.5600 to 0 deg"), "{text}");
+    assert!(text.contains("'C2' of log by its name, unit instead of the recorded unit, sign reversed, scale 0.07, offset -1500 deg: -0.5600 to 0 deg"), "{text}");
     for (option, answer) in [
         ("delta_e=C9", "no channel 'C9' there"),
         ("delta_e=C2,unit=kg", "delta_e is in rad, not in kg"),
@@ -257,4 +257,61 @@ fn time_that_is_not_understood_is_said_once() {
     let error = String::from_utf8(output.stderr).unwrap();
     assert_eq!((output.status.code(), Path::new(session).exists()), (Some(1), false), "{error}");
     assert_eq!((error.lines().count(), error.matches("is not a time in a known format").count()), (1, 1), "{error}");
+}
+
+/// A straight flight at 60 m/s: its receiver in one file, its altimeter in another, each with its own clock.
+#[test]
+fn altitude_of_another_recorder_is_position_down_beside_fixes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str, text: String| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let fix = |k: i32| {
+        let t = 0.1 * f64::from(k);
+        format!("{t:.2},{:.7},8.0,{:.3}\n", 47.0 + 60.0 * t / 111_194.9, 2.0 * (0.5 * t).sin())
+    };
+    let height = |k: i32| {
+        let t = 0.46 + 0.02 * f64::from(k);
+        format!("{t:.2},{:.2},60.0\n", 1200.0 + 5.0 * (0.3 * t).sin())
+    };
+    let fixes: String = (0..400).map(fix).collect();
+    let fixes = path("ins.csv", format!("Time [s],Latitude [deg],Longitude [deg],Pitch [deg]\n{fixes}"));
+    let heights: String = (0..1900).map(height).collect();
+    let heights = path("fti.csv", format!("Time [s],Altitude [m],TAS [m/s]\n{heights}"));
+    let session = folder.path().join("s.toml");
+    let (text, code) = run_doublet(&["new", &fixes, &heights, "--merge", "--guess", "-o", session.to_str().unwrap()]);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(!text.contains("another clock"), "{text}");
+    assert!(text.contains("  z: 'Altitude' of fti by its name, unit as recorded, sign reversed: "), "{text}");
+    let written = std::fs::read_to_string(&session).unwrap();
+    assert!(
+        written.contains(".channel_map.derive.position]") && !written.contains("altitude = \"altitude\""),
+        "{written}"
+    );
+    // A map that takes the altitude into the fixes is refused, and that is no success.
+    let roles = "[roles]\nlatitude = { channel = \"Latitude\" }\nlongitude = { channel = \"Longitude\" }\n\
+                 altitude = { channel = \"Altitude\" }\n[derive.position]\naltitude = \"altitude\"\n";
+    let map = path("map.toml", format!("format = \"doublet channel map\"\nversion = 1\nname = \"m\"\n{roles}"));
+    let other = folder.path().join("t.toml");
+    let (text, code) = run_doublet(&["new", &fixes, &heights, "--merge", "--map", &map, "-o", other.to_str().unwrap()]);
+    assert_eq!(code, Some(3), "{text}");
+    assert!(text.contains("altitude has another clock than latitude"), "{text}");
+}
+
+/// What a row makes of the values is said, and so is the sign that nothing documents.
+#[test]
+fn signs_that_are_taken_are_said_and_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let row = |k: i32| format!("{},{},{},{},1.0{}\n", 0.02 * f64::from(k), k % 50, k % 9, k % 7, k % 3);
+    let rows: String = (0..500).map(row).collect();
+    let path = written(folder.path(), &format!("time [s],Pitch [deg],acc_x [g],acc_y [g],acc_z [g]\n{rows}"));
+    let session = folder.path().join("s.toml");
+    let (text, code) = run_doublet(&["new", &path, "--guess", "-o", session.to_str().unwrap()]);
+    assert_eq!(code, Some(0), "{text}");
+    assert!(text.contains("  az: 'acc_z' of log by its name, unit as recorded, sign reversed: -1.02"), "{text}");
+    let question = "  question: log: the sign of 'acc_x', guessed as ax, is not documented: left as recorded; \
+                    log: the sign of 'acc_y', guessed as ay, is not documented: left as recorded";
+    assert!(text.contains(question), "{text}");
 }

@@ -7,16 +7,16 @@ use crate::load::probe_of;
 use crate::quantity::Role;
 
 /// Rows of a flight at 60 m/s in which the bank turns the heading, the pitch makes the climb, the attitude the rates.
-struct Instant {
-    time_s: f64,
-    bank: f64,
-    pitch: f64,
-    heading: f64,
-    rates: [f64; 3],
+pub(super) struct Instant {
+    pub(super) time_s: f64,
+    pub(super) bank: f64,
+    pub(super) pitch: f64,
+    pub(super) heading: f64,
+    pub(super) rates: [f64; 3],
     north: f64,
     east: f64,
-    speeds: [f64; 3],
-    height: f64,
+    pub(super) speeds: [f64; 3],
+    pub(super) height: f64,
 }
 
 fn flight() -> Vec<Instant> {
@@ -45,7 +45,7 @@ fn flight() -> Vec<Instant> {
 }
 
 /// The guess of a table of the flight.
-fn guess_of(head: &str, row: impl Fn(&Instant) -> Vec<f64>) -> ManualChannelMap {
+pub(super) fn guess_of(head: &str, row: impl Fn(&Instant) -> Vec<f64>) -> ManualChannelMap {
     let line = |now: &Instant| {
         let cells: Vec<String> = row(now).iter().map(|cell| format!("{cell:.7}")).collect();
         format!("{:.2},{}\n", now.time_s, cells.join(","))
@@ -54,12 +54,12 @@ fn guess_of(head: &str, row: impl Fn(&Instant) -> Vec<f64>) -> ManualChannelMap 
 }
 
 /// Unit and sign of a role, and whether they are asked for.
-fn row_of(map: &ManualChannelMap, role: Role) -> Option<(&'static str, f64, bool)> {
+pub(super) fn row_of(map: &ManualChannelMap, role: Role) -> Option<(&'static str, f64, bool)> {
     let row = map.row(role)?;
     Some((row.unit?.symbol, if row.turned { -1.0 } else { 1.0 }, row.asks_sign))
 }
 
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
+pub(super) const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 #[test]
 fn parts_of_names_are_no_roles() {

@@ -139,5 +139,9 @@ fn has_one_reading(
         Need::GreekControls => {
             GREEK_CONTROLS.iter().all(|control| candidates.iter().any(|other| other.words == *control))
         }
+        Need::UnitOrBeside(names) => {
+            has_unit
+                || (candidate.unit.is_none() && candidates.iter().any(|other| names.contains(&other.words.as_str())))
+        }
     }
 }

@@ -160,6 +160,7 @@ pub(crate) fn is_climb(candidate: &Candidate<'_>) -> bool {
     CLIMBS.iter().any(|up| plain.contains(up))
         || CLIMB_ENDS.iter().any(|up| plain.ends_with(up))
         || (plain == "vz" && in_feet)
+        || [plain, &candidate.leaf].iter().any(|name| *name == "vu")
 }
 
 /// The unit values of this size have: degrees where radians would be more than a turn, otherwise SI.

@@ -12,6 +12,7 @@ use crate::load::guesses::candidates::{Candidate, best, candidates, row};
 use crate::load::guesses::guess_frames;
 use crate::load::guesses::kinds;
 use crate::load::guesses::motion;
+use crate::load::guesses::motion_signs;
 use crate::load::guesses::motion_units;
 use crate::load::guesses::ranges;
 use crate::load::guesses::recorders::{self, Claims};
@@ -53,7 +54,7 @@ pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
         && by_physics::names_say_nothing(&candidates)
         && by_physics::add_roles(&mut map, &candidates, probes)
     {
-        add_position(&mut map);
+        add_position(&mut map, probes);
         return map;
     }
     let mut taken: Vec<usize> = Vec::new();
@@ -74,7 +75,7 @@ pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
     guess_frames::exchange_local_axes(&mut map);
     motion::add_climb(&mut map, &free, probes);
     motion_units::settle(&mut map, probes);
-    if !motion::settle(&mut map, probes) {
+    if !motion_signs::settle(&mut map, probes) {
         guess_frames::turn_heights(&mut map, probes);
     }
     slopes::turn_climb(&mut map, probes);
@@ -82,7 +83,7 @@ pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
     guess_frames::add_velocity(&mut map, &free);
     names.restore(&mut map, probes);
     guess_frames::keep_mapped_or_derived(&mut map);
-    add_position(&mut map);
+    add_position(&mut map, probes);
     add_runners_up(&mut map, &free);
     map.kind = map.kind.take().or_else(|| kinds::find_kind(probes, &map));
     map
@@ -229,6 +230,8 @@ pub fn share_rate_unit(map: &mut ManualChannelMap, probes: &[Probe]) {
 
 /// Parts of names of specific forces that are positive upwards.
 const UPWARDS: [&str; 4] = ["norm", "hoch", "vertikal", "verticale"];
+/// Ends of names of load factors less one g, which are positive upwards: `Nz-1`.
+const LESS_ONE: [&str; 2] = ["nz1", "nzminus1"];
 
 /// Specific force along z is about -g on the mean: its size tells g from m/s² where no unit is known, its sign the axis, and a mean
 /// near zero in g that 1 g was taken off.
@@ -264,7 +267,7 @@ fn refine_forces(map: &mut ManualChannelMap, probes: &[Probe]) {
         if *role == Role::SpecificForceZ {
             let taken_off = in_g && mean.abs() < 0.4;
             let name = plain_letters(&row.from.channel);
-            let upwards = UPWARDS.iter().any(|up| name.contains(up));
+            let upwards = UPWARDS.iter().any(|up| name.contains(up)) || LESS_ONE.iter().any(|one| name.ends_with(one));
             row.turned = mean > 0.4 || (taken_off && upwards);
             row.offset = if !taken_off {
                 0.0
@@ -277,16 +280,25 @@ fn refine_forces(map: &mut ManualChannelMap, probes: &[Probe]) {
     }
 }
 
-/// Position down of an altitude where nothing else gives it; of fixes where there are latitude and longitude and no position.
-fn add_position(map: &mut ManualChannelMap) {
+/// Position down of an altitude where nothing else gives it; of fixes where there are latitude and longitude of one clock and no position. An
+/// altitude of another clock is then position down by itself.
+fn add_position(map: &mut ManualChannelMap, probes: &[Probe]) {
     let has = |role: Role| map.row(role).is_some();
-    let fixes = has(Role::Latitude) && has(Role::Longitude);
+    let clock = |role: Role| {
+        let row = map.row(role)?;
+        Some((row.from.source.as_str(), row.from.find(probes)?.clock))
+    };
+    let fixes = has(Role::Latitude) && has(Role::Longitude) && clock(Role::Latitude) == clock(Role::Longitude);
+    let altitude = [Role::GpsAltitude, Role::Altitude].into_iter().find(|role| has(*role));
     if fixes && !has(Role::PositionNorth) && !has(Role::PositionEast) && !has(Role::PositionDown) {
+        let is_of_fixes = altitude.is_none_or(|role| clock(role) == clock(Role::Latitude));
         map.position_from_fixes = true;
-        return;
+        if is_of_fixes {
+            return;
+        }
     }
-    let altitude = map.row(Role::GpsAltitude).or_else(|| map.row(Role::Altitude)).cloned();
-    if let Some(row) = altitude.filter(|_| !has(Role::PositionDown)) {
+    let altitude = altitude.and_then(|role| map.row(role)).cloned();
+    if let Some(row) = altitude.filter(|_| map.row(Role::PositionDown).is_none()) {
         map.set(Role::PositionDown, Some(ManualChannel { turned: !row.turned, ..row }));
     }
 }

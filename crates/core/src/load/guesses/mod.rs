@@ -2,6 +2,8 @@
 
 #[cfg(test)]
 mod awkward_cases;
+#[cfg(test)]
+mod axes_cases;
 pub(crate) mod by_physics;
 pub(crate) mod by_words;
 pub(crate) mod candidates;
@@ -10,6 +12,9 @@ pub(crate) mod guess_frames;
 pub(crate) mod kinds;
 pub(crate) mod layouts;
 pub(crate) mod motion;
+pub(crate) mod motion_axes;
+pub(crate) mod motion_ground;
+pub(crate) mod motion_signs;
 pub(crate) mod motion_units;
 pub(crate) mod physics;
 pub(crate) mod ranges;

@@ -122,6 +122,9 @@ const LETTERS: [[&str; 3]; 8] = [
     ["rn", "re", "rd"],
 ];
 
+/// The same of a velocity whose third axis is up.
+const UPWARDS: [&str; 3] = ["vn", "ve", "vu"];
+
 /// Gives the roles of vectors that have no channel yet theirs.
 pub(crate) fn add_vectors(map: &mut ManualChannelMap, candidates: &[Candidate<'_>]) {
     for (roles, stems) in VECTORS {
@@ -177,7 +180,9 @@ fn stem_of(candidate: &Candidate<'_>, axis: &str) -> Option<String> {
 
 /// Whether a name of one letter stands beside the others of its vector, which other names need not.
 pub(crate) fn has_brothers(name: &str, role: Role, candidate: &Candidate<'_>, candidates: &[Candidate<'_>]) -> bool {
-    let Some(letters) = LETTERS.iter().find(|letters| letters.contains(&name)) else { return true };
+    // Velocity up, beside those north and east alone.
+    let letters = if name == "vu" { Some(&UPWARDS) } else { LETTERS.iter().find(|letters| letters.contains(&name)) };
+    let Some(letters) = letters else { return true };
     let is_stated = candidate.unit.is_some_and(|unit| unit.dimension == role.dimension() && !is_count(unit));
     let renamed = |letter: &str| {
         let last = candidate.plain.strip_suffix(name).map(|before| format!("{before}{letter}"));

@@ -193,7 +193,8 @@ pub struct ManualChannelMap {
     pub time: Vec<(String, ManualTime)>,
     /// Roles with their channels, in the order of [`Role::ALL`].
     pub rows: Vec<(Role, ManualChannel)>,
-    /// Position comes from latitude, longitude and the altitude of satellite navigation, or else the pressure altitude.
+    /// Position comes from latitude and longitude, and, where position down has no channel, from the altitude of satellite navigation, or else
+    /// the pressure altitude.
     pub position_from_fixes: bool,
     /// Attitude comes from a quaternion.
     pub attitude: Option<ManualQuaternion>,
@@ -257,9 +258,10 @@ impl ManualChannelMap {
         }
     }
 
-    /// Role whose altitude a position made of fixes takes.
+    /// Role whose altitude a position made of fixes takes; none where position down has a channel of its own.
     fn fix_altitude(&self) -> Option<Role> {
-        [Role::GpsAltitude, Role::Altitude].into_iter().find(|role| self.row(*role).is_some())
+        let is_open = self.row(Role::PositionDown).is_none();
+        [Role::GpsAltitude, Role::Altitude].into_iter().find(|role| is_open && self.row(*role).is_some())
     }
 
     /// The map as the text of a channel map file, which [`crate::load::ChannelMap::parse`] reads.

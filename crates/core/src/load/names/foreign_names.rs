@@ -452,8 +452,8 @@ pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
             "altitudebarometrique",
         ],
     ),
-    (Role::Latitude, &["latitud", "latitudine", "широта", "纬度", "breitengrad"]),
-    (Role::Longitude, &["longitud", "longitudine", "долгота", "经度", "langengrad", "laengengrad"]),
+    (Role::Latitude, &["latitud", "latitudine", "широта", "纬度", "breitengrad", "breite"]),
+    (Role::Longitude, &["longitud", "longitudine", "долгота", "经度", "langengrad", "laengengrad", "lange", "laenge"]),
     (Role::GpsAltitude, &["gpshohe", "gpshoehe", "hohegps", "hoehegps", "altitudegps"]),
     (
         Role::FuelMass,
@@ -495,6 +495,8 @@ pub(crate) enum Need {
     FrenchControl,
     /// The other two controls by their letters of LN 9300.
     GreekControls,
+    /// A unit that the role has, or another channel of one of these names.
+    UnitOrBeside(&'static [&'static str]),
 }
 
 /// Names that have more than one reading by themselves.
@@ -526,6 +528,10 @@ pub(crate) const NEEDS: &[(&str, Need)] = &[
     ("xi", Need::GreekControls),
     ("eta", Need::GreekControls),
     ("zeta", Need::GreekControls),
+    // Width and length of anything.
+    ("breite", Need::UnitOrBeside(&["lange", "laenge"])),
+    ("lange", Need::UnitOrBeside(&["breite"])),
+    ("laenge", Need::UnitOrBeside(&["breite"])),
 ];
 
 /// French names of controls that are nothing else.

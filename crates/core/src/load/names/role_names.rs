@@ -24,7 +24,7 @@ pub(crate) const NAMES: &[RoleNames] = &[
         "normalacceleration", "normaccel", "normalaccel", "normac", "vertac", "vertaccel", "vertacc", "verticalaccel",
         "verticalacceleration", "accelvert", "accvert", "accelnorm", "accelerationnormal", "accelerationvertical",
         "zaxisacceleration", "zbodyaxisacceleration", "bodyaccelz", "bodyaccelerationz", "verticalacc", "vrtg", "apilotz", "gforce", "gload", "loadfactor", "nzg",
-        "accelerationz", "g",
+        "accelerationz", "nz1", "nzminus1", "g",
     ]),
     (Role::RollRate, &[
         "p", "rollrate", "brollrate", "gyrox", "gyrx", "omegax", "wx", "pbody", "xrate", "angularvelocityx", "rollspeed",
@@ -58,7 +58,7 @@ pub(crate) const NAMES: &[RoleNames] = &[
         "vdown", "vd", "veld", "veldown", "velocitydown", "speeddown", "gpsvd", "vdgps", "downvelocity", "vned2", "velup",
         "vup", "velocityup", "upvelocity", "speedup", "climb", "climbspeed", "verticalvelocity", "vertspeed", "vertvel",
         "vertspd", "vspeed", "verticalspd", "vsi", "altdot", "rateofclimbordescent", "vertrate", "inertialverticalspeed",
-        "climbrate", "verticalspeed", "vspd", "rateofclimb", "vs", "vvi", "ivv", "roc", "hdot", "altituderate", "altrate",
+        "climbrate", "verticalspeed", "vspd", "rateofclimb", "vs", "vvi", "ivv", "roc", "hdot", "altituderate", "altrate", "vu",
     ]),
     (Role::BankAngle, &[
         "phi", "roll", "bank", "rollangle", "bankangle", "rollattitude", "attituderoll", "bankattitude", "eulerroll",

@@ -186,7 +186,7 @@ fn ends_alike(name: &str, at: usize, end: &str) -> bool {
 /// The unit that the last word of a name is, where it can be nothing else.
 fn unit_word(word: &str) -> Option<Unit> {
     /// Words that are units of no role, or words of their own.
-    const WORDS: [&str; 9] = ["in", "nm", "mi", "mm", "gal", "min", "ratio", "none", "kp"];
+    const WORDS: [&str; 10] = ["in", "nm", "mi", "mm", "gal", "min", "ratio", "none", "kp", "grad"];
     let unit = (word.len() > 1 && !WORDS.contains(&word.to_lowercase().as_str())).then(|| parse_loosely(word))??;
     (unit.dimension != Dimension::Time && !is_count(unit)).then_some(unit)
 }
