@@ -24,8 +24,8 @@ use crate::session::{
     RecordingRef, Session, content_hash, fitting_name,
 };
 use crate::stage::{
-    FlightPhysics, FlightProposals, LoadedFlight, NO_PATH_MEASUREMENT, NoiseFlight, measured_by, noise, open_entries,
-    open_windows, physics_of, proposals,
+    FlightPhysics, FlightProposals, LoadedFlight, NO_PATH_MEASUREMENT, NoiseFlight, has_airspeed, measured_by, noise,
+    open_entries, open_windows, physics_of, proposals,
 };
 
 /// A channel map that comes with the program and what it makes of some recordings.
@@ -92,7 +92,7 @@ pub fn missing(has: impl Fn(Role) -> bool) -> Vec<Missing> {
     let absent = |roles: Vec<Role>| roles.into_iter().filter(|role| !has(*role)).collect::<Vec<_>>();
     let inputs = absent(Input::ALL.into_iter().map(Input::role).collect());
     let controls = absent(vec![Role::Elevator, Role::Aileron, Role::Rudder]);
-    let recorded = |role| has(role).then_some(());
+    let recorded = |role| is_given(role, &has).then_some(());
     let unmeasured = Measurement::ALL.into_iter().filter(|measurement| measured_by(*measurement, recorded).is_none());
     let unmeasured: Vec<Role> = unmeasured.map(Measurement::role).collect();
     let (means, level) = if unmeasured.len() == MEASUREMENTS {
@@ -483,9 +483,14 @@ fn recorded_span(recording: &Recording) -> Option<TimeRange> {
     Some(all.into_iter().fold(base, |found, next| Some(shared(found, next)).filter(is_long).unwrap_or(found)))
 }
 
+/// Whether a recording gives a role, itself or by what it has.
+fn is_given(role: Role, has: impl Fn(Role) -> bool) -> bool {
+    if role == Role::TrueAirspeed { has_airspeed(has) } else { has(role) }
+}
+
 /// The measurements of the filter that none of `roles` feeds.
 pub fn missing_measurements(roles: &BTreeSet<Role>) -> Vec<Measurement> {
-    let recorded = |role| roles.get(&role);
+    let recorded = |role| is_given(role, |role| roles.contains(&role)).then_some(());
     Measurement::ALL.into_iter().filter(|measurement| measured_by(*measurement, recorded).is_none()).collect()
 }
 

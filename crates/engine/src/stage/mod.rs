@@ -42,6 +42,7 @@ mod signals;
 mod steadiness;
 mod structure_scores;
 mod tolerances;
+mod true_airspeed;
 mod truth;
 mod window_context;
 mod window_samples;
@@ -104,6 +105,7 @@ pub use tolerances::{
     Certainty, Judgement, ObjectiveTest, OutsideTest, PercentRule, Quantity, Reading, RecordDemand, Tolerances,
     ValueTolerance,
 };
+pub(crate) use true_airspeed::has_airspeed;
 pub use truth::TruthError;
 pub use window_context::{ANGULAR_ACCELERATIONS, WindowContext};
 pub use window_samples::{NO_PATH_MEASUREMENT, Samples, measured_by, partly_outside, samples};

@@ -13,6 +13,7 @@ use super::expressions::{ExpressedChannel, add_expressions};
 use super::held_samples::use_held_once;
 use super::instruments::derive;
 use super::signals::{TreatedSignal, treat_signals};
+use super::true_airspeed::add_airspeed;
 use crate::graph::{Context, Footprint, Stage, StageError, StageResult};
 use crate::session::Finding;
 use crate::session::{Flight, HeldSampleUse, MapRef, RecordingRef, content_hash};
@@ -131,6 +132,7 @@ pub fn align_flight(context: &Context<'_>, read: &LoadedFlight, flight: &Flight)
         HeldSampleUse::Every => Default::default(),
     };
     findings.extend(of_samples);
+    add_airspeed(&mut recording);
     let treated = join_treatments(held, treat_signals(&mut recording, &flight.signals)?);
     let (hashes, utc_start_s) = (read.hashes.clone(), read.utc_start_s);
     Ok(LoadedFlight {

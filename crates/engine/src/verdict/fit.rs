@@ -2,7 +2,7 @@
 
 use doublet_core::estimate::Fit;
 use doublet_core::model::{Coefficient, Term, Variable, is_constant_name, regressors};
-use doublet_core::reconstruct::{Input, State};
+use doublet_core::reconstruct::{Input, Measurement, State};
 use doublet_core::series::TimeRange;
 use doublet_core::statistics;
 use nalgebra::DMatrix;
@@ -162,6 +162,18 @@ impl Motion {
     }
 }
 
+/// Flow angles and what measures them.
+const VANES: [(Variable, Measurement); 2] =
+    [(Variable::Alpha, Measurement::AngleOfAttack), (Variable::Beta, Measurement::Sideslip)];
+
+/// The flow angle that a term consists of, where no manoeuvre of the fit has a vane for it.
+fn without_vane(evidence: Evidence<'_>, term: &Term, used: &[Used<'_>]) -> bool {
+    let [(variable, 1)] = *term.factors() else { return false };
+    let Some((_, vane)) = VANES.into_iter().find(|(angle, _)| *angle == variable) else { return false };
+    let path = |used: &Used<'_>| evidence.snapshot.windows.get(&used.manoeuvre.name)?.path.ready();
+    used.iter().all(|used| path(used).is_some_and(|path| path.missing.contains(&vane)))
+}
+
 /// Regressors of a single variable that move no more than what is unknown of them.
 fn unmoved(
     evidence: Evidence<'_>,
@@ -179,14 +191,23 @@ fn unmoved(
         moved.iter().filter_map(excitation).filter(|(_, times)| *times < EXCITATION).collect();
     let least = weak.iter().map(|(_, times)| *times).reduce(f64::min)?;
     let names: Vec<&str> = weak.iter().map(|(name, _)| name.as_str()).collect();
+    let of_name = |name: &str| moved.iter().map(|(term, _)| *term).find(|term| term.to_string() == name);
+    if let Some((name, times)) =
+        weak.iter().find(|(name, _)| of_name(name).is_some_and(|term| without_vane(evidence, term, used)))
+    {
+        let text =
+            format!("No vane recorded for {name}: it moves {times:.1} times its uncertainty (limit {EXCITATION}).");
+        let finding = Finding::new(Level::Caution, "excitation", at, text).with_figure(*times, EXCITATION);
+        let fix_text = "Record a flow-angle vane; without one, compare with another flight.";
+        return Some(finding.with_fix_text(fix_text).with_setting("Channels", ""));
+    }
     let text = format!(
         "{} {} barely excited: {least:.1} times the noise (limit {EXCITATION}).",
         names.join(", "),
         if names.len() == 1 { "is" } else { "are" }
     );
     let finding = Finding::new(Level::Caution, "excitation", at, text).with_figure(least, EXCITATION);
-    let first = moved.iter().map(|(term, _)| *term).find(|term| term.to_string() == weak[0].0);
-    let fix = first.map(|term| Fix::set_term(coefficient, term, false));
+    let fix = of_name(&weak[0].0).map(|term| Fix::set_term(coefficient, term, false));
     let finding = finding.with_fix_text("Remove the term, or use a manoeuvre that excites it.");
     Some(finding.with_setting("Model", "model").with_fix(fix))
 }

@@ -31,12 +31,7 @@ pub(super) fn airspeed<'w>(evidence: Evidence<'_>, mut windows: impl Iterator<It
     windows.find(|window| path(window).is_some_and(|path| path.missing.contains(&Measurement::Airspeed)))?;
     let text = "Airspeed not recorded: dynamic pressure, flow angles and derivatives depend on an assumed wind.";
     let finding = Finding::new(Level::Caution, "assumed", "airspeed", text.to_owned());
-    let mut flights = evidence.snapshot.flights.values().filter_map(|flight| flight.ready());
-    // The flight path takes a true airspeed; the calibrated one alone does not enter it.
-    let fix_text = match flights.any(|flight| flight.recording.role(Role::CalibratedAirspeed).is_some()) {
-        true => "Compute the true airspeed from the calibrated one by an expression.",
-        false => "Map a true airspeed.",
-    };
+    let fix_text = "Map a true airspeed, or a calibrated one with static pressure or altitude.";
     Some(finding.with_fix_text(fix_text).with_setting("Channels", "airspeed"))
 }
 

@@ -1,0 +1,37 @@
+//! True airspeed of a calibrated one.
+
+use super::isa::{GAS_CONSTANT_AIR_J_KG_K, HEAT_CAPACITY_RATIO_AIR};
+
+/// Sea-level speed of sound of the standard, m/s, and pressure, Pa: the reference of calibrated airspeed.
+const SEA_LEVEL_SOUND_M_S: f64 = 340.294;
+const SEA_LEVEL_PRESSURE_PA: f64 = 101_325.0;
+
+/// Mach number of a calibrated airspeed at a static pressure in subsonic flow: `qc = p0 ((1 + M0^2 / 5)^3.5 - 1)`,
+/// `M^2 = 5 ((qc / p + 1)^(2/7) - 1)`.
+fn mach_of_calibrated(calibrated_m_s: f64, pressure_pa: f64) -> f64 {
+    let sea_level = 1.0 + 0.2 * (calibrated_m_s / SEA_LEVEL_SOUND_M_S).powi(2);
+    let impact_pa = SEA_LEVEL_PRESSURE_PA * (sea_level.powf(3.5) - 1.0);
+    (5.0 * ((impact_pa / pressure_pa + 1.0).powf(2.0 / 7.0) - 1.0)).sqrt()
+}
+
+/// True airspeed of a calibrated one at a static pressure and temperature, m/s; not a number where one of them is impossible.
+pub fn true_of_calibrated_m_s(calibrated_m_s: f64, pressure_pa: f64, temperature_k: f64) -> f64 {
+    let sound_m_s = (HEAT_CAPACITY_RATIO_AIR * GAS_CONSTANT_AIR_J_KG_K * temperature_k).sqrt();
+    mach_of_calibrated(calibrated_m_s, pressure_pa) * sound_m_s
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn calibrated_airspeed_gives_the_mach_number_of_the_tables() {
+        // 250 kt calibrated at 10,000 ft of the standard atmosphere is Mach 0.4523 (standard conversion tables).
+        let mach = mach_of_calibrated(250.0 * 0.514_444, 69_681.7);
+        approx::assert_relative_eq!(mach, 0.4523, max_relative = 2e-3);
+        // At sea level true and calibrated airspeed are one.
+        approx::assert_relative_eq!(mach_of_calibrated(100.0, 101_325.0) * 340.294, 100.0, max_relative = 1e-9);
+        // On the ground the recorder's zero gives no speed.
+        approx::assert_relative_eq!(true_of_calibrated_m_s(0.0, 101_325.0, 288.15), 0.0);
+    }
+}
