@@ -11,9 +11,10 @@ use rayon::prelude::*;
 
 use super::fit::{Used, moving_terms, used_windows};
 use super::judge::{Evidence, WindowVerdict};
-use super::{Finding, Level};
+use super::{Finding, Level, effect, spoilt, stalls};
 use crate::run::Snapshot;
-use crate::session::{Fix, Manoeuvre, Session, Surface};
+use crate::session::{Fix, Manoeuvre, Surface};
+use crate::stage::WindowAero;
 
 /// Range of delays looked at, s, and their least step; the greatest step of a first look, in which no pulse of a pilot passes unseen.
 const RANGE_S: f64 = 0.6;
@@ -51,17 +52,18 @@ pub(super) struct ControlDelay {
 
 /// The delays of all controls, by the pooled fits of their moments; none of windows whose path is bad: gusts that the vanes feel before
 /// the controls answer them look like one.
-pub(super) fn delays(
-    session: &Session,
-    snapshot: &Snapshot,
-    verdicts: &BTreeMap<String, WindowVerdict>,
-) -> Vec<ControlDelay> {
+pub(super) fn delays(evidence: Evidence<'_>, verdicts: &BTreeMap<String, WindowVerdict>) -> Vec<ControlDelay> {
+    let Evidence { session, snapshot, .. } = evidence;
+    let unstalled = unstalled(evidence);
     let is_bad =
         |used: &&Used<'_>| verdicts.get(&used.manoeuvre.name).is_some_and(|window| window.verdict.level == Level::Bad);
     let fits = snapshot.pooled.ready().map(|pooled| pooled.fits.as_slice()).unwrap_or_default();
     let one = |&(surface, moment, ..): &(Surface, Coefficient, Option<Coefficient>, &[Variable])| {
         let fit = fits.iter().find(|fit| fit.coefficient == moment)?;
-        let (terms, used) = (moving_terms(session, fit), used_windows(session, snapshot, fit));
+        let (terms, mut used) = (moving_terms(session, fit), used_windows(session, snapshot, fit));
+        for used in &mut used {
+            used.aero = unstalled.get(used.manoeuvre.name.as_str()).unwrap_or(used.aero);
+        }
         if 2 * used.iter().filter(is_bad).count() > used.len() {
             return None;
         }
@@ -80,6 +82,16 @@ pub(super) fn delays(
         })
     };
     CONTROLS.par_iter().filter_map(one).collect()
+}
+
+/// The manoeuvres in which a recorder stalls, without these blocks: a held motion looks like a late one.
+fn unstalled(evidence: Evidence<'_>) -> BTreeMap<&str, WindowAero> {
+    let stalled = evidence.windows().filter(|window| stalls::inside(evidence, window).next().is_some());
+    let one = |window: &'_ Manoeuvre| {
+        let aero = evidence.snapshot.windows.get(&window.name)?.aero.ready()?;
+        effect::outside(aero, spoilt::excluded(evidence, window)?)
+    };
+    stalled.filter_map(|window| Some((window.name.as_str(), one(window)?))).collect()
 }
 
 /// Whether a delay of a control matters to the pooled fit of its moment: the part of the squares of the residual that it leaves, and the

@@ -37,13 +37,14 @@ impl std::fmt::Display for Folded {
 }
 
 /// Kinds in the order in which one explains the next: what is wrong with channels and settings shows in windows, then in fits.
-const CAUSES: [&str; 15] = [
+const CAUSES: [&str; 16] = [
     "physics",
     "accelerometer",
     "gravity",
     "aircraft",
     "timing",
     "saturated",
+    "stuck",
     "dynamic-pressure",
     "turn",
     "sampling",

@@ -9,8 +9,10 @@ use super::delay::ControlDelay;
 use super::effect::{self, Consequence, Consequences};
 use super::noise::MeasurementNoise;
 use super::plausible::Plausible;
+use super::stalls::Stall;
 use super::{
-    Finding, Level, Verdict, delay, density, derivative, fit, flight, made_of, session, studies, weigh, window,
+    Finding, Level, Verdict, biased, delay, density, derivative, fit, flight, made_of, session, stalls, studies, weigh,
+    window,
 };
 use crate::graph::Footprint;
 use crate::run::Snapshot;
@@ -138,6 +140,8 @@ pub(super) struct Evidence<'a> {
     /// Median of the mean dynamic pressures of the windows, Pa; none before their coefficients are computed.
     pub(super) median_pressure_pa: Option<f64>,
     pub(super) noise: &'a MeasurementNoise<'a>,
+    /// Stalls of the recorders, by flight.
+    pub(super) stalls: &'a BTreeMap<String, Vec<Stall>>,
 }
 
 impl<'a> Evidence<'a> {
@@ -156,6 +160,8 @@ impl<'a> Evidence<'a> {
 pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
     let plausible = Plausible::new(session, snapshot);
     let noise = MeasurementNoise::new(session, snapshot);
+    let flights = snapshot.flights.iter().filter_map(|(name, slot)| Some((name.clone(), slot.ready()?)));
+    let stalls = flights.map(|(name, flight)| (name, stalls::stalls(flight))).collect();
     let evidence = Evidence {
         session,
         snapshot,
@@ -165,12 +171,13 @@ pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
         judged_windows: None,
         median_pressure_pa: flight::median_pressure(session, snapshot),
         noise: &noise,
+        stalls: &stalls,
     };
     let study = studies::findings(evidence);
     let windows: Vec<&Manoeuvre> = evidence.windows().collect();
     let windows: BTreeMap<String, WindowVerdict> =
         windows.into_par_iter().map(|window| (window.name.clone(), window_verdict(evidence, window, &study))).collect();
-    let delays = delay::delays(session, snapshot, &windows);
+    let delays = delay::delays(evidence, &windows);
     let evidence = Evidence { delays: &delays, ..evidence };
     let fits = snapshot.pooled.ready().map(|pooled| pooled.fits.as_slice()).unwrap_or_default();
     let suspects: Vec<&str> = windows
@@ -261,6 +268,7 @@ fn fit_verdict(
         findings
             .iter_mut()
             .for_each(|finding| finding.level = weigh::weighed(evidence, finding, std::slice::from_ref(fit)).0);
+        findings.extend(biased::finding(evidence, fit));
     }
     let names = fit.fit.as_ref().map(|fit| fit.names.as_slice()).unwrap_or_default();
     let mut derivatives = Vec::with_capacity(names.len());

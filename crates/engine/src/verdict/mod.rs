@@ -4,6 +4,7 @@
 //! is the worst of the findings about one thing.
 
 mod accelerometer;
+mod biased;
 mod calibration;
 mod check;
 mod delay;
@@ -29,6 +30,8 @@ mod saturated;
 mod session;
 mod shape;
 mod sideslip;
+mod spoilt;
+mod stalls;
 mod stated_quantity;
 mod stuck;
 mod studies;

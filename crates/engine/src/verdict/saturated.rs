@@ -1,11 +1,14 @@
 //! Findings about sensors that rest at the end of their range while the aircraft moves on.
 
+use std::ops::Range;
+
 use doublet_core::reconstruct::Input;
-use doublet_core::series::Series;
+use doublet_core::series::{Series, TimeRange};
 
 use super::judge::Evidence;
-use super::{Finding, Level};
-use crate::session::{Fix, Manoeuvre};
+use super::{Finding, Level, spoilt};
+use crate::run::Snapshot;
+use crate::session::Manoeuvre;
 
 /// Samples in a row at the largest or least value of the recording that count as one rest there.
 const IN_A_ROW: usize = 4;
@@ -15,28 +18,52 @@ const SAMPLES: usize = 10;
 /// Distance from the end to the next value over the whole range: beyond, the sensor has few steps and rests on any.
 const NEXT_VALUE: f64 = 0.01;
 
-/// Accelerometers and gyroscopes that rest at the end of their range in a window: the one that does so longest.
-pub(super) fn finding(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Option<Finding> {
-    let recording = &evidence.snapshot.flights.get(&manoeuvre.flight)?.ready()?.recording;
-    let resting = Input::ALL.into_iter().filter_map(|input| {
-        let role = input.role();
-        let series = &recording.role(role)?.series;
-        let inside = &series.values[manoeuvre.window.indices(&series.time_s)];
+/// A sensor that rests at an end of its range in a manoeuvre.
+pub(super) struct Rest {
+    pub(super) input: Input,
+    end: f64,
+    samples: usize,
+    /// From first to last sample of each rest, at either end.
+    pub(super) parts: Vec<TimeRange>,
+}
+
+/// The accelerometers and gyroscopes that rest at the end of their range in a manoeuvre, outside its excluded parts.
+pub(super) fn rests(snapshot: &Snapshot, manoeuvre: &Manoeuvre) -> Vec<Rest> {
+    let Some(flight) = snapshot.flights.get(&manoeuvre.flight).and_then(|slot| slot.ready()) else { return Vec::new() };
+    let of_input = |input: Input| {
+        let series = &flight.recording.role(input.role())?.series;
+        let inside = manoeuvre.window.indices(&series.time_s);
         // The whole recording is looked at only where the window stays at its own end.
-        let resting = extremes(inside).into_iter().filter_map(|end| {
-            let samples = inside.iter().filter(|value| **value == end).count();
-            (samples >= IN_A_ROW).then_some((end, samples))
+        let ends = extremes(&series.values[inside.clone()]).into_iter().filter_map(|end| {
+            let (samples, parts) = at_end(series, inside.clone(), manoeuvre, end);
+            (samples >= IN_A_ROW).then_some(Rest { input, end, samples, parts })
         });
-        let (end, samples) =
-            resting.filter(|(end, _)| rests_at_end(series, *end)).max_by_key(|(_, samples)| *samples)?;
-        Some((role, end, samples))
-    });
-    let (role, end, samples) = resting.max_by_key(|(_, _, samples)| *samples)?;
-    let text = format!("{} is saturated at {end:.4} for {samples} samples (limit {IN_A_ROW}).", role.name());
+        let ends: Vec<Rest> = ends.filter(|rest| rests_at_end(series, rest.end)).collect();
+        let parts = ends.iter().flat_map(|rest| rest.parts.iter().copied()).collect();
+        ends.into_iter().max_by_key(|rest| rest.samples).map(|longest| Rest { parts, ..longest })
+    };
+    Input::ALL.into_iter().filter_map(of_input).collect()
+}
+
+/// How many samples at `end` are not excluded, and where they are.
+fn at_end(series: &Series, inside: Range<usize>, manoeuvre: &Manoeuvre, end: f64) -> (usize, Vec<TimeRange>) {
+    let is_left =
+        |index: &usize| series.values[*index] == end && manoeuvre.excluded_at(series.time_s[*index]).is_none();
+    let indices: Vec<usize> = inside.filter(is_left).collect();
+    let parts = indices.chunk_by(|a, b| a + 1 == *b);
+    let part = |run: &[usize]| TimeRange { start_s: series.time_s[run[0]], end_s: series.time_s[run[run.len() - 1]] };
+    (indices.len(), parts.map(part).collect())
+}
+
+/// The sensor that rests longest at the end of its range in a manoeuvre.
+pub(super) fn finding(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Option<Finding> {
+    let Rest { input, end, samples, .. } =
+        rests(evidence.snapshot, manoeuvre).into_iter().max_by_key(|rest| rest.samples)?;
+    let text = format!("{} is saturated at {end:.4} for {samples} samples (limit {IN_A_ROW}).", input.role().name());
     let finding = Finding::new(Level::Caution, "saturated", place, text).with_figure(samples as f64, IN_A_ROW as f64);
-    let fix_text = "Ignore the manoeuvre, fly smaller inputs, or use a wider-range sensor.";
-    let fix = Fix::ignore([manoeuvre.name.as_str()]);
-    Some(finding.with_fix_text(fix_text).with_setting("Flight", "window.role").with_fix(fix))
+    let fix_text = "Exclude these samples or ignore the manoeuvre, fly smaller inputs, or use a wider-range sensor.";
+    let finding = finding.with_fix_text(fix_text).with_setting("Manoeuvres", "window.exclude");
+    Some(finding.with_fix(spoilt::fix(evidence, manoeuvre)))
 }
 
 /// Least and largest finite value.

@@ -6,6 +6,7 @@ use doublet_core::series::Series;
 
 use super::judge::Evidence;
 use super::{Finding, Level};
+use crate::run::Snapshot;
 use crate::session::{Fix, Manoeuvre};
 
 /// Shortest standstill, s, and part of the window it takes at least.
@@ -16,20 +17,38 @@ const PART: f64 = 0.5;
 const SHORT_RUN: usize = 10;
 const IN_LONG_RUNS: f64 = 0.1;
 
-/// The channel of the filter that stands still longest in a window.
-pub(super) fn finding(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Option<Finding> {
-    let recording = &evidence.snapshot.flights.get(&manoeuvre.flight)?.ready()?.recording;
-    let least_s = SHORTEST_S.max(PART * (manoeuvre.window.end_s - manoeuvre.window.start_s));
+/// A channel that stands still in a manoeuvre.
+pub(super) struct Standstill {
+    pub(super) role: Role,
+    value: f64,
+    length_s: f64,
+}
+
+/// The channels of the filter that stand still in a manoeuvre.
+pub(super) fn standstills(snapshot: &Snapshot, manoeuvre: &Manoeuvre) -> Vec<Standstill> {
+    let Some(flight) = snapshot.flights.get(&manoeuvre.flight).and_then(|slot| slot.ready()) else { return Vec::new() };
+    let least_s = least_s(manoeuvre);
     let inputs = Input::ALL.into_iter().map(Input::role);
     let roles = inputs.chain(Measurement::ALL.into_iter().map(Measurement::role));
-    let standing = roles.filter_map(|role| {
-        let series = &recording.role(role)?.series;
+    let standing = |role: Role| {
+        let series = &flight.recording.role(role)?.series;
         let indices = manoeuvre.window.indices(&series.time_s);
         let (value, length_s) = longest_run(&series.time_s[indices.clone()], &series.values[indices])?;
-        (length_s >= least_s && moves_else(series, value)).then_some((role, value, length_s))
-    });
-    let (role, value, length_s) = standing.max_by(|(.., a), (.., b)| a.total_cmp(b))?;
-    let finding = stuck_finding(place, role, value, length_s, least_s);
+        (length_s >= least_s && moves_else(series, value)).then_some(Standstill { role, value, length_s })
+    };
+    roles.filter_map(standing).collect()
+}
+
+/// Shortest standstill in a manoeuvre, s.
+fn least_s(manoeuvre: &Manoeuvre) -> f64 {
+    SHORTEST_S.max(PART * (manoeuvre.window.end_s - manoeuvre.window.start_s))
+}
+
+/// The channel of the filter that stands still longest in a manoeuvre.
+pub(super) fn finding(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Option<Finding> {
+    let standing = standstills(evidence.snapshot, manoeuvre);
+    let Standstill { role, value, length_s } = standing.into_iter().max_by(|a, b| a.length_s.total_cmp(&b.length_s))?;
+    let finding = stuck_finding(place, role, value, length_s, least_s(manoeuvre));
     Some(finding.with_fix(Fix::ignore([manoeuvre.name.as_str()])))
 }
 

@@ -6,13 +6,16 @@ use doublet_core::model::{Coefficient, Term, Variable};
 use super::derivative::is_determined;
 use super::effect::{CAUTION, Cause, Effect};
 use super::judge::{Evidence, derivative_label};
-use super::{Finding, Level, Verdict, accelerometer, propulsion};
+use super::{Finding, Level, Verdict, accelerometer, biased, propulsion, spoilt};
 use crate::notation::significant;
 use crate::session::{Edit, EstimationEdit, Fix, PathSource};
 use crate::stage::CoefficientFit;
 
 /// Part of the samples of a fit in manoeuvres with an inconsistent flight path from which the path of all of them is suspect.
 const INCONSISTENT_PART: f64 = 0.5;
+
+/// Standard error without the spoilt samples over that with them, and over the estimate, from which these determine the derivative.
+const LOST: (f64, f64) = (2.0, 0.5);
 
 /// What suspect causes change of the parameter `index` of a pooled fit.
 pub(super) fn findings(evidence: Evidence<'_>, fit: &CoefficientFit, index: usize) -> Vec<Finding> {
@@ -37,6 +40,9 @@ pub(super) fn weighed(evidence: Evidence<'_>, finding: &Finding, fits: &[Coeffic
         }
         "nis" | "innovation" | "smoother" => {
             Box::new(|effect| matches!(effect.cause, Cause::PathMeasured | Cause::SuspectsLeftOut))
+        }
+        "saturated" | "stuck" if finding.level == Level::Caution || finding.place.ends_with("(pooled)") => {
+            Box::new(|effect| matches!(effect.cause, Cause::SpoiltLeftOut | Cause::SuspectsLeftOut))
         }
         "saturated" | "stuck" | "turn" | "dynamic-pressure" | "sampling" => {
             Box::new(|effect| effect.cause == Cause::SuspectsLeftOut)
@@ -117,8 +123,28 @@ impl<'a> Judged<'a> {
 
     /// The effects of all causes, with their levels.
     fn all_effects(&self) -> impl Iterator<Item = (Level, &'a Effect)> {
-        let level = |effect: &'a Effect| (self.consequence.level((self.estimate, self.error), effect), effect);
+        let level = |effect: &'a Effect| {
+            let changed = self.consequence.level((self.estimate, self.error), effect);
+            (if self.is_lost(effect) { changed.max(self.lost_level()) } else { changed }, effect)
+        };
         self.consequence.effects.iter().map(level)
+    }
+
+    /// Whether the samples that are not spoilt leave the derivative undetermined.
+    fn is_lost(&self, effect: &Effect) -> bool {
+        let error = self.error * effect.error_ratio;
+        effect.cause == Cause::SpoiltLeftOut
+            && (effect.error_ratio > LOST.0 && error > LOST.1 * self.estimate.abs() || effect.error_ratio.is_nan())
+    }
+
+    /// Whether the coefficient is made of a saturated channel.
+    fn is_of_saturated(&self) -> bool {
+        !biased::saturated_of(self.evidence, self.fit).is_empty()
+    }
+
+    /// Bad where a saturated channel is what the coefficient is made of.
+    fn lost_level(&self) -> Level {
+        if self.is_of_saturated() { Level::Bad } else { Level::Caution }
     }
 
     /// Those of causes that something speaks for.
@@ -126,7 +152,7 @@ impl<'a> Judged<'a> {
         let counts = |(_, effect): &(Level, &Effect)| match effect.cause {
             Cause::PathMeasured => self.inconsistent_part >= INCONSISTENT_PART,
             Cause::SuspectsLeftOut => !self.suspects.is_empty() && self.suspects.len() < self.fit.windows.len(),
-            Cause::Channel | Cause::Accelerometer => true,
+            Cause::Channel | Cause::Accelerometer | Cause::SpoiltLeftOut => true,
             Cause::Thrust => self.thrust_unknown,
             Cause::PathFiltered | Cause::LeftOut => false,
         };
@@ -155,6 +181,13 @@ impl<'a> Judged<'a> {
                 "Manoeuvres",
                 "window.role".to_owned(),
             ),
+            Cause::SpoiltLeftOut => (
+                if self.is_of_saturated() { "saturated" } else { "stuck" },
+                "without saturated and stalled samples".to_owned(),
+                "Exclude these samples, or fly again with smaller inputs or wider-range sensors.".to_owned(),
+                "Manoeuvres",
+                "window.exclude".to_owned(),
+            ),
             Cause::Channel => (
                 "physics",
                 format!("with {} corrected", effect.of.last()?),
@@ -179,13 +212,18 @@ impl<'a> Judged<'a> {
             Cause::PathFiltered | Cause::LeftOut => return None,
         };
         let times = (effect.estimate - self.estimate).abs() / self.error;
-        let text = format!(
-            "{:.4} ± {} becomes {:.4} {cause}: {times:.1} standard errors (limit {}).",
-            self.estimate,
-            significant(self.error, 2),
-            effect.estimate,
-            CAUTION.0
-        );
+        let text = if self.is_lost(effect) {
+            let estimate = format!("{:.4} ± {}", self.estimate, significant(self.error, 2));
+            format!("{estimate} rests on saturated or stalled samples: the others do not determine it.")
+        } else {
+            format!(
+                "{:.4} ± {} becomes {:.4} {cause}: {times:.1} standard errors (limit {}).",
+                self.estimate,
+                significant(self.error, 2),
+                effect.estimate,
+                CAUTION.0
+            )
+        };
         let finding = Finding::new(level, code, derivative_label(self.name, None), text).with_figure(times, CAUTION.0);
         let finding = finding.with_fix_text(fix).with_setting(panel, setting);
         let finding = finding.with_fix(self.fix(effect));
@@ -201,6 +239,11 @@ impl<'a> Judged<'a> {
                 Some(Fix::new("use the path as measured", edit))
             }
             Cause::SuspectsLeftOut => Some(Fix::ignore(self.suspects.iter().copied())),
+            Cause::SpoiltLeftOut => {
+                let windows = self.fit.windows.iter().filter_map(|(window, _)| session.window(window));
+                let fixes: Vec<Fix> = windows.filter_map(|window| spoilt::fix(self.evidence, window)).collect();
+                Fix::join(&fixes.iter().collect::<Vec<_>>())
+            }
             Cause::Channel => {
                 let [flight, channel] = &effect.of[..] else { return None };
                 let physics = self.evidence.snapshot.physics.get(flight)?.ready()?;

@@ -4,7 +4,7 @@ use doublet_core::reconstruct::consistency::{ChannelConsistency, Consistency};
 use doublet_core::reconstruct::{Measurement, Reconstruction, State};
 
 use super::judge::{Evidence, level_above, not_computed};
-use super::{Finding, Level, flight, loading, propulsion, sampling, saturated, stuck};
+use super::{Finding, Level, flight, loading, propulsion, sampling, saturated, spoilt, stalls, stuck};
 use crate::notation::significant;
 use crate::session::{Edit, Fix, Manoeuvre, NoiseChannel, PathSource};
 use crate::stage::{NoiseStep, WindowPath};
@@ -42,6 +42,9 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
     let mut findings = Vec::new();
     findings.extend(saturated::finding(&place, evidence, manoeuvre));
     findings.extend(stuck::finding(&place, evidence, manoeuvre));
+    let stalled = stalls::finding(&place, evidence, manoeuvre);
+    let is_stalled = stalled.is_some();
+    findings.extend(stalled);
     if let Some(path) = results.path.ready() {
         if evidence.session.preparation.path == PathSource::Measured {
             let text = "Path as measured: sensor errors bias the coefficients, without innovations as a check.";
@@ -56,6 +59,9 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
                 .flat_map(|consistency| innovations(&place, consistency, (evidence, manoeuvre), fit)),
         );
         findings.extend(smoother(&place, path));
+        if is_stalled {
+            findings.iter_mut().for_each(|finding| explain_by_stalls(finding, evidence, manoeuvre));
+        }
         findings.extend(flight::turn(&place, path));
     }
     if let Some(aero) = results.aero.ready() {
@@ -65,6 +71,15 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
         findings.extend(propulsion::extrapolated(&place, evidence, manoeuvre, aero));
     }
     findings
+}
+
+/// What to do about a path that does not fit where the recorder stalls: no delay, no noise of a sensor explains that.
+fn explain_by_stalls(finding: &mut Finding, evidence: Evidence<'_>, manoeuvre: &Manoeuvre) {
+    if matches!(finding.code, "nis" | "smoother" | "innovation") {
+        finding.fix_text = stalls::FIX.to_owned();
+        finding.fix = spoilt::fix(evidence, manoeuvre);
+        (finding.panel, finding.setting) = (Some("Manoeuvres"), Some("window.exclude".to_owned()));
+    }
 }
 
 /// Whether the channels of a window's flight fit each other: then none of them has a wrong sign, unit or clock.

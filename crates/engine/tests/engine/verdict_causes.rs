@@ -192,3 +192,109 @@ fn sideslip_offset_is_found_by_the_constants_and_changes_no_derivative() {
         assert!((with_offset / stability - 1.0).abs() < 0.02, "{with_offset} {stability}");
     }
 }
+
+/// The samples of a role, changed by their time and value.
+fn map_samples(recording: &mut Recording, role: Role, change: impl Fn(f64, f64) -> f64) {
+    let series = &mut recording.channels[recording.roles[&role]].series;
+    let values =
+        series.time_s.iter().zip(series.values.iter()).map(|(time_s, value)| change(*time_s, *value)).collect();
+    *series = Series { time_s: series.time_s.clone(), values };
+}
+
+/// The gyroscope of `role` at the ends of its range, at this part of its largest rates.
+fn saturate(recording: &mut Recording, role: Role, part: f64) {
+    let values = &recording.channels[recording.roles[&role]].series.values;
+    let (low, high) = values.iter().fold((0.0_f64, 0.0_f64), |(low, high), value| (low.min(*value), high.max(*value)));
+    map_samples(recording, role, |_, value| value.clamp(part * low, part * high));
+}
+
+/// Pooled estimates of a coefficient, by name.
+fn estimates(snapshot: &Snapshot, coefficient: Coefficient) -> Vec<(String, f64)> {
+    let fit = &snapshot.pooled.ready().unwrap().fits[coefficient as usize];
+    let fit = fit.fit.as_ref().unwrap();
+    fit.names.iter().cloned().zip(fit.estimates.iter().copied()).collect()
+}
+
+/// Saturated in every manoeuvre that moves the axis: no other manoeuvre shows what that changes, and the samples that are left do.
+#[test]
+fn saturated_gyroscope_in_all_manoeuvres_leaves_no_wrong_derivative_good() {
+    let (_, sound) = flown(&|_| (), |_| ());
+    let part = 0.35;
+    let (session, snapshot) = flown(
+        &|recording| [Role::RollRate, Role::PitchRate].into_iter().for_each(|role| saturate(recording, role, part)),
+        |_| (),
+    );
+    let verdicts = snapshot.verdicts.ready().unwrap();
+    assert!(!reasons(verdicts, "saturated").is_empty());
+    let mut wrong = 0;
+    for coefficient in [Coefficient::Cl, Coefficient::Cm] {
+        let fit = verdicts.fit(None, coefficient).unwrap();
+        println!("{} {:?}", coefficient.name(), fit.verdict);
+        assert!(fit.verdict.level >= Level::Caution);
+        for ((name, now), (_, was)) in estimates(&snapshot, coefficient).iter().zip(estimates(&sound, coefficient)) {
+            let level = fit.derivative(name).unwrap().level.max(fit.verdict.level);
+            let share = fit.consequence(name).map_or(0.0, |found| found.share);
+            println!("{name}: {was:.4} becomes {now:.4}, share {share:.2}, {}", level.name());
+            if share > 0.1 && (now / was - 1.0).abs() > 0.3 {
+                wrong += 1;
+                assert_eq!(level, Level::Bad, "{name}");
+            }
+        }
+    }
+    assert!(wrong > 0);
+    // What is offered leaves no saturated sample.
+    let fixes: Vec<_> = reasons(verdicts, "saturated").iter().filter_map(|found| found.fix.clone()).collect();
+    let fixed = fixes.iter().fold(session, |session, fix| fix.apply(&session).unwrap());
+    assert!(fixed.windows.iter().any(|window| !window.excluded.is_empty()));
+    let verdicts = judge(&fixed, &snapshot);
+    let saturated = |finding: &&Finding| finding.code == "saturated" && finding.place.starts_with("manoeuvre");
+    let left = verdicts.windows.values().flat_map(|window| &window.verdict.reasons).filter(saturated);
+    assert_eq!(left.count(), 0);
+}
+
+#[test]
+fn stalls_of_the_recorder_are_told_and_no_delay_is_proposed_for_them() {
+    let (session, _) = flown(&|_| (), |_| ());
+    // Inside the motion that follows the input.
+    let starts_s: Vec<f64> = session.windows.iter().map(|window| window.window.start_s + 3.2).collect();
+    let hold = |recording: &mut Recording| {
+        let roles: Vec<Role> = recording.roles.keys().copied().collect();
+        for role in roles {
+            let series = recording.channels[recording.roles[&role]].series.clone();
+            map_samples(recording, role, |time_s, value| {
+                let Some(start_s) = starts_s.iter().find(|start_s| (**start_s..**start_s + 0.4).contains(&time_s))
+                else {
+                    return value;
+                };
+                series.values[series.time_s.partition_point(|time_s| time_s < start_s)]
+            });
+        }
+    };
+    let (session, snapshot) = flown(&hold, |_| ());
+    let verdicts = snapshot.verdicts.ready().unwrap();
+    verdicts.session.reasons.iter().for_each(|reason| println!("{} {}: {reason}", reason.level.name(), reason.code));
+    let of_windows: Vec<&Finding> = verdicts.windows.values().flat_map(|window| &window.verdict.reasons).collect();
+    let stalls: Vec<&&Finding> =
+        of_windows.iter().filter(|finding| finding.text.starts_with("Recording stalls")).collect();
+    assert_eq!(stalls.len(), session.windows.len(), "{stalls:?}");
+    assert!(stalls.iter().all(|stall| (stall.figure.unwrap() - 0.4).abs() < 0.05 && stall.fix.is_some()));
+    assert_eq!(reasons(verdicts, "timing").len(), 0);
+    assert!(of_windows.iter().all(|finding| !finding.fix_text.contains("delay")), "{of_windows:?}");
+}
+
+#[test]
+fn flow_angles_without_vanes_are_said_to_have_none() {
+    let without = |recording: &mut Recording| {
+        [Role::AngleOfAttack, Role::Sideslip].iter().for_each(|role| {
+            recording.roles.remove(role);
+        });
+    };
+    let (_, snapshot) = flown(&without, |_| ());
+    let verdicts = snapshot.verdicts.ready().unwrap();
+    let weak = reasons(verdicts, "excitation");
+    println!("{weak:?}");
+    let of_angles: Vec<&&Finding> =
+        weak.iter().filter(|found| found.text.contains("alpha") || found.text.contains("beta")).collect();
+    assert!(!of_angles.is_empty());
+    assert!(of_angles.iter().all(|found| found.text.starts_with("No vane recorded") && found.fix.is_none()));
+}

@@ -15,6 +15,7 @@ use crate::graph::StageResult;
 use crate::session::{PathSource, Session};
 use crate::stage::{self, AeroWindow, Regression};
 use variant::Used;
+pub(super) use variant::outside;
 
 /// Most groups of manoeuvres that are left out in turn.
 const GROUPS: usize = 24;
@@ -37,6 +38,8 @@ pub enum Cause {
     LeftOut,
     /// All manoeuvres with findings left out.
     SuspectsLeftOut,
+    /// Samples left out at which a sensor is at the end of its range or the recorder stalls.
+    SpoiltLeftOut,
     /// A channel that others contradict, corrected or left out.
     Channel,
     /// The place of the accelerometers, corrected.
@@ -153,6 +156,7 @@ pub(super) fn consequences(evidence: Evidence<'_>, suspects: &[&str]) -> Vec<Con
         let names = suspects.iter().map(|&name| name.to_owned()).collect();
         add(Suspect::new(Cause::SuspectsLeftOut, names), Some(sound));
     }
+    add(Suspect::new(Cause::SpoiltLeftOut, Vec::new()), variant::without_spoilt(evidence, &used));
     for (flight, slot) in &snapshot.physics {
         for row in slot.ready().into_iter().flat_map(|physics| physics.contradictions()) {
             let corrected = variant::corrected(session, &used, flight, row);

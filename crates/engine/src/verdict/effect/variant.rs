@@ -4,11 +4,14 @@
 use std::sync::Arc;
 
 use doublet_core::compatibility::ChannelFix;
-use doublet_core::model::{AeroData, Position};
+use doublet_core::model::{AeroData, CoefficientSettings, Position};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{FilterData, Input, Measurement, MeasurementSeries, Reconstruction, measured_path};
+use doublet_core::series::TimeRange;
 use rayon::prelude::*;
 
+use super::super::judge::Evidence;
+use super::super::spoilt;
 use crate::graph::{Control, StageResult};
 use crate::run::Snapshot;
 use crate::session::{Manoeuvre, PathSource, Session, WindowRole};
@@ -110,6 +113,22 @@ pub(super) fn moved<'a>(
         let data = AeroData { accelerometer: Some(Position::BodyFromCg(found_m)), ..data };
         WindowAero::form(data, settings, air_density).ok()
     })
+}
+
+/// The windows without their spoilt samples; none where no window has any. A window that has no others is left out.
+pub(super) fn without_spoilt<'a>(evidence: Evidence<'_>, used: &[Used<'a>]) -> Option<Vec<AeroWindow<'a>>> {
+    let excluded: Vec<_> = used.par_iter().map(|used| spoilt::excluded(evidence, used.manoeuvre)).collect();
+    let one = |(used, excluded): (&Used<'a>, Option<Vec<TimeRange>>)| match excluded {
+        None => Some(used.as_computed()),
+        Some(excluded) => Some(used.formed(outside(used.aero, excluded)?)),
+    };
+    excluded.iter().any(Option::is_some).then(|| used.iter().zip(excluded).filter_map(one).collect())
+}
+
+/// A window with these parts excluded from its coefficients; none where nothing is left.
+pub(in crate::verdict) fn outside(aero: &WindowAero, excluded: Vec<TimeRange>) -> Option<WindowAero> {
+    let settings = CoefficientSettings { excluded, ..aero.settings.clone() };
+    WindowAero::form(aero.data.clone(), settings, aero.air_density).ok()
 }
 
 /// Forms a window along the path of its changed samples.
