@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::sync::LazyLock;
 
 use doublet_core::airframe::{AircraftClass, GyrationRadii};
 use doublet_core::compatibility::ChannelFix;
@@ -109,13 +108,12 @@ pub fn missing(has: impl Fn(Role) -> bool) -> Vec<Missing> {
 }
 
 /// The channel maps that come with the program, by name.
-static SHIPPED_MAPS: LazyLock<Vec<(&'static str, ChannelMap)>> = LazyLock::new(|| {
+static SHIPPED_MAPS: std::sync::LazyLock<Vec<(&'static str, ChannelMap)>> = std::sync::LazyLock::new(|| {
     let parsed = |name| Some((name, ChannelMap::parse(builtin::text("channel_maps", name)?).ok()?));
     builtin::names("channel_maps").into_iter().filter_map(parsed).collect()
 });
 
-/// The shipped maps that give these recordings roles without an error, the one with most roles first, and those of them whose ranges
-/// the values do not keep to, with what speaks against each.
+/// Shipped maps that give these recordings roles without an error, most roles first; and those whose ranges the values breach, with why.
 pub(crate) fn fitting_maps(probes: &[Probe]) -> (Vec<FittingMap>, Vec<(&'static str, Vec<String>)>) {
     let (mut fitting, mut refused) = (Vec::new(), Vec::new());
     for &(name, ref map) in SHIPPED_MAPS.iter() {
@@ -566,9 +564,9 @@ mod tests {
     fn the_whole_recording_begins_where_every_long_channel_does_whatever_the_short_ones_do() {
         let all = [(Role::RollRate, 0, 100), (Role::EngineSpeed1, 9, 98), (Role::FuelMass, 0, 30)];
         let channel = |(_, start, end): &(Role, u32, u32)| {
-            let time_s = (*start..=*end).map(f64::from).collect();
-            let series = Series { time_s, values: (*start..=*end).map(f64::from).collect() };
-            Channel { source: String::new(), name: String::new(), unit: String::new(), series }
+            let values: Vec<f64> = (*start..=*end).map(f64::from).collect();
+            let [source, name, unit] = Default::default();
+            Channel { source, name, unit, series: Series { time_s: values.clone(), values } }
         };
         let roles = all.iter().enumerate().map(|(index, (role, ..))| (*role, index)).collect();
         let recording = Recording { channels: all.iter().map(channel).collect(), roles, ..Recording::default() };
@@ -596,8 +594,6 @@ mod tests {
             told
         };
         assert!(lacks_height(&[Role::AngleOfAttack]));
-        for role in [Role::PositionDown, Role::GpsAltitude, Role::Altitude] {
-            assert!(!lacks_height(&[role]), "{}", role.name());
-        }
+        assert!(![Role::PositionDown, Role::GpsAltitude, Role::Altitude].iter().any(|role| lacks_height(&[*role])));
     }
 }
