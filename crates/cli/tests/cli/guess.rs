@@ -113,7 +113,9 @@ fn roles_said_on_the_command_line_take_the_place_of_the_guess() {
     assert_eq!(code, Some(0), "{text}");
     let map = ChannelMap::parse(&text).unwrap();
     assert_eq!(map.roles.keys().copied().collect::<Vec<_>>(), [Role::Elevator]);
-    assert!(text.contains("'C2' of log by its name, unit instead of the recorded unit, sign reversed, scale 0.07, offset -1500 deg: -0.5600 to 0 deg"), "{text}");
+    let row = "'C2' of log by its name, unit instead of the recorded unit, sign reversed, scale 0.07, offset -1500 deg: \
+               -0.5600 to 0 deg";
+    assert!(text.contains(row), "{text}");
     for (option, answer) in [
         ("delta_e=C9", "no channel 'C9' there"),
         ("delta_e=C2,unit=kg", "delta_e is in rad, not in kg"),
