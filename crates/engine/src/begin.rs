@@ -564,7 +564,7 @@ mod tests {
     fn the_whole_recording_begins_where_every_long_channel_does_whatever_the_short_ones_do() {
         let all = [(Role::RollRate, 0, 100), (Role::EngineSpeed1, 9, 98), (Role::FuelMass, 0, 30)];
         let channel = |(_, start, end): &(Role, u32, u32)| {
-            let values: Vec<f64> = (*start..=*end).map(f64::from).collect();
+            let values: std::sync::Arc<[f64]> = (*start..=*end).map(f64::from).collect();
             let [source, name, unit] = Default::default();
             Channel { source, name, unit, series: Series { time_s: values.clone(), values } }
         };
