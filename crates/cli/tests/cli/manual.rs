@@ -164,7 +164,7 @@ struct Field {
 
 /// Every struct that can be written, with its keys.
 fn shapes(folder: &str) -> BTreeMap<String, Vec<Field>> {
-    let mut found = BTreeMap::new();
+    let (mut found, mut saved_as) = (BTreeMap::new(), Vec::new());
     for (_, source) in sources(folder) {
         let (mut comment, mut marks, mut open) = (Vec::new(), String::new(), None::<(String, Vec<Field>)>);
         for line in source.lines().map(str::trim) {
@@ -188,9 +188,17 @@ fn shapes(folder: &str) -> BTreeMap<String, Vec<Field>> {
             } else {
                 if let Some(name) = between(line, "struct ", " {").filter(|_| marks.contains("erialize")) {
                     open = Some((name.to_owned(), Vec::new()));
+                    // Its keys are those of the type that serde reads in its place.
+                    saved_as
+                        .extend(between(&marks, "from = \"", "\"").map(|table| (name.to_owned(), table.to_owned())));
                 }
                 (comment, marks) = (Vec::new(), String::new());
             }
+        }
+    }
+    for (name, table) in saved_as {
+        if let Some(fields) = found.get(&table).cloned() {
+            found.insert(name, fields);
         }
     }
     found

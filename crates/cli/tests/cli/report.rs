@@ -210,8 +210,9 @@ fn sections_and_forms_are_selectable() {
     let html = std::fs::read_to_string(out.join("small <b>&.html")).unwrap();
     assert_eq!(html.matches("<section id=\"appendix-").count(), 2);
     assert_eq!(html.matches("<section").count(), 4);
-    assert!(html.find(">A Recordings</h2>").unwrap() < html.find(">B Derivatives of each manoeuvre</h2>").unwrap());
-    assert!(html.find("1 Overview</h2>").unwrap() < html.find("2 Aerodynamic and control derivatives</h2>").unwrap());
+    // In the order named.
+    assert!(html.find(">A Derivatives of each manoeuvre</h2>").unwrap() < html.find(">B Recordings</h2>").unwrap());
+    assert!(html.find("1 Aerodynamic and control derivatives</h2>").unwrap() < html.find("2 Overview</h2>").unwrap());
     assert!(!out.join("small <b>&.pdf").exists());
     let short = folder.path().join("short");
     let chosen = ["--format", "html", "--sections", "derivatives,overview,prior,checks", "--no-appendix"];
@@ -223,6 +224,9 @@ fn sections_and_forms_are_selectable() {
     let message = String::from_utf8_lossy(&refused.stderr).into_owned();
     assert!(!refused.status.success() && message.contains("derivatives"), "{message}");
 }
+
+/// Half width of a 95 % interval in standard deviations of a normal distribution.
+const NORMAL_95: f64 = 1.959_963_984_540_054;
 
 /// Estimate and interval of every derivative on the first page, computed from the results alone.
 fn first_page_has_the_answer(html: &str, results: &Value) {
@@ -247,7 +251,7 @@ fn first_page_has_the_answer(html: &str, results: &Value) {
         assert_eq!(row.len(), 3, "{row:?}");
         let (estimate, low, high) = (row[0], row[1], row[2]);
         let (_, error) = known.iter().find(|(value, _)| *value == estimate).unwrap();
-        assert!((high - low - 2.0 * 1.96 * error).abs() < 1e-9 * error, "{row:?} and {error}");
+        assert!((high - low - 2.0 * NORMAL_95 * error).abs() < 1e-9 * error, "{row:?} and {error}");
         assert!((0.5 * (high + low) - estimate).abs() < 1e-9 * error, "{row:?}");
     }
 }

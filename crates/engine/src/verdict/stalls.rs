@@ -13,7 +13,7 @@ use crate::stage::LoadedFlight;
 /// Equal samples in a row that may be a stall.
 const IN_A_ROW: usize = 4;
 /// Channels that repeat together at least, and part of the moving channels of the source that they are.
-const CHANNELS: usize = 3;
+const CHANNELS: usize = 4;
 const PART: f64 = 0.75;
 /// Part of its samples that a moving channel has in such rows at most: one that has more has few steps, or a sensor slower than the recorder.
 const IN_ROWS: f64 = 0.2;

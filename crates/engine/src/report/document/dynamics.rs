@@ -34,7 +34,6 @@ pub fn dynamics(contents: &Contents<'_>) -> Parts {
     blocks.push(Block::Figure(roots(study)));
     blocks.push(Block::Table(levels(row)));
     blocks.extend(anticipation(study).map(Block::Figure));
-    blocks.extend(level_map(&row.qualities));
     let qualities = &row.qualities;
     blocks.push(Block::Paragraph(format!(
         "{} ({}), {}: {}, {}. Paragraphs, and what the others need, are in the appendix.",
@@ -47,7 +46,9 @@ pub fn dynamics(contents: &Contents<'_>) -> Parts {
     if !row.notes.is_empty() {
         blocks.push(Block::List(row.notes.clone()));
     }
-    Parts { body: blocks, appendix: vec![sources(row)] }
+    let mut appendix = vec![sources(row)];
+    appendix.extend(level_map(&row.qualities));
+    Parts { body: blocks, appendix }
 }
 
 fn trim(row: &DynamicsRow) -> Vec<(String, String)> {

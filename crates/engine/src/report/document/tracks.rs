@@ -25,14 +25,14 @@ pub fn tracks(contents: &Contents<'_>) -> Parts {
     let Some(worst) = paths.iter().max_by(|a, b| ratio(a.1).total_cmp(&ratio(b.1))) else { return Parts::default() };
     let (window, path) = *worst;
     let mut body = vec![paragraph(&format!(
-        "Manoeuvre {} has the largest innovations: {} times their predicted mean square. The others are in the appendix.",
+        "Manoeuvre {} has the largest innovations: {} times their predicted mean square. Its biases and the others are in the appendix.",
         window.name,
         significant(ratio(path), 3)
     ))];
     body.extend(with_residuals(window, path).map(Block::Figure));
-    body.extend(biases(window, path).map(Block::Figure));
     let others = paths.iter().filter(|(other, _)| other.name != window.name);
-    Parts { body, appendix: others.filter_map(|(window, path)| compact(window, path)).map(Block::Figure).collect() }
+    let others = others.filter_map(|(window, path)| compact(window, path));
+    Parts { body, appendix: biases(window, path).into_iter().chain(others).map(Block::Figure).collect() }
 }
 
 /// Measurements over the path, each with what is left of it.

@@ -139,7 +139,7 @@ struct File {
     noise: NoiseTable,
     #[serde(default, rename = "steady", skip_serializing_if = "Vec::is_empty")]
     steady: Vec<SteadyWindow>,
-    #[serde(default, rename = "manoeuvre", alias = "window")]
+    #[serde(default, rename = "manoeuvre")]
     windows: Vec<Manoeuvre>,
     #[serde(default, rename = "annotation", skip_serializing_if = "Vec::is_empty")]
     annotations: Vec<Annotation>,
@@ -311,7 +311,7 @@ impl TryFrom<WindowTable> for Manoeuvre {
 
     fn try_from(table: WindowTable) -> Result<Self, SessionError> {
         let place = format!("manoeuvre '{}'", table.name);
-        let [surface, also] = surfaces_from(&place, table.surface.as_deref())?;
+        let [surface, also] = surfaces_from(&place, table.surface.as_deref().filter(|names| !names.is_empty()))?;
         Ok(Self {
             role: table.role,
             surface,
