@@ -212,8 +212,7 @@ pub fn time_stack_with(
         }
     }
     let (drawn, range) = (&cache.drawn, view.range());
-    let mut hovered_s = None;
-    let mut wanted = None;
+    let (mut hovered_s, mut wanted) = (None, None);
     let mut changed: Option<(usize, Values)> = None;
     let margin = egui::Margin { left: LABEL_ROOM as i8, right: RIGHT_ROOM as i8, ..Default::default() };
     let mut show = |ui: &mut Ui| {

@@ -1,4 +1,4 @@
-//! The report: its sections, their contents, and the button that writes it.
+//! The report: its printed pages or one section, the sections it has, and the button that writes it.
 
 use doublet_engine::report;
 use doublet_engine::report::document::{Document, Section, SectionKind, build, chosen};

@@ -133,7 +133,11 @@ fn every_panel_has_its_entry() {
     let mut page = String::from(
         "# Panels\n\nAfter this page you can choose the panel for a task. Menu **Panels** brings each to the front; drag \
          their tabs to move them. F1 explains the panel or the term under the pointer, Ctrl+F1 lists all commands with their keys, \
-         Ctrl+P finds one by its name.\n\n",
+         Ctrl+P finds one by its name.\n\n**File > Open second session beside** (Ctrl+Shift+O) shows another session in the right half, \
+         read only: flight, path, innovations, fits, derivatives or summary, with the same zoom and one cursor over both. Manoeuvres of \
+         other flights are aligned at their start.\n\nWithout the mouse: A and B set the markers in the middle of the plots, the arrow \
+         keys move A by a sample (with Shift: B; with Ctrl: by a hundredth of what is shown), `[`, `]`, S and E then act at the \
+         markers.\n\n",
     );
     for row in rows {
         let title = between(row, ": \"", "\"").unwrap();
