@@ -17,9 +17,8 @@ use doublet_core::statistics::median_step;
 
 use crate::builtin;
 use crate::graph::Control;
-use crate::session::Level;
 use crate::session::{
-    DelaySource, Edit, Estimation, Flight, GravitySource, GustSource, Manoeuvre, MapRef, NoiseEdit, Preparation,
+    DelaySource, Edit, Estimation, Flight, GravitySource, GustSource, Level, Manoeuvre, MapRef, NoiseEdit, Preparation,
     RecordingRef, Session, content_hash, fitting_name,
 };
 use crate::stage::{

@@ -9,8 +9,7 @@ use serde::Serialize;
 
 use crate::graph::{Context, Footprint, Stage, StageResult};
 use crate::notation::significant;
-use crate::study::StudyInput;
-use crate::study::{IdentifiedCoefficient, Parameter, identified};
+use crate::study::{IdentifiedCoefficient, Parameter, StudyInput, identified};
 
 /// Probability below which a difference counts as a contradiction.
 const CONTRADICTION: f64 = 0.01;

@@ -13,6 +13,7 @@ use crate::quantity::Role::{self, *};
 const EVERY_S: f64 = 1.0;
 /// Tropopause of the standard, m.
 const TROPOPAUSE_M: f64 = 11_000.0;
+
 /// A relation between air data.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AirRelation {

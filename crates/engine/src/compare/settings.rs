@@ -44,7 +44,7 @@ impl SettingDifference {
 /// Every setting that differs between two sessions, in the order of their names.
 ///
 /// # Errors
-/// As [`print()`].
+/// As [`to_table`].
 pub fn settings(first: &Session, second: &Session) -> Result<Vec<SettingDifference>, SessionError> {
     let (first, mut second) = (flat(first)?, flat(second)?);
     let mut all: BTreeMap<_, _> = first.into_iter().map(|(name, value)| (name, (Some(value), None))).collect();

@@ -7,8 +7,7 @@ use doublet_core::model::{Coefficient, Term, Variable, regressors};
 
 use super::settings::LiveSettings;
 use super::update::{CorrelationLamp, LiveDerivative, TimeDomain};
-use crate::session::Level;
-use crate::session::Surface;
+use crate::session::{Level, Surface};
 use crate::stage::WindowAero;
 
 /// Condition number of the regressors beyond which an estimate is not good.

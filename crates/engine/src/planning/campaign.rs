@@ -19,9 +19,9 @@ use crate::session::{Manoeuvre, Session, Surface, WindowRole};
 use crate::verdict::Level;
 
 /// Value of the `format` key.
-const FORMAT: &str = "doublet campaign";
+pub(crate) const FORMAT: &str = "doublet campaign";
 /// Version of the form.
-const VERSION: u32 = 1;
+pub(crate) const VERSION: u32 = 1;
 /// Folder of the campaigns that come with the program.
 const FOLDER: &str = "campaigns";
 

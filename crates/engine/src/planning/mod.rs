@@ -20,6 +20,7 @@ mod watched;
 
 pub use basis::{DesignOptions, FlownWindow, SEARCH_SAMPLES, basis, basis_of, design_basis};
 pub use campaign::{Campaign, Flown, FlownPoint, Fuel, Order, PlannedPoint, TestPoint, Tolerance, flown_points};
+pub(crate) use campaign::{FORMAT as CAMPAIGN_FORMAT, VERSION as CAMPAIGN_VERSION};
 pub use cards::{campaign_document, envelope_figure};
 pub use coverage::{DesignCoverage, DesignedDerivative, DesignedExcursion, design_coverage};
 pub use debrief::{Debrief, DebriefRow, Promise, debrief, true_derivatives};

@@ -7,7 +7,7 @@ use crate::run::Snapshot;
 use crate::session::{Estimation, Session, Surface};
 use crate::stage::{CoefficientFit, applies};
 
-/// Variance of each derivative beyond the noise of its fit, with the time of the manoeuvres it is from.
+/// Variance of each derivative beyond the noise of its fit, with the time of its manoeuvres.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PathShare {
     /// By derivative.
@@ -20,8 +20,8 @@ struct Part {
     variance: f64,
     /// Time of the manoeuvres of the fit, s.
     time_s: f64,
-    /// Whether a manoeuvre of one surface alone tells about it: aileron, elevator, rudder.
-    tells: [bool; 3],
+    /// Whether a manoeuvre of one surface alone excites it: aileron, elevator, rudder.
+    excited_by: [bool; 3],
 }
 
 impl PathShare {
@@ -33,12 +33,12 @@ impl PathShare {
     }
 
     /// Variance to expect of a derivative from manoeuvres of so many seconds: errors that the innovations and the scatter between
-    /// manoeuvres tell fall with the time flown, as the noise does. None of a derivative that was not fitted.
+    /// manoeuvres show fall with the time flown, as the noise does. None of a derivative that was not fitted.
     fn variance(&self, name: &str, row: &DesignRow) -> Option<f64> {
         let part = self.parts.get(name)?;
         let surfaces = [Surface::Aileron, Surface::Elevator, Surface::Rudder];
         let own = row.manoeuvres.iter().filter(|manoeuvre| match manoeuvre.surfaces.as_slice() {
-            [one] => surfaces.iter().zip(part.tells).any(|(surface, tells)| tells && surface.name() == *one),
+            [one] => surfaces.iter().zip(part.excited_by).any(|(surface, excites)| excites && surface.name() == *one),
             _ => true,
         });
         let time_s: f64 = own.map(|manoeuvre| manoeuvre.duration_s).sum();
@@ -51,21 +51,21 @@ fn fit_parts(fit: &CoefficientFit, session: &Session) -> Vec<(String, Part)> {
     let windows = fit.windows.iter().filter_map(|(name, _)| session.window(name));
     let time_s = windows.map(|window| window.window.end_s - window.window.start_s).sum();
     let errors = fit.corrected_errors.iter().zip(&fit.noise_errors);
-    let tells = tells(fit, &session.estimation);
+    let excited_by = excited_by(fit, &session.estimation);
     let part = |(name, (all, noise)): (&String, (&f64, &f64))| {
         let variance = (all * all - noise * noise).max(0.0);
-        (name.clone(), Part { variance, time_s, tells })
+        (name.clone(), Part { variance, time_s, excited_by })
     };
     found.names.iter().zip(errors).map(part).collect()
 }
 
-fn tells(fit: &CoefficientFit, estimation: &Estimation) -> [bool; 3] {
+fn excited_by(fit: &CoefficientFit, estimation: &Estimation) -> [bool; 3] {
     [Surface::Aileron, Surface::Elevator, Surface::Rudder]
         .map(|surface| applies(fit.coefficient, Some(surface), estimation))
 }
 
 impl DesignRow {
-    /// Adds what path and sensors of the session it starts from cost: the error that is promised.
+    /// Adds the errors of path and sensors of the session it starts from: the promised error.
     pub fn add_path(&mut self, share: &PathShare) {
         let added: Vec<Option<f64>> = self.predicted.iter().map(|own| share.variance(&own.name, self)).collect();
         for (own, variance) in self.predicted.iter_mut().zip(added) {
@@ -96,8 +96,8 @@ mod tests {
     }
 
     #[test]
-    fn the_share_of_the_path_falls_with_the_time_of_the_manoeuvres_that_tell() {
-        let part = |tells| Part { variance: 4.0, time_s: 100.0, tells };
+    fn the_share_of_the_path_falls_with_the_time_of_the_manoeuvres_that_excite_it() {
+        let part = |excited_by| Part { variance: 4.0, time_s: 100.0, excited_by };
         let parts = [("Cm_q".to_owned(), part([false, true, false])), ("Cl_p".to_owned(), part([true, false, true]))];
         let share = PathShare { parts: parts.into() };
         let manoeuvre = |surface: &'static str, duration_s| ManoeuvreRow {

@@ -7,11 +7,12 @@ use serde::Serialize;
 
 use super::index::{IndexRow, IndexStatus};
 use crate::builtin::PREFIX;
+use crate::planning::{CAMPAIGN_FORMAT, CAMPAIGN_VERSION};
 use crate::run::Snapshot;
 use crate::session::{Session, Surface};
 use crate::stage::{ObjectiveTest, Tolerances, movement};
 
-/// Words of a kind of input that tell the surface it moves.
+/// Words of a kind of input with the surface it moves.
 const MOVED_BY: [(&str, Surface); 9] = [
     ("pitch", Surface::Elevator),
     ("phugoid", Surface::Elevator),
@@ -88,8 +89,8 @@ pub(super) fn cards(
     let standard = snapshot.aircraft.ready().map(|loaded| &loaded.aircraft.standard_loading);
     let start_kg = loading.or(standard)?.fuel_kg.values().sum::<f64>();
     let campaign = Campaign {
-        format: "doublet campaign",
-        version: 1,
+        format: CAMPAIGN_FORMAT,
+        version: CAMPAIGN_VERSION,
         title: format!("Tests without a record: {}", rule.name),
         aircraft,
         objectives: vec![format!("A record for every test of {} that applies to the model.", rule.name)],

@@ -34,7 +34,7 @@ use doublet_core::reconstruct::FilterSettings;
 use doublet_core::series::TimeRange;
 use serde::{Deserialize, Serialize};
 
-use self::schema::WindowTable;
+use self::schema::{WindowTable, is_default};
 
 pub use aircraft::AircraftEdit;
 pub(crate) use aircraft_changes::ENVELOPE;
@@ -173,7 +173,7 @@ pub struct Flight {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instruments: Option<InstrumentSetting>,
     /// Smoothing and resampling of signals before they are used.
-    #[serde(default, skip_serializing_if = "SignalSetting::is_as_recorded")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub signals: SignalSetting,
     /// Channels computed from others, in their order: one may name those before it.
     #[serde(default, rename = "expression", skip_serializing_if = "Vec::is_empty")]
@@ -258,13 +258,8 @@ pub struct ClockSetting {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fit: Vec<ClockPairSetting>,
     /// Seconds added to the clock, set or fitted, by hand.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub shift_s: f64,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
 }
 
 hash_fields!(ClockSetting { source, fit; offset_s, drift, shift_s });
@@ -377,10 +372,11 @@ pub enum PooledConstants {
 }
 
 /// What manoeuvres are predicted with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PredictionParameters {
     /// The pooled estimate.
+    #[default]
     Pooled,
     /// Means of the estimates of single identification manoeuvres, constants included (thesis 7.1).
     ManoeuvreMeans,

@@ -137,11 +137,6 @@ impl SignalPreset {
 }
 
 impl SignalSetting {
-    /// Whether it leaves every signal as recorded.
-    pub(super) fn is_as_recorded(&self) -> bool {
-        *self == Self::default()
-    }
-
     /// The rule that names a role.
     pub fn rule(&self, role: Role) -> Option<&SignalRule> {
         self.rules.iter().find(|rule| rule.roles.contains(&role))

@@ -23,8 +23,7 @@ use super::samples::{differentiation, span};
 use super::window_context::{ANGULAR_ACCELERATIONS, WindowContext};
 use super::window_samples::{Samples, is_in};
 use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
-use crate::session::{AngularAcceleration, PathSource, Preparation, Surface};
-use crate::session::{Finding, Level};
+use crate::session::{AngularAcceleration, Finding, Level, PathSource, Preparation, Surface};
 
 /// Coefficients and variables over one window.
 #[derive(Clone, Debug)]

@@ -17,8 +17,7 @@ use super::mass::{FuelRecord, FuelSource};
 use super::samples::channel_at;
 use crate::builtin;
 use crate::graph::{Context, Footprint, Keyed, Stage, StageError, StageResult};
-use crate::session::AircraftChanges;
-use crate::session::Session;
+use crate::session::{AircraftChanges, Session};
 
 /// An aircraft file as read.
 #[derive(Clone, Debug)]

@@ -9,8 +9,7 @@ use doublet_core::series::{Channel, Recording};
 use rayon::prelude::*;
 
 use crate::graph::{StageError, StageResult};
-use crate::session::{ClockSetting, Flight};
-use crate::session::{Finding, Level};
+use crate::session::{ClockSetting, Finding, Flight, Level};
 
 /// A recorder's clock as used.
 #[derive(Clone, Debug)]

@@ -39,6 +39,7 @@ mod replay;
 mod samples;
 mod sensor_errors;
 mod signals;
+mod stalls;
 mod steadiness;
 mod structure_scores;
 mod tolerances;
@@ -99,6 +100,7 @@ pub use samples::fit_in_memory;
 pub(crate) use samples::values_at;
 pub use sensor_errors::EstimatedSensorErrors;
 pub use signals::TreatedSignal;
+pub use stalls::Stall;
 pub use steadiness::{Steadiness, measure_steadiness};
 pub use structure_scores::{ScoredStructure, StructureScore};
 pub use tolerances::{

@@ -11,8 +11,7 @@ use serde::Serialize;
 use super::LoadedFlight;
 use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::notation::significant;
-use crate::session::{Finding, Level};
-use crate::session::{Fix, RecordingRef, Session};
+use crate::session::{Finding, Fix, Level, RecordingRef, Session};
 
 /// What the channels of a flight say of each other.
 #[derive(Clone, Debug, Default)]

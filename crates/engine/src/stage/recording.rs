@@ -13,10 +13,10 @@ use super::expressions::{ExpressedChannel, add_expressions};
 use super::held_samples::use_held_once;
 use super::instruments::derive;
 use super::signals::{TreatedSignal, treat_signals};
+use super::stalls::{Stall, find_stalls};
 use super::true_airspeed::add_airspeed;
 use crate::graph::{Context, Footprint, Stage, StageError, StageResult};
-use crate::session::Finding;
-use crate::session::{Flight, HeldSampleUse, MapRef, RecordingRef, content_hash};
+use crate::session::{Finding, Flight, HeldSampleUse, MapRef, RecordingRef, content_hash};
 
 /// A flight as read.
 #[derive(Clone, Debug, Default)]
@@ -37,6 +37,8 @@ pub struct LoadedFlight {
     pub stated_noise: BTreeMap<Role, StatedNoise>,
     /// What was found in its signals and what was done about it.
     pub findings: Vec<Finding>,
+    /// Blocks in which a recorder stalls.
+    pub stalls: Vec<Stall>,
 }
 
 impl Footprint for LoadedFlight {
@@ -67,11 +69,14 @@ impl Stage for LoadedFlight {
     const NAME: &'static str = "flight";
 
     fn run(flight: &Flight, (): (), context: &Context<'_>) -> StageResult<Self> {
-        if flight.expressions.is_empty() {
-            return align_flight(context, &*context.get::<ReadFlight>(&flight.recordings, ())?, flight);
-        }
-        let without = Flight { expressions: Vec::new(), ..flight.clone() };
-        add_expressions(&*context.get::<Self>(&without, ())?, &flight.expressions)
+        let mut loaded = if flight.expressions.is_empty() {
+            align_flight(context, &*context.get::<ReadFlight>(&flight.recordings, ())?, flight)?
+        } else {
+            let without = Flight { expressions: Vec::new(), ..flight.clone() };
+            add_expressions(&*context.get::<Self>(&without, ())?, &flight.expressions)?
+        };
+        loaded.stalls = find_stalls(&loaded);
+        Ok(loaded)
     }
 }
 
@@ -144,6 +149,7 @@ pub fn align_flight(context: &Context<'_>, read: &LoadedFlight, flight: &Flight)
         utc_start_s,
         stated_noise,
         findings,
+        stalls: Vec::new(),
     })
 }
 

@@ -6,8 +6,7 @@ use doublet_core::model::Position;
 
 use super::{Finding, Level};
 use crate::run::Snapshot;
-use crate::session::ChangedValue;
-use crate::session::{AircraftEdit, Edit, EstimationEdit, Fix, Preparation, Session};
+use crate::session::{AircraftEdit, ChangedValue, Edit, EstimationEdit, Fix, Preparation, Session};
 
 /// Difference between the place found and the place taken, in standard errors.
 const SIGNIFICANT: f64 = 5.0;

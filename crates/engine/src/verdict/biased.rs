@@ -43,7 +43,7 @@ pub(super) fn finding(evidence: Evidence<'_>, fit: &CoefficientFit) -> Option<Fi
     let text = format!("All its manoeuvres have saturated or stuck channels: {}.", names.join(", "));
     let finding = Finding::new(level, "windows", derivative_label(fit.coefficient.name(), None), text);
     let fix_text = "Fly again with smaller inputs or wider-range sensors.";
-    Some(finding.with_fix_text(fix_text).with_setting("Manoeuvres", "window.role"))
+    Some(finding.with_fix_text(fix_text).with_setting("Manoeuvres", "manoeuvre.role"))
 }
 
 /// Whether the fit without the spoilt samples was formed.

@@ -90,7 +90,7 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
         let text = "Not excited: only the constant can be estimated.";
         let finding = Finding::new(Level::Bad, "excitation", &at, text);
         findings.push(
-            finding.with_fix_text("Use a manoeuvre that excites the other terms.").with_setting("Flight", "window"),
+            finding.with_fix_text("Use a manoeuvre that excites the other terms.").with_setting("Flight", "manoeuvre"),
         );
     }
     let formed: Vec<&WindowAero> = used.iter().map(|used| used.aero).collect();

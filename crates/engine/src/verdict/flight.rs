@@ -43,7 +43,7 @@ pub(super) fn dynamic_pressure(
         .or_else(|| below_other_windows(place, evidence, aero))
         .or_else(|| below_flight(place, physics?.airspeed_m_s?, aero));
     let fix = || Fix::ignore([manoeuvre.name.as_str()]);
-    found.map(|finding| finding.with_fix_text(CURE).with_setting("Flight", "window.role").with_fix(fix()))
+    found.map(|finding| finding.with_fix_text(CURE).with_setting("Flight", "manoeuvre.role").with_fix(fix()))
 }
 
 fn on_wheels(place: &str, recording: &Recording, manoeuvre: &Manoeuvre) -> Option<Finding> {
@@ -135,7 +135,7 @@ pub(super) fn turn(place: &str, path: &WindowPath) -> Option<Finding> {
     let text = format!("The manoeuvre includes a turn: heading changes by {turned:.0} deg (limit {TURN_DEG:.0} deg).");
     let finding = Finding::new(Level::Caution, "turn", place, text).with_figure(turned, TURN_DEG);
     let fix_text = "End the manoeuvre before the turn, or start it after.";
-    Some(finding.with_fix_text(fix_text).with_setting("Manoeuvres", "window.end_s"))
+    Some(finding.with_fix_text(fix_text).with_setting("Manoeuvres", "manoeuvre.end_s"))
 }
 
 /// Mean dynamic pressure `rho V^2 / 2` of a window, Pa.

@@ -9,10 +9,8 @@ use super::delay::ControlDelay;
 use super::effect::{self, Consequence, Consequences};
 use super::noise::MeasurementNoise;
 use super::plausible::Plausible;
-use super::stalls::Stall;
 use super::{
-    Finding, Level, Verdict, biased, delay, density, derivative, fit, flight, made_of, session, stalls, studies, weigh,
-    window,
+    Finding, Level, Verdict, biased, delay, density, derivative, fit, flight, made_of, session, studies, weigh, window,
 };
 use crate::graph::Footprint;
 use crate::run::Snapshot;
@@ -140,8 +138,6 @@ pub(super) struct Evidence<'a> {
     /// Median of the mean dynamic pressures of the windows, Pa; none before their coefficients are computed.
     pub(super) median_pressure_pa: Option<f64>,
     pub(super) noise: &'a MeasurementNoise<'a>,
-    /// Stalls of the recorders, by flight.
-    pub(super) stalls: &'a BTreeMap<String, Vec<Stall>>,
 }
 
 impl<'a> Evidence<'a> {
@@ -160,8 +156,6 @@ impl<'a> Evidence<'a> {
 pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
     let plausible = Plausible::new(session, snapshot);
     let noise = MeasurementNoise::new(session, snapshot);
-    let flights = snapshot.flights.iter().filter_map(|(name, slot)| Some((name.clone(), slot.ready()?)));
-    let stalls = flights.map(|(name, flight)| (name, stalls::stalls(flight))).collect();
     let evidence = Evidence {
         session,
         snapshot,
@@ -171,7 +165,6 @@ pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
         judged_windows: None,
         median_pressure_pa: flight::median_pressure(session, snapshot),
         noise: &noise,
-        stalls: &stalls,
     };
     let study = studies::findings(evidence);
     let windows: Vec<&Manoeuvre> = evidence.windows().collect();
@@ -234,7 +227,7 @@ fn with_unused(evidence: Evidence<'_>, mut pooled: Vec<FitVerdict>) -> Vec<FitVe
         known.unwrap_or_else(|| {
             let finding = not_computed(Level::Caution, derivative_label(coefficient.name(), None), NO_WINDOW);
             let fix_text = "Mark an identification manoeuvre that excites it, or remove the coefficient.";
-            let finding = finding.with_fix_text(fix_text).with_setting("Manoeuvres", "window.role");
+            let finding = finding.with_fix_text(fix_text).with_setting("Manoeuvres", "manoeuvre.role");
             FitVerdict {
                 coefficient,
                 verdict: Verdict::from_findings([finding]),

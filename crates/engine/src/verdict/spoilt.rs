@@ -1,4 +1,4 @@
-//! Samples of a manoeuvre that tell nothing: a sensor at the end of its range, a recorder that stalls.
+//! Samples of a manoeuvre without information: a sensor at the end of its range, a recorder that stalls.
 
 use doublet_core::series::TimeRange;
 

@@ -60,7 +60,7 @@ fn stuck_finding(place: &str, role: Role, value: f64, length_s: f64, least_s: f6
     );
     let finding = Finding::new(Level::Bad, "stuck", place, text).with_figure(length_s, least_s);
     let fix_text = "Ignore the manoeuvre, or leave the channel out.";
-    finding.with_fix_text(fix_text).with_setting("Flight", "window.role")
+    finding.with_fix_text(fix_text).with_setting("Flight", "manoeuvre.role")
 }
 
 /// Value and length in s of the longest run of one finite value.

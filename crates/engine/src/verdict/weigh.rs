@@ -179,14 +179,14 @@ impl<'a> Judged<'a> {
                 ),
                 "Fix the findings on these manoeuvres, or ignore them.".to_owned(),
                 "Manoeuvres",
-                "window.role".to_owned(),
+                "manoeuvre.role".to_owned(),
             ),
             Cause::SpoiltLeftOut => (
                 if self.is_of_saturated() { "saturated" } else { "stuck" },
                 "without saturated and stalled samples".to_owned(),
                 "Exclude these samples, or fly again with smaller inputs or wider-range sensors.".to_owned(),
                 "Manoeuvres",
-                "window.exclude".to_owned(),
+                "manoeuvre.exclude".to_owned(),
             ),
             Cause::Channel => (
                 "physics",

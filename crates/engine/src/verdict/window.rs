@@ -78,7 +78,7 @@ fn explain_by_stalls(finding: &mut Finding, evidence: Evidence<'_>, manoeuvre: &
     if matches!(finding.code, "nis" | "smoother" | "innovation") {
         finding.fix_text = stalls::FIX.to_owned();
         finding.fix = spoilt::fix(evidence, manoeuvre);
-        (finding.panel, finding.setting) = (Some("Manoeuvres"), Some("window.exclude".to_owned()));
+        (finding.panel, finding.setting) = (Some("Manoeuvres"), Some("manoeuvre.exclude".to_owned()));
     }
 }
 

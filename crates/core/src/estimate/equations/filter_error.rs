@@ -24,9 +24,9 @@ pub struct FilterErrorFit {
 /// Filter error (Jategaonkar, Flight Vehicle System Identification, 2nd edition, chapter 5; Maine and Iliff, NASA RP-1168): noise `F dw`, `F`
 /// diagonal, drives the states, and the outputs are predicted from the measurements before them by a filter of constant gain
 /// `K = P C' (C P C' + R)^-1`. `P` is the steady covariance of the predicted states (discrete Riccati equation) at the mean measured state and
-/// the median step of the middle record, `A` and `C` by central differences there. Gauss-Newton as in [`output_error`] minimises `ln |S|` over the parameters, the
-/// initial states and `ln F`, with `S` the diagonal covariance of the innovations in closed form. `R`, diagonal, follows in rounds from
-/// `R <- R S / (C P C' + R)` until it is settled.
+/// the median step of the middle record, `A` and `C` by central differences there. Gauss-Newton as in [`super::output_error_of`] minimises
+/// `ln |S|` over the parameters, the initial states and `ln F`, with `S` the diagonal covariance of the innovations in closed form. `R`,
+/// diagonal, follows in rounds from `R <- R S / (C P C' + R)` until it is settled.
 ///
 /// A record is predicted from its beginning: the filter holds an unstable motion, and no pieces are needed.
 ///

@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 
 use super::super::{Estimation, PooledConstants, PredictionParameters, ResidualWeights};
 use super::constraint::{ConstraintTable, constraint_from, constraint_table};
-use super::{SessionError, choose, name_of};
+use super::{SessionError, choose, is_default, name_of};
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct EstimationTable {
     by_surface: bool,
     constants: PooledConstants,
-    #[serde(skip_serializing_if = "is_pooled")]
+    #[serde(skip_serializing_if = "is_default")]
     predict_with: PredictionParameters,
     #[serde(skip_serializing_if = "is_equal")]
     weights: String,
@@ -21,11 +21,6 @@ pub(super) struct EstimationTable {
     autoregression_order: usize,
     #[serde(rename = "constraint", skip_serializing_if = "Vec::is_empty")]
     constraints: Vec<ConstraintTable>,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
-fn is_pooled(predict_with: &PredictionParameters) -> bool {
-    *predict_with == PredictionParameters::Pooled
 }
 
 fn is_equal(weights: &str) -> bool {

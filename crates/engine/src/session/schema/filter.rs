@@ -10,7 +10,7 @@ use doublet_core::reconstruct::{
 use serde::{Deserialize, Serialize};
 
 use super::super::{DelaySource, GravitySource, GustSource};
-use super::{SessionError, unknown};
+use super::{SessionError, is_default, unknown};
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -22,9 +22,9 @@ pub(super) struct FilterTable {
     linearisation: Linearisation,
     #[serde(skip_serializing_if = "Option::is_none")]
     gravity_m_s2: Option<f64>,
-    #[serde(skip_serializing_if = "is_usual")]
+    #[serde(skip_serializing_if = "is_default")]
     gusts: GustSource,
-    #[serde(skip_serializing_if = "is_usual")]
+    #[serde(skip_serializing_if = "is_default")]
     delays: DelaySource,
     process_noise: BTreeMap<String, f64>,
     measurement_noise: BTreeMap<String, f64>,
@@ -37,17 +37,12 @@ pub(super) struct FilterTable {
     smoother_passes: usize,
     #[serde(skip_serializing_if = "is_usual_limit")]
     outlier_limit: f64,
-    #[serde(skip_serializing_if = "is_zero")]
+    #[serde(skip_serializing_if = "is_default")]
     robust_limit: f64,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     air_data_deviation: BTreeMap<String, f64>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     measurement_delay_s: BTreeMap<String, f64>,
-}
-
-/// Whether it is the default, which a file leaves out.
-fn is_usual<T: Default + PartialEq>(source: &T) -> bool {
-    *source == T::default()
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
@@ -58,11 +53,6 @@ fn is_usual_spread(spread: &f64) -> bool {
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
 fn is_usual_limit(limit: &f64) -> bool {
     *limit == USUAL_OUTLIER_LIMIT
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
-fn is_zero(limit: &f64) -> bool {
-    *limit == 0.0
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]

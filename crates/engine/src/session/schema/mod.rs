@@ -183,6 +183,11 @@ impl VerdictTable {
     }
 }
 
+/// Whether a value is its default, which a file leaves out.
+pub(super) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
 fn identification() -> WindowRole {
     WindowRole::Identification
 }
@@ -383,7 +388,7 @@ pub fn print(session: &Session) -> Result<String, SessionError> {
 /// The tables of the saved form of a session.
 ///
 /// # Errors
-/// As [`print`].
+/// As [`print`](fn@print).
 pub fn to_table(session: &Session) -> Result<toml::Table, SessionError> {
     toml::Table::try_from(file_of(session)?).map_err(|error| no_form(&error))
 }

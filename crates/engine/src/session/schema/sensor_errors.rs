@@ -7,13 +7,13 @@ use doublet_core::reconstruct::Measurement;
 use serde::{Deserialize, Serialize};
 
 use super::super::{ErrorValues, SensorErrorMethod, SensorErrors};
-use super::{SessionError, unknown};
+use super::{SessionError, is_default, unknown};
 
 /// Errors of sensors: those known, which the samples are freed of, and those asked for.
 #[derive(Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct SensorErrorTable {
-    #[serde(skip_serializing_if = "is_output_error")]
+    #[serde(skip_serializing_if = "is_default")]
     method: SensorErrorMethod,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     free: Vec<String>,
@@ -21,22 +21,12 @@ pub(super) struct SensorErrorTable {
     per_manoeuvre: Vec<String>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     outputs: Vec<Measurement>,
-    #[serde(skip_serializing_if = "is_false")]
+    #[serde(skip_serializing_if = "is_default")]
     wind: bool,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     random_walk: BTreeMap<String, f64>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     known: BTreeMap<String, f64>,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
-fn is_false(value: &bool) -> bool {
-    !*value
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
-fn is_output_error(method: &SensorErrorMethod) -> bool {
-    *method == SensorErrorMethod::OutputError
 }
 
 impl SensorErrorTable {

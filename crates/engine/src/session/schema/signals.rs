@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::is_default;
 use crate::session::{HeldSampleUse, SignalPreset, SignalRule, SignalSetting};
 
 /// What is done to a flight's signals: a preset, or rules.
@@ -14,15 +15,10 @@ pub struct SignalsTable {
     max_gap_s: Option<f64>,
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     position_from_velocity: bool,
-    #[serde(skip_serializing_if = "is_once")]
+    #[serde(skip_serializing_if = "is_default")]
     held_samples: HeldSampleUse,
     #[serde(rename = "rule", skip_serializing_if = "Vec::is_empty")]
     rules: Vec<SignalRule>,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "the form serde asks for")]
-fn is_once(held_samples: &HeldSampleUse) -> bool {
-    *held_samples == HeldSampleUse::Once
 }
 
 /// The rules of the preset, then the own ones.

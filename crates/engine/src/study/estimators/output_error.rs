@@ -15,8 +15,7 @@ use doublet_core::statistics::median_step;
 
 use super::{CheckedDerivative, MethodEstimates, PartEstimates, WindowEstimation};
 use crate::graph::{Context, StageResult};
-use crate::session::PathSource;
-use crate::session::{Finding, Level};
+use crate::session::{Finding, Level, PathSource};
 use crate::stage::{self, StudyWindow, WindowAero, WindowFlight};
 use crate::study::StudyInput;
 
