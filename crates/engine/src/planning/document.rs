@@ -112,7 +112,7 @@ fn predicted(row: &DesignRow) -> Table {
     TableOf::new("predicted", caption, &row.predicted)
         .symbol("name", "derivative", |own| &own.name)
         .number("estimate", "estimate", "", 4, |own| own.estimate)
-        .maybe("corrected", "error of the noise", "", 2, |own| own.corrected)
+        .maybe("corrected", "error from noise", "", 2, |own| own.corrected)
         .maybe("promised", "error to expect", "", 2, |own| own.promised)
         .maybe("relative_error_percent", "relative", "%", 2, |own| own.relative_error_percent)
         .number("present", "error now", "", 2, |own| own.present)
