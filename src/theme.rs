@@ -206,6 +206,10 @@ fn visuals(theme: Theme) -> egui::Visuals {
     visuals.menu_corner_radius = CornerRadius::same(6);
     visuals.selection.bg_fill = palette.accent.gamma_multiply(if dark { 0.45 } else { 0.30 });
     visuals.selection.stroke = Stroke::new(1.0, if dark { rgb(0xFFFFFF) } else { rgb(0x0B3B6B) });
+    if !dark {
+        // egui's 0.6 is too pale for small text on the light ground.
+        visuals.weak_text_alpha = 0.72;
+    }
     visuals.hyperlink_color = palette.accent;
     visuals.warn_fg_color = palette.warning;
     visuals.error_fg_color = palette.error;

@@ -40,6 +40,7 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
     Bar::bottom("status").show(ui, |ui| status(app, ui));
     let ground = Frame::new().inner_margin(Margin::same(4)).fill(ui.visuals().panel_fill);
     if app.is_on_beginning_page() {
+        let ground = ground.inner_margin(Margin::symmetric(12, 6));
         egui::CentralPanel::default().frame(ground).show(ui, |ui| app.show_beginning_page(ui));
     } else if app.is_on_start_page() {
         egui::CentralPanel::default().frame(ground).show(ui, |ui| start::show(app, ui));

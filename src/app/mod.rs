@@ -129,7 +129,7 @@ pub struct Workbench {
 }
 
 /// What caused the first run of a document.
-const OPENED: &str = "open";
+const OPENED: &str = "first run";
 
 /// A document that is computed while its window is still being made.
 struct Opening {

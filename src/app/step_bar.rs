@@ -114,6 +114,7 @@ pub(super) fn show(app: &mut Workbench, ui: &mut Ui) {
     let mut wanted = None;
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 0.0;
+        ui.spacing_mut().button_padding.x = ROOM;
         if ui.add(egui::Button::selectable(on_start, egui::RichText::new("Start").size(TEXT))).clicked() {
             wanted = Some(ViewCommand::StartPage);
         }

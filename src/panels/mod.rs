@@ -419,6 +419,20 @@ fn choices<T: Copy + PartialEq>(ui: &mut Ui, chosen: &mut T, all: &[(T, &str)]) 
     *chosen != before
 }
 
+/// Goes to the next row of a wrapping layout where a name with its choices does not fit the rest of this one.
+fn break_before(ui: &mut Ui, names: &[&str]) {
+    let beside = 2.0 * ui.spacing().button_padding.x + ui.spacing().item_spacing.x;
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    let width = |name: &&str| {
+        let galley = ui.painter().layout_no_wrap((*name).to_owned(), font.clone(), Color32::WHITE);
+        galley.size().x + beside
+    };
+    let width: f32 = names.iter().map(width).sum();
+    if width > ui.available_size_before_wrap().x {
+        ui.end_row();
+    }
+}
+
 /// Colour of what the innovations say about one measurement.
 fn consistency_color(ui: &Ui, channel: &ChannelConsistency) -> Color32 {
     let palette = theme::palette(ui);

@@ -19,6 +19,8 @@ const MANY: usize = 60;
 
 /// Height of a line of a legend.
 pub(super) const LEGEND_HEIGHT: f32 = 15.0;
+/// Room of numbers and title below the axes of a chart.
+const BELOW: f32 = 40.0;
 /// Length of the line before a name of a legend.
 const LEGEND_LINE: f32 = 12.0;
 /// Room right of a chart for the half of the last label that lies beyond it.
@@ -114,6 +116,7 @@ impl Chart {
             self.show_legend(ui);
         }
         let height = height - (ui.cursor().top() - top);
+        let upright = folded(ui, &self.labels[1], height.max(80.0) - BELOW);
         let mut plot = Plot::new(named_id(ui.ctx(), self.name.as_str()))
             .height(height.max(80.0))
             .width((ui.available_width() - RIGHT_ROOM).max(60.0))
@@ -124,7 +127,7 @@ impl Chart {
             .label_formatter(|_| None)
             .x_grid_spacer(|input| ticks(input, TICK_SPACING[0]))
             .y_grid_spacer(|input| ticks(input, TICK_SPACING[1]))
-            .custom_y_axes(vec![titled(AxisHints::new_y(), &self.labels[1], &self.upright_places, ui)])
+            .custom_y_axes(vec![titled(AxisHints::new_y(), &upright, &self.upright_places, ui)])
             .custom_x_axes(vec![titled(AxisHints::new_x(), &self.labels[0], &self.places, ui)]);
         if let Some(aspect) = self.aspect {
             plot = plot.data_aspect(aspect as f32);
@@ -260,6 +263,15 @@ fn outline_of_bar([end, at]: [f64; 2], width: f64) -> [[f64; 3]; 6] {
 /// The word at a place of an axis.
 fn word_at(places: &[(f64, String)], value: f64) -> String {
     places.iter().find(|(at, _)| *at == value).map_or_else(String::new, |place| place.1.clone())
+}
+
+/// The title of an upright axis `length` long: its unit on a second line where both are longer than the axis.
+fn folded(ui: &Ui, title: &str, length: f32) -> String {
+    let galley = ui.painter().layout_no_wrap(title.to_owned(), egui::FontId::proportional(11.5), Color32::WHITE);
+    match title.rfind(" [") {
+        Some(at) if galley.size().x > length => format!("{}\n{}", &title[..at], &title[at + 1..]),
+        _ => title.to_owned(),
+    }
 }
 
 /// An axis with its title, and words in the place of numbers where it has any.

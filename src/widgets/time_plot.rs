@@ -19,7 +19,7 @@ use super::time_view::{TimeRange, TimeView};
 use crate::{notation, theme};
 
 /// Width of the value axis of every plot of a stack, so that their time axes line up.
-pub const VALUE_AXIS_WIDTH: f32 = 80.0;
+pub const VALUE_AXIS_WIDTH: f32 = 86.0;
 /// Room left of the value axis for the upright label, which is centred on the edge.
 const LABEL_ROOM: f32 = 8.0;
 /// Room right of the frames for the half of the last time label that lies beyond them.

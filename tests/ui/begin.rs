@@ -387,7 +387,7 @@ fn page_with_a_long_unmapped_table_fits_a_laptop() {
     let path = unmapped(bench.folder.path());
     bench.drop_file(path);
     bench.wait_for("Create session");
-    bench.harness.get_by_label("Describe one").click();
+    bench.harness.get_by_label("Describe aircraft…").click();
     bench.harness.run_steps(4);
     bench.step("Channels");
     let combo = bench.harness.get_by_role_and_label(Kind::ComboBox, "channel of q");
@@ -456,7 +456,7 @@ fn described_aircraft_is_saved_under_its_own_name() {
     let path = foreign(bench.folder.path());
     bench.drop_file(path);
     bench.wait_for("Create session");
-    bench.harness.get_by_label("Describe one").click();
+    bench.harness.get_by_label("Describe aircraft…").click();
     bench.harness.run_steps(4);
     bench.enter("name of the aircraft", "Trainer II");
     bench.harness.get_by_label("Save the aircraft…").click();

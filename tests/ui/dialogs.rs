@@ -124,7 +124,10 @@ fn no_text_is_cut_in_any_dialog_with_long_contents() {
             if !first.is_empty() && !texts_of(&bench).any(|text| text.starts_with(first)) {
                 all.push(format!("{name}: it does not open"));
             }
-            let found = faults_from(&bench, first).into_iter().filter(|fault| !before.contains(fault));
+            // A dialog may move what is cut behind it.
+            let words = |fault: &String| fault.split(" at [").next().unwrap_or_default().to_owned();
+            let is_new = |fault: &String| !before.iter().any(|known| words(known) == words(fault));
+            let found = faults_from(&bench, first).into_iter().filter(is_new);
             all.extend(found.map(|fault| format!("{name}: {fault}")));
             let screen = Rect::from_min_size(egui::Pos2::ZERO, vec2(width, height));
             let out = bench.harness.root().children_recursive().filter(|node| {

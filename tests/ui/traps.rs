@@ -240,7 +240,7 @@ fn another_session_shows_all_of_its_recording_and_none_of_what_was_before() {
     assert_eq!(time.range(), time.full());
     assert!(time.full().length_s() > 1000.0, "it is that of the flight: {:?}", time.full());
     assert_eq!(time.markers_s, [None; 2]);
-    assert!(bench.snapshot().log.iter().all(|line| line.cause == "open"), "{:?}", bench.snapshot().log);
+    assert!(bench.snapshot().log.iter().all(|line| line.cause == "first run"), "{:?}", bench.snapshot().log);
     let first = bench.session().windows[0].name.clone();
     assert_eq!(bench.harness.state().state.selection.window, Some(first));
 }

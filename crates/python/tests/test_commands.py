@@ -41,7 +41,7 @@ EXAMPLES = {
     "monte_carlo": lambda s, f: db.commands.monte_carlo(s, realisations=2),
     "compare": lambda s, f: db.commands.compare(s, with_=["CX"]),
     "fix": lambda s, f: db.commands.fix(s, most=1),
-    "propose_windows": lambda s, f: db.commands.propose_windows(s),
+    "propose_manoeuvres": lambda s, f: db.commands.propose_manoeuvres(s),
     "propose_steady": lambda s, f: db.commands.propose_steady(s),
     "propose_onsets": lambda s, f: db.commands.propose_onsets(s),
     "propose_noise": lambda s, f: db.commands.propose_noise(s),
@@ -98,7 +98,7 @@ def small():
     session = db.Session.load("builtin:demo")
     rows = session["manoeuvre"]
     kept = [row for row in rows if row.get("role") == "identification"][:8] + [row for row in rows if row.get("role") == "validation"][:1]
-    return session.replace(window=kept)
+    return session.replace(manoeuvre=kept)
 
 
 @pytest.fixture

@@ -148,7 +148,8 @@ pub(super) fn show(choosing: &mut Choosing, below: bool, ui: &mut Ui) -> Answer 
 /// The steps with their levels, and the way out that keeps the draft.
 fn steps(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
     let mut answer = Answer::Open;
-    ui.horizontal(|ui| {
+    let row = vec2(ui.available_width(), STEP.y);
+    ui.allocate_ui_with_layout(row, Layout::left_to_right(Align::Center), |ui| {
         ui.heading("New session");
         ui.add_space(12.0);
         for (at, page) in Page::ALL.into_iter().enumerate() {
@@ -251,7 +252,12 @@ fn open_questions(choosing: &mut Choosing, ui: &mut Ui) {
                 ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(name.as_str()));
                 confirmed = button.clicked().then_some(role).or(confirmed);
             }
-            ui.add(Label::new(question.text.as_str()).wrap());
+            // What comes after is for the command line.
+            let text = match question.text.split_once("; use --") {
+                Some((text, _)) => format!("{text}; set its unit or travel in Channels"),
+                None => question.text.clone(),
+            };
+            ui.add(Label::new(text).wrap());
         });
     }
     if let Some(role) = confirmed {

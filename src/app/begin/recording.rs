@@ -18,8 +18,10 @@ const LISTED: usize = 6;
 const WITHOUT: &str = "none: flight path only";
 /// Channels listed of one source.
 const MOST_CHANNELS: usize = 400;
-/// Height of a list of findings and of channels.
+/// Height of a list of findings and of channels, and of the only list of channels in a window that is tall enough.
 const LIST: f32 = 150.0;
+const TALL_LIST: f32 = 300.0;
+const TALL: f32 = 700.0;
 
 /// Draws the page.
 pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
@@ -55,6 +57,10 @@ pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
 
 /// Format, sources and findings.
 fn contents(choosing: &Choosing, ui: &mut Ui) {
+    let is_roomy = choosing.inspected.probes.len() == 1
+        && choosing.aircraft_form.is_none()
+        && ui.ctx().content_rect().height() >= TALL;
+    let height = if is_roomy { TALL_LIST } else { LIST };
     for probe in &choosing.inspected.probes {
         let count: usize = probe.sources.iter().map(|source| source.channels.len()).sum();
         let sources = match probe.sources.len() {
@@ -85,7 +91,7 @@ fn contents(choosing: &Choosing, ui: &mut Ui) {
         CollapsingHeader::new("Channels")
             .id_salt((&probe.path, "channels"))
             .default_open(true)
-            .show(ui, |ui| channels(probe, ui));
+            .show(ui, |ui| channels(probe, height, ui));
     }
 }
 
@@ -122,8 +128,8 @@ fn findings(probe: &Probe) -> Vec<String> {
 }
 
 /// Every channel with its unit and samples.
-fn channels(probe: &Probe, ui: &mut Ui) {
-    ScrollArea::vertical().max_height(LIST).auto_shrink([false, true]).show(ui, |ui| {
+fn channels(probe: &Probe, height: f32, ui: &mut Ui) {
+    ScrollArea::vertical().max_height(height).auto_shrink([false, true]).show(ui, |ui| {
         Grid::new((&probe.path, "listed")).num_columns(4).striped(true).spacing([14.0, 1.0]).show(ui, |ui| {
             for source in &probe.sources {
                 for channel in source.channels.iter().take(MOST_CHANNELS) {
@@ -143,10 +149,9 @@ fn aircraft(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
     let mut answer = Answer::Open;
     ui.label("Aircraft");
     let (shown, about) = match &choosing.aircraft {
-        AircraftChoice::Open => (
-            RichText::new("choose…").color(theme::palette(ui).warning),
-            "Aircraft of the recording: gives mass, inertia and reference area".to_owned(),
-        ),
+        AircraftChoice::Open => {
+            (RichText::new("choose…"), "Aircraft of the recording: gives mass, inertia and reference area".to_owned())
+        }
         AircraftChoice::Without => {
             (RichText::new(WITHOUT), "No coefficients and no derivatives are computed".to_owned())
         }
@@ -176,7 +181,8 @@ fn aircraft(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
     if ui.button("Aircraft file…").on_hover_text("An aircraft file of your own (TOML)").clicked() {
         answer = Answer::AskAircraft;
     }
-    let own = ui.button("Describe one").on_hover_text("Area, span, chord, mass and inertia make an aircraft file");
+    let own =
+        ui.button("Describe aircraft…").on_hover_text("Area, span, chord, mass and inertia make an aircraft file");
     if own.clicked() {
         choosing.aircraft_form = Some(AircraftForm::default());
     }

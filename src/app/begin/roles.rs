@@ -71,7 +71,7 @@ fn planned(choosing: &Choosing, index: usize, ui: &mut Ui) {
     let Some(map) = choosing.inspected.fitting.get(index) else { return };
     ui.add(egui::Label::new(RichText::new(&map.description).weak()).wrap());
     Grid::new("planned").num_columns(8).striped(true).spacing([14.0, 2.0]).show(ui, |ui| {
-        header(ui, &["", "role", "what it is", "channel", "unit", "shape", "least", "greatest"]);
+        header(ui, &["", "role", "what it is", "channel", "unit", "shape", "smallest", "largest"]);
         for (role, assignment) in &map.plan.roles {
             mark(choosing, *role, ui);
             ui.label(notation::role(*role));
@@ -200,8 +200,8 @@ fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mu
         "added",
         TRAVEL,
         "first",
-        "least",
-        "greatest",
+        "smallest",
+        "largest",
         "shape",
     ];
     let has_travel = roles.iter().any(|role| CONTROLS.contains(role));

@@ -30,6 +30,9 @@ const BESIDE_SLIDER: f32 = 205.0;
 /// Shortest and longest slider, points.
 const SLIDER_WIDTHS: (f32, f32) = (36.0, 120.0);
 
+/// Width of the table of masses below which its columns stand closer.
+const NARROW: f32 = 290.0;
+
 /// The panel.
 #[derive(Default)]
 pub struct LoadingPanel {
@@ -356,7 +359,8 @@ fn numbers(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
         ("Izz [kg m²]", |of| notation::four_digits(of.properties.inertia.zz, 0)),
         ("Ixz [kg m²]", |of| notation::four_digits(of.properties.inertia.xz, 0)),
     ];
-    Grid::new("loaded").num_columns(4).spacing([14.0, 3.0]).show(ui, |ui| {
+    let gap = if ui.available_width() < NARROW { 6.0 } else { 14.0 };
+    Grid::new("loaded").num_columns(4).spacing([gap, 3.0]).show(ui, |ui| {
         ui.label("");
         columns.iter().for_each(|(title, _)| {
             ui.weak(*title);

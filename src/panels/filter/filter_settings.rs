@@ -12,6 +12,9 @@ const HALF_WIDTH_S: f64 = 0.2;
 /// Width of the longest name before a setting: the columns stay where they are when a row comes or goes.
 const COLUMN: f32 = 96.0;
 
+/// Width from which two settings stand in a row.
+const FOUR_COLUMNS: f32 = 590.0;
+
 /// What the kinds of filter are.
 const ABOUT_FILTER: &str = "EKF: extended Kalman filter. Iterated: relinearises about its own update until converged (IEKF). Unscented: propagates sigma points instead of derivatives (UKF)";
 
@@ -22,7 +25,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
 }
 
 /// The limits of innovations, in one row: beyond the one a spike is left out, beyond the other a measurement weighs less.
-fn limits(ui: &mut Ui, ctx: &mut PanelContext<'_>) {
+fn limits(ui: &mut Ui, ctx: &mut PanelContext<'_>, narrow: bool) {
     let [outliers, robust] = [ctx.session.filter.outlier_limit, ctx.session.filter.robust_limit];
     ui.weak("Outliers beyond").on_hover_text(
         "Rejects spikes of up to three samples beyond this many standard deviations. At least 3; 0 turns it off",
@@ -34,6 +37,7 @@ fn limits(ui: &mut Ui, ctx: &mut PanelContext<'_>) {
         let value = if value < 1.5 { 0.0 } else { value.max(3.0) };
         Edit::Filter(FilterEdit::OutlierLimit(value))
     });
+    turn(ui, narrow);
     ui.weak("Huber beyond").on_hover_text(
         "Innovations beyond this many standard deviations weigh less. At least 1; 1.345 to 3 is usual; 0 turns it off",
     );
@@ -46,16 +50,26 @@ fn limits(ui: &mut Ui, ctx: &mut PanelContext<'_>) {
     ui.end_row();
 }
 
+/// Ends the row between two settings of a narrow panel.
+fn turn(ui: &mut Ui, narrow: bool) {
+    if narrow {
+        ui.end_row();
+    }
+}
+
 fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let filter = &ctx.session.filter;
-    Grid::new("filter").num_columns(4).min_col_width(COLUMN).spacing([10.0, 4.0]).show(ui, |ui| {
+    let narrow = ui.available_width() < FOUR_COLUMNS;
+    let (id, columns) = if narrow { ("narrow filter", 2) } else { ("filter", 4) };
+    Grid::new(id).num_columns(columns).min_col_width(COLUMN).spacing([10.0, 4.0]).show(ui, |ui| {
         ui.weak("Filter").on_hover_text(ABOUT_FILTER);
         let [iterated, unscented] = kinds(ui, &ctx.session.title, filter.method);
         let mut method = filter.method;
         if choices(ui, &mut method, &[(Method::Ekf, "EKF"), (iterated, "Iterated"), (unscented, "Unscented")]) {
             ctx.edit(Edit::Filter(FilterEdit::Method(method)));
         }
-        ui.weak("Input between samples").on_hover_text("Interpolation of the inertial sensors between samples");
+        turn(ui, narrow);
+        ui.weak("Input hold").on_hover_text("Interpolation of the inertial sensors between samples");
         let mut hold = filter.hold;
         if choices(ui, &mut hold, &[(InputHold::FirstOrder, "Linear"), (InputHold::ZeroOrder, "Held")]) {
             ctx.edit(Edit::Filter(FilterEdit::Hold(hold)));
@@ -70,6 +84,7 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             ctx.edit(Edit::Estimation(EstimationEdit::Path(path)));
         }
         let used = ctx.snapshot.gravity.as_ref();
+        turn(ui, narrow);
         ui.weak("Gravity")
             .on_hover_text(used.map_or("Default: from latitude and altitude", |used| used.origin.as_str()));
         let gravity_m_s2 = match ctx.session.gravity {
@@ -80,13 +95,13 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let edited = gravity.show(ui);
         ctx.edit_quantity(edited, |value| Edit::Filter(FilterEdit::Gravity(value)));
         ui.end_row();
-        limits(ui, ctx);
-        methods(ui, ctx, (iterated, unscented));
+        limits(ui, ctx, narrow);
+        methods(ui, ctx, (iterated, unscented), narrow);
     });
 }
 
 /// The settings of each method. Those without an effect are greyed: no row comes or goes under the pointer.
-fn methods(ui: &mut Ui, ctx: &mut PanelContext<'_>, (iterated, unscented): (Method, Method)) {
+fn methods(ui: &mut Ui, ctx: &mut PanelContext<'_>, (iterated, unscented): (Method, Method), narrow: bool) {
     let method = ctx.session.filter.method;
     let is_smoothed = ctx.session.preparation.path == PathSource::Smoothed;
     let field = |ui: &mut Ui, is_on: bool, field: QuantityEdit<'_>| ui.add_enabled_ui(is_on, |ui| field.show(ui)).inner;
@@ -97,6 +112,7 @@ fn methods(ui: &mut Ui, ctx: &mut PanelContext<'_>, (iterated, unscented): (Meth
         Edit::Filter(FilterEdit::SmootherPasses(value.round().clamp(1.0, 100.0) as usize))
     });
     if let Method::Ukf { spread } = unscented {
+        turn(ui, narrow);
         ui.weak("Spread").on_hover_text("Unscented: distance of the sigma points from the mean");
         let spread = QuantityEdit::new("spread", spread).unit("σ", 1.0).per_point(0.01).allowed(0.1..=10.0);
         let edited = field(ui, method == unscented, spread);
@@ -112,6 +128,7 @@ fn methods(ui: &mut Ui, ctx: &mut PanelContext<'_>, (iterated, unscented): (Meth
             let max_iterations = value.round().clamp(1.0, 100.0) as usize;
             Edit::Filter(FilterEdit::Method(Method::Iekf { max_iterations, tolerance }))
         });
+        turn(ui, narrow);
         ui.weak("Tolerance").on_hover_text(
             "Iterated: converged when all state changes are below this fraction of the standard deviation",
         );

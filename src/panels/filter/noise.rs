@@ -95,7 +95,7 @@ fn observability(ctx: &PanelContext<'_>, ui: &mut Ui) {
             .on_hover_text("Number of unknown states that are observable at the middle of this manoeuvre");
         if !observability.hidden.is_empty() {
             let names: Vec<_> = observability.hidden.iter().map(|state| notation::state(*state)).collect();
-            let label = ui.label(RichText::new(format!("not observable: {}", names.join(" "))).color(palette.warning));
+            let label = ui.label(RichText::new(format!("not observable: {}", names.join(", "))).color(palette.warning));
             label.on_hover_text("Not observable in this manoeuvre: these states keep their initial values");
         }
         for weak in &observability.weak {

@@ -30,7 +30,7 @@ const MARK: f32 = 18.0;
 /// Height of a panel below which every row of the table counts.
 const LITTLE: f32 = 320.0;
 /// Width of the fields of times, and of the other columns; names are whole in theirs as long as those of the proposals are.
-const TIME: f32 = 72.0;
+const TIME: f32 = 74.0;
 const NAME: f32 = 118.0;
 const FLIGHT: f32 = 76.0;
 const FLAGS: f32 = 44.0;
@@ -185,6 +185,8 @@ impl Manoeuvres {
         let ends = [("start", start_s, end_s), ("end", end_s, start_s)];
         for (what, value, other) in ends.into_iter().take(if columns.end { 2 } else { 1 }) {
             row.col(|ui| {
+                // Six digits fit the column.
+                ui.spacing_mut().button_padding.x = 3.0;
                 let name = format!("{} {what}", window.name);
                 let edited = QuantityEdit::new(&name, value).per_point(per_point).decimals(3).wide(TIME).show(ui);
                 ctx.edit_quantity(edited, |value| {

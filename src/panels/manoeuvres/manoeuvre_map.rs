@@ -23,6 +23,8 @@ use crate::widgets::scatter::{Scatter, ScatterDone, ScatterMark, ScatterPlot, ho
 const RADIUS: [f32; 3] = [5.5, 3.5, 11.0];
 /// Width of the choices of quantities.
 const CHOICE: f32 = 176.0;
+/// Width of the choice of the size of marks: all three stand in one row of a narrow window.
+const SIZE_CHOICE: f32 = 132.0;
 /// Height of the plot over its width in a figure.
 const SHAPE: f64 = 0.6;
 /// Width of a figure, mm.
@@ -179,7 +181,7 @@ impl ManoeuvreMap {
             }
             ui.label("Size");
             let shown = self.size.map_or("equal".to_owned(), MapQuantity::title);
-            let combo = ComboBox::from_id_salt(("map", "size")).selected_text(shown).width(CHOICE).truncate();
+            let combo = ComboBox::from_id_salt(("map", "size")).selected_text(shown).width(SIZE_CHOICE).truncate();
             let combo = combo.show_ui(ui, |ui| {
                 ui.selectable_value(&mut self.size, None, "equal");
                 for choice in &rows.quantities {

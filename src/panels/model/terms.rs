@@ -14,7 +14,7 @@ use crate::notation;
 use crate::panels::model::coefficient_settings;
 use crate::panels::model::constraints;
 use crate::panels::model::term_effects;
-use crate::panels::{Pane, Panel, PanelContext, choices};
+use crate::panels::{Pane, Panel, PanelContext, break_before, choices};
 use crate::theme;
 use crate::ui_state::Scope;
 
@@ -59,6 +59,7 @@ pub struct Model {
 
 /// The choice of the weights of the residuals.
 fn residual_weights(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+    break_before(ui, &["Weights", "equal", "Huber", "GLS"]);
     ui.weak("Weights").on_hover_text(WEIGHTS_HINT);
     let mut weights = ctx.session.estimation.weights;
     let order = match weights {

@@ -21,6 +21,8 @@ use crate::widgets::term::column_title;
 /// Height of a row and width of a sparkline.
 const ROW: f32 = 22.0;
 const SHAPE: f32 = 96.0;
+/// Width of the table from which every role is named in full.
+const WIDE: f32 = 720.0;
 /// Points of a sparkline.
 const POINTS: usize = 64;
 /// Part of the height that the comparison has where something contradicts, and where nothing does.
@@ -73,15 +75,16 @@ impl Panel for Channels {
 
 impl Channels {
     fn table(&self, ctx: &PanelContext<'_>, ui: &mut Ui, level: impl Fn(Role) -> Option<Level>) {
+        let role = if ui.available_width() >= WIDE { 136.0 } else { 100.0 };
         TableBuilder::new(ui)
             .id_salt("channels of a flight")
             .striped(true)
             .auto_shrink(false)
             .cell_layout(Layout::left_to_right(Align::Center))
             .column(Column::exact(18.0))
-            .column(Column::exact(84.0).clip(true))
+            .column(Column::exact(role).clip(true))
             .column(Column::remainder().at_least(90.0).clip(true))
-            .columns(Column::exact(78.0), 2)
+            .columns(Column::exact(70.0), 2)
             .column(Column::exact(56.0))
             .column(Column::exact(54.0))
             .column(Column::exact(SHAPE + 6.0))

@@ -102,7 +102,7 @@ impl Report {
         caption(ui, "Notes");
         let mut notes = self.notes.clone().unwrap_or_else(|| ctx.session.report_notes.clone());
         let field = TextEdit::multiline(&mut notes).hint_text("Notes for the reader").desired_rows(3);
-        let field = ui.add(field.desired_width(f32::INFINITY));
+        let field = ui.add(field.desired_width(SECTIONS_WIDTH - 36.0));
         ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("notes of the report"));
         if field.lost_focus() {
             self.notes = None;
@@ -128,7 +128,7 @@ impl Report {
                 }
                 let typed = self.caption.take_if(|(of, _)| *of == at).map(|(_, typed)| typed);
                 let mut words = typed.unwrap_or_else(|| figure.caption.clone());
-                let field = ui.add(TextEdit::singleline(&mut words).desired_width(f32::INFINITY));
+                let field = ui.add(TextEdit::singleline(&mut words).desired_width(SECTIONS_WIDTH - 72.0));
                 let label = format!("caption of figure {}", at + 1);
                 ui.ctx().accesskit_node_builder(field.id, |node| node.set_label(label.as_str()));
                 if field.lost_focus() && words != figure.caption {

@@ -27,7 +27,7 @@ impl Panel for Log {
             .chain(aero.flat_map(|aero| &aero.warnings))
             .collect();
         if !findings.is_empty() {
-            egui::CollapsingHeader::new(format!("{} findings in the data", findings.len())).show(ui, |ui| {
+            egui::CollapsingHeader::new(format!("{} warnings in the data", findings.len())).show(ui, |ui| {
                 egui::ScrollArea::vertical().max_height(140.0).show(ui, |ui| {
                     for finding in findings {
                         ui.add(Label::new(RichText::new(finding).size(11.5).color(palette.warning)).wrap());

@@ -112,7 +112,7 @@ impl Panel for Summary {
             let bar = bar.size_range(LEAST_REASONS..=most);
             bar.show(ui, |ui| self.reasons(ctx, ui, &verdicts));
         } else {
-            let bar = Bar::bottom("reasons below").default_size(0.48 * room.y).size_range(90.0..=0.7 * room.y);
+            let bar = Bar::bottom("reasons below").default_size(0.4 * room.y).size_range(64.0..=0.7 * room.y);
             bar.show(ui, |ui| self.reasons(ctx, ui, &verdicts));
         }
         let ground = egui::Frame::new().inner_margin(egui::Margin { right: 6, ..Default::default() });

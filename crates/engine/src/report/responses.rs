@@ -66,6 +66,11 @@ pub struct SystemRow {
     /// Upper end.
     #[serde(serialize_with = "where_finite")]
     pub high: f64,
+    /// Cost of the mismatch of the system and the response: up to 100 is a good fit.
+    #[serde(serialize_with = "where_finite")]
+    pub cost: f64,
+    /// Level of the verdict on the system.
+    pub verdict: &'static str,
     /// Why the system is missing.
     pub error: Option<String>,
 }
@@ -111,6 +116,8 @@ fn system_rows(study: &ResponseStudy, system: &EquivalentStudy) -> Vec<SystemRow
         standard_error: parameter.standard_error,
         low: parameter.low,
         high: parameter.high,
+        cost: system.mismatch.cost,
+        verdict: system.verdict.level.name(),
         error: None,
     };
     parameters.map(row).collect()
@@ -135,6 +142,8 @@ pub(super) fn flight_rows(found: &FlightResponses) -> (Vec<ResponseRow>, Vec<Sys
                 standard_error: f64::NAN,
                 low: f64::NAN,
                 high: f64::NAN,
+                cost: f64::NAN,
+                verdict: "",
                 error: Some(error.to_string()),
             }),
         }

@@ -41,6 +41,15 @@ pub struct LoadedFlight {
     pub stalls: Vec<Stall>,
 }
 
+impl LoadedFlight {
+    /// The flight with the stalls of its recorders found.
+    #[must_use]
+    pub fn with_stalls(mut self) -> Self {
+        self.stalls = find_stalls(&self);
+        self
+    }
+}
+
 impl Footprint for LoadedFlight {
     fn bytes(&self) -> usize {
         self.recording.channels.iter().map(|channel| channel.series.values.len() * 16 + 200).sum()
@@ -69,14 +78,11 @@ impl Stage for LoadedFlight {
     const NAME: &'static str = "flight";
 
     fn run(flight: &Flight, (): (), context: &Context<'_>) -> StageResult<Self> {
-        let mut loaded = if flight.expressions.is_empty() {
-            align_flight(context, &*context.get::<ReadFlight>(&flight.recordings, ())?, flight)?
-        } else {
-            let without = Flight { expressions: Vec::new(), ..flight.clone() };
-            add_expressions(&*context.get::<Self>(&without, ())?, &flight.expressions)?
-        };
-        loaded.stalls = find_stalls(&loaded);
-        Ok(loaded)
+        if flight.expressions.is_empty() {
+            return align_flight(context, &*context.get::<ReadFlight>(&flight.recordings, ())?, flight);
+        }
+        let without = Flight { expressions: Vec::new(), ..flight.clone() };
+        add_expressions(&*context.get::<Self>(&without, ())?, &flight.expressions)
     }
 }
 
@@ -140,7 +146,7 @@ pub fn align_flight(context: &Context<'_>, read: &LoadedFlight, flight: &Flight)
     add_airspeed(&mut recording);
     let treated = join_treatments(held, treat_signals(&mut recording, &flight.signals)?);
     let (hashes, utc_start_s) = (read.hashes.clone(), read.utc_start_s);
-    Ok(LoadedFlight {
+    let loaded = LoadedFlight {
         recording,
         hashes,
         clocks,
@@ -150,7 +156,8 @@ pub fn align_flight(context: &Context<'_>, read: &LoadedFlight, flight: &Flight)
         stated_noise,
         findings,
         stalls: Vec::new(),
-    })
+    };
+    Ok(loaded.with_stalls())
 }
 
 /// What was done to signals by two steps, one row per role that begins at its recorded channel.

@@ -142,7 +142,7 @@ pub fn fly_and_judge(
     snapshot.pooled = pooled.into();
     let physics = stage::physics_of(&recording, "as flown");
     snapshot.physics.insert(scenario.name.to_owned(), physics.into());
-    let flight = LoadedFlight { recording, ..LoadedFlight::default() };
+    let flight = LoadedFlight { recording, ..LoadedFlight::default() }.with_stalls();
     snapshot.flights.insert(scenario.name.to_owned(), flight.into());
     drop(formed);
     snapshot.verdicts = judge(&session, &snapshot).into();

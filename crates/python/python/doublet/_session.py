@@ -205,7 +205,7 @@ class Session(Replayed[_doublet.Session]):
 
     def __repr__(self) -> str:
         all_ = self.to_dict()
-        return f"<doublet.Session '{all_.get('title', '')}': {len(all_.get('flight', []))} flights, {len(all_.get('window', []))} windows>"
+        return f"<doublet.Session '{all_.get('title', '')}': {len(all_.get('flight', []))} flights, {len(all_.get('manoeuvre', []))} manoeuvres>"
 
     def _repr_html_(self) -> str:
         content = self.to_dict()

@@ -8,8 +8,8 @@ __all__ = [
     "Answer", "aircraft_list", "aircraft_new", "aircraft_show", "batch", "calibrate", "campaign", "check", "checks", "compare",
     "compatibility", "completions", "coverage", "datcom", "debrief", "design", "diff", "engine", "enough", "equations",
     "export", "fidelity", "fix", "fmu", "help", "inspect", "lags", "linear", "live", "loes", "man", "manoeuvres", "map",
-    "match", "modes", "monte_carlo", "new", "prior", "propagate", "propose_noise", "propose_onsets", "propose_steady",
-    "propose_windows", "qtg", "qualities", "regress", "report", "response", "run", "schema", "sensitivity", "simulate",
+    "match", "modes", "monte_carlo", "new", "prior", "propagate", "propose_manoeuvres", "propose_noise", "propose_onsets",
+    "propose_steady", "qtg", "qualities", "regress", "report", "response", "run", "schema", "sensitivity", "simulate",
     "structure", "tune", "variants", "weigh",
 ]
 
@@ -37,9 +37,10 @@ def run(
     recordings: bool = ..., strict: bool = ..., verbose: bool = ...,
 ) -> Answer: ...
 def report(
-    session: Input, *, out: Optional[Input] = ..., format: Optional[Many] = ..., sections: Optional[Many] = ..., no_appendix:
-    bool = ..., prior: Optional[Input] = ..., class_: Optional[Literal["I", "II", "II-L", "II-C", "III", "IV"]] = ..., category:
-    Optional[Literal["A", "B", "C"]] = ..., stick_delay: Optional[Input] = ..., aileron: Optional[Input] = ...,
+    session: Input, *, out: Optional[Input] = ..., format: Optional[Many] = ..., sections: Optional[Many] = ..., style:
+    Optional[Input] = ..., no_appendix: bool = ..., prior: Optional[Input] = ..., class_: Optional[Literal["I", "II", "II-L",
+    "II-C", "III", "IV"]] = ..., category: Optional[Literal["A", "B", "C"]] = ..., stick_delay: Optional[Input] = ..., aileron:
+    Optional[Input] = ...,
 ) -> Answer: ...
 def sensitivity(session: Input, *, out: Optional[Input] = ...) -> Answer: ...
 def manoeuvres(session: Input, *, out: Optional[Input] = ...) -> Answer: ...
@@ -53,8 +54,9 @@ def live(
     for_: Optional[Input] = ...,
 ) -> Answer: ...
 def compatibility(
-    session: Input, *, free: Optional[Many] = ..., per_window: Optional[Many] = ..., outputs: Optional[Many] = ..., wind: bool =
-    ..., method: Optional[Literal["output-error", "filter-error"]] = ..., windows: Optional[Many] = ..., take: bool = ...,
+    session: Input, *, free: Optional[Many] = ..., per_manoeuvre: Optional[Many] = ..., outputs: Optional[Many] = ..., wind:
+    bool = ..., method: Optional[Literal["output-error", "filter-error"]] = ..., manoeuvres: Optional[Many] = ..., take: bool =
+    ...,
 ) -> Answer: ...
 def structure(
     session: Input, *, method: Optional[Literal["stepwise", "orthogonal"]] = ..., terms: Optional[Many] = ...,
@@ -69,12 +71,12 @@ def equations(
     ...,
 ) -> Answer: ...
 def response(
-    source: Input, *, input: Input, output: Input, windows: Optional[Many] = ..., band: Optional[Input] = ..., window_length:
+    source: Input, *, input: Input, output: Input, manoeuvres: Optional[Many] = ..., band: Optional[Input] = ..., window_length:
     Optional[Many] = ..., overlap: Optional[Input] = ..., points: Optional[Input] = ..., dt: Optional[Input] = ..., out:
     Optional[Input] = ..., figure: Optional[Input] = ...,
 ) -> Answer: ...
 def loes(
-    source: Input, *, input: Input, output: Input, form: Input, windows: Optional[Many] = ..., band: Optional[Input] = ...,
+    source: Input, *, input: Input, output: Input, form: Input, manoeuvres: Optional[Many] = ..., band: Optional[Input] = ...,
     window_length: Optional[Many] = ..., overlap: Optional[Input] = ..., points: Optional[Input] = ..., dt: Optional[Input] =
     ..., out: Optional[Input] = ..., figure: Optional[Input] = ..., method: Optional[Literal["output-error", "coherence"]] =
     ..., delay: Optional[Input] = ..., limits: Optional[Input] = ..., class_: Optional[Literal["I", "II", "II-L", "II-C", "III",
@@ -88,16 +90,19 @@ def monte_carlo(
 ) -> Answer: ...
 def compare(session: Input, *, with_: Optional[Many] = ..., output: Optional[Input] = ...) -> Answer: ...
 def fix(session: Input, *, most: Optional[Input] = ..., apply: Optional[Many] = ..., output: Optional[Input] = ...) -> Answer: ...
-def propose_windows(session: Input, *, apply: bool = ..., least_dynamic_pressure: Optional[Input] = ...) -> Answer: ...
+def propose_manoeuvres(session: Input, *, apply: bool = ..., least_dynamic_pressure: Optional[Input] = ...) -> Answer: ...
 def propose_steady(session: Input, *, apply: bool = ..., least_dynamic_pressure: Optional[Input] = ...) -> Answer: ...
 def propose_onsets(session: Input, *, apply: bool = ..., least_dynamic_pressure: Optional[Input] = ...) -> Answer: ...
 def propose_noise(session: Input, *, apply: bool = ..., least_dynamic_pressure: Optional[Input] = ...) -> Answer: ...
 def match(session: Input, *, tolerances: Optional[Input] = ..., percent: Optional[Literal["range", "sample"]] = ...) -> Answer: ...
-def qtg(session: Input, *, tests: Input, out: Input, format: Optional[Many] = ...) -> Answer: ...
+def qtg(
+    session: Input, *, tests: Input, out: Input, constants: Optional[Literal["identification", "refit"]] = ..., format:
+    Optional[Many] = ...,
+) -> Answer: ...
 def fmu(
     session: Input, *, out: Input, airspeed: Optional[Input] = ..., altitude: Optional[Input] = ..., gamma: Optional[Input] =
     ..., load_factor: Optional[Input] = ..., pull_up: bool = ..., mass: Optional[Input] = ..., cg: Optional[Input] = ..., fuel:
-    Optional[Input] = ..., window: Optional[Input] = ..., samples: Optional[Input] = ..., seed: Optional[Input] = ...,
+    Optional[Input] = ..., manoeuvre: Optional[Input] = ..., samples: Optional[Input] = ..., seed: Optional[Input] = ...,
 ) -> Answer: ...
 def prior(
     session: Input, *, prior: Input, relative: Optional[Input] = ..., alpha_deg: Optional[Input] = ..., aircraft:
@@ -106,20 +111,20 @@ def prior(
 def linear(
     session: Input, *, airspeed: Optional[Input] = ..., altitude: Optional[Input] = ..., gamma: Optional[Input] = ...,
     load_factor: Optional[Input] = ..., pull_up: bool = ..., mass: Optional[Input] = ..., cg: Optional[Input] = ..., fuel:
-    Optional[Input] = ..., window: Optional[Input] = ..., samples: Optional[Input] = ..., seed: Optional[Input] = ..., out:
+    Optional[Input] = ..., manoeuvre: Optional[Input] = ..., samples: Optional[Input] = ..., seed: Optional[Input] = ..., out:
     Optional[Input] = ...,
 ) -> Answer: ...
 def modes(
     session: Input, *, airspeed: Optional[Input] = ..., altitude: Optional[Input] = ..., gamma: Optional[Input] = ...,
     load_factor: Optional[Input] = ..., pull_up: bool = ..., mass: Optional[Input] = ..., cg: Optional[Input] = ..., fuel:
-    Optional[Input] = ..., window: Optional[Input] = ..., samples: Optional[Input] = ..., seed: Optional[Input] = ..., locus:
+    Optional[Input] = ..., manoeuvre: Optional[Input] = ..., samples: Optional[Input] = ..., seed: Optional[Input] = ..., locus:
     Optional[Input] = ...,
 ) -> Answer: ...
 def qualities(
     session: Input, *, airspeed: Optional[Input] = ..., altitude: Optional[Input] = ..., gamma: Optional[Input] = ...,
     load_factor: Optional[Input] = ..., pull_up: bool = ..., mass: Optional[Input] = ..., cg: Optional[Input] = ..., fuel:
-    Optional[Input] = ..., window: Optional[Input] = ..., samples: Optional[Input] = ..., seed: Optional[Input] = ..., class_:
-    Optional[Literal["I", "II", "II-L", "II-C", "III", "IV"]] = ..., category: Optional[Literal["A", "B", "C"]] = ...,
+    Optional[Input] = ..., manoeuvre: Optional[Input] = ..., samples: Optional[Input] = ..., seed: Optional[Input] = ...,
+    class_: Optional[Literal["I", "II", "II-L", "II-C", "III", "IV"]] = ..., category: Optional[Literal["A", "B", "C"]] = ...,
     stick_delay: Optional[Input] = ..., aileron: Optional[Input] = ...,
 ) -> Answer: ...
 def design(
@@ -166,7 +171,7 @@ def engine(
     Optional[Input] = ..., thesis_density: bool = ...,
 ) -> Answer: ...
 def tune(
-    session: Input, *, windows: Optional[Many] = ..., method: Optional[Literal["quasi-newton", "em"]] = ..., steps:
+    session: Input, *, manoeuvres: Optional[Many] = ..., method: Optional[Literal["quasi-newton", "em"]] = ..., steps:
     Optional[Input] = ..., delay: Optional[Many] = ..., range: Optional[Input] = ...,
 ) -> Answer: ...
 def datcom(

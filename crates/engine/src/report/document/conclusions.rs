@@ -47,9 +47,9 @@ fn usable(contents: &Contents<'_>) -> Vec<Block> {
     };
     let mut lines = Vec::new();
     for (wanted, words) in [
-        (Level::Good, "The derivatives can be used as stated"),
-        (Level::Caution, "The derivatives can be used with the cautions below"),
-        (Level::Bad, "The derivatives must not be used without the fixes above"),
+        (Level::Good, "derivatives can be used as stated"),
+        (Level::Caution, "derivatives can be used with the cautions below"),
+        (Level::Bad, "derivatives must not be used without the fixes above"),
     ] {
         let names = named(wanted);
         if !names.is_empty() {

@@ -17,32 +17,45 @@ const AXES: [(&str, &str); 2] = [("V", "m/s"), ("h", "m")];
 const LINES: &str = "manoeuvres with 95 % interval, and the regression at the mean of the other variable.";
 /// Figures there is room for.
 const PANELS: usize = 9;
-/// Slope over its standard error from which on a derivative depends on the condition.
-const SIGNIFICANT: f64 = 2.0;
+/// Slope over its standard error from which on a derivative depends on the condition: some twenty derivatives over two variables are tested, and
+/// at 2 one or two of them would seem to.
+const SIGNIFICANT: f64 = 3.0;
+/// Span of the mean airspeeds, over their mean, below which slopes over airspeed are not shown.
+const LEAST_AIRSPEED_SPAN: f64 = 0.05;
+/// Span of the mean altitudes, m, below which slopes over altitude are not shown: the air density changes by 1 % in it.
+const LEAST_ALTITUDE_SPAN_M: f64 = 100.0;
 
-/// Slopes over airspeed and altitude with the derivatives that depend on them; in the appendix every derivative over both.
+/// The derivatives that depend on airspeed or altitude, as far as these were varied; in the appendix slopes and figures of every derivative.
 pub fn condition(contents: &Contents<'_>) -> Parts {
     let table = slopes(&contents.results.studies.conditions);
-    if table.rows.is_empty() {
-        return Parts::default();
-    }
-    let mut blocks = vec![
-        paragraph(
-            "Weighted regression of the single-manoeuvre estimates on mean true airspeed V and altitude h. Scatter above 1 means that the manoeuvres differ by more than their errors and the slopes explain.",
-        ),
-        Block::Table(table),
-    ];
     let study = contents.snapshot.studies.manoeuvres.ready();
     let all = study.iter().flat_map(|study| &study.conditions);
     let all: Vec<&ConditionRegression> = all.filter(|found| found.variables.join(" ") == VARIABLES).collect();
+    let spans: Vec<[f64; 2]> = (0..AXES.len()).filter_map(|index| flown(&all, index)).collect();
+    let [airspeed, altitude] = spans[..] else { return Parts::default() };
+    let is_varied = [
+        airspeed[1] - airspeed[0] >= LEAST_AIRSPEED_SPAN * 0.5 * (airspeed[0] + airspeed[1]),
+        altitude[1] - altitude[0] >= LEAST_ALTITUDE_SPAN_M,
+    ];
+    let [[slowest, fastest], [lowest, highest]] = [airspeed, altitude];
+    let mut body = vec![Block::Paragraph(format!(
+        "The manoeuvres were flown at {slowest:.1} to {fastest:.1} m/s true airspeed and {lowest:.0} to {highest:.0} m altitude."
+    ))];
+    if is_varied == [false, false] {
+        body.push(paragraph(
+            "These ranges are too narrow to show how the derivatives depend on airspeed and altitude.",
+        ));
+        return Parts { body, appendix: Vec::new() };
+    }
     let depends = |found: &ConditionRegression| {
-        (0..AXES.len()).filter(|index| depends_on(found, *index)).map(|index| panel(found, index)).collect::<Vec<_>>()
+        let indices = (0..AXES.len()).filter(|index| is_varied[*index] && depends_on(found, *index));
+        indices.map(|index| panel(found, index)).collect::<Vec<_>>()
     };
     let panels: Vec<Panel> = all.iter().flat_map(|found| depends(found)).take(PANELS).collect();
     if panels.is_empty() {
-        blocks.push(paragraph("No derivative depends significantly on airspeed or altitude."));
+        body.push(paragraph("No derivative depends significantly on them."));
     } else {
-        blocks.push(Block::Figure(Figure {
+        body.push(Block::Figure(Figure {
             name: "condition".to_owned(),
             caption: format!("Derivatives that depend on airspeed or altitude: {LINES}"),
             columns: 3,
@@ -50,20 +63,34 @@ pub fn condition(contents: &Contents<'_>) -> Parts {
             panels,
         }));
     }
-    Parts { body: blocks, appendix: each(contents, &all) }
+    let mut appendix = vec![
+        paragraph(
+            "Weighted regression of the single-manoeuvre estimates on mean true airspeed V and altitude h. Scatter above 1 means that the manoeuvres differ by more than their errors and the slopes explain.",
+        ),
+        Block::Table(table),
+    ];
+    appendix.extend(each(contents, &all, is_varied));
+    Parts { body, appendix }
 }
 
-/// A figure per coefficient with each of its derivatives over airspeed and altitude.
-fn each(contents: &Contents<'_>, all: &[&ConditionRegression]) -> Vec<Block> {
+/// Smallest and largest mean of a variable of the condition over the manoeuvres; none where no derivative has several.
+fn flown(all: &[&ConditionRegression], index: usize) -> Option<[f64; 2]> {
+    let at = all.iter().flat_map(|found| &found.points).filter_map(|(_, point)| point.condition.get(index).copied());
+    at.fold(None, |ends: Option<[f64; 2]>, at| Some(ends.map_or([at; 2], |[low, high]| [low.min(at), high.max(at)])))
+}
+
+/// A figure per coefficient with each of its derivatives over the variables that were varied.
+fn each(contents: &Contents<'_>, all: &[&ConditionRegression], is_varied: [bool; 2]) -> Vec<Block> {
     let figure = |(coefficient, terms): &(Coefficient, Vec<Term>)| {
         let names: Vec<String> = terms.iter().map(|term| term.derivative_name(*coefficient)).collect();
         let own = all.iter().filter(|found| names.contains(&found.derivative));
-        let panels: Vec<Panel> = own.flat_map(|found| (0..AXES.len()).map(|index| panel(found, index))).collect();
+        let varied = || (0..AXES.len()).filter(|index| is_varied[*index]);
+        let panels: Vec<Panel> = own.flat_map(|found| varied().map(|index| panel(found, index))).collect();
         let name = coefficient.name();
         (!panels.is_empty()).then(|| {
             Block::Figure(Figure {
                 name: format!("condition {name}"),
-                caption: format!("Derivatives of {name} over airspeed and altitude: {LINES}"),
+                caption: format!("Derivatives of {name} over the flight condition: {LINES}"),
                 columns: 4,
                 panel_height_mm: 22.0,
                 panels,

@@ -16,7 +16,9 @@ use crate::verdict::{self, Level};
 const STEPS: usize = 4;
 
 /// The derivatives that matter, with what each is.
-const PRINCIPAL: [(&str, &str); 17] = [
+const PRINCIPAL: [(&str, &str); 19] = [
+    ("CD_alpha", "drag with angle of attack"),
+    ("CX_alpha", "axial force with angle of attack"),
     ("CL_alpha", "lift with angle of attack"),
     ("CL_delta_e", "lift of the elevator"),
     ("CZ_alpha", "normal force with angle of attack"),
@@ -56,8 +58,7 @@ pub fn cover(contents: &Contents<'_>) -> Vec<Block> {
     blocks.extend(verdict.map(|found| Block::Outcome(found.session.level, format!("Verdict {}", found.headline()))));
     let answer = answer(contents);
     blocks.extend((!answer.rows.is_empty()).then_some(Block::Table(answer)));
-    blocks.extend(levels(contents));
-    blocks.push(facts_of(summary(contents)));
+    blocks.push(facts_of(levels(contents).into_iter().chain(summary(contents)).collect()));
     let next = next_steps(contents);
     if !next.is_empty() {
         blocks.extend([Block::Heading("Next steps".to_owned()), Block::List(next)]);
@@ -118,7 +119,7 @@ fn answer(contents: &Contents<'_>) -> Table {
 }
 
 /// Levels of flying qualities that count, the worst first.
-fn levels(contents: &Contents<'_>) -> Option<Block> {
+fn levels<'a>(contents: &Contents<'_>) -> Option<(&'a str, String)> {
     let qualities = &contents.results.dynamics.as_ref()?.qualities;
     let share = |row: &QualityRow| row.probabilities.map(|shares| 100.0 * shares[0]);
     let mut rows: Vec<&QualityRow> =
@@ -126,15 +127,19 @@ fn levels(contents: &Contents<'_>) -> Option<Block> {
     rows.sort_by(|a, b| share(a).unwrap_or(0.0).total_cmp(&share(b).unwrap_or(0.0)));
     let parts = rows.iter().map(|row| {
         let share = share(row).unwrap_or(0.0);
-        format!("{} {} ({} % Level 1)", row.criterion.replace('_', " "), row.level, significant(share, 3))
+        format!("{} {} ({} %)", row.criterion.replace('_', " "), row.level, significant(share, 3))
     });
     let parts: Vec<String> = parts.collect();
     let overall = qualities.level.unwrap_or("not judged");
     let extent = qualities.extent();
     let (class, category) = (qualities.class, qualities.category);
     let standard = format!("{}, class {class}, category {category}: {overall}, {extent}", qualities.standard);
-    let of_parts = if parts.is_empty() { String::new() } else { format!(". {}", parts.join("; ")) };
-    Some(facts_of(vec![("Flying qualities", format!("{standard}{of_parts}."))]))
+    let of_parts = if parts.is_empty() {
+        String::new()
+    } else {
+        format!(". Criteria, with the probability of Level 1: {}", parts.join("; "))
+    };
+    Some(("Flying qualities", format!("{standard}{of_parts}.")))
 }
 
 /// Fixes of the worst findings.
@@ -142,9 +147,9 @@ pub(super) fn next_steps(contents: &Contents<'_>) -> Vec<String> {
     let found = verdict::folded(contents.session, contents.snapshot);
     let mut steps: Vec<String> = Vec::new();
     for line in found.iter().filter(|line| line.level > Level::Good && !line.fix.is_empty()) {
-        let step = format!("{} ({}: {})", sentence(&line.fix), line.level.name(), line.place);
-        if steps.len() < STEPS && !steps.iter().any(|known| known.starts_with(&sentence(&line.fix))) {
-            steps.push(step);
+        let fix = sentence(&line.fix);
+        if steps.len() < STEPS && !steps.iter().any(|known| known.contains(&fix)) {
+            steps.push(format!("{}: {fix} ({})", line.place, line.level.name()));
         }
     }
     steps

@@ -87,7 +87,9 @@ fn regressors(contents: &Contents<'_>) -> Option<Block> {
             full_scale: 1.0,
         })
     };
-    let panels: Vec<Panel> = contents.results.regressor_correlation.iter().map(matrix).collect();
+    // A single regressor has nothing to be correlated with.
+    let several = contents.results.regressor_correlation.iter().filter(|row| row.derivatives.len() > 1);
+    let panels: Vec<Panel> = several.map(matrix).collect();
     (!panels.is_empty()).then(|| {
         Block::Figure(Figure {
             name: "regressors".to_owned(),
@@ -245,16 +247,16 @@ fn scatter(contents: &Contents<'_>, summary: &DerivativeSummaryRow) -> Panel {
         points: points.collect(),
     });
     let label = notation::derivative(&summary.name);
-    Panel::Plot(Plot { x: Axis::new("window", ""), y: Axis::new(label, ""), marks })
+    Panel::Plot(Plot { x: Axis::new("manoeuvre", ""), y: Axis::new(label, ""), marks })
 }
 
 /// What each coefficient depends on that no flight shows wrong, and its derivative that the position of the accelerometers changes most.
 fn stated_values(contents: &Contents<'_>) -> Table {
     let rows =
         contents.results.pooled.iter().filter_map(|fit| Some((fit, fit.follows.as_ref()?, fit.find_most_moved())));
-    let caption = "Stated values that no flight can show wrong. Derivatives are proportional to the mass or inertia, \
-                   control derivatives also inversely to the deflection. The last columns: largest change of a significant \
-                   derivative for accelerometers stated 0.1 m further along one axis.";
+    let caption = "Stated values that flight data cannot verify. Derivatives are proportional to the mass or inertia, \
+                   control derivatives also to the inverse of the deflection. Last columns: largest change of a significant \
+                   derivative if the accelerometers are 0.1 m further along one axis.";
     TableOf::new("stated_values", caption, rows)
         .symbol("coefficient", "Coefficient", |(fit, ..)| fit.coefficient)
         .text("quantity", "Proportional to", |(_, follows, _)| follows.quantity)

@@ -17,9 +17,47 @@ const BY_ROW: [(&str, &[&str]); 5] = [
 /// The block with angles in degrees and angular rates in degrees per second where it is a table, and entries of noise by their symbols.
 pub fn shown(block: Block) -> Block {
     match block {
-        Block::Table(table) => Block::Table(with_symbols(in_degrees(table))),
+        Block::Table(table) => Block::Table(without_empty_columns(with_powers(with_symbols(in_degrees(table))))),
         other => other,
     }
+}
+
+/// The columns in which at least one row has something; all of a table without rows.
+fn without_empty_columns(table: Table) -> Table {
+    if table.rows.is_empty() {
+        return table;
+    }
+    let has_contents = |index: usize| table.rows.iter().any(|row| !is_empty(&row[index]));
+    let filled: Vec<bool> = (0..table.columns.len()).map(has_contents).collect();
+    let columns = table.columns.into_iter().zip(&filled).filter(|(_, filled)| **filled).map(|(column, _)| column);
+    let of_row = |row: Vec<Cell>| -> Vec<Cell> {
+        row.into_iter().zip(&filled).filter(|(_, filled)| **filled).map(|(cell, _)| cell).collect()
+    };
+    Table {
+        name: table.name,
+        caption: table.caption,
+        columns: columns.collect(),
+        rows: table.rows.into_iter().map(of_row).collect(),
+    }
+}
+
+fn is_empty(cell: &Cell) -> bool {
+    match cell {
+        Cell::Empty => true,
+        Cell::Text(text) => text.is_empty(),
+        _ => false,
+    }
+}
+
+/// Powers in the column of units as they are printed.
+fn with_powers(mut table: Table) -> Table {
+    let Some(unit) = table.columns.iter().position(|column| column.key == "unit") else { return table };
+    for row in &mut table.rows {
+        if let Cell::Text(text) = &mut row[unit] {
+            *text = text.replace("kg m2", "kg m²").replace("^2", "²").replace("^3", "³");
+        }
+    }
+    table
 }
 
 fn with_symbols(mut table: Table) -> Table {
@@ -96,6 +134,11 @@ mod tests {
         let degrees = 180.0 / std::f64::consts::PI;
         assert_eq!(found.rows[0], [Cell::text("deg/s"), number(0.5 * degrees), number(degrees), number(2.0)]);
         assert_eq!(found.rows[1], [Cell::text("m/s²"), number(0.5), Cell::Empty, number(2.0)]);
+        // A column without contents is left out.
+        assert_eq!(without_empty_columns(found.clone()).columns.len(), 4);
+        let second = Table { rows: found.rows[1..].to_vec(), ..found.clone() };
+        let keys: Vec<String> = without_empty_columns(second).columns.into_iter().map(|column| column.key).collect();
+        assert_eq!(keys, ["unit", "mean", "other"]);
         // A unit column of a table that states no values in it is left as it is.
         let channels = Table { name: "channels".into(), ..found };
         assert_eq!(in_degrees(channels.clone()).rows, channels.rows);

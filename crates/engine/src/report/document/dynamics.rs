@@ -12,7 +12,7 @@ use crate::study::DynamicsStudy;
 /// Points of an ellipse.
 const OUTLINE: usize = 73;
 /// Height of a figure, mm.
-const HEIGHT_MM: f64 = 75.0;
+const HEIGHT_MM: f64 = 50.0;
 
 /// Linear model, modes and levels.
 pub fn dynamics(contents: &Contents<'_>) -> Parts {
@@ -112,16 +112,16 @@ fn modes(row: &DynamicsRow) -> Table {
         columns: vec![
             Column::new("mode", "Mode"),
             Column::number("real", "Real", "1/s", 3),
-            Column::number("real_error", "+-", "1/s", 2),
+            Column::number("real_error", "±", "1/s", 2),
             Column::number("frequency", "Frequency", "rad/s", 4),
-            Column::number("frequency_error", "+-", "rad/s", 2),
+            Column::number("frequency_error", "±", "rad/s", 2),
             Column::number("damping", "Damping", "", 3),
-            Column::number("damping_error", "+-", "", 2),
+            Column::number("damping_error", "±", "", 2),
             Column::number("period", "Period", "s", 3),
             Column::number("half", "Half", "s", 3),
             Column::number("double", "Double", "s", 3),
-            Column::number("low", "95 % low", "rad/s or 1/s", 4),
-            Column::number("high", "high", "rad/s or 1/s", 4),
+            Column::number("low", "95 % from", "", 4),
+            Column::number("high", "to", "", 4),
         ],
         rows: row.modes.iter().map(cells).collect(),
     }
@@ -232,7 +232,7 @@ fn anticipation(study: &DynamicsStudy) -> Option<Figure> {
         panel_height_mm: HEIGHT_MM,
         panels: vec![Panel::Plot(Plot {
             x: axis("short-period damping", "", ranges[0], across),
-            y: axis("CAP", "rad/s^2/g", ranges[1], up),
+            y: axis("CAP", "rad/s²/g", ranges[1], up),
             marks,
         })],
     })

@@ -145,7 +145,7 @@ pub(crate) fn wind_and_bias(contents: &Contents<'_>) -> Vec<Block> {
             points: points.collect(),
         });
         let label = spread.quantity.replace('_', " ");
-        panels.push(Panel::Plot(Plot { x: Axis::new("window", ""), y: Axis::new(label, unit), marks }));
+        panels.push(Panel::Plot(Plot { x: Axis::new("manoeuvre", ""), y: Axis::new(label, unit), marks }));
     }
     if !panels.is_empty() {
         blocks.push(Block::Figure(Figure {

@@ -6,6 +6,7 @@ use crate::notation;
 use crate::report::responses::SystemRow;
 use crate::report::table::{Cell, Column, Table, TableOf};
 use crate::study::SurfaceResponse;
+use crate::verdict::Level;
 
 /// A Bode plot for each control with its equivalent system, and the parameters of all.
 pub fn responses(contents: &Contents<'_>) -> Vec<Block> {
@@ -14,15 +15,21 @@ pub fn responses(contents: &Contents<'_>) -> Vec<Block> {
     };
     let mut blocks = vec![paragraph(
         "Responses of the rates to the controls over all single-control manoeuvres: composites of several spectral window lengths, with 95 % bars of the random error. The low-order equivalent systems are fitted to the transforms of the records \
-         by output error; intervals hold 95 %. Points of low coherence are omitted. The identified model is linearised at the median condition of the manoeuvres.",
+         by output error; intervals hold 95 %. A mismatch cost (Tischler and Remple, chapter 11) above 50 means that the form does not fit well. Points of low coherence are omitted. The identified model is linearised at the median condition of the manoeuvres.",
     )];
-    blocks.extend(found.surfaces.iter().filter_map(surface_figure).map(Block::Figure));
+    let side_by_side = |figure: Figure| Block::Figure(Figure { columns: 3, panel_height_mm: 38.0, ..figure });
+    blocks.extend(found.surfaces.iter().filter_map(surface_figure).map(side_by_side));
     let systems = &contents.results.studies.equivalent_systems;
     blocks.push(Block::Table(parameters(systems.iter().filter(|row| row.error.is_none()))));
     let failed = systems.iter().filter_map(|row| Some(format!("{}: {}", row.input, row.error.as_ref()?)));
-    let failed: Vec<String> = failed.collect();
-    if !failed.is_empty() {
-        blocks.push(Block::List(failed));
+    let judged = found.surfaces.iter().filter_map(|surface| Some((surface, surface.system.as_ref().ok()?)));
+    let doubted = judged.flat_map(|(surface, system)| {
+        let reasons = system.verdict.reasons.iter().filter(|reason| reason.level > Level::Good);
+        reasons.map(|reason| format!("{}: {}", surface.surface.role().name(), reason.text))
+    });
+    let listed: Vec<String> = failed.chain(doubted).collect();
+    if !listed.is_empty() {
+        blocks.push(Block::List(listed));
     }
     blocks
 }
@@ -51,5 +58,7 @@ fn parameters<'r>(rows: impl Iterator<Item = &'r SystemRow>) -> Table {
         .number("standard_error", "Std error", "", 2, |row| row.standard_error)
         .number("low", "Low", "", 4, |row| row.low)
         .number("high", "High", "", 4, |row| row.high)
+        .number("cost", "Mismatch cost", "", 2, |row| row.cost)
+        .text("verdict", "Verdict", |row| row.verdict)
         .done()
 }

@@ -2,7 +2,7 @@
 
 use super::{Block, Contents, Parts, paragraph};
 use crate::notation;
-use crate::report::studies::{SensitivityRow, StudyResults, TotalErrorRow};
+use crate::report::studies::{SensitivityRow, StudyResults, TornadoRow, TotalErrorRow};
 use crate::report::table::{Cell, Column, Table, TableOf};
 
 /// Change of the estimate, per cent, that rounding alone can cause.
@@ -17,7 +17,7 @@ pub fn sensitivity(contents: &Contents<'_>) -> Parts {
     let mut blocks = vec![paragraph(
         "Change of each pooled derivative per unit of an input quantity, by central difference. The total error combines the corrected standard error with the change by one step of every quantity, assuming an error of one step in each. A step is not the accuracy of its quantity.",
     )];
-    let mut appendix = Vec::new();
+    let mut appendix = vec![Block::Table(widest_table(study))];
     for (group, partials) in sensitivity_tables(study) {
         let (table, unmoved) = moved(partials);
         appendix.extend((!table.rows.is_empty()).then_some(Block::Table(table)));
@@ -26,10 +26,9 @@ pub fn sensitivity(contents: &Contents<'_>) -> Parts {
             appendix.push(Block::Paragraph(format!("Not changed by {group}: {}.", names.join(", "))));
         }
     }
-    blocks.push(Block::Table(widest_table(study)));
-    blocks.push(Block::Table(quantities(&study.sensitivity)));
-    let totals = total_errors(&study.total_errors);
+    let totals = total_errors(study);
     blocks.extend((!totals.rows.is_empty()).then_some(Block::Table(totals)));
+    blocks.push(Block::Table(quantities(&study.sensitivity)));
     Parts { body: blocks, appendix }
 }
 
@@ -53,15 +52,21 @@ pub fn widest_table(study: &StudyResults) -> Table {
         .done()
 }
 
-fn total_errors(rows: &[TotalErrorRow]) -> Table {
-    let caption =
-        "Total error of each derivative: by noise (corrected standard error), by one step of every quantity, and both.";
-    TableOf::new("total_errors", caption, rows.iter().filter(|row| !row.derivative.ends_with("_0")))
-        .symbol("derivative", "Derivative", |row| &row.derivative)
-        .number("estimate", "Estimate", "", 4, |row| row.estimate)
-        .number("standard_error", "Std error", "", 2, |row| row.standard_error)
-        .number("by_quantities", "By quantities", "", 2, |row| row.by_quantities)
-        .number("total", "Total error", "", 2, |row| row.total)
+fn total_errors(study: &StudyResults) -> Table {
+    let caption = "Total error of each derivative: by noise (corrected standard error), by one step of every quantity, and both; \
+                   the dominant quantity and the change over one step of it, down and up.";
+    let rows = study.total_errors.iter().filter(|row| !row.derivative.ends_with("_0"));
+    let rows = rows.map(|row| (row, study.tornado.iter().find(|bar| bar.derivative == row.derivative)));
+    let rows: Vec<(&TotalErrorRow, Option<&TornadoRow>)> = rows.collect();
+    TableOf::new("total_errors", caption, rows)
+        .symbol("derivative", "Derivative", |(row, _)| &row.derivative)
+        .number("estimate", "Estimate", "", 4, |(row, _)| row.estimate)
+        .number("standard_error", "Std error", "", 2, |(row, _)| row.standard_error)
+        .number("by_quantities", "By quantities", "", 2, |(row, _)| row.by_quantities)
+        .number("total", "Total error", "", 2, |(row, _)| row.total)
+        .optional("quantity", "Dominant", |(_, bar)| bar.map(|bar| bar.quantity.as_str()))
+        .maybe("low_percent", "Step down", "%", 3, |(_, bar)| bar.map(|bar| bar.low_percent))
+        .maybe("high_percent", "Step up", "%", 3, |(_, bar)| bar.map(|bar| bar.high_percent))
         .done()
 }
 
@@ -97,7 +102,7 @@ fn quantities(rows: &[SensitivityRow]) -> Table {
     });
     Table {
         name: "quantities".to_owned(),
-        caption: "Quantities that were varied.".to_owned(),
+        caption: "Quantities varied, and the step of each.".to_owned(),
         columns: vec![
             Column::new("quantity", "Quantity"),
             Column::new("unit", "Unit"),

@@ -15,7 +15,6 @@ use crate::session::WindowRole;
 pub fn overview(contents: &Contents<'_>) -> Parts {
     let (session, results) = (contents.session, contents.results);
     let facts = [
-        ("Session", session.title.clone()),
         ("Flights", session.flights.iter().map(|flight| flight.name.as_str()).collect::<Vec<_>>().join(", ")),
         ("Gravity", format!("{} m/s², {}", significant(results.gravity_m_s2, 6), results.gravity_origin)),
     ];
@@ -63,7 +62,8 @@ pub fn aircraft(contents: &Contents<'_>) -> Parts {
         let values: Vec<f64> = results.windows.iter().filter_map(value).filter(|value| value.is_finite()).collect();
         let low = values.iter().copied().reduce(f64::min)?;
         let high = values.iter().copied().reduce(f64::max)?;
-        Some(format!("{} to {} {unit}", significant(low, 5), significant(high, 5)))
+        let (low, high) = (significant(low, 5), significant(high, 5));
+        Some(if low == high { format!("{low} {unit}") } else { format!("{low} to {high} {unit}") })
     };
     let mass_kg = span(&|row| Some(row.mass_properties.as_ref()?.properties.mass_kg), "kg");
     let cg = span(&|row| Some(100.0 * row.mass_properties.as_ref()?.mean_chord_fraction?), "% of the mean chord");
@@ -147,7 +147,7 @@ pub fn windows(contents: &Contents<'_>) -> Parts {
         if !panels.is_empty() {
             let figure = Figure {
                 name: format!("flight {}", flight.name),
-                caption: format!("Flight {} with its manoeuvres.", flight.name),
+                caption: format!("Altitude and airspeed of flight {}, with its manoeuvres.", flight.name),
                 columns: 1,
                 panel_height_mm: 32.0,
                 panels,

@@ -50,10 +50,7 @@ fn with_residuals(window: &Manoeuvre, path: &WindowPath) -> Option<Figure> {
     (!panels.is_empty()).then(|| {
         Figure {
             name: format!("path {}", window.name),
-            caption: format!(
-                "Manoeuvre {}: measured channels, the reconstructed path through them, and what is left.",
-                window.name
-            ),
+            caption: format!("Manoeuvre {}: measured channels, reconstructed path, and residuals.", window.name),
             columns: 4,
             panel_height_mm: 15.0,
             panels,
