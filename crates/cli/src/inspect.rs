@@ -158,7 +158,7 @@ fn describe(probe: &Probe) -> Result<Value, String> {
         "file": probe.path.display().to_string(),
         "format": probe.format.to_string(),
         "sources": sources,
-        "questions": list_questions(probe, &guessed).into_iter().map(|question| question.text).collect::<Vec<_>>(),
+        "questions": list_questions(probe, &guessed).into_iter().map(|question| question.line()).collect::<Vec<_>>(),
         "warnings": probe.warnings,
     }))
 }

@@ -95,11 +95,11 @@ pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
             "unused": unused,
             "derived": inspected.guess.derivations(),
             "contradictions": against,
-            "questions": asked.iter().map(|question| &question.text).collect::<Vec<_>>(),
+            "questions": asked.iter().map(|question| question.line()).collect::<Vec<_>>(),
         });
         text::document(&serde_json::to_string_pretty(&document).map_err(|error| error.to_string())?);
     } else if let Some(path) = &arguments.write {
-        asked.iter().for_each(|question| text::line(&format!("question: {}", question.text)));
+        asked.iter().for_each(|question| text::line(&format!("question: {}", question.line())));
         text::line(&format!("{}: check every row, then use it with --map", path.display()));
     } else {
         text::document(written.trim_end());
@@ -154,7 +154,7 @@ fn write_map(inspected: &Inspected, asked: &[Question], against: &[String]) -> R
         _ = writeln!(written, "# Names: {}", text::harmless(&file.display().to_string()));
     }
     for question in asked {
-        _ = writeln!(written, "# Question: {}", text::harmless(&question.text));
+        _ = writeln!(written, "# Question: {}", text::harmless(&question.line()));
     }
     for line in against {
         _ = writeln!(written, "# Contradiction: {}", text::harmless(line));

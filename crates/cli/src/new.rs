@@ -8,6 +8,7 @@ use doublet_core::load::{ChannelMap, Plan, plan_all, read};
 use doublet_core::model::Structure;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::Measurement;
+use doublet_core::series::Recording;
 use doublet_engine::begin::{self, Inspected, add_flight, empty_session, name_of, whole_window};
 use doublet_engine::builtin;
 use doublet_engine::run::Control;
@@ -116,7 +117,7 @@ pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
         StructureName::WithPower => Structure::with_power(),
     };
     let mut measured = BTreeSet::new();
-    let (mut of_maps, mut is_refused) = (None, false);
+    let (mut of_maps, mut problem) = (None, None);
     for (name, paths) in groups {
         let mut inspected = begin::inspect_for(&paths, Some(&arguments.output), &Control::default(), &|_| {})?;
         set_roles(&mut inspected, &arguments.role)?;
@@ -129,9 +130,9 @@ pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
             },
             None => best_map(&inspected).map(as_file)?,
         };
-        let (roles, refused) = flight(&mut session, &name, &inspected, (&reference, &map))?;
+        let (roles, found) = flight(&mut session, &name, &inspected, (&reference, &map))?;
         measured.extend(roles);
-        is_refused |= refused;
+        problem = problem.or(found);
         if let MapRef::File(file) = &reference {
             of_maps = of_maps.or(aircraft_of_map(file, &map)?);
         }
@@ -156,8 +157,8 @@ pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
         ),
     });
     let output = arguments.output.display();
-    if is_refused {
-        text::line(&format!("{output}: the channel map cannot be used: correct it, then `doublet check`"));
+    if let Some(problem) = problem {
+        text::line(&format!("{output}: {problem}"));
         return Ok(Outcome::Bad);
     }
     text::line(&format!("{output}: set manoeuvres, noise and terms, then `doublet run`"));
@@ -173,9 +174,9 @@ fn take_guess(inspected: &Inspected, options: &[String]) -> Result<Option<(MapRe
     let asked = ask(inspected, options);
     let open: Vec<_> = asked.iter().filter(|question| question.must_be_answered).collect();
     if !open.is_empty() {
-        open.iter().for_each(|question| text::line(&format!("question: {}", question.text)));
+        open.iter().for_each(|question| text::line(&format!("question: {}", question.line())));
         text::line(
-            "nothing written: answer with --role, or edit the map of `doublet map --write FILE` and use --map FILE",
+            "nothing written: answer with --role or --time, or edit the map of `doublet map --write FILE` and use --map FILE",
         );
         return Ok(None);
     }
@@ -184,7 +185,7 @@ fn take_guess(inspected: &Inspected, options: &[String]) -> Result<Option<(MapRe
     }
     inspected.guess.derivations().iter().for_each(|line| text::line(&format!("  {line}")));
     let of_signs = asked.iter().filter(|question| question.is_of_sign());
-    of_signs.for_each(|question| text::line(&format!("  question: {}", question.text)));
+    of_signs.for_each(|question| text::line(&format!("  question: {}", question.line())));
     if let Some(kind) = inspected.guess.kind.as_deref().filter(|kind| *kind != "aeroplane") {
         text::line(&format!("not an aeroplane: {kind}; only its flight path can be reconstructed"));
     }
@@ -193,13 +194,18 @@ fn take_guess(inspected: &Inspected, options: &[String]) -> Result<Option<(MapRe
     Ok(Some((MapRef::Own(written.into()), map)))
 }
 
-/// Adds one flight, says what was made of it, and returns the roles it has and whether its channel map cannot be used.
+/// What to do about a flight that cannot be computed as it is.
+const MAP_REFUSED: &str = "the channel map cannot be used: correct it, then `doublet check`";
+const UNREADABLE: &str = "the recording cannot be used: correct it or its channel map, then `doublet check`";
+const APART: &str = "recorders do not overlap in time: state the clock offset, then `doublet run`";
+
+/// Adds one flight, says what was made of it, and returns the roles it has and what to do where it cannot be computed.
 fn flight(
     session: &mut Session,
     name: &str,
     inspected: &Inspected,
     (reference, map): (&MapRef, &ChannelMap),
-) -> Result<(Vec<Role>, bool), String> {
+) -> Result<(Vec<Role>, Option<&'static str>), String> {
     let plan = plan_all(&inspected.probes, map);
     let roles = plan.all_roles();
     if roles.is_empty() {
@@ -209,13 +215,22 @@ fn flight(
     let against = doublet_core::load::mismatches(&plan, map);
     plan.problems.iter().map(|problem| &problem.text).chain(&against).for_each(|line| text::line(&format!("  {line}")));
     print_missing(&roles);
-    print_contradictions(&plan, reference.name());
+    // What cannot be read is said by what needs it.
+    let recording = read(&plan).ok();
+    let mut problem = plan.has_errors().then_some(MAP_REFUSED);
+    let apart = recording.as_ref().and_then(begin::find_apart);
+    match (&recording, &apart) {
+        (_, Some(apart)) => text::line(&format!("  {apart}")),
+        (Some(recording), None) => print_contradictions(recording, reference.name()),
+        (None, None) => {}
+    }
     let map = reference.clone();
     let before = session.windows.len();
     match add_flight(session, (name, &map), inspected, &plan, &Control::default(), &|_| {}) {
         Ok(found) => {
             if found.windows.is_empty() {
-                found.findings.iter().for_each(|line| text::line(&format!("  {line}")));
+                let findings = found.findings.iter().filter(|line| Some(*line) != apart.as_ref());
+                findings.for_each(|line| text::line(&format!("  {line}")));
                 text::line("  no manoeuvre found: the whole recording is used as one");
             } else {
                 text::line(&format!("  manoeuvres found: {}", session.windows.len() - before));
@@ -232,12 +247,13 @@ fn flight(
             if !plan.has_errors() {
                 text::line(&format!("  {error}"));
             }
+            problem = problem.or(Some(UNREADABLE));
             let recordings = inspected.paths.iter().map(|path| begin::reference(path, map.clone()));
             session.flights.push(Flight::new(name.to_owned(), recordings.collect::<Result<_, _>>()?));
             session.windows.extend(whole_window(name, &inspected.probes));
         }
     }
-    Ok((roles.into_iter().collect(), plan.has_errors()))
+    Ok((roles.into_iter().collect(), problem.or(apart.map(|_| APART))))
 }
 
 /// Why no session is made of recordings of which no channel plays a role, and what to do, in one line.
@@ -282,11 +298,9 @@ fn print_missing(roles: &BTreeSet<Role>) {
     }
 }
 
-/// Says which channels contradict each other when they are read by `plan`, and what to change in the map called `map`.
-fn print_contradictions(plan: &Plan, map: &str) {
-    // What cannot be read is said by what needs it.
-    let Ok(recording) = read(plan) else { return };
-    for row in stage::physics_of(&recording, map).contradictions() {
+/// Says which channels of a recording contradict each other, and what to change in the map called `map`.
+fn print_contradictions(recording: &Recording, map: &str) {
+    for row in stage::physics_of(recording, map).contradictions() {
         text::line(&format!("  {}: {}: {}", row.level.name(), row.headline, row.evidence));
         if !row.fix_text.is_empty() {
             text::line(&format!("    {}", row.fix_text));

@@ -1,6 +1,6 @@
 //! What a recording leaves open: the questions that `inspect`, `map` and `new` ask.
 
-use doublet_core::load::{By, ManualChannel, ManualChannelMap, Probe, Source, stated_unit};
+use doublet_core::load::{By, ManualChannel, ManualChannelMap, Probe, Source, find_surface_signal, stated_unit};
 use doublet_core::quantity::Role;
 use doublet_engine::session::Surface;
 
@@ -8,7 +8,9 @@ use doublet_engine::session::Surface;
 pub struct Question {
     /// The question, with what is taken where it has no answer.
     pub text: String,
-    /// Nothing is right before it is answered: there is no time, or it can be read in several units.
+    /// Option of the command line that answers it, where its value follows from the question.
+    pub option: Option<String>,
+    /// Nothing is right before it is answered: there is no time, it is too coarse, or it can be read in several units.
     pub must_be_answered: bool,
     /// Role whose unit is asked for.
     pub role: Option<Role>,
@@ -17,6 +19,16 @@ pub struct Question {
 }
 
 impl Question {
+    /// One that need not be answered.
+    fn new(text: String, about: About) -> Self {
+        Self { text, option: None, must_be_answered: false, role: None, about }
+    }
+
+    /// The question with the option that answers it.
+    pub fn line(&self) -> String {
+        self.option.as_ref().map_or_else(|| self.text.clone(), |option| format!("{}; use {option}", self.text))
+    }
+
     /// Whether a sign is asked for.
     pub fn is_of_sign(&self) -> bool {
         self.about == About::Sign
@@ -48,7 +60,10 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
         probe.sources.iter().filter(is_open).flat_map(|source| source.clocks.iter().map(move |clock| (source, clock)));
     let of_clocks = clocks.filter_map(|(source, clock)| {
         let text = format!("{}: time {}", source.name, clock.question.as_ref()?);
-        Some(Question { text, must_be_answered: clock.is_unit_ambiguous, role: None, about: About::Clock })
+        let coarse = clock.coarse.filter(|_| plays_role(source, guessed));
+        let option = coarse.map(|coarse| format!("--time {},rate={}", clock.channel, coarse.rate_hz));
+        let must_be_answered = clock.is_unit_ambiguous || coarse.is_some();
+        Some(Question { option, must_be_answered, ..Question::new(text, About::Clock) })
     });
     let without_time = probe
         .sources
@@ -56,8 +71,7 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
         .filter(is_open)
         .filter(|source| plays_role(source, guessed))
         .filter_map(Source::missing_time);
-    let without_time =
-        without_time.map(|text| Question { text, must_be_answered: true, role: None, about: About::Time });
+    let without_time = without_time.map(|text| Question { must_be_answered: true, ..Question::new(text, About::Time) });
     let of_units = guessed.rows.iter().filter_map(|(role, row)| {
         let channel = row.from.find(std::slice::from_ref(probe))?;
         let is_open = !row.is_unit_known && stated_unit(channel).is_none();
@@ -68,9 +82,12 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
             role.name(),
             unit.symbol
         );
-        Some(Question { text, must_be_answered: false, role: Some(*role), about: About::Unit })
+        Some(Question { role: Some(*role), ..Question::new(text, About::Unit) })
     });
-    let of_deflections = Surface::ALL.into_iter().filter_map(|surface| ask_deflection(probe, guessed, surface.role()));
+    let of_deflections = Surface::ALL
+        .into_iter()
+        .map(Surface::role)
+        .filter_map(|role| ask_calibration(probe, guessed, role).or_else(|| ask_deflection(probe, guessed, role)));
     let of_signs = guessed.rows.iter().filter(|(_, row)| row.asks_sign).map(|(role, row)| {
         let (source, name, role) = (&row.from.source, &row.from.channel, role.name());
         let taken = match changes(row) {
@@ -78,7 +95,7 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
             changes => changes.join(", "),
         };
         let text = format!("{source}: the sign of '{name}', guessed as {role}, is not documented: {taken}");
-        Question { text, must_be_answered: false, role: None, about: About::Sign }
+        Question::new(text, About::Sign)
     });
     let of_roles = guessed.rows.iter().filter(|(_, row)| row.by == By::Physics).map(|(role, row)| {
         let (source, name, role) = (&row.from.source, &row.from.channel, role.name());
@@ -86,7 +103,7 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
         let text = format!(
             "{source}: '{name}' can be {role} by comparison with other channels{evidence}, but its name does not confirm it"
         );
-        Question { text, must_be_answered: false, role: None, about: About::Role }
+        Question::new(text, About::Role)
     });
     let of_roles = of_roles.chain(ask_layout(guessed));
     of_clocks.chain(without_time).chain(of_deflections).chain(of_units).chain(of_signs).chain(of_roles).collect()
@@ -112,7 +129,7 @@ fn ask_layout(guessed: &ManualChannelMap) -> Option<Question> {
         guessed.recorders.join(", "),
         roles.join(", ")
     );
-    Some(Question { text, must_be_answered: false, role: None, about: About::Role })
+    Some(Question::new(text, About::Role))
 }
 
 /// Whether a source plays a role in the guess; every one does where none does.
@@ -145,11 +162,30 @@ fn ask_deflection(probe: &Probe, guessed: &ManualChannelMap, role: Role) -> Opti
     };
     let (name, channel, symbol) = (role.name(), &row.from.channel, values.unit.symbol);
     let text = format!(
-        "{}: '{channel}', guessed as {name}, states no unit: {:.3} to {:.3} can be {first} or {second}; use --role \
-         {name}={channel},unit={symbol}, or unit=deg,scale=X with X degrees per recorded unit",
+        "{}: '{channel}', guessed as {name}, states no unit: {:.3} to {:.3} can be {first} or {second}",
         row.from.source, values.least, values.greatest
     );
-    Some(Question { text, must_be_answered: true, role: Some(role), about: About::Deflection })
+    let option = format!("--role {name}={channel},unit={symbol}, or unit=deg,scale=X with X degrees per recorded unit");
+    Some(Question {
+        option: Some(option),
+        must_be_answered: true,
+        role: Some(role),
+        ..Question::new(text, About::Deflection)
+    })
+}
+
+/// A control surface that was recorded as a signal: no angle without its calibration, and no derivative of the control.
+fn ask_calibration(probe: &Probe, guessed: &ManualChannelMap, role: Role) -> Option<Question> {
+    let (from, unit) = find_surface_signal(std::slice::from_ref(probe), guessed, role)?;
+    let (name, channel) = (role.name(), &from.channel);
+    let text = format!("{}: '{channel}', named like {name}, is in {unit}, not an angle", from.source);
+    let option = format!("--role {name}={channel},unit=deg,scale=X with X degrees per recorded unit");
+    Some(Question {
+        option: Some(option),
+        must_be_answered: true,
+        role: Some(role),
+        ..Question::new(text, About::Deflection)
+    })
 }
 
 /// Questions of one reason as one: clocks of the same stamps, sources without time, deflections, units, signs. The unit of a deflection that
@@ -180,6 +216,8 @@ pub fn group(all: Vec<Question>) -> Vec<Question> {
             Some((first, _)) => {
                 first.role = None;
                 first.text = format!("{}; {}", first.text, question.text);
+                let options: Vec<String> = first.option.take().into_iter().chain(question.option).collect();
+                first.option = (!options.is_empty()).then(|| options.join("; "));
             }
             None => grouped.push((question, Vec::new())),
         }

@@ -12,7 +12,7 @@ use doublet_core::model::Structure;
 use doublet_core::prep::signal_band_hz;
 use doublet_core::quantity::{Dimension, Role, Unit};
 use doublet_core::reconstruct::{FilterSettings, Input, MEASUREMENTS, Measurement};
-use doublet_core::series::{Channel, Recording, Series, TimeRange};
+use doublet_core::series::{Recording, Series};
 use doublet_core::statistics::median_step;
 
 use crate::builtin;
@@ -25,6 +25,11 @@ use crate::stage::{
     FlightPhysics, FlightProposals, LoadedFlight, NO_PATH_MEASUREMENT, NoiseFlight, has_airspeed, measured_by, noise,
     open_entries, open_windows, physics_of, proposals,
 };
+
+use spans::recorded_span;
+pub use spans::{find_apart, whole_window};
+
+mod spans;
 
 /// A channel map that comes with the program and what it makes of some recordings.
 #[derive(Clone, Debug)]
@@ -349,7 +354,8 @@ pub fn add_flight(
     progress(0.6);
     go_on(control)?;
     let loaded = LoadedFlight { recording, ..LoadedFlight::default() };
-    let found = proposals(name, &loaded);
+    let mut found = proposals(name, &loaded);
+    found.findings.extend(find_apart(&loaded.recording));
     session.flights.push(Flight::new(name.to_owned(), recordings));
     let windows = open_windows(session, &found);
     if windows.is_empty() {
@@ -451,35 +457,6 @@ pub fn reference(path: &Path, channel_map: MapRef) -> Result<RecordingRef, Strin
     })
 }
 
-/// One window over the time all clocks of the recordings span together.
-pub fn whole_window(flight: &str, probes: &[Probe]) -> Option<Manoeuvre> {
-    let clocks = probes.iter().flat_map(|probe| &probe.sources).flat_map(|source| &source.clocks);
-    let (start_s, end_s) =
-        clocks.filter(|clock| clock.samples > 1).fold((f64::INFINITY, f64::NEG_INFINITY), |(start, end), clock| {
-            (start.min(clock.start_s), end.max(clock.end_s))
-        });
-    let window = TimeRange { start_s, end_s };
-    (start_s < end_s).then(|| Manoeuvre::new(flight.to_owned(), flight.to_owned(), window))
-}
-
-/// The longest span over which everything that plays a role is recorded, except what would leave less than half of that of the roll rate.
-fn recorded_span(recording: &Recording) -> Option<TimeRange> {
-    let span = |channel: &Channel| {
-        let time_s = &channel.series.time_s;
-        let known = |k: &usize| channel.series.values[*k].is_finite();
-        let (first, last) = ((0..time_s.len()).find(known)?, (0..time_s.len()).rev().find(known)?);
-        Some(TimeRange { start_s: time_s[first], end_s: time_s[last] })
-    };
-    let shared =
-        |a: TimeRange, b: TimeRange| TimeRange { start_s: a.start_s.max(b.start_s), end_s: a.end_s.min(b.end_s) };
-    let length = |window: TimeRange| window.end_s - window.start_s;
-    let base = recording.role(Role::RollRate).and_then(span)?;
-    let mut all: Vec<TimeRange> = recording.roles.keys().filter_map(|&role| span(recording.role(role)?)).collect();
-    all.sort_by(|a, b| length(shared(base, *b)).total_cmp(&length(shared(base, *a))));
-    let is_long = |window: &TimeRange| length(*window) > 0.5 * length(base);
-    Some(all.into_iter().fold(base, |found, next| Some(shared(found, next)).filter(is_long).unwrap_or(found)))
-}
-
 /// Whether a recording gives a role, itself or by what it has.
 fn is_given(role: Role, has: impl Fn(Role) -> bool) -> bool {
     if role == Role::TrueAirspeed { has_airspeed(has) } else { has(role) }
@@ -558,19 +535,6 @@ fn go_on(control: &Control) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_whole_recording_begins_where_every_long_channel_does_whatever_the_short_ones_do() {
-        let all = [(Role::RollRate, 0, 100), (Role::EngineSpeed1, 9, 98), (Role::FuelMass, 0, 30)];
-        let channel = |(_, start, end): &(Role, u32, u32)| {
-            let values: std::sync::Arc<[f64]> = (*start..=*end).map(f64::from).collect();
-            let [source, name, unit] = Default::default();
-            Channel { source, name, unit, series: Series { time_s: values.clone(), values } }
-        };
-        let roles = all.iter().enumerate().map(|(index, (role, ..))| (*role, index)).collect();
-        let recording = Recording { channels: all.iter().map(channel).collect(), roles, ..Recording::default() };
-        assert_eq!(recorded_span(&recording).unwrap(), TimeRange { start_s: 9.0, end_s: 98.0 });
-    }
 
     #[test]
     fn rates_and_forces_alone_are_not_enough() {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use doublet_dynamics::design::{Criterion, DesignKind, Quantity, Request, SURFACE_NAMES, design};
 use doublet_engine::graph::{Control, Stage, StageResult};
 use doublet_engine::planning::{
-    DesignOptions, DesignRow, FlownWindow, SEARCH_SAMPLES, basis, design_basis, design_csv, design_row,
+    DesignOptions, DesignRow, FlownWindow, PathShare, SEARCH_SAMPLES, basis, design_basis, design_csv, design_row,
 };
 use doublet_engine::run::Snapshot;
 use doublet_engine::session::Session;
@@ -120,7 +120,11 @@ fn row(source: &Source, request: &Request, options: &DesignOptions, control: &Co
         })?,
     };
     let designed = design(&basis, request).map_err(|error| error.to_string())?;
-    Ok(design_row(&basis, request, &designed))
+    let mut row = design_row(&basis, request, &designed);
+    if let Source::Results(session, snapshot) = source {
+        PathShare::measure(session, snapshot).iter().for_each(|share| row.add_path(share));
+    }
+    Ok(row)
 }
 
 /// Places of surfaces in their order, each once.

@@ -201,4 +201,4 @@ def test_files_of_a_shipped_session_have_names_that_every_system_takes(tmp_path)
         warnings.simplefilter("ignore", db.DoubletWarning)
         db.commands.report("builtin:demo", out=tmp_path / "report", sections=["overview"])
     names = {path.name for path in (tmp_path / "report").iterdir()}
-    assert "demo.html" in names and names <= {"demo.html", "demo.pdf"}
+    assert "demo.html" in names and names <= {"demo.html", "demo.pdf", "doublet_manifest.json"}

@@ -114,5 +114,5 @@ def test_several_recordings_are_flights_of_one_session(demo, tmp_path):
         db.Session.from_recordings([recording, recording], windows=[windows])
     with pytest.raises(db.DoubletError, match="Session.from_recordings"):
         db.Session.new([recording])
-    with pytest.raises(db.DoubletError, match="no recording"):
+    with pytest.raises(db.DoubletError, match="recordings is empty"):
         db.Session.from_recordings([])

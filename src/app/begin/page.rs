@@ -252,10 +252,9 @@ fn open_questions(choosing: &mut Choosing, ui: &mut Ui) {
                 ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(name.as_str()));
                 confirmed = button.clicked().then_some(role).or(confirmed);
             }
-            // What comes after is for the command line.
-            let text = match question.text.split_once("; use --") {
-                Some((text, _)) => format!("{text}; set its unit or travel in Channels"),
-                None => question.text.clone(),
+            let text = match &question.option {
+                Some(_) if question.role.is_some() => format!("{}; set its unit or travel in Channels", question.text),
+                _ => question.text.clone(),
             };
             ui.add(Label::new(text).wrap());
         });

@@ -343,7 +343,7 @@ fn times(choosing: &mut Choosing, ui: &mut Ui) {
             let text = match &time {
                 None => "none: choose it".to_owned(),
                 Some(ManualTime::Channel(name, _)) => name.clone(),
-                Some(ManualTime::Rate(_)) => "evenly spaced".to_owned(),
+                Some(ManualTime::Rate(_) | ManualTime::Even { .. }) => "evenly spaced".to_owned(),
             };
             let combo = ComboBox::from_id_salt(("time", &source.name)).selected_text(text).width(190.0);
             let combo = combo.show_ui(ui, |ui| {
@@ -356,7 +356,7 @@ fn times(choosing: &mut Choosing, ui: &mut Ui) {
             let label = format!("time of {}", source.name);
             ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label(label.as_str()));
             match &mut time {
-                Some(ManualTime::Rate(rate_hz)) => {
+                Some(ManualTime::Rate(rate_hz) | ManualTime::Even { rate_hz, .. }) => {
                     let field = ui.add(DragValue::new(rate_hz).range(1e-3..=1e6).suffix(" Hz"));
                     ui.ctx()
                         .accesskit_node_builder(field.id, |node| node.set_label(format!("rate of {}", source.name)));

@@ -30,7 +30,7 @@ const MARK: f32 = 18.0;
 /// Height of a panel below which every row of the table counts.
 const LITTLE: f32 = 320.0;
 /// Width of the fields of times, and of the other columns; names are whole in theirs as long as those of the proposals are.
-const TIME: f32 = 74.0;
+const TIME: f32 = 72.0;
 const NAME: f32 = 118.0;
 const FLIGHT: f32 = 76.0;
 const FLAGS: f32 = 44.0;
@@ -186,9 +186,9 @@ impl Manoeuvres {
         for (what, value, other) in ends.into_iter().take(if columns.end { 2 } else { 1 }) {
             row.col(|ui| {
                 // Six digits fit the column.
-                ui.spacing_mut().button_padding.x = 3.0;
+                ui.spacing_mut().button_padding.x = 2.0;
                 let name = format!("{} {what}", window.name);
-                let edited = QuantityEdit::new(&name, value).per_point(per_point).decimals(3).wide(TIME).show(ui);
+                let edited = QuantityEdit::new(&name, value).per_point(per_point).decimals(3).wide(TIME - 2.0).show(ui);
                 ctx.edit_quantity(edited, |value| {
                     let window_s = if what == "start" { (value, other) } else { (other, value) };
                     let placed = TimeRange { start_s: window_s.0, end_s: window_s.1 };

@@ -14,6 +14,7 @@ mod controls;
 mod gravity;
 mod line;
 mod motion;
+mod mounting;
 mod offsets;
 mod outcome;
 mod relations;
@@ -30,6 +31,7 @@ use crate::series::Recording;
 pub use accelerometer::{AccelerometerPlace, TellingVelocity};
 pub use changes::ChannelFix;
 pub use gravity::{GravityExplanation, gravity_explains};
+pub use mounting::RateErrors;
 pub use rows::{Agreement, Compatibility, CompatibilityRow};
 pub use traces::{Curves, Trace};
 pub use travels::TravelForm;
@@ -39,8 +41,9 @@ pub fn check(recording: &Recording) -> Compatibility {
     let relations = outcome::relations();
     let clocked = clock::judge(recording, &relations);
     let mut rows = clocked.rows;
-    let mut place = None;
+    let (mut place, mut rates) = (None, None);
     if let Some(motion) = clocked.motion {
+        rates = mounting::estimate_rate_errors(recording, &motion).filter(|_| clocked.factor == 1.0);
         let (shifts, motion) = shift::find(recording, clocked.factor, motion, &relations);
         rows.extend(shifts);
         let (turned, motion) = search::turn_force(motion, &relations);
@@ -62,5 +65,8 @@ pub fn check(recording: &Recording) -> Compatibility {
     }
     // Channels that contradict each other tell no place.
     let accelerometer = place.filter(|_| rows.iter().all(|row| row.agreement != Agreement::Contradicts));
-    Compatibility { rows, accelerometer }
+    // A wrong sign, unit or clock of rates or attitude is neither a mounting nor a scale factor.
+    let is_wrong = |row: &CompatibilityRow| row.agreement == Agreement::Contradicts && mounting::is_part(&row.channel);
+    let rates = rates.filter(|_| !rows.iter().any(is_wrong));
+    Compatibility { rows, accelerometer, rates }
 }

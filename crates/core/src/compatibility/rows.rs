@@ -4,6 +4,7 @@ use super::accelerometer::AccelerometerPlace;
 use super::changes::ChannelFix;
 use super::line::Figures;
 use super::motion::Motion;
+use super::mounting::RateErrors;
 use super::offsets::{beside_vane, magnetic};
 use super::outcome::{Outcome, Relation, relations};
 use super::search::{CLEAR_R2, Found, Mistake, OPPOSITE_R2, OPPOSITE_SLOPE, Repaired};
@@ -57,6 +58,8 @@ pub struct Compatibility {
     pub rows: Vec<CompatibilityRow>,
     /// Where the accelerometers are from the point whose velocity is recorded; none where the channels contradict each other or do not tell.
     pub accelerometer: Option<AccelerometerPlace>,
+    /// Mounting and scale factors of the gyros against the attitude; none where these channels contradict each other or do not show it.
+    pub rates: Option<RateErrors>,
 }
 
 impl CompatibilityRow {

@@ -58,6 +58,51 @@ impl fmt::Display for TimeFault {
     }
 }
 
+/// Stamps that are coarser than the samples: UTC in whole seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoarseStamps {
+    /// Rate of the samples, Hz.
+    pub rate_hz: f64,
+    /// Every stamp stands for the same number of samples within one, and they are evenly spaced: nothing is missing.
+    pub is_even: bool,
+    /// Index of the first sample of the second stamp, and that stamp, s.
+    first_change: (usize, f64),
+}
+
+impl CoarseStamps {
+    /// What the times `time_s`, of which none goes back and `stamps` differ by `interval_s`, show.
+    fn measure(time_s: &[f64], stamps: usize, interval_s: f64) -> Self {
+        let changes: Vec<usize> = (1..time_s.len()).filter(|&k| time_s[k] != time_s[k - 1]).collect();
+        let (first, last) = (changes.first().copied().unwrap_or(0), changes.last().copied().unwrap_or(0));
+        let span_s = time_s[last] - time_s[first];
+        let rate_hz = if span_s > 0.0 {
+            (last - first) as f64 / span_s
+        } else {
+            time_s.len() as f64 / (stamps as f64 * interval_s)
+        };
+        // Either end is known to a sample.
+        let is_whole = rate_hz >= 1.0 && (rate_hz - rate_hz.round()).abs() * span_s <= 1.0;
+        let rate_hz = if is_whole { rate_hz.round() } else { rate_hz };
+        let counts = || changes.windows(2).map(|pair| pair[1] - pair[0]);
+        let (least, most) = (counts().min().unwrap_or(0), counts().max().unwrap_or(0));
+        let is_regular = |pair: &[usize]| (time_s[pair[1]] - time_s[pair[0]] - interval_s).abs() < 0.01 * interval_s;
+        let is_even = changes.len() > LEAST_CHANGES
+            && most - least <= 2
+            && first.max(time_s.len() - last) <= most
+            && changes.windows(2).all(is_regular);
+        Self { rate_hz, is_even, first_change: (first, time_s[first]) }
+    }
+
+    /// Time of the first sample where samples are evenly spaced at a rate, s.
+    pub fn start_s(&self, rate_hz: f64) -> f64 {
+        let (index, time_s) = self.first_change;
+        time_s - index as f64 / rate_hz
+    }
+}
+
+/// Changes of stamps that a recording has at least to be called even.
+const LEAST_CHANGES: usize = 3;
+
 /// A time vector and what it shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clock {
@@ -85,6 +130,8 @@ pub struct Clock {
     pub question: Option<String>,
     /// Whether its stamps make a recording of flight in more than one unit, so that nothing but an answer tells which.
     pub is_unit_ambiguous: bool,
+    /// What the stamps show where they are coarser than the samples.
+    pub coarse: Option<CoarseStamps>,
     /// Index of the channel in its source; `None` for a computed clock.
     pub(crate) index: Option<usize>,
 }
@@ -124,8 +171,9 @@ impl Clock {
             .collect();
         let rate_hz = if median > 0.0 { 1.0 / median } else { 0.0 };
         let repeated = faults.iter().all(|fault| matches!(fault, TimeFault::Repeated { .. }));
-        let question = (repeated && 2 * fault_count > time_s.len())
-            .then(|| coarse(channel, earliest, rate_hz, kept.len(), time_s.len()));
+        let coarse =
+            (repeated && 2 * fault_count > time_s.len()).then(|| CoarseStamps::measure(time_s, kept.len(), median));
+        let question = coarse.map(|coarse| ask_about(channel, coarse, kept.len(), time_s.len()));
         Self {
             channel: channel.to_owned(),
             unit,
@@ -139,6 +187,7 @@ impl Clock {
             is_unit_stated: true,
             question,
             is_unit_ambiguous: false,
+            coarse,
             index: Some(index),
         }
     }
@@ -149,10 +198,10 @@ impl Clock {
     }
 }
 
-/// What to do with stamps that are coarser than the samples: `stamps` different ones of `samples`, at `rate_hz`.
-fn coarse(channel: &str, start_s: f64, rate_hz: f64, stamps: usize, samples: usize) -> String {
+/// What to do with stamps that are coarser than the samples: `stamps` different ones of `samples`.
+fn ask_about(channel: &str, coarse: CoarseStamps, stamps: usize, samples: usize) -> String {
     let each = samples as f64 / stamps as f64;
-    let rate_hz = (rate_hz * each).round();
+    let (rate_hz, start_s) = (coarse.rate_hz, coarse.start_s(coarse.rate_hz));
     format!(
         "'{channel}' repeats each stamp {each:.0} times: it is coarser than the samples; give start_time = \
          {start_s} and sample_rate = {rate_hz} in the map's [[time]] (repair = \"drop\" would keep {stamps} of {samples} samples)"
@@ -169,5 +218,29 @@ pub(crate) fn fault_at(index: usize, time_s: f64, latest_s: f64) -> Option<TimeF
         Some(TimeFault::Backwards { index, before_s: latest_s, time_s })
     } else {
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the stamps of samples at a rate show, rounded down to a step.
+    fn stamps(rate_hz: f64, step_s: f64, lost: std::ops::Range<usize>) -> Option<CoarseStamps> {
+        let stamp = |k: usize| ((k as f64 / rate_hz + 0.31) / step_s + 1e-9).floor() * step_s;
+        let time_s: Vec<f64> = (0..3000).filter(|k| !lost.contains(k)).map(stamp).collect();
+        Clock::examine("UTC", 0, Unit::parse("s").unwrap(), &time_s).coarse
+    }
+
+    #[test]
+    fn coarse_stamps_have_the_rate_and_start_of_their_samples() {
+        for (rate_hz, step_s) in [(50.0, 1.0), (64.0, 1.0), (25.0, 0.1), (64.0, 0.1)] {
+            let coarse = stamps(rate_hz, step_s, 0..0).unwrap();
+            assert_eq!((coarse.rate_hz, coarse.is_even), (rate_hz, true), "{rate_hz} Hz, {step_s} s");
+            let start_s = coarse.start_s(rate_hz);
+            assert!((start_s - 0.31).abs() <= 1.01 / rate_hz, "{rate_hz} Hz, {step_s} s: {start_s} s");
+        }
+        assert_eq!(stamps(50.0, 1.0, 700..900).map(|coarse| coarse.is_even), Some(false));
+        assert_eq!(stamps(50.0, 0.02, 0..0), None);
     }
 }

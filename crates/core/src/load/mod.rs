@@ -21,7 +21,7 @@ mod pieces;
 pub mod stream;
 
 pub use budget::{BUDGET_VARIABLE, memory};
-pub use clock::{Clock, Gap, TimeFault};
+pub use clock::{Clock, CoarseStamps, Gap, TimeFault};
 pub use contents::{ChannelInfo, Probe, Source};
 pub use error::{LoadError, Problem};
 pub use file::{MOST_BYTES, read_bytes, read_text};
@@ -29,6 +29,7 @@ pub use files::{FileHeader, aircraft, datcom, instruments, propulsion_maps};
 pub use format::{FORMATS, Format, FormatInfo};
 pub use formats::recognise::{inspect, probe};
 pub use guesses::guess::{guess, guess_row, guess_with, share_rate_unit};
+pub use guesses::other_units::find_surface_signal;
 pub use guesses::user_names::{NAMES_FILE, UserNames};
 pub use maps::attitude::QuaternionAxes;
 pub use maps::by_hand::{

@@ -103,7 +103,7 @@ fn stamps_engines_alone(recording: &Recording, setting: &ClockSetting, flight: &
 }
 
 /// Roles that only thrust, power and the mass of fuel follow from.
-fn is_of_engine_or_fuel(role: Role) -> bool {
+pub(crate) fn is_of_engine_or_fuel(role: Role) -> bool {
     matches!(
         role,
         Role::FuelMass

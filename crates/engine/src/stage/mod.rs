@@ -53,6 +53,7 @@ pub use aero::{AirDensity, CONTROLS, WindowAero, aero, aero_along, aero_along_fr
 pub use aircraft::{
     AircraftData, LoadedAircraft, NO_AIRCRAFT, aircraft_data, aircraft_of, load_aircraft, loading_on_board,
 };
+pub(crate) use align::is_of_engine_or_fuel;
 pub use align::{UsedClock, is_stamped_by};
 pub use control_delays::{ControlDelay, control_delays};
 pub use delays::{SensorDelay, SensorDelays, flow_delay_by_lift};

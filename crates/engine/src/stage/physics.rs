@@ -1,7 +1,7 @@
 //! Channels of a flight against each other, before any statistics; what is wrong and which key of its channel map mends it.
 
 use doublet_core::compatibility::{
-    AccelerometerPlace, Agreement, ChannelFix, Compatibility, CompatibilityRow, Curves, Trace, check,
+    AccelerometerPlace, Agreement, ChannelFix, Compatibility, CompatibilityRow, Curves, RateErrors, Trace, check,
 };
 use doublet_core::prep::airborne;
 use doublet_core::quantity::Role;
@@ -20,6 +20,8 @@ pub struct FlightPhysics {
     pub rows: Vec<PhysicsRow>,
     /// Where the accelerometers are by what the ground velocity says.
     pub accelerometer: Option<AccelerometerPlace>,
+    /// Mounting of the inertial unit and scale factors of its gyros, by rates against attitude.
+    pub rates: Option<RateErrors>,
     /// Median true airspeed while it flies, m/s, where it is recorded.
     pub airspeed_m_s: Option<f64>,
     /// Whether the position down is the altitude turned.
@@ -161,10 +163,16 @@ fn compared(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Flig
         curves: found.curves,
     };
     let without_copy = without_copy(recording);
-    let Compatibility { rows, accelerometer } = check(without_copy.as_ref().unwrap_or(recording));
+    let Compatibility { rows, accelerometer, rates } = check(without_copy.as_ref().unwrap_or(recording));
     let airspeed_m_s = median_airspeed_m_s(recording);
     let has_down_of_altitude = without_copy.is_some();
-    FlightPhysics { rows: rows.into_iter().map(row).collect(), accelerometer, airspeed_m_s, has_down_of_altitude }
+    FlightPhysics {
+        rows: rows.into_iter().map(row).collect(),
+        accelerometer,
+        rates,
+        airspeed_m_s,
+        has_down_of_altitude,
+    }
 }
 
 /// The recording without a position down that is its altitude turned: the two hold one mistake, and neither mends it alone.

@@ -1,5 +1,6 @@
 //! What a flight itself shows: manoeuvre windows, steady windows, spectra of its signals.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use doublet_core::prep::{
@@ -134,13 +135,24 @@ pub fn proposals_above(flight: &str, loaded: &LoadedFlight, least_pressure_share
     found
 }
 
+/// The series of some roles without their blanks: a channel slower than its table has one in most rows.
+fn sampled<'r>(recording: &'r Recording, roles: &[Role]) -> Vec<(Role, Cow<'r, Series>)> {
+    let filled = |(role, series): (Role, &'r Series)| {
+        let has_blanks = series.values.iter().any(|value| !value.is_finite());
+        (role, if has_blanks { Cow::Owned(series.finite()) } else { Cow::Borrowed(series) })
+    };
+    series(recording, roles).into_iter().map(filled).collect()
+}
+
 /// Manoeuvres of the deflections, and the least airspeed at which they were looked for, where one is recorded.
 fn manoeuvres(recording: &Recording, least_pressure_share: f64) -> StageResult<(ManoeuvreSearch, Option<f64>)> {
-    let controls = series(recording, &[Role::Aileron, Role::Elevator, Role::Rudder]);
+    let controls = sampled(recording, &[Role::Aileron, Role::Elevator, Role::Rudder]);
     if controls.is_empty() {
         return Err("no manoeuvre search: the recording has no control deflections".into());
     }
-    let rates = series(recording, &[Role::RollRate, Role::PitchRate, Role::YawRate]);
+    let rates = sampled(recording, &[Role::RollRate, Role::PitchRate, Role::YawRate]);
+    let [controls, rates] =
+        [&controls, &rates].map(|all| all.iter().map(|(role, series)| (*role, &**series)).collect::<Vec<_>>());
     let role = |role: Role| recording.role(role).map(|channel| &channel.series);
     let airspeed = role(Role::CalibratedAirspeed).or(role(Role::TrueAirspeed));
     let flown = airspeed.and_then(|airspeed| airborne(airspeed, role(Role::WeightOnWheels), least_pressure_share));

@@ -8,7 +8,7 @@ use doublet_core::airframe::summary;
 use doublet_core::load::aircraft::{self as aircraft_file, AircraftFileError};
 use serde::Serialize;
 
-use super::{Finding, Level, accelerometer, shape};
+use super::{Finding, Level, accelerometer, mounting, shape};
 use crate::graph::{Cache, Context};
 use crate::notation::plural;
 use crate::run::{Control, Scope, Snapshot, run};
@@ -112,6 +112,7 @@ pub fn check_session(session: &Session, folder: &Path) -> Checked {
         findings.extend(check_recordings(session, &snapshot));
         findings.extend(check_samples(session, &others, &snapshot));
         findings.extend(accelerometer::findings(&computed, &snapshot));
+        findings.extend(mounting::findings(&computed, &snapshot));
         findings.extend(shape::geometry_findings(&snapshot));
         let compared = snapshot.physics.values().filter_map(|slot| slot.ready());
         physics.extend(compared.flat_map(|compared| compared.rows.iter().cloned()));

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use doublet_core::model::{Coefficient, Term, Variable, regressors};
+use doublet_core::reconstruct::Measurement;
 use doublet_core::series::{Series, TimeRange};
 use doublet_core::statistics::median;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -14,7 +15,7 @@ use super::judge::{Evidence, WindowVerdict};
 use super::{Finding, Level, effect, spoilt, stalls};
 use crate::run::Snapshot;
 use crate::session::{Fix, Manoeuvre, Surface};
-use crate::stage::WindowAero;
+use crate::stage::{ConstantError, WindowAero};
 
 /// Range of delays looked at, s, and their least step; the greatest step of a first look, in which no pulse of a pilot passes unseen.
 const RANGE_S: f64 = 0.6;
@@ -31,12 +32,51 @@ const CONFIRMED_LEFT: f64 = 0.9;
 const CHANGE_CAUTION: f64 = 0.1;
 const CHANGE_BAD: f64 = 0.25;
 
-/// The control, the moment that tells its time, the force it moves as well, and the rates that damp both.
-const CONTROLS: [(Surface, Coefficient, Option<Coefficient>, &[Variable]); 3] = [
-    (Surface::Aileron, Coefficient::Cl, None, &[Variable::RollRate]),
-    (Surface::Elevator, Coefficient::Cm, Some(Coefficient::CZ), &[Variable::PitchRate, Variable::HalfPitchRate]),
-    (Surface::Rudder, Coefficient::Cn, Some(Coefficient::CY), &[Variable::YawRate]),
+/// Least time, s, by which flow angles or attitude lead the inertial sensors that is told: a causal sensor can only be late.
+const AHEAD_S: f64 = 0.010;
+
+/// A control, the moment that tells its time, the force it moves as well, the coefficients it moves little, and the rates that damp them.
+#[derive(Clone, Copy)]
+struct TimedControl {
+    surface: Surface,
+    moment: Coefficient,
+    force: Option<Coefficient>,
+    little: &'static [Coefficient],
+    damping: &'static [Variable],
+}
+
+const CONTROLS: [TimedControl; 3] = [
+    TimedControl {
+        surface: Surface::Aileron,
+        moment: Coefficient::Cl,
+        force: None,
+        little: &[Coefficient::Cn, Coefficient::CY],
+        damping: &[Variable::RollRate],
+    },
+    TimedControl {
+        surface: Surface::Elevator,
+        moment: Coefficient::Cm,
+        force: Some(Coefficient::CZ),
+        little: &[Coefficient::CX],
+        damping: &[Variable::PitchRate, Variable::HalfPitchRate],
+    },
+    TimedControl {
+        surface: Surface::Rudder,
+        moment: Coefficient::Cn,
+        force: Some(Coefficient::CY),
+        little: &[Coefficient::Cl],
+        damping: &[Variable::YawRate],
+    },
 ];
+
+impl TimedControl {
+    /// Worst level of a delay for a coefficient; none for one that the control does not move.
+    fn worst(self, coefficient: Coefficient) -> Option<Level> {
+        let is_main = coefficient == self.moment || self.force == Some(coefficient);
+        let is_little = self.little.contains(&coefficient);
+        (is_main || is_little).then_some(if is_main { Level::Bad } else { Level::Caution })
+    }
+}
 
 /// A control that explains its moment much better at another time than at that of its recording.
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +98,7 @@ pub(super) fn delays(evidence: Evidence<'_>, verdicts: &BTreeMap<String, WindowV
     let is_bad =
         |used: &&Used<'_>| verdicts.get(&used.manoeuvre.name).is_some_and(|window| window.verdict.level == Level::Bad);
     let fits = snapshot.pooled.ready().map(|pooled| pooled.fits.as_slice()).unwrap_or_default();
-    let one = |&(surface, moment, ..): &(Surface, Coefficient, Option<Coefficient>, &[Variable])| {
+    let one = |&TimedControl { surface, moment, .. }: &TimedControl| {
         let fit = fits.iter().find(|fit| fit.coefficient == moment)?;
         let (terms, mut used) = (moving_terms(session, fit), used_windows(session, snapshot, fit));
         for used in &mut used {
@@ -97,7 +137,7 @@ fn unstalled(evidence: Evidence<'_>) -> BTreeMap<&str, WindowAero> {
 /// Whether a delay of a control matters to the pooled fit of its moment: the part of the squares of the residual that it leaves, and the
 /// change of the derivative by the control or the damping. It does not where different effects to either side explain the moment as well.
 pub(super) fn matters(evidence: Evidence<'_>, surface: Surface, delay_s: f64) -> Option<bool> {
-    let (_, moment, _, damping) = CONTROLS.into_iter().find(|(control, ..)| *control == surface)?;
+    let TimedControl { moment, damping, .. } = CONTROLS.into_iter().find(|control| control.surface == surface)?;
     let fits = &evidence.snapshot.pooled.ready()?.fits;
     let fit = fits.iter().find(|fit| fit.coefficient == moment)?;
     let terms = moving_terms(evidence.session, fit);
@@ -137,31 +177,49 @@ fn largest_change<'a>(
     (largest, change(&largest))
 }
 
-/// What the delay of a control does to the derivatives of `coefficient` by it and by the rate that damps.
+/// What the delays of controls do to the derivatives of `coefficient` by them and by the rates that damp: the worst of the controls.
 pub(super) fn findings(
     evidence: Evidence<'_>,
     coefficient: Coefficient,
     terms: &[Term],
     used: &[Used<'_>],
 ) -> Option<Finding> {
-    let (surface, _, _, damping) =
-        CONTROLS.into_iter().find(|(_, moment, force, _)| *moment == coefficient || *force == Some(coefficient))?;
-    let delay = evidence.delays.iter().find(|delay| delay.surface == surface)?;
-    let terms = split(terms, surface)?;
-    let fit = Shifted::new(coefficient, &terms, used, Sides::Alike)?;
-    let (now, then) = (fit.at(0.0)?, fit.at(delay.delay_s)?);
-    let ((term, was, is), change) = largest_change(&terms, damping, &now, &then);
-    let level = match change {
-        changed if changed > CHANGE_BAD => Level::Bad,
-        changed if changed > CHANGE_CAUTION => Level::Caution,
-        _ => return None,
+    let of_control = |control: TimedControl| {
+        let worst = control.worst(coefficient)?;
+        let delay = evidence.delays.iter().find(|delay| delay.surface == control.surface)?;
+        let terms = split(terms, control.surface)?;
+        let fit = Shifted::new(coefficient, &terms, used, Sides::Alike)?;
+        let (now, then) = (fit.at(0.0)?, fit.at(delay.delay_s)?);
+        let ((term, was, is), change) = largest_change(&terms, control.damping, &now, &then);
+        let level = match change {
+            changed if changed > CHANGE_BAD => Level::Bad,
+            changed if changed > CHANGE_CAUTION => Level::Caution,
+            _ => return None,
+        };
+        let changed = format!("{} becomes {is:.4} (was {was:.4})", term.derivative_name(coefficient));
+        Some(finding(evidence, delay, level.min(worst), &changed))
     };
-    Some(finding(
-        evidence,
-        delay,
-        level,
-        &format!("{} becomes {is:.4} (was {was:.4})", term.derivative_name(coefficient)),
-    ))
+    CONTROLS.into_iter().filter_map(of_control).max_by_key(|finding| finding.level)
+}
+
+/// Flow angles ahead of the specific forces for a force, and attitude ahead of the rates for a moment: the inertial sensors are recorded late
+/// or filtered, and the coefficient lacks what that takes.
+pub(super) fn late_inertial(evidence: Evidence<'_>, coefficient: Coefficient) -> Option<Finding> {
+    let is_force = matches!(coefficient, Coefficient::CX | Coefficient::CY | Coefficient::CZ);
+    let (kind, measurement, ahead, behind, sensors) = if is_force {
+        (ConstantError::FlowDelay, Measurement::AngleOfAttack, "Flow angles", "specific forces", "accelerometers")
+    } else {
+        (ConstantError::AttitudeDelay, Measurement::BankAngle, "Attitude angles", "rates", "gyros")
+    };
+    let found = evidence.snapshot.delays_and_gusts.delays.as_ref()?.0.iter();
+    let found = found.filter(|delay| delay.kind == kind && delay.is_significant()).map(|delay| delay.delay_s).next()?;
+    let ahead_s = -(evidence.session.filter.measurement_delay_s[measurement as usize] + found);
+    if ahead_s <= AHEAD_S {
+        return None;
+    }
+    let text = format!("{ahead} lead the {behind} by {ahead_s:.3} s (limit {AHEAD_S:.3} s).");
+    let finding = Finding::new(Level::Caution, "timing", sensors, text).with_figure(ahead_s, AHEAD_S);
+    Some(finding.with_fix_text(format!("Record the {sensors} without a filter; check their clock.")))
 }
 
 fn finding(evidence: Evidence<'_>, delay: &ControlDelay, level: Level, changed: &str) -> Finding {

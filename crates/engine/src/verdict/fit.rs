@@ -105,6 +105,7 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
     if window.is_none() {
         findings.extend(prediction(evidence, &at, fit));
         findings.extend(delay::findings(evidence, fit.coefficient, &terms, &used));
+        findings.extend(delay::late_inertial(evidence, fit.coefficient));
     }
     if estimate.quality.r_squared < R2_FIT {
         let r2 = estimate.quality.r_squared;
@@ -197,7 +198,9 @@ fn unmoved(
     {
         let text =
             format!("No vane recorded for {name}: it moves {times:.1} times its uncertainty (limit {EXCITATION}).");
-        let finding = Finding::new(Level::Caution, "excitation", at, text).with_figure(*times, EXCITATION);
+        // Below its own uncertainty the angle is that of the gusts.
+        let level = if *times < 1.0 { Level::Bad } else { Level::Caution };
+        let finding = Finding::new(level, "excitation", at, text).with_figure(*times, EXCITATION);
         let fix_text = "Record a flow-angle vane; without one, compare with another flight.";
         return Some(finding.with_fix_text(fix_text).with_setting("Channels", ""));
     }

@@ -22,6 +22,7 @@ mod judge;
 mod judged_flights;
 mod loading;
 mod made_of;
+mod mounting;
 mod noise;
 mod plausible;
 mod propulsion;

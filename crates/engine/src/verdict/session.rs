@@ -1,7 +1,7 @@
 //! Findings about the session as a whole: channels that contradict each other, what could not be computed, what is only assumed.
 
 use super::judge::{Evidence, not_computed};
-use super::{Finding, Level, accelerometer, gravity, loading, made_of, shape};
+use super::{Finding, Level, accelerometer, gravity, loading, made_of, mounting, shape};
 
 /// What speaks against the session besides its windows, fits and studies.
 pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
@@ -32,8 +32,10 @@ pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
     let windows = evidence.windows().map(|window| window.name.as_str()).filter(has_coefficients);
     let airspeed = made_of::airspeed(evidence, windows);
     let place = accelerometer::findings(evidence.session, snapshot);
+    let rates = mounting::findings(evidence.session, snapshot);
     physics
         .chain(place)
+        .chain(rates)
         .chain(shape::geometry_findings(snapshot))
         .chain(signals)
         .chain(gravity)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import json
 import os
 import shutil
@@ -238,10 +237,14 @@ def check_key(place: str) -> None:
         above += f"{part}."
 
 
-@functools.lru_cache(maxsize=1)
+#: The schema of session files, read when it is first needed.
+_SCHEMA: dict[str, Any] = {}
+
+
 def _schema() -> dict[str, Any]:
-    schema: dict[str, Any] = json.loads(_doublet.session_schema())
-    return schema
+    if not _SCHEMA:
+        _SCHEMA.update(json.loads(_doublet.session_schema()))
+    return _SCHEMA
 
 
 def _plain(value: Any) -> Any:

@@ -21,6 +21,7 @@ _TRIED = 7
 class Values(tuple[Any, ...]):
     """Values by name or in order: ``x.alpha``, ``x["alpha"]``, ``alpha, q = x``."""
 
+    __slots__ = ()
     _places: ClassVar[dict[str, int]] = {}
 
     def __getattr__(self, name: str) -> Any:

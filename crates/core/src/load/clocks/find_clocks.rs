@@ -263,6 +263,7 @@ pub(crate) fn add_even_clocks(source: &mut Source, start_s: f64, rate_hz: f64) {
                 is_unit_stated: true,
                 question: None,
                 is_unit_ambiguous: false,
+                coarse: None,
                 index: None,
             });
         }

@@ -269,3 +269,55 @@ fn seconds_since_1970_may_be_called_unix_time() {
     let probe = probe_of(&format!("timestamp,altitude\nunix time,m\n{rows}"));
     assert_eq!(probe.sources[0].clocks.first().map(|clock| clock.rate_hz.round()), Some(10.0));
 }
+
+/// Roles of a table of three channels, the first of this name, by the channels that play them.
+fn roles_of(name: &str, values: [f64; 3]) -> Vec<(Role, bool)> {
+    let [a, b, c] = values;
+    let map = guess(&[probe_of(&format!("time,{name},note\n0.0,{a},1\n0.1,{b},1\n0.2,{c},1\n"))]);
+    map.rows.iter().map(|(role, row)| (*role, row.turned)).collect()
+}
+
+#[test]
+fn names_of_other_languages_and_short_ones_have_their_roles() {
+    for (name, wanted) in [
+        ("Aceleración longitudinal [m/s2]", Role::SpecificForceX),
+        ("Aceleración lateral [m/s2]", Role::SpecificForceY),
+        ("velocidad norte [m/s]", Role::VelocityNorth),
+        ("velocidad este [m/s]", Role::VelocityEast),
+        ("velocidad abajo [m/s]", Role::VelocityDown),
+        ("Ángulo de resbalamiento [deg]", Role::Sideslip),
+        ("Resbalamiento [deg]", Role::Sideslip),
+        ("Temperatura exterior [degC]", Role::AirTemperature),
+        ("Température [degC]", Role::AirTemperature),
+        ("Température extérieure [degC]", Role::AirTemperature),
+        ("ALF [deg]", Role::AngleOfAttack),
+        ("BET [deg]", Role::Sideslip),
+        ("AOSS [deg]", Role::Sideslip),
+        ("DELE [deg]", Role::Elevator),
+        ("DELA [deg]", Role::Aileron),
+        ("DELR [deg]", Role::Rudder),
+        ("Elevator TE down [deg]", Role::Elevator),
+    ] {
+        assert_eq!(roles_of(name, [1.0, 2.0, 1.5]), [(wanted, false)], "{name}");
+    }
+    for name in
+        ["Temperature [degC]", "Température moteur [degC]", "Velocidad viento norte [m/s]", "beta bet", "alf bet"]
+    {
+        assert_eq!(roles_of(name, [1.0, 2.0, 1.5]), [], "{name}");
+    }
+    let baro = |name: &str| roles_of(name, [900.0, 901.0, 902.0]).into_iter().map(|(role, _)| role).collect::<Vec<_>>();
+    for name in ["Baro ft", "Baro [ft]"] {
+        assert!(baro(name).contains(&Role::Altitude), "{name}");
+    }
+    assert_eq!(baro("Baro [hPa]"), [Role::StaticPressure]);
+}
+
+#[test]
+fn a_load_factor_less_one_and_an_elevator_up_are_turned() {
+    let map = guess_of("Delta nz [g]", |now| vec![0.1 * now.pitch]);
+    let row = map.row(Role::SpecificForceZ).unwrap();
+    assert_eq!((row.turned, row.offset, row.unit.unwrap().symbol), (true, 1.0, "g"));
+    for name in ["Elevator TE up [deg]", "elevator_teu_deg", "Elevator TEU [deg]", "Elevator [deg TEU]"] {
+        assert_eq!(roles_of(name, [1.0, 2.0, 1.5]), [(Role::Elevator, true)], "{name}");
+    }
+}

@@ -12,7 +12,7 @@ use crate::load::names::tokens::end_on;
 use crate::quantity::Role;
 
 /// Names that stand for a role as a whole name alone: behind other words they are other quantities.
-const WHOLE: [&str; 3] = ["pressure", "press", "height"];
+const WHOLE: [&str; 5] = ["pressure", "press", "height", "alf", "bet"];
 
 impl NameFit {
     /// The names it is of.
@@ -69,6 +69,14 @@ pub(crate) fn named(
             && vectors::has_brothers(name, role, candidate, candidates)
     };
     best(candidates, taken, role, names, &goes_by)
+}
+
+/// Whether the whole name of a channel, in any language, is one of a role.
+pub(crate) fn goes_by_whole_name(candidate: &Candidate<'_>, role: Role) -> bool {
+    [NameFit::Whole, NameFit::Foreign, NameFit::Essence].into_iter().any(|fit| {
+        let mut of_role = fit.names().iter().filter(|(other, _)| *other == role).flat_map(|(_, names)| *names);
+        of_role.any(|name| NEEDS.iter().all(|(known, _)| known != name) && fit.fits(candidate, name))
+    })
 }
 
 /// Tokens behind a name that say where it was measured, not what.
@@ -139,6 +147,8 @@ fn has_one_reading(
         Need::GreekControls => {
             GREEK_CONTROLS.iter().all(|control| candidates.iter().any(|other| other.words == *control))
         }
+        Need::UnitUnless(other) => role == other || has_unit,
+        Need::Accent => !candidate.channel.name.is_ascii(),
         Need::UnitOrBeside(names) => {
             has_unit
                 || (candidate.unit.is_none() && candidates.iter().any(|other| names.contains(&other.words.as_str())))

@@ -104,6 +104,8 @@ pub(crate) fn row(candidate: &Candidate<'_>, role: Role) -> ManualChannel {
                 || ["aill", "dal", "deltaal"].contains(&candidate.plain.as_str())
                 || is_left_aileron(candidate)
         }
+        // Trailing edge down is positive.
+        Role::Elevator => is_edge_up(candidate.channel),
         _ => false,
     };
     row
@@ -113,6 +115,16 @@ pub(crate) fn row(candidate: &Candidate<'_>, role: Role) -> ManualChannel {
 fn is_left_aileron(candidate: &Candidate<'_>) -> bool {
     let has = |words: &[&str]| candidate.tokens.iter().any(|token| words.contains(&token.as_str()));
     has(&["laileron", "aileronl"]) || (has(&["l", "lh"]) && has(&["aileron", "ailerons", "ail"]))
+}
+
+/// Whether the name or the unit of a surface says that its trailing edge up is positive: `Elevator TE up`, `TEU`.
+fn is_edge_up(channel: &ChannelInfo) -> bool {
+    let says = |text: &str| {
+        let all = tokens(text);
+        let has = |words: &[&str]| all.windows(words.len()).any(|few| few == words);
+        has(&["teu"]) || has(&["te", "up"]) || has(&["trailing", "edge", "up"])
+    };
+    says(&channel.name) || channel.unit.as_deref().is_some_and(says)
 }
 
 /// Words for the left and for the right side.

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::load::contents::Probe;
+use crate::load::contents::{Probe, Source};
 use crate::load::file::stem;
 use crate::load::guesses::by_physics;
 use crate::load::guesses::by_words::add_names;
@@ -20,7 +20,7 @@ use crate::load::guesses::runner_up::add_runners_up;
 use crate::load::guesses::slopes;
 use crate::load::guesses::user_names::UserNames;
 use crate::load::guesses::vectors;
-use crate::load::maps::by_hand::{By, ChannelName, ManualChannel, ManualChannelMap};
+use crate::load::maps::by_hand::{By, ChannelName, ManualChannel, ManualChannelMap, ManualTime};
 use crate::load::names::foreign_names::AIRSPEEDS_OF_NO_KIND;
 use crate::load::names::role_names::NAMES;
 use crate::load::names::stated_unit::name_and_unit;
@@ -43,6 +43,7 @@ pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
     let claims = recorders::claim(probes);
     let mut map = ManualChannelMap {
         name: probes.first().map(|probe| stem(&probe.path)).unwrap_or_default(),
+        time: even_times(probes),
         ..ManualChannelMap::default()
     };
     let mut candidates = free_candidates(probes, &claims, names, &mut map);
@@ -87,6 +88,22 @@ pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
     add_runners_up(&mut map, &free);
     map.kind = map.kind.take().or_else(|| kinds::find_kind(probes, &map));
     map
+}
+
+/// Start and rate of sources whose stamps are coarser than the samples, each repeated equally often.
+fn even_times(probes: &[Probe]) -> Vec<(String, ManualTime)> {
+    let even = |source: &Source| {
+        let [clock] = source.clocks.as_slice() else { return None };
+        let coarse = clock.coarse.filter(|coarse| coarse.is_even)?;
+        let (start_s, rate_hz) = (coarse.start_s(coarse.rate_hz), coarse.rate_hz);
+        Some((source.name.clone(), ManualTime::Even { start_s, rate_hz }))
+    };
+    probes.iter().flat_map(|probe| &probe.sources).filter_map(even).collect()
+}
+
+/// Channels whose names no token forbids and that no known recorder gives another meaning.
+pub(crate) fn nameable_candidates(probes: &[Probe]) -> Vec<Candidate<'_>> {
+    free_candidates(probes, &recorders::claim(probes), &UserNames::default(), &mut ManualChannelMap::default())
 }
 
 /// Candidates that no recorder is known to have given another meaning and no token of whose names forbids it.
@@ -229,9 +246,9 @@ pub fn share_rate_unit(map: &mut ManualChannelMap, probes: &[Probe]) {
 }
 
 /// Parts of names of specific forces that are positive upwards.
-const UPWARDS: [&str; 4] = ["norm", "hoch", "vertikal", "verticale"];
-/// Ends of names of load factors less one g, which are positive upwards: `Nz-1`.
-const LESS_ONE: [&str; 2] = ["nz1", "nzminus1"];
+const UPWARDS: [&str; 5] = ["norm", "hoch", "vertikal", "verticale", "aceleracionvertical"];
+/// Ends of names of load factors less one g, which are positive upwards: `Nz-1`, `Delta nz`.
+const LESS_ONE: [&str; 3] = ["nz1", "nzminus1", "deltanz"];
 
 /// Specific force along z is about -g on the mean: its size tells g from m/s² where no unit is known, its sign the axis, and a mean
 /// near zero in g that 1 g was taken off.
@@ -266,7 +283,7 @@ fn refine_forces(map: &mut ManualChannelMap, probes: &[Probe]) {
         }
         if *role == Role::SpecificForceZ {
             let taken_off = in_g && mean.abs() < 0.4;
-            let name = plain_letters(&row.from.channel);
+            let name = plain_letters(&name_and_unit(&row.from.channel).0);
             let upwards = UPWARDS.iter().any(|up| name.contains(up)) || LESS_ONE.iter().any(|one| name.ends_with(one));
             row.turned = mean > 0.4 || (taken_off && upwards);
             row.offset = if !taken_off {
@@ -306,7 +323,6 @@ fn add_position(map: &mut ManualChannelMap, probes: &[Probe]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::load::maps::by_hand::ManualTime;
     use crate::load::maps::map::ChannelMap;
     use crate::load::maps::plan::plan;
     use crate::load::maps::read::read;
@@ -385,6 +401,18 @@ mod tests {
         let parsed = ChannelMap::parse(&map.text().unwrap()).unwrap();
         let recording = read(&plan(&probe, &parsed)).unwrap();
         assert_eq!(recording.role(Role::PitchRate).unwrap().series.time_s[..], [0.0, 0.02, 0.04]);
+    }
+
+    #[test]
+    fn stamps_in_whole_seconds_become_start_and_rate() {
+        let rows: String = (0..80).map(|k| format!("{},{}\n", (k + 3) / 10, k % 7)).collect();
+        let probe = probe_of(&format!("UTC [s],roll rate [deg/s]\n{rows}"));
+        let map = guess(std::slice::from_ref(&probe));
+        let [(_, ManualTime::Even { start_s, rate_hz })] = map.time[..] else { panic!("{:?}", map.time) };
+        assert!((start_s - 0.3).abs() < 1e-9 && rate_hz == 10.0);
+        let recording = read(&plan(&probe, &ChannelMap::parse(&map.text().unwrap()).unwrap())).unwrap();
+        let time_s = &recording.role(Role::RollRate).unwrap().series.time_s;
+        assert!((time_s[0] - 0.3).abs() < 1e-9 && (time_s[79] - 8.2).abs() < 1e-9);
     }
 
     #[test]

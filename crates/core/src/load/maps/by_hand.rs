@@ -182,6 +182,13 @@ pub enum ManualTime {
     Channel(String, Unit),
     /// Evenly spaced at this rate, Hz.
     Rate(f64),
+    /// Evenly spaced from a time on, s, at a rate, Hz: its stamps are coarser than its samples.
+    Even {
+        /// Time of the first sample, s.
+        start_s: f64,
+        /// Rate, Hz.
+        rate_hz: f64,
+    },
 }
 
 /// A map in the making.
@@ -222,7 +229,7 @@ pub struct ManualQuaternion {
 }
 
 impl ManualChannelMap {
-    /// What attitude and velocity are derived from, a line each.
+    /// What attitude, velocity and the time of coarse stamps are derived from, a line each.
     pub fn derivations(&self) -> Vec<String> {
         let attitude = self.attitude.as_ref().map(|attitude| {
             let (parts, axes) = (attitude.parts.join("', '"), attitude.axes.description());
@@ -234,7 +241,13 @@ impl ManualChannelMap {
                 speed.from.channel, track.from.channel, speed.from.source
             )
         });
-        attitude.into_iter().chain(velocity).collect()
+        let times = self.time.iter().filter_map(|(source, time)| match time {
+            ManualTime::Even { start_s, rate_hz } => Some(format!(
+                "time of {source}: {rate_hz} Hz from {start_s:.3} s, its stamps are coarser than the samples"
+            )),
+            _ => None,
+        });
+        times.chain(attitude).chain(velocity).collect()
     }
 
     /// The channel that would play a role if the one chosen did not.
@@ -308,6 +321,10 @@ fn time_table(source: &str, time: &ManualTime) -> Table {
             table.insert("unit".to_owned(), unit.symbol.into());
         }
         ManualTime::Rate(rate_hz) => {
+            table.insert("sample_rate".to_owned(), (*rate_hz).into());
+        }
+        ManualTime::Even { start_s, rate_hz } => {
+            table.insert("start_time".to_owned(), (*start_s).into());
             table.insert("sample_rate".to_owned(), (*rate_hz).into());
         }
     }

@@ -1,11 +1,12 @@
-//! German and French names of channels, and what some of them need beside them to have one reading.
+//! German, French and Spanish names of channels, and what some of them need beside them to have one reading.
 
 use crate::load::names::role_names::{RoleNames, is_known};
 use crate::load::names::stated_unit::stem_and_unit;
 use crate::load::names::words::{join_words, plain_letters};
 use crate::quantity::Role;
 
-/// Names a role goes by in German and French as [`crate::load::names::words::join_words`] writes them, best first.
+/// Names a role goes by in German, French, Spanish and other languages as [`crate::load::names::words::join_words`] writes them, best first.
+#[rustfmt::skip]
 pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
     (
         Role::SpecificForceX,
@@ -28,6 +29,7 @@ pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
             "facteurchargenx",
             "facteurchargex",
             "facteurchargelongitudinal",
+            "aceleracionlongitudinal",
         ],
     ),
     (
@@ -48,6 +50,7 @@ pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
             "facteurchargeny",
             "facteurchargey",
             "facteurchargelateral",
+            "aceleracionlateral",
         ],
     ),
     (
@@ -77,6 +80,7 @@ pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
             "facteurchargenormal",
             "facteurchargevertical",
             "facteurcharge",
+            "aceleracionvertical",
         ],
     ),
     (
@@ -151,12 +155,17 @@ pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
             "gieren",
         ],
     ),
-    (Role::VelocityNorth, &["vnord", "geschwnord", "geschwindigkeitnord", "nordgeschwindigkeit", "vitessenord"]),
-    (Role::VelocityEast, &["vost", "geschwost", "geschwindigkeitost", "ostgeschwindigkeit", "vitesseest"]),
+    (Role::VelocityNorth, &[
+        "vnord", "geschwnord", "geschwindigkeitnord", "nordgeschwindigkeit", "vitessenord", "velocidadnorte",
+    ]),
+    (Role::VelocityEast, &[
+        "vost", "geschwost", "geschwindigkeitost", "ostgeschwindigkeit", "vitesseest", "velocidadeste",
+    ]),
     (
         Role::VelocityDown,
         &[
             "velocidadvertical",
+            "velocidadabajo",
             "velocitaverticale",
             "вертикальнаяскорость",
             "升降速度",
@@ -310,6 +319,8 @@ pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
         &[
             "derrape",
             "deslizamiento",
+            "resbalamiento",
+            "anguloresbalamiento",
             "уголскольжения",
             "侧滑角",
             "schiebewinkel",
@@ -319,75 +330,26 @@ pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
         ],
     ),
     (Role::Aileron, FOREIGN_AILERON),
-    (
-        Role::Elevator,
-        &[
-            "timonprofundidad",
-            "elevador",
-            "profundor",
-            "рульвысоты",
-            "升降舵",
-            "hohenruder",
-            "hoehenruder",
-            "hohenruderausschlag",
-            "hoehenruderausschlag",
-            "hohenruderwinkel",
-            "hoehenruderwinkel",
-            "hohenruderstellung",
-            "hoehenruderstellung",
-            "profondeur",
-            "gouverneprofondeur",
-            "braquageprofondeur",
-            "braquagegouverneprofondeur",
-            "eta",
-        ],
-    ),
-    (
-        Role::Rudder,
-        &[
-            "timondireccion",
-            "leme",
-            "timone",
-            "рульнаправления",
-            "方向舵",
-            "seitenruder",
-            "seitenruderausschlag",
-            "seitenruderwinkel",
-            "seitenruderstellung",
-            "gouvernedirection",
-            "braquagedirection",
-            "braquagegouvernedirection",
-            "direction",
-            "palonnier",
-            "zeta",
-        ],
-    ),
-    (
-        Role::ElevatorTrim,
-        &[
-            "hohenrudertrimmung",
-            "hoehenrudertrimmung",
-            "hohenrudertrimm",
-            "hoehenrudertrimm",
-            "trimmruder",
-            "compensateurprofondeur",
-            "tabprofondeur",
-        ],
-    ),
+    (Role::Elevator, &[
+        "timonprofundidad", "elevador", "profundor", "рульвысоты", "升降舵", "hohenruder", "hoehenruder",
+        "hohenruderausschlag", "hoehenruderausschlag", "hohenruderwinkel", "hoehenruderwinkel",
+        "hohenruderstellung", "hoehenruderstellung", "profondeur", "gouverneprofondeur", "braquageprofondeur",
+        "braquagegouverneprofondeur", "eta",
+    ]),
+    (Role::Rudder, &[
+        "timondireccion", "leme", "timone", "рульнаправления", "方向舵", "seitenruder", "seitenruderausschlag",
+        "seitenruderwinkel", "seitenruderstellung", "gouvernedirection", "braquagedirection",
+        "braquagegouvernedirection", "direction", "palonnier", "zeta",
+    ]),
+    (Role::ElevatorTrim, &[
+        "hohenrudertrimmung", "hoehenrudertrimmung", "hohenrudertrimm", "hoehenrudertrimm", "trimmruder",
+        "compensateurprofondeur", "tabprofondeur",
+    ]),
     (Role::Stabiliser, &["hohenflosse", "hoehenflosse"]),
-    (
-        Role::Flap,
-        &[
-            "klappen",
-            "landeklappen",
-            "klappenstellung",
-            "klappenwinkel",
-            "wolbklappen",
-            "woelbklappen",
-            "volets",
-            "braquagevolets",
-        ],
-    ),
+    (Role::Flap, &[
+        "klappen", "landeklappen", "klappenstellung", "klappenwinkel", "wolbklappen", "woelbklappen", "volets",
+        "braquagevolets",
+    ]),
     (Role::StaticPressure, &["statischerdruck", "statikdruck", "druckstatisch", "luftdruck", "pressionstatique"]),
     (
         Role::AirTemperature,
@@ -398,6 +360,8 @@ pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
             "temperaturestatique",
             "temperatureexterieure",
             "temperatureair",
+            "temperaturaexterior",
+            "temperature",
         ],
     ),
     (Role::TotalTemperature, &["gesamttemperatur", "totaltemperatur", "temperaturetotale"]),
@@ -450,6 +414,7 @@ pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
             "altitudepression",
             "altitudebaro",
             "altitudebarometrique",
+            "baro",
         ],
     ),
     (Role::Latitude, &["latitud", "latitudine", "широта", "纬度", "breitengrad", "breite"]),
@@ -495,6 +460,10 @@ pub(crate) enum Need {
     FrenchControl,
     /// The other two controls by their letters of LN 9300.
     GreekControls,
+    /// A unit that the role has, unless it is this role.
+    UnitUnless(Role),
+    /// An accent: without one the word is English too, and the temperature that of any sensor.
+    Accent,
     /// A unit that the role has, or another channel of one of these names.
     UnitOrBeside(&'static [&'static str]),
 }
@@ -525,6 +494,9 @@ pub(crate) const NEEDS: &[(&str, Need)] = &[
     // Vitesse conventionnelle, vitesse propre.
     ("vc", Need::OneOf(&["kt", "km/h"])),
     ("vp", Need::OneOf(&["kt", "km/h"])),
+    // A pressure, unless it is in feet or metres.
+    ("baro", Need::UnitUnless(Role::StaticPressure)),
+    ("temperature", Need::Accent),
     ("xi", Need::GreekControls),
     ("eta", Need::GreekControls),
     ("zeta", Need::GreekControls),
@@ -550,9 +522,23 @@ pub(crate) fn is_role_name(name: &str) -> bool {
 /// Letters of the shortest name that may stand at the end of a longer one.
 const LEAST_ENDING: usize = 7;
 /// Words before a name that make another quantity of it: a rate, a force, a trim tab, the wind.
-const OTHER_QUANTITIES: [&str; 14] = [
-    "angul", "winkel", "dreh", "vitesse", "taux", "trim", "compens", "tab", "kraft", "effort", "moment", "servo",
-    "wind", "vent",
+const OTHER_QUANTITIES: [&str; 16] = [
+    "angul",
+    "winkel",
+    "dreh",
+    "vitesse",
+    "velocidad",
+    "taux",
+    "trim",
+    "compens",
+    "tab",
+    "kraft",
+    "effort",
+    "moment",
+    "servo",
+    "wind",
+    "vent",
+    "viento",
 ];
 
 /// Whether a channel's name ends on `name`, behind words that leave it what it is: `imurollrate`.

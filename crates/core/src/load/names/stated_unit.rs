@@ -220,6 +220,10 @@ pub(crate) fn parse_loosely(text: &str) -> Option<Unit> {
     if let Ok(unit) = Unit::parse(text) {
         return Some(unit);
     }
+    // `deg TEU`: the direction is no part of the unit.
+    if let Some((before, "TEU" | "TED" | "TE up" | "TE down")) = split_direction(text) {
+        return Unit::parse(before).ok();
+    }
     let mut plain = text.to_lowercase();
     for (word, unit) in PARTS {
         plain = plain.replace(word, unit);
@@ -240,6 +244,12 @@ pub(crate) fn parse_loosely(text: &str) -> Option<Unit> {
         None => plain,
     };
     Unit::parse(&plain).ok()
+}
+
+/// The first word of a unit and what follows it.
+fn split_direction(text: &str) -> Option<(&str, &str)> {
+    let (unit, direction) = text.split_once([' ', ','])?;
+    Some((unit, direction.trim()))
 }
 
 /// Whether a recorded unit says no more than that there is none.
@@ -285,6 +295,8 @@ mod tests {
             ("meters/second", Some("m/s")),
             ("feet per minute", Some("ft/min")),
             ("Deg C", Some("degC")),
+            ("deg TEU", Some("deg")),
+            ("deg, TE up", Some("deg")),
             ("flags", None),
         ] {
             assert_eq!(parse_loosely(text).map(|unit| unit.symbol), wanted, "{text}");

@@ -1,0 +1,65 @@
+//! Control surfaces that were recorded in what is not an angle: per cent of travel, volts, counts.
+
+use crate::load::contents::{ChannelInfo, Probe};
+use crate::load::guesses::by_words::goes_by_whole_name;
+use crate::load::guesses::guess::nameable_candidates;
+use crate::load::maps::by_hand::{By, ChannelName, ManualChannelMap};
+use crate::load::names::stated_unit::{is_count, parse_loosely, stated_unit};
+use crate::quantity::{Dimension, Role};
+
+/// Units of signals that a deflection is calibrated from, in small letters.
+const SIGNALS: [&str; 14] =
+    ["v", "mv", "volt", "volts", "ma", "counts", "count", "cnt", "ticks", "lsb", "bits", "raw", "pwm", "digits"];
+/// What such signals are measured in besides: per cent, the length of a pulse, that of a string.
+const OTHERS: [Dimension; 3] = [Dimension::Dimensionless, Dimension::Time, Dimension::Length];
+
+/// The channel that goes by the whole name of the control surface `role` and was recorded in a unit that is not one of angles, and that unit.
+/// None where another channel of `map` plays the role, or what it reads has a unit.
+pub fn find_surface_signal(probes: &[Probe], map: &ManualChannelMap, role: Role) -> Option<(ChannelName, String)> {
+    if let Some(row) = map.row(role) {
+        let unit = row.from.find(probes).and_then(signal_unit);
+        return unit.filter(|_| row.by == By::Name && row.is_unit_open(probes)).map(|unit| (row.from.clone(), unit));
+    }
+    let candidates = nameable_candidates(probes);
+    let is_free = |from: &ChannelName| {
+        map.rows.iter().all(|(_, row)| row.from != *from) && map.left_out.iter().all(|(out, _)| out != from)
+    };
+    let mut named =
+        candidates.iter().filter(|candidate| is_free(&candidate.from) && goes_by_whole_name(candidate, role));
+    named.find_map(|candidate| Some((candidate.from.clone(), signal_unit(candidate.channel)?)))
+}
+
+/// The unit of a channel, as recorded, where it is one of signals.
+fn signal_unit(channel: &ChannelInfo) -> Option<String> {
+    let recorded = channel.unit.as_deref().map(str::trim).filter(|unit| !unit.is_empty());
+    if let Some(recorded) = recorded.filter(|unit| parse_loosely(unit).is_none()) {
+        return SIGNALS.contains(&recorded.to_lowercase().as_str()).then(|| recorded.to_owned());
+    }
+    let unit = stated_unit(channel).filter(|unit| OTHERS.contains(&unit.dimension) && !is_count(*unit))?;
+    Some(recorded.unwrap_or(unit.symbol).to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::load::guesses::guess::guess;
+    use crate::load::probe_of;
+
+    /// Channel and unit of the elevator of a table whose other channel it is beside.
+    fn signal_of(head: &str) -> Option<(String, String)> {
+        let probes = [probe_of(&format!("time,{head},note\n0.0,5,1\n0.1,60,1\n0.2,-50,1\n"))];
+        let found = find_surface_signal(&probes, &guess(&probes), Role::Elevator);
+        found.map(|(from, unit)| (from.channel, unit))
+    }
+
+    #[test]
+    fn surfaces_in_per_cent_volts_and_counts_are_found_and_angles_and_sticks_are_not() {
+        for (head, unit) in [("Elevator [%]", "%"), ("Elevator [V]", "V"), ("elevator [counts]", "counts")] {
+            let name = head.split(' ').next().map(str::to_owned);
+            assert_eq!(signal_of(head), name.map(|name| (name, unit.to_owned())), "{head}");
+        }
+        for head in ["Elevator [deg]", "Elevator", "Elevator stick [%]", "Elevator trim [%]", "Elevator [N]"] {
+            assert_eq!(signal_of(head), None, "{head}");
+        }
+    }
+}
