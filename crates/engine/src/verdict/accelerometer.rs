@@ -1,7 +1,7 @@
 //! Accelerometers that are not where the aircraft file has them, by what the ground velocity says.
 
 use doublet_core::airframe::SensorStations;
-use doublet_core::compatibility::{AccelerometerPlace, TellingVelocity};
+use doublet_core::compatibility::{AccelerometerPlace, RateErrors, TellingVelocity};
 use doublet_core::model::Position;
 
 use super::{Finding, Level};
@@ -19,6 +19,10 @@ const BAD_PART: f64 = 0.15;
 /// The same beyond which the velocity is of another place than it is taken for. Forces of the air and what is felt of the turning may cancel,
 /// so that more is felt than recorded, but not many times as much.
 const FELT_AT_MOST: f64 = 2.0;
+
+/// Delay of bank or pitch behind the rates, s, beyond which no place is told: gravity in late axes looks like another place, by some 0.4 m in
+/// 0.1 s. The velocity relative to the air tells none in gusts, which it measures and the accelerometers feel.
+const LATE_ATTITUDE_S: f64 = 0.05;
 
 /// Standard errors within which two velocities give the same place, and beyond which the second is not zero.
 const CONFIRMED: f64 = 3.0;
@@ -55,8 +59,13 @@ struct Places {
 
 impl Places {
     fn find(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<Self> {
-        let found = snapshot.physics.get(flight)?.ready()?.accelerometer;
-        let found = found.filter(|found| found.felt_part < FELT_AT_MOST)?;
+        let physics = snapshot.physics.get(flight)?.ready()?;
+        let found = physics.accelerometer.filter(|found| found.felt_part < FELT_AT_MOST)?;
+        let is_late = |rates: &RateErrors| rates.delay_s[..2].iter().any(|delay_s| delay_s.abs() > LATE_ATTITUDE_S);
+        let has_gusts = snapshot.delays_and_gusts.gusts.as_ref().is_some_and(|gusts| gusts.is_significant());
+        if physics.rates.as_ref().is_some_and(is_late) || (found.by == TellingVelocity::Air && has_gusts) {
+            return None;
+        }
         let aircraft = snapshot.aircraft.ready().map(|loaded| &loaded.aircraft);
         let flown = snapshot.flown.get(flight).and_then(|slot| slot.ready());
         let cg_m = flown.map(|flown| flown.start.state.properties.cg_from_datum_m);

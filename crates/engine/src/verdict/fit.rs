@@ -198,9 +198,7 @@ fn unmoved(
     {
         let text =
             format!("No vane recorded for {name}: it moves {times:.1} times its uncertainty (limit {EXCITATION}).");
-        // Below its own uncertainty the angle is that of the gusts.
-        let level = if *times < 1.0 { Level::Bad } else { Level::Caution };
-        let finding = Finding::new(level, "excitation", at, text).with_figure(*times, EXCITATION);
+        let finding = Finding::new(Level::Caution, "excitation", at, text).with_figure(*times, EXCITATION);
         let fix_text = "Record a flow-angle vane; without one, compare with another flight.";
         return Some(finding.with_fix_text(fix_text).with_setting("Channels", ""));
     }
