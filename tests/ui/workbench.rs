@@ -491,8 +491,7 @@ fn passenger_who_stays_behind_moves_mass_and_derivatives_of_the_shipped_flight()
 fn report_panel_shows_its_sections_and_writes_the_ticked_ones() {
     let mut bench = Bench::open();
     bench.show(Pane::Report);
-    let title = bench.session().title.clone();
-    assert!(bench.harness.query_all_by_label(&title).count() >= 2, "the overview names the session");
+    assert!(bench.harness.query_all_by_label("Flights").next().is_some(), "the overview names the flights");
     for kind in SectionKind::ALL {
         // A panel may be named like a section: the one beside its tick is meant.
         bench.harness.get_by_label(&format!("report {}", kind.name())).scroll_to_me();
