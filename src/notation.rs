@@ -1,7 +1,9 @@
 //! How quantities are written on screen: what every front end writes, and what needs a font.
 
 use doublet_core::quantity::{Dimension, Role};
-pub use doublet_engine::notation::{derivative, derivative_parts, measurement, plural, role, signal, state, term};
+pub use doublet_engine::notation::{
+    derivative, derivative_parts, measurement, plural, role, signal, state, term, unit_symbol,
+};
 use doublet_engine::notation::{role_unit, unit};
 use eframe::egui::text::{LayoutJob, TextFormat};
 use eframe::egui::{self, Align, Color32, FontId};
@@ -46,11 +48,6 @@ impl Units {
             _ => self.for_dimension(role.dimension()),
         }
     }
-}
-
-/// The symbol of a unit as it is printed: `m/s²` for `m/s^2`.
-pub fn unit_symbol(symbol: &str) -> String {
-    symbol.replace("^2", "²").replace("^3", "³")
 }
 
 /// How long something took: milliseconds below one second, seconds above.

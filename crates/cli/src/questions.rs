@@ -24,6 +24,12 @@ impl Question {
         Self { text, option: None, must_be_answered: false, role: None, about }
     }
 
+    /// The unit of a deflection, which must be known: nothing in the motion shows it.
+    fn of_deflection(text: String, role: Role, option: String) -> Self {
+        let open = Self::new(text, About::Deflection);
+        Self { option: Some(option), must_be_answered: true, role: Some(role), ..open }
+    }
+
     /// The question with the option that answers it.
     pub fn line(&self) -> String {
         self.option.as_ref().map_or_else(|| self.text.clone(), |option| format!("{}; use {option}", self.text))
@@ -166,12 +172,7 @@ fn ask_deflection(probe: &Probe, guessed: &ManualChannelMap, role: Role) -> Opti
         row.from.source, values.least, values.greatest
     );
     let option = format!("--role {name}={channel},unit={symbol}, or unit=deg,scale=X with X degrees per recorded unit");
-    Some(Question {
-        option: Some(option),
-        must_be_answered: true,
-        role: Some(role),
-        ..Question::new(text, About::Deflection)
-    })
+    Some(Question::of_deflection(text, role, option))
 }
 
 /// A control surface that was recorded as a signal: no angle without its calibration, and no derivative of the control.
@@ -180,12 +181,7 @@ fn ask_calibration(probe: &Probe, guessed: &ManualChannelMap, role: Role) -> Opt
     let (name, channel) = (role.name(), &from.channel);
     let text = format!("{}: '{channel}', named like {name}, is in {unit}, not an angle", from.source);
     let option = format!("--role {name}={channel},unit=deg,scale=X with X degrees per recorded unit");
-    Some(Question {
-        option: Some(option),
-        must_be_answered: true,
-        role: Some(role),
-        ..Question::new(text, About::Deflection)
-    })
+    Some(Question::of_deflection(text, role, option))
 }
 
 /// Questions of one reason as one: clocks of the same stamps, sources without time, deflections, units, signs. The unit of a deflection that

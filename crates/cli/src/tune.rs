@@ -8,7 +8,7 @@ use doublet_core::reconstruct::{Input, Measurement};
 use doublet_engine::graph::Cache;
 use doublet_engine::run::{Control, Scope, Snapshot, run, tune_delay, tune_noise};
 use doublet_engine::session::{self, Session};
-use doublet_engine::stage::{self, WindowPath};
+use doublet_engine::stage::WindowPath;
 
 use crate::progress::Progress;
 use crate::text;
@@ -78,10 +78,7 @@ pub fn tune(arguments: &TuneArguments) -> Result<(), String> {
             (None, error) => return Err(format!("manoeuvre '{name}': {}", error.unwrap_or("was not reconstructed"))),
         }
     }
-    // Gravity, delays and gusts its paths were made with.
-    let session = snapshot.gravity.as_ref().map_or_else(|| session.clone(), |used| stage::with_gravity(&session, used));
-    let filter = snapshot.delays_and_gusts.added_to(&session.filter);
-    let session = Session { filter, ..session };
+    let session = snapshot.settle(&session);
     if !arguments.delay.is_empty() {
         progress.finish();
         let found = tune_delay(&paths, &session.filter, &arguments.delay, arguments.range, &control)?;

@@ -198,6 +198,11 @@ pub fn system_parameter(name: &str) -> (String, &'static str) {
     fixed.map(|(symbol, unit)| (symbol.to_owned(), unit)).or_else(of_kind).unwrap_or_else(|| (name.to_owned(), ""))
 }
 
+/// The symbol of a unit as it is printed: `m/s²` for `m/s^2`.
+pub fn unit_symbol(symbol: &str) -> String {
+    symbol.replace("^2", "²").replace("^3", "³")
+}
+
 /// A term such as `qc/V` or `alpha^2*delta_e` as it is printed: `qc/V`, `α²·δe`.
 pub fn term(name: &str) -> String {
     greek(&name.replace("^2", "²").replace("^3", "³").replace('*', "·"))

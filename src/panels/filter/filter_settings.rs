@@ -37,7 +37,7 @@ fn limits(ui: &mut Ui, ctx: &mut PanelContext<'_>, narrow: bool) {
         let value = if value < 1.5 { 0.0 } else { value.max(3.0) };
         Edit::Filter(FilterEdit::OutlierLimit(value))
     });
-    turn(ui, narrow);
+    break_row(ui, narrow);
     ui.weak("Huber beyond").on_hover_text(
         "Innovations beyond this many standard deviations weigh less. At least 1; 1.345 to 3 is usual; 0 turns it off",
     );
@@ -51,7 +51,7 @@ fn limits(ui: &mut Ui, ctx: &mut PanelContext<'_>, narrow: bool) {
 }
 
 /// Ends the row between two settings of a narrow panel.
-fn turn(ui: &mut Ui, narrow: bool) {
+fn break_row(ui: &mut Ui, narrow: bool) {
     if narrow {
         ui.end_row();
     }
@@ -68,7 +68,7 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         if choices(ui, &mut method, &[(Method::Ekf, "EKF"), (iterated, "Iterated"), (unscented, "Unscented")]) {
             ctx.edit(Edit::Filter(FilterEdit::Method(method)));
         }
-        turn(ui, narrow);
+        break_row(ui, narrow);
         ui.weak("Input hold").on_hover_text("Interpolation of the inertial sensors between samples");
         let mut hold = filter.hold;
         if choices(ui, &mut hold, &[(InputHold::FirstOrder, "Linear"), (InputHold::ZeroOrder, "Held")]) {
@@ -84,7 +84,7 @@ fn filter(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             ctx.edit(Edit::Estimation(EstimationEdit::Path(path)));
         }
         let used = ctx.snapshot.gravity.as_ref();
-        turn(ui, narrow);
+        break_row(ui, narrow);
         ui.weak("Gravity")
             .on_hover_text(used.map_or("Default: from latitude and altitude", |used| used.origin.as_str()));
         let gravity_m_s2 = match ctx.session.gravity {
@@ -112,7 +112,7 @@ fn methods(ui: &mut Ui, ctx: &mut PanelContext<'_>, (iterated, unscented): (Meth
         Edit::Filter(FilterEdit::SmootherPasses(value.round().clamp(1.0, 100.0) as usize))
     });
     if let Method::Ukf { spread } = unscented {
-        turn(ui, narrow);
+        break_row(ui, narrow);
         ui.weak("Spread").on_hover_text("Unscented: distance of the sigma points from the mean");
         let spread = QuantityEdit::new("spread", spread).unit("σ", 1.0).per_point(0.01).allowed(0.1..=10.0);
         let edited = field(ui, method == unscented, spread);
@@ -128,7 +128,7 @@ fn methods(ui: &mut Ui, ctx: &mut PanelContext<'_>, (iterated, unscented): (Meth
             let max_iterations = value.round().clamp(1.0, 100.0) as usize;
             Edit::Filter(FilterEdit::Method(Method::Iekf { max_iterations, tolerance }))
         });
-        turn(ui, narrow);
+        break_row(ui, narrow);
         ui.weak("Tolerance").on_hover_text(
             "Iterated: converged when all state changes are below this fraction of the standard deviation",
         );

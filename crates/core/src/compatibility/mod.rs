@@ -43,7 +43,9 @@ pub fn check(recording: &Recording) -> Compatibility {
     let mut rows = clocked.rows;
     let (mut place, mut rates) = (None, None);
     if let Some(motion) = clocked.motion {
-        rates = mounting::estimate_rate_errors(recording, &motion).filter(|_| clocked.factor == 1.0);
+        if clocked.factor == 1.0 {
+            rates = mounting::estimate_rate_errors(recording, &motion);
+        }
         let (shifts, motion) = shift::find(recording, clocked.factor, motion, &relations);
         rows.extend(shifts);
         let (turned, motion) = search::turn_force(motion, &relations);

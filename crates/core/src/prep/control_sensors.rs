@@ -63,7 +63,7 @@ impl<'a> SensorAttitude<'a> {
 }
 
 /// Values without the jumps of a whole turn between samples.
-pub(super) fn unwrapped(values: &[f64]) -> Vec<f64> {
+pub(crate) fn unwrapped(values: &[f64]) -> Vec<f64> {
     let mut turns = 0.0;
     let mut last = values.first().copied().unwrap_or(0.0);
     let mut result = Vec::with_capacity(values.len());

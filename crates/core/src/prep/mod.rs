@@ -38,6 +38,7 @@ pub use air_data::{
 };
 pub use airborne::{Airborne, airborne};
 pub use coherence::{Coherence, Spectrogram, coherence, spectrogram};
+pub(crate) use control_sensors::unwrapped;
 pub use control_sensors::{
     SensorAttitude, SensorReference, attitude_turn, central4_noise, integrated_turn, integrated_turn_noise,
     sensor_rate_noise, sensor_rates,

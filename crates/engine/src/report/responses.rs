@@ -66,7 +66,7 @@ pub struct SystemRow {
     /// Upper end.
     #[serde(serialize_with = "where_finite")]
     pub high: f64,
-    /// Cost of the mismatch of the system and the response: up to 100 is a good fit.
+    /// Cost of the mismatch of the system and the response: a caution above 50, bad above 100.
     #[serde(serialize_with = "where_finite")]
     pub cost: f64,
     /// Level of the verdict on the system.

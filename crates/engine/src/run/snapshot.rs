@@ -405,6 +405,13 @@ impl Snapshot {
         if studied.ready().is_none() && looked_at.ready().is_some() { looked_at } else { studied }
     }
 
+    /// The session with the filter that its paths are reconstructed with: gravity in use, estimated delays and gusts.
+    pub fn settle(&self, session: &Session) -> Session {
+        let mut filter = self.delays_and_gusts.added_to(&session.filter);
+        filter.gravity_m_s2 = self.gravity_m_s2(session);
+        Session { filter, ..session.clone() }
+    }
+
     /// Gravity the paths are reconstructed with, m/s²: that in use, or the session's before the flights were read.
     pub fn gravity_m_s2(&self, session: &Session) -> f64 {
         self.gravity.as_ref().map_or(session.filter.gravity_m_s2, |used| used.m_s2)

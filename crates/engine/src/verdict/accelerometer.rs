@@ -20,8 +20,8 @@ const BAD_PART: f64 = 0.15;
 /// so that more is felt than recorded, but not many times as much.
 const FELT_AT_MOST: f64 = 2.0;
 
-/// Delay of bank or pitch behind the rates, s, beyond which no place is told: gravity in late axes looks like another place, by some 0.4 m in
-/// 0.1 s. The velocity relative to the air tells none in gusts, which it measures and the accelerometers feel.
+/// Delay of bank or pitch behind the rates, s, beyond which a place is not used: gravity in late axes looks like another place, by some 0.4 m in
+/// 0.1 s.
 const LATE_ATTITUDE_S: f64 = 0.05;
 
 /// Standard errors within which two velocities give the same place, and beyond which the second is not zero.
@@ -62,6 +62,7 @@ impl Places {
         let physics = snapshot.physics.get(flight)?.ready()?;
         let found = physics.accelerometer.filter(|found| found.felt_part < FELT_AT_MOST)?;
         let is_late = |rates: &RateErrors| rates.delay_s[..2].iter().any(|delay_s| delay_s.abs() > LATE_ATTITUDE_S);
+        // The accelerometers feel gusts that the velocity relative to the air contains.
         let has_gusts = snapshot.delays_and_gusts.gusts.as_ref().is_some_and(|gusts| gusts.is_significant());
         if physics.rates.as_ref().is_some_and(is_late) || (found.by == TellingVelocity::Air && has_gusts) {
             return None;

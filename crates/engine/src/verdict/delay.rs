@@ -32,7 +32,7 @@ const CONFIRMED_LEFT: f64 = 0.9;
 const CHANGE_CAUTION: f64 = 0.1;
 const CHANGE_BAD: f64 = 0.25;
 
-/// Least time, s, by which flow angles or attitude lead the inertial sensors that is told: a causal sensor can only be late.
+/// Least time, s, by which flow angles or attitude must lead the inertial sensors to be a finding: no sensor is early.
 const AHEAD_S: f64 = 0.010;
 
 /// A control, the moment that tells its time, the force it moves as well, the coefficients it moves little, and the rates that damp them.
@@ -204,16 +204,16 @@ pub(super) fn findings(
 
 /// Flow angles ahead of the specific forces for a force, and attitude ahead of the rates for a moment: the inertial sensors are recorded late
 /// or filtered, and the coefficient lacks what that takes.
-pub(super) fn late_inertial(evidence: Evidence<'_>, coefficient: Coefficient) -> Option<Finding> {
-    let is_force = matches!(coefficient, Coefficient::CX | Coefficient::CY | Coefficient::CZ);
-    let (kind, measurement, ahead, behind, sensors) = if is_force {
-        (ConstantError::FlowDelay, Measurement::AngleOfAttack, "Flow angles", "specific forces", "accelerometers")
-    } else {
-        (ConstantError::AttitudeDelay, Measurement::BankAngle, "Attitude angles", "rates", "gyros")
+pub(super) fn find_late_inertial(evidence: Evidence<'_>, coefficient: Coefficient) -> Option<Finding> {
+    let (kind, measurement, ahead, behind, sensors) = match coefficient {
+        Coefficient::Cl | Coefficient::Cm | Coefficient::Cn => {
+            (ConstantError::AttitudeDelay, Measurement::BankAngle, "Attitude angles", "rates", "gyros")
+        }
+        _ => (ConstantError::FlowDelay, Measurement::AngleOfAttack, "Flow angles", "specific forces", "accelerometers"),
     };
-    let found = evidence.snapshot.delays_and_gusts.delays.as_ref()?.0.iter();
-    let found = found.filter(|delay| delay.kind == kind && delay.is_significant()).map(|delay| delay.delay_s).next()?;
-    let ahead_s = -(evidence.session.filter.measurement_delay_s[measurement as usize] + found);
+    let mut delays = evidence.snapshot.delays_and_gusts.delays.as_ref()?.0.iter();
+    let found = delays.find(|delay| delay.kind == kind && delay.is_significant())?;
+    let ahead_s = -(evidence.session.filter.measurement_delay_s[measurement as usize] + found.delay_s);
     if ahead_s <= AHEAD_S {
         return None;
     }

@@ -105,7 +105,7 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
     if window.is_none() {
         findings.extend(prediction(evidence, &at, fit));
         findings.extend(delay::findings(evidence, fit.coefficient, &terms, &used));
-        findings.extend(delay::late_inertial(evidence, fit.coefficient));
+        findings.extend(delay::find_late_inertial(evidence, fit.coefficient));
     }
     if estimate.quality.r_squared < R2_FIT {
         let r2 = estimate.quality.r_squared;

@@ -44,8 +44,8 @@ fn mounting_finding(session: &Session, found: &RateErrors, place: &str) -> Optio
     let worst = worst(&excesses)?;
     let one = |excess: &Excess| format!("{:.1} deg in {}", excess.off.abs().to_degrees(), AXES[excess.axis]);
     let differences: Vec<String> = excesses.iter().map(one).collect();
-    let (differences, limit_deg) = (differences.join(" and "), worst.limit.to_degrees());
-    let text = format!("Rates and attitude differ by {differences} (limit {limit_deg:.1}).");
+    let (differences, limit_deg) = (differences.join(", "), worst.limit.to_degrees());
+    let text = format!("Rates and attitude differ by {differences} (limit {limit_deg:.1} deg).");
     let finding = Finding::new(Level::Caution, "physics", place, text);
     let finding = finding.with_figure(worst.off.to_degrees(), limit_deg);
     let finding = finding.with_fix_text("Correct the misalignment of the inertial unit, or align the attitude.");
@@ -62,8 +62,8 @@ fn scale_finding(session: &Session, found: &RateErrors, place: &str) -> Option<F
     let worst = worst(&excesses)?;
     let one = |excess: &Excess| format!("{:+.1} % in {}", 100.0 * excess.off, AXES[excess.axis]);
     let differences: Vec<String> = excesses.iter().map(one).collect();
-    let (differences, limit) = (differences.join(" and "), 100.0 * worst.limit);
-    let text = format!("Rates and attitude differ in scale: {differences} (limit {limit:.1}).");
+    let (differences, limit) = (differences.join(", "), 100.0 * worst.limit);
+    let text = format!("Rates and attitude differ in scale: {differences} (limit {limit:.1} %).");
     let finding = Finding::new(Level::Caution, "physics", place, text);
     let finding = finding.with_figure(100.0 * worst.off, limit);
     let finding = finding.with_fix_text("Correct the scale factors of the gyros.");
@@ -127,7 +127,7 @@ mod tests {
         let mut session = empty_session("", None);
         let mounting = mounting_finding(&session, &FOUND, "flight 'a', rates").unwrap();
         assert_eq!((mounting.level, mounting.code), (Level::Caution, "physics"));
-        assert_eq!(mounting.text, "Rates and attitude differ by 3.9 deg in pitch (limit 1.0).");
+        assert_eq!(mounting.text, "Rates and attitude differ by 3.9 deg in pitch (limit 1.0 deg).");
         assert_eq!(mounting.value.as_deref(), Some("{ misalignment_y = 0.0689 }"));
         let scale = scale_finding(&session, &FOUND, "flight 'a', rates").unwrap();
         assert_eq!(scale.value.as_deref(), Some("{ scale_p = 0.05 }"), "3.1 % are within five standard errors");

@@ -70,6 +70,8 @@ fn late_control_is_told_with_its_delay_and_the_delay_cures_it() {
         println!("{found:?}");
         // Said of the moment, and of the other coefficients the control moves where their derivatives change by as much.
         assert!((1..=3).contains(&found.len()), "{surface:?}");
+        let bad = found.iter().filter(|finding| finding.level == Level::Bad);
+        assert!(bad.count() <= 2, "{surface:?}: only the moment and the force it moves");
         let delay_s = found[0].figure.unwrap();
         assert!((delay_s + 0.12).abs() < 0.02, "{surface:?}: {delay_s}");
         assert!(found.iter().all(|found| found.place == surface.name() && found.figure == Some(delay_s)));

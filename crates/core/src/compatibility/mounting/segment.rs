@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 use super::{ANGLES, LARGEST_DELAY_S, RATES, Row, TERMS, UNKNOWNS};
 use crate::compatibility::motion::Motion;
-use crate::prep::{between_samples, stretches, white_noise_deviation};
+use crate::prep::{between_samples, stretches, unwrapped, white_noise_deviation};
 use crate::quantity::Role;
 use crate::series::{Recording, Series, TimeRange};
 use crate::statistics::median_step;
@@ -75,7 +75,10 @@ impl Segment {
         let bins = (0..times.len() / size).map(|bin| bin * size..(bin + 1) * size);
         let (time_s, rates) =
             bins.map(|bin| (mean(&times[bin.clone()]), [&p, &q, &r].map(|rate| mean(&rate[bin.clone()])))).unzip();
-        let angles = angles.each_ref().map(|angle| unwrapped(&cut(angle, LARGEST_DELAY_S)));
+        let angles = angles.each_ref().map(|angle| {
+            let Series { time_s, values } = cut(angle, LARGEST_DELAY_S);
+            Series { time_s, values: unwrapped(&values).into() }
+        });
         Some(Self { time_s, rates, noise, angles, max_gap_s }).filter(|segment| segment.time_s.len() > 3)
     }
 
@@ -174,17 +177,4 @@ impl Segment {
         let slope = |terms: &SVector<f64, TERMS>| terms[0] + terms[4] + terms[8];
         Some((sum, slope(&one) + part * (slope(&other) - slope(&one)), pauses[after]))
     }
-}
-
-/// An angle that runs on past a turn.
-fn unwrapped(series: &Series) -> Series {
-    let (mut turns, mut last) = (0.0, f64::NAN);
-    let run_on = |value: &f64| {
-        if (value - last).abs() > std::f64::consts::PI {
-            turns -= std::f64::consts::TAU * ((value - last) / std::f64::consts::TAU).round();
-        }
-        last = *value;
-        value + turns
-    };
-    Series { time_s: series.time_s.clone(), values: series.values.iter().map(run_on).collect() }
 }

@@ -54,7 +54,7 @@ fn with_powers(mut table: Table) -> Table {
     let Some(unit) = table.columns.iter().position(|column| column.key == "unit") else { return table };
     for row in &mut table.rows {
         if let Cell::Text(text) = &mut row[unit] {
-            *text = text.replace("kg m2", "kg m²").replace("^2", "²").replace("^3", "³");
+            *text = notation::unit_symbol(text).replace("kg m2", "kg m²");
         }
     }
     table

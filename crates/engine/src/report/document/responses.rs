@@ -15,7 +15,7 @@ pub fn responses(contents: &Contents<'_>) -> Vec<Block> {
     };
     let mut blocks = vec![paragraph(
         "Responses of the rates to the controls over all single-control manoeuvres: composites of several spectral window lengths, with 95 % bars of the random error. The low-order equivalent systems are fitted to the transforms of the records \
-         by output error; intervals hold 95 %. A mismatch cost (Tischler and Remple, chapter 11) above 50 means that the form does not fit well. Points of low coherence are omitted. The identified model is linearised at the median condition of the manoeuvres.",
+         by output error; intervals hold 95 %. A mismatch cost (Tischler and Remple, chapter 11) above 50 is a caution, above 100 bad. Points of low coherence are omitted. The identified model is linearised at the median condition of the manoeuvres.",
     )];
     let side_by_side = |figure: Figure| Block::Figure(Figure { columns: 3, panel_height_mm: 38.0, ..figure });
     blocks.extend(found.surfaces.iter().filter_map(surface_figure).map(side_by_side));

@@ -12,7 +12,6 @@ use serde::Serialize;
 use super::judge::Evidence;
 use super::{Level, accelerometer, propulsion};
 use crate::graph::StageResult;
-use crate::run::Snapshot;
 use crate::session::{PathSource, Session};
 use crate::stage::{self, AeroWindow, Regression};
 use variant::Used;
@@ -137,7 +136,7 @@ struct Variant {
 /// Consequences of every pooled fit; `suspects` are the manoeuvres with findings. None where the manoeuvres are too long together.
 pub(super) fn consequences(evidence: Evidence<'_>, suspects: &[&str]) -> Vec<Consequences> {
     let snapshot = evidence.snapshot;
-    let session = &settled(evidence.session, snapshot);
+    let session = &snapshot.settle(evidence.session);
     let used: Vec<Used<'_>> = evidence.windows().filter_map(|window| Used::new(snapshot, window)).collect();
     if used.iter().map(|used| used.samples()).sum::<usize>() > stage::MOST_SAMPLES {
         return Vec::new();
@@ -179,13 +178,6 @@ pub(super) fn consequences(evidence: Evidence<'_>, suspects: &[&str]) -> Vec<Con
         .par_iter()
         .map(|fitted| fit_consequences(fitted, &variants))
         .collect()
-}
-
-/// The session with the filter that its paths were reconstructed with: gravity, estimated delays and gusts settled.
-fn settled(session: &Session, snapshot: &Snapshot) -> Session {
-    let mut filter = snapshot.delays_and_gusts.added_to(&session.filter);
-    filter.gravity_m_s2 = snapshot.gravity_m_s2(session);
-    Session { filter, ..session.clone() }
 }
 
 /// The models of the coefficients along the thrust, with a term of airspeed where they have none.
