@@ -80,7 +80,7 @@ fn marks(plot: &TimePlot<'_>, trace: &Trace<'_>) -> impl Iterator<Item = Mark> {
         scale,
     });
     let style = match trace.style {
-        TraceStyle::Dots | TraceStyle::FineDots | TraceStyle::Crosses => LineStyle::Dots,
+        TraceStyle::Dots | TraceStyle::Crosses => LineStyle::Dots,
         TraceStyle::Line => LineStyle::Solid,
         TraceStyle::Dashed => LineStyle::Dashed,
     };

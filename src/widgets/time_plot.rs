@@ -34,6 +34,8 @@ const MARGIN: f64 = 0.08;
 const LEGEND_ROOM: f32 = 19.0;
 /// Samples further apart than this on screen are marked with dots.
 pub(super) const DOT_SPACING: f32 = 7.0;
+/// Radius of a dot.
+const DOT_RADIUS: f32 = 1.9;
 /// Least distance between ticks of the time axis and of a value axis.
 const TICK_SPACING: [f32; 2] = [84.0, 18.0];
 /// A reference that swings through more than this many times its range is drawn solid: dashes would fill the plot.
@@ -48,8 +50,6 @@ pub enum TraceStyle {
     Dashed,
     /// One dot per sample, for measurements under a fit.
     Dots,
-    /// One small dot per sample, under a line that is to stand out.
-    FineDots,
     /// One cross per sample, for what was left out.
     Crosses,
 }
@@ -57,7 +57,7 @@ pub enum TraceStyle {
 impl TraceStyle {
     /// Whether each sample is drawn by itself, without a line.
     pub(super) fn is_points(self) -> bool {
-        matches!(self, Self::Dots | Self::FineDots | Self::Crosses)
+        matches!(self, Self::Dots | Self::Crosses)
     }
 }
 
@@ -428,8 +428,7 @@ fn draw_trace<'a>(chart: &mut egui_plot::PlotUi<'a>, trace: &Trace<'_>, drawn: &
             chart.points(crosses.shape(MarkerShape::Cross).allow_hover(false));
         } else if trace.style.is_points() || points.len() == 1 || sparse {
             // Dense dots are a band wider than the line of a fit: both are seen.
-            let radius = if trace.style == TraceStyle::FineDots { 1.0 } else { 1.9 };
-            let dots = Points::new("", PlotPoints::Borrowed(points)).color(color).radius(radius);
+            let dots = Points::new("", PlotPoints::Borrowed(points)).color(color).radius(DOT_RADIUS);
             chart.points(dots.allow_hover(false));
         }
         if !trace.style.is_points() && points.len() > 1 {

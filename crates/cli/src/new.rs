@@ -218,7 +218,7 @@ fn flight(
     // What cannot be read is said by what needs it.
     let recording = read(&plan).ok();
     let mut problem = plan.has_errors().then_some(MAP_REFUSED);
-    let apart = recording.as_ref().and_then(begin::find_apart);
+    let apart = recording.as_ref().and_then(begin::find_apart).map(|apart| apart.to_string());
     match (&recording, &apart) {
         (_, Some(apart)) => text::line(&format!("  {apart}")),
         (Some(recording), None) => print_contradictions(recording, reference.name()),

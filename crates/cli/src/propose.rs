@@ -104,7 +104,7 @@ pub fn propose(arguments: &ProposeArguments) -> Result<(), String> {
 
 fn load(opened: &Opened, flight: &session::Flight) -> Result<Keyed<LoadedFlight>, String> {
     Context::new(&opened.folder)
-        .get::<LoadedFlight>(&flight.without_loading(), ())
+        .get::<LoadedFlight>(&flight.as_read(), ())
         .map_err(|error| format!("flight '{}': {error}", flight.name))
 }
 

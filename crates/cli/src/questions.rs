@@ -78,6 +78,11 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
         .filter(|source| plays_role(source, guessed))
         .filter_map(Source::missing_time);
     let without_time = without_time.map(|text| Question { must_be_answered: true, ..Question::new(text, About::Time) });
+    let of_deflections: Vec<Question> = Surface::ALL
+        .into_iter()
+        .map(Surface::role)
+        .filter_map(|role| ask_calibration(probe, guessed, role).or_else(|| ask_deflection(probe, guessed, role)))
+        .collect();
     let of_units = guessed.rows.iter().filter_map(|(role, row)| {
         let channel = row.from.find(std::slice::from_ref(probe))?;
         let is_open = !row.is_unit_known && stated_unit(channel).is_none();
@@ -90,10 +95,9 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
         );
         Some(Question { role: Some(*role), ..Question::new(text, About::Unit) })
     });
-    let of_deflections = Surface::ALL
-        .into_iter()
-        .map(Surface::role)
-        .filter_map(|role| ask_calibration(probe, guessed, role).or_else(|| ask_deflection(probe, guessed, role)));
+    // The unit of a deflection that is asked for by itself is not asked for again.
+    let is_new = |question: &Question| of_deflections.iter().all(|other| other.role != question.role);
+    let of_units: Vec<Question> = of_units.filter(is_new).collect();
     let of_signs = guessed.rows.iter().filter(|(_, row)| row.asks_sign).map(|(role, row)| {
         let (source, name, role) = (&row.from.source, &row.from.channel, role.name());
         let taken = match changes(row) {
@@ -146,7 +150,8 @@ fn plays_role(source: &Source, guessed: &ManualChannelMap) -> bool {
     rows.peek().is_none() || rows.any(|name| *name == source.name)
 }
 
-/// Largest deflection that can be radians or a part of full travel, rad, and from which degrees can be per cent of it, deg.
+/// Deflections that can be radians or a part of full travel, rad, and from which degrees can be per cent of it, deg. Below, a control rests.
+const LEAST_PART: f64 = 0.002;
 const LARGEST_PART: f64 = 1.05;
 const LEAST_PER_CENT: f64 = 45.0;
 
@@ -160,7 +165,7 @@ fn ask_deflection(probe: &Probe, guessed: &ManualChannelMap, role: Role) -> Opti
     let angles = [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle, Role::AngleOfAttack, Role::Sideslip];
     let mut units = angles.into_iter().filter_map(|role| guessed.row(role)?.unit);
     let (first, second) = match values.unit.symbol {
-        "rad" if largest <= LARGEST_PART && units.any(|unit| unit.symbol == "deg") => {
+        "rad" if (LEAST_PART..=LARGEST_PART).contains(&largest) && units.any(|unit| unit.symbol == "deg") => {
             ("radians", "fractions of full travel")
         }
         "deg" if largest > LEAST_PER_CENT && largest <= 100.0 * LARGEST_PART => ("degrees", "per cent of full travel"),
@@ -184,19 +189,10 @@ fn ask_calibration(probe: &Probe, guessed: &ManualChannelMap, role: Role) -> Opt
     Some(Question::of_deflection(text, role, option))
 }
 
-/// Questions of one reason as one: clocks of the same stamps, sources without time, deflections, units, signs. The unit of a deflection that
-/// is asked for by itself is not asked for again.
+/// Questions of one reason as one: clocks of the same stamps, sources without time, deflections, units, signs.
 pub fn group(all: Vec<Question>) -> Vec<Question> {
-    let of_deflections: Vec<Role> = all
-        .iter()
-        .filter(|question| question.about == About::Deflection)
-        .filter_map(|question| question.role)
-        .collect();
-    let is_asked = |question: &Question| {
-        question.about == About::Unit && question.role.is_some_and(|role| of_deflections.contains(&role))
-    };
     let mut grouped: Vec<(Question, Vec<String>)> = Vec::new();
-    for question in all.into_iter().filter(|question| !is_asked(question)) {
+    for question in all {
         let is_like = |(first, _): &&mut (Question, Vec<String>)| {
             let is_same_text =
                 || split_source(&first.text, first.about).1 == split_source(&question.text, first.about).1;

@@ -27,7 +27,7 @@ use crate::stage::{
 };
 
 use spans::recorded_span;
-pub use spans::{find_apart, whole_window};
+pub use spans::{Apart, find_apart, whole_window};
 
 mod spans;
 
@@ -355,7 +355,7 @@ pub fn add_flight(
     go_on(control)?;
     let loaded = LoadedFlight { recording, ..LoadedFlight::default() };
     let mut found = proposals(name, &loaded);
-    found.findings.extend(find_apart(&loaded.recording));
+    found.findings.extend(find_apart(&loaded.recording).map(|apart| apart.to_string()));
     session.flights.push(Flight::new(name.to_owned(), recordings));
     let windows = open_windows(session, &found);
     if windows.is_empty() {

@@ -117,7 +117,7 @@ impl Fits {
         for fit in &fits.fits {
             let name = fit.coefficient.name();
             let series = &aero.series[fit.coefficient as usize];
-            let style = TraceStyle::FineDots;
+            let style = TraceStyle::Dots;
             let observed = Trace { stale, style, ..Trace::new("observed", series, colors[7]) };
             let line = |name, series| Trace { stale, ..Trace::new(name, series, colors[0]) };
             let over = |curve: fn(&FittedSeries) -> &Series| overlaid(&others, &window.name, fit.coefficient, curve);

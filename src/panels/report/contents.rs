@@ -1,5 +1,6 @@
 //! The report: its printed pages or one section, the sections it has, and the button that writes it.
 
+use doublet_engine::date;
 use doublet_engine::report;
 use doublet_engine::report::document::{Document, Section, SectionKind, build, chosen};
 use doublet_engine::session::{Edit, ReportFigure, ReportFigureEdit, Session};
@@ -13,6 +14,8 @@ use crate::ui_state::ReportChoice;
 
 /// Width of the list of sections: that of its longest title.
 const SECTIONS_WIDTH: f32 = 308.0;
+/// Width of the fields for day and crew of a flight.
+const LOG_WIDTH: f32 = 88.0;
 
 /// The panel.
 #[derive(Default)]
@@ -22,6 +25,8 @@ pub struct Report {
     notes: Option<String>,
     /// The words on a figure while they are typed, and its place.
     caption: Option<(usize, String)>,
+    /// Date or crew of a flight while it is typed, and the name of its field.
+    log: Option<(String, String)>,
     chosen: Chosen,
     pages: Pages,
 }
@@ -63,6 +68,7 @@ impl Panel for Report {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                 sections(&mut choice, ui);
                 ui.separator();
+                self.logs(ctx, ui);
                 self.notes(ctx, ui);
                 self.figures(ctx, ui);
             });
@@ -97,6 +103,42 @@ impl Panel for Report {
 }
 
 impl Report {
+    /// Day and crew of each flight; a change is one step of undo once the field is left.
+    fn logs(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        caption(ui, "Flights");
+        egui::Grid::new("flight logs").num_columns(3).show(ui, |ui| {
+            for flight in &ctx.session.flights {
+                ui.add(egui::Label::new(flight.name.as_str()).truncate());
+                let recorded = ctx.snapshot.flights.get(&flight.name).and_then(|slot| slot.ready());
+                let recorded = recorded.and_then(|loaded| loaded.utc_start_s).and_then(date::format_instant);
+                let hint = recorded.as_deref().unwrap_or("date flown");
+                let date = self.log_field(ui, &format!("date of flight {}", flight.name), &flight.date, hint);
+                let crew = self.log_field(ui, &format!("crew of flight {}", flight.name), &flight.crew, "crew");
+                if date.is_some() || crew.is_some() {
+                    let date = date.unwrap_or_else(|| flight.date.clone());
+                    let crew = crew.unwrap_or_else(|| flight.crew.clone());
+                    ctx.edit(Edit::FlightLog { flight: flight.name.clone(), date, crew });
+                }
+                ui.end_row();
+            }
+        });
+    }
+
+    /// A field for a text of the flight's log; what it says otherwise once it is left.
+    fn log_field(&mut self, ui: &mut Ui, name: &str, stated: &str, hint: &str) -> Option<String> {
+        let typed = self.log.take_if(|(of, _)| of == name).map(|(_, typed)| typed);
+        let mut text = typed.unwrap_or_else(|| stated.to_owned());
+        let field = ui.add(TextEdit::singleline(&mut text).hint_text(hint).desired_width(LOG_WIDTH));
+        ui.ctx().accesskit_node_builder(field.id, |node| node.set_label(name));
+        if field.lost_focus() {
+            return (text != stated).then_some(text);
+        }
+        if field.has_focus() {
+            self.log = Some((name.to_owned(), text));
+        }
+        None
+    }
+
     /// What the author has to say; it is one step of undo once the field is left.
     fn notes(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         caption(ui, "Notes");

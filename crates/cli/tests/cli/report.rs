@@ -51,7 +51,12 @@ fn small_session(folder: &Path) -> PathBuf {
     };
     let mut kept = [of("elevator"), of("aileron"), of("rudder")].concat();
     kept[1]["role"] = "validation".into();
+    let mut ignored = windows.last().unwrap().clone();
+    ignored["role"] = "ignored".into();
+    ignored.as_table_mut().unwrap().insert("note".to_owned(), "gust at 3 s".into());
+    kept.push(ignored);
     *windows = kept;
+    session["flight"][0].as_table_mut().unwrap().insert("crew".to_owned(), "A. Pilot & B.".into());
     let path = folder.join("small <b>&.toml");
     std::fs::write(&path, toml::to_string(&session).unwrap()).unwrap();
     path
@@ -146,7 +151,7 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
     let cover = html.split("</div><nav>").next().unwrap();
     for part in [
         "Purpose",
-        "date not recorded",
+        "date not recorded, crew: A. Pilot &amp; B.",
         "Date of this report",
         "of 6 manoeuvres",
         "1 for validation",
@@ -155,6 +160,7 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
     ] {
         assert!(cover.contains(part), "{part} is not in {cover}");
     }
+    assert!(html.contains("Not used: ") && html.contains(" (gust at 3 s)."));
     // Engines and windows that say the same with other numbers are one line.
     assert_eq!(html.matches("propeller speed").count(), 1);
     let pdf = std::fs::read(reports.join("small <b>&.pdf")).unwrap();

@@ -40,9 +40,24 @@ fn span(channel: &Channel) -> Option<TimeRange> {
     Some(TimeRange { start_s: time_s[first], end_s: time_s[last] })
 }
 
-/// Sources with roles that share no time with the source of the roll rate, in one line with the key that aligns them; none where all overlap.
-/// Engines and fuel do not count: the flight path does without them.
-pub fn find_apart(recording: &Recording) -> Option<String> {
+/// Recorders without a common time: their spans, and the key that aligns them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Apart {
+    /// What does not overlap.
+    pub text: String,
+    /// What to state.
+    pub fix_text: String,
+}
+
+impl std::fmt::Display for Apart {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} {}", self.text, self.fix_text)
+    }
+}
+
+/// Sources with roles that share no time with the source of the roll rate; none where all overlap. Engines and fuel do not count: the
+/// flight path does without them.
+pub fn find_apart(recording: &Recording) -> Option<Apart> {
     let mut spans: BTreeMap<&str, TimeRange> = BTreeMap::new();
     let roles = recording.roles.keys().filter(|role| !is_of_engine_or_fuel(**role));
     for channel in roles.filter_map(|role| recording.role(*role)) {
@@ -60,12 +75,13 @@ pub fn find_apart(recording: &Recording) -> Option<String> {
     };
     let (first, other) = apart.first()?;
     let others: Vec<String> = apart.iter().map(describe).collect();
-    Some(format!(
-        "{} and {} do not overlap: state a clock offset, [[flight.clock]] with source = \"{first}\" and offset_s ({:.1} if both start together)",
-        describe(&(base, own)),
-        others.join(", "),
-        own.start_s - other.start_s
-    ))
+    Some(Apart {
+        text: format!("{} and {} do not overlap.", describe(&(base, own)), others.join(", ")),
+        fix_text: format!(
+            "State a clock offset: [[flight.clock]] with source = \"{first}\" and offset_s ({:.1} if both start together).",
+            own.start_s - other.start_s
+        ),
+    })
 }
 
 #[cfg(test)]
@@ -95,9 +111,9 @@ mod tests {
     fn recorders_without_a_common_time_are_named_with_the_offset_to_state() {
         let inertial = (Role::RollRate, "inertial", 0, 254);
         let apart = recording(&[inertial, (Role::Elevator, "daq", 35_998, 36_252)]);
-        let text = find_apart(&apart).unwrap();
-        assert!(text.starts_with("inertial 0 to 254 s and daq 35998 to 36252 s do not overlap"), "{text}");
-        assert!(text.contains("source = \"daq\" and offset_s (-35998.0"), "{text}");
+        let Apart { text, fix_text } = find_apart(&apart).unwrap();
+        assert_eq!(text, "inertial 0 to 254 s and daq 35998 to 36252 s do not overlap.");
+        assert!(fix_text.contains("source = \"daq\" and offset_s (-35998.0"), "{fix_text}");
         let overlap = recording(&[inertial, (Role::Elevator, "daq", 200, 36_252)]);
         assert_eq!(find_apart(&overlap), None);
         let fuel = recording(&[inertial, (Role::FuelMass, "fuel", 35_998, 36_252)]);

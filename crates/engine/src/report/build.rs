@@ -131,7 +131,10 @@ fn flights(session: &Session, snapshot: &Snapshot) -> Vec<FlightRow> {
         let physics = snapshot.physics.get(&flight.name).and_then(|slot| slot.ready());
         FlightRow {
             name: flight.name.clone(),
-            date: loaded.utc_start_s.and_then(date::format_instant),
+            date: Some(flight.date.clone())
+                .filter(|stated| !stated.is_empty())
+                .or_else(|| loaded.utc_start_s.and_then(date::format_instant)),
+            crew: flight.crew.clone(),
             roles: loaded.recording.roles.keys().map(|role| role.name().to_owned()).collect(),
             channels: channels(&loaded.recording),
             clocks: loaded.clocks.iter().map(clock_row).collect(),

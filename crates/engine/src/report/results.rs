@@ -219,9 +219,12 @@ pub struct RecordingRow {
 pub struct FlightRow {
     /// Name.
     pub name: String,
-    /// Day of its first sample in UTC, if recorded.
+    /// Day it was flown, as the session states it; otherwise that of its first sample in UTC, if recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub date: Option<String>,
+    /// Who flew it, if the session states it.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub crew: String,
     /// Roles the channel maps assigned.
     pub roles: Vec<String>,
     /// Channels of the roles.

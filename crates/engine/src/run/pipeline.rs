@@ -300,7 +300,7 @@ impl<'a> Run<'a> {
             own.map_or(Ok(loaded.clone()), |own| self.context.get::<AircraftData>(Some(own), aircraft)).map(Some)
         };
         let one = |flight: &'a Flight| -> Result<Option<ReadFlight<'a>>, Cancelled> {
-            let loaded = self.context.get::<LoadedFlight>(&flight.without_loading(), ());
+            let loaded = self.context.get::<LoadedFlight>(&flight.as_read(), ());
             let loaded = self.store_result(loaded, |snapshot| flight_slot_mut(&mut snapshot.flights, flight))?;
             if loaded.is_none() {
                 self.builder.update(|snapshot| {

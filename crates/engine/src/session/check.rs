@@ -49,6 +49,8 @@ pub fn check(session: &Session) -> Vec<Finding> {
     names("flight", session.flights.iter().map(|flight| flight.name.as_str()), &mut found);
     names("manoeuvre", session.windows.iter().map(|window| window.name.as_str()), &mut found);
     found.extend(unfit("title", &session.title));
+    let logs = session.flights.iter().flat_map(|flight| [("date", &flight.date), ("crew", &flight.crew)]);
+    found.extend(logs.filter_map(|(kind, text)| unfit(kind, text)));
     flights(session, &mut found);
     windows(session, &mut found);
     for (name, range) in &session.plausible {

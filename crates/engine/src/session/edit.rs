@@ -42,6 +42,15 @@ pub enum Edit {
     Annotation(AnnotationEdit),
     /// Notes of the author for the report.
     ReportNotes(String),
+    /// Day and crew of a flight.
+    FlightLog {
+        /// Name of the flight.
+        flight: String,
+        /// Day it was flown.
+        date: String,
+        /// Who flew it.
+        crew: String,
+    },
     /// Figures of the author's choice for the report.
     ReportFigure(ReportFigureEdit),
     /// Where a recording of a flight lies, as when it was moved.
@@ -210,6 +219,7 @@ impl Edit {
             Self::Estimation(edit) => edit.label(),
             Self::Annotation(edit) => edit.label(),
             Self::ReportNotes(_) => "change notes of the report".to_owned(),
+            Self::FlightLog { flight, .. } => format!("change date or crew of {flight}"),
             Self::ReportFigure(edit) => edit.label().to_owned(),
             Self::RecordingPath { flight, .. } => format!("find a recording of {flight}"),
             Self::Model(edit) => edit.label(),
@@ -238,10 +248,17 @@ impl Edit {
             Self::Estimation(edit) => edit.apply(&mut next)?,
             Self::Annotation(edit) => edit.apply(&mut next)?,
             Self::ReportNotes(notes) => next.report_notes.clone_from(notes),
+            Self::FlightLog { flight, date, crew } => {
+                for (what, text) in [("date", date), ("crew", crew)] {
+                    super::check::name_fits(what, text).map_err(EditError::Name)?;
+                }
+                let found = flight_mut(&mut next, flight)?;
+                found.date.clone_from(date);
+                found.crew.clone_from(crew);
+            }
             Self::ReportFigure(edit) => edit.apply(&mut next)?,
             Self::RecordingPath { flight, index, path } => {
-                let found = next.flights.iter_mut().find(|one| one.name == *flight);
-                let found = found.ok_or_else(|| EditError::NoFlight(flight.clone()))?;
+                let found = flight_mut(&mut next, flight)?;
                 if let Some(recording) = found.recordings.get_mut(*index) {
                     recording.path.clone_from(path);
                 }

@@ -163,6 +163,12 @@ pub enum DelaySource {
 pub struct Flight {
     /// Name windows refer to.
     pub name: String,
+    /// Day it was flown, where the recordings do not say it or say it wrong.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub date: String,
+    /// Who flew it.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub crew: String,
     /// Its recordings; roles of an earlier one take precedence.
     #[serde(default, rename = "recording")]
     pub recordings: Vec<RecordingRef>,
@@ -187,14 +193,14 @@ impl Flight {
     /// A flight of these recordings, taken as they are.
     pub fn new(name: String, recordings: Vec<RecordingRef>) -> Self {
         let signals = SignalSetting::default();
-        let (clocks, expressions) = Default::default();
-        Self { name, recordings, clocks, instruments: None, signals, expressions, loading: None }
+        let (clocks, expressions, date, crew) = Default::default();
+        Self { name, date, crew, recordings, clocks, instruments: None, signals, expressions, loading: None }
     }
 
-    /// The flight without its loading: what its recordings are read by.
+    /// What its recordings are read by: the flight without loading, date and crew.
     #[must_use]
-    pub fn without_loading(&self) -> Self {
-        Self { loading: None, ..self.clone() }
+    pub fn as_read(&self) -> Self {
+        Self { loading: None, date: String::new(), crew: String::new(), ..self.clone() }
     }
 }
 

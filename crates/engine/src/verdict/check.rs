@@ -9,6 +9,7 @@ use doublet_core::load::aircraft::{self as aircraft_file, AircraftFileError};
 use serde::Serialize;
 
 use super::{Finding, Level, accelerometer, mounting, shape};
+use crate::begin::{Apart, find_apart};
 use crate::graph::{Cache, Context};
 use crate::notation::plural;
 use crate::run::{Control, Scope, Snapshot, run};
@@ -162,6 +163,10 @@ fn check_recordings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     for flight in &session.flights {
         let Some(loaded) = snapshot.flights.get(&flight.name).and_then(|slot| slot.ready()) else { continue };
         let place = format!("flight '{}'", flight.name);
+        let apart = find_apart(&loaded.recording);
+        findings.extend(apart.map(|Apart { text, fix_text }| {
+            Finding::new(Level::Bad, "clock", place.clone(), text).with_fix_text(fix_text)
+        }));
         let changed: Vec<_> = flight
             .recordings
             .iter()

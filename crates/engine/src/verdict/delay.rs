@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::fit::{Used, moving_terms, used_windows};
 use super::judge::{Evidence, WindowVerdict};
-use super::{Finding, Level, effect, spoilt, stalls};
+use super::{Finding, Level, effect, late_force, spoilt, stalls};
 use crate::run::Snapshot;
 use crate::session::{Fix, Manoeuvre, Surface};
 use crate::stage::{ConstantError, WindowAero};
@@ -81,7 +81,7 @@ impl TimedControl {
 /// A control that explains its moment much better at another time than at that of its recording.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ControlDelay {
-    surface: Surface,
+    pub(super) surface: Surface,
     moment: Coefficient,
     delay_s: f64,
     /// Mean interval of its samples, s.
@@ -202,24 +202,40 @@ pub(super) fn findings(
     CONTROLS.into_iter().filter_map(of_control).max_by_key(|finding| finding.level)
 }
 
-/// Flow angles ahead of the specific forces for a force, and attitude ahead of the rates for a moment: the inertial sensors are recorded late
-/// or filtered, and the coefficient lacks what that takes.
+/// Flow angles or ground velocity ahead of the specific forces for a force, or a side force behind its causes, and attitude ahead of the rates
+/// for a moment: the inertial sensors are recorded late or filtered, and the coefficient lacks what that takes.
 pub(super) fn find_late_inertial(evidence: Evidence<'_>, coefficient: Coefficient) -> Option<Finding> {
-    let (kind, measurement, ahead, behind, sensors) = match coefficient {
-        Coefficient::Cl | Coefficient::Cm | Coefficient::Cn => {
-            (ConstantError::AttitudeDelay, Measurement::BankAngle, "Attitude angles", "rates", "gyros")
-        }
-        _ => (ConstantError::FlowDelay, Measurement::AngleOfAttack, "Flow angles", "specific forces", "accelerometers"),
+    let is_moment = matches!(coefficient, Coefficient::Cl | Coefficient::Cm | Coefficient::Cn);
+    let sensors = if is_moment { "gyros" } else { "accelerometers" };
+    let lead = |kind, measurement, text| Some((find_lead(evidence, kind, measurement)?, text));
+    let (ahead_s, text) = if is_moment {
+        lead(ConstantError::AttitudeDelay, Measurement::BankAngle, "Attitude angles lead the rates")?
+    } else {
+        let by_side_force = || {
+            let late_s = late_force::find_late_side_force(evidence).filter(|late_s| *late_s > AHEAD_S)?;
+            Some((late_s, "Side force lags sideslip, rates and rudder"))
+        };
+        lead(ConstantError::FlowDelay, Measurement::AngleOfAttack, "Flow angles lead the specific forces")
+            .or_else(|| {
+                lead(
+                    ConstantError::GroundDelay,
+                    Measurement::VelocityNorth,
+                    "Ground velocity leads the specific forces",
+                )
+            })
+            .or_else(by_side_force)?
     };
-    let mut delays = evidence.snapshot.delays_and_gusts.delays.as_ref()?.0.iter();
-    let found = delays.find(|delay| delay.kind == kind && delay.is_significant())?;
-    let ahead_s = -(evidence.session.filter.measurement_delay_s[measurement as usize] + found.delay_s);
-    if ahead_s <= AHEAD_S {
-        return None;
-    }
-    let text = format!("{ahead} lead the {behind} by {ahead_s:.3} s (limit {AHEAD_S:.3} s).");
+    let text = format!("{text} by {ahead_s:.3} s (limit {AHEAD_S:.3} s).");
     let finding = Finding::new(Level::Caution, "timing", sensors, text).with_figure(ahead_s, AHEAD_S);
     Some(finding.with_fix_text(format!("Record the {sensors} without a filter; check their clock.")))
+}
+
+/// Time by which measurements lead the inertial sensors, s, where it is significant and beyond the limit.
+fn find_lead(evidence: Evidence<'_>, kind: ConstantError, measurement: Measurement) -> Option<f64> {
+    let mut delays = evidence.snapshot.delays_and_gusts.delays.iter().flat_map(|delays| &delays.0);
+    let found = delays.find(|delay| delay.kind == kind && delay.is_significant())?;
+    let ahead_s = -(evidence.session.filter.measurement_delay_s[measurement as usize] + found.delay_s);
+    (ahead_s > AHEAD_S).then_some(ahead_s)
 }
 
 fn finding(evidence: Evidence<'_>, delay: &ControlDelay, level: Level, changed: &str) -> Finding {

@@ -20,6 +20,7 @@ mod fold;
 mod gravity;
 mod judge;
 mod judged_flights;
+mod late_force;
 mod loading;
 mod made_of;
 mod mounting;

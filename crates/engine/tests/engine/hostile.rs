@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use doublet_engine::graph::{Cache, Context};
 use doublet_engine::run::{Control, Scope, Snapshot, run};
-use doublet_engine::session::{self, Flight, MapRef, RecordingRef, SignalSetting, leads_out, path_warning};
+use doublet_engine::session::{self, Flight, MapRef, RecordingRef, leads_out, path_warning};
 use doublet_engine::stage;
 
 /// Every seed is a file of some kilobytes; one that takes longer found something.
@@ -105,15 +105,7 @@ fn titles_and_names_that_no_document_can_hold_are_refused_and_never_made() {
 
 fn flight_of(path: &str, map: &str) -> Flight {
     let recording = RecordingRef { path: path.to_owned(), sha256: None, channel_map: map.into(), only: None };
-    Flight {
-        name: "one".to_owned(),
-        recordings: vec![recording],
-        clocks: Vec::new(),
-        instruments: None,
-        signals: SignalSetting::default(),
-        expressions: Vec::new(),
-        loading: None,
-    }
+    Flight::new("one".to_owned(), vec![recording])
 }
 
 #[test]

@@ -60,6 +60,8 @@ fn example() -> Session {
         loading: None,
         flights: vec![Flight {
             name: "one".to_owned(),
+            date: "2026-05-04".to_owned(),
+            crew: "A. Pilot, B. Engineer".to_owned(),
             recordings: vec![RecordingRef {
                 path: "flight.h5".to_owned(),
                 sha256: Some("ab".to_owned()),
@@ -283,6 +285,25 @@ fn edits_refuse_what_cannot_be() {
     assert!(matches!(refuse(Edit::Window(empty)), EditError::EmptyWindow { .. }));
     let taken = WindowEdit::Rename { from: "e1".into(), to: "e2".into() };
     assert_eq!(refuse(Edit::Window(taken)), EditError::WindowExists("e2".into()));
+}
+
+#[test]
+fn date_and_crew_of_a_flight_are_edited_without_reading_it_anew() {
+    let mut history = History::new(example());
+    let log = |flight: &str, crew: &str| Edit::FlightLog {
+        flight: flight.to_owned(),
+        date: "2026-05-05".to_owned(),
+        crew: crew.to_owned(),
+    };
+    let before = history.present().flights[0].as_read();
+    history.apply(&log("one", "C. Pilot")).unwrap();
+    let flight = &history.present().flights[0];
+    assert_eq!((flight.date.as_str(), flight.crew.as_str()), ("2026-05-05", "C. Pilot"));
+    assert_eq!(flight.as_read(), before);
+    assert!(matches!(history.apply(&log("none", "")), Err(EditError::NoFlight(_))));
+    assert!(matches!(history.apply(&log("one", "a\u{1}b")), Err(EditError::Name(_))));
+    assert!(history.undo());
+    assert_eq!(history.present().flights[0].crew, "A. Pilot, B. Engineer");
 }
 
 #[test]

@@ -317,7 +317,9 @@ fn a_load_factor_less_one_and_an_elevator_up_are_turned() {
     let map = guess_of("Delta nz [g]", |now| vec![0.1 * now.pitch]);
     let row = map.row(Role::SpecificForceZ).unwrap();
     assert_eq!((row.turned, row.offset, row.unit.unwrap().symbol), (true, 1.0, "g"));
-    for name in ["Elevator TE up [deg]", "elevator_teu_deg", "Elevator TEU [deg]", "Elevator [deg TEU]"] {
+    for name in
+        ["Elevator TE up [deg]", "elevator_teu_deg", "Elevator TEU [deg]", "Elevator [deg TEU]", "Elevator (deg TEU)"]
+    {
         assert_eq!(roles_of(name, [1.0, 2.0, 1.5]), [(Role::Elevator, true)], "{name}");
     }
 }

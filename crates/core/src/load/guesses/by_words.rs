@@ -79,6 +79,16 @@ pub(crate) fn goes_by_whole_name(candidate: &Candidate<'_>, role: Role) -> bool 
     })
 }
 
+/// Whether the name of a channel is a role's and, behind it, that of a sensor of deflections: `Elevator pot`.
+pub(crate) fn names_sensor_of(candidate: &Candidate<'_>, role: Role) -> bool {
+    const SENSORS: [&str; 9] =
+        ["pot", "potentiometer", "lvdt", "rvdt", "string", "transducer", "sensor", "pos", "position"];
+    let end = candidate.tokens.iter().rposition(|token| !SENSORS.contains(&token.as_str())).map_or(0, |last| last + 1);
+    let head = candidate.tokens[..end].concat();
+    let is_name = |(other, names): &RoleNames| *other == role && names.contains(&head.as_str());
+    end < candidate.tokens.len() && NAMES.iter().chain(FOREIGN_NAMES).any(is_name)
+}
+
 /// Tokens behind a name that say where it was measured, not what.
 const QUALIFIERS: [&str; 34] = [
     "l", "r", "lh", "rh", "left", "right", "1", "01", "main", "primary", "pri", "avg", "mean", "average", "true",

@@ -1,19 +1,17 @@
 //! Control surfaces that were recorded in what is not an angle: per cent of travel, volts, counts.
 
 use crate::load::contents::{ChannelInfo, Probe};
-use crate::load::guesses::by_words::goes_by_whole_name;
+use crate::load::guesses::by_words::{goes_by_whole_name, names_sensor_of};
+use crate::load::guesses::candidates::Candidate;
 use crate::load::guesses::guess::nameable_candidates;
 use crate::load::maps::by_hand::{By, ChannelName, ManualChannelMap};
-use crate::load::names::stated_unit::{is_count, parse_loosely, stated_unit};
+use crate::load::names::stated_unit::{is_count, is_signal_unit, parse_loosely, stated_unit};
 use crate::quantity::{Dimension, Role};
 
-/// Units of signals that a deflection is calibrated from, in small letters.
-const SIGNALS: [&str; 14] =
-    ["v", "mv", "volt", "volts", "ma", "counts", "count", "cnt", "ticks", "lsb", "bits", "raw", "pwm", "digits"];
 /// What such signals are measured in besides: per cent, the length of a pulse, that of a string.
 const OTHERS: [Dimension; 3] = [Dimension::Dimensionless, Dimension::Time, Dimension::Length];
 
-/// The channel that goes by the whole name of the control surface `role` and was recorded in a unit that is not one of angles, and that unit.
+/// The channel that goes by the name of the control surface `role`, or of its sensor, and was recorded in a unit that is not one of angles, and that unit.
 /// None where another channel of `map` plays the role, or what it reads has a unit.
 pub fn find_surface_signal(probes: &[Probe], map: &ManualChannelMap, role: Role) -> Option<(ChannelName, String)> {
     if let Some(row) = map.row(role) {
@@ -24,8 +22,8 @@ pub fn find_surface_signal(probes: &[Probe], map: &ManualChannelMap, role: Role)
     let is_free = |from: &ChannelName| {
         map.rows.iter().all(|(_, row)| row.from != *from) && map.left_out.iter().all(|(out, _)| out != from)
     };
-    let mut named =
-        candidates.iter().filter(|candidate| is_free(&candidate.from) && goes_by_whole_name(candidate, role));
+    let is_named = |candidate: &Candidate<'_>| goes_by_whole_name(candidate, role) || names_sensor_of(candidate, role);
+    let mut named = candidates.iter().filter(|candidate| is_free(&candidate.from) && is_named(candidate));
     named.find_map(|candidate| Some((candidate.from.clone(), signal_unit(candidate.channel)?)))
 }
 
@@ -33,7 +31,7 @@ pub fn find_surface_signal(probes: &[Probe], map: &ManualChannelMap, role: Role)
 fn signal_unit(channel: &ChannelInfo) -> Option<String> {
     let recorded = channel.unit.as_deref().map(str::trim).filter(|unit| !unit.is_empty());
     if let Some(recorded) = recorded.filter(|unit| parse_loosely(unit).is_none()) {
-        return SIGNALS.contains(&recorded.to_lowercase().as_str()).then(|| recorded.to_owned());
+        return is_signal_unit(recorded).then(|| recorded.to_owned());
     }
     let unit = stated_unit(channel).filter(|unit| OTHERS.contains(&unit.dimension) && !is_count(*unit))?;
     Some(recorded.unwrap_or(unit.symbol).to_owned())
@@ -58,7 +56,23 @@ mod tests {
             let name = head.split(' ').next().map(str::to_owned);
             assert_eq!(signal_of(head), name.map(|name| (name, unit.to_owned())), "{head}");
         }
-        for head in ["Elevator [deg]", "Elevator", "Elevator stick [%]", "Elevator trim [%]", "Elevator [N]"] {
+        for (head, name, unit) in [
+            ("Elevator (V)", "Elevator", "V"),
+            ("Elevator pot [V]", "Elevator pot", "V"),
+            ("elevator_lvdt [mV]", "elevator_lvdt", "mV"),
+            ("Elevator string pot (counts)", "Elevator string pot", "counts"),
+        ] {
+            assert_eq!(signal_of(head), Some((name.to_owned(), unit.to_owned())), "{head}");
+        }
+        for head in [
+            "Elevator pot [deg]",
+            "Elevator supply [V]",
+            "Elevator [deg]",
+            "Elevator",
+            "Elevator stick [%]",
+            "Elevator trim [%]",
+            "Elevator [N]",
+        ] {
             assert_eq!(signal_of(head), None, "{head}");
         }
     }

@@ -221,8 +221,8 @@ pub(crate) fn parse_loosely(text: &str) -> Option<Unit> {
         return Some(unit);
     }
     // `deg TEU`: the direction is no part of the unit.
-    if let Some((before, "TEU" | "TED" | "TE up" | "TE down")) = split_direction(text) {
-        return Unit::parse(before).ok();
+    if has_direction(text) {
+        return split_direction(text).and_then(|(before, _)| Unit::parse(before).ok());
     }
     let mut plain = text.to_lowercase();
     for (word, unit) in PARTS {
@@ -246,6 +246,18 @@ pub(crate) fn parse_loosely(text: &str) -> Option<Unit> {
     Unit::parse(&plain).ok()
 }
 
+/// Whether a unit says which way is positive: `deg TEU`.
+fn has_direction(text: &str) -> bool {
+    matches!(split_direction(text), Some((unit, "TEU" | "TED" | "TE up" | "TE down")) if Unit::parse(unit).is_ok())
+}
+
+/// Whether a deflection in this unit is still to be calibrated: volts, counts.
+pub(crate) fn is_signal_unit(unit: &str) -> bool {
+    const SIGNALS: [&str; 14] =
+        ["v", "mv", "volt", "volts", "ma", "counts", "count", "cnt", "ticks", "lsb", "bits", "raw", "pwm", "digits"];
+    SIGNALS.contains(&unit.trim().to_lowercase().as_str())
+}
+
 /// The first word of a unit and what follows it.
 fn split_direction(text: &str) -> Option<(&str, &str)> {
     let (unit, direction) = text.split_once([' ', ','])?;
@@ -262,12 +274,13 @@ pub(crate) fn bare(unit: &str) -> String {
     unit.trim_start_matches(['[', '(']).trim_end_matches([']', ')']).trim().to_owned()
 }
 
-/// Name and unit of a header cell `alpha [deg]`, `alpha (deg)`, `alpha, deg` or `alpha`. What is no unit stays in the name.
+/// Name and unit of a header cell `alpha [deg]`, `alpha (deg)`, `elevator (deg TEU)`, `alpha, deg` or `alpha`. What is no unit stays in the name.
 pub(crate) fn split_unit(cell: &str) -> (String, Option<String>) {
     for (open, close) in [('[', ']'), ('(', ')')] {
         let Some((name, unit)) = cell.strip_suffix(close).and_then(|cell| cell.rsplit_once(open)) else { continue };
         let is_index = unit.bytes().all(|byte| byte.is_ascii_digit());
-        if !name.is_empty() && !is_index && (open == '[' || Unit::parse(unit).is_ok()) {
+        let is_unit = || open == '[' || Unit::parse(unit).is_ok() || has_direction(unit) || is_signal_unit(unit);
+        if !name.is_empty() && !is_index && is_unit() {
             return (name.trim().to_owned(), Some(unit.trim().to_owned()));
         }
     }

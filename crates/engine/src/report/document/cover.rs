@@ -41,9 +41,10 @@ const PRINCIPAL: [(&str, &str); 19] = [
 /// Facts, the answer, what to do next.
 pub fn cover(contents: &Contents<'_>) -> Vec<Block> {
     let results = contents.results;
-    let flights = results.flights.iter().map(|flight| match &flight.date {
-        Some(date) => format!("{}, flown {date}", flight.name),
-        None => format!("{}, date not recorded", flight.name),
+    let flights = results.flights.iter().map(|flight| {
+        let date = flight.date.as_ref().map_or_else(|| "date not recorded".to_owned(), |date| format!("flown {date}"));
+        let crew = if flight.crew.is_empty() { String::new() } else { format!(", crew: {}", flight.crew) };
+        format!("{}, {date}{crew}", flight.name)
     });
     let facts = vec![
         ("Purpose", purpose(contents)),

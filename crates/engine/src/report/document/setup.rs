@@ -9,7 +9,7 @@ use crate::notation::{self, significant};
 use crate::report::table::{Cell, Column, Table, TableOf};
 use crate::report::tables;
 use crate::report::{MapRow, WindowRow, applied_delays};
-use crate::session::WindowRole;
+use crate::session::{Manoeuvre, Session, WindowRole};
 
 /// The session and the units of the report.
 pub fn overview(contents: &Contents<'_>) -> Parts {
@@ -116,6 +116,7 @@ pub fn windows(contents: &Contents<'_>) -> Parts {
         return Parts::default();
     }
     let mut blocks = vec![Block::Table(manoeuvre_table(contents))];
+    blocks.extend(not_used(contents.session));
     for flight in &contents.session.flights {
         let Some(loaded) = contents.snapshot.flights.get(&flight.name).and_then(|slot| slot.ready()) else { continue };
         let spans: Vec<Mark> = contents
@@ -158,6 +159,17 @@ pub fn windows(contents: &Contents<'_>) -> Parts {
         }
     }
     Parts { body: blocks, appendix: vec![Block::Table(times)] }
+}
+
+/// The ignored manoeuvres with the author's note on each; none where all are used.
+fn not_used(session: &Session) -> Option<Block> {
+    let ignored = session.windows.iter().filter(|window| window.role == WindowRole::Ignored);
+    let one = |window: &Manoeuvre| match window.note.is_empty() {
+        true => format!("{} (no reason noted)", window.name),
+        false => format!("{} ({})", window.name, window.note),
+    };
+    let ignored: Vec<String> = ignored.map(one).collect();
+    (!ignored.is_empty()).then(|| Block::Paragraph(format!("Not used: {}.", ignored.join("; "))))
 }
 
 /// One row per manoeuvre in use: condition, mass, wind, steadiness before the input, verdict.
