@@ -13,14 +13,14 @@ ORDER = {
         reconstruct model replay estimate validate sensitivity simulate""",
     "crates/dynamics/src": "propagate linear frequency modes design qualities",
     "crates/fmu/src": "unsupported variables instance interface",
-    "crates/engine/src": """date notation keep builtin graph session autosave undo trace calibrate stage begin study live prior
-        compare+planning+report+run+verdict aircraft confidence batch document export qtg weigh""",
+    "crates/engine/src": """date notation keep builtin graph session autosave undo trace calibrate stage begin study live prior snapshot
+        verdict report compare planning run check aircraft confidence recorded_coverage batch document export qtg weigh""",
     "crates/report/src": "library svg html pdf",
     "crates/cli/src": """outcome pages questions role_option search suggest table text version aircraft check equations glossary live progress
         propose regress schema shell summary thesis time_option weigh batch manual map run simulate tune compare compatibility
         debrief diff dynamics export fix match_command new propagate structure variants arguments datcom engine fmu inspect
         response study campaign design lags prior qtg coverage report fidelity""",
-    "src": "step theme notation+widgets app+command+layouts+panels+ui_state",
+    "src": "step theme notation widgets app+command+layouts+panels+ui_state",
 }
 
 

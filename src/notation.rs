@@ -9,8 +9,6 @@ use eframe::egui::text::{LayoutJob, TextFormat};
 use eframe::egui::{self, Align, Color32, FontId};
 use serde::{Deserialize, Serialize};
 
-use crate::widgets::quantity_edit::concise;
-
 /// Decimals of a number stated within its error at most; one that needs more has an exponent.
 const MOST_DECIMALS: usize = 6;
 
@@ -182,8 +180,37 @@ pub fn number(value: f64) -> String {
     if !value.is_finite() {
         return "–".to_owned();
     }
-    let rounded = crate::widgets::quantity_edit::rounded(value, 4);
-    concise(rounded).replace('-', "\u{2212}")
+    concise(rounded(value, 4)).replace('-', "\u{2212}")
+}
+
+/// `value` to `digits` significant digits.
+pub fn rounded(value: f64, digits: i32) -> f64 {
+    if value == 0.0 || !value.is_finite() {
+        return value;
+    }
+    let text = format!("{value:.*e}", (digits - 1).max(0) as usize);
+    text.parse().unwrap_or(value)
+}
+
+/// `value` with five significant digits at most and no zeros after them.
+pub fn concise(value: f64) -> String {
+    let text = five_digits(value);
+    let (digits, exponent) = text.split_at(text.find('e').unwrap_or(text.len()));
+    let digits = if digits.contains('.') { digits.trim_end_matches('0').trim_end_matches('.') } else { digits };
+    format!("{digits}{exponent}")
+}
+
+/// `value` with five significant digits, as it can be typed again, without a needless exponent.
+fn five_digits(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    if !(1e-4..1e6).contains(&size) {
+        return format!("{value:.3e}");
+    }
+    let decimals = (4 - size.log10().floor() as i32).clamp(0, 8) as usize;
+    format!("{value:.decimals$}")
 }
 
 /// `value` with `decimals`, a true minus sign, a dash where there is none.

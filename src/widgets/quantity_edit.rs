@@ -6,6 +6,7 @@ use std::ops::RangeInclusive;
 use eframe::egui::{self, DragValue, Id, Key, Stroke, Ui, UiBuilder, vec2};
 
 use super::EditPhase;
+use crate::notation::{concise, rounded};
 use crate::theme;
 
 /// Decades per point of a logarithmic drag.
@@ -242,15 +243,6 @@ impl<'a> QuantityEdit<'a> {
     }
 }
 
-/// `value` to `digits` significant digits.
-pub fn rounded(value: f64, digits: i32) -> f64 {
-    if value == 0.0 || !value.is_finite() {
-        return value;
-    }
-    let text = format!("{value:.*e}", (digits - 1).max(0) as usize);
-    text.parse().unwrap_or(value)
-}
-
 /// `value` to `decimals`.
 pub fn to_decimals(value: f64, decimals: usize) -> f64 {
     fixed(value, decimals).parse().unwrap_or(value)
@@ -264,27 +256,6 @@ fn fixed(value: f64, decimals: usize) -> String {
 /// What a field shows: four digits of what is below one, five of the rest.
 fn short(value: f64) -> String {
     concise(if value.abs() < 1.0 { rounded(value, 4) } else { value })
-}
-
-/// `value` with five significant digits, as it can be typed again, without a needless exponent.
-fn five_digits(value: f64) -> String {
-    let size = value.abs();
-    if value == 0.0 || !value.is_finite() {
-        return format!("{value}");
-    }
-    if !(1e-4..1e6).contains(&size) {
-        return format!("{value:.3e}");
-    }
-    let decimals = (4 - size.log10().floor() as i32).clamp(0, 8) as usize;
-    format!("{value:.decimals$}")
-}
-
-/// `value` with five significant digits at most and no zeros after them.
-pub fn concise(value: f64) -> String {
-    let text = five_digits(value);
-    let (digits, exponent) = text.split_at(text.find('e').unwrap_or(text.len()));
-    let digits = if digits.contains('.') { digits.trim_end_matches('0').trim_end_matches('.') } else { digits };
-    format!("{digits}{exponent}")
 }
 
 /// What to say when `value` (SI) is not in `allowed` (SI), in a unit of SI times `scale`.

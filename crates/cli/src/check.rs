@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use doublet_engine::verdict::{Checked, Level, check_file};
+use doublet_engine::check::{Checked, check_file};
+use doublet_engine::verdict::Level;
 
 use crate::outcome::Outcome;
 use crate::text;

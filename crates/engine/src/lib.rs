@@ -2,7 +2,7 @@
 //!
 //! A [`session::Session`] is what is saved and undone. [`session::Edit`]s change it, [`undo::History`] remembers it, the stages of
 //! [`stage`] compute what follows from it, [`graph`] keeps what they computed under keys of its content, and [`run`] does so in
-//! the background and publishes [`run::Snapshot`]s; [`study`] holds what takes longer and is asked for. The command line and the workbench use the same road.
+//! the background and publishes [`snapshot::Snapshot`]s; [`study`] holds what takes longer and is asked for. The command line and the workbench use the same road.
 
 pub mod aircraft;
 pub mod autosave;
@@ -10,6 +10,7 @@ pub mod batch;
 pub mod begin;
 pub mod builtin;
 pub mod calibrate;
+pub mod check;
 pub mod compare;
 pub mod confidence;
 pub mod date;
@@ -22,9 +23,11 @@ pub mod notation;
 pub mod planning;
 pub mod prior;
 pub mod qtg;
+pub mod recorded_coverage;
 pub mod report;
 pub mod run;
 pub mod session;
+pub mod snapshot;
 pub mod stage;
 pub mod study;
 pub mod trace;

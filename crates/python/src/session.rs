@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use doublet_engine::begin;
+use doublet_engine::check::check_session;
 use doublet_engine::export::{Format, IdentifiedModel, write as write_model};
 use doublet_engine::graph::{Cache, Control, StageError};
 use doublet_engine::report::{self, HistoryFormat, Outputs, TableFormat};
 use doublet_engine::run::{Scope, Snapshot, run as run_stages};
 use doublet_engine::session::{self, MapRef, Session as Settings};
 use doublet_engine::study::{MonteCarloRequest, Study};
-use doublet_engine::verdict::check_session;
 use pyo3::prelude::*;
 
 use crate::attend::{Show, attend, detached, pooled, refuse};

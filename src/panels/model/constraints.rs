@@ -8,7 +8,7 @@ use eframe::egui::{Grid, Popup, PopupCloseBehavior, Response, RichText, Ui};
 use crate::notation;
 use crate::panels::PanelContext;
 use crate::panels::results::intervals;
-use crate::widgets::quantity_edit::{QuantityEdit, rounded};
+use crate::widgets::quantity_edit::QuantityEdit;
 
 /// Digits of the values a constraint begins with.
 const DIGITS: i32 = 3;
@@ -38,8 +38,8 @@ pub fn menu(ctx: &mut PanelContext<'_>, tick: &Response, coefficient: Coefficien
             let term = term.clone();
             Edit::Estimation(EstimationEdit::Constrain(TermConstraint { coefficient, term, known }))
         };
-        let value = rounded(estimate.map_or(0.0, |(value, _)| value), DIGITS);
-        let spread = rounded(SPREAD * value.abs(), DIGITS).max(1e-3);
+        let value = notation::rounded(estimate.map_or(0.0, |(value, _)| value), DIGITS);
+        let spread = notation::rounded(SPREAD * value.abs(), DIGITS).max(1e-3);
         let begins = [
             ("Free", "Estimated from the data alone", Constraint::Free),
             ("Fixed", "Fixed value: no error, one parameter less", Constraint::Fixed(value)),

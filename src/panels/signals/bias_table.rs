@@ -64,7 +64,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
                     });
                     for (value, (_, scale)) in values.iter().zip(units) {
                         row.col(|ui| {
-                            let shown = crate::widgets::quantity_edit::rounded(scale * value, DIGITS);
+                            let shown = crate::notation::rounded(scale * value, DIGITS);
                             let text = RichText::new(notation::number(shown)).font(figures.clone()).size(11.0);
                             ui.label(if strong { text.strong() } else { text });
                         });

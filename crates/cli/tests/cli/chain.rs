@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use doublet_engine::begin;
+use doublet_engine::check::check_file;
 use doublet_engine::export::{self, Format, IdentifiedModel};
 use doublet_engine::graph::Cache;
 use doublet_engine::live::{Feed, LiveWatch, Opening, open};
@@ -21,7 +22,6 @@ use doublet_engine::report::document::SectionKind;
 use doublet_engine::report::{self, HistoryFormat, Outputs, TableFormat};
 use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session::{self, PathSource, Session};
-use doublet_engine::verdict::check_file;
 use doublet_report::{Order, ReportFormat};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -5,8 +5,8 @@ use doublet_core::reconstruct::{Measurement, State};
 use doublet_core::series::{Recording, Series, value_at};
 use doublet_core::validate::Signal;
 
-use crate::run::Snapshot;
 use crate::session::Manoeuvre;
+use crate::snapshot::Snapshot;
 
 /// Longest time between two samples that a straight line bridges, s.
 const GAP_S: f64 = 2.0;

@@ -30,10 +30,11 @@ pub use store::{Estimate, Finished, Store};
 pub use sweep::Sweep;
 pub use table::write;
 
-use crate::graph::{Cache, guarded};
+use crate::graph::{Cache, Control, guarded};
 use crate::report;
-use crate::run::{Control, Scope, Snapshot, run as run_stages};
+use crate::run::{Scope, run as run_stages};
 use crate::session::{self, Session};
+use crate::snapshot::Snapshot;
 
 /// Memory for what runs share, above all recordings.
 const CACHE_BYTES: usize = 1 << 30;

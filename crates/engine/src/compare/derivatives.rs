@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use doublet_core::statistics::NORMAL_95;
 use serde::{Deserialize, Serialize};
 
 use crate::report::{FORMAT, Results, VERSION};
+use crate::snapshot::Interval;
 
 /// What two runs are compared by: the pooled estimates of one.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -32,27 +32,6 @@ struct Estimate {
     name: String,
     estimate: Option<f64>,
     corrected_standard_error: Option<f64>,
-}
-
-/// An estimate with its interval.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Interval {
-    /// Estimate.
-    pub estimate: f64,
-    /// Standard error, corrected for correlated residuals.
-    pub standard_error: f64,
-    /// Lower end of the 95 % interval.
-    pub low: f64,
-    /// Upper end of the 95 % interval.
-    pub high: f64,
-}
-
-impl Interval {
-    /// The 95 % interval of an estimate.
-    pub fn new(estimate: f64, standard_error: f64) -> Self {
-        let half = NORMAL_95 * standard_error;
-        Self { estimate, standard_error, low: estimate - half, high: estimate + half }
-    }
 }
 
 /// One derivative in two runs.

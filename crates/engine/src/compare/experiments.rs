@@ -2,115 +2,14 @@
 
 use doublet_core::reconstruct::Measurement;
 use doublet_core::statistics::median;
-use serde::Serialize;
 
-use super::{Interval, SettingDifference, settings};
-use crate::graph::Footprint;
-use crate::run::Snapshot;
+use super::settings;
 use crate::session::{Configuration, Experiment, Session, SessionError, WindowRole};
+use crate::snapshot::{
+    CoefficientOutcome, DerivativeOutcome, ExperimentOutcome, ExperimentRow, FitOutcome, FitVerdict, Interval,
+    MeasurementNis, PRESENT, SettingDifference, Snapshot, VerdictCounts,
+};
 use crate::stage::{CoefficientFit, PooledFits, ScoredStructure, StructureScore};
-use crate::verdict::{FitVerdict, Level, VerdictCounts};
-
-/// What the row of the present configuration is called.
-pub const PRESENT: &str = "Session as it is";
-
-/// What a configuration gives.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct ExperimentOutcome {
-    /// Level of the session, and how many derivatives are good, a caution, bad.
-    pub verdict: VerdictCounts,
-    /// Manoeuvres that identify.
-    pub identification: usize,
-    /// Manoeuvres that validate.
-    pub validation: usize,
-    /// Mean NIS of the flight path over its expectation, median of the manoeuvres; 1 is ideal. None without a filter.
-    pub nis: Option<f64>,
-    /// The same of each measurement: the square of found over predicted deviation of its innovations.
-    pub nis_by_measurement: Vec<MeasurementNis>,
-    /// Validation error: root mean square over the coefficients of `sqrt(1 - R²)` of the validation manoeuvres; 0 is exact, 1 no better
-    /// than the mean. None without validation manoeuvres.
-    pub validation_error: Option<f64>,
-    /// One for every coefficient of the structure.
-    pub coefficients: Vec<CoefficientOutcome>,
-    /// What could not be computed, a line each.
-    pub failures: Vec<String>,
-}
-
-/// NIS of one measurement.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct MeasurementNis {
-    /// Measurement.
-    pub measurement: &'static str,
-    /// Median over the manoeuvres; 1 is ideal.
-    pub nis: f64,
-}
-
-/// What a configuration gives for one coefficient.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct CoefficientOutcome {
-    /// Coefficient.
-    pub coefficient: &'static str,
-    /// Level of its fit.
-    pub level: Option<Level>,
-    /// Fit; none where there is no estimate.
-    pub fit: Option<FitOutcome>,
-    /// Derivatives with their intervals, without constants of single manoeuvres.
-    pub derivatives: Vec<DerivativeOutcome>,
-}
-
-/// How well a coefficient is fitted and predicted.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct FitOutcome {
-    /// Parameters estimated.
-    pub parameters: usize,
-    /// Samples.
-    pub samples: usize,
-    /// R² of the fit.
-    pub r_squared: f64,
-    /// Honest R²: of the validation manoeuvres. None without them.
-    pub honest_r_squared: Option<f64>,
-    /// RMS of the prediction error over the validation manoeuvres, in units of the coefficient. None without them.
-    pub validation_rms: Option<f64>,
-    /// Akaike's criterion.
-    pub akaike: f64,
-    /// Akaike's criterion less that of the session as it is; none where the samples fitted are others.
-    pub delta_akaike: Option<f64>,
-}
-
-/// A derivative with its interval.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct DerivativeOutcome {
-    /// Name, for example `Cm_q`.
-    pub name: String,
-    /// Level; none where nothing was judged.
-    pub level: Option<Level>,
-    /// Estimate with its corrected standard error.
-    #[serde(flatten)]
-    pub interval: Interval,
-}
-
-/// An experiment beside the session as it is.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ExperimentRow {
-    /// Name; [`PRESENT`] for the session as it is.
-    pub name: String,
-    /// Whether its configuration is that of the session.
-    pub is_current: bool,
-    /// Settings that differ: first of the session, second of the experiment.
-    pub differences: Vec<SettingDifference>,
-    /// Sum of the coefficients' differences of Akaike's criterion to the session as it is; below zero is better. None where the
-    /// samples fitted or the coefficients are others.
-    pub delta_akaike: Option<f64>,
-    /// What it gives.
-    #[serde(flatten)]
-    pub outcome: ExperimentOutcome,
-}
-
-impl Footprint for ExperimentOutcome {
-    fn bytes(&self) -> usize {
-        self.coefficients.iter().map(|one| 128 + 160 * one.derivatives.len()).sum::<usize>() + 1024
-    }
-}
 
 impl ExperimentOutcome {
     /// What the results of a session give.

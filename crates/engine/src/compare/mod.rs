@@ -4,10 +4,11 @@ mod derivatives;
 mod experiments;
 mod settings;
 
-pub use derivatives::{DerivativeDifference, Estimates, Interval, differences, estimates_of, read_estimates};
-pub use experiments::{
-    CoefficientOutcome, DerivativeOutcome, ExperimentOutcome, ExperimentRow, FitOutcome, MeasurementNis, PRESENT,
-    experiment_differences,
+pub use crate::snapshot::{
+    CoefficientOutcome, DerivativeOutcome, ExperimentOutcome, ExperimentRow, FitOutcome, Interval, MeasurementNis,
+    PRESENT, SettingDifference,
 };
+pub use derivatives::{DerivativeDifference, Estimates, differences, estimates_of, read_estimates};
+pub use experiments::experiment_differences;
 pub(crate) use settings::entry_name;
-pub use settings::{SettingDifference, settings};
+pub use settings::settings;

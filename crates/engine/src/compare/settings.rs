@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use doublet_core::quantity::Dimension;
 use doublet_core::reconstruct::{Input, Measurement, State};
-use serde::Serialize;
 use toml::{Table, Value};
 
 use crate::session::{Session, SessionError, to_table};
+use crate::snapshot::SettingDifference;
 
 /// Keys of the header, which are no settings.
 const HEADER: [&str; 3] = ["format", "version", "app"];
@@ -15,31 +15,6 @@ const HEADER: [&str; 3] = ["format", "version", "app"];
 const NAMES: [&str; 4] = ["name", "path", "source", "reference"];
 /// Units by the ending of a key, longer endings first.
 const ENDINGS: [(&str, &str); 5] = [("_m_s2", "m/s²"), ("_kg", "kg"), ("_rad", "rad"), ("_m", "m"), ("_s", "s")];
-
-/// A setting two sessions do not share.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct SettingDifference {
-    /// Its name: keys of the session file, list entries by their own names.
-    pub setting: String,
-    /// SI unit; empty for what has none.
-    pub unit: String,
-    /// Value in the first session; `None` where it has none.
-    pub first: Option<String>,
-    /// Value in the second session; `None` where it has none.
-    pub second: Option<String>,
-}
-
-impl SettingDifference {
-    /// Setting, first and second value in one line.
-    pub fn line(&self) -> String {
-        let value = |value: &Option<String>| match value {
-            Some(value) if self.unit.is_empty() => value.clone(),
-            Some(value) => format!("{value} {}", self.unit),
-            None => "not set".to_owned(),
-        };
-        format!("{}: {} here, {} on disk", self.setting, value(&self.first), value(&self.second))
-    }
-}
 
 /// Every setting that differs between two sessions, in the order of their names.
 ///

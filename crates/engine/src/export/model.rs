@@ -6,8 +6,8 @@ use doublet_core::airframe::{MassProperties, ReferenceGeometry};
 use doublet_core::model::{Axes, Derivatives, Gyroscopic, ThrustTreatment, Variable};
 
 use super::ExportError;
-use crate::run::Snapshot;
 use crate::session::{ControlLags, Preparation, Session};
+use crate::snapshot::Snapshot;
 use crate::study::{IdentifiedCoefficient, identified};
 
 /// Everything an export states.

@@ -14,8 +14,8 @@ use doublet_dynamics::design::{Basis, KnownCoefficient, Limit, Limits, Quantity,
 use doublet_dynamics::linear::{Condition, UncertainModel};
 
 use crate::graph::{Context, StageResult};
-use crate::run::Snapshot;
 use crate::session::{Estimation, ResidualWeights, Session, Settings, Surface, WindowRole};
+use crate::snapshot::Snapshot;
 use crate::stage::{AeroWindow, WindowAero, applies, pooled_regressions};
 use crate::study::StudyInput;
 use crate::study::dynamics::level_model;

@@ -14,9 +14,8 @@ use super::safety::{EntryGate, Risk, WindBox, entry};
 use crate::builtin;
 use crate::graph::StageResult;
 use crate::live::Limit;
-use crate::run::Snapshot;
-use crate::session::{Manoeuvre, Session, Surface, WindowRole};
-use crate::verdict::Level;
+use crate::session::{Level, Manoeuvre, Session, Surface, WindowRole};
+use crate::snapshot::Snapshot;
 
 /// Value of the `format` key.
 pub(crate) const FORMAT: &str = "doublet campaign";

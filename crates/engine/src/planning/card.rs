@@ -7,7 +7,7 @@ use super::safety::M_S_PER_KT;
 use crate::notation::significant;
 use crate::report::document::{Axis, Block, Figure, LineStyle, Panel, Plot, Section, points};
 use crate::report::{Cell, Column, Table, TableOf};
-use crate::verdict::Level;
+use crate::session::Level;
 
 /// Length of a foot, m.
 const M_PER_FT: f64 = 0.3048;

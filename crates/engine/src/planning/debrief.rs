@@ -6,7 +6,7 @@ use doublet_core::statistics::NORMAL_95;
 use serde::{Deserialize, Serialize};
 
 use crate::graph::StageResult;
-use crate::run::Snapshot;
+use crate::snapshot::Snapshot;
 use crate::study::{Estimate, estimates};
 
 /// What a design promised, of its `design.json`.

@@ -4,15 +4,14 @@ use doublet_core::quantity::Role;
 use doublet_core::series::Series;
 use doublet_dynamics::design::{Designed, SURFACE_NAMES};
 
-use super::enough::{DerivativeRow, Enough, NextRow};
 use super::rows::{ComparedKind, DesignRow, ExcursionRow};
 use crate::notation::significant;
 use crate::report::document::{
     Axis, Block, Document, Figure, LineStyle, Mark, Panel, Plot, Section, Style, line, points,
 };
 use crate::report::{Cell, Column, Table, TableOf};
-use crate::session::Session;
-use crate::verdict::Level;
+use crate::session::{Level, Session};
+use crate::snapshot::{DerivativeRow, Enough, NextRow};
 use crate::{date, notation};
 
 /// Lays the card of a design out.

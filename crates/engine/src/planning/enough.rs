@@ -2,12 +2,12 @@
 
 use doublet_core::hash_fields;
 use doublet_dynamics::design::{Basis, DesignKind, ExpectedDerivative, Prediction, Request, next_manoeuvres};
-use serde::Serialize;
 
 use super::basis::{DesignOptions, basis_of};
 use super::rows::names;
-use crate::graph::{Context, Footprint, Stage, StageResult};
+use crate::graph::{Context, Stage, StageResult};
 use crate::session::{Manoeuvre, WindowRole};
+use crate::snapshot::{DerivativeRow, Enough, NextRow, WindowInformation};
 use crate::study::StudyInput;
 
 /// A goal of one derivative.
@@ -59,60 +59,6 @@ pub struct EnoughOptions {
     pub relative_percent: f64,
     /// How the next manoeuvre is designed.
     pub next: Request,
-}
-
-/// How far a session has come.
-#[derive(Clone, Debug, Serialize)]
-pub struct Enough {
-    /// Whether every goal is met.
-    pub enough: bool,
-    /// Derivatives whose goal is met.
-    pub met: usize,
-    /// Derivatives in all.
-    pub of: usize,
-    /// Derivatives with their goals.
-    pub derivatives: Vec<DerivativeRow>,
-    /// After every identification window, in the order of the session.
-    pub windows: Vec<WindowInformation>,
-    /// Manoeuvres that could be flown next, best first; empty where all goals are met.
-    pub next: Vec<NextRow>,
-}
-
-/// A derivative with its goal.
-#[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
-pub struct DerivativeRow {
-    pub name: String,
-    pub estimate: f64,
-    pub corrected: Option<f64>,
-    pub goal: f64,
-    pub met: bool,
-    pub met_after: Option<String>,
-}
-
-/// What the windows up to one say together.
-#[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
-pub struct WindowInformation {
-    pub window: String,
-    pub time_s: f64,
-    pub met: usize,
-    pub worst: Option<String>,
-    pub worst_over_goal: Option<f64>,
-    pub corrected: Vec<Option<f64>>,
-}
-
-/// A manoeuvre that could be flown next.
-#[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
-pub struct NextRow {
-    pub kind: &'static str,
-    pub surfaces: Vec<&'static str>,
-    pub duration_s: f64,
-    pub met: usize,
-    pub worst: Option<String>,
-    pub worst_over_goal: Option<f64>,
-    pub signal_peak_rad: Vec<f64>,
 }
 
 /// What of the goals is met: errors over goals.
@@ -196,12 +142,6 @@ pub fn enough<'a>(
     let is_enough = of > 0 && standing.met == of;
     let next = if is_enough { Vec::new() } else { next_rows(basis, options, &constant, goes_on)? };
     Ok(Enough { enough: is_enough, met: standing.met, of, derivatives: derivatives.collect(), windows: known, next })
-}
-
-impl Footprint for Enough {
-    fn bytes(&self) -> usize {
-        128 * (1 + self.derivatives.len()) * (1 + self.windows.len())
-    }
 }
 
 impl Stage for Enough {

@@ -7,8 +7,8 @@ use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use serde::Serialize;
 
 use super::campaign::PlannedPoint;
-use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Session, Surface};
+use crate::snapshot::Snapshot;
 use crate::stage::{WindowAero, WindowPath, deflection};
 
 /// A slope, or a constant, by least squares over the manoeuvres of a card.

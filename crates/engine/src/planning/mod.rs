@@ -12,12 +12,12 @@ mod enough;
 mod evaluation;
 mod files;
 mod path_share;
-mod recorded_coverage;
 mod rows;
 mod safety;
 mod sheet;
 mod watched;
 
+pub use crate::snapshot::{DerivativeRow, Enough, NextRow, WindowInformation};
 pub use basis::{DesignOptions, FlownWindow, SEARCH_SAMPLES, basis, basis_of, design_basis};
 pub use campaign::{Campaign, Flown, FlownPoint, Fuel, Order, PlannedPoint, TestPoint, Tolerance, flown_points};
 pub(crate) use campaign::{FORMAT as CAMPAIGN_FORMAT, VERSION as CAMPAIGN_VERSION};
@@ -27,11 +27,10 @@ pub use debrief::{Debrief, DebriefRow, Promise, debrief, true_derivatives};
 pub use designed_session::{FLIGHT_FOLDER, designed_session, loading_of_mass, with_recordings_in};
 pub use document::{comparison_table, design_document, enough_blocks};
 pub use doublet_dynamics::design::{Criterion, DesignKind, SURFACE_NAMES};
-pub use enough::{DerivativeRow, Enough, EnoughOptions, EnoughRequest, Goal, NextRow, WindowInformation, enough};
+pub use enough::{EnoughOptions, EnoughRequest, Goal, enough};
 pub use evaluation::SlopeRow;
 pub use files::{design_csv, design_files};
 pub use path_share::PathShare;
-pub use recorded_coverage::recorded_coverage;
 pub use rows::{
     ComparedKind, CorrelationRow, DesignRow, ExcursionRow, ManoeuvreRow, PredictedRow, SignalRow, design_row,
     designed_rows,

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::rows::DesignRow;
-use crate::run::Snapshot;
 use crate::session::{Estimation, Session, Surface};
+use crate::snapshot::Snapshot;
 use crate::stage::{CoefficientFit, applies};
 
 /// Variance of each derivative beyond the noise of its fit, with the time of its manoeuvres.

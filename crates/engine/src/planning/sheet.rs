@@ -12,9 +12,8 @@ use super::path_share::PathShare;
 use super::rows::{DesignRow, designed_rows};
 use crate::graph::{Context, Control, StageResult};
 use crate::report::document::{Block, Document};
-use crate::run::{Snapshot, with_study_input};
-use crate::session::Session;
-use crate::verdict::Level;
+use crate::session::{Level, Session};
+use crate::snapshot::{Snapshot, with_study_input};
 
 /// Full travel of a surface to either side where nothing else is said, rad.
 const FULL_TRAVEL_RAD: f64 = 20.0 * std::f64::consts::PI / 180.0;

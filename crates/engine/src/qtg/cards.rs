@@ -8,8 +8,8 @@ use serde::Serialize;
 use super::index::{IndexRow, IndexStatus};
 use crate::builtin::PREFIX;
 use crate::planning::{CAMPAIGN_FORMAT, CAMPAIGN_VERSION};
-use crate::run::Snapshot;
 use crate::session::{Session, Surface};
+use crate::snapshot::Snapshot;
 use crate::stage::{ObjectiveTest, Tolerances, movement};
 
 /// Words of a kind of input with the surface it moves.

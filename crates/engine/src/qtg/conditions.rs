@@ -7,8 +7,8 @@ use doublet_core::validate::{Histories, Signal};
 
 use super::units::shown;
 use crate::notation::significant;
-use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Surface};
+use crate::snapshot::Snapshot;
 use crate::stage::{WindowAero, deflection};
 
 /// What is said of what is missing.

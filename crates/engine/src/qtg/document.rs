@@ -7,8 +7,8 @@ use super::{Constants, IndexStatus, Qualification, QualificationTest, TestFile, 
 use crate::notation::significant;
 use crate::report::document::{Block, Document, Section, Style};
 use crate::report::{Cell, Column, Table};
-use crate::run::Snapshot;
 use crate::session::Session;
+use crate::snapshot::Snapshot;
 
 /// Lays a guide out.
 pub fn document(session: &Session, snapshot: &Snapshot, file: &TestFile, found: &Qualification) -> Document {

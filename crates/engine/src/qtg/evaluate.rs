@@ -22,11 +22,12 @@ use super::{
     data, pages,
 };
 use crate::date;
-use crate::graph::{Cache, StageResult};
+use crate::graph::{Cache, Control, StageResult};
 use crate::report::document::Document;
 use crate::report::session_sha256;
-use crate::run::{Control, Scope, Snapshot, run};
+use crate::run::{Scope, run};
 use crate::session::{self, Manoeuvre, Session, WindowRole};
+use crate::snapshot::Snapshot;
 use crate::stage::{
     Judgement, Movement, ObjectiveTest, PooledFits, Quantity, ReplayWindow, Tolerances, ValueTolerance, WindowAero,
     WindowFlight, WindowPath, WindowReplay, fly_window, measured_histories, model_of_window, movement, shortfall,

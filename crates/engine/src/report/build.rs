@@ -14,12 +14,12 @@ use super::results::{
 };
 use super::{gusts, mass, setup, signals, summary};
 use crate::date;
-use crate::run::{Slot, Snapshot};
 use crate::session::{Manoeuvre, Session, path_warning};
+use crate::snapshot::{FitVerdict, Slot, Snapshot};
 use crate::stage::{
     self, CoefficientFit, ExpressedChannel, RegressorCorrelation, UsedClock, WindowPath, measure_steadiness,
 };
-use crate::verdict::{self, FitVerdict, NO_WINDOW};
+use crate::verdict::{self, NO_WINDOW};
 
 /// Collects everything a snapshot says about a session.
 pub fn build(session: &Session, snapshot: &Snapshot) -> Results {

@@ -3,8 +3,8 @@
 use doublet_core::propulsion::PowerComparison;
 
 use super::results::{AgreementRow, CorrelationRow, EngineRow, MonitorRow, PhaseRow};
-use crate::run::Snapshot;
 use crate::session::Session;
+use crate::snapshot::Snapshot;
 use crate::stage::{EngineOverFlight, FlightEngines, PowerAgreement};
 
 /// One row per flight and engine, in the order of the session.

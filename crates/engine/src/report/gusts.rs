@@ -4,7 +4,7 @@ use doublet_core::reconstruct::State;
 use doublet_core::statistics::squares_about_mean;
 use serde::Serialize;
 
-use crate::run::Snapshot;
+use crate::snapshot::Snapshot;
 use crate::stage::SensorDelay;
 
 /// Gusts the likelihood calls for, and what they do to the angle of attack.

@@ -13,13 +13,12 @@ use serde::Serialize;
 
 use super::results::Results;
 use super::table::{Table, TableOf};
-use crate::run::{Slot, Snapshot};
-use crate::session::{Manoeuvre, Session};
+use crate::session::{Level, Manoeuvre, Session};
+use crate::snapshot::{Slot, Snapshot};
 use crate::stage::{
     FlownMass, WindowAero, WindowFits, WindowPath, WindowProposal, measure_steadiness, movement, open_windows,
     significance,
 };
-use crate::verdict::Level;
 
 /// Use of a manoeuvre that was found and is not in the session.
 pub const CANDIDATE: &str = "candidate";

@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use super::results::Results;
 use super::table::{Table, TableOf};
-use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Session};
+use crate::snapshot::Snapshot;
 use crate::stage::{self, FlownMass, FlownState};
 
 /// Mass properties in datum axes (x aft, y right, z up) and inertia about the centre of gravity in body axes.

@@ -70,9 +70,10 @@ pub use study_tables::{
 };
 pub use table::{Cell, Column, Table, TableOf};
 
+use crate::graph::Control;
 use crate::keep::{Earlier, Put, PutError, Staging, has_manifest};
-use crate::run::{Control, Snapshot, WindowResults};
 use crate::session::Session;
+use crate::snapshot::{Snapshot, WindowResults};
 
 /// What is written beside `results.json`.
 #[derive(Clone, Debug, PartialEq, Eq)]

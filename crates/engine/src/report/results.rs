@@ -13,8 +13,10 @@ use super::proof::ProofRow;
 use super::sensor_errors::SensorErrorsRow;
 use super::signals::{NoiseRow, ProposalRow, SignalRow};
 use super::studies::StudyResults;
+use crate::session::Verdict;
+use crate::snapshot::Consequence;
 use crate::stage::{PhysicsRow, Steadiness};
-use crate::verdict::{Consequence, Dependence, StatedQuantity, Verdict};
+use crate::verdict::{Dependence, StatedQuantity};
 
 /// Value of the `format` key.
 pub const FORMAT: &str = "doublet results";

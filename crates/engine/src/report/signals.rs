@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::run::Snapshot;
 use crate::session::{AngularAcceleration, Preparation, Session};
+use crate::snapshot::Snapshot;
 use crate::stage::{FlightNoise, FlightProposals, LoadedFlight, TreatedSignal};
 
 /// A signal that was smoothed or resampled.

@@ -5,14 +5,13 @@ use serde::{Serialize, Serializer};
 
 use super::responses::{ResponseRow, SystemRow, flight_rows, response_table};
 use super::table::{Cell, Column, Table};
-use crate::compare::ExperimentRow;
 use crate::graph::StageResult;
-use crate::run::Snapshot;
+use crate::session::Finding;
+use crate::snapshot::{ExperimentRow, Snapshot};
 use crate::study::{
     CheckedDerivative, ConditionRegression, ControlLag, LagStudy, ManoeuvreStudy, MonteCarloStudy, SensitivityStudy,
     WindowChecks,
 };
-use crate::verdict::Finding;
 
 /// Results of the studies that were asked for; what was not is absent.
 #[derive(Clone, Debug, Default, Serialize)]

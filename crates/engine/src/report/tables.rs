@@ -7,7 +7,7 @@ use doublet_core::series::TimeRange;
 use super::prediction::PredictionAgreement;
 use super::results::{AgreementRow, EngineRow, FitRow, Results};
 use super::table::{Cell, Column, Table, TableOf};
-use crate::verdict::Verdict;
+use crate::session::Verdict;
 
 /// Every table of the results that leaves the program as a file, in the order of `docs/results.md`.
 pub fn all(results: &Results) -> Vec<Table> {

@@ -7,9 +7,9 @@ use std::thread::JoinHandle;
 use super::details::{DetailRequest, details};
 use super::inquiries::inquire;
 use super::pipeline::{Scope, run};
-use super::snapshot::Snapshot;
 use crate::graph::{Cache, Context, Control, StageError, guarded};
 use crate::session::Session;
+use crate::snapshot::Snapshot;
 use crate::study::Study;
 
 /// Memory the results of past generations may hold, bytes.

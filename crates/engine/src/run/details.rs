@@ -4,18 +4,16 @@ use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 use doublet_core::airframe::Loading;
-use doublet_core::model::{Coefficient, Structure, Term};
+use doublet_core::model::{Structure, Term};
 use doublet_core::reconstruct::{FilterSettings, Method};
-use doublet_core::series::Series;
 
 use super::inquiries::InquiryRequest;
-use super::snapshot::{Snapshot, WindowResults};
-use crate::graph::{Context, Footprint, Keyed, Stage, StageError, StageResult};
+use crate::graph::{Context, Keyed, Stage, StageError, StageResult};
 use crate::session::{Manoeuvre, PathSource, Session, Settings};
+use crate::snapshot::{Details, Snapshot, WindowDetails, WindowResults};
 use crate::stage::{
-    self, AircraftData, BiasTable, CoefficientStudy, Contributions, FlightNoise, Information, KindSummary,
-    LoadedAircraft, LoadedFlight, Misfit, MisfitPlace, NoiseAdvice, PooledFits, RegressorCorrelation, ResidualStudy,
-    Samples, ScoredStructure, WindowAero, WindowFits, WindowPath,
+    self, AircraftData, FlightNoise, LoadedAircraft, LoadedFlight, MisfitPlace, PooledFits, Samples, ScoredStructure,
+    WindowAero, WindowFits, WindowPath,
 };
 
 /// Iterations and tolerance of the iterated filter where the session does not use it.
@@ -48,46 +46,6 @@ impl Hash for DetailRequest {
         let Self { window, track, filters, terms, regressors, structures, misfit, inquiry: _ } = self;
         (window, track, filters, terms, regressors, structures, misfit).hash(state);
     }
-}
-
-/// What was found.
-#[derive(Clone, Debug, Default)]
-pub struct Details {
-    /// The window looked at.
-    pub window: Option<WindowDetails>,
-    /// Terms of the model and candidates, where they were looked at.
-    pub model: Vec<CoefficientStudy>,
-    /// North and east positions of the flight whose track was wanted.
-    pub track: Option<[Series; 2]>,
-    /// Biases and wind of all windows.
-    pub biases: BiasTable,
-    /// Correlation of the regressors, where they were looked at.
-    pub regressors: Vec<RegressorCorrelation>,
-    /// Derivatives over all identification windows, then over those of each kind of input.
-    pub kinds: Vec<KindSummary>,
-    /// The structures that were to be compared.
-    pub structures: Vec<ScoredStructure>,
-}
-
-/// A closer look at one window.
-#[derive(Clone, Debug)]
-pub struct WindowDetails {
-    /// Its name.
-    pub name: String,
-    /// Residuals of its own fits.
-    pub residuals: Vec<ResidualStudy>,
-    /// What the noise of each measurement should be.
-    pub noise: Vec<NoiseAdvice>,
-    /// Half of the half width of the 95 % band of the observations about each of its fits, sample by sample.
-    pub bands: Vec<(Coefficient, Arc<[f64]>)>,
-    /// What moves with the residual where it is looked at, or why that is not known.
-    pub misfit: Option<StageResult<Misfit>>,
-    /// Parts of its fitted coefficients.
-    pub contributions: Vec<Contributions>,
-    /// Which seconds tell which derivative.
-    pub information: Vec<Information>,
-    /// Its path by the plain and by the iterated filter, both smoothed, or why it has none; `None` where it was not wanted.
-    pub filters: Option<StageResult<[Arc<WindowPath>; 2]>>,
 }
 
 /// What a closer look depends on: what is asked, settings and loading of the session.
@@ -141,13 +99,6 @@ pub(super) fn details(
     };
     let loading = window.map_or(session.loading.as_ref(), |window| session.loading_in(&window.flight));
     context.get::<Details>((request, used.settings(), loading), &inputs)
-}
-
-impl Footprint for Details {
-    fn bytes(&self) -> usize {
-        let filters = self.window.iter().filter_map(|window| window.filters.as_ref()?.as_ref().ok()).flatten();
-        filters.map(|path| path.bytes()).sum::<usize>() + (1 << 20)
-    }
 }
 
 impl Stage for Details {

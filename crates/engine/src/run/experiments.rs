@@ -2,16 +2,11 @@
 
 use std::hash::{Hash, Hasher};
 
-use super::named_slots::NamedSlots;
 use super::pipeline::{Scope, run};
-use super::snapshot::Snapshot;
-use crate::compare::{ExperimentOutcome, ExperimentRow, PRESENT};
 use crate::graph::{Cache, Context, Stage, StageError, StageResult};
 use crate::session::{self, Experiment, Session};
+use crate::snapshot::{ExperimentOutcome, ExperimentRow, ExperimentRows, PRESENT, Snapshot};
 use crate::study::EXPERIMENT;
-
-/// Rows of the experiments, the session as it is first, by name.
-pub type ExperimentRows = NamedSlots<ExperimentRow>;
 
 /// A session to run, known by its saved form.
 pub struct Trial<'a> {

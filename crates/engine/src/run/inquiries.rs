@@ -1,14 +1,13 @@
 //! What is asked of the identified model while somebody looks at it: computed in the background after the run, for what is on screen alone.
 
-use super::experiments::{ExperimentRows, experiment_rows};
-use super::overlays::{Overlays, overlay_experiments};
-use super::snapshot::{AnySlot, Inquiries, Slot, Snapshot};
-use super::tried_fixes::{TriedFixes, try_fixes};
-use crate::graph::{Context, Keyed, Stage, StageResult};
-use crate::planning::{Enough, EnoughRequest};
+use super::experiments::experiment_rows;
+use super::overlays::overlay_experiments;
+use super::tried_fixes::try_fixes;
+use crate::graph::{Context, Stage};
+use crate::planning::EnoughRequest;
 use crate::prior::{PriorRequest, PriorStudy};
 use crate::session::{Fix, Session};
-use crate::stage::{self, AircraftData, StudyWindow};
+use crate::snapshot::{AnySlot, Enough, ExperimentRows, Inquiries, Overlays, Slot, Snapshot, TriedFixes, answer};
 use crate::study::{DynamicsRequest, DynamicsStudy, StudyInput};
 
 /// What a front end asks of the identified model.
@@ -112,51 +111,4 @@ impl Inquiry<'_> {
         compute(self.session, &mut outputs, self.context, &show);
         *place(&mut self.snapshot.inquiries) = outputs;
     }
-}
-
-/// The output of a study of everything that `snapshot` has of `session`.
-///
-/// # Errors
-/// As [`with_study_input`], and those of the study.
-pub fn answer<S: for<'i> Stage<Inputs<'i> = &'i StudyInput<'i>>>(
-    session: &Session,
-    snapshot: &Snapshot,
-    params: S::Params<'_>,
-    context: &Context<'_>,
-) -> StageResult<Keyed<S::Output>> {
-    with_study_input(session, snapshot, context, |input| context.get::<S>(params, input))
-}
-
-/// Hands everything that `snapshot` has of `session` to a study.
-///
-/// # Errors
-/// One line: no aircraft, nothing identified; those of the study.
-pub fn with_study_input<T>(
-    session: &Session,
-    snapshot: &Snapshot,
-    context: &Context<'_>,
-    study: impl FnOnce(&StudyInput<'_>) -> StageResult<T>,
-) -> StageResult<T> {
-    let used = snapshot.gravity.as_ref().map_or_else(|| session.clone(), |used| stage::with_gravity(session, used));
-    let plain = snapshot.aircraft.ready_keyed().ok_or(match session.aircraft {
-        Some(_) => "the aircraft could not be read",
-        None => stage::NO_AIRCRAFT,
-    })?;
-    let aircraft = context.get::<AircraftData>(session.loading.as_ref(), plain)?;
-    let windows = session.active_windows().filter_map(|manoeuvre| {
-        let results = snapshot.windows.get(&manoeuvre.name)?;
-        Some(StudyWindow {
-            manoeuvre,
-            flight: snapshot.flights.get(&manoeuvre.flight)?.ready_keyed()?.clone(),
-            aircraft: context.get::<AircraftData>(session.loading_in(&manoeuvre.flight), plain).ok()?,
-            path: results.path.ready_keyed()?.clone(),
-            aero: results.aero.ready_keyed()?.clone(),
-            fits: results.fits.ready_keyed()?.clone(),
-        })
-    });
-    let windows: Vec<_> = windows.collect();
-    let pooled = snapshot.pooled.ready_keyed();
-    let pooled = pooled.ok_or("nothing is identified yet: mark at least one manoeuvre as identification")?;
-    let input = StudyInput { settings: used.settings(), aircraft: &aircraft, windows: &windows, pooled };
-    study(&input)
 }

@@ -1,35 +1,12 @@
 //! Results of chosen experiments, drawn over those of the session.
 
-use std::collections::BTreeMap;
-
 use super::experiments::{Trial, with_trial};
-use super::named_slots::NamedSlots;
-use super::snapshot::{Slot, Snapshot, WindowResults};
-use crate::graph::{Context, Footprint, Stage, StageResult};
+use crate::graph::{Context, Stage, StageResult};
 use crate::session::Session;
-use crate::stage::PooledFits;
+use crate::snapshot::{OverlaidResults, Overlays, Snapshot};
 
 /// Most experiments that are overlaid: more curves cannot be told apart.
 pub const MOST_OVERLAID: usize = 2;
-
-/// The overlaid experiments by name.
-pub type Overlays = NamedSlots<OverlaidResults>;
-
-/// What an experiment gives, manoeuvre by manoeuvre.
-#[derive(Clone, Debug)]
-pub struct OverlaidResults {
-    /// Flight path, coefficients and fits by manoeuvre.
-    pub windows: BTreeMap<String, WindowResults>,
-    /// Derivatives from all identification manoeuvres.
-    pub pooled: Slot<PooledFits>,
-}
-
-impl Footprint for OverlaidResults {
-    /// Without the results themselves: the cache counts those of their own stages.
-    fn bytes(&self) -> usize {
-        1024 * (1 + self.windows.len())
-    }
-}
 
 impl Stage for OverlaidResults {
     type Params<'a> = &'a Trial<'a>;

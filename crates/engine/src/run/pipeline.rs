@@ -11,12 +11,12 @@ use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{FilterData, FilterSettings, Reconstruction, lane_groups};
 use rayon::prelude::*;
 
-use super::snapshot::{AnySlot, LogEntry, Slot, SlotGroup, Snapshot, WindowResults};
 use super::snapshot_builder::{SnapshotBuilder, first_snapshot};
 use super::studies;
 use crate::graph::{Cache, Cancelled, Context, Control, Key, Keyed, Stage, StageError, StageResult, guarded};
 use crate::notation::plural;
 use crate::session::{self, Flight, Manoeuvre, PathSource, Session};
+use crate::snapshot::{AnySlot, LogEntry, Slot, SlotGroup, Snapshot, WindowResults};
 use crate::stage::{
     self, AircraftData, DelaysAndGusts, EstimatedSensorErrors, FlightEngines, FlightPhysics, FlightProposals,
     FlownMass, LoadedAircraft, LoadedFlight, PathErrors, PooledFits, ProofOfMatch, Samples, SensorDelays, SessionGusts,

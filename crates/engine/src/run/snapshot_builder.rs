@@ -5,9 +5,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::pipeline::Scope;
-use super::snapshot::{SlotGroup, Snapshot};
 use crate::graph::{Cancelled, Control};
 use crate::session::Manoeuvre;
+use crate::snapshot::{SlotGroup, Snapshot};
 
 /// Shortest time between two published snapshots of one run.
 const PUBLISH_INTERVAL: Duration = Duration::from_millis(8);

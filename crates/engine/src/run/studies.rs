@@ -1,9 +1,9 @@
 //! Studies of a run: each on request, kept while what it follows from stays the same.
 
-use super::experiments::{ExperimentRows, experiment_rows};
+use super::experiments::experiment_rows;
 use super::pipeline::Run;
-use super::snapshot::{Slot, Studies};
 use crate::graph::{Cancelled, Stage, StageError};
+use crate::snapshot::{ExperimentRows, Slot, Studies};
 use crate::study::{
     CheckRequest, CheckStudy, DynamicsStudy, FlightResponses, LagStudy, ManoeuvreStudy, MonteCarloStudy,
     SensitivityStudy, Study, StudyInput,

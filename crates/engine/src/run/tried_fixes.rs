@@ -1,13 +1,9 @@
 //! Fixes of findings, each tried on the session as it is: the verdict there would be.
 
 use super::experiments::outcome;
-use super::named_slots::NamedSlots;
-use crate::compare::ExperimentOutcome;
 use crate::graph::{Context, StageError, StageResult};
 use crate::session::{Fix, Session};
-
-/// What each fix gives.
-pub type TriedFixes = NamedSlots<ExperimentOutcome, Fix>;
+use crate::snapshot::TriedFixes;
 
 /// Computes the session with each of `fixes` applied alone, one after another; `show` hears of every change.
 ///

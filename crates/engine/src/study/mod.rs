@@ -85,7 +85,7 @@ macro_rules! studies {
     };
 }
 
-// To add one: its stage in this folder and its row here; its slot in `run/snapshot.rs` and its line in `run/studies.rs`; its rows and their table in
+// To add one: its stage in this folder and its row here; its slot in `snapshot/mod.rs` and its line in `run/studies.rs`; its rows and their table in
 // `report/studies.rs`. The command line, Python and the window list what stands here.
 studies! {
     /// Derivatives against what they were computed with (thesis 7.2.1).

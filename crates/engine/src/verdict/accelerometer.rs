@@ -5,8 +5,8 @@ use doublet_core::compatibility::{AccelerometerPlace, RateErrors, TellingVelocit
 use doublet_core::model::Position;
 
 use super::{Finding, Level};
-use crate::run::Snapshot;
 use crate::session::{AircraftEdit, ChangedValue, Edit, EstimationEdit, Fix, Preparation, Session};
+use crate::snapshot::Snapshot;
 
 /// Difference between the place found and the place taken, in standard errors.
 const SIGNIFICANT: f64 = 5.0;
@@ -31,7 +31,7 @@ const CONFIRMED: f64 = 3.0;
 const DIRECTIONS: [[&str; 2]; 3] = [["ahead of", "behind"], ["right of", "left of"], ["below", "above"]];
 
 /// One finding per flight whose accelerometers are elsewhere than where the analysis takes them, where the recording can tell.
-pub(super) fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
+pub(crate) fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     session.flights.iter().filter_map(|flight| position_finding(session, snapshot, &flight.name)).collect()
 }
 

@@ -3,10 +3,10 @@
 use doublet_core::model::{Coefficient, Term, Variable};
 use doublet_core::quantity::Role;
 
-use super::effect::Cause;
 use super::judge::{Evidence, derivative_label};
 use super::{Finding, Level, saturated, stuck};
 use crate::session::Manoeuvre;
+use crate::snapshot::Cause;
 use crate::stage::CoefficientFit;
 
 /// The channels of a manoeuvre that are saturated, and those that are stuck.

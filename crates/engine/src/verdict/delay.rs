@@ -11,10 +11,10 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
 use super::fit::{Used, moving_terms, used_windows};
-use super::judge::{Evidence, WindowVerdict};
+use super::judge::Evidence;
 use super::{Finding, Level, effect, late_force, spoilt, stalls};
-use crate::run::Snapshot;
 use crate::session::{Fix, Manoeuvre, Surface};
+use crate::snapshot::{Snapshot, WindowVerdict};
 use crate::stage::{ConstantError, WindowAero};
 
 /// Range of delays looked at, s, and their least step; the greatest step of a first look, in which no pulse of a pilot passes unseen.

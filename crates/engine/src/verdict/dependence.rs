@@ -5,8 +5,8 @@ use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::StatedQuantity;
-use crate::run::Snapshot;
 use crate::session::{Session, Surface};
+use crate::snapshot::Snapshot;
 use crate::stage::CoefficientFit;
 
 /// Step of a position, m.

@@ -2,11 +2,11 @@
 
 use doublet_core::model::is_constant_name;
 
-use super::effect::Cause;
 use super::judge::{Evidence, derivative_label};
 use super::plausible::{Outside, Range};
 use super::{Finding, Level, weigh};
 use crate::session::{Fix, WindowRole};
+use crate::snapshot::Cause;
 use crate::stage::{CoefficientFit, significance};
 
 /// Code of a derivative that the samples do not tell: it lowers the derivative alone, not its fit.

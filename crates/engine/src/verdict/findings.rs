@@ -6,8 +6,8 @@ use super::fold::{Folded, fold};
 use super::noise::MeasurementNoise;
 use super::{Finding, Level, sideslip};
 use crate::notation::significant;
-use crate::run::Snapshot;
 use crate::session::{Session, path_warning};
+use crate::snapshot::Snapshot;
 use crate::stage::NoiseStep;
 
 /// Reasons of the verdict, derivatives that are not determined, notes of recordings, engines and windows, an offset of the sideslip,

@@ -10,8 +10,8 @@ use nalgebra::DMatrix;
 use super::derivative::is_determined;
 use super::judge::{Evidence, derivative_label};
 use super::{Finding, Level, delay, propulsion};
-use crate::run::Snapshot;
 use crate::session::{Fix, Manoeuvre, Session, Surface, WindowRole};
+use crate::snapshot::Snapshot;
 use crate::stage::{CoefficientFit, Prediction, WindowAero};
 
 /// How many times its noise a regressor must vary.

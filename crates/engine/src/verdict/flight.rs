@@ -7,8 +7,8 @@ use doublet_core::statistics;
 
 use super::judge::{Evidence, level_above};
 use super::{Finding, Level};
-use crate::run::Snapshot;
 use crate::session::{Fix, Manoeuvre, Session};
+use crate::snapshot::Snapshot;
 use crate::stage::{LEAST_PRESSURE_SHARE, WindowAero, WindowPath};
 
 /// Part of the samples with weight on the wheels.

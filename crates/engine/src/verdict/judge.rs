@@ -6,122 +6,21 @@ use doublet_core::model::Coefficient;
 use rayon::prelude::*;
 
 use super::delay::ControlDelay;
-use super::effect::{self, Consequence, Consequences};
+use super::effect::{self, Consequences};
 use super::noise::MeasurementNoise;
 use super::plausible::Plausible;
 use super::{
     Finding, Level, Verdict, biased, delay, density, derivative, fit, flight, made_of, session, studies, weigh, window,
 };
-use crate::graph::Footprint;
-use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Session};
+use crate::snapshot::{Consequence, DerivativeVerdict, FitVerdict, Snapshot, Verdicts, WindowVerdict};
 use crate::stage::CoefficientFit;
-
-/// Verdicts on everything a run computed.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Verdicts {
-    /// The whole session: its settings, its flights, the flight paths of its windows, its pooled fits (those of single windows
-    /// where nothing is pooled) and its studies.
-    pub session: Verdict,
-    /// Windows not ignored, by name.
-    pub windows: BTreeMap<String, WindowVerdict>,
-    /// Fits over all identification windows, in the order of the structure, and the coefficients that no window is used for.
-    pub pooled: Vec<FitVerdict>,
-}
-
-/// Verdict on one window.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct WindowVerdict {
-    /// Its samples, flight path and loading: whether anything may be computed from them.
-    pub verdict: Verdict,
-    /// Fits from this window alone.
-    pub fits: Vec<FitVerdict>,
-}
-
-/// Verdict on one fit.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FitVerdict {
-    /// Coefficient.
-    pub coefficient: Coefficient,
-    /// The fit: the worst of its own reasons and of its derivatives', except that a derivative nobody can tell leaves it as it is.
-    pub verdict: Verdict,
-    /// Its parameters, in their order.
-    pub derivatives: Vec<DerivativeVerdict>,
-    /// Whether no window is used for it, so that there is no fit.
-    pub is_unused: bool,
-}
-
-/// Verdict on one derivative.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DerivativeVerdict {
-    /// Name, for example `Cm_q`.
-    pub name: String,
-    /// Verdict.
-    pub verdict: Verdict,
-    /// Its contribution, and what suspect causes change of it; of pooled fits alone.
-    pub consequence: Option<Consequence>,
-}
 
 /// Part of the motion of a coefficient below which nothing found of a derivative speaks against the fit.
 const LEAST_SHARE: f64 = 0.05;
 
 /// Why a coefficient of the model has no fit.
 pub(crate) const NO_WINDOW: &str = "no manoeuvre is used for this coefficient";
-
-impl Footprint for Verdicts {
-    fn bytes(&self) -> usize {
-        let fits = self.windows.values().flat_map(|window| &window.fits).chain(&self.pooled);
-        fits.map(|fit| 128 + 64 * fit.derivatives.len()).sum::<usize>() + 512 * self.session.reasons.len()
-    }
-}
-
-impl Verdicts {
-    /// Verdict on the fit of `coefficient`, pooled or of one window.
-    pub fn fit(&self, window: Option<&str>, coefficient: Coefficient) -> Option<&FitVerdict> {
-        let fits = match window {
-            None => &self.pooled,
-            Some(name) => &self.windows.get(name)?.fits,
-        };
-        fits.iter().find(|fit| fit.coefficient == coefficient)
-    }
-
-    /// Coefficients of the model that no window is used for.
-    pub fn unused(&self) -> impl Iterator<Item = &FitVerdict> {
-        self.pooled.iter().filter(|fit| fit.is_unused)
-    }
-
-    /// The verdict in one line: its level, how many manoeuvres are good, and the coefficients by level.
-    pub fn headline(&self) -> String {
-        let good = self.windows.values().filter(|window| window.verdict.level == Level::Good).count();
-        let windows = format!("{good} of {} manoeuvres good", self.windows.len());
-        let fits_of_level = |level: Level| -> Option<String> {
-            let fits = self.pooled.iter().filter(|fit| fit.verdict.level == level);
-            let names: Vec<&str> = fits.map(|fit| fit.coefficient.name()).collect();
-            (!names.is_empty()).then(|| format!("{} {}", names.join(", "), level.name()))
-        };
-        let fits = [Level::Good, Level::Caution, Level::Bad].into_iter().filter_map(fits_of_level);
-        let parts: Vec<String> = std::iter::once(windows).chain(fits).collect();
-        format!("{}: {}", self.session.level.name(), parts.join("; "))
-    }
-}
-
-impl FitVerdict {
-    /// Adds what speaks against the fit as a whole.
-    fn add(&mut self, findings: Vec<Finding>) {
-        let reasons = std::mem::take(&mut self.verdict.reasons);
-        self.verdict = Verdict::from_findings(reasons.into_iter().chain(findings));
-    }
-
-    /// Verdict on the derivative called `name`.
-    pub fn derivative(&self, name: &str) -> Option<&Verdict> {
-        self.derivatives.iter().find(|derivative| derivative.name == name).map(|derivative| &derivative.verdict)
-    }
-
-    /// What suspect causes change of the derivative called `name`.
-    pub fn consequence(&self, name: &str) -> Option<&Consequence> {
-        self.derivatives.iter().find(|derivative| derivative.name == name)?.consequence.as_ref()
-    }
-}
 
 /// What is judged: a session and everything computed from it.
 #[derive(Clone, Copy)]

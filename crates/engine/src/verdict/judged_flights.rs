@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 use super::{Finding, Level, Verdict, Verdicts, judge};
 use crate::graph::{Context, Keyed, StageError, StageResult};
-use crate::run::{Slot, Snapshot};
 use crate::session::{Manoeuvre, Session, WindowRole};
+use crate::snapshot::{Slot, Snapshot};
 use crate::stage::{self, AeroWindow, AircraftData, LoadedFlight, Samples};
 use crate::study::{flown_loading, record_flight, windows};
 

@@ -52,7 +52,7 @@ fn contradicted(at: &str, evidence: Evidence<'_>, fit: &CoefficientFit) -> Optio
         .map(|window| window.flight.as_str())
         .collect();
     let physics = evidence.snapshot.physics.iter().filter(|(flight, _)| flights.contains(&flight.as_str()));
-    let of_flight = |(flight, slot): (&'_ String, &'_ crate::run::Slot<crate::stage::FlightPhysics>)| {
+    let of_flight = |(flight, slot): (&'_ String, &'_ crate::snapshot::Slot<crate::stage::FlightPhysics>)| {
         let rows = slot.ready().into_iter().flat_map(|physics| physics.contradictions());
         let bad = rows.filter(|row| row.level == Level::Bad && Role::from_name(&row.channel).is_none_or(enters));
         let open = bad.filter(|row| !weigh::is_known(evidence, fit.coefficient, flight, &row.channel));

@@ -3,10 +3,9 @@
 //! Everything that looks for faults, of a recording, a session or its results, says what it found as a [`Finding`]. A [`Verdict`]
 //! is the worst of the findings about one thing.
 
-mod accelerometer;
+pub(crate) mod accelerometer;
 mod biased;
 mod calibration;
-mod check;
 mod delay;
 mod density;
 mod dependence;
@@ -23,14 +22,14 @@ mod judged_flights;
 mod late_force;
 mod loading;
 mod made_of;
-mod mounting;
+pub(crate) mod mounting;
 mod noise;
 mod plausible;
 mod propulsion;
 mod sampling;
 mod saturated;
 mod session;
-mod shape;
+pub(crate) mod shape;
 mod sideslip;
 mod spoilt;
 mod stalls;
@@ -41,14 +40,15 @@ mod weigh;
 mod window;
 
 pub use crate::session::{Finding, Level, PlausibleRange, Verdict};
+pub use crate::snapshot::{
+    Cause, Consequence, DerivativeVerdict, Effect, FitVerdict, VerdictCounts, Verdicts, WindowVerdict,
+};
 pub use calibration::{CaseCounts, calibrate_levels};
-pub use check::{Checked, check_file, check_session};
 pub use dependence::{Dependence, dependences};
-pub use effect::{Cause, Consequence, Effect};
 pub use findings::{findings, folded};
-pub use fixes::{VerdictCounts, fixes};
+pub use fixes::fixes;
 pub use fold::{Folded, fold};
 pub(crate) use judge::NO_WINDOW;
-pub use judge::{DerivativeVerdict, FitVerdict, Verdicts, WindowVerdict, judge};
+pub use judge::judge;
 pub use judged_flights::{JudgedFlights, fly_and_judge, judged_flights};
 pub use stated_quantity::{StatedQuantity, stated_quantity};

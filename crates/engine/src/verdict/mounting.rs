@@ -5,8 +5,8 @@ use doublet_core::estimate::{Sensor, SensorError};
 use doublet_core::reconstruct::Input;
 
 use super::{Finding, Level};
-use crate::run::Snapshot;
 use crate::session::{Edit, ErrorValues, EstimationEdit, Fix, Preparation, Session};
+use crate::snapshot::Snapshot;
 
 /// A difference counts beyond this many standard errors, and beyond 1 deg or 3 %.
 const SIGNIFICANT: f64 = 5.0;
@@ -29,7 +29,7 @@ struct Excess {
 }
 
 /// Up to two findings per flight: mounting of the inertial unit against the attitude, and scale factors of the gyros.
-pub(super) fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
+pub(crate) fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     let of_flight = |name: &str| {
         let found = snapshot.physics.get(name)?.ready()?.rates.as_ref()?;
         let place = format!("flight '{name}', rates");

@@ -5,8 +5,8 @@ use std::sync::OnceLock;
 use doublet_core::reconstruct::consistency::ChannelConsistency;
 use doublet_core::reconstruct::{MEASUREMENTS, Measurement};
 
-use crate::run::Snapshot;
 use crate::session::{Manoeuvre, Session};
+use crate::snapshot::Snapshot;
 use crate::stage::{NoiseAdvice, channel_advice, pooled_noise};
 
 /// Noise of the measurements of a session; that of all manoeuvres is computed once, when it is first asked for.

@@ -11,8 +11,8 @@ use serde::Deserialize;
 
 use super::judge::Evidence;
 use crate::builtin;
-use crate::run::Snapshot;
 use crate::session::{PlausibleRange, Session};
+use crate::snapshot::Snapshot;
 use crate::stage::{CoefficientFit, WindowAero};
 
 /// The ranges that come with the program.

@@ -7,8 +7,8 @@ use doublet_core::series::{Series, TimeRange};
 
 use super::judge::Evidence;
 use super::{Finding, Level, spoilt};
-use crate::run::Snapshot;
 use crate::session::Manoeuvre;
+use crate::snapshot::Snapshot;
 
 /// Samples in a row at the largest or least value of the recording that count as one rest there.
 const IN_A_ROW: usize = 4;

@@ -3,7 +3,7 @@
 use doublet_core::airframe::{MassProperties, ReferenceGeometry};
 
 use super::{Finding, Level};
-use crate::run::Snapshot;
+use crate::snapshot::Snapshot;
 
 /// Reference area over span times mean chord: 1 of a rectangle, 3/4 of a triangle, 0.5 of an ogive whose chord is that of its root.
 const FILLED: [f64; 2] = [0.5, 1.25];
@@ -14,14 +14,14 @@ const ROLL_RADIUS: [f64; 2] = [0.15, 0.46];
 const FLATNESS: [f64; 2] = [0.55, 1.0];
 
 /// What speaks against the numbers of the aircraft of a session, with the mass of the first flight that has one.
-pub(super) fn geometry_findings(snapshot: &Snapshot) -> Vec<Finding> {
+pub(crate) fn geometry_findings(snapshot: &Snapshot) -> Vec<Finding> {
     let Some(loaded) = snapshot.aircraft.ready() else { return Vec::new() };
     let flown = snapshot.flown.values().find_map(|slot| slot.ready()).map(|flown| flown.start.state.properties);
     findings("aircraft", &loaded.aircraft.reference, flown.as_ref())
 }
 
 /// What speaks against the numbers of an aircraft, as far as they tell of each other.
-pub(super) fn findings(place: &str, reference: &ReferenceGeometry, mass: Option<&MassProperties>) -> Vec<Finding> {
+pub(crate) fn findings(place: &str, reference: &ReferenceGeometry, mass: Option<&MassProperties>) -> Vec<Finding> {
     let ReferenceGeometry { area_m2, span_m, chord_m, .. } = *reference;
     let outline = finding(place, area_m2 / (span_m * chord_m), FILLED, |part| {
         let text = format!("Area {area_m2:.4} m2 is {part:.3} times span {span_m:.4} m by chord {chord_m:.4} m");

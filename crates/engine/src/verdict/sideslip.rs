@@ -4,7 +4,7 @@ use doublet_core::model::{Coefficient, Term, Variable};
 use doublet_core::statistics::median;
 
 use super::{Finding, Level};
-use crate::run::Snapshot;
+use crate::snapshot::Snapshot;
 use crate::stage::CoefficientFit;
 
 /// Least offset that is noted, rad.

@@ -3,7 +3,7 @@
 use doublet_core::model::Coefficient;
 use serde::Serialize;
 
-use crate::run::Snapshot;
+use crate::snapshot::Snapshot;
 use crate::stage::{CoefficientFit, FuelRecord};
 
 /// A number that the derivatives of a coefficient are proportional to.

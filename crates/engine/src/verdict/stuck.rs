@@ -6,8 +6,8 @@ use doublet_core::series::Series;
 
 use super::judge::Evidence;
 use super::{Finding, Level};
-use crate::run::Snapshot;
 use crate::session::{Fix, Manoeuvre};
+use crate::snapshot::Snapshot;
 
 /// Shortest standstill, s, and part of the window it takes at least.
 const SHORTEST_S: f64 = 3.0;

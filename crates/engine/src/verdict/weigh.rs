@@ -4,11 +4,12 @@
 use doublet_core::model::{Coefficient, Term, Variable};
 
 use super::derivative::is_determined;
-use super::effect::{CAUTION, Cause, Effect};
+use super::effect::CAUTION;
 use super::judge::{Evidence, derivative_label};
 use super::{Finding, Level, Verdict, accelerometer, biased, propulsion, spoilt};
 use crate::notation::significant;
 use crate::session::{Edit, EstimationEdit, Fix, PathSource};
+use crate::snapshot::{Cause, Effect};
 use crate::stage::CoefficientFit;
 
 /// Part of the samples of a fit in manoeuvres with an inconsistent flight path from which the path of all of them is suspect.

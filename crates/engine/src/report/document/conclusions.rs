@@ -2,7 +2,8 @@
 
 use super::{Block, Contents, cover};
 use crate::report::results::FitRow;
-use crate::verdict::{self, Folded, Level};
+use crate::session::Level;
+use crate::verdict::{self, Folded};
 
 /// Findings of one level there is room for.
 const FINDINGS: usize = 8;

@@ -9,8 +9,8 @@ use crate::notation::{plural, significant};
 use crate::report::QualityRow;
 use crate::report::results::{DerivativeRow, WindowRow};
 use crate::report::table::{Table, TableOf};
-use crate::session::WindowRole;
-use crate::verdict::{self, Level};
+use crate::session::{Level, WindowRole};
+use crate::verdict::{self};
 
 /// Steps there is room for.
 const STEPS: usize = 4;

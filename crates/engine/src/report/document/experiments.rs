@@ -1,8 +1,8 @@
 //! Section on the experiments of the session: what each configuration gives, beside the session as it is.
 
 use super::{Block, Contents, Parts, paragraph};
-use crate::compare::{DerivativeOutcome, ExperimentRow, SettingDifference};
 use crate::report::table::{Table, TableOf};
+use crate::snapshot::{DerivativeOutcome, ExperimentRow, SettingDifference};
 
 /// Verdict and fit of every experiment with the settings that differ; their derivatives in the appendix.
 pub fn experiments(contents: &Contents<'_>) -> Parts {

@@ -1,7 +1,8 @@
 //! Everything found on the way: what differs only in numbers and names is one line.
 
 use super::{Block, Contents, Parts, paragraph};
-use crate::verdict::{self, Level};
+use crate::session::Level;
+use crate::verdict::{self};
 
 /// The section: reasons of the verdict by their level, then notes.
 pub fn warnings(contents: &Contents<'_>) -> Parts {

@@ -39,9 +39,8 @@ use std::collections::BTreeSet;
 use super::results::{Results, WindowRow};
 use super::table::Table;
 use crate::prior::PriorStudy;
-use crate::run::Snapshot;
-use crate::session::Session;
-use crate::verdict::Level;
+use crate::session::{Level, Session};
+use crate::snapshot::Snapshot;
 
 /// A report.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@ use crate::notation::significant;
 use crate::prior::{ConflictRow, PriorRequest, PriorStudy, PriorValue, ValueRow};
 use crate::report::reference::Reference;
 use crate::report::table::{Cell, Column, TableOf};
-use crate::verdict::Level;
+use crate::session::Level;
 
 impl PriorRequest {
     /// An earlier estimate whose derivatives without a standard error are known to this part of their size.

@@ -5,8 +5,8 @@ use super::{Block, Contents, Figure, paragraph};
 use crate::notation;
 use crate::report::responses::SystemRow;
 use crate::report::table::{Cell, Column, Table, TableOf};
+use crate::session::Level;
 use crate::study::SurfaceResponse;
-use crate::verdict::Level;
 
 /// A Bode plot for each control with its equivalent system, and the parameters of all.
 pub fn responses(contents: &Contents<'_>) -> Vec<Block> {

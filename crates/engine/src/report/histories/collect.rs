@@ -7,8 +7,8 @@ use doublet_core::reconstruct::{INPUTS, Input, Measurement, MeasurementSeries, O
 use doublet_core::validate::Signal;
 
 use super::{History, HistoryColumn, Names};
-use crate::run::{Snapshot, WindowResults};
 use crate::session::Session;
+use crate::snapshot::{Snapshot, WindowResults};
 use crate::stage::{FlightEngines, LoadedFlight, UsedClock, WindowPath, WindowReplay, is_stamped_by};
 use crate::study::{FollowedFlight, WindowContributions};
 

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use super::mat_file::{LONGEST_NAME, Node, header, identifier, write_variable};
 use super::{History, Names};
+use crate::graph::Control;
 use crate::report::{ReportError, file_error};
-use crate::run::Control;
 
 /// Writes one variable per group.
 pub fn write(histories: &[History<'_>], path: &Path, control: &Control) -> Result<(), ReportError> {

@@ -14,7 +14,7 @@ use std::path::Path;
 pub use collect::{collect, recordings};
 
 use super::{ReportError, file_error};
-use crate::run::Control;
+use crate::graph::Control;
 
 #[cfg(not(feature = "parquet"))]
 mod parquet {

@@ -7,12 +7,12 @@ use doublet_core::estimate::PooledFit;
 use doublet_core::model::{Coefficient, Structure, Term, Variable};
 use doublet_core::statistics::squares_about_mean;
 use rayon::prelude::*;
-use serde::Serialize;
 
 use super::judge::Evidence;
 use super::{Level, accelerometer, propulsion};
 use crate::graph::StageResult;
 use crate::session::{PathSource, Session};
+use crate::snapshot::{Cause, Consequence, Effect};
 use crate::stage::{self, AeroWindow, Regression};
 use variant::Used;
 pub(super) use variant::outside;
@@ -25,57 +25,6 @@ const BAD_PART: f64 = 0.03;
 /// Change of an estimate, in its corrected errors and as a part of it, that is a caution, and that is bad. Both must be exceeded.
 pub(super) const CAUTION: (f64, f64) = (2.0, 0.1);
 const BAD: (f64, f64) = (3.0, 0.2);
-
-/// A cause whose effect on the derivatives is formed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Cause {
-    /// The reconstruction of the path: the effect is that of the path as measured.
-    PathMeasured,
-    /// The smoother: the effect is that of the filtered path.
-    PathFiltered,
-    /// A manoeuvre, or a group of them, left out.
-    LeftOut,
-    /// All manoeuvres with findings left out.
-    SuspectsLeftOut,
-    /// Samples left out at which a sensor is at the end of its range or the recorder stalls.
-    SpoiltLeftOut,
-    /// A channel that others contradict, corrected or left out.
-    Channel,
-    /// The place of the accelerometers, corrected.
-    Accelerometer,
-    /// Thrust that the coefficients contain and that changes with airspeed: the effect is that of a term of airspeed.
-    Thrust,
-}
-
-/// What an estimate becomes without a suspect cause.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Effect {
-    /// Cause.
-    pub cause: Cause,
-    /// Object: manoeuvres, or a flight and its channel; empty for all manoeuvres.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub of: Vec<String>,
-    /// Estimate without the cause.
-    pub estimate: f64,
-    /// Its standard error over that with the cause, by the regressors alone.
-    pub error_ratio: f64,
-    /// Worst level it can give: a caution of a cause that is itself in doubt.
-    #[serde(skip)]
-    pub(super) worst: Level,
-}
-
-/// How a derivative contributes and what suspect causes change of it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Consequence {
-    /// Motion of its regressor times the estimate over the motion of the coefficient, in the manoeuvres of the fit.
-    pub share: f64,
-    /// Motion of its regressor over that of the coefficient: times a change of the estimate, the part of the motion this moves.
-    #[serde(skip)]
-    pub motion_ratio: f64,
-    /// Effects.
-    pub effects: Vec<Effect>,
-}
 
 impl Consequence {
     /// Level of the change from `estimate`, whose corrected error is `error`, to that of `effect`.

@@ -13,8 +13,8 @@ use rayon::prelude::*;
 use super::super::judge::Evidence;
 use super::super::spoilt;
 use crate::graph::{Control, StageResult};
-use crate::run::Snapshot;
 use crate::session::{Manoeuvre, PathSource, Session, WindowRole};
+use crate::snapshot::Snapshot;
 use crate::stage::{self, AeroWindow, PhysicsRow, WindowAero, WindowPath};
 
 /// A manoeuvre that fits are made of.

@@ -2,10 +2,11 @@
 
 use doublet_core::simulate::{self, Scenario};
 
-use super::designed_session::designed_session;
 use crate::graph::{Cache, Context, StageError, StageResult};
-use crate::run::{Scope, Snapshot, run};
+use crate::planning::designed_session;
+use crate::run::{Scope, run};
 use crate::session::Session;
+use crate::snapshot::Snapshot;
 use crate::study::{Coverage, Estimate, estimates, flown_loading, summarise, windows};
 
 /// [`crate::study::coverage`] with every flight written by its recorders (rates, clocks, resolution, fuel probes, control sensors) and run as

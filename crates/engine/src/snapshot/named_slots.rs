@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use super::snapshot::{AnySlot, Slot, SlotGroup};
+use super::{AnySlot, Slot, SlotGroup};
 use crate::graph::{Keyed, StageError, StageResult};
 
 /// Outputs by what they are computed for, in an order of their own.
@@ -42,7 +42,7 @@ impl<T: Clone, N: Clone + PartialEq> NamedSlots<T, N> {
     ///
     /// # Errors
     /// That it was stopped. An output that cannot be computed says why itself.
-    pub(super) fn fill(
+    pub(crate) fn fill(
         &mut self,
         names: impl Iterator<Item = N>,
         show: &(dyn Fn(&Self) + Sync),

@@ -8,13 +8,14 @@ use doublet_core::airframe::summary;
 use doublet_core::load::aircraft::{self as aircraft_file, AircraftFileError};
 use serde::Serialize;
 
-use super::{Finding, Level, accelerometer, mounting, shape};
 use crate::begin::{Apart, find_apart};
-use crate::graph::{Cache, Context};
+use crate::graph::{Cache, Context, Control};
 use crate::notation::plural;
-use crate::run::{Control, Scope, Snapshot, run};
-use crate::session::{self, Manoeuvre, Session};
+use crate::run::{Scope, run};
+use crate::session::{self, Finding, Level, Manoeuvre, Session};
+use crate::snapshot::Snapshot;
 use crate::stage::{self, PhysicsRow};
+use crate::verdict::{accelerometer, mounting, shape};
 
 /// Memory for intermediate results of a check.
 const CACHE_BYTES: usize = 1 << 30;
