@@ -12,7 +12,7 @@ use doublet_engine::report;
 use doublet_engine::report::document::{self, SectionKind};
 use doublet_engine::run::{Control, DetailRequest, Engine, Request, Snapshot};
 use doublet_engine::session::{self, PathSource, Session};
-use doublet_engine::verdict::check_session;
+use doublet_engine::check::check_session;
 
 use super::guess_session::guess_session;
 

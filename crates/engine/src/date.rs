@@ -14,7 +14,7 @@ pub fn today() -> String {
 }
 
 /// The date of an instant in s since 1970-01-01 as `YYYY-MM-DD`; nothing before that and for what is no number.
-pub(crate) fn format_instant(utc_s: f64) -> Option<String> {
+pub fn format_instant(utc_s: f64) -> Option<String> {
     /// Years have four digits up to here.
     const LAST_S: f64 = 253_402_300_800.0;
     (0.0..LAST_S).contains(&utc_s).then(|| format_day(utc_s as u64 / DAY_S))
