@@ -6,13 +6,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
 use doublet_engine::begin;
+use doublet_engine::check::check_session;
 use doublet_engine::export::{self, Format, IdentifiedModel};
 use doublet_engine::graph::Cache;
 use doublet_engine::report;
 use doublet_engine::report::document::{self, SectionKind};
 use doublet_engine::run::{Control, DetailRequest, Engine, Request, Snapshot};
 use doublet_engine::session::{self, PathSource, Session};
-use doublet_engine::check::check_session;
 
 use super::guess_session::guess_session;
 

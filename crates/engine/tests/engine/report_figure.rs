@@ -1,4 +1,4 @@
-//! Figures chosen for the report: what of them is saved, undone and read again.
+//! What the author adds to the report: figures, date and crew of a flight; what of them is saved, undone and read again.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // a helper that fails is a failed test
 
@@ -80,4 +80,25 @@ fn figures_of_the_report_are_saved_undone_and_a_damaged_one_is_named() {
         history.undo();
     }
     assert!(history.present().report_figures.is_empty());
+}
+
+#[test]
+fn date_and_crew_of_a_flight_are_edited_without_reading_it_anew() {
+    let session = session::parse(builtin::session("demo").unwrap()).unwrap();
+    let name = session.flights[0].name.clone();
+    let mut history = History::new(session);
+    let log = |flight: &str, crew: &str| Edit::FlightLog {
+        flight: flight.to_owned(),
+        date: "2026-05-05".to_owned(),
+        crew: crew.to_owned(),
+    };
+    let before = history.present().flights[0].as_read();
+    history.apply(&log(&name, "C. Pilot")).unwrap();
+    let flight = &history.present().flights[0];
+    assert_eq!((flight.date.as_str(), flight.crew.as_str()), ("2026-05-05", "C. Pilot"));
+    assert_eq!(flight.as_read(), before);
+    assert!(matches!(history.apply(&log("none", "")), Err(EditError::NoFlight(_))));
+    assert!(matches!(history.apply(&log(&name, "a\u{1}b")), Err(EditError::Name(_))));
+    assert!(history.undo());
+    assert_eq!(history.present().flights[0].crew, "");
 }

@@ -288,25 +288,6 @@ fn edits_refuse_what_cannot_be() {
 }
 
 #[test]
-fn date_and_crew_of_a_flight_are_edited_without_reading_it_anew() {
-    let mut history = History::new(example());
-    let log = |flight: &str, crew: &str| Edit::FlightLog {
-        flight: flight.to_owned(),
-        date: "2026-05-05".to_owned(),
-        crew: crew.to_owned(),
-    };
-    let before = history.present().flights[0].as_read();
-    history.apply(&log("one", "C. Pilot")).unwrap();
-    let flight = &history.present().flights[0];
-    assert_eq!((flight.date.as_str(), flight.crew.as_str()), ("2026-05-05", "C. Pilot"));
-    assert_eq!(flight.as_read(), before);
-    assert!(matches!(history.apply(&log("none", "")), Err(EditError::NoFlight(_))));
-    assert!(matches!(history.apply(&log("one", "a\u{1}b")), Err(EditError::Name(_))));
-    assert!(history.undo());
-    assert_eq!(history.present().flights[0].crew, "A. Pilot, B. Engineer");
-}
-
-#[test]
 fn a_drag_is_one_step_and_an_empty_one_is_none() {
     let mut history = History::new(example());
     let place =
