@@ -60,8 +60,8 @@ fn example() -> Session {
         loading: None,
         flights: vec![Flight {
             name: "one".to_owned(),
-            date: "2026-05-04".to_owned(),
-            crew: "A. Pilot, B. Engineer".to_owned(),
+            date: "2026-05-04".into(),
+            crew: "A. Pilot".into(),
             recordings: vec![RecordingRef {
                 path: "flight.h5".to_owned(),
                 sha256: Some("ab".to_owned()),
@@ -223,8 +223,7 @@ fn opens_session_v1_as_it_was_meant() {
     assert_eq!(bare.filter.process_noise[Input::RollRate as usize], 0.005_f64.to_radians());
     assert_eq!(bare.filter.method, Method::Iekf { max_iterations: 10, tolerance: 1e-3 });
     assert_eq!(bare.structure, Structure::thesis());
-    // A setting it has stays, beside those it leaves out.
-    let sparse = open("sparse.toml");
+    let sparse = open("sparse.toml"); // what it states stays
     assert_eq!(sparse.filter.measurement_noise[Measurement::Airspeed as usize], 0.7);
     assert_eq!(sparse.filter.measurement_noise[Measurement::Sideslip as usize], 0.1_f64.to_radians());
     assert_eq!(sparse.preparation.differentiation_half_width_s, None);
