@@ -2,14 +2,13 @@
 //!
 //! The normal force does not show it: with a late one angle of attack and pitch rate explain it as well, by other derivatives.
 
-use doublet_core::model::{Coefficient, Term, regressors};
+use doublet_core::model::{Coefficient, regressors};
 use doublet_core::statistics::median_step;
 use nalgebra::{DMatrix, DVector};
 
-use super::fit::{moving_terms, used_windows};
+use super::fit::{Used, moving_terms, used_windows};
 use super::judge::Evidence;
 use crate::session::Surface;
-use crate::stage::WindowAero;
 
 /// Range of delays looked at, s.
 const RANGE_S: f64 = 0.12;
@@ -28,37 +27,42 @@ pub(super) fn find_late_side_force(evidence: Evidence<'_>) -> Option<f64> {
     let fit = fits.iter().find(|fit| fit.coefficient == Coefficient::CY)?;
     let terms = moving_terms(evidence.session, fit);
     let used = used_windows(evidence.session, evidence.snapshot, fit);
-    let windows: Vec<&WindowAero> = used.iter().map(|used| used.aero).collect();
-    let (delay_s, left) = estimate_delay(Coefficient::CY, &terms, &windows)?;
+    let step_s = used.iter().filter_map(|used| median_step(&used.aero.coefficients.time_s)).reduce(f64::max)?;
+    let one = |used: &Used<'_>| {
+        let columns: DMatrix<f64> = regressors(&terms, &used.aero.variables).ok()?;
+        Some((columns, used.aero.coefficients.get(Coefficient::CY)))
+    };
+    let windows: Vec<_> = used.iter().map(one).collect::<Option<_>>()?;
+    let (delay_s, left) = estimate_delay(&windows, step_s)?;
     (left < LEFT).then_some(delay_s)
 }
 
-/// Delay of a coefficient behind all its regressors, s, and the part of the residual's sum of squares that it leaves: fits
-/// `C(t + d) = x(t)' b + c` over the windows for delays `d` of whole samples, with a constant `c` for each window, and takes the tip of the
-/// parabola through the least sum of squares and its neighbours. None where samples are slow, windows short or regressors dependent.
-fn estimate_delay(coefficient: Coefficient, terms: &[Term], windows: &[&WindowAero]) -> Option<(f64, f64)> {
-    let step_s = windows.iter().filter_map(|aero| median_step(&aero.coefficients.time_s)).reduce(f64::max)?;
+/// Delay of a coefficient `C` behind all its regressors `x`, s, and the part of the residual's sum of squares that it leaves: fits
+/// `C(t + d) = x(t)' b + c` over the windows for delays `d` of whole samples `step_s` apart, with a constant `c` for each window, and takes
+/// the tip of the parabola through the least sum of squares and its neighbours. None where samples are slow, windows short or regressors
+/// dependent.
+fn estimate_delay(windows: &[(DMatrix<f64>, &[f64])], step_s: f64) -> Option<(f64, f64)> {
+    let terms = windows.first()?.0.ncols();
     if !(step_s > 0.0 && step_s <= SLOWEST_S) {
         return None;
     }
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some samples")]
     let most = (RANGE_S / step_s).round() as usize;
-    let mut normal = DMatrix::zeros(terms.len(), terms.len());
+    let mut normal = DMatrix::zeros(terms, terms);
     let mut rows = Vec::with_capacity(windows.len());
-    for aero in windows {
-        let columns: DMatrix<f64> = regressors(terms, &aero.variables).ok()?;
-        let count = columns.nrows().checked_sub(2 * most).filter(|count| *count > terms.len() + 1)?;
+    for (columns, values) in windows {
+        let count = columns.nrows().checked_sub(2 * most).filter(|count| *count > terms + 1)?;
         let mut columns = columns.rows(most, count).into_owned();
         for mut column in columns.column_iter_mut() {
             let mean = column.mean();
             column.add_scalar_mut(-mean);
         }
         normal += columns.tr_mul(&columns);
-        rows.push((columns, aero.coefficients.get(coefficient)));
+        rows.push((columns, *values));
     }
     let normal = normal.cholesky()?;
     let squares_at = |shift: usize| {
-        let (mut projected, mut squares) = (DVector::zeros(terms.len()), 0.0);
+        let (mut projected, mut squares) = (DVector::zeros(terms), 0.0);
         for (columns, values) in &rows {
             let late = DVector::from_column_slice(&values[shift..shift + columns.nrows()]);
             projected += columns.tr_mul(&late);
@@ -72,4 +76,31 @@ fn estimate_delay(coefficient: Coefficient, terms: &[Term], windows: &[&WindowAe
     let bend = before - 2.0 * squares[best] + after;
     let tip = if bend > 0.0 { 0.5 * (before - after) / bend } else { 0.0 };
     Some(((best as f64 - most as f64 + tip) * step_s, squares[best] / squares[most].max(f64::MIN_POSITIVE)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_coefficient_that_follows_its_regressors_late_shows_its_delay() {
+        let step_s = 0.02;
+        let regressor = |t: f64| [(1.9 * t).sin(), (0.31 * t * t).cos(), (4.1 * t).sin().powi(3)];
+        let coefficient = |late_s: f64| -> Vec<f64> {
+            let noise = |k: i32| 1e-3 * (37.3 * f64::from(k * k)).sin();
+            let value = |k: i32| {
+                let [a, b, c] = regressor(step_s * f64::from(k) - late_s);
+                0.5 - 0.3 * a + 0.1 * b + 0.2 * c + noise(k)
+            };
+            (0..400).map(value).collect()
+        };
+        let columns = DMatrix::from_fn(400, 3, |row, column| regressor(step_s * row as f64)[column]);
+        for (late_s, least_left, most_left) in [(0.0, 0.99, 1.0), (0.043, 0.0, 0.1), (-0.03, 0.0, 0.15)] {
+            let values = coefficient(late_s);
+            let (delay_s, left) = estimate_delay(&[(columns.clone(), &values)], step_s).unwrap();
+            assert!((delay_s - late_s).abs() < 0.002, "{late_s}: {delay_s}");
+            assert!((least_left..=most_left).contains(&left), "{late_s}: {left}");
+        }
+        assert!(estimate_delay(&[(columns, &coefficient(0.0))], 0.1).is_none());
+    }
 }
