@@ -6,7 +6,7 @@ use doublet_core::model::{Coefficient, regressors};
 use doublet_core::statistics::median_step;
 use nalgebra::{DMatrix, DVector};
 
-use super::fit::{Used, moving_terms, used_windows};
+use super::fit::{moving_terms, used_windows};
 use super::judge::Evidence;
 use crate::session::Surface;
 
@@ -28,11 +28,11 @@ pub(super) fn find_late_side_force(evidence: Evidence<'_>) -> Option<f64> {
     let terms = moving_terms(evidence.session, fit);
     let used = used_windows(evidence.session, evidence.snapshot, fit);
     let step_s = used.iter().filter_map(|used| median_step(&used.aero.coefficients.time_s)).reduce(f64::max)?;
-    let one = |used: &Used<'_>| {
+    let windows = used.iter().map(|used| {
         let columns: DMatrix<f64> = regressors(&terms, &used.aero.variables).ok()?;
         Some((columns, used.aero.coefficients.get(Coefficient::CY)))
-    };
-    let windows: Vec<_> = used.iter().map(one).collect::<Option<_>>()?;
+    });
+    let windows: Vec<(DMatrix<f64>, &[f64])> = windows.collect::<Option<_>>()?;
     let (delay_s, left) = estimate_delay(&windows, step_s)?;
     (left < LEFT).then_some(delay_s)
 }
