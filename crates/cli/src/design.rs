@@ -71,7 +71,7 @@ pub struct DesignArguments {
     /// Total time of the manoeuvres, s.
     #[arg(long, value_name = "S", default_value = "60", value_parser = positive)]
     time: f64,
-    /// Kind of input.
+    /// Kind of input, for example doublet, 3-2-1-1, multisine or linear-sweep.
     #[arg(long, default_value = "multisine", value_parser = kind)]
     kind: DesignKind,
     /// Search rounds over times, levels and spectra; 0 for published shapes.

@@ -77,7 +77,7 @@ fn list(opened: &Opened, now: VerdictCounts, found: &[(&Fix, &str)], progress: &
         after.as_ref().map_or((Level::Bad, usize::MAX, 0), |to| (to.level, to.bad, to.caution))
     });
     progress.finish();
-    text::line(&format!("now: {}", describe(now)));
+    text::line(&format!("now: verdict {}", describe(now)));
     let row = |(index, fix, place, after): (usize, &Fix, &str, Result<VerdictCounts, String>)| {
         let [level, good, caution, bad] = match after {
             Ok(VerdictCounts { level, good, caution, bad }) => {
@@ -90,7 +90,7 @@ fn list(opened: &Opened, now: VerdictCounts, found: &[(&Fix, &str)], progress: &
     let rows: Vec<Vec<String>> = tried.into_iter().map(row).collect();
     match rows.is_empty() {
         true => text::line("no fix to apply"),
-        false => text::table(&["#", "fix", "session", "good", "caution", "bad", "for"], &rows),
+        false => text::table(&["#", "fix", "verdict", "good", "caution", "bad", "finding"], &rows),
     }
     Ok(())
 }

@@ -184,7 +184,7 @@ pub enum Command {
     Campaign(crate::campaign::CampaignArguments),
     /// Find empty mass and centre of gravity from a weighing.
     Weigh(crate::weigh::WeighArguments),
-    /// Compare flights of a design with its promise and the truth.
+    /// Compare flown designs with predicted errors and the true values.
     Debrief(crate::debrief::DebriefArguments),
     /// Compare the errors so far with goals, and propose the next manoeuvre.
     Enough(crate::design::EnoughArguments),
@@ -208,7 +208,7 @@ pub enum Command {
     Simulate(SimulateArguments),
     /// Print power, thrust and their sensitivities at one condition.
     Engine(EngineArguments),
-    /// Find the noise settings, or a sensor delay, of maximum likelihood.
+    /// Estimate noise settings, or a sensor delay, by maximum likelihood.
     Tune(TuneArguments),
     /// Compare Digital DATCOM derivatives with identified ones, or write an input deck.
     Datcom(DatcomArguments),

@@ -91,7 +91,7 @@ fn tests(window: &ReplayRow) {
                 text::number(100.0 * band.share_inside, 3),
             ]
         });
-        let header = ["  band", "", "of the width", "worst", "unit", "at s", "% inside"];
+        let header = ["  band", "", "error / tolerance", "worst error", "unit", "time, s", "% inside"];
         text::table(&header, &rows.collect::<Vec<_>>());
     }
 }

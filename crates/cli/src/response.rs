@@ -35,7 +35,7 @@ pub struct ResponseArguments {
     /// Output role, column or expression: p, q, r, ay, alpha, beta ...
     #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
     pub output: String,
-    /// Manoeuvres of the session [default: those in use].
+    /// Manoeuvres of the session [default: all not ignored].
     #[arg(long, alias = "windows", value_name = "NAME,NAME", value_delimiter = ',')]
     pub manoeuvres: Vec<String>,
     /// Lowest and highest frequency, rad/s.

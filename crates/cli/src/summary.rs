@@ -38,6 +38,9 @@ pub fn print(session: &Session, snapshot: &Snapshot, verbose: bool) {
         text::line(&format!("gusts {}", gusts.summary()));
     }
     if !verbose {
+        if !results.pooled.is_empty() {
+            text::line("derivatives per rad, ± corrected standard error (1 sigma); ! caution, !! bad");
+        }
         results.pooled.iter().for_each(|fit| print_fit(fit, &results));
         print_stated_quantities(&results);
         print_accelerometer_position(&results);
@@ -96,9 +99,9 @@ fn print_stated_quantities(results: &Results) {
         }
     }
     let parts: Vec<String> =
-        by_text.iter().map(|(text, coefficients)| format!("{} with {text}", coefficients.join(" "))).collect();
+        by_text.iter().map(|(text, coefficients)| format!("{} to {text}", coefficients.join(" "))).collect();
     if let Some(source) = source {
-        text::line(&format!("derivatives scale: {} ({source})", parts.join(", ")));
+        text::line(&format!("derivatives proportional to stated values: {} ({source})", parts.join(", ")));
     }
 }
 
@@ -115,7 +118,7 @@ fn print_accelerometer_position(results: &Results) {
         })
         .collect();
     if !parts.is_empty() {
-        text::line(&format!("accelerometers stated 0.1 m elsewhere change: {}", parts.join(", ")));
+        text::line(&format!("sensitivity to 0.1 m of accelerometer position: {}", parts.join(", ")));
     }
 }
 
@@ -152,12 +155,18 @@ fn print_first(found: &[Folded]) {
 
 /// A finding and what to do about it, in one line where they fit, else in one line each.
 fn in_brief(finding: &Folded) -> Vec<String> {
-    let whole = format!("  {}: {finding}", name(finding.level));
-    if finding.fix.is_empty() || whole.chars().count() <= FINDING_WIDTH {
-        return vec![text::shortened(&whole, FINDING_WIDTH)];
-    }
-    let found = format!("  {}: {}: {}", name(finding.level), finding.place, finding.text);
-    [found, format!("    {}", finding.fix)].map(|line| text::shortened(&line, FINDING_WIDTH)).into()
+    let whole = format!("{}: {finding}", name(finding.level));
+    let parts = match finding.fix.is_empty() || whole.chars().count() <= FINDING_WIDTH {
+        true => vec![("  ", whole)],
+        false => {
+            let found = format!("{}: {}: {}", name(finding.level), finding.place, finding.text);
+            vec![("  ", found), ("    ", finding.fix.clone())]
+        }
+    };
+    let wrapped = |(indent, text): (&'static str, String)| {
+        text::wrapped(&text, FINDING_WIDTH - indent.len()).into_iter().map(move |line| format!("{indent}{line}"))
+    };
+    parts.into_iter().flat_map(wrapped).collect()
 }
 
 /// Clocks, engines, windows and derivatives, and every finding.

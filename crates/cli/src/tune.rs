@@ -27,10 +27,10 @@ pub struct TuneArguments {
     /// Method to maximise the likelihood.
     #[arg(long, value_enum, default_value_t = LikelihoodSearch::QuasiNewton)]
     pub method: LikelihoodSearch,
-    /// Largest number of steps.
+    /// Maximum number of iterations.
     #[arg(long, default_value_t = 60)]
     pub steps: usize,
-    /// Refine the common delay of these measurements, not noise: alpha,beta.
+    /// Estimate one delay of these measurements instead of noise: alpha,beta.
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',', value_parser = measurement)]
     pub delay: Vec<Measurement>,
     /// Search range about the present delay, s.
@@ -122,7 +122,7 @@ fn print(found: &NoiseProposal, windows: usize) {
             _ if proposed.at_bound => {
                 "not determined: the likelihood has no maximum here, settings unchanged".to_owned()
             }
-            Some(factor) => format!("x/ {}", text::number(factor, 3)),
+            Some(factor) => format!("×/÷ {}", text::number(factor, 3)),
             None => "not determined".to_owned(),
         };
         let value = if proposed.at_bound { "-".to_owned() } else { text::number(proposed.proposed, 4) };
@@ -135,7 +135,7 @@ fn print(found: &NoiseProposal, windows: usize) {
         let proposed = found.measurement[measurement as usize].as_ref()?;
         Some(row(measurement.name(), measurement.dimension().si_symbol(), proposed))
     });
-    text::table(&["noise", "unit", "set", "proposed", "error"], &inputs.chain(measurements).collect::<Vec<_>>());
+    text::table(&["noise", "unit", "set", "proposed", "std error"], &inputs.chain(measurements).collect::<Vec<_>>());
     let gain = found.log_likelihood.last().zip(found.log_likelihood.first()).map_or(0.0, |(last, first)| last - first);
     let outliers: usize = found.outliers.iter().sum();
     text::line(&format!(

@@ -83,7 +83,7 @@ pub fn differentiation(preparation: &Preparation) -> String {
     }
     preparation.differentiation_half_width_s.map_or_else(
         || "central difference of order four".to_owned(),
-        |half| format!("slope of a local quadratic over {half} s to either side"),
+        |half| format!("local quadratic fit over ±{half} s"),
     )
 }
 

@@ -173,7 +173,7 @@ pub(crate) fn innovation_summary(results: &Results) -> Table {
         .number("mean_ratio", "Mean RMS/σ", "", 3, |row| row.mean_ratio)
         .number("minimum_ratio", "Min", "", 3, |row| row.minimum_ratio)
         .number("maximum_ratio", "Max", "", 3, |row| row.maximum_ratio)
-        .count("white_windows", "White in", |row| row.white_windows)
+        .count("white_windows", "White innovations in", |row| row.white_windows)
         .done()
 }
 

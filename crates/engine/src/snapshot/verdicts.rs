@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use doublet_core::model::Coefficient;
+use doublet_core::model::{Coefficient, is_constant_name};
 use serde::Serialize;
 
 use crate::graph::Footprint;
@@ -173,11 +173,11 @@ pub struct VerdictCounts {
 }
 
 impl VerdictCounts {
-    /// Those of `verdicts`: the level of a derivative is the worse of its own and of its fit's.
+    /// Those of `verdicts`, without constants: the level of a derivative is the worse of its own and of its fit's.
     pub fn count(verdicts: &Verdicts) -> Self {
         let mut counts = Self { level: verdicts.session.level, ..Self::default() };
         for fit in &verdicts.pooled {
-            for derivative in &fit.derivatives {
+            for derivative in fit.derivatives.iter().filter(|derivative| !is_constant_name(&derivative.name)) {
                 match derivative.verdict.level.max(fit.verdict.level) {
                     Level::Good => counts.good += 1,
                     Level::Caution => counts.caution += 1,

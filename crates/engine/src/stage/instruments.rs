@@ -170,8 +170,8 @@ fn deflections(
         noise.push(("rudder", of_turn(&|angle| rudder_deflection(linkage, pedal, angle).0)));
         derived.push((Role::Rudder, Series { time_s: Arc::clone(&turned.time_s), values: values.into() }));
     }
-    let stated: Vec<_> = noise.iter().map(|(surface, deg)| format!("{surface} {deg:.3}")).collect();
-    warnings.push(format!("1-sigma deflection error near neutral, deg: {} (Eq. 4.6-4.7)", stated.join(", ")));
+    let stated: Vec<_> = noise.iter().map(|(surface, deg)| format!("{surface} {deg:.3} deg")).collect();
+    warnings.push(format!("1-sigma deflection error near neutral: {} (Eq. 4.6-4.7)", stated.join(", ")));
     Ok(derived)
 }
 

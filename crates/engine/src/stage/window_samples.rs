@@ -281,7 +281,7 @@ fn measurement_series(
         };
         let Series { time_s, values } = channel.series.within(window).finite();
         for (at, length) in gaps(recording, &time_s) {
-            warnings.push(format!("{} pauses for {length:.2} s at {at:.2} s; not interpolated", measurement.name()));
+            warnings.push(format!("{} has a gap of {length:.2} s at {at:.2} s; not interpolated", measurement.name()));
         }
         let (time_s, values) = outside(excluded, time_s, values);
         let values = if sign == 1.0 { values } else { values.iter().map(|value| sign * value).collect() };

@@ -65,7 +65,7 @@ pub(crate) fn judge_system(
         let Some(first) = fit.parameter(&own.name) else { continue };
         let Some((level, times)) = apart(first, own) else { continue };
         let text = format!(
-            "{} is {:.4} by one method, {:.4} by the other: {times:.1} standard errors (limit {:.0}).",
+            "Methods disagree on {}: {:.4} and {:.4}, {times:.1} standard errors apart (limit {:.0}).",
             own.name, first.value, own.value, APART[0]
         );
         let level = level.min(Level::Caution);

@@ -5,6 +5,7 @@ use doublet_core::model::is_constant_name;
 use super::judge::{Evidence, derivative_label};
 use super::plausible::{Outside, Range};
 use super::{Finding, Level, weigh};
+use crate::notation::significant;
 use crate::session::{Fix, WindowRole};
 use crate::snapshot::Cause;
 use crate::stage::{CoefficientFit, significance};
@@ -130,23 +131,37 @@ fn scatter(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, index: usize)
     let pooled = estimate.estimates[index];
     let apart = |single: &Single<'_>| ((single.estimate - pooled) / single.error).abs();
     let worst = singles.iter().max_by(|a, b| apart(a).total_cmp(&apart(b)))?;
+    let error = fit.corrected_errors.get(index).copied().unwrap_or(f64::NAN);
     let text = format!(
-        "Manoeuvres disagree: '{}' gives {:.4} ± {:.2}, all together {pooled:.4} ± {:.2}; scatter {q:.1} times the standard errors \
-         (limit {limit:.0}).",
+        "Manoeuvres disagree: '{}' gives {}, all together {}; scatter {q:.1} times the standard errors (limit {limit:.0}).",
         worst.window,
-        worst.estimate,
-        worst.error,
-        fit.corrected_errors.get(index).copied().unwrap_or(f64::NAN)
+        with_error(worst.estimate, worst.error),
+        with_error(pooled, error)
     );
     let finding = Finding::new(level, "scatter", at, text).with_figure(q, limit);
-    let fix_text = format!("Check '{}', and use only manoeuvres that excite this term.", worst.window);
-    let fix = (singles.len() > 2).then(|| Fix::ignore([worst.window]));
+    // The manoeuvre that determines the term best is not the one to leave out.
+    let is_sharpest = singles.iter().all(|single| worst.error <= single.error);
+    let fix_text = match is_sharpest {
+        true => format!("Compare with '{}': use only manoeuvres that excite this term.", worst.window),
+        false => format!("Check '{}', and use only manoeuvres that excite this term.", worst.window),
+    };
+    let fix = (singles.len() > 2 && !is_sharpest).then(|| Fix::ignore([worst.window]));
     Some(
         finding
             .with_fix_text(fix_text)
             .with_setting("Derivatives", format!("window.{}.role", worst.window))
             .with_fix(fix),
     )
+}
+
+/// An estimate and its error, to two digits of the error.
+fn with_error(estimate: f64, error: f64) -> String {
+    if !(error > 0.0 && error.is_finite()) {
+        return significant(estimate, 4);
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few decimals")]
+    let decimals = (1.0 - error.log10().floor()).clamp(0.0, 8.0) as usize;
+    format!("{estimate:.decimals$} ± {error:.decimals$}")
 }
 
 /// The worst that leaving out one manoeuvre changes of a derivative; none where that was not formed, or where one is left out that alone

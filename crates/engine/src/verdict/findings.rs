@@ -56,14 +56,12 @@ fn advice(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
             let factor = || Some(noise.pooled(measurement)? / noise.used(measurement));
             let factor = matches!(advice.step, NoiseStep::Set | NoiseStep::Differ).then(factor).flatten();
             let fix_text = match factor {
-                Some(factor) if is_as_predicted(factor) => {
-                    "keep its noise: all manoeuvres together are as predicted".to_owned()
-                }
-                Some(factor) => format!("multiply its noise by {}", significant(factor, 2)),
+                Some(factor) if is_as_predicted(factor) => "no change: pooled, they are as predicted".to_owned(),
+                Some(factor) => format!("pooled estimate: multiply its noise by {}", significant(factor, 2)),
                 None => advice.reason,
             };
             let name = measurement.name();
-            let text = format!("innovations of {name} are {ratio:.2} times predicted");
+            let text = format!("{name} innovations are {ratio:.2} of predicted");
             let finding = Finding::new(Level::Good, "innovation-advice", format!("manoeuvre '{}'", window.name), text);
             let setting = format!("filter.measurement_noise.{name}");
             found.push(

@@ -223,7 +223,7 @@ fn in_words(places: &[&str]) -> String {
         [] => String::new(),
         [place] => (*place).to_owned(),
         [first, second] => format!("{first} and {second}"),
-        [first, .., last] if windows.len() < places.len() => format!("{first} to {last} ({} places)", places.len()),
+        [first, .., last] if windows.len() < places.len() => format!("{first} to {last} ({} in all)", places.len()),
         _ => format!("in {} manoeuvres{tail}", windows.len()),
     }
 }

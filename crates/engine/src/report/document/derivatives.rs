@@ -301,7 +301,7 @@ fn coefficients(contents: &Contents<'_>) -> Table {
     let r_squared = |key: &str, heading: &str| Column::number(key, heading, "", 4);
     Table {
         name: "summary".to_owned(),
-        caption: "Pooled estimate of each coefficient; prediction of the validation manoeuvres (mean and smallest with the identified constants, mean with own constants); least certain derivative (error corrected for correlated residuals; derivatives per radian)."
+        caption: "Pooled estimate of each coefficient; prediction of the validation manoeuvres, if any (mean and smallest with the identified constants, mean with own constants); least certain derivative with its corrected standard error, per radian."
             .to_owned(),
         columns: vec![
             Column::new("coefficient", "Coefficient"),

@@ -56,8 +56,8 @@ fn method<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
         }
     };
     let hold = match settings.hold {
-        InputHold::FirstOrder => "straight lines between inertial samples",
-        InputHold::ZeroOrder => "inertial samples held",
+        InputHold::FirstOrder => "first-order hold",
+        InputHold::ZeroOrder => "zero-order hold",
     };
     let preparation = &session.preparation;
     let path = match preparation.path {
@@ -70,9 +70,9 @@ fn method<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
     };
     vec![
         ("Filter", method),
-        ("Inputs", hold.to_owned()),
-        ("Coefficients are formed from", path.to_owned()),
-        ("Rates are differentiated by", contents.results.differentiation.clone()),
+        ("Inertial inputs", hold.to_owned()),
+        ("Source of the coefficients", path.to_owned()),
+        ("Angular acceleration", contents.results.differentiation.clone()),
     ]
 }
 

@@ -50,7 +50,7 @@ pub fn aircraft(contents: &Contents<'_>) -> Parts {
             ("Length of Cl and Cn".to_owned(), length(reference.lateral_moment_length_m)),
             ("Length of roll and yaw rate".to_owned(), length(reference.lateral_rate_length_m)),
             ("Length of pitch rate".to_owned(), length(reference.pitch_rate_length_m)),
-            ("Moments are about".to_owned(), moment),
+            ("Moment reference (datum axes: x aft, y right, z up)".to_owned(), moment),
         ]));
     }
     let Some(mass) = &results.mass_properties else {
@@ -148,7 +148,7 @@ pub fn windows(contents: &Contents<'_>) -> Parts {
         if !panels.is_empty() {
             let figure = Figure {
                 name: format!("flight {}", flight.name),
-                caption: format!("Altitude and airspeed of flight {}, with its manoeuvres.", flight.name),
+                caption: format!("Altitude and airspeed of flight '{}', with its manoeuvres.", flight.name),
                 columns: 1,
                 panel_height_mm: 32.0,
                 panels,
@@ -179,7 +179,7 @@ fn manoeuvre_table(contents: &Contents<'_>) -> Table {
         results.manoeuvre_map.iter().find(|found| found.name == row.name && found.flight == row.flight)
     };
     let map_value = |row: &WindowRow, value: &dyn Fn(&MapRow) -> Option<f64>| condition(row).and_then(value);
-    let caption = "Manoeuvres: mean condition, wind and its standard deviation, and steadiness before the input.";
+    let caption = "Manoeuvres: mean condition, wind and gusts where they are known, and drift before the input.";
     TableOf::new("flown", caption, &results.windows)
         .text("window", "Manoeuvre", |row| &row.name)
         .text("role", "Use", |row| if row.role == WindowRole::Validation.name() { "val" } else { "id" })

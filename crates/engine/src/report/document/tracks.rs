@@ -25,7 +25,7 @@ pub fn tracks(contents: &Contents<'_>) -> Parts {
     let Some(worst) = paths.iter().max_by(|a, b| ratio(a.1).total_cmp(&ratio(b.1))) else { return Parts::default() };
     let (window, path) = *worst;
     let mut body = vec![paragraph(&format!(
-        "Manoeuvre {} has the largest innovations: {} times their predicted mean square. Its biases and the others are in the appendix.",
+        "Manoeuvre {} has the largest innovations: {} times their predicted mean square. The appendix has its biases and all other manoeuvres.",
         window.name,
         significant(ratio(path), 3)
     ))];
