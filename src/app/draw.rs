@@ -158,7 +158,7 @@ fn menu(app: &mut Workbench, ui: &mut Ui) -> bool {
             let session = app.document.session();
             let mark = if app.document.history.is_modified() { "• " } else { "" };
             let title = RichText::new(format!("{mark}{}", session.title)).weak();
-            ui.add(egui::Label::new(title).truncate()).on_hover_text(&session.title);
+            ui.add(egui::Label::new(title).truncate());
         });
     });
     has_steps
@@ -280,7 +280,7 @@ fn message(app: &mut Workbench, ui: &mut Ui) {
     if message.is_error {
         ui.add(label.wrap());
     } else {
-        ui.add(label.truncate()).on_hover_text(&message.text);
+        ui.add(label.truncate());
     }
     if closed {
         app.message = None;

@@ -179,7 +179,7 @@ fn foot(choosing: &mut Choosing, below: bool, ui: &mut Ui) -> Answer {
     let lacks = choosing.lacks();
     let about = "The recording is neither changed nor copied. Save the session yourself.";
     if let Some(line) = &choosing.complaint {
-        ui.add(Label::new(RichText::new(line).color(theme::palette(ui).error)).truncate()).on_hover_text(line);
+        ui.add(Label::new(RichText::new(line).color(theme::palette(ui).error)).truncate());
     } else {
         let text = match lacks {
             Some(lacks) => RichText::new(format!("First: {lacks}")).color(theme::palette(ui).warning),

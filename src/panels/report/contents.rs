@@ -14,8 +14,9 @@ use crate::ui_state::ReportChoice;
 
 /// Width of the list of sections: that of its longest title.
 const SECTIONS_WIDTH: f32 = 308.0;
-/// Width of the fields for day and crew of a flight.
-const LOG_WIDTH: f32 = 88.0;
+/// Width and height of the name of a flight, and of the fields for its day and crew.
+const FLIGHT_NAME: [f32; 2] = [72.0, 22.0];
+const LOG_FIELD: [f32; 2] = [92.0, 22.0];
 
 /// The panel.
 #[derive(Default)]
@@ -106,9 +107,9 @@ impl Report {
     /// Day and crew of each flight; a change is one step of undo once the field is left.
     fn logs(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         caption(ui, "Flights");
-        egui::Grid::new("flight logs").num_columns(3).show(ui, |ui| {
-            for flight in &ctx.session.flights {
-                ui.add(egui::Label::new(flight.name.as_str()).truncate());
+        for flight in &ctx.session.flights {
+            ui.horizontal(|ui| {
+                ui.add_sized(FLIGHT_NAME, egui::Label::new(flight.name.as_str()).truncate());
                 let recorded = ctx.snapshot.flights.get(&flight.name).and_then(|slot| slot.ready());
                 let recorded = recorded.and_then(|loaded| loaded.utc_start_s).and_then(date::format_instant);
                 let hint = recorded.as_deref().unwrap_or("date flown");
@@ -119,16 +120,15 @@ impl Report {
                     let crew = crew.unwrap_or_else(|| flight.crew.clone());
                     ctx.edit(Edit::FlightLog { flight: flight.name.clone(), date, crew });
                 }
-                ui.end_row();
-            }
-        });
+            });
+        }
     }
 
     /// A field for a text of the flight's log; what it says otherwise once it is left.
     fn log_field(&mut self, ui: &mut Ui, name: &str, stated: &str, hint: &str) -> Option<String> {
         let typed = self.log.take_if(|(of, _)| of == name).map(|(_, typed)| typed);
         let mut text = typed.unwrap_or_else(|| stated.to_owned());
-        let field = ui.add(TextEdit::singleline(&mut text).hint_text(hint).desired_width(LOG_WIDTH));
+        let field = ui.add_sized(LOG_FIELD, TextEdit::singleline(&mut text).hint_text(hint));
         ui.ctx().accesskit_node_builder(field.id, |node| node.set_label(name));
         if field.lost_focus() {
             return (text != stated).then_some(text);

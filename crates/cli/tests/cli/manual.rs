@@ -244,7 +244,7 @@ fn keys(shape: &str, shapes: &BTreeMap<String, Vec<Field>>) -> Vec<Field> {
 fn every_key_of_the_results_has_its_entry() {
     // What a run writes is in the room of results; other rooms have rows of the same names.
     let mut shapes = shapes("crates/core/src/airframe");
-    for room in ["stage", "verdict", "session/finding", "report"] {
+    for room in ["stage", "snapshot", "verdict", "session/finding", "report"] {
         shapes.extend(self::shapes(&format!("crates/engine/src/{room}")));
     }
     let mut page = format!(

@@ -56,8 +56,10 @@ fn advice(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
             let factor = || Some(noise.pooled(measurement)? / noise.used(measurement));
             let factor = matches!(advice.step, NoiseStep::Set | NoiseStep::Differ).then(factor).flatten();
             let fix_text = match factor {
-                Some(factor) if is_as_predicted(factor) => "no change: pooled, they are as predicted".to_owned(),
-                Some(factor) => format!("pooled estimate: multiply its noise by {}", significant(factor, 2)),
+                Some(factor) if is_as_predicted(factor) => {
+                    "no change needed (as predicted in the pooled estimate)".to_owned()
+                }
+                Some(factor) => format!("multiply its noise by {} (pooled estimate)", significant(factor, 2)),
                 None => advice.reason,
             };
             let name = measurement.name();
