@@ -52,7 +52,7 @@ pub struct CoefficientOutcome {
     pub coefficient: &'static str,
     /// Level of its fit.
     pub level: Option<Level>,
-    /// Fit; none where there is no estimate.
+    /// Fit, if there is an estimate.
     pub fit: Option<FitOutcome>,
     /// Derivatives with their intervals, without constants of single manoeuvres.
     pub derivatives: Vec<DerivativeOutcome>,
@@ -92,7 +92,7 @@ pub struct DerivativeOutcome {
 /// An experiment beside the session as it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ExperimentRow {
-    /// Name; [`PRESENT`] for the session as it is.
+    /// Name; `Session as it is` for the present configuration.
     pub name: String,
     /// Whether its configuration is that of the session.
     pub is_current: bool,
