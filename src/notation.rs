@@ -1,10 +1,10 @@
 //! How quantities are written on screen: what every front end writes, and what needs a font.
 
 use doublet_core::quantity::{Dimension, Role};
+use doublet_engine::notation::{decimals_of_error, role_unit, unit};
 pub use doublet_engine::notation::{
     derivative, derivative_parts, measurement, plural, role, signal, state, term, unit_symbol,
 };
-use doublet_engine::notation::{role_unit, unit};
 use eframe::egui::text::{LayoutJob, TextFormat};
 use eframe::egui::{self, Align, Color32, FontId};
 use serde::{Deserialize, Serialize};
@@ -245,7 +245,7 @@ pub fn within(value: f64, error: f64) -> String {
     if !error.is_normal() {
         return number(value);
     }
-    let decimals = (1.0 - error.abs().log10().floor()).max(0.0) as usize;
+    let decimals = decimals_of_error(error);
     if decimals > MOST_DECIMALS { number(value) } else { fixed(value, decimals) }
 }
 

@@ -39,7 +39,7 @@ pub fn print(session: &Session, snapshot: &Snapshot, verbose: bool) {
     }
     if !verbose {
         if !results.pooled.is_empty() {
-            text::line("derivatives per rad, ± corrected standard error (1 sigma); ! caution, !! bad");
+            text::line("derivatives ± corrected standard error (1 sigma), angles in rad; ! caution, !! bad");
         }
         results.pooled.iter().for_each(|fit| print_fit(fit, &results));
         print_stated_quantities(&results);

@@ -33,6 +33,12 @@ pub fn significant(value: f64, digits: usize) -> String {
     text.replace('-', "\u{2212}")
 }
 
+/// Decimals of a number with this error: the error has two digits.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of decimals")]
+pub fn decimals_of_error(error: f64) -> usize {
+    (1.0 - error.abs().log10().floor()).max(0.0) as usize
+}
+
 /// Unit a dimension is shown in, and its factor from SI.
 pub fn unit(dimension: Dimension) -> (&'static str, f64) {
     let degrees = 180.0 / std::f64::consts::PI;

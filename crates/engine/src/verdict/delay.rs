@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::fit::{Used, moving_terms, used_windows};
 use super::judge::Evidence;
-use super::{Finding, Level, effect, late_force, spoilt, stalls};
+use super::{Finding, Level, effect, spoilt, stalls};
 use crate::session::{Fix, Manoeuvre, Surface};
 use crate::snapshot::{Snapshot, WindowVerdict};
 use crate::stage::{ConstantError, WindowAero};
@@ -202,7 +202,7 @@ pub(super) fn findings(
     CONTROLS.into_iter().filter_map(of_control).max_by_key(|finding| finding.level)
 }
 
-/// Flow angles or ground velocity ahead of the specific forces for a force, or a side force behind its causes, and attitude ahead of the rates
+/// Flow angles or ground velocity ahead of the specific forces for a force, or a side force behind its regressors, and attitude ahead of the rates
 /// for a moment: the inertial sensors are recorded late or filtered, and the coefficient lacks what that takes.
 pub(super) fn find_late_inertial(evidence: Evidence<'_>, coefficient: Coefficient) -> Option<Finding> {
     let is_moment = matches!(coefficient, Coefficient::Cl | Coefficient::Cm | Coefficient::Cn);
@@ -212,7 +212,7 @@ pub(super) fn find_late_inertial(evidence: Evidence<'_>, coefficient: Coefficien
         lead(ConstantError::AttitudeDelay, Measurement::BankAngle, "Attitude angles lead the rates")?
     } else {
         let by_side_force = || {
-            let late_s = late_force::find_late_side_force(evidence).filter(|late_s| *late_s > AHEAD_S)?;
+            let late_s = evidence.side_force_delay_s.filter(|late_s| *late_s > AHEAD_S)?;
             Some((late_s, "Side force lags sideslip, rates and rudder"))
         };
         lead(ConstantError::FlowDelay, Measurement::AngleOfAttack, "Flow angles lead the specific forces")

@@ -5,7 +5,7 @@ use doublet_core::model::is_constant_name;
 use super::judge::{Evidence, derivative_label};
 use super::plausible::{Outside, Range};
 use super::{Finding, Level, weigh};
-use crate::notation::significant;
+use crate::notation::{decimals_of_error, significant};
 use crate::session::{Fix, WindowRole};
 use crate::snapshot::Cause;
 use crate::stage::{CoefficientFit, significance};
@@ -159,8 +159,7 @@ fn with_error(estimate: f64, error: f64) -> String {
     if !(error > 0.0 && error.is_finite()) {
         return significant(estimate, 4);
     }
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few decimals")]
-    let decimals = (1.0 - error.log10().floor()).clamp(0.0, 8.0) as usize;
+    let decimals = decimals_of_error(error).min(8);
     format!("{estimate:.decimals$} ± {error:.decimals$}")
 }
 

@@ -10,7 +10,8 @@ use super::effect::{self, Consequences};
 use super::noise::MeasurementNoise;
 use super::plausible::Plausible;
 use super::{
-    Finding, Level, Verdict, biased, delay, density, derivative, fit, flight, made_of, session, studies, weigh, window,
+    Finding, Level, Verdict, biased, delay, density, derivative, fit, flight, late_force, made_of, session, studies,
+    weigh, window,
 };
 use crate::session::{Manoeuvre, Session};
 use crate::snapshot::{Consequence, DerivativeVerdict, FitVerdict, Snapshot, Verdicts, WindowVerdict};
@@ -30,6 +31,8 @@ pub(super) struct Evidence<'a> {
     pub(super) plausible: &'a Plausible,
     /// Controls that act at another time than that of their recording.
     pub(super) delays: &'a [ControlDelay],
+    /// Delay of the side force behind its regressors, s; none before the delays of the controls are known.
+    pub(super) side_force_delay_s: Option<f64>,
     /// What suspect causes change of the derivatives of the pooled fits.
     pub(super) consequences: &'a [Consequences],
     /// Verdicts on the windows, once they are formed.
@@ -60,6 +63,7 @@ pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
         snapshot,
         plausible: &plausible,
         delays: &[],
+        side_force_delay_s: None,
         consequences: &[],
         judged_windows: None,
         median_pressure_pa: flight::median_pressure(session, snapshot),
@@ -71,6 +75,7 @@ pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
         windows.into_par_iter().map(|window| (window.name.clone(), window_verdict(evidence, window, &study))).collect();
     let delays = delay::delays(evidence, &windows);
     let evidence = Evidence { delays: &delays, ..evidence };
+    let evidence = Evidence { side_force_delay_s: late_force::find_late_side_force(evidence), ..evidence };
     let fits = snapshot.pooled.ready().map(|pooled| pooled.fits.as_slice()).unwrap_or_default();
     let suspects: Vec<&str> = windows
         .iter()
