@@ -6,7 +6,7 @@ use doublet_core::reconstruct::tuning::gusts::clean_windows;
 use doublet_core::reconstruct::{FilterData, FilterSettings, Measurement, Reconstruction};
 use rayon::prelude::*;
 
-use super::path_errors::{ConstantError, measurement_slopes, side_by_side};
+use super::path_errors::{ConstantError, path_at_samples, side_by_side};
 use super::window_samples::Samples;
 use crate::graph::{Context, Control, Footprint, Keyed, Stage, StageResult};
 use crate::session::{DelaySource, PathSource, Session};
@@ -110,7 +110,8 @@ pub(super) fn estimate_delays(
     let clean = clean_windows(data, settings, &|| control.is_cancelled())?;
     let data: Vec<&FilterData> = clean.iter().collect();
     let mut settings = settings.simplified(false);
-    let kinds: Vec<ConstantError> = ConstantError::ALL.into_iter().filter(|kind| kind.is_in(&data)).collect();
+    let kinds = ConstantError::OFFSETS_AND_DELAYS.into_iter();
+    let kinds: Vec<ConstantError> = kinds.filter(|kind| kind.is_in(&data)).collect();
     let mut found: Vec<SensorDelay> = kinds
         .iter()
         .filter(|kind| kind.is_delay())
@@ -156,11 +157,11 @@ fn step(
     // Rates of change are those of the smoothed path: the filtered one jumps where a measurement is taken.
     let smoothed = (settings, PathSource::Smoothed);
     let nominal = side_by_side(data, smoothed, control)?;
-    let slopes = data.par_iter().zip(&nominal).map(|(data, path)| measurement_slopes(data, path, smoothed));
-    let slopes = slopes.collect::<StageResult<Vec<_>>>()?;
+    let at_samples = data.par_iter().zip(&nominal).map(|(data, path)| path_at_samples(data, path, smoothed));
+    let at_samples = at_samples.collect::<StageResult<Vec<_>>>()?;
     let mut freed: Vec<(f64, Vec<Reconstruction>)> = Vec::with_capacity(kinds.len());
     for kind in kinds {
-        let moved: Vec<FilterData> = data.iter().zip(&slopes).map(|(data, slopes)| kind.free(data, slopes)).collect();
+        let moved: Vec<FilterData> = data.iter().zip(&at_samples).map(|(data, path)| kind.free(data, path)).collect();
         freed.push((
             kind.step(),
             side_by_side(&moved.iter().collect::<Vec<_>>(), (settings, PathSource::Filtered), control)?,

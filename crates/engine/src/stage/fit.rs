@@ -6,6 +6,7 @@ use doublet_core::estimate::{
     Coloured, Constraint, Fit, FitQuality, Origin, PooledFit, PooledRegression, PooledWindow,
 };
 use doublet_core::model::{Coefficient, LONG_WINDOW, Structure, Term, Variable, regressors};
+use doublet_core::reconstruct::Measurement;
 use doublet_core::series::Series;
 use doublet_core::statistics::{median, squares_about_mean};
 use rayon::prelude::*;
@@ -86,6 +87,19 @@ pub struct PooledFits {
     pub fits: Vec<CoefficientFit>,
     /// Prediction of every window that is not ignored, by the parameters the session predicts with.
     pub predictions: Vec<Prediction>,
+    /// Scale errors of the recorded flow angles; none in gusts and before the errors of the path are formed.
+    pub vane_scales: Vec<VaneScale>,
+}
+
+/// Scale error of a recorded flow angle over all manoeuvres: it shows `1 + value` times the angle of the path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VaneScale {
+    /// Angle of attack or sideslip.
+    pub measurement: Measurement,
+    /// Scale error.
+    pub value: f64,
+    /// Its standard error.
+    pub standard_error: f64,
 }
 
 impl Footprint for WindowFits {
@@ -286,7 +300,7 @@ pub fn pooled_fits(windows: &[AeroWindow<'_>], structure: &Structure, estimation
     let each = || models.par_iter().with_min_len(together);
     let fits: Vec<CoefficientFit> = each().map(fit).collect();
     let predictions: Vec<Vec<Prediction>> = each().zip(&fits).map(predictions).collect();
-    PooledFits { fits, predictions: predictions.into_iter().flatten().collect() }
+    PooledFits { fits, predictions: predictions.into_iter().flatten().collect(), vane_scales: Vec::new() }
 }
 
 /// Conventional and corrected standard error of an estimate; NaN where it is held, fixed or at a bound.

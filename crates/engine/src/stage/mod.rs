@@ -5,6 +5,8 @@
 //! recording and the aircraft alone; the proof of match flies validation windows again and comes after all estimates.
 
 mod aero;
+mod air_data;
+mod air_density;
 mod aircraft;
 mod align;
 mod control_delays;
@@ -43,13 +45,14 @@ mod stalls;
 mod steadiness;
 mod structure_scores;
 mod tolerances;
-mod true_airspeed;
 mod truth;
 mod window_context;
 mod window_samples;
 
 pub(crate) use aero::states_of;
-pub use aero::{AirDensity, CONTROLS, WindowAero, aero, aero_along, aero_along_from};
+pub use aero::{CONTROLS, WindowAero, aero, aero_along, aero_along_from};
+pub(crate) use air_data::has_airspeed;
+pub use air_density::AirDensity;
 pub use aircraft::{
     AircraftData, LoadedAircraft, NO_AIRCRAFT, aircraft_data, aircraft_of, load_aircraft, loading_on_board,
 };
@@ -66,8 +69,8 @@ pub use engine_charts::{PropellerCurves, PropellerLine, engine_partials, propell
 pub use engines::ExtrapolatedThrust;
 pub use expressions::{ExpressedChannel, add_expressions, expression_preview};
 pub use fit::{
-    AeroWindow, CoefficientFit, DroppedTerm, FittedSeries, PooledFits, Regression, WindowFits, describe_origin, errors,
-    pooled_fits, pooled_regressions, significance, window_fits,
+    AeroWindow, CoefficientFit, DroppedTerm, FittedSeries, PooledFits, Regression, VaneScale, WindowFits,
+    describe_origin, errors, pooled_fits, pooled_regressions, significance, window_fits,
 };
 pub(crate) use fit::{applies, constant_name};
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
@@ -108,7 +111,6 @@ pub use tolerances::{
     Certainty, Judgement, ObjectiveTest, OutsideTest, PercentRule, Quantity, Reading, RecordDemand, Tolerances,
     ValueTolerance,
 };
-pub(crate) use true_airspeed::has_airspeed;
 pub use truth::TruthError;
 pub use window_context::{ANGULAR_ACCELERATIONS, WindowContext};
 pub use window_samples::{NO_PATH_MEASUREMENT, Samples, measured_by, partly_outside, samples};

@@ -6,19 +6,22 @@ use std::sync::Arc;
 use doublet_core::estimate::{ConstantErrors, InnovationEvidence, constant_errors};
 use doublet_core::prep::Differentiation;
 use doublet_core::reconstruct::{
-    FilterData, FilterSettings, MEASUREMENTS, Measurement, Method, Reconstruction, lane_groups,
+    FilterData, FilterSettings, MEASUREMENTS, Measurement, Method, Reconstruction, State, lane_groups,
 };
 use rayon::prelude::*;
 
 use super::aero::{WindowAero, aero_along, states_of};
 use super::control_delays::{ControlDelay, control_delays};
-use super::fit::{AeroWindow, PooledFits, pooled_regressions};
+use super::fit::{AeroWindow, PooledFits, VaneScale, pooled_regressions};
 use super::path::{WindowPath, measurements_of, reconstructions};
 use crate::graph::{Context, Control, Footprint, Keyed, Stage, StageError, StageResult};
 use crate::session::{Manoeuvre, PathSource, Settings};
 
 /// Most samples of all windows together for which errors of the path, and what findings change, are formed: each takes a further path.
 pub(crate) const MOST_SAMPLES: usize = 60_000;
+
+/// Random walk of the wind below which the air is still, m/s per square root of a second: 0.1 m/s after a second.
+const STILL_AIR_WALK: f64 = 0.1;
 
 /// An error of a sensor that is the same in all windows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,11 +40,15 @@ pub enum ConstantError {
     AirspeedDelay,
     /// Delay of the attitude.
     AttitudeDelay,
+    /// Scale error of the recorded angle of attack, upwash included.
+    AlphaScale,
+    /// Scale error of the recorded sideslip, sidewash included.
+    BetaScale,
 }
 
 impl ConstantError {
-    /// All of them.
-    pub const ALL: [Self; 7] = [
+    /// Offsets and delays.
+    pub const OFFSETS_AND_DELAYS: [Self; 7] = [
         Self::AlphaOffset,
         Self::BetaOffset,
         Self::GroundDelay,
@@ -50,6 +57,8 @@ impl ConstantError {
         Self::AirspeedDelay,
         Self::AttitudeDelay,
     ];
+    /// Scale errors of the flow angles. In gusts the forces follow the flow angles, and the innovations do not determine them.
+    pub const SCALES: [Self; 2] = [Self::AlphaScale, Self::BetaScale];
 
     /// Name in results.
     pub fn name(self) -> &'static str {
@@ -61,6 +70,8 @@ impl ConstantError {
             Self::FlowDelay => "delay of alpha and beta",
             Self::AirspeedDelay => "delay of the airspeed",
             Self::AttitudeDelay => "delay of the attitude",
+            Self::AlphaScale => "alpha scale",
+            Self::BetaScale => "beta scale",
         }
     }
 
@@ -71,8 +82,8 @@ impl ConstantError {
             Sideslip, VelocityDown, VelocityEast, VelocityNorth,
         };
         match self {
-            Self::AlphaOffset => &[AngleOfAttack],
-            Self::BetaOffset => &[Sideslip],
+            Self::AlphaOffset | Self::AlphaScale => &[AngleOfAttack],
+            Self::BetaOffset | Self::BetaScale => &[Sideslip],
             Self::GroundDelay => &[PositionNorth, PositionEast, VelocityNorth, VelocityEast, VelocityDown],
             Self::AltitudeDelay => &[PositionDown],
             Self::FlowDelay => &[AngleOfAttack, Sideslip],
@@ -82,7 +93,11 @@ impl ConstantError {
     }
 
     pub(super) fn is_delay(self) -> bool {
-        !matches!(self, Self::AlphaOffset | Self::BetaOffset)
+        !matches!(self, Self::AlphaOffset | Self::BetaOffset) && !self.is_scale()
+    }
+
+    fn is_scale(self) -> bool {
+        Self::SCALES.contains(&self)
     }
 
     /// Whether some window measures what it belongs to.
@@ -92,35 +107,52 @@ impl ConstantError {
         self.measurements().iter().any(is_measured)
     }
 
-    /// Step by which it is varied, rad or s: large beside rounding, small enough for the path to follow in proportion.
+    /// Step by which it is varied, rad, s or 1: large beside rounding, small enough for the path to follow in proportion.
     pub(super) fn step(self) -> f64 {
-        if self.is_delay() { 0.02 } else { 0.1_f64.to_radians() }
+        if self.is_delay() || self.is_scale() { 0.02 } else { 0.1_f64.to_radians() }
     }
 
-    /// What is known of it before any flight, rad or s: a vane is set within half a degree, and recorders deliver attitude, flow
-    /// angles and airspeed within some 0.05 s, satellite receivers within 0.1 s.
+    /// What is known of it before any flight, rad, s or 1: a vane is set within half a degree and calibrated within some 5 %, and
+    /// recorders deliver attitude, flow angles and airspeed within some 0.05 s, satellite receivers within 0.1 s.
     pub(super) fn prior_deviation(self) -> f64 {
         match self {
             Self::AlphaOffset | Self::BetaOffset => 0.5_f64.to_radians(),
             Self::GroundDelay | Self::AltitudeDelay => 0.1,
-            Self::FlowDelay | Self::AirspeedDelay | Self::AttitudeDelay => 0.05,
+            Self::FlowDelay | Self::AirspeedDelay | Self::AttitudeDelay | Self::AlphaScale | Self::BetaScale => 0.05,
         }
     }
 
-    /// The measurements of a window freed of an error of one step.
-    pub(super) fn free(self, data: &FilterData, slopes: &[Vec<f64>; MEASUREMENTS]) -> FilterData {
+    /// The measurements of a window freed of an error of one step, by the path at their samples.
+    pub(super) fn free(self, data: &FilterData, path: &[PathAtSamples; MEASUREMENTS]) -> FilterData {
+        self.free_of(self.step(), data, path)
+    }
+
+    /// The measurements of a window freed of an error of this size.
+    fn free_of(self, size: f64, data: &FilterData, path: &[PathAtSamples; MEASUREMENTS]) -> FilterData {
         let mut data = data.clone();
         for &measurement in self.measurements() {
             let series = &mut data.measurements[measurement as usize];
-            let slopes = &slopes[measurement as usize];
-            series.values = match self.is_delay() {
+            let path = &path[measurement as usize];
+            series.values = if self.is_delay() {
                 // A sample that is late by the step shows what was before it.
-                true => series.values.iter().zip(slopes).map(|(value, slope)| value + self.step() * slope).collect(),
-                false => series.values.iter().map(|value| value - self.step()).collect(),
+                series.values.iter().zip(&path.slopes).map(|(value, slope)| value + size * slope).collect()
+            } else if self.is_scale() {
+                // By the path, not by the sample: the noise of the sample would make every scale too large.
+                series.values.iter().zip(&path.values).map(|(value, path)| value - size * path).collect()
+            } else {
+                series.values.iter().map(|value| value - size).collect()
             };
         }
         data
     }
+}
+
+/// What the path says at the samples of a measurement.
+pub(super) struct PathAtSamples {
+    /// Its value, unit of the measurement.
+    values: Vec<f64>,
+    /// Its rate of change, per second.
+    slopes: Vec<f64>,
 }
 
 /// Errors of the pooled derivatives that come from the path rather than from the residuals.
@@ -136,6 +168,8 @@ pub struct PathErrors {
     pub controls: Vec<ControlDelay>,
     /// By derivative: change with half and with double the half width of the differentiation.
     pub half_width: BTreeMap<String, [f64; 2]>,
+    /// Scale errors of the flow angles; none where gusts explain the measurements better.
+    pub vane_scales: Vec<VaneScale>,
 }
 
 impl Footprint for PathErrors {
@@ -160,6 +194,7 @@ impl PathErrors {
     /// The fits with these errors in their corrected standard errors.
     pub fn widen(&self, pooled: &PooledFits) -> PooledFits {
         let mut pooled = pooled.clone();
+        pooled.vane_scales.clone_from(&self.vane_scales);
         for fit in &mut pooled.fits {
             let Ok(found) = &fit.fit else { continue };
             for (name, error) in found.names.iter().zip(&mut fit.corrected_errors) {
@@ -215,9 +250,9 @@ pub fn path_errors(windows: &[ErrorWindow<'_>], settings: Settings<'_>, control:
     if windows.is_empty() || samples > MOST_SAMPLES || !is_packed(filter, preparation.path) {
         return Err(StageError::NotApplicable);
     }
-    let slopes = windows
+    let at_samples = windows
         .par_iter()
-        .map(|(_, (data, path), _)| measurement_slopes(data, path, (filter, preparation.path)))
+        .map(|(_, (data, path), _)| path_at_samples(data, path, (filter, preparation.path)))
         .collect::<StageResult<Vec<_>>>()?;
     let estimates = |aero: &mut dyn Iterator<Item = Arc<WindowAero>>| -> BTreeMap<String, f64> {
         let windows: Vec<AeroWindow<'_>> = windows.iter().map(|(manoeuvre, ..)| *manoeuvre).zip(aero).collect();
@@ -228,11 +263,13 @@ pub fn path_errors(windows: &[ErrorWindow<'_>], settings: Settings<'_>, control:
     };
     let nominal = estimates(&mut windows.iter().map(|(.., aero)| Arc::clone(aero)));
     let all: Vec<&FilterData> = windows.iter().map(|(_, (data, _), _)| *data).collect();
-    let kinds: Vec<ConstantError> = ConstantError::ALL.into_iter().filter(|kind| kind.is_in(&all)).collect();
+    let scales = ConstantError::SCALES.into_iter().filter(|_| !has_gusts(filter));
+    let kinds = ConstantError::OFFSETS_AND_DELAYS.into_iter().chain(scales);
+    let kinds: Vec<ConstantError> = kinds.filter(|kind| kind.is_in(&all)).collect();
     let mut freed: Vec<(ConstantError, Vec<Reconstruction>, BTreeMap<String, f64>)> = Vec::with_capacity(kinds.len());
     for &kind in &kinds {
         let data: Vec<FilterData> =
-            windows.iter().zip(&slopes).map(|((_, (data, _), _), slopes)| kind.free(data, slopes)).collect();
+            windows.iter().zip(&at_samples).map(|((_, (data, _), _), path)| kind.free(data, path)).collect();
         let paths = side_by_side(&data.iter().collect::<Vec<_>>(), (filter, preparation.path), control)?;
         let one = |((window, data), path): ((&ErrorWindow<'_>, &FilterData), &Reconstruction)| {
             aero_along(window.2, window.1, (data, path), preparation).map(Arc::new)
@@ -268,7 +305,96 @@ pub fn path_errors(windows: &[ErrorWindow<'_>], settings: Settings<'_>, control:
     let aero: Vec<AeroWindow<'_>> = windows.iter().map(|(window, _, aero)| (*window, Arc::clone(aero))).collect();
     let controls = control_delays(&aero, structure, estimation);
     let half_width = nominal.iter().map(|(name, value)| (name.clone(), change(name, value))).collect();
-    Ok(PathErrors { kinds, found, slopes, controls, half_width })
+    let vane_scales = match has_gusts(filter) {
+        true => scales_in_still_air(windows, settings, control)?,
+        false => scales_of(&kinds, &found),
+    };
+    Ok(PathErrors { kinds, found, slopes, controls, half_width, vane_scales })
+}
+
+/// Whether the wind of the path changes within a window.
+fn has_gusts(filter: &FilterSettings) -> bool {
+    let wind = [State::WindNorth, State::WindEast, State::WindDown];
+    wind.into_iter().any(|state| filter.random_walk[state as usize] > STILL_AIR_WALK)
+}
+
+/// Scale errors among constant errors.
+fn scales_of(kinds: &[ConstantError], found: &ConstantErrors) -> Vec<VaneScale> {
+    let all = kinds.iter().zip(found.estimates.iter().zip(found.deviations()));
+    let of_vane = |(kind, (&value, standard_error)): (&ConstantError, (&f64, f64))| {
+        kind.is_scale().then(|| VaneScale { measurement: kind.measurements()[0], value, standard_error })
+    };
+    all.filter_map(of_vane).collect()
+}
+
+/// Scale errors of the flow angles with a constant wind, where they explain the measurements better than the gusts of `filter` do: the
+/// likelihood of all windows decides, that of the samples freed of offsets, delay and scale errors in still air against that in gusts.
+fn scales_in_still_air(
+    windows: &[ErrorWindow<'_>],
+    Settings { filter, preparation, .. }: Settings<'_>,
+    control: &Control,
+) -> StageResult<Vec<VaneScale>> {
+    use ConstantError::{AlphaOffset, AlphaScale, BetaOffset, BetaScale, FlowDelay};
+    let mut still = filter.clone();
+    for state in [State::WindNorth, State::WindEast, State::WindDown] {
+        still.random_walk[state as usize] = 0.0;
+    }
+    let by = (&still, preparation.path);
+    let data: Vec<&FilterData> = windows.iter().map(|(_, (data, _), _)| *data).collect();
+    let kinds = [AlphaOffset, BetaOffset, FlowDelay, AlphaScale, BetaScale];
+    let kinds: Vec<ConstantError> = kinds.into_iter().filter(|kind| kind.is_in(&data)).collect();
+    if !kinds.iter().any(|kind| kind.is_scale()) {
+        return Ok(Vec::new());
+    }
+    let mut scales: Vec<VaneScale> = Vec::new();
+    let mut corrected: Vec<FilterData> = data.iter().map(|data| (*data).clone()).collect();
+    // One step of Gauss and Newton, and one from there.
+    for _ in 0..2 {
+        let (mut found, freed) = step_in_still_air(&corrected, &kinds, by, control)?;
+        let known = found.iter_mut().zip(&scales);
+        known.for_each(|(found, before)| found.value = (1.0 + before.value) * (1.0 + found.value) - 1.0);
+        (scales, corrected) = (found, freed);
+    }
+    let paths = side_by_side(&corrected.iter().collect::<Vec<_>>(), by, control)?;
+    let in_gusts: f64 = windows.iter().map(|(_, (_, path), _)| path.log_likelihood).sum();
+    let in_still_air: f64 = paths.iter().map(|path| path.log_likelihood).sum();
+    // Density of the samples as recorded: each of a vane is divided by 1 + scale.
+    let of_density = |scale: &VaneScale| {
+        let samples = data.iter().map(|data| data.measurements[scale.measurement as usize].values.len());
+        scale.value.ln_1p() * samples.sum::<usize>() as f64
+    };
+    let is_better = in_still_air - scales.iter().map(of_density).sum::<f64>() > in_gusts;
+    Ok(if is_better { scales } else { Vec::new() })
+}
+
+/// One step of Gauss and Newton in still air: the scale errors of the samples, and the samples freed of all errors found.
+fn step_in_still_air(
+    data: &[FilterData],
+    kinds: &[ConstantError],
+    by: (&FilterSettings, PathSource),
+    control: &Control,
+) -> StageResult<(Vec<VaneScale>, Vec<FilterData>)> {
+    let side_by_side = |data: &[FilterData]| side_by_side(&data.iter().collect::<Vec<_>>(), by, control);
+    let nominal = side_by_side(data)?;
+    let at_samples = data.iter().zip(&nominal).map(|(data, path)| path_at_samples(data, path, by));
+    let at_samples = at_samples.collect::<StageResult<Vec<_>>>()?;
+    let mut freed: Vec<Vec<Reconstruction>> = Vec::with_capacity(kinds.len());
+    for kind in kinds {
+        let moved = data.iter().zip(&at_samples).map(|(data, path)| kind.free(data, path));
+        freed.push(side_by_side(&moved.collect::<Vec<_>>())?);
+    }
+    let evidence = nominal.iter().enumerate().map(|(index, nominal)| {
+        let freed: Vec<_> = kinds.iter().zip(&freed).map(|(kind, paths)| (&paths[index], kind.step())).collect();
+        InnovationEvidence::new(nominal, &freed)
+    });
+    let priors: Vec<f64> = kinds.iter().map(|kind| kind.prior_deviation()).collect();
+    let found = constant_errors(&evidence.collect::<Vec<_>>(), &priors)?;
+    let without = |(data, path): (&FilterData, &[PathAtSamples; MEASUREMENTS])| {
+        let errors = kinds.iter().zip(&found.estimates);
+        errors.fold(data.clone(), |data, (kind, size)| kind.free_of(*size, &data, path))
+    };
+    let corrected = data.iter().zip(&at_samples).map(without).collect();
+    Ok((scales_of(kinds, &found), corrected))
 }
 
 /// Whether the filter runs in its packed form; over whole matrices a path takes 20 to 50 times as long.
@@ -298,23 +424,25 @@ pub(super) fn side_by_side(
     paths.into_iter().map(|path| path.ok_or(StageError::NotApplicable)).collect()
 }
 
-/// Rates of change of each measurement at its samples by the path, at the times they show.
-pub(super) fn measurement_slopes(
+/// The path at the samples of each measurement, at the times they show.
+pub(super) fn path_at_samples(
     data: &FilterData,
     path: &Reconstruction,
     (filter, source): (&FilterSettings, PathSource),
-) -> StageResult<[Vec<f64>; MEASUREMENTS]> {
+) -> StageResult<[PathAtSamples; MEASUREMENTS]> {
     let columns = measurements_of(states_of(path, source)?);
     let time_s = &path.time_s;
     Ok(std::array::from_fn(|index| {
         let delay_s = filter.measurement_delay_s[index];
         let column = &columns[index];
-        let slope = |time: &f64| {
+        let at = |time: &f64| {
             let after = time_s.partition_point(|at| *at < time - delay_s).clamp(1, time_s.len().max(2) - 1);
             let (from, to) = (after.saturating_sub(2), (after + 1).min(time_s.len() - 1));
-            if to > from { (column[to] - column[from]) / (time_s[to] - time_s[from]) } else { 0.0 }
+            let slope = if to > from { (column[to] - column[from]) / (time_s[to] - time_s[from]) } else { 0.0 };
+            (column[from] + slope * (time - delay_s - time_s[from]), slope)
         };
-        data.measurements[index].time_s.iter().map(slope).collect()
+        let (values, slopes) = data.measurements[index].time_s.iter().map(at).unzip();
+        PathAtSamples { values, slopes }
     }))
 }
 

@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 
 use super::derivative::is_determined;
 use super::judge::{Evidence, derivative_label};
-use super::{Finding, Level, delay, propulsion};
+use super::{Finding, Level, delay, propulsion, vane};
 use crate::session::{Fix, Manoeuvre, Session, Surface, WindowRole};
 use crate::snapshot::Snapshot;
 use crate::stage::{CoefficientFit, Prediction, WindowAero};
@@ -106,6 +106,7 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
         findings.extend(prediction(evidence, &at, fit));
         findings.extend(delay::findings(evidence, fit.coefficient, &terms, &used));
         findings.extend(delay::find_late_inertial(evidence, fit.coefficient));
+        findings.extend(vane::findings(evidence, &at, &terms));
     }
     if estimate.quality.r_squared < R2_FIT {
         let r2 = estimate.quality.r_squared;
@@ -198,7 +199,7 @@ fn unmoved(
     {
         let text =
             format!("No vane recorded for {name}: it moves {times:.1} times its uncertainty (limit {EXCITATION}).");
-        let finding = Finding::new(Level::Caution, "excitation", at, text).with_figure(*times, EXCITATION);
+        let finding = Finding::new(Level::Caution, vane::VANE, at, text).with_figure(*times, EXCITATION);
         let fix_text = "Record a flow-angle vane; without one, compare with another flight.";
         return Some(finding.with_fix_text(fix_text).with_setting("Channels", ""));
     }

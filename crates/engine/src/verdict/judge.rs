@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use doublet_core::model::Coefficient;
+use doublet_core::model::{Coefficient, is_constant_name};
 use rayon::prelude::*;
 
 use super::delay::ControlDelay;
@@ -11,7 +11,7 @@ use super::noise::MeasurementNoise;
 use super::plausible::Plausible;
 use super::{
     Finding, Level, Verdict, biased, delay, density, derivative, fit, flight, late_force, made_of, session, studies,
-    weigh, window,
+    vane, weigh, window,
 };
 use crate::session::{Manoeuvre, Session};
 use crate::snapshot::{Consequence, DerivativeVerdict, FitVerdict, Snapshot, Verdicts, WindowVerdict};
@@ -169,6 +169,7 @@ fn fit_verdict(
     }
     let names = fit.fit.as_ref().map(|fit| fit.names.as_slice()).unwrap_or_default();
     let mut derivatives = Vec::with_capacity(names.len());
+    let of_vanes: Vec<Finding> = findings.iter().filter(|finding| finding.code == vane::VANE).cloned().collect();
     for (index, name) in names.iter().enumerate() {
         let mut found = derivative::findings(evidence, window, fit, index);
         found.extend(study.of_derivative(window, name));
@@ -177,6 +178,9 @@ fn fit_verdict(
         let consequence = evidence.consequence(fit.coefficient, name).filter(|_| window.is_none()).cloned();
         // The fit has this finding once, by what it is made of.
         found.extend(density::finding(evidence, name, window, fit));
+        let place = derivative_label(name, window);
+        let of_vanes = of_vanes.iter().filter(|_| !is_constant_name(name));
+        found.extend(of_vanes.map(|finding| Finding { place: place.clone(), ..finding.clone() }));
         derivatives.push(DerivativeVerdict { name: name.clone(), verdict: Verdict::from_findings(found), consequence });
     }
     FitVerdict {

@@ -36,6 +36,7 @@ mod stalls;
 mod stated_quantity;
 mod stuck;
 mod studies;
+mod vane;
 mod weigh;
 mod window;
 

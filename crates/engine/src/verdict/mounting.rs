@@ -91,16 +91,25 @@ fn worst(excesses: &[Excess]) -> Option<&Excess> {
     excesses.iter().max_by(|a, b| (a.off.abs() / a.limit).total_cmp(&(b.off.abs() / b.limit)))
 }
 
-/// With the known sensor errors that remove it; errors that the session estimates cannot be known as well.
 fn with_fix(finding: Finding, session: &Session, label: &str, excesses: &[Excess]) -> Finding {
+    let errors: Vec<(SensorError, f64)> = excesses.iter().map(|excess| (excess.error, excess.value)).collect();
+    with_known_errors(finding, session, label, &errors)
+}
+
+/// With the known sensor errors that remove it; errors that the session estimates cannot be known as well.
+pub(super) fn with_known_errors(
+    finding: Finding,
+    session: &Session,
+    label: &str,
+    errors: &[(SensorError, f64)],
+) -> Finding {
     let asked = &session.sensor_errors;
-    let is_asked = |excess: &Excess| asked.free.contains(&excess.error) || asked.per_window.contains(&excess.error);
     let finding = finding.with_setting("Noise and filter", "sensor_errors.known");
-    if excesses.iter().any(is_asked) {
+    if errors.iter().any(|(error, _)| asked.free.contains(error) || asked.per_window.contains(error)) {
         return finding;
     }
     let mut known = session.preparation.known_errors.0.clone();
-    known.extend(excesses.iter().map(|excess| (excess.error, (1e4 * excess.value).round() / 1e4)));
+    known.extend(errors.iter().map(|(error, value)| (*error, (1e4 * value).round() / 1e4)));
     let entries: Vec<String> = known.iter().map(|(error, value)| format!("{error} = {value:?}")).collect();
     let preparation = Preparation { known_errors: ErrorValues(known), ..session.preparation.clone() };
     let fix = Fix::new(label, Edit::Estimation(EstimationEdit::Preparation(preparation)));

@@ -293,10 +293,10 @@ fn flow_angles_without_vanes_are_said_to_have_none() {
     };
     let (_, snapshot) = flown(&without, |_| ());
     let verdicts = snapshot.verdicts.ready().unwrap();
-    let weak = reasons(verdicts, "excitation");
-    println!("{weak:?}");
-    let of_angles: Vec<&&Finding> =
-        weak.iter().filter(|found| found.text.contains("alpha") || found.text.contains("beta")).collect();
+    let of_angles = reasons(verdicts, "vane");
     assert!(!of_angles.is_empty());
     assert!(of_angles.iter().all(|found| found.text.starts_with("No vane recorded") && found.fix.is_none()));
+    let fit =
+        verdicts.pooled.iter().find(|fit| fit.verdict.reasons.iter().any(|reason| reason.code == "vane")).unwrap();
+    assert!(fit.derivatives.iter().all(|derivative| derivative.verdict.level >= Level::Caution), "{fit:?}");
 }
