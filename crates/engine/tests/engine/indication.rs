@@ -124,7 +124,7 @@ fn variants(settings: &FilterSettings) -> Vec<(&'static str, FilterSettings)> {
     vec![
         ("extended", FilterSettings { method: Method::Ekf, ..usual.clone() }),
         ("unscented", FilterSettings { method: ukf, ..usual.clone() }),
-        ("air data", FilterSettings { air_data_deviation: [0.01, 0.01, 0.05, 0.02], ..usual.clone() }),
+        ("air data", FilterSettings { air_data_deviation: [0.01, 0.01, 0.05, 0.02, 0.0], ..usual.clone() }),
         ("three passes", FilterSettings { smoother_passes: 3, ..usual.clone() }),
         ("three passes, unscented", FilterSettings { method: ukf, smoother_passes: 3, ..usual.clone() }),
         ("random walks", walking),

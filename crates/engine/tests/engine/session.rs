@@ -316,7 +316,7 @@ fn any_edit() -> impl Strategy<Value = Edit> {
         (0..6_usize, -1.0..1.0_f64).prop_map(|(i, v)| Edit::noise(NoiseChannel::Input(Input::ALL[i]), v)),
         Just(Edit::Filter(FilterEdit::Method(Method::Ekf))),
         (0.1..3.0_f64).prop_map(|spread| Edit::Filter(FilterEdit::Method(Method::Ukf { spread }))),
-        (0..4_usize, -0.1..1.0_f64).prop_map(|(i, v)| Edit::Filter(FilterEdit::AirDataDeviation(AirState::ALL[i], v))),
+        (0..5_usize, -0.1..1.0_f64).prop_map(|(i, v)| Edit::Filter(FilterEdit::AirDataDeviation(AirState::ALL[i], v))),
         (0..12_usize, -1.0..1.0).prop_map(|(i, v)| Edit::Filter(FilterEdit::MeasurementDelay(Measurement::ALL[i], v))),
         (0..9_usize).prop_map(|passes| Edit::Filter(FilterEdit::SmootherPasses(passes))),
         (3.0..9.0).prop_map(|limit| Edit::Filter(FilterEdit::OutlierLimit(limit))),

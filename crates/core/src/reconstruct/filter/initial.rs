@@ -1,5 +1,6 @@
 //! Initial state from the first measurements.
 
+use crate::quantity::Dimension;
 use crate::reconstruct::data::{FilterData, MeasurementSeries};
 use crate::reconstruct::model::layout::{Measurement, STATES, State};
 use crate::reconstruct::settings::FilterSettings;
@@ -10,11 +11,11 @@ use crate::reconstruct::settings::FilterSettings;
 /// horizontal position, on which nothing depends.
 pub fn initial_state(data: &FilterData, settings: &FilterSettings, warnings: &mut Vec<String>) -> [f64; STATES] {
     let first = |measurement: Measurement| first_value(&data.measurements[measurement as usize]);
-    let mut assumed: Vec<&str> = Vec::new();
+    let mut assumed: Vec<State> = Vec::new();
     let mut or_assume = |value: Option<f64>, otherwise: f64, state: State| {
         let matters = !matches!(state, State::PositionNorth | State::PositionEast);
         if matters && value.is_none() && settings.initial_state[state as usize].is_none() {
-            assumed.push(state.name());
+            assumed.push(state);
         }
         value.unwrap_or(otherwise)
     };
@@ -44,7 +45,12 @@ pub fn initial_state(data: &FilterData, settings: &FilterSettings, warnings: &mu
         *value = given.unwrap_or(*value);
     }
     if !assumed.is_empty() {
-        warnings.push(format!("initial {} neither given nor measured: assumed", assumed.join(", ")));
+        let one = |state: &State| match state.dimension() {
+            Dimension::Angle => format!("{} {:.1} deg", state.name(), x[*state as usize].to_degrees()),
+            dimension => format!("{} {:.1} {}", state.name(), x[*state as usize], dimension.si_symbol()),
+        };
+        let all: Vec<String> = assumed.iter().map(one).collect();
+        warnings.push(format!("initial {} assumed: neither given nor measured", all.join(", ")));
     }
     x
 }

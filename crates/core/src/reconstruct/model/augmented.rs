@@ -119,7 +119,7 @@ mod tests {
     fn air_data_rows_of_the_measurement_matrix_match_dual_numbers() {
         let mut x = AugmentedState::zeros();
         (x[3], x[4], x[5]) = (78.0, -3.0, 6.0);
-        x.fixed_rows_mut::<AIR_STATES>(STATES).copy_from_slice(&[0.02, -0.01, 0.15, 0.03]);
+        x.fixed_rows_mut::<AIR_STATES>(STATES).copy_from_slice(&[0.02, -0.01, 0.15, 0.03, 0.08]);
         let (z, h) = observe(&x);
         let (value, exact) = num_dual::jacobian(
             |x: SVector<_, AUGMENTED_STATES>| {
@@ -127,7 +127,7 @@ mod tests {
                 SVector::from([
                     (u * u + v * v + w * w).sqrt() * (x[21] + 1.0),
                     w.atan2(u) * (x[20] + 1.0) + x[18],
-                    v.atan2((u * u + w * w).sqrt()) + x[19],
+                    v.atan2((u * u + w * w).sqrt()) * (x[22] + 1.0) + x[19],
                 ])
             },
             &x,

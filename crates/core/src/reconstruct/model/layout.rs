@@ -11,7 +11,7 @@ pub const INPUTS: usize = 6;
 /// Number of measurements.
 pub const MEASUREMENTS: usize = 12;
 /// Number of air-data states, estimated only where the settings ask for them.
-pub const AIR_STATES: usize = 4;
+pub const AIR_STATES: usize = 5;
 
 /// Number of states of the augmented model: those of [`State`], then those of [`AirState`].
 pub(crate) const AUGMENTED_STATES: usize = STATES + AIR_STATES;
@@ -67,12 +67,14 @@ named_quantities! {
 
 named_quantities! {
     /// Errors of the air data, constant over a window: `airspeed = (1 + airspeed_scale) V`,
-    /// `alpha = (1 + upwash) atan(w / u) + alpha_offset`, `beta = asin(v / V) + beta_offset` (Klein & Morelli 2006, chapter 10).
+    /// `alpha = (1 + upwash) atan(w / u) + alpha_offset`, `beta = (1 + sidewash) asin(v / V) + beta_offset`
+    /// (Klein & Morelli 2006, chapter 10).
     AirState;
     AlphaOffset, "alpha_offset", Angle, "offset of the measured angle of attack";
     BetaOffset, "beta_offset", Angle, "offset of the measured sideslip";
     Upwash, "upwash", Dimensionless, "upwash factor of the measured angle of attack";
     AirspeedScale, "airspeed_scale", Dimensionless, "scale error of the measured airspeed";
+    Sidewash, "sidewash", Dimensionless, "sidewash factor of the measured sideslip";
 }
 
 named_quantities! {

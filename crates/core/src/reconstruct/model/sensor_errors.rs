@@ -18,5 +18,6 @@ pub fn effect(state: AirState) -> (Measurement, Effect) {
         AirState::BetaOffset => (Measurement::Sideslip, Effect::Offset),
         AirState::Upwash => (Measurement::AngleOfAttack, Effect::Scale),
         AirState::AirspeedScale => (Measurement::Airspeed, Effect::Scale),
+        AirState::Sidewash => (Measurement::Sideslip, Effect::Scale),
     }
 }

@@ -10,18 +10,18 @@ use super::citation::{self, TRUE_GRAVITY};
 use super::dense::{Discretisation, P, X};
 use super::reference::{dense, run, steps};
 
-/// Offsets of alpha and beta, rad, upwash factor, scale of airspeed put into the recording.
-const ERRORS: [f64; 4] = [0.02, -0.015, 0.12, 0.03];
+/// Offsets of alpha and beta, rad, upwash factor, scale of airspeed, sidewash factor put into the recording.
+const ERRORS: [f64; 5] = [0.02, -0.015, 0.12, 0.03, 0.10];
 
 fn with_errors(data: &FilterData) -> FilterData {
     let mut data = data.clone();
-    let [alpha, beta, upwash, scale] = ERRORS;
+    let [alpha, beta, upwash, scale, sidewash] = ERRORS;
     let mut change = |m: usize, by: &dyn Fn(f64) -> f64| {
         Arc::make_mut(&mut data.measurements[m].values).iter_mut().for_each(|value| *value = by(*value));
     };
     change(9, &|value| value * (1.0 + scale));
     change(10, &|value| value * (1.0 + upwash) + alpha);
-    change(11, &|value| value + beta);
+    change(11, &|value| value * (1.0 + sidewash) + beta);
     data
 }
 
@@ -32,7 +32,7 @@ const WITHIN_SIGMA: f64 = 3.0;
 fn errors_of_the_air_data_are_recovered_by_the_iterated_smoother_with_their_deviations() {
     let Some(citation) = citation::load() else { return };
     let mut settings = FilterSettings { gravity_m_s2: TRUE_GRAVITY, smooth: true, ..citation::settings() };
-    settings.air_data_deviation = [0.05, 0.05, 0.3, 0.1];
+    settings.air_data_deviation = [0.05, 0.05, 0.3, 0.1, 0.3];
     settings.smoother_passes = 10;
     let data = with_errors(&citation.data);
     let mut result = run(&data, &settings);
@@ -58,7 +58,7 @@ fn errors_of_the_air_data_are_recovered_by_the_iterated_smoother_with_their_devi
     let once = run(&window(&data, 0, 200), &settings);
     assert!(once.warnings.iter().any(|warning| warning.contains("air-data states")), "{:?}", once.warnings);
     assert_eq!(once.air_data.unwrap().states[0].len(), 200);
-    settings.air_data_deviation = [0.0; 4];
+    settings.air_data_deviation = [0.0; 5];
     result = run(&data, &settings);
     assert!(result.air_data.is_none());
     assert!(normalised_errors(&result, &citation.truth, 1.0)[State::WindNorth as usize] > 100.0);
