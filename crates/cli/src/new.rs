@@ -184,6 +184,9 @@ fn take_guess(inspected: &Inspected, options: &[String]) -> Result<Option<(MapRe
         text::line(&format!("  {}", explain_row(*role, row, &inspected.probes)));
     }
     inspected.guess.derivations().iter().for_each(|line| text::line(&format!("  {line}")));
+    for (from, why) in inspected.guess.left_out_by_values() {
+        text::line(&format!("  no role: '{}' of {}: {why}", from.channel, from.source));
+    }
     let of_signs = asked.iter().filter(|question| question.is_of_sign());
     of_signs.for_each(|question| text::line(&format!("  question: {}", question.line())));
     if let Some(kind) = inspected.guess.kind.as_deref().filter(|kind| *kind != "aeroplane") {

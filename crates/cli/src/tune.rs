@@ -122,7 +122,8 @@ fn print(found: &NoiseProposal, windows: usize) {
             _ if proposed.at_bound => {
                 "not determined: the likelihood has no maximum here, settings unchanged".to_owned()
             }
-            Some(factor) => format!("×/÷ {}", text::number(factor, 3)),
+            Some(factor) if factor < 2.0 => format!("{} %", text::number(100.0 * (factor - 1.0), 2)),
+            Some(factor) => format!("factor {}", text::number(factor, 3)),
             None => "not determined".to_owned(),
         };
         let value = if proposed.at_bound { "-".to_owned() } else { text::number(proposed.proposed, 4) };

@@ -7,8 +7,8 @@ use super::relations::air_over_ground;
 use crate::atmos::STANDARD_GRAVITY_M_S2;
 use crate::prep::white_noise_deviation;
 use crate::quantity::Role;
-use crate::series::Series;
-use crate::statistics::student_widening;
+use crate::series::{Recording, Series};
+use crate::statistics::{median_step, student_widening};
 
 /// Lag over which velocities change, s: long for their noise, short for that of the attitude.
 const LAG_S: f64 = 0.6;
@@ -58,6 +58,8 @@ const NEEDED: [Role; 9] = [
 const FORCES: [Role; 3] = [Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ];
 /// Ground velocity, north, east and down.
 const VELOCITIES: [Role; 3] = [Role::VelocityNorth, Role::VelocityEast, Role::VelocityDown];
+/// Slowest attitude that tells a position, Hz.
+const SLOWEST_ATTITUDE_HZ: f64 = 4.0;
 /// Velocity relative to the air.
 const AIR: [Role; 3] = [Role::TrueAirspeed, Role::AngleOfAttack, Role::Sideslip];
 
@@ -109,6 +111,16 @@ pub(super) fn estimate_position(motion: &Motion) -> Option<AccelerometerPlace> {
     let found = place_by(motion, TellingVelocity::Ground)?;
     let second = by_air().map(|second| (second.from_velocity_m, second.errors_m));
     Some(AccelerometerPlace { second, ..found })
+}
+
+/// Whether bank and pitch have samples often enough to turn specific forces by: between samples farther apart the error of the attitude
+/// follows the motion, as the effect of a position does.
+pub(super) fn has_fast_attitude(recording: &Recording) -> bool {
+    [Role::BankAngle, Role::PitchAngle].iter().all(|role| {
+        let Some(channel) = recording.role(*role) else { return false };
+        let Series { time_s, .. } = channel.series.finite();
+        median_step(&time_s).is_some_and(|step_s| step_s * SLOWEST_ATTITUDE_HZ < 1.0)
+    })
 }
 
 /// Deviations of the changes of ground velocity, m/s, with a specific force as recorded and reversed, each with the accelerometers where it

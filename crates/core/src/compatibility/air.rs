@@ -117,7 +117,8 @@ pub(super) const AIR_RELATIONS: &[AirRelation] = &[
         needs: &[AirTemperature, Altitude],
         one_of: &[Altitude],
         uses: &[],
-        tolerance: 0.15,
+        // 30 K from the standard at sea level: beyond, it is another unit or another temperature.
+        tolerance: 0.105,
         prediction: standard_temperature_k,
     },
 ];

@@ -130,7 +130,11 @@ impl ChannelFix {
     /// The motion after the fix; the clock is not part of it.
     pub(super) fn applied(&self, motion: Motion) -> Motion {
         match *self {
-            Self::Scale { role, factor, offset, .. } => motion.changed(role, |value| factor * value + offset),
+            Self::Scale { role, factor, offset, .. } => {
+                let is_of_both = role == Altitude && is_down_of_altitude(&motion);
+                let motion = motion.changed(role, |value| factor * value + offset);
+                if is_of_both { motion.changed(PositionDown, |value| factor * value - offset) } else { motion }
+            }
             Self::Swap { one, other } => motion.swapped(one, other),
             Self::Reassign { .. } => {
                 let speed = motion.column(TrueAirspeed).map(<[f64]>::to_vec).unwrap_or_default();
@@ -142,6 +146,18 @@ impl ChannelFix {
             Self::Clock { .. } | Self::Shift { .. } => motion,
         }
     }
+}
+
+/// Whether the position down is the altitude turned, from an origin of its own: both are of one channel.
+fn is_down_of_altitude(motion: &Motion) -> bool {
+    let (Some(down), Some(altitude)) = (motion.column(PositionDown), motion.column(Altitude)) else { return false };
+    let range = |values: &mut dyn Iterator<Item = f64>| {
+        let finite = values.filter(|value| value.is_finite());
+        let ends = finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], v| [least.min(v), most.max(v)]);
+        ends[1] - ends[0]
+    };
+    let apart = range(&mut down.iter().zip(altitude).map(|(down, altitude)| down + altitude));
+    apart <= SAME_CHANNEL * range(&mut altitude.iter().copied())
 }
 
 /// Name of a unit written out.
@@ -327,6 +343,8 @@ const SWAPS_OF_A_BOX: [[(Role, Role); 2]; 3] = [
     [(PitchRate, YawRate), (SpecificForceY, SpecificForceZ)],
 ];
 
+/// What is left of an altitude when the position down of the same channel is added to it: rounding, part of its range.
+const SAME_CHANNEL: f64 = 1e-3;
 /// Most channels whose signs are turned in every combination.
 const MOST_COMBINED: usize = 5;
 

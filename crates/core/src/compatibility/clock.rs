@@ -29,7 +29,10 @@ const WORTH_SAYING: f64 = 0.01;
 const AGREEMENT: f64 = 0.01;
 const EACH: f64 = 0.007;
 /// Squared correlation of slopes precise enough to tell one.
-const PRECISE_R2: f64 = 0.95;
+const PRECISE_R2: f64 = 0.98;
+/// Slopes of turning, and those of moving, lie within this of each other: a filter, a limit or coarse steps of one channel change its
+/// slope alone.
+const ALIKE: f64 = 0.015;
 /// Fewest slopes that tell one.
 const FEWEST_SLOPES: usize = 3;
 
@@ -169,6 +172,14 @@ fn common_error(motion: &Motion, relations: &[Relation]) -> Option<Compatibility
         }
     }
     let count = turning.len() + moving.len();
+    let is_alike = |slopes: &[f64]| {
+        let ends =
+            slopes.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], v| [least.min(*v), most.max(*v)]);
+        ends[1] - ends[0] < ALIKE
+    };
+    if !is_alike(&turning) || !is_alike(&moving) {
+        return None;
+    }
     let (turns, moves) = (median(&mut turning)?, median(&mut moving)?);
     let common = 0.5 * (turns + moves);
     let apart = (turns - moves).abs() > AGREEMENT || turns.abs().min(moves.abs()) < EACH || turns * moves < 0.0;

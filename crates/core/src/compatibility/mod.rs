@@ -50,7 +50,8 @@ pub fn check(recording: &Recording) -> Compatibility {
         rows.extend(shifts);
         let (turned, motion) = search::turn_force(motion, &relations);
         rows.extend(turned);
-        place = accelerometer::estimate_position(&motion);
+        place =
+            if accelerometer::has_fast_attitude(recording) { accelerometer::estimate_position(&motion) } else { None };
         // What accelerometers feel far from the centre of gravity looks like a mistake of their channels.
         let motion = match place.filter(AccelerometerPlace::is_clear) {
             Some(place) => place.moved(motion),

@@ -8,6 +8,8 @@ use crate::statistics::median;
 /// An interval counts as one in which samples are missing when it is longer than this many median intervals: what a recorder lost. What is
 /// bridged is decided by [`crate::series::gap_threshold_s`].
 const GAP_INTERVALS: f64 = 1.5;
+/// One sample in so many, at most, may repeat the stamp before it and be left out: rows written twice.
+const REPEATED_SHARE: usize = 5;
 /// Most faults of one time vector that are listed one by one.
 const LISTED_FAULTS: usize = 5;
 
@@ -124,6 +126,8 @@ pub struct Clock {
     pub faults: Vec<TimeFault>,
     /// How many such samples there are.
     pub fault_count: usize,
+    /// How many of them repeat the stamp of the one before.
+    pub repeated: usize,
     /// Whether file, name or map state the unit; otherwise it is the one that makes a recording of flight.
     pub is_unit_stated: bool,
     /// What is to be asked about it, with the fix, in one line; `None` where nothing is.
@@ -141,7 +145,7 @@ impl Clock {
     pub(crate) fn examine(channel: &str, index: usize, unit: Unit, time_s: &[f64]) -> Self {
         let mut intervals = Vec::with_capacity(time_s.len());
         let mut faults = Vec::new();
-        let mut fault_count = 0;
+        let (mut fault_count, mut repeated) = (0, 0);
         let mut latest = f64::NEG_INFINITY;
         let mut earliest = f64::INFINITY;
         let mut kept = Vec::with_capacity(time_s.len());
@@ -150,6 +154,7 @@ impl Clock {
             match fault_at(sample, time, latest) {
                 Some(fault) => {
                     fault_count += 1;
+                    repeated += usize::from(matches!(fault, TimeFault::Repeated { .. }));
                     if faults.len() < LISTED_FAULTS {
                         faults.push(fault);
                     }
@@ -170,9 +175,8 @@ impl Clock {
             .map(|pair| Gap { start_s: pair[0], end_s: pair[1] })
             .collect();
         let rate_hz = if median > 0.0 { 1.0 / median } else { 0.0 };
-        let repeated = faults.iter().all(|fault| matches!(fault, TimeFault::Repeated { .. }));
-        let coarse =
-            (repeated && 2 * fault_count > time_s.len()).then(|| CoarseStamps::measure(time_s, kept.len(), median));
+        let coarse = (repeated == fault_count && 2 * fault_count > time_s.len())
+            .then(|| CoarseStamps::measure(time_s, kept.len(), median));
         let question = coarse.map(|coarse| ask_about(channel, coarse, kept.len(), time_s.len()));
         Self {
             channel: channel.to_owned(),
@@ -184,12 +188,18 @@ impl Clock {
             gaps,
             faults,
             fault_count,
+            repeated,
             is_unit_stated: true,
             question,
             is_unit_ambiguous: false,
             coarse,
             index: Some(index),
         }
+    }
+
+    /// Whether nothing is wrong but that some samples, few enough to be left out, have the stamp of the one before.
+    pub(crate) fn repeats_some(&self) -> bool {
+        self.repeated == self.fault_count && REPEATED_SHARE * self.repeated <= self.samples
     }
 
     /// Median interval, s; zero with fewer than two stamps.

@@ -1,6 +1,7 @@
 //! Which channels of a source are time vectors, and which channel has which.
 
 use crate::load::clock::Clock;
+use crate::load::clocks::counter::unwrap_counter;
 use crate::load::contents::{ChannelInfo, Source};
 use crate::load::names::foreign_names::is_role_name;
 use crate::load::names::stated_unit::split_unit;
@@ -66,6 +67,7 @@ const TIME_NAMES: &[&str] = &[
     "ts",
     "sys_time",
     "zeit",
+    "tijd",
     "zeitstempel",
     "uhrzeit",
     "messzeit",
@@ -241,7 +243,7 @@ fn add_clock(source: &mut Source, index: usize, unit: Option<Unit>) {
 pub(crate) fn clock_of(channel: &ChannelInfo, index: usize, stated: Option<Unit>) -> Clock {
     let stated = stated.or_else(|| time_name(&channel.name)?.1);
     let unit = stated.unwrap_or(Unit::si(Dimension::Time));
-    let time_s: Vec<f64> = channel.values().iter().map(|&value| unit.to_si(value)).collect();
+    let time_s: Vec<f64> = unwrap_counter(channel.values()).iter().map(|&value| unit.to_si(value)).collect();
     Clock { is_unit_stated: stated.is_some(), ..Clock::examine(&channel.name, index, unit, &time_s) }
 }
 
@@ -260,6 +262,7 @@ pub(crate) fn add_even_clocks(source: &mut Source, start_s: f64, rate_hz: f64) {
                 gaps: Vec::new(),
                 faults: Vec::new(),
                 fault_count: 0,
+                repeated: 0,
                 is_unit_stated: true,
                 question: None,
                 is_unit_ambiguous: false,

@@ -1,6 +1,7 @@
 //! The unit of time stamps that state none: what makes them a recording of flight, and what is to be asked.
 
 use crate::load::clock::Clock;
+use crate::load::clocks::counter::unwrap_counter;
 use crate::load::contents::Source;
 use crate::quantity::Unit;
 
@@ -147,7 +148,8 @@ pub(crate) fn settle_units(sources: &mut [Source]) {
             };
             let (unit, question) = judge(&clock.channel, ticks);
             let Some(index) = clock.index else { continue };
-            let stamps: Vec<f64> = source.channels[index].values().iter().map(|&value| unit.to_si(value)).collect();
+            let counted = unwrap_counter(source.channels[index].values());
+            let stamps: Vec<f64> = counted.iter().map(|&value| unit.to_si(value)).collect();
             let mut settled = Clock::examine(&clock.channel, index, unit, &stamps);
             let is_unit_ambiguous = settled.question.is_none() && ticks.is_ambiguous();
             let question = settled.question.take().or(question).or_else(|| clock.question.clone());

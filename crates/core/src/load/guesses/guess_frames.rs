@@ -6,6 +6,7 @@ use crate::load::maps::attitude::QuaternionAxes;
 use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap, ManualQuaternion};
 use crate::load::maps::map::{ATTITUDE, VELOCITY};
 use crate::quantity::{Role, Unit};
+use crate::statistics::median;
 
 /// Names that ROS gives the motion of a body, whose axes are forward, left, up unless the specific force says otherwise.
 const ROS_NAMES: [&str; 2] = ["linear_acceleration", "angular_velocity"];
@@ -15,6 +16,10 @@ const PARTS: [[&str; 4]; 3] = [["w", "x", "y", "z"], ["0", "1", "2", "3"], ["1",
 const QUATERNIONS: [&str; 4] = ["q", "quat", "quaternion", "orientation"];
 /// Largest distance of a quaternion's length from one.
 const LENGTH_TOLERANCE: f64 = 1e-2;
+/// Tilt of an aircraft that flies upright, rad.
+const UPRIGHT_RAD: f64 = 0.5;
+/// Part of the other tilt that decides.
+const LESS_TILTED: f64 = 0.5;
 /// Degrees of a full turn, and of a step of latitude and longitude sent as whole numbers.
 const DEGREES_OF_A_TURN: f64 = 360.0;
 const FIX_DEG: f64 = 1e-7;
@@ -149,9 +154,25 @@ fn find_quaternion(first: &Candidate<'_>, candidates: &[Candidate<'_>]) -> Optio
             |k: usize| all.iter().map(|part| part.channel.values().get(k).map_or(f64::NAN, |v| v * v)).sum::<f64>();
         let mut finite = (0..count).map(length).filter(|length| length.is_finite()).peekable();
         let is_unit = finite.peek().is_some() && finite.all(|length| (length.sqrt() - 1.0).abs() < LENGTH_TOLERANCE);
+        // Numbers do not say which part is the scalar: first, or last where the aircraft is tilted much less so.
+        let [a, b, c, d] = all;
+        let (first_rad, last_rad) = (median_tilt_rad(all, count), median_tilt_rad([d, a, b, c], count));
+        let is_last = parts[0] != "w" && last_rad < UPRIGHT_RAD && last_rad < LESS_TILTED * first_rad;
+        let all = if is_last { [d, a, b, c] } else { all };
         is_unit.then(|| (first.from.source.clone(), all.map(|part| part.from.channel.clone())))
     };
     PARTS.iter().find_map(quaternion)
+}
+
+/// Median of the larger of bank and pitch, rad, by the quaternion `w, x, y, z` over `count` samples.
+fn median_tilt_rad(parts: [&Candidate<'_>; 4], count: usize) -> f64 {
+    let tilt_rad = |k: usize| {
+        let quaternion = parts.map(|part| part.channel.values().get(k).copied().unwrap_or(f64::NAN));
+        let [phi, theta, _] = QuaternionAxes::Ned.euler_rad(quaternion);
+        phi.abs().max(theta.abs())
+    };
+    let mut tilts: Vec<f64> = (0..count).map(tilt_rad).filter(|tilt_rad| tilt_rad.is_finite()).collect();
+    median(&mut tilts).unwrap_or(f64::INFINITY)
 }
 
 /// Velocity north and east from ground speed and track of one source, where they have no channels of their own.

@@ -19,12 +19,15 @@ use crate::statistics::median;
 
 /// Correlation, either way, of an angle with a climb that decides.
 const ANGLE_CORRELATION: f64 = 0.6;
+/// Range of a rate in which a vane must move, rad/s: 3 deg/s.
+const TURNS_RAD_S: f64 = 0.05;
 /// Least speed of an aeroplane whose bank turns it, m/s.
 const LEAST_SPEED: f64 = 8.0;
 
 /// Settles signs; true where that of the position down, or of the speed down beside none, is settled.
 pub(crate) fn settle(map: &mut ManualChannelMap, probes: &[Probe]) -> bool {
     drop_track(map, probes);
+    drop_resting_vanes(map, probes);
     let is_down_known = settle_down(map, probes);
     settle_horizontal(map, probes);
     settle_attitude(map, probes);
@@ -99,6 +102,27 @@ fn drop_track(map: &mut ManualChannelMap, probes: &[Probe]) {
     if is_alone && apart().is_some_and(|apart| apart < SAME_RAD) {
         map.left_out.push((row.from, "the direction of the velocity, not the heading".to_owned()));
         map.set(Role::HeadingAngle, None);
+    }
+}
+
+/// A flow angle that never changes while the aircraft turns about the same axis was not recorded: recorders write zero for it.
+fn drop_resting_vanes(map: &mut ManualChannelMap, probes: &[Probe]) {
+    for (vane, rate) in [(Role::AngleOfAttack, Role::PitchRate), (Role::Sideslip, Role::YawRate)] {
+        let range = |role: Role| {
+            let trace = Trace::for_role(map, role, probes)?;
+            let finite = trace.values.iter().filter(|value| value.is_finite());
+            let ends =
+                finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], v| [least.min(*v), most.max(*v)]);
+            (trace.values.len() >= FEWEST_PAIRS).then_some(ends[1] - ends[0])
+        };
+        let (rests, turns) = (range(vane) == Some(0.0), range(rate).is_some_and(|range| range > TURNS_RAD_S));
+        if rests
+            && turns
+            && let Some(row) = map.row(vane).cloned()
+        {
+            map.left_out.push((row.from, "never changes while the aircraft turns: not recorded".to_owned()));
+            map.set(vane, None);
+        }
     }
 }
 

@@ -228,7 +228,16 @@ pub struct ManualQuaternion {
     pub axes: QuaternionAxes,
 }
 
+/// Ends of the reasons that the name of a channel gives, or its recorder; the others are its values'.
+pub(crate) const BY_NAME: &str = "in its name";
+pub(crate) const BY_RECORDER: &str = "gives it another meaning, or none";
+
 impl ManualChannelMap {
+    /// Channels whose names fit a role and whose values do not, with the reason.
+    pub fn left_out_by_values(&self) -> impl Iterator<Item = &(ChannelName, String)> {
+        self.left_out.iter().filter(|(_, why)| !why.ends_with(BY_NAME) && !why.ends_with(BY_RECORDER))
+    }
+
     /// What attitude, velocity and the time of coarse stamps are derived from, a line each.
     pub fn derivations(&self) -> Vec<String> {
         let attitude = self.attitude.as_ref().map(|attitude| {

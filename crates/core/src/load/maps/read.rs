@@ -1,5 +1,6 @@
 //! Reading: from a plan to a recording in SI.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
@@ -8,6 +9,7 @@ use rayon::prelude::*;
 
 use crate::load::clock::TimeFault;
 use crate::load::clock::fault_at;
+use crate::load::clocks::counter::unwrap_counter;
 use crate::load::contents::{Data, Probe, Source};
 use crate::load::error::LoadError;
 use crate::load::formats::recognise::inspect;
@@ -100,6 +102,12 @@ fn count_uses(plan: &Plan) -> BTreeMap<At, usize> {
 const TIME_CURE: &str =
     "set repair = \"drop\" in the map's [[time]] entry to leave such samples out, or give start_time and sample_rate";
 
+/// What to do about a clock that was set back and went on.
+const RESTART_CURE: &str = "if the recorder restarted there, write each part to a file of its own; for single late samples set \
+                            repair = \"drop\" in the map's [[time]] entry";
+/// Most samples behind a step back of single late samples.
+const MOST_LATE: usize = 50;
+
 /// A clock's place: probe, source, clock.
 type ClockAt = (usize, usize, usize);
 
@@ -153,8 +161,9 @@ impl Reader<'_> {
             let time_s = (0..clock.samples).map(|index| clock.start_s + shift + index as f64 / clock.rate_hz).collect();
             return Ok(Stamps { time_s, kept: None });
         };
-        let raw = source.channels[index].values();
-        let drop_faults = self.plan.time.get(&(at.0, at.1)).is_some_and(|entry| entry.drop_faults);
+        let raw = unwrap_counter(source.channels[index].values());
+        let is_asked = self.plan.time.get(&(at.0, at.1)).is_some_and(|entry| entry.drop_faults);
+        let drop_faults = is_asked || clock.repeats_some();
         let mut latest = f64::NEG_INFINITY;
         let mut kept: Option<Vec<usize>> = None;
         let mut time_s = Vec::with_capacity(raw.len());
@@ -179,7 +188,8 @@ impl Reader<'_> {
         let probe = &self.probes[at.0];
         let source = &probe.sources[at.1];
         let clock = &source.clocks[at.2];
-        let fix = clock.question.as_deref().unwrap_or(TIME_CURE).into();
+        let restarts = matches!(fault, TimeFault::Backwards { index, .. } if index + MOST_LATE < clock.samples);
+        let fix = clock.question.as_deref().unwrap_or(if restarts { RESTART_CURE } else { TIME_CURE }).into();
         let (path, source_name, channel) = (probe.path.clone(), source.name.clone(), clock.channel.clone());
         LoadError::Time { path, source_name, channel, fault, fix }
     }
@@ -342,6 +352,14 @@ impl Reader<'_> {
                 let why =
                     clock.faults.first().map(|fault| format!(", the first because it {fault}")).unwrap_or_default();
                 recording.warnings.push(format!("{place}: {lost} of {all} samples left out for their time{why}"));
+            }
+            if clock
+                .index
+                .is_some_and(|index| matches!(unwrap_counter(contents.channels[index].values()), Cow::Owned(_)))
+            {
+                recording
+                    .warnings
+                    .push(format!("{place}: time counter '{}' begins again at zero, continued", clock.channel));
             }
             if let Some(longest) =
                 clock.gaps.iter().max_by(|a, b| (a.end_s - a.start_s).total_cmp(&(b.end_s - b.start_s)))

@@ -96,6 +96,28 @@ fn time_that_goes_back_or_repeats_is_listed_and_refused_with_a_cure() {
 }
 
 #[test]
+fn a_few_rows_written_twice_are_left_out_and_a_counter_that_was_full_goes_on() {
+    let rows: String = (0..20).map(|k| format!("{:.1},{k}\n", 0.1 * f64::from(k))).collect();
+    let (_folder, path) = written("log.csv", format!("time,alpha\n{rows}1.9,19\n2.0,20\n"));
+    let roles = "[roles]\nalpha = { channel = \"alpha\", unit = \"deg\" }\n";
+    let recording = read(&plan(&probe(&path).unwrap(), &map(roles))).unwrap();
+    assert_eq!(recording.role(Role::AngleOfAttack).unwrap().series.time_s.len(), 21);
+    assert!(
+        recording.warnings.iter().any(|line| line.contains("1 of 22 samples left out")),
+        "{:?}",
+        recording.warnings
+    );
+    // Milliseconds in 16 bits.
+    let rows: String = (0..20).map(|k| format!("{},{k}\n", (65_000 + 100 * k) % 65_536)).collect();
+    let (_folder, path) = written("log.csv", format!("time [ms],alpha\n{rows}"));
+    let recording = read(&plan(&probe(&path).unwrap(), &map(roles))).unwrap();
+    let series = &recording.role(Role::AngleOfAttack).unwrap().series;
+    let last_s = series.time_s[series.time_s.len() - 1];
+    assert!((last_s - series.time_s[0] - 1.9).abs() < 1e-9, "{:?}", series.time_s);
+    assert!(recording.warnings.iter().any(|line| line.contains("begins again at zero")), "{:?}", recording.warnings);
+}
+
+#[test]
 fn nan_runs_are_kept_and_counted() {
     let (_folder, path) = written("log.csv", "time,alpha\n0,1\n1,nan\n2,NaN\n3,\n4,5\n");
     let probe = inspect(&path).unwrap();

@@ -66,3 +66,65 @@ fn german_names_vertical_speed_and_indicated_airspeed_are_guessed() {
     }
     assert!(map.row(Role::TrueAirspeed).is_none());
 }
+
+#[test]
+fn portuguese_italian_and_dutch_names_are_guessed() {
+    let roles = [
+        Role::SpecificForceX,
+        Role::SpecificForceZ,
+        Role::RollRate,
+        Role::PitchRate,
+        Role::PitchAngle,
+        Role::TrueAirspeed,
+        Role::AngleOfAttack,
+        Role::Elevator,
+        Role::Rudder,
+    ];
+    let units = ["m/s2", "m/s2", "deg/s", "deg/s", "deg", "m/s", "deg", "deg", "deg"];
+    let languages = [
+        "Tempo,Aceleração longitudinal,Aceleração vertical,Razão de rolamento,Razão de arfagem,Arfagem,Velocidade verdadeira,Ângulo de ataque,\
+         Profundor,Leme",
+        "Tempo,Accelerazione X,Accelerazione Z,Velocità di rollio,Velocità di beccheggio,Beccheggio,Velocità vera,Angolo di attacco,\
+         Equilibratore,Timone",
+        "Tijd,Versnelling langs,Versnelling verticaal,Rolsnelheid,Stampsnelheid,Langshelling,Ware luchtsnelheid,Invalshoek,Hoogteroer,\
+         Richtingsroer",
+    ];
+    for names in languages {
+        let mut names = names.split(',');
+        let time = names.next().unwrap();
+        let columns: Vec<String> = names.zip(units).map(|(name, unit)| format!("{name} [{unit}]")).collect();
+        let row = |k: u32| {
+            let t = 0.02 * f64::from(k);
+            format!("{t:.2},0.3,-9.8,{},{},2.0,55.0,3.0,{},0.5\n", t.sin(), t.cos(), (2.0 * t).sin())
+        };
+        let rows: String = (0..200).map(row).collect();
+        let map = guess(&[probe_of(&format!("{time} [s],{}\n{rows}", columns.join(",")))]);
+        for (role, column) in roles.into_iter().zip(&columns) {
+            let name = column.split(" [").next().unwrap();
+            let found = map.row(role).map(|row| row.from.channel.as_str());
+            assert!(found.is_some_and(|found| found.starts_with(name)), "{role:?} of {column}: {found:?}");
+        }
+    }
+}
+
+/// A quaternion without letters whose scalar is last, and a vane whose recorder writes zero.
+#[test]
+fn order_of_a_quaternion_and_a_resting_vane_follow_from_the_motion() {
+    let mut text = "time [s],quat[0],quat[1],quat[2],quat[3],q [deg/s],r [deg/s],TAS [m/s],beta [deg]\n".to_owned();
+    for k in 0..3000 {
+        let t = 0.02 * f64::from(k);
+        // Turns to either side, with a pitch of 0.1 +- 0.05 rad and no bank.
+        let (theta, psi) = (0.1 + 0.05 * (0.5 * t).sin(), 1.5 * (0.1 * t).sin());
+        let ((sin_theta, cos_theta), (sin_psi, cos_psi)) = ((0.5 * theta).sin_cos(), (0.5 * psi).sin_cos());
+        let (x, y, z, w) = (-sin_theta * sin_psi, sin_theta * cos_psi, cos_theta * sin_psi, cos_theta * cos_psi);
+        let (q, r) = (0.025 * (0.5 * t).cos(), 0.15 * (0.1 * t).cos() * theta.cos());
+        writeln!(text, "{t:.2},{x:.7},{y:.7},{z:.7},{w:.7},{:.5},{:.5},60.0,0.0", q.to_degrees(), r.to_degrees())
+            .unwrap();
+    }
+    let map = guess(&[probe_of(&text)]);
+    assert_eq!(map.attitude.as_ref().unwrap().parts, ["quat[3]", "quat[0]", "quat[1]", "quat[2]"]);
+    assert!(map.row(Role::Sideslip).is_none());
+    assert!(
+        map.left_out_by_values().any(|(from, why)| from.channel.starts_with("beta") && why.contains("never changes"))
+    );
+}

@@ -1,0 +1,56 @@
+//! Time counters of a recorder that begin again at zero when they are full.
+
+use std::borrow::Cow;
+
+/// What counters of 16 and 32 bits hold, in ticks, and ticks of 1, 1/1000 and 1/1,000,000 of the unit recorded.
+const FULL: [f64; 2] = [65_536.0, 4_294_967_296.0];
+const TICKS: [f64; 3] = [1.0, 1e-3, 1e-6];
+/// Farthest from full and from zero at the step, in median intervals: lost samples are allowed.
+const INTERVALS: f64 = 20.0;
+
+/// The stamps of a counter that was full and began again, continued; as they are where none was.
+pub(crate) fn unwrap_counter(stamps: &[f64]) -> Cow<'_, [f64]> {
+    let steps = || stamps.windows(2).enumerate().filter(|(_, pair)| pair[1] < pair[0]);
+    let Some((_, first)) = steps().next() else { return Cow::Borrowed(stamps) };
+    let mut intervals: Vec<f64> = stamps.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
+    let near = INTERVALS * crate::statistics::median(&mut intervals).unwrap_or(0.0);
+    let is_full = |full: f64| {
+        let wraps = |pair: &[f64]| (full - near..full).contains(&pair[0]) && (0.0..near).contains(&pair[1]);
+        near > 0.0 && near < 0.1 * full && wraps(first) && steps().all(|(_, pair)| wraps(pair))
+    };
+    let all = FULL.iter().flat_map(|full| TICKS.iter().map(move |tick| full * tick));
+    let Some(full) = all.into_iter().find(|full| is_full(*full)) else { return Cow::Borrowed(stamps) };
+    let mut before = f64::NEG_INFINITY;
+    let mut turns = 0.0;
+    let continued = stamps.iter().map(|&stamp| {
+        if stamp < before {
+            turns += 1.0;
+        }
+        if stamp.is_finite() {
+            before = stamp;
+        }
+        stamp + turns * full
+    });
+    Cow::Owned(continued.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_counter_that_was_full_goes_on_and_a_clock_set_back_does_not() {
+        // Milliseconds in 16 bits, 20 ms apart, two turns.
+        let counted: Vec<f64> = (0..9000_u32).map(|k| f64::from((k * 20 + 60_000) % 65_536)).collect();
+        let found = unwrap_counter(&counted);
+        assert!(found.windows(2).all(|pair| pair[1] - pair[0] == 20.0));
+        // Microseconds in 32 bits, recorded in seconds.
+        let seconds: Vec<f64> =
+            (0..500_u64).map(|k| ((k * 20_000 + 4_290_000_000) % 4_294_967_296) as f64 * 1e-6).collect();
+        let found = unwrap_counter(&seconds);
+        assert!(found.windows(2).all(|pair| (pair[1] - pair[0] - 0.02).abs() < 1e-6));
+        for set_back in [vec![0.0, 0.1, 0.2, 0.05, 0.15], vec![60.0, 65.0, 0.0, 5.0], vec![0.0, 0.1, 0.2]] {
+            assert_eq!(unwrap_counter(&set_back)[..], set_back[..]);
+        }
+    }
+}
