@@ -240,6 +240,11 @@ pub fn correlation(value: f64) -> String {
     fixed(value, if value.abs() >= 0.99 { 3 } else { 2 })
 }
 
+/// A probability in per cent, with a space that does not break.
+pub fn probability(value: f64) -> String {
+    if value < 0.001 { "below 0.1\u{a0}%".to_owned() } else { format!("{}\u{a0}%", fixed(100.0 * value, 1)) }
+}
+
 /// `value` to the last digit that `error` lets it have, its error taken to two digits.
 pub fn within(value: f64, error: f64) -> String {
     if !error.is_normal() {
@@ -296,6 +301,7 @@ mod tests {
         assert_eq!(within(1234.4, 560.0), "1234");
         assert_eq!(within(0.123_456, 0.0), number(0.123_456));
         assert_eq!(within(0.123_456, f64::NAN), number(0.123_456));
+        assert_eq!([probability(0.0004), probability(0.25)], ["below 0.1\u{a0}%", "25.0\u{a0}%"]);
         assert_eq!([correlation(-0.996), correlation(0.5)], ["\u{2212}0.996", "0.50"]);
     }
 }

@@ -31,13 +31,15 @@ const PANEL_NAMES: f32 = 150.0;
 /// One frame.
 pub fn draw(app: &mut Workbench, ui: &mut Ui) {
     let width = ui.available_width();
+    // The page of a new session is not about the open one.
+    let is_of_session = !app.is_on_beginning_page();
     Bar::top("menu").show(ui, |ui| {
         // The steps stand beside the menus where there is room for both.
-        if !menu(app, ui) {
+        if !menu(app, ui, is_of_session) {
             step_bar::show(app, ui);
         }
     });
-    Bar::bottom("status").show(ui, |ui| status(app, ui));
+    Bar::bottom("status").show(ui, |ui| status(app, ui, is_of_session));
     let ground = Frame::new().inner_margin(Margin::same(4)).fill(ui.visuals().panel_fill);
     if app.is_on_beginning_page() {
         let ground = ground.inner_margin(Margin::symmetric(12, 6));
@@ -108,9 +110,9 @@ fn panels(app: &mut Workbench, ui: &mut Ui) {
     app.engine.request_details(&wanted);
 }
 
-/// The menu bar, from the table of commands, with the steps behind it; whether there was room for those.
-fn menu(app: &mut Workbench, ui: &mut Ui) -> bool {
-    let mut has_steps = false;
+/// The menu bar, from the table of commands, with the steps behind it; whether there was room for those, or none are due.
+fn menu(app: &mut Workbench, ui: &mut Ui, is_of_session: bool) -> bool {
+    let mut has_steps = !is_of_session;
     let history = &app.document.history;
     let named = |word: &str, label: Option<&str>| label.map(|label| format!("{word} {label}"));
     let undo = named("Undo", history.undo_label());
@@ -122,11 +124,12 @@ fn menu(app: &mut Workbench, ui: &mut Ui) -> bool {
                     return panel_menu(&app.state, &app.table, &mut app.commands, ui);
                 }
                 for row in app.table.iter().filter(|row| row.menu == menu) {
-                    let (name, enabled) = match row.command {
-                        UiCommand::Edit(EditCommand::Undo) => (undo.as_deref(), undo.is_some()),
-                        UiCommand::Edit(EditCommand::Redo) => (redo.as_deref(), redo.is_some()),
-                        _ => (None, true),
+                    let name = match row.command {
+                        UiCommand::Edit(EditCommand::Undo) => undo.as_deref(),
+                        UiCommand::Edit(EditCommand::Redo) => redo.as_deref(),
+                        _ => None,
                     };
+                    let enabled = is_enabled(app, row.command);
                     if row.begins_group() {
                         ui.separator();
                     }
@@ -149,6 +152,9 @@ fn menu(app: &mut Workbench, ui: &mut Ui) -> bool {
                 }
             });
         }
+        if !is_of_session {
+            return;
+        }
         has_steps = ui.available_width() > step_bar::width(ui) + LEAST_TITLE;
         if has_steps {
             ui.add_space(GAP);
@@ -162,6 +168,22 @@ fn menu(app: &mut Workbench, ui: &mut Ui) -> bool {
         });
     });
     has_steps
+}
+
+/// Whether a command has something to act on.
+fn is_enabled(app: &Workbench, command: UiCommand) -> bool {
+    match command {
+        UiCommand::Edit(EditCommand::Undo) => app.document.history.undo_label().is_some(),
+        UiCommand::Edit(EditCommand::Redo) => app.document.history.redo_label().is_some(),
+        UiCommand::Edit(EditCommand::AddWindow) => {
+            matches!(app.state.time.markers_s, [Some(a), Some(b)] if a != b)
+        }
+        UiCommand::File(FileCommand::ContinueNew) => app.draft_name().is_some(),
+        UiCommand::File(FileCommand::CloseBeside) => app.second.is_some(),
+        UiCommand::File(FileCommand::ClearReferences) => !app.references.is_empty(),
+        UiCommand::File(FileCommand::FindRecording) => app.missing_recording().is_some(),
+        _ => true,
+    }
 }
 
 /// Whether what a command chooses is chosen: the theme, the units, the layout on screen, panels it has.
@@ -234,7 +256,7 @@ fn recent(paths: &[std::path::PathBuf], commands: &mut Vec<UiCommand>, ui: &mut 
 }
 
 /// What is running and why, or how the last run ended; what was said last.
-fn status(app: &mut Workbench, ui: &mut Ui) {
+fn status(app: &mut Workbench, ui: &mut Ui, is_of_session: bool) {
     let palette = theme::palette(ui);
     if let Some(error) = app.document.autosave_error() {
         let text = format!("Autosave failed ({error}): save often");
@@ -253,7 +275,9 @@ fn status(app: &mut Workbench, ui: &mut Ui) {
                 let room = vec2(0.5 * ui.available_width(), ui.available_height());
                 ui.allocate_ui_with_layout(room, Layout::right_to_left(Align::Center), |ui| message(app, ui));
             }
-            ui.with_layout(Layout::left_to_right(Align::Center), |ui| running(app, ui));
+            if is_of_session {
+                ui.with_layout(Layout::left_to_right(Align::Center), |ui| running(app, ui));
+            }
         });
     });
 }
@@ -306,8 +330,11 @@ fn running(app: &mut Workbench, ui: &mut Ui) {
         ui.ctx().request_repaint_after(std::time::Duration::from_millis(50));
     }
     if busy {
-        ui.add(ProgressBar::new(snapshot.progress).desired_width(160.0).desired_height(10.0));
-        ui.label(format!("Computing: {}", snapshot.cause));
+        // Until the new run begins the snapshot is that of the run before.
+        let is_former = snapshot.generation < app.awaited;
+        let (progress, cause) = if is_former { (0.0, &app.cause) } else { (snapshot.progress, &snapshot.cause) };
+        ui.add(ProgressBar::new(progress).desired_width(160.0).desired_height(10.0));
+        ui.label(format!("Computing: {cause}"));
         if ui.small_button("Cancel").clicked() {
             app.commands.push(UiCommand::Run(RunCommand::Cancel));
         }

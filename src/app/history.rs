@@ -3,10 +3,10 @@
 use eframe::egui::{self, Label, RichText, ScrollArea, Ui, vec2};
 
 use super::Workbench;
-use crate::theme;
 
-/// Size of the window at first.
-const SIZE: egui::Vec2 = vec2(280.0, 320.0);
+/// Width of the window, and height of its list at most, points.
+const WIDTH: f32 = 280.0;
+const MOST: f32 = 320.0;
 
 impl Workbench {
     /// Shows the list of edits, or no more.
@@ -17,6 +17,7 @@ impl Workbench {
     /// Goes to the state after `done` edits.
     pub fn go_to_edit(&mut self, done: usize) {
         if self.document.history.go_to(done) {
+            self.undone = true;
             self.cause = match done.checked_sub(1).map(|last| self.document.history.steps().0[last].to_owned()) {
                 Some(label) => format!("go to {label}"),
                 None => "go to the start".to_owned(),
@@ -36,20 +37,23 @@ impl Workbench {
             .id(egui::Id::unique("history"))
             .open(&mut open)
             .default_pos(egui::pos2(140.0, 60.0))
-            .default_size(SIZE)
+            .default_width(WIDTH)
             .collapsible(false)
             .show(ctx, |ui| {
                 let text = if steps.is_empty() { "No edit yet." } else { "Click an edit to go to the state after it." };
                 ui.add(Label::new(RichText::new(text).size(11.0).weak()).wrap());
-                ScrollArea::vertical().auto_shrink(false).stick_to_bottom(true).show(ui, |ui| {
-                    ui.spacing_mut().item_spacing.y = 1.0;
-                    let all = std::iter::once("Start").chain(steps.iter().copied());
-                    for (at, label) in all.enumerate() {
-                        if row(ui, label, (at, done)) {
-                            wanted = Some(at);
+                ScrollArea::vertical().auto_shrink([false, true]).max_height(MOST).stick_to_bottom(true).show(
+                    ui,
+                    |ui| {
+                        ui.spacing_mut().item_spacing.y = 1.0;
+                        let all = std::iter::once("Start").chain(steps.iter().copied());
+                        for (at, label) in all.enumerate() {
+                            if row(ui, label, (at, done)) {
+                                wanted = Some(at);
+                            }
                         }
-                    }
-                });
+                    },
+                );
             });
         self.history_shown = open;
         if let Some(done) = wanted {
@@ -61,10 +65,7 @@ impl Workbench {
 /// One edit; whether it was clicked. What was taken back is pale.
 fn row(ui: &mut Ui, label: &str, (at, done): (usize, usize)) -> bool {
     let ink = if at > done { ui.visuals().weak_text_color() } else { ui.visuals().text_color() };
-    let mut text = RichText::new(capitalised(label)).color(ink);
-    if at == done {
-        text = text.strong().color(theme::palette(ui).accent);
-    }
+    let text = RichText::new(capitalised(label)).color(ink);
     let button = egui::Button::selectable(at == done, text).truncate();
     let size = vec2(ui.available_width(), 20.0);
     let left = egui::Layout::left_to_right(egui::Align::Center).with_main_justify(true);

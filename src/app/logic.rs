@@ -6,17 +6,25 @@ use std::sync::Arc;
 use doublet_engine::run::Snapshot;
 use doublet_engine::session::{Manoeuvre, Session};
 use doublet_engine::study::Study;
-use eframe::egui::{self, Modifiers, ViewportCommand};
+use eframe::egui::{self, KeyboardShortcut, Modifiers, ViewportCommand};
 
 use super::{Document, Pending, Workbench};
-use crate::command::{UiCommand, dispatch};
+use crate::command::{UiCommand, ViewCommand, dispatch};
 use crate::panels::{self, EditRequest};
 use crate::ui_state::UiState;
 use crate::widgets::time_view::TimeRange;
 
+/// What Escape asks for.
+const CLEAR_MARKERS: UiCommand = UiCommand::View(ViewCommand::ClearMarkers);
+/// Choices of manoeuvres that an undo can go back to.
+const CHOICES: usize = 32;
+
 /// One step.
 pub fn run(app: &mut Workbench, ctx: &egui::Context) {
     app.snapshot = app.engine.snapshot();
+    if app.snapshot.generation >= app.awaited && !app.snapshot.busy {
+        app.studies.clear();
+    }
     let hovered_s = app.hovered_s.take();
     let hovered_s = app.link_second(hovered_s);
     app.state.time.cursor_s = hovered_s;
@@ -76,15 +84,19 @@ fn take_shortcuts(app: &mut Workbench, ctx: &egui::Context) {
     let menu = egui::Popup::is_any_open(ctx);
     // Escape takes the keyboard from a field before this is called, and still belongs to the field.
     let typing = app.typing || ctx.egui_wants_keyboard_input();
+    // During the tour Escape ends it; the manual over it closes first.
+    let ends_tour = app.tour.is_some() && app.help.topic().is_none();
     let busy = typing || app.palette.is_open() || ctx.dragged_id().is_some() || menu;
     let mut pressed: Vec<UiCommand> = Vec::new();
     if app.is_asking() {
         return;
     }
     ctx.input_mut(|input| {
-        for shift in [true, false] {
-            for row in &app.table {
-                let keys = row.shortcut.filter(|keys| keys.modifiers.shift == shift);
+        // egui ignores an extra Shift or Alt, so that keys with both come first.
+        for (shift, alt) in [(true, true), (true, false), (false, true), (false, false)] {
+            for row in app.table.iter().filter(|row| !(ends_tour && row.command == CLEAR_MARKERS)) {
+                let own = |keys: &KeyboardShortcut| (keys.modifiers.shift, keys.modifiers.alt) == (shift, alt);
+                let keys = row.shortcut.filter(own);
                 let keys = keys.filter(|keys| !busy || keys.modifiers != Modifiers::NONE);
                 if keys.is_some_and(|keys| input.consume_shortcut(&keys)) {
                     pressed.push(row.command);
@@ -128,12 +140,23 @@ fn keep_selection(app: &mut Workbench) {
     match chosen {
         Some(window) => {
             state.window_time.set_full(TimeRange::new(window.window.start_s, window.window.end_s));
+            if app.chosen_before.last() != Some(&window.name) {
+                app.chosen_before.push(window.name.clone());
+                let excess = app.chosen_before.len().saturating_sub(CHOICES);
+                app.chosen_before.drain(..excess);
+            }
         }
-        None => match nearest(&session, state).map(|window| window.name.clone()) {
-            Some(name) => panels::choose(state, &session, &name),
-            None => state.selection.window = None,
-        },
+        None => {
+            // An undo goes back to the former choice, a removal to the neighbour.
+            let exists = |name: &&String| session.window(name).is_some();
+            let former = app.chosen_before.iter().rev().find(exists).filter(|_| app.undone).cloned();
+            match former.or_else(|| nearest(&session, state).map(|window| window.name.clone())) {
+                Some(name) => panels::choose(state, &session, &name),
+                None => state.selection.window = None,
+            }
+        }
     }
+    app.undone = false;
     state.selection.others.retain(|name| session.window(name).is_some());
     let flight = state.selection.flight.as_deref().and_then(|name| session.flight(name));
     state.selection.flight = flight.or(session.flights.first()).map(|flight| flight.name.clone());
@@ -198,6 +221,7 @@ impl Workbench {
             && self.document.history.undo()
         {
             self.cause = format!("undo {label}");
+            self.undone = true;
         }
     }
 
@@ -207,6 +231,7 @@ impl Workbench {
             && self.document.history.redo()
         {
             self.cause = format!("redo {label}");
+            self.undone = true;
         }
     }
 
@@ -218,7 +243,8 @@ impl Workbench {
 
     /// Computes `study` beside what is out of date.
     pub fn study(&mut self, study: Study) {
-        self.cause = format!("compute {}", study.name());
+        study.name().clone_into(&mut self.cause);
+        self.studies.retain(|other| other.name() != study.name());
         self.studies.push(study);
         self.compute();
     }
@@ -226,6 +252,7 @@ impl Workbench {
     /// Stops the run under way.
     pub fn cancel(&mut self) {
         self.engine.cancel();
+        self.studies.clear();
         self.awaited = self.snapshot.generation;
     }
 }

@@ -78,7 +78,7 @@ pub struct Workbench {
     /// Whether the next run is the first of a document.
     fresh: bool,
     cause: String,
-    /// What the next run computes beside the derivatives.
+    /// What a run computes beside the derivatives, until one has done so.
     studies: Vec<Study>,
     asked: Option<Asked>,
     guarded: Option<Pending>,
@@ -124,6 +124,9 @@ pub struct Workbench {
     analyses: analysis::Analyses,
     /// Whether the list of edits is on screen.
     history_shown: bool,
+    /// Manoeuvres chosen so far, the last at the end, and whether an edit was undone or redone since the choice was checked.
+    chosen_before: Vec<String>,
+    undone: bool,
     /// The session beside this one.
     second: Option<second::Second>,
 }
@@ -238,6 +241,8 @@ impl Workbench {
             figure: None,
             analyses: analysis::Analyses::default(),
             history_shown: false,
+            chosen_before: Vec::new(),
+            undone: false,
             second: None,
         };
         // The zoom is kept over a restart on the same session.
@@ -361,6 +366,8 @@ impl Workbench {
     fn enter(&mut self) {
         self.leave_start_page();
         self.fresh = true;
+        self.studies.clear();
+        self.chosen_before.clear();
         OPENED.clone_into(&mut self.cause);
         self.look_at_all();
         self.compute();
@@ -389,7 +396,7 @@ impl Workbench {
             session,
             folder: self.document.folder.clone(),
             first: self.state.selection.window.clone(),
-            studies: std::mem::take(&mut self.studies),
+            studies: self.studies.clone(),
             cause: self.cause.clone(),
             fresh: std::mem::take(&mut self.fresh),
         });

@@ -14,7 +14,7 @@ use doublet_engine::keep::Put;
 use doublet_engine::report::document::SectionKind;
 use doublet_engine::report::{self, Outputs};
 use doublet_engine::run::{Control, Job};
-use doublet_engine::session::{AircraftEdit, Edit, ReportFigure, ReportFigureEdit, SignalEdit};
+use doublet_engine::session::{AircraftEdit, Edit, ReportFigure, ReportFigureEdit, Session, SignalEdit};
 use doublet_report::Order;
 use eframe::egui::{self, ViewportCommand, vec2};
 
@@ -93,8 +93,18 @@ pub enum Asked {
 /// A name in letters and digits for a file; `otherwise` where it has none.
 fn file_stem(name: &str, otherwise: &str) -> String {
     let letters = name.chars().map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' });
-    let stem: String = letters.take(LONGEST_NAME).collect();
-    match stem.trim_matches('_') {
+    let mut stem = String::new();
+    letters.for_each(|letter| {
+        if letter != '_' || !stem.ends_with('_') {
+            stem.push(letter);
+        }
+    });
+    // A long name ends with a whole word.
+    if let Some((end, _)) = stem.char_indices().nth(LONGEST_NAME) {
+        let cut = if stem[end..].starts_with('_') { Some(end) } else { stem[..end].rfind('_') };
+        stem.truncate(cut.filter(|&cut| cut > 0).unwrap_or(end));
+    }
+    match stem.trim_matches(['-', '_']) {
         "" => otherwise.to_owned(),
         stem => stem.to_owned(),
     }
@@ -197,14 +207,18 @@ impl Workbench {
 
     /// Asks where the first recording of the chosen flight is that is not found.
     pub fn ask_missing(&mut self, ctx: &egui::Context) {
-        let flight = self.state.selection.flight.as_deref().and_then(|name| self.document.session().flight(name));
-        let Some(flight) = flight else { return };
-        let is_missing = |path: &str| !path.starts_with(builtin::PREFIX) && !self.document.folder.join(path).exists();
-        let index = flight.recordings.iter().position(|recording| is_missing(&recording.path));
-        match index.map(|index| (flight.name.clone(), index)) {
+        match self.missing_recording() {
             Some((name, index)) => self.ask(Asked::Missing(name, index), ctx),
             None => self.complain("no recording of this flight is missing"),
         }
+    }
+
+    /// The first recording of the chosen flight that is not found: name of the flight, place of the recording.
+    pub(super) fn missing_recording(&self) -> Option<(String, usize)> {
+        let flight = self.document.session().flight(self.state.selection.flight.as_deref()?)?;
+        let is_missing = |path: &str| !path.starts_with(builtin::PREFIX) && !self.document.folder.join(path).exists();
+        let index = flight.recordings.iter().position(|recording| is_missing(&recording.path))?;
+        Some((flight.name.clone(), index))
     }
 
     /// Name proposed for the file of the session: its own, or its title in letters and digits.
@@ -257,8 +271,10 @@ impl Workbench {
         if self.document.path.as_deref() == Some(&path) && self.ask_about_change(after.clone()) {
             return;
         }
+        let before = Arc::clone(self.document.history.present());
         match self.document.save(&path) {
             Ok(()) => {
+                self.keep_results(&before);
                 self.state.remember(&path);
                 self.set_message(format!("Saved {}", path.display()));
                 if let Some(pending) = after {
@@ -266,6 +282,21 @@ impl Workbench {
                 }
             }
             Err(line) => self.complain(line),
+        }
+    }
+
+    /// Keeps the results of `before` where saving has changed no path of the session.
+    fn keep_results(&mut self, before: &Arc<Session>) {
+        let present = self.document.history.present();
+        if Arc::ptr_eq(before, present) {
+            return;
+        }
+        "save as".clone_into(&mut self.cause);
+        if before == present && self.requested.as_ref().is_some_and(|requested| Arc::ptr_eq(requested, before)) {
+            self.requested = Some(Arc::clone(present));
+            if self.written.as_ref().is_some_and(|written| Arc::ptr_eq(written, before)) {
+                self.written = Some(Arc::clone(present));
+            }
         }
     }
 
@@ -476,5 +507,21 @@ impl Workbench {
             Some(false) => self.proceed(pending, ctx),
             None => {}
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn proposed_names_are_words_joined_once_and_end_with_a_whole_word() {
+        assert_eq!(file_stem("Trainer II", "aircraft"), "Trainer_II");
+        assert_eq!(file_stem("Flight 3 (left): doublets - ", "session"), "Flight_3_left_doublets");
+        assert_eq!(file_stem("???", "session"), "session");
+        let title = "Cessna 337F, simulated flight: doublets and 3-2-1-1 at 4,000 ft and 90 kt";
+        let stem = file_stem(title, "session");
+        assert!(stem.len() <= LONGEST_NAME && !stem.contains("__"), "{stem}");
+        assert_eq!(stem, "Cessna_337F_simulated_flight_doublets_and");
     }
 }

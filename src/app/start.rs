@@ -14,8 +14,8 @@ use eframe::egui::{
 use super::timeline;
 use super::{Document, Workbench};
 use crate::command::{FileCommand, HelpCommand, UiCommand};
-use crate::theme;
 use crate::ui_state::Thumbnail;
+use crate::{notation, theme};
 
 /// Size of a card, and height of its picture.
 const CARD: egui::Vec2 = vec2(300.0, 176.0);
@@ -228,9 +228,13 @@ fn cards(app: &Workbench, ui: &mut Ui) -> Option<UiCommand> {
 fn card(ui: &mut Ui, card: &Card<'_>) -> bool {
     let (rect, response) = ui.allocate_exact_size(CARD, Sense::click());
     let palette = theme::palette(ui);
-    let edge = if response.hovered() { palette.accent } else { palette.grid };
+    let edge = match (response.has_focus(), response.hovered()) {
+        (true, _) => Stroke::new(2.0, palette.accent),
+        (false, true) => Stroke::new(1.0, palette.accent),
+        (false, false) => Stroke::new(1.0, palette.grid),
+    };
     let painter = ui.painter_at(rect);
-    painter.rect(rect, CornerRadius::same(6), ui.visuals().faint_bg_color, Stroke::new(1.0, edge), StrokeKind::Inside);
+    painter.rect(rect, CornerRadius::same(6), ui.visuals().faint_bg_color, edge, StrokeKind::Inside);
     let picture = Rect::from_min_max(rect.min + vec2(8.0, 8.0), pos2(rect.right() - 8.0, rect.top() + 8.0 + PICTURE));
     painter.rect_filled(picture, 3.0, palette.plot_background);
     if let Some(thumbnail) = card.thumbnail {
@@ -246,7 +250,12 @@ fn card(ui: &mut Ui, card: &Card<'_>) -> bool {
     let (strong, ink, weak) =
         (ui.visuals().strong_text_color(), ui.visuals().text_color(), ui.visuals().weak_text_color());
     for (text, size, color) in [(name, 13.0, strong), (verdict, 11.0, ink), (card.foot.as_str(), 11.0, weak)] {
-        lines.add(Label::new(two_lines(text, size, color, below.width())).selectable(false));
+        let mut job = match text == verdict {
+            true => notation::typeset_in(text, size, color),
+            false => LayoutJob::simple(text.to_owned(), FontId::proportional(size), color, 0.0),
+        };
+        (job.wrap.max_width, job.wrap.max_rows) = (below.width(), 2);
+        lines.add(Label::new(job).selectable(false));
     }
     let label = format!("open {}", card.name);
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &label));
@@ -262,13 +271,6 @@ fn end_of(path: &str) -> String {
     } else {
         format!("…{}", path.chars().skip(count - PATH + 1).collect::<String>())
     }
-}
-
-/// A text of at most two lines.
-fn two_lines(text: &str, size: f32, color: Color32, width: f32) -> LayoutJob {
-    let mut job = LayoutJob::simple(text.to_owned(), FontId::proportional(size), color, width);
-    job.wrap.max_rows = 2;
-    job
 }
 
 fn draw_thumbnail(painter: &egui::Painter, rect: Rect, thumbnail: &Thumbnail, [line, block]: [Color32; 2]) {

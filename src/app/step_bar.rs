@@ -6,7 +6,7 @@ use doublet_engine::run::Snapshot;
 use doublet_engine::session::{Session, WindowRole};
 use doublet_engine::verdict::{Finding, Level};
 use eframe::egui::{
-    self, Align2, Color32, CornerRadius, FontId, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2,
+    self, Align2, Color32, CornerRadius, FontId, Rect, Role, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2,
 };
 
 use super::Workbench;
@@ -53,6 +53,9 @@ impl Mark {
 
 /// The step at which a finding is fixed.
 fn step_of(finding: &Finding) -> Option<Step> {
+    if finding.code == "failed" && finding.place.starts_with("manoeuvre ") {
+        return Some(Step::Manoeuvres);
+    }
     finding.panel.and_then(Pane::from_title).and_then(Step::of_pane)
 }
 
@@ -151,6 +154,11 @@ fn entry(ui: &mut Ui, step: Step, mark: Mark, chosen: bool, snapshot: &Snapshot)
     };
     if let Some(color) = ground {
         ui.painter().rect_filled(rect.shrink2(vec2(0.0, 1.0)), CornerRadius::same(4), color);
+    }
+    if response.has_focus() {
+        let edge = Stroke::new(1.5, theme::palette(ui).accent);
+        let rect = rect.shrink2(vec2(0.0, 1.0));
+        ui.painter().rect_stroke(rect, CornerRadius::same(4), edge, StrokeKind::Inside);
     }
     draw_mark(ui, pos2(rect.left() + ROOM + 4.0, rect.center().y), mark);
     let at = Align2::LEFT_CENTER.anchor_size(pos2(rect.left() + ROOM + MARK - 2.0, rect.center().y), galley.size());

@@ -4,6 +4,7 @@ use eframe::egui::{self, Align2, Key, Label, RichText, vec2};
 
 use super::Workbench;
 use crate::command::{UiCommand, ViewCommand};
+use crate::notation;
 use crate::panels::Pane;
 use crate::step::Step;
 
@@ -22,7 +23,7 @@ const STOPS: [Stop; 9] = [
         pane: Pane::Summary,
         title: "Can I trust the results?",
         text: "The flight is computed. Summary shows which results you can trust: a dot is good, a triangle needs a check, a square must not be used. The lamp at the lower left shows the whole session.",
-        todo: "Click the triangle below CX: the reasons appear beside it, each with a fix.",
+        todo: "Click the triangle below CX: the reasons appear, each with a fix.",
     },
     Stop {
         step: Step::Recording,
@@ -36,7 +37,7 @@ const STOPS: [Stop; 9] = [
         pane: Pane::Channels,
         title: "Meaning of the channels",
         text: "Each role with its range and curve. Kinematics and air data are compared: a wrong sign or unit shows here before it biases a derivative.",
-        todo: "Check the column of ranges: degrees instead of radians are obvious.",
+        todo: "Check columns Smallest and Largest: degrees instead of radians are obvious.",
     },
     Stop {
         step: Step::Aircraft,
@@ -57,7 +58,7 @@ const STOPS: [Stop; 9] = [
         pane: Pane::Innovations,
         title: "The flight path",
         text: "A Kalman filter combines all sensors into one flight path. Innovations inside their bands show that the noise settings are right.",
-        todo: "Drag a number in column Q: innovations and derivatives update at once.",
+        todo: "Drag a number under 'used' in Process noise: innovations and derivatives update at once.",
     },
     Stop {
         step: Step::Model,
@@ -107,6 +108,8 @@ impl Workbench {
     pub(super) fn show_tour(&mut self, ctx: &egui::Context) {
         let Some((at, stop)) = self.tour.and_then(|at| Some((at, STOPS.get(at)?))) else { return };
         let mut to = None;
+        // Escape in a field belongs to the field.
+        let ends = !self.typing && ctx.input(|input| input.key_pressed(Key::Escape));
         let window = egui::Window::new("Tour")
             .id(egui::Id::unique("tour"))
             .title_bar(false)
@@ -120,7 +123,8 @@ impl Workbench {
             ui.heading(stop.title);
             ui.add(Label::new(stop.text).wrap());
             ui.add_space(4.0);
-            ui.add(Label::new(RichText::new(format!("▸ {}", stop.todo)).strong()).wrap());
+            let todo = format!("▸ {}", stop.todo);
+            ui.add(Label::new(notation::typeset_in(&todo, 12.5, ui.visuals().strong_text_color())).wrap());
             ui.add_space(6.0);
             ui.horizontal(|ui| {
                 if ui.add_enabled(at > 0, egui::Button::new("Back")).clicked() {
@@ -130,7 +134,7 @@ impl Workbench {
                 if !last && ui.button("Next stop").clicked() {
                     to = Some(at + 1);
                 }
-                if ui.button("End the tour").clicked() || ui.input(|input| input.key_pressed(Key::Escape)) {
+                if ui.button("End the tour").clicked() || ends {
                     to = Some(STOPS.len());
                 }
             });

@@ -140,16 +140,12 @@ fn step(app: &mut Workbench, by: isize) {
     panels::choose(&mut app.state, &session, &session.windows[next].name);
 }
 
-/// A window between the markers, or in the middle of what is on screen.
+/// A manoeuvre between the markers.
 fn add_window(app: &mut Workbench) {
     let Some(flight) = app.state.selection.flight.clone() else { return };
     let stretch = match app.state.time.markers_s {
         [Some(a), Some(b)] if a != b => TimeRange::new(a, b),
-        _ => {
-            let range = app.state.time.range();
-            let quarter = 0.25 * range.length_s();
-            TimeRange::new(range.start_s + quarter, range.end_s - quarter)
-        }
+        _ => return app.complain("Set markers A and B first, or drag with Ctrl in a plot."),
     };
     let window = new_window(app.document.session(), flight, stretch);
     let name = window.name.clone();

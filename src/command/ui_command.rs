@@ -79,7 +79,7 @@ pub enum EditCommand {
     Redo,
     /// Show the list of edits, or no more.
     History,
-    /// Make a window of the stretch between the markers, or of what is on screen.
+    /// Make a manoeuvre of the stretch between the markers.
     AddWindow,
     /// Remove the chosen window.
     RemoveWindow,

@@ -15,6 +15,8 @@ use crate::widgets::time_view::TimeRange;
 
 /// Distance between the lines of a hatch, points.
 const HATCH: f32 = 7.0;
+/// Height of legend and readout at the top of a plot, points.
+const LEGEND: f32 = 24.0;
 /// Shortest stretch a drag marks, s.
 const SHORTEST_S: f64 = 1e-3;
 /// Most candidates drawn at once.
@@ -48,8 +50,11 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &Ui, view: View, response: &StackRes
         let x = [stretch.start_s, stretch.end_s].map(|time_s| x_at(*frame, range, time_s));
         Rect::from_x_y_ranges(x[0]..=x[1], frame.y_range()).intersect(*frame)
     };
+    // Legend and readout at the top of a plot stay clear.
+    let below = |frame: &Rect| seen(&frame.with_min_y(frame.top() + LEGEND));
+    let clear: Vec<Rect> = response.frames.iter().map(below).filter(Rect::is_positive).collect();
     for stretch in shown(ctx, view).flat_map(|window| &window.excluded) {
-        for frame in &frames {
+        for frame in &clear {
             hatch(ui, over(*stretch, frame));
         }
     }

@@ -356,10 +356,7 @@ fn answer<T>(
     let Some(found) = slot.latest() else {
         let is_coming = matches!(slot, Slot::Running { .. }) || ctx.snapshot.pooled.ready().is_some();
         if slot.error().is_none() && is_coming {
-            ui.horizontal(|ui| {
-                ui.spinner();
-                ui.weak("computing");
-            });
+            ui.horizontal(|ui| computing(ui, slot));
         } else if slot.error().is_none() {
             empty(ui, &format!("{what} needs an identified model."));
         }
@@ -367,11 +364,10 @@ fn answer<T>(
     };
     ui.horizontal(|ui| {
         if matches!(slot, Slot::Running { .. }) {
-            ui.spinner();
-            ui.weak("computing");
+            computing(ui, slot);
         }
     });
-    if matches!(slot, Slot::Cancelled { .. } | Slot::Failed { .. }) {
+    if matches!(slot, Slot::Running { .. } | Slot::Cancelled { .. } | Slot::Failed { .. }) {
         ui.multiply_opacity(0.45);
     }
     if kept.as_ref().is_none_or(|(of, _)| !Arc::ptr_eq(of, found)) {
@@ -379,6 +375,15 @@ fn answer<T>(
     }
     let Some((_, blocks)) = kept else { return };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| ctx.document(ui, blocks));
+}
+
+/// Says that an answer is being computed, and how far it is.
+fn computing<T>(ui: &mut Ui, slot: &Slot<T>) {
+    ui.spinner();
+    ui.weak("computing");
+    if let Slot::Running { progress, .. } = slot {
+        ui.add(egui::ProgressBar::new(*progress).desired_width(140.0).desired_height(8.0));
+    }
 }
 
 /// Blocks of a document and what they were made from.
@@ -410,12 +415,19 @@ fn caption(ui: &mut Ui, text: &str) {
 /// A row of buttons of which one is chosen; `true` when another one is.
 fn choices<T: Copy + PartialEq>(ui: &mut Ui, chosen: &mut T, all: &[(T, &str)]) -> bool {
     let before = *chosen;
-    ui.horizontal(|ui| {
+    let row = |ui: &mut Ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
+        // A name that does not fit goes to the next row as a whole.
+        ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
         for &(value, name) in all {
             ui.selectable_value(chosen, value, notation::typeset(name, 13.0));
         }
-    });
+    };
+    if ui.layout().is_vertical() {
+        ui.horizontal_wrapped(row);
+    } else {
+        ui.horizontal(row);
+    }
     *chosen != before
 }
 

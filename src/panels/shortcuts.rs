@@ -6,7 +6,7 @@ use crate::command::Menu;
 use crate::panels::{Panel, PanelContext};
 
 /// What the pointer does in a time plot.
-const POINTER: [(&str, &str); 17] = [
+const POINTER: [(&str, &str); 20] = [
     ("Right click", "Menu: save or copy a plot, markers, zoom"),
     ("Wheel beside the plots", "Scroll a long stack"),
     ("Wheel", "Zoom time about the pointer"),
@@ -14,6 +14,9 @@ const POINTER: [(&str, &str); 17] = [
     ("Drag, middle drag", "Pan"),
     ("Right drag", "Zoom to a box; a flat box zooms time only"),
     ("Drag on an axis", "Zoom that axis; a double click fits it"),
+    ("Ctrl+Drag", "New manoeuvre over the dragged stretch"),
+    ("Alt+Drag inside a manoeuvre", "Exclude the stretch"),
+    ("Alt+Shift+Drag inside a manoeuvre", "Include it again"),
     ("Double click", "Show whole recording, fit values"),
     ("A, B; Shift+Click, Ctrl+Click", "Set marker A, marker B"),
     ("Click on a name of a legend", "Hide or show the curve; a double click hides the others"),
@@ -26,34 +29,54 @@ const POINTER: [(&str, &str); 17] = [
     ("Ctrl++, Ctrl+-", "Larger and smaller text and controls, everywhere"),
 ];
 
+/// Least width of the panel with two columns, points.
+const WIDE: f32 = 1100.0;
+
 /// The panel.
 pub struct Shortcuts;
 
 impl Panel for Shortcuts {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut egui::Ui) {
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            for menu in Menu::ALL {
-                ui.add_space(4.0);
-                ui.heading(menu.title());
-                egui::Grid::new(menu.title()).num_columns(2).min_col_width(250.0).show(ui, |ui| {
-                    for row in ctx.table.iter().filter(|row| row.menu == menu) {
-                        if ui.link(&row.name).clicked() {
-                            ctx.commands.push(row.command);
-                        }
-                        ui.monospace(row.keys(ui.ctx()));
-                        ui.end_row();
-                    }
-                });
+            if ui.available_width() < WIDE {
+                Menu::ALL.into_iter().for_each(|menu| commands(ctx, ui, menu));
+                return gestures(ui);
             }
-            ui.add_space(4.0);
-            ui.heading("Time plots");
-            egui::Grid::new("pointer").num_columns(2).min_col_width(250.0).show(ui, |ui| {
-                for (gesture, effect) in POINTER {
-                    ui.label(effect);
-                    ui.monospace(gesture);
-                    ui.end_row();
+            ui.columns(2, |columns| {
+                for menu in Menu::ALL {
+                    let column = usize::from(matches!(menu, Menu::View | Menu::Layout | Menu::Panels | Menu::Help));
+                    commands(ctx, &mut columns[column], menu);
                 }
+                gestures(&mut columns[0]);
             });
         });
     }
+}
+
+/// The commands of one menu with their keys.
+fn commands(ctx: &mut PanelContext<'_>, ui: &mut egui::Ui, menu: Menu) {
+    ui.add_space(4.0);
+    ui.heading(menu.title());
+    egui::Grid::new(menu.title()).num_columns(2).min_col_width(250.0).show(ui, |ui| {
+        for row in ctx.table.iter().filter(|row| row.menu == menu) {
+            if ui.link(&row.name).clicked() {
+                ctx.commands.push(row.command);
+            }
+            ui.monospace(row.keys(ui.ctx()));
+            ui.end_row();
+        }
+    });
+}
+
+/// What the pointer does in a time plot.
+fn gestures(ui: &mut egui::Ui) {
+    ui.add_space(4.0);
+    ui.heading("Time plots");
+    egui::Grid::new("pointer").num_columns(2).min_col_width(250.0).show(ui, |ui| {
+        for (gesture, effect) in POINTER {
+            ui.label(effect);
+            ui.monospace(gesture);
+            ui.end_row();
+        }
+    });
 }

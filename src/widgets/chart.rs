@@ -47,6 +47,18 @@ pub enum ChartStyle {
     LevelBars(f64),
 }
 
+impl ChartStyle {
+    /// Its mark in a legend.
+    fn legend(self) -> LegendMark {
+        match self {
+            Self::Line => LegendMark::Line,
+            Self::Dashed => LegendMark::Dashed,
+            Self::Dots(_) => LegendMark::Dots,
+            Self::Area | Self::Bars(_) | Self::LevelBars(_) => LegendMark::Box,
+        }
+    }
+}
+
 /// A curve of a chart.
 #[derive(Clone, Debug)]
 pub struct ChartCurve {
@@ -174,8 +186,7 @@ impl Chart {
             ui.spacing_mut().item_spacing = egui::vec2(10.0, 0.0);
             ui.spacing_mut().interact_size.y = LEGEND_HEIGHT;
             for curve in self.curves.iter().filter(|curve| !curve.name.is_empty()) {
-                let is_dashed = curve.style == ChartStyle::Dashed;
-                legend_entry_with(ui, &curve.name, (curve.color, false), is_dashed);
+                legend_entry(ui, &curve.name, (curve.color, false), curve.style.legend());
             }
         });
     }
@@ -218,38 +229,58 @@ impl Chart {
     }
 }
 
-/// A name with its colour before it, pale where its curve is hidden. Of a size of its own, so that a line of them wraps.
-pub(super) fn legend_entry(ui: &mut Ui, name: &str, (color, is_hidden): (Color32, bool)) -> egui::Response {
-    legend_entry_with(ui, name, (color, is_hidden), false)
-}
-
-/// The same, its line dashed as its curve.
-pub(super) fn legend_entry_with(
+/// A name behind the mark of its curve, pale where its curve is hidden. Of a size of its own, so that a line of them wraps.
+pub(super) fn legend_entry(
     ui: &mut Ui,
     name: &str,
     (color, is_hidden): (Color32, bool),
-    is_dashed: bool,
+    mark: LegendMark,
 ) -> egui::Response {
     let ink = if is_hidden { ui.visuals().weak_text_color() } else { ui.visuals().text_color() };
     let galley = ui.painter().layout_job(notation::typeset(name, 11.0));
     let size = egui::vec2(LEGEND_LINE + 4.0 + galley.size().x, LEGEND_HEIGHT);
     let (rect, entry) = ui.allocate_exact_size(size, egui::Sense::click());
     let color = if is_hidden { color.gamma_multiply(0.3) } else { color };
-    legend_line(ui.painter(), (rect.left(), rect.center().y), color, is_dashed);
+    legend_mark(ui.painter(), (rect.left(), rect.center().y), color, mark);
     let at = egui::Align2::RIGHT_CENTER.anchor_size(rect.right_center(), galley.size());
     ui.painter().galley(at.min, galley, ink);
     entry.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, format!("legend {name}")));
     entry
 }
 
-/// The line before a name of a legend, from its left end.
-pub(super) fn legend_line(painter: &egui::Painter, (left, y): (f32, f32), color: Color32, is_dashed: bool) {
+/// What stands before a name of a legend.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum LegendMark {
+    /// A line.
+    Line,
+    /// A dashed line.
+    Dashed,
+    /// Dots.
+    Dots,
+    /// A filled box.
+    Box,
+}
+
+/// The mark before a name of a legend, from its left end.
+pub(super) fn legend_mark(painter: &egui::Painter, (left, y): (f32, f32), color: Color32, mark: LegendMark) {
     let stroke = Stroke::new(2.0, color);
-    if is_dashed {
-        painter.hline(left..=left + 0.4 * LEGEND_LINE, y, stroke);
-        painter.hline(left + 0.65 * LEGEND_LINE..=left + LEGEND_LINE, y, stroke);
-    } else {
-        painter.hline(left..=left + LEGEND_LINE, y, stroke);
+    match mark {
+        LegendMark::Line => {
+            painter.hline(left..=left + LEGEND_LINE, y, stroke);
+        }
+        LegendMark::Dashed => {
+            painter.hline(left..=left + 0.4 * LEGEND_LINE, y, stroke);
+            painter.hline(left + 0.65 * LEGEND_LINE..=left + LEGEND_LINE, y, stroke);
+        }
+        LegendMark::Dots => {
+            for part in [0.2, 0.8] {
+                painter.circle_filled(egui::pos2(left + part * LEGEND_LINE, y), 2.0, color);
+            }
+        }
+        LegendMark::Box => {
+            let rect = egui::Rect::from_x_y_ranges(left..=left + LEGEND_LINE, y - 4.0..=y + 4.0);
+            painter.rect_filled(rect, 1.0, color.gamma_multiply(0.6));
+        }
     }
 }
 

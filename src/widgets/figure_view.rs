@@ -10,7 +10,9 @@ use egui_plot::{
     AxisHints, Bar, BarChart, FilledArea, HLine, Line, LineStyle, Plot, PlotPoints, PlotUi, Points, Polygon,
 };
 
-use super::chart::{LEGEND_HEIGHT, RIGHT_ROOM, TICK_SPACING, figure_menu, legend_entry, marks_at, settle_axes, titled};
+use super::chart::{
+    LEGEND_HEIGHT, LegendMark, RIGHT_ROOM, TICK_SPACING, figure_menu, legend_entry, marks_at, settle_axes, titled,
+};
 use super::figure::{FigureForm, FigureRequest};
 use super::matrix_view::MatrixView;
 use super::ticks::{inner_ticks, ticks};
@@ -49,10 +51,10 @@ fn legend(ui: &mut Ui, figure: &Figure) {
         Panel::Plot(plot) => Some(&plot.marks),
         Panel::Matrix(_) => None,
     });
-    let mut entries: Vec<(&str, &Colour)> = Vec::new();
-    for (name, colour) in plots.flatten().map(entry).filter(|(name, _)| !name.is_empty()) {
-        if !entries.contains(&(name, colour)) {
-            entries.push((name, colour));
+    let mut entries: Vec<(&str, &Colour, LegendMark)> = Vec::new();
+    for found in plots.flatten().map(entry).filter(|(name, ..)| !name.is_empty()) {
+        if !entries.iter().any(|known| (known.0, known.1) == (found.0, found.1)) {
+            entries.push(found);
         }
     }
     if entries.is_empty() {
@@ -62,21 +64,27 @@ fn legend(ui: &mut Ui, figure: &Figure) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing = egui::vec2(10.0, 0.0);
         ui.spacing_mut().interact_size.y = LEGEND_HEIGHT;
-        for (name, colour) in entries {
-            legend_entry(ui, name, (of_theme(colour, series), false));
+        for (name, colour, mark) in entries {
+            legend_entry(ui, name, (of_theme(colour, series), false), mark);
         }
     });
 }
 
-/// What a mark is called in the legend, and its colour.
-fn entry(mark: &Mark) -> (&str, &Colour) {
+/// What a mark is called in the legend, its colour, and what stands before its name.
+fn entry(mark: &Mark) -> (&str, &Colour, LegendMark) {
     match mark {
-        Mark::Line { label, colour, .. }
-        | Mark::Band { label, colour, .. }
-        | Mark::Points { label, colour, .. }
-        | Mark::Bars { label, colour, .. }
-        | Mark::Level { label, colour, .. }
-        | Mark::Span { label, colour, .. } => (label, colour),
+        Mark::Line { label, colour, style, .. } | Mark::Points { label, colour, style, .. } => {
+            let shown = match style {
+                Style::Dots => LegendMark::Dots,
+                Style::Dashed => LegendMark::Dashed,
+                Style::Solid => LegendMark::Line,
+            };
+            (label, colour, shown)
+        }
+        Mark::Level { label, colour, .. } => (label, colour, LegendMark::Line),
+        Mark::Band { label, colour, .. } | Mark::Bars { label, colour, .. } | Mark::Span { label, colour, .. } => {
+            (label, colour, LegendMark::Box)
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Rows of a quantity over time as strips of colour: the stronger, the more.
 
 use doublet_engine::report::document::{Axis, Figure, Mark, Panel, Plot};
-use eframe::egui::{Align2, FontId, Mesh, Rect, Role, Sense, Shape, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2};
+use eframe::egui::{Align2, Mesh, Rect, Role, Sense, Shape, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2};
 
 use super::chart::figure_menu;
 use super::figure::{FigureRequest, printed};
@@ -16,6 +16,9 @@ const GAP: f32 = 2.0;
 /// Room at the left beside the labels, as in a stack of plots, and at the right.
 const ROOM: f32 = 8.0;
 const RIGHT: f32 = 18.0;
+
+/// Size of the names, points.
+const SIZE: f32 = 11.0;
 
 /// Height of a strip on a page, mm.
 const STRIP_MM: f64 = 14.0;
@@ -46,7 +49,7 @@ impl HeatStrips<'_> {
         response.widget_info(|| WidgetInfo::labeled(Role::Image, true, self.name));
         let frame = frame(outer);
         let palette = theme::palette(ui);
-        let (font, ink) = (FontId::proportional(11.0), ui.visuals().text_color());
+        let ink = ui.visuals().text_color();
         let mut under = None;
         for (row, (name, values)) in self.rows.iter().enumerate() {
             let top = outer.top() + row as f32 * (STRIP + GAP);
@@ -68,13 +71,9 @@ impl HeatStrips<'_> {
             }
             ui.painter().add(Shape::mesh(mesh));
             ui.painter().rect_stroke(strip, 0.0, Stroke::new(1.0, palette.grid), StrokeKind::Inside);
-            ui.painter().text(
-                pos2(frame.left() - 6.0, strip.center().y),
-                Align2::RIGHT_CENTER,
-                name,
-                font.clone(),
-                ink,
-            );
+            let galley = ui.painter().layout_job(notation::typeset_in(name, SIZE, ink));
+            let at = Align2::RIGHT_CENTER.anchor_size(pos2(frame.left() - 6.0, strip.center().y), galley.size());
+            ui.painter().galley(at.min, galley, ink);
         }
         let form = figure_menu(&response);
         if let Some((row, at)) = under {

@@ -24,6 +24,7 @@ pub mod term;
 pub mod ticks;
 pub mod time_plot;
 pub mod time_view;
+mod trace_style;
 
 use std::fmt::Debug;
 use std::hash::Hash;

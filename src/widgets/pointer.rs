@@ -1,7 +1,7 @@
 //! What the pointer and the arrow keys do in a stack of time plots.
 
 use doublet_engine::report::document::{Figure, Mark, Panel};
-use eframe::egui::{self, Key, PointerButton, Rect, Stroke, Ui};
+use eframe::egui::{self, Key, KeyboardShortcut, Modifiers, PointerButton, Rect, Stroke, Ui};
 
 use super::figure::{FigureForm, FigureRequest};
 use super::stack_figure::file_word;
@@ -370,30 +370,35 @@ pub(super) fn plot_menu(
             all(ui, FigureOf::Stack, &mut wanted);
         }
         ui.separator();
-        for (at, name) in ["Set marker A here", "Set marker B here"].into_iter().enumerate() {
-            if ui.button(name).clicked() {
+        let with_keys = |ui: &Ui, name: &'static str, modifiers, key| {
+            egui::Button::new(name).shortcut_text(ui.ctx().format_shortcut(&KeyboardShortcut::new(modifiers, key)))
+        };
+        for (at, (name, key)) in [("Set marker A here", Key::A), ("Set marker B here", Key::B)].into_iter().enumerate()
+        {
+            if ui.add(with_keys(ui, name, Modifiers::NONE, key)).clicked() {
                 view.markers_s[at] = Some(here_s);
                 ui.close();
             }
         }
-        if ui.add_enabled(view.markers_s != [None; 2], egui::Button::new("Clear markers")).clicked() {
+        let clear = with_keys(ui, "Clear markers", Modifiers::NONE, Key::Escape);
+        if ui.add_enabled(view.markers_s != [None; 2], clear).clicked() {
             view.markers_s = [None; 2];
             ui.close();
         }
-        if ui.button("Annotate here…").clicked() {
+        if ui.add(with_keys(ui, "Annotate here…", Modifiers::NONE, Key::T)).clicked() {
             view.annotate_s = Some(here_s);
             ui.close();
         }
         ui.separator();
-        if ui.button("Show all").clicked() {
+        if ui.add(with_keys(ui, "Show all", Modifiers::NONE, Key::Home)).clicked() {
             view.home();
             ui.close();
         }
-        if ui.button("Zoom back").clicked() {
+        if ui.add(with_keys(ui, "Zoom back", Modifiers::NONE, Key::Backspace)).clicked() {
             view.go_back();
             ui.close();
         }
-        if ui.button("Zoom forward").clicked() {
+        if ui.add(with_keys(ui, "Zoom forward", Modifiers::ALT, Key::ArrowRight)).clicked() {
             view.go_forward();
             ui.close();
         }

@@ -6,7 +6,7 @@ use doublet_core::series::Series;
 use eframe::egui::{self, Align2, Color32, CornerRadius, Id, Rect, Stroke, Ui, pos2, vec2};
 use egui_plot::{FilledArea, Line, LineStyle, MarkerShape, Plot, PlotPoint, PlotPoints, Points};
 
-use super::chart::{LEGEND_HEIGHT, legend_entry_with, legend_line};
+use super::chart::{LEGEND_HEIGHT, LegendMark, legend_entry, legend_mark};
 use super::figure::FigureRequest;
 use super::plot_cache::Drawn;
 pub use super::plot_cache::PlotCache;
@@ -16,6 +16,7 @@ use super::readout::{self, readable, value_of, with_band};
 use super::stack_figure::stack_figure;
 use super::ticks::{draw_time_axis, inner_ticks, tick, ticks};
 use super::time_view::{TimeRange, TimeView};
+pub use super::trace_style::TraceStyle;
 use crate::{notation, theme};
 
 /// Width of the value axis of every plot of a stack, so that their time axes line up.
@@ -41,26 +42,6 @@ const TICK_SPACING: [f32; 2] = [84.0, 18.0];
 /// A reference that swings through more than this many times its range is drawn solid: dashes would fill the plot.
 const MOST_SWINGS: f64 = 60.0;
 
-/// How a trace is drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TraceStyle {
-    /// Unbroken line.
-    Line,
-    /// Dashed line, for references and truth.
-    Dashed,
-    /// One dot per sample, for measurements under a fit.
-    Dots,
-    /// One cross per sample, for what was left out.
-    Crosses,
-}
-
-impl TraceStyle {
-    /// Whether each sample is drawn by itself, without a line.
-    pub(super) fn is_points(self) -> bool {
-        matches!(self, Self::Dots | Self::Crosses)
-    }
-}
-
 /// One curve of a plot.
 #[derive(Clone, Copy, Debug)]
 pub struct Trace<'a> {
@@ -84,6 +65,11 @@ impl<'a> Trace<'a> {
     /// A plain line in SI units.
     pub fn new(name: &'a str, series: &'a Series, color: Color32) -> Self {
         Self { name, series, sigma: None, scale: 1.0, color, style: TraceStyle::Line, stale: false }
+    }
+
+    /// Its mark in a legend: a band is a box.
+    fn legend(&self) -> LegendMark {
+        if self.sigma.is_some() { LegendMark::Box } else { self.style.legend() }
     }
 }
 
@@ -293,8 +279,8 @@ fn shared_legend(ui: &mut Ui, id: Id, plot: &TimePlot<'_>, cache: &PlotCache) ->
         ui.spacing_mut().interact_size.y = LEGEND_HEIGHT;
         ui.add_space(VALUE_AXIS_WIDTH + LABEL_ROOM);
         for trace in &plot.traces {
-            let (look, is_dashed) = ((trace.color, cache.is_hidden(id, trace.name)), trace.style == TraceStyle::Dashed);
-            let entry = legend_entry_with(ui, trace.name, look, is_dashed);
+            let look = (trace.color, cache.is_hidden(id, trace.name));
+            let entry = legend_entry(ui, trace.name, look, trace.legend());
             named = clicked(&entry, trace.name).or(named.take());
         }
     });
@@ -533,9 +519,10 @@ fn draw_cursors<'a>(
         let [a, b] = view.markers_s.map(value);
         let name = if legend == Legend::Names { trace.name } else { "" };
         let unit = if plot.unit.is_empty() { String::new() } else { format!(" {}", plot.unit) };
+        let gap = if name.is_empty() { "" } else { "  " };
         let text = match (value(view.cursor_s), a.zip(b)) {
-            (Some(value), _) => format!("{name}  {}{unit}", with_band(trace, value, view.cursor_s)),
-            (None, Some((a, b))) => format!("{name}  Δ {}{unit}", readable(b - a)),
+            (Some(value), _) => format!("{name}{gap}{}{unit}", with_band(trace, value, view.cursor_s)),
+            (None, Some((a, b))) => format!("{name}{gap}Δ {}{unit}", readable(b - a)),
             (None, None) if name.is_empty() => continue,
             (None, None) => name.to_owned(),
         };
@@ -543,12 +530,16 @@ fn draw_cursors<'a>(
         let ink = if is_hidden { ui.visuals().weak_text_color() } else { ui.visuals().text_color() };
         let color = if is_hidden { trace.color.gamma_multiply(0.3) } else { trace.color };
         let galley = painter.layout_job(notation::typeset(&text, 11.0));
-        let size = galley.size() + vec2(22.0, 4.0);
+        // The value of the only curve of a plot needs no line to tell it from others.
+        let line = if name.is_empty() && plot.traces.len() == 1 { 0.0 } else { 15.0 };
+        let size = galley.size() + vec2(7.0 + line, 4.0);
         let ground = Rect::from_min_size(pos2(left, top), size);
         painter.rect_filled(ground, CornerRadius::same(3), palette.plot_background.gamma_multiply(0.8));
         let y = ground.center().y;
-        legend_line(&painter, (left + 4.0, y), color, trace.style == TraceStyle::Dashed);
-        painter.galley(pos2(left + 19.0, top + 2.0), galley, ink);
+        if line > 0.0 {
+            legend_mark(&painter, (left + 4.0, y), color, trace.legend());
+        }
+        painter.galley(pos2(left + 4.0 + line, top + 2.0), galley, ink);
         left += size.x + 6.0;
         if !name.is_empty() {
             let entry = ui.interact(ground.intersect(frame), id.with(column), egui::Sense::click());

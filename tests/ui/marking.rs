@@ -196,3 +196,14 @@ fn menus_of_plot_strip_and_row_have_the_commands_of_the_manoeuvre_under_the_poin
     bench.settle();
     assert!(bench.session().windows.is_empty());
 }
+
+#[test]
+fn insert_without_markers_adds_nothing_and_says_why() {
+    let mut bench = bench();
+    let before = bench.session().windows.len();
+    bench.harness.state_mut().state.time.markers_s = [None; 2];
+    bench.harness.key_press(Key::Insert);
+    bench.settle();
+    assert_eq!(bench.session().windows.len(), before);
+    assert!(bench.harness.state().message.as_ref().is_some_and(|message| message.is_error));
+}

@@ -2,7 +2,7 @@
 
 use doublet::app::files::Files;
 use doublet::app::{Document, Mark, Workbench, mark};
-use doublet::command::{EditCommand, FileCommand, UiCommand, ViewCommand};
+use doublet::command::{EditCommand, FileCommand, HelpCommand, UiCommand, ViewCommand};
 use doublet::layouts::LayoutKey;
 use doublet::panels::Pane;
 use doublet::step::Step;
@@ -207,6 +207,14 @@ fn tour_passes_every_step_with_the_panel_it_speaks_of_on_screen() {
         assert!(visited.contains(&step), "{}", step.title());
     }
     assert_eq!((visited[0], visited.last()), (Step::Results, Some(&Step::Report)));
+    bench.request(UiCommand::Help(HelpCommand::Tour));
+    assert_eq!(bench.harness.state().tour_stop(), Some(0));
+    bench.harness.key_press(Key::Escape);
+    bench.settle();
+    assert_eq!(bench.harness.state().tour_stop(), None, "Escape ends it");
+    bench.harness.key_press_modifiers(Modifiers::ALT, Key::Home);
+    bench.settle();
+    assert!(bench.harness.state().is_on_start_page(), "Home alone would show the whole recording");
 }
 
 /// The pictures of the shipped flights, and the variable that asks for them to be written anew.

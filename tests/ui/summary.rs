@@ -107,7 +107,7 @@ fn fix_is_applied_by_a_click_shown_with_the_verdict_before_and_after_and_undone(
     assert_eq!(VerdictCounts::count(&bench.verdicts()), tried, "the verdict is the promised one");
     let shown = |bench: &Bench<'_>, counts: VerdictCounts| {
         let VerdictCounts { level, good, caution, bad } = counts;
-        let text = format!("{} ({good} good, {caution} caution, {bad} bad)", level.name());
+        let text = format!("{} (derivatives: {good} good, {caution} caution, {bad} bad)", level.name());
         bench.harness.query_all_by_label(&text).next().is_some()
     };
     assert!(shown(&bench, before) && shown(&bench, VerdictCounts::count(&bench.verdicts())));

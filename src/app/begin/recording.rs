@@ -4,7 +4,7 @@ use std::path::Path;
 
 use doublet_core::load::{Probe, Source};
 use doublet_engine::builtin;
-use eframe::egui::{CollapsingHeader, ComboBox, Grid, Label, RichText, ScrollArea, TextEdit, Ui};
+use eframe::egui::{CollapsingHeader, ComboBox, Grid, Id, Label, RichText, ScrollArea, TextEdit, Ui};
 
 use super::aircraft::AircraftForm;
 use super::page::Answer;
@@ -157,8 +157,8 @@ fn aircraft(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
         }
         AircraftChoice::Of(reference) => {
             let shown = match reference.strip_prefix(builtin::PREFIX) {
-                Some(name) => name.into(),
-                None => Path::new(reference).file_name().unwrap_or_default().to_string_lossy(),
+                Some(name) => own_name(name).to_owned(),
+                None => name_in_file(ui, Path::new(reference)),
             };
             (RichText::new(shown), reference.clone())
         }
@@ -168,7 +168,7 @@ fn aircraft(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
         ui.selectable_value(&mut choosing.aircraft, AircraftChoice::Without, WITHOUT);
         for name in builtin::aircraft() {
             let choice = AircraftChoice::Of(format!("{}{name}", builtin::PREFIX));
-            ui.selectable_value(&mut choosing.aircraft, choice, name);
+            ui.selectable_value(&mut choosing.aircraft, choice, own_name(name));
         }
     });
     ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label("aircraft"));
@@ -187,4 +187,26 @@ fn aircraft(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
         choosing.aircraft_form = Some(AircraftForm::default());
     }
     answer
+}
+
+/// What the file of a built-in aircraft calls it.
+fn own_name(file: &str) -> &str {
+    builtin::text("aircraft", file).and_then(stated_name).unwrap_or(file)
+}
+
+/// What an aircraft's own file calls it, read once for each version; the name of the file where it states none.
+fn name_in_file(ui: &Ui, path: &Path) -> String {
+    let changed = std::fs::metadata(path).and_then(|file| file.modified()).ok();
+    let id = Id::unique(("name of an aircraft", path, changed));
+    let read = || {
+        let text = std::fs::read_to_string(path).unwrap_or_default();
+        let otherwise = || path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        stated_name(&text).map_or_else(otherwise, str::to_owned)
+    };
+    ui.data_mut(|data| data.get_temp_mut_or_insert_with(id, read).clone())
+}
+
+/// The name that the text of an aircraft file states.
+fn stated_name(text: &str) -> Option<&str> {
+    text.lines().find_map(|line| line.strip_prefix("name = \"")?.strip_suffix('"'))
 }

@@ -204,8 +204,9 @@ fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mu
         "largest",
         "shape",
     ];
+    // Tables without controls keep the column, so that all tables align.
     let has_travel = roles.iter().any(|role| CONTROLS.contains(role));
-    let columns: Vec<&str> = names_of_columns.into_iter().filter(|name| has_travel || *name != TRAVEL).collect();
+    let columns = names_of_columns.map(|name| if has_travel || name != TRAVEL { name } else { "" });
     Grid::new(("by hand", roles.first())).num_columns(columns.len()).striped(true).spacing([10.0, 2.0]).show(
         ui,
         |ui| {
@@ -214,7 +215,7 @@ fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mu
                 mark(choosing, role, ui);
                 ui.label(notation::role(role));
                 cell(ui, MEANING, RichText::new(role.description()).weak(), role.description());
-                row(choosing, names, (role, single, has_travel), ui);
+                row(choosing, names, (role, single), ui);
                 ui.end_row();
             }
         },
@@ -222,7 +223,7 @@ fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mu
 }
 
 /// One role: its channel, and what is done with its numbers. `SI = sign * scale * to_si(raw + added)`.
-fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single, has_travel): (Role, bool, bool), ui: &mut Ui) {
+fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single): (Role, bool), ui: &mut Ui) {
     let shown = |name: &ChannelName| {
         if single || name.source.is_empty() {
             name.channel.clone()
@@ -255,8 +256,8 @@ fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single, has_travel
     }
     if CONTROLS.contains(&role) {
         travel::show(ui, key, &mut row, &choosing.inspected.probes);
-    } else if has_travel {
-        ui.label("");
+    } else {
+        travel::room(ui);
     }
     if let Some(RowValues { unit, first, least, greatest }) = choosing.values(role, &row) {
         for value in [first, least, greatest] {

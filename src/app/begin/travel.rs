@@ -2,12 +2,15 @@
 
 use doublet_core::load::{ManualChannel, Probe};
 use doublet_core::quantity::{Dimension, Unit};
-use eframe::egui::{DragValue, Grid, Id, Key, Popup, PopupCloseBehavior, RichText, Ui};
+use eframe::egui::{DragValue, Grid, Id, Key, Popup, PopupCloseBehavior, RichText, Sense, TextStyle, Ui, vec2};
 
 use crate::theme;
 
 /// Frames after opening in which the first field asks for the keyboard: in the first nothing can have it yet.
 const FRAMES_TO_FOCUS: u8 = 3;
+
+/// Text of the button.
+const BUTTON: &str = "travel…";
 
 /// Two positions of a control.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,13 +52,20 @@ impl Travel {
     }
 }
 
+/// A cell as wide as the button.
+pub(super) fn room(ui: &mut Ui) {
+    let font = TextStyle::Button.resolve(ui.style());
+    let galley = ui.painter().layout_no_wrap(BUTTON.to_owned(), font, ui.visuals().text_color());
+    ui.allocate_exact_size(vec2(galley.size().x + 2.0 * ui.spacing().button_padding.x, 0.0), Sense::hover());
+}
+
 /// The button and, once it is clicked, the two positions.
 pub(super) fn show(ui: &mut Ui, key: &str, row: &mut ManualChannel, probes: &[Probe]) {
     let Ok(deg) = Unit::parse("deg") else { return };
     // A channel that is no deflection says nothing without its travel.
     let unit = row.from.find(probes).and_then(|channel| Unit::parse(channel.unit.as_deref()?).ok());
     let is_open = row.scale == 1.0 && row.offset == 0.0 && unit.is_none_or(|unit| unit.dimension != Dimension::Angle);
-    let text = RichText::new("travel…");
+    let text = RichText::new(BUTTON);
     let text = if is_open { text.color(theme::palette(ui).warning) } else { text };
     let button = ui.small_button(text).on_hover_text(
         "For a servo pulse or a lever position instead of a deflection: enter the recorded value at neutral and at another position, \

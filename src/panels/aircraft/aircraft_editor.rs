@@ -283,10 +283,10 @@ fn follows(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState, when: &str
         for (name, value, unit) in [
             (when, notation::four_digits(properties.mass_kg, 1), "kg".to_owned()),
             ("CG x", x, format!("{unit}{chord}")),
-            ("z", z, unit.to_owned()),
-            ("Ixx", xx, String::new()),
-            ("Iyy", yy, String::new()),
-            ("Izz", zz, String::new()),
+            ("CG z", z, unit.to_owned()),
+            ("Ixx", xx, "kg m²".to_owned()),
+            ("Iyy", yy, "kg m²".to_owned()),
+            ("Izz", zz, "kg m²".to_owned()),
             ("Ixz", xz, "kg m²".to_owned()),
         ] {
             ui.label(RichText::new(name).size(11.5).weak());

@@ -5,6 +5,7 @@ use doublet_engine::aircraft::{AircraftField, ChangedValue, FieldUnit, PlaceKind
 use doublet_engine::session::{AircraftEdit, Edit};
 use eframe::egui::{self, Align, Grid, Layout, RichText, ScrollArea, TextEdit, Ui};
 
+use crate::notation;
 use crate::panels::{PanelContext, caption};
 use crate::theme;
 use crate::widgets::EditPhase;
@@ -71,8 +72,8 @@ fn row(ctx: &mut PanelContext<'_>, ui: &mut Ui, field: &AircraftField, is_chosen
     let problem = problem(ctx, field);
     ui.horizontal_wrapped(|ui| {
         let name = if field.name == "place" { "place, datum axes" } else { field.name };
-        let text = RichText::new(name).size(12.0);
-        let text = if is_chosen { text.strong().color(theme::palette(ui).accent) } else { text };
+        let color = if is_chosen { theme::palette(ui).accent } else { egui::Color32::PLACEHOLDER };
+        let text = notation::typeset_in(name, 12.0, color);
         let size = egui::vec2(150.0, ui.spacing().interact_size.y);
         ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
             ui.set_width(size.x);

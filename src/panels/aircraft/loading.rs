@@ -8,7 +8,7 @@ use doublet_core::quantity::Dimension;
 use doublet_engine::aircraft::{AircraftChanges, instant};
 use doublet_engine::session::{Edit, Flight, LoadingEdit, Manoeuvre, WindowRole};
 use doublet_engine::stage::{FlownMass, PooledFits, loading_on_board};
-use eframe::egui::{self, Grid, Id, RichText, ScrollArea, Slider, Ui, UiBuilder};
+use eframe::egui::{self, Align, Grid, Id, Layout, RichText, ScrollArea, Slider, Ui, UiBuilder};
 use egui_extras::{Column, TableBuilder};
 
 use crate::notation;
@@ -360,20 +360,28 @@ fn numbers(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState) {
         ("Ixz [kg m²]", |of| notation::four_digits(of.properties.inertia.xz, 0)),
     ];
     let gap = if ui.available_width() < NARROW { 6.0 } else { 14.0 };
-    Grid::new("loaded").num_columns(4).spacing([gap, 3.0]).show(ui, |ui| {
+    // One column more than is filled: the last of a grid takes all that is left.
+    Grid::new("loaded").num_columns(columns.len() + 2).spacing([gap, 3.0]).show(ui, |ui| {
         ui.label("");
         columns.iter().for_each(|(title, _)| {
-            ui.weak(*title);
+            right(ui, |ui| drop(ui.weak(*title)));
         });
         ui.end_row();
         for (name, figure) in rows {
             column_title(ui, name);
             for (_, state) in &columns {
-                ui.label(RichText::new(figure(state)).font(theme::figures(ui)));
+                right(ui, |ui| drop(ui.label(RichText::new(figure(state)).font(theme::figures(ui)))));
             }
             ui.end_row();
         }
     });
+}
+
+/// A cell of a grid, its content at the right.
+fn right(ui: &mut Ui, content: impl FnOnce(&mut Ui)) {
+    // A layout without a size would be as high as the rest of the panel.
+    let size = egui::vec2(ui.available_width(), ui.spacing().interact_size.y);
+    ui.allocate_ui_with_layout(size, Layout::right_to_left(Align::Center), content);
 }
 
 /// What is wrong with a loading.
@@ -398,7 +406,7 @@ fn envelope(ctx: &mut PanelContext<'_>, ui: &mut Ui, aircraft: &Aircraft, loaded
     let mut chart = Chart::new("envelope", format!("CG aft of the datum [{unit}]"), "mass [kg]");
     if let Some(envelope) = &aircraft.envelope {
         let corners = envelope.outline().into_iter().map(|(x_m, mass_kg)| [scale * x_m, mass_kg]);
-        chart.curves.push(ChartCurve::new("", palette.accent, ChartStyle::Area, corners.collect()));
+        chart.curves.push(ChartCurve::new("envelope", palette.ignored, ChartStyle::Area, corners.collect()));
     } else {
         ui.weak("The file of this aircraft states no envelope.");
         if loaded.properties.cg_from_datum_m == [0.0; 3] {

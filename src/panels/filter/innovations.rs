@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use doublet_engine::stage::WindowPath;
-use eframe::egui::{self, RichText, TextStyle, Ui};
+use eframe::egui::{self, RichText, Ui};
 use egui_extras::{Column, TableBuilder};
 
 use crate::notation;
@@ -102,7 +102,9 @@ fn advice(ctx: &PanelContext<'_>, path: &WindowPath, ui: &mut Ui) {
             let alone = || channel.advice.strip_prefix(&named).unwrap_or(&channel.advice).to_owned();
             let advice = noise_advice::find(ctx, channel.measurement);
             let advice = advice.map_or_else(alone, |advice| noise_advice::advice_text(ctx, advice));
-            ui.painter().layout(advice, TextStyle::Body.resolve(ui.style()), consistency_color(ui, channel), width)
+            let mut job = notation::typeset_in(&advice, 12.5, consistency_color(ui, channel));
+            job.wrap.max_width = width;
+            ui.painter().layout_job(job)
         })
         .collect();
     let heights: Vec<f32> = advised.iter().map(|advice| (advice.size().y + 4.0).max(22.0)).collect();

@@ -16,9 +16,14 @@ use crate::widgets::term::column_title;
 use crate::{notation, theme};
 
 /// Width from which the two tables of noise stand side by side.
-const SIDE_BY_SIDE: f32 = 690.0;
+const SIDE_BY_SIDE: f32 = 720.0;
 /// Factor between a proposal and what the steady windows show beyond which it is marked.
 const FAR: f64 = 3.0;
+
+/// Widths of a field, its unit, and a proposal with its warning sign, points.
+const FIELD: f32 = 78.0;
+const UNIT: f32 = 44.0;
+pub(super) const PROPOSAL: f32 = 92.0;
 
 /// The panel.
 pub struct Noise;
@@ -306,12 +311,22 @@ fn reason(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, row: &NoiseRow) {
     ui.ctx().accesskit_node_builder(menu.id, |node| node.set_label(format!("why {name}")));
 }
 
+/// A cell of a grid that is at least so wide, so that the tables of noise have equal columns.
+fn fixed_cell<T>(ui: &mut Ui, width: f32, content: impl FnOnce(&mut Ui) -> T) -> T {
+    ui.horizontal(|ui| {
+        ui.set_min_width(width);
+        content(ui)
+    })
+    .inner
+}
+
 impl Row<'_> {
     /// Symbol, field, reset, and a mark of consistency.
     fn show(self, ctx: &mut PanelContext<'_>, ui: &mut Ui, edit: impl Fn(f64) -> Edit) {
         let (unit, scale) = ctx.unit(self.dimension);
         ui.label(self.symbol).on_hover_text(self.about);
-        let edited = QuantityEdit::new(&self.name, self.value).unit(unit, scale).logarithmic().show(ui);
+        let field = QuantityEdit::new(&self.name, self.value).unit(unit, scale).logarithmic();
+        let edited = fixed_cell(ui, FIELD + UNIT, |ui| field.show(ui));
         ctx.edit_quantity(edited, &edit);
         let reset = ui
             .add_enabled(self.value != self.usual, egui::Button::new(RichText::new("↺").size(12.0)).frame(false))
@@ -330,7 +345,7 @@ impl Row<'_> {
                 }
             }
             (None, Some(recorded)) => {
-                take_recorded(ctx, ui, &self.name, recorded, (unit, scale));
+                fixed_cell(ui, PROPOSAL, |ui| take_recorded(ctx, ui, &self.name, recorded, (unit, scale)));
                 reason(ctx, ui, &self.name, recorded);
             }
             (None, None) if self.mark.is_some() => {

@@ -7,6 +7,7 @@ use eframe::egui::{self, Button, RichText, Ui};
 
 use crate::notation;
 use crate::panels::PanelContext;
+use crate::panels::filter::noise::PROPOSAL;
 use crate::theme;
 
 /// The advice on a measurement of the chosen manoeuvre.
@@ -79,6 +80,7 @@ pub fn buttons(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, advice: &Noi
         NoiseStep::Keep | NoiseStep::NotNoise => *label == "recorded",
     });
     ui.vertical(|ui| {
+        ui.set_min_width(PROPOSAL);
         ui.spacing_mut().item_spacing.y = 1.0;
         for (estimate, label, short) in shown {
             let Some(estimate) = estimate else { continue };

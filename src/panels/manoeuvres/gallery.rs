@@ -50,6 +50,9 @@ impl Panel for Gallery {
             ui.separator();
             crate::panels::choices(ui, &mut self.shown, &choices);
         });
+        if !self.over {
+            ui.weak("Blue: control, orange: response.");
+        }
         let session = ctx.session;
         let shown: Vec<&Manoeuvre> = session
             .windows

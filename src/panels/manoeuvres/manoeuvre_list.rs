@@ -79,7 +79,11 @@ impl Panel for Manoeuvres {
             for (name, command, hint) in [
                 ("◀", EditCommand::PreviousWindow, "Previous manoeuvre (Page up)"),
                 ("▶", EditCommand::NextWindow, "Next manoeuvre (Page down)"),
-                ("Add", EditCommand::AddWindow, "New manoeuvre between the markers or at the centre of the screen (Insert). Or drag in the lane above the plots."),
+                (
+                    "Add",
+                    EditCommand::AddWindow,
+                    "New manoeuvre between markers A and B (Insert). Or drag with Ctrl in a plot.",
+                ),
                 ("Remove", EditCommand::RemoveWindow, "Remove the selected manoeuvres (Delete)"),
             ] {
                 if ui.button(name).on_hover_text(hint).clicked() {

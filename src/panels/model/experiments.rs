@@ -16,10 +16,10 @@ use egui_extras::{Column, TableBuilder, TableRow};
 use crate::notation;
 use crate::panels::model::experiment_intervals::{self, Shown};
 use crate::panels::overlaid;
-use crate::panels::{Panel, PanelContext, caption, choices};
+use crate::panels::{Panel, PanelContext, choices};
 use crate::theme;
 use crate::widgets::level_mark::level_mark;
-use crate::widgets::term::column_title;
+use crate::widgets::term::{column_title, column_title_called};
 
 /// Titles of the columns behind the name.
 const TITLES: [&str; 6] = ["Verdict", "NIS", "R²", "honest R²", "ΔAIC", "validation error"];
@@ -75,7 +75,8 @@ impl Panel for Experiments {
         ScrollArea::vertical().id_salt("below the board").auto_shrink(false).show(ui, |ui| {
             self.actions(ctx, ui);
             self.differing(ctx, ui);
-            caption(ui, &format!("Derivatives of {coefficient} with 95 % intervals"));
+            let title = format!("Derivatives of {coefficient} with 95 % intervals");
+            ui.label(notation::typeset_in(&title, 11.5, ui.visuals().strong_text_color()));
             let shown = rows.0.iter().enumerate().filter_map(|(index, (name, slot))| {
                 let chosen = self.chosen.contains(name);
                 let is_faint = !self.chosen.is_empty() && !chosen;
@@ -97,7 +98,8 @@ impl Experiments {
         let name = if typed.is_empty() { usual } else { typed.to_owned() };
         let button = ui.add_enabled(name != PRESENT, Button::new("Keep"));
         let hint = "Save filter, noise, structure, manoeuvres and estimator of the session under this name";
-        if button.on_hover_text(hint).clicked() {
+        let is_confirmed = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        if button.on_hover_text(hint).clicked() || is_confirmed && name != PRESENT {
             ctx.edit(Edit::Experiment(ExperimentEdit::Keep(name)));
             self.name.clear();
         }
@@ -114,16 +116,20 @@ impl Experiments {
             .cell_layout(Layout::right_to_left(Align::Center))
             .column(Column::remainder().at_least(110.0).clip(true))
             .column(Column::exact(50.0))
-            .column(Column::exact(66.0))
+            .column(Column::exact(96.0))
             .columns(Column::exact(58.0), TITLES.len() - 2)
             .column(Column::exact(86.0))
-            .header(20.0, |mut header| {
+            .header(30.0, |mut header| {
                 header.col(|_| {});
                 header.col(|ui| {
                     column_title(ui, "Overlay");
                 });
                 for title in TITLES {
                     header.col(|ui| {
+                        if title == TITLES[0] {
+                            column_title_called(ui, "derivatives\ngood/caution/bad", title);
+                            return;
+                        }
                         column_title(ui, title);
                     });
                 }

@@ -217,7 +217,7 @@ fn information(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let Some(details) = ctx.details() else {
         return awaiting(ctx, ui, "the fits of this manoeuvre", "This manoeuvre has no fit.");
     };
-    ui.weak("Information on each derivative over time, with all others of its coefficient estimated too. Dark: no information.");
+    ui.weak("Information on each derivative over time, with all others of its coefficient estimated too. The stronger the colour, the more information; the colour of the plot ground: none.");
     let range = ctx.state.window_time.range();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         for found in &details.information {

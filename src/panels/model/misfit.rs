@@ -49,8 +49,8 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, chosen: &mut Coefficient, p
         let correlation = residuals::correlation(study, ui);
         ctx.chart(ui, &correlation, CHART_HEIGHT);
         let verdict = if study.whiteness.is_white() { "White" } else { "Not white" };
-        let probability = notation::fixed(100.0 * study.whiteness.probability, 1);
-        ui.weak(format!("{verdict}: p-value of white noise {probability} %"));
+        let probability = notation::probability(study.whiteness.probability);
+        ui.weak(format!("{verdict}: p-value of white noise {probability}"));
     });
 }
 

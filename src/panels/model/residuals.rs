@@ -25,7 +25,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, chosen: &mut Coefficient) {
     let study = study_of(shown);
     let (probability, verdict) =
         (study.whiteness.probability, if study.whiteness.is_white() { "white" } else { "not white" });
-    ui.weak(format!("{verdict}: p-value of white noise {} %", notation::fixed(100.0 * probability, 1)));
+    ui.weak(format!("{verdict}: p-value of white noise {}", notation::probability(probability)));
     let height = 0.5 * ui.available_height() - 6.0;
     let correlation = correlation(study, ui);
     ctx.chart(ui, &correlation, height);

@@ -124,6 +124,12 @@ fn shortened(ui: &mut Ui, name: &str) {
     ui.add(Label::new(text).truncate()).on_hover_text(name);
 }
 
+/// A figure at the right of its cell.
+fn figure(ui: &mut Ui, text: RichText) -> egui::Response {
+    let text = text.font(theme::figures(ui));
+    ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(text)).inner
+}
+
 fn cells(ctx: &PanelContext<'_>, line: &mut TableRow<'_, '_>, row: &Row, level: Option<Level>) {
     let (unit, scale) = ctx.state.units.of_role(row.role);
     line.col(|ui| {
@@ -139,16 +145,16 @@ fn cells(ctx: &PanelContext<'_>, line: &mut TableRow<'_, '_>, row: &Row, level: 
     for value in [row.statistics.map(|found| found.min), row.statistics.map(|found| found.max)] {
         line.col(|ui| {
             let text = value.map_or_else(|| "–".to_owned(), |value| notation::number(scale * value));
-            ui.label(RichText::new(text).font(theme::figures(ui)));
+            figure(ui, RichText::new(text));
         });
     }
     line.col(|ui| {
         ui.weak(unit);
     });
     line.col(|ui| {
-        let text = RichText::new(notation::number(row.rate_hz)).font(theme::figures(ui));
+        let text = RichText::new(notation::number(row.rate_hz));
         let text = if row.gaps > 0 { text.color(theme::palette(ui).warning) } else { text };
-        ui.label(text).on_hover_text(match row.gaps {
+        figure(ui, text).on_hover_text(match row.gaps {
             0 => "no gap".to_owned(),
             gaps => format!("{gaps} gaps"),
         });

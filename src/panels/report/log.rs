@@ -7,9 +7,11 @@ use crate::panels::{Panel, PanelContext};
 use crate::widgets::term::column_title;
 use crate::{notation, theme};
 
-/// Width of the column with what asked for a run, and of all columns but the one with what came of it.
-const CAUSE: f32 = 170.0;
-const COLUMNS: f32 = 40.0 + CAUSE + 72.0 + 40.0;
+/// Least and greatest width of the column with what asked for a run, and its part of the panel.
+const CAUSE: [f32; 2] = [170.0, 360.0];
+const CAUSE_PART: f32 = 0.25;
+/// Width of the columns of run and time, with the spaces between all.
+const COLUMNS: f32 = 40.0 + 72.0 + 40.0;
 
 /// The panel.
 pub struct Log;
@@ -36,7 +38,8 @@ impl Panel for Log {
             });
         }
         let figures = theme::figures(ui);
-        let width = (ui.available_width() - COLUMNS).max(120.0);
+        let cause = (CAUSE_PART * ui.available_width()).clamp(CAUSE[0], CAUSE[1]);
+        let width = (ui.available_width() - COLUMNS - cause).max(120.0);
         let wrapped = |ui: &Ui, text: &str, width: f32, color| {
             ui.painter().layout(text.to_owned(), TextStyle::Body.resolve(ui.style()), color, width)
         };
@@ -46,7 +49,7 @@ impl Panel for Log {
             .map(|line| {
                 let color = if line.failed { palette.error } else { ui.visuals().text_color() };
                 [
-                    wrapped(ui, &line.cause, CAUSE - 8.0, ui.visuals().text_color()),
+                    wrapped(ui, &line.cause, cause - 8.0, ui.visuals().text_color()),
                     wrapped(ui, &line.text, width, color),
                 ]
             })
@@ -59,7 +62,7 @@ impl Panel for Log {
             .stick_to_bottom(true)
             .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
             .column(Column::exact(40.0))
-            .column(Column::exact(CAUSE).clip(true))
+            .column(Column::exact(cause).clip(true))
             .column(Column::remainder().clip(true))
             .column(Column::exact(72.0))
             .header(20.0, |mut header| {

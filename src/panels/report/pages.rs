@@ -64,12 +64,12 @@ impl Pages {
         trouble(ui, self.error.as_deref());
         if self.pages.is_empty() {
             if self.typesetting.is_some() || ctx.snapshot.busy {
-                ui.horizontal(|ui| {
-                    ui.spinner();
-                    ui.weak("Typesetting the pages");
-                });
+                ui.spinner();
             }
             return;
+        }
+        if self.typesetting.is_some() || ctx.snapshot.busy {
+            ui.multiply_opacity(0.45);
         }
         let mut wanted = None;
         let mut shown = BTreeSet::new();
@@ -185,7 +185,8 @@ impl Pages {
     /// How many pages there are, and what is being done about them.
     pub fn status(&self, ui: &mut Ui) {
         let text = match (self.typesetting.is_some(), self.pages.len()) {
-            (true, _) => "typesetting…".to_owned(),
+            (true, 0) => "typesetting…".to_owned(),
+            (true, _) => "out of date, typesetting…".to_owned(),
             (false, 0) => return,
             (false, 1) => "1 page".to_owned(),
             (false, count) => format!("{count} pages"),

@@ -2,7 +2,7 @@
 
 use doublet_engine::session::{Fix, Session};
 use doublet_engine::verdict::VerdictCounts;
-use eframe::egui::{Label, RichText, Ui};
+use eframe::egui::{Label, Ui};
 
 use crate::command::{EditCommand, UiCommand};
 use crate::notation;
@@ -38,7 +38,8 @@ impl AppliedFix {
     /// The fix, and the verdict before and, once it is computed, after.
     pub fn show(&self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         ui.horizontal_wrapped(|ui| {
-            ui.label(RichText::new(format!("Applied: {}.", self.label)).strong());
+            let text = format!("Applied: {}.", self.label);
+            ui.label(notation::typeset_in(&text, 12.5, ui.visuals().strong_text_color()));
             if ui.small_button("Undo").clicked() {
                 ctx.commands.push(UiCommand::Edit(EditCommand::Undo));
             }
@@ -59,6 +60,6 @@ impl AppliedFix {
 pub fn describe(ui: &mut Ui, counts: VerdictCounts) {
     let VerdictCounts { level, good, caution, bad } = counts;
     level_mark(ui, Some(level));
-    let text = format!("{} ({good} good, {caution} caution, {bad} bad)", level.name());
+    let text = format!("{} (derivatives: {good} good, {caution} caution, {bad} bad)", level.name());
     ui.add(Label::new(notation::typeset(&text, 13.0)));
 }

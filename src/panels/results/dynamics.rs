@@ -8,7 +8,7 @@ use doublet_engine::report::{AnticipationChart, ModeRow, QualityRow, anticipatio
 use doublet_engine::run::Slot;
 use doublet_engine::study::dynamics::{CATEGORIES, CLASSES};
 use doublet_engine::study::{DynamicsRequest, DynamicsStudy};
-use eframe::egui::{ComboBox, Grid, ScrollArea, Slider, Ui};
+use eframe::egui::{ComboBox, Grid, Label, RichText, ScrollArea, Slider, Ui};
 
 use crate::notation;
 use crate::panels::{Panel, PanelContext, awaiting, choices, trouble};
@@ -173,12 +173,12 @@ fn with_error(mode: &ModeRow, key: &str, value: Option<f64>) -> String {
     let error = mode.intervals.get(key).and_then(|figure| figure.delta).map(|interval| interval.standard_error);
     error.map_or_else(
         || notation::number(value),
-        |error| format!("{} ± {}", notation::number(value), notation::number(error)),
+        |error| format!("{} ± {}", notation::within(value, error), notation::within(error, error)),
     )
 }
 
 fn modes(ui: &mut Ui, study: &DynamicsStudy) {
-    ScrollArea::both().show(ui, |ui| {
+    ScrollArea::horizontal().show(ui, |ui| {
         Grid::new("modes").striped(true).show(ui, |ui| {
             for head in ["mode", "real [1/s]", "frequency [rad/s]", "damping", "period [s]", "half [s]", "double [s]"] {
                 column_title(ui, head);
@@ -195,17 +195,32 @@ fn modes(ui: &mut Ui, study: &DynamicsStudy) {
                 ui.end_row();
             }
         });
-        ui.weak("± is one standard error, from the corrected covariance of the derivatives.");
-        study.notes.iter().for_each(|note| drop(ui.weak(note)));
     });
+    // Notes wrap in the panel: in the table they would be cut.
+    ScrollArea::vertical().id_salt("notes").show(ui, |ui| {
+        wrapped(ui, "± is one standard error, from the corrected covariance of the derivatives.");
+        study.notes.iter().for_each(|note| wrapped(ui, note));
+    });
+}
+
+/// A weak text over the width of the panel.
+fn wrapped(ui: &mut Ui, text: &str) {
+    ui.add(Label::new(RichText::new(in_letters(text)).weak()).wrap());
+}
+
+/// `text` with units and symbols as they are printed.
+fn in_letters(text: &str) -> String {
+    text.replace("omega_sp^2", "ω²sp").replace("rad/s^2", "rad/s²")
 }
 
 fn levels(ui: &mut Ui, study: &DynamicsStudy) {
     let found = qualities_row(study);
     let paragraph = |row: &QualityRow| format!("{}, {}", row.standard, row.source);
+    let worst = found.level.unwrap_or("not judged");
+    let line = format!("{}, {}: {worst}, {}", found.standard, found.airplane_from, found.extent());
+    ui.add(Label::new(line).wrap());
+    wrapped(ui, &found.note);
     ScrollArea::both().show(ui, |ui| {
-        let worst = found.level.unwrap_or("not judged");
-        ui.label(format!("{}, {}: {worst}, {}", found.standard, found.airplane_from, found.extent()));
         Grid::new("levels").striped(true).show(ui, |ui| {
             for head in ["criterion", "level", "probability", "values [95 %]", "not Level 1 because", "paragraph"] {
                 column_title(ui, head);
@@ -219,13 +234,12 @@ fn levels(ui: &mut Ui, study: &DynamicsStudy) {
                     ui.weak(criterion.level_text())
                 };
                 ui.label(criterion.probability().map_or_else(String::new, |share| format!("{:.0} %", 100.0 * share)));
-                ui.label(criterion.value_texts(notation::number).join("; "));
-                ui.label(criterion.reasons.join("; "));
+                ui.label(in_letters(&criterion.value_texts(notation::number).join("; ")));
+                ui.label(in_letters(&criterion.reasons.join("; ")));
                 ui.weak(paragraph(criterion));
                 ui.end_row();
             }
         });
-        ui.weak(&found.note);
         ui.separator();
         Grid::new("not judged").striped(true).show(ui, |ui| {
             for head in ["not judged", "needed", "values [95 %]", "paragraph"] {
@@ -236,7 +250,7 @@ fn levels(ui: &mut Ui, study: &DynamicsStudy) {
                 let Some(needed) = &criterion.needed else { continue };
                 ui.label(&criterion.criterion);
                 ui.label(needed);
-                ui.label(criterion.value_texts(notation::number).join("; "));
+                ui.label(in_letters(&criterion.value_texts(notation::number).join("; ")));
                 ui.weak(paragraph(criterion));
                 ui.end_row();
             }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use doublet_core::model::Coefficient;
 use doublet_engine::session::{Edit, ExperimentEdit, Fix, Session};
 use doublet_engine::verdict::Finding;
-use eframe::egui::{Label, RichText, Ui};
+use eframe::egui::{Button, Label, RichText, Ui};
 
 use crate::command::{UiCommand, ViewCommand};
 use crate::notation;
@@ -67,7 +67,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, kind: &FindingKind<'_>) -> 
         level_mark(ui, Some(finding.level));
         ui.vertical(|ui| {
             ui.spacing_mut().item_spacing.y = 1.0;
-            let more = if alike > 1 { format!("   {} × {alike}", finding.code) } else { String::new() };
+            let more = if alike > 1 { format!("   and {} more like this", alike - 1) } else { String::new() };
             let weak = ui.visuals().weak_text_color();
             ui.add(Label::new(notation::typeset_in(&format!("{}{more}", finding.place), 11.0, weak)).wrap());
             ui.add(Label::new(notation::typeset(&finding.text, 13.0)).wrap());
@@ -99,7 +99,8 @@ fn fix_row(ctx: &mut PanelContext<'_>, ui: &mut Ui, fix: &Fix) -> bool {
     tried.1.push(fix.clone());
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
-        let button = ui.small_button(format!("Apply: {}", fix.label));
+        let button = ui.add(Button::new(notation::typeset(&format!("Apply: {}", fix.label), 12.5)).small());
+        ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(format!("Apply: {}", fix.label)));
         is_wanted = button.on_hover_text("Applies the fix as one undo step").clicked();
         let slot = ctx.snapshot.inquiries.fixes.row(fix);
         match slot.map(|slot| (slot.ready(), slot.error())) {

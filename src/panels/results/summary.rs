@@ -26,6 +26,8 @@ const RIGHT_ROOM: f32 = 24.0;
 const LEAST_REASONS: f32 = 260.0;
 /// From this width on the reasons stand beside the grid, below it else.
 const WIDE: f32 = 720.0;
+/// Height of the reasons where there are none: a heading and the least list.
+const NO_REASONS: f32 = 108.0;
 /// Reasons said at once; the rest is asked for.
 const WORST: usize = 3;
 
@@ -110,6 +112,9 @@ impl Panel for Summary {
             let most = (room.x - NAMES - (fits + 1) as f32 * (CELL + GAP) - RIGHT_ROOM).max(LEAST_REASONS);
             let bar = Bar::right("reasons beside").default_size(most.min(0.5 * room.x));
             let bar = bar.size_range(LEAST_REASONS..=most);
+            bar.show(ui, |ui| self.reasons(ctx, ui, &verdicts));
+        } else if self.chosen.judged(&verdicts).is_none_or(|(_, reasons)| reasons.is_empty()) {
+            let bar = Bar::bottom("no reasons below").default_size(NO_REASONS).size_range(NO_REASONS..=NO_REASONS);
             bar.show(ui, |ui| self.reasons(ctx, ui, &verdicts));
         } else {
             let bar = Bar::bottom("reasons below").default_size(0.4 * room.y).size_range(64.0..=0.7 * room.y);

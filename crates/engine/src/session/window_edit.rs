@@ -82,7 +82,10 @@ pub enum WindowEdit {
 impl WindowEdit {
     pub(super) fn label(&self) -> String {
         match self {
-            Self::Add(window) => format!("add manoeuvre {}", window.name),
+            Self::Add(window) => match window.name.strip_prefix("manoeuvre ") {
+                Some(number) => format!("add manoeuvre {number}"),
+                None => format!("add manoeuvre {}", window.name),
+            },
             Self::AddAll(windows) => format!("add {} manoeuvres", windows.len()),
             Self::Remove(name) => format!("remove manoeuvre {name}"),
             Self::Rename { from, to } => format!("rename manoeuvre {from} to {to}"),

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use doublet_core::atmos::{Atmosphere, density_kg_m3};
 use doublet_core::model::{
     AeroData, Coefficient, CoefficientSettings, Coefficients, Gyroscopic, Position, RECORDED, ThrustTreatment,
     Variables, coefficients, variables,
@@ -15,6 +14,7 @@ use doublet_core::reconstruct::{FilterData, INPUTS, Input, Reconstruction, STATE
 use doublet_core::series::{Recording, Series, TimeRange};
 use doublet_core::statistics::median_step;
 
+use super::air_density::{AirDensity, air_over};
 use super::aircraft::AircraftData;
 use super::engines::{Air, ExtrapolatedThrust, engines};
 use super::path::WindowPath;
@@ -23,7 +23,7 @@ use super::samples::{differentiation, span};
 use super::window_context::{ANGULAR_ACCELERATIONS, WindowContext};
 use super::window_samples::{Samples, is_in};
 use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
-use crate::session::{AngularAcceleration, Finding, Level, PathSource, Preparation, Surface};
+use crate::session::{AngularAcceleration, PathSource, Preparation, Surface};
 
 /// Coefficients and variables over one window.
 #[derive(Clone, Debug)]
@@ -46,49 +46,6 @@ pub struct WindowAero {
     pub unknown_thrust: Vec<String>,
     /// Engines whose thrust a chart or map extrapolates.
     pub extrapolated_thrust: Vec<ExtrapolatedThrust>,
-}
-
-/// Where the air density of a window comes from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum AirDensity {
-    /// Recorded itself.
-    Recorded,
-    /// Recorded static pressure and air temperature.
-    PressureAndTemperature,
-    /// Recorded static pressure at the temperature of the standard atmosphere.
-    Pressure,
-    /// The standard atmosphere at the recorded altitude.
-    RecordedAltitude,
-    /// The standard atmosphere at the height above the sea that the satellites give.
-    SatelliteAltitude,
-    /// The standard atmosphere at an altitude that nothing recorded: that of the origin which the session assumes, m, and the
-    /// climb of the path.
-    AssumedAltitude(f64),
-}
-
-impl AirDensity {
-    /// Name in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Recorded => "recorded",
-            Self::PressureAndTemperature => "recorded pressure and temperature",
-            Self::Pressure => "recorded pressure and standard temperature",
-            Self::RecordedAltitude => "standard atmosphere at the recorded altitude",
-            Self::SatelliteAltitude => "standard atmosphere at the satellite altitude",
-            Self::AssumedAltitude(_) => "standard atmosphere at an assumed altitude",
-        }
-    }
-
-    /// That it is only assumed (`assumed`), where it is.
-    pub fn finding(self) -> Option<Finding> {
-        let Self::AssumedAltitude(origin_m) = self else { return None };
-        let text = format!(
-            "Altitude, pressure and density not recorded: density is that of {origin_m:.0} m above the sea at the start."
-        );
-        let finding = Finding::new(Level::Caution, "assumed", "air density", text);
-        let fix_text = "Map the pressure altitude, or check the stated initial altitude.";
-        Some(finding.with_fix_text(fix_text).with_setting("Model", "preparation.origin_altitude_m"))
-    }
 }
 
 impl Footprint for WindowAero {
@@ -325,7 +282,6 @@ fn aero_data(
     aircraft: &AircraftData,
     preparation: &Preparation,
 ) -> StageResult<Formed> {
-    let mut warnings = Vec::new();
     let Motion { airspeed_m_s, alpha_rad, beta_rad, biases, down_m } = motion(window.first, path, preparation.path)?;
     let time_s = Arc::clone(&window.time_s);
     // The filter has the specific force moved to the centre of gravity; here it is wanted as measured, to be moved with the
@@ -333,11 +289,8 @@ fn aero_data(
     let accelerometer = aircraft.accelerometer.filter(|_| preparation.correct_accelerometer);
     let [ax, ay, az, p, q, r] = unbiased_inputs(window, &biases)?;
     let rates_rad_s = [p, q, r];
-    let origin_m = preparation.origin_altitude_m;
-    let (altitude_m, standard): (Arc<[f64]>, _) = match window.values(Role::Altitude)? {
-        Some(altitude) => (altitude, AirDensity::RecordedAltitude),
-        None => altitude_without_channel(window, &down_m, origin_m)?,
-    };
+    let air = air_over(window, &down_m, preparation.origin_altitude_m)?;
+    let mut warnings = air.warnings;
     let mut controls = BTreeMap::new();
     for role in CONTROLS.map(Surface::role) {
         if let Some(values) = window.values(role)? {
@@ -348,30 +301,14 @@ fn aero_data(
     for (_, role) in RECORDED {
         controls.extend(window.values(role).ok().flatten().map(|values| (role, values)));
     }
-    let (density_kg_m3, air_density) = air_density(window, &altitude_m, standard)?;
-    match air_density {
-        AirDensity::RecordedAltitude => {
-            warnings.push("air density comes from the standard atmosphere at the recorded altitude".to_owned());
-        }
-        AirDensity::AssumedAltitude(origin_m) => warnings.push(format!(
-            "air density is assumed: standard atmosphere at an assumed altitude, {origin_m:.0} m and the climb of the path"
-        )),
-        AirDensity::Pressure => {
-            warnings.push("air density comes from the recorded pressure at standard temperature".to_owned());
-        }
-        AirDensity::SatelliteAltitude => {
-            warnings.push("air density comes from the standard atmosphere at the satellite altitude".to_owned());
-        }
-        AirDensity::Recorded | AirDensity::PressureAndTemperature => {}
-    }
-    let air = Air {
+    let of_engines = Air {
         time_s: &time_s,
         airspeed_m_s: &airspeed_m_s,
-        altitude_m: &altitude_m,
-        temperature_k: &air_temperature(window, &altitude_m)?,
-        density_kg_m3: &density_kg_m3,
+        altitude_m: &air.altitude_m,
+        temperature_k: &air.temperature_k,
+        density_kg_m3: &air.density_kg_m3,
     };
-    let engines = engines(window, aircraft, &air)?;
+    let engines = engines(window, aircraft, &of_engines)?;
     if preparation.thrust != ThrustTreatment::Included && engines.engines.is_empty() {
         return Err("thrust cannot be removed: it is neither recorded nor modelled by the aircraft's engines; set preparation.remove_thrust to false".into());
     }
@@ -387,33 +324,17 @@ fn aero_data(
         rates_rad_s,
         specific_force_m_s2: [ax, ay, az],
         accelerometer,
-        density_kg_m3,
+        density_kg_m3: air.density_kg_m3,
         controls,
         mass: window.mass.clone()?,
         engines: engines.engines,
         propeller_pressure: engines.propeller_pressure,
         mach: window.values(Role::Mach)?,
-        altitude_m: Some(altitude_m),
+        altitude_m: Some(air.altitude_m),
         time_s,
     };
     let (unknown_thrust, extrapolated_thrust) = (engines.unknown, engines.extrapolated);
-    Ok(Formed { data, air_density, unknown_thrust, extrapolated_thrust, warnings })
-}
-
-/// Altitude of a recording without a pressure altitude: that of its static pressure, else of the satellites, else an assumed one.
-fn altitude_without_channel(
-    window: &WindowContext,
-    down_m: &[f64],
-    origin_m: f64,
-) -> StageResult<(Arc<[f64]>, AirDensity)> {
-    if let Some(pressure) = window.values(Role::StaticPressure)? {
-        let altitude = pressure.iter().map(|&pressure| Atmosphere::STANDARD.altitude_m(pressure));
-        return Ok((altitude.collect::<Result<_, _>>()?, AirDensity::Pressure));
-    }
-    if let Some(altitude) = window.values(Role::GpsAltitude)? {
-        return Ok((altitude, AirDensity::SatelliteAltitude));
-    }
-    Ok((down_m.iter().map(|down| origin_m - down).collect(), AirDensity::AssumedAltitude(origin_m)))
+    Ok(Formed { data, air_density: air.source, unknown_thrust, extrapolated_thrust, warnings })
 }
 
 /// What the path says of the motion from some sample on.
@@ -463,32 +384,4 @@ fn unbiased_inputs(window: &WindowContext, biases: &[f64; INPUTS]) -> StageResul
         columns[input as usize] = recorded.iter().map(|value| value - bias).collect();
     }
     Ok(columns)
-}
-
-fn air_temperature(window: &WindowContext, altitude_m: &[f64]) -> StageResult<Arc<[f64]>> {
-    if let Some(temperature) = window.values(Role::AirTemperature)? {
-        return Ok(temperature);
-    }
-    let standard = |&altitude: &f64| Ok(Atmosphere::STANDARD.temperature_k(altitude)?);
-    altitude_m.iter().map(standard).collect()
-}
-
-/// Air density, and where it comes from: `standard` where nothing but an altitude is known.
-fn air_density(
-    window: &WindowContext,
-    altitude_m: &[f64],
-    standard: AirDensity,
-) -> StageResult<(Arc<[f64]>, AirDensity)> {
-    if let Some(density) = window.values(Role::AirDensity)? {
-        return Ok((density, AirDensity::Recorded));
-    }
-    let pressure = window.values(Role::StaticPressure)?;
-    let temperature = window.values(Role::AirTemperature)?;
-    if let (Some(pressure), Some(temperature)) = (pressure, temperature) {
-        let pairs = pressure.iter().zip(temperature.iter());
-        let density = pairs.map(|(&p, &t)| density_kg_m3(p, t));
-        return Ok((density.collect::<Result<_, _>>()?, AirDensity::PressureAndTemperature));
-    }
-    let at = |&altitude: &f64| Atmosphere::STANDARD.density_kg_m3(altitude);
-    Ok((altitude_m.iter().map(at).collect::<Result<_, _>>()?, standard))
 }

@@ -1,6 +1,8 @@
-//! True airspeed from a calibrated one, in a recording that has no true one.
+//! Air data that follow from others: true airspeed from a calibrated one or a Mach number, static temperature from a total one.
 
-use doublet_core::atmos::{Atmosphere, true_of_calibrated_m_s};
+use doublet_core::atmos::{
+    Atmosphere, mach_of_calibrated, static_at_airspeed_k, static_of_total_temperature_k, true_of_mach_m_s,
+};
 use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording, Series};
 
@@ -14,52 +16,89 @@ const PRESSURES: [(Role, &str); 3] = [
     (Role::GpsAltitude, "the standard pressure at the GPS altitude"),
 ];
 
-/// Whether a recording with these roles has a true airspeed, its own or one that follows from the calibrated one.
+/// Whether a recording with these roles has a true airspeed, its own or one that follows from a Mach number or the calibrated one.
 pub(crate) fn has_airspeed(has: impl Fn(Role) -> bool) -> bool {
-    has(Role::TrueAirspeed) || has(Role::CalibratedAirspeed) && PRESSURES.iter().any(|(role, _)| has(*role))
+    let has_pressure = PRESSURES.iter().any(|(role, _)| has(*role));
+    has(Role::TrueAirspeed)
+        || has(Role::CalibratedAirspeed) && has_pressure
+        || has(Role::Mach) && (has_pressure || has(Role::AirTemperature) || has(Role::TotalTemperature))
 }
 
-/// Adds the true airspeed to a recording that has only a calibrated one, with static pressure or altitude, and says so.
-pub(super) fn add_airspeed(recording: &mut Recording) {
-    if recording.role(Role::TrueAirspeed).is_some() {
-        return;
-    }
-    let Some((series, text)) = airspeed(recording) else { return };
-    recording.warnings.push(text);
-    recording.roles.insert(Role::TrueAirspeed, recording.channels.len());
-    let (name, unit) = (Role::TrueAirspeed.name().to_owned(), "m/s".to_owned());
-    recording.channels.push(Channel { source: SOURCE.to_owned(), name, unit, series });
-}
+/// Derives a signal from others: the signal, and from what it follows.
+type Derive = fn(&Recording) -> Option<(Series, String)>;
 
-/// True airspeed at the samples of the calibrated one, and from what it is.
-fn airspeed(recording: &Recording) -> Option<(Series, String)> {
-    let Series { time_s, values } = recording.role(Role::CalibratedAirspeed)?.series.finite();
-    let at = |role: Role| values_where_recorded(recording, role, &time_s);
-    let (mut pressure_pa, role, pressure_name) =
-        PRESSURES.iter().find_map(|&(role, name)| Some((at(role)?, role, name)))?;
-    let day = Atmosphere::STANDARD;
-    if role != Role::StaticPressure {
-        pressure_pa.iter_mut().for_each(|altitude_m| *altitude_m = day.pressure_pa(*altitude_m).unwrap_or(f64::NAN));
-    }
-    let standard_k =
-        |pressure_pa: f64| day.altitude_m(pressure_pa).and_then(|altitude_m| day.temperature_k(altitude_m));
-    let (temperature_k, temperature_name) = match at(Role::AirTemperature) {
-        Some(recorded) => (recorded, "air temperature"),
-        None => {
-            let standard = pressure_pa.iter().map(|pressure_pa| standard_k(*pressure_pa).unwrap_or(f64::NAN));
-            (standard.collect(), "standard temperature")
+/// Adds what follows from the air data of a recording and is not recorded itself, and says so: the true airspeed, and the static
+/// temperature from the total one.
+pub(super) fn add_air_data(recording: &mut Recording) {
+    let rules: [(Role, &str, Derive); 2] =
+        [(Role::TrueAirspeed, "m/s", airspeed), (Role::AirTemperature, "K", static_temperature)];
+    for (role, unit, derive) in rules {
+        if recording.role(role).is_some() {
+            continue;
         }
+        let Some((series, sources)) = derive(recording) else { continue };
+        recording.warnings.push(format!("{} follows from {sources}: it is not recorded", role.name()));
+        recording.roles.insert(role, recording.channels.len());
+        let (source, name, unit) = (SOURCE.to_owned(), role.name().to_owned(), unit.to_owned());
+        recording.channels.push(Channel { source, name, unit, series });
+    }
+}
+
+/// True airspeed at the samples of the calibrated one or of the Mach number, and from what it is.
+fn airspeed(recording: &Recording) -> Option<(Series, String)> {
+    let at = |role: Role, time_s: &[f64]| values_where_recorded(recording, role, time_s);
+    let pressure_at = |time_s: &[f64]| {
+        let (mut pressure_pa, role, name) =
+            PRESSURES.iter().find_map(|&(role, name)| Some((at(role, time_s)?, role, name)))?;
+        if role != Role::StaticPressure {
+            let standard = |altitude_m: f64| Atmosphere::STANDARD.pressure_pa(altitude_m).unwrap_or(f64::NAN);
+            pressure_pa.iter_mut().for_each(|value| *value = standard(*value));
+        }
+        Some((pressure_pa, name))
     };
-    let air = pressure_pa.iter().zip(&temperature_k);
-    let airspeed = values.iter().zip(air).map(|(calibrated_m_s, (pressure_pa, temperature_k))| {
-        true_of_calibrated_m_s(*calibrated_m_s, *pressure_pa, *temperature_k)
-    });
-    let values: Vec<f64> = airspeed.collect();
-    let text = format!(
-        "{} follows from {}, {pressure_name} and {temperature_name}: no true airspeed is recorded",
-        Role::TrueAirspeed.name(),
-        Role::CalibratedAirspeed.name()
-    );
+    let of_calibrated = || {
+        let Series { time_s, values } = recording.role(Role::CalibratedAirspeed)?.series.finite();
+        let (pressure_pa, name) = pressure_at(&time_s)?;
+        let pairs = values.iter().zip(&pressure_pa);
+        let mach: Vec<f64> = pairs.map(|(speed, pressure)| mach_of_calibrated(*speed, *pressure)).collect();
+        Some((time_s, mach, format!("{}, {name}", Role::CalibratedAirspeed.name())))
+    };
+    let of_mach = || {
+        let Series { time_s, values } = recording.role(Role::Mach)?.series.finite();
+        Some((time_s, values.to_vec(), Role::Mach.name().to_owned()))
+    };
+    let (time_s, mach, sources) = of_calibrated().or_else(of_mach)?;
+    let (temperature_k, temperature_name) = if let Some(recorded) = at(Role::AirTemperature, &time_s) {
+        (recorded, "air temperature".to_owned())
+    } else if let Some(total) = at(Role::TotalTemperature, &time_s) {
+        let pairs = total.iter().zip(&mach);
+        (
+            pairs.map(|(total, mach)| static_of_total_temperature_k(*total, *mach)).collect(),
+            "total temperature".to_owned(),
+        )
+    } else {
+        let (pressure_pa, name) = pressure_at(&time_s)?;
+        let day = Atmosphere::STANDARD;
+        let standard = |pressure: &f64| day.altitude_m(*pressure).and_then(|altitude| day.temperature_k(altitude));
+        let from = if sources.contains(name) { String::new() } else { format!(" at {name}") };
+        (
+            pressure_pa.iter().map(|pressure| standard(pressure).unwrap_or(f64::NAN)).collect(),
+            format!("standard temperature{from}"),
+        )
+    };
+    let pairs = mach.iter().zip(&temperature_k);
+    let values: Vec<f64> = pairs.map(|(mach, temperature)| true_of_mach_m_s(*mach, *temperature)).collect();
+    let text = format!("{sources} and {temperature_name}");
+    values.iter().any(|value| value.is_finite()).then(|| (Series { time_s, values: values.into() }, text))
+}
+
+/// Static temperature at the samples of the total one, by the true airspeed, and from what it is.
+fn static_temperature(recording: &Recording) -> Option<(Series, String)> {
+    let Series { time_s, values } = recording.role(Role::TotalTemperature)?.series.finite();
+    let airspeed_m_s = values_where_recorded(recording, Role::TrueAirspeed, &time_s)?;
+    let pairs = values.iter().zip(&airspeed_m_s);
+    let values: Vec<f64> = pairs.map(|(total, airspeed)| static_at_airspeed_k(*total, *airspeed)).collect();
+    let text = format!("{} and {}", Role::TotalTemperature.name(), Role::TrueAirspeed.name());
     values.iter().any(|value| value.is_finite()).then(|| (Series { time_s, values: values.into() }, text))
 }
 
@@ -87,7 +126,7 @@ mod tests {
 
     fn derived(channels: &[(Role, f64)]) -> Option<f64> {
         let mut recording = recording(channels);
-        add_airspeed(&mut recording);
+        add_air_data(&mut recording);
         assert_eq!(
             recording.role(Role::TrueAirspeed).is_some(),
             has_airspeed(|role| recording.roles.contains_key(&role))
@@ -133,5 +172,32 @@ mod tests {
         assert_eq!(derived(&[calibrated, recorded, (Role::Altitude, 2000.0)]), Some(70.0));
         assert_eq!(derived(&[calibrated]), None);
         assert_eq!(derived(&[(Role::Altitude, 2000.0)]), None);
+    }
+
+    /// Isentropic flow tables (NACA 1135): at Mach 0.78 T / T_t = 0.8915.
+    #[test]
+    fn true_airspeed_of_a_mach_number_takes_the_temperature_that_is_recorded() {
+        let mach = (Role::Mach, 0.78);
+        let (static_k, sound_m_s) = (223.15_f64, 299.46);
+        let by_static = derived(&[mach, (Role::AirTemperature, static_k)]).unwrap();
+        let by_total = derived(&[mach, (Role::TotalTemperature, static_k / 0.8915)]).unwrap();
+        // 223.15 K is the standard temperature at 10,000 m.
+        let by_altitude = derived(&[mach, (Role::Altitude, 10_000.0)]).unwrap();
+        for found in [by_static, by_total, by_altitude] {
+            assert!((found / (0.78 * sound_m_s) - 1.0).abs() < 2e-4, "{found}");
+        }
+        assert_eq!(derived(&[mach]), None);
+    }
+
+    #[test]
+    fn static_temperature_follows_from_the_total_one_where_it_is_not_recorded() {
+        let mut with_total = recording(&[(Role::TrueAirspeed, 230.0), (Role::TotalTemperature, 250.0)]);
+        add_air_data(&mut with_total);
+        // c_p = 1004.7 J/(kg K).
+        let found = with_total.role(Role::AirTemperature).unwrap().series.values[50];
+        assert!((found - (250.0 - 230.0_f64.powi(2) / (2.0 * 1004.7))).abs() < 1e-2, "{found}");
+        let mut with_static = recording(&[(Role::TrueAirspeed, 230.0), (Role::AirTemperature, 220.0)]);
+        add_air_data(&mut with_static);
+        assert_eq!(with_static.channels.len(), 2);
     }
 }

@@ -8,13 +8,13 @@ use doublet_core::quantity::Role;
 use doublet_core::series::Recording;
 use rayon::prelude::*;
 
+use super::air_data::add_air_data;
 use super::align::{UsedClock, align};
 use super::expressions::{ExpressedChannel, add_expressions};
 use super::held_samples::use_held_once;
 use super::instruments::derive;
 use super::signals::{TreatedSignal, treat_signals};
 use super::stalls::{Stall, find_stalls};
-use super::true_airspeed::add_airspeed;
 use crate::graph::{Context, Footprint, Stage, StageError, StageResult};
 use crate::session::{Finding, Flight, HeldSampleUse, MapRef, RecordingRef, content_hash};
 
@@ -143,7 +143,7 @@ pub fn align_flight(context: &Context<'_>, read: &LoadedFlight, flight: &Flight)
         HeldSampleUse::Every => Default::default(),
     };
     findings.extend(of_samples);
-    add_airspeed(&mut recording);
+    add_air_data(&mut recording);
     let treated = join_treatments(held, treat_signals(&mut recording, &flight.signals)?);
     let (hashes, utc_start_s) = (read.hashes.clone(), read.utc_start_s);
     let loaded = LoadedFlight {

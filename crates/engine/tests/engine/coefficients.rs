@@ -255,6 +255,40 @@ fn assumed_density_is_called_so_and_smoothed_states_are_written_with_their_devia
     assert_eq!((of("smoothed"), of("smoothed_deviations")), (18, 18));
 }
 
+/// Of a recording without static pressure the density is `p / (R T)` at the standard pressure of the altitude: on a day 20 K warmer than the
+/// standard one it is `T / (T + 20 K)` of the standard density. A temperature that is not that of the outside air is not used.
+#[test]
+fn a_warm_day_lowers_the_density_of_a_recording_without_static_pressure() {
+    let mut session = session::parse(builtin::session("demo").unwrap()).unwrap();
+    session.windows = vec![session.window("03 elevator doublet").unwrap().clone()];
+    let aero = |session: &Session| {
+        let scope = Scope { session, folder: Path::new(""), first: None, studies: &[], cause: "test", generation: 1 };
+        let snapshot = run(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| {});
+        let aero = &snapshot.windows.values().next().unwrap().aero;
+        Arc::clone(aero.ready().unwrap_or_else(|| panic!("{:?} {:?}", aero.error(), snapshot.flights)))
+    };
+    let mut warmer = |excess_k: &str| {
+        session.flights[0].expressions = vec![ExpressionSetting {
+            name: "outside air".to_owned(),
+            unit: "K".to_owned(),
+            expression: format!("288.15 + {excess_k} - 0.0065 * altitude"),
+            role: Some(Role::AirTemperature),
+        }];
+        aero(&session)
+    };
+    let (standard, warm, sensor) = (warmer("0"), warmer("20"), warmer("60"));
+    assert_eq!(warm.air_density, AirDensity::AltitudeAndTemperature);
+    let altitude_m = warm.data.altitude_m.as_ref().unwrap();
+    for (k, altitude) in altitude_m.iter().enumerate() {
+        let standard_k = 288.15 - 0.006_5 * altitude;
+        let ratio = warm.data.density_kg_m3[k] / standard.data.density_kg_m3[k];
+        assert!((ratio - standard_k / (standard_k + 20.0)).abs() < 1e-9, "{k}: {ratio}");
+    }
+    assert_eq!(sensor.air_density, AirDensity::RecordedAltitude);
+    assert!((sensor.data.density_kg_m3[0] / standard.data.density_kg_m3[0] - 1.0).abs() < 1e-9);
+    assert!(sensor.warnings.iter().any(|line| line.contains("not that of the outside air")), "{:?}", sensor.warnings);
+}
+
 /// A channel by expression is a term of the model: with the elevator's values it has the elevator's derivative, predicts and flies as
 /// it does.
 #[test]
