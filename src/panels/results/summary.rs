@@ -28,6 +28,8 @@ const LEAST_REASONS: f32 = 260.0;
 const WIDE: f32 = 720.0;
 /// Height of the reasons where there are none: a heading and the least list.
 const NO_REASONS: f32 = 108.0;
+/// Height of the panel up to which that is not said.
+const LOW: f32 = 300.0;
 /// Reasons said at once; the rest is asked for.
 const WORST: usize = 3;
 
@@ -114,8 +116,11 @@ impl Panel for Summary {
             let bar = bar.size_range(LEAST_REASONS..=most);
             bar.show(ui, |ui| self.reasons(ctx, ui, &verdicts));
         } else if self.chosen.judged(&verdicts).is_none_or(|(_, reasons)| reasons.is_empty()) {
-            let bar = Bar::bottom("no reasons below").default_size(NO_REASONS).size_range(NO_REASONS..=NO_REASONS);
-            bar.show(ui, |ui| self.reasons(ctx, ui, &verdicts));
+            // In a low panel the grid needs the room.
+            if room.y > LOW {
+                let bar = Bar::bottom("no reasons below").default_size(NO_REASONS).size_range(NO_REASONS..=NO_REASONS);
+                bar.show(ui, |ui| self.reasons(ctx, ui, &verdicts));
+            }
         } else {
             let bar = Bar::bottom("reasons below").default_size(0.4 * room.y).size_range(64.0..=0.7 * room.y);
             bar.show(ui, |ui| self.reasons(ctx, ui, &verdicts));

@@ -197,11 +197,7 @@ fn unmoved(
     if let Some((name, times)) =
         weak.iter().find(|(name, _)| of_name(name).is_some_and(|term| without_vane(evidence, term, used)))
     {
-        let text =
-            format!("No vane recorded for {name}: it moves {times:.1} times its uncertainty (limit {EXCITATION}).");
-        let finding = Finding::new(Level::Caution, vane::VANE, at, text).with_figure(*times, EXCITATION);
-        let fix_text = "Record a flow-angle vane; without one, compare with another flight.";
-        return Some(finding.with_fix_text(fix_text).with_setting("Channels", ""));
+        return Some(vane::missing(at, name, (*times, EXCITATION)));
     }
     let text = format!(
         "{} {} barely excited: {least:.1} times the noise (limit {EXCITATION}).",

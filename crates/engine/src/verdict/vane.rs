@@ -17,6 +17,14 @@ pub(super) const VANE: &str = "vane";
 const SCALE: f64 = 0.08;
 const SIGNIFICANT: f64 = 5.0;
 
+/// That no vane is recorded for the angle `name` of a fit at the place `at`, which moves so many times its uncertainty.
+pub(super) fn missing(at: &str, name: &str, (times, limit): (f64, f64)) -> Finding {
+    let text = format!("No vane recorded for {name}: it moves {times:.1} times its uncertainty (limit {limit}).");
+    let finding = Finding::new(Level::Caution, VANE, at, text).with_figure(times, limit);
+    let fix_text = "Record a flow-angle vane; without one, compare with another flight.";
+    finding.with_fix_text(fix_text).with_setting("Channels", "")
+}
+
 /// The scale errors of the flow angles that a fit at the place `at` regresses on: a derivative to the angle is too small by the same part.
 pub(super) fn findings(evidence: Evidence<'_>, at: &str, terms: &[Term]) -> Vec<Finding> {
     let Some(pooled) = evidence.snapshot.pooled.ready() else { return Vec::new() };

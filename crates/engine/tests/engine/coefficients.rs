@@ -14,8 +14,8 @@ use doublet_engine::graph::Cache;
 use doublet_engine::report::{self, HistoryFormat, Outputs};
 use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session::{
-    self, AngularAcceleration, ControlLags, Estimation, ExpressionSetting, MomentReference, Preparation, Session,
-    Surface, WindowRole,
+    self, AngularAcceleration, ControlLags, Estimation, ExpressionSetting, MapRef, MomentReference, Preparation,
+    Session, Surface, WindowRole,
 };
 use doublet_engine::stage::{AirDensity, WindowAero};
 use doublet_engine::verdict::{Level, judge};
@@ -261,6 +261,12 @@ fn assumed_density_is_called_so_and_smoothed_states_are_written_with_their_devia
 fn a_warm_day_lowers_the_density_of_a_recording_without_static_pressure() {
     let mut session = session::parse(builtin::session("demo").unwrap()).unwrap();
     session.windows = vec![session.window("03 elevator doublet").unwrap().clone()];
+    let map = builtin::text("channel_maps", "demo_flight").unwrap();
+    let pressure = "[roles.static_pressure]\nsource = \"*air_data\"\nchannel = \"p_s\"\nunit = \"inHg\"\n";
+    assert!(map.contains(pressure));
+    for recording in &mut session.flights[0].recordings {
+        recording.channel_map = MapRef::Own(map.replace(pressure, "").into());
+    }
     let aero = |session: &Session| {
         let scope = Scope { session, folder: Path::new(""), first: None, studies: &[], cause: "test", generation: 1 };
         let snapshot = run(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| {});
