@@ -346,15 +346,7 @@ fn scales_in_still_air(
     if !kinds.iter().any(|kind| kind.is_scale()) {
         return Ok(Vec::new());
     }
-    let mut scales: Vec<VaneScale> = Vec::new();
-    let mut corrected: Vec<FilterData> = data.iter().map(|data| (*data).clone()).collect();
-    // One step of Gauss and Newton, and one from there.
-    for _ in 0..2 {
-        let (mut found, freed) = step_in_still_air(&corrected, &kinds, by, control)?;
-        let known = found.iter_mut().zip(&scales);
-        known.for_each(|(found, before)| found.value = (1.0 + before.value) * (1.0 + found.value) - 1.0);
-        (scales, corrected) = (found, freed);
-    }
+    let (scales, corrected) = step_in_still_air(&data, &kinds, by, control)?;
     let paths = side_by_side(&corrected.iter().collect::<Vec<_>>(), by, control)?;
     let in_gusts: f64 = windows.iter().map(|(_, (_, path), _)| path.log_likelihood).sum();
     let in_still_air: f64 = paths.iter().map(|path| path.log_likelihood).sum();
@@ -369,19 +361,18 @@ fn scales_in_still_air(
 
 /// One step of Gauss and Newton in still air: the scale errors of the samples, and the samples freed of all errors found.
 fn step_in_still_air(
-    data: &[FilterData],
+    data: &[&FilterData],
     kinds: &[ConstantError],
     by: (&FilterSettings, PathSource),
     control: &Control,
 ) -> StageResult<(Vec<VaneScale>, Vec<FilterData>)> {
-    let side_by_side = |data: &[FilterData]| side_by_side(&data.iter().collect::<Vec<_>>(), by, control);
-    let nominal = side_by_side(data)?;
+    let nominal = side_by_side(data, by, control)?;
     let at_samples = data.iter().zip(&nominal).map(|(data, path)| path_at_samples(data, path, by));
     let at_samples = at_samples.collect::<StageResult<Vec<_>>>()?;
     let mut freed: Vec<Vec<Reconstruction>> = Vec::with_capacity(kinds.len());
     for kind in kinds {
-        let moved = data.iter().zip(&at_samples).map(|(data, path)| kind.free(data, path));
-        freed.push(side_by_side(&moved.collect::<Vec<_>>())?);
+        let moved: Vec<FilterData> = data.iter().zip(&at_samples).map(|(data, path)| kind.free(data, path)).collect();
+        freed.push(side_by_side(&moved.iter().collect::<Vec<_>>(), by, control)?);
     }
     let evidence = nominal.iter().enumerate().map(|(index, nominal)| {
         let freed: Vec<_> = kinds.iter().zip(&freed).map(|(kind, paths)| (&paths[index], kind.step())).collect();
@@ -389,9 +380,9 @@ fn step_in_still_air(
     });
     let priors: Vec<f64> = kinds.iter().map(|kind| kind.prior_deviation()).collect();
     let found = constant_errors(&evidence.collect::<Vec<_>>(), &priors)?;
-    let without = |(data, path): (&FilterData, &[PathAtSamples; MEASUREMENTS])| {
+    let without = |(data, path): (&&FilterData, &[PathAtSamples; MEASUREMENTS])| {
         let errors = kinds.iter().zip(&found.estimates);
-        errors.fold(data.clone(), |data, (kind, size)| kind.free_of(*size, &data, path))
+        errors.fold((*data).clone(), |data, (kind, size)| kind.free_of(*size, &data, path))
     };
     let corrected = data.iter().zip(&at_samples).map(without).collect();
     Ok((scales_of(kinds, &found), corrected))
