@@ -249,11 +249,10 @@ fn card(ui: &mut Ui, card: &Card<'_>) -> bool {
     lines.spacing_mut().item_spacing.y = 3.0;
     let (strong, ink, weak) =
         (ui.visuals().strong_text_color(), ui.visuals().text_color(), ui.visuals().weak_text_color());
-    for (text, size, color) in [(name, 13.0, strong), (verdict, 11.0, ink), (card.foot.as_str(), 11.0, weak)] {
-        let mut job = match text == verdict {
-            true => notation::typeset_in(text, size, color),
-            false => LayoutJob::simple(text.to_owned(), FontId::proportional(size), color, 0.0),
-        };
+    let plain =
+        |text: &str, size: f32, color| LayoutJob::simple(text.to_owned(), FontId::proportional(size), color, 0.0);
+    let judged = notation::typeset_in(verdict, 11.0, ink);
+    for mut job in [plain(name, 13.0, strong), judged, plain(&card.foot, 11.0, weak)] {
         (job.wrap.max_width, job.wrap.max_rows) = (below.width(), 2);
         lines.add(Label::new(job).selectable(false));
     }

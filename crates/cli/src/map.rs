@@ -139,7 +139,7 @@ fn describe_roles(
             "runner_up": runner_up,
         })
     });
-    let unused = guess.left_out.iter();
+    let unused = guess.all_left_out();
     let unused = unused.map(|(from, why)| json!({ "source": from.source, "channel": from.channel, "reason": why }));
     (roles.collect(), unused.collect())
 }

@@ -184,7 +184,7 @@ fn take_guess(inspected: &Inspected, options: &[String]) -> Result<Option<(MapRe
         text::line(&format!("  {}", explain_row(*role, row, &inspected.probes)));
     }
     inspected.guess.derivations().iter().for_each(|line| text::line(&format!("  {line}")));
-    for (from, why) in inspected.guess.left_out_by_values() {
+    for (from, why) in &inspected.guess.left_out {
         text::line(&format!("  no role: '{}' of {}: {why}", from.channel, from.source));
     }
     let of_signs = asked.iter().filter(|question| question.is_of_sign());

@@ -18,6 +18,14 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
     ranked(values, values.len() / 2)
 }
 
+/// Least and greatest of the finite values; `None` of none.
+pub fn extent<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<[f64; 2]> {
+    let finite = values.into_iter().copied().filter(|value| value.is_finite());
+    finite.fold(None, |ends: Option<[f64; 2]>, value| {
+        Some(ends.map_or([value; 2], |[least, greatest]| [least.min(value), greatest.max(value)]))
+    })
+}
+
 /// Sum of the squares of `values` about their mean; zero of none.
 pub fn squares_about_mean(values: &[f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;

@@ -28,7 +28,7 @@ const LEAST_REASONS: f32 = 260.0;
 const WIDE: f32 = 720.0;
 /// Height of the reasons where there are none: a heading and the least list.
 const NO_REASONS: f32 = 108.0;
-/// Height of the panel up to which that is not said.
+/// A panel up to this height has the grid alone where there are no reasons.
 const LOW: f32 = 300.0;
 /// Reasons said at once; the rest is asked for.
 const WORST: usize = 3;

@@ -48,6 +48,7 @@ mod tests {
         // On the ground the recorder's zero gives no speed.
         approx::assert_relative_eq!(true_of_calibrated_m_s(0.0, 101_325.0, 288.15), 0.0);
     }
+
     #[test]
     fn static_temperature_follows_from_the_total_one_by_mach_number_or_airspeed() {
         // NACA 1135: at Mach 0.80 T / T_t = 0.8865.

@@ -58,7 +58,7 @@ const NEEDED: [Role; 9] = [
 const FORCES: [Role; 3] = [Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ];
 /// Ground velocity, north, east and down.
 const VELOCITIES: [Role; 3] = [Role::VelocityNorth, Role::VelocityEast, Role::VelocityDown];
-/// Slowest attitude that tells a position, Hz.
+/// Slowest attitude from which a position is estimated, Hz.
 const SLOWEST_ATTITUDE_HZ: f64 = 4.0;
 /// Velocity relative to the air.
 const AIR: [Role; 3] = [Role::TrueAirspeed, Role::AngleOfAttack, Role::Sideslip];

@@ -8,6 +8,7 @@ use super::travels::{TravelForm, travel_form};
 use crate::atmos::STANDARD_GRAVITY_M_S2;
 use crate::quantity::Role::{self, *};
 use crate::quantity::{Dimension, Unit};
+use crate::statistics::extent;
 
 /// What removes a contradiction, for one channel.
 #[derive(Clone, Debug, PartialEq)]
@@ -151,13 +152,9 @@ impl ChannelFix {
 /// Whether the position down is the altitude turned, from an origin of its own: both are of one channel.
 fn is_down_of_altitude(motion: &Motion) -> bool {
     let (Some(down), Some(altitude)) = (motion.column(PositionDown), motion.column(Altitude)) else { return false };
-    let range = |values: &mut dyn Iterator<Item = f64>| {
-        let finite = values.filter(|value| value.is_finite());
-        let ends = finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], v| [least.min(v), most.max(v)]);
-        ends[1] - ends[0]
-    };
-    let apart = range(&mut down.iter().zip(altitude).map(|(down, altitude)| down + altitude));
-    apart <= SAME_CHANNEL * range(&mut altitude.iter().copied())
+    let sum: Vec<f64> = down.iter().zip(altitude).map(|(down, altitude)| down + altitude).collect();
+    let (Some([least, greatest]), Some([lowest, highest])) = (extent(&sum), extent(altitude)) else { return false };
+    greatest - least <= SAME_CHANNEL * (highest - lowest)
 }
 
 /// Name of a unit written out.

@@ -9,7 +9,7 @@ use super::relations::ClockEffect;
 use super::rows::{Agreement, CompatibilityRow};
 use crate::quantity::Role;
 use crate::series::Recording;
-use crate::statistics::median;
+use crate::statistics::{extent, median};
 
 /// Slowest rate that is not asked about, Hz.
 const SLOWEST_HZ: f64 = 0.5;
@@ -172,11 +172,7 @@ fn common_error(motion: &Motion, relations: &[Relation]) -> Option<Compatibility
         }
     }
     let count = turning.len() + moving.len();
-    let is_alike = |slopes: &[f64]| {
-        let ends =
-            slopes.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], v| [least.min(*v), most.max(*v)]);
-        ends[1] - ends[0] < ALIKE
-    };
+    let is_alike = |slopes: &[f64]| extent(slopes).is_none_or(|[least, greatest]| greatest - least < ALIKE);
     if !is_alike(&turning) || !is_alike(&moving) {
         return None;
     }

@@ -51,7 +51,7 @@ pub fn check(recording: &Recording) -> Compatibility {
         let (turned, motion) = search::turn_force(motion, &relations);
         rows.extend(turned);
         place =
-            if accelerometer::has_fast_attitude(recording) { accelerometer::estimate_position(&motion) } else { None };
+            accelerometer::has_fast_attitude(recording).then(|| accelerometer::estimate_position(&motion)).flatten();
         // What accelerometers feel far from the centre of gravity looks like a mistake of their channels.
         let motion = match place.filter(AccelerometerPlace::is_clear) {
             Some(place) => place.moved(motion),

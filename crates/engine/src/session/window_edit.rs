@@ -79,26 +79,28 @@ pub enum WindowEdit {
     },
 }
 
+/// A manoeuvre with its name; one that is called `manoeuvre 1` by that alone.
+fn called(name: &str) -> String {
+    if name.starts_with("manoeuvre ") { name.to_owned() } else { format!("manoeuvre {name}") }
+}
+
 impl WindowEdit {
     pub(super) fn label(&self) -> String {
         match self {
-            Self::Add(window) => match window.name.strip_prefix("manoeuvre ") {
-                Some(number) => format!("add manoeuvre {number}"),
-                None => format!("add manoeuvre {}", window.name),
-            },
+            Self::Add(window) => format!("add {}", called(&window.name)),
             Self::AddAll(windows) => format!("add {} manoeuvres", windows.len()),
-            Self::Remove(name) => format!("remove manoeuvre {name}"),
-            Self::Rename { from, to } => format!("rename manoeuvre {from} to {to}"),
-            Self::Place { name, .. } => format!("move manoeuvre {name}"),
-            Self::Role { name, role: WindowRole::Ignored } => format!("ignore manoeuvre {name}"),
-            Self::Role { name, role } => format!("use manoeuvre {name} for {}", role.name()),
+            Self::Remove(name) => format!("remove {}", called(name)),
+            Self::Rename { from, to } => format!("rename {} to {to}", called(from)),
+            Self::Place { name, .. } => format!("move {}", called(name)),
+            Self::Role { name, role: WindowRole::Ignored } => format!("ignore {}", called(name)),
+            Self::Role { name, role } => format!("use {} for {}", called(name), role.name()),
             Self::Surface { name, surface } => {
-                format!("set surface of manoeuvre {name} to {}", surface.map_or("any", Surface::name))
+                format!("set surface of {} to {}", called(name), surface.map_or("any", Surface::name))
             }
-            Self::Note { name, .. } => format!("change note on manoeuvre {name}"),
+            Self::Note { name, .. } => format!("change note on {}", called(name)),
             Self::Split { name, .. } => format!("split {name}"),
             Self::Exclude { name, .. } => format!("change excluded parts of {name}"),
-            Self::Flag { name, flag, on } => format!("{} manoeuvre {name}", flag.verb(*on)),
+            Self::Flag { name, flag, on } => format!("{} {}", flag.verb(*on), called(name)),
         }
     }
 

@@ -56,38 +56,38 @@ fn airspeed(recording: &Recording) -> Option<(Series, String)> {
         }
         Some((pressure_pa, name))
     };
-    let of_calibrated = || {
-        let Series { time_s, values } = recording.role(Role::CalibratedAirspeed)?.series.finite();
-        let (pressure_pa, name) = pressure_at(&time_s)?;
-        let pairs = values.iter().zip(&pressure_pa);
-        let mach: Vec<f64> = pairs.map(|(speed, pressure)| mach_of_calibrated(*speed, *pressure)).collect();
-        Some((time_s, mach, format!("{}, {name}", Role::CalibratedAirspeed.name())))
+    let mach_of = |role: Role| {
+        let Series { time_s, values } = recording.role(role)?.series.finite();
+        let pressure = pressure_at(&time_s);
+        if role == Role::Mach {
+            return Some((time_s, values.to_vec(), pressure, role));
+        }
+        let pairs = values.iter().zip(&pressure.as_ref()?.0);
+        let mach = pairs.map(|(speed, pressure)| mach_of_calibrated(*speed, *pressure)).collect();
+        Some((time_s, mach, pressure, role))
     };
-    let of_mach = || {
-        let Series { time_s, values } = recording.role(Role::Mach)?.series.finite();
-        Some((time_s, values.to_vec(), Role::Mach.name().to_owned()))
-    };
-    let (time_s, mach, sources) = of_calibrated().or_else(of_mach)?;
+    let (time_s, mach, pressure, role): (_, Vec<f64>, _, _) =
+        [Role::CalibratedAirspeed, Role::Mach].into_iter().find_map(mach_of)?;
     let (temperature_k, temperature_name) = if let Some(recorded) = at(Role::AirTemperature, &time_s) {
         (recorded, "air temperature".to_owned())
     } else if let Some(total) = at(Role::TotalTemperature, &time_s) {
         let pairs = total.iter().zip(&mach);
-        (
-            pairs.map(|(total, mach)| static_of_total_temperature_k(*total, *mach)).collect(),
-            "total temperature".to_owned(),
-        )
+        let of_total = pairs.map(|(total, mach)| static_of_total_temperature_k(*total, *mach));
+        (of_total.collect(), "total temperature".to_owned())
     } else {
-        let (pressure_pa, name) = pressure_at(&time_s)?;
         let day = Atmosphere::STANDARD;
         let standard = |pressure: &f64| day.altitude_m(*pressure).and_then(|altitude| day.temperature_k(altitude));
-        let from = if sources.contains(name) { String::new() } else { format!(" at {name}") };
-        (
-            pressure_pa.iter().map(|pressure| standard(pressure).unwrap_or(f64::NAN)).collect(),
-            format!("standard temperature{from}"),
-        )
+        let (pressure_pa, name) = pressure.as_ref()?;
+        let standard = pressure_pa.iter().map(|pressure| standard(pressure).unwrap_or(f64::NAN));
+        let from = if role == Role::Mach { format!(" at {name}") } else { String::new() };
+        (standard.collect(), format!("standard temperature{from}"))
     };
     let pairs = mach.iter().zip(&temperature_k);
     let values: Vec<f64> = pairs.map(|(mach, temperature)| true_of_mach_m_s(*mach, *temperature)).collect();
+    let sources = match pressure {
+        Some((_, name)) if role == Role::CalibratedAirspeed => format!("{}, {name}", role.name()),
+        _ => role.name().to_owned(),
+    };
     let text = format!("{sources} and {temperature_name}");
     values.iter().any(|value| value.is_finite()).then(|| (Series { time_s, values: values.into() }, text))
 }

@@ -117,10 +117,8 @@ pub(super) fn air_over(window: &WindowContext, down_m: &[f64], origin_m: f64) ->
             None => (at_altitude(Atmosphere::pressure_pa)?, AirDensity::AltitudeAndTemperature),
         };
         let density = pressure_pa.iter().zip(temperature_k.iter()).map(|(&p, &t)| density_kg_m3(p, t));
-        (
-            density.collect::<Result<_, _>>()?,
-            if matches!(standard, AirDensity::AssumedAltitude(_)) { standard } else { source },
-        )
+        let is_assumed = matches!(standard, AirDensity::AssumedAltitude(_));
+        (density.collect::<Result<_, _>>()?, if is_assumed { standard } else { source })
     } else {
         (at_altitude(Atmosphere::density_kg_m3)?, standard)
     };

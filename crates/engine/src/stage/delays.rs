@@ -3,10 +3,9 @@
 use doublet_core::estimate::{InnovationEvidence, constant_errors};
 use doublet_core::reconstruct::tuning::flow_delay::{FlowDelay, estimate_flow_delay};
 use doublet_core::reconstruct::tuning::gusts::clean_windows;
-use doublet_core::reconstruct::{FilterData, FilterSettings, Measurement, Reconstruction};
-use rayon::prelude::*;
+use doublet_core::reconstruct::{FilterData, FilterSettings, Measurement};
 
-use super::path_errors::{ConstantError, path_at_samples, side_by_side};
+use super::path_errors::{ConstantError, filter_freed, paths_at_samples, side_by_side};
 use super::window_samples::Samples;
 use crate::graph::{Context, Control, Footprint, Keyed, Stage, StageResult};
 use crate::session::{DelaySource, PathSource, Session};
@@ -157,22 +156,14 @@ fn step(
     // Rates of change are those of the smoothed path: the filtered one jumps where a measurement is taken.
     let smoothed = (settings, PathSource::Smoothed);
     let nominal = side_by_side(data, smoothed, control)?;
-    let at_samples = data.par_iter().zip(&nominal).map(|(data, path)| path_at_samples(data, path, smoothed));
-    let at_samples = at_samples.collect::<StageResult<Vec<_>>>()?;
-    let mut freed: Vec<(f64, Vec<Reconstruction>)> = Vec::with_capacity(kinds.len());
-    for kind in kinds {
-        let moved: Vec<FilterData> = data.iter().zip(&at_samples).map(|(data, path)| kind.free(data, path)).collect();
-        freed.push((
-            kind.step(),
-            side_by_side(&moved.iter().collect::<Vec<_>>(), (settings, PathSource::Filtered), control)?,
-        ));
-    }
+    let at_samples = paths_at_samples(data, &nominal, smoothed)?;
+    let freed = filter_freed(data, &at_samples, kinds, settings, control)?;
     let has_many_windows = data.len() > kinds.len();
     let evidence: Vec<InnovationEvidence> = nominal
         .iter()
         .enumerate()
         .flat_map(|(index, nominal)| {
-            let freed: Vec<_> = freed.iter().map(|(step, paths)| (&paths[index], *step)).collect();
+            let freed: Vec<_> = kinds.iter().zip(&freed).map(|(kind, paths)| (&paths[index], kind.step())).collect();
             match has_many_windows {
                 true => vec![InnovationEvidence::new(nominal, &freed)],
                 false => InnovationEvidence::of_spans(nominal, &freed, SPAN_S),

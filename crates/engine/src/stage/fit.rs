@@ -87,11 +87,12 @@ pub struct PooledFits {
     pub fits: Vec<CoefficientFit>,
     /// Prediction of every window that is not ignored, by the parameters the session predicts with.
     pub predictions: Vec<Prediction>,
-    /// Scale errors of the recorded flow angles; none in gusts and before the errors of the path are formed.
+    /// Scale errors of the recorded flow angles; none where gusts explain the measurements better, and before the errors of the path are
+    /// formed.
     pub vane_scales: Vec<VaneScale>,
 }
 
-/// Scale error of a recorded flow angle over all manoeuvres: it shows `1 + value` times the angle of the path.
+/// Scale error of a recorded flow angle over all manoeuvres: it shows `1 + value` times that of the reconstructed path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VaneScale {
     /// Angle of attack or sideslip.

@@ -168,7 +168,7 @@ pub struct PathErrors {
     pub controls: Vec<ControlDelay>,
     /// By derivative: change with half and with double the half width of the differentiation.
     pub half_width: BTreeMap<String, [f64; 2]>,
-    /// Scale errors of the flow angles; none where gusts explain the measurements better.
+    /// Scale errors of the recorded flow angles; none where gusts explain the measurements better.
     pub vane_scales: Vec<VaneScale>,
 }
 
@@ -339,15 +339,15 @@ fn scales_in_still_air(
     for state in [State::WindNorth, State::WindEast, State::WindDown] {
         still.random_walk[state as usize] = 0.0;
     }
-    let by = (&still, preparation.path);
     let data: Vec<&FilterData> = windows.iter().map(|(_, (data, _), _)| *data).collect();
     let kinds = [AlphaOffset, BetaOffset, FlowDelay, AlphaScale, BetaScale];
     let kinds: Vec<ConstantError> = kinds.into_iter().filter(|kind| kind.is_in(&data)).collect();
     if !kinds.iter().any(|kind| kind.is_scale()) {
         return Ok(Vec::new());
     }
-    let (scales, corrected) = step_in_still_air(&data, &kinds, by, control)?;
-    let paths = side_by_side(&corrected.iter().collect::<Vec<_>>(), by, control)?;
+    let (scales, corrected) = step_in_still_air(&data, &kinds, (&still, preparation.path), control)?;
+    let filtered = (&still, PathSource::Filtered);
+    let paths = side_by_side(&corrected.iter().collect::<Vec<_>>(), filtered, control)?;
     let in_gusts: f64 = windows.iter().map(|(_, (_, path), _)| path.log_likelihood).sum();
     let in_still_air: f64 = paths.iter().map(|path| path.log_likelihood).sum();
     // Density of the samples as recorded: each of a vane is divided by 1 + scale.
@@ -367,13 +367,8 @@ fn step_in_still_air(
     control: &Control,
 ) -> StageResult<(Vec<VaneScale>, Vec<FilterData>)> {
     let nominal = side_by_side(data, by, control)?;
-    let at_samples = data.iter().zip(&nominal).map(|(data, path)| path_at_samples(data, path, by));
-    let at_samples = at_samples.collect::<StageResult<Vec<_>>>()?;
-    let mut freed: Vec<Vec<Reconstruction>> = Vec::with_capacity(kinds.len());
-    for kind in kinds {
-        let moved: Vec<FilterData> = data.iter().zip(&at_samples).map(|(data, path)| kind.free(data, path)).collect();
-        freed.push(side_by_side(&moved.iter().collect::<Vec<_>>(), by, control)?);
-    }
+    let at_samples = paths_at_samples(data, &nominal, by)?;
+    let freed = filter_freed(data, &at_samples, kinds, by.0, control)?;
     let evidence = nominal.iter().enumerate().map(|(index, nominal)| {
         let freed: Vec<_> = kinds.iter().zip(&freed).map(|(kind, paths)| (&paths[index], kind.step())).collect();
         InnovationEvidence::new(nominal, &freed)
@@ -386,6 +381,30 @@ fn step_in_still_air(
     };
     let corrected = data.iter().zip(&at_samples).map(without).collect();
     Ok((scales_of(kinds, &found), corrected))
+}
+
+/// Filtered paths of windows freed of a step of each error in turn.
+pub(super) fn filter_freed(
+    data: &[&FilterData],
+    at_samples: &[[PathAtSamples; MEASUREMENTS]],
+    kinds: &[ConstantError],
+    settings: &FilterSettings,
+    control: &Control,
+) -> StageResult<Vec<Vec<Reconstruction>>> {
+    let one = |kind: &ConstantError| {
+        let freed: Vec<FilterData> = data.iter().zip(at_samples).map(|(data, path)| kind.free(data, path)).collect();
+        side_by_side(&freed.iter().collect::<Vec<_>>(), (settings, PathSource::Filtered), control)
+    };
+    kinds.iter().map(one).collect()
+}
+
+/// [`path_at_samples`] of windows.
+pub(super) fn paths_at_samples(
+    data: &[&FilterData],
+    paths: &[Reconstruction],
+    by: (&FilterSettings, PathSource),
+) -> StageResult<Vec<[PathAtSamples; MEASUREMENTS]>> {
+    data.par_iter().zip(paths).map(|(data, path)| path_at_samples(data, path, by)).collect()
 }
 
 /// Whether the filter runs in its packed form; over whole matrices a path takes 20 to 50 times as long.
@@ -416,7 +435,7 @@ pub(super) fn side_by_side(
 }
 
 /// The path at the samples of each measurement, at the times they show.
-pub(super) fn path_at_samples(
+fn path_at_samples(
     data: &FilterData,
     path: &Reconstruction,
     (filter, source): (&FilterSettings, PathSource),

@@ -32,7 +32,7 @@ const CONFIRMED_LEFT: f64 = 0.9;
 const CHANGE_CAUTION: f64 = 0.1;
 const CHANGE_BAD: f64 = 0.25;
 
-/// A control no later than this many times what the attitude leads the rates by is late because the gyros are.
+/// A control is late because of the gyros up to this many times the lead of the attitude ahead of the rates.
 const OF_GYROS: f64 = 1.5;
 /// Least time, s, by which flow angles or attitude must lead the inertial sensors to be a finding: no sensor is early.
 const AHEAD_S: f64 = 0.010;
@@ -123,7 +123,7 @@ pub(super) fn delays(evidence: Evidence<'_>, verdicts: &BTreeMap<String, WindowV
             left,
         })
     };
-    // Gyros behind a filter make every control look as late as they are; `find_late_inertial` tells them.
+    // Gyros behind a filter are late, and every control seems late by as much: `find_late_inertial` names the gyros.
     let gyros_late_s = find_lead(evidence, ConstantError::AttitudeDelay, Measurement::BankAngle).unwrap_or(0.0);
     let is_own = |late: &ControlDelay| !(0.0..=OF_GYROS * gyros_late_s).contains(&late.delay_s);
     CONTROLS.par_iter().filter_map(one).filter(is_own).collect()

@@ -13,7 +13,7 @@ use crate::stage::VaneScale;
 /// Code of findings on vanes. Every derivative of the fit has them: wrong regressors change all estimates of a fit.
 pub(super) const VANE: &str = "vane";
 
-/// A scale error is told beyond this part, and beyond this many standard errors.
+/// A scale error is a finding beyond this part, and beyond this many standard errors.
 const SCALE: f64 = 0.08;
 const SIGNIFICANT: f64 = 5.0;
 
@@ -40,17 +40,16 @@ pub(super) fn findings(evidence: Evidence<'_>, at: &str, terms: &[Term]) -> Vec<
 
 fn finding(session: &Session, at: &str, scale: &VaneScale) -> Option<Finding> {
     let VaneScale { measurement, value, standard_error } = *scale;
-    let limit = SCALE.max(SIGNIFICANT * standard_error);
-    if value.abs() <= limit {
+    let least = SCALE.max(SIGNIFICANT * standard_error);
+    if value.abs() <= least {
         return None;
     }
+    let (shown, limit) = (1.0 + value, 1.0 + least.copysign(value));
     let name = measurement.name();
     let text = format!(
-        "{name} shows {:.3} ± {standard_error:.3} times the angle of the flight path (limit {:.2}).",
-        1.0 + value,
-        1.0 + limit.copysign(value)
+        "{name} shows {shown:.3} ± {standard_error:.3} times that of the reconstructed path (limit {limit:.2})."
     );
-    let finding = Finding::new(Level::Caution, VANE, at, text).with_figure(1.0 + value, 1.0 + limit.copysign(value));
+    let finding = Finding::new(Level::Caution, VANE, at, text).with_figure(shown, limit);
     let finding =
         finding.with_fix_text(format!("Check the calibration of {name} and its upwash, or correct its scale."));
     let error = SensorError::Scale(Sensor::Measurement(measurement));
@@ -70,7 +69,7 @@ mod tests {
         let scale = |value, standard_error| VaneScale { measurement: Measurement::Sideslip, value, standard_error };
         let found = finding(&session, "Cn", &scale(0.2, 0.01)).unwrap();
         assert_eq!((found.level, found.code), (Level::Caution, VANE));
-        assert_eq!(found.text, "beta shows 1.200 ± 0.010 times the angle of the flight path (limit 1.08).");
+        assert_eq!(found.text, "beta shows 1.200 ± 0.010 times that of the reconstructed path (limit 1.08).");
         assert_eq!(found.value.as_deref(), Some("{ scale_beta = 0.2 }"));
         for small in [scale(0.07, 0.001), scale(-0.2, 0.05)] {
             assert_eq!(finding(&session, "Cn", &small), None);

@@ -2,21 +2,26 @@
 
 use std::borrow::Cow;
 
-/// What counters of 16 and 32 bits hold, in ticks, and ticks of 1, 1/1000 and 1/1,000,000 of the unit recorded.
+use crate::statistics::median;
+
+/// Ticks that fill a counter of 16 and of 32 bits.
 const FULL: [f64; 2] = [65_536.0, 4_294_967_296.0];
+/// A tick in the unit recorded: the unit itself, a thousandth, a millionth.
 const TICKS: [f64; 3] = [1.0, 1e-3, 1e-6];
 /// Farthest from full and from zero at the step, in median intervals: lost samples are allowed.
 const INTERVALS: f64 = 20.0;
 
 /// The stamps of a counter that was full and began again, continued; as they are where none was.
 pub(crate) fn unwrap_counter(stamps: &[f64]) -> Cow<'_, [f64]> {
-    let steps = || stamps.windows(2).enumerate().filter(|(_, pair)| pair[1] < pair[0]);
-    let Some((_, first)) = steps().next() else { return Cow::Borrowed(stamps) };
+    let steps: Vec<&[f64]> = stamps.windows(2).filter(|pair| pair[1] < pair[0]).collect();
+    if steps.is_empty() {
+        return Cow::Borrowed(stamps);
+    }
     let mut intervals: Vec<f64> = stamps.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
-    let near = INTERVALS * crate::statistics::median(&mut intervals).unwrap_or(0.0);
+    let near = INTERVALS * median(&mut intervals).unwrap_or(0.0);
     let is_full = |full: f64| {
         let wraps = |pair: &[f64]| (full - near..full).contains(&pair[0]) && (0.0..near).contains(&pair[1]);
-        near > 0.0 && near < 0.1 * full && wraps(first) && steps().all(|(_, pair)| wraps(pair))
+        near > 0.0 && near < 0.1 * full && steps.iter().all(|pair| wraps(pair))
     };
     let all = FULL.iter().flat_map(|full| TICKS.iter().map(move |tick| full * tick));
     let Some(full) = all.into_iter().find(|full| is_full(*full)) else { return Cow::Borrowed(stamps) };

@@ -20,7 +20,7 @@ use crate::load::guesses::runner_up::add_runners_up;
 use crate::load::guesses::slopes;
 use crate::load::guesses::user_names::UserNames;
 use crate::load::guesses::vectors;
-use crate::load::maps::by_hand::{BY_NAME, BY_RECORDER, By, ChannelName, ManualChannel, ManualChannelMap, ManualTime};
+use crate::load::maps::by_hand::{By, ChannelName, ManualChannel, ManualChannelMap, ManualTime};
 use crate::load::names::foreign_names::AIRSPEEDS_OF_NO_KIND;
 use crate::load::names::role_names::NAMES;
 use crate::load::names::stated_unit::name_and_unit;
@@ -124,15 +124,15 @@ fn free_candidates<'p>(
             continue;
         }
         if is_claimed(&candidate.from) {
-            let why = format!("{} {BY_RECORDER}", claims.names.join(", "));
-            map.left_out.push((candidate.from, why));
+            let why = format!("{} gives it another meaning, or none", claims.names.join(", "));
+            map.left_out_by_name.push((candidate.from, why));
             continue;
         }
         let (name, _) = name_and_unit(&candidate.channel.name);
         let is_of_all = |token: &String| parts.iter().all(|parts| parts.contains(token));
         let of_source = || names.forbidden_source(&candidate.from.source).filter(|token| !is_of_all(token));
         match names.forbidden(&name).or_else(of_source) {
-            Some(token) => map.left_out.push((candidate.from, format!("'{token}' {BY_NAME}"))),
+            Some(token) => map.left_out_by_name.push((candidate.from, format!("'{token}' in its name"))),
             None => free.push(candidate),
         }
     }

@@ -15,7 +15,7 @@ use crate::load::guesses::trace::Trace;
 use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap};
 use crate::load::names::tokens::tokens;
 use crate::quantity::Role;
-use crate::statistics::median;
+use crate::statistics::{extent, median};
 
 /// Correlation, either way, of an angle with a climb that decides.
 const ANGLE_CORRELATION: f64 = 0.6;
@@ -110,10 +110,8 @@ fn drop_resting_vanes(map: &mut ManualChannelMap, probes: &[Probe]) {
     for (vane, rate) in [(Role::AngleOfAttack, Role::PitchRate), (Role::Sideslip, Role::YawRate)] {
         let range = |role: Role| {
             let trace = Trace::for_role(map, role, probes)?;
-            let finite = trace.values.iter().filter(|value| value.is_finite());
-            let ends =
-                finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], v| [least.min(*v), most.max(*v)]);
-            (trace.values.len() >= FEWEST_PAIRS).then_some(ends[1] - ends[0])
+            let [least, greatest] = extent(&trace.values).filter(|_| trace.values.len() >= FEWEST_PAIRS)?;
+            Some(greatest - least)
         };
         let (rests, turns) = (range(vane) == Some(0.0), range(rate).is_some_and(|range| range > TURNS_RAD_S));
         if rests

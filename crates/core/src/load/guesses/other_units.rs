@@ -20,7 +20,7 @@ pub fn find_surface_signal(probes: &[Probe], map: &ManualChannelMap, role: Role)
     }
     let candidates = nameable_candidates(probes);
     let is_free = |from: &ChannelName| {
-        map.rows.iter().all(|(_, row)| row.from != *from) && map.left_out.iter().all(|(out, _)| out != from)
+        map.rows.iter().all(|(_, row)| row.from != *from) && map.all_left_out().all(|(out, _)| out != from)
     };
     let is_named = |candidate: &Candidate<'_>| goes_by_whole_name(candidate, role) || names_sensor_of(candidate, role);
     let mut named = candidates.iter().filter(|candidate| is_free(&candidate.from) && is_named(candidate));

@@ -4,7 +4,7 @@ use crate::load::contents::Probe;
 use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap};
 use crate::load::names::words::plain_letters;
 use crate::quantity::{Role, Unit};
-use crate::statistics::median;
+use crate::statistics::{extent, median};
 
 /// Standard acceleration of free fall in the units that accelerations are recorded in.
 const GRAVITIES: [(&str, f64); 3] = [("m/s^2", 9.806_65), ("ft/s^2", 32.174), ("g", 1.0)];
@@ -72,8 +72,9 @@ fn settle_attitude(map: &mut ManualChannelMap, probes: &[Probe]) {
     let roles = [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle];
     let stated = roles.iter().filter_map(|role| map.row(*role)).find(|row| !row.is_unit_open(probes));
     let stated = stated.and_then(|row| Some((row.unit?.symbol, row.from.source.clone())));
-    let largest =
-        |role: Role| map.row(role).and_then(|row| extent(row, probes)).map_or(0.0, |[least, most]| most.max(-least));
+    let largest = |role: Role| {
+        map.row(role).and_then(|row| recorded_extent(row, probes)).map_or(0.0, |[least, most]| most.max(-least))
+    };
     if largest(Role::HeadingAngle) > TURN_RAD && largest(Role::PitchAngle) <= 90.0 {
         give(map, probes, &roles, "deg");
     } else if let Some((symbol, source)) = stated {
@@ -84,12 +85,8 @@ fn settle_attitude(map: &mut ManualChannelMap, probes: &[Probe]) {
 }
 
 /// Least and greatest finite value as recorded.
-fn extent(row: &ManualChannel, probes: &[Probe]) -> Option<[f64; 2]> {
-    let values = row.from.find(probes)?.values();
-    let finite = values.iter().filter(|value| value.is_finite());
-    let (least, most) =
-        finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| (least.min(*value), most.max(*value)));
-    (least <= most).then_some([least, most])
+fn recorded_extent(row: &ManualChannel, probes: &[Probe]) -> Option<[f64; 2]> {
+    extent(row.from.find(probes)?.values())
 }
 
 /// The unit of specific forces is that in which their median size is one g; where their unit is not stated and no gravity is in them they
@@ -149,7 +146,8 @@ fn settle_temperature(map: &mut ManualChannelMap, probes: &[Probe]) {
     let Ok(celsius) = Unit::parse("degC") else { return };
     for role in [Role::AirTemperature, Role::TotalTemperature] {
         let Some(row) = map.row(role).filter(|row| row.is_unit_open(probes)) else { continue };
-        let is_celsius = extent(row, probes).is_some_and(|[least, most]| least >= AIR_DEG_C[0] && most <= AIR_DEG_C[1]);
+        let is_celsius =
+            recorded_extent(row, probes).is_some_and(|[least, most]| least >= AIR_DEG_C[0] && most <= AIR_DEG_C[1]);
         if is_celsius {
             map.set(role, Some(ManualChannel { unit: Some(celsius), ..row.clone() }));
         }
@@ -174,7 +172,7 @@ fn settle_flow_angles(map: &mut ManualChannelMap, probes: &[Probe]) {
 
 fn settle_pressure(map: &mut ManualChannelMap, probes: &[Probe]) {
     let Some(row) = map.row(Role::StaticPressure).filter(|row| row.by != By::Recorder).cloned() else { return };
-    let Some([least, most]) = extent(&row, probes) else { return };
+    let Some([least, most]) = recorded_extent(&row, probes) else { return };
     if !row.is_unit_open(probes) {
         let unit = row.unit.unwrap_or(Unit::si(Role::StaticPressure.dimension()));
         if unit.to_si(least) < LEAST_PRESSURE_PA && !plain_letters(&row.from.channel).contains("stat") {
@@ -219,7 +217,9 @@ fn settle_fixes(map: &mut ManualChannelMap, probes: &[Probe]) {
         give(map, probes, &roles, unit.symbol);
         return;
     }
-    let (Some(one), Some(other)) = (extent(latitude, probes), extent(longitude, probes)) else { return };
+    let (Some(one), Some(other)) = (recorded_extent(latitude, probes), recorded_extent(longitude, probes)) else {
+        return;
+    };
     let most = |[least, most]: [f64; 2]| most.max(-least);
     if latitude.scale != 1.0 || longitude.scale != 1.0 {
         give(map, probes, &roles, "deg");

@@ -8,7 +8,7 @@ use crate::quantity::Role;
 /// Lists for every row of a guess by words the free channel whose name fits its role next best.
 pub(crate) fn add_runners_up(map: &mut ManualChannelMap, free: &[Candidate<'_>]) {
     let is_used = |candidate: &Candidate<'_>| map.rows.iter().any(|(_, row)| row.from == candidate.from);
-    let is_left_out = |candidate: &Candidate<'_>| map.left_out.iter().any(|(from, _)| *from == candidate.from);
+    let is_left_out = |candidate: &Candidate<'_>| map.all_left_out().any(|(from, _)| *from == candidate.from);
     let taken: Vec<usize> = (0..free.len()).filter(|i| is_used(&free[*i]) || is_left_out(&free[*i])).collect();
     let next =
         |role: Role| NameFit::ALL.into_iter().find_map(|fit| Some((fit, &free[named(fit, role, map, free, &taken)?])));

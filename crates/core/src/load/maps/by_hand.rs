@@ -211,7 +211,9 @@ pub struct ManualChannelMap {
     pub recorders: Vec<String>,
     /// What flew, where the recorder says it.
     pub kind: Option<String>,
-    /// Channels that were left out although their names fit, and why.
+    /// Channels that a word of their name or their recorder leaves out, and why.
+    pub left_out_by_name: Vec<(ChannelName, String)>,
+    /// Channels that their values leave out although their names fit, and why.
     pub left_out: Vec<(ChannelName, String)>,
     /// Channels that would play a role if the one chosen did not.
     pub runners_up: Vec<(Role, RunnerUp)>,
@@ -228,14 +230,10 @@ pub struct ManualQuaternion {
     pub axes: QuaternionAxes,
 }
 
-/// Ends of the reasons that the name of a channel gives, or its recorder; the others are its values'.
-pub(crate) const BY_NAME: &str = "in its name";
-pub(crate) const BY_RECORDER: &str = "gives it another meaning, or none";
-
 impl ManualChannelMap {
-    /// Channels whose names fit a role and whose values do not, with the reason.
-    pub fn left_out_by_values(&self) -> impl Iterator<Item = &(ChannelName, String)> {
-        self.left_out.iter().filter(|(_, why)| !why.ends_with(BY_NAME) && !why.ends_with(BY_RECORDER))
+    /// Channels without a role although their names or values fit one, and why.
+    pub fn all_left_out(&self) -> impl Iterator<Item = &(ChannelName, String)> {
+        self.left_out_by_name.iter().chain(&self.left_out)
     }
 
     /// What attitude, velocity and the time of coarse stamps are derived from, a line each.

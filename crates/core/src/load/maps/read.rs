@@ -116,6 +116,8 @@ struct Stamps {
     time_s: Arc<[f64]>,
     /// Indices kept, when some were left out.
     kept: Option<Vec<usize>>,
+    /// Whether they are of a counter that began again at zero and was continued.
+    is_continued: bool,
 }
 
 struct Reader<'p> {
@@ -159,7 +161,7 @@ impl Reader<'_> {
         let shift = self.shifts.get(&(at.0, at.1)).copied().unwrap_or(0.0);
         let Some(index) = clock.index else {
             let time_s = (0..clock.samples).map(|index| clock.start_s + shift + index as f64 / clock.rate_hz).collect();
-            return Ok(Stamps { time_s, kept: None });
+            return Ok(Stamps { time_s, kept: None, is_continued: false });
         };
         let raw = unwrap_counter(source.channels[index].values());
         let is_asked = self.plan.time.get(&(at.0, at.1)).is_some_and(|entry| entry.drop_faults);
@@ -181,7 +183,7 @@ impl Reader<'_> {
                 Some(fault) => return Err(self.time_error(at, fault)),
             }
         }
-        Ok(Stamps { time_s: time_s.into(), kept })
+        Ok(Stamps { time_s: time_s.into(), kept, is_continued: matches!(raw, Cow::Owned(_)) })
     }
 
     fn time_error(&self, at: ClockAt, fault: TimeFault) -> LoadError {
@@ -353,13 +355,9 @@ impl Reader<'_> {
                     clock.faults.first().map(|fault| format!(", the first because it {fault}")).unwrap_or_default();
                 recording.warnings.push(format!("{place}: {lost} of {all} samples left out for their time{why}"));
             }
-            if clock
-                .index
-                .is_some_and(|index| matches!(unwrap_counter(contents.channels[index].values()), Cow::Owned(_)))
-            {
-                recording
-                    .warnings
-                    .push(format!("{place}: time counter '{}' begins again at zero, continued", clock.channel));
+            if stamps.is_continued {
+                let text = format!("{place}: time counter '{}' begins again at zero, continued", clock.channel);
+                recording.warnings.push(text);
             }
             if let Some(longest) =
                 clock.gaps.iter().max_by(|a, b| (a.end_s - a.start_s).total_cmp(&(b.end_s - b.start_s)))

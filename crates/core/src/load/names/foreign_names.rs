@@ -163,10 +163,10 @@ pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
 /// Names of ailerons in the order of [`crate::load::names::role_names::AILERON`].
 #[rustfmt::skip]
 pub(crate) const FOREIGN_AILERON: &[&str] = &[
-    "querruder", "aleron", "alerones", "alettoni", "alettone", "rolroer", "элероны", "副翼", "querruderausschlag", "querruderwinkel",
-    "querruderstellung", "ailerons", "braquageailerons", "gauchissement", "braquagegauchissement", "xi",
-    "querruderrechts", "rechtesquerruder", "ailerondroit", "braquageailerondroit", "querruderlinks",
-    "linkesquerruder", "ailerongauche", "braquageailerongauche",
+    "querruder", "aleron", "alerones", "alettoni", "alettone", "rolroer", "элероны", "副翼", "querruderausschlag",
+    "querruderwinkel", "querruderstellung", "ailerons", "braquageailerons", "gauchissement",
+    "braquagegauchissement", "xi", "querruderrechts", "rechtesquerruder", "ailerondroit", "braquageailerondroit",
+    "querruderlinks", "linkesquerruder", "ailerongauche", "braquageailerongauche",
 ];
 
 /// Airspeeds that do not say whether they are true or indicated.
@@ -214,8 +214,7 @@ pub(crate) const NEEDS: &[(&str, Need)] = &[
     ("palonnier", Need::Unit),
     // Down in the conventions, up on every instrument that shows feet per minute.
     ("vz", Need::OneOf(&["ft/min"])),
-    // Vitesse vraie or vitesse verticale.
-    // Of a stick or of the trim as well, and any height or bow.
+    // Without a unit: an angle of the stick, a level, a course, the bow or rudder of a ship.
     ("rolamento", Need::UnitOrRate(Role::RollRate)),
     ("arfagem", Need::UnitOrRate(Role::PitchRate)),
     ("rollio", Need::UnitOrRate(Role::RollRate)),
@@ -226,6 +225,7 @@ pub(crate) const NEEDS: &[(&str, Need)] = &[
     ("prua", Need::Unit),
     ("leme", Need::Unit),
     ("timone", Need::Unit),
+    // Vitesse vraie or vitesse verticale.
     ("vv", Need::OneOf(&["kt", "km/h"])),
     ("direction", Need::FrenchControl),
     // Vitesse conventionnelle, vitesse propre.
