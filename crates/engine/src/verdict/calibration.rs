@@ -1,5 +1,7 @@
 //! Whether the levels are right: simulated flights of known truth, sound, in gusts and with one fault each, judged as a session is.
 
+use std::f64::consts::TAU;
+
 use doublet_core::model::is_constant_name;
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Series};
@@ -19,6 +21,8 @@ const RIGHT_ERRORS: f64 = 3.0;
 const MATTERS: f64 = 0.03;
 /// Gusts of the second case, m/s.
 const GUSTS_M_S: f64 = 0.7;
+/// Corner frequency of the filters of inertial sensors, Hz.
+const FILTER_HZ: f64 = 3.0;
 
 /// What is done to a recording.
 type Spoil = fn(&mut Recording);
@@ -31,7 +35,7 @@ struct Case {
     names: fn(&Finding) -> bool,
 }
 
-const CASES: [Case; 9] = [
+const CASES: [Case; 11] = [
     Case { name: "sound", gusts_m_s: None, spoil: |_| (), names: |_| false },
     Case { name: "gusts", gusts_m_s: Some(GUSTS_M_S), spoil: |_| (), names: |_| false },
     Case {
@@ -45,6 +49,20 @@ const CASES: [Case; 9] = [
         gusts_m_s: None,
         spoil: |recording| later(recording, &[Role::VelocityNorth, Role::VelocityEast, Role::VelocityDown], 0.3),
         names: |finding| finding.text.contains("late") || finding.text.contains("shift"),
+    },
+    Case {
+        name: "gyros behind a filter of 3 Hz",
+        gusts_m_s: None,
+        spoil: |recording| filtered(recording, &[Role::RollRate, Role::PitchRate, Role::YawRate]),
+        names: |finding| finding.code == "timing" && finding.place == "gyros",
+    },
+    Case {
+        name: "accelerometers behind a filter of 3 Hz",
+        gusts_m_s: None,
+        spoil: |recording| {
+            filtered(recording, &[Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ]);
+        },
+        names: |finding| finding.code == "timing" && finding.place == "accelerometers",
     },
     Case {
         name: "pitch rate reversed",
@@ -186,6 +204,24 @@ fn later(recording: &mut Recording, roles: &[Role], by_s: f64) {
         changed(recording, *role, |series| Series {
             time_s: series.time_s.iter().map(|time_s| time_s + by_s).collect(),
             values: series.values.clone(),
+        });
+    }
+}
+
+/// Behind a low-pass of first order.
+fn filtered(recording: &mut Recording, roles: &[Role]) {
+    let time_constant_s = 1.0 / (TAU * FILTER_HZ);
+    for role in roles {
+        changed(recording, *role, |series| {
+            let mut state = None;
+            let steps = std::iter::once(0.0).chain(series.time_s.windows(2).map(|pair| pair[1] - pair[0]));
+            let follow = |(step_s, value): (f64, &f64)| {
+                let before = state.unwrap_or(*value);
+                let now = value + (before - value) * (-step_s / time_constant_s).exp();
+                state = Some(now);
+                now
+            };
+            Series { time_s: series.time_s.clone(), values: steps.zip(&*series.values).map(follow).collect() }
         });
     }
 }

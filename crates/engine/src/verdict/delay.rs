@@ -207,31 +207,31 @@ pub(super) fn findings(
     CONTROLS.into_iter().filter_map(of_control).max_by_key(|finding| finding.level)
 }
 
-/// Flow angles or ground velocity ahead of the specific forces for a force, or a side force behind its regressors, and attitude ahead of the rates
-/// for a moment: the inertial sensors are recorded late or filtered, and the coefficient lacks what that takes.
+/// Attitude ahead of the rates, for moments and forces; for a force also flow angles or ground velocity ahead of the specific forces, or a
+/// force that follows its regressors late. The inertial sensors are recorded late or filtered, and the coefficient lacks what that takes.
 pub(super) fn find_late_inertial(evidence: Evidence<'_>, coefficient: Coefficient) -> Option<Finding> {
     let is_moment = matches!(coefficient, Coefficient::Cl | Coefficient::Cm | Coefficient::Cn);
-    let sensors = if is_moment { "gyros" } else { "accelerometers" };
-    let lead = |kind, measurement, text| Some((find_lead(evidence, kind, measurement)?, text));
-    let (ahead_s, text) = if is_moment {
-        lead(ConstantError::AttitudeDelay, Measurement::BankAngle, "Attitude angles lead the rates")?
-    } else {
-        let by_side_force = || {
-            let late_s = evidence.side_force_delay_s.filter(|late_s| *late_s > AHEAD_S)?;
-            Some((late_s, "Side force lags sideslip, rates and rudder"))
-        };
-        lead(ConstantError::FlowDelay, Measurement::AngleOfAttack, "Flow angles lead the specific forces")
-            .or_else(|| {
-                lead(
-                    ConstantError::GroundDelay,
-                    Measurement::VelocityNorth,
-                    "Ground velocity leads the specific forces",
-                )
-            })
-            .or_else(by_side_force)?
+    let lead = |kind, measurement| find_lead(evidence, kind, measurement);
+    let ground = || {
+        let ahead_s = lead(ConstantError::GroundDelay, Measurement::VelocityNorth).filter(|_| !is_moment)?;
+        Some((ahead_s, "accelerometers", "Ground velocity leads the specific forces"))
     };
-    let text = format!("{text} by {ahead_s:.3} s (limit {AHEAD_S:.3} s).");
-    let finding = Finding::new(Level::Caution, "timing", sensors, text).with_figure(ahead_s, AHEAD_S);
+    // The rates are regressors of a force, and flow angles follow them: where the gyros are late, forces and flow angles seem to be early.
+    let attitude = || {
+        let ahead_s = lead(ConstantError::AttitudeDelay, Measurement::BankAngle)?;
+        Some((ahead_s, "gyros", "Attitude angles lead the rates"))
+    };
+    let flow = || {
+        let ahead_s = lead(ConstantError::FlowDelay, Measurement::AngleOfAttack).filter(|_| !is_moment)?;
+        Some((ahead_s, "accelerometers", "Flow angles lead the specific forces"))
+    };
+    let force = || {
+        let late = evidence.late_force.filter(|late| !is_moment && late.delay_s > AHEAD_S)?;
+        Some((late.delay_s, "accelerometers", late.text))
+    };
+    let (late_s, sensors, text) = ground().or_else(attitude).or_else(flow).or_else(force)?;
+    let text = format!("{text} by {late_s:.3} s (limit {AHEAD_S:.3} s).");
+    let finding = Finding::new(Level::Caution, "timing", sensors, text).with_figure(late_s, AHEAD_S);
     Some(finding.with_fix_text(format!("Record the {sensors} without a filter; check their clock.")))
 }
 

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::delay::ControlDelay;
 use super::effect::{self, Consequences};
+use super::late_force::LateForce;
 use super::noise::MeasurementNoise;
 use super::plausible::Plausible;
 use super::{
@@ -31,8 +32,8 @@ pub(super) struct Evidence<'a> {
     pub(super) plausible: &'a Plausible,
     /// Controls that act at another time than that of their recording.
     pub(super) delays: &'a [ControlDelay],
-    /// Delay of the side force behind its regressors, s; none before the delays of the controls are known.
-    pub(super) side_force_delay_s: Option<f64>,
+    /// A force that follows its regressors late; none before the delays of the controls are known.
+    pub(super) late_force: Option<LateForce>,
     /// What suspect causes change of the derivatives of the pooled fits.
     pub(super) consequences: &'a [Consequences],
     /// Verdicts on the windows, once they are formed.
@@ -63,7 +64,7 @@ pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
         snapshot,
         plausible: &plausible,
         delays: &[],
-        side_force_delay_s: None,
+        late_force: None,
         consequences: &[],
         judged_windows: None,
         median_pressure_pa: flight::median_pressure(session, snapshot),
@@ -75,7 +76,7 @@ pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
         windows.into_par_iter().map(|window| (window.name.clone(), window_verdict(evidence, window, &study))).collect();
     let delays = delay::delays(evidence, &windows);
     let evidence = Evidence { delays: &delays, ..evidence };
-    let evidence = Evidence { side_force_delay_s: late_force::find_late_side_force(evidence), ..evidence };
+    let evidence = Evidence { late_force: late_force::find(evidence), ..evidence };
     let fits = snapshot.pooled.ready().map(|pooled| pooled.fits.as_slice()).unwrap_or_default();
     let suspects: Vec<&str> = windows
         .iter()

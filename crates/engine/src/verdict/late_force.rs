@@ -1,14 +1,17 @@
-//! A side force that follows all its regressors late: accelerometers that are filtered, or on a late clock.
+//! Forces that follow all their regressors late: accelerometers that are filtered, or on a late clock.
 //!
-//! The normal force does not show it: with a late one angle of attack and pitch rate explain it as well, by other derivatives.
+//! The side force shows it by a search. The normal force does not: angle of attack and pitch rate explain a late one as well, since
+//! `CZ_alpha alpha(t - d)` is about `CZ_alpha alpha - CZ_alpha d q`. Where that turns the sign of `CZ_q`, which no aeroplane turns (a tail
+//! that moves down adds lift), its value is the delay.
 
-use doublet_core::model::{Coefficient, regressors};
+use doublet_core::model::{Coefficient, Term, Variable, regressors};
 use doublet_core::statistics::median_step;
 use nalgebra::{DMatrix, DVector};
 
-use super::fit::{moving_terms, used_windows};
+use super::fit::{Used, moving_terms, used_windows};
 use super::judge::Evidence;
 use crate::session::Surface;
+use crate::stage::CoefficientFit;
 
 /// Range of delays looked at, s.
 const RANGE_S: f64 = 0.12;
@@ -16,10 +19,69 @@ const RANGE_S: f64 = 0.12;
 const SLOWEST_S: f64 = 0.025;
 /// Part of the residual's sum of squares that the delay leaves at most.
 const LEFT: f64 = 0.95;
+/// Standard errors of the derivative by the pitch rate beyond which it has the wrong sign.
+const SIGNIFICANT: f64 = 3.0;
+
+/// A force behind its regressors.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LateForce {
+    /// What follows what.
+    pub(super) text: &'static str,
+    /// By how much, s.
+    pub(super) delay_s: f64,
+}
+
+/// The side force or the normal force, whichever follows its regressors later; none where neither does.
+pub(super) fn find(evidence: Evidence<'_>) -> Option<LateForce> {
+    let side = find_late_side_force(evidence)
+        .map(|delay_s| LateForce { text: "Side force lags sideslip, rates and rudder", delay_s });
+    let normal = find_late_normal_force(evidence)
+        .map(|delay_s| LateForce { text: "Normal force lags angle of attack", delay_s });
+    side.into_iter().chain(normal).max_by(|one, other| one.delay_s.total_cmp(&other.delay_s))
+}
+
+/// Delay of the normal force or the lift behind the angle of attack, s, where the derivative by the pitch rate has the wrong sign:
+/// `d = -C_q k / C_alpha`, where the regressor of the pitch rate is `k q`.
+fn find_late_normal_force(evidence: Evidence<'_>) -> Option<f64> {
+    let fits = &evidence.snapshot.pooled.ready()?.fits;
+    let fit = fits.iter().find(|fit| matches!(fit.coefficient, Coefficient::CZ | Coefficient::CL))?;
+    let terms = moving_terms(evidence.session, fit);
+    let one = |wanted: &[Variable]| {
+        terms.iter().find(|term| matches!(*term.factors(), [(variable, 1)] if wanted.contains(&variable)))
+    };
+    let pitching = one(&[Variable::PitchRate, Variable::HalfPitchRate])?;
+    let (of_alpha, _) = estimate_of(fit, one(&[Variable::Alpha])?)?;
+    let (of_pitching, error) = estimate_of(fit, pitching)?;
+    let used = used_windows(evidence.session, evidence.snapshot, fit);
+    let seconds = -regressor_by_rate(pitching, &used)? / of_alpha;
+    let (delay_s, error_s) = (of_pitching * seconds, error * seconds.abs());
+    (delay_s > SIGNIFICANT * error_s).then_some(delay_s)
+}
+
+/// Estimate and corrected standard error of a term of a fit.
+fn estimate_of(fit: &CoefficientFit, term: &Term) -> Option<(f64, f64)> {
+    let estimate = fit.fit.as_ref().ok()?;
+    let name = term.derivative_name(fit.coefficient);
+    let index = estimate.names.iter().position(|other| *other == name)?;
+    Some((estimate.estimates[index], *fit.corrected_errors.get(index)?))
+}
+
+/// Slope of the regressor of the pitch rate on that rate, s.
+fn regressor_by_rate(term: &Term, used: &[Used<'_>]) -> Option<f64> {
+    let (mut product, mut square) = (0.0, 0.0);
+    for Used { aero, .. } in used {
+        let column: DMatrix<f64> = regressors(std::slice::from_ref(term), &aero.variables).ok()?;
+        for (value, rate) in column.iter().zip(&aero.data.rates_rad_s[1]) {
+            product += value * rate;
+            square += rate * rate;
+        }
+    }
+    (square > 0.0).then(|| product / square)
+}
 
 /// Delay of the side force behind its regressors, s, where it explains part of the residual. A rudder that is recorded early does as much:
 /// then none.
-pub(super) fn find_late_side_force(evidence: Evidence<'_>) -> Option<f64> {
+fn find_late_side_force(evidence: Evidence<'_>) -> Option<f64> {
     if evidence.delays.iter().any(|delay| delay.surface == Surface::Rudder) {
         return None;
     }

@@ -105,6 +105,33 @@ fn rates_take_their_unit_and_sign_from_the_attitude() {
 }
 
 #[test]
+fn bank_to_the_left_is_turned_by_the_track_where_the_heading_swings_with_the_sideslip() {
+    let map = guess_of("p [deg/s],Roll [deg],Pitch [deg],Heading [deg],TAS [m/s],vN [m/s],vE [m/s]", |now| {
+        let [north, east, _] = now.speeds;
+        let swing = 0.15 * (5.0 * now.time_s).sin();
+        let [p, bank, pitch, heading] =
+            [now.rates[0], -now.bank, now.pitch, now.heading + swing].map(|angle| angle / DEGREE);
+        vec![p, bank, pitch, heading, 60.0, north, east]
+    });
+    for (role, unit, sign) in [(Role::BankAngle, "deg", -1.0), (Role::RollRate, "deg/s", 1.0)] {
+        assert_eq!(row_of(&map, role), Some((unit, sign, false)), "{}", role.name());
+    }
+}
+
+#[test]
+fn one_side_of_a_surface_is_read_behind_the_name_of_its_recorder() {
+    let head = "pos.elev_left_deg,pos.elev_right_deg,pos.ail_left_deg,pos.ail_right_deg,pos.rudder_deg";
+    let map =
+        guess_of(head, |now| [now.pitch, now.pitch, now.bank, -now.bank, 0.1 * now.bank].map(|x| 30.0 * x).into());
+    for (role, name) in
+        [(Role::Elevator, "pos.elev_left_deg"), (Role::Aileron, "pos.ail_right_deg"), (Role::Rudder, "pos.rudder_deg")]
+    {
+        assert_eq!(map.row(role).map(|row| row.from.channel.as_str()), Some(name), "{}", role.name());
+        assert_eq!(row_of(&map, role).map(|row| row.1), Some(1.0), "{}", role.name());
+    }
+}
+
+#[test]
 fn pitch_and_bank_of_a_simulator_that_turns_them_are_turned_by_climb_and_heading() {
     let map = guess_of("Pitch [deg],Bank [deg],Heading [deg],Altitude [ft],TAS [kt],vN [m/s],vE [m/s]", |now| {
         let [north, east, _] = now.speeds;

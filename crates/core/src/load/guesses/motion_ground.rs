@@ -4,7 +4,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use crate::load::contents::Probe;
 use crate::load::guesses::motion::{
-    FEWEST_PAIRS, PLACE_CORRELATION, RATE_CORRELATION, change_correlation, is_free, lag_of, places, slope_of, turning,
+    FEWEST_PAIRS, MOST_PAIRS, PLACE_CORRELATION, RATE_CORRELATION, change_correlation, fit_line, is_free, lag_of,
+    places, slope_of, turning,
 };
 use crate::load::guesses::trace::Trace;
 use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap};
@@ -167,18 +168,43 @@ fn track_of_fixes(map: &ManualChannelMap, probes: &[Probe]) -> Option<Trace> {
     Some(direction(north, &east))
 }
 
-/// Whether the heading follows the track; an angle of the mathematicians, from east to the north, is set so that it does, and asked for. The
-/// axes of a velocity that its name does not say are no evidence: the track is then the one of latitude and longitude.
+/// The track of velocities whose axes are said, or else of latitude and longitude; the axes of a velocity that its name does not say are no
+/// evidence.
+fn known_track(map: &ManualChannelMap, probes: &[Probe]) -> Option<Trace> {
+    let is_said = |role: Role| map.row(role).is_some_and(|row| row.by != By::Axes || says_axis(row));
+    let is_decided = is_said(Role::VelocityNorth) && is_said(Role::VelocityEast);
+    if is_decided { track(map, probes) } else { track_of_fixes(map, probes) }
+}
+
+/// Slope and correlation of the change of the track, rad/s, on the tangent of the bank, both over some seconds: the specific force of a bank
+/// turns the velocity at once, where the heading follows the sideslip too.
+pub(crate) fn track_by_bank(map: &ManualChannelMap, probes: &[Probe]) -> Option<(f64, f64)> {
+    /// Span, s, over which both are taken: a receiver that is late by a fraction of it tells the same.
+    const TURN_S: f64 = 2.0;
+    /// Largest bank, rad, of a turn that keeps its height.
+    const MOST_RAD: f64 = 1.2;
+    let bank = Trace::for_role(map, Role::BankAngle, probes)?.unwrapped();
+    let track = known_track(map, probes)?.unwrapped().at(&bank.time_s)?;
+    let (count, lag) = (bank.time_s.len(), lag_of(&bank.time_s, TURN_S)?);
+    let step = (count / MOST_PAIRS).max(1);
+    let pair = |k: usize| {
+        let inside = &bank.values[k..=k + lag];
+        let mean = inside.iter().map(|bank| bank.tan()).sum::<f64>() / inside.len() as f64;
+        let turn = (track.values[k + lag] - track.values[k]) / (bank.time_s[k + lag] - bank.time_s[k]);
+        (mean, if inside.iter().all(|bank| bank.abs() < MOST_RAD) { turn } else { f64::NAN })
+    };
+    fit_line(&(0..count - lag).step_by(step).map(pair).collect::<Vec<_>>())
+}
+
+/// Whether the heading follows the track; an angle of the mathematicians, from east to the north, is set so that it does, and asked for.
 pub(crate) fn settle_heading(map: &mut ManualChannelMap, probes: &[Probe]) -> bool {
     /// Largest median distance of a heading from the track, rad.
     const DRIFT_RAD: f64 = 0.35;
-    let is_said = |role: Role| map.row(role).is_some_and(|row| row.by != By::Axes || says_axis(row));
-    let is_decided = is_said(Role::VelocityNorth) && is_said(Role::VelocityEast);
-    let of_fixes = if is_decided { None } else { track_of_fixes(map, probes) };
-    let may_turn = is_decided || of_fixes.is_some();
+    let known = known_track(map, probes);
+    let may_turn = known.is_some();
     let read = || {
         let row = map.row(Role::HeadingAngle)?.clone();
-        let track = of_fixes.or_else(|| track(map, probes))?;
+        let track = known.or_else(|| track(map, probes))?;
         let heading = Trace::read(&row, probes)?.at(&track.time_s)?;
         Some((row, heading, track))
     };

@@ -6,11 +6,11 @@ use std::f64::consts::{PI, TAU};
 use crate::atmos::STANDARD_GRAVITY_M_S2;
 use crate::load::contents::Probe;
 use crate::load::guesses::motion::{
-    FEWEST_PAIRS, MOST_PAIRS, PLACE_CORRELATION, RATE_CORRELATION, Turning, ask, change_correlation, fit_line, height,
-    is_free, set_sign, slope_of, speed, turn, turning,
+    FEWEST_PAIRS, MOST_PAIRS, PLACE_CORRELATION, RATE_CORRELATION, ask, change_correlation, fit_line, height, is_free,
+    set_sign, slope_of, speed, turn, turning,
 };
 use crate::load::guesses::motion_axes::turn_left_up;
-use crate::load::guesses::motion_ground::{settle_heading, settle_horizontal, track};
+use crate::load::guesses::motion_ground::{settle_heading, settle_horizontal, track, track_by_bank};
 use crate::load::guesses::trace::Trace;
 use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap};
 use crate::load::names::tokens::tokens;
@@ -19,6 +19,8 @@ use crate::statistics::{extent, median};
 
 /// Correlation, either way, of an angle with a climb that decides.
 const ANGLE_CORRELATION: f64 = 0.6;
+/// The same of a bank with the change of the track.
+const TRACK_CORRELATION: f64 = 0.8;
 /// Range of a rate in which a vane must move, rad/s: 3 deg/s.
 const TURNS_RAD_S: f64 = 0.05;
 /// Least speed of an aeroplane whose bank turns it, m/s.
@@ -124,10 +126,11 @@ fn drop_resting_vanes(map: &mut ManualChannelMap, probes: &[Probe]) {
     }
 }
 
-/// Correlation of the change of heading with the bank, where one makes the other as an aeroplane's turn does.
-fn bank_of_turn(map: &ManualChannelMap, probes: &[Probe], turning: &Turning) -> Option<f64> {
+/// Correlation of a change of direction with the bank, by slope and correlation of its rate, rad/s, on the tangent of the bank: where one makes
+/// the other as an aeroplane's turn does.
+fn bank_of_turn(map: &ManualChannelMap, probes: &[Probe], by_bank: Option<(f64, f64)>) -> Option<f64> {
     let speed = speed(map, probes).filter(|speed| *speed > LEAST_SPEED)?;
-    let (slope, correlation) = turning.heading_by_bank?;
+    let (slope, correlation) = by_bank?;
     (0.4..2.5).contains(&(slope.abs() * speed / STANDARD_GRAVITY_M_S2)).then_some(correlation)
 }
 
@@ -136,8 +139,8 @@ fn decide(correlation: Option<f64>, least: f64) -> f64 {
     correlation.filter(|correlation| correlation.abs() > least).map_or(0.0, f64::signum)
 }
 
-/// Signs of attitude and rates: of the pitch by the climb or the specific force, of the heading by the track or the bank, of the rates by
-/// the attitude.
+/// Signs of attitude and rates: of the pitch by the climb or the specific force, of the bank by the track, of the heading by the track or the
+/// bank, of the rates by the attitude.
 fn settle_attitude(map: &mut ManualChannelMap, probes: &[Probe]) {
     let pitch = decide(pitch_sign(map, probes), ANGLE_CORRELATION);
     if pitch < 0.0 {
@@ -148,16 +151,22 @@ fn settle_attitude(map: &mut ManualChannelMap, probes: &[Probe]) {
         turn_left_up(map, probes, [0.0; 3], [false; 3]);
         return;
     };
-    let by_bank = decide(bank_of_turn(map, probes, &turning), ANGLE_CORRELATION);
+    let by_track = decide(bank_of_turn(map, probes, track_by_bank(map, probes)), TRACK_CORRELATION);
+    if by_track < 0.0 {
+        turn(map, Role::BankAngle);
+    }
+    let of_heading = decide(bank_of_turn(map, probes, turning.heading_by_bank), ANGLE_CORRELATION);
+    let by_bank = if by_track < 0.0 { -of_heading } else { of_heading };
     let roll = decide(turning.rates[0].map(|(_, correlation)| correlation), RATE_CORRELATION);
-    // A bank that agrees with its rate and disagrees with the heading leaves the heading turned.
+    // A bank that is known, or that agrees with its rate, and disagrees with the heading leaves the heading turned.
     match (is_tracked, by_bank < 0.0) {
-        (true, true) => turn(map, Role::BankAngle),
-        (false, true) if roll > 0.0 => turn(map, Role::HeadingAngle),
+        (true, true) if by_track == 0.0 => turn(map, Role::BankAngle),
+        (false, true) if by_track != 0.0 || roll > 0.0 => turn(map, Role::HeadingAngle),
         (false, true) => ask(map, &[Role::BankAngle, Role::HeadingAngle]),
         _ => {}
     }
-    let is_known = [is_tracked && by_bank != 0.0, pitch != 0.0, is_tracked || by_bank != 0.0];
+    let is_bank_known = by_track != 0.0 || (is_tracked && by_bank != 0.0);
+    let is_known = [is_bank_known, pitch != 0.0, is_tracked || by_bank != 0.0];
     settle_rates(map, probes, is_known);
 }
 
