@@ -1,8 +1,10 @@
 //! Whether the levels are right: simulated flights of known truth, sound, in gusts and with one fault each, judged as a session is.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use doublet_core::model::is_constant_name;
+use doublet_core::prep::first_order_lag;
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Series};
 use doublet_core::simulate::Scenario;
@@ -208,20 +210,14 @@ fn later(recording: &mut Recording, roles: &[Role], by_s: f64) {
     }
 }
 
-/// Behind a low-pass of first order.
+/// Channels behind a first-order lag; one whose time does not increase stays as it is.
 fn filtered(recording: &mut Recording, roles: &[Role]) {
     let time_constant_s = 1.0 / (TAU * FILTER_HZ);
     for role in roles {
         changed(recording, *role, |series| {
-            let mut state = None;
-            let steps = std::iter::once(0.0).chain(series.time_s.windows(2).map(|pair| pair[1] - pair[0]));
-            let follow = |(step_s, value): (f64, &f64)| {
-                let before = state.unwrap_or(*value);
-                let now = value + (before - value) * (-step_s / time_constant_s).exp();
-                state = Some(now);
-                now
-            };
-            Series { time_s: series.time_s.clone(), values: steps.zip(&*series.values).map(follow).collect() }
+            let values = first_order_lag(&series.time_s, &series.values, time_constant_s);
+            let values = values.map_or_else(|_| Arc::clone(&series.values), Arc::from);
+            Series { time_s: Arc::clone(&series.time_s), values }
         });
     }
 }

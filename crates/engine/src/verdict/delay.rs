@@ -267,7 +267,8 @@ fn finding(evidence: Evidence<'_>, delay: &ControlDelay, level: Level, changed: 
     finding.with_value(format!("{:.3}", stated_s + delay_s)).with_fix(fix)
 }
 
-fn is_one(term: &Term, variable: Variable) -> bool {
+/// Whether a term is this variable alone.
+pub(super) fn is_one(term: &Term, variable: Variable) -> bool {
     matches!(*term.factors(), [(one, 1)] if one == variable)
 }
 

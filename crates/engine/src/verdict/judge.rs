@@ -76,7 +76,7 @@ pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
         windows.into_par_iter().map(|window| (window.name.clone(), window_verdict(evidence, window, &study))).collect();
     let delays = delay::delays(evidence, &windows);
     let evidence = Evidence { delays: &delays, ..evidence };
-    let evidence = Evidence { late_force: late_force::find(evidence), ..evidence };
+    let evidence = Evidence { late_force: late_force::find_late_force(evidence), ..evidence };
     let fits = snapshot.pooled.ready().map(|pooled| pooled.fits.as_slice()).unwrap_or_default();
     let suspects: Vec<&str> = windows
         .iter()

@@ -1,13 +1,14 @@
 //! Forces that follow all their regressors late: accelerometers that are filtered, or on a late clock.
 //!
 //! The side force shows it by a search. The normal force does not: angle of attack and pitch rate explain a late one as well, since
-//! `CZ_alpha alpha(t - d)` is about `CZ_alpha alpha - CZ_alpha d q`. Where that turns the sign of `CZ_q`, which no aeroplane turns (a tail
-//! that moves down adds lift), its value is the delay.
+//! `CZ_alpha alpha(t - d)` is about `CZ_alpha alpha - CZ_alpha d q`. Where that turns the sign of `CZ_q`, its value gives the delay: the
+//! tail of a conventional aeroplane that pitches up moves down and adds lift.
 
 use doublet_core::model::{Coefficient, Term, Variable, regressors};
 use doublet_core::statistics::median_step;
 use nalgebra::{DMatrix, DVector};
 
+use super::delay::is_one;
 use super::fit::{Used, moving_terms, used_windows};
 use super::judge::Evidence;
 use crate::session::Surface;
@@ -32,7 +33,7 @@ pub(super) struct LateForce {
 }
 
 /// The side force or the normal force, whichever follows its regressors later; none where neither does.
-pub(super) fn find(evidence: Evidence<'_>) -> Option<LateForce> {
+pub(super) fn find_late_force(evidence: Evidence<'_>) -> Option<LateForce> {
     let side = find_late_side_force(evidence)
         .map(|delay_s| LateForce { text: "Side force lags sideslip, rates and rudder", delay_s });
     let normal = find_late_normal_force(evidence)
@@ -46,20 +47,18 @@ fn find_late_normal_force(evidence: Evidence<'_>) -> Option<f64> {
     let fits = &evidence.snapshot.pooled.ready()?.fits;
     let fit = fits.iter().find(|fit| matches!(fit.coefficient, Coefficient::CZ | Coefficient::CL))?;
     let terms = moving_terms(evidence.session, fit);
-    let one = |wanted: &[Variable]| {
-        terms.iter().find(|term| matches!(*term.factors(), [(variable, 1)] if wanted.contains(&variable)))
-    };
-    let pitching = one(&[Variable::PitchRate, Variable::HalfPitchRate])?;
-    let (of_alpha, _) = estimate_of(fit, one(&[Variable::Alpha])?)?;
-    let (of_pitching, error) = estimate_of(fit, pitching)?;
+    let find = |variable: Variable| terms.iter().find(|term| is_one(term, variable));
+    let pitching = find(Variable::PitchRate).or_else(|| find(Variable::HalfPitchRate))?;
+    let (of_alpha, _) = read_estimate(fit, find(Variable::Alpha)?)?;
+    let (of_pitching, error) = read_estimate(fit, pitching)?;
     let used = used_windows(evidence.session, evidence.snapshot, fit);
-    let seconds = -regressor_by_rate(pitching, &used)? / of_alpha;
+    let seconds = -fit_regressor_to_rate(pitching, &used)? / of_alpha;
     let (delay_s, error_s) = (of_pitching * seconds, error * seconds.abs());
     (delay_s > SIGNIFICANT * error_s).then_some(delay_s)
 }
 
 /// Estimate and corrected standard error of a term of a fit.
-fn estimate_of(fit: &CoefficientFit, term: &Term) -> Option<(f64, f64)> {
+fn read_estimate(fit: &CoefficientFit, term: &Term) -> Option<(f64, f64)> {
     let estimate = fit.fit.as_ref().ok()?;
     let name = term.derivative_name(fit.coefficient);
     let index = estimate.names.iter().position(|other| *other == name)?;
@@ -67,7 +66,7 @@ fn estimate_of(fit: &CoefficientFit, term: &Term) -> Option<(f64, f64)> {
 }
 
 /// Slope of the regressor of the pitch rate on that rate, s.
-fn regressor_by_rate(term: &Term, used: &[Used<'_>]) -> Option<f64> {
+fn fit_regressor_to_rate(term: &Term, used: &[Used<'_>]) -> Option<f64> {
     let (mut product, mut square) = (0.0, 0.0);
     for Used { aero, .. } in used {
         let column: DMatrix<f64> = regressors(std::slice::from_ref(term), &aero.variables).ok()?;

@@ -32,7 +32,7 @@ impl NameFit {
             Self::Essence => candidate.essence == name,
             Self::Leaf => candidate.leaf == name && !["x", "y", "z", "u", "v", "w"].contains(&name),
             Self::End => is_long() && end_on(&candidate.tokens, name) && !is_other_quantity(&candidate.tokens, name),
-            Self::Begin => is_long() && (begins_on(&candidate.tokens, name) || begins_on(leaf_of(candidate), name)),
+            Self::Begin => is_long() && (begins_on(&candidate.tokens, name) || begins_on(find_leaf(candidate), name)),
             Self::ForeignEnd => ends_on(&candidate.words, name) && !is_other_side(&candidate.plain, name),
         }
     }
@@ -97,7 +97,7 @@ const QUALIFIERS: [&str; 34] = [
 ];
 
 /// Tokens of the last part of a name that is a path; none where it is no path.
-fn leaf_of<'a>(candidate: &'a Candidate<'_>) -> &'a [String] {
+fn find_leaf<'a>(candidate: &'a Candidate<'_>) -> &'a [String] {
     let tokens = &candidate.tokens;
     let from = (1..tokens.len()).find(|from| tokens[*from..].concat() == candidate.leaf);
     &tokens[from.unwrap_or(tokens.len())..]

@@ -170,21 +170,21 @@ fn track_of_fixes(map: &ManualChannelMap, probes: &[Probe]) -> Option<Trace> {
 
 /// The track of velocities whose axes are said, or else of latitude and longitude; the axes of a velocity that its name does not say are no
 /// evidence.
-fn known_track(map: &ManualChannelMap, probes: &[Probe]) -> Option<Trace> {
+fn find_known_track(map: &ManualChannelMap, probes: &[Probe]) -> Option<Trace> {
     let is_said = |role: Role| map.row(role).is_some_and(|row| row.by != By::Axes || says_axis(row));
     let is_decided = is_said(Role::VelocityNorth) && is_said(Role::VelocityEast);
     if is_decided { track(map, probes) } else { track_of_fixes(map, probes) }
 }
 
-/// Slope and correlation of the change of the track, rad/s, on the tangent of the bank, both over some seconds: the specific force of a bank
-/// turns the velocity at once, where the heading follows the sideslip too.
-pub(crate) fn track_by_bank(map: &ManualChannelMap, probes: &[Probe]) -> Option<(f64, f64)> {
-    /// Span, s, over which both are taken: a receiver that is late by a fraction of it tells the same.
+/// Slope, rad/s, and correlation of the rate of turn of the track on the tangent of the bank, both over some seconds: banked lift turns the
+/// velocity at once, while the heading also moves with the sideslip.
+pub(crate) fn fit_track_to_bank(map: &ManualChannelMap, probes: &[Probe]) -> Option<(f64, f64)> {
+    /// Span, s, over which both are taken: much longer than a receiver is late.
     const TURN_S: f64 = 2.0;
     /// Largest bank, rad, of a turn that keeps its height.
     const MOST_RAD: f64 = 1.2;
     let bank = Trace::for_role(map, Role::BankAngle, probes)?.unwrapped();
-    let track = known_track(map, probes)?.unwrapped().at(&bank.time_s)?;
+    let track = find_known_track(map, probes)?.unwrapped().at(&bank.time_s)?;
     let (count, lag) = (bank.time_s.len(), lag_of(&bank.time_s, TURN_S)?);
     let step = (count / MOST_PAIRS).max(1);
     let pair = |k: usize| {
@@ -200,7 +200,7 @@ pub(crate) fn track_by_bank(map: &ManualChannelMap, probes: &[Probe]) -> Option<
 pub(crate) fn settle_heading(map: &mut ManualChannelMap, probes: &[Probe]) -> bool {
     /// Largest median distance of a heading from the track, rad.
     const DRIFT_RAD: f64 = 0.35;
-    let known = known_track(map, probes);
+    let known = find_known_track(map, probes);
     let may_turn = known.is_some();
     let read = || {
         let row = map.row(Role::HeadingAngle)?.clone();

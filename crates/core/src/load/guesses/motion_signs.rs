@@ -10,7 +10,7 @@ use crate::load::guesses::motion::{
     set_sign, slope_of, speed, turn, turning,
 };
 use crate::load::guesses::motion_axes::turn_left_up;
-use crate::load::guesses::motion_ground::{settle_heading, settle_horizontal, track, track_by_bank};
+use crate::load::guesses::motion_ground::{fit_track_to_bank, settle_heading, settle_horizontal, track};
 use crate::load::guesses::trace::Trace;
 use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap};
 use crate::load::names::tokens::tokens;
@@ -126,9 +126,9 @@ fn drop_resting_vanes(map: &mut ManualChannelMap, probes: &[Probe]) {
     }
 }
 
-/// Correlation of a change of direction with the bank, by slope and correlation of its rate, rad/s, on the tangent of the bank: where one makes
-/// the other as an aeroplane's turn does.
-fn bank_of_turn(map: &ManualChannelMap, probes: &[Probe], by_bank: Option<(f64, f64)>) -> Option<f64> {
+/// Correlation of a turn with the bank; `by_bank` holds slope, rad/s, and correlation of the rate of turn on the tangent of the bank. None
+/// where the slope is far from `g / V`, that of an aeroplane's turn.
+fn correlate_turn_with_bank(map: &ManualChannelMap, probes: &[Probe], by_bank: Option<(f64, f64)>) -> Option<f64> {
     let speed = speed(map, probes).filter(|speed| *speed > LEAST_SPEED)?;
     let (slope, correlation) = by_bank?;
     (0.4..2.5).contains(&(slope.abs() * speed / STANDARD_GRAVITY_M_S2)).then_some(correlation)
@@ -151,11 +151,11 @@ fn settle_attitude(map: &mut ManualChannelMap, probes: &[Probe]) {
         turn_left_up(map, probes, [0.0; 3], [false; 3]);
         return;
     };
-    let by_track = decide(bank_of_turn(map, probes, track_by_bank(map, probes)), TRACK_CORRELATION);
+    let by_track = decide(correlate_turn_with_bank(map, probes, fit_track_to_bank(map, probes)), TRACK_CORRELATION);
     if by_track < 0.0 {
         turn(map, Role::BankAngle);
     }
-    let of_heading = decide(bank_of_turn(map, probes, turning.heading_by_bank), ANGLE_CORRELATION);
+    let of_heading = decide(correlate_turn_with_bank(map, probes, turning.heading_by_bank), ANGLE_CORRELATION);
     let by_bank = if by_track < 0.0 { -of_heading } else { of_heading };
     let roll = decide(turning.rates[0].map(|(_, correlation)| correlation), RATE_CORRELATION);
     // A bank that is known, or that agrees with its rate, and disagrees with the heading leaves the heading turned.
