@@ -38,7 +38,12 @@ pub struct SensorDelay {
 impl SensorDelay {
     /// Whether the innovations determine it and call for it.
     pub fn is_significant(&self) -> bool {
-        let least = LEAST_S.max(SIGNIFICANT * self.standard_error_s);
+        self.is_beyond(SIGNIFICANT)
+    }
+
+    /// Whether it is larger than so many of its standard errors, and these are small.
+    pub fn is_beyond(&self, errors: f64) -> bool {
+        let least = LEAST_S.max(errors * self.standard_error_s);
         self.standard_error_s < MOST_UNCERTAIN_S && self.delay_s.abs() > least
     }
 }

@@ -15,7 +15,7 @@ use super::judge::Evidence;
 use super::{Finding, Level, effect, spoilt, stalls};
 use crate::session::{Fix, Manoeuvre, Surface};
 use crate::snapshot::{Snapshot, WindowVerdict};
-use crate::stage::{ConstantError, WindowAero};
+use crate::stage::{ConstantError, SensorDelay, WindowAero};
 
 /// Range of delays looked at, s, and their least step; the greatest step of a first look, in which no pulse of a pilot passes unseen.
 const RANGE_S: f64 = 0.6;
@@ -36,6 +36,9 @@ const CHANGE_BAD: f64 = 0.25;
 const OF_GYROS: f64 = 1.5;
 /// Least time, s, by which flow angles or attitude must lead the inertial sensors to be a finding: no sensor is early.
 const AHEAD_S: f64 = 0.010;
+/// Standard errors beyond which ground velocity leads the specific forces. Those errors are large where the forces are late: the path
+/// follows the forces, and the innovations are too large everywhere.
+const GROUND_ERRORS: f64 = 2.5;
 
 /// A control, the moment that tells its time, the force it moves as well, the coefficients it moves little, and the rates that damp them.
 #[derive(Clone, Copy)]
@@ -213,7 +216,7 @@ pub(super) fn find_late_inertial(evidence: Evidence<'_>, coefficient: Coefficien
     let is_moment = matches!(coefficient, Coefficient::Cl | Coefficient::Cm | Coefficient::Cn);
     let lead = |kind, measurement| find_lead(evidence, kind, measurement);
     let ground = || {
-        let ahead_s = lead(ConstantError::GroundDelay, Measurement::VelocityNorth).filter(|_| !is_moment)?;
+        let ahead_s = find_ground_lead(evidence).filter(|_| !is_moment)?;
         Some((ahead_s, "accelerometers", "Ground velocity leads the specific forces"))
     };
     // The rates are regressors of a force, and flow angles follow them: where the gyros are late, forces and flow angles seem to be early.
@@ -237,8 +240,23 @@ pub(super) fn find_late_inertial(evidence: Evidence<'_>, coefficient: Coefficien
 
 /// Time by which measurements lead the inertial sensors, s, where it is significant and beyond the limit.
 fn find_lead(evidence: Evidence<'_>, kind: ConstantError, measurement: Measurement) -> Option<f64> {
+    let found = find_delay(evidence, kind).filter(|found| found.is_significant())?;
+    ahead(evidence, found, measurement)
+}
+
+/// Time by which ground velocity leads the inertial sensors, s, where it is beyond the limit.
+fn find_ground_lead(evidence: Evidence<'_>) -> Option<f64> {
+    let found = find_delay(evidence, ConstantError::GroundDelay).filter(|found| found.is_beyond(GROUND_ERRORS))?;
+    ahead(evidence, found, Measurement::VelocityNorth)
+}
+
+fn find_delay(evidence: Evidence<'_>, kind: ConstantError) -> Option<&SensorDelay> {
     let mut delays = evidence.snapshot.delays_and_gusts.delays.iter().flat_map(|delays| &delays.0);
-    let found = delays.find(|delay| delay.kind == kind && delay.is_significant())?;
+    delays.find(|delay| delay.kind == kind)
+}
+
+/// Time by which a measurement with this delay is ahead, s, where it is beyond the limit.
+fn ahead(evidence: Evidence<'_>, found: &SensorDelay, measurement: Measurement) -> Option<f64> {
     let ahead_s = -(evidence.session.filter.measurement_delay_s[measurement as usize] + found.delay_s);
     (ahead_s > AHEAD_S).then_some(ahead_s)
 }

@@ -6,12 +6,13 @@
 use std::path::Path;
 
 use doublet_core::model::{Coefficient, Lag, is_constant_name};
+use doublet_core::prep::first_order_lag;
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Series};
 use doublet_core::simulate::scenario;
 use doublet_engine::graph::Context;
 use doublet_engine::run::{Slot, Snapshot};
-use doublet_engine::session::{self, Session, Surface};
+use doublet_engine::session::{self, GustSource, Session, Surface};
 use doublet_engine::stage::LoadedAircraft;
 use doublet_engine::verdict::{self, Finding, Level, Verdicts, fly_and_judge, judge};
 
@@ -84,6 +85,30 @@ fn late_control_is_told_with_its_delay_and_the_delay_cures_it() {
         let verdicts = snapshot.verdicts.ready().unwrap();
         assert_eq!(reasons(verdicts, "timing").len(), 0, "{surface:?}");
         assert_eq!(level(verdicts, coefficient), Level::Good, "{:?}", verdicts.fit(None, coefficient));
+    }
+}
+
+/// The vanes record 5 samples a second; the ground velocity shows that the specific forces are late.
+#[test]
+fn accelerometers_behind_a_filter_are_named_where_only_the_ground_velocity_shows_it() {
+    const FORCES: [Role; 3] = [Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ];
+    let filter = |recording: &mut Recording| {
+        for role in FORCES {
+            let channel = &mut recording.channels[recording.roles[&role]];
+            let Series { time_s, values } = &channel.series;
+            let values = first_order_lag(time_s, values, 0.053).unwrap().into();
+            channel.series = Series { time_s: time_s.clone(), values };
+        }
+    };
+    let session = session::parse(doublet_engine::builtin::session("demo").unwrap()).unwrap();
+    let session = Session { gusts: GustSource::Estimated, ..session };
+    let scenario = scenario::build("coverage").unwrap();
+    for (spoil, expected) in [(&filter as &(dyn Fn(&mut Recording) + Sync), 3), (&|_| (), 0)] {
+        let (_, snapshot) = fly_and_judge(&session, &scenario, 1, spoil, &Context::new(Path::new("."))).unwrap();
+        let verdicts = snapshot.verdicts.ready().unwrap();
+        let fits = [Coefficient::CX, Coefficient::CY, Coefficient::CZ].map(|force| verdicts.fit(None, force).unwrap());
+        let named = fits.iter().flat_map(|fit| &fit.verdict.reasons).filter(|reason| reason.place == "accelerometers");
+        assert_eq!(named.filter(|reason| reason.code == "timing").count(), expected);
     }
 }
 
