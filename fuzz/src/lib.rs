@@ -1,6 +1,7 @@
 //! A target for each kind of file that doublet reads: whatever the bytes, it returns.
 
 mod guess_session;
+mod live;
 pub mod recording_chain;
 mod whole_path;
 
@@ -21,7 +22,7 @@ use whole_path::whole_path;
 type Target = fn(&[u8]);
 
 /// What is fuzzed beside recordings.
-const OTHERS: [(&str, Target); 10] = [
+const OTHERS: [(&str, Target); 11] = [
     ("datcom_listing", datcom_listing),
     ("session", session),
     ("aircraft", aircraft),
@@ -30,6 +31,7 @@ const OTHERS: [(&str, Target); 10] = [
     ("propulsion_maps", propulsion_maps),
     ("expression", expression),
     ("stream", stream),
+    ("live", live::live),
     ("whole_path", whole_path),
     ("recording_chain", recording_chain::recording_chain),
 ];

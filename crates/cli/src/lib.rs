@@ -327,9 +327,9 @@ fn execute(command: Command, as_json: bool) -> u8 {
         text::collect();
     }
     let outcome = guarded("doublet", || outcome(command));
-    text::finish();
+    let finished = text::finish();
     doublet_engine::builtin::remove_own_folder();
-    match outcome {
+    match outcome.and_then(|outcome| finished.map(|()| outcome)) {
         Ok(outcome) => outcome.code(),
         Err(message) => failed(message),
     }

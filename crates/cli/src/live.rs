@@ -16,6 +16,9 @@ use signal_hook::flag;
 
 use crate::text;
 
+/// Time without a change after which a file has ended, s.
+const FILE_WAIT_S: f64 = 10.0;
+
 /// Arguments of `live`.
 #[derive(Debug, Args)]
 pub struct LiveArguments {
@@ -64,9 +67,9 @@ pub struct LiveArguments {
     /// Record all incoming data into this new folder, with a session.
     #[arg(long, value_name = "FOLDER")]
     pub record: Option<PathBuf>,
-    /// Silence after which the source has ended, s; 0 for never.
-    #[arg(long, value_name = "S", default_value_t = 10.0)]
-    pub wait: f64,
+    /// Silence after which it ends, s; 0 for never [default: file 10, UDP 0].
+    #[arg(long, value_name = "S")]
+    pub wait: Option<f64>,
     /// Stop after this time, s.
     #[arg(long = "for", value_name = "S")]
     pub duration: Option<f64>,
@@ -99,7 +102,7 @@ fn speed(text: &str) -> Result<Speed, String> {
 /// # Errors
 /// One line: nothing to watch, a map, session or aircraft that cannot be used, a source that cannot be read.
 pub fn live(arguments: &LiveArguments) -> Result<(), String> {
-    let wait = seconds("wait", arguments.wait)?.filter(|wait| !wait.is_zero());
+    let (file_wait, socket_wait) = waits(arguments.wait)?;
     let file = arguments.file.clone().map(Feed::File);
     let lines = arguments.udp.clone().map(|address| Feed::Lines(address, LineFormat::Any));
     let opening = Opening {
@@ -109,7 +112,7 @@ pub fn live(arguments: &LiveArguments) -> Result<(), String> {
         aircraft: arguments.aircraft.clone(),
         campaign: arguments.campaign.clone(),
         from: arguments.from,
-        wait,
+        wait: file_wait,
         in_memory: None,
     };
     let watched = open_flight(&opening)?;
@@ -123,7 +126,7 @@ pub fn live(arguments: &LiveArguments) -> Result<(), String> {
         Some(Speed::Times(times)) if watched.is_recorded => Some(times),
         _ => None,
     };
-    let mut watch = LiveWatch::new(watched.source, watched.map, settings, speed, wait)?;
+    let mut watch = LiveWatch::new(watched.source, watched.map, settings, speed, socket_wait)?;
     if let Some(folder) = &arguments.record {
         watch.record(folder, watched.session.as_ref(), watched.aircraft.as_deref())?;
     }
@@ -133,12 +136,12 @@ pub fn live(arguments: &LiveArguments) -> Result<(), String> {
     }
     let interrupted = interrupted()?;
     follow(&mut watch, arguments, &interrupted)?;
-    let stopped = watch.recording_error().map(str::to_owned);
+    let not_recorded = watch.recording_errors();
     if let Some(recorded) = watch.finish()? {
         recorded.notes.iter().for_each(|note| text::error_line(note));
         text::error_line(&format!("session: {}", recorded.session.display()));
     }
-    stopped.map_or(Ok(()), Err)
+    if not_recorded.is_empty() { Ok(()) } else { Err(not_recorded.join("; ")) }
 }
 
 /// What becomes true at the first Ctrl-C, or when the system asks the program to end; the second ends it at once.
@@ -187,6 +190,12 @@ fn seconds(name: &str, value: f64) -> Result<Option<Duration>, String> {
     Ok(Some(span).filter(|span| !span.is_zero()))
 }
 
+/// Silence after which a file and a socket have ended; none for never.
+fn waits(stated: Option<f64>) -> Result<(Option<Duration>, Option<Duration>), String> {
+    let file = seconds("wait", stated.unwrap_or(FILE_WAIT_S))?;
+    Ok((file, stated.and(file)))
+}
+
 /// The errors asked for.
 fn goal(texts: &[String]) -> Result<Goal, String> {
     let mut goal = Goal::default();
@@ -208,7 +217,8 @@ fn print(update: &LiveUpdate) {
     let state_value = |name: &str| update.state.get(name).copied().unwrap_or(f64::NAN);
     let counts = update.counts;
     let mut parts = vec![format!(
-        "{:9.2} s  V {:.1} m/s  alpha {:.1} deg  lag {:.2} s  lost {}  late {}  reordered {}  duplicate {}  stray {}  skipped {}",
+        "{:9.2} s  V {:.1} m/s  alpha {:.1} deg  lag {:.2} s  lost {}  late {}  reordered {}  duplicate {}  stray {}  skipped {}  \
+         filter restarts {}  clock restarts {}",
         update.time_s,
         state_value("airspeed"),
         state_value("alpha").to_degrees(),
@@ -218,7 +228,9 @@ fn print(update: &LiveUpdate) {
         counts.reordered,
         counts.doubled,
         counts.stray,
-        counts.skipped
+        counts.skipped,
+        counts.restarts,
+        counts.clock_restarts
     )];
     let known = update.derivatives.iter().filter(|derivative| derivative.level == Level::Good).count();
     if !update.derivatives.is_empty() {
@@ -235,4 +247,18 @@ fn print(update: &LiveUpdate) {
     parts.extend(update.alarms.iter().map(|alarm| format!("ALARM: {alarm}")));
     parts.extend(update.findings.iter().cloned());
     text::line(&parts.join("  "));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn silence_ends_a_file_after_ten_seconds_and_a_socket_only_where_stated() {
+        let of = |wait: f64| Some(Duration::from_secs_f64(wait));
+        assert_eq!(waits(None), Ok((of(10.0), None)));
+        assert_eq!(waits(Some(3.0)), Ok((of(3.0), of(3.0))));
+        assert_eq!(waits(Some(0.0)), Ok((None, None)));
+        assert!(waits(Some(-1.0)).is_err());
+    }
 }

@@ -1,6 +1,5 @@
 //! What a shell and a reader of manual pages want to know of the commands: completions and man pages, made from the arguments.
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, CommandFactory};
@@ -31,11 +30,11 @@ pub struct ManArguments {
 /// Prints the completions for a shell.
 ///
 /// # Errors
-/// None: standard output that is closed is nobody's fault.
+/// None.
 pub fn completions(arguments: &CompletionArguments) -> Result<(), String> {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut Arguments::command(), PROGRAM, &mut script);
-    let _ = std::io::stdout().write_all(&script);
+    text::write_out(&script);
     Ok(())
 }
 

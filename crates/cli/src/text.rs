@@ -1,7 +1,7 @@
 //! Lines on the terminal and tables in monospace, or both as one JSON document.
 
 use std::borrow::Cow;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::sync::{Mutex, PoisonError};
 
 use doublet_engine::notation::is_direction_mark;
@@ -26,6 +26,9 @@ struct Collected {
 
 static COLLECTED: Mutex<Option<Collected>> = Mutex::new(None);
 
+/// Why standard output did not take everything, where it did not.
+static OUTPUT_ERROR: Mutex<Option<std::io::Error>> = Mutex::new(None);
+
 /// Does `work` with what is collected; `None` where lines go to the terminal.
 fn collected<R>(work: impl FnOnce(&mut Collected) -> R) -> Option<R> {
     COLLECTED.lock().unwrap_or_else(PoisonError::into_inner).as_mut().map(work)
@@ -43,10 +46,25 @@ pub fn is_json() -> bool {
 
 /// Prints what was collected, unless the command printed a document of its own: `version`, `lines[]` and `tables[]`, each `columns[]`
 /// and `rows[][]` with numbers as printed, of a table of the engine as computed.
-pub fn finish() {
+///
+/// # Errors
+/// One line: standard output did not take everything.
+pub fn finish() -> Result<(), String> {
     let collected = COLLECTED.lock().unwrap_or_else(PoisonError::into_inner).take();
-    let Some(Collected { lines, tables, has_document: false }) = collected else { return };
-    document(&json!({ "version": VERSION, "lines": lines, "tables": tables }).to_string());
+    if let Some(Collected { lines, tables, has_document: false }) = collected {
+        document(&json!({ "version": VERSION, "lines": lines, "tables": tables }).to_string());
+    }
+    let failed = OUTPUT_ERROR.lock().unwrap_or_else(PoisonError::into_inner).take();
+    failed.map_or(Ok(()), |error| Err(format!("the output is incomplete: {error}: write it to another place")))
+}
+
+/// Writes to standard output. A closed pipe ends the program's interest in it, not the program; [`finish`] returns any other error.
+pub fn write_out(bytes: &[u8]) {
+    let mut output = std::io::stdout().lock();
+    let Err(error) = output.write_all(bytes).and_then(|()| output.flush()) else { return };
+    if error.kind() != ErrorKind::BrokenPipe {
+        OUTPUT_ERROR.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    }
 }
 
 /// A cell as a number where it is one.
@@ -61,20 +79,20 @@ pub fn verdict(verdict: &Verdict) {
     verdict.reasons.iter().for_each(|finding| line(&format!("  {}: {finding}", finding.level.name())));
 }
 
-/// Writes a line to standard output, or several; long ones are cut. A closed pipe ends the program's interest in it, not the program.
+/// Writes a line to standard output, or several; long ones are cut.
 pub fn line(text: &str) {
     if collected(|all| all.lines.extend(text.split('\n').map(str::to_owned))).is_some() {
         return;
     }
     for line in text.split('\n') {
-        let _ = writeln!(std::io::stdout(), "{}", cut(&harmless(line)));
+        write_out(format!("{}\n", cut(&harmless(line))).as_bytes());
     }
 }
 
 /// Writes a document, such as JSON or CSV, as it is.
 pub fn document(text: &str) {
     collected(|all| all.has_document = true);
-    let _ = writeln!(std::io::stdout(), "{text}");
+    write_out(format!("{text}\n").as_bytes());
 }
 
 /// Writes a line to standard error, or several; long ones are cut.

@@ -1,6 +1,7 @@
 //! Real-time monitoring of a flight: traces, estimates with error bars over time, lamps, limits.
 
 use std::collections::BTreeSet;
+use std::net::IpAddr;
 use std::sync::Arc;
 
 use doublet_core::quantity::Role;
@@ -15,7 +16,7 @@ use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::level_mark::level_mark;
 
-/// Time without anything new after which a stream or a file has ended, s.
+/// Time without anything new after which a file has ended, s.
 const WAIT_S: u64 = 10;
 /// Height of a chart, points.
 const CHART_HEIGHT: f32 = 190.0;
@@ -40,6 +41,7 @@ enum From {
 pub struct Live {
     from: From,
     place: String,
+    sender: String,
     map: String,
     speed: f64,
     limits: String,
@@ -56,6 +58,7 @@ impl Default for Live {
         Self {
             from: From::default(),
             place: String::new(),
+            sender: String::new(),
             map: String::new(),
             speed: 1.0,
             limits: String::new(),
@@ -122,6 +125,9 @@ impl Live {
             if self.from != From::Session {
                 let hint = if self.from == From::File { "file" } else { "address:port" };
                 text_field(ui, "Live source", &mut self.place, hint, 220.0);
+                if self.is_by_udp() {
+                    text_field(ui, "Live sender", &mut self.sender, "sender address (any)", 150.0);
+                }
                 text_field(ui, "Live channel map", &mut self.map, "channel map (best fitting)", 170.0);
             }
             if matches!(self.from, From::Session | From::File) {
@@ -134,7 +140,25 @@ impl Live {
         });
     }
 
+    /// Whether packets come by UDP.
+    fn is_by_udp(&self) -> bool {
+        matches!(self.from, From::Lines | From::Mavlink)
+    }
+
+    /// The one address whose packets are accepted; none for all.
+    fn read_sender(&self) -> Result<Option<IpAddr>, String> {
+        let text = self.sender.trim();
+        if text.is_empty() || !self.is_by_udp() {
+            return Ok(None);
+        }
+        text.parse().map(Some).map_err(|_| format!("'{text}' is not an IP address: write one such as 192.168.1.10"))
+    }
+
     fn start(&mut self, ctx: &PanelContext<'_>, ui: &Ui) {
+        let from = match self.read_sender() {
+            Ok(from) => from,
+            Err(line) => return self.error = Some(line),
+        };
         let limits = self.limits.split_whitespace().map(str::parse).collect::<Result<Vec<_>, _>>();
         let limits = match limits {
             Ok(limits) => limits,
@@ -148,10 +172,11 @@ impl Live {
             From::Mavlink => Some(Feed::Mavlink(place)),
         };
         let text = |text: &str| Some(text.trim().to_owned()).filter(|text| !text.is_empty());
-        let wait = Some(std::time::Duration::from_secs(WAIT_S));
+        // Packets may come again at any time.
+        let wait = (!self.is_by_udp()).then(|| std::time::Duration::from_secs(WAIT_S));
         let in_memory = Some((ctx.session.clone(), ctx.folder.to_owned()));
         let (map, campaign) = (text(&self.map), text(&self.campaign));
-        let opening = Opening { feed, in_memory, map, campaign, wait, ..Opening::default() };
+        let opening = Opening { feed, in_memory, map, campaign, from, wait, ..Opening::default() };
         let order = LiveOrder { opening, speed: Some(self.speed), limits, record: text(&self.record).map(Into::into) };
         let repaint = ui.ctx().clone();
         match LiveThread::start(order, move || repaint.request_repaint()) {
@@ -238,7 +263,7 @@ impl Live {
 fn lamps(ctx: &PanelContext<'_>, ui: &mut Ui, latest: &LiveUpdate) {
     let counts = latest.counts;
     ui.label(format!(
-        "{:.1} s, {:.2} s behind; {} samples, {} lost, {} late, {} reordered, {} duplicate, {} stray, {} skipped, {} restarts{}",
+        "{:.1} s, {:.2} s behind; {} samples, {} lost, {} late, {} reordered, {} duplicate, {} stray, {} skipped; restarts: filter {}, clock {}{}",
         latest.time_s,
         latest.lag_s,
         counts.samples,
@@ -249,6 +274,7 @@ fn lamps(ctx: &PanelContext<'_>, ui: &mut Ui, latest: &LiveUpdate) {
         counts.stray,
         counts.skipped,
         counts.restarts,
+        counts.clock_restarts,
         if latest.is_airborne { "" } else { "; not in flight: no estimates" }
     ));
     ui.horizontal_wrapped(|ui| {

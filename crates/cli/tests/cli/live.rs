@@ -225,3 +225,33 @@ fn packets_of_other_addresses_are_left_out() {
     printed.read_to_string(&mut rest).unwrap();
     assert!(!status.success() && rest.contains("nothing was recorded"), "{rest}");
 }
+
+/// A full device is an error in one line; a reader that has left is not.
+#[cfg(target_os = "linux")]
+#[test]
+fn output_that_is_not_taken_ends_with_exit_code_1() {
+    use std::process::{Command, Stdio};
+    let folder = tempfile::tempdir().unwrap();
+    flight::write(folder.path(), 500, |_, _| {});
+    let live = ["live", "--file", "flight.csv", "--session", "session.toml", "--wait", "0.1", "--record", "kept"];
+    for arguments in [&["inspect", "flight.csv", "--json"][..], &["inspect", "flight.csv"], &live] {
+        let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+        let run = |output: Stdio| {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_doublet-cli"));
+            command.args(arguments).current_dir(folder.path()).stdout(output).stderr(Stdio::piped());
+            command.spawn().unwrap()
+        };
+        let output = run(full.into()).wait_with_output().unwrap();
+        let printed = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {printed}");
+        let errors: Vec<&str> = printed.lines().filter(|line| line.starts_with("error")).collect();
+        assert!(errors.len() == 1 && errors[0].contains("the output is incomplete"), "{printed}");
+        if arguments[0] == "inspect" {
+            let mut closed = run(Stdio::piped());
+            drop(closed.stdout.take());
+            let output = closed.wait_with_output().unwrap();
+            assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
+        }
+    }
+    assert!(folder.path().join("kept/session.toml").exists());
+}

@@ -1,7 +1,9 @@
 //! Whether the aircraft flies: its airspeed against that at which the wing carries the load.
 
 use doublet_core::airframe::SEA_LEVEL_KG_M3;
+use doublet_core::quantity::Role;
 
+use super::limits::Limit;
 use crate::stage::AircraftData;
 
 /// Part of the carrying airspeed above which an aircraft on the ground takes off, and below which one in flight has landed.
@@ -15,6 +17,8 @@ const LOW_M: f64 = 15.0;
 const STAYS_S: f64 = 2.0;
 /// Lift coefficient at the carrying airspeed of an aircraft whose file states no stall.
 const CARRYING_LIFT: f64 = 1.5;
+/// Carrying airspeed without an aircraft and without a lower limit of the airspeed, m/s.
+const CARRYING_M_S: f64 = 15.0;
 /// Time constant of the load factor, s: bumps of the runway and of gusts are shorter.
 const SMOOTHING_S: f64 = 1.0;
 /// Least load factor: a push-over lowers the carrying airspeed no further.
@@ -58,6 +62,14 @@ impl Airborne {
             || (2.0 * mass_kg * gravity_m_s2 / (SEA_LEVEL_KG_M3 * own.reference.area_m2 * CARRYING_LIFT)).sqrt();
         let carrying_m_s = own.flight_envelope.stall_at(1.0, mass_kg).unwrap_or_else(by_lift);
         Self::standing(carrying_m_s)
+    }
+
+    /// On the ground, by the lower limit of the airspeed, which stands for the stall; without one by 15 m/s.
+    pub fn without_aircraft(limits: &[Limit]) -> Self {
+        let low = |role: Role| limits.iter().find(|limit| limit.quantity == role.name()).and_then(|limit| limit.low);
+        let low_m_s =
+            low(Role::CalibratedAirspeed).or_else(|| low(Role::TrueAirspeed)).filter(|low_m_s| *low_m_s > 0.0);
+        Self::standing(low_m_s.unwrap_or(CARRYING_M_S))
     }
 
     fn standing(carrying_m_s: f64) -> Self {
@@ -130,6 +142,18 @@ mod tests {
         let landing = after(&mut airborne, 13, &speeds, 402.0).iter().filter(|flies| **flies).count();
         let elsewhere = after(&mut other, 13, &speeds, 402.0).iter().filter(|flies| **flies).count();
         assert_eq!((landing, elsewhere), (2, 7));
+    }
+
+    #[test]
+    fn without_an_aircraft_a_lower_limit_of_the_airspeed_or_a_stated_one_decides() {
+        let limits = |text: &str| vec![text.parse::<Limit>().unwrap()];
+        for (limits, taxi_m_s, flight_m_s) in
+            [(vec![], 16.0, 17.0), (limits("airspeed=30:80"), 32.0, 34.0), (limits("alpha=:0.2"), 16.0, 17.0)]
+        {
+            let mut airborne = Airborne::without_aircraft(&limits);
+            assert_eq!(after(&mut airborne, 0, &[taxi_m_s; 4], 100.0), [false; 4]);
+            assert_eq!(after(&mut airborne, 4, &[flight_m_s; 3], 100.0), [false, false, true]);
+        }
     }
 
     #[test]

@@ -1,20 +1,18 @@
 //! Rows by the clock of their source: doubled ones and stray stamps are counted and left out, a clock that begins anew is followed.
 
-use std::cmp::Ordering;
 use std::collections::BTreeMap;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
 use doublet_core::load::stream::StreamRow;
 
-/// How far a stamp may lie from the newest of its source, s. One beyond is stray unless others follow it.
-const REACH_S: f64 = 10.0;
-/// Usual intervals that a stamp may lie ahead: a slow source has long ones.
-const REACH_INTERVALS: f64 = 10.0;
-/// Rows in a row, all away from the newest stamp and in order, that show that the clock of the source has changed.
-const STAYS: usize = 10;
+use super::clock::{Clock, Place, REACH_S};
+
 /// Pause put between the rows before a clock began anew and those after it, s.
 const RESTART_PAUSE_S: f64 = 1.0;
+/// How far rows of two sources may lie apart whose clocks began anew together, s.
+const SHARED_S: f64 = 2.0;
+/// Greatest stamp, s: above any clock in nanoseconds that was taken for one in seconds.
+const FARTHEST_S: f64 = 1e19;
 
 /// A row that is taken, with its time.
 #[derive(Debug)]
@@ -52,67 +50,50 @@ pub struct Arrivals {
     pub reordered: u64,
 }
 
-/// Stamps of one source.
-#[derive(Debug, Default)]
-struct Clock {
-    first_s: f64,
-    newest_s: f64,
-    rows: u64,
-    restarts: usize,
-    /// Content of the rows within reach, by their stamps.
-    recent: BTreeMap<Stamp, u64>,
-    /// Rows away from the newest stamp, with their stamps.
-    away: Vec<(StreamRow, f64)>,
-}
-
-/// A stamp in its order.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Stamp(f64);
-
-impl Eq for Stamp {}
-
-impl PartialOrd for Stamp {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Stamp {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.0.total_cmp(&other.0)
-    }
-}
-
-/// What is said of a row by its content alone.
-fn content(row: &StreamRow) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    row.values.iter().for_each(|value| value.to_bits().hash(&mut hasher));
-    hasher.finish()
-}
-
 impl Arrivals {
     /// Takes a row whose stamp is `stamp_s`, none where its source has no clock, and gives those that are taken now.
     pub fn take(&mut self, row: StreamRow, stamp_s: Option<f64>) -> Vec<Arrived> {
         let Some(stamp_s) = stamp_s else { return vec![Arrived::new(row, None)] };
-        if !stamp_s.is_finite() {
+        if stamp_s.is_nan() || stamp_s.abs() > FARTHEST_S {
             self.stray += 1;
             return Vec::new();
         }
         let clock = self.sources.entry(Arc::clone(&row.source)).or_default();
-        if !clock.is_within_reach(stamp_s) {
-            return self.put_aside(row, stamp_s);
+        match clock.place(&row, stamp_s) {
+            Place::Doubled => {
+                self.doubled += 1;
+                Vec::new()
+            }
+            Place::Gap => vec![self.accept(row, stamp_s)],
+            Place::Away => self.put_aside(row, stamp_s),
+            Place::Ahead => {
+                clock.expects_restart = false;
+                let away = std::mem::take(&mut clock.away);
+                let mut taken = self.release(away);
+                taken.push(self.accept(row, stamp_s));
+                taken
+            }
         }
-        self.stray += std::mem::take(&mut clock.away).len() as u64;
-        if clock.recent.get(&Stamp(stamp_s)) == Some(&content(&row)) {
-            self.doubled += 1;
-            return Vec::new();
-        }
-        vec![self.accept(row, stamp_s)]
     }
 
-    /// Rows that still waited for others to confirm their stamps: none followed.
-    pub fn finish(&mut self) {
-        self.stray += self.sources.values_mut().map(|clock| std::mem::take(&mut clock.away).len() as u64).sum::<u64>();
+    /// The files of all sources were written anew: their clocks may begin anew.
+    pub fn expect_restart(&mut self) {
+        self.sources.values_mut().for_each(|clock| clock.expects_restart = true);
+    }
+
+    /// Rows that still waited for others to confirm their stamps: those of a source that never began have no time.
+    pub fn finish(&mut self) -> Vec<Arrived> {
+        let mut taken = Vec::new();
+        let waiting: Vec<_> =
+            self.sources.values_mut().map(|clock| (clock.rows, std::mem::take(&mut clock.away))).collect();
+        for (rows, away) in waiting {
+            if rows == 0 {
+                taken.extend(away.into_iter().map(|(row, _)| Arrived::new(row, None)));
+            } else {
+                taken.extend(self.release(away));
+            }
+        }
+        taken
     }
 
     /// How often a clock has begun anew.
@@ -120,26 +101,50 @@ impl Arrivals {
         self.shifts_s.len()
     }
 
-    /// Keeps a row whose stamp is far from the newest; all that wait are taken once there are enough.
+    /// Rows that others did not confirm: those within reach are taken, the others are stray.
+    fn release(&mut self, away: Vec<(StreamRow, f64)>) -> Vec<Arrived> {
+        let mut taken = Vec::new();
+        for (row, stamp_s) in away {
+            let newest_s = self.sources.get(&row.source).filter(|clock| clock.rows > 0).map(|clock| clock.newest_s);
+            if newest_s.is_some_and(|newest_s| (newest_s - REACH_S..=newest_s).contains(&stamp_s)) {
+                taken.push(self.accept(row, stamp_s));
+            } else {
+                self.stray += 1;
+            }
+        }
+        taken
+    }
+
+    /// Keeps a row whose stamp is away from the newest; all that wait are taken once there are enough.
     fn put_aside(&mut self, row: StreamRow, stamp_s: f64) -> Vec<Arrived> {
         let source = Arc::clone(&row.source);
         let Some(clock) = self.sources.get_mut(&source) else { return Vec::new() };
-        let is_apart = |(_, last_s): &(StreamRow, f64)| (stamp_s - last_s).abs() > clock.reach_s();
-        if clock.away.last().is_some_and(is_apart) {
-            self.stray += std::mem::take(&mut clock.away).len() as u64;
-        }
+        let unconfirmed = if clock.goes_on(stamp_s) { Vec::new() } else { std::mem::take(&mut clock.away) };
         clock.away.push((row, stamp_s));
-        if clock.away.len() < STAYS {
-            return Vec::new();
+        let newest_s = self.newest_s.unwrap_or(stamp_s);
+        let is_with_others = |shift_s: &f64| (stamp_s + shift_s - newest_s).abs() <= SHARED_S + clock.interval_s();
+        let has_shared_restart =
+            self.shifts_s.len() > clock.restarts && self.shifts_s.last().is_some_and(is_with_others);
+        let confirmed = clock.confirmed_from(clock.expects_restart || has_shared_restart);
+        let away = confirmed.map(|from| (std::mem::take(&mut clock.away), from));
+        let mut taken = self.release(unconfirmed);
+        if let Some((mut away, from)) = away {
+            let confirmed = away.split_off(from);
+            taken.extend(self.release(away));
+            taken.extend(self.follow(&source, confirmed));
         }
-        let away = std::mem::take(&mut clock.away);
-        let (newest_s, restarts) = (clock.newest_s, clock.restarts);
-        let first_s = away.iter().map(|(_, stamp_s)| *stamp_s).fold(f64::INFINITY, f64::min);
-        if first_s < newest_s {
+        taken
+    }
+
+    /// Takes rows that confirm each other: those of a new clock where they begin behind the newest stamp.
+    fn follow(&mut self, source: &Arc<str>, confirmed: Vec<(StreamRow, f64)>) -> Vec<Arrived> {
+        let first_s = confirmed.iter().map(|(_, stamp_s)| *stamp_s).fold(f64::INFINITY, f64::min);
+        let before = self.sources.get(source).filter(|clock| clock.rows > 0 && first_s < clock.newest_s);
+        if let Some(restarts) = before.map(|clock| clock.restarts) {
             let restarts = self.shift_of(first_s, restarts);
-            self.sources.insert(source, Clock { restarts, ..Clock::default() });
+            self.sources.insert(Arc::clone(source), Clock::begun_anew(restarts));
         }
-        away.into_iter().map(|(row, stamp_s)| self.accept(row, stamp_s)).collect()
+        confirmed.into_iter().map(|(row, stamp_s)| self.accept(row, stamp_s)).collect()
     }
 
     /// Number of the shift for a clock that goes back to `first_s`: that of another source that went back with it, or a new one.
@@ -155,39 +160,12 @@ impl Arrivals {
     fn accept(&mut self, row: StreamRow, stamp_s: f64) -> Arrived {
         let clock = self.sources.entry(Arc::clone(&row.source)).or_default();
         self.reordered += u64::from(clock.rows > 0 && stamp_s < clock.newest_s);
-        clock.note(stamp_s, content(&row));
+        clock.note(&row, stamp_s);
         let restarts = clock.restarts;
         let shift_s = restarts.checked_sub(1).and_then(|last| self.shifts_s.get(last)).copied().unwrap_or(0.0);
         let time_s = stamp_s + shift_s;
         self.newest_s = Some(self.newest_s.map_or(time_s, |newest_s| newest_s.max(time_s)));
         Arrived { row, time_s, stamp_s, restarts }
-    }
-}
-
-impl Clock {
-    /// How far ahead of the newest a stamp may lie, s.
-    fn reach_s(&self) -> f64 {
-        let interval_s = (self.newest_s - self.first_s) / self.rows.max(2).saturating_sub(1) as f64;
-        REACH_S.max(REACH_INTERVALS * interval_s)
-    }
-
-    fn is_within_reach(&self, stamp_s: f64) -> bool {
-        let ahead_s = stamp_s - self.newest_s;
-        // The interval of a source is not known before its third row.
-        self.rows == 0 || -ahead_s <= REACH_S && (self.rows < 3 || ahead_s <= self.reach_s())
-    }
-
-    fn note(&mut self, stamp_s: f64, content: u64) {
-        if self.rows == 0 {
-            (self.first_s, self.newest_s) = (stamp_s, stamp_s);
-        }
-        self.rows += 1;
-        self.newest_s = self.newest_s.max(stamp_s);
-        self.recent.insert(Stamp(stamp_s), content);
-        let oldest_s = self.newest_s - REACH_S;
-        while self.recent.first_key_value().is_some_and(|(stamp, _)| stamp.0 < oldest_s) {
-            self.recent.pop_first();
-        }
     }
 }
 
@@ -250,5 +228,68 @@ mod tests {
         let paused: Vec<f64> = rows_at(0.0, 20).chain(rows_at(500.0, 20)).collect();
         assert_eq!(times(&mut arrivals, "paused", paused.clone()), paused);
         assert_eq!((arrivals.stray, arrivals.restarts()), (0, 0));
+    }
+
+    /// Rows of rates whose values differ with the start of the clock.
+    fn flown(source: &str, start_s: f64, count: u32, value: f64) -> Vec<(StreamRow, f64)> {
+        rows_at(start_s, count).map(|stamp_s| (row(source, [stamp_s, value + stamp_s]), stamp_s)).collect()
+    }
+
+    fn take_all(arrivals: &mut Arrivals, rows: Vec<(StreamRow, f64)>) -> Vec<Arrived> {
+        rows.into_iter().flat_map(|(row, stamp_s)| arrivals.take(row, Some(stamp_s))).collect()
+    }
+
+    #[test]
+    fn a_clock_that_begins_anew_within_reach_is_followed() {
+        let mut arrivals = Arrivals::default();
+        take_all(&mut arrivals, flown("imu", 0.0, 80, 1.0));
+        let slow = (0..8).map(|k| (row("gps", [f64::from(k), 1.0]), f64::from(k)));
+        take_all(&mut arrivals, slow.collect());
+        let imu = take_all(&mut arrivals, flown("imu", 0.0, 80, 2.0));
+        assert!(imu.len() == 80 && (imu[0].time_s - 8.9).abs() < 1e-9, "{} {}", imu.len(), imu[0].time_s);
+        assert!(imu.iter().all(|arrived| arrived.restarts == 1));
+        // A slow source follows by the restart of the other, from its second row.
+        let gps = take_all(&mut arrivals, (7..9).map(|k| (row("gps", [f64::from(k), 2.0]), f64::from(k))).collect());
+        assert_eq!(gps.iter().map(|arrived| arrived.restarts).collect::<Vec<_>>(), [1, 1]);
+        assert_eq!((arrivals.restarts(), arrivals.reordered, arrivals.stray, arrivals.doubled), (1, 0, 0, 0));
+    }
+
+    #[test]
+    fn a_file_written_anew_restarts_the_clock_with_its_second_row() {
+        let mut arrivals = Arrivals::default();
+        take_all(&mut arrivals, flown("log", 0.0, 80, 1.0));
+        arrivals.expect_restart();
+        let again = take_all(&mut arrivals, flown("log", 0.0, 2, 2.0));
+        assert_eq!((again.len(), arrivals.restarts()), (2, 1));
+        // One that goes on is the same flight.
+        let mut arrivals = Arrivals::default();
+        take_all(&mut arrivals, flown("log", 0.0, 80, 1.0));
+        arrivals.expect_restart();
+        assert_eq!((take_all(&mut arrivals, flown("log", 8.0, 80, 2.0)).len(), arrivals.restarts()), (80, 0));
+    }
+
+    #[test]
+    fn rows_up_to_two_seconds_late_are_put_in_order_and_are_no_restart() {
+        let mut arrivals = Arrivals::default();
+        // Twenty rows wait for those of the next two seconds, again and again.
+        let order = (0..40_u32).map(|k| if k.is_multiple_of(2) { k + 1 } else { k - 1 });
+        let stamps = order.flat_map(|block| rows_at(2.0 * f64::from(block), 20));
+        let taken = times(&mut arrivals, "a", stamps);
+        assert_eq!((taken.len(), arrivals.restarts(), arrivals.stray, arrivals.doubled), (800, 0, 0, 0));
+        assert_eq!(arrivals.reordered, 400);
+    }
+
+    #[test]
+    fn first_stamps_need_a_second_row() {
+        for bad_s in [1e9, -1e9, 1e30] {
+            let mut arrivals = Arrivals::default();
+            let stamps = std::iter::once(bad_s).chain(rows_at(0.0, 50));
+            assert_eq!(times(&mut arrivals, "a", stamps), rows_at(0.0, 50).collect::<Vec<_>>(), "{bad_s}");
+            assert_eq!((arrivals.stray, arrivals.restarts()), (1, 0));
+        }
+        // A source of one row has no time; it is not lost.
+        let mut arrivals = Arrivals::default();
+        assert!(times(&mut arrivals, "a", [7.0]).is_empty());
+        assert!(matches!(&arrivals.finish()[..], [only] if only.time_s.is_nan()));
     }
 }

@@ -72,6 +72,11 @@ impl OrderedSamples {
         base.into_iter().flatten().map(|(time_s, _)| *time_s).collect()
     }
 
+    /// The last of them before a time, s.
+    pub(crate) fn base_before_s(&self, time_s: f64) -> Option<f64> {
+        self.base_times().into_iter().rfind(|other_s| *other_s < time_s)
+    }
+
     /// How many of them lie between two times, both exclusive.
     pub(crate) fn base_samples_between(&self, start_s: f64, end_s: f64) -> u64 {
         self.base_times().iter().filter(|time_s| **time_s > start_s && **time_s < end_s).count() as u64

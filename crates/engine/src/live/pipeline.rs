@@ -48,8 +48,7 @@ pub struct LivePipeline {
     path: VecDeque<FilteredSample>,
     grid: Option<Grid>,
     estimates: Option<LiveEstimates>,
-    /// None without an aircraft.
-    airborne: Option<Airborne>,
+    airborne: Airborne,
     /// Latest density, kg/m³; that at sea level until one is known.
     density_kg_m3: f64,
     /// Variables that the estimates began with.
@@ -58,6 +57,10 @@ pub struct LivePipeline {
     nis: (f64, usize),
     extremes: BTreeMap<String, [f64; 2]>,
     finding: Option<String>,
+    /// Pauses since the update before, a line each.
+    gaps: Vec<String>,
+    /// Times at which clocks began anew: the pause before each was put there.
+    clock_restarts_s: Vec<f64>,
 }
 
 /// Even steps of the regression.
@@ -83,6 +86,16 @@ impl Grid {
     fn time_s(&self, index: u64) -> f64 {
         self.start_s + self.step_s * index as f64
     }
+
+    /// Samples missing between two that follow each other, by the usual interval.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "not negative; more than fit are the most"
+    )]
+    fn missing_between(&self, before_s: f64, after_s: f64) -> u64 {
+        ((after_s - before_s) / self.interval_s - 0.5).max(0.0) as u64
+    }
 }
 
 impl LivePipeline {
@@ -98,8 +111,10 @@ impl LivePipeline {
         if !(settings.update_s > 0.0 && settings.update_s.is_finite() && (0.0..=60.0).contains(&settings.latency_s)) {
             return Err("the interval of updates must be above 0 s, the latency 0 s to 60 s".to_owned());
         }
-        let airborne = settings.aircraft.as_ref();
-        let airborne = airborne.map(|aircraft| Airborne::new(aircraft, settings.filter.gravity_m_s2));
+        let airborne = match &settings.aircraft {
+            Some(aircraft) => Airborne::new(aircraft, settings.filter.gravity_m_s2),
+            None => Airborne::without_aircraft(&settings.limits),
+        };
         Ok(Self {
             settings,
             valid,
@@ -117,6 +132,8 @@ impl LivePipeline {
             nis: (0.0, 0),
             extremes: BTreeMap::new(),
             finding: None,
+            gaps: Vec::new(),
+            clock_restarts_s: Vec::new(),
         })
     }
 
@@ -131,6 +148,11 @@ impl LivePipeline {
             updates.push(update);
         }
         updates
+    }
+
+    /// A clock began anew: the pause before this time is not one of the flight.
+    pub fn note_clock_restart(&mut self, time_s: f64) {
+        self.clock_restarts_s.push(time_s);
     }
 
     /// Nothing comes any more: goes to the last sample.
@@ -208,6 +230,7 @@ impl LivePipeline {
         if self.passed_s.is_finite() {
             self.counts.skipped += self.ordered.base_samples_between(self.passed_s, time_s);
         }
+        self.count_gap(time_s);
         self.path.clear();
         (self.segment_s, self.passed_s) = (time_s, self.passed_s.max(time_s - 1e-9));
         if let Some(grid) = &mut self.grid {
@@ -262,19 +285,13 @@ impl LivePipeline {
         let latest = self.ordered.latest(end_s);
         let is_on_wheels = latest.get(&Role::WeightOnWheels).is_some_and(|weight| *weight > 0.5);
         let altitude_m = latest.get(&Role::Altitude).copied();
-        let Some(airborne) = &mut self.airborne else { return };
         for step in steps {
             let [(_, airspeed_m_s), ..] = motion(step);
             let at = inputs.time_s.partition_point(|time_s| *time_s <= step.time_s).saturating_sub(1);
             let load_factor = -inputs.columns[2][at] / self.settings.filter.gravity_m_s2;
             let calibrated_m_s = calibrated_m_s(airspeed_m_s, self.density_kg_m3);
-            airborne.take(Flown { time_s: step.time_s, calibrated_m_s, load_factor, altitude_m, is_on_wheels });
+            self.airborne.take(Flown { time_s: step.time_s, calibrated_m_s, load_factor, altitude_m, is_on_wheels });
         }
-    }
-
-    /// Whether the aircraft flies; none where that is not known, without an aircraft.
-    fn is_airborne(&self) -> Option<bool> {
-        self.airborne.as_ref().map(Airborne::is_airborne)
     }
 
     /// The even steps of the regression, by the first inertial samples.
@@ -301,9 +318,21 @@ impl LivePipeline {
         let Some(grid) = self.grid else { return };
         for pair in times.windows(2) {
             self.counts.samples += 1;
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most a pause")]
-            let missing = ((pair[1] - pair[0]) / grid.interval_s - 0.5).max(0.0) as u64;
+            self.counts.lost += grid.missing_between(pair[0], pair[1]);
+        }
+    }
+
+    /// Counts the samples missing in the pause that ends at `time_s`.
+    fn count_gap(&mut self, time_s: f64) {
+        let (Some(grid), Some(before_s)) = (self.grid, self.ordered.base_before_s(time_s)) else { return };
+        let is_restart = self.clock_restarts_s.iter().any(|at_s| *at_s > before_s && *at_s <= time_s);
+        let missing = grid.missing_between(before_s, time_s);
+        if !is_restart && missing > 0 {
             self.counts.lost += missing;
+            let pause_s = time_s - before_s;
+            self.gaps.push(format!(
+                "{missing} inertial samples lost in {pause_s:.1} s after t={before_s:.2}s; the filter restarted"
+            ));
         }
     }
 
@@ -341,7 +370,7 @@ impl LivePipeline {
                 self.estimates.insert(new.map_err(|error| error.to_string())?)
             }
         };
-        let is_airborne = self.airborne.as_ref().is_some_and(Airborne::is_airborne);
+        let is_airborne = self.airborne.is_airborne();
         estimates.take(&formed, |time_s| grid.index(time_s), end, is_airborne)
     }
 
@@ -349,7 +378,7 @@ impl LivePipeline {
     fn note_airspeeds(&mut self, formed: &WindowAero) {
         for (airspeed, density) in formed.data.airspeed_m_s.iter().zip(formed.data.density_kg_m3.iter()) {
             self.density_kg_m3 = *density;
-            if self.is_airborne() == Some(true) {
+            if self.airborne.is_airborne() {
                 note(&mut self.extremes, Role::CalibratedAirspeed.name(), calibrated_m_s(*airspeed, *density));
             }
         }
@@ -378,12 +407,12 @@ impl LivePipeline {
         if let Some(step) = self.path.back() {
             state.extend(motion(step).into_iter().map(|(name, value)| (name.to_owned(), value)));
         }
-        let is_airborne = self.is_airborne();
+        let is_airborne = self.airborne.is_airborne();
         let estimates = self.estimates.as_ref();
         let derivatives = estimates.map(|estimates| estimates.derivatives(&self.settings)).unwrap_or_default();
         let extremes = std::mem::take(&mut self.extremes);
         let (nis, degrees) = std::mem::take(&mut self.nis);
-        let own = self.finding.iter().cloned();
+        let own = std::mem::take(&mut self.gaps).into_iter().chain(self.finding.clone());
         let is_enough = !derivatives.is_empty()
             && derivatives.iter().all(|derivative| derivative.level == crate::session::Level::Good);
         LiveUpdate {
@@ -392,14 +421,14 @@ impl LivePipeline {
             counts: self.counts,
             state,
             nis_per_measurement: (degrees > 0).then(|| nis / degrees as f64),
-            is_airborne: is_airborne == Some(true),
+            is_airborne,
             correlation: estimates.and_then(LiveEstimates::correlation),
             derivatives,
             limits: self
                 .settings
                 .limits
                 .iter()
-                .filter_map(|limit| Some(limit.read(&extremes)?.silence_on_ground(is_airborne != Some(false))))
+                .filter_map(|limit| Some(limit.read(&extremes)?.silence_on_ground(is_airborne)))
                 .collect(),
             is_enough,
             findings: own.chain(estimates.into_iter().flat_map(|estimates| estimates.findings.clone())).collect(),

@@ -1,18 +1,18 @@
 //! Rows kept as they come, and the session made of them: a flight more each time a clock begins anew, in a folder of its own. While
 //! they come, a session of one manoeuvre a flight is kept up to date, so that a killed program leaves one.
 
-use std::collections::BTreeMap;
-use std::fs::File;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use doublet_core::load::stream::{StreamChannel, StreamRow};
+use doublet_core::load::stream::StreamRow;
 use doublet_core::load::{ChannelMap, plan_all};
 use doublet_core::series::TimeRange;
 use toml_edit::DocumentMut;
 
 use super::arrivals::Arrived;
 use super::recorded_file::{cut_to_whole_lines, put_in_order};
+use super::source_file::{SourceFile, describe_error, name_file};
 use crate::begin::{self, add_flight, empty_session};
 use crate::graph::Control;
 use crate::keep;
@@ -36,6 +36,10 @@ pub struct Recorder {
     aircraft: Option<String>,
     /// By the number of times that clocks had begun anew, and by source.
     files: BTreeMap<(usize, Arc<str>), SourceFile>,
+    /// Names of the files of the sources.
+    names: BTreeMap<Arc<str>, String>,
+    /// Sources whose file cannot be made, with the reason.
+    refused: BTreeMap<Arc<str>, String>,
 }
 
 /// A recording that has ended.
@@ -55,20 +59,6 @@ pub struct Reading<'a> {
     pub time_s: &'a dyn Fn(&StreamRow) -> Option<f64>,
 }
 
-/// File of one source.
-struct SourceFile {
-    source: Arc<str>,
-    channels: Arc<[StreamChannel]>,
-    path: PathBuf,
-    writer: csv::Writer<File>,
-    rows: u64,
-    /// Earliest and latest stamp, s.
-    first_s: f64,
-    last_s: f64,
-    /// Whether every row has a later time than the one before.
-    is_in_order: bool,
-}
-
 impl Recorder {
     /// Into `folder`, which must not exist, with the text of the channel map that reads it; the session takes the settings of `like`, or
     /// those by default with this aircraft.
@@ -86,70 +76,56 @@ impl Recorder {
         let place = folder.join(MAP);
         keep::replace(&place, map.as_bytes()).map_err(|error| format!("{}: {error}", place.display()))?;
         keep::sync_folder_of(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-        let (like, aircraft) = (like.cloned(), aircraft.map(str::to_owned));
-        Ok(Self { folder: folder.to_owned(), map: map.to_owned(), like, aircraft, files: BTreeMap::new() })
+        Ok(Self {
+            folder: folder.to_owned(),
+            map: map.to_owned(),
+            like: like.cloned(),
+            aircraft: aircraft.map(str::to_owned),
+            files: BTreeMap::new(),
+            names: BTreeMap::new(),
+            refused: BTreeMap::new(),
+        })
     }
 
-    /// Writes rows.
+    /// Writes rows; a source whose file cannot be made is left out.
     ///
     /// # Errors
     /// One line when the disk does not take them.
     pub fn write(&mut self, rows: &[Arrived]) -> Result<(), String> {
         for Arrived { row, stamp_s, restarts, .. } in rows {
             let key = (*restarts, Arc::clone(&row.source));
-            if self.files.get(&key).is_none_or(|file| file.channels.len() != row.channels.len()) {
-                let file = self.file(row, &key)?;
-                self.files.insert(key.clone(), file);
+            if self.refused.contains_key(&row.source) {
+                continue;
+            }
+            if !self.files.contains_key(&key) {
+                match self.begin_file(row, *restarts) {
+                    Ok(file) => _ = self.files.insert(key.clone(), file),
+                    Err(line) => _ = self.refused.insert(Arc::clone(&row.source), line),
+                }
             }
             let Some(file) = self.files.get_mut(&key) else { continue };
-            file.is_in_order &= stamp_s.is_nan() || *stamp_s > file.last_s;
-            file.rows += 1;
-            (file.first_s, file.last_s) = (file.first_s.min(*stamp_s), file.last_s.max(*stamp_s));
-            let cells = row.values.iter().map(|value| if value.is_nan() { String::new() } else { value.to_string() });
-            file.writer.write_record(cells).map_err(|error| format!("{}: {error}", file.path.display()))?;
+            file.write(row, *stamp_s).map_err(|error| describe_error(&file.path, &error))?;
         }
         Ok(())
     }
 
-    /// A file for the rows of a source, with its header. One whose channels have grown replaces the one before, whose rows are copied.
-    fn file(&mut self, row: &StreamRow, key: &(usize, Arc<str>)) -> Result<SourceFile, String> {
-        let plain: String = row
-            .source
-            .chars()
-            .map(|letter| if letter.is_alphanumeric() || "-_.".contains(letter) { letter } else { '_' })
-            .collect();
-        let folder = self.folder_of(key.0);
-        let path = folder.join(format!("{plain}.csv"));
-        let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-        let (mut before, mut seen) = (String::new(), (0, f64::INFINITY, f64::NEG_INFINITY, true));
-        match self.files.remove(key) {
-            Some(mut file) => {
-                file.writer.flush().map_err(|error| named(&error))?;
-                before = std::fs::read_to_string(&path).map_err(|error| named(&error))?;
-                seen = (file.rows, file.first_s, file.last_s, file.is_in_order);
-            }
-            None if key.0 > 0 => {
-                std::fs::create_dir_all(&folder).map_err(|error| named(&error))?;
-                keep::sync_folder_of(&folder).map_err(|error| named(&error))?;
-            }
-            None => {}
+    /// A file for the rows of a source.
+    fn begin_file(&mut self, row: &StreamRow, restarts: usize) -> Result<SourceFile, String> {
+        let taken = || self.names.values().cloned().collect::<BTreeSet<_>>();
+        let name = self.names.get(&row.source).cloned().unwrap_or_else(|| name_file(&row.source, &taken()));
+        let folder = self.folder_of(restarts);
+        if restarts > 0 {
+            let made = std::fs::create_dir_all(&folder).and_then(|()| keep::sync_folder_of(&folder));
+            made.map_err(|error| describe_error(&folder, &error))?;
         }
-        let file = File::create(&path).map_err(|error| named(&error))?;
-        let mut writer = csv::Writer::from_writer(file);
-        let header = row.channels.iter().map(|channel| match &channel.unit {
-            Some(unit) => format!("{} [{unit}]", channel.name),
-            None => channel.name.clone(),
-        });
-        writer.write_record(header).map_err(|error| named(&error))?;
-        let mut earlier = csv::ReaderBuilder::new().has_headers(true).from_reader(before.as_bytes());
-        for record in earlier.records() {
-            let mut record = record.map_err(|error| named(&error))?;
-            (record.len()..row.channels.len()).for_each(|_| record.push_field(""));
-            writer.write_record(&record).map_err(|error| named(&error))?;
-        }
-        let (source, channels) = (Arc::clone(&row.source), Arc::clone(&row.channels));
-        let (rows, first_s, last_s, is_in_order) = seen;
-        Ok(SourceFile { source, channels, path, writer, rows, first_s, last_s, is_in_order })
+        let path = folder.join(format!("{name}.csv"));
+        self.names.insert(Arc::clone(&row.source), name);
+        SourceFile::new(path.clone(), row).map_err(|error| describe_error(&path, &error))
+    }
+
+    /// Sources that are not recorded, a line each.
+    pub fn describe_refused(&self) -> impl Iterator<Item = String> {
+        self.refused.iter().map(|(source, line)| format!("source '{}' is not recorded: {line}", shorten(source)))
     }
 
     /// Folder of the rows after so many times that clocks began anew.
@@ -163,8 +139,7 @@ impl Recorder {
     /// One line when the disk does not take it, or the file is gone.
     pub fn flush(&mut self) -> Result<(), String> {
         for file in self.files.values_mut() {
-            let flushed = file.writer.flush().and_then(|()| file.path.metadata());
-            flushed.map_err(|error| format!("{}: {error}", file.path.display()))?;
+            file.flush().map_err(|error| describe_error(&file.path, &error))?;
         }
         Ok(())
     }
@@ -172,8 +147,7 @@ impl Recorder {
     /// Has the disk keep the rows and the names of their files through a loss of power.
     fn sync(&self) -> Result<(), String> {
         for file in self.files.values() {
-            let synced = file.writer.get_ref().sync_all().and_then(|()| keep::sync_folder_of(&file.path));
-            synced.map_err(|error| format!("{}: {error}", file.path.display()))?;
+            file.sync().map_err(|error| describe_error(&file.path, &error))?;
         }
         Ok(())
     }
@@ -213,6 +187,13 @@ impl Recorder {
         self.save(&session).map(drop)
     }
 
+    /// Sources whose file has another name, a line each.
+    fn describe_names(&self) -> Vec<String> {
+        let renamed =
+            self.names.iter().filter(|(source, name)| ***source != ***name && !self.refused.contains_key(*source));
+        renamed.map(|(source, name)| format!("rows of source '{}' are in {name}.csv", shorten(source))).collect()
+    }
+
     /// A session without flights.
     fn session(&self) -> Session {
         let title = begin::name_of(&self.folder);
@@ -239,9 +220,10 @@ impl Recorder {
     pub fn finish(mut self, reading: &Reading<'_>) -> Result<Recorded, String> {
         let mut flights: BTreeMap<usize, Vec<PathBuf>> = BTreeMap::new();
         for ((restarts, _), file) in std::mem::take(&mut self.files) {
-            let SourceFile { source, channels, path, writer, is_in_order, .. } = file;
+            let (source, channels) = (Arc::clone(&file.source), Arc::clone(&file.channels));
+            let (path, is_in_order) = (file.path.clone(), file.is_in_order);
             // What a full disk did not take any more was said when it happened.
-            drop(writer);
+            drop(file);
             cut_to_whole_lines(&path).map_err(|error| format!("{}: {error}", path.display()))?;
             if !is_in_order {
                 let row = |values| StreamRow { source: Arc::clone(&source), channels: Arc::clone(&channels), values };
@@ -253,10 +235,11 @@ impl Recorder {
             }
         }
         if flights.is_empty() {
-            return Err(format!("{}: nothing was recorded", self.folder.display()));
+            let nothing = format!("{}: nothing was recorded", self.folder.display());
+            return Err(std::iter::once(nothing).chain(self.describe_refused()).collect::<Vec<_>>().join("; "));
         }
         let parsed = ChannelMap::parse(&self.map).map_err(|error| error.to_string())?;
-        let (mut session, mut notes) = (self.session(), Vec::new());
+        let (mut session, mut notes) = (self.session(), self.describe_names());
         for (restarts, paths) in &flights {
             match self.with_flight(&session, (*restarts, paths), &parsed) {
                 Ok(longer) => session = longer,
@@ -283,6 +266,14 @@ impl Recorder {
         add_flight(&mut session, (&flight_name(restarts), &own), &inspected, &plan, &Control::default(), &|_| {})?;
         Ok(session)
     }
+}
+
+/// The beginning of the name of a source.
+fn shorten(source: &str) -> String {
+    /// Characters shown.
+    const MOST: usize = 40;
+    let start: String = source.chars().take(MOST).collect();
+    if start.len() < source.len() { format!("{start}…") } else { start }
 }
 
 /// Name of the flight after so many times that clocks had begun anew.

@@ -16,6 +16,11 @@ const KNOWN_ROWS: u32 = 3;
 /// Roles of which the filter needs at least one to go on.
 const RATES: [Role; 3] = [Role::RollRate, Role::PitchRate, Role::YawRate];
 
+/// Whether a sample is a value of a rate.
+pub(super) fn is_rate(sample: &RoleSample) -> bool {
+    sample.value.is_finite() && RATES.contains(&sample.role)
+}
+
 /// When what came last.
 #[derive(Debug, Default)]
 pub(super) struct Silence {
@@ -73,7 +78,7 @@ impl Silence {
         if samples.iter().all(|sample| !sample.value.is_finite()) {
             return;
         }
-        let has_rates = samples.iter().any(|sample| sample.value.is_finite() && RATES.contains(&sample.role));
+        let has_rates = samples.iter().any(is_rate);
         if has_rates {
             self.rate = Some(now);
         }

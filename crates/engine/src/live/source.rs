@@ -1,5 +1,6 @@
 //! Where rows come from.
 
+use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::net::{IpAddr, SocketAddr, UdpSocket};
@@ -45,6 +46,8 @@ pub enum Polled {
 pub enum Source {
     /// A recording flown again.
     Replay(Replay),
+    /// Rows that the caller gives, some at each poll.
+    Given(VecDeque<Vec<StreamRow>>),
     /// A text file that may grow; it has ended when it was not written to for so long.
     Tail {
         /// File.
@@ -53,8 +56,10 @@ pub enum Source {
         path: PathBuf,
         /// Time without a change after which it has ended; none for never.
         wait: Option<Duration>,
-        /// When it was last read or there.
+        /// When rows were last read.
         last: Instant,
+        /// Why it cannot be read at present.
+        trouble: Option<String>,
     },
     /// Lines by UDP.
     Lines {
@@ -92,7 +97,7 @@ impl Source {
     /// One line when it cannot be opened.
     pub fn tail(path: &Path, wait: Option<Duration>) -> Result<Self, String> {
         let file = TailedFile::open(path).map_err(|error| error.to_string())?;
-        Ok(Self::Tail { file: file.into(), path: path.to_owned(), wait, last: Instant::now() })
+        Ok(Self::Tail { file: file.into(), path: path.to_owned(), wait, last: Instant::now(), trouble: None })
     }
 
     /// Lines by UDP at `address`, from one sender alone where `from` names it.
@@ -135,6 +140,14 @@ impl Source {
         matches!(self, Self::Tail { .. } | Self::Lines { .. } | Self::Mavlink { .. })
     }
 
+    /// How often a growing file was written anew.
+    pub(super) fn files_begun(&self) -> usize {
+        match self {
+            Self::Tail { file, .. } => file.restarts,
+            _ => 0,
+        }
+    }
+
     /// Place of the socket, where there is one.
     pub fn address(&self) -> Option<SocketAddr> {
         match self {
@@ -150,8 +163,15 @@ impl Source {
     pub fn poll(&mut self, rows: &mut Vec<StreamRow>) -> Result<Polled, String> {
         match self {
             Self::Replay(replay) => Ok(if replay.poll(rows) { Polled::Rows } else { Polled::Ended }),
-            Self::Tail { file, path, wait, last } => {
-                if file.poll(rows).map_err(|error| error.to_string())? {
+            Self::Given(pieces) => Ok(pieces.pop_front().map_or(Polled::Ended, |piece| {
+                rows.extend(piece);
+                Polled::Rows
+            })),
+            Self::Tail { file, path, wait, last, trouble } => {
+                // One that was replaced may not be there yet, or not be readable yet.
+                let read = file.poll(rows);
+                *trouble = read.as_ref().err().map(ToString::to_string);
+                if read.is_ok_and(|has_rows| has_rows) {
                     *last = Instant::now();
                     return Ok(Polled::Rows);
                 }
@@ -198,11 +218,13 @@ impl Source {
     /// What of the stream could not be understood or is missing by its own count, in one line; none where all is well.
     pub fn losses(&self) -> Option<String> {
         let (own, foreign) = match self {
-            Self::Replay(_) => (None, 0),
-            Self::Tail { file, .. } => {
+            Self::Replay(_) | Self::Given(_) => (None, 0),
+            Self::Tail { file, trouble, .. } => {
                 let (refused, restarts) = (file.refused_bytes(), file.restarts);
                 let line = || format!("{refused} bytes of the file are not rows; it was restarted {restarts} times");
-                ((refused > 0 || restarts > 0).then(line), 0)
+                let trouble = trouble.iter().map(|trouble| format!("{trouble}; the file is tried again"));
+                let lines = (refused > 0 || restarts > 0).then(line).into_iter().chain(trouble);
+                (Some(lines.collect::<Vec<_>>().join("; ")).filter(|line| !line.is_empty()), 0)
             }
             Self::Lines { socket, text, json, .. } => {
                 let (lines, bytes) = (json.refused, text.refused_bytes);
@@ -269,10 +291,9 @@ impl Socket {
     }
 }
 
-/// Whether a file was not written to for so long; one that is gone, since it was last read.
+/// Whether a file was not written to for so long; one that is gone or whose time lies in the future, since it was last read.
 fn is_unchanged_for(path: &Path, last: Instant, wait: Duration) -> bool {
-    match path.metadata().and_then(|about| about.modified()) {
-        Ok(changed) => SystemTime::now().duration_since(changed).is_ok_and(|age| age > wait),
-        Err(_) => last.elapsed() > wait,
-    }
+    let changed = path.metadata().and_then(|about| about.modified()).ok();
+    let age = changed.and_then(|changed| SystemTime::now().duration_since(changed).ok());
+    age.unwrap_or_else(|| last.elapsed()) > wait
 }

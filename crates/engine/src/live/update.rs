@@ -12,7 +12,7 @@ use crate::session::Level;
 pub struct LiveUpdate {
     /// Time to which the filter went, s.
     pub time_s: f64,
-    /// Latest inertial sample that arrived less that time, s.
+    /// Latest inertial sample that arrived less that time, with the age of that sample by the clock of a live stream, s.
     pub lag_s: f64,
     /// Samples and what became of them.
     pub counts: Counts,
@@ -43,7 +43,7 @@ pub struct LiveUpdate {
 pub struct Counts {
     /// Inertial samples the filter took.
     pub samples: u64,
-    /// Inertial samples that never came, by the usual interval.
+    /// Inertial samples that never came, by the usual interval, pauses included.
     pub lost: u64,
     /// Rows that came after the filter had passed their time, and were left out.
     pub late: u64,

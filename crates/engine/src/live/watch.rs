@@ -6,13 +6,15 @@ use std::time::{Duration, Instant};
 use doublet_core::load::ChannelMap;
 use doublet_core::load::stream::{StreamMap, StreamRow};
 
+use super::age::Age;
 use super::arrivals::{Arrivals, Arrived};
+use super::columns::Columns;
 use super::news::News;
 use super::pace::Pace;
 use super::pipeline::LivePipeline;
 use super::record::{Reading, Recorded, Recorder};
 use super::settings::LiveSettings;
-use super::silence::Silence;
+use super::silence::{Silence, is_rate};
 use super::source::{Polled, Source};
 use super::update::LiveUpdate;
 use crate::session::Session;
@@ -34,7 +36,9 @@ pub struct LiveWatch {
     map_text: String,
     pace: Pace,
     pipeline: LivePipeline,
+    columns: Columns,
     arrivals: Arrivals,
+    age: Age,
     recorder: Option<Recorder>,
     /// Why nothing is recorded any more.
     recording_error: Option<String>,
@@ -63,7 +67,8 @@ pub struct Step {
 }
 
 impl LiveWatch {
-    /// Watches `source` through the channel map of this text, at `speed` times real time; without one as fast as samples come.
+    /// Watches `source` through the channel map of this text, at `speed` times real time; without one as fast as samples come. A socket
+    /// that is silent for `wait` has ended; without that it is listened to until it is stopped.
     ///
     /// # Errors
     /// One line: a map or settings that cannot be used.
@@ -79,14 +84,16 @@ impl LiveWatch {
         let (map, pace) = (StreamMap::new(map), Pace::new(speed));
         let (recorder, recording_error, arrivals) = (None, None, Arrivals::default());
         let (silence, last_flush, session_due, has_ended, is_finished) = (Silence::default(), None, None, false, false);
-        let (news, latest) = (News::default(), None);
+        let (columns, age, news, latest) = (Columns::default(), Age::default(), News::default(), None);
         Ok(Self {
             source,
             map,
             map_text,
             pace,
             pipeline,
+            columns,
             arrivals,
+            age,
             recorder,
             recording_error,
             wait,
@@ -118,29 +125,13 @@ impl LiveWatch {
         let mut polled = Polled::Nothing;
         if !self.has_ended && !self.pace.is_full() {
             let mut rows = Vec::new();
+            let files = self.source.files_begun();
             polled = self.source.poll(&mut rows)?;
+            if self.source.files_begun() > files {
+                self.arrivals.expect_restart();
+            }
             self.has_ended = polled == Polled::Ended || self.is_silent(now, !rows.is_empty());
-            let mut arrived = Vec::new();
-            for row in rows {
-                for row in self.map.ready(row) {
-                    arrived.extend(self.arrive(row));
-                }
-            }
-            if self.has_ended {
-                self.arrivals.finish();
-                // Sources that ended before their clock was found are recorded all the same.
-                let waiting = self.map.waiting().into_iter();
-                let short: Vec<Arrived> = waiting.map(|row| Arrived::new(row, None)).collect();
-                self.keep(&short, now);
-            }
-            self.keep(&arrived, now);
-            let mut samples = Vec::new();
-            for Arrived { row, time_s, .. } in &arrived {
-                let before = samples.len();
-                self.map.convert(row, *time_s, &mut samples);
-                self.silence.note_samples(&row.source, *time_s, &samples[before..], now);
-            }
-            self.pace.put(samples.into_iter());
+            self.take_rows(rows, now);
         }
         let due = self.pace.due(now);
         let is_busy = !due.is_empty() || polled == Polled::Rows && !self.pace.is_full();
@@ -156,23 +147,70 @@ impl LiveWatch {
             let latest = self.latest.clone().unwrap_or_default();
             updates.push(LiveUpdate { limits, findings, nis_per_measurement: None, ..latest });
         }
-        self.complete(&mut updates, &alarms);
+        self.complete(&mut updates, &alarms, now);
         Ok(Step { updates, is_finished: self.is_finished, rest: (!is_busy).then_some(REST) })
     }
 
-    /// Adds the counts, findings and alarms of the stream to updates.
-    fn complete(&mut self, updates: &mut [LiveUpdate], alarms: &[String]) {
+    /// Records rows and puts their samples on their way.
+    fn take_rows(&mut self, rows: Vec<StreamRow>, now: Instant) {
+        let restarts = self.arrivals.restarts();
+        let mut arrived = Vec::new();
+        for row in rows {
+            let row = self.columns.align(row);
+            for row in self.map.ready(row) {
+                arrived.extend(self.arrive(row));
+            }
+        }
+        if self.has_ended {
+            arrived.extend(self.arrivals.finish());
+            // Sources that ended before their clock was found are recorded all the same.
+            let waiting = self.map.waiting().into_iter();
+            let short: Vec<Arrived> = waiting.map(|row| Arrived::new(row, None)).collect();
+            self.keep(&short, now);
+        }
+        self.keep(&arrived, now);
+        if self.arrivals.restarts() > restarts {
+            self.age.forget();
+            self.note_clock_restarts(&arrived, restarts);
+        }
+        let mut samples = Vec::new();
+        for Arrived { row, time_s, .. } in &arrived {
+            let before = samples.len();
+            self.map.convert(row, *time_s, &mut samples);
+            self.silence.note_samples(&row.source, *time_s, &samples[before..], now);
+            if samples[before..].iter().any(is_rate) {
+                self.age.note(*time_s, now);
+            }
+        }
+        self.pace.put(samples.into_iter());
+    }
+
+    /// Tells the pipeline the first time after each restart beyond the first `known`.
+    fn note_clock_restarts(&mut self, arrived: &[Arrived], mut known: usize) {
+        for row in arrived.iter().filter(|row| row.time_s.is_finite()) {
+            if row.restarts > known {
+                known = row.restarts;
+                self.pipeline.note_clock_restart(row.time_s);
+            }
+        }
+    }
+
+    /// Adds the counts, findings and alarms of the stream to updates, and the age of the newest sample of a live one.
+    fn complete(&mut self, updates: &mut [LiveUpdate], alarms: &[String], now: Instant) {
+        if let Some(latest) = updates.last() {
+            self.latest = Some(latest.clone());
+        }
         let problems = self.problems();
+        let age_s = if self.source.is_live() && !self.has_ended { self.age.age_s(now) } else { 0.0 };
+        let recording = self.recording_errors();
         for update in updates.iter_mut() {
             let counts = &mut update.counts;
             (counts.doubled, counts.stray) = (self.arrivals.doubled, self.arrivals.stray);
             (counts.reordered, counts.clock_restarts) = (self.arrivals.reordered, self.arrivals.restarts() as u64);
             update.findings.extend(problems.iter().cloned());
             update.findings = self.news.take_new(std::mem::take(&mut update.findings), update.time_s);
-            update.alarms = alarms.iter().cloned().chain(self.recording_error.clone()).collect();
-        }
-        if let Some(latest) = updates.last() {
-            self.latest = Some(latest.clone());
+            update.alarms = alarms.iter().chain(&recording).cloned().collect();
+            update.lag_s += age_s;
         }
     }
 
@@ -216,13 +254,13 @@ impl LiveWatch {
         if is_due || self.session_due.is_none() && !rows.is_empty() {
             self.session_due = Some(now + if is_due { NEXT_SESSION } else { FIRST_SESSION });
         }
-        self.recording_error =
-            kept.err().map(|error| format!("recording stopped, estimation continues: {error}: free disk space"));
+        self.recording_error = kept.err().map(|error| format!("recording stopped, estimation continues: {error}"));
     }
 
-    /// Why nothing is recorded any more.
-    pub fn recording_error(&self) -> Option<&str> {
-        self.recording_error.as_deref()
+    /// Why nothing is recorded any more, or not all sources are, a line each.
+    pub fn recording_errors(&self) -> Vec<String> {
+        let refused = self.recorder.iter().flat_map(Recorder::describe_refused);
+        self.recording_error.iter().cloned().chain(refused).collect()
     }
 
     /// The stream is not followed any more: the next step goes to the end of what was due.

@@ -349,7 +349,7 @@ pub fn text() -> Vec<String> {
 }
 
 /// The channel map of these lines, written into a folder.
-fn map_in(folder: &Path) -> PathBuf {
+pub fn map_in(folder: &Path) -> PathBuf {
     let map = folder.join("map.toml");
     let roles = ["ax", "ay", "az", "p", "q", "r", "airspeed", "alpha", "beta", "delta_e", "delta_a", "delta_r"];
     let units = ["m/s^2", "m/s^2", "m/s^2", "rad/s", "rad/s", "rad/s", "m/s", "rad", "rad", "rad", "rad", "rad"];

@@ -23,6 +23,7 @@ mod folders;
 mod hostile;
 mod indication;
 mod live;
+mod live_faults;
 mod live_silence;
 mod looked_at;
 mod maps;

@@ -47,6 +47,7 @@ impl TailedFile {
         if self.file.metadata().map_err(failed)?.len() < self.at {
             self.file.seek(SeekFrom::Start(0)).map_err(failed)?;
             self.at = 0;
+            self.decoder.finish(rows);
             self.decoder = TextDecoder::new(&stem(&self.path));
             self.restarts += 1;
         }
@@ -54,6 +55,7 @@ impl TailedFile {
         // The file was read to its end; another in its place is read from its start.
         if read == 0 && self.is_replaced() {
             let other = Self::open(&self.path)?;
+            self.decoder.finish(rows);
             *self = Self { restarts: self.restarts + 1, ..other };
             read = self.file.read(&mut self.piece).map_err(failed)?;
         }
