@@ -1,17 +1,15 @@
 #!/usr/bin/env bash
 # Holds what a command can hold of plain words: no forbidden form in a text a user can read. Texts are the string literals of the
-# program, the help of the command line and the prose of pages of the manual. Needs bash, find and awk. `scripts/list_strings.py` has
-# the same rules and counts them. Prints every breach; exit code 1 if there is one.
+# program and of the Python package, docstrings, the help of the command line, notebooks and the prose of pages of the manual. Needs bash,
+# find and awk. `scripts/list_strings.py` has the same rules and counts them. Prints every breach; exit code 1 if there is one.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 # Path (beginning), form, reason. A form is that of the rules below.
 allowed='
-src/app/begin|mend|the dialog of new sessions is made anew as a whole
-src/app/begin|is no|the dialog of new sessions is made anew as a whole
-src/panels/model/structures.rs|is no|the panel is made anew as a whole
 '
-pages=(README.md docs/*.md docs/reference/*.md)
+pages=(README.md CHANGELOG.md docs/*.md docs/reference/*.md docs/paper/*.md packaging/*.md crates/python/README.md)
+python=(crates/python/python/doublet/*.py docs/notebooks/*.ipynb)
 
 files=$(find src crates -name '*.rs' -not -path '*/tests/*' -not -path '*/benches/*' -not -path '*/examples/*' -not -name tests.rs | sort)
 # shellcheck disable=SC2086
@@ -32,10 +30,17 @@ function length_in_words(text,   n, all, k) {
     for (k = 1; k <= all; k++) if (words[k] ~ /[A-Za-z]/ && !(words[k] in units)) n++
     return n
 }
+# The longest part: what is wrong, and what to do, behind a colon or semicolon.
+function longest_part(text,   all, parts, k, n, most) {
+    all = split(text, parts, /[:;] /)
+    for (k = 1; k <= all; k++) { n = length_in_words(parts[k]); if (n > most) most = n }
+    return most
+}
 function check(text,   t) {
     shown = text
     if (is_help && length_in_words(text) > 12) breach("help over 12 words")
     if (FILENAME ~ /engine\/src\/verdict\// && length_in_words(text) > 15) breach("finding over 15 words")
+    if (FILENAME ~ /(engine\/src\/(stage|study|session)|core\/src\/compatibility)\// && longest_part(text) > 15) breach("part of a finding over 15 words")
     gsub(/\{[^{}]*\}/, "{}", text)
     gsub(/\\[nt"]/, " ", text)
     t = tolower(text)
@@ -80,6 +85,42 @@ FILENAME ~ /\.md$/ {
     if (is_code || $0 ~ /^    / || $0 ~ /^<!--/) next
     first = FNR
     line = $0
+    gsub(/`[^`]*`/, "x", line)
+    gsub(/\]\([^)]*\)/, "]", line)
+    gsub(/[*_#|]/, " ", line)
+    check(line)
+    next
+}
+# Python: docstrings line by line, other strings of one line; without what is quoted as code.
+FILENAME ~ /\.py$/ {
+    first = FNR
+    line = $0
+    gsub(/`+[^`]*`+/, "x", line)
+    while (line != "") {
+        if (in_text) {
+            at = index(line, raw)
+            check(at ? substr(line, 1, at - 1) : line)
+            if (!at) next
+            line = substr(line, at + 3)
+            in_text = 0; raw = ""
+        } else if (match(line, /"""|"([^"\\]|\\.)*"|'"'"'([^'"'"'\\]|\\.)*'"'"'|#/)) {
+            token = substr(line, RSTART, RLENGTH)
+            line = substr(line, RSTART + RLENGTH)
+            if (token == "#") next
+            if (token == "\"\"\"") { in_text = 1; raw = token } else check(substr(token, 2, length(token) - 2))
+        } else next
+    }
+    next
+}
+# A notebook: prose and code of its cells, not what they printed.
+FILENAME ~ /\.ipynb$/ {
+    if ($0 ~ /^ *"source": \[/) { is_code = 1; next }
+    if (is_code && $0 ~ /^ *\],?$/) is_code = 0
+    if (!is_code) next
+    first = FNR
+    line = $0
+    sub(/^ *"/, "", line)
+    sub(/(\\n)?",?$/, "", line)
     gsub(/`[^`]*`/, "x", line)
     gsub(/\]\([^)]*\)/, "]", line)
     gsub(/[*_#|]/, " ", line)
@@ -140,7 +181,7 @@ FILENAME ~ /^crates\/cli\// && line ~ /^}/ { is_help = 0 }
             }
         } else break
     }
-}' $files "${pages[@]}")
+}' $files "${pages[@]}" "${python[@]}")
 # A chapter begins with what its reader can do after it.
 for page in docs/*.md; do
     case $page in */SUMMARY.md | */introduction.md) continue ;; esac

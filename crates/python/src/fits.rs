@@ -12,8 +12,8 @@ use doublet_engine::session::{
     Estimation, Manoeuvre, PooledConstants, Preparation, ResidualWeights, Settings, TermConstraint, WindowRole,
 };
 use doublet_engine::stage::{
-    AeroWindow, PooledFits, StudyWindow, WindowAero, WindowFits, WindowPath, aero, describe_origin, pooled_fits,
-    window_fits,
+    AeroWindow, ErrorWindow, PooledFits, StudyWindow, WindowAero, WindowFits, WindowPath, aero, describe_origin,
+    path_errors, pooled_fits, window_fits,
 };
 use doublet_engine::study::dynamics::{pooled_model, propagate_expression, window_key};
 use doublet_engine::study::{
@@ -175,6 +175,13 @@ struct FitWindow {
     aero: Keyed<WindowAero>,
 }
 
+impl FitWindow {
+    /// What the errors of the path need of it.
+    fn error_window(&self) -> ErrorWindow<'_> {
+        (&self.manoeuvre, (&*self.path.data, &self.path.reconstruction), self.aero.shared())
+    }
+}
+
 /// Everything a fit was made from, and the fit.
 pub struct Fitted {
     preparation: Arc<Preparation>,
@@ -187,6 +194,26 @@ pub struct Fitted {
 impl Fitted {
     fn aero(&self) -> Vec<AeroWindow<'_>> {
         aero_windows(&self.windows)
+    }
+
+    /// The fit with the errors of the flight path in its corrected standard errors, as in a session; as it is where they cannot be formed.
+    fn with_path_errors(mut self, control: &Control) -> StageResult<Self> {
+        let Some(first) = self.windows.first().map(|window| Arc::clone(&window.source)) else { return Ok(self) };
+        let windows: Vec<ErrorWindow<'_>> = self.windows.iter().map(FitWindow::error_window).collect();
+        match path_errors(&windows, self.settings(&first), control) {
+            Err(StageError::Cancelled) => Err(StageError::Cancelled),
+            Err(_) => Ok(self),
+            Ok(errors) => {
+                self.pooled = Keyed::new(Arc::new(errors.widen(&self.pooled)), Key::unique());
+                Ok(self)
+            }
+        }
+    }
+
+    /// Settings of the fit, the filter being that of the path of `source`.
+    fn settings<'a>(&'a self, source: &'a Reconstructed) -> Settings<'a> {
+        let Self { preparation, structure, estimation, .. } = self;
+        Settings { filter: &source.filter, preparation, structure, estimation }
     }
 
     fn own_fits(&self, window: &FitWindow) -> WindowFits {
@@ -207,13 +234,7 @@ impl Fitted {
             fits: Keyed::new(Arc::new(self.own_fits(window)), Key::unique()),
         });
         let windows: Vec<_> = windows.collect();
-        let settings = Settings {
-            filter: &first.filter,
-            preparation: &self.preparation,
-            structure: &self.structure,
-            estimation: &self.estimation,
-        };
-        work(&StudyInput { settings, aircraft, windows: &windows, pooled: &self.pooled })
+        work(&StudyInput { settings: self.settings(first), aircraft, windows: &windows, pooled: &self.pooled })
     }
 
     fn verdicts(&self) -> Verdicts {
@@ -345,10 +366,12 @@ impl Fit {
                 manoeuvre.role = if is_named { WindowRole::Identification } else { WindowRole::Validation };
             }
         }
-        let pooled =
-            detached(py, "fit", || Ok::<_, StageError>(pooled_fits(&aero_windows(&used), &structure, &estimation)))?;
-        let pooled = Keyed::new(Arc::new(pooled), Key::unique());
-        Ok(Self { inner: Arc::new(Fitted { preparation, structure, estimation, windows: used, pooled }) })
+        let work = move |control: &Control, _: Show<'_>| -> StageResult<Fitted> {
+            let pooled = pooled_fits(&aero_windows(&used), &structure, &estimation);
+            let pooled = Keyed::new(Arc::new(pooled), Key::unique());
+            Fitted { preparation, structure, estimation, windows: used, pooled }.with_path_errors(control)
+        };
+        Ok(Self { inner: Arc::new(attend(py, "fit", None, work)?) })
     }
 
     /// Names of the windows, in order.

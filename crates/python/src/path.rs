@@ -24,8 +24,8 @@ use crate::judged::{self, session_json, session_of, session_of_arrays};
 use crate::recording::{RecordedFlight, Recording};
 use crate::settings::session_with;
 
-/// A window as Python gives it: name, start and end (s), surface, kind of input, role.
-pub type WindowGiven = (String, f64, f64, Option<String>, String, String);
+/// A window as Python gives it: name, start and end (s), surface, kind of input, role, excluded parts (s).
+pub type WindowGiven = (String, f64, f64, Option<String>, String, String, Vec<(f64, f64)>);
 
 /// A window with its path.
 #[derive(Clone)]
@@ -66,7 +66,7 @@ pub struct Path {
 /// Name of the flight that arrays and files make.
 pub const FLIGHT: &str = "flight";
 
-fn window((name, start_s, end_s, surface, kind, role): WindowGiven) -> PyResult<Manoeuvre> {
+fn window((name, start_s, end_s, surface, kind, role, excluded): WindowGiven) -> PyResult<Manoeuvre> {
     let wrong = |what: &str, found: &str, known: &[&str]| {
         refuse(format!("manoeuvre '{name}': '{found}' is not a {what}: use one of {}", known.join(", ")))
     };
@@ -81,7 +81,13 @@ fn window((name, start_s, end_s, surface, kind, role): WindowGiven) -> PyResult<
     let found = WindowRole::ALL.into_iter().find(|one| one.name() == role);
     let role = found.ok_or_else(|| wrong("role", &role, &known))?;
     let window = TimeRange::new(start_s, end_s);
-    Ok(Manoeuvre { surface, kind, role, ..Manoeuvre::new(name, FLIGHT.to_owned(), window) })
+    let mut manoeuvre = Manoeuvre { surface, kind, role, ..Manoeuvre::new(name, FLIGHT.to_owned(), window) };
+    for (start_s, end_s) in excluded {
+        if let Some(parts) = manoeuvre.excluded_with(TimeRange::new(start_s, end_s)) {
+            manoeuvre.excluded = parts;
+        }
+    }
+    Ok(manoeuvre)
 }
 
 impl Path {
@@ -155,14 +161,15 @@ impl Path {
         self.inner.gravity.m_s2
     }
 
-    /// Name, start and end (s), surface, kind and role of each window.
+    /// Name, start and end (s), surface, kind, role and excluded parts (s) of each window.
     #[allow(clippy::type_complexity, reason = "one row per manoeuvre")]
-    fn windows(&self) -> Vec<(&str, f64, f64, Option<&'static str>, &str, &'static str)> {
+    fn windows(&self) -> Vec<(&str, f64, f64, Option<&'static str>, &str, &'static str, Vec<(f64, f64)>)> {
         let windows = self.inner.windows.iter().map(|window| &window.manoeuvre);
         windows
             .map(|one| {
                 let surface = one.surface.map(Surface::name);
-                (&*one.name, one.window.start_s, one.window.end_s, surface, &*one.kind, one.role.name())
+                let excluded = one.excluded.iter().map(|part| (part.start_s, part.end_s)).collect();
+                (&*one.name, one.window.start_s, one.window.end_s, surface, &*one.kind, one.role.name(), excluded)
             })
             .collect()
     }

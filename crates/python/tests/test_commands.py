@@ -202,3 +202,70 @@ def test_files_of_a_shipped_session_have_names_that_every_system_takes(tmp_path)
         db.commands.report("builtin:demo", out=tmp_path / "report", sections=["overview"])
     names = {path.name for path in (tmp_path / "report").iterdir()}
     assert "demo.html" in names and names <= {"demo.html", "demo.pdf", "doublet_manifest.json"}
+
+
+def options(given, **row):
+    with db._commands.Inputs() as inputs:
+        return db._commands._options("n", {"long": "n", "takes_value": True, "repeats": False, "value": "S", **row}, given, inputs)
+
+
+def test_switches_are_true_or_false():
+    for value in (True, np.bool_(True), 1, np.int64(1)):
+        assert options(value, takes_value=False) == ["--n"]
+    for value in (False, np.bool_(False), 0, None):
+        assert options(value, takes_value=False) == []
+    for value in ("yes", 2, [], 0.5):
+        with pytest.raises(db.DoubletError, match="n is .*: give True or False"):
+            options(value, takes_value=False)
+    for value in (True, False, np.bool_(True)):
+        with pytest.raises(db.DoubletError, match=f"n is {bool(value)}: give a value, or leave it out"):
+            options(value)
+
+
+def test_lists_are_tuples_and_arrays_too():
+    many, span = {"repeats": True}, {"value": "LOW..HIGH"}
+    for value in ([1.5, 2.0, 4.0], (1.5, 2.0, 4.0), np.array([1.5, 2.0, 4.0])):
+        assert options(value, value="S,S") == ["--n=1.5,2.0,4.0"]
+        assert options(value, value="S,S", **many) == ["--n=1.5", "--n=2.0", "--n=4.0"]
+    for value in ([0.5, 10.0], (0.5, 10.0), np.array([0.5, 10.0])):
+        assert options(value, **span) == ["--n=0.5..10.0"]
+        assert options(value, value="START:END", **many) == ["--n=0.5:10.0"]
+    assert options(np.array([[1.0, 2.0], [3.0, 4.0]]), value="START:END", **many) == ["--n=1.0:2.0", "--n=3.0:4.0"]
+    assert options(("elevator", "rudder"), value="SURFACE,...", **many) == ["--n=elevator", "--n=rudder"]
+    assert options(range(3), **many) == ["--n=0", "--n=1", "--n=2"] and options(2.5, **many) == ["--n=2.5"]
+    assert options({"n_z": np.array([0.2, 2.0])}, value="NAME=LOW:HIGH", **many) == ["--n=n_z=0.2:2.0"]
+
+
+def test_arrays_are_arguments_of_commands(small):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", db.DoubletWarning)
+        first, *others = (
+            db.commands.response(small, input="delta_e", output="q", band=band, window_length=lengths)
+            for band, lengths in (((0.5, 10.0), [4.0, 8.0]), (np.array([0.5, 10.0]), np.array([4.0, 8.0])), ([0.5, 10.0], (4.0, 8.0)))
+        )
+    assert all(one == first for one in others)
+
+
+def test_an_index_of_times_is_the_time():
+    pandas = pytest.importorskip("pandas")
+    seconds = np.arange(50) * 0.02
+    frame = pandas.DataFrame({"x": np.sin(seconds)})
+    instants = pandas.Timestamp("2026-05-14") + pandas.to_timedelta(seconds, unit="s").round("ms")
+    for index in (seconds, pandas.to_timedelta(seconds, unit="s").round("ms"), instants, instants.tz_localize("UTC")):
+        names, columns = db._commands._columns(frame.set_axis(index))
+        assert names == ["time", "x"], index
+        np.testing.assert_allclose(columns[0], seconds, atol=1e-9)
+    assert db._commands._columns(frame)[0] == ["x"]
+    assert db._commands._columns(frame.set_axis(range(3, 53)))[0] == ["x"]
+    names, columns = db._commands._columns(frame.assign(stamp=instants, note="a", late=pandas.NaT))
+    assert names == ["x", "stamp"] and columns[1][1] == pytest.approx(0.02)
+    stated = frame.set_axis(instants)
+    stated.attrs["units"] = {"time": "s"}
+    np.testing.assert_allclose(db._commands._columns(stated)[1][0], seconds, atol=1e-9)
+
+
+def test_answers_are_shown_in_a_line(small):
+    answer = db.commands.check(small)
+    assert repr(answer).startswith("<doublet.Answer of check: ") and len(repr(answer)) < 300 and "\n" not in repr(answer)
+    assert "findings" in str(answer) and len(str(answer)) > len(repr(answer))
+    assert "<table" in answer._repr_html_() and len(answer._repr_html_()) < 100_000

@@ -177,3 +177,30 @@ def test_functions_let_others_run_and_are_interrupted(frame):
         stop.set()
         thread.join()
     assert time.perf_counter() - start < 3.0 and len(ticks) > 20
+
+
+def test_an_index_without_a_name_is_the_time(frame):
+    pandas = pytest.importorskip("pandas")
+    expected = db.equations(frame, "short-period").params
+    values = frame.drop(columns="time")
+    durations = pandas.to_timedelta(frame["time"], unit="s").dt.round("ms")
+    for index in (pandas.Index(frame["time"].to_numpy()), pandas.TimedeltaIndex(durations, name=None), pandas.Timestamp("2026-05-14") + pandas.TimedeltaIndex(durations)):
+        found = db.equations(values.set_axis(index.rename(None)), "short-period")
+        assert found["M_alpha"] == pytest.approx(expected["M_alpha"], rel=1e-6)
+    assert db.equations(values, "short-period", dt=0.02)["M_alpha"] == pytest.approx(expected["M_alpha"], rel=1e-6)
+
+
+def test_windows_are_those_of_the_package(frame):
+    expected = db.equations(frame, "short-period", windows=[(0.5, 8.0)])
+    assert db.equations(frame, "short-period", windows=[db.Window("01", 0.5, 8.0)]).params == expected.params
+    apart = db.equations(frame, "short-period", windows=[db.Window("01", 0.5, 10.0, exclude=[(5.0, 6.0)])])
+    assert apart.params == db.equations(frame, "short-period", windows=[(0.5, 5.0), (6.0, 10.0)]).params
+
+
+def test_fits_have_samples_and_a_criterion(frame):
+    found = db.equations(frame, "short-period")
+    assert found.nobs == found.document[found.method]["samples"] <= len(frame)
+    row = found.document[found.method]
+    square = np.array([one["rms"] ** 2 for one in row["outputs"]])
+    free = len(row["parameters"]) + len(row["initial"]) + sum(not one["is_none"] for one in row.get("process_noise", []))
+    assert found.aic == pytest.approx(2 * free + row["samples"] * np.sum(np.log(2 * np.pi * square) + 1))

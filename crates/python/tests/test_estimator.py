@@ -91,3 +91,117 @@ def test_hubers_weights_withstand_outliers():
     np.testing.assert_allclose(huber.residuals, wild - X @ huber.params)
     np.testing.assert_allclose(db.lstsq(X, y, weights="huber").params, db.lstsq(X, y).params, atol=0.02)
     assert huber.r2 == pytest.approx(1 - np.sum(huber.residuals**2) / np.sum((wild - wild.mean()) ** 2))
+
+
+def test_columns_of_a_frame_are_found_by_name(data):
+    pandas = pytest.importorskip("pandas")
+    X, y = data
+    frame = pandas.DataFrame(X, columns=["alpha", "q"])
+    model = db.LeastSquares().fit(frame, y)
+    expected = model.predict(X)
+    np.testing.assert_array_equal(model.predict(frame), expected)
+    np.testing.assert_array_equal(model.predict(frame[["q", "alpha"]]), expected)
+    np.testing.assert_array_equal(model.predict(frame.assign(beta=0.0)), expected)
+    assert model.score(frame[["q", "alpha"]], y) == model.score(frame, y)
+    with pytest.raises(db.DoubletKeyError, match="no column is called 'alpha': did you mean 'alfa'"):
+        model.predict(frame.rename(columns={"alpha": "alfa"}))
+    model.fit(X, y)
+    assert not hasattr(model, "feature_names_in_")
+
+
+def frames(columns):
+    """The same columns as a frame of every kind."""
+    yield "mapping", columns
+    for library, made in (
+        ("pandas", lambda one: one.DataFrame(columns)), ("polars", lambda one: one.DataFrame(columns)), ("pyarrow", lambda one: one.table(columns)),
+        ("xarray", lambda one: one.Dataset({name: ("time", values) for name, values in columns.items()})),
+    ):
+        yield library, made(pytest.importorskip(library))
+
+
+def test_frames_of_every_kind_are_regressors(data):
+    X, y = data
+    columns = {"one": np.ones(len(X)), "alpha": X[:, 0], "q": X[:, 1]}
+    expected = db.lstsq(np.column_stack(list(columns.values())), y, names=list(columns))
+    for name, frame in frames(columns):
+        found = db.lstsq(frame, y)
+        assert found.names == ("one", "alpha", "q"), name
+        np.testing.assert_array_equal(found.params, expected.params, err_msg=name)
+        np.testing.assert_allclose(found.predict(frame), expected.fitted, err_msg=name)
+        np.testing.assert_allclose(db.LeastSquares(fit_intercept=False).fit(frame, y).predict(frame), expected.fitted, err_msg=name)
+    for name, frame in frames({"y": y}):
+        if name not in ("mapping",):
+            np.testing.assert_array_equal(db.lstsq(X, frame["y"]).params, db.lstsq(X, y).params, err_msg=name)
+    for wrong, text in (
+        ({"a": ["1", "2", "3"]}, "column 'a' of X is text and must be numbers"),
+        ({"a": [1j, 2.0, 3.0]}, "column 'a' of X is complex"),
+        ({"a": [1.0, 2.0, 3.0], "b": [1.0]}, "columns 'a' and 'b' of X have different lengths"),
+        ({}, "X has no columns"),
+        ([["1", "2"]] * 3, "X is text"),
+        ([[1.0], [1.0, 2.0]], "X must be numbers"),
+        (np.ones((3, 1), complex), "X is complex"),
+    ):
+        with pytest.raises(db.DoubletError, match=text):
+            db.lstsq(wrong, [1.0, 2.0, 4.0])
+
+
+def test_formulas_name_columns_of_a_frame(data):
+    X, y = data
+    columns = {"Cm": y, "alpha": X[:, 0], "q": X[:, 1], "qc/V": X[:, 1] / 100}
+    terms = [np.ones(len(X)), X[:, 0], X[:, 0] ** 2, X[:, 0] * X[:, 1]]
+    expected = db.lstsq(np.column_stack(terms), y)
+    for name, frame in frames(columns):
+        found = db.lstsq("Cm ~ 1 + alpha + alpha^2 + alpha*q", frame)
+        assert found.names == ("1", "alpha", "alpha^2", "alpha*q"), name
+        np.testing.assert_allclose(found.params, expected.params, err_msg=name)
+        np.testing.assert_allclose(found.predict(frame), found.fitted, err_msg=name)
+        model = db.LeastSquares(formula="Cm ~ 1 + alpha + alpha**2 + alpha*q").fit(frame)
+        np.testing.assert_allclose([model.intercept_, *model.coef_], expected.params, err_msg=name)
+        np.testing.assert_allclose(model.predict(frame), found.fitted, err_msg=name)
+        np.testing.assert_allclose(db.LeastSquares(formula="1 + alpha + alpha^2 + alpha*q").fit(frame, y).coef_, expected.params[1:])
+    assert db.lstsq("Cm ~ alpha + qc/V", columns, constraints={"qc/V": 2.0})["qc/V"] == 2.0
+    no_constant = db.LeastSquares(formula="Cm ~ alpha + q").fit(columns)
+    assert no_constant.intercept_ == 0.0 and list(no_constant.feature_names_in_) == ["alpha", "q"]
+    for formula, text in (
+        ("Cm ~ 1 + alfa", "no column is called 'alfa': did you mean 'alpha'"),
+        ("Cmm ~ 1 + alpha", "no column is called 'Cmm': did you mean 'Cm'"),
+        ("Cm ~ 1 + alpha*beta", "no column is called 'beta'"),
+        ("Cm ~ 1 + alpha^x", "'alpha.x': 'x' is not an integer power"),
+        ("Cm ~ 1 + alpha - q", "has a minus sign: write '.'"),
+        ("Cm ~ alpha - 1", "leave '1' out for a fit without constant"),
+        ("Cm ~ 1 + + alpha", "has an empty term"),
+        ("1 + alpha", "is not a formula: write it as 'Cm ~ 1"),
+    ):
+        with pytest.raises(db.DoubletError, match=text):
+            db.lstsq(formula, columns)
+    for call, text in (
+        (lambda: db.lstsq("Cm ~ 1 + alpha", y), "y is a ndarray: give the frame of the formula"),
+        (lambda: db.lstsq("Cm ~ 1 + alpha", columns, names=["a", "b"]), "names and a formula exclude each other"),
+        (lambda: db.LeastSquares(formula="1 + alpha").fit(columns), "does not name the measurement"),
+        (lambda: db.LeastSquares(formula="Cm ~ 1 + alpha").fit(X, y), "a formula needs a frame"),
+        (lambda: db.LeastSquares().fit(X), "y is missing: give the measurement"),
+        (lambda: no_constant.predict(X), "a formula needs a frame"),
+    ):
+        with pytest.raises(db.DoubletError, match=text):
+            call()
+
+
+def test_constraints_say_what_to_write(data):
+    X, y = data
+    for wrong, text in (
+        ({"x0": {"mean": 1.0}}, "constraint of 'x0' has mean: give mean and std"),
+        ({"x0": (1, 2, 3)}, "constraint of 'x0' has 3 bounds: give .lower, upper. with None"),
+        ({"x0": (2.0, 1.0)}, "its lower bound 2 is above its upper bound 1"),
+        ({"x0": "fixed"}, "constraint of 'x0' is 'fixed': give a number, .lower, upper."),
+        ({"x0": None}, "constraint of 'x0' is None: give a number"),
+        ({"x0": {"mean": "a", "std": 1.0}}, "constraint of 'x0' is 'a': give"),
+        ([("x0", 1.0)], "constraints is a list: give a mapping"),
+    ):
+        with pytest.raises(db.DoubletError, match=text):
+            db.lstsq(X, y, constraints=wrong)
+    assert db.lstsq(X, y, constraints={"x0": np.array([None, 0.5])}).held[0] == "at bound"
+    parse = db._constraints.coefficient_constraints
+    assert parse({("Cm", "qc/V"): (None, 1)}) == [("Cm", "qc/V", "bounds", -np.inf, 1.0)]
+    for wrong in ({"Cm_q": -10.0}, {("Cm",): -10.0}, {"Cm": {"q": 1.0}}):
+        with pytest.raises(db.DoubletError, match=r"is not a \(coefficient, term\): write \('Cm', 'qc/V'\)"):
+            parse(wrong)

@@ -155,7 +155,7 @@ def test_manoeuvres_are_given_in_many_ways(demo):
         ((start, end, "flap"), "'flap' is not a surface"),
         ((start, end, 4), "is not a manoeuvre: give"),
         (start, "is not a manoeuvre: give"),
-        (("a", "b"), "is not a manoeuvre: give"),
+        (("a", "b"), "'a' is text: give seconds"),
     ):
         with pytest.raises(db.DoubletError, match=text):
             db.reconstruct(recording, windows=[wrong])
@@ -167,5 +167,82 @@ def test_columns_of_different_indices_are_refused():
     X, y = pandas.DataFrame({"a": [1.0, 2.0, 4.0]}), pandas.Series([1.0, 2.0, 3.0], index=[5, 6, 7])
     with pytest.raises(db.DoubletError, match="different indices"):
         db.lstsq(X, y)
-    with pytest.raises(db.DoubletError, match="not numbers"):
+    with pytest.raises(db.DoubletError, match="column 'a' of X .*must be numbers"):
         db.lstsq(pandas.DataFrame({"a": ["x"] * 9}), np.arange(9.0))
+
+
+@pytest.mark.parametrize("unit", ["ms", "us", "ns"])
+def test_slopes_over_times_of_any_kind_are_per_second(unit):
+    values, durations = np.sin(SECONDS), pandas.to_timedelta(SECONDS, unit="s").round("ms").as_unit(unit)
+    expected, smoothed = db.differentiate(SECONDS, values), db.smooth(SECONDS, values)
+    for time in (durations, pandas.Timestamp(INSTANT) + durations, durations.to_numpy()):
+        np.testing.assert_allclose(db.differentiate(time, pandas.Series(values)), expected, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(db.smooth(time, values), smoothed, rtol=1e-9, atol=1e-9)
+    with pytest.raises(db.DoubletError, match="values holds durations, not numbers"):
+        db.smooth(SECONDS, durations)
+
+
+def test_columns_that_are_not_numbers_are_refused_where_they_are_known(frame):
+    count, options = len(frame), {"check": False}
+    for wrong, text in (
+        ({"alpha": ["1.0"] * count}, "column 'alpha' .*must be numbers"),
+        ({"alpha": np.arange(count) > 5}, "column 'alpha' is True or False and must be numbers"),
+        ({"alpha": [*frame["alpha"].iloc[1:], "late"]}, "column 'alpha' must be numbers, 'late' is text"),
+        ({"alpha": np.full(count, 1j)}, "column 'alpha' is complex"),
+        ({"alpha": pandas.to_timedelta(SECONDS, unit="s")}, "column 'alpha' holds durations"),
+    ):
+        with pytest.raises(db.DoubletError, match=text):
+            db.Recording.from_frame(frame.assign(**wrong), **options)
+    with pytest.raises(db.DoubletError, match="column 'AoA' .*must be numbers"):
+        db.Recording.from_frame(frame.drop(columns="alpha").assign(AoA=["a"] * count), names={"AoA": "alpha"}, **options)
+    with pytest.raises(db.DoubletError, match="column 'flap' .*must be numbers"):
+        db.Recording.from_frame(frame.assign(flap=["a"] * count), units={"flap": "deg"}, **options)
+    noted = db.Recording.from_frame(frame.assign(note=["a"] * count, gear=np.arange(count) > 5), **options)
+    assert "note" not in noted and "gear" not in noted
+
+
+def test_objects_that_are_numbers_are_converted(frame):
+    import decimal
+
+    expected = frame["alpha"].to_numpy()
+    objects = frame.assign(alpha=pandas.Series([float(one) for one in expected], dtype=object, index=frame.index),
+                           own=pandas.Series([decimal.Decimal(k) for k in range(len(frame))], dtype=object, index=frame.index),
+                           rare=pandas.array([None, *range(1, len(frame))], dtype="Int64"))
+    found = db.Recording.from_frame(objects, check=False)
+    np.testing.assert_array_equal(found["alpha"].values, expected)
+    assert found["own"].values[3] == 3.0
+    assert np.isnan(found["rare"].values[0]) and found["rare"].values[1] == 1.0
+    for wrong, text in ((["1", "2"], "'q' is text and must be numbers"), ([1j, 2j], "'q' is complex"), ([None, "x"], "'x' is text"),
+                        (np.zeros(2, "f4,f4"), "'q' must be numbers, not")):
+        with pytest.raises(db.DoubletError, match=text):
+            db.Recording.from_arrays([0.0, 1.0], {"q": wrong})
+
+
+def test_clocks_of_channels_have_one_origin():
+    start = np.datetime64(INSTANT, "ms")
+    first, second = (start + (1000 * (late + SECONDS)).round().astype("timedelta64[ms]") for late in (0.0, 5.0))
+    rec = db.Recording.from_arrays(None, {"q": (second, SECONDS, ""), "alpha": (first, SECONDS, "")}, check=False)
+    assert rec["alpha"].time[0] == 0.0 and rec["q"].time[0] == 5.0 and rec.origin == start
+    shared = db.Recording.from_arrays(second, {"q": SECONDS, "alpha": (first, SECONDS, "")}, check=False)
+    assert shared["q"].time[0] == 5.0 and shared["alpha"].time[0] == 0.0
+    assert db.Recording.from_arrays(SECONDS, {"q": SECONDS}, check=False).origin is None
+    assert len(db._frames.seconds(first[:0])) == 0
+    with pytest.raises(db.DoubletError, match="time of 'q' holds instants and time of 'alpha' does not"):
+        db.Recording.from_arrays(None, {"q": (first, SECONDS, ""), "alpha": (SECONDS, SECONDS, "")})
+    zoned = pandas.DatetimeIndex(second).tz_localize("UTC")
+    with pytest.raises(db.DoubletError, match="only one of .* has a time zone"):
+        db.Recording.from_arrays(None, {"q": (first, SECONDS, ""), "alpha": (zoned, SECONDS, "")})
+
+
+def test_frames_state_their_units(demo, frame):
+    recording = demo.recording()
+    table = recording.to_pandas(step=0.05)
+    assert table.attrs["units"]["q"] == "rad/s" and table.attrs["units"]["time"] == "s"
+    pytest.importorskip("xarray")
+    assert recording.to_xarray()["time"].attrs["units"] == "s"
+    again = db.Recording.from_frame(table.set_axis(pandas.to_timedelta(table.index, unit="s")), check=False)
+    assert (again["q"].values == table["q"].to_numpy()).all()
+    path = db.reconstruct(recording, windows=[tuple(recording["q"].time[[0, 500]])])
+    states = path.states.to_pandas()
+    assert states.attrs["units"]["theta"] == "rad" and states.attrs["units"]["theta_std"] == "rad" and states.attrs["units"]["u"] == "m/s"
+    assert path.to_pandas().attrs["units"]["u"] == "m/s"

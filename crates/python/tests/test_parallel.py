@@ -15,24 +15,39 @@ import pytest
 MODEL = {"Cm": ["1", "alpha", "qc/V", "delta_e"]}
 FORKED = """
 import multiprocessing
+import warnings
 import doublet as db
+import numpy as np
+
+warnings.simplefilter("ignore", db.DoubletWarning)
+X = np.column_stack([np.ones(200), np.sin(np.arange(200.0))])
 
 def level(number):
     return db.run(db.Session.load("builtin:demo")).verdict.level
 
+def everything(results):
+    path = db.reconstruct(results.recording(), db.aircraft("c337f"), windows=db.Session.load("builtin:demo").windows[:4])
+    fit = db.fit(db.coefficients(path), "Cm ~ 1 + alpha + qc/V + delta_e", by_surface=False)
+    regression = db.lstsq(X, np.cos(np.arange(200.0)))
+    frame = db.batch(["builtin:demo"], jobs=1, frame="pandas")
+    return fit.params, regression.params.tolist(), frame["estimate"].dropna().tolist()
+
 if __name__ == "__main__":
-    here = level(0)
+    results = db.run(db.Session.load("builtin:demo"))
+    expected = everything(results)
     with multiprocessing.get_context("fork").Pool(2) as pool:
-        assert pool.map_async(level, range(4)).get(120) == [here] * 4
+        assert pool.map_async(level, range(4)).get(240) == [results.verdict.level] * 4
+        assert pool.map_async(everything, [results] * 2).get(240) == [expected] * 2
     print("done")
 """
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
 def test_processes_forked_after_a_run_work(tmp_path):
+    pytest.importorskip("pandas")
     program = tmp_path / "forked.py"
     program.write_text(FORKED)
-    said = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=200)
+    said = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=500)
     assert said.stdout.strip() == "done", said.stderr
 
 

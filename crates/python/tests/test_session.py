@@ -9,6 +9,7 @@ import threading
 import time
 
 import doublet as db
+import numpy as np
 import pytest
 
 
@@ -128,3 +129,37 @@ def test_studies_and_exports(tmp_path, demo):
 def test_numbers_that_do_not_exist_are_not_made_up(demo):
     for place, value in numbers(demo.to_dict()):
         assert not (isinstance(value, float) and math.isnan(value)), place
+
+
+def test_a_bad_verdict_is_warned_of(demo, recwarn):
+    session = db.Session.load("builtin:demo")
+    with pytest.warns(db.DoubletWarning, match="^run: verdict bad") as caught:
+        results = db.run(session.replace(model={"Cm": ["1", "delta_e"]}))
+    assert results.verdict.level == "bad" and caught[0].filename == __file__
+    recwarn.clear()
+    frame = db.batch([session.replace(model={"Cm": ["1", "delta_e"]})])
+    assert set(frame["session_verdict"]) == {"bad"} and not [one for one in recwarn if one.category is db.DoubletWarning]
+
+
+def test_results_have_what_a_fit_has(demo):
+    names, cov = list(demo.derivatives), demo.cov
+    assert cov.shape == (len(names), len(names)) and np.isfinite(cov).all() and (cov == cov.T).all()
+    errors = [0.0 if np.isnan(value.stderr) else value.stderr for value in demo.derivatives.values()]
+    np.testing.assert_allclose(np.sqrt(np.diag(cov)), errors, rtol=1e-12)
+    first, second = names.index("Cm_alpha"), names.index("Cm_q")
+    assert cov[first, second] != 0.0 and cov[first, names.index("Cl_p")] == 0.0
+    assert set(demo.nobs) == set(demo.aic) == {fit["coefficient"] for fit in demo.fits} and demo.nobs["Cm"] > 1000
+    row = demo.fits[0]
+    free, count = len(row["derivatives"]), row["samples"]
+    square = row["residual_deviation"] ** 2 * (count - free)
+    assert demo.aic[row["coefficient"]] == pytest.approx(2 * free + count * (np.log(2 * np.pi * square / count) + 1))
+    held = db.run(db.Session.load("builtin:demo").replace({"estimation.constraint": [{"coefficient": "Cm", "term": "alpha", "fixed": -0.9}]}))
+    assert np.isnan(held.aic["Cm"]) and held.cov[first, first] == 0.0
+    assert {one["role"] for one in demo.predictions} >= {"identification"} and len(demo.predictions) == len(demo.to_dict()["predictions"])
+    assert np.isfinite([one["r2_own_constant"] for one in demo.predictions if one["r2_own_constant"] is not None]).all()
+
+
+def test_a_flight_is_read_without_a_run(demo):
+    session = db.Session.load("builtin:demo")
+    recording = session.recording()
+    assert recording.roles == demo.recording().roles and (recording["q"].values == demo.recording()["q"].values).all()

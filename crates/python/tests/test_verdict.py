@@ -90,6 +90,9 @@ def test_attas_aileron_is_what_its_session_is():
     assert levels(fit.verdict) == levels_of_session(fit.to_session().run())
     results = fit.to_session().run()
     assert {name: results.derivatives[name].value for name in fit.params} == fit.params
+    # Both contain the errors of the flight path.
+    for name, error in fit.stderr.items():
+        assert error == pytest.approx(results.derivatives[name].stderr, rel=0.02)
     assert path.verdict.level == "bad" == results.windows[0]["verdict"]["level"]
     assert results.windows[0]["mean_nis"] == path.summary_table[0]["mean_nis"]
     of_files = db.Session.new(file, aircraft="attas_vfw614").replace(model={"Cl": STRUCTURE["Cl"].split(" + ")})

@@ -1,5 +1,7 @@
 """Paths, coefficients, fits and results as views of one session: reports, exports, proof of match, verdicts, frames, plots."""
 
+import copy
+import pickle
 import warnings
 
 import doublet as db
@@ -42,6 +44,14 @@ def test_every_view_has_results_reports_exports_and_matches(made, demo, tmp_path
     ]
     with pytest.raises(db.DoubletError, match="'x' is not a format"):
         fit.export("x", tmp_path / "none")
+
+
+def test_criterion_of_results_is_that_of_the_fit(made):
+    fit = made[2]
+    results = fit.results()
+    assert results.nobs == fit.nobs
+    for name, value in fit.aic.items():
+        assert results.aic[name] == pytest.approx(value, rel=1e-6), name
 
 
 def test_reports_are_written(made, demo, tmp_path):
@@ -177,3 +187,36 @@ def test_frames_of_every_kind(made, demo):
     np.testing.assert_array_equal(second["theta_std"].to_numpy(), path[1].smoothed.std["theta"])
     again = db.Recording.from_frame(recording.to_polars(), check=False)
     assert again.roles == recording.roles
+
+
+def test_what_follows_from_a_fit_pickles_and_copies(made, demo):
+    _, coefs, fit = made
+    t = np.arange(400) * 0.05
+    regression = db.lstsq(np.column_stack([np.ones(400), np.sin(t)]), np.cos(t))
+    linear = fit.linearise(airspeed=46.0, samples=10)
+    flown = next(one for one in db.output_error(fit, axis="longitudinal") if one.error is None)
+    design = db.design_input(fit, surfaces=["elevator"], duration=20.0, kind="3-2-1-1", rounds=0, samples=2, airspeed=46.0)
+    window = made[0].windows[0]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", db.DoubletWarning)
+        equations = db.equations(demo.recording(), "short-period", windows=[window])
+    same = [
+        (design, lambda one: (one.to_dict(), one.verdict, one.nodes()[0].tolist())),
+        (linear, lambda one: (one.to_dict(), one.verdict)),
+        (linear["longitudinal"], lambda one: (one.A.tolist(), one.units, one.verdict)),
+        (equations, lambda one: (one.params, one.verdict, one.nobs)),
+        (flown, lambda one: (one.derivatives, one.error, [values.tolist() for values in one.outputs["q"][:3]])),
+        (db.frequency_response(np.sin(t) + np.sin(3 * t), np.cos(t), dt=0.05), lambda one: (one.response.tolist(), repr(one))),
+        (regression, lambda one: (one.names, one.params.tolist(), one.verdict)),
+        (db.propagate(fit, lambda d: d["Cm_alpha"], n=50), lambda one: (one.value, one.samples.tolist(), one.interval)),
+        (db.propagate(fit, "Cm_alpha", n=50), lambda one: (one.value, one.interval)),
+        (fit.verdict, lambda one: (dict(one), one.level, one.lines)),
+        (fit.coefficients["Cm"], lambda one: (one.names, one.cov.tolist())),
+        (coefs[0], lambda one: (one.name, one["Cm"].tolist())),
+        (made[0][0].smoothed, lambda one: (one.time.tolist(), one["theta"].tolist(), one.std["theta"].tolist())),
+        (window, repr),
+        (db.LeastSquares().fit({"alpha": np.sin(t)}, np.cos(t)), lambda one: (one.coef_.tolist(), list(one.feature_names_in_))),
+    ]
+    for one, shown in same:
+        for again in (pickle.loads(pickle.dumps(one)), copy.deepcopy(one), copy.copy(one)):
+            assert type(again) is type(one) and shown(again) == shown(one), type(one)

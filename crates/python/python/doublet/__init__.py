@@ -31,10 +31,11 @@ from ._functions import (
 )
 from ._linear import Linear
 from ._path import Path, WindowPath, reconstruct
-from ._recording import Aircraft, Recording, Signal, Window, aircraft, find_manoeuvres, guess_roles, read, roles, units
+from ._recording import Aircraft, Recording, Signal, aircraft, find_manoeuvres, guess_roles, read, roles, units
 from ._session import Results, Session, export, match, run, show, simulate
 from ._table import Table, Value
 from ._verdict import Verdict
+from ._window import Window
 
 __all__ = [
     "Aircraft",

@@ -52,6 +52,27 @@ class Distribution:
         low, high = np.nanquantile(self.samples, [0.025, 0.975], axis=0)
         return low, high
 
+    def plot(self, *, axes: Any = None) -> Any:
+        """Draws the draws of a number as a histogram, or values with their 95 % intervals over their index; returns the axes."""
+        from ._plots import one
+
+        axis, (low, high) = one(axes), self.interval
+        if np.ndim(self.value) == 0:
+            if self.samples is not None:
+                axis.hist(self.samples[np.isfinite(self.samples)], bins=40, alpha=0.5)
+            axis.axvline(self.value, linewidth=1, label="estimate")
+            axis.axvspan(low, high, alpha=0.15, label="95 % interval")
+            axis.set_xlabel("value")
+        else:
+            value, low, high = (np.ravel(one_of) for one_of in (self.value, low, high))
+            axis.plot(value, linewidth=1, label="estimate")
+            axis.fill_between(np.arange(len(value)), low, high, alpha=0.25, linewidth=0, label="95 % interval")
+            axis.set_xlabel("index")
+            axis.set_ylabel("value")
+        axis.set_title(f"verdict {self.verdict.level}")
+        axis.legend()
+        return axis
+
     def __repr__(self) -> str:
         low, high = self.interval
         if np.ndim(self.value) == 0:
@@ -121,6 +142,11 @@ class OutputError:
     error: Optional[str] = None
     filter_error: dict[str, Value] = field(default_factory=dict)
     filter_trouble: Optional[str] = None
+
+    @property
+    def nobs(self) -> int:
+        """Samples of each output."""
+        return max((len(time) for time, *_ in self.outputs.values()), default=0)
 
     @property
     def table(self) -> Table:

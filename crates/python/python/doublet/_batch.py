@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Iterable, Literal, Mapping, Optional, Seq
 from ._doublet import DoubletError
 from ._errors import existing, unknown
 from ._recording import PathLike, Progress
-from ._session import Results, Session, run
+from ._session import Results, Session, computed
 
 if TYPE_CHECKING:
     from ._session import _Study
@@ -104,7 +104,7 @@ def _one(name: str, given: Union[Session, PathLike], studies: Sequence[_Study], 
     try:
         stopped(0.0)
         session = given if isinstance(given, Session) else Session.load(existing(given))
-        results = run(session, studies=studies, progress=stopped)
+        results = computed(session, studies, 200, 1, stopped)
     except DoubletError as error:
         return [dict(session=name, error=str(error))]
     return [dict(session=name, session_verdict=results.verdict.level, **row) for row in _rows(results)]

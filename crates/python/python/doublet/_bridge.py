@@ -16,7 +16,8 @@ from . import _doublet
 from ._doublet import DoubletError
 from ._fit import _models
 from ._path import Path
-from ._recording import Aircraft, PathLike, Progress, Recording, Window
+from ._recording import Aircraft, PathLike, Progress, Recording
+from ._window import Window, of_one_flight
 
 if TYPE_CHECKING:
     from ._session import Session
@@ -125,7 +126,12 @@ def session_of(paths: Sequence[Path], content: str, has_model: bool, name: str, 
 
 
 def _window_of(row: Mapping[str, Any]) -> Window:
-    return Window(row["name"], row["start_s"], row["end_s"], row.get("surface"), row.get("kind", ""), row["role"])
+    return Window(row["name"], row["start_s"], row["end_s"], row.get("surface"), row.get("kind", ""), row["role"], exclude=excluded(row))
+
+
+def excluded(row: Mapping[str, Any]) -> tuple[tuple[float, float], ...]:
+    """Excluded stretches of a manoeuvre of a session."""
+    return tuple((stretch["start_s"], stretch["end_s"]) for stretch in row.get("exclude", []))
 
 
 def _windows_of(recordings: Sequence[Recording], windows: Optional[Any]) -> Optional[list[list[Window]]]:
@@ -135,7 +141,7 @@ def _windows_of(recordings: Sequence[Recording], windows: Optional[Any]) -> Opti
     lists = [windows] if len(recordings) == 1 else list(windows)
     if len(lists) != len(recordings):
         raise DoubletError(f"there are {len(recordings)} recordings and {len(lists)} lists of windows: give one list for each")
-    return [[Window._of(one, index) for index, one in enumerate(several)] for several in lists]
+    return [of_one_flight(several, recording._origin) for recording, several in zip(recordings, lists)]
 
 
 def _window_row(window: Window, flight: str) -> dict[str, Any]:
@@ -144,6 +150,8 @@ def _window_row(window: Window, flight: str) -> dict[str, Any]:
         row["surface"] = window.surface
     if window.kind:
         row["kind"] = window.kind
+    if window.exclude:
+        row["exclude"] = [dict(start_s=start, end_s=end) for start, end in window.exclude]
     return row
 
 

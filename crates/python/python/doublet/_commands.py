@@ -7,6 +7,7 @@ import inspect
 import json
 import keyword
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -14,11 +15,12 @@ from pathlib import Path as FilePath
 from typing import Any, Callable, Iterable, Mapping, Optional, Protocol, Sequence, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _doublet
 from ._doublet import DoubletError
 from ._errors import warn
-from ._frames import columns_of, numeric, seconds
+from ._frames import column, columns_of, is_dated, numeric, seconds, stated_seconds
 from ._recording import Aircraft, Recording
 from ._session import Session
 from ._table import Table
@@ -64,10 +66,33 @@ class Answer(dict[str, Any]):
         found = self.get("verdict")
         return Verdict(found) if isinstance(found, Mapping) else None
 
+    def __repr__(self) -> str:
+        level = self.verdict.level if self.verdict is not None else "bad" if self.is_bad else ""
+        return f"<doublet.Answer of {self.command}: {', '.join(self) or 'empty'}{f'; verdict {level}' if level else ''}>"
+
+    def __str__(self) -> str:
+        return str(self["text"]) if set(self) == {"text"} else dict.__repr__(self)
+
+    def _repr_html_(self) -> str:
+        tables = {key: Table(value, key) for key, value in self.items() if _are_rows(value) and key != "tables"}
+        rest = [dict(key=key, value=_shown(value)) for key, value in self.items() if key not in ("tables", *tables)]
+        return "".join(one._repr_html_() for one in [Table(rest, repr(self)[1:-1]), *self.tables, *tables.values()])
+
     @property
     def tables(self) -> list[Table]:
         """The tables of a command that has no document of its own."""
         return [Table([dict(zip(one["columns"], row)) for row in one["rows"]], self.command) for one in self.get("tables", [])]
+
+
+def _are_rows(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(row, Mapping) for row in value)
+
+
+def _shown(value: Any) -> str:
+    """A value of a document in a line."""
+    if isinstance(value, Mapping):
+        return f"{len(value)} keys: {', '.join(list(value)[:8])}"
+    return str(value)[:200]
 
 
 def call(name: Sequence[str], arguments: Sequence[str], has_json: bool = True) -> Answer:
@@ -148,7 +173,9 @@ class Inputs:
             return path
         if isinstance(value, Aircraft):
             return str(value._inner.reference) if value.text is None else str(self.file("aircraft.toml", value.text))
-        if isinstance(value, (list, tuple)):
+        if getattr(value, "ndim", None) == 1 and hasattr(value, "tolist"):
+            value = value.tolist()
+        if isinstance(value, (list, tuple, range)):
             return separator.join(self.text(one) for one in value)
         return str(self.table(value))
 
@@ -178,44 +205,80 @@ def _channels(recording: Recording) -> tuple[list[str], list[list[float]]]:
     return ["time", *recording.roles], [one.tolist() for one in columns]
 
 
+def time_column(names: Sequence[str]) -> Optional[str]:
+    """The column of time among columns."""
+    return next((name for name in ("time", "t", "time_s", "t_s") if name in names), None)
+
+
 def _columns(frame: Any) -> tuple[list[str], list[list[float]]]:
     """Names and values of the columns of numbers; the index is the time where no column is."""
     found = columns_of(frame)
     names, columns = [], []
-    time = next((name for name in ("time", "t", "time_s", "t_s") if name in found.names), None)
-    if time is None and found.stamps is not None and getattr(found.stamps, "name", "time") is not None:
+    time = time_column(found.names)
+    if time is None and found.stamps is not None and _is_time(found.stamps):
         names.append("time")
-        columns.append(seconds(found.stamps, found.units.get("time", "")).tolist())
+        columns.append(stated_seconds(found.stamps, found.units.get("time", "")).tolist())
     for name in found.names:
         values = found.get(name)
-        if name == time:
-            values = seconds(values, found.units.get(name, ""))
-        elif not numeric(values):
-            continue
-        names.append(name)
-        columns.append(np.asarray(values, dtype=np.float64).tolist())
+        plain = stated_seconds(values, found.units.get(name, "")) if name == time else _as_numbers(values, f"column '{name}'")
+        if plain is not None:
+            names.append(name)
+            columns.append(plain.tolist())
     return names, columns
 
 
-def _options(row: Mapping[str, Any], value: Any, inputs: Inputs) -> list[str]:
+def _as_numbers(values: Any, name: str) -> Optional[NDArray[np.float64]]:
+    """A column of numbers, or of times as seconds; ``None`` of anything else."""
+    if numeric(values):
+        return column(values, name)
+    try:
+        return seconds(values, name=name) if is_dated(values) else None
+    except DoubletError:
+        return None
+
+
+def _is_time(index: Any) -> bool:
+    """Whether an index is a time, not the number of the row."""
+    return getattr(index, "name", "time") is not None or is_dated(index) or np.asarray(index).dtype.kind == "f"
+
+
+def _options(name: str, row: Mapping[str, Any], value: Any, inputs: Inputs) -> list[str]:
     """An argument with its value, as often as it has values."""
-    if value is None or value is False:
+    if value is None:
         return []
     option = None if row["long"] is None else f"--{row['long']}"
     if not row["takes_value"]:
-        return [str(option)]
-    separator = next((one for one in ("..", ":") if one in (row["value"] or "")), ",")
+        return [str(option)] if _is_set(name, value) else []
+    if isinstance(value, (bool, np.bool_)):
+        raise DoubletError(f"{name} is {bool(value)}: give a value, or leave it out")
+    separator = _separator(row["value"] or "")
     if row["repeats"] and isinstance(value, Mapping):
-        texts = [f"{name}={inputs.text(one, separator)}" for name, one in value.items()]
+        texts = [f"{key}={inputs.text(one, separator)}" for key, one in value.items()]
     else:
-        texts = [inputs.text(one, separator) for one in (_several(value) if row["repeats"] else [value])]
+        texts = [inputs.text(one, separator) for one in (_several(value, separator != ",") if row["repeats"] else [value])]
     return texts if option is None else [f"{option}={text}" for text in texts]
 
 
-def _several(value: Any) -> Iterable[Any]:
-    """Values of an argument that repeats; numbers of a tuple belong together."""
-    is_range = isinstance(value, tuple) and all(isinstance(one, (int, float)) for one in value)
-    return value if isinstance(value, (list, tuple)) and not is_range else [value]
+def _is_set(name: str, value: Any) -> bool:
+    """Whether a switch is set."""
+    if isinstance(value, (bool, np.bool_)) or (isinstance(value, (int, np.integer)) and value in (0, 1)):
+        return bool(value)
+    raise DoubletError(f"{name} is {value!r}: give True or False")
+
+
+def _separator(shown: str) -> str:
+    """Separator of the numbers of a value such as ``LOW..HIGH``, ``START:END`` or ``S,S``."""
+    return ".." if re.search(r"\w\.\.\w", shown) else ":" if ":" in shown else ","
+
+
+def _several(value: Any, are_ranges: bool) -> Iterable[Any]:
+    """Values of an argument that repeats; two numbers of a range belong together."""
+    if isinstance(value, range) or hasattr(value, "tolist"):
+        value = list(value) if isinstance(value, range) else value.tolist()
+    if not isinstance(value, (list, tuple)):
+        return [value]
+    is_one = are_ranges and len(value) == 2 and all(isinstance(one, (int, float, np.number)) for one in value)
+    return [value] if is_one else value
 
 
 def python_name(text: str) -> str:
@@ -261,7 +324,7 @@ def function(row: Mapping[str, Any], module: str) -> Callable[..., Answer]:
     def command(*arguments: Any, **options: Any) -> Answer:
         given = signature.bind(*arguments, **options).arguments
         with Inputs() as inputs:
-            texts = {name: _options(one, given.get(name), inputs) for name, one in several}
+            texts = {name: _options(name, one, given.get(name), inputs) for name, one in several}
             named = [text for name, one in several if one["long"] is not None for text in texts[name]]
             placed = [text for name, one in several if one["long"] is None for text in texts[name]]
             answer = call(row["name"], [*named, *(["--", *placed] if placed else [])], row["has_json"])

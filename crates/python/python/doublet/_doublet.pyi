@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 _Array: TypeAlias = NDArray[np.float64]
 _Progress: TypeAlias = Optional[Callable[[float], object]]
-_WindowRow: TypeAlias = tuple[str, float, float, Optional[str], str, str]
+_WindowRow: TypeAlias = tuple[str, float, float, Optional[str], str, str, list[tuple[float, float]]]
 
 __all__ = [
     "Aircraft", "Coefficients", "DoubletError", "Fit", "Path", "Recording", "Results", "Session", "__version__",

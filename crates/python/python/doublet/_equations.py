@@ -8,13 +8,16 @@ from dataclasses import dataclass
 from typing import Any, Mapping, Optional, Sequence, Union
 
 from . import _doublet, commands
-from ._commands import Answer, Inputs
+from ._commands import Answer, Inputs, time_column
 from ._doublet import DoubletError
 from ._errors import unknown
-from ._recording import PathLike
+from ._fit import information_criterion
+from ._frames import Origin, columns_of, common_origin, is_dated, is_frame, times
+from ._recording import PathLike, Recording, WindowGiven
 from ._sides import Functions
 from ._table import Table, Value, normal_quantile
 from ._verdict import Verdict
+from ._window import Window
 
 _METHODS = ("equation_error", "output_error", "filter_error")
 _Order = tuple[
@@ -80,6 +83,19 @@ class EquationFit:
         return {row["name"]: row["r_squared"] for row in self.document[self.method]["outputs"]}
 
     @property
+    def nobs(self) -> int:
+        """Samples of each output, of :attr:`method`."""
+        return int(self.document[self.method]["samples"])
+
+    @property
+    def aic(self) -> float:
+        """Akaike's criterion of white normal residuals of all outputs, of :attr:`method`; compare equations by the same samples only."""
+        row = self.document[self.method]
+        count = len(row["parameters"]) + len(row["initial"]) + sum(1 for noise in row.get("process_noise", []) if not noise["is_none"])
+        parts = [information_criterion(output["rms"] ** 2 * row["samples"], row["samples"], 0) for output in row["outputs"]]
+        return 2.0 * count + sum(parts)
+
+    @property
     def process_noise(self) -> dict[str, float]:
         """Noise of each state by filter error, unit of the state per root second; zero where there is none."""
         rows = self.document["filter_error"].get("process_noise", [])
@@ -100,6 +116,19 @@ class EquationFit:
             for method in _METHODS for row in self.document[method].get("parameters", [])
         ]
         return Table(rows, "equations of motion")
+
+    def plot(self, *, axes: Any = None) -> Any:
+        """Draws the parameters by every method with their 95 % intervals; returns the axes."""
+        from ._plots import intervals, one
+
+        axis, methods = one(axes), [name for name in _METHODS if name not in self.errors]
+        for place, method in enumerate(methods):
+            rows = [(name, value.value, value.stderr) for name, value in self.by(method).items()]
+            intervals(rows, method.replace("_", " "), axis, 0.15 * (place - (len(methods) - 1) / 2))
+        axis.set_xlabel("estimate and 95 % interval")
+        axis.set_title(f"equations of motion, verdict {self.verdict.level}")
+        axis.legend()
+        return axis
 
     def to_dict(self) -> dict[str, Any]:
         """What ``doublet equations --json`` prints."""
@@ -130,7 +159,7 @@ def equations(
     constants: Optional[Mapping[str, float]] = None,
     time: Optional[str] = None,
     dt: Optional[float] = None,
-    windows: Sequence[tuple[float, float]] = (),
+    windows: Sequence[WindowGiven] = (),
     half_width: Optional[float] = None,
     piece: Optional[float] = None,
 ) -> EquationFit:
@@ -150,28 +179,47 @@ def equations(
         constants: Other values of constants of the equations.
         time: Column of time, s, or expression of columns.
         dt: Interval of the rows, s, of a table without time.
-        windows: Start and end, s, of what is used; all rows by default.
+        windows: Rows used, as for :func:`reconstruct`; all rows by default. Excluded stretches of a window are left out.
         half_width: Half width of the differentiation of equation error, s.
         piece: Length of the pieces of output error, s, for unstable motions.
 
     Raises:
-        DoubletError: Equations, columns or time are wrong, or no method has a result. What a function raises is raised.
+        DoubletError: Equations, columns or time are wrong, or no method has a result. Exceptions of a function are passed on.
 
     Warns:
         DoubletWarning: The verdict is bad.
     """
-    windows = [(float(start), float(end)) for start, end in windows]
+    stretches = _stretches(windows, frame, time)
     if isinstance(equations, Mapping) and ("rates" in equations or "shows" in equations):
         _refuse_unknown(equations)
         functions = Functions(equations, constants)
-        return _by_functions(frame, functions, (columns, time, dt, windows, half_width, piece))
+        return _by_functions(frame, functions, (columns, time, dt, stretches, half_width, piece))
     with Inputs() as inputs:
         source = str(inputs.file("equations.toml", _text(equations))) if isinstance(equations, Mapping) else os.fspath(equations)
         found = commands.equations(
-            frame, equations=source, column=columns, constant=constants, time=time, dt=dt, window=windows,
+            frame, equations=source, column=columns, constant=constants, time=time, dt=dt, window=stretches,
             half_width=half_width, piece=piece,
         )
     return EquationFit(found)
+
+
+def _stretches(windows: Sequence[WindowGiven], frame: Any, time: Optional[str]) -> list[tuple[float, float]]:
+    """Start and end, s, of the parts of windows that count."""
+    origin = _origin(frame, time) if len(windows) else None
+    parts = [part for index, window in enumerate(windows) for part in Window._of(window, index, origin).split()]
+    return [(part.start, part.end) for part in parts]
+
+
+def _origin(frame: Any, time: Optional[str]) -> Optional[Origin]:
+    """The first instant of a recording, or of a frame whose time is given as instants."""
+    if isinstance(frame, Recording):
+        return frame._origin
+    if not is_frame(frame):
+        return None
+    found = columns_of(frame)
+    name = time if time in found.names else time_column(found.names)
+    stamps = found.stamps if name is None else found.get(name)
+    return common_origin({"time": times(stamps)}) if stamps is not None and is_dated(stamps) else None
 
 
 def _by_functions(frame: Any, equations: Functions, order: _Order) -> EquationFit:

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from . import _doublet
 from ._doublet import DoubletError
+from ._constraints import coefficient_constraints
 from ._errors import unknown
-from ._frames import terms_of
+from ._formulas import terms_of
 from ._linear import Linear
 from ._path import Path, stated_only
 from ._recording import Aircraft, PathLike, Progress
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from ._linear import Trim
     from ._session import Session
 
-Constraint = tuple[str, str, str, float, float]
 _UNITS = {"V": "m/s", **{name: "rad" for name in ("alpha", "beta", "delta_a", "delta_e", "delta_r")}}
 
 
@@ -123,19 +123,20 @@ class Coefficients(Columnar, View[_doublet.Coefficients], Sequence[WindowCoeffic
     def _columns(self) -> dict[str, Any]:
         return stacked([one._columns() for one in self], self.windows)
 
-    def plot(self, name: str, *, windows: Optional[Sequence[str]] = None, ax: Any = None) -> Any:
+    def plot(self, name: str, *, windows: Optional[Sequence[str]] = None, axes: Any = None, ax: Any = None) -> Any:
         """Draws a coefficient or variable over the time since the start of each window; returns the axes.
 
         Args:
             name: Coefficient or variable.
             windows: Names of windows; all by default.
-            ax: Axes to draw on.
+            axes: Axes to draw on.
+            ax: Earlier name of ``axes``.
         """
-        from ._plots import one as axis_of
+        from ._plots import by_either_name, one as axis_of
 
         chosen = [self[window] for window in (self.windows if windows is None else windows)]
         curves = [(one.name, one.time - one.time[0], one[name]) for one in chosen]
-        axis = axis_of(ax)
+        axis = axis_of(by_either_name(axes, ax))
         for label, time, values in curves:
             axis.plot(time, values, linewidth=1, label=label)
         axis.set_xlabel("time since start [s]")
@@ -223,7 +224,7 @@ def _formed(path: Path, preparation: Mapping[str, Any]) -> _doublet.Coefficients
     return _doublet.Coefficients.form(path._inner, json.dumps(preparation))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class CoefficientFit:
     """Derivatives of one coefficient.
 
@@ -278,13 +279,31 @@ class CoefficientFit:
     @property
     def aic(self) -> float:
         """Akaike's criterion of white normal residuals; compare structures over the same windows only."""
-        return information_criterion(self.residuals, len(self.names)) if self.names else float("nan")
+        return information_criterion(float(self.residuals @ self.residuals), self.nobs, len(self.names)) if self.names else float("nan")
 
     def __getitem__(self, name: str) -> Value:
         if name not in self.names:
             raise unknown(f"parameter of {self.coefficient}", name, self.names)
         at = self.names.index(name)
         return Value(float(self.estimates[at]), float(self.stderr[at]))
+
+    @property
+    def table(self) -> Table:
+        """A row per parameter."""
+        rows = [] if self.error is not None else [
+            dict(derivative=name, estimate=float(value), stderr=float(error), stderr_white=float(white), note=held)
+            for name, value, error, white, held in zip(self.names, self.estimates, self.stderr, self.stderr_white, self.held)
+        ]
+        return Table(rows, f"{self.coefficient}: {self.error or f'R2 {self.r2:.4f}, {self.nobs} samples'}")
+
+    def __repr__(self) -> str:
+        if self.error is not None:
+            return f"<doublet.CoefficientFit {self.coefficient}: {self.error}>"
+        shown = ", ".join(f"{name} {self[name]}" for name in self.names if not name.endswith("]"))
+        return f"<doublet.CoefficientFit {self.coefficient}: R2 {self.r2:.4f}, {self.nobs} samples; {shown}>"
+
+    def _repr_html_(self) -> str:
+        return self.table._repr_html_()
 
 
 class Fit(View[_doublet.Fit]):
@@ -310,8 +329,8 @@ class Fit(View[_doublet.Fit]):
     def to_session(self, *, name: str = "arrays", folder: Optional[PathLike] = None) -> Session:
         """The session of the same recordings, manoeuvres, filter, preparation, structure and estimation: for studies, reports, proof of
         match and exports. Its run gives the same derivatives: gusts and delays are as :func:`reconstruct` had them, and every sample counts.
-        Of several flights a session estimates gusts and delays together, arrays those of each flight. Its standard errors
-        are larger: a session adds the errors of the flight path, which the standard errors of arrays lack.
+        Its standard errors are the same: both contain the errors of the flight path. Of several flights a session estimates
+        gusts and delays together, arrays those of each flight.
 
         Args:
             name: Title.
@@ -525,7 +544,7 @@ def fit(
     planes = [one.aircraft for one in several if one.aircraft is not None]
     if any(not plane._is(planes[0]) for plane in planes):
         raise DoubletError("the flights are of different aircraft: fit each aircraft alone")
-    given: list[Constraint] = [(c, t, *_known(value)) for (c, t), value in (constraints or {}).items()]
+    given = coefficient_constraints(constraints)
     chosen = None if windows is None else list(windows)
     call = (
         several, _models(structure), chosen, given, by_surface, constants == "common", weights == "huber", order if method == "gls" else None
@@ -559,18 +578,7 @@ def _fitted(
     return _doublet.Fit.fit([one._inner for one in several], models, windows, given, by_surface, common, huber, order)
 
 
-def information_criterion(residuals: NDArray[np.float64], parameters: int) -> float:
-    """Akaike's criterion of white normal residuals."""
-    count = len(residuals)
-    likelihood = -0.5 * count * (np.log(2 * np.pi * float(residuals @ residuals) / count) + 1.0)
+def information_criterion(square: float, count: int, parameters: int) -> float:
+    """Akaike's criterion of ``count`` white normal residuals with a sum of squares."""
+    likelihood = -0.5 * count * (np.log(2 * np.pi * square / count) + 1.0)
     return float(2 * parameters - 2 * likelihood)
-
-
-def _known(value: Any) -> tuple[str, float, float]:
-    """A constraint as the engine takes it."""
-    if isinstance(value, Mapping):
-        return "prior", float(value["mean"]), float(value["std"])
-    if isinstance(value, (tuple, list)):
-        low, high = (default if end is None else float(end) for end, default in zip(value, (-np.inf, np.inf)))
-        return "bounds", low, high
-    return "fixed", float(value), 0.0

@@ -10,9 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _doublet
 from ._doublet import DoubletError
+from ._constraints import column_constraints
 from ._errors import unknown
-from ._fit import _known, information_criterion
-from ._frames import column as _column
+from ._fit import information_criterion
+from ._formulas import formula, halves_of, term_columns
+from ._frames import column as _column, columns_of, is_frame, matrix_of, numbers as _numbers, seconds
 from ._quality import lag_one, verdict_of
 from ._table import Table, Value, normal_quantile
 from ._verdict import Verdict
@@ -78,7 +80,7 @@ class Regression:
     @property
     def aic(self) -> float:
         """Akaike's criterion of white normal residuals; compare regressions of the same samples only."""
-        return information_criterion(self.residuals, len(self.names))
+        return information_criterion(float(self.residuals @ self.residuals), self.nobs, len(self.names))
 
     def conf_int(self, level: float = 0.95) -> NDArray[np.float64]:
         """Ends of the intervals of ``level``, shape (p, 2)."""
@@ -86,13 +88,9 @@ class Regression:
         return np.column_stack([self.params - half, self.params + half])
 
     def predict(self, X: Any) -> NDArray[np.float64]:
-        """Values at other regressors, shape (m,): an array with a column per parameter, or a frame with columns of their names."""
-        if hasattr(X, "columns"):
-            missing = [name for name in self.names if name not in [str(column) for column in X.columns]]
-            if missing:
-                raise unknown("column", missing[0], [str(column) for column in X.columns])
-            X = X[list(self.names)]
-        matrix = _matrix(X)
+        """Values at other regressors, shape (m,): an array with a column per parameter, or a frame with the columns of their names or of
+        the variables in them."""
+        matrix = term_columns(columns_of(X), self.names) if is_frame(X) else matrix_of(X)[1]
         if matrix.shape[1] != len(self.names):
             raise DoubletError(f"X has {matrix.shape[1]} columns: give one for each of {', '.join(self.names)}")
         return np.asarray(matrix @ self.params)
@@ -110,6 +108,19 @@ class Regression:
             f"R2 {self.r2:.6g}, s {self.residual_std:.6g}, {len(self.residuals)} samples",
         )
 
+    def plot(self, *, axes: Any = None) -> Any:
+        """Draws what was measured and what was fitted over the samples; returns the axes."""
+        from ._plots import one
+
+        axis = one(axes)
+        axis.plot(self.fitted + self.residuals, linewidth=1, label="measured")
+        axis.plot(self.fitted, linewidth=1, label="fitted")
+        axis.set_xlabel("sample")
+        axis.set_title(f"R2 {self.r2:.4f}, verdict {self.verdict.level}")
+        axis.grid(True, linewidth=0.3)
+        axis.legend()
+        return axis
+
     def summary(self) -> str:
         """The parameters and the quality check as text."""
         return f"{self.table.summary()}\n{self.verdict.line()}"
@@ -123,7 +134,7 @@ class Regression:
 
 def lstsq(
     X: Any,
-    y: ArrayLike,
+    y: Any,
     *,
     names: Optional[Sequence[str]] = None,
     groups: Optional[ArrayLike] = None,
@@ -137,8 +148,9 @@ def lstsq(
     """Least squares with honest errors: arrays or a frame in, no session.
 
     Args:
-        X: Regressors, shape (n, p), rows in order of time and evenly sampled; or a frame, whose columns give the names.
-        y: Measurement, shape (n,).
+        X: Regressors, shape (n, p), rows in order of time and evenly sampled; or a frame, whose columns give the names; or a formula
+            ``"Cm ~ 1 + alpha + alpha*delta_e"`` of the columns of the frame ``y``, whose terms are the names.
+        y: Measurement, shape (n,); or the frame of a formula.
         names: Names of the columns.
         groups: Number of the record each row belongs to, shape (n,), rows of a record together: residuals are correlated
             inside a record only.
@@ -158,22 +170,16 @@ def lstsq(
     """
     if errors not in ("coloured", "white"):
         raise DoubletError(f"'{errors}' are not errors: use coloured or white")
-    if names is None and hasattr(X, "columns"):
-        names = [str(column) for column in X.columns]
-    index_of_y = getattr(y, "index", None)
-    if hasattr(index_of_y, "equals") and hasattr(X, "index") and not X.index.equals(index_of_y):
-        raise DoubletError("X and y have different indices: align them, or give y.to_numpy()")
     if weights not in ("equal", "huber"):
         raise DoubletError(f"'{weights}' are not weights: use equal or huber")
     if order < 1:
         raise DoubletError(f"order is {order}: give 1 or more")
-    matrix = _matrix(X)
-    columns = list(names) if names is not None else [f"x{k}" for k in range(matrix.shape[1])]
-    given = [(name, *_known(value)) for name, value in (constraints or {}).items()]
+    columns, matrix, measured = _regressors(X, y, names)
+    given = column_constraints(constraints)
     records = None if groups is None else np.unique(np.asarray(groups), return_inverse=True)[1]
     numbers = None if records is None else [int(k) for k in records]
     deviations = None if std is None else _column(std, "std")
-    row = _doublet.lstsq(matrix, _column(y, "y"), columns, numbers, deviations, method, order, weights == "huber", given)
+    row = _doublet.lstsq(matrix, measured, columns, numbers, deviations, method, order, weights == "huber", given)
     chosen = row["coloured"] if errors == "coloured" else row["white"]
     return Regression(
         tuple(row["names"]), row["estimates"], chosen, row["white"], row["residuals"], row["fitted"], tuple(row["held"]),
@@ -181,20 +187,29 @@ def lstsq(
     )
 
 
-def _matrix(X: Any) -> NDArray[np.float64]:
-    try:
-        matrix = np.asarray(X, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise DoubletError(f"X holds values that are not numbers: {error}") from None
-    if matrix.ndim != 2:
-        raise DoubletError(f"X has {matrix.ndim} dimensions: give samples by columns")
-    return matrix
+def _regressors(X: Any, y: Any, names: Optional[Sequence[str]]) -> tuple[list[str], NDArray[np.float64], NDArray[np.float64]]:
+    """Names and values of the regressors, and the measurement."""
+    if isinstance(X, str):
+        if names is not None:
+            raise DoubletError("names and a formula exclude each other: the terms of the formula are the names")
+        if not is_frame(y):
+            raise DoubletError(f"y is a {type(y).__name__}: give the frame of the formula as the second argument")
+        found = columns_of(y)
+        left, right = halves_of(X)
+        terms = formula(right, found.names)
+        return terms, term_columns(found, terms), term_columns(found, [left])[:, 0]
+    index, index_of_y = getattr(X, "index", None), getattr(y, "index", None)
+    if index is not None and hasattr(index, "equals") and hasattr(index_of_y, "equals") and not index.equals(index_of_y):
+        raise DoubletError("X and y have different indices: align them, or give y.to_numpy()")
+    own, matrix = matrix_of(X)
+    columns = list(names) if names is not None else own or [f"x{k}" for k in range(matrix.shape[1])]
+    return columns, matrix, _column(y, "y")
 
 
 def coloured_covariance(X: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
     """Covariance of the estimates of ordinary least squares of ``y`` (n,) on ``X`` (n, p) for residuals that are correlated in
     time, shape (p, p)."""
-    return _doublet.coloured_covariance(_matrix(X), _column(y, "y"))
+    return _doublet.coloured_covariance(matrix_of(X)[1], _column(y, "y"))
 
 
 def smooth(
@@ -203,20 +218,20 @@ def smooth(
     """Smoothed values without a shift in time, shape (n,). Arrays of float64 are read where they lie; nothing is copied.
 
     Args:
-        time: s, shape (n,), strictly increasing.
+        time: s, instants or durations, shape (n,), strictly increasing.
         values: Shape (n,).
         method: ``"polynomial"`` (Savitzky-Golay of ``degree`` over ``width`` samples), ``"moving-average"`` over ``width``, or
             ``"spencer"`` (15 samples).
     """
-    return _doublet.smooth(_column(time, "time"), _column(values, "values"), method, width, degree)
+    return _doublet.smooth(seconds(time), _column(values, "values"), method, width, degree)
 
 
 def differentiate(
     time: ArrayLike, values: ArrayLike, *, method: str = "central", width: int = 11, degree: int = 2
 ) -> NDArray[np.float64]:
     """Slope over time, unit of the values per second, shape (n,): ``"central"`` difference of order four, or that of a local
-    ``"polynomial"``."""
-    return _doublet.differentiate(_column(time, "time"), _column(values, "values"), method, width, degree)
+    ``"polynomial"``. ``time`` as for :func:`smooth`."""
+    return _doublet.differentiate(seconds(time), _column(values, "values"), method, width, degree)
 
 
 #: Coherence from which on a response counts.
@@ -335,7 +350,7 @@ def frequency_response(
         window: Longest window, s; by default a third of the record.
         overlap: Part of a window that the next overlaps.
     """
-    inputs = np.atleast_2d(np.asarray(u, dtype=np.float64))
+    inputs = np.atleast_2d(_numbers(np.asarray(u), "u"))
     output = _column(y, "y")
     if not (np.isfinite(dt) and dt > 0):
         raise DoubletError(f"dt is {dt}: give a time step above 0 s")

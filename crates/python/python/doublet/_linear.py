@@ -15,7 +15,7 @@ from ._verdict import Verdict
 
 
 class Trim(TypedDict, total=False):
-    """Where an aircraft is trimmed; what is not given is the median over the windows.
+    """Where an aircraft is trimmed; defaults are medians over the windows.
 
     Attributes:
         airspeed: m/s.
@@ -85,20 +85,24 @@ class StateSpace:
         solved = [np.linalg.solve(1j * one * identity - self.A, self.B[:, column]) for one in np.asarray(omega, dtype=np.float64)]
         return np.asarray([self.C[row] @ x + self.D[row, column] for x in solved], dtype=np.complex128)
 
-    def bode(self, output: str, input: str, *, omega: Optional[ArrayLike] = None, ax: Any = None) -> Any:
+    def bode(self, output: str, input: str, *, omega: Optional[ArrayLike] = None, axes: Any = None, ax: Any = None) -> Any:
         """Bode plot of an output to an input; returns two axes: gain, phase.
 
         Args:
             output: Output.
             input: Input.
             omega: Frequencies, rad/s; by default a decade beyond the slowest and the fastest mode.
-            ax: Two axes to draw on.
+            axes: Two axes to draw on.
+            ax: Earlier name of ``axes``.
         """
         import matplotlib.pyplot as plt
 
-        axes = plt.subplots(2, 1, sharex=True, figsize=(7, 5))[1] if ax is None else np.ravel(np.asarray(ax, dtype=object))
+        from ._plots import by_either_name
+
+        given = by_either_name(axes, ax)
+        axes = plt.subplots(2, 1, sharex=True, figsize=(7, 5))[1] if given is None else np.ravel(np.asarray(given, dtype=object))
         if len(axes) != 2:
-            raise DoubletError(f"ax has {len(axes)} axes: give two, for gain and phase")
+            raise DoubletError(f"there are {len(axes)} axes: give two, for gain and phase")
         chosen = self._frequencies() if omega is None else np.asarray(omega, dtype=np.float64)
         response = self.response(output, input, chosen)
         axes[0].plot(chosen, 20.0 * np.log10(np.abs(response)), linewidth=1, label=self.name)
@@ -196,11 +200,11 @@ class Linear:
         """``dynamics`` of results.json."""
         return self._row
 
-    def plot(self, *, ax: Any = None) -> Any:
-        """Draws the eigenvalues of the modes, both of a pair; returns the axes."""
-        from ._plots import one as axis_of
+    def plot(self, *, axes: Any = None, ax: Any = None) -> Any:
+        """Draws the eigenvalues of the modes, both of a pair; returns the axes. ``ax`` is an earlier name of ``axes``."""
+        from ._plots import by_either_name, one as axis_of
 
-        axis = axis_of(ax)
+        axis = axis_of(by_either_name(axes, ax))
         for mode in self.modes:
             real, imaginary = mode["real_1_s"], mode["imaginary_rad_s"]
             both = sorted({imaginary, -imaginary})
@@ -213,12 +217,12 @@ class Linear:
         axis.legend()
         return axis
 
-    def bode(self, output: str, input: str, *, omega: Optional[ArrayLike] = None, ax: Any = None) -> Any:
+    def bode(self, output: str, input: str, *, omega: Optional[ArrayLike] = None, axes: Any = None, ax: Any = None) -> Any:
         """Bode plot of the first model with this output and input, as :meth:`StateSpace.bode`."""
         several = [self[name] for name in self.systems]
         for system in several:
             if output in system.outputs and input in system.inputs:
-                return system.bode(output, input, omega=omega, ax=ax)
+                return system.bode(output, input, omega=omega, axes=axes, ax=ax)
         raise unknown("response of the linear models", f"{output}/{input}", [f"{y}/{u}" for one in several for y in one.outputs for u in one.inputs])
 
     def __repr__(self) -> str:

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from . import _doublet
 from ._doublet import DoubletError
 from ._errors import unknown
-from ._recording import Aircraft, PathLike, Progress, Recording, Window, WindowGiven
+from ._recording import Aircraft, PathLike, Progress, Recording, WindowGiven
 from ._table import Columnar, Table, stacked
 from ._verdict import Verdict
 from ._views import View, known, refuse_others
+from ._window import Window, of_one_flight
 
 if TYPE_CHECKING:
     from ._session import Session
@@ -47,19 +48,39 @@ class States(Columnar, Mapping[str, NDArray[np.float64]]):
         return {"time": self.time, **self._values, **deviations}
 
     def to_pandas(self) -> Any:
-        """A ``pandas.DataFrame`` over time (s), each state with its standard deviation as the column ``NAME_std``."""
+        """A ``pandas.DataFrame`` over time (s), each state with its standard deviation as the column ``NAME_std``. ``attrs["units"]`` has the
+        units."""
         import pandas
 
-        return pandas.DataFrame(self._columns()).set_index("time")
+        frame = pandas.DataFrame(self._columns()).set_index("time")
+        frame.attrs["units"] = {"time": "s", **{name: self._unit(name) for name in frame.columns}}
+        return frame
+
+    @staticmethod
+    def _unit(name: str) -> str:
+        return str(_doublet.Path.units()[name.removesuffix("_std")])
 
     def to_xarray(self) -> Any:
         """The same as an ``xarray.Dataset`` with units."""
         import xarray
 
-        columns, units = self._columns(), _doublet.Path.units()
+        columns = self._columns()
         time = columns.pop("time")
-        variables = {name: ("time", values, {"units": units[name.removesuffix("_std")]}) for name, values in columns.items()}
+        variables = {name: ("time", values, {"units": self._unit(name)}) for name, values in columns.items()}
         return xarray.Dataset(variables, coords={"time": ("time", time, {"units": "s"})})
+
+    def __repr__(self) -> str:
+        if not len(self.time):
+            return "<doublet.States: no samples>"
+        return f"<doublet.States: {len(self.time)} samples, {self.time[0]:.5g} to {self.time[-1]:.5g} s, of {', '.join(self)}>"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            dict(state=name, unit=self._unit(name), low=float(np.min(values)), mean=float(np.mean(values)), high=float(np.max(values)),
+                 mean_std=float(np.mean(self.std[name])))
+            for name, values in self.items() if len(values)
+        ]
+        return Table(rows, repr(self)[1:].partition(", of")[0])._repr_html_()
 
     @property
     def airspeed(self) -> NDArray[np.float64]:
@@ -180,7 +201,7 @@ class Path(Columnar, View[_doublet.Path], Sequence[WindowPath]):
 
     def __init__(self, inner: _doublet.Path, call: Any, recording: Recording, aircraft: Optional[Aircraft]) -> None:
         super().__init__(inner, call)
-        self.windows = [Window(*row) for row in inner.windows()]
+        self.windows = [Window._of_row(row) for row in inner.windows()]
         self.recording, self.aircraft = recording, aircraft
         self.gravity: float = inner.gravity
         self._verdict: Optional[Verdict] = None
@@ -319,9 +340,9 @@ def reconstruct(
 
     Args:
         recording: Needs specific force ``ax ay az`` and rates ``p q r``.
-        aircraft: Moves sensors to the centre of gravity where its file says where they are.
+        aircraft: Moves sensors to the centre of gravity if the aircraft file states their positions.
         windows: Windows, pairs of start and end, s, with the surface as a third, slices or intervals of pandas; by default one window
-            over the whole recording.
+            over the whole recording. Ends may be durations, or instants where the recording has an ``origin``.
         method: ``"ekf"``, ``"iekf"`` (iterated) or ``"ukf"``.
         noise: Standard deviations of inputs (``ax .. r``, the root of the diagonal of Q) and of measurements (``x y z v_north
             v_east v_down phi theta psi airspeed alpha beta``, of R), SI; others are those of good flight-test instruments.
@@ -360,7 +381,7 @@ def reconstruct(
         raise DoubletError(
             f"recording is a {type(recording).__name__}: give one Recording; fit([coefficients(path_1), coefficients(path_2)], ...) pools flights"
         )
-    given = [Window._of(window, index) for index, window in enumerate(windows if windows is not None else [])]
+    given = of_one_flight(windows if windows is not None else [], recording._origin)
     if windows is None:
         base = next((recording[name] for name in ("p", "q", "r") if name in recording), None)
         if base is None:

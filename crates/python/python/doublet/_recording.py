@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import numbers
 import os
 import tempfile
 from dataclasses import dataclass
@@ -15,9 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 from . import _doublet
 from ._doublet import DoubletError
 from ._errors import existing, nearest, unknown, warn
-from ._frames import column, columns_of, numeric, seconds
+from ._frames import Origin, Times, column, columns_of, common_origin, is_dated, is_missing, numeric, times
 from ._replayed import Replayed
 from ._table import Columnar, Table
+from ._window import Window
 
 PathLike = Union[str, "os.PathLike[str]"]
 Progress = Optional[Callable[[float], object]]
@@ -96,68 +98,18 @@ class Signal(NDArrayOperatorsMixin):
         return pandas.Series(self.values, index=pandas.Index(self.time, name="time"), name=self.name)
 
 
-@dataclass(frozen=True)
-class Window:
-    """A stretch of a flight.
-
-    Attributes:
-        name: Name, unique among the windows used together.
-        start: First instant, s.
-        end: Last instant, s.
-        surface: ``"elevator"``, ``"aileron"`` or ``"rudder"``; ``None`` where several move or it is not known.
-        kind: Kind of input in words, for example ``"3-2-1-1"``.
-        role: ``"identification"`` or ``"validation"``.
-        confidence: How near its shape is to the ideal, 0 to 1, where it was found.
-    """
-
-    name: str
-    start: float
-    end: float
-    surface: Optional[str] = None
-    kind: str = ""
-    role: str = "identification"
-    confidence: Optional[float] = None
-
-    def __post_init__(self) -> None:
-        if not self.start < self.end:
-            raise DoubletError(f"manoeuvre '{self.name}': its end {self.end} s is not after its start {self.start} s")
-
-    def _row(self) -> tuple[str, float, float, Optional[str], str, str]:
-        return self.name, float(self.start), float(self.end), self.surface, self.kind, self.role
-
-    @classmethod
-    def _of(cls, given: Any, index: int) -> "Window":
-        """A window from what users give: a window, ``(start, end)``, ``(start, end, surface)``, a slice, or an interval of pandas."""
-        if isinstance(given, Window):
-            return given
-        surface = None
-        if isinstance(given, slice):
-            ends = (given.start, given.stop)
-        elif hasattr(given, "left") and hasattr(given, "right"):
-            ends = (given.left, given.right)
-        else:
-            ends = tuple(given) if isinstance(given, (tuple, list, np.ndarray)) else ()
-            surface = ends[2] if len(ends) == 3 else None
-        try:
-            start, end = (float(one.total_seconds() if hasattr(one, "total_seconds") else one) for one in ends[:2])
-            is_known = len(ends) in (2, 3) and (surface is None or isinstance(surface, str))
-        except (TypeError, ValueError):
-            is_known = False
-        if not is_known:
-            raise DoubletError(f"windows: {given!r} is not a manoeuvre: give (start, end) in s, (start, end, surface) or a doublet.Window")
-        return cls(f"window {index + 1}", start, end, surface)
-
-
-#: A window: pair of start and end, s, with the surface as a third, slice, or interval of pandas.
+#: A window: pair of start and end, s, with the surface as a third, slice, or interval of pandas. Ends may be durations, and instants where the
+#: time of the recording was given as instants.
 WindowGiven = Union[Window, tuple[float, float], tuple[float, float, str], slice, Any]
 
 
 class Recording(Columnar, Replayed[_doublet.Recording]):
     """Recorded channels of one flight. Channels with a role are in SI and radians."""
 
-    def __init__(self, inner: _doublet.Recording, call: Any = None) -> None:
+    def __init__(self, inner: _doublet.Recording, call: Any = None, origin: Optional[Origin] = None) -> None:
         super().__init__(inner, call)
         self._channels = inner.channels()
+        self._origin = origin
 
     def __getstate__(self) -> dict[str, Any]:
         call = self._call or (_restored, (_kept(self._inner, self._channels), self.warnings, self.channel_map))
@@ -171,7 +123,8 @@ class Recording(Columnar, Replayed[_doublet.Recording]):
 
         Args:
             time: Time of all channels, s, shape (n,), strictly increasing; ``None`` where each channel gives its own. Durations
-                (``timedelta64``) become seconds; instants (``datetime64``) become seconds since the first one.
+                (``timedelta64``) become seconds; instants (``datetime64``) become seconds since the first one of all channels, which
+                is :attr:`origin`.
             channels: By name: ``values``, ``(values, unit)`` or ``(time, values, unit)``. A name of :func:`roles` plays that
                 role and its values are converted from ``unit`` to SI (without a unit they are taken for SI); any other name
                 stays as it is.
@@ -181,18 +134,27 @@ class Recording(Columnar, Replayed[_doublet.Recording]):
         Raises:
             DoubletError: Lengths that differ, time that does not increase or is not in seconds, a unit that does not fit its role.
         """
-        shared = None if time is None else seconds(time)
+        return cls._of_clocks(None if time is None else times(time), channels, source, check)
+
+    @classmethod
+    def _of_clocks(cls, shared: Optional[Times], channels: Mapping[str, Any], source: str, check: bool) -> "Recording":
+        """A recording of channels with a time of their own or the shared one."""
+        clocks = {} if shared is None else {"time": shared}
         rows = []
         for name, given in channels.items():
-            own, values, unit = shared, given, ""
+            clock, values, unit = "time", given, ""
             if isinstance(given, tuple) and len(given) == 2:
                 values, unit = given
             elif isinstance(given, tuple) and len(given) == 3:
-                own, values, unit = seconds(given[0], name=f"time of '{name}'"), given[1], given[2]
-            if own is None:
+                clock, values, unit = f"time of '{name}'", given[1], given[2]
+                clocks[clock] = times(given[0], name=clock)
+            if clock not in clocks:
                 raise DoubletError(f"'{name}' has no time: give it as (time, values, unit), or give time for all")
-            rows.append((str(name), own, column(values, f"'{name}'"), str(unit)))
-        made = cls(_doublet.Recording.from_arrays(rows, source))
+            rows.append((str(name), clock, column(values, f"'{name}'"), str(unit)))
+        origin = common_origin(clocks)
+        seconds = {name: clock.since(None if origin is None else origin.instant) for name, clock in clocks.items()}
+        inner = _doublet.Recording.from_arrays([(name, seconds[clock], values, unit) for name, clock, values, unit in rows], source)
+        made = cls(inner, origin=origin)
         if check:
             made._refuse_or_warn()
         return made
@@ -219,7 +181,8 @@ class Recording(Columnar, Replayed[_doublet.Recording]):
         source: str = "frame",
         check: bool = True,
     ) -> "Recording":
-        """A recording of the columns of a frame of pandas or polars, of an ``xarray.Dataset`` or of a table of pyarrow.
+        """A recording of the columns of a frame of pandas or polars, of an ``xarray.Dataset`` or of a table of pyarrow. Columns that are not
+        numbers are left out, except those with a role, a unit or a name of ``names``, which must be numbers.
 
         Args:
             frame: Frame with one row per instant. Units in ``frame.attrs["units"]`` of pandas and in ``attrs["units"]`` of the
@@ -242,18 +205,26 @@ class Recording(Columnar, Replayed[_doublet.Recording]):
         if time is not None and time not in found.names:
             raise unknown("column", time, found.names)
         time = time or next((name for name in ("time", "t") if name in found.names), None)
-        stated = {**found.units, **(units or {})}
         if time is None and found.stamps is None:
             raise DoubletError("the frame has no column time or t: name it by time=")
-        unit_of_time = stated.get(time or "time", stated.get("time", ""))
-        stamps = seconds(found.stamps if time is None else found.get(time), unit_of_time)
+        stamps, own = found.stamps if time is None else found.get(time), units or {}
+        stated = {**found.units, **own}
+        # Instants and durations have no unit: one that the frame states is that of earlier numbers.
+        of_time = own if is_dated(stamps) else stated
+        clock = times(stamps, of_time.get(time or "time", of_time.get("time", "")))
+        channels_known = {*_role_names(), *stated, *names} - {"time"}
         channels = {}
         for name in found.names:
-            if name == time or not numeric(values := found.get(name)):
-                continue
             role = names.get(name, name)
-            channels[role] = (np.asarray(values, dtype=np.float64), stated.get(name, stated.get(role, "")))
-        return cls.from_arrays(stamps, channels, source=source, check=check)
+            values = None if name == time else _channel(found.get(name), name, not channels_known.isdisjoint((name, role)))
+            if values is not None:
+                channels[role] = (values, stated.get(name, stated.get(role, "")))
+        return cls._of_clocks(clock, channels, source, check)
+
+    @property
+    def origin(self) -> Optional[np.datetime64]:
+        """The instant at 0 s, where time was given as instants; UTC where these have a time zone."""
+        return None if self._origin is None else self._origin.instant
 
     @property
     def channels(self) -> Table:
@@ -305,10 +276,12 @@ class Recording(Columnar, Replayed[_doublet.Recording]):
 
     def to_pandas(self, step: Optional[float] = None) -> Any:
         """The channels with a role as a ``pandas.DataFrame``, by straight lines on one time: that of the roll rate, or every
-        ``step`` seconds."""
+        ``step`` seconds. ``attrs["units"]`` has the units."""
         import pandas
 
-        return pandas.DataFrame(self._columns(step)).set_index("time")
+        frame = pandas.DataFrame(self._columns(step)).set_index("time")
+        frame.attrs["units"] = {"time": "s", **{role: self[role].unit for role in self.roles}}
+        return frame
 
     def _columns(self, step: Optional[float] = None) -> dict[str, Any]:
         base = self["p"] if "p" in self else self[next(iter(self))]
@@ -321,7 +294,7 @@ class Recording(Columnar, Replayed[_doublet.Recording]):
 
         frame = self.to_pandas()
         data = {role: ("time", frame[role].to_numpy(), {"units": self[role].unit}) for role in self.roles}
-        return xarray.Dataset(data, coords={"time": frame.index.to_numpy()})
+        return xarray.Dataset(data, coords={"time": ("time", frame.index.to_numpy(), {"units": "s"})})
 
     def plot(self, *names: str, axes: Any = None) -> Any:
         """Draws channels over time, one below the other; returns the axes."""
@@ -337,9 +310,29 @@ class Recording(Columnar, Replayed[_doublet.Recording]):
         return self.channels._repr_html_()
 
 
+def _role_names() -> list[str]:
+    return [name for name, _, _ in _doublet.roles()]
+
+
+def _channel(values: Any, name: str, is_known: bool) -> Optional[NDArray[np.float64]]:
+    """A column of a frame; ``None`` where it is not numbers and nothing says that it is a channel."""
+    array = np.asarray(values)
+    if array.dtype.kind == "b" and is_known:
+        raise DoubletError(f"column '{name}' is True or False and must be numbers: convert it by astype(float), or leave it out")
+    if not is_known and not numeric(array) and (array.dtype.kind != "O" or not _are_numbers(array)):
+        return None
+    return column(array, f"column '{name}'")
+
+
+def _are_numbers(array: NDArray[Any]) -> bool:
+    """Whether objects are numbers as far as there are values."""
+    present = [one for one in array.flat if not is_missing(one)]
+    return bool(present) and all(isinstance(one, numbers.Number) and not isinstance(one, bool) for one in present)
+
+
 def _check_names(columns: Sequence[str], names: Mapping[str, str]) -> None:
     """Every name must be a role, and no two columns may play the same one."""
-    known = [name for name, _, _ in _doublet.roles()]
+    known = _role_names()
     played: dict[str, str] = {}
     for one in columns:
         role = names.get(one, one)

@@ -11,16 +11,19 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, Iterator, Literal, Mapping, Optional, Sequence, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _doublet
-from ._bridge import Keeper, begin, opened
+from ._bridge import Keeper, begin, excluded, opened
 from ._doublet import DoubletError
 from ._errors import DoubletKeyError, existing, unknown
-from ._recording import Aircraft, PathLike, Progress, Recording, Window
+from ._fit import information_criterion
+from ._recording import Aircraft, PathLike, Progress, Recording
 from ._replayed import Replayed
 from ._table import Table, Value, normal_quantile
 from ._verdict import Verdict
 from ._views import View
+from ._window import Window
 
 if TYPE_CHECKING:
     #: A study that a run can add.
@@ -164,9 +167,9 @@ class Session(Replayed[_doublet.Session]):
     def windows(self) -> list[Window]:
         """The windows that are not ignored."""
         rows = [row for row in self.to_dict().get("manoeuvre", []) if row.get("role") != "ignored"]
-        keys = ("surface", "kind", "role")
+        keys = ("surface", "kind", "role", "flight")
         return [
-            Window(row["name"], row["start_s"], row["end_s"], **{k: row[k] for k in keys if row.get(k) is not None})
+            Window(row["name"], row["start_s"], row["end_s"], exclude=excluded(row), **{k: row[k] for k in keys if row.get(k) is not None})
             for row in rows
         ]
 
@@ -190,13 +193,35 @@ class Session(Replayed[_doublet.Session]):
         return Session(inner.save(os.fspath(path)))
 
     def check(self) -> dict[str, Any]:
-        """What ``doublet check --json`` prints: ``findings`` and ``physics``."""
+        """The output of ``doublet check --json``: ``findings`` and ``physics``."""
         found: dict[str, Any] = json.loads(self._inner.check())
         return found
 
     def run(self, **options: Any) -> "Results":
         """As :func:`run`."""
         return run(self, **options)
+
+    def recording(self, flight: Optional[str] = None) -> Recording:
+        """A flight as a run reads it, the first unless it is named: on one time line, instruments and signals treated."""
+        rows = [{**row, "role": "ignored"} for row in self.to_dict().get("manoeuvre", [])]
+        return computed(self.replace(manoeuvre=rows), [], 1, 1).recording(flight)
+
+    def plot(self, *names: str, flight: Optional[str] = None, axes: Any = None) -> Any:
+        """Draws channels of a flight over time with the manoeuvres behind them, one below the other; returns the axes.
+
+        Args:
+            names: Roles or channels; by default the deflections and angular rates that are recorded.
+            flight: Flight; the first by default.
+            axes: Axes to draw on.
+        """
+        from ._plots import spans
+
+        recording = self.recording(flight)
+        shown = names or [role for role in ("delta_e", "delta_a", "delta_r", "p", "q", "r") if role in recording]
+        drawn = recording.plot(*shown, axes=axes)
+        chosen = flight or next((row["name"] for row in self.to_dict().get("flight", [])), None)
+        spans(drawn, [window for window in self.windows if window.flight == chosen])
+        return drawn
 
     def show(self, *, spawn: bool = True) -> Any:
         """Opens it in the workbench, as :func:`show`."""
@@ -309,6 +334,38 @@ class Results(View[_doublet.Results]):
         return {name: (value - times * value.stderr, value + times * value.stderr) for name, value in self.derivatives.items()}
 
     @property
+    def cov(self) -> NDArray[np.float64]:
+        """Covariance of all derivatives in the order of ``derivatives``, shape (p, p), by corrected errors; zero between coefficients, whose
+        covariance ``results.json`` does not have."""
+        blocks = [_covariance(fit) for fit in self.fits if fit.get("derivatives")]
+        joint = np.zeros((sum(map(len, blocks)),) * 2)
+        start = 0
+        for block in blocks:
+            joint[start : start + len(block), start : start + len(block)] = block
+            start += len(block)
+        return joint
+
+    @property
+    def nobs(self) -> dict[str, int]:
+        """Samples by coefficient."""
+        return {fit["coefficient"]: fit["samples"] for fit in self.fits if fit.get("derivatives")}
+
+    @property
+    def aic(self) -> dict[str, float]:
+        """Akaike's criterion of white normal residuals by coefficient; compare structures over the same windows only. Not a number
+        with weights or constraints, of which ``results.json`` does not have the plain residuals."""
+        estimation = self.to_session().to_dict().get("estimation", {})
+        is_plain = estimation.get("weights", "equal") == "equal"
+        return {fit["coefficient"]: _criterion(fit) if is_plain else float("nan") for fit in self.fits if fit.get("derivatives")}
+
+    @property
+    def predictions(self) -> Table:
+        """How well the estimate predicts each window: R² with the constants of the identification and with its own constant."""
+        keys = dict(window="window", role="role", coefficient="coefficient", r2_identified_constants="r_squared_identified_constants",
+                    r2_own_constant="r_squared_own_constant")
+        return Table([{name: row.get(key) for name, key in keys.items()} for row in self._all["predictions"]], "predictions")
+
+    @property
     def fits(self) -> list[dict[str, Any]]:
         """``pooled`` of ``results.json``."""
         rows: list[dict[str, Any]] = self._all["pooled"]
@@ -367,17 +424,13 @@ class Results(View[_doublet.Results]):
 
     def plot(self, coefficient: str, *, axes: Any = None) -> Any:
         """Draws the derivatives of a coefficient with their 95 % intervals; returns the axes."""
-        from ._plots import one
+        from ._plots import intervals
 
-        rows = [(n, v) for n, v in self.derivatives.items() if n.startswith(coefficient + "_") and not n.endswith("]")]
+        rows = [(n, v.value, v.stderr) for n, v in self.derivatives.items() if n.startswith(coefficient + "_") and not n.endswith("]")]
         if not rows:
             raise unknown("coefficient", coefficient, [fit["coefficient"] for fit in self.fits])
-        axis = one(axes)
-        error = [1.96 * v.stderr for _, v in rows]
-        axis.errorbar([v.value for _, v in rows], range(len(rows)), xerr=error, fmt="o", capsize=3)
-        axis.set_yticks(range(len(rows)), [n for n, _ in rows])
+        axis = intervals(rows, "", axes)
         axis.set_xlabel("estimate and 95 % interval [per rad; rates non-dimensional]")
-        axis.grid(True, linewidth=0.3)
         return axis
 
     def __repr__(self) -> str:
@@ -385,6 +438,20 @@ class Results(View[_doublet.Results]):
 
     def _repr_html_(self) -> str:
         return self.table._repr_html_()
+
+
+def _covariance(fit: Mapping[str, Any]) -> NDArray[np.float64]:
+    """Covariance of the derivatives of a coefficient; zero for one that is held."""
+    errors = np.array([row["corrected_standard_error"] or 0.0 for row in fit["derivatives"]], dtype=np.float64)
+    correlation = np.array(fit["parameter_correlation"], dtype=np.float64)
+    return np.asarray(np.nan_to_num(correlation) * np.outer(errors, errors))
+
+
+def _criterion(fit: Mapping[str, Any]) -> float:
+    if any(row.get("held") for row in fit["derivatives"]):
+        return float("nan")
+    count, parameters = fit["samples"], len(fit["derivatives"])
+    return information_criterion(fit["residual_deviation"] ** 2 * (count - parameters), count, parameters)
 
 
 def run(
@@ -402,7 +469,17 @@ def run(
         realisations: Of ``monte-carlo``.
         seed: Of ``monte-carlo``.
         progress: Called with the part done, 0 to 1. Ctrl-C stops; other Python threads run meanwhile.
+
+    Warns:
+        DoubletWarning: The verdict on the session is bad.
     """
+    results = computed(session, studies, realisations, seed, progress)
+    results.verdict.warn("run")
+    return results
+
+
+def computed(session: Session, studies: Sequence[_Study], realisations: int, seed: int, progress: Progress = None) -> Results:
+    """Results of a session, without a warning."""
     call = (session, list(studies), realisations, seed)
     return Results(_computed(*call, progress), (_computed, call))
 

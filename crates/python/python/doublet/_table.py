@@ -61,6 +61,10 @@ class Value(float):
     def __repr__(self) -> str:
         return f"<{self}>"
 
+    def _repr_html_(self) -> str:
+        low, high = self.interval
+        return Table([dict(estimate=self.value, stderr=self.stderr, low_95=low, high_95=high, unit=self.unit or None)])._repr_html_()
+
     def __format__(self, form: str) -> str:
         return format(self.value, form) if form else str(self)
 
