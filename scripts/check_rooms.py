@@ -18,7 +18,7 @@ ORDER = {
     "crates/report/src": "library svg html pdf",
     "crates/cli/src": """outcome pages questions role_option search suggest table text version aircraft check equations glossary live progress
         propose regress schema shell summary thesis time_option weigh batch manual map run simulate tune compare compatibility
-        debrief diff dynamics export fix match_command new propagate structure variants arguments datcom engine fmu inspect
+        diff dynamics export fix match_command new propagate structure variants arguments datcom debrief engine fmu inspect
         response study campaign design lags prior qtg coverage report fidelity""",
     "src": "step theme notation widgets app+command+layouts+panels+ui_state",
 }

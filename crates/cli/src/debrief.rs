@@ -4,11 +4,16 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use doublet_engine::planning::{self, Debrief, FLIGHT_FOLDER, Promise, true_derivatives, with_recordings_in};
-use doublet_engine::run::Snapshot;
+use doublet_engine::keep::Put;
+use doublet_engine::planning::{
+    self, Debrief, FLIGHT_FOLDER, Promise, debrief_document, true_derivatives, with_recordings_in,
+};
+use doublet_engine::run::{Control, Snapshot};
+use doublet_report::{DocumentSet, ReportFormat};
 
+use crate::arguments::{REPORTS, report_format};
 use crate::progress::Progress;
-use crate::run::{compute_session, open_to_run};
+use crate::run::{compute_session, named, open_to_run};
 use crate::text::{self, number};
 
 /// File of the truth of a simulated flight.
@@ -25,6 +30,12 @@ pub struct DebriefArguments {
     /// Session of the flight [default: design_session.toml].
     #[arg(long, value_name = "FILE", conflicts_with = "flight")]
     session: Option<PathBuf>,
+    /// Folder for the debrief as a page.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Formats of the page.
+    #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = REPORTS, value_parser = report_format())]
+    format: Vec<String>,
     /// Print one JSON document.
     #[arg(long)]
     json: bool,
@@ -61,12 +72,27 @@ pub fn debrief(arguments: &DebriefArguments) -> Result<(), String> {
     }
     progress.finish();
     let debrief = planning::debrief(&promise, &found).map_err(|error| error.to_string())?;
+    let written = arguments.out.as_ref().map(|folder| write(arguments, folder, &opened.session.title, &debrief));
+    let written = written.transpose()?;
     if arguments.json {
         text::document(&serde_json::to_string(&debrief).map_err(|error| error.to_string())?);
-    } else {
-        print(&debrief);
+        return Ok(());
+    }
+    print(&debrief);
+    if let Some(put) = written {
+        put.notes().for_each(|note| text::line(&note));
+        text::line(&format!("page in {}", put.folder.display()));
     }
     Ok(())
+}
+
+/// Writes the page and the numbers beside it.
+fn write(arguments: &DebriefArguments, folder: &Path, title: &str, found: &Debrief) -> Result<Put, String> {
+    let numbers = serde_json::to_string_pretty(found).map_err(|error| error.to_string())?;
+    let beside = [("debrief.json".to_owned(), numbers.into_bytes())];
+    let formats = named(&ReportFormat::ALL, &arguments.format, |format| format.name());
+    let set = DocumentSet { folder, name: "debrief", formats: &formats, beside: &beside };
+    set.write(&debrief_document(title, found), "debrief", &Control::default(), &|_| {})
 }
 
 fn read(path: &Path) -> Result<String, String> {

@@ -155,7 +155,7 @@ pub fn loes(arguments: &LoesArguments) -> Result<Outcome, String> {
     let limits = limits(arguments)?;
     let fits = (0..study.inputs.len()).map(fitted).collect::<Result<Vec<_>, _>>()?;
     let levels =
-        |fit: &EquivalentStudy| limits.as_ref().map(|(limits, airplane)| equivalent_levels(&fit.fit, limits, airplane));
+        |fit: &EquivalentStudy| Some(equivalent_levels(fit, &study.output, &limits.as_ref()?.0, &limits.as_ref()?.1));
     if let Some(out) = &arguments.response.out {
         write_rows(out, &study)?;
     }
@@ -426,6 +426,15 @@ fn print_fit(study: &ResponseStudy, found: &EquivalentStudy) {
     let rows: Vec<Vec<String>> = fit.parameters.iter().chain(&found.derived).map(row).collect();
     let beside = found.other.as_ref().map_or("", |(method, _)| method.name());
     text::table(&["  parameter", "value", "std error", "low", "high", beside, "std error"], &rows);
+    if fit.is_delay_at_zero {
+        let end = fit.parameter("tau").map_or(f64::NAN, |delay| delay.high);
+        let interval = if end.is_finite() {
+            format!("one-sided 95 % interval up to {} s", number(end))
+        } else {
+            "no interval".to_owned()
+        };
+        text::line(&format!("tau is at its bound 0: {interval}"));
+    }
     let mismatch = &found.mismatch;
     text::line(&format!(
         "cost {}, mismatch {} dB and {} deg",

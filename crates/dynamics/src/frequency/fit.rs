@@ -17,6 +17,11 @@ use super::transfer::{Delay, Section, TransferFunction};
 /// Probability that an interval holds its value.
 const CONFIDENCE: f64 = 0.95;
 
+/// Parameters that are times of delay and not negative.
+const DELAYS: [&str; 2] = ["tau", "phase_delay"];
+/// Draws of a model after which a negative delay is set to zero.
+const MOST_DRAWS: usize = 100;
+
 /// What is fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitSettings {
@@ -57,7 +62,7 @@ pub struct EquivalentSystem {
     /// Mean square residual over the random error the coherence tells: far above one the model is too simple; `None` of a fit to records.
     /// The standard errors are scaled by it.
     pub error_ratio: Option<f64>,
-    /// The delay came to rest at zero: its interval has no width.
+    /// The delay came to rest at its bound of zero: its interval is one-sided.
     pub is_delay_at_zero: bool,
     /// Covariance of gain, coefficients of the factors and delay.
     covariance: DMatrix<f64>,
@@ -144,9 +149,7 @@ pub fn fit_response(response: &FrequencyResponse, settings: &FitSettings) -> Res
     };
     let bounds = Bounds::new(&start, settings, 0);
     let (parameters, found) = minimise(&start.parameters(), &bounds.lower, &bounds.free, evaluate);
-    let free = bounds.moving(&parameters);
-    let slopes = found.slopes.select_columns(&free);
-    let inverse = invert(&slopes, settings)?;
+    let Information { free, slopes, inverse } = Information::new(&found.slopes, &bounds, &parameters, settings)?;
     let correlation = response.error_correlation.as_ref();
     let correlation = correlation.map(|matrix| matrix.select_rows(&kept).select_columns(&kept));
     let spread = correlation.as_ref().map_or_else(|| slopes.clone(), |matrix| matrix * &slopes);
@@ -156,7 +159,9 @@ pub fn fit_response(response: &FrequencyResponse, settings: &FitSettings) -> Res
     let covariance = &inverse * middle * &inverse * error_ratio;
     let shared = correlation.map_or(samples.len() as f64, |matrix| matrix.iter().map(Complex::norm_sqr).sum());
     let independent = (samples.len() as f64).powi(2) / shared;
-    let outcome = Outcome { covariance, free, independent, error_ratio: Some(error_ratio), frequencies: samples.len() };
+    let is_delay_at_zero = bounds.is_delay_at_zero(&parameters);
+    let (error_ratio, frequencies) = (Some(error_ratio), samples.len());
+    let outcome = Outcome { covariance, free, independent, error_ratio, frequencies, is_delay_at_zero };
     Ok(EquivalentSystem::new(settings, start.with_parameters(&parameters), outcome))
 }
 
@@ -207,10 +212,46 @@ impl Bounds {
         Self { lower, free, delay: count - 1 }
     }
 
-    /// Parameters that are known no better than the data: neither fixed nor at a bound.
-    pub fn moving(&self, parameters: &[f64]) -> Vec<usize> {
-        let moves = |&i: &usize| self.free[i] && (i != self.delay || parameters[i] > self.lower[i]);
-        (0..parameters.len()).filter(moves).collect()
+    /// Whether the delay was searched for and came to rest at zero.
+    pub fn is_delay_at_zero(&self, parameters: &[f64]) -> bool {
+        self.free[self.delay] && parameters[self.delay] <= self.lower[self.delay]
+    }
+
+    /// Parameters that are searched for, with the delay or without it.
+    fn searched(&self, with_delay: bool) -> Vec<usize> {
+        (0..self.free.len()).filter(|&i| self.free[i] && (with_delay || i != self.delay)).collect()
+    }
+}
+
+/// What the data tell of the parameters that are searched for.
+pub(super) struct Information {
+    /// Their places.
+    pub free: Vec<usize>,
+    /// Slopes of the residuals over them.
+    pub slopes: DMatrix<Complex<f64>>,
+    /// Inverse of the information.
+    pub inverse: DMatrix<f64>,
+}
+
+impl Information {
+    /// Of all that is searched for; a delay at its bound that cannot be separated from the others is left out.
+    ///
+    /// # Errors
+    /// Parameters the data do not determine.
+    pub fn new(
+        slopes: &DMatrix<Complex<f64>>,
+        bounds: &Bounds,
+        parameters: &[f64],
+        settings: &FitSettings,
+    ) -> Result<Self, FrequencyError> {
+        let of = |free: Vec<usize>| {
+            let slopes = slopes.select_columns(&free);
+            invert(&slopes, settings).map(|inverse| Self { free, slopes, inverse })
+        };
+        match of(bounds.searched(true)) {
+            Err(_) if bounds.is_delay_at_zero(parameters) => of(bounds.searched(false)),
+            found => found,
+        }
     }
 }
 
@@ -223,6 +264,7 @@ pub(super) struct Outcome {
     pub independent: f64,
     pub error_ratio: Option<f64>,
     pub frequencies: usize,
+    pub is_delay_at_zero: bool,
 }
 
 impl EquivalentSystem {
@@ -237,7 +279,6 @@ impl EquivalentSystem {
         let freedom = (2.0 * outcome.independent - outcome.free.len() as f64).max(1.0);
         let student = StudentsT::new(0.0, 1.0, freedom);
         let quantile = student.map_or(NORMAL_95, |student| student.inverse_cdf(0.5 * (1.0 + CONFIDENCE)));
-        let is_delay_at_zero = settings.delay == Delay::Free && !outcome.free.contains(&(count - 1));
         let mut system = Self {
             form: settings.form,
             model,
@@ -245,7 +286,7 @@ impl EquivalentSystem {
             correlation: DMatrix::zeros(0, 0),
             frequencies: outcome.frequencies,
             error_ratio: outcome.error_ratio,
-            is_delay_at_zero,
+            is_delay_at_zero: outcome.is_delay_at_zero,
             covariance,
             quantile,
         };
@@ -264,15 +305,18 @@ impl EquivalentSystem {
             });
         let named = reported.into_iter().enumerate();
         system.parameters = named.map(|(i, (name, value))| system.interval(&name, value, error(i))).collect();
-        if let Some(delay) = system.parameters.last_mut() {
-            delay.low = delay.low.max(0.0);
-        }
         system
     }
 
+    /// The interval of a parameter: delays are not negative; one at its bound that the data do not determine has none.
     fn interval(&self, name: &str, value: f64, standard_error: f64) -> FittedParameter {
+        let is_delay = DELAYS.contains(&name);
+        let is_open = is_delay && self.is_delay_at_zero && standard_error == 0.0;
+        let standard_error = if is_open { f64::NAN } else { standard_error };
         let half = self.quantile * standard_error;
-        FittedParameter { name: name.to_owned(), value, standard_error, low: value - half, high: value + half }
+        let low = value - half;
+        let low = if is_delay && low < 0.0 { 0.0 } else { low };
+        FittedParameter { name: name.to_owned(), value, standard_error, low, high: value + half }
     }
 
     /// The parameter called `name`.
@@ -288,16 +332,26 @@ impl EquivalentSystem {
         Some(self.interval(name, value(&self.model)?, variance.max(0.0).sqrt()))
     }
 
-    /// `count` models whose gain, coefficients and delay are drawn from the normal distribution of the estimate; the same for the same seed.
+    /// `count` models whose gain, coefficients and delay are drawn from the normal distribution of the estimate, of which the part with a
+    /// negative delay is left out; the same for the same seed. About a delay at its bound of zero that part is one half.
     pub fn samples(&self, count: usize, seed: u64) -> Vec<TransferFunction> {
         let parameters = DVector::from_vec(self.model.parameters());
         let eigen = self.covariance.clone().symmetric_eigen();
         let roots = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
         let root = &eigen.eigenvectors * DMatrix::from_diagonal(&roots);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let delay = parameters.len() - 1;
         let mut model = || {
-            let normal = DVector::from_fn(parameters.len(), |_, _| StandardNormal.sample(&mut random));
-            self.model.with_parameters((&parameters + &root * normal).as_slice())
+            let mut drawn = parameters.clone();
+            for _ in 0..MOST_DRAWS {
+                let normal = DVector::from_fn(parameters.len(), |_, _| StandardNormal.sample(&mut random));
+                drawn = &parameters + &root * normal;
+                if drawn[delay] >= 0.0 {
+                    break;
+                }
+            }
+            drawn[delay] = drawn[delay].max(0.0);
+            self.model.with_parameters(drawn.as_slice())
         };
         (0..count).map(|_| model()).collect()
     }

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::FrequencyError;
-use super::fit::{Bounds, EquivalentSystem, FitSettings, Outcome, invert, start};
+use super::fit::{Bounds, EquivalentSystem, FitSettings, Information, Outcome, start};
 use super::levenberg::{Evaluation, minimise};
 use super::record::{FrequencyRecord, check};
 use super::start::Sample;
@@ -101,9 +101,7 @@ pub fn fit_records(
     let mut first = beginning.parameters();
     first.resize(own + ends, 0.0);
     let (parameters, found) = minimise(&first, &bounds.lower, &bounds.free, evaluate);
-    let free = bounds.moving(&parameters);
-    let slopes = found.slopes.select_columns(&free);
-    let inverse = invert(&slopes, settings)?;
+    let Information { free, slopes, inverse } = Information::new(&found.slopes, &bounds, &parameters, settings)?;
     let independent: f64 = transformed.iter().map(|record| record.independent).sum();
     if 2.0 * independent <= free.len() as f64 {
         return Err(FrequencyError::TooFewPoints { points: independent.floor() as usize, parameters: free.len() });
@@ -111,7 +109,8 @@ pub fn fit_records(
     let freedom = 1.0 - 0.5 * free.len() as f64 / independent;
     let middle = middle(&transformed, &found.residuals, &slopes) / freedom;
     let covariance = &inverse * middle * &inverse;
-    let outcome = Outcome { covariance, free, independent, error_ratio: None, frequencies: rows };
+    let is_delay_at_zero = bounds.is_delay_at_zero(&parameters);
+    let outcome = Outcome { covariance, free, independent, error_ratio: None, frequencies: rows, is_delay_at_zero };
     Ok(EquivalentSystem::new(settings, beginning.with_parameters(&parameters[..own]), outcome))
 }
 

@@ -24,7 +24,7 @@ pub enum LinearError {
     Inertia,
     /// A flight path is asked of a model that contains the thrust.
     #[error(
-        "the flight path cannot be chosen: thrust is inside the coefficients, so it follows from the power of the tests; leave the angle out or set preparation.remove_thrust to true"
+        "the flight path angle cannot be chosen: coefficients include thrust; leave the angle out or remove the thrust"
     )]
     NoThrust,
     /// A load factor no such flight has.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::limits::{Airplane, Limit, Limits, NotJudged};
+use super::limits::{Airplane, Along, Limit, Limits, NotJudged};
 use super::measures::{Measure, Measures};
 use crate::propagate::Interval;
 
@@ -161,6 +161,7 @@ fn not_judged(row: &NotJudged, measured: &Measures) -> Quality {
 
 fn quality(limits: &Limits, airplane: &Airplane, measured: &Measures, rows: &[&Limit]) -> Quality {
     let (mut values, mut reasons, mut worst): (Vec<(Measure, f64)>, _, _) = (Vec::new(), Vec::new(), None);
+    let mut beyond: Option<String> = None;
     let mut judged: Vec<Measure> = Vec::new();
     for row in rows {
         if judged.contains(&row.measure) {
@@ -179,6 +180,11 @@ fn quality(limits: &Limits, airplane: &Airplane, measured: &Measures, rows: &[&L
                 values.push(pair);
             }
         }
+        let missed = of_measure().filter_map(|limit| outside_figure(limit.along.as_ref()?, measured)).next();
+        if missed.is_some() {
+            beyond = beyond.or(missed);
+            continue;
+        }
         let violated = of_measure().filter_map(|limit| {
             violation(limits, airplane, measured, limit, value).map(|reason| (limit.level, reason))
         });
@@ -194,7 +200,7 @@ fn quality(limits: &Limits, airplane: &Airplane, measured: &Measures, rows: &[&L
     Quality {
         criterion: of_first(|row| &row.criterion),
         level: worst,
-        needed: needed.filter(|_| worst.is_none()).map(|measure| measure.needs().to_owned()),
+        needed: needed.map(|measure| measure.needs().to_owned()).or(beyond).filter(|_| worst.is_none()),
         measures,
         values,
         reasons,
@@ -203,6 +209,14 @@ fn quality(limits: &Limits, airplane: &Airplane, measured: &Measures, rows: &[&L
         standard: of_first(|row| &row.standard),
         source: of_first(|row| &row.source),
     }
+}
+
+/// Why a boundary says nothing: the other measure lies outside its figure.
+fn outside_figure(along: &Along, measured: &Measures) -> Option<String> {
+    let at = measured.get(along.measure)?;
+    let [low, high] = along.figure_missed_by(at)?;
+    let (name, unit) = (along.measure.text(), along.measure.unit());
+    Some(format!("{name} inside the figure, {low} to {high} {unit}: it is {at:.1} {unit}"))
 }
 
 /// How a value violates a limit, if it does.

@@ -117,6 +117,9 @@ pub struct Along {
     /// The same with the greatest value.
     #[serde(default)]
     pub maximum: Vec<[f64; 2]>,
+    /// Whether the figure ends at the first and the last point: beyond them nothing is judged.
+    #[serde(default)]
+    pub is_figure: bool,
 }
 
 impl Along {
@@ -134,6 +137,13 @@ impl Along {
             Some(low + (high - low) * (at - left) / (right - left))
         };
         (bound(&self.minimum, f64::INFINITY), bound(&self.maximum, f64::NEG_INFINITY))
+    }
+
+    /// First and last value of the other measure in the figure where `at` lies outside it; none inside, and of a boundary without ends.
+    pub fn figure_missed_by(&self, at: f64) -> Option<[f64; 2]> {
+        let points = || self.minimum.iter().chain(&self.maximum).map(|point| point[0]);
+        let ends = [points().fold(f64::INFINITY, f64::min), points().fold(f64::NEG_INFINITY, f64::max)];
+        (self.is_figure && !(ends[0]..=ends[1]).contains(&at)).then_some(ends)
     }
 
     fn is_rising(&self) -> bool {

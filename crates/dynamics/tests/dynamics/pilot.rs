@@ -301,6 +301,19 @@ fn boundaries_over_two_measures_are_straight_between_points_and_end_at_the_last(
     ] {
         assert_eq!(drop(dropback, overshoot), Some(level), "{dropback} s, {overshoot}");
     }
+    // The figure of Neal and Smith goes from -30 to 90 deg: outside it nothing is judged, and the reason is stated.
+    let loop_closed = |compensation: f64, resonance: f64| {
+        let measures = with(&[(Measure::PilotCompensation, compensation), (Measure::ClosedLoopResonance, resonance)]);
+        judge(&standard, &airplane, &measures).quality("pilot in the loop (Neal-Smith)").unwrap().clone()
+    };
+    assert_eq!(loop_closed(-30.0, -5.0).level, Some(QualityLevel::One));
+    assert_eq!(loop_closed(-30.0, -4.9).level, Some(QualityLevel::Two));
+    for compensation in [-36.0, 90.1] {
+        let outside = loop_closed(compensation, -10.0);
+        assert_eq!((outside.level, outside.values.len()), (None, 2), "{compensation} deg");
+        let needed = outside.needed.unwrap();
+        assert!(needed.contains("-30 to 90 deg") && needed.contains(&format!("{compensation:.1}")), "{needed}");
+    }
     let tasks = ["A", "B", "C"].map(|category| standard.pilot_task(&Airplane::new("I", category).unwrap()).unwrap());
     assert_eq!(tasks.map(|task| task.bandwidth_rad_s), [3.5, 1.5, 2.5]);
     let points = "[[0.02, 6.5], [0.03, 6.54]";

@@ -166,6 +166,17 @@ pub struct TestPoint {
     pub manifold_pressure_inhg: Option<f64>,
     /// Airspeed over that of the stall below which this point ends; that of the campaign where none is given.
     pub stall_ratio: Option<f64>,
+    /// Greatest bank the manoeuvre holds, deg.
+    pub bank_deg: Option<f64>,
+    /// Load factor the manoeuvre holds; that of a level turn at its bank where none is given.
+    pub load_factor: Option<f64>,
+    /// Power in words, where it is not that of the steady flight before the input.
+    #[serde(default)]
+    pub power: String,
+    /// Greatest calibrated airspeed of this point, m/s: that of flaps or gear, for example.
+    pub greatest_m_s: Option<f64>,
+    /// Airspeed this manoeuvre may lose, m/s; that of the entry of the campaign where none is given.
+    pub loss_m_s: Option<f64>,
     /// Hazards of this point besides those of every point.
     #[serde(default, rename = "risk")]
     pub risks: Vec<Risk>,
@@ -173,7 +184,7 @@ pub struct TestPoint {
 
 impl TestPoint {
     /// Numbers of a point with the range each must be in.
-    fn numbers(&self) -> [(&'static str, Option<f64>, std::ops::RangeInclusive<f64>, &'static str); 8] {
+    fn numbers(&self) -> [(&'static str, Option<f64>, std::ops::RangeInclusive<f64>, &'static str); 12] {
         [
             ("airspeed_m_s", Some(self.airspeed_m_s), 1.0..=1000.0, "1 to 1000 m/s"),
             ("altitude_m", Some(self.altitude_m), -500.0..=20_000.0, "-500 to 20000 m"),
@@ -183,6 +194,10 @@ impl TestPoint {
             ("engine_speed_rpm", self.engine_speed_rpm, 1.0..=1e5, "1 to 100000 rev/min"),
             ("manifold_pressure_inhg", self.manifold_pressure_inhg, 0.1..=100.0, "0.1 to 100 inHg"),
             ("stall_ratio", self.stall_ratio, 1.0..=3.0, "1 to 3"),
+            ("bank_deg", self.bank_deg, 0.0..=80.0, "0 to 80 deg"),
+            ("load_factor", self.load_factor, -5.0..=10.0, "-5 to 10"),
+            ("greatest_m_s", self.greatest_m_s, 1.0..=1000.0, "1 to 1000 m/s"),
+            ("loss_m_s", self.loss_m_s, 0.0..=100.0, "0 to 100 m/s"),
         ]
     }
 }
@@ -249,6 +264,9 @@ pub struct PlannedPoint {
     pub entry_note: Option<String>,
     pub stall_m_s: Option<f64>,
     pub least_airspeed_m_s: Option<f64>,
+    pub bank_deg: Option<f64>,
+    pub load_factor: f64,
+    pub power: String,
     pub step_s: Option<f64>,
     pub engine_speed_rpm: Option<f64>,
     pub manifold_pressure_inhg: Option<f64>,
@@ -305,7 +323,7 @@ impl Campaign {
             return Err(format!("format '{format}' version {version} is not '{FORMAT}' version {VERSION}").into());
         }
         if campaign.points.is_empty() {
-            return Err("it has no test point: add a [[point]]".into());
+            return Err("it has no test point: add one".into());
         }
         for point in &campaign.points {
             let id = &point.id;
@@ -317,9 +335,7 @@ impl Campaign {
             let is_hazardous = ["medium", "high"].contains(&point.hazard.as_str());
             if is_hazardous && point.risks.is_empty() && campaign.risks.is_empty() {
                 let hazard = &point.hazard;
-                return Err(
-                    format!("point {id}: hazard is {hazard}: add a [[point.risk]] with hazard and mitigation").into()
-                );
+                return Err(format!("point {id}: hazard is {hazard}: add a risk with its mitigation").into());
             }
             if campaign.points.iter().filter(|other| other.id == *id).count() > 1 {
                 return Err(format!("point {id} appears twice: give each its own id").into());
@@ -423,7 +439,8 @@ impl Campaign {
         let density = Atmosphere::STANDARD.density_kg_m3(point.altitude_m)?;
         let entry = entry(self, point, aircraft, &mass, density)?;
         let calibrated = entry.calibrated_m_s;
-        let margins = aircraft.flight_envelope.margins(calibrated, point.altitude_m, 1.0, mass.mass_kg);
+        let margins =
+            aircraft.flight_envelope.margins(calibrated, point.altitude_m, entry.load_factor.max(1.0), mass.mass_kg);
         // Airspeeds only: those are what a point is chosen by.
         let speeds = margins.iter().filter(|own| ["stall", "buffet", "VNE"].contains(&own.limit));
         let nearest: Option<&FlightMargin> = speeds.min_by(|a, b| a.margin.total_cmp(&b.margin));
@@ -437,6 +454,9 @@ impl Campaign {
             entry_note: entry.note,
             stall_m_s: entry.stall_m_s,
             least_airspeed_m_s: entry.least_m_s,
+            bank_deg: point.bank_deg,
+            load_factor: entry.load_factor,
+            power: point.power.clone(),
             altitude_m: point.altitude_m,
             configuration: point.configuration.clone(),
             kind: point.kind.clone(),

@@ -51,6 +51,9 @@ fn altitude(point: &PlannedPoint, tolerance_m: f64) -> String {
 
 /// Power setting as the instruments show it.
 fn power(point: &PlannedPoint) -> String {
+    if !point.power.is_empty() {
+        return point.power.clone();
+    }
     let speed = point.engine_speed_rpm.map(|rpm| format!("{} rev/min", significant(rpm, 4)));
     let pressure = point.manifold_pressure_inhg.map(|inhg| format!("{} inHg", significant(inhg, 3)));
     let given: Vec<String> = speed.into_iter().chain(pressure).collect();
@@ -127,6 +130,8 @@ fn facts(campaign: &Campaign, point: &PlannedPoint) -> Vec<(String, String)> {
             format!("{} m/s ({} kt)", significant(room, 2), significant(room / M_S_PER_KT, 2))
         },
     );
+    let load = point.bank_deg.map(|bank| format!("{} deg of bank, ", significant(bank, 3))).unwrap_or_default();
+    let load = format!("{load}load factor {}", significant(point.load_factor, 3));
     let flown = match point.status {
         Flown::Missing => Flown::Missing.name().to_owned(),
         status => format!("{}: {}", status.name(), point.windows.join(", ")),
@@ -148,7 +153,8 @@ fn facts(campaign: &Campaign, point: &PlannedPoint) -> Vec<(String, String)> {
         ("Steady before the input", gate(campaign)),
         ("Wind box", wind(campaign)),
         ("Mass and centre of gravity", mass),
-        ("Stall at this mass", stall),
+        ("Greatest bank and load factor", load),
+        ("Stall at this mass and load factor", stall),
         ("Above the knock-off airspeed", knock_off),
         ("Time unit dt", unit),
         ("Hazard", given(&point.hazard)),

@@ -5,7 +5,11 @@ use std::collections::BTreeMap;
 use doublet_core::statistics::NORMAL_95;
 use serde::{Deserialize, Serialize};
 
+use crate::date;
 use crate::graph::StageResult;
+use crate::notation::significant;
+use crate::report::document::{Block, Document, Section, Style};
+use crate::report::{Cell, Column, Table, TableOf};
 use crate::snapshot::Snapshot;
 use crate::study::{Estimate, estimates};
 
@@ -86,7 +90,7 @@ pub fn true_derivatives(text: &str) -> Result<BTreeMap<String, f64>, String> {
 /// One line: a flight without a pooled fit, or without a derivative that was promised.
 pub fn debrief(promise: &Promise, flights: &[(Snapshot, Option<BTreeMap<String, f64>>)]) -> StageResult<Debrief> {
     let found = flights.iter().map(|(snapshot, truth)| {
-        let pooled = snapshot.pooled.ready().ok_or("the flight has no pooled fit: see `doublet run`")?;
+        let pooled = snapshot.pooled.ready().ok_or("the flight has no pooled fit: check its findings")?;
         Ok((estimates((**pooled).clone(), |fit| &fit.corrected_errors)?, truth))
     });
     let found: Vec<_> = found.collect::<StageResult<_>>()?;
@@ -132,4 +136,48 @@ pub fn debrief(promise: &Promise, flights: &[(Snapshot, Option<BTreeMap<String, 
         rms_off: known.then(|| (all_off.iter().map(|z: &f64| z * z).sum::<f64>() / number).sqrt()),
         derivatives,
     })
+}
+
+/// Lays a debrief out as a page: what was promised, obtained and is true.
+pub fn debrief_document(title: &str, found: &Debrief) -> Document {
+    let fact = |name: &str, text: String| (name.to_owned(), text);
+    let mut facts = vec![
+        fact("Input", format!("{}, {} s of manoeuvres", found.kind, significant(found.time_s, 4))),
+        fact("Flights", found.flights.to_string()),
+        fact("Obtained over promised error", format!("{} (median)", significant(found.median_over_promised, 3))),
+    ];
+    facts.extend(
+        found
+            .inside_percent
+            .map(|percent| fact("Truth inside the 95 % intervals", format!("{} %", significant(percent, 3)))),
+    );
+    facts.extend(found.rms_off.map(|off| fact("Rms error", format!("{} standard errors", significant(off, 3)))));
+    Document {
+        title: "Debrief: promised, obtained, true".to_owned(),
+        subtitle: title.to_owned(),
+        app: crate::PROGRAM.to_owned(),
+        date: date::today(),
+        notice: String::new(),
+        cover: vec![Block::Facts(facts)],
+        signatures: Vec::new(),
+        style: Style::default(),
+        sections: vec![Section::plain("derivatives", "Derivatives", false, vec![Block::Table(derivatives(found))])],
+    }
+}
+
+fn derivatives(found: &Debrief) -> Table {
+    let caption = "Corrected standard errors, root mean square over the flights; estimates are means. Truth is known of simulated flights only.";
+    TableOf::new("debrief", caption, &found.derivatives)
+        .symbol("name", "Derivative", |row| &row.name)
+        .number("promised", "Promised error", "", 2, |row| row.promised)
+        .number("obtained", "Obtained error", "", 2, |row| row.obtained)
+        .number("over_promised", "Obtained over promised", "", 3, |row| row.over_promised)
+        .number("estimate", "Estimate", "", 4, |row| row.estimate)
+        .maybe("truth", "Truth", "", 4, |row| row.truth)
+        .maybe("off", "Rms error in std errors", "", 3, |row| row.off)
+        .column(Column::new("inside", "Truth inside 95 %"), |row| match row.inside {
+            Some(inside) => Cell::text(format!("{inside} of {}", found.flights)),
+            None => Cell::Empty,
+        })
+        .done()
 }

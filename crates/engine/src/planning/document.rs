@@ -107,7 +107,7 @@ fn excursions(row: &DesignRow) -> Table {
 }
 
 fn predicted(row: &DesignRow) -> Table {
-    let caption = "Standard errors to expect of this input alone, beside the present errors: noise of the fits, and with what path and sensors cost in the session it starts from.";
+    let caption = "Predicted standard errors of this input alone, without and with path and sensor errors, beside the present errors.";
     TableOf::new("predicted", caption, &row.predicted)
         .symbol("name", "derivative", |own| &own.name)
         .number("estimate", "estimate", "", 4, |own| own.estimate)

@@ -1,6 +1,8 @@
 //! Whether a test point may be flown: its entry against the envelope of the aircraft, its own knock-it-off rule and the limits of the campaign.
 
 use doublet_core::airframe::{Aircraft, MassProperties, calibrated_m_s};
+use doublet_core::quantity::Role;
+use doublet_core::simulate::InputKind;
 use serde::{Deserialize, Serialize};
 
 use super::campaign::{Campaign, TestPoint};
@@ -9,6 +11,8 @@ use crate::notation::significant;
 
 /// Speed of a knot, m/s.
 pub(super) const M_S_PER_KT: f64 = 1852.0 / 3600.0;
+/// Name of the load factor among the limits of a campaign.
+const LOAD_FACTOR: &str = "n_z";
 /// Entry airspeeds that are raised are multiples of this, m/s.
 const RAISED_STEP_M_S: f64 = 0.1;
 
@@ -61,6 +65,10 @@ pub struct EntryGate {
     pub steady_s: f64,
     /// Airspeed the manoeuvre may lose, m/s.
     pub loss_m_s: f64,
+    /// Room between the bank a manoeuvre holds and the limit of the campaign, deg.
+    pub bank_margin_deg: f64,
+    /// Room between the load factor a manoeuvre holds and every limit.
+    pub load_factor_margin: f64,
     /// What becomes of a point that begins too slow.
     pub on_limit: OnLimit,
 }
@@ -75,6 +83,8 @@ impl Default for EntryGate {
             rate_deg_s: 0.5,
             steady_s: 5.0,
             loss_m_s: 0.0,
+            bank_margin_deg: 5.0,
+            load_factor_margin: 0.2,
             on_limit: OnLimit::Raise,
         }
     }
@@ -90,6 +100,8 @@ impl EntryGate {
             ("rate_deg_s", self.rate_deg_s),
             ("steady_s", self.steady_s),
             ("loss_m_s", self.loss_m_s),
+            ("bank_margin_deg", self.bank_margin_deg),
+            ("load_factor_margin", self.load_factor_margin),
         ];
         match numbers.iter().find(|(_, value)| !(0.0..=1000.0).contains(value)) {
             Some((key, value)) => Err(format!("entry.{key} is {value}, allowed is 0 to 1000").into()),
@@ -106,7 +118,9 @@ pub(super) struct Entry {
     pub calibrated_m_s: f64,
     /// Why the airspeed is not that of the file.
     pub note: Option<String>,
-    /// Calibrated airspeed of the stall at the mass of the point, m/s.
+    /// Load factor the manoeuvre holds.
+    pub load_factor: f64,
+    /// Calibrated airspeed of the stall at the mass and the load factor of the point, m/s.
     pub stall_m_s: Option<f64>,
     /// Calibrated airspeed below which the point ends, m/s.
     pub least_m_s: Option<f64>,
@@ -119,6 +133,23 @@ struct Bound {
     /// What it is, for sentences.
     text: String,
     value_m_s: f64,
+}
+
+/// Words of the kinds of input that hold a bank or a load factor.
+const LOADED: [&str; 3] = ["turn", "manoeuvring", "pull-up"];
+
+/// The load factor a point holds: as stated, or that of a level turn at its bank.
+///
+/// # Errors
+/// One line: a turn that states neither.
+fn load_factor(point: &TestPoint) -> StageResult<f64> {
+    let kind = point.kind.to_lowercase();
+    if point.bank_deg.is_none() && point.load_factor.is_none() && LOADED.iter().any(|word| kind.contains(word)) {
+        let (id, kind) = (&point.id, &point.kind);
+        return Err(format!("point {id}: {kind} needs bank_deg or load_factor: state the greatest it holds").into());
+    }
+    let of_turn = point.bank_deg.map(|bank| bank.to_radians().cos().recip());
+    Ok(point.load_factor.or(of_turn).unwrap_or(1.0))
 }
 
 /// The entry of a point with a mass in air of a density (kg/m³).
@@ -134,17 +165,23 @@ pub(super) fn entry(
 ) -> StageResult<Entry> {
     let gate = &campaign.entry;
     let refused = |text: String| Err(format!("point {}: {text}", point.id).into());
-    if let Some(text) = outside(point, gate, aircraft, mass, campaign) {
+    let load_factor = load_factor(point)?;
+    if let Some(text) =
+        outside(point, gate, aircraft, mass, campaign).or_else(|| overloaded(campaign, point, aircraft, load_factor))
+    {
         return refused(text);
     }
     let calibrated_of_true = calibrated_m_s(1.0, density_kg_m3);
-    let stall_m_s = aircraft.flight_envelope.stall_at(1.0, mass.mass_kg);
+    // A push-over does not lower the stall of the level flight before it.
+    let stalled_at = load_factor.max(1.0);
+    let stall_m_s = aircraft.flight_envelope.stall_at(stalled_at, mass.mass_kg);
     let ratio = point.stall_ratio.unwrap_or(campaign.stall_ratio);
     let least_m_s = stall_m_s.map(|stall| ratio * stall);
-    let low = lower_bounds(campaign, aircraft, mass, (least_m_s, ratio), calibrated_of_true);
-    let high = upper_bounds(campaign, aircraft, calibrated_of_true);
+    let low = lower_bounds(campaign, aircraft, (mass, stalled_at), (least_m_s, ratio), calibrated_of_true);
+    let high = upper_bounds(campaign, point, aircraft, mass, calibrated_of_true);
     let (mut airspeed_m_s, mut note) = (point.airspeed_m_s, None);
-    let room_m_s = gate.airspeed_m_s + gate.loss_m_s;
+    let loss_m_s = point.loss_m_s.unwrap_or(gate.loss_m_s);
+    let room_m_s = gate.airspeed_m_s + loss_m_s;
     let slowest = low.iter().max_by(|a, b| a.value_m_s.total_cmp(&b.value_m_s));
     if let Some(bound) = slowest
         && airspeed_m_s * calibrated_of_true < bound.value_m_s + room_m_s
@@ -157,7 +194,7 @@ pub(super) fn entry(
             bound.text,
             significant(bound.value_m_s, 3),
             significant(gate.airspeed_m_s, 2),
-            significant(gate.loss_m_s, 2),
+            significant(loss_m_s, 2),
         );
         if gate.on_limit == OnLimit::Refuse {
             return refused(format!("{text}; enter at {} m/s true or faster", significant(needed, 4)));
@@ -171,15 +208,47 @@ pub(super) fn entry(
         let (own, limit) = (significant(calibrated + gate.airspeed_m_s, 3), significant(bound.value_m_s, 3));
         return refused(format!("{own} m/s calibrated with the entry tolerance exceeds {} {limit} m/s", bound.text));
     }
-    let rule = |least: f64| {
-        let (ratio, kt) = (significant(ratio, 3), significant(least / M_S_PER_KT, 3));
-        format!(
-            "Airspeed below {} m/s ({kt} kt) calibrated: {ratio} times the stall at this mass.",
-            significant(least, 3)
-        )
-    };
-    Ok(Entry { airspeed_m_s, calibrated_m_s: calibrated, note, stall_m_s, least_m_s, knock_off: least_m_s.map(rule) })
+    let knock_off = least_m_s.map(|least| knock_off(least, ratio, stalled_at));
+    Ok(Entry { airspeed_m_s, calibrated_m_s: calibrated, note, load_factor, stall_m_s, least_m_s, knock_off })
 }
+
+/// The airspeed below which a point ends, in words.
+fn knock_off(least_m_s: f64, ratio: f64, load_factor: f64) -> String {
+    let (ratio, kt) = (significant(ratio, 3), significant(least_m_s / M_S_PER_KT, 3));
+    let loaded = if load_factor > 1.0 {
+        format!(" and a load factor of {}", significant(load_factor, 3))
+    } else {
+        String::new()
+    };
+    let least = significant(least_m_s, 3);
+    format!("Airspeed below {least} m/s ({kt} kt) calibrated: {ratio} times the stall at this mass{loaded}.")
+}
+
+/// A bank or load factor of a point beyond a limit of the campaign or the structure, less the margin.
+fn overloaded(campaign: &Campaign, point: &TestPoint, aircraft: &Aircraft, load_factor: f64) -> Option<String> {
+    let gate = &campaign.entry;
+    let limits = |name: &'static str| campaign.limits.iter().filter(move |limit| limit.quantity == name);
+    // Turns are flown to both sides.
+    let ends = limits(Role::BankAngle.name()).flat_map(|limit| [limit.low, limit.high]).flatten();
+    let least_deg = ends.map(|end| end.abs().to_degrees()).reduce(f64::min);
+    if let Some((bank, limit)) = point.bank_deg.zip(least_deg)
+        && bank + gate.bank_margin_deg > limit + ROUNDING
+    {
+        let margin = significant(gate.bank_margin_deg, 2);
+        return Some(format!("{bank:.0} deg of bank with a margin of {margin} deg exceeds the limit {limit:.0} deg"));
+    }
+    let envelope = &aircraft.flight_envelope;
+    let margin = gate.load_factor_margin;
+    let high = limits(LOAD_FACTOR).filter_map(|limit| limit.high).chain(envelope.load_factor_high).reduce(f64::min);
+    let low = limits(LOAD_FACTOR).filter_map(|limit| limit.low).chain(envelope.load_factor_low).reduce(f64::max);
+    let beyond = high.filter(|high| load_factor + margin > high + ROUNDING);
+    let beyond = beyond.or_else(|| low.filter(|low| load_factor - margin < low - ROUNDING))?;
+    let (own, margin, limit) = (significant(load_factor, 3), significant(margin, 2), significant(beyond, 3));
+    Some(format!("a load factor of {own} with a margin of {margin} is beyond the limit {limit}"))
+}
+
+/// What a sum of stated numbers may be off.
+const ROUNDING: f64 = 1e-9;
 
 /// A limit besides airspeed that a point is beyond.
 fn outside(
@@ -211,23 +280,42 @@ fn outside(
 fn lower_bounds(
     campaign: &Campaign,
     aircraft: &Aircraft,
-    mass: &MassProperties,
+    (mass, load_factor): (&MassProperties, f64),
     (least_m_s, ratio): (Option<f64>, f64),
     calibrated_of_true: f64,
 ) -> Vec<Bound> {
     let envelope = &aircraft.flight_envelope;
-    let buffet = envelope.stall_at(1.0, mass.mass_kg).zip(envelope.buffet_over_stall).map(|(stall, over)| stall * over);
-    let stated =
-        [(format!("{} times the stall", significant(ratio, 3)), least_m_s), ("the onset of buffet".to_owned(), buffet)];
+    let stall = envelope.stall_at(load_factor, mass.mass_kg);
+    let buffet = stall.zip(envelope.buffet_over_stall).map(|(stall, over)| stall * over);
+    let loaded =
+        if load_factor > 1.0 { format!(" at a load factor of {}", significant(load_factor, 3)) } else { String::new() };
+    let of_stall = format!("{} times the stall{loaded}", significant(ratio, 3));
+    let stated = [(of_stall, least_m_s), ("the onset of buffet".to_owned(), buffet)];
     let limits = campaign_limits(campaign, calibrated_of_true).filter_map(|(low, _)| low);
     let limits = limits.map(|value_m_s| Bound { text: "the limit of the campaign".to_owned(), value_m_s });
     let stated = stated.into_iter().filter_map(|(text, value)| Some(Bound { text, value_m_s: value? }));
     stated.chain(limits).collect()
 }
 
-fn upper_bounds(campaign: &Campaign, aircraft: &Aircraft, calibrated_of_true: f64) -> Vec<Bound> {
+fn upper_bounds(
+    campaign: &Campaign,
+    point: &TestPoint,
+    aircraft: &Aircraft,
+    mass: &MassProperties,
+    calibrated_of_true: f64,
+) -> Vec<Bound> {
     let envelope = &aircraft.flight_envelope;
-    let stated = envelope.never_exceed_m_s.map(|value_m_s| Bound { text: "VNE".to_owned(), value_m_s }).into_iter();
+    // Pulses, sweeps and the like move a control of the flight abruptly. VA is that of the mass of the stall and falls with the root of mass.
+    let is_abrupt = InputKind::from_name(&point.kind).is_some() && point.amplitude_inhg.is_none();
+    let lighter = envelope.stall_mass_kg.map_or(1.0, |stated_kg| (mass.mass_kg / stated_kg).min(1.0).sqrt());
+    let manoeuvring = envelope.manoeuvring_m_s.filter(|_| is_abrupt).map(|value| value * lighter);
+    let stated = [
+        ("VNE", envelope.never_exceed_m_s),
+        ("VA at this mass", manoeuvring),
+        ("the greatest airspeed of the point", point.greatest_m_s),
+    ];
+    let stated =
+        stated.into_iter().filter_map(|(text, value)| Some(Bound { text: text.to_owned(), value_m_s: value? }));
     let limits = campaign_limits(campaign, calibrated_of_true).filter_map(|(_, high)| high);
     stated.chain(limits.map(|value_m_s| Bound { text: "the limit of the campaign".to_owned(), value_m_s })).collect()
 }
@@ -248,90 +336,4 @@ fn campaign_limits(
 }
 
 #[cfg(test)]
-mod tests {
-    use doublet_core::load::aircraft;
-
-    use super::super::campaign::PlannedPoint;
-    use super::*;
-    use crate::builtin;
-
-    fn c337f() -> Aircraft {
-        aircraft::parse(builtin::text("aircraft", "aircraft/c337f.toml").unwrap()).unwrap()
-    }
-
-    fn shipped() -> String {
-        builtin::text("campaigns", "c337f").unwrap().to_owned()
-    }
-
-    fn planned(text: &str) -> Result<Vec<PlannedPoint>, String> {
-        let aircraft = c337f();
-        let campaign = Campaign::parse(text).map_err(|error| error.to_string())?;
-        campaign.plan(&aircraft, &aircraft.standard_loading, None).map_err(|error| error.to_string())
-    }
-
-    fn card<'p>(cards: &'p [PlannedPoint], id: &str) -> &'p PlannedPoint {
-        cards.iter().find(|card| card.id == id).unwrap()
-    }
-
-    /// Limits are written out from the aircraft file, not taken from the code: stall 36 m/s at 2100.133 kg, VNE 102 m/s, ceiling 5900 m.
-    #[test]
-    fn no_card_of_the_shipped_campaign_breaks_a_limit() {
-        let campaign = Campaign::parse(&shipped()).unwrap();
-        let (room, height) = (campaign.entry.airspeed_m_s + campaign.entry.loss_m_s, campaign.entry.altitude_m);
-        let cards = planned(&shipped()).unwrap();
-        assert_eq!(cards.len(), 9);
-        for card in &cards {
-            let id = &card.id;
-            let calibrated = card.airspeed_m_s * (1.0 - 2.25577e-5 * card.altitude_m).powf(4.25588 / 2.0);
-            assert!((calibrated - card.calibrated_m_s).abs() < 1e-3, "{id}: {calibrated}");
-            let stall = 36.0 * (card.mass_kg / 2100.133).sqrt();
-            assert!(calibrated - room >= 1.2 * stall, "{id}: {calibrated} is {} times the stall", calibrated / stall);
-            assert!(calibrated + campaign.entry.airspeed_m_s <= 102.0, "{id}");
-            assert!(card.altitude_m + height <= 5900.0, "{id}");
-            assert!(card.cg_margin_m.unwrap() >= 0.0, "{id}");
-            for limit in campaign.limits.iter().filter(|limit| limit.quantity == "calibrated_airspeed") {
-                assert!(calibrated - room >= limit.low.unwrap() && calibrated <= limit.high.unwrap(), "{id}");
-            }
-            // Nothing of the shipped cards is raised, and each states what it needs to be flown.
-            assert_eq!((&card.entry_note, card.step_s.is_some()), (&None, true), "{id}");
-            assert!(card.engine_speed_rpm.is_some() && card.manifold_pressure_inhg.is_some() && !card.risks.is_empty());
-        }
-    }
-
-    #[test]
-    fn slow_entry_is_raised_or_refused() {
-        let slow = shipped().replacen("airspeed_m_s = 52.0", "airspeed_m_s = 40.0", 1);
-        let cards = planned(&slow).unwrap();
-        let raised = card(&cards, "4.1");
-        // The slowest of the limits is that of the campaign, 43.2 m/s, with 1 m/s of tolerance and 1 m/s lost.
-        assert!((45.2..45.3).contains(&raised.calibrated_m_s), "{}", raised.calibrated_m_s);
-        assert!(raised.entry_note.is_some());
-        let without = slow.replace(", \"calibrated_airspeed=43.2m/s:102m/s\"", "");
-        let cards = planned(&without).unwrap();
-        let (raised, stall) = (card(&cards, "4.1"), 36.0 * (card(&cards, "4.1").mass_kg / 2100.133).sqrt());
-        assert!((0.0..0.1).contains(&(raised.calibrated_m_s - 1.2 * stall - 2.0)), "{}", raised.calibrated_m_s);
-        let refused = slow.replace("loss_m_s = 1.0", "loss_m_s = 1.0\non_limit = \"refuse\"");
-        assert!(planned(&refused).unwrap_err().starts_with("point 4.1: "));
-        // A point may have a rule of its own.
-        let own = without.replace("repeats = 2\n", "repeats = 2\nstall_ratio = 1.0\n");
-        assert_eq!(card(&planned(&own).unwrap(), "4.1").entry_note, None);
-    }
-
-    #[test]
-    fn what_a_higher_airspeed_does_not_mend_is_refused() {
-        for (from, to) in [
-            ("airspeed_m_s = 52.0", "airspeed_m_s = 108.0"),
-            ("altitude_m = 762.0", "altitude_m = 5895.0"),
-            ("start_kg = 340.0", "start_kg = 640.0"),
-        ] {
-            let text = shipped().replacen(from, to, 1).replace(":102m/s", ":");
-            assert!(planned(&text).unwrap_err().starts_with("point "), "{to}");
-        }
-        let shipped = shipped();
-        let (begin, points) =
-            (shipped.split("[[risk]]").next().unwrap(), &shipped[shipped.find("[[point]]").unwrap()..]);
-        assert!(Campaign::parse(&format!("{begin}{points}")).is_ok());
-        let hazardous = format!("{begin}{}", points.replacen("hazard = \"low\"", "hazard = \"high\"", 1));
-        assert!(Campaign::parse(&hazardous).unwrap_err().to_string().contains("point.risk"));
-    }
-}
+mod tests;

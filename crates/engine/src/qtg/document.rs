@@ -3,7 +3,7 @@
 use super::conditions::NOT_GIVEN;
 use super::file::{DEVICE, ENGINEERING_DATA};
 use super::units::{dimension_of, named, shown, shown_as, unit, with_error};
-use super::{Constants, IndexStatus, Qualification, QualificationTest, TestFile, ValueRow};
+use super::{Constants, Qualification, QualificationTest, TestFile, ValueRow};
 use crate::notation::significant;
 use crate::report::document::{Block, Document, Section, Style};
 use crate::report::{Cell, Column, Table};
@@ -124,11 +124,9 @@ fn index(found: &Qualification) -> Table {
         ("tests", "Tests here, or reason"),
     ];
     let rows = found.index.iter().map(|row| {
-        let last = if row.tests.is_empty() || row.status == IndexStatus::Missing {
-            row.reason.clone()
-        } else {
-            row.tests.join(", ")
-        };
+        let tests = row.tests.join(", ");
+        let last = [tests.as_str(), &row.reason].into_iter().filter(|part| !part.is_empty());
+        let last = last.collect::<Vec<_>>().join(": ");
         let parts = [
             row.paragraph.as_str(),
             &row.name,

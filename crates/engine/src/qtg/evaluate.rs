@@ -13,7 +13,7 @@ use super::cards::cards;
 use super::conditions::initial;
 use super::document::document;
 use super::free_response::{self, FreeResponse, free_response};
-use super::index::index;
+use super::index::{certainty, index};
 use super::judge::{at_time, channels, met, over_bands, over_values, values};
 use super::snapshot::{self, snapshot};
 use super::trimmed::{LEAST_STEADY_S, TrimmedStart, trimmed};
@@ -100,8 +100,8 @@ pub fn judge(
     {
         return Err(format!("{place}: {error}").into());
     }
-    let found = evaluate(session, &snapshot, file)?;
-    let cards = cards(&prepared, folder, &snapshot, &file.rule, &found.index);
+    let mut found = evaluate(session, &snapshot, file)?;
+    let cards = cards(&prepared, folder, &snapshot, file, &mut found.index);
     Ok(Judged { guide: document(session, &snapshot, file, &found), found, cards })
 }
 
@@ -217,8 +217,11 @@ impl Evaluation<'_> {
             id: self.id.clone(),
             rule_id: self.rule.id.clone(),
             title: self.title(window),
-            certainty: self.rule.certainty.name(),
+            certainty: certainty(self.rule).0,
             kind: self.rule.judgement.name(),
+            condition: self.entry.condition.clone(),
+            model_changed: !self.entry.scale.is_empty(),
+            departure: None,
             window: window.map(|window| window.name.clone()),
             passed: outcome.passed(),
             outcome,
@@ -386,7 +389,9 @@ impl Evaluation<'_> {
             (_, _, false) => Outcome::Failed,
         };
         if !lacks.is_empty() {
-            reasons.push(format!("the record has {}", lacks.join(", ")));
+            let lacks = format!("the record has {}", lacks.join(", "));
+            test.departure = self.entry.deviation.as_ref().map(|_| lacks.clone());
+            reasons.push(lacks);
             if let Some(deviation) = &self.entry.deviation {
                 reasons.push("judged with the departure stated on the page".to_owned());
                 test.page.facts.push(("Departure".to_owned(), deviation.clone()));

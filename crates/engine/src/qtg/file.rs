@@ -34,6 +34,9 @@ pub const DEVICE: [(&str, &str); 12] = [
     ("configuration", "Configuration of the aeroplane"),
 ];
 
+/// What is moved in flight, as keys of its greatest airspeed.
+pub const EQUIPMENT: [&str; 3] = ["flaps_m_s", "gear_m_s", "spoilers_m_s"];
+
 /// A test file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TestFile {
@@ -47,6 +50,9 @@ pub struct TestFile {
     pub is_engineering_data: bool,
     /// Constants and start of the flown model.
     pub constants: Constants,
+    /// Calibrated airspeed up to which flaps, gear and spoilers may be moved, m/s, by the keys of [`EQUIPMENT`]; zero of what the aeroplane does
+    /// not have.
+    pub equipment: BTreeMap<String, f64>,
     /// Device page by the keys of [`DEVICE`].
     pub device: BTreeMap<String, String>,
     /// Log of revisions.
@@ -119,6 +125,8 @@ pub struct TestEntry {
     pub objective: Option<String>,
     /// Manual procedure; that of the rule where there is none.
     pub procedure: Option<String>,
+    /// Flight condition of its records in the words of the rule: cruise, approach.
+    pub condition: Option<String>,
     /// Configuration of the aeroplane; that of the device page where there is none.
     pub configuration: Option<String>,
     /// Why the test is judged though the record is shorter than the rule asks for.
@@ -149,6 +157,8 @@ struct FileTable {
     engineering_data: bool,
     #[serde(default)]
     normal_range: BTreeMap<String, RangeTable>,
+    #[serde(default)]
+    equipment: BTreeMap<String, f64>,
     #[serde(default)]
     device: BTreeMap<String, String>,
     #[serde(default)]
@@ -208,8 +218,16 @@ impl TestFile {
                 return Err(format!("device: '{key}' is not one of {known}").into());
             }
         }
+        for (key, value) in &file.equipment {
+            if !EQUIPMENT.contains(&key.as_str()) {
+                return Err(format!("equipment: '{key}' is not one of {}", EQUIPMENT.join(", ")).into());
+            }
+            if !(0.0..=1000.0).contains(value) {
+                return Err(format!("equipment.{key} is {value}, allowed is 0 to 1000 m/s").into());
+            }
+        }
         if file.test.is_empty() {
-            return Err("it has no [[test]]".into());
+            return Err("it has no test: add one".into());
         }
         for (index, entry) in file.test.iter().enumerate() {
             check(entry, &rule).map_err(|error| error.at(format!("test {} ('{}')", index + 1, entry.id)))?;
@@ -220,6 +238,7 @@ impl TestFile {
             reading,
             is_engineering_data: file.engineering_data,
             constants: constants(file.constants.as_deref())?,
+            equipment: file.equipment,
             device: file.device,
             revisions: file.revision,
             references: file.references,

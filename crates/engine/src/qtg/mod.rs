@@ -14,6 +14,7 @@ mod free_response;
 mod index;
 mod judge;
 mod pages;
+mod profile;
 mod snapshot;
 mod trimmed;
 mod units;
@@ -33,7 +34,7 @@ pub const FORMAT: &str = "doublet qualification";
 /// Name of the guide and of its results, without ending.
 pub const NAME: &str = "qtg";
 /// Version of their layout.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 /// Name of the campaign of the missing tests.
 pub const CARDS: &str = "qtg_cards.toml";
 
@@ -82,7 +83,9 @@ impl Qualification {
     /// How many pass, fail and are not judged, in words.
     pub fn tally(&self) -> String {
         let Self { passed, failed, not_judged, tests, .. } = self;
-        format!("{passed} of {} tests pass, {failed} fail, {not_judged} are not judged", tests.len())
+        let meant = tests.iter().filter(|test| test.model_changed && test.passed == Some(false)).count();
+        let meant = if meant > 0 { format!(" ({meant} on purpose)") } else { String::new() };
+        format!("{passed} of {} tests pass, {failed} fail{meant}, {not_judged} are not judged", tests.len())
     }
 }
 
@@ -153,6 +156,14 @@ pub struct QualificationTest {
     pub certainty: &'static str,
     /// Kind of test.
     pub kind: &'static str,
+    /// Flight condition the test file states of its record.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub condition: Option<String>,
+    /// Whether the model was changed on purpose, so that the test has to fail.
+    pub model_changed: bool,
+    /// What the record lacks of the rule though it is judged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub departure: Option<String>,
     /// Window.
     pub window: Option<String>,
     /// Whether it passed; none where it was not judged.

@@ -7,6 +7,7 @@ use doublet_core::series::{Recording, Series};
 use doublet_core::validate::Signal;
 
 use super::conditions::NOT_GIVEN;
+use super::index::certainty;
 use super::units::{name, requirements, unit};
 use super::{Constants, DataCopy, TestEntry};
 use crate::notation::{self, significant};
@@ -44,16 +45,17 @@ pub fn stated(entry: &TestEntry, rule: &ObjectiveTest, rule_name: &str) -> Vec<(
     };
     let page = if rule.page.is_empty() { String::new() } else { format!(", page {}", rule.page) };
     let mut facts = vec![
-        ("Rule", format!("{} {}, {rule_name}{page}; tolerance {}", rule.paragraph, rule.name, rule.certainty.words())),
+        ("Rule", format!("{} {}, {rule_name}{page}; tolerance {}", rule.paragraph, rule.name, certainty(rule).1)),
         ("Objective", or(&entry.objective, &rule.objective)),
         ("Required flight condition", or(&None, &rule.condition)),
+        ("Flight condition of the record", or(&entry.condition, "")),
         ("Manual procedure", or(&entry.procedure, &rule.procedure)),
         ("Evaluation", evaluation(&rule.judgement).to_owned()),
         ("Tolerances", requirements(&rule.judgement)),
         ("Required record", asked_for(&rule.record)),
     ];
     if !rule.missing.is_empty() {
-        facts.push(("Not evaluated from the rule", rule.missing.clone()));
+        facts.push(("Not read in the rule", rule.missing.clone()));
     }
     if !entry.scale.is_empty() {
         let changed = entry.scale.iter().map(|(name, factor)| format!("{} × {factor}", notation::derivative(name)));

@@ -128,6 +128,8 @@ pub fn snapshot(
     add(Quantity::Signal(Signal::AngleOfAttack), alpha, alpha + changed(Variable::Alpha));
     let beta = signal(Signal::Sideslip);
     add(Quantity::Signal(Signal::Sideslip), beta, beta + changed(Variable::Beta));
+    // The model is trimmed at the airspeed of the flight.
+    add(Quantity::Signal(Signal::Airspeed), signal(Signal::Airspeed), signal(Signal::Airspeed));
     add(Quantity::Signal(Signal::BankAngle), phi, (phi.sin() - side).clamp(-1.0, 1.0).asin());
     let performance = Performance { found: &trimmed, flown: &observed, pressure, mass_kg: mass, gravity_m_s2 };
     performance.add(model, aero, &samples, alpha, measured, &mut add);

@@ -34,9 +34,9 @@ pub struct DerivativeCoverage {
     /// What the mean is off the truth, in standard deviations of the estimates: 0.4 of them take three of a hundred intervals of the
     /// right length off the truth.
     pub bias: f64,
-    /// Share of the realisations whose conventional 95 % interval holds the truth.
+    /// Share of the realisations whose conventional 95 % interval contains the true value.
     pub conventional: f64,
-    /// Share of the realisations whose corrected 95 % interval holds the truth.
+    /// Share of the realisations whose corrected 95 % interval contains the true value.
     pub corrected: f64,
 }
 

@@ -161,7 +161,7 @@ pub fn session_responses(
         let hint = did_you_mean(
             name,
             known.into_iter(),
-            "use delta_e, delta_a, delta_r, p, q, r, ay, az, alpha, beta, phi, theta or another role",
+            "use delta_e, delta_a, delta_r, p, q, r, alpha, beta, phi, theta or another role",
         );
         Err(ResponseError::NoSignal { name: name.to_owned(), hint })
     })?;

@@ -266,6 +266,20 @@ fn exact_response(model: &TransferFunction, omega: &[f64]) -> doublet_dynamics::
     }
 }
 
+/// The interval begins at the bound. The delays drawn are the positive half of a normal distribution: 95 % lie below the upper end, and their
+/// mean is `sqrt(2 / pi)` standard errors.
+fn delay_at_its_bound_has_a_one_sided_interval(fit: &EquivalentSystem) {
+    const DRAWS: usize = 4000;
+    let delay = fit.parameter("tau").unwrap();
+    assert!(delay.value == 0.0 && delay.low == 0.0 && delay.standard_error > 0.0, "{delay:?}");
+    let drawn: Vec<f64> = fit.samples(DRAWS, 3).iter().map(|model| model.delay_s).collect();
+    assert!(drawn.iter().all(|delay_s| *delay_s >= 0.0));
+    let below = drawn.iter().filter(|delay_s| **delay_s <= delay.high).count() as f64 / DRAWS as f64;
+    assert!((0.94..0.965).contains(&below), "{below}");
+    let mean = drawn.iter().sum::<f64>() / DRAWS as f64 / delay.standard_error;
+    assert!((mean - std::f64::consts::FRAC_2_PI.sqrt()).abs() < 0.03, "{mean}");
+}
+
 #[test]
 fn every_form_is_found_from_its_own_response() {
     let grid = logarithmic_grid(0.1, 20.0, 60);
@@ -295,6 +309,7 @@ fn every_form_is_found_from_its_own_response() {
     let fit =
         fit_response(&exact_response(&early, &grid), &FitSettings { form: Form::Roll, delay: Delay::Free }).unwrap();
     assert!(fit.is_delay_at_zero && fit.model.delay_s == 0.0 && fit.error_ratio.unwrap() > 2.0);
+    delay_at_its_bound_has_a_one_sided_interval(&fit);
     // A delay that is known is kept.
     let fixed = FitSettings { form: Form::Roll, delay: Delay::Fixed(0.09) };
     let fit = fit_response(&exact_response(&roll, &grid), &fixed).unwrap();

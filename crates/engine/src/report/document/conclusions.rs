@@ -58,7 +58,7 @@ fn usable(contents: &Contents<'_>) -> Vec<Block> {
         }
     }
     if let Some(dynamics) = &results.dynamics {
-        let level = dynamics.qualities.level.unwrap_or("not judged");
+        let level = cover::overall(contents).unwrap_or_default();
         lines.push(format!("Flying qualities by {}: {level}.", dynamics.qualities.standard));
     }
     lines.extend(

@@ -7,7 +7,7 @@ use super::{Block, Contents};
 use crate::date;
 use crate::notation::{plural, significant};
 use crate::report::QualityRow;
-use crate::report::results::{DerivativeRow, WindowRow};
+use crate::report::results::{DerivativeRow, FitRow, WindowRow};
 use crate::report::table::{Table, TableOf};
 use crate::session::{Level, WindowRole};
 use crate::verdict::{self};
@@ -131,16 +131,54 @@ fn levels<'a>(contents: &Contents<'_>) -> Option<(&'a str, String)> {
         format!("{} {} ({} %)", row.criterion.replace('_', " "), row.level, significant(share, 3))
     });
     let parts: Vec<String> = parts.collect();
-    let overall = qualities.level.unwrap_or("not judged");
-    let extent = qualities.extent();
     let (class, category) = (qualities.class, qualities.category);
-    let standard = format!("{}, class {class}, category {category}: {overall}, {extent}", qualities.standard);
+    let overall = overall(contents)?;
+    let standard = format!("{}, class {class}, category {category}: {overall}", qualities.standard);
     let of_parts = if parts.is_empty() {
         String::new()
     } else {
         format!(". Criteria, with the probability of Level 1: {}", parts.join("; "))
     };
     Some(("Flying qualities", format!("{standard}{of_parts}.")))
+}
+
+/// The worst level with how many criteria it rests on, and on which doubtful coefficients.
+pub(super) fn overall(contents: &Contents<'_>) -> Option<String> {
+    let qualities = &contents.results.dynamics.as_ref()?.qualities;
+    let (level, extent) = (qualities.level.unwrap_or("not judged"), qualities.extent());
+    let criteria = qualities.criteria.iter().filter(|row| row.is_judged() && row.counts);
+    let doubtful = doubtful_coefficients(&contents.results.pooled, criteria);
+    let doubtful = match doubtful.as_slice() {
+        [] => String::new(),
+        names => format!("; rests on doubtful coefficients: {}", names.join(", ")),
+    };
+    let mut used = contents.results.windows.iter().filter_map(|row| Some(row.verdict.as_ref()?.level)).peekable();
+    let none_good = used.peek().is_some() && used.all(|level| level > Level::Good);
+    let none_good = if none_good { "; no manoeuvre is good" } else { "" };
+    Some(format!("{level}, {extent}{doubtful}{none_good}"))
+}
+
+/// Coefficients of the motion out of the plane of symmetry.
+const LATERAL: [&str; 3] = ["CY", "Cl", "Cn"];
+/// Beginnings of the keys of their measures.
+const LATERAL_MEASURES: [&str; 4] = ["dutch_roll", "roll_", "spiral", "time_to_bank"];
+
+/// Coefficients without a good verdict that criteria rest on, each with its level and the derivatives that are not good.
+fn doubtful_coefficients<'r>(fits: &[FitRow], criteria: impl Iterator<Item = &'r QualityRow>) -> Vec<String> {
+    let keys: Vec<&str> = criteria.flat_map(|row| row.values.keys().copied()).collect();
+    let is_lateral = |key: &&str| LATERAL_MEASURES.iter().any(|begin| key.starts_with(begin));
+    let (lateral, longitudinal) = (keys.iter().any(is_lateral), keys.iter().any(|key| !is_lateral(key)));
+    let rests = |fit: &&FitRow| if LATERAL.contains(&fit.coefficient) { lateral } else { longitudinal };
+    let one = |fit: &FitRow| {
+        let level = fit.verdict.as_ref().map(|verdict| verdict.level).filter(|level| *level > Level::Good)?;
+        let is_doubtful =
+            |row: &&DerivativeRow| row.verdict.as_ref().is_some_and(|verdict| verdict.level > Level::Good);
+        let rows = fit.derivatives.iter().filter(is_doubtful).filter(|row| !is_constant_name(&row.name));
+        let names: Vec<&str> = rows.map(|row| row.name.as_str()).collect();
+        let names = if names.is_empty() { String::new() } else { format!(": {}", names.join(", ")) };
+        Some(format!("{} ({}{names})", fit.coefficient, level.name()))
+    };
+    fits.iter().filter(rests).filter_map(one).collect()
 }
 
 /// Fixes of the worst findings.

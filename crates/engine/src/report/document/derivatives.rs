@@ -137,7 +137,7 @@ fn close_pairs(fits: &[&FitRow]) -> Table {
     Table {
         name: "correlated".to_owned(),
         caption: format!(
-            "Derivatives with a correlation of {CLOSE} or more: their sum is better determined than each."
+            "Derivatives with a correlation of {CLOSE} or more: only their combination is well determined."
         ),
         columns: vec![
             Column::new("first", "Derivative"),

@@ -1,7 +1,9 @@
 //! Section on the sensors: what was recorded by what, how fast, over which range, with which error.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
+use doublet_core::quantity::Role;
 use doublet_core::reconstruct::Measurement;
 
 use super::{Block, Contents, Parts, paragraph, table_or};
@@ -67,15 +69,24 @@ fn sensors(contents: &Contents<'_>) -> Table {
         .text("source", "Recorder", |(_, row)| &row.source)
         .text("channel", "Channel", |(_, row)| &row.name)
         .number("rate_hz", "Rate", "Hz", 3, |(_, row)| row.rate_hz)
-        .text("unit", "Unit", |(_, row)| &row.unit)
-        .maybe("minimum", "Min", "", 3, |(_, row)| row.minimum)
-        .maybe("maximum", "Max", "", 3, |(_, row)| row.maximum)
-        .maybe("noise", "Noise", "", 2, |(flight, row)| noise(flight, row.role))
-        .maybe("bias", "Bias", "", 2, |(_, row)| biases.get(row.role).copied())
+        .text("unit", "Unit", |(_, row)| unit(row).0)
+        .maybe("minimum", "Min", "", 3, |(_, row)| Some(unit(row).1 * row.minimum?))
+        .maybe("maximum", "Max", "", 3, |(_, row)| Some(unit(row).1 * row.maximum?))
+        .maybe("noise", "Noise", "", 2, |(flight, row)| Some(unit(row).1 * noise(flight, row.role)?))
+        .maybe("bias", "Bias", "", 2, |(_, row)| Some(unit(row).1 * biases.get(row.role)?))
         .maybe("delay_s", "Delay", "s", 2, |(_, row)| Some(delay(row)?.delay_s))
         .maybe("delay_error_s", "Std error", "s", 2, |(_, row)| Some(delay(row)?.standard_error_s))
         .done()
 }
+
+/// Unit of a row and its factor from SI: an engine speed is in rev/min.
+fn unit(row: &ChannelRow) -> (&str, f64) {
+    let is_engine_speed = ENGINE_SPEEDS.iter().any(|role| role.name() == row.role);
+    if is_engine_speed { ("rev/min", 60.0 / TAU) } else { (&row.unit, 1.0) }
+}
+
+/// Roles of engine speeds.
+const ENGINE_SPEEDS: [Role; 2] = [Role::EngineSpeed1, Role::EngineSpeed2];
 
 /// Standard deviation the filter used for a role.
 fn noise(flight: &FlightRow, role: &str) -> Option<f64> {

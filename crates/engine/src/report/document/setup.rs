@@ -53,6 +53,7 @@ pub fn aircraft(contents: &Contents<'_>) -> Parts {
             ("Moment reference (datum axes: x aft, y right, z up)".to_owned(), moment),
         ]));
     }
+    blocks.extend(weighing(contents).into_iter().flatten());
     let Some(mass) = &results.mass_properties else {
         blocks.push(paragraph("The mass properties are not known."));
         return blocks.into();
@@ -95,6 +96,29 @@ pub fn aircraft(contents: &Contents<'_>) -> Parts {
         }));
     }
     Parts { body: blocks, appendix }
+}
+
+/// Empty mass and centre of gravity with what they come from: the aircraft file, or a weighing that was saved in the session.
+fn weighing(contents: &Contents<'_>) -> Option<[Block; 2]> {
+    /// What a weighing sets.
+    const KEYS: [&str; 2] = ["mass.mass_kg", "mass.cg_datum_m"];
+    let empty = &contents.snapshot.aircraft.ready()?.aircraft.empty;
+    let changes = &contents.session.aircraft_changes;
+    let source = match KEYS.map(|key| changes.get(key).is_some()) {
+        [true, true] => "mass and centre of gravity set in the session (weighing)",
+        [true, false] => "mass set in the session",
+        [false, true] => "centre of gravity set in the session",
+        [false, false] => "aircraft file",
+    };
+    let [x, y, z] = empty.cg_from_datum_m.map(|value| significant(value, 5));
+    let place = format!("x {x} m, y {y} m, z {z} m from the datum");
+    let facts = [
+        ("Empty mass", format!("{} kg", significant(empty.mass_kg, 6))),
+        ("Centre of gravity, empty", place),
+        ("Source", source.to_owned()),
+    ];
+    let facts = facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect();
+    Some([Block::Heading("Empty aircraft".to_owned()), Block::Facts(facts)])
 }
 
 /// Flight condition of every manoeuvre, and the manoeuvres on each flight.

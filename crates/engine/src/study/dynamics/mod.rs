@@ -30,7 +30,7 @@ pub use model::{ModelToTrim, pooled_model};
 pub use trim::{Flown, level_model};
 
 /// Why phugoid and stability of speed are not judged: a thrust inside CX is taken as proportional to dynamic pressure.
-pub const THRUST_NOT_KNOWN: &str = "not judged: it depends on how thrust changes with airspeed, and the model has no thrust; record the thrust or describe the engines, and remove it from the coefficients";
+pub const THRUST_NOT_KNOWN: &str = "not judged: it depends on thrust over airspeed, which the model lacks; record the thrust or describe the engines, and remove it from the coefficients";
 
 /// Folder of the limits that come with the program.
 const LIMITS: &str = "flying_qualities";

@@ -66,10 +66,7 @@ pub fn pooled_model(
     }
     let pairs: Vec<_> = found.iter().map(|(fit, coefficient)| (*fit, coefficient)).collect();
     let correlation = covariance::correlation(&pairs, windows, (structure, estimation)).unwrap_or_else(|| {
-        notes.push(
-            "coefficients are taken as independent of each other: their regressors could not be formed again"
-                .to_owned(),
-        );
+        notes.push("coefficients are treated as independent: their regressors could not be recomputed".to_owned());
         within(&pairs)
     });
     let parameters: Vec<_> = found.iter().flat_map(|(_, coefficient)| &coefficient.parameters).collect();

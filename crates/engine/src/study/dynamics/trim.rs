@@ -45,15 +45,14 @@ pub fn condition(
         }
     } else {
         notes.push(
-            "thrust is inside the coefficients: the flight path follows from the power of the tests; phugoid, derivatives of \
+            "coefficients include thrust: the flight path follows from the power flown; phugoid, derivatives of \
              airspeed (CX_V, X_u) and stability of speed are not judged"
                 .to_owned(),
         );
     }
     let lags = input.settings.preparation.control_lags;
     if lags != crate::session::ControlLags::default() {
-        notes
-            .push("inputs are deflections behind the lags of the controls, which are not part of the model".to_owned());
+        notes.push("inputs are deflections after the control lags, which the model omits".to_owned());
     }
     Ok((condition, windows.iter().map(|window| window.manoeuvre.name.clone()).collect()))
 }
