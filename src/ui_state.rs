@@ -148,9 +148,6 @@ pub struct UiState {
     /// Start of the candidate that is asked about first, s.
     #[serde(skip)]
     pub candidate_s: Option<f64>,
-    /// Flights and starts of candidates that were refused.
-    #[serde(skip)]
-    refused: BTreeSet<(String, u64)>,
     /// An instruments file with what was fitted, to be written.
     #[serde(skip)]
     pub instruments: Option<String>,
@@ -193,7 +190,6 @@ impl Default for UiState {
             noting: None,
             at_s: None,
             candidate_s: None,
-            refused: BTreeSet::new(),
             report: ReportChoice::default(),
             analysis: None,
             flight_plots: None,
@@ -219,21 +215,6 @@ impl UiState {
         self.recent.insert(0, path);
         self.recent.truncate(RECENT);
         self.thumbnails.retain(|path, _| self.recent.contains(path));
-    }
-
-    /// Whether a candidate was refused.
-    pub fn is_refused(&self, candidate: &Manoeuvre) -> bool {
-        !self.refused.is_empty() && self.refused.contains(&refusal(candidate))
-    }
-
-    /// Refuses a candidate.
-    pub fn refuse(&mut self, candidate: &Manoeuvre) {
-        self.refused.insert(refusal(candidate));
-    }
-
-    /// Offers every refused candidate again.
-    pub fn offer_refused(&mut self) {
-        self.refused.clear();
     }
 
     /// The candidate that is asked about, of those on screen in the order of time.
@@ -300,11 +281,6 @@ impl UiState {
     pub fn save(&self, storage: &mut dyn eframe::Storage) {
         eframe::set_value(storage, STORAGE_KEY, self);
     }
-}
-
-/// What is remembered of a refused candidate.
-fn refusal(candidate: &Manoeuvre) -> (String, u64) {
-    (candidate.flight.clone(), candidate.window.start_s.to_bits())
 }
 
 /// What a session looked like when it was open last: its altitude over its time and its windows, each from 0 to 1.

@@ -190,7 +190,7 @@ impl Analysis {
             .map(|point| point[0])
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
         let line = ends.map(|x| [along_scale * x, scale * (zero + slope * x)]).into();
-        chart.curves.push(ChartCurve::new("line of least squares", palette.series[1], ChartStyle::Line, line));
+        chart.curves.push(ChartCurve::new("least-squares line", palette.series[1], ChartStyle::Line, line));
         chart
     }
 }

@@ -14,7 +14,7 @@ use egui_tiles::{Container, EditAction, SimplificationOptions, Tile, TileId, Til
 use super::{Workbench, start, step_bar, timeline};
 use crate::command::{CommandInfo, EditCommand, FileCommand, Menu, RunCommand, UiCommand, ViewCommand};
 use crate::layouts::LayoutKey;
-use crate::panels::{Pane, Panel, PanelContext, overlaid_names};
+use crate::panels::{Pane, Panel, PanelContext, count_experiments, headline, judge_shown, overlaid_names};
 use crate::step::Step;
 use crate::widgets::level_mark;
 use crate::{notation, theme};
@@ -85,7 +85,8 @@ fn panels(app: &mut Workbench, ui: &mut Ui) {
     let empty = Tree::empty(egui::Id::unique("no layout"));
     let mut layout = std::mem::replace(&mut app.state.shown.tree, empty);
     let overlaid = overlaid_names(&app.state, app.document.session());
-    let inquiry = InquiryRequest { overlaid, ..InquiryRequest::default() };
+    let experiments = app.has_open_experiments();
+    let inquiry = InquiryRequest { overlaid, experiments, ..InquiryRequest::default() };
     let window = app.state.selection.window.clone();
     let mut wanted = DetailRequest { window, inquiry, ..DetailRequest::default() };
     let context = PanelContext {
@@ -107,6 +108,7 @@ fn panels(app: &mut Workbench, ui: &mut Ui) {
     app.pointed = pointed;
     app.state.shown.tree = layout;
     app.state.shown.touched |= touched;
+    app.compares = wanted.inquiry.experiments || app.compares && app.document.history.is_open();
     app.engine.request_details(&wanted);
 }
 
@@ -340,6 +342,9 @@ fn running(app: &mut Workbench, ui: &mut Ui) {
         }
         return;
     }
+    if let Some((done, all)) = count_experiments(&snapshot.inquiries.experiments) {
+        ui.weak(format!("Experiments: {done} of {all} computed"));
+    }
     let Some(last) = snapshot.log.iter().rev().find(|line| !line.duration.is_zero()) else { return };
     let text = RichText::new(format!("{} in {}", last.cause, notation::duration(last.duration))).weak();
     ui.add(egui::Label::new(text).truncate()).on_hover_text(&last.text);
@@ -352,7 +357,7 @@ fn running(app: &mut Workbench, ui: &mut Ui) {
 /// The verdict's shape and colour with its sentence; a ring turns about it while something is computed. A click shows the reasons.
 fn lamp(app: &mut Workbench, ui: &mut Ui, busy: bool) {
     let verdicts = app.snapshot.verdicts.latest();
-    let level = verdicts.map(|verdicts| verdicts.session.level);
+    let level = verdicts.and_then(|verdicts| judge_shown(app.document.session(), verdicts));
     let (rect, lamp) = ui.allocate_exact_size(vec2(22.0, 22.0), Sense::click());
     let color = level_mark::color(ui, level);
     let color = if app.snapshot.verdicts.is_stale() { color.gamma_multiply(0.55) } else { color };
@@ -366,7 +371,7 @@ fn lamp(app: &mut Workbench, ui: &mut Ui, busy: bool) {
     if let Some(verdicts) = verdicts {
         let (visuals, is_stale) = (ui.visuals(), app.snapshot.verdicts.is_stale());
         let ink = if is_stale { visuals.weak_text_color() } else { visuals.text_color() };
-        let text = notation::typeset_in(&verdicts.headline(), 13.0, ink);
+        let text = notation::typeset_in(&headline(app.document.session(), verdicts), 13.0, ink);
         clicked |= ui.add(egui::Label::new(text).sense(Sense::click())).clicked();
     }
     if clicked {

@@ -111,7 +111,12 @@ fn take_shortcuts(app: &mut Workbench, ctx: &egui::Context) {
 fn edit(app: &mut Workbench, request: EditRequest) {
     let history = &mut app.document.history;
     match request {
-        EditRequest::Begin(label) => history.begin(&label),
+        EditRequest::Begin(label) => {
+            if !history.is_open() {
+                app.cause.clone_from(&label);
+            }
+            history.begin(&label);
+        }
         EditRequest::Commit => history.commit(),
         EditRequest::Abort => {
             history.abort();
@@ -121,7 +126,10 @@ fn edit(app: &mut Workbench, request: EditRequest) {
             let label = edit.label();
             match history.apply(&edit) {
                 Ok(()) => {
-                    app.cause = label;
+                    // An open step is called the same here as in the list of edits.
+                    if !history.is_open() {
+                        app.cause = label;
+                    }
                     if app.message.as_ref().is_some_and(|message| message.is_error) {
                         app.message = None;
                     }
@@ -188,14 +196,15 @@ pub(super) fn flight_extent(state: &UiState, snapshot: &Snapshot) -> Option<Time
     Some(TimeRange { start_s, end_s })
 }
 
-/// Asks for a run when the session has changed. While something is dragged a run under way is let finish, so that results
-/// keep coming.
+/// Asks for a run when the session has changed. While something is dragged a run under way goes on until the derivatives of all
+/// manoeuvres are on screen, so that results keep coming; the errors of the path, the proof of match and the verdict follow at the end.
 fn keep_computing(app: &mut Workbench, ctx: &egui::Context) {
     let current = app.document.history.present();
     if app.requested.as_ref().is_some_and(|requested| Arc::ptr_eq(requested, current)) {
         return;
     }
-    if app.document.history.is_open() && app.engine.is_busy() {
+    let is_pooled = app.snapshot.generation == app.awaited && app.snapshot.pooled.ready().is_some();
+    if app.document.history.is_open() && app.engine.is_busy() && !is_pooled {
         ctx.request_repaint_after(std::time::Duration::from_millis(10));
         return;
     }

@@ -24,6 +24,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use doublet_engine::autosave::state_folder;
+use doublet_engine::compare::PRESENT;
 pub use doublet_engine::document::Document;
 use doublet_engine::graph::Cache;
 use doublet_engine::keep::Put;
@@ -127,6 +128,8 @@ pub struct Workbench {
     /// Manoeuvres chosen so far, the last at the end, and whether an edit was undone or redone since the choice was checked.
     chosen_before: Vec<String>,
     undone: bool,
+    /// Whether the experiments of the session are computed until all are there, on screen or not.
+    compares: bool,
     /// The session beside this one.
     second: Option<second::Second>,
 }
@@ -243,6 +246,7 @@ impl Workbench {
             history_shown: false,
             chosen_before: Vec::new(),
             undone: false,
+            compares: false,
             second: None,
         };
         // The zoom is kept over a restart on the same session.
@@ -275,6 +279,15 @@ impl Workbench {
     /// Whether a closer look at the results is still to come.
     pub fn is_looking(&self) -> bool {
         self.engine.has_details_due()
+    }
+
+    /// Whether experiments that were asked for are still to be computed: they go on when their panel is left, not during a drag.
+    fn has_open_experiments(&self) -> bool {
+        let rows = &self.snapshot.inquiries.experiments;
+        let is_open = |name: &str| rows.row(name).is_none_or(|slot| slot.ready().is_none() && slot.error().is_none());
+        let experiments = &self.document.session().experiments;
+        let any = is_open(PRESENT) || experiments.iter().any(|experiment| is_open(&experiment.name));
+        self.compares && !experiments.is_empty() && any && !self.document.history.is_open()
     }
 
     /// Whether results are being written.
@@ -368,6 +381,7 @@ impl Workbench {
         self.fresh = true;
         self.studies.clear();
         self.chosen_before.clear();
+        self.compares = false;
         OPENED.clone_into(&mut self.cause);
         self.look_at_all();
         self.compute();

@@ -14,6 +14,7 @@ use eframe::egui::{
 use super::timeline;
 use super::{Document, Workbench};
 use crate::command::{FileCommand, HelpCommand, UiCommand};
+use crate::panels::headline;
 use crate::ui_state::Thumbnail;
 use crate::{notation, theme};
 
@@ -84,11 +85,12 @@ impl Workbench {
         let (start_s, length_s) = (first.0, (last.0 - first.0).max(1e-9));
         let along = |time_s: f64| ((time_s - start_s) / length_s) as f32;
         let up = |value: f64| ((value - low) / (high - low).max(1e-9)) as f32;
+        let verdicts = self.snapshot.verdicts.latest();
         let windows = session.windows.iter().filter(|window| window.flight == flight.name);
         let thumbnail = Thumbnail {
             title: session.title.clone(),
             opened: date::today(),
-            verdict: self.snapshot.verdicts.latest().map_or_else(String::new, |verdicts| verdicts.headline()),
+            verdict: verdicts.map_or_else(String::new, |verdicts| headline(session, verdicts)),
             altitude: line.points.iter().map(|point| [along(point.0), up(point.1)]).collect(),
             windows: windows.map(|window| [along(window.window.start_s), along(window.window.end_s)]).collect(),
         };

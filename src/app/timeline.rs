@@ -301,7 +301,7 @@ fn menu(app: &mut Workbench, response: &Response, window: Option<&Manoeuvre>, (f
     let session = Arc::clone(app.document.history.present());
     let markers_s = app.state.time.markers_s;
     let time_s = response.ctx.data(|data| data.get_temp(id));
-    let spot = Spot { session: &session, table: &app.table, window, time_s, markers_s };
+    let spot = Spot { session: &session, table: &app.table, window, candidate: None, time_s, markers_s };
     let mut chosen = None;
     response.context_menu(|ui| chosen = panels::mark_menu(ui, &spot));
     let Some(command) = chosen else {

@@ -2,7 +2,7 @@
 
 use doublet_core::quantity::Role;
 use doublet_core::series::TimeRange;
-use doublet_engine::session::{Edit, Manoeuvre, Surface, WindowEdit, WindowFlag};
+use doublet_engine::session::{CandidateEdit, Edit, Manoeuvre, Surface, WindowEdit, WindowFlag};
 use doublet_engine::stage::open_windows;
 
 use super::dispatch::new_window;
@@ -19,7 +19,7 @@ pub fn mark(app: &mut Workbench, command: MarkCommand, menu_s: Option<f64>) {
         MarkCommand::Accept => accept(app),
         MarkCommand::Refuse => refuse(app),
         MarkCommand::NextCandidate => next(app),
-        MarkCommand::ShowRefused => app.state.offer_refused(),
+        MarkCommand::ShowRefused => offer_refused(app),
         command => match chosen(app) {
             Some(window) => apply_to_chosen(app, command, &window, at_s),
             None => app.complain("Choose a manoeuvre first."),
@@ -103,7 +103,10 @@ fn exclude(app: &mut Workbench, window: &Manoeuvre) {
     });
     match between {
         Some(excluded) => app.apply(&Edit::Window(WindowEdit::Exclude { name: window.name.clone(), excluded })),
-        None => app.complain(format!("Set markers A and B inside {} first, or drag there with Alt.", window.name)),
+        None => app.complain(format!(
+            "Set markers A and B inside {} first (keys A and B), then press E. Or drag there with Alt.",
+            window.name
+        )),
     }
 }
 
@@ -144,7 +147,7 @@ fn candidates(app: &Workbench) -> Vec<Manoeuvre> {
     let flight = app.state.selection.flight.clone().unwrap_or_default();
     let found = app.snapshot().proposals.get(&flight).and_then(|slot| slot.latest());
     let mut open = found.map(|found| open_windows(app.document.session(), found)).unwrap_or_default();
-    open.retain(|candidate| !app.state.is_refused(candidate));
+    open.retain(|candidate| !app.document.session().has_refused(candidate));
     open.sort_by(|a, b| a.window.start_s.total_cmp(&b.window.start_s));
     open
 }
@@ -190,8 +193,16 @@ fn accept(app: &mut Workbench) {
 
 fn refuse(app: &mut Workbench) {
     let Some(candidate) = find_or_reveal_candidate(app) else { return };
-    app.state.refuse(&candidate);
-    follow(app, candidate.window.start_s);
+    let at_s = candidate.window.start_s;
+    app.apply(&Edit::Candidate(CandidateEdit::Refuse(vec![candidate])));
+    follow(app, at_s);
+}
+
+fn offer_refused(app: &mut Workbench) {
+    if app.document.session().refused.is_empty() {
+        return app.complain("No candidate is refused.");
+    }
+    app.apply(&Edit::Candidate(CandidateEdit::Offer(None)));
 }
 
 /// Goes on to the candidate behind a time, where one is left.

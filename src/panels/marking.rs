@@ -9,16 +9,19 @@ use crate::command::dispatch::new_window;
 use crate::command::{CommandInfo, EditCommand, MarkCommand, UiCommand, ViewCommand};
 use crate::panels::{Pane, PanelContext, View};
 use crate::theme;
+use crate::widgets::hatch::hatch;
 use crate::widgets::span_editor::snapped;
 use crate::widgets::time_plot::{MarkKind, Marked, StackResponse, x_at};
 use crate::widgets::time_view::TimeRange;
 
-/// Distance between the lines of a hatch, points.
-const HATCH: f32 = 7.0;
 /// Height of legend and readout at the top of a plot, points.
 const LEGEND: f32 = 24.0;
 /// Shortest stretch a drag marks, s.
 const SHORTEST_S: f64 = 1e-3;
+/// How to exclude a part of a manoeuvre.
+const EXCLUDE_BY_DRAG: &str = "Or drag with Alt inside the manoeuvre, unless the desktop moves windows so.";
+const EXCLUDE_BY_MARKERS: &str = "Set markers A and B inside the manoeuvre first (keys A and B). Then press E. \
+    Or drag with Alt inside it, unless the desktop moves windows so.";
 /// Most candidates drawn at once.
 const MOST_CANDIDATES: usize = 200;
 
@@ -76,27 +79,6 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &Ui, view: View, response: &StackRes
     }
 }
 
-/// What is left out, paled and hatched.
-fn hatch(ui: &Ui, rect: Rect) {
-    if !rect.is_positive() {
-        return;
-    }
-    let ground = theme::palette(ui).plot_background;
-    let painter = ui.painter().with_clip_rect(rect);
-    painter.rect_filled(rect, 0.0, ground.gamma_multiply(0.55));
-    let stroke = Stroke::new(1.0, ui.visuals().weak_text_color().gamma_multiply(0.45));
-    // On the same lines in every stretch, so that a drag does not move them.
-    let from = ((rect.left() - rect.height()) / HATCH).floor() as i32;
-    let to = (rect.right() / HATCH).ceil() as i32;
-    painter.extend((from..=to).map(|line| {
-        let x = line as f32 * HATCH;
-        Shape::line_segment([pos2(x, rect.bottom()), pos2(x + rect.height(), rect.top())], stroke)
-    }));
-    for x in [rect.left(), rect.right()] {
-        painter.vline(x, rect.y_range(), stroke);
-    }
-}
-
 /// The candidates on screen as ghosts; the one that the keys accept or refuse says so.
 fn candidates(ctx: &PanelContext<'_>, ui: &Ui, (frames, range): (&[Rect], TimeRange)) {
     let open: Vec<&Manoeuvre> = open_candidates(ctx, range).take(MOST_CANDIDATES).collect();
@@ -129,14 +111,20 @@ fn open_candidates<'a>(ctx: &PanelContext<'a>, range: TimeRange) -> impl Iterato
     let found = found.and_then(|slot| slot.latest()).map_or(&[][..], |found| &found.windows);
     let session = ctx.session;
     let on_screen = move |window: TimeRange| window.start_s < range.end_s && window.end_s > range.start_s;
-    let state = &*ctx.state;
     let open: Vec<&'a Manoeuvre> = found
         .iter()
-        .filter(|one| on_screen(one.manoeuvre.window) && !state.is_refused(&one.manoeuvre))
+        .filter(|one| on_screen(one.manoeuvre.window) && !session.has_refused(&one.manoeuvre))
         .filter(|one| one.covering_window(session).is_none())
         .map(|one| &one.manoeuvre)
         .collect();
     open.into_iter()
+}
+
+/// The candidate drawn at a time: of several the one that begins last, which lies within the others.
+pub fn candidate_at<'a>(ctx: &PanelContext<'a>, view: View, time_s: f64) -> Option<&'a Manoeuvre> {
+    let here = TimeRange { start_s: time_s, end_s: time_s };
+    let is_drawn = view == View::Flight;
+    open_candidates(ctx, here).filter(|_| is_drawn).max_by(|a, b| a.window.start_s.total_cmp(&b.window.start_s))
 }
 
 /// Words on a ground beside the line at `x`, on the side that has room.
@@ -208,6 +196,8 @@ pub struct Spot<'a> {
     pub table: &'a [CommandInfo],
     /// Its manoeuvre.
     pub window: Option<&'a Manoeuvre>,
+    /// The candidate there.
+    pub candidate: Option<&'a Manoeuvre>,
     /// Its time, where it has one, s.
     pub time_s: Option<f64>,
     /// Markers of the view.
@@ -220,7 +210,11 @@ pub fn menu(ui: &mut Ui, spot: &Spot<'_>) -> Option<UiCommand> {
     let mut entry = |ui: &mut Ui, command: UiCommand, is_on: bool| {
         let Some(row) = spot.table.iter().find(|row| row.command == command) else { return };
         let button = egui::Button::new(&row.name).shortcut_text(row.keys(ui.ctx()));
-        if ui.add_enabled(is_on, button).clicked() {
+        let mut button = ui.add_enabled(is_on, button);
+        if command == UiCommand::Mark(MarkCommand::Exclude) {
+            button = button.on_hover_text(EXCLUDE_BY_DRAG).on_disabled_hover_text(EXCLUDE_BY_MARKERS);
+        }
+        if button.clicked() {
             chosen = Some(command);
             ui.close();
         }
@@ -230,6 +224,12 @@ pub fn menu(ui: &mut Ui, spot: &Spot<'_>) -> Option<UiCommand> {
         [Some(a), Some(b)] if a != b => Some(TimeRange::new(a, b)),
         _ => None,
     };
+    if let Some(candidate) = spot.candidate {
+        ui.weak(format!("Candidate {}", candidate.name));
+        entry(ui, mark(MarkCommand::Accept), true);
+        entry(ui, mark(MarkCommand::Refuse), true);
+        ui.separator();
+    }
     if let Some(window) = spot.window {
         ui.weak(&window.name);
         if let Some(time_s) = spot.time_s {
@@ -279,6 +279,9 @@ impl PanelContext<'_> {
             self.choose(&window.name);
         }
         self.state.at_s = spot.time_s;
+        if let Some(candidate) = spot.candidate {
+            self.state.candidate_s = Some(candidate.window.start_s);
+        }
         self.commands.push(command);
     }
 }

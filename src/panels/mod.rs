@@ -42,8 +42,10 @@ use crate::widgets::time_plot::{PlotCache, SpanMark, StackResponse, TimePlot, ti
 use crate::widgets::time_view::{TimeRange, TimeView};
 use crate::widgets::{EditPhase, named_id};
 pub use marking::{Spot, menu as mark_menu};
+pub use model::experiments::count_experiments;
 pub use overlaid::names as overlaid_names;
 pub use pane::Pane;
+pub use results::summary::{headline, judge_shown};
 use working::Working;
 
 /// A change of the session a panel asks for.
@@ -178,7 +180,8 @@ impl<'a> PanelContext<'a> {
         let (range, mut analysis) = (time.range(), None);
         let mut menu = |ui: &mut Ui, time_s: f64, row: usize| {
             let window = marking::at(spots, view, time_s);
-            let spot = marking::Spot { session, table, window, time_s: Some(time_s), markers_s };
+            let candidate = marking::candidate_at(spots, view, time_s);
+            let spot = marking::Spot { session, table, window, candidate, time_s: Some(time_s), markers_s };
             chosen = marking::menu(ui, &spot).map(|command| (spot, command)).or(chosen);
             analysis = trace_menu::show(spots, ui, (plots, row), range).or(analysis.take());
             ui.separator();

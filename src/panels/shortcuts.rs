@@ -6,7 +6,7 @@ use crate::command::Menu;
 use crate::panels::{Panel, PanelContext};
 
 /// What the pointer does in a time plot.
-const POINTER: [(&str, &str); 20] = [
+const POINTER: [(&str, &str); 21] = [
     ("Right click", "Menu: save or copy a plot, markers, zoom"),
     ("Wheel beside the plots", "Scroll a long stack"),
     ("Wheel", "Zoom time about the pointer"),
@@ -14,9 +14,10 @@ const POINTER: [(&str, &str); 20] = [
     ("Drag, middle drag", "Pan"),
     ("Right drag", "Zoom to a box; a flat box zooms time only"),
     ("Drag on an axis", "Zoom that axis; a double click fits it"),
-    ("Ctrl+Drag", "New manoeuvre over the dragged stretch"),
-    ("Alt+Drag inside a manoeuvre", "Exclude the stretch"),
+    ("Ctrl+Drag", "New manoeuvre over the dragged time range"),
+    ("Alt+Drag inside a manoeuvre", "Exclude the time range"),
     ("Alt+Shift+Drag inside a manoeuvre", "Include it again"),
+    ("A, B, then E", "Exclude between the markers, where the desktop takes Alt+Drag"),
     ("Double click", "Show whole recording, fit values"),
     ("A, B; Shift+Click, Ctrl+Click", "Set marker A, marker B"),
     ("Click on a name of a legend", "Hide or show the curve; a double click hides the others"),

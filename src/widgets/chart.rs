@@ -380,13 +380,18 @@ fn draw<'a>(plot: &mut egui_plot::PlotUi<'a>, curve: &'a ChartCurve) {
 /// The menu of a plot that is not part of a stack.
 pub fn figure_menu(response: &egui::Response) -> Option<FigureForm> {
     let mut wanted = None;
-    response.context_menu(|ui| {
-        for (form, name) in FigureForm::ALL {
-            if ui.button(name).clicked() {
-                wanted = Some(form);
-                ui.close();
-            }
+    response.context_menu(|ui| wanted = figure_entries(ui));
+    wanted
+}
+
+/// The entries of a menu that take a figure away; the form that was chosen.
+pub fn figure_entries(ui: &mut egui::Ui) -> Option<FigureForm> {
+    let mut wanted = None;
+    for (form, name) in FigureForm::ALL {
+        if ui.button(name).clicked() {
+            wanted = Some(form);
+            ui.close();
         }
-    });
+    }
     wanted
 }

@@ -5,6 +5,7 @@ use eframe::egui::{Align2, Mesh, Rect, Role, Sense, Shape, Stroke, StrokeKind, U
 
 use super::chart::figure_menu;
 use super::figure::{FigureRequest, printed};
+use super::hatch::hatch;
 use super::time_plot::{VALUE_AXIS_WIDTH, x_at};
 use super::time_view::TimeRange;
 use crate::notation;
@@ -34,6 +35,8 @@ pub struct HeatStrips<'a> {
     pub rows: &'a [(String, Vec<f64>)],
     /// The stretch of time shown.
     pub range: TimeRange,
+    /// Excluded stretches of time, hatched.
+    pub excluded: &'a [TimeRange],
 }
 
 /// The part of `outer` that the strips have, beside their names.
@@ -70,6 +73,10 @@ impl HeatStrips<'_> {
                 }
             }
             ui.painter().add(Shape::mesh(mesh));
+            for part in self.excluded {
+                let [left, right] = [part.start_s, part.end_s].map(|time_s| x_at(frame, self.range, time_s));
+                hatch(ui, Rect::from_x_y_ranges(left..=right, strip.y_range()).intersect(strip));
+            }
             ui.painter().rect_stroke(strip, 0.0, Stroke::new(1.0, palette.grid), StrokeKind::Inside);
             let galley = ui.painter().layout_job(notation::typeset_in(name, SIZE, ink));
             let at = Align2::RIGHT_CENTER.anchor_size(pos2(frame.left() - 6.0, strip.center().y), galley.size());
@@ -103,5 +110,6 @@ impl HeatStrips<'_> {
             panel_height_mm: STRIP_MM,
             panels: self.rows.iter().map(panel).collect(),
         }
+        .with_excluded(self.excluded)
     }
 }

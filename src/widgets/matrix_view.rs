@@ -12,12 +12,16 @@ use super::stack_figure::WIDTH_MM;
 use crate::notation;
 use crate::theme::{self, Palette};
 
-/// Largest cell.
-const LARGEST_CELL: f32 = 44.0;
+/// Largest and smallest cell.
+const LARGEST_CELL: f32 = 88.0;
+const SMALLEST_CELL: f32 = 6.0;
 /// Smallest cell that still holds its value as text.
 const TEXT_CELL: f32 = 30.0;
 /// Smallest cell that holds three decimals and a sign.
 const LONG_TEXT_CELL: f32 = 35.0;
+/// Size of a value over that of its cell, and least and largest size of it.
+const TEXT_PART: f32 = 0.24;
+const TEXT_SIZES: [f32; 2] = [9.5, 14.0];
 /// Longest name drawn along a side, characters.
 const NAME_LENGTH: usize = 12;
 /// Slope of the names above the columns, rad.
@@ -66,6 +70,25 @@ pub fn cell_at(area: Rect, size: usize, at: Pos2) -> Option<(usize, usize)> {
         .then_some((place.y as usize, place.x as usize))
 }
 
+/// Room beside, above and right of a matrix whose longest name is `widest` points wide.
+fn margins(widest: f32) -> [f32; 3] {
+    [widest + 10.0, widest * NAME_SLOPE.sin().abs() + 16.0, widest * NAME_SLOPE.cos() + 4.0]
+}
+
+/// Size of the cells of a matrix of `size` rows in `room` whose longest name is `widest` points wide.
+pub fn cell_in(room: Vec2, size: usize, widest: f32) -> f32 {
+    let [side, above, right] = margins(widest);
+    let cell = (room.x - side - right).min(room.y - above) / size.max(1) as f32;
+    cell.clamp(SMALLEST_CELL, LARGEST_CELL).floor()
+}
+
+/// Width of the longest of the names of a matrix, points.
+pub fn widest_name(ui: &Ui, labels: &[String]) -> f32 {
+    let width =
+        |name: &String| ui.painter().layout_job(notation::typeset(&shortened(name, NAME_LENGTH), 11.0)).size().x;
+    labels.iter().map(width).fold(0.0, f32::max)
+}
+
 impl MatrixView<'_> {
     /// Draws it into the room there is; row and column under the pointer, and a figure asked for in its menu.
     pub fn show(&self, ui: &mut Ui) -> (Option<(usize, usize)>, Option<FigureRequest>) {
@@ -80,11 +103,8 @@ impl MatrixView<'_> {
             .map(|name| ui.painter().layout_job(notation::typeset(&shortened(name, NAME_LENGTH), 11.0)))
             .collect();
         let widest = names.iter().map(|name| name.size().x).fold(0.0, f32::max);
-        let side = widest + 10.0;
-        let above = widest * NAME_SLOPE.sin().abs() + 16.0;
-        let right = widest * NAME_SLOPE.cos() + 4.0;
-        let room = ui.available_size();
-        let cell = ((room.x - side - right).min(room.y - above) / size as f32).clamp(6.0, LARGEST_CELL).floor();
+        let [side, above, right] = margins(widest);
+        let cell = cell_in(ui.available_size(), size, widest);
         let extent = cell * size as f32;
         let (outer, response) = ui.allocate_exact_size(vec2(side + extent + right, above + extent), Sense::click());
         response.widget_info(|| WidgetInfo::labeled(Role::Image, true, self.name));
@@ -174,8 +194,9 @@ impl MatrixView<'_> {
         for rect in outlined {
             painter.rect_stroke(rect, 0.0, Stroke::new(2.0, palette.warning), StrokeKind::Inside);
         }
+        let font = FontId::proportional((TEXT_PART * cell).clamp(TEXT_SIZES[0], TEXT_SIZES[1]));
         for (rect, text, ink) in marks {
-            painter.text(rect.center(), Align2::CENTER_CENTER, text, FontId::proportional(9.5), ink);
+            painter.text(rect.center(), Align2::CENTER_CENTER, text, font.clone(), ink);
         }
         painter.rect_stroke(area, 0.0, ui.visuals().widgets.noninteractive.bg_stroke, StrokeKind::Outside);
     }

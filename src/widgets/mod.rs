@@ -2,10 +2,12 @@
 
 pub mod attitude_view;
 pub mod chart;
+pub mod csv_text;
 pub mod curves;
 pub mod document_view;
 pub mod figure;
 pub mod figure_view;
+pub mod hatch;
 pub mod heat_strip;
 pub mod level_mark;
 pub mod matrix_view;

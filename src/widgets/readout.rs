@@ -5,10 +5,12 @@ use doublet_engine::notation::significant;
 use eframe::egui::{self, Id, Response, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
+use super::csv_text::csv_text;
 use super::plot_cache::{Drawn, PlotCache};
 use super::term::column_title;
-use super::time_plot::{DOT_SPACING, TimePlot, Trace};
+use super::time_plot::{TimePlot, Trace};
 use super::time_view::{TimeRange, TimeView};
+use super::trace_style::DOT_SPACING;
 use crate::theme;
 
 /// Height of a row, and of the lines above the rows.
@@ -122,12 +124,9 @@ fn rows(id: Id, (a, b): (f64, f64), cache: &mut PlotCache, plots: &[TimePlot<'_>
 
 /// The table as text for other programs.
 fn csv((a, b): (f64, f64), rows: &[Row]) -> String {
-    let mut text = format!("signal,at {a} s,at {b} s,difference,per s,min,max,mean,rms\n");
-    for row in rows {
-        let values: Vec<String> = row.values.iter().map(f64::to_string).collect();
-        text.push_str(&format!("\"{}\",{}\n", row.name, values.join(",")));
-    }
-    text
+    let times = [a, b].map(|time_s| format!("at {time_s} s"));
+    let titles = ["signal", &times[0], &times[1], "difference", "per s", "min", "max", "mean", "rms"];
+    csv_text(&titles, rows.iter().map(|row| (&row.name, row.values)))
 }
 
 /// Says to a screen reader what a plot shows, in which unit, and its values at the cursor or else at marker A.

@@ -315,7 +315,7 @@ fn draw_words(ui: &mut Ui, lane: &Lane<'_>, x: f32, (words, below): (String, f32
 /// A drag in the empty lane draws a new span.
 fn draw_new(ui: &Ui, id: Id, lane: &Lane<'_>, clip: Rect) -> Option<SpanEvent> {
     let response = ui.interact(clip, id, Sense::drag()).on_hover_cursor(CursorIcon::Crosshair);
-    response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Draw a new span"));
+    response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Draw a new manoeuvre"));
     if let Some(event) = zoom(ui, &response, lane) {
         return Some(event);
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use doublet_core::series::Series;
 use eframe::egui::{self, Align2, Color32, CornerRadius, Id, Rect, Stroke, Ui, pos2, vec2};
-use egui_plot::{FilledArea, Line, LineStyle, MarkerShape, Plot, PlotPoint, PlotPoints, Points};
+use egui_plot::{LineStyle, Plot};
 
 use super::chart::{LEGEND_HEIGHT, LegendMark, legend_entry, legend_mark};
 use super::figure::FigureRequest;
@@ -17,6 +17,7 @@ use super::stack_figure::stack_figure;
 use super::ticks::{draw_time_axis, inner_ticks, tick, ticks};
 use super::time_view::{TimeRange, TimeView};
 pub use super::trace_style::TraceStyle;
+use super::trace_style::draw_trace;
 use crate::{notation, theme};
 
 /// Width of the value axis of every plot of a stack, so that their time axes line up.
@@ -33,14 +34,8 @@ const LEAST_HEIGHT: f32 = 84.0;
 const MARGIN: f64 = 0.08;
 /// Height of the legend inside a plot with the room about it.
 const LEGEND_ROOM: f32 = 19.0;
-/// Samples further apart than this on screen are marked with dots.
-pub(super) const DOT_SPACING: f32 = 7.0;
-/// Radius of a dot.
-const DOT_RADIUS: f32 = 1.9;
 /// Least distance between ticks of the time axis and of a value axis.
 const TICK_SPACING: [f32; 2] = [84.0, 18.0];
-/// A reference that swings through more than this many times its range is drawn solid: dashes would fill the plot.
-const MOST_SWINGS: f64 = 60.0;
 
 /// One curve of a plot.
 #[derive(Clone, Copy, Debug)]
@@ -340,8 +335,11 @@ fn draw_plot<'a>(
     spans: &'a [SpanMark],
 ) -> egui_plot::PlotResponse<()> {
     let palette = theme::palette(ui);
-    let drawn: Vec<(&Trace<'a>, &'a Drawn)> =
+    let mut drawn: Vec<(&Trace<'a>, &'a Drawn)> =
         plot.traces.iter().enumerate().filter_map(|(column, trace)| Some((trace, look(column)?))).collect();
+    // A line over the dots it is fitted to.
+    drawn.sort_by_key(|(trace, _)| trace.style != TraceStyle::Dots);
+    let has_dots = drawn.iter().any(|(trace, _)| trace.style == TraceStyle::Dots);
     let (low, high) = value_range(plot, drawn.iter().map(|(_, drawn)| *drawn));
     // Names and data do not cover each other where there is height for both.
     let head = if legend == Legend::Names && height >= 2.6 * LEGEND_ROOM { LEGEND_ROOM } else { 0.0 };
@@ -391,39 +389,9 @@ fn draw_plot<'a>(
             chart.hline(line.style(LineStyle::dashed_dense()).width(1.0).allow_hover(false));
         }
         for (trace, drawn) in drawn {
-            draw_trace(chart, trace, drawn, points_per_s);
+            draw_trace(chart, trace, drawn, (points_per_s, has_dots));
         }
     })
-}
-
-/// Draws band, lines and dots of one trace.
-fn draw_trace<'a>(chart: &mut egui_plot::PlotUi<'a>, trace: &Trace<'_>, drawn: &'a Drawn, points_per_s: f64) {
-    let color = if trace.stale { trace.color.gamma_multiply(0.35) } else { trace.color };
-    for segment in &drawn.band.segments {
-        let (time, low, high) = (&drawn.band.time_s, &drawn.band.low, &drawn.band.high);
-        let at = segment.clone();
-        let area = FilledArea::new("", &time[at.clone()], &low[at.clone()], &high[at]);
-        chart.add(area.fill_color(color.gamma_multiply(0.20)).allow_hover(false));
-    }
-    for segment in &drawn.line.segments {
-        let points: &'a [PlotPoint] = &drawn.line.points[segment.clone()];
-        let spacing = points.last().zip(points.first()).map_or(0.0, |(last, first)| (last.x - first.x) * points_per_s);
-        let sparse = spacing >= f64::from(DOT_SPACING) * points.len() as f64;
-        if trace.style == TraceStyle::Crosses {
-            let crosses = Points::new("", PlotPoints::Borrowed(points)).color(color).radius(5.0);
-            chart.points(crosses.shape(MarkerShape::Cross).allow_hover(false));
-        } else if trace.style.is_points() || points.len() == 1 || sparse {
-            // Dense dots are a band wider than the line of a fit: both are seen.
-            let dots = Points::new("", PlotPoints::Borrowed(points)).color(color).radius(DOT_RADIUS);
-            chart.points(dots.allow_hover(false));
-        }
-        if !trace.style.is_points() && points.len() > 1 {
-            let line = Line::new("", PlotPoints::Borrowed(points)).color(color).width(1.4).allow_hover(false);
-            let swings = drawn.line.extent.map_or(0.0, |(low, high)| drawn.line.travel / (high - low).max(1e-300));
-            let dashed = trace.style == TraceStyle::Dashed && swings < MOST_SWINGS;
-            chart.line(if dashed { line.style(LineStyle::dashed_dense()) } else { line.allow_band(false) });
-        }
-    }
 }
 
 /// Distance between ticks from which their labels are drawn, and drawn fully: all of ours are.

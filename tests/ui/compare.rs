@@ -1,12 +1,14 @@
 //! Windows over each other, structures beside each other, words at an instant, what goes into the report by hand.
 
-use doublet::command::{EditCommand, UiCommand};
+use doublet::command::{EditCommand, UiCommand, ViewCommand};
 use doublet::notation;
 use doublet::panels::Pane;
 use doublet::ui_state::Scope;
 use doublet_core::model::{Coefficient, Term};
 use doublet_engine::compare::PRESENT;
-use doublet_engine::session::{self, Edit, ModelEdit, Surface};
+use doublet_engine::session::{
+    self, Edit, Experiment, ExperimentEdit, FilterEdit, ModelEdit, Surface, noise_experiments,
+};
 use egui::{Key, pos2, vec2};
 use egui_kittest::kittest::Queryable;
 
@@ -332,4 +334,65 @@ fn an_experiment_laid_over_the_session_is_drawn_in_every_plot_with_its_own_numbe
     assert!(bench.harness.state().state.overlaid.is_empty());
     bench.show(Pane::Fits);
     assert!(bench.harness.query_all_by_label(&format!("legend {name}")).next().is_none());
+}
+
+#[test]
+fn experiments_of_one_name_are_numbered_and_none_is_overwritten() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Experiments);
+    bench.enter("name of the experiment", "mine");
+    let first = bench.session().experiment("mine").expect("it is kept").clone();
+    let edit = Edit::Filter(FilterEdit::Gravity(9.79));
+    bench.harness.state_mut().apply(&edit);
+    bench.settle();
+    bench.harness.get_by_label("name of the experiment").focus();
+    bench.harness.get_by_label("name of the experiment").type_text("mine");
+    bench.harness.run_steps(2);
+    assert!(bench.harness.query_by_label("Keep as mine 2").is_some(), "the button names it before it is kept");
+    bench.harness.key_press(Key::Enter);
+    bench.settle();
+    let names = |bench: &Bench<'_>| bench.session().experiments.iter().map(|one| one.name.clone()).collect::<Vec<_>>();
+    assert_eq!(names(&bench), ["mine", "mine 2"]);
+    assert_eq!(bench.session().experiment("mine"), Some(&first), "it is what it was");
+    // Of fixes with one label each is kept; the same one is not kept twice.
+    let add = |experiment: &Experiment| Edit::Experiment(ExperimentEdit::Add(vec![experiment.clone()]));
+    let other = Experiment { configuration: bench.session().experiments[1].configuration.clone(), ..first.clone() };
+    for edit in [add(&first), add(&other)] {
+        bench.harness.state_mut().apply(&edit);
+    }
+    bench.settle();
+    assert_eq!(names(&bench), ["mine", "mine 2"]);
+}
+
+#[test]
+fn experiments_are_computed_to_the_end_when_their_panel_is_left_and_another_manoeuvre_is_looked_at() {
+    let mut bench = Bench::shipped();
+    bench.show(Pane::Fits);
+    let added = Edit::Experiment(ExperimentEdit::Add(noise_experiments(bench.session())));
+    bench.harness.state_mut().apply(&added);
+    bench.settle();
+    assert!(bench.snapshot().inquiries.experiments.0.is_empty(), "nothing is computed before it is looked at");
+    let show = |bench: &mut Bench<'_>, pane: Pane| {
+        bench.harness.state_mut().request(UiCommand::View(ViewCommand::Show(pane)));
+        bench.harness.run_steps(2);
+    };
+    show(&mut bench, Pane::Experiments);
+    while bench.snapshot().inquiries.experiments.0.is_empty() {
+        bench.harness.step();
+    }
+    let is_done = |bench: &Bench<'_>| {
+        let rows = &bench.snapshot().inquiries.experiments.0;
+        rows.len() == 3 && rows.iter().all(|(_, slot)| slot.ready().is_some())
+    };
+    assert!(!is_done(&bench), "the panel is left before all is computed");
+    show(&mut bench, Pane::Fits);
+    let layout = &bench.harness.state().state.shown.tree;
+    let tile = layout.tiles.find_pane(&Pane::Experiments).expect("it is in the layout");
+    assert!(!layout.is_visible_in_layout(tile), "the panel is left");
+    bench.harness.state_mut().state.selection.window = Some("03 elevator doublet".into());
+    bench.harness.run_steps(2);
+    assert!(bench.harness.query_by_label_contains("Experiments: ").is_some(), "the status line says how far they are");
+    bench.settle();
+    assert!(is_done(&bench));
+    assert!(bench.snapshot().details.ready().is_some());
 }

@@ -337,3 +337,32 @@ fn markers_are_set_by_clicks_with_a_modifier_and_stepped_by_samples() {
     assert!(stepped > a && stepped - a <= 0.01, "{stepped} after {a}");
     assert!((stepped / 0.01 - (stepped / 0.01).round()).abs() < 1e-9, "{stepped} is no sample");
 }
+
+#[test]
+fn the_line_of_a_fit_is_seen_on_the_dots_it_is_fitted_to_whichever_comes_first() {
+    let time_s: Arc<[f64]> = (0..2000).map(|k| k as f64 * 0.01).collect();
+    let values: Arc<[f64]> = time_s.iter().map(|time_s| (0.8 * time_s).sin()).collect();
+    let series = Series { time_s, values };
+    for line_first in [true, false] {
+        let series = series.clone();
+        let state = (TimeView::new(TimeRange::new(0.0, 20.0)), PlotCache::default());
+        let mut harness = widget_harness((700.0, 260.0), true, state, move |ui, (view, cache)| {
+            let colors = theme::palette(ui).series;
+            let observed = Trace { style: TraceStyle::Dots, ..Trace::new("observed", &series, colors[7]) };
+            let fit = Trace::new("fit", &series, colors[0]);
+            let traces = if line_first { vec![fit, observed] } else { vec![observed, fit] };
+            let _ = time_stack(ui, Id::unique("dots"), view, cache, &[TimePlot::new("Cm", "", traces)], &[]);
+        });
+        harness.run_steps(3);
+        let image = picture(&mut harness, &format!("dots_{line_first}"));
+        let colors = theme::DARK.series;
+        // Below the legend, where both colours are as well.
+        let near = |color: egui::Color32| {
+            let is_near =
+                |pixel: &image::Rgba<u8>| pixel.0.iter().zip(color.to_array()).take(3).all(|(a, b)| a.abs_diff(b) < 40);
+            image.enumerate_pixels().filter(|&(_, y, pixel)| y > 40 && is_near(pixel)).count()
+        };
+        let (line, dots) = (near(colors[0]), near(colors[7]));
+        assert!(line > 600 && line > 4 * dots, "{line} pixels of the line, {dots} of the dots");
+    }
+}

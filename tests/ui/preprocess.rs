@@ -263,3 +263,11 @@ fn a_typed_expression_becomes_a_channel_is_plotted_changed_and_removed() {
     let text = doublet_engine::session::print(bench.session()).expect("it has a saved form");
     assert!(text.contains("[[flight.expression]]") && text.contains("expression = \"2 * v_north\""), "{text}");
 }
+
+#[test]
+fn parts_of_steady_flight_are_not_called_windows() {
+    let mut bench = Bench::open();
+    bench.show(Pane::Preprocess);
+    assert!(bench.harness.query_by_label("Steady parts").is_some());
+    assert!(bench.harness.query_by_label_contains("teady windows").is_none());
+}

@@ -12,6 +12,7 @@ use doublet_engine::session::{Edit, NoiseChannel};
 use egui_kittest::Harness;
 
 use crate::builder;
+use crate::workbench::Bench;
 
 /// Frames of each measurement.
 const FRAMES: usize = 200;
@@ -162,4 +163,29 @@ fn speed_of_the_workbench() {
         println!("memory in use: {memory:.0} MB");
     }
     assert!(harness.state().snapshot().pooled.ready().is_some());
+}
+
+#[test]
+fn in_a_drag_a_newer_edit_starts_its_run_once_the_derivatives_of_the_former_are_shown() {
+    let mut bench = Bench::shipped();
+    let noise = |deviation: f64| Edit::noise(NoiseChannel::Input(Input::PitchRate), deviation);
+    let former = bench.snapshot().generation;
+    bench.harness.state_mut().document.history.begin("drag the noise of q");
+    bench.harness.state_mut().apply(&noise(0.011));
+    let is_pooled = |bench: &Bench<'_>| {
+        let snapshot = bench.snapshot();
+        snapshot.generation > former && snapshot.pooled.ready().is_some()
+    };
+    while !is_pooled(&bench) {
+        bench.harness.step();
+    }
+    assert!(bench.snapshot().busy, "errors of the path, proof of match and verdict are still to come");
+    bench.harness.state_mut().apply(&noise(0.012));
+    bench.harness.run_steps(2);
+    bench.harness.state_mut().document.history.commit();
+    bench.settle();
+    let ended: Vec<&str> = bench.snapshot().log.iter().map(|line| line.text.as_str()).collect();
+    assert!(ended.contains(&"cancelled"), "{ended:?}");
+    assert_eq!(bench.session().filter.process_noise[Input::PitchRate as usize], 0.012);
+    assert!(bench.snapshot().verdicts.ready().is_some(), "the last run goes to its verdict");
 }

@@ -1,5 +1,6 @@
 //! Studies and diagnostics in the window: correlation of parameters and regressors, information over time, studies on request.
 
+use doublet::layouts::LayoutKey;
 use doublet::panels::Pane;
 use doublet_core::model::{Coefficient, Variable};
 use egui_kittest::kittest::Queryable;
@@ -87,4 +88,27 @@ fn manoeuvres_are_compared_in_the_window_with_the_line_of_the_regression() {
     let left_out = &study.left_out[0].windows[0];
     bench.click("Each manoeuvre left out");
     assert!(bench.harness.query_all_by_label(&left_out.label).next().is_some(), "its row is there");
+}
+
+#[test]
+fn matrices_fill_a_large_screen() {
+    let mut bench = Bench::shipped_in(2560.0, 1440.0);
+    bench.show(Pane::Correlation);
+    bench.harness.state_mut().state.show_layout(LayoutKey::Named("correlation".to_owned()));
+    bench.harness.state_mut().state.shown.tree =
+        egui_tiles::Tree::new_tabs(egui::Id::unique("correlation"), vec![Pane::Correlation]);
+    bench.harness.state_mut().state.shown.touched = true;
+    bench.settle();
+    picture(&mut bench.harness, "correlation_2560");
+    let matrices: Vec<egui::Rect> = bench
+        .harness
+        .query_all_by_label_contains("correlation of parameters of ")
+        .map(|matrix| matrix.rect())
+        .collect();
+    assert_eq!(matrices.len(), 6);
+    let used = matrices.iter().fold(egui::Rect::NOTHING, |used, matrix| used.union(*matrix));
+    assert!(used.right() < 2560.0 && used.bottom() < 1440.0, "nothing is scrolled: {used:?}");
+    // The matrix of most terms limits the cells of all: in its direction it fills its place.
+    let largest = matrices.iter().map(|matrix| matrix.height()).fold(0.0, f32::max);
+    assert!(largest > 400.0, "{largest}: two rows of three share 1300 points");
 }

@@ -3,10 +3,13 @@
 use std::path::Path;
 
 use doublet::app::Workbench;
-use doublet::command::{UiCommand, ViewCommand};
+use doublet::command::{EditCommand, UiCommand, ViewCommand};
 use doublet::panels::Pane;
 use doublet_core::model::{Coefficient, Lag, Term};
-use doublet_engine::session::{Configuration, Edit, EstimationEdit, ModelEdit, Surface};
+use doublet_core::series::TimeRange;
+use doublet_engine::session::{
+    Configuration, Edit, EstimationEdit, FilterEdit, Fix, Manoeuvre, ModelEdit, Surface, WindowEdit, WindowRole,
+};
 use doublet_engine::verdict::{Finding, Level, VerdictCounts, Verdicts};
 use egui::accesskit::Role;
 use egui_kittest::Harness;
@@ -172,4 +175,78 @@ fn verdict_of_the_shipped_flight_is_drawn_in_every_size_and_theme() {
             picture(&mut bench.harness, &format!("summary_{width}_{theme:?}"));
         }
     }
+}
+
+#[test]
+fn fixes_of_gravity_and_of_excluded_parts_can_be_tried_as_experiments() {
+    let bench = Bench::open();
+    let excluded = vec![TimeRange { start_s: 10.0, end_s: 12.0 }];
+    let exclude = Edit::Window(WindowEdit::Exclude { name: "first".to_owned(), excluded });
+    for edit in [Edit::Filter(FilterEdit::Gravity(9.79)), exclude] {
+        let fix = Fix::new("fix", edit);
+        assert!(fix.is_of_configuration(), "{fix:?}");
+        let experiment = fix.to_experiment(bench.session()).expect("it applies");
+        let fixed = fix.apply(bench.session()).expect("it applies");
+        assert_eq!(experiment.configuration.applied_to(bench.session()), fixed, "the experiment is all of the fix");
+    }
+}
+
+#[test]
+fn a_session_without_a_manoeuvre_in_use_says_what_to_do_instead_of_a_verdict() {
+    let mut bench = Bench::open();
+    let says = |bench: &Bench<'_>, text: &str| bench.harness.query_all_by_label_contains(text).count();
+    let role = |role| Edit::Window(WindowEdit::Role { name: "first".to_owned(), role });
+    bench.harness.state_mut().apply(&role(WindowRole::Ignored));
+    bench.settle();
+    assert_eq!(says(&bench, "all manoeuvres are ignored"), 2, "in the panel and beside the lamp");
+    bench.harness.state_mut().apply(&Edit::Window(WindowEdit::Remove("first".to_owned())));
+    bench.settle();
+    assert_eq!(says(&bench, "Nothing is estimated: mark a manoeuvre"), 2);
+    assert!(bench.has_button("verdict: none yet"));
+    assert_eq!(says(&bench, "0 of 0"), 0);
+    picture(&mut bench.harness, "summary_no_manoeuvre");
+    bench.press("Show the manoeuvres found");
+    let layout = &bench.harness.state().state.shown.tree;
+    let tile = layout.tiles.find_pane(&Pane::Manoeuvres).expect("it is in the layout");
+    assert!(layout.is_visible_in_layout(tile));
+    (0..2).for_each(|_| bench.request(UiCommand::Edit(EditCommand::Undo)));
+    assert_eq!(says(&bench, "Nothing is estimated"), 0);
+}
+
+#[test]
+fn summary_opens_with_the_findings_of_the_worst_coefficients_where_the_session_has_none() {
+    let mut bench = Bench::shipped();
+    let verdicts = bench.verdicts();
+    assert!(verdicts.session.reasons.is_empty(), "{:?}", verdicts.session.reasons);
+    let level = verdicts.pooled.iter().map(|fit| fit.verdict.level).max().expect("there are fits");
+    assert!(level > Level::Good);
+    let worst = verdicts.pooled.iter().find(|fit| fit.verdict.level == level).expect("one is the worst");
+    assert!(bench.harness.query_by_label("No findings.").is_none());
+    let title = format!("{}, all manoeuvres: {}", worst.coefficient.name(), level.name());
+    picture(&mut bench.harness, "summary_worst");
+    bench.harness.get_by_role_and_label(Role::Link, &title).click();
+    bench.settle();
+    assert!(bench.has_button("Session"), "its findings are chosen");
+    bench.press("Session");
+    assert!(bench.harness.query_by_role_and_label(Role::Link, &title).is_some());
+}
+
+#[test]
+fn manoeuvres_removed_together_are_called_the_same_in_the_status_line_and_in_the_list_of_edits() {
+    let mut bench = Bench::open();
+    let second = Manoeuvre {
+        name: "second".to_owned(),
+        window: TimeRange { start_s: 30.0, end_s: 45.0 },
+        ..bench.session().windows[0].clone()
+    };
+    bench.harness.state_mut().apply(&Edit::Window(WindowEdit::Add(second)));
+    bench.settle();
+    bench.harness.state_mut().state.selection.others = ["second".to_owned()].into();
+    bench.request(UiCommand::Edit(EditCommand::RemoveWindow));
+    assert!(bench.session().windows.is_empty());
+    let causes: Vec<&str> = bench.snapshot().log.iter().map(|line| line.cause.as_str()).collect();
+    assert_eq!(causes.last(), Some(&"remove 2 manoeuvres"), "{causes:?}");
+    assert_eq!(bench.harness.state().document.history.undo_label(), Some("remove 2 manoeuvres"));
+    bench.request(UiCommand::Edit(EditCommand::Undo));
+    assert_eq!(bench.snapshot().log.last().map(|line| line.cause.as_str()), Some("undo remove 2 manoeuvres"));
 }

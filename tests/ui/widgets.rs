@@ -89,7 +89,7 @@ fn a_click_selects_a_span_and_a_drag_in_the_empty_lane_draws_one() {
     harness.run_steps(2);
     assert_eq!(harness.state().events, [SpanEvent::Selected(2)]);
     harness.state_mut().events.clear();
-    let lane = harness.get_by_label("Draw a new span").rect();
+    let lane = harness.get_by_label("Draw a new manoeuvre").rect();
     let [from, to] = [0.80, 0.90].map(|share| pos2(lane.left() + share * lane.width(), lane.center().y));
     drag(&mut harness, from, to, 5);
     let [SpanEvent::Drawn(drawn)] = harness.state().events[..] else { panic!("{:?}", harness.state().events) };

@@ -264,12 +264,12 @@ fn take_recorded(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, row: &Nois
     }
     let whiteness = row.statistics.map_or(f64::NAN, |found| found.whiteness);
     let note = match (is_far, is_unlike) {
-        (true, _) => ". ⚠ They differ by more than a factor 3: check the steady windows first",
+        (true, _) => ". ⚠ They differ by more than a factor 3: check the steady parts first",
         (false, true) => ". ⚠ The value in use differs by more than a factor 3",
         (false, false) => "",
     };
     let why = format!(
-        "Use the proposal: {} {unit}, from {}. The steady windows show {} {unit}, whiteness {}{note}",
+        "Use the proposal: {} {unit}, from {}. The steady parts show {} {unit}, whiteness {}{note}",
         notation::number(scale * proposed),
         row.origin(),
         notation::number(scale * measured),

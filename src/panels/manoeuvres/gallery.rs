@@ -4,7 +4,7 @@ use doublet_engine::session::{Manoeuvre, Surface};
 use eframe::egui::{self, Align2, FontId, Rect, RichText, Role, ScrollArea, Sense, Stroke, Ui, WidgetInfo, vec2};
 
 use crate::notation;
-use crate::panels::manoeuvres::proposals::{curve, figure_of, roles};
+use crate::panels::manoeuvres::proposals::{curve, hatch_excluded, picture_menu, roles};
 use crate::panels::recording::overlay::Overlay;
 use crate::panels::{Panel, PanelContext, empty, role_color, select};
 use crate::theme;
@@ -105,11 +105,12 @@ fn picture(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre, (width, 
         let Some(channel) = loaded.and_then(|loaded| loaded.recording.role(role)) else { continue };
         painter.line(curve(&channel.series, window, plot), Stroke::new(1.2, color));
     }
+    hatch_excluded(ui, window, plot);
     level_mark::paint(&painter, inner.left_top() + vec2(5.0, 6.0), 4.0, level, level_mark::color(ui, level));
     let font = FontId::proportional(11.0);
     let color = role_color(palette, window.role);
     painter.text(inner.left_top() + vec2(14.0, -1.0), Align2::LEFT_TOP, &window.name, font, color);
-    ctx.figures.extend(figure_of(ctx, &response, window));
+    picture_menu(ctx, &response, window);
     let [control, rate] = roles(window.surface).map(notation::role);
     let response = response.on_hover_ui(|ui| {
         ui.label(RichText::new(&window.name).strong());

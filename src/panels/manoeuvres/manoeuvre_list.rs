@@ -336,7 +336,8 @@ pub(crate) fn menu(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) 
         ui.weak(format!("{count} manoeuvres"));
     }
     let (session, table, markers_s) = (ctx.session, ctx.table, ctx.state.time.markers_s);
-    let spot = Spot { session, table, window: session.window(&window.name), time_s: None, markers_s };
+    let window = session.window(&window.name);
+    let spot = Spot { session, table, window, candidate: None, time_s: None, markers_s };
     let chosen = marking::menu(ui, &spot);
     ui.separator();
     if ui.button("Select all   Ctrl+Shift+A").clicked() {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use doublet_engine::report::document::{Axis, Figure, LineStyle, Mark, Panel as FigurePanel, Plot};
 use doublet_engine::report::{MapOf, MapQuantity, MapRow, manoeuvre_map};
-use doublet_engine::session::{Edit, Manoeuvre, WindowEdit, WindowRole};
+use doublet_engine::session::{CandidateEdit, Edit, Manoeuvre, WindowEdit, WindowRole};
 use doublet_engine::stage::{FlightProposals, open_windows};
 use doublet_engine::verdict::{Level, Verdicts};
 use eframe::egui::{self, ComboBox, Key, Modifiers, RichText, Sense, Ui, vec2};
@@ -112,7 +112,8 @@ impl Panel for ManoeuvreMap {
             return awaiting(ctx, ui, "manoeuvres", "No manoeuvre: drag with Ctrl in a plot of the flight to add one.");
         }
         self.choices(ui, &rows);
-        self.chosen.retain(|key| rows.candidates.iter().flatten().any(|one| key_of(one) == *key));
+        let is_open = |one: &&Manoeuvre| !ctx.session.has_refused(one);
+        self.chosen.retain(|key| rows.candidates.iter().flatten().filter(is_open).any(|one| key_of(one) == *key));
         self.actions(ctx, ui, &rows);
         self.plot(ctx, ui, &rows);
         self.rows = Some(rows);
@@ -212,7 +213,7 @@ impl ManoeuvreMap {
                 }
             });
         });
-        let open = rows.candidates.iter().flatten().filter(|one| !ctx.state.is_refused(one)).count();
+        let open = rows.candidates.iter().flatten().filter(|one| !ctx.session.has_refused(one)).count();
         if open == 0 {
             return;
         }
@@ -248,12 +249,15 @@ impl ManoeuvreMap {
 
     /// Refuses the selected candidates.
     fn refuse(&mut self, ctx: &mut PanelContext<'_>, rows: &Rows) {
-        self.candidates(rows).into_iter().for_each(|one| ctx.state.refuse(one));
+        let refused: Vec<Manoeuvre> = self.candidates(rows).into_iter().cloned().collect();
+        if !refused.is_empty() {
+            ctx.edit(Edit::Candidate(CandidateEdit::Refuse(refused)));
+        }
         self.chosen.clear();
     }
 
     fn plot(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, rows: &Rows) {
-        let is_shown = |at: usize| rows.candidates[at].as_ref().is_none_or(|one| !ctx.state.is_refused(one));
+        let is_shown = |at: usize| rows.candidates[at].as_ref().is_none_or(|one| !ctx.session.has_refused(one));
         let known: Vec<(usize, [f64; 2])> = (0..rows.rows.len())
             .filter(|&at| is_shown(at))
             .filter_map(|at| {

@@ -3,15 +3,17 @@
 use doublet_core::quantity::Role;
 use doublet_core::series::Series;
 use doublet_engine::report::document::{Axis, Colour, Figure, LineStyle, Mark, Panel, Plot};
-use doublet_engine::session::{Edit, Manoeuvre, Surface, WindowEdit};
-use doublet_engine::stage::open_windows;
+use doublet_engine::session::{CandidateEdit, Edit, Manoeuvre, Surface, WindowEdit};
+use doublet_engine::stage::{FlightProposals, WindowProposal, open_windows};
 use eframe::egui::{self, CollapsingHeader, Grid, Response, RichText, ScrollArea, Sense, Stroke, Ui, vec2};
 
 use crate::notation;
+use crate::panels::manoeuvres::manoeuvre_list::menu;
 use crate::panels::{PanelContext, View, role_color};
 use crate::theme;
-use crate::widgets::chart::figure_menu;
-use crate::widgets::figure::FigureRequest;
+use crate::widgets::chart::figure_entries;
+use crate::widgets::figure::{FigureForm, FigureRequest};
+use crate::widgets::hatch::hatch;
 use crate::widgets::time_view::TimeRange;
 
 /// Size of a thumbnail, points.
@@ -25,29 +27,31 @@ const MOST: usize = 132;
 pub fn proposals(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let name = ctx.selection().flight.clone().unwrap_or_default();
     let Some(found) = ctx.snapshot.proposals.get(&name).and_then(|slot| slot.latest()) else { return };
-    let open = open_windows(ctx.session, found);
-    let header = match (open.len(), found.windows.len()) {
-        (_, 0) => "No manoeuvre found in the control deflections".to_owned(),
-        (0, 1) => "The manoeuvre found is in the session".to_owned(),
-        (0, all) => format!("All {all} manoeuvres found are in the session"),
-        (open, all) => format!("Manoeuvres found: {all}, not in the session: {open}"),
+    let (open, refused) = open_and_refused(ctx, found);
+    let header = match (open.len(), refused.len(), found.windows.len()) {
+        (_, _, 0) => "No manoeuvre found in the control deflections".to_owned(),
+        (0, 0, 1) => "The manoeuvre found is in the session".to_owned(),
+        (0, 0, all) => format!("All {all} manoeuvres found are in the session"),
+        (open, 0, all) => format!("Manoeuvres found: {all}, not in the session: {open}"),
+        (open, refused, all) => format!("Manoeuvres found: {all}, not in the session: {open}, refused: {refused}"),
     };
-    if open.is_empty() && found.findings.is_empty() {
+    if open.is_empty() && refused.is_empty() && found.findings.is_empty() {
         ui.weak(header);
         return;
     }
     CollapsingHeader::new(header).id_salt("proposals").default_open(false).show(ui, |ui| {
         found.findings.iter().for_each(|finding| drop(ui.weak(finding)));
+        draw_refused(ctx, ui, &name, &refused);
         if open.is_empty() {
             return;
         }
         if ui.button(format!("Accept all {}", open.len())).clicked() {
-            ctx.edit(Edit::Window(WindowEdit::AddAll(open.clone())));
+            let all = open.iter().map(|(window, _)| window.clone()).collect();
+            ctx.edit(Edit::Window(WindowEdit::AddAll(all)));
         }
         ScrollArea::vertical().id_salt("proposed").max_height(170.0).show(ui, |ui| {
             Grid::new("proposed").num_columns(4).striped(true).spacing([12.0, 2.0]).show(ui, |ui| {
-                let missing = found.windows.iter().filter(|proposal| proposal.covering_window(ctx.session).is_none());
-                for (window, proposal) in open.iter().zip(missing) {
+                for (window, proposal) in &open {
                     if ui.link(&window.name).on_hover_text("Show it").clicked() {
                         let stretch = TimeRange::new(window.window.start_s, window.window.end_s);
                         ctx.view(View::Flight).zoom_to(stretch);
@@ -73,6 +77,33 @@ pub fn proposals(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     });
 }
 
+/// A manoeuvre found that the session lacks, under a name it does not have yet.
+type Candidate<'a> = (Manoeuvre, &'a WindowProposal);
+
+/// The candidates of a flight that are neither in the session nor refused, and those that were refused.
+fn open_and_refused<'a>(
+    ctx: &PanelContext<'_>,
+    found: &'a FlightProposals,
+) -> (Vec<Candidate<'a>>, Vec<Candidate<'a>>) {
+    let missing = found.windows.iter().filter(|proposal| proposal.covering_window(ctx.session).is_none());
+    let candidates = open_windows(ctx.session, found).into_iter().zip(missing);
+    candidates.partition(|(window, _)| !ctx.session.has_refused(window))
+}
+
+/// The refused candidates of a flight, and the way to offer them again.
+fn draw_refused(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, refused: &[Candidate<'_>]) {
+    if refused.is_empty() {
+        return;
+    }
+    ui.horizontal_wrapped(|ui| {
+        let names: Vec<&str> = refused.iter().map(|(window, _)| window.name.as_str()).collect();
+        ui.weak(format!("{} refused", refused.len())).on_hover_text(names.join("\n"));
+        if ui.small_button("Offer again").on_hover_text("Shows the refused candidates of this flight again").clicked() {
+            ctx.edit(Edit::Candidate(CandidateEdit::Offer(Some(flight.to_owned()))));
+        }
+    });
+}
+
 /// Input and response of every window, side by side; a click chooses one.
 pub fn thumbnails(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let session = ctx.session;
@@ -95,9 +126,20 @@ pub(crate) fn roles(surface: Option<Surface>) -> [Role; 2] {
     [surface.role(), surface.rate()]
 }
 
-/// The curves of a picture of a window as a figure, each over its own axis; where it was asked for in the menu.
-pub(crate) fn figure_of(ctx: &PanelContext<'_>, response: &Response, window: &Manoeuvre) -> Option<FigureRequest> {
-    let form = figure_menu(response)?;
+/// The menu of a picture of a window: that of the manoeuvre, and the picture as a figure.
+pub(crate) fn picture_menu(ctx: &mut PanelContext<'_>, response: &Response, window: &Manoeuvre) {
+    let mut form = None;
+    response.context_menu(|ui| {
+        menu(ctx, ui, window);
+        ui.separator();
+        form = figure_entries(ui);
+    });
+    let figure = form.and_then(|form| figure_of(ctx, form, window));
+    ctx.figures.extend(figure);
+}
+
+/// The curves of a picture of a window as a figure, each over its own axis.
+fn figure_of(ctx: &PanelContext<'_>, form: FigureForm, window: &Manoeuvre) -> Option<FigureRequest> {
     let loaded = ctx.snapshot.flights.get(&window.flight).and_then(|slot| slot.latest())?;
     let x = Axis { range: Some([window.window.start_s, window.window.end_s]), ..Axis::time() };
     let panel = |(at, role): (usize, Role)| {
@@ -108,13 +150,13 @@ pub(crate) fn figure_of(ctx: &PanelContext<'_>, response: &Response, window: &Ma
         Some(Panel::Plot(Plot { x: x.clone(), y: Axis::new(notation::role(role), unit), marks: vec![line] }))
     };
     let figure = Figure {
-        name: format!("window_{}", window.name.replace(' ', "_")),
+        name: format!("manoeuvre_{}", window.name.replace(' ', "_")),
         caption: format!("manoeuvre {}", window.name),
         columns: 1,
         panel_height_mm: PANEL_MM,
         panels: roles(window.surface).into_iter().enumerate().filter_map(panel).collect(),
     };
-    Some(FigureRequest { figure, form })
+    Some(FigureRequest { figure: figure.with_excluded(&window.excluded), form })
 }
 
 fn thumbnail(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
@@ -135,10 +177,11 @@ fn thumbnail(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
         let points = curve(&channel.series, window, rect.shrink2(vec2(3.0, 12.0)));
         painter.line(points, Stroke::new(1.2, color));
     }
+    hatch_excluded(ui, window, rect.shrink2(vec2(3.0, 12.0)));
     let font = egui::FontId::proportional(10.5);
     let at = rect.left_top() + vec2(5.0, 2.0);
     painter.text(at, egui::Align2::LEFT_TOP, &window.name, font, role_color(palette, window.role));
-    ctx.figures.extend(figure_of(ctx, &response, window));
+    picture_menu(ctx, &response, window);
     let [control, rate] = roles(window.surface).map(notation::role);
     let response = response.on_hover_ui(|ui| {
         ui.label(RichText::new(&window.name).strong());
@@ -146,6 +189,15 @@ fn thumbnail(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
     });
     if response.clicked() {
         ctx.choose(&window.name);
+    }
+}
+
+/// Hatches the excluded parts of a manoeuvre in a picture of it, which `rect` is as wide as.
+pub(crate) fn hatch_excluded(ui: &Ui, window: &Manoeuvre, rect: egui::Rect) {
+    let length_s = window.window.length_s();
+    let x = |time_s: f64| rect.left() + rect.width() * ((time_s - window.window.start_s) / length_s) as f32;
+    for part in &window.excluded {
+        hatch(ui, egui::Rect::from_x_y_ranges(x(part.start_s)..=x(part.end_s), rect.y_range()).intersect(rect));
     }
 }
 

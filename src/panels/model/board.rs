@@ -10,6 +10,7 @@ use crate::notation;
 use crate::panels::{PanelContext, choices};
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
+use crate::widgets::csv_text::csv_text;
 use crate::widgets::term::column_title;
 
 /// Titles of the columns.
@@ -222,23 +223,16 @@ fn chart(ui: &Ui, scored: &[ScoredStructure], coefficient: Coefficient) -> Chart
 
 /// The board as text for other programs.
 fn csv(scored: &[ScoredStructure]) -> String {
-    let mut text = "structure,coefficient,parameters,samples,r_squared,pse,aic,bic,validation_r_squared\n".to_owned();
+    let titles =
+        ["structure", "coefficient", "parameters", "samples", "r_squared", "pse", "aic", "bic", "validation_r_squared"];
+    let mut rows = Vec::new();
     for of in scored {
         for (coefficient, found) in &of.scores {
             let Ok(found) = found else { continue };
-            let honest = found.validation_r_squared.map_or(String::new(), |value| value.to_string());
-            text.push_str(&format!(
-                "\"{}\",{},{},{},{},{},{},{},{honest}\n",
-                of.name,
-                coefficient.name(),
-                found.parameters,
-                found.samples,
-                found.r_squared,
-                found.predicted_squared_error,
-                found.akaike,
-                found.bayes
-            ));
+            let criteria = [found.r_squared, found.predicted_squared_error, found.akaike, found.bayes];
+            let sizes = (found.parameters, found.samples);
+            rows.push((&of.name, coefficient.name(), sizes, criteria, found.validation_r_squared));
         }
     }
-    text
+    csv_text(&titles, rows)
 }

@@ -2,7 +2,7 @@
 
 use doublet_core::model::Coefficient;
 use doublet_engine::compare::{ExperimentRow, PRESENT, SettingDifference, experiment_differences};
-use doublet_engine::run::Slot;
+use doublet_engine::run::{ExperimentRows, Slot};
 use doublet_engine::session::{
     Configuration, Edit, Experiment, ExperimentEdit, Session, cross_experiments, filter_experiments,
     manoeuvre_experiments, noise_experiments, structure_experiments,
@@ -95,8 +95,11 @@ impl Experiments {
         let field = ui.add(TextEdit::singleline(&mut self.name).hint_text(&usual).desired_width(130.0));
         ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("name of the experiment"));
         let typed = self.name.trim();
-        let name = if typed.is_empty() { usual } else { typed.to_owned() };
-        let button = ui.add_enabled(name != PRESENT, Button::new("Keep"));
+        let wanted = if typed.is_empty() { usual } else { typed.to_owned() };
+        let name = ctx.session.free_experiment_name(&wanted);
+        // A name that is taken keeps what it has: the button says which one is used instead.
+        let title = if name == wanted { "Keep".to_owned() } else { format!("Keep as {name}") };
+        let button = ui.add_enabled(name != PRESENT, Button::new(title));
         let hint = "Save filter, noise, structure, manoeuvres and estimator of the session under this name";
         let is_confirmed = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         if button.on_hover_text(hint).clicked() || is_confirmed && name != PRESENT {
@@ -284,15 +287,19 @@ fn add(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
 
 /// How many rows are computed.
 fn progress(ctx: &PanelContext<'_>, ui: &mut Ui) {
-    let rows = &ctx.snapshot.inquiries.experiments.0;
-    let running = |(_, slot): &&(String, Slot<ExperimentRow>)| matches!(slot, Slot::Running { .. });
-    let left = rows.iter().filter(running).count();
-    let part = rows.iter().map(|(_, slot)| if let Slot::Running { progress, .. } = slot { *progress } else { 1.0 });
-    if left > 0 {
-        let part = part.sum::<f32>() / rows.len() as f32;
-        ui.add(ProgressBar::new(part).desired_width(120.0).desired_height(8.0));
-        ui.weak(format!("{} of {} computed", rows.len() - left, rows.len()));
+    let rows = &ctx.snapshot.inquiries.experiments;
+    let part = rows.0.iter().map(|(_, slot)| if let Slot::Running { progress, .. } = slot { *progress } else { 1.0 });
+    if let Some((done, all)) = count_experiments(rows) {
+        ui.add(ProgressBar::new(part.sum::<f32>() / all as f32).desired_width(120.0).desired_height(8.0));
+        ui.weak(format!("{done} of {all} computed"));
     }
+}
+
+/// How many experiments are computed, and how many there are; none where nothing is being computed.
+pub fn count_experiments(rows: &ExperimentRows) -> Option<(usize, usize)> {
+    let all = rows.0.len();
+    let left = rows.0.iter().filter(|(_, slot)| matches!(slot, Slot::Running { .. })).count();
+    (left > 0).then_some((all - left, all))
 }
 
 /// Coefficients that some row has, in their usual order.

@@ -217,15 +217,17 @@ fn information(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let Some(details) = ctx.details() else {
         return awaiting(ctx, ui, "the fits of this manoeuvre", "This manoeuvre has no fit.");
     };
-    ui.weak("Information on each derivative over time, with all others of its coefficient estimated too. The stronger the colour, the more information; the colour of the plot ground: none.");
+    ui.weak("Information on each derivative over time, all other derivatives free. Darker: more. Blank: none.");
     let range = ctx.state.window_time.range();
+    let excluded = ctx.window().map_or(&[][..], |window| &window.excluded);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         for found in &details.information {
             ui.label(notation::derivative_job(ui, &format!("{}_", found.coefficient.name())));
             let rows: Vec<(String, Vec<f64>)> =
                 found.shares.iter().map(|(name, shares)| (notation::derivative(name), shares.clone())).collect();
             let name = format!("information on {}", found.coefficient.name());
-            ctx.figures.extend(HeatStrips { name: &name, edges_s: &found.edges_s, rows: &rows, range }.show(ui));
+            let strips = HeatStrips { name: &name, edges_s: &found.edges_s, rows: &rows, range, excluded };
+            ctx.figures.extend(strips.show(ui));
         }
         let (axis, _) = ui.allocate_exact_size(vec2(ui.available_width(), TIME_AXIS_HEIGHT), Sense::hover());
         let axis = heat_strip::frame(axis);

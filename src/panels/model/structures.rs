@@ -8,6 +8,7 @@ use crate::notation;
 use crate::panels::results::intervals::estimate;
 use crate::panels::{PanelContext, awaiting, empty, is_window_constant};
 use crate::theme;
+use crate::widgets::csv_text::csv_text;
 use crate::widgets::term::column_title;
 
 /// Titles of the columns.
@@ -22,7 +23,8 @@ struct Row {
     /// Both are the same.
     is_same: bool,
     cells: [String; 5],
-    csv: String,
+    /// Estimate and error of both, and the difference.
+    values: [Option<f64>; 5],
 }
 
 /// Draws the table; copies it first where that was asked for.
@@ -35,8 +37,9 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
     };
     let rows = rows(first, second);
     if copy {
-        let lines: String = rows.iter().map(|row| row.csv.as_str()).collect();
-        ui.ctx().copy_text(format!("derivative,a,a_corrected_error,b,b_corrected_error,difference\n{lines}"));
+        let titles = ["derivative", "a", "a_corrected_error", "b", "b_corrected_error", "difference"];
+        let derivatives = rows.iter().filter(|row| !row.is_coefficient).map(|row| (&row.name, row.values));
+        ui.ctx().copy_text(csv_text(&titles, derivatives));
     }
     if ctx.snapshot.second.is_stale() {
         ui.multiply_opacity(0.45);
@@ -122,21 +125,14 @@ fn heading(name: &str, both: &[Option<CoefficientFit>; 2]) -> Row {
         is_coefficient: true,
         is_same: a == b,
         cells: [text(a), String::new(), text(b), String::new(), change],
-        csv: String::new(),
+        values: [None; 5],
     }
 }
 
 fn derivative(name: String, both: &[Option<CoefficientFit>; 2]) -> Row {
     let [a, b] = both.each_ref().map(|fit| estimate(fit.as_slice(), &name));
     let number = |value: Option<f64>| value.map_or(String::new(), notation::number);
-    let plain = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
     let difference = a.zip(b).map(|(a, b)| b.0 - a.0);
     let values = [a.map(|a| a.0), a.map(|a| a.1), b.map(|b| b.0), b.map(|b| b.1), difference];
-    Row {
-        csv: format!("{name},{}\n", values.map(plain).join(",")),
-        is_same: difference == Some(0.0),
-        cells: values.map(number),
-        name,
-        is_coefficient: false,
-    }
+    Row { is_same: difference == Some(0.0), cells: values.map(number), values, name, is_coefficient: false }
 }

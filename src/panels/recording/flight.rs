@@ -276,7 +276,7 @@ fn snap_points(ctx: &PanelContext<'_>, flight: &str, recording: &Recording) -> V
             window.flight == flight && ctx.selection().window.as_deref() != Some(window.name.as_str())
         });
     let edges = others.flat_map(|window| [window.window.start_s, window.window.end_s]);
-    points.extend(edges.map(|time_s| SnapPoint { time_s, word: "window" }));
+    points.extend(edges.map(|time_s| SnapPoint { time_s, word: "manoeuvre" }));
     if let Some(channel) = recording.role(Role::RollRate) {
         let series = &channel.series;
         points.extend(gap_edges(&series.time_s, &series.values, ctx.state.time.range()));
@@ -418,7 +418,7 @@ fn lane_menu(ctx: &mut PanelContext<'_>, response: &Response, window: &Manoeuvre
     }
     let time_s = response.ctx.data(|data| data.get_temp(id));
     let (session, table, markers_s) = (ctx.session, ctx.table, ctx.state.time.markers_s);
-    let spot = Spot { session, table, window: session.window(&window.name), time_s, markers_s };
+    let spot = Spot { session, table, window: session.window(&window.name), candidate: None, time_s, markers_s };
     let mut chosen = None;
     response.context_menu(|ui| chosen = marking::menu(ui, &spot));
     if let Some(command) = chosen {

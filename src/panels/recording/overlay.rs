@@ -7,13 +7,14 @@ use doublet_core::model::Coefficient;
 use doublet_core::quantity::Role;
 use doublet_core::series::Series;
 use doublet_engine::session::{Manoeuvre, Surface};
-use eframe::egui::{Id, ScrollArea, Ui};
+use eframe::egui::{Id, Rect, ScrollArea, Ui};
 
 use crate::notation;
 use crate::panels::manoeuvres::proposals::roles;
 use crate::panels::{PanelContext, empty};
 use crate::theme;
-use crate::widgets::time_plot::{PlotCache, TimePlot, Trace, TraceStyle, time_stack};
+use crate::widgets::hatch::hatch;
+use crate::widgets::time_plot::{PlotCache, StackResponse, TimePlot, Trace, TraceStyle, time_stack, x_at};
 use crate::widgets::time_view::{TimeRange, TimeView};
 
 /// Windows drawn at most: more are not told apart.
@@ -85,6 +86,11 @@ impl Overlay {
             let more =
                 if compared.len() > MOST { format!(", the first {MOST} of {}", compared.len()) } else { String::new() };
             ui.weak(format!("{} manoeuvres from onset{more}; dashed: model", drawn.len()));
+            let excluded = drawn.iter().filter(|window| !window.excluded.is_empty());
+            let names: Vec<&str> = excluded.map(|window| window.name.as_str()).collect();
+            if !names.is_empty() {
+                ui.weak(format!("Hatched: excluded in {}", names.join(", ")));
+            }
         });
         self.make(ctx, drawn, &signals);
         let units = ctx.state.units;
@@ -106,9 +112,23 @@ impl Overlay {
             plots.push(TimePlot::new(label, unit, traces));
         }
         let response = time_stack(ui, Id::unique("overlay"), &mut self.view, &mut self.cache, &plots, &[]);
+        self.hatch_excluded(ctx, ui, drawn, &response);
         self.view.cursor_s = response.hovered_s;
         self.view.annotate_s = None;
         ctx.figures.extend(response.figure);
+    }
+
+    /// Hatches the excluded parts of the manoeuvres drawn.
+    fn hatch_excluded(&self, ctx: &PanelContext<'_>, ui: &Ui, drawn: &[&Manoeuvre], response: &StackResponse) {
+        let clip = response.visible.map_or(ui.clip_rect(), |visible| visible.intersect(ui.clip_rect()));
+        for window in drawn.iter().filter(|window| !window.excluded.is_empty()) {
+            let onset_s = onset(ctx, window);
+            for (part, frame) in window.excluded.iter().flat_map(|part| response.frames.iter().map(move |f| (part, f)))
+            {
+                let x = [part.start_s, part.end_s].map(|time_s| x_at(*frame, self.view.range(), time_s - onset_s));
+                hatch(ui, Rect::from_x_y_ranges(x[0]..=x[1], frame.y_range()).intersect(*frame).intersect(clip));
+            }
+        }
     }
 
     /// The menu of lanes.

@@ -6,8 +6,10 @@ use eframe::egui::{self, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
 use crate::notation;
+use crate::panels::manoeuvres::manoeuvre_list::menu;
 use crate::panels::{PanelContext, awaiting, is_window_constant, role_color, select};
 use crate::theme;
+use crate::widgets::csv_text::csv_text;
 
 /// Estimate and standard error of `derivative` among `fits`.
 fn parameter(fits: &[CoefficientFit], derivative: &str) -> Option<(f64, f64)> {
@@ -79,6 +81,7 @@ fn heading(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
         text = text.strong().background_color(ui.visuals().selection.bg_fill);
     }
     let label = ui.add(egui::Label::new(text).truncate().sense(egui::Sense::click()));
+    label.context_menu(|ui| menu(ctx, ui, window));
     if label.on_hover_text(&window.name).clicked() {
         let modifiers = ui.input(|input| input.modifiers);
         select(ctx.state, ctx.session, &window.name, modifiers);
@@ -97,13 +100,12 @@ fn cell(ui: &mut Ui, parameter: Option<(f64, f64)>, strong: bool) {
 
 /// The table as text for other programs.
 fn csv(ctx: &PanelContext<'_>, names: &[&str], windows: &[&Manoeuvre]) -> String {
-    let mut text = "derivative,window,role,estimate,standard_error\n".to_owned();
+    let mut rows = Vec::new();
     for name in names {
         for window in windows {
-            if let Some((estimate, error)) = parameter(fits(ctx, window), name) {
-                text.push_str(&format!("{name},\"{}\",{},{estimate},{error}\n", window.name, window.role.name()));
-            }
+            let found = parameter(fits(ctx, window), name);
+            rows.extend(found.map(|found| (name, &window.name, window.role.name(), found)));
         }
     }
-    text
+    csv_text(&["derivative", "manoeuvre", "role", "estimate", "standard_error"], rows)
 }

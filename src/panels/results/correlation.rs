@@ -4,7 +4,7 @@ use doublet_core::model::Coefficient;
 use doublet_engine::stage::CoefficientFit;
 use eframe::egui::{
     Align2, FontId, Label, Mesh, Rect, RichText, Role, ScrollArea, Sense, Shape, Stroke, StrokeKind, Ui, UiBuilder,
-    WidgetInfo, pos2, vec2,
+    Vec2, WidgetInfo, pos2, vec2,
 };
 
 use crate::notation;
@@ -162,18 +162,38 @@ fn warnings(ui: &mut Ui, of: Of, blocks: &[Block]) {
     ui.add(Label::new(notation::typeset_in(&text, 11.5, theme::palette(ui).warning)).wrap());
 }
 
-/// All matrices, as many beside each other as there is room for.
+/// Room between two matrices, points.
+const BETWEEN: Vec2 = vec2(8.0, 6.0);
+
+/// Columns, and size of the place of a matrix, by which `matrices` (rows, width of the longest name) have the largest cells in `room`.
+fn arrange(room: Vec2, matrices: &[(usize, f32)]) -> (usize, Vec2) {
+    let place = |across: usize| {
+        let width = room.x / across as f32;
+        vec2(width, (room.y / matrices.len().div_ceil(across) as f32).max(LEAST.min(width)))
+    };
+    let cell = |across: usize| {
+        let inner = place(across) - BETWEEN - vec2(0.0, TITLE);
+        let cells = matrices.iter().map(|&(size, widest)| matrix_view::cell_in(inner, size, widest));
+        cells.fold(f32::INFINITY, f32::min)
+    };
+    // Where cells are as large, more beside each other are fewer to scroll.
+    let possible = (1..=matrices.len()).filter(|&across| across == 1 || room.x / across as f32 >= LEAST);
+    let across = possible.max_by(|&a, &b| cell(a).total_cmp(&cell(b)).then(a.cmp(&b))).unwrap_or(1);
+    (across, place(across))
+}
+
+/// All matrices, beside and below each other so that their cells are as large as the room allows.
 fn grid(ctx: &mut PanelContext<'_>, ui: &mut Ui, of: Of, blocks: &[Block], stale: bool) {
     let room = ui.available_size();
-    let across = ((room.x / LEAST).floor().max(1.0) as usize).min(blocks.len());
+    let matrices: Vec<_> =
+        blocks.iter().map(|block| (block.names.len(), matrix_view::widest_name(ui, &block.names))).collect();
+    let (across, Vec2 { x: width, y: height }) = arrange(room, &matrices);
     let down = blocks.len().div_ceil(across);
-    let width = room.x / across as f32;
-    let height = (room.y / down as f32).max(LEAST.min(width));
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let origin = ui.cursor().min;
         for (at, block) in blocks.iter().enumerate() {
             let corner = origin + vec2((at % across) as f32 * width, (at / across) as f32 * height);
-            let place = Rect::from_min_size(corner, vec2(width - 8.0, height - 6.0));
+            let place = Rect::from_min_size(corner, vec2(width, height) - BETWEEN);
             let mut inner = ui.new_child(UiBuilder::new().id_salt(("correlation", at)).max_rect(place));
             inner.set_clip_rect(place.intersect(ui.clip_rect()));
             matrix(ctx, &mut inner, of, block, stale);

@@ -18,6 +18,7 @@ use crate::panels::results::over_windows;
 use crate::panels::{Panel, PanelContext, awaiting, is_window_constant, trouble};
 use crate::theme;
 use crate::ui_state::Scope;
+use crate::widgets::csv_text::csv_text;
 use crate::widgets::level_mark;
 use crate::widgets::term::column_title;
 
@@ -300,14 +301,14 @@ fn derivative(
 
 /// The table as text for other programs.
 pub fn csv(fits: &[CoefficientFit]) -> String {
-    let mut text = "derivative,estimate,standard_error,corrected_error,relative_percent,t\n".to_owned();
+    let mut rows = Vec::new();
     for coefficient in fits {
         let Ok(fit) = &coefficient.fit else { continue };
         for (at, name) in fit.names.iter().enumerate() {
             let (estimate, (error, corrected)) = (fit.estimates[at], errors(fit, &coefficient.corrected_errors, at));
             let (relative, t) = significance(fit, &coefficient.corrected_errors, at);
-            text.push_str(&format!("{name},{estimate},{error},{corrected},{relative},{t}\n"));
+            rows.push((name, [estimate, error, corrected, relative, t]));
         }
     }
-    text
+    csv_text(&["derivative", "estimate", "standard_error", "corrected_error", "relative_percent", "t"], rows)
 }

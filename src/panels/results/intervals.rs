@@ -94,7 +94,7 @@ fn overlay(chart: &mut Chart, ctx: &PanelContext<'_>, other: &Overlaid<'_>, (nam
 fn chart(ctx: &PanelContext<'_>, ui: &Ui, name: &str) -> Chart {
     let palette = theme::palette(ui);
     let label = format!("{} ± {NORMAL_95} corrected standard errors", notation::derivative(name));
-    let mut chart = Chart::new("estimates of every manoeuvre", "window", label);
+    let mut chart = Chart::new("estimates of every manoeuvre", "manoeuvre", label);
     let mut kinds: BTreeMap<&str, ChartCurve> = BTreeMap::new();
     let used = ctx.session.active_windows();
     let with_estimate = used.filter_map(|window| {

@@ -8,6 +8,7 @@ use egui_extras::{Column, TableBuilder};
 use crate::notation;
 use crate::panels::{PanelContext, awaiting};
 use crate::theme;
+use crate::widgets::csv_text::csv_text;
 use crate::widgets::term::{column_title, column_title_called};
 
 /// Titles of the columns over all windows.
@@ -94,14 +95,13 @@ fn cells(parameter: &ParameterSummary) -> [String; 6] {
 
 /// The table as text for other programs.
 fn csv(kinds: &[KindSummary]) -> String {
-    let mut text = "kind,derivative,windows,mean,min,max,scatter,mean_variance\n".to_owned();
+    let mut rows = Vec::new();
     for kind in kinds {
         let name = if kind.kind.is_empty() { "all" } else { kind.kind.as_str() };
         for parameter in &kind.parameters {
-            let ParameterSummary { name: derivative, fits, estimate: [mean, min, max], variance, scatter } = parameter;
-            let variance = variance[0];
-            text.push_str(&format!("\"{name}\",{derivative},{fits},{mean},{min},{max},{scatter},{variance}\n"));
+            let ParameterSummary { name: derivative, fits, estimate, variance, scatter } = parameter;
+            rows.push((name, derivative, fits, estimate, scatter, variance[0]));
         }
     }
-    text
+    csv_text(&["kind", "derivative", "manoeuvres", "mean", "min", "max", "scatter", "mean_variance"], rows)
 }

@@ -57,7 +57,7 @@ fn response(ui: &mut Ui, found: &SurfaceResponse) {
     match surface_figure(found) {
         Some(figure) => {
             ui.weak(
-                "Dots: measured, with 95 % bars. Lines: the equivalent system, dashed as seen through windows of this length, and the identified model. Frequencies in rad/s.",
+                "Dots: measured, with 95 % bars. Lines: the equivalent system, dashed as seen through spectral windows of this length, and the identified model. Frequencies in rad/s.",
             );
             figure_view(ui, &figure);
         }

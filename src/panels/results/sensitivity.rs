@@ -11,6 +11,7 @@ use crate::notation;
 use crate::panels::{Panel, PanelContext, choices, empty, offer, study_button, trouble};
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
+use crate::widgets::csv_text::csv_text;
 
 /// Bars of the chart.
 const BARS: usize = 10;
@@ -162,16 +163,16 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &SensitivityStudy) {
 
 /// All tables as text for other programs.
 fn csv(study: &SensitivityStudy) -> String {
-    let mut text = "derivative,quantity,unit,value,step,low,nominal,high,partial,relative_percent\n".to_owned();
+    let titles =
+        ["derivative", "quantity", "unit", "value", "step", "low", "nominal", "high", "partial", "relative_percent"];
+    let mut rows = Vec::new();
     for table in &study.tables {
         let step = &table.step;
         let (quantity, unit) = (step.quantity.name(), step.quantity.unit());
         for p in &table.partials {
-            text.push_str(&format!(
-                "{},{quantity},{unit},{},{},{},{},{},{},{}\n",
-                p.derivative, step.nominal, step.half_width, p.low, p.nominal, p.high, p.partial, p.relative_percent
-            ));
+            let values = [step.nominal, step.half_width, p.low, p.nominal, p.high, p.partial, p.relative_percent];
+            rows.push((&p.derivative, quantity.clone(), unit, values));
         }
     }
-    text
+    csv_text(&titles, rows)
 }

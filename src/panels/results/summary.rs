@@ -1,6 +1,7 @@
 //! Which results can be trusted: the verdict, its level for every manoeuvre and coefficient, and the findings with their fixes.
 
 use doublet_core::model::Coefficient;
+use doublet_engine::session::Session;
 use doublet_engine::verdict::{Finding, Level, Verdicts};
 use eframe::egui::{
     self, CollapsingHeader, CornerRadius, Label, Panel as Bar, RichText, Role, ScrollArea, Sense, TextStyle, Ui,
@@ -8,10 +9,12 @@ use eframe::egui::{
 };
 use egui_extras::{Column, TableBuilder, TableRow};
 
+use crate::command::{UiCommand, ViewCommand};
 use crate::notation;
+use crate::panels::manoeuvres::manoeuvre_list::menu;
 use crate::panels::results::applied_fix::AppliedFix;
 use crate::panels::results::finding_rows::{self, FindingKind};
-use crate::panels::{Panel, PanelContext, awaiting};
+use crate::panels::{Pane, Panel, PanelContext, awaiting};
 use crate::widgets::level_mark::{self, level_mark};
 
 /// Height of a row.
@@ -32,6 +35,29 @@ const NO_REASONS: f32 = 108.0;
 const LOW: f32 = 300.0;
 /// Reasons said at once; the rest is asked for.
 const WORST: usize = 3;
+
+/// Worst coefficients whose findings are shown where the session has none.
+const WORST_FITS: usize = 3;
+
+/// Why nothing is estimated, and what to do; none where some manoeuvre is in use.
+fn nothing_estimated(session: &Session) -> Option<&'static str> {
+    if session.windows.is_empty() {
+        return Some("Nothing is estimated: mark a manoeuvre (drag with Ctrl in a plot of the flight).");
+    }
+    let is_ignored = session.active_windows().next().is_none();
+    is_ignored.then_some("Nothing is estimated: all manoeuvres are ignored. Use one for identification.")
+}
+
+/// The verdict in one line; without a manoeuvre in use, what to do.
+pub fn headline(session: &Session, verdicts: &Verdicts) -> String {
+    nothing_estimated(session).map_or_else(|| verdicts.headline(), str::to_owned)
+}
+
+/// The level of a session as it is shown: none where nothing is estimated and nothing is bad.
+pub fn judge_shown(session: &Session, verdicts: &Verdicts) -> Option<Level> {
+    let level = verdicts.session.level;
+    (level == Level::Bad || nothing_estimated(session).is_none()).then_some(level)
+}
 
 /// What a cell of the grid is about.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -95,10 +121,14 @@ impl Panel for Summary {
             self.chosen = Place::default();
         }
         ui.horizontal(|ui| {
-            level_mark(ui, Some(verdicts.session.level));
-            let text = notation::typeset_in(&verdicts.headline(), 14.0, ui.visuals().strong_text_color());
+            level_mark(ui, judge_shown(ctx.session, &verdicts));
+            let text = headline(ctx.session, &verdicts);
+            let text = notation::typeset_in(&text, 14.0, ui.visuals().strong_text_color());
             ui.add(Label::new(text).wrap());
         });
+        if nothing_estimated(ctx.session).is_some() {
+            return self.first_step(ctx, ui, &verdicts);
+        }
         self.applied.take_if(|applied| !applied.is_current(ctx.session) && ctx.edits.is_empty());
         if let Some(applied) = &self.applied {
             applied.show(ctx, ui);
@@ -115,7 +145,7 @@ impl Panel for Summary {
             let bar = Bar::right("reasons beside").default_size(most.min(0.5 * room.x));
             let bar = bar.size_range(LEAST_REASONS..=most);
             bar.show(ui, |ui| self.reasons(ctx, ui, &verdicts));
-        } else if self.chosen.judged(&verdicts).is_none_or(|(_, reasons)| reasons.is_empty()) {
+        } else if !self.has_findings(&verdicts) {
             // In a low panel the grid needs the room.
             if room.y > LOW {
                 let bar = Bar::bottom("no reasons below").default_size(NO_REASONS).size_range(NO_REASONS..=NO_REASONS);
@@ -131,6 +161,27 @@ impl Panel for Summary {
 }
 
 impl Summary {
+    /// What there is to do before anything can be estimated, and what is known of the session so far.
+    fn first_step(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, verdicts: &Verdicts) {
+        ui.horizontal_wrapped(|ui| {
+            for (text, pane) in [("Show the flight", Pane::Flight), ("Show the manoeuvres found", Pane::Manoeuvres)] {
+                if ui.button(text).clicked() {
+                    ctx.commands.push(UiCommand::View(ViewCommand::Show(pane)));
+                }
+            }
+        });
+        let kinds = FindingKind::group(&verdicts.session.reasons.iter().collect::<Vec<_>>());
+        ScrollArea::vertical().id_salt("reasons").auto_shrink(false).show(ui, |ui| {
+            self.findings(ctx, ui, &Place::default().title(), &kinds);
+        });
+    }
+
+    /// Whether there are findings to show.
+    fn has_findings(&self, verdicts: &Verdicts) -> bool {
+        let has_own = self.chosen.judged(verdicts).is_some_and(|(_, reasons)| !reasons.is_empty());
+        has_own || self.chosen == Place::default() && !worst_fits(verdicts).is_empty()
+    }
+
     /// Windows down, coefficients across; all windows together first.
     fn grid(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, verdicts: &Verdicts) {
         let fits: Vec<Coefficient> = ctx.session.structure.models.iter().map(|(coefficient, _)| *coefficient).collect();
@@ -182,6 +233,7 @@ impl Summary {
             if name.clicked() {
                 self.choose(ctx, Place::new(window, None));
             }
+            manoeuvre_menu(ctx, &name, window);
         });
         for fit in [None].into_iter().chain(fits.iter().copied().map(Some)) {
             row.col(|ui| {
@@ -217,6 +269,7 @@ impl Summary {
             ui.strong(format!("{}: {word}", place.title()));
             reasons.iter().take(WORST).for_each(|reason| drop(ui.label(&reason.text)));
         });
+        manoeuvre_menu(ctx, &response, place.window.as_deref());
         if response.clicked() {
             self.choose(ctx, place);
         }
@@ -244,22 +297,61 @@ impl Summary {
         });
         ScrollArea::vertical().id_salt("reasons").auto_shrink(false).show(ui, |ui| {
             let kinds = FindingKind::group(&reasons);
-            if kinds.is_empty() {
+            if !kinds.is_empty() {
+                return self.findings(ctx, ui, &self.chosen.title(), &kinds);
+            }
+            let worst = if self.chosen == Place::default() { worst_fits(verdicts) } else { Vec::new() };
+            if worst.is_empty() {
                 ui.weak("No findings.");
             }
-            let (worst, more) = kinds.split_at(WORST.min(kinds.len()));
-            let title = self.chosen.title();
-            let mut show_all = |ui: &mut Ui, kinds: &[FindingKind<'_>]| {
-                for kind in kinds {
-                    if finding_rows::show(ctx, ui, kind) {
-                        self.applied = kind.fix.as_ref().and_then(|fix| AppliedFix::apply(ctx, fix));
+            for coefficient in worst {
+                let place = Place::new(None, Some(coefficient));
+                let Some((level, reasons)) = place.judged(verdicts) else { continue };
+                let title = place.title();
+                ui.add_space(4.0);
+                ui.horizontal(|ui| {
+                    level_mark(ui, Some(level));
+                    if ui.link(RichText::new(format!("{title}: {}", level.name())).strong()).clicked() {
+                        self.chosen = place;
                     }
-                }
-            };
-            show_all(ui, worst);
-            if !more.is_empty() {
-                CollapsingHeader::new(format!("{} more", more.len())).id_salt(title).show(ui, |ui| show_all(ui, more));
+                });
+                self.findings(ctx, ui, &title, &FindingKind::group(&reasons));
             }
         });
     }
+
+    /// Findings of a place, the worst first; the rest is asked for.
+    fn findings(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, title: &str, kinds: &[FindingKind<'_>]) {
+        let (worst, more) = kinds.split_at(WORST.min(kinds.len()));
+        let mut show_all = |ui: &mut Ui, kinds: &[FindingKind<'_>]| {
+            for kind in kinds {
+                if finding_rows::show(ctx, ui, kind) {
+                    self.applied = kind.fix.as_ref().and_then(|fix| AppliedFix::apply(ctx, fix));
+                }
+            }
+        };
+        show_all(ui, worst);
+        if !more.is_empty() {
+            CollapsingHeader::new(format!("{} more", more.len())).id_salt(title).show(ui, |ui| show_all(ui, more));
+        }
+    }
+}
+
+/// The menu of the manoeuvre of a row.
+fn manoeuvre_menu(ctx: &mut PanelContext<'_>, response: &egui::Response, window: Option<&str>) {
+    let session = ctx.session;
+    if let Some(window) = window.and_then(|name| session.window(name)) {
+        response.context_menu(|ui| menu(ctx, ui, window));
+    }
+}
+
+/// The coefficients of the worst level below good, from all manoeuvres, that have findings.
+fn worst_fits(verdicts: &Verdicts) -> Vec<Coefficient> {
+    let level = verdicts.pooled.iter().map(|fit| fit.verdict.level).max().unwrap_or_default();
+    let worst = verdicts.pooled.iter().filter(|fit| fit.verdict.level == level && level > Level::Good);
+    let found = worst.map(|fit| fit.coefficient).filter(|&fit| {
+        let judged = Place::new(None, Some(fit)).judged(verdicts);
+        judged.is_some_and(|(_, reasons)| !reasons.is_empty())
+    });
+    found.take(WORST_FITS).collect()
 }

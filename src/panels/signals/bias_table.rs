@@ -7,6 +7,7 @@ use egui_extras::{Column, TableBuilder};
 use crate::notation;
 use crate::panels::{PanelContext, awaiting};
 use crate::theme;
+use crate::widgets::csv_text::csv_text;
 
 /// Names of the lines below the windows.
 const SUMMARY: [&str; 4] = ["mean", "σ", "min", "max"];
@@ -76,13 +77,8 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
 
 /// The table in SI as text for other programs.
 fn csv(table: &BiasTable) -> String {
-    let heads: Vec<String> =
-        BIAS_STATES.iter().map(|state| format!("{} [{}]", state.name(), state.dimension().si_symbol())).collect();
-    let mut text = format!("window,{}\n", heads.join(","));
+    let titles = BIAS_STATES.map(|state| format!("{} [{}]", state.name(), state.dimension().si_symbol()));
+    let titles: Vec<&str> = std::iter::once("manoeuvre").chain(titles.iter().map(String::as_str)).collect();
     let rows = table.rows.iter().map(|(name, values)| (name.as_str(), values));
-    for (name, values) in rows.chain(SUMMARY.into_iter().zip(&table.summary)) {
-        let values: Vec<String> = values.iter().map(f64::to_string).collect();
-        text.push_str(&format!("\"{name}\",{}\n", values.join(",")));
-    }
-    text
+    csv_text(&titles, rows.chain(SUMMARY.into_iter().zip(&table.summary)))
 }

@@ -56,7 +56,7 @@ impl Panel for Preprocess {
             self.signal(ctx, ui, &name, loaded, proposals.map(|found| &found.spectra[..]).unwrap_or_default());
             ui.add_space(6.0);
             CollapsingHeader::new("Clocks").default_open(true).show(ui, |ui| self.clocks(ctx, ui, &name, loaded));
-            CollapsingHeader::new("Steady windows").default_open(true).show(ui, |ui| {
+            CollapsingHeader::new("Steady parts").default_open(true).show(ui, |ui| {
                 steady(ctx, ui, &name, proposals.map(AsRef::as_ref));
             });
         });
@@ -374,7 +374,7 @@ fn steady(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, proposals: Opti
             let added = SteadyWindow { flight: flight.to_owned(), window, roles: Vec::new() };
             set(ctx, own.iter().cloned().chain([added]).collect());
         }
-        let hint = "Marks all steady windows found";
+        let hint = "Marks all steady parts found";
         if !found.is_empty()
             && own.is_empty()
             && ui.button(format!("Mark the {} found", found.len())).on_hover_text(hint).clicked()
@@ -385,7 +385,7 @@ fn steady(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, proposals: Opti
             set(ctx, Vec::new());
         }
         let (used, how) = if own.is_empty() { (found, "found") } else { (&own[..], "marked") };
-        let about = "Noise is estimated over steady windows: inertial sensors and air data in flight, attitude and navigation on the ground if available";
+        let about = "Noise is estimated over steady parts: inertial sensors and air data in flight, attitude and navigation on the ground if available";
         ui.weak(steady_windows(used, how)).on_hover_text(about);
     });
     for (index, steady) in own.iter().enumerate() {
@@ -425,7 +425,7 @@ fn steady_windows(windows: &[SteadyWindow], how: &str) -> String {
 /// What the steady windows say about every entry of the noise.
 fn statistics(ctx: &PanelContext<'_>, ui: &mut Ui, flight: &str) {
     let Some(noise) = ctx.snapshot.noise.get(flight).and_then(|slot| slot.latest()) else { return };
-    caption(ui, "Noise over the steady windows");
+    caption(ui, "Noise over the steady parts");
     Grid::new("noise statistics").num_columns(6).spacing([14.0, 2.0]).show(ui, |ui| {
         for title in STATISTICS {
             column_title(ui, title);

@@ -1,15 +1,17 @@
-//! The background worker: one coordinator thread, the latest request wins, results appear as they come.
+//! The background worker: one coordinator thread, the latest request wins, results appear as they come. A second thread computes the
+//! experiments of the session beside it, so that a closer look neither waits for a row nor stops one.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
 use super::details::{DetailRequest, details};
+use super::experiments::experiment_rows;
 use super::inquiries::inquire;
 use super::pipeline::{Scope, run};
 use crate::graph::{Cache, Context, Control, StageError, guarded};
 use crate::session::Session;
-use crate::snapshot::Snapshot;
+use crate::snapshot::{ExperimentRows, SlotGroup, Snapshot};
 use crate::study::Study;
 
 /// Memory the results of past generations may hold, bytes.
@@ -48,6 +50,11 @@ struct Inbox {
     generation: u64,
     /// Handle on the job under way, and whether it is a run.
     running: Option<(Control, bool)>,
+    /// The run done last with its generation.
+    ran: Option<(u64, Arc<Request>)>,
+    /// Whether the experiments of that run are due, and the handle on them while they are computed.
+    experiments_due: bool,
+    experiments: Option<Control>,
     closed: bool,
 }
 
@@ -56,6 +63,24 @@ impl Inbox {
     fn stop(&self, runs: bool, details: bool) {
         let stopped = self.running.iter().filter(|(_, is_run)| if *is_run { runs } else { details });
         stopped.for_each(|(control, _)| control.cancel());
+    }
+
+    /// Stops the experiments under way.
+    fn stop_experiments(&self) {
+        self.experiments.iter().for_each(Control::cancel);
+    }
+
+    /// The run whose experiments are to be computed now, with a handle on them: once no run is due.
+    fn next_experiments(&mut self) -> Option<((u64, Arc<Request>), Control)> {
+        let is_running = self.pending.is_some() || matches!(self.running, Some((_, true)));
+        if !self.experiments_due || is_running {
+            return None;
+        }
+        let ran = self.ran.clone()?;
+        self.experiments_due = false;
+        let control = Control::default();
+        self.experiments = Some(control.clone());
+        Some((ran, control))
     }
 
     /// The next job with a handle on it.
@@ -87,7 +112,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 /// The engine in the background.
 pub struct Engine {
     shared: Arc<Shared>,
-    thread: Option<JoinHandle<()>>,
+    threads: Vec<JoinHandle<()>>,
 }
 
 impl Engine {
@@ -102,11 +127,13 @@ impl Engine {
             snapshot: Mutex::default(),
             wake: Box::new(wake),
         });
-        let for_thread = Arc::clone(&shared);
-        let thread = std::thread::Builder::new()
-            .name("doublet-coordinator".to_owned())
-            .spawn(move || coordinate(&for_thread, &cache))?;
-        Ok(Self { shared, thread: Some(thread) })
+        let mut engine = Self { shared, threads: Vec::new() };
+        for (name, work) in [("doublet-coordinator", coordinate as Work), ("doublet-experiments", compare as Work)] {
+            let (shared, cache) = (Arc::clone(&engine.shared), Arc::clone(&cache));
+            let thread = std::thread::Builder::new().name(name.to_owned()).spawn(move || work(&shared, &cache))?;
+            engine.threads.push(thread);
+        }
+        Ok(engine)
     }
 
     /// Asks for a run; a run under way is cancelled, a request not yet begun is forgotten. Returns the new generation.
@@ -117,25 +144,38 @@ impl Engine {
         let generation = inbox.generation;
         inbox.pending = Some((generation, request));
         inbox.stop(true, true);
-        self.shared.arrived.notify_one();
+        inbox.stop_experiments();
+        self.shared.arrived.notify_all();
         generation
     }
 
     /// States what is looked at: [`Snapshot::details`] follows, now and after every run. Cheap while it stays the same.
     pub fn request_details(&self, request: &DetailRequest) {
         let mut inbox = lock(&self.shared.inbox);
-        if inbox.details != *request {
-            inbox.details = request.clone();
+        if inbox.details == *request {
+            return;
+        }
+        let mut former = std::mem::replace(&mut inbox.details, request.clone());
+        let compares = request.inquiry.experiments;
+        if former.inquiry.experiments != compares {
+            inbox.experiments_due = compares;
+            if !compares {
+                inbox.stop_experiments();
+            }
+        }
+        former.inquiry.experiments = compares;
+        if former != *request {
             inbox.details_due = true;
             inbox.stop(false, true);
-            self.shared.arrived.notify_one();
         }
+        self.shared.arrived.notify_all();
     }
 
-    /// Whether a closer look is due or under way.
+    /// Whether a closer look or an experiment is due or under way.
     pub fn has_details_due(&self) -> bool {
         let inbox = lock(&self.shared.inbox);
-        inbox.details_due || matches!(inbox.running, Some((_, false)))
+        let compares = inbox.experiments.is_some() || inbox.experiments_due && inbox.ran.is_some();
+        compares || inbox.details_due || matches!(inbox.running, Some((_, false)))
     }
 
     /// Stops the run under way, if any.
@@ -163,26 +203,36 @@ impl Drop for Engine {
         inbox.closed = true;
         inbox.pending = None;
         inbox.stop(true, true);
+        inbox.stop_experiments();
         drop(inbox);
-        self.shared.arrived.notify_one();
-        if let Some(thread) = self.thread.take() {
-            // A coordinator that died has nothing left to clean up.
+        self.shared.arrived.notify_all();
+        for thread in self.threads.drain(..) {
+            // A thread that died has nothing left to clean up.
             let _ = thread.join();
         }
     }
 }
 
+/// What a thread of the engine does.
+type Work = fn(&Shared, &Cache);
+
 /// Waits for a job, does it, publishes what comes.
 fn coordinate(shared: &Shared, cache: &Cache) {
-    let mut done: Option<Request> = None;
-    while let Some((job, control)) = next(shared) {
+    let mut done: Option<(u64, Arc<Request>)> = None;
+    while let Some((job, control)) = next(shared, Inbox::next) {
         let previous = Arc::clone(&lock(&shared.snapshot));
-        let publish = |snapshot: Snapshot| {
+        let is_run = matches!(job, Job::Run(..));
+        let publish = |mut snapshot: Snapshot| {
             // An older generation never overwrites a newer one: requests are run one at a time, in order.
-            *lock(&shared.snapshot) = Arc::new(snapshot);
+            let mut shown = lock(&shared.snapshot);
+            if !is_run {
+                // Experiments go on beside a closer look.
+                snapshot.inquiries.experiments.clone_from(&shown.inquiries.experiments);
+            }
+            *shown = Arc::new(snapshot);
+            drop(shown);
             (shared.wake)();
         };
-        let is_run = matches!(job, Job::Run(..));
         let work = || match (job, &done) {
             (Job::Run(generation, request), _) => {
                 let scope = Scope {
@@ -195,9 +245,10 @@ fn coordinate(shared: &Shared, cache: &Cache) {
                 };
                 let previous = if request.fresh { Arc::default() } else { previous };
                 run(&scope, &previous, cache, &control, &publish);
-                Ok(Some(request))
+                Ok(Some((generation, Arc::new(request))))
             }
-            (Job::Detail(wanted), Some(Request { session, folder, .. })) => {
+            (Job::Detail(wanted), Some((_, request))) => {
+                let Request { session, folder, .. } = &**request;
                 let context = Context::new(folder).with_cache(cache).with_control(&control, &|_| ());
                 let mut shown = Snapshot::clone(&previous);
                 // A look that was stopped is taken anew; what failed is shown with its reason.
@@ -225,16 +276,46 @@ fn coordinate(shared: &Shared, cache: &Cache) {
         let mut inbox = lock(&shared.inbox);
         inbox.running = None;
         inbox.details_due |= is_run;
+        inbox.experiments_due |= is_run && inbox.details.inquiry.experiments;
+        inbox.ran.clone_from(&done);
         drop(inbox);
+        shared.arrived.notify_all();
         (shared.wake)();
     }
 }
 
-/// The next job, once there is one; `None` when the engine is gone.
-fn next(shared: &Shared) -> Option<(Job, Control)> {
+/// Computes the experiments of the run done last, whenever they are due.
+fn compare(shared: &Shared, cache: &Cache) {
+    while let Some(((generation, request), control)) = next(shared, Inbox::next_experiments) {
+        let show = |rows: &ExperimentRows| {
+            let mut shown = lock(&shared.snapshot);
+            if shown.generation == generation {
+                Arc::make_mut(&mut shown).inquiries.experiments.clone_from(rows);
+                drop(shown);
+                (shared.wake)();
+            }
+        };
+        let mut rows = lock(&shared.snapshot).inquiries.experiments.clone();
+        let work = || {
+            let context = Context::new(&request.folder).with_cache(cache).with_control(&control, &|_| ());
+            experiment_rows(&request.session, &mut rows, &context, &show)
+        };
+        // A row that was not computed says so itself.
+        if let Err(error) = guarded::<_, StageError>("experiments", work) {
+            let mut rows = lock(&shared.snapshot).inquiries.experiments.clone();
+            rows.each_mut("", &mut |_, slot| slot.end(&error));
+            show(&rows);
+        }
+        lock(&shared.inbox).experiments = None;
+        (shared.wake)();
+    }
+}
+
+/// The next job of a thread, once there is one; `None` when the engine is gone.
+fn next<T>(shared: &Shared, take: fn(&mut Inbox) -> Option<T>) -> Option<T> {
     let mut inbox = lock(&shared.inbox);
     while !inbox.closed {
-        if let Some(job) = inbox.next() {
+        if let Some(job) = take(&mut inbox) {
             return Some(job);
         }
         inbox = shared.arrived.wait(inbox).unwrap_or_else(PoisonError::into_inner);

@@ -51,6 +51,7 @@ fn trial(session: &Session, experiment: Option<&Experiment>) -> Session {
         second_structure: None,
         kept_structures: Vec::new(),
         annotations: Vec::new(),
+        refused: Vec::new(),
         report_notes: String::new(),
         report_figures: Vec::new(),
         ..with

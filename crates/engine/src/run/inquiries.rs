@@ -1,13 +1,12 @@
 //! What is asked of the identified model while somebody looks at it: computed in the background after the run, for what is on screen alone.
 
-use super::experiments::experiment_rows;
 use super::overlays::overlay_experiments;
 use super::tried_fixes::try_fixes;
 use crate::graph::{Context, Stage};
 use crate::planning::EnoughRequest;
 use crate::prior::{PriorRequest, PriorStudy};
 use crate::session::{Fix, Session};
-use crate::snapshot::{AnySlot, Enough, ExperimentRows, Inquiries, Overlays, Slot, Snapshot, TriedFixes, answer};
+use crate::snapshot::{AnySlot, Enough, Inquiries, Overlays, Slot, Snapshot, TriedFixes, answer};
 use crate::study::{DynamicsRequest, DynamicsStudy, StudyInput};
 
 /// What a front end asks of the identified model.
@@ -19,7 +18,7 @@ pub struct InquiryRequest {
     pub enough: Option<EnoughRequest>,
     /// Earlier estimate it is held against.
     pub prior: Option<PriorRequest>,
-    /// Whether the experiments of the session are compared.
+    /// Whether the experiments of the session are compared: computed beside all else that is asked.
     pub experiments: bool,
     /// Experiments that are drawn over the session, by name.
     pub overlaid: Vec<String>,
@@ -27,7 +26,7 @@ pub struct InquiryRequest {
     pub fixes: (u64, Vec<Fix>),
 }
 
-/// Computes what is asked of the model of `snapshot`, which shows each answer as it comes.
+/// Computes what is asked of the model of `snapshot` apart from its experiments; `snapshot` shows each answer as it comes.
 pub(super) fn inquire(
     session: &Session,
     snapshot: &mut Snapshot,
@@ -63,15 +62,6 @@ pub(super) fn inquire(
     }
     if let Some(wanted) = &request.enough {
         ask.answer::<Enough>(wanted, |inquiries| &mut inquiries.enough);
-    }
-    if request.experiments {
-        // A row that was not computed says so itself.
-        ask.fill(
-            |inquiries| &mut inquiries.experiments,
-            |session, rows: &mut ExperimentRows, context, show| {
-                let _ = experiment_rows(session, rows, context, show);
-            },
-        );
     }
 }
 

@@ -35,15 +35,12 @@ pub fn stops_run(finding: &Finding) -> bool {
 pub fn check(session: &Session) -> Vec<Finding> {
     let mut found = Vec::new();
     if session.flights.is_empty() {
-        let fix_text = "add a [[flight]] with a [[flight.recording]]";
+        let fix_text = "add a flight with a recording";
         found.push(contradiction("flight".to_owned(), "the session has no recording", fix_text));
     }
     if session.windows.len() > MOST_WINDOWS {
-        let text = format!(
-            "the session has {} manoeuvres, at most {MOST_WINDOWS} are computed together",
-            session.windows.len()
-        );
-        found.push(contradiction("window".to_owned(), text, "split it: `doublet batch` runs a folder of sessions"));
+        let text = format!("the session has {} manoeuvres (limit {MOST_WINDOWS})", session.windows.len());
+        found.push(contradiction("window".to_owned(), text, "split it into several sessions and run them as a batch"));
         return found;
     }
     names("flight", session.flights.iter().map(|flight| flight.name.as_str()), &mut found);
@@ -55,14 +52,17 @@ pub fn check(session: &Session) -> Vec<Finding> {
     windows(session, &mut found);
     for (name, range) in &session.plausible {
         if range.low.is_nan() || range.high.is_nan() || range.low >= range.high {
-            let text = format!("from {} to {} it is empty", range.low, range.high);
-            found.push(contradiction(format!("verdict.plausible.{name}"), text, "set high above low"));
+            let text = format!("lower limit {} is not below upper limit {}", range.low, range.high);
+            found.push(contradiction(format!("verdict.plausible.{name}"), text, "set low below high"));
         }
     }
     for error in session.filter.check().err().into_iter().flatten() {
         let field = format!("filter.{}", error.field);
         let text = format!("{} is outside {}", in_words(error.value), error.allowed);
-        found.push(contradiction(field.clone(), text, "give a number inside").with_setting("Noise and filter", field));
+        found.push(
+            contradiction(field.clone(), text, "enter a value inside the range")
+                .with_setting("Noise and filter", field),
+        );
     }
     found.extend(preparation::findings(&session.preparation));
     found.extend(constraint::findings(session));
@@ -76,7 +76,7 @@ fn names<'a>(kind: &str, all: impl Iterator<Item = &'a str>, found: &mut Vec<Fin
     for name in all {
         let place = format!("{kind} '{name}'");
         if name.trim().is_empty() {
-            found.push(contradiction(place, "the name is empty", "give it one"));
+            found.push(contradiction(place, "the name is empty", "enter a name"));
         } else if let Some(finding) = unfit(kind, name) {
             found.push(finding);
         } else if !seen.insert(name) {
@@ -108,7 +108,7 @@ pub fn fitting_name(name: &str) -> String {
 fn unfit(kind: &str, name: &str) -> Option<Finding> {
     if let Some((place, letter)) = name.chars().enumerate().find(|(_, letter)| is_unfit(*letter)) {
         let text =
-            format!("character {} is U+{:04X}, which reports and exports cannot hold", place + 1, u32::from(letter));
+            format!("character {} (U+{:04X}) is not allowed in reports and exports", place + 1, u32::from(letter));
         return Some(contradiction(kind.to_owned(), text, "remove it"));
     }
     let characters = name.chars().count();
@@ -124,7 +124,7 @@ fn flights(session: &Session, found: &mut Vec<Finding>) {
         let name = &flight.name;
         let mut report = |place: String, text: &str| found.push(Finding::new(Level::Bad, FLIGHT, place, text));
         if flight.recordings.is_empty() {
-            report(format!("flight '{name}'"), "it has no recording: add a [[flight.recording]]");
+            report(format!("flight '{name}'"), "no recording: add one");
         }
         for problem in flight.signals.problems() {
             report(format!("signals of flight '{name}'"), &problem);
@@ -133,7 +133,7 @@ fn flights(session: &Session, found: &mut Vec<Finding>) {
             report(format!("expression '{expression}' of flight '{name}'"), &problem);
         }
         for clock in flight.clocks.iter().filter(|clock| !clock.shift_s.is_finite()) {
-            let text = format!("shift_s is {}: give a number", clock.shift_s);
+            let text = format!("clock offset is {}: enter a number", clock.shift_s);
             report(format!("clock of '{}'", clock.source), &text);
         }
     }
@@ -145,12 +145,12 @@ fn windows(session: &Session, found: &mut Vec<Finding>) {
         session.windows.iter().map(|window| (format!("manoeuvre '{}'", window.name), &window.flight, window.window));
     for (place, flight, TimeRange { start_s, end_s }) in steady.chain(windows) {
         if session.flight(flight).is_none() {
-            let text = format!("it lies in flight '{flight}', which the session does not have");
-            let fix_text = "name one of the session's flights";
+            let text = format!("flight '{flight}' not found in the session");
+            let fix_text = "choose a flight of the session";
             found.push(Finding::new(Level::Bad, WINDOW, place.clone(), text).with_fix_text(fix_text));
         }
         if !(start_s.is_finite() && end_s.is_finite() && end_s > start_s) {
-            let text = format!("from {start_s} s to {end_s} s it is empty");
+            let text = format!("end {end_s} s is not after start {start_s} s");
             let finding = Finding::new(Level::Bad, WINDOW, place, text).with_fix_text("set its end after its start");
             found.push(finding.with_setting("Manoeuvres", ""));
         }
@@ -159,7 +159,7 @@ fn windows(session: &Session, found: &mut Vec<Finding>) {
         for TimeRange { start_s, end_s } in &window.excluded {
             if !(start_s.is_finite() && end_s.is_finite() && end_s > start_s) {
                 let place = format!("manoeuvre '{}'", window.name);
-                let text = format!("an excluded part from {start_s} s to {end_s} s is empty");
+                let text = format!("excluded part: end {end_s} s is not after start {start_s} s");
                 let finding =
                     Finding::new(Level::Bad, WINDOW, place, text).with_fix_text("set its end after its start");
                 found.push(finding.with_setting("Manoeuvres", ""));

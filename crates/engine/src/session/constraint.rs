@@ -85,7 +85,7 @@ impl Session {
 fn fault(known: Constraint) -> Option<(f64, &'static str)> {
     match known {
         Constraint::Bounds { lower: f64::NEG_INFINITY, upper: f64::INFINITY } => {
-            Some((f64::INFINITY, "at least one bound must be a number"))
+            Some((f64::INFINITY, "at least one finite bound"))
         }
         _ => known.fault(),
     }
@@ -98,12 +98,12 @@ pub(super) fn findings(session: &Session) -> Vec<Finding> {
         let name = known.derivative();
         let again = |other: &&TermConstraint| other.coefficient == known.coefficient && other.term == known.term;
         let (text, fix_text) = if let Some((value, allowed)) = fault(known.known) {
-            (format!("{value} is not usable, allowed is {allowed}"), "correct it")
+            (format!("{value} is not allowed, expected {allowed}"), "change it")
         } else if !session.has_term(known.coefficient, &known.term) {
             let text = format!("{} has no term '{}'", known.coefficient.name(), known.term);
             (text, "add the term or remove the constraint")
         } else if constraints[..index].iter().any(|other| again(&other)) {
-            ("it is stated twice".to_owned(), "keep one")
+            ("stated twice".to_owned(), "remove one")
         } else {
             return None;
         };

@@ -8,9 +8,9 @@ use doublet_core::series::TimeRange;
 use thiserror::Error;
 
 use super::{
-    AircraftEdit, AnnotationEdit, ExperimentEdit, ExpressionEdit, Flight, GravitySource, GustSource, KeptStructure,
-    NoiseEdit, PathSource, PooledConstants, PredictionParameters, Preparation, ReportFigureEdit, ResidualWeights,
-    Session, SignalEdit, Surface, TermConstraint, WindowEdit,
+    AircraftEdit, AnnotationEdit, CandidateEdit, ExperimentEdit, ExpressionEdit, Flight, GravitySource, GustSource,
+    KeptStructure, NoiseEdit, PathSource, PooledConstants, PredictionParameters, Preparation, ReportFigureEdit,
+    ResidualWeights, Session, SignalEdit, Surface, TermConstraint, WindowEdit,
 };
 
 /// A change of the session, grouped by area.
@@ -24,6 +24,8 @@ pub enum Edit {
     Loading(LoadingEdit),
     /// Manoeuvre windows.
     Window(WindowEdit),
+    /// Manoeuvres found in the recordings that are refused.
+    Candidate(CandidateEdit),
     /// Clocks, smoothing and resampling.
     Signal(SignalEdit),
     /// Channels by expression.
@@ -159,7 +161,7 @@ pub enum EditError {
     #[error("no manoeuvre is called '{0}'")]
     NoWindow(String),
     /// The name is taken.
-    #[error("a manoeuvre called '{0}' exists already: choose another name")]
+    #[error("manoeuvre '{0}' exists already: choose another name")]
     WindowExists(String),
     /// A name that no file of results can have.
     #[error("{0}")]
@@ -171,7 +173,7 @@ pub enum EditError {
     #[error("no experiment is called '{0}'")]
     NoExperiment(String),
     /// An interval that ends before it begins.
-    #[error("a manoeuvre from {start_s} s to {end_s} s is empty: set its end after its start")]
+    #[error("manoeuvre from {start_s} s to {end_s} s: set its end after its start")]
     EmptyWindow {
         /// Start, s.
         start_s: f64,
@@ -179,7 +181,7 @@ pub enum EditError {
         end_s: f64,
     },
     /// An excluded stretch that ends before it begins.
-    #[error("an excluded part from {start_s} s to {end_s} s is empty: set its end after its start")]
+    #[error("excluded part from {start_s} s to {end_s} s: set its end after its start")]
     EmptyStretch {
         /// Start, s.
         start_s: f64,
@@ -212,6 +214,7 @@ impl Edit {
             Self::Aircraft(edit) => edit.label(),
             Self::Loading(edit) => edit.label(),
             Self::Window(edit) => edit.label(),
+            Self::Candidate(edit) => edit.label(),
             Self::Signal(edit) => edit.label(),
             Self::Expression(edit) => edit.label(),
             Self::Noise(edit) => edit.label(),
@@ -241,6 +244,7 @@ impl Edit {
             Self::Aircraft(edit) => edit.apply(&mut next)?,
             Self::Loading(edit) => edit.apply(&mut next)?,
             Self::Window(edit) => edit.apply(&mut next)?,
+            Self::Candidate(edit) => edit.apply(&mut next)?,
             Self::Signal(edit) => edit.apply(&mut next)?,
             Self::Expression(edit) => edit.apply(&mut next)?,
             Self::Noise(edit) => edit.apply(&mut next)?,

@@ -65,9 +65,9 @@ pub struct ManoeuvreUse {
 /// A change of the experiments.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExperimentEdit {
-    /// Keeps the present configuration under a name; replaces an experiment of that name.
+    /// Keeps the present configuration under a name, which is numbered where it is taken.
     Keep(String),
-    /// Adds experiments; replaces those of the same names.
+    /// Adds experiments, each under its name, which is numbered where it is taken. One that is there already is not added again.
     Add(Vec<Experiment>),
     /// Removes an experiment.
     Drop(String),
@@ -160,11 +160,26 @@ impl Session {
         }
     }
 
+    /// A name for an experiment that none has: `name`, or `name 2` and so on where one is called so.
+    pub fn free_experiment_name(&self, name: &str) -> String {
+        let numbered = (2..).map(|number| format!("{name} {number}"));
+        let mut names = std::iter::once(name.to_owned()).chain(numbered);
+        names.find(|name| self.experiment(name).is_none()).unwrap_or_default()
+    }
+
+    /// Whether it has this configuration under this name, or under the name with a number.
+    fn has_experiment(&self, experiment: &Experiment) -> bool {
+        let is_called = |name: &str| {
+            let number = name.strip_prefix(experiment.name.as_str()).map(str::trim_start);
+            number.is_some_and(|number| number.chars().all(|digit| digit.is_ascii_digit()))
+        };
+        self.experiments.iter().any(|one| is_called(&one.name) && one.configuration == experiment.configuration)
+    }
+
     fn keep(&mut self, experiment: Experiment) -> Result<(), EditError> {
         check_name(&experiment.name)?;
-        if let Some(known) = self.experiments.iter_mut().find(|known| known.name == experiment.name) {
-            *known = experiment;
-        } else if self.experiments.len() == MOST_EXPERIMENTS {
+        let experiment = Experiment { name: self.free_experiment_name(&experiment.name), ..experiment };
+        if self.experiments.len() == MOST_EXPERIMENTS {
             let text = format!("the session has {MOST_EXPERIMENTS} experiments (limit {MOST_EXPERIMENTS}): remove one");
             return Err(EditError::Name(text));
         } else {
@@ -191,7 +206,10 @@ impl ExperimentEdit {
     pub(super) fn label(&self) -> String {
         match self {
             Self::Keep(name) => format!("keep experiment {name}"),
-            Self::Add(experiments) => format!("add {} experiments", experiments.len()),
+            Self::Add(experiments) => match experiments.as_slice() {
+                [one] => format!("add experiment {}", one.name),
+                several => format!("add {} experiments", several.len()),
+            },
             Self::Drop(name) => format!("remove experiment {name}"),
             Self::Rename { from, to } => format!("rename experiment {from} to {to}"),
             Self::Apply(name) => format!("make experiment {name} current"),
@@ -207,14 +225,20 @@ impl ExperimentEdit {
                     configuration: Configuration::from_session(session).into(),
                 })?;
             }
-            Self::Add(experiments) => experiments.iter().try_for_each(|one| session.keep(one.clone()))?,
+            Self::Add(experiments) => {
+                for one in experiments {
+                    if !session.has_experiment(one) {
+                        session.keep(one.clone())?;
+                    }
+                }
+            }
             Self::Drop(name) => {
                 session.experiment(name).ok_or_else(|| missing(name))?;
                 session.experiments.retain(|experiment| experiment.name != *name);
             }
             Self::Rename { from, to } => {
                 if from != to && session.experiment(to).is_some() {
-                    return Err(EditError::Name(format!("an experiment called '{to}' exists: choose another name")));
+                    return Err(EditError::Name(format!("experiment '{to}' exists already: choose another name")));
                 }
                 check_name(to)?;
                 let found = session.experiments.iter_mut().find(|experiment| experiment.name == *from);

@@ -43,7 +43,7 @@ impl ExpressionSetting {
             ));
         }
         if unit.trim().is_empty() {
-            return Err("it has no unit: state that of its values, or - for a ratio".to_owned());
+            return Err("its unit is missing: state it, or - for a ratio".to_owned());
         }
         let unit = Unit::parse(unit).map_err(|error| error.to_string())?;
         if let Some(role) = role.filter(|role| role.dimension() != unit.dimension) {
@@ -63,7 +63,10 @@ impl ExpressionSetting {
 pub fn problems(settings: &[ExpressionSetting]) -> Vec<(String, String)> {
     let mut problems = Vec::new();
     if let Some(first) = settings.get(MOST) {
-        problems.push((first.name.clone(), format!("the flight has {}: use at most {MOST}", settings.len())));
+        problems.push((
+            first.name.clone(),
+            format!("the flight has {} expressions (limit {MOST}): remove some", settings.len()),
+        ));
     }
     for (index, setting) in settings.iter().enumerate().take(MOST) {
         let earlier = &settings[..index];
@@ -98,7 +101,7 @@ fn loops(
     let Operand::Channel(channel) = operand else { return None };
     let name = channel.strip_prefix(EXPRESSION_SOURCE)?.strip_prefix('/')?;
     if name == setting.name {
-        return Some(format!("at character {position}: it refers to itself: use other channels"));
+        return Some(format!("at character {position}: the expression refers to itself: use other channels"));
     }
     let above = earlier.iter().any(|other| other.name == name);
     (!above).then(|| {

@@ -61,7 +61,7 @@ fn text_of(path: &Path) -> std::io::Result<String> {
         return refuse("the file is empty (0 bytes): open another file, or its .bak beside it");
     }
     String::from_utf8(bytes)
-        .or_else(|_| refuse("this is a binary file, not a session: make a session from a recording with `doublet new`"))
+        .or_else(|_| refuse("this is a binary file, not a session: make a new session from the recording"))
 }
 
 /// Like [`save`], and what `*.bak` holds stays.

@@ -72,7 +72,9 @@ impl Fix {
     /// Whether it changes nothing but the configuration: no recording, channel, clock or aircraft.
     pub fn is_of_configuration(&self) -> bool {
         let has = |edit: &Edit| match edit {
-            Edit::Window(edit) => matches!(edit, WindowEdit::Role { .. } | WindowEdit::Place { .. }),
+            Edit::Window(edit) => {
+                matches!(edit, WindowEdit::Role { .. } | WindowEdit::Place { .. } | WindowEdit::Exclude { .. })
+            }
             Edit::Noise(_) | Edit::Filter(_) | Edit::Estimation(_) => true,
             Edit::Model(edit) => matches!(edit, ModelEdit::SetTerm { .. } | ModelEdit::Structure(_)),
             _ => false,

@@ -17,6 +17,7 @@ mod map_ref;
 mod noise;
 mod paths;
 mod preparation;
+mod refused;
 mod report_figure;
 mod schema;
 mod sensor_errors;
@@ -57,6 +58,7 @@ pub use map_ref::MapRef;
 pub use noise::{NoiseChannel, NoiseEdit, NoiseEntry, SteadyWindow};
 pub use paths::{leads_out, path_warning, paths, relative_to};
 pub use preparation::{AngularAcceleration, ControlLags, MomentReference, Preparation};
+pub use refused::{CandidateEdit, RefusedCandidate};
 pub use report_figure::{ReportFigure, ReportFigureEdit};
 pub use schema::{FORMAT, SessionError, VERSION, from_table, json_schema, parse, print, to_table};
 pub use sensor_errors::{ErrorValues, SensorErrorMethod, SensorErrors};
@@ -79,6 +81,8 @@ pub struct Session {
     pub flights: Vec<Flight>,
     /// Manoeuvre windows, in the order they are shown.
     pub windows: Vec<Manoeuvre>,
+    /// Manoeuvres found in the recordings that were refused, in the order of time.
+    pub refused: Vec<RefusedCandidate>,
     /// Steady windows whose scatter is noise, marked by hand.
     pub steady: Vec<SteadyWindow>,
     /// Why an entry of the noise is what it is, by the name of the input or measurement.

@@ -67,10 +67,10 @@ pub fn path_warning(session: &Session) -> Option<String> {
     let outside: BTreeSet<&str> = paths(session).filter(|path| leads_out(path)).collect();
     let first = outside.first()?;
     let what = match outside.len() {
-        1 => format!("{first} lies"),
+        1 => format!("{first} is"),
         count => match shared_folder(&outside) {
-            Some(folder) => format!("{count} files under {} lie", folder.display()),
-            None => format!("{count} files, {first} the first, lie"),
+            Some(folder) => format!("{count} files under {} are", folder.display()),
+            None => format!("{count} files, {first} the first, are"),
         },
     };
     Some(format!("{what} outside the session's folder: check that this is intended"))

@@ -188,8 +188,8 @@ pub(super) fn findings(preparation: &Preparation) -> Vec<Finding> {
         if !(value.is_finite() && (lowest..=highest).contains(&value)) {
             let upper = if highest.is_finite() { format!("to {highest}") } else { "up".to_owned() };
             let field = format!("preparation.{field}");
-            let fix_text = format!("give a number from {lowest} {upper}");
-            let finding = contradiction(field.clone(), format!("{value} is not usable"), &fix_text);
+            let fix_text = format!("enter a number from {lowest} {upper}");
+            let finding = contradiction(field.clone(), format!("{value} is out of range"), &fix_text);
             found.push(finding.with_setting("Noise and filter", field));
         }
     };

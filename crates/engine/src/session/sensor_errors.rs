@@ -128,7 +128,7 @@ impl ErrorValues {
     }
 }
 
-/// What is wrong with the errors asked for.
+/// What is wrong with the stated errors.
 pub(super) fn findings(session: &Session) -> Vec<Finding> {
     let errors = &session.sensor_errors;
     let mut found = Vec::new();
@@ -138,25 +138,25 @@ pub(super) fn findings(session: &Session) -> Vec<Finding> {
     let asked: Vec<SensorError> = errors.free.iter().chain(&errors.per_window).copied().collect();
     for (index, error) in asked.iter().enumerate() {
         if asked[..index].contains(error) {
-            say("free", *error, "it is listed twice".to_owned(), "keep one");
+            say("free", *error, "listed twice".to_owned(), "remove one");
         }
         if session.preparation.known_errors.0.contains_key(error) {
-            say("known", *error, "it is both known and free".to_owned(), "remove it from one of the two");
+            say("known", *error, "listed as known and as free".to_owned(), "remove one");
         }
     }
     for (error, walk) in &errors.random_walk.0 {
         if !asked.contains(error) {
-            say("random_walk", *error, "it is not free".to_owned(), "add it to sensor_errors.free");
+            say("random_walk", *error, "not listed as free".to_owned(), "add it to the free errors");
         }
         if !(*walk >= 0.0 && *walk < 1e3) {
-            say("random_walk", *error, format!("{walk} is not usable, allowed is 0 to 1e3"), "correct it");
+            say("random_walk", *error, format!("random walk {walk} must be 0 to 1e3"), "enter a value in this range");
         }
     }
     for (error, value) in &session.preparation.known_errors.0 {
         let is_usable = value.is_finite() && (!matches!(error, SensorError::Scale(_)) || *value > -1.0);
         if !is_usable {
-            let text = format!("{value} is not usable, allowed is a finite number, of a scale above -1");
-            say("known", *error, text, "correct it");
+            let text = format!("known error {value} must be finite, a scale error above -1");
+            say("known", *error, text, "enter such a value");
         }
     }
     found

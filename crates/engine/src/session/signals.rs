@@ -177,7 +177,7 @@ impl SignalSetting {
     pub fn problems(&self) -> Vec<String> {
         let mut problems = Vec::new();
         if let Some(gap) = self.max_gap_s.filter(|gap| !(gap.is_finite() && *gap > 0.0)) {
-            problems.push(format!("max_gap_s is {gap}: give a time above zero, s"));
+            problems.push(format!("longest gap {gap} s must be above zero"));
         }
         for (index, rule) in self.rules.iter().enumerate() {
             let twice = rule.roles.iter().enumerate().find(|(place, role)| {
@@ -185,22 +185,22 @@ impl SignalSetting {
                 earlier.chain(&rule.roles[..*place]).any(|other| other == *role)
             });
             if let Some((_, role)) = twice {
-                problems.push(format!("{} is named twice: leave it in one rule", role.name()));
+                problems.push(format!("{} is in two rules: remove it from one", role.name()));
             }
             if rule.moving_average == Some(0) {
-                problems.push("moving_average is 0: give the number of samples, from 1 up".to_owned());
+                problems.push("moving average over 0 samples: enter a number from 1 up".to_owned());
             }
             if let Some((degree, width)) = rule.polynomial
                 && (width % 2 == 0 || degree >= width)
             {
                 problems.push(format!(
-                    "polynomial of degree {degree} over {width} samples: give an odd number above the degree"
+                    "polynomial of degree {degree} over {width} samples: enter an odd number of samples above the degree"
                 ));
             }
             if let Some(Resampling { rate_hz, .. }) = rule.resampling
                 && !(rate_hz > 0.0 && rate_hz <= MOST_HZ)
             {
-                problems.push(format!("resample_hz is {rate_hz}: give a rate above 0 and up to {MOST_HZ} Hz"));
+                problems.push(format!("resampling to {rate_hz} Hz: enter a rate above 0 and up to {MOST_HZ} Hz"));
             }
         }
         problems

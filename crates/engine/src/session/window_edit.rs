@@ -150,7 +150,7 @@ impl WindowEdit {
 /// Refuses a name that is empty or too long.
 fn usable(kind: &str, name: &str) -> Result<(), EditError> {
     if name.trim().is_empty() {
-        return Err(EditError::Name(format!("the name of a {kind} cannot be empty: give it one")));
+        return Err(EditError::Name(format!("the name of a {kind} cannot be empty: enter one")));
     }
     super::check::name_fits(kind, name).map_err(EditError::Name)
 }

@@ -58,9 +58,7 @@ pub(super) fn constraint_from(table: ConstraintTable) -> Result<TermConstraint, 
             Constraint::Bounds { lower: lower.unwrap_or(f64::NEG_INFINITY), upper: upper.unwrap_or(f64::INFINITY) }
         }
         _ => {
-            let reason =
-                "state either `fixed`, or `lower` and `upper` (one of them is enough), or `mean` and `deviation`"
-                    .to_owned();
+            let reason = "state either `fixed`, or `lower` and `upper` (or one), or `mean` and `deviation`".to_owned();
             return Err(SessionError::Term { place, reason });
         }
     };

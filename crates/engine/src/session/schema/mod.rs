@@ -37,7 +37,8 @@ pub(super) use self::signals::SignalsTable;
 use super::edit::set_term;
 use super::excluded::apart;
 use super::{
-    Annotation, Configuration, Flight, Manoeuvre, ReportFigure, Session, SteadyWindow, Surface, WindowFlags, WindowRole,
+    Annotation, Configuration, Flight, Manoeuvre, RefusedCandidate, ReportFigure, Session, SteadyWindow, Surface,
+    WindowFlags, WindowRole,
 };
 use crate::session::{AircraftChanges, PlausibleRange};
 
@@ -141,6 +142,8 @@ struct File {
     steady: Vec<SteadyWindow>,
     #[serde(default, rename = "manoeuvre")]
     windows: Vec<Manoeuvre>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    refused: Vec<RefusedCandidate>,
     #[serde(default, rename = "annotation", skip_serializing_if = "Vec::is_empty")]
     annotations: Vec<Annotation>,
     #[serde(default, rename = "report_figure", skip_serializing_if = "Vec::is_empty")]
@@ -280,6 +283,7 @@ fn session_from(file: File) -> Result<Session, SessionError> {
         loading: file.loading,
         flights: file.flights,
         windows: file.windows,
+        refused: file.refused,
         steady: file.steady,
         noise_reasons: file.noise.reasons()?,
         gravity: configuration.gravity,
@@ -421,6 +425,7 @@ fn file_of(session: &Session) -> Result<File, SessionError> {
         noise: NoiseTable::from_reasons(&session.noise_reasons),
         steady: session.steady.clone(),
         windows: session.windows.clone(),
+        refused: session.refused.clone(),
         annotations: session.annotations.clone(),
         report_figures: session.report_figures.clone(),
     })
