@@ -7,7 +7,8 @@
     scripts/list_strings.py --list PATH...  the same of some files or folders
 
 Text is: string literals outside tests, the help texts of the command line (doc comments of clap's types), strings and docstrings of the
-Python package, cells of the notebooks in docs/notebooks, and with PATH also the prose of Markdown files.
+Python package, cells of the notebooks in docs/notebooks, the prose of CHANGELOG.md and of packaging, and with PATH that of other
+Markdown files.
 """
 import ast
 import json
@@ -42,7 +43,7 @@ FORBIDDEN = [
     ("anew", r"\banew\b|\bcalled so\b"),
     ("hold the truth", r"\b(holds?|held) the truth\b|\bspeaks? for\b"),
 ]
-LONGEST = {"finding": 15, "fix": 12, "help": 12}
+LONGEST = {"finding": 15, "finding in parts": 15, "fix": 12, "help": 12}
 UNITS = {"s", "m", "deg", "rad", "Pa", "kg", "m2", "m/s", "m/s2", "deg/s", "rad/s", "Hz", "ms", "kt", "ft"}
 MARKS = re.compile(r"\{[^{}]*\}")
 
@@ -101,11 +102,11 @@ def help_lines(text):
 
 
 def kind(path, before):
-    """Whether a literal is a finding, its fix, or other text."""
+    """Whether a literal is a finding of the verdict, its fix, a finding of another room (with its fix behind a colon), or other text."""
     name = str(path)
-    if "/verdict/" not in name and not name.endswith(("core/src/compatibility/offsets.rs",)):
-        return "text"
-    return "fix" if re.search(r"(cure|fix|fix_text|Fix::new)\W[^;]*$", before, re.I) else "finding"
+    if "/verdict/" in name:
+        return "fix" if re.search(r"(cure|fix|fix_text|Fix::new)\W[^;]*$", before, re.I) else "finding"
+    return "finding in parts" if re.search(r"engine/src/(stage|study|session)/|core/src/compatibility/", name) else "text"
 
 
 def words(text):
@@ -113,6 +114,12 @@ def words(text):
     text = re.sub(r"\{[^{}]*:[^{}]*\}", "0", text)
     found = [word.strip("().,:;'\"") for word in MARKS.sub("{}", text).split()]
     return sum(bool(re.search(r"[^\W\d]|\{", word)) and word not in UNITS for word in found)
+
+
+def length(sort, text):
+    """Words of a text; of a finding with its fix in one line those of the longer part."""
+    parts = re.split(r"[:;] ", text) if sort == "finding in parts" else [text]
+    return max(words(part) for part in parts)
 
 
 def sources(paths):
@@ -191,7 +198,7 @@ def breaches(kind, text):
     """Rules that a string breaks."""
     shown = MARKS.sub("{}", text)
     found = [rule for rule, pattern in FORBIDDEN if re.search(pattern, shown, re.I)]
-    if kind in LONGEST and words(text) > LONGEST[kind]:
+    if kind in LONGEST and length(kind, text) > LONGEST[kind]:
         found.append(f"{kind} over {LONGEST[kind]} words")
     return found
 
@@ -204,13 +211,14 @@ def crate(file):
 
 def main():
     arguments = [argument for argument in sys.argv[1:] if not argument.startswith("--")]
-    paths = [pathlib.Path(argument).resolve() for argument in arguments] or [ROOT / "src", ROOT / "crates", ROOT / "docs/notebooks"]
+    usual = [ROOT / name for name in ("src", "crates", "docs/notebooks", "CHANGELOG.md", "packaging")]
+    paths = [pathlib.Path(argument).resolve() for argument in arguments] or usual
     counts, rules, lengths = {}, {}, {}
     for file in sources(paths):
         for line, sort, text in strings(file):
             name, broken = crate(file), breaches(sort, text)
             counts[name] = counts.get(name, 0) + 1
-            lengths.setdefault(sort, []).append(words(text))
+            lengths.setdefault(sort, []).append(length(sort, text))
             for rule in broken:
                 rules.setdefault(rule, {}).setdefault(name, 0)
                 rules[rule][name] += 1

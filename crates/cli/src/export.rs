@@ -32,9 +32,7 @@ pub fn export(arguments: &ExportArguments) -> Result<(), String> {
     let model = IdentifiedModel::new(&session, &snapshot).map_err(|error| error.to_string())?;
     let put = write(&model, &formats, &arguments.out).map_err(|error| error.to_string())?;
     if model.thrust != ThrustTreatment::Removed {
-        text::line(
-            "thrust or its moment is inside the coefficients: they hold at the power of the tests only (preparation.remove_thrust)",
-        );
+        text::line("coefficients include thrust: valid only at the power flown");
     }
     put.notes().for_each(|note| text::line(&note));
     put.files.iter().for_each(|file| text::line(&file.display().to_string()));

@@ -107,7 +107,7 @@ fn doubts(source: &Source) {
         {
             let (own, stamps) = (channel.samples, clock.samples);
             text::line(&format!(
-                "{place} has {own} samples, '{}' {stamps}: it has no time; record it again",
+                "{place} has {own} samples but its time channel '{}' has {stamps}: record it again",
                 clock.channel
             ));
         }

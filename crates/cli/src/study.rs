@@ -164,7 +164,7 @@ fn manoeuvres(results: &report::StudyResults) {
 fn monte_carlo(results: &report::Results) {
     let rows = &results.studies.monte_carlo;
     if let Some(row) = rows.first() {
-        text::line(&format!("{} realisations of the noise the filter states", row.realisations));
+        text::line(&format!("{} realisations of the filter's noise settings", row.realisations));
     }
     text::show(&monte_carlo_table(rows, &results.pooled));
 }
@@ -175,7 +175,7 @@ fn checks(results: &report::StudyResults) {
     text::show(&check_table(estimates));
     if !outputs.is_empty() {
         text::line("");
-        text::line("outputs followed by output error");
+        text::line("outputs simulated by output error");
         text::show(&followed_table(outputs));
     }
     for finding in &results.check_findings {

@@ -423,6 +423,7 @@ pub fn empty_session(title: &str, aircraft: Option<&str>) -> Session {
         loading: None,
         flights: Vec::new(),
         windows: Vec::new(),
+        refused: Vec::new(),
         steady: Vec::new(),
         noise_reasons: BTreeMap::new(),
         filter: FilterSettings::default(),

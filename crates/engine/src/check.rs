@@ -60,7 +60,7 @@ pub fn check_file(path: &Path) -> Checked {
     if session::shipped(path).is_some() {
         return match session::open(path) {
             Ok(opened) => check_session(&opened.session, &opened.folder),
-            Err(error) => refused("file", error.to_string(), "name one of these, or give a file"),
+            Err(error) => refused("file", error.to_string(), "choose one of these, or a file"),
         };
     }
     let text = match doublet_core::load::read_bytes(path).map(String::from_utf8) {
@@ -222,7 +222,7 @@ fn check_aircraft(path: &Path, text: &str) -> Checked {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             let context = Context::new(path.parent().unwrap_or(Path::new("")));
             let engines = stage::load_aircraft(&context, &name).err();
-            let fix_text = "put the engine files that it names beside it";
+            let fix_text = "copy the engine files into its folder";
             let engines = engines
                 .map(|e| Finding::new(Level::Caution, "engines", place.clone(), e.to_string()).with_fix_text(fix_text));
             let mass = aircraft.standard_loading.mass_properties(&aircraft);

@@ -95,7 +95,7 @@ fn check_finds_what_a_run_would_refuse() {
     for (from, to, words) in [
         (first.0, first.1, ["manoeuvre '01 aileron doublet'", "0 inertial samples"]),
         (first.0, "start_s = 1056.75\nend_s = 1056.80", ["manoeuvre '01 aileron doublet'", "inertial samples"]),
-        (first.0, "start_s = 1056.75\nend_s = 1056.75", ["manoeuvre '01 aileron doublet'", "it is empty"]),
+        (first.0, "start_s = 1056.75\nend_s = 1056.75", ["manoeuvre '01 aileron doublet'", "is not after start"]),
         (first.0, "start_s = 2950.0\nend_s = 3360.0", ["manoeuvre '01 aileron doublet'", "has a gap of"]),
         ("name = \"01 aileron doublet\"", "name = \"\"", ["manoeuvre ''", "the name is empty"]),
         (
@@ -124,7 +124,7 @@ fn window_that_is_partly_outside_its_recording_is_named() {
     let only = text.replace("end_s = 1069.70", "end_s = 20.0");
     std::fs::write(folder.path().join("s.toml"), only).unwrap();
     let (found, _) = checked(folder.path(), "s.toml");
-    let says = |finding: &Value| finding["text"].as_str().unwrap().contains("the rest is not used");
+    let says = |finding: &Value| finding["text"].as_str().unwrap().contains("inertial samples only from");
     let finding =
         found["findings"].as_array().unwrap().iter().find(|finding| says(finding)).unwrap_or_else(|| panic!("{found}"));
     assert_eq!((&finding["level"], &finding["where"]), (&"caution".into(), &"manoeuvre '01 aileron doublet'".into()));
@@ -158,7 +158,11 @@ fn session_without_an_aircraft_gives_the_flight_path_and_says_so() {
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let results: Value =
         serde_json::from_str(&std::fs::read_to_string(folder.path().join("out/results.json")).unwrap()).unwrap();
-    assert!(results["warnings"][0].as_str().unwrap().contains("no aircraft is chosen"), "{}", results["warnings"]);
+    assert!(
+        results["warnings"][0].as_str().unwrap().contains("no aircraft: only flight paths"),
+        "{}",
+        results["warnings"]
+    );
     assert_eq!(results["pooled"].as_array().unwrap().len(), 0);
     let windows = results["windows"].as_array().unwrap();
     assert!(windows.iter().all(|window| window["error"].is_null() && window["mean_nis"].as_f64() > Some(1.0)));
@@ -218,7 +222,7 @@ fn new_takes_windows_from_the_controls_and_names_what_lies_beside_it_from_there(
     let made = doublet(folder.path(), &["new", "sub/rec.csv", "--map", "sub/map.toml", "-o", "sub/s.toml"]);
     let printed = String::from_utf8_lossy(&made.stdout).into_owned();
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
-    assert!(printed.contains("manoeuvres found: 3") && printed.contains("no aircraft is chosen"), "{printed}");
+    assert!(printed.contains("manoeuvres found: 3") && printed.contains("no aircraft: only flight paths"), "{printed}");
     let text = std::fs::read_to_string(sub.join("s.toml")).unwrap();
     assert!(text.contains("path = \"rec.csv\"") && text.contains("channel_map = \"map.toml\""), "{text}");
     assert!(text.matches("surface = \"elevator\"").count() >= 2 && !text.contains("\naircraft"), "{text}");

@@ -100,7 +100,16 @@ fn designed_flight_is_flown_and_identified_as_written() {
     let burnt_kg = designed["trim"]["mass_kg"].as_f64().unwrap() - flown_kg;
     assert!((0.0..3.0).contains(&burnt_kg), "{burnt_kg} kg from the mass of the trim");
     assert!((flown_kg - (1382.1 + 4.0 * 74.7 + 21.0 + 150.0)).abs() < 3.0, "{flown_kg} kg");
-    let found = document(&["debrief", out.to_str().unwrap(), "--json"]);
+    let page = folder.path().join("page");
+    let found = document(&["debrief", out.to_str().unwrap(), "--out", page.to_str().unwrap(), "--json"]);
+    let numbers: Value = serde_json::from_slice(&std::fs::read(page.join("debrief.json")).unwrap()).unwrap();
+    assert_eq!(numbers, found);
+    let html = std::fs::read_to_string(page.join("debrief.html")).unwrap();
+    for key in ["promised", "obtained", "truth"] {
+        let value = &found["derivatives"][0][key];
+        assert!(html.contains(&format!("<data value=\"{value}\"")), "{key} {value} is not on the page");
+    }
+    assert!(std::fs::read(page.join("debrief.pdf")).unwrap().starts_with(b"%PDF"));
     let rows = found["derivatives"].as_array().unwrap();
     assert_eq!((rows.len(), &found["flights"]), (25, &serde_json::json!(1)));
     for own in rows {

@@ -219,6 +219,15 @@ fn pitch_and_roll_criteria_are_judged_with_intervals_or_say_what_they_need() {
     let rate = number(&row(&known, "pilot-induced oscillation, phase rate"), "/values/average_phase_rate_deg_hz");
     let delay = number(&row(&known, "bandwidth and phase delay"), "/values/phase_delay");
     assert!((rate / delay - 720.0).abs() < 1e-6);
+    // In category B the pilot of the audit lags by 36 deg, outside the figure of Neal and Smith: not judged, and why.
+    let cruise =
+        ["qualities", "sessions/demo.toml", "--stick-delay", "0.05", "--aileron", "15", "--samples", "50", "--json"];
+    let loop_closed = row(&document(&cruise), "pilot in the loop (Neal-Smith)");
+    let compensation = number(&loop_closed, "/values/pilot_compensation_deg");
+    assert!((compensation + 36.0).abs() < 2.0, "{compensation}");
+    assert_eq!(loop_closed["level"], "not judged");
+    let needed = loop_closed["needed"].as_str().unwrap();
+    assert!(needed.contains("-30 to 90 deg") && needed.contains(&format!("{compensation:.1}")), "{needed}");
     let lines = text(&doublet(&base[..6]).stdout);
     assert!(lines.contains("judged and counted") && lines.contains("not judged"), "{lines}");
 }

@@ -165,6 +165,8 @@ fn phlab_goes_through_both_steps_with_the_measurements_it_has() {
         return;
     }
     let (results, _folder) = results("reference/phlab_short_period");
+    // Its only manoeuvre is a caution.
+    assert_eq!(results["verdict"]["level"], "caution");
     let missing = results["windows"][0]["missing_measurements"].as_array().unwrap().clone();
     for name in ["beta", "psi", "v_north", "v_east", "v_down"] {
         assert!(missing.iter().any(|m| m == name), "{name} is not in {missing:?}");

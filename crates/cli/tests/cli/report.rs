@@ -56,6 +56,9 @@ fn small_session(folder: &Path) -> PathBuf {
     ignored.as_table_mut().unwrap().insert("note".to_owned(), "gust at 3 s".into());
     kept.push(ignored);
     *windows = kept;
+    // The empty aircraft as a weighing sets it.
+    let weighed: toml::Table = "\"mass.mass_kg\" = 1381.5\n\"mass.cg_datum_m\" = [3.5669, 0.0, 1.74]".parse().unwrap();
+    session.insert("aircraft_changes".to_owned(), weighed.into());
     session["flight"][0].as_table_mut().unwrap().insert("crew".to_owned(), "A. Pilot & B.".into());
     let path = folder.join("small <b>&.toml");
     std::fs::write(&path, toml::to_string(&session).unwrap()).unwrap();
@@ -128,6 +131,11 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
     let in_degrees: Vec<u64> =
         known.iter().map(|bits| (f64::from_bits(*bits) * (180.0 / std::f64::consts::PI)).to_bits()).collect();
     known.extend(in_degrees);
+    // Engine speeds are shown in rev/min: 2778 rev/min are 16668 deg/s.
+    let in_revolutions: Vec<u64> =
+        known.iter().map(|bits| (f64::from_bits(*bits) * (60.0 / std::f64::consts::TAU)).to_bits()).collect();
+    known.extend(in_revolutions);
+    engine_speeds_are_in_revolutions(&html, &results);
     // What rounding alone moved is shown as zero.
     let strange: Vec<f64> = shown.into_iter().filter(|v| *v != 0.0 && !known.contains(&v.to_bits())).collect();
     assert!(strange.is_empty(), "not in results.json: {strange:?}");
@@ -141,6 +149,7 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
         assert!(!html.contains(absent), "an empty section is in the report: {absent}");
     }
     first_page_has_the_answer(&html, &results);
+    levels_name_the_coefficients_they_rest_on(&html, &results);
     let recording = results["recordings"][0]["sha256"].as_str().unwrap();
     assert!(html.contains(recording) && html.contains(results["session_sha256"].as_str().unwrap()));
     assert!(
@@ -159,6 +168,10 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
         " notes",
     ] {
         assert!(cover.contains(part), "{part} is not in {cover}");
+    }
+    let empty = html.split(">Empty aircraft<").nth(1).unwrap().split("</dl>").next().unwrap_or_default();
+    for part in ["1381.50 kg", "x 3.5669 m", "(weighing)"] {
+        assert!(empty.contains(part), "{part} is not in {empty}");
     }
     assert!(html.contains("Not used: ") && html.contains(" (gust at 3 s)."));
     // Engines and windows that say the same with other numbers are one line.
@@ -233,6 +246,40 @@ fn sections_and_forms_are_selectable() {
 
 /// Half width of a 95 % interval in standard deviations of a normal distribution.
 const NORMAL_95: f64 = 1.959_963_984_540_054;
+
+/// Largest engine speed of the table of sensors, from the results in rad/s.
+fn engine_speeds_are_in_revolutions(html: &str, results: &Value) {
+    let channels = results["flights"][0]["channels"].as_array().unwrap();
+    let speed = channels.iter().find(|row| row["role"] == "engine_speed_1").unwrap();
+    let largest = speed["maximum"].as_f64().unwrap() * 60.0 / std::f64::consts::TAU;
+    let row = html.split("engine_speed_1").nth(1).unwrap().split("</tr>").next().unwrap();
+    assert!(row.contains("rev/min"), "{row}");
+    let shown: Vec<f64> =
+        row.split("<data value=\"").skip(1).map(|rest| rest.split('"').next().unwrap().parse().unwrap()).collect();
+    assert!(shown.iter().any(|value| (value - largest).abs() < 1e-6 * largest), "{largest} is not in {shown:?}");
+}
+
+/// On the first page and in the conclusions the level stands with its criteria and with every coefficient whose verdict is not good.
+fn levels_name_the_coefficients_they_rest_on(html: &str, results: &Value) {
+    let qualities = &results["dynamics"]["qualities"];
+    let criteria = qualities["criteria"].as_array().unwrap();
+    let judged: Vec<&Value> = criteria.iter().filter(|row| row["needed"].is_null() && row["counts"] == true).collect();
+    let extent = format!("{} of {} criteria judged and counted", judged.len(), criteria.len());
+    let cover = html.split("</div><nav>").next().unwrap();
+    let conclusions = html.split(" Conclusions</h2>").nth(1).unwrap().split("</h2>").next().unwrap();
+    // Both motions are judged, so that every coefficient counts.
+    let mut doubtful = 0;
+    for text in [cover, conclusions] {
+        let line = text.split("MIL-F-8785C").nth(1).unwrap().split("</").next().unwrap();
+        assert!(line.contains(&extent), "{extent} is not in {line}");
+        for fit in results["pooled"].as_array().unwrap() {
+            let (name, level) = (fit["coefficient"].as_str().unwrap(), fit["verdict"]["level"].as_str().unwrap());
+            assert_eq!(line.contains(&format!("{name} ({level}")), level != "good", "{name} {level}: {line}");
+            doubtful += usize::from(level != "good");
+        }
+    }
+    assert!(doubtful > 0, "every coefficient is good: nothing is tested");
+}
 
 /// Estimate and interval of every derivative on the first page, computed from the results alone.
 fn first_page_has_the_answer(html: &str, results: &Value) {

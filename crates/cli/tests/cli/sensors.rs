@@ -56,7 +56,7 @@ fn errors_of_the_gyros_of_the_shipped_flight_are_found_taken_and_gone() {
     assert_eq!(known, value(&found, "bias_q")[0]);
     // What is known cannot be asked for again; the same samples without it have none left.
     let again = refused(&command);
-    assert!(again.contains("it is both known and free"), "{again}");
+    assert!(again.contains("listed as known and as free"), "{again}");
     let command = ["compatibility", path, "--free", "scale_q", "--wind", "--method", "filter-error", "--json"];
     let left: Value = serde_json::from_str(&run_doublet(&command)).unwrap();
     let [estimate, error] = value(&left, "scale_q");

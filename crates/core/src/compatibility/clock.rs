@@ -104,7 +104,7 @@ pub(super) fn judge(recording: &Recording, relations: &[Relation]) -> Clocked {
             return Clocked { rows: vec![in_unit(&pace, factor, unit, votes)], motion: Some(motion), factor };
         }
         if !plausible {
-            // Under stamps that make no recording of flight nothing else could be told.
+            // Under stamps that make no recording of flight nothing else can be checked.
             let likely = possible.first().and_then(|(factor, _)| Some((Motion::new(recording, *factor)?, *factor)));
             let rows = vec![ask_time_unit(&pace, &possible)];
             let (motion, factor) = match likely {
@@ -125,10 +125,9 @@ fn pace_in_words(pace: &Pace, factor: f64) -> String {
 fn in_unit(pace: &Pace, factor: f64, unit: &'static str, (decisive, hold): (usize, usize)) -> CompatibilityRow {
     let fix = ChannelFix::Clock { factor, unit: Some(unit) };
     let evidence = format!(
-        "as read {}, and rates do not match their integrals; as {} {}, and {hold} of {decisive} integrals match",
-        pace_in_words(pace, 1.0),
+        "time unit is probably {}: {hold} of {decisive} integrals then match (as read: {})",
         fix.hypothesis(),
-        pace_in_words(pace, factor),
+        pace_in_words(pace, 1.0),
     );
     CompatibilityRow::of_clock(Agreement::Contradicts, Some(fix), evidence, None, hold)
 }
@@ -143,7 +142,7 @@ fn ask_time_unit(pace: &Pace, possible: &[(f64, &'static str)]) -> Compatibility
             (
                 Some(fix),
                 format!(
-                    "as read {as_read}; as {words}, used for the other checks, {then}: state the unit of the time stamps"
+                    "as read {as_read}; as {words} {then} (used for the other checks): state the unit of the time stamps"
                 ),
             )
         }

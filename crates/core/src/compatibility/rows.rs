@@ -251,8 +251,8 @@ fn fix_row(mistake: &Mistake, fix: &ChannelFix) -> Option<CompatibilityRow> {
         evidence += &format!("; equally likely: {}", rivals.join(", "));
     }
     if mistake.is_linear {
-        evidence += "; ax and ay lack gravity too: accelerometers measure ax + g sin(theta), \
-                     ay - g cos(theta) sin(phi), az - g cos(theta) cos(phi)";
+        evidence += "; ax and ay lack gravity too: add g sin(theta) to ax; add -g cos(theta) sin(phi) to ay; \
+                     add -g cos(theta) cos(phi) to az";
     }
     let (agreement, remark) = offset_agreement(fix, before, &mistake.motions[0]);
     evidence += &remark;
@@ -267,7 +267,7 @@ fn fix_row(mistake: &Mistake, fix: &ChannelFix) -> Option<CompatibilityRow> {
         r2: Some(before.r2),
         segments: before.segments,
         evidence,
-        // No channel map gives back what hangs on the attitude.
+        // A channel map cannot restore what depends on the attitude.
         fix: (!mistake.is_linear).then(|| fix.clone()),
         curves: relation.curves(&mistake.motions[0], &mistake.motions[1]),
     })

@@ -213,8 +213,8 @@ fn ask_about(channel: &str, coarse: CoarseStamps, stamps: usize, samples: usize)
     let each = samples as f64 / stamps as f64;
     let (rate_hz, start_s) = (coarse.rate_hz, coarse.start_s(coarse.rate_hz));
     format!(
-        "'{channel}' repeats each stamp {each:.0} times: it is coarser than the samples; give start_time = \
-         {start_s} and sample_rate = {rate_hz} in the map's [[time]] (repair = \"drop\" would keep {stamps} of {samples} samples)"
+        "'{channel}' repeats each stamp {each:.0} times: it is coarser than the samples; state start time {start_s} s and sample \
+         rate {rate_hz} Hz in the channel map (repair 'drop' would keep {stamps} of {samples} samples)"
     )
 }
 

@@ -62,7 +62,7 @@ pub enum LoadError {
         what: String,
     },
     /// The content is valid and needs more memory than a recording may take.
-    #[error("{}: {format} file too large when unpacked: {what}, and a recording may take {budget_mb} MB; export fewer channels or a shorter part, or set DOUBLET_UNPACK_MB to more", path.display())]
+    #[error("{}: {format} file too large when unpacked: {what} (limit {budget_mb} MB); export fewer channels or a shorter part, or set DOUBLET_UNPACK_MB to more", path.display())]
     TooLarge {
         /// File.
         path: PathBuf,

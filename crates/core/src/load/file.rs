@@ -14,20 +14,20 @@ pub fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
     let refused = |text: String| Err(io::Error::new(io::ErrorKind::InvalidInput, text));
     let about = path.metadata()?;
     if about.is_dir() {
-        return refused("it is a folder: name a file".to_owned());
+        return refused("a folder, not a file: choose a file".to_owned());
     }
     if !about.is_file() {
-        return refused("it is a pipe or a device: name a file".to_owned());
+        return refused("a pipe or a device, not a file: choose a file".to_owned());
     }
     let too_large = |bytes: u64| {
         let (megabytes, most) = (bytes / 1_000_000, MOST_BYTES / 1_000_000);
-        refused(format!("it has over {megabytes} MB (limit for files written by hand {most} MB): name another file"))
+        refused(format!("size over {megabytes} MB (limit for files written by hand {most} MB): choose another file"))
     };
     if about.len() > MOST_BYTES {
         return too_large(about.len());
     }
     let mut bytes = Vec::new();
-    // Some files of the system have more to read than they say.
+    // Some files of the system have more to read than their size.
     std::fs::File::open(path)?.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > MOST_BYTES { too_large(bytes.len() as u64) } else { Ok(bytes) }
 }
@@ -38,7 +38,7 @@ pub fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
 /// As [`read_bytes`], and when it is no text.
 pub fn read_text(path: &Path) -> io::Result<String> {
     String::from_utf8(read_bytes(path)?)
-        .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is binary data, not text: name another file"))
+        .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "binary data, not text: choose another file"))
 }
 
 /// Name of a file without its extension, which names the source of a file that has only one.

@@ -7,7 +7,7 @@ use thiserror::Error;
 pub enum ReconstructError {
     /// A path as measured needs what is not measured.
     #[error(
-        "{measurement} is not recorded in this window, and the path is taken as measured; map its channel, or let the filter reconstruct the path"
+        "{measurement} is not recorded in this manoeuvre, and the path as measured needs it: map its channel, or use the filter"
     )]
     NotMeasured {
         /// Measurement.

@@ -59,7 +59,7 @@ pub fn measured_path(data: &FilterData) -> Result<Reconstruction, ReconstructErr
     }
     let zeros = || vec![0.0; samples];
     let nothing = || vec![f64::NAN; samples];
-    let mut warnings = vec!["the path is as measured: no filter, no biases taken off".to_owned()];
+    let mut warnings = vec!["path as measured: no filter, no biases removed".to_owned()];
     if !missing.is_empty() {
         warnings.push(format!("not measured and assumed zero: {}", missing.join(", ")));
     }

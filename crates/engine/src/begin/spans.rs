@@ -78,7 +78,7 @@ pub fn find_apart(recording: &Recording) -> Option<Apart> {
     Some(Apart {
         text: format!("{} and {} do not overlap.", describe(&(base, own)), others.join(", ")),
         fix_text: format!(
-            "State a clock offset: [[flight.clock]] with source = \"{first}\" and offset_s ({:.1} if both start together).",
+            "State the clock offset of source '{first}': {:.1} s if both start together.",
             own.start_s - other.start_s
         ),
     })
@@ -113,7 +113,7 @@ mod tests {
         let apart = recording(&[inertial, (Role::Elevator, "daq", 35_998, 36_252)]);
         let Apart { text, fix_text } = find_apart(&apart).unwrap();
         assert_eq!(text, "inertial 0 to 254 s and daq 35998 to 36252 s do not overlap.");
-        assert!(fix_text.contains("source = \"daq\" and offset_s (-35998.0"), "{fix_text}");
+        assert!(fix_text.contains("source 'daq': -35998.0 s"), "{fix_text}");
         let overlap = recording(&[inertial, (Role::Elevator, "daq", 200, 36_252)]);
         assert_eq!(find_apart(&overlap), None);
         let fuel = recording(&[inertial, (Role::FuelMass, "fuel", 35_998, 36_252)]);

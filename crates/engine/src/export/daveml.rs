@@ -53,10 +53,10 @@ pub fn statement(model: &IdentifiedModel) -> String {
         if model.about_centre_of_gravity { "the mean centre of gravity of the manoeuvres identified, " } else { "" };
     let thrust = match model.thrust {
         ThrustTreatment::Included => {
-            "Force and moment of the thrust are inside the coefficients: they hold at the power of the tests only."
+            "The coefficients include force and moment of the thrust: valid only at the power flown."
         }
         ThrustTreatment::ForceRemoved => {
-            "The force of the thrust is not in the coefficients, its moment is: they hold at the power of the tests only."
+            "The coefficients include the moment of the thrust but not its force: valid only at the power flown."
         }
         ThrustTreatment::Removed => "Thrust is not in the coefficients.",
     };

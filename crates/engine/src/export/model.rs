@@ -73,9 +73,7 @@ impl IdentifiedModel {
         let (ranges, mean_cg) = conditions(&coefficients, snapshot);
         let Preparation { thrust, gyroscopic, control_lags, axes, moment_reference, .. } = session.preparation;
         if axes != Axes::Body {
-            return Err(refuse(
-                "its moments are in stability axes, exports are in body axes: set preparation.axes to \"body\"".into(),
-            ));
+            return Err(refuse("moments are in stability axes, exports need body axes: choose body axes".into()));
         }
         let stated = moment_reference.from_datum_m(loaded.aircraft.moment_reference_from_datum_m);
         Ok(Self {

@@ -6,21 +6,25 @@ use doublet_dynamics::qualities::{
 };
 
 use super::dynamics::{QualitiesRow, probabilities, quality_row};
+use crate::session::Level;
+use crate::study::EquivalentStudy;
 
 /// Models drawn for the probabilities, and the seed of the draws.
 const SAMPLES: usize = 2000;
 const SEED: u64 = 1;
 
-/// Levels of the criteria that an equivalent system tells about, each with its probability: the share of 2000 models drawn from the
-/// covariance of the fit. None of them for a form of free orders, whose poles have no names.
-pub fn equivalent_levels(fit: &EquivalentSystem, limits: &Limits, airplane: &Airplane) -> QualitiesRow {
+/// Levels of the criteria that an equivalent system of an output tells about, each with its probability: the share of 2000 models drawn from
+/// the covariance of the fit. None of them where the poles of a form have no names. A system whose verdict is bad has no level: its criteria
+/// are not judged, and the reason is stated.
+pub fn equivalent_levels(found: &EquivalentStudy, output: &str, limits: &Limits, airplane: &Airplane) -> QualitiesRow {
+    let fit: &EquivalentSystem = &found.fit;
     let task = limits.pilot_task(airplane);
-    let measures_of = |model: &TransferFunction| measures(fit.form, model, task.as_ref());
+    let measures_of = |model: &TransferFunction| measures((fit.form, output), model, task.as_ref());
     let mut judgement = judge(limits, airplane, &measures_of(&fit.model));
     judgement.qualities.retain(|quality| quality.level.is_some() || !quality.values.is_empty());
     let samples: Vec<Measures> = fit.samples(SAMPLES, SEED).iter().map(measures_of).collect();
     let shares = judge_samples(limits, airplane, &samples);
-    QualitiesRow {
+    let mut row = QualitiesRow {
         standard: limits.name.clone(),
         date: limits.date.to_string(),
         class: airplane.class,
@@ -33,13 +37,30 @@ pub fn equivalent_levels(fit: &EquivalentSystem, limits: &Limits, airplane: &Air
         aileron_rad: None,
         note: limits.note.clone(),
         map: Vec::new(),
+    };
+    if found.verdict.level == Level::Bad {
+        withdraw(&mut row, found);
+    }
+    row
+}
+
+/// Takes the levels back that rest on a system whose verdict is bad.
+fn withdraw(row: &mut QualitiesRow, found: &EquivalentStudy) {
+    let worst = found.verdict.reasons.iter().find(|finding| finding.level == Level::Bad);
+    let reason = worst.map_or("", |finding| finding.text.as_str());
+    (row.level, row.probabilities) = (None, None);
+    for criterion in &mut row.criteria {
+        criterion.level = "not judged";
+        criterion.probabilities = None;
+        criterion.reasons.clear();
+        criterion.needed = Some(format!("an equivalent system that fits; the verdict on this one is bad: {reason}"));
     }
 }
 
 /// What the form says: short period or Dutch roll with zeta and omega, roll mode with `T_R`, the delay of all; with the short period bandwidth,
 /// phase delay, dropback and the loop closed by a pilot. A pair of poles that does not
 /// oscillate has the damping ratio `c1 / (2 sqrt c0)` above one; without stable poles the damping is negative.
-fn measures(form: Form, model: &TransferFunction, task: Option<&PilotTask>) -> Measures {
+fn measures((form, output): (Form, &str), model: &TransferFunction, task: Option<&PilotTask>) -> Measures {
     let mut found = Measures::default();
     let pair = model.denominator.iter().find_map(|section| match section {
         Section::Second { c1, c0 } if *c0 > 0.0 => Some((0.5 * c1 / c0.sqrt(), c0.sqrt())),
@@ -55,12 +76,40 @@ fn measures(form: Form, model: &TransferFunction, task: Option<&PilotTask>) -> M
             found.add_pitch_rate(model, Some(delay_s), task);
         }
         (Form::Yaw, Some((damping, frequency_rad_s)), ..) => found.add_dutch_roll(damping, frequency_rad_s, None),
-        // A pole to the right has no time constant that any level allows.
-        (Form::Roll, _, [Section::First(rate)], _) => {
-            found.set(Measure::RollTimeConstant, if *rate > 0.0 { rate.recip() } else { f64::INFINITY });
-        }
+        (Form::Roll, _, [Section::First(rate)], _) => found.set(Measure::RollTimeConstant, roll_time_constant_s(*rate)),
+        (Form::Orders { .. }, _, poles, _) if LATERAL.contains(&output) => add_lateral(&mut found, output, poles),
         _ => return found,
     }
-    found.set(Measure::EquivalentDelay, model.delay_s);
+    // Without a named mode nothing is known of what the delay belongs to.
+    if found.iter().next().is_some() {
+        found.set(Measure::EquivalentDelay, model.delay_s);
+    }
     found
+}
+
+/// Rates of the lateral motion.
+const LATERAL: [&str; 2] = ["p", "r"];
+
+/// The Dutch roll where one pair of poles oscillates, and of the roll rate the roll mode where one pole is real.
+fn add_lateral(found: &mut Measures, output: &str, poles: &[Section]) {
+    let (mut pairs, mut rates) = (Vec::new(), Vec::new());
+    for section in poles {
+        match *section {
+            Section::Second { c1, c0 } if c1 * c1 < 4.0 * c0 => pairs.push((0.5 * c1 / c0.sqrt(), c0.sqrt())),
+            // Two real poles: which of them is the roll mode is not known.
+            Section::Second { .. } => return,
+            Section::First(rate) => rates.push(rate),
+        }
+    }
+    if let [(damping, frequency_rad_s)] = pairs[..] {
+        found.add_dutch_roll(damping, frequency_rad_s, None);
+    }
+    if let ("p", [rate]) = (output, &rates[..]) {
+        found.set(Measure::RollTimeConstant, roll_time_constant_s(*rate));
+    }
+}
+
+/// A pole to the right has no time constant that any level allows.
+fn roll_time_constant_s(rate_1_s: f64) -> f64 {
+    if rate_1_s > 0.0 { rate_1_s.recip() } else { f64::INFINITY }
 }

@@ -109,7 +109,7 @@ impl WindowAero {
         let coefficients = coefficients(&data, &settings)?;
         let variables = variables(&data, &settings)?;
         if coefficients.time_s.is_empty() {
-            return Err("excluded parts leave no sample of the manoeuvre: shorten them".into());
+            return Err("no samples left after exclusions: shorten the excluded parts".into());
         }
         let series = Coefficient::ALL.map(|c| Series {
             time_s: Arc::clone(&coefficients.time_s),
@@ -209,7 +209,7 @@ fn aero_in(
         && data.angular_acceleration_rad_s2.is_none()
         && MatchedSmoothing::new(&data.time_s, differentiation)
             .inspect_err(|error| {
-                warnings.push(format!("regressors are not smoothed as the angular acceleration is: {error}"))
+                warnings.push(format!("regressors lack the smoothing of the angular acceleration: {error}"))
             })
             .is_ok();
     let settings = CoefficientSettings {
@@ -260,7 +260,7 @@ fn recorded_angular_acceleration(window: &WindowContext) -> StageResult<[Vec<f64
             (None, None) => vec![0.0; window.time_s.len()],
             (None, Some(_)) => {
                 let (name, rate) = (acceleration.name(), rate.name());
-                return Err(format!("{name} is not recorded: map its channel, or let preparation.angular_acceleration differentiate {rate}").into());
+                return Err(format!("{name} is not recorded: map its channel, or use differentiated {rate}").into());
             }
         };
     }
@@ -310,7 +310,7 @@ fn aero_data(
     };
     let engines = engines(window, aircraft, &of_engines)?;
     if preparation.thrust != ThrustTreatment::Included && engines.engines.is_empty() {
-        return Err("thrust cannot be removed: it is neither recorded nor modelled by the aircraft's engines; set preparation.remove_thrust to false".into());
+        return Err("thrust is unknown and cannot be removed: record it, or keep thrust in the coefficients".into());
     }
     warnings.extend(engines.warnings);
     let data = AeroData {
@@ -369,7 +369,7 @@ pub(crate) fn states_of(path: &Reconstruction, source: PathSource) -> StageResul
             .smoothed
             .as_ref()
             .map(|smoothed| &smoothed.states)
-            .ok_or("the path was not smoothed: set preparation.path to 'filtered'".into()),
+            .ok_or("the path was not smoothed: choose the filtered path".into()),
     }
 }
 

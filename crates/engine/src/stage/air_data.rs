@@ -37,7 +37,7 @@ pub(super) fn add_air_data(recording: &mut Recording) {
             continue;
         }
         let Some((series, sources)) = derive(recording) else { continue };
-        recording.warnings.push(format!("{} follows from {sources}: it is not recorded", role.name()));
+        recording.warnings.push(format!("{} is not recorded: computed from {sources}", role.name()));
         recording.roles.insert(role, recording.channels.len());
         let (source, name, unit) = (SOURCE.to_owned(), role.name().to_owned(), unit.to_owned());
         recording.channels.push(Channel { source, name, unit, series });

@@ -66,7 +66,7 @@ impl AirDensity {
                 "air density comes from the standard atmosphere at the recorded altitude".to_owned()
             }
             Self::AssumedAltitude(origin_m) => format!(
-                "air density is assumed: standard atmosphere at an assumed altitude, {origin_m:.0} m and the climb of the path"
+                "air density is assumed: standard atmosphere at {origin_m:.0} m at the start, plus the climb of the path"
             ),
             Self::Pressure => "air density comes from the recorded pressure at standard temperature".to_owned(),
             Self::SatelliteAltitude => {
@@ -140,7 +140,7 @@ fn is_outside_air(recorded_k: &[f64], altitude_m: &[f64], warnings: &mut Vec<Str
     let is_usable = mean_k.is_nan() || mean_k.abs() <= FARTHEST_K;
     if !is_usable {
         warnings.push(format!(
-            "air temperature is {:.0} K {side} standard, not that of the outside air: the standard temperature is used",
+            "air temperature is {:.0} K {side} standard, which is implausible: standard temperature used",
             mean_k.abs()
         ));
     } else if mean_k.abs() > WORTH_SAYING_K {

@@ -35,7 +35,8 @@ impl Footprint for LoadedAircraft {
 }
 
 /// What to say where there is no aircraft to form coefficients with.
-pub const NO_AIRCRAFT: &str = "no aircraft is chosen, so only flight paths are computed: name one in the session (aircraft = \"FILE\" or \"builtin:NAME\")";
+pub const NO_AIRCRAFT: &str =
+    "no aircraft: only flight paths are computed; choose an aircraft file or a shipped aircraft";
 
 /// Reads an aircraft as its file says.
 ///

@@ -79,11 +79,11 @@ pub fn channel<'a>(recording: &'a Recording, path: &str) -> StageResult<&'a Chan
             .map(|channel| format!("'{}/{}'", channel.source, channel.name))
             .collect();
         let hint = if same.is_empty() {
-            "list them with `doublet inspect`".to_owned()
+            "choose a channel of the recording".to_owned()
         } else {
-            format!("there is {}", same.join(", "))
+            format!("the recording has {}", same.join(", "))
         };
-        format!("no channel '{path}'; {hint}").into()
+        format!("channel '{path}' not found: {hint}").into()
     })
 }
 

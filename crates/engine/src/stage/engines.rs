@@ -126,7 +126,7 @@ pub fn engines(window: &WindowContext, aircraft: &AircraftData, air: &Air<'_>) -
             if let Some(thrust_n) = window.values(roles.thrust)? {
                 let name = roles.thrust.name();
                 result.warnings.push(format!(
-                    "{name} acts along body x through the centre of gravity: the aircraft file describes no engine"
+                    "{name} is assumed along body x through the centre of gravity: the aircraft file has no engine"
                 ));
                 result.engines.push(along_x(thrust_n));
             }

@@ -11,7 +11,7 @@ use crate::graph::StageResult;
 use crate::session::{EXPRESSION_SOURCE, ExpressionSetting};
 
 /// What to do where no name is near.
-const LIST: &str = "list what there is with `doublet inspect`";
+const LIST: &str = "choose a channel of the recording";
 
 /// A channel that was made by an expression.
 #[derive(Clone, Debug, PartialEq)]
@@ -136,7 +136,7 @@ fn operand_channel<'a>(recording: &'a Recording, operand: &Operand) -> StageResu
             let all: Vec<_> =
                 several.iter().take(4).map(|index| format!("\"{}\"", recording.channels[*index].full_name())).collect();
             Err(format!(
-                "{} channels are called '{name}': name one with its source, as {}",
+                "{} channels are called '{name}': add the source, for example {}",
                 several.len(),
                 all.join(" or ")
             )

@@ -92,7 +92,7 @@ pub struct PooledFits {
     pub vane_scales: Vec<VaneScale>,
 }
 
-/// Scale error of a recorded flow angle over all manoeuvres: it shows `1 + value` times that of the reconstructed path.
+/// Scale error of a recorded flow angle over all manoeuvres: its scale is `1 + value` of the reconstructed path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VaneScale {
     /// Angle of attack or sideslip.
@@ -196,7 +196,7 @@ pub(crate) fn window_terms(
     };
     let dropped = terms.iter().filter(rests).map(|term| DroppedTerm {
         derivative: term.derivative_name(coefficient),
-        reason: "its control does not move in this manoeuvre".to_owned(),
+        reason: "control does not move in this manoeuvre".to_owned(),
     });
     let dropped = dropped.collect();
     (terms.iter().filter(|term| !rests(term)).cloned().collect(), dropped)
@@ -235,8 +235,7 @@ fn moving_terms(
         let is_zero = is_constant(all) && all.0.abs().max(all.1.abs()) <= SMALLEST_MOTION;
         is_zero || (has_constant && is_constant(all)) || (own_constants && ends.iter().all(|&own| is_constant(own)))
     };
-    let reason =
-        if used.len() == 1 { "it does not vary in this manoeuvre" } else { "it does not vary in any manoeuvre" };
+    let reason = if used.len() == 1 { "constant in this manoeuvre" } else { "constant in every manoeuvre" };
     let dropped = terms
         .iter()
         .filter(rests)
@@ -348,7 +347,7 @@ fn coefficient_fit(
     let (terms, resting) = moving_terms(coefficient, terms, used, estimation);
     dropped.extend(resting);
     if terms.is_empty() {
-        let fit = Err("no term of the model varies in the manoeuvres: add one that does, or a constant".into());
+        let fit = Err("no term is excited in these manoeuvres: add an excited term or a constant".into());
         let windows = used.iter().map(|(window, aero)| (window.name.clone(), aero.coefficients.time_s.len())).collect();
         return CoefficientFit {
             coefficient,

@@ -233,7 +233,7 @@ fn over_flight(
     }
     if missing > 0 {
         warnings.push(format!(
-            "engine '{name}': an input is missing at {missing} of {} samples, which are left out",
+            "engine '{name}': {missing} of {} samples omitted because an input is missing",
             history.thrust_n.len()
         ));
     }

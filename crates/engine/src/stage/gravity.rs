@@ -19,7 +19,7 @@ pub struct Gravity {
 /// altitude of the windows in use, otherwise the standard.
 pub fn gravity<'a>(session: &Session, recording: impl Fn(&str) -> Option<&'a Recording>) -> Gravity {
     if session.gravity == GravitySource::Stated {
-        return Gravity { m_s2: session.filter.gravity_m_s2, origin: "as the session states".to_owned() };
+        return Gravity { m_s2: session.filter.gravity_m_s2, origin: "stated in the session".to_owned() };
     }
     let mean = |roles: &[Role]| {
         let active = session.active_windows();
@@ -41,7 +41,7 @@ pub fn gravity<'a>(session: &Session, recording: impl Fn(&str) -> Option<&'a Rec
             let origin = format!("by latitude {:.3} deg and altitude {above:.0} m{assumed}", latitude.to_degrees());
             Gravity { m_s2, origin }
         }
-        None => Gravity { m_s2: STANDARD_GRAVITY_M_S2, origin: "standard: no latitude is recorded".to_owned() },
+        None => Gravity { m_s2: STANDARD_GRAVITY_M_S2, origin: "standard: latitude not recorded".to_owned() },
     }
 }
 

@@ -114,7 +114,7 @@ impl Attitude {
         let columns = columns.collect::<StageResult<Vec<Series>>>()?;
         let time_s = Arc::clone(&columns[0].time_s);
         if columns.iter().any(|column| column.time_s != time_s) {
-            return Err(format!("{source}: its attitude is not on one time base").into());
+            return Err(format!("{source}: attitude angles have different time stamps").into());
         }
         Ok(Self { time_s, columns: columns.into_iter().map(|column| column.values).collect() })
     }
@@ -187,9 +187,10 @@ fn turn(
     name: &str,
     thesis: bool,
 ) -> StageResult<Series> {
-    let mount = linkage.mount(name).ok_or_else(|| format!("the instruments file has no mount of sensor '{name}'"))?;
+    let mount =
+        linkage.mount(name).ok_or_else(|| format!("mount of sensor '{name}' not found in the instruments file"))?;
     if sensor.time_s != panel.time_s {
-        return Err(format!("sensor '{name}' and '{}' are not on one time base", linkage.reference_sensor).into());
+        return Err(format!("sensors '{name}' and '{}' have different time stamps", linkage.reference_sensor).into());
     }
     let mut values = Vec::with_capacity(sensor.time_s.len());
     for range in stretches(&sensor.time_s, PAUSE_S) {
@@ -239,12 +240,12 @@ fn calibration(air_data: &AirDataCalibration, setting: &InstrumentSetting) -> St
         let found = air_data.pods.iter().find(|pod| pod.flight == setting.pod_calibration);
         return found.cloned().ok_or_else(|| {
             let known: Vec<_> = air_data.pods.iter().map(|pod| pod.flight.as_str()).collect();
-            format!("no pod calibration '{}': use one of {}", setting.pod_calibration, known.join(", ")).into()
+            format!("pod calibration '{}' not found: use one of {}", setting.pod_calibration, known.join(", ")).into()
         });
     };
     if !setting.pod_calibration.is_empty() {
         return Err(format!(
-            "level_flight and pod_calibration '{}' both say what the pod's number means: leave one out",
+            "pod is calibrated twice (level_flight, pod_calibration '{}'): remove one",
             setting.pod_calibration
         )
         .into());
@@ -264,7 +265,7 @@ fn calibration(air_data: &AirDataCalibration, setting: &InstrumentSetting) -> St
     let usable = [flight.mass_kg, density_kg_m3, stall].iter().all(|value| *value > 0.0 && value.is_finite());
     if !(usable && stall < middle && middle < zero && zero.is_finite()) {
         return Err(
-            "level_flight: give mass and density above zero, and airspeeds that fall from the number 0 over 85 to 100"
+            "level_flight: mass and density must be above zero, airspeeds must fall from reading 0 over 85 to 100"
                 .into(),
         );
     }
@@ -298,11 +299,11 @@ fn fuel(
             .fuel_probes
             .iter()
             .find(|probe| probe.tank == *tank)
-            .ok_or_else(|| format!("the instruments file has no fuel probe of tank '{tank}'"))?;
+            .ok_or_else(|| format!("fuel probe of tank '{tank}' not found in the instruments file"))?;
         shown.push((probe, si(channel(recording, path)?)?));
     }
     let Some(time_s) = shown.first().map(|(_, series)| Arc::clone(&series.time_s)) else {
-        return Err("no fuel probe is named".into());
+        return Err("fuel probes missing: state at least one".into());
     };
     // Every tank by its own stamps; the sum at those of the first.
     let mut total = vec![0.0; time_s.len()];

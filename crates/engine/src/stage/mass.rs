@@ -46,13 +46,11 @@ impl FuelSource {
     /// In words.
     pub fn description(&self) -> &'static str {
         match (self.record, self.is_stated) {
-            (FuelRecord::Tanks, false) => "fuel as recorded in each tank",
-            (FuelRecord::Tanks, true) => {
-                "fuel as recorded in each tank, shifted to what the session states at the first record"
-            }
-            (FuelRecord::Total, false) => "fuel as recorded in all, shared among the tanks as in the loading",
-            (FuelRecord::Total, true) => "fuel of the session at the first record, less the recorded burn",
-            (FuelRecord::Flow, _) => "fuel of the loading at the first record, less the recorded flow",
+            (FuelRecord::Tanks, false) => "recorded fuel of each tank",
+            (FuelRecord::Tanks, true) => "recorded fuel of each tank, shifted to the stated fuel at the first record",
+            (FuelRecord::Total, false) => "recorded total fuel, divided among the tanks as in the loading",
+            (FuelRecord::Total, true) => "stated fuel at the first record minus the recorded burn",
+            (FuelRecord::Flow, _) => "fuel of the loading at the first record minus the recorded flow",
             (FuelRecord::None, _) => "fuel of the loading, constant",
         }
     }
@@ -87,8 +85,7 @@ impl Stage for FlownMass {
     fn run(windows: Self::Params<'_>, inputs: Self::Inputs<'_>, _: &Context<'_>) -> StageResult<Self> {
         let (aircraft, LoadedFlight { recording, .. }) = (inputs.0, &**inputs.1);
         let span = aircraft.fuel_span_s(recording);
-        let (first, last) =
-            span.ok_or("neither fuel nor specific force is recorded: its mass over time is not known")?;
+        let (first, last) = span.ok_or("mass over time is unknown: neither fuel nor specific force is recorded")?;
         let at = |name: &str, time_s: f64| -> StageResult<FlownState> {
             let loading = aircraft.loading_at(recording, time_s)?;
             let state = LoadedState::new(name, &aircraft.loaded.aircraft, &loading);

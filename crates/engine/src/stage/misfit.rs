@@ -106,7 +106,7 @@ pub fn misfit(recording: &Recording, fits: &WindowFits, place: MisfitPlace) -> S
     let found = fits.fits.iter().find(|fit| fit.coefficient == place.coefficient);
     let series = found.and_then(|fit| fit.series.as_ref());
     let residual = &series.ok_or("this coefficient has no residual")?.residual;
-    let inside = about(residual, place.time_s).ok_or("no sample of the residual is near this instant")?;
+    let inside = about(residual, place.time_s).ok_or("the residual has no sample near this time")?;
     let (time_s, values) = (&residual.time_s[inside.clone()], &residual.values[inside]);
     let step_s = median_step(time_s).unwrap_or(f64::NAN);
     let length = 2 * (time_s.len() / (2 * SEGMENTS));
@@ -126,7 +126,7 @@ pub fn misfit(recording: &Recording, fits: &WindowFits, place: MisfitPlace) -> S
         (!is_constant).then_some((coherent, found.bound))
     };
     let found: Vec<_> = recording.channels.iter().enumerate().filter_map(one).collect();
-    let bound = found.first().map(|(_, bound)| *bound).ok_or("too few samples about this instant for a coherence")?;
+    let bound = found.first().map(|(_, bound)| *bound).ok_or("too few samples near this time for a coherence")?;
     let mut channels: Vec<_> = found.into_iter().map(|(channel, _)| channel).collect();
     channels.sort_by(|a, b| b.share.total_cmp(&a.share));
     let stretch = TimeRange::new(time_s[0], time_s[time_s.len() - 1]);

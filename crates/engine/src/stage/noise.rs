@@ -171,8 +171,8 @@ fn measure(role: Role, flights: &[NoiseFlight<'_>], found: &[FlightNoise]) -> St
     }
     let refused = || flights.iter().find_map(|flight| flight.proposals.no_steady.clone());
     match (is_recorded, has_windows) {
-        (false, _) => Err("it is not recorded".into()),
-        (true, false) => Err(refused().unwrap_or_else(|| "no steady window has samples of it".to_owned()).into()),
+        (false, _) => Err("not recorded".into()),
+        (true, false) => Err(refused().unwrap_or_else(|| "no steady window has its samples".to_owned()).into()),
         (true, true) => Ok(sums.statistics()?),
     }
 }

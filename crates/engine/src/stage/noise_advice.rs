@@ -150,7 +150,7 @@ fn difference(row: &NoiseRow, innovations: NoiseEstimate, steady: NoiseEstimate)
             "the steady windows were noisier than this manoeuvre: check them".to_owned()
         }
         Ok(NoiseOrigin::Windows(_)) => {
-            "in the manoeuvre the sensor has other errors than noise: delay, position or calibration".to_owned()
+            "in the manoeuvre the sensor has errors besides noise: delay, position or calibration".to_owned()
         }
         Err(_) => String::new(),
     }

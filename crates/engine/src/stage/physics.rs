@@ -175,7 +175,7 @@ fn compared(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Flig
     }
 }
 
-/// The recording without a position down that is its altitude turned: the two hold one mistake, and neither mends it alone.
+/// The recording without a position down that is its altitude turned: both have the same error, and a fix of one alone does not correct it.
 fn without_copy(recording: &Recording) -> Option<Recording> {
     let find_series = |role: Role| recording.role(role).map(|channel| &channel.series);
     let (down, altitude) = (find_series(Role::PositionDown)?, find_series(Role::Altitude)?);
@@ -204,7 +204,7 @@ fn map_of(recordings: &[RecordingRef], recording: &Recording, role: Option<Role>
 fn sentence(fix: &ChannelFix, map: &str) -> String {
     let role_of = |role: &Role| match map {
         "" => format!("Channel {}", role.name()),
-        map => format!("Channel map {map}, [roles.{}]", role.name()),
+        map => format!("Channel map {map}, role {}", role.name()),
     };
     match fix {
         ChannelFix::Scale { role, factor, offset, units } => {
@@ -213,34 +213,30 @@ fn sentence(fix: &ChannelFix, map: &str) -> String {
                 parts.push("reverse the sign".to_owned());
             }
             match units {
-                Some((is, was)) => parts.push(format!("set unit = \"{is}\" instead of \"{was}\"")),
-                None if factor.abs() != 1.0 => parts.push(format!("set scale = {}", significant(*factor, 4))),
+                Some((is, was)) => parts.push(format!("set the unit to {is} instead of {was}")),
+                None if factor.abs() != 1.0 => parts.push(format!("set the scale to {}", significant(*factor, 4))),
                 None => {}
             }
             match role {
                 _ if *offset == 0.0 => {}
-                Role::AirTemperature => parts.push("set unit = \"degC\"".to_owned()),
-                Role::SpecificForceZ => parts.push("restore 1 g with offset".to_owned()),
-                _ => parts.push(format!("set offset = {:.1} (degrees) or {offset:.4} (radians)", offset.to_degrees())),
+                Role::AirTemperature => parts.push("set the unit to degC".to_owned()),
+                Role::SpecificForceZ => parts.push("restore 1 g by an offset".to_owned()),
+                _ => parts.push(format!("set the offset to {:.1} deg ({offset:.4} rad)", offset.to_degrees())),
             }
-            let also = if *role == Role::Altitude { " (and [roles.z] of the same channel)" } else { "" };
+            let also = if *role == Role::Altitude { " (and role z of the same channel)" } else { "" };
             format!("{}{also}: {}.", role_of(role), parts.join(" and "))
         }
         ChannelFix::Swap { one, other } => match map {
             "" => format!("Exchange channels {} and {}.", one.name(), other.name()),
-            map => format!(
-                "Channel map {map}: exchange the channels of [roles.{}] and [roles.{}].",
-                one.name(),
-                other.name()
-            ),
+            map => format!("Channel map {map}: exchange the channels of roles {} and {}.", one.name(), other.name()),
         },
         ChannelFix::Reassign { from, to } => match map {
             "" => format!("Rename channel {} to {}.", from.name(), to.name()),
-            map => format!("Channel map {map}: rename [roles.{}] to [roles.{}].", from.name(), to.name()),
+            map => format!("Channel map {map}: change role {} to {}.", from.name(), to.name()),
         },
         ChannelFix::Clock { factor: _, unit: Some(unit) } => match map {
             "" => format!("Give time in seconds: it is in {unit}."),
-            map => format!("Channel map {map}, [[time]]: set unit = \"{unit}\"."),
+            map => format!("Channel map {map}: set the unit of time to {unit}."),
         },
         ChannelFix::Clock { factor, unit: None } => {
             format!("Check the rate of the recorder, or set a clock drift of {:.4}.", factor - 1.0)
@@ -249,7 +245,7 @@ fn sentence(fix: &ChannelFix, map: &str) -> String {
             format!("Add {:.2} s to the clock offset of source {source} (panel Preprocess).", -late_s)
         }
         ChannelFix::Travel { role, form, .. } => {
-            format!("{}: set unit = \"deg\" and scale = full travel in degrees / {}.", role_of(role), form.full())
+            format!("{}: state the full travel in degrees (unit deg, scale travel / {}).", role_of(role), form.full())
         }
     }
 }
@@ -259,15 +255,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fix_names_the_key_and_the_value() {
+    fn fix_names_the_setting_and_the_value() {
         let degrees =
             ChannelFix::Scale { role: Role::RollRate, factor: -0.0174, offset: 0.0, units: Some(("deg/s", "rad/s")) };
         assert_eq!(
             sentence(&degrees, "mine.toml"),
-            "Channel map mine.toml, [roles.p]: reverse the sign and set unit = \"deg/s\" instead of \"rad/s\"."
+            "Channel map mine.toml, role p: reverse the sign and set the unit to deg/s instead of rad/s."
         );
         let ticks = ChannelFix::Clock { factor: 1e-3, unit: Some("ms") };
-        assert_eq!(sentence(&ticks, "mine.toml"), "Channel map mine.toml, [[time]]: set unit = \"ms\".");
+        assert_eq!(sentence(&ticks, "mine.toml"), "Channel map mine.toml: set the unit of time to ms.");
         assert_eq!(sentence(&ticks, ""), "Give time in seconds: it is in ms.");
         let turned = ChannelFix::Scale { role: Role::PitchRate, factor: -1.0, offset: 0.0, units: None };
         assert_eq!(sentence(&turned, ""), "Channel q: reverse the sign.");

@@ -90,7 +90,7 @@ pub(crate) fn move_vanes(
             measured_at(&recorded, Measurement::AngleOfAttack, time_s),
             rates_at(inputs, time_s),
         ) else {
-            return Some(format!("{} stays at its vane: airspeed and alpha are needed to move it", angle.name()));
+            return Some(format!("{} not moved to the centre of gravity: airspeed and alpha are needed", angle.name()));
         };
         let beta = measured_at(&recorded, Measurement::Sideslip, time_s).unwrap_or_else(|| vec![0.0; time_s.len()]);
         for (k, value) in Arc::make_mut(&mut measurements[angle as usize].values).iter_mut().enumerate() {
@@ -120,7 +120,7 @@ pub(crate) fn move_antenna(
             }
             let attitude = ATTITUDE.map(|angle| measured_at(&recorded, angle, time_s));
             let ([Some(phi), Some(theta), Some(psi)], Some(rates)) = (attitude, rates_at(inputs, time_s)) else {
-                return Some(format!("{} stays at the antenna: attitude is needed to move it", measurement.name()));
+                return Some(format!("{} not moved to the centre of gravity: attitude is needed", measurement.name()));
             };
             for (k, value) in Arc::make_mut(&mut measurements[measurement as usize].values).iter_mut().enumerate() {
                 let rates = [rates[0][k], rates[1][k], rates[2][k]];

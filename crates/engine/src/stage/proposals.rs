@@ -299,18 +299,16 @@ fn no_steady(search: &SteadySearch, settings: &SteadySettings) -> String {
     let length_s = settings.length_s;
     let why = match search {
         SteadySearch { looked_at: 0, .. } => {
-            format!("in flight outside manoeuvres, all inertial signals together are never recorded for {length_s} s")
+            format!("no {length_s} s outside the manoeuvres have all inertial signals")
         }
         SteadySearch { quiet: 0, .. } => {
             let limits: Vec<String> = STILL[..4]
                 .iter()
                 .map(|(role, most, _)| format!("{} {most} {}", role.name(), role.dimension().si_symbol()))
                 .collect();
-            format!("the aircraft is never still for {length_s} s (limits: {}; attitude 0.1 rad)", limits.join(", "))
+            format!("the aircraft is not steady for {length_s} s (limits: {}; attitude 0.1 rad)", limits.join(", "))
         }
-        _ => {
-            "when the aircraft is still, its signals are not white: they are filtered, interpolated or held".to_owned()
-        }
+        _ => "steady signals are not white noise: filtered, interpolated or repeated samples".to_owned(),
     };
     format!("no steady window: {why}; mark one by hand or state the noise")
 }

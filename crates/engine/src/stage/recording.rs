@@ -221,7 +221,7 @@ fn merge(merged: &mut Recording, added: Recording, only: Option<&[Role]>) {
         let channel = &added.channels[index];
         match merged.role(role) {
             Some(first) => merged.warnings.push(format!(
-                "{} is in {} and in {}: the first is used; name the roles to take with 'only' to choose",
+                "{} is recorded in {} and in {}: the first is used; limit the roles of one recording to choose",
                 role.name(),
                 first.source,
                 channel.source

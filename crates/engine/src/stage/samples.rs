@@ -52,7 +52,7 @@ pub(crate) fn channel_at(
     let interval = (end - start) / (own_time.len().max(2) - 1) as f64;
     if start > first + interval || end < last - interval {
         return Err(format!(
-            "{place} was recorded from {start:.2} s to {end:.2} s here: let the manoeuvre lie inside, not from {first:.2} s to {last:.2} s"
+            "{place} was recorded from {start:.2} s to {end:.2} s: move the manoeuvre ({first:.2} s to {last:.2} s) inside"
         ).into());
     }
     if let Some((at, length)) =
@@ -126,10 +126,11 @@ fn fit_in(samples: usize, memory: Option<u64>) -> StageResult<()> {
     match memory.filter(|memory| needed > *memory) {
         None => Ok(()),
         Some(memory) => Err(format!(
-            "{samples} samples take about {:.1} GB while they are computed, of {:.1} GB that there are: shorten the manoeuvre, use fewer, or resample the recording (flight.signals)",
+            "{samples} samples need {:.1} GB (available {:.1} GB): shorten the manoeuvre or resample",
             needed as f64 / 1e9,
             memory as f64 / 1e9
-        ).into()),
+        )
+        .into()),
     }
 }
 

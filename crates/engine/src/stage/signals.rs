@@ -93,14 +93,13 @@ fn position(recording: &mut Recording, max_gap_s: Option<f64>) -> StageResult<Ve
     let velocity = |role: Role| {
         let channel = recording.role(role);
         channel.map(|channel| channel.series.clone()).ok_or_else(|| {
-            format!("position_from_velocity: {} is not recorded: leave it out, or map the channel", role.name())
+            format!("position from velocity: {} is not recorded: map its channel, or switch it off", role.name())
         })
     };
     let [north, east] = [velocity(Role::VelocityNorth)?, velocity(Role::VelocityEast)?];
     if north.time_s != east.time_s {
         return Err(
-            "position_from_velocity: v_north and v_east have stamps of their own: bring both to one rate by a rule"
-                .into(),
+            "position from velocity: v_north and v_east have different time stamps: resample both to one rate".into()
         );
     }
     // A sample that is no number is no sample: the trapezoid spans from its neighbour to the next, up to the longest gap.
@@ -111,14 +110,14 @@ fn position(recording: &mut Recording, max_gap_s: Option<f64>) -> StageResult<Ve
     let mut columns: [Vec<f64>; 2] = Default::default();
     for range in &ranges {
         let piece = position_from_velocity(&time_s[range.clone()], &north[range.clone()], &east[range.clone()])
-            .map_err(|error| format!("position_from_velocity: {error}"))?;
+            .map_err(|error| format!("position from velocity: {error}"))?;
         columns.iter_mut().zip(piece).for_each(|(column, piece)| column.extend(piece));
     }
     if ranges.len() > 1 {
         let gaps = ranges.len() - 1;
         recording
             .warnings
-            .push(format!("x and y restart after {gaps} gaps of the velocity: keep manoeuvres clear of them"));
+            .push(format!("x and y restart after {gaps} gaps of the velocity: mark manoeuvres between the gaps"));
     }
     let shared: Arc<[f64]> = time_s.into();
     let mut done = Vec::new();

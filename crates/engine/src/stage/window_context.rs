@@ -85,7 +85,7 @@ impl WindowContext {
         let first = times.partition_point(|&time| time < start);
         if first >= times.len() {
             let settle_s = preparation.settle_s;
-            return Err(format!("nothing is left after {settle_s} s of settling: shorten preparation.settle_s").into());
+            return Err(format!("no samples left after {settle_s} s of settling: shorten the settling").into());
         }
         let time_s: Arc<[f64]> = if first == 0 { Arc::clone(times) } else { times[first..].into() };
         let engines = ENGINES.iter().flat_map(|engine| [engine.thrust, engine.speed, engine.manifold_pressure]);

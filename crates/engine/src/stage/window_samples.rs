@@ -104,7 +104,7 @@ fn leaves_enough(time_s: &[f64], excluded: &[TimeRange]) -> StageResult<()> {
         return Ok(());
     }
     let text = format!(
-        "excluded parts leave {left} of {} inertial samples, at least {MIN_SAMPLES} are needed: shorten them",
+        "{left} of {} inertial samples left after exclusions (minimum {MIN_SAMPLES}): shorten the excluded parts",
         time_s.len()
     );
     Err(text.into())
@@ -120,7 +120,9 @@ pub fn partly_outside(recording: &Recording, window: TimeRange) -> Option<String
     let outside_s = (first - start_s).max(end_s - last);
     let overlaps = start_s < last && end_s > first;
     (overlaps && outside_s > OUTSIDE_S).then(|| {
-        format!("the manoeuvre lasts from {start_s} s to {end_s} s, the inertial samples from {first:.2} s to {last:.2} s; the rest is not used")
+        format!(
+            "the manoeuvre lasts from {start_s} s to {end_s} s, inertial samples only from {first:.2} s to {last:.2} s"
+        )
     })
 }
 
@@ -187,11 +189,9 @@ fn input_series(
     if !missing.is_empty() && source == PathSource::Measured {
         warnings.push(format!("not recorded and assumed zero: {}", missing.join(", ")));
     } else if !missing.is_empty() {
-        return Err(format!(
-            "the recording has no {}, which the filter needs: name the channels in the channel map",
-            missing.join(", ")
-        )
-        .into());
+        return Err(
+            format!("the recording has no {}, which the filter needs: map the channels", missing.join(", ")).into()
+        );
     }
     let rates = [Input::RollRate, Input::PitchRate, Input::YawRate];
     let base = rates.into_iter().find_map(|rate| recording.role(rate.role()));
@@ -205,16 +205,17 @@ fn input_series(
             count => format!(" ({count} samples of {} are not finite)", base.name),
         };
         return Err(format!(
-            "{} inertial samples between {} s and {} s{lost}, at least {MIN_SAMPLES} are needed: the recording spans {first:.2} s to {last:.2} s",
+            "{} inertial samples between {} s and {} s{lost}, minimum {MIN_SAMPLES}: the recording spans {first:.2} s to {last:.2} s",
             time_s.len(),
             window.start_s,
             window.end_s
         ).into());
     }
     if let Some((at, length)) = gaps(recording, &time_s).into_iter().next() {
-        return Err(
-            format!("the inertial samples pause for {length:.2} s at {at:.2} s: end the manoeuvre before it").into()
-        );
+        return Err(format!(
+            "the inertial samples have a gap of {length:.2} s at {at:.2} s: end the manoeuvre before it"
+        )
+        .into());
     }
     let mut columns: [Arc<[f64]>; INPUTS] = Default::default();
     for input in Input::ALL {
@@ -227,7 +228,7 @@ fn input_series(
             && channel.source != base.source
         {
             warnings.push(format!(
-                "{} comes from {}, put on the clock of {}",
+                "{} is recorded by {}; resampled to the clock of {}",
                 input.name(),
                 channel.source,
                 base.source

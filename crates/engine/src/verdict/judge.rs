@@ -98,6 +98,9 @@ pub fn judge(session: &Session, snapshot: &Snapshot) -> Verdicts {
     findings = by_effect(evidence, findings);
     findings.extend(by_effect(evidence, of_fits));
     findings.extend(pooled.iter().filter(|fit| fit.is_unused).flat_map(|fit| fit.verdict.reasons.iter().cloned()));
+    if findings.iter().all(|finding| finding.level == Level::Good) {
+        findings.extend(session::find_no_good_manoeuvre(&windows));
+    }
     Verdicts { session: Verdict::from_findings(findings), windows, pooled }
 }
 

@@ -91,7 +91,7 @@ pub fn fly_and_judge(
 ) -> StageResult<(Session, Snapshot)> {
     let named = |error: StageError| error.at(format!("seed {seed}"));
     let loading = flown_loading(scenario);
-    session.aircraft.as_ref().ok_or("the session names no aircraft: name one in it")?;
+    session.aircraft.as_ref().ok_or("the session has no aircraft: choose one")?;
     let loaded = stage::aircraft_of(context, session)?;
     let aircraft = context.get::<AircraftData>(Some(&loading), &loaded)?;
     let fly = simulate::run(scenario, seed, &mut |_| !context.control().is_cancelled());

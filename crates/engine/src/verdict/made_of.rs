@@ -31,7 +31,7 @@ pub(super) fn airspeed<'w>(evidence: Evidence<'_>, mut windows: impl Iterator<It
     windows.find(|window| path(window).is_some_and(|path| path.missing.contains(&Measurement::Airspeed)))?;
     let text = "Airspeed not recorded: dynamic pressure, flow angles and derivatives depend on an assumed wind.";
     let finding = Finding::new(Level::Caution, "assumed", "airspeed", text.to_owned());
-    let fix_text = "Map a true airspeed, or a calibrated one with static pressure or altitude.";
+    let fix_text = "Map a true airspeed, or a calibrated one with pressure or altitude.";
     Some(finding.with_fix_text(fix_text).with_setting("Channels", "airspeed"))
 }
 

@@ -61,7 +61,7 @@ pub(super) fn finding(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre
         rests(evidence.snapshot, manoeuvre).into_iter().max_by_key(|rest| rest.samples)?;
     let text = format!("{} is saturated at {end:.4} for {samples} samples (limit {IN_A_ROW}).", input.role().name());
     let finding = Finding::new(Level::Caution, "saturated", place, text).with_figure(samples as f64, IN_A_ROW as f64);
-    let fix_text = "Exclude these samples or ignore the manoeuvre, fly smaller inputs, or use a wider-range sensor.";
+    let fix_text = "Exclude these samples, use smaller inputs, or use a wider-range sensor.";
     let finding = finding.with_fix_text(fix_text).with_setting("Manoeuvres", "manoeuvre.exclude");
     Some(finding.with_fix(spoilt::fix(evidence, manoeuvre)))
 }

@@ -1,7 +1,9 @@
 //! Findings about the session as a whole: channels that contradict each other, what could not be computed, what is only assumed.
 
+use std::collections::BTreeMap;
+
 use super::judge::{Evidence, not_computed};
-use super::{Finding, Level, accelerometer, gravity, loading, made_of, mounting, shape};
+use super::{Finding, Level, WindowVerdict, accelerometer, gravity, loading, made_of, mounting, shape};
 
 /// What speaks against the session besides its windows, fits and studies.
 pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
@@ -45,6 +47,15 @@ pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
         .chain(assumed)
         .chain(airspeed)
         .collect()
+}
+
+/// That no manoeuvre is good, where there are some: what was estimated rests on doubtful ones alone.
+pub(super) fn find_no_good_manoeuvre(windows: &BTreeMap<String, WindowVerdict>) -> Option<Finding> {
+    let is_none = !windows.is_empty() && windows.values().all(|window| window.verdict.level > Level::Good);
+    let fix_text = "Correct what the findings of the manoeuvres name, or use other manoeuvres.";
+    is_none.then(|| {
+        Finding::new(Level::Caution, "no-good-manoeuvre", "session", "No manoeuvre is good.").with_fix_text(fix_text)
+    })
 }
 
 /// Whether derivatives hang on a stage.

@@ -32,10 +32,10 @@ pub(super) fn excluded(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Option<
     is_any.then_some(all.excluded)
 }
 
-/// Excludes the spoilt samples of a manoeuvre.
+/// Excludes the saturated and stalled samples of a manoeuvre.
 pub(super) fn fix(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Option<Fix> {
     let name = manoeuvre.name.clone();
-    let label = format!("exclude the spoilt samples of '{name}'");
+    let label = format!("exclude the saturated and stalled samples of '{name}'");
     let excluded = excluded(evidence, manoeuvre)?;
     Some(Fix::new(label, Edit::Window(WindowEdit::Exclude { name, excluded })))
 }

@@ -46,9 +46,8 @@ fn finding(session: &Session, at: &str, scale: &VaneScale) -> Option<Finding> {
     }
     let (shown, limit) = (1.0 + value, 1.0 + least.copysign(value));
     let name = measurement.name();
-    let text = format!(
-        "{name} shows {shown:.3} ± {standard_error:.3} times that of the reconstructed path (limit {limit:.2})."
-    );
+    let text =
+        format!("{name} vane scale is {shown:.3} ± {standard_error:.3} of the reconstructed path (limit {limit:.2}).");
     let finding = Finding::new(Level::Caution, VANE, at, text).with_figure(shown, limit);
     let finding =
         finding.with_fix_text(format!("Check the calibration of {name} and its upwash, or correct its scale."));
@@ -69,7 +68,7 @@ mod tests {
         let scale = |value, standard_error| VaneScale { measurement: Measurement::Sideslip, value, standard_error };
         let found = finding(&session, "Cn", &scale(0.2, 0.01)).unwrap();
         assert_eq!((found.level, found.code), (Level::Caution, VANE));
-        assert_eq!(found.text, "beta shows 1.200 ± 0.010 times that of the reconstructed path (limit 1.08).");
+        assert_eq!(found.text, "beta vane scale is 1.200 ± 0.010 of the reconstructed path (limit 1.08).");
         assert_eq!(found.value.as_deref(), Some("{ scale_beta = 0.2 }"));
         for small in [scale(0.07, 0.001), scale(-0.2, 0.05)] {
             assert_eq!(finding(&session, "Cn", &small), None);

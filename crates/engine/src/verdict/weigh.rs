@@ -215,7 +215,7 @@ impl<'a> Judged<'a> {
         let times = (effect.estimate - self.estimate).abs() / self.error;
         let text = if self.is_lost(effect) {
             let estimate = format!("{:.4} ± {}", self.estimate, significant(self.error, 2));
-            format!("{estimate} rests on saturated or stalled samples: the others do not determine it.")
+            format!("{estimate} is determined only by saturated or stalled samples.")
         } else {
             format!(
                 "{:.4} ± {} becomes {:.4} {cause}: {times:.1} standard errors (limit {}).",

@@ -220,7 +220,10 @@ fn preparation_is_saved_as_it_reads_and_older_forms_mean_what_they_meant() {
 
     session.preparation.control_lags.rudder.delay_s = f64::NAN;
     let problems: Vec<String> = session::check(&session).iter().map(ToString::to_string).collect();
-    assert_eq!(problems, ["preparation.control_lag.rudder.delay_s: NaN is not usable: give a number from -10 to 10"]);
+    assert_eq!(
+        problems,
+        ["preparation.control_lag.rudder.delay_s: NaN is out of range: enter a number from -10 to 10"]
+    );
 }
 
 #[test]
@@ -292,7 +295,7 @@ fn a_warm_day_lowers_the_density_of_a_recording_without_static_pressure() {
     }
     assert_eq!(sensor.air_density, AirDensity::RecordedAltitude);
     assert!((sensor.data.density_kg_m3[0] / standard.data.density_kg_m3[0] - 1.0).abs() < 1e-9);
-    assert!(sensor.warnings.iter().any(|line| line.contains("not that of the outside air")), "{:?}", sensor.warnings);
+    assert!(sensor.warnings.iter().any(|line| line.contains("which is implausible")), "{:?}", sensor.warnings);
 }
 
 /// A channel by expression is a term of the model: with the elevator's values it has the elevator's derivative, predicts and flies as

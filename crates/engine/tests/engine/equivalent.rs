@@ -158,7 +158,7 @@ fn levels_with_delay(delay_s: f64, seed: u64) -> QualitiesRow {
     let system = System { numerator, denominator, delay_s, truth: Vec::new(), form: Form::ShortPeriod };
     let found = identify_system(&system, &mut ChaCha8Rng::seed_from_u64(seed)).unwrap();
     let airplane = Airplane::new("III", "B").unwrap();
-    equivalent_levels(&found.fit, &limits("mil_std_1797a_class_iii").unwrap(), &airplane)
+    equivalent_levels(&found, "q", &limits("mil_std_1797a_class_iii").unwrap(), &airplane)
 }
 
 #[test]
@@ -205,7 +205,7 @@ fn pitch_criteria_of_an_equivalent_system_hold_the_truth_in_their_intervals() {
     let (mut held, mut all) = (0, 0);
     for seed in 0..8 {
         let study = identify_system(&system, &mut ChaCha8Rng::seed_from_u64(300 + seed)).unwrap();
-        let found = equivalent_levels(&study.fit, &limits, &airplane);
+        let found = equivalent_levels(&study, "q", &limits, &airplane);
         assert_eq!(found.criteria.len(), 4, "bandwidth, pilot, dropback, phase rate");
         for row in &found.criteria {
             assert!((row.probabilities.unwrap().iter().sum::<f64>() - 1.0).abs() < 1e-9 && row.needed.is_none());
@@ -221,6 +221,51 @@ fn pitch_criteria_of_an_equivalent_system_hold_the_truth_in_their_intervals() {
     assert_eq!(all, 64);
     // 95 % of them on average; those of one flight hang on five parameters, so the share scatters.
     assert!(held * 100 >= all * 80, "{held} of {all}");
+}
+
+/// A roll mode of 0.4 s beside a Dutch roll of 1.45 rad/s and this damping ratio, with zeros of the roll rate beside its poles.
+fn roll_beside_dutch_roll(form: Form, damping: f64, zeros: [f64; 2]) -> System {
+    let pair = |omega: f64, zeta: f64| [1.0, 2.0 * zeta * omega, omega * omega];
+    System {
+        numerator: times(&[6.0], &pair(zeros[0], zeros[1])),
+        denominator: times(&[1.0, 2.5], &pair(1.45, damping)),
+        delay_s: 0.06,
+        truth: Vec::new(),
+        form,
+    }
+}
+
+#[test]
+fn roll_and_dutch_roll_of_a_form_of_free_orders_have_levels_and_a_bad_system_has_none() {
+    let limits = limits("mil_f_8785c").unwrap();
+    let airplane = Airplane::new("I", "B").unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    let found =
+        identify_system(&roll_beside_dutch_roll(Form::parse("2/3").unwrap(), 0.3, [1.2, 0.35]), &mut random).unwrap();
+    assert_ne!(found.verdict.level, Level::Bad);
+    let levels = equivalent_levels(&found, "p", &limits, &airplane);
+    let value = |key: &str| levels.criteria.iter().find_map(|row| row.values.get(key).copied()).flatten().unwrap();
+    for (key, truth, tolerance) in
+        [("roll_time_constant", 0.4, 0.04), ("dutch_roll_frequency", 1.45, 0.03), ("dutch_roll_damping", 0.3, 0.03)]
+    {
+        assert!((value(key) - truth).abs() < tolerance, "{key}: {} for {truth}", value(key));
+    }
+    // MIL-F-8785C, class I, category B: T_R up to 1.4 s, damping from 0.08 and frequency from 0.4 rad/s are Level 1.
+    assert_eq!(levels.level, Some("Level 1"));
+    // Of the yaw rate the real pole has no name.
+    let yaw = equivalent_levels(&found, "r", &limits, &airplane);
+    assert!(yaw.criteria.iter().all(|row| !row.values.contains_key("roll_time_constant")));
+    assert!(yaw.criteria.iter().any(|row| row.values.contains_key("dutch_roll_damping")));
+    // A single pole is the wrong form: its criterion is listed and not judged.
+    let bad = identify_system(&roll_beside_dutch_roll(Form::Roll, 0.14, [1.0, 0.2]), &mut random).unwrap();
+    assert_eq!(bad.verdict.level, Level::Bad);
+    let none = equivalent_levels(&bad, "p", &limits, &airplane);
+    assert_eq!((none.level, none.probabilities), (None, None));
+    assert!(!none.criteria.is_empty() && none.extent().starts_with("0 of "), "{}", none.extent());
+    for row in &none.criteria {
+        assert_eq!((row.level, row.probabilities, row.is_judged()), ("not judged", None, false));
+        assert!(row.needed.as_deref().unwrap().contains("verdict on this one is bad: "));
+    }
 }
 
 #[test]

@@ -159,7 +159,7 @@ fn a_manoeuvre_that_is_left_out_as_a_whole_says_so_and_the_others_stay() {
     session.windows[1].excluded = vec![session.windows[1].window];
     let (_, results) = computed(&session);
     let error = results.windows[1].error.clone().unwrap();
-    assert!(error.contains("excluded parts leave 0 of"), "{error}");
+    assert!(error.contains("left after exclusions"), "{error}");
     assert!(results.windows[0].error.is_none() && results.windows[2].error.is_none());
 }
 

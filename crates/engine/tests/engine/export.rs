@@ -448,7 +448,7 @@ fn the_demo_leaves_as_a_model_that_flies() {
     turned.preparation.axes = Axes::Stability;
     let refused = IdentifiedModel::new(&turned, &snapshot).unwrap_err().to_string();
     assert_eq!(refused.lines().count(), 1);
-    assert!(refused.contains("stability axes") && refused.contains("preparation.axes"), "{refused}");
+    assert!(refused.contains("stability axes") && refused.contains("choose body axes"), "{refused}");
 }
 
 fn jsbsim_or_skip(model: &IdentifiedModel) -> bool {

@@ -61,7 +61,7 @@ fn a_session_that_reads_outside_its_folder_says_so_once() {
     session.aircraft = Some("../plane.toml".to_owned());
     assert_eq!(
         path_warning(&session).unwrap(),
-        "../plane.toml lies outside the session's folder: check that this is intended"
+        "../plane.toml is outside the session's folder: check that this is intended"
     );
     // Many files in one place, over two flights, some of them twice: one line.
     session.aircraft = Some("builtin:c337f".to_owned());
@@ -73,13 +73,13 @@ fn a_session_that_reads_outside_its_folder_says_so_once() {
     let warning = path_warning(&session).unwrap();
     assert_eq!(
         warning,
-        format!("{files} files under ../../data lie outside the session's folder: check that this is intended")
+        format!("{files} files under ../../data are outside the session's folder: check that this is intended")
     );
     // Nothing in common but the way up: the first is named.
     session.aircraft = Some("../plane.toml".to_owned());
     session.flights[1].recordings[0].channel_map = MapRef::File("/etc/passwd".to_owned());
     let warning = path_warning(&session).unwrap();
-    assert!(warning.starts_with(&format!("{} files, ../../data/day0/0.csv the first, lie", files + 2)), "{warning}");
+    assert!(warning.starts_with(&format!("{} files, ../../data/day0/0.csv the first, are", files + 2)), "{warning}");
 }
 
 /// A control character made an export an error without a name; a mark of direction turned the rest of a title round.

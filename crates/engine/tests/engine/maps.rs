@@ -110,7 +110,7 @@ fn refuses_other_matrices(columns: &[Vec<f64>]) {
     assert!(is_taken_for_attas(&matrix(columns)), "{}", against(&matrix(columns)));
     let mut shifted = columns.to_vec();
     shifted[1..].rotate_right(1);
-    assert!(against(&matrix(&shifted)).contains("the map is for"));
+    assert!(against(&matrix(&shifted)).contains("of the map"));
     let degrees = [6, 7, 8, 9, 10, 11, 12, 13, 21, 22, 28, 29, 30];
     let radians = against(&matrix(&scaled(columns, &degrees, 1.0_f64.to_radians())));
     assert!(radians.contains("alpha") && radians.contains("deg"), "{radians}");

@@ -152,7 +152,7 @@ fn touched_tank_shifts_its_own_record_and_no_others() {
             assert!((own_fuel[tank] - kg - shift).abs() < 1e-9, "{tank}");
         }
     }
-    assert!(touched.flown["FT1"].ready().unwrap().fuel.description().contains("shifted to what the session states"));
+    assert!(touched.flown["FT1"].ready().unwrap().fuel.description().contains("shifted to the stated fuel"));
     // The coefficients see it.
     let used =
         |snapshot: &Snapshot| snapshot.windows["03 elevator doublet"].aero.ready().unwrap().data.mass.at(0).mass_kg;

@@ -61,7 +61,7 @@ fn no_manoeuvre_is_proposed_on_the_ground_of_a_flight_from_gate_to_gate() {
     // Its signals were interpolated to their rate: nothing of them is white, so nothing is called noise.
     assert!(proposals.steady.is_empty(), "{:?}", proposals.steady);
     let text = proposals.findings.join("\n");
-    assert!(text.contains("no steady window: when the aircraft is still, its signals are not white"), "{text}");
+    assert!(text.contains("no steady window: steady signals are not white noise"), "{text}");
     let noise = stage::noise(&[NoiseFlight { name: "f", loaded: &loaded, proposals: &proposals }], &[]).remove(0);
     assert!(noise.rows.iter().all(|row| row.choice.is_err()));
 }

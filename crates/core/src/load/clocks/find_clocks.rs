@@ -196,7 +196,7 @@ pub(crate) fn find_clocks(source: &mut Source, mut fetch: impl FnMut(&mut Source
             add_clock(source, index, unit);
             let guessed = |clock: &mut Clock| {
                 clock.question = Some(format!(
-                    "'{}' is used as time: it is the first column and increases; name the right one in the map's [[time]]",
+                    "'{}' is used as time: it is the first column and increases; state another in the channel map",
                     clock.channel
                 ));
             };

@@ -6,7 +6,7 @@ use crate::load::contents::Source;
 use crate::quantity::Unit;
 
 /// What to do about a time that is not understood.
-pub(crate) const UNREAD_CURE: &str = "write it as one of these, or give sample_rate in the map's [[time]] entry";
+pub(crate) const UNREAD_CURE: &str = "write it as one of these, or state the sample rate in the channel map";
 
 /// A unit of time and its name in words.
 type NamedUnit = (Unit, &'static str);
@@ -165,12 +165,11 @@ fn judge(channel: &str, ticks: &Ticks) -> (Unit, Option<String>) {
     let (chosen, others) = ticks.decide();
     let Some((unit, word)) = chosen else {
         let text = format!(
-            "'{channel}' has no unit, and no unit gives plausible times: in seconds {as_seconds}; give unit, or sample_rate, in \
-             the map's [[time]]"
+            "'{channel}' has no unit, and no unit gives plausible times: in seconds {as_seconds}; state its unit or the sample \
+             rate in the channel map"
         );
         return (seconds, Some(text));
     };
-    let stated_unit = |unit: Unit| format!("unit = \"{}\"", unit.symbol);
     // Decimals of a second, or stamps that no other unit explains, leave nothing to ask.
     let asks = unit.symbol != "s" || ticks.is_ambiguous();
     let or = others.iter().map(|(other, word)| format!("; in {word} {}", ticks.describe_rate(*other)));
@@ -179,11 +178,11 @@ fn judge(channel: &str, ticks: &Ticks) -> (Unit, Option<String>) {
     let choice = [unit]
         .into_iter()
         .chain(others.iter().map(|(other, _)| *other))
-        .map(stated_unit)
+        .map(|unit| unit.symbol)
         .collect::<Vec<_>>()
         .join(" or ");
     let question = format!(
-        "'{channel}' has no unit: read in {word}, {}{or}; write {choice} in the map's [[time]]",
+        "'{channel}' has no unit: read in {word}, {}{or}; state the unit {choice} in the channel map",
         ticks.describe_rate(unit)
     );
     (unit, asks.then_some(question))
@@ -201,12 +200,12 @@ pub(crate) fn contradiction(source: &Source, clock: &Clock) -> Option<String> {
     Some(match better {
         Some((unit, word)) => {
             format!(
-                "{stated}; in {word} it is {}: write unit = \"{}\" in the map's [[time]]",
+                "{stated}; in {word} it is {}: state the unit {} in the channel map",
                 ticks.describe_rate(unit),
                 unit.symbol
             )
         }
-        None => format!("{stated}; check this, or correct unit in the map's [[time]]"),
+        None => format!("{stated}; check the recording, and the unit of time in the channel map"),
     })
 }
 
@@ -245,8 +244,8 @@ mod tests {
         let (_, question) = judged(5000.0, 1.0);
         assert_eq!(
             question.unwrap(),
-            "'t' has no unit: read in seconds, 1 Hz over 16.6 min; in milliseconds 1000 Hz over 0.999 s; write unit = \"s\" or unit \
-             = \"ms\" in the map's [[time]]"
+            "'t' has no unit: read in seconds, 1 Hz over 16.6 min; in milliseconds 1000 Hz over 0.999 s; state the unit s or ms in \
+             the channel map"
         );
     }
 }

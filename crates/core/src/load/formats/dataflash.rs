@@ -102,10 +102,10 @@ impl Layout {
         let mut labels: Vec<String> =
             columns.split(',').map(|label| label.trim().to_owned()).filter(|label| !label.is_empty()).collect();
         let sizes: Option<Vec<usize>> = kinds.iter().map(|kind| size(*kind)).collect();
-        let Some(sizes) = sizes else { return Err(format!("format '{format}' has letters of no known meaning")) };
+        let Some(sizes) = sizes else { return Err(format!("format '{format}' has unknown letters")) };
         let needed = 3 + sizes.iter().sum::<usize>();
         if needed != bytes {
-            return Err(format!("format '{format}' takes {needed} bytes, the log says {bytes}"));
+            return Err(format!("format '{format}' takes {needed} bytes, the log states {bytes}"));
         }
         for index in labels.len()..kinds.len() {
             labels.push(format!("field {index}"));
@@ -170,7 +170,7 @@ pub(crate) fn sources(
         log.read_lines(&String::from_utf8_lossy(contents), budget)?;
     }
     if log.layouts.len() < 2 {
-        let what = "no message is described in it".to_owned();
+        let what = "it describes no messages".to_owned();
         return Err(LoadError::Damaged { path: path.to_owned(), format: Format::DataFlash, what });
     }
     Ok(log.into_sources())

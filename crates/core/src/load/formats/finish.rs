@@ -43,10 +43,10 @@ impl Source {
         let unread = self.describe_unread_time();
         let fix_text = match (stated_rate(self), &unread) {
             (Some((line, rate)), _) => {
-                format!("{line} says {rate} Hz: give sample_rate = {rate} in the map's [[time]] entry")
+                format!("{line} states {rate} Hz: state this sample rate in the channel map")
             }
             (None, Some(_)) => UNREAD_CURE.to_owned(),
-            (None, None) => "name it in the map's [[time]] entry or give sample_rate there".to_owned(),
+            (None, None) => "state the time channel or the sample rate in the channel map".to_owned(),
         };
         let what = unread.unwrap_or_else(|| "no time channel recognised".to_owned());
         Some(format!("source '{}': {what}; {fix_text}", self.name))

@@ -99,7 +99,7 @@ pub(crate) fn complete(probe: &mut Probe) -> Result<(), LoadError> {
             match columns.get(column) {
                 Some(values) if values.len() == channel.samples => channel.set(Arc::clone(values)),
                 _ => {
-                    let what = format!("data set '{object}' is not what its header said");
+                    let what = format!("data set '{object}' does not match its header");
                     return Err(LoadError::Damaged { path: path.clone(), format, what });
                 }
             }

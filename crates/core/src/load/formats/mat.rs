@@ -222,7 +222,7 @@ impl<'a> Cursor<'a> {
         if values.len() != count {
             let (is, kind) = (values.len(), self.path.display());
             return Err(
-                self.damaged(format!("variable '{name}' of {kind} has {is} numbers, its dimensions say {count}"))
+                self.damaged(format!("variable '{name}' of {kind} has {is} numbers, its dimensions give {count}"))
             );
         }
         Ok(values)
@@ -239,7 +239,7 @@ impl<'a> Cursor<'a> {
             codes.iter().map(|code| *code as u32).collect()
         };
         if data.kind != 16 && codes.len() != count {
-            return Err(self.damaged(format!("text has {} characters, its dimensions say {count}", codes.len())));
+            return Err(self.damaged(format!("text has {} characters, its dimensions give {count}", codes.len())));
         }
         // Without characters there may be any number of rows. Letters of several bytes may be counted otherwise: one row then.
         let letter = |code: &u32| char::from_u32(*code).unwrap_or(char::REPLACEMENT_CHARACTER);

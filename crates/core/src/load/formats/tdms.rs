@@ -215,9 +215,7 @@ impl File<'_> {
         let rest = |reader: &mut Reader<'_>| Some((reader.u32()?, number!(reader, u64), number!(reader, u64)));
         let Some((_version, next, raw)) = rest(&mut reader) else { return Ok(None) };
         if contains & DAQMX != 0 {
-            return Err(
-                "it holds raw samples of DAQmx, which need its scales: export the file as plain channels".to_owned()
-            );
+            return Err("it contains raw DAQmx samples, which need scales: export plain channels".to_owned());
         }
         // A file whose writer lost its power says nothing of its last segment's length.
         let body = start + LEAD_IN;
@@ -258,7 +256,9 @@ impl File<'_> {
             let object = self.objects.entry(path.clone()).or_default();
             match index {
                 NO_DATA => {}
-                AS_BEFORE if object.layout.is_none() => return Err(format!("'{path}' has no layout to keep")),
+                AS_BEFORE if object.layout.is_none() => {
+                    return Err(format!("'{path}' repeats a layout that is missing"));
+                }
                 AS_BEFORE => {}
                 _ => object.layout = Some(layout(reader, &path).ok_or_else(cut)??),
             }
@@ -270,7 +270,7 @@ impl File<'_> {
             }
             for _ in 0..reader.u32().ok_or_else(cut)? {
                 let (name, value) =
-                    reader.property().ok_or_else(|| format!("a property of '{path}' is not understood"))?;
+                    reader.property().ok_or_else(|| format!("a property of '{path}' cannot be read"))?;
                 object.properties.insert(name, value);
             }
         }
@@ -320,7 +320,7 @@ impl File<'_> {
         present: &[(String, Layout)],
     ) -> Result<(), String> {
         let row: Option<usize> = present.iter().map(|(_, layout)| size(layout.kind)).sum();
-        let row = row.ok_or("it holds text between numbers")?;
+        let row = row.ok_or("it contains text between numbers")?;
         while end - at >= row {
             let rows = (BLOCK / row).max(1).min((end - at) / row);
             let Some(bytes) = pieces.get(at, rows * row) else { return Ok(()) };
@@ -358,9 +358,7 @@ impl File<'_> {
     fn refuse_scaled(&self) -> Result<(), String> {
         let is_scale = |name: &String| name.starts_with("NI_Scale[");
         match self.objects.iter().find(|(_, object)| object.properties.keys().any(is_scale)) {
-            Some((path, _)) => {
-                Err(format!("'{path}' has a scale (NI_Scale), which is not applied here: export it scaled"))
-            }
+            Some((path, _)) => Err(format!("the scale (NI_Scale) of '{path}' is not applied: export it scaled")),
             None => Ok(()),
         }
     }
@@ -428,7 +426,7 @@ fn layout(reader: &mut Reader<'_>, path: &str) -> Option<Result<Layout, String>>
     let bytes = match size(kind) {
         Some(size) => count.checked_mul(size as u64),
         None if kind == TEXT => Some(number!(reader, u64)),
-        None => return Some(Err(format!("'{path}' has samples of type {kind:#x}, which is not known here"))),
+        None => return Some(Err(format!("'{path}' has samples of unknown type {kind:#x}"))),
     };
     if dimension != 1 {
         return Some(Err(format!("'{path}' has {dimension} dimensions")));

@@ -262,7 +262,7 @@ impl<'l> Table<'l> {
         if self.odd_rows > MIN_ODD_ROWS && self.odd_rows as f64 > ODD_ROW_SHARE * self.rows as f64 {
             let wanted = self.columns.len();
             let what = format!(
-                "line {line} has {cells} cells where {wanted} are expected, as have {} more",
+                "line {line} has {cells} cells, expected {wanted}; {} more lines have the same fault",
                 self.odd_rows - 1
             );
             return Err(LoadError::Damaged { path: self.path.to_owned(), format: self.layout.format(), what });

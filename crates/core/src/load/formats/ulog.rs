@@ -100,7 +100,7 @@ pub(crate) fn sources(
             (Some(on), _) => {
                 log.forget_latest();
                 log.warnings
-                    .push(format!("damage at byte {at}: {left} bytes are left out, reading goes on at byte {on}"));
+                    .push(format!("damage at byte {at}: {left} bytes are left out, reading continues at byte {on}"));
                 at = on;
             }
             (None, Some(what)) if log.latest.is_none() => {

@@ -176,13 +176,13 @@ fn settle_pressure(map: &mut ManualChannelMap, probes: &[Probe]) {
     if !row.is_unit_open(probes) {
         let unit = row.unit.unwrap_or(Unit::si(Role::StaticPressure.dimension()));
         if unit.to_si(least) < LEAST_PRESSURE_PA && !plain_letters(&row.from.channel).contains("stat") {
-            leave_out(map, Role::StaticPressure, "no pressure of the air");
+            leave_out(map, Role::StaticPressure, "not a pressure of the atmosphere");
         }
         return;
     }
     let mut fitting = PRESSURES.iter().filter(|(_, [low, high])| least >= *low && most <= *high).peekable();
     if fitting.peek().is_none() && ["pressure", "press"].contains(&plain_letters(&row.from.channel).as_str()) {
-        leave_out(map, Role::StaticPressure, "no pressure of the air");
+        leave_out(map, Role::StaticPressure, "not a pressure of the atmosphere");
         return;
     }
     if let (Some((symbol, _)), None) = (fitting.next(), fitting.next()) {

@@ -55,7 +55,7 @@ pub(crate) fn set_clock(source: &mut Source, entry: &TimeEntry) -> Result<(), St
             let &[index] = &indices[..] else {
                 let (names, count) = (names.join("' or '"), indices.len());
                 return Err(format!(
-                    "source '{}' has {count} time channels '{names}' where the map wants one",
+                    "source '{}' has {count} time channels '{names}', the map expects one",
                     source.name
                 ));
             };
@@ -85,12 +85,12 @@ mod tests {
         std::fs::write(&path, format!("Timestamp,P [deg/s],Q [deg/s],R [deg/s]\n{rows}")).unwrap();
         let probe = inspect(&path).unwrap();
         let what = "source 'flight': 'Timestamp' is not a time in a known format, for example '10h23m11s000' (seconds, hh:mm:ss.fff and \
-            YYYY-MM-DD hh:mm:ss.fff are); write it as one of these, or give sample_rate in the map's [[time]] entry";
+            YYYY-MM-DD hh:mm:ss.fff are); write it as one of these, or state the sample rate in the channel map";
         assert_eq!(probe.sources[0].missing_time().as_deref(), Some(what));
         let guessed = guess(std::slice::from_ref(&probe)).text().unwrap();
         let named = format!("{guessed}\n[[time]]\nchannel = \"Timestamp\"\n");
         let wrong = format!("{guessed}\n[[time]]\nchannel = \"Clock\"\n");
-        let clock = "source 'flight' has 0 time channels 'Clock' where the map wants one";
+        let clock = "source 'flight' has 0 time channels 'Clock', the map expects one";
         for (text, expected) in [(guessed, what), (named, what), (wrong, clock)] {
             let map = ChannelMap::parse(&text).unwrap();
             assert_eq!(map.roles.len(), 3);

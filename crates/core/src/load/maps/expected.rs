@@ -25,7 +25,7 @@ pub fn mismatches(plan: &Plan, map: &ChannelMap) -> Vec<String> {
             let Some([low, high]) = range.filter(|[low, high]| !(*low..=*high).contains(&value)) else { continue };
             let (role, unit) = (role.name(), &assignment.unit.symbol);
             found.push(format!(
-                "{role} ({}): its {name} is {value:.3} {unit}, the map is for {low} to {high} {unit}",
+                "{role} ({}): {name} {value:.3} {unit} is outside {low} to {high} {unit} of the map",
                 assignment.description
             ));
         }

@@ -282,7 +282,7 @@ impl ChannelMap {
         }
         let version = *header.version.get_ref();
         if version != VERSION {
-            let what = format!("version {version} is not the {VERSION} that this program reads; use a newer program");
+            let what = format!("version {version} is not version {VERSION} of this program; use a newer program");
             return Err(source.fault(header.version.span().start, what));
         }
         let gap = header.end_to_end_gap_s.map(|gap| (gap.span().start, gap.into_inner()));
@@ -419,7 +419,7 @@ impl Text<'_> {
             .iter()
             .find(|(_, range)| range.is_some_and(|[low, high]| low.is_nan() || high.is_nan() || low >= high))
         {
-            return Err(self.fault(at, format!("{name} is a range: give its lower end, then its upper")));
+            return Err(self.fault(at, format!("{name} is a range: state its lower end, then its upper")));
         }
         let EntryTable { offset, optional, median, largest, .. } = table;
         Ok(Entry { terms, unit, factor, offset, optional, median, largest, line: self.line(at) })

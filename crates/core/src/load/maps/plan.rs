@@ -171,7 +171,7 @@ impl Planner<'_> {
                         problems.extend(counts.iter().filter(|(_, count)| **count != names.len()).map(
                             |(matrix, count)| {
                                 format!(
-                                    "{}: matrix '{matrix}' has {count} columns, the map names {}; correct [columns]",
+                                    "{}: matrix '{matrix}' has {count} columns, the map names {}; correct its columns",
                                     probe.path.display(),
                                     names.len()
                                 )
@@ -263,7 +263,7 @@ impl Planner<'_> {
                     )
                 };
                 let (before, after) = (name(before), name(after));
-                let fix = "read them as separate recordings, or correct [[time]]";
+                let fix = "read them as separate recordings, or correct their time in the map";
                 self.error(format!("{before} ends at {end} s, after {after} starts at {start} s; {fix}"));
             }
         }
@@ -430,7 +430,7 @@ impl Planner<'_> {
                 let clocks: Vec<String> =
                     source.clocks.iter().map(|clock| format!("'{}' has {}", clock.channel, clock.samples)).collect();
                 let text = format!(
-                    "{target}: {} has {} samples, {}; name its time channel or give sample_rate in [[time]]",
+                    "{target}: {} has {} samples, {}; state its time channel or the sample rate in the map",
                     self.channel_path(at),
                     channel.samples,
                     clocks.join(", ")
@@ -479,7 +479,7 @@ impl Planner<'_> {
         let Some(derive) = &self.map.derive.position else { return };
         let wanted = [Some(Role::Latitude), Some(Role::Longitude), derive.altitude];
         for role in wanted.into_iter().flatten().filter(|role| !roles.contains_key(role)) {
-            self.error(format!("[derive.position] needs the role {}; add it to [roles]", role.name()));
+            self.error(format!("the derived position needs the role {}; map it", role.name()));
         }
         let clock = |role: &Role| roles.get(role).map(|assignment| self.clocks(assignment));
         let first = clock(&Role::Latitude);
@@ -488,7 +488,7 @@ impl Planner<'_> {
             wanted.into_iter().flatten().filter(|role| clock(role).is_some_and(|other| Some(other) != first)).collect();
         for role in others {
             self.error(format!(
-                "[derive.position]: {} has another clock than latitude; map channels of one",
+                "derived position: {} has another clock than latitude; map channels of one clock",
                 role.name()
             ));
         }
@@ -539,7 +539,7 @@ impl Planner<'_> {
     fn check_one_clock(&mut self, assigned: &[Assignment]) -> bool {
         let other = assigned.iter().find(|other| self.clocks(other) != self.clocks(&assigned[0]));
         let problem = other.map(|other| {
-            format!("{}: it has another clock than {}; map channels of one", other.target, assigned[0].target)
+            format!("{}: its clock is not that of {}; map channels of one clock", other.target, assigned[0].target)
         });
         let is_one = problem.is_none();
         problem.into_iter().for_each(|problem| self.error(problem));

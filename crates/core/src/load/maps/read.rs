@@ -100,11 +100,11 @@ fn count_uses(plan: &Plan) -> BTreeMap<At, usize> {
 
 /// What to do about a time vector that does not increase.
 const TIME_CURE: &str =
-    "set repair = \"drop\" in the map's [[time]] entry to leave such samples out, or give start_time and sample_rate";
+    "set the repair of the time to 'drop' in the channel map, or state start time and sample rate there";
 
 /// What to do about a clock that was set back and went on.
-const RESTART_CURE: &str = "if the recorder restarted there, write each part to a file of its own; for single late samples set \
-                            repair = \"drop\" in the map's [[time]] entry";
+const RESTART_CURE: &str = "if the recorder restarted there, write each part to a separate file; for single late samples set the \
+                            repair of the time to 'drop' in the channel map";
 /// Most samples behind a step back of single late samples.
 const MOST_LATE: usize = 50;
 
@@ -207,9 +207,7 @@ impl Reader<'_> {
             self.shifts.insert((probe, source), shift);
             end_s = Some(last + shift);
             let (name, start, end) = (&self.probes[probe].sources[source].name, first + shift, last + shift);
-            warnings.push(format!(
-                "source '{name}' is laid at {start:.3} s to {end:.3} s: its own clock plus {shift:.3} s"
-            ));
+            warnings.push(format!("source '{name}' covers {start:.3} s to {end:.3} s: its clock plus {shift:.3} s"));
         }
         Ok(())
     }
@@ -353,7 +351,7 @@ impl Reader<'_> {
                 let (lost, all) = (clock.samples - kept.len(), clock.samples);
                 let why =
                     clock.faults.first().map(|fault| format!(", the first because it {fault}")).unwrap_or_default();
-                recording.warnings.push(format!("{place}: {lost} of {all} samples left out for their time{why}"));
+                recording.warnings.push(format!("{place}: {lost} of {all} samples omitted for their time stamps{why}"));
             }
             if stamps.is_continued {
                 let text = format!("{place}: time counter '{}' begins again at zero, continued", clock.channel);

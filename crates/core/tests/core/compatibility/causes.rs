@@ -74,7 +74,7 @@ fn gravity_that_is_removed_by_the_attitude_is_told_from_a_constant_one() {
     let rows: Vec<_> = found.contradictions().collect();
     let [row] = rows[..] else { panic!("{:?}", mistakes(&found)) };
     assert_eq!((row.channel.as_str(), row.hypothesis.as_str()), ("az", "gravity removed by the attitude"));
-    assert!(row.fix.is_none() && row.factor.is_none() && row.evidence.contains("ax + g sin(theta)"), "{row:?}");
+    assert!(row.fix.is_none() && row.factor.is_none() && row.evidence.contains("add g sin(theta) to ax"), "{row:?}");
 }
 
 /// The motion with the heading off by `degrees`, of the channels `kept` alone.

@@ -82,14 +82,14 @@ fn time_that_goes_back_or_repeats_is_listed_and_refused_with_a_cure() {
     }
     let roles = "[roles]\nalpha = { channel = \"alpha\", unit = \"deg\" }\n";
     let error = read(&plan(&listed, &map(roles))).unwrap_err();
-    assert_line(&error, &["log.csv", "'time'", "'log'", "index 2", "0.1 s", "repair = \"drop\""]);
+    assert_line(&error, &["log.csv", "'time'", "'log'", "index 2", "0.1 s", "'drop' in the channel map"]);
     let dropping = map(&format!("[[time]]\nchannel = \"time\"\nunit = \"s\"\nrepair = \"drop\"\n{roles}"));
     let recording = read(&plan(&listed, &dropping)).unwrap();
     let alpha = &recording.role(Role::AngleOfAttack).unwrap().series;
     assert_eq!(alpha.time_s[..], [0.0, 0.1, 0.2, 0.3]);
     assert!((alpha.values[3] - 7_f64.to_radians()).abs() < 1e-15);
     assert!(
-        recording.warnings.iter().any(|warning| warning.contains("3 of 7 samples left out")),
+        recording.warnings.iter().any(|warning| warning.contains("3 of 7 samples omitted")),
         "{:?}",
         recording.warnings
     );

@@ -128,8 +128,8 @@ fn what_unpacks_to_more_than_the_budget_is_refused_as_too_large() {
 #[test]
 fn mat_arrays_that_claim_2_to_the_60_elements_are_refused() {
     const MANY: i64 = 1 << 60;
-    refused("numbers.mat", &mat(6, &[MANY, 1], &element(9, &[0; 16])), &["dimensions say 1152921504606846976"]);
-    refused("text.mat", &mat(4, &[1, MANY], &element(4, b"ab")), &["dimensions say"]);
+    refused("numbers.mat", &mat(6, &[MANY, 1], &element(9, &[0; 16])), &["dimensions give 1152921504606846976"]);
+    refused("text.mat", &mat(4, &[1, MANY], &element(4, b"ab")), &["dimensions give"]);
     refused("cells.mat", &mat(1, &[MANY, 1], &[]), &["claims 1152921504606846976 elements"]);
     let names = [element(5, &8_i32.to_le_bytes()), element(1, b"a\0\0\0\0\0\0\0")].concat();
     refused("structs.mat", &mat(2, &[MANY, 1], &names), &["claims 1152921504606846976 elements"]);

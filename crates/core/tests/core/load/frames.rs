@@ -179,7 +179,7 @@ fn speed_and_track_of_two_clocks_are_refused_by_name() {
     let plan = doublet_core::load::plan_all(&probes, &ChannelMap::parse(map).unwrap());
     let told = plan.problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
     assert!(
-        told.contains("[derive.velocity] track: it has another clock than [derive.velocity] ground_speed"),
+        told.contains("[derive.velocity] track: its clock is not that of [derive.velocity] ground_speed"),
         "{told}"
     );
 }

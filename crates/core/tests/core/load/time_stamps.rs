@@ -39,9 +39,9 @@ const FILES: [(&str, Fate); 23] = [
     ("14_held_samples.csv", Right),
     ("15_lat_lon_alt_track.csv", Right),
     ("16_quaternion.csv", Right),
-    ("17_1khz_in_ms.csv", Said("in milliseconds 1000 Hz over 3 s; write unit = \"s\" or unit = \"ms\"")),
+    ("17_1khz_in_ms.csv", Said("in milliseconds 1000 Hz over 3 s; state the unit s or ms")),
     ("18_time_of_day_over_midnight.csv", Said("passes midnight")),
-    ("19_no_time_column.csv", Refused("line 1 says 25 Hz: give sample_rate = 25")),
+    ("19_no_time_column.csv", Refused("line 1 states 25 Hz: state this sample rate")),
     ("20_signs_turned_no_units.csv", Right),
     ("21_whole_second_stamps.csv", Right),
     ("22_excel_serial_days.csv", Said("read in serial days of a spreadsheet, 25 Hz over 60 s")),
@@ -116,7 +116,7 @@ fn what_the_map_states_comes_before_what_stamps_look_like_and_a_contradiction_is
     assert_eq!(wrong[1] - wrong[0], 20.0);
     assert!(
         message.contains(
-            "'time' is read in s: 0.05 Hz over 16.3 min; in milliseconds it is 50 Hz over 0.98 s: write unit = \"ms\""
+            "'time' is read in s: 0.05 Hz over 16.3 min; in milliseconds it is 50 Hz over 0.98 s: state the unit ms"
         ),
         "{message}"
     );

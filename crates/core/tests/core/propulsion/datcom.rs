@@ -250,7 +250,7 @@ fn damaged_listings_are_refused_in_one_line() {
     assert_eq!(replaced("   8.8469E+04", "   *********"), "line 10: flight conditions: '*********' is not a number");
     assert_eq!(
         replaced("-2.28E-06", "         "),
-        "line 78: induced drag of the control: 9 values where the heading asks for 10"
+        "line 78: induced drag of the control: 9 values, but the heading states 10"
     );
     assert_eq!(
         replaced("              M        M/SEC", "              CM       CM/SEC"),

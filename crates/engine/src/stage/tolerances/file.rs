@@ -127,7 +127,7 @@ pub fn parse(text: &str, reading: &Reading) -> StageResult<Tolerances> {
         known.ok_or_else(|| format!("paragraphs: '{id}' is not a test of the file"))?.paragraph = paragraph;
     }
     if tolerances.tests.is_empty() {
-        return Err("it has no [[test]]".into());
+        return Err("it has no test: add one".into());
     }
     if !file.outside.is_empty() {
         let outside = |OutsideTable { id, name, reason }| OutsideTest { id, name, reason };
@@ -145,7 +145,7 @@ pub fn parse(text: &str, reading: &Reading) -> StageResult<Tolerances> {
 /// The shipped rule that a file changes.
 fn based_on(name: &str, reading: &Reading) -> StageResult<Tolerances> {
     let text = builtin::text("tolerances", name);
-    let text = text.ok_or_else(|| format!("based_on: no shipped tolerances are called '{name}'"))?;
+    let text = text.ok_or_else(|| format!("based_on: shipped tolerances '{name}' not found"))?;
     if toml::from_str::<FileTable>(text).is_ok_and(|base| base.based_on.is_some()) {
         return Err(format!("based_on: '{name}' is itself based on another file").into());
     }
@@ -154,16 +154,16 @@ fn based_on(name: &str, reading: &Reading) -> StageResult<Tolerances> {
 
 fn certainty(name: &str) -> StageResult<Certainty> {
     let found = Certainty::ALL.into_iter().find(|certainty| certainty.name() == name);
-    Ok(found.ok_or_else(|| format!("certainty: '{name}' is not read, second-hand or unverified"))?)
+    Ok(found.ok_or_else(|| format!("certainty '{name}' must be read, second-hand or unverified"))?)
 }
 
 fn objective_test(table: TestTable, reading: &Reading, of_rule: Option<Certainty>) -> StageResult<ObjectiveTest> {
     let surface = |name: &String| -> StageResult<Surface> {
         let found = Surface::ALL.into_iter().find(|surface| surface.name() == name);
-        Ok(found.ok_or_else(|| format!("'{name}' is not a surface: elevator, aileron or rudder"))?)
+        Ok(found.ok_or_else(|| format!("surface '{name}' must be elevator, aileron or rudder"))?)
     };
     if table.surface.is_none() && table.kinds.is_empty() {
-        return Err("it applies to nothing: give a surface or kinds".into());
+        return Err("surface and kinds are missing: state one of them".into());
     }
     if table.require.is_empty() || table.require.iter().any(|require| require.any.is_empty()) {
         return Err("a requirement has no tolerance".into());

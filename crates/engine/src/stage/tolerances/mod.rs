@@ -105,9 +105,7 @@ impl PercentRule {
     /// What it takes the percentage of, in words.
     pub fn reference_description(self) -> &'static str {
         match self {
-            Self::NormalRange => {
-                "of the largest value in the normal operating range, or in the record where no range is given"
-            }
+            Self::NormalRange => "of the largest value in the normal operating range (default: in the record)",
             Self::Sample => "of the flight's value at each sample",
         }
     }
@@ -319,8 +317,7 @@ impl Tolerances {
     /// # Errors
     /// As [`Self::builtin`].
     pub fn builtin_by(reading: &Reading) -> StageResult<Self> {
-        let text =
-            builtin::text("tolerances", BUILTIN).ok_or_else(|| format!("no tolerances are called '{BUILTIN}'"))?;
+        let text = builtin::text("tolerances", BUILTIN).ok_or_else(|| format!("tolerances '{BUILTIN}' not found"))?;
         Self::parse_by(text, reading)
     }
 

@@ -125,7 +125,7 @@ impl<'a> Lines<'a> {
         for (row, line) in self.rows(index) {
             let mut values = numbers(line, row, table)?;
             if values.len() != heading.len() + 1 {
-                let reason = format!("{} values where the heading asks for {}", values.len(), heading.len() + 1);
+                let reason = format!("{} values, but the heading states {}", values.len(), heading.len() + 1);
                 return Err(ListingError::Row { line: row + 1, table, reason });
             }
             first.push(values.remove(0));

@@ -210,7 +210,7 @@ fn field(line: &str) -> Result<Option<Field<'_>>, String> {
         None => (kind, Count::One),
         Some((kind, count)) if count.is_empty() || count.starts_with("<=") => (kind, Count::Sequence),
         Some((kind, count)) => {
-            (kind, Count::Fixed(count.parse().map_err(|_| format!("'{line}' has no length that is a number"))?))
+            (kind, Count::Fixed(count.parse().map_err(|_| format!("the length in '{line}' is not a number"))?))
         }
     };
     Ok(Some(Field { kind, count, name }))

@@ -108,8 +108,7 @@ impl<'a> File<'a> {
             }
         };
         if damaged > 0 {
-            file.warnings
-                .push(format!("{damaged} chunks are damaged or compressed in a way not known here and are left out"));
+            file.warnings.push(format!("{damaged} chunks are damaged or of unknown compression and are left out"));
         }
         if !is_closed {
             let at = contents.len() - reader.0.len();

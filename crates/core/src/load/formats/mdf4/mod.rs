@@ -45,10 +45,10 @@ fn read_sources(
     let damaged =
         |what: &str| LoadError::Damaged { path: path.to_owned(), format: Format::Mdf4, what: what.to_owned() };
     if file.get(0, UNFINISHED.len()).is_some_and(|mark| mark == UNFINISHED) {
-        return Err(damaged("its recorder did not close it: finalise it with a tool of the recorder"));
+        return Err(damaged("not closed by its recorder: finalise it with a tool of the recorder"));
     }
     if file.get(8, 1).is_none_or(|version| version < b"4".as_slice()) {
-        return Err(damaged("it is of a version before 4: convert it to MDF 4"));
+        return Err(damaged("its version is below 4: convert it to MDF 4"));
     }
     let header = Block::at(file, HEADER).filter(|block| block.id == *b"HD");
     let header = header.ok_or_else(|| damaged("no header block at byte 64"))?;
@@ -157,7 +157,7 @@ fn field(file: &mut Pieces<'_>, block: Block, has_invalid: bool) -> Result<Field
     let fits = match data_type {
         0..4 => (1..=64).contains(&bits),
         4 | 5 => bits == 32 || bits == 64,
-        _ => return Err((name, "it holds text or bytes")),
+        _ => return Err((name, "it contains text or bytes")),
     };
     let is_virtual = kind == VIRTUAL_MASTER || kind == VIRTUAL_DATA;
     if kind == 1 || !(fits || is_virtual) {
@@ -198,7 +198,7 @@ fn data_blocks(file: &mut Pieces<'_>, place: u64, visited: &mut HashSet<u64>) ->
             }
             other => {
                 let name = String::from_utf8_lossy(other);
-                return Err(format!("its records are in a block '{name}', which is not known"));
+                return Err(format!("its records are in a block of unknown kind '{name}'"));
             }
         }
     }

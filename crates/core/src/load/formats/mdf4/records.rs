@@ -49,7 +49,7 @@ fn unpack(file: &mut Pieces<'_>, block: &Block, budget: &Budget<'_>) -> Result<R
     };
     if kind > 1 {
         return Ok(Err(format!(
-            "a block is compressed in way {kind}: only deflate (0) and transposed deflate (1) are known"
+            "compression {kind} of a block is not read: only deflate (0) and transposed deflate (1) are"
         )));
     }
     budget.take(length, || "records".to_owned())?;

@@ -62,7 +62,7 @@ pub fn sources(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<Str
     let read = std::panic::catch_unwind(AssertUnwindSafe(|| read_table(path, budget)));
     IS_GUARDED.set(false);
     read.unwrap_or_else(|_| {
-        let what = "its pages contradict their description".to_owned();
+        let what = "its pages do not match their description".to_owned();
         Err(LoadError::Damaged { path: path.to_owned(), format: Format::Parquet, what })
     })
 }
@@ -133,7 +133,7 @@ fn check_places(metadata: &ParquetMetaData, length: u64) -> Result<(), String> {
         let lies_inside =
             end.is_some_and(|end| start >= 0 && column.data_page_offset() >= 0 && start <= end && end as u64 <= length);
         if !lies_inside {
-            return Err(format!("column '{}' does not lie in the file", column.column_path().string()));
+            return Err(format!("column '{}' is not inside the file", column.column_path().string()));
         }
     }
     Ok(())
