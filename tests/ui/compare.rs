@@ -3,6 +3,7 @@
 use doublet::command::{EditCommand, UiCommand, ViewCommand};
 use doublet::notation;
 use doublet::panels::Pane;
+use doublet::step::Step;
 use doublet::ui_state::Scope;
 use doublet_core::model::{Coefficient, Term};
 use doublet_engine::compare::PRESENT;
@@ -367,7 +368,7 @@ fn experiments_of_one_name_are_numbered_and_none_is_overwritten() {
 #[test]
 fn experiments_are_computed_to_the_end_when_their_panel_is_left_and_another_manoeuvre_is_looked_at() {
     let mut bench = Bench::shipped();
-    bench.show(Pane::Fits);
+    bench.request(UiCommand::View(ViewCommand::Step(Step::Model)));
     let added = Edit::Experiment(ExperimentEdit::Add(noise_experiments(bench.session())));
     bench.harness.state_mut().apply(&added);
     bench.settle();

@@ -202,7 +202,10 @@ fn every_coefficient_keeps_its_column_of_the_summary_and_every_window_its_name()
         let mut right = 0.0;
         for coefficient in ["CX", "CY", "CZ", "Cl", "Cm", "Cn"] {
             let name = format!("{coefficient}, all manoeuvres: ");
-            let cell = bench.harness.get_all_by_label_contains(&name).next();
+            let cell = bench
+                .harness
+                .get_all_by_role(egui::accesskit::Role::Button)
+                .find(|cell| cell.accesskit_node().label().is_some_and(|label| label.starts_with(&name)));
             let cell = cell.expect("it is drawn").rect();
             assert!(cell.left() >= right && cell.right() < 0.5 * width, "{coefficient} at {width}: {cell:?}");
             right = cell.right();

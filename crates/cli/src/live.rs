@@ -135,12 +135,15 @@ pub fn live(arguments: &LiveArguments) -> Result<(), String> {
         text::error_line(&format!("listening at {address}"));
     }
     let interrupted = interrupted()?;
-    follow(&mut watch, arguments, &interrupted)?;
+    let followed = follow(&mut watch, arguments, &interrupted);
+    // After an error of the source too the recording has its session.
+    watch.stop();
     let not_recorded = watch.recording_errors();
     if let Some(recorded) = watch.finish()? {
         recorded.notes.iter().for_each(|note| text::error_line(note));
         text::error_line(&format!("session: {}", recorded.session.display()));
     }
+    followed?;
     if not_recorded.is_empty() { Ok(()) } else { Err(not_recorded.join("; ")) }
 }
 

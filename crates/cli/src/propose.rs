@@ -167,12 +167,17 @@ fn windows(session: &Session, flight: &str, proposals: &FlightProposals) -> Edit
             text::number(proposal.amplitude_rad.to_degrees(), 3),
             text::number(proposal.base_time_s, 3),
             format!("{:.2}", proposal.confidence),
-            proposal.covering_window(session).map_or_else(|| "-".to_owned(), |window| window.name.clone()),
+            match proposal.covering_window(session) {
+                Some(window) => window.name.clone(),
+                None if session.has_refused(&proposal.manoeuvre) => "refused".to_owned(),
+                None => "-".to_owned(),
+            },
         ]
     });
     let header = ["  manoeuvre", "from s", "to s", "onset s", "deg", "base s", "confidence", "in the session as"];
     text::table(&header, &rows.collect::<Vec<_>>());
-    Edit::Window(WindowEdit::AddAll(stage::open_windows(session, proposals)))
+    let open = stage::open_windows(session, proposals).into_iter();
+    Edit::Window(WindowEdit::AddAll(open.filter(|candidate| !session.has_refused(candidate)).collect()))
 }
 
 fn steady(flight: &str, proposals: &FlightProposals) -> Edit {

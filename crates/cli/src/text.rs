@@ -58,7 +58,7 @@ pub fn finish() -> Result<(), String> {
     failed.map_or(Ok(()), |error| Err(format!("the output is incomplete: {error}: write it to another place")))
 }
 
-/// Writes to standard output. A closed pipe ends the program's interest in it, not the program; [`finish`] returns any other error.
+/// Writes to standard output. A closed pipe is not an error; [`finish`] returns any other.
 pub fn write_out(bytes: &[u8]) {
     let mut output = std::io::stdout().lock();
     let Err(error) = output.write_all(bytes).and_then(|()| output.flush()) else { return };

@@ -47,7 +47,7 @@ def test_excluded_stretches_have_no_samples_or_are_split(demo):
     assert plain.split() == [plain]
     session = db.Session.from_recordings(demo.recording(), windows=[db.Window("07", 1100.0, 1130.0, exclude=[(1110.0, 1112.0)])])
     assert session["manoeuvre.0.exclude"] == [{"start_s": 1110.0, "end_s": 1112.0}]
-    for wrong, text in (([(3.0, 2.0)], "the excluded stretch 3.0 to 2.0 s is empty"), ([3.0], "exclude as pairs")):
+    for wrong, text in (([(3.0, 2.0)], "the excluded part 3.0 to 2.0 s is empty"), ([3.0], "exclude as pairs")):
         with pytest.raises(db.DoubletError, match=text):
             db.Window("07", 2.0, 30.0, exclude=wrong)
 

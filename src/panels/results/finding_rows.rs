@@ -102,15 +102,6 @@ fn fix_row(ctx: &mut PanelContext<'_>, ui: &mut Ui, fix: &Fix) -> bool {
         let button = ui.add(Button::new(notation::typeset(&format!("Apply: {}", fix.label), 12.5)).small());
         ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(format!("Apply: {}", fix.label)));
         is_wanted = button.on_hover_text("Applies the fix as one undo step").clicked();
-        let slot = ctx.snapshot.inquiries.fixes.row(fix);
-        match slot.map(|slot| (slot.ready(), slot.error())) {
-            Some((Some(outcome), _)) => {
-                ui.label("→");
-                describe(ui, outcome.verdict);
-            }
-            Some((None, Some(error))) => drop(ui.weak(error)),
-            _ => drop(ui.weak("→ computing")),
-        }
         if fix.is_of_configuration() {
             let button = ui.small_button("Add as experiment");
             let hint = "Keeps the session with this fix as an experiment, to compare it with others";
@@ -121,6 +112,15 @@ fn fix_row(ctx: &mut PanelContext<'_>, ui: &mut Ui, fix: &Fix) -> bool {
                 ctx.commands.push(UiCommand::View(ViewCommand::Show(Pane::Experiments)));
             }
         }
+    });
+    let slot = ctx.snapshot.inquiries.fixes.row(fix);
+    ui.horizontal_wrapped(|ui| match slot.map(|slot| (slot.ready(), slot.error())) {
+        Some((Some(outcome), _)) => {
+            ui.label("→");
+            describe(ui, outcome.verdict);
+        }
+        Some((None, Some(error))) => drop(ui.weak(error)),
+        _ => drop(ui.weak("→ computing")),
     });
     is_wanted
 }

@@ -223,7 +223,7 @@ impl Bounds {
     }
 }
 
-/// What the data tell of the parameters that are searched for.
+/// Information of the data on the parameters searched for.
 pub(super) struct Information {
     /// Their places.
     pub free: Vec<usize>,

@@ -211,7 +211,7 @@ fn quality(limits: &Limits, airplane: &Airplane, measured: &Measures, rows: &[&L
     }
 }
 
-/// Why a boundary says nothing: the other measure lies outside its figure.
+/// Why a boundary is not judged: the other measure lies outside its figure.
 fn outside_figure(along: &Along, measured: &Measures) -> Option<String> {
     let at = measured.get(along.measure)?;
     let [low, high] = along.figure_missed_by(at)?;

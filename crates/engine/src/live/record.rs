@@ -219,16 +219,20 @@ impl Recorder {
     /// One line when nothing was recorded or nothing of it can be read by the map.
     pub fn finish(mut self, reading: &Reading<'_>) -> Result<Recorded, String> {
         let mut flights: BTreeMap<usize, Vec<PathBuf>> = BTreeMap::new();
+        let mut notes = self.describe_names();
         for ((restarts, _), file) in std::mem::take(&mut self.files) {
             let (source, channels) = (Arc::clone(&file.source), Arc::clone(&file.channels));
             let (path, is_in_order) = (file.path.clone(), file.is_in_order);
             // What a full disk did not take any more was said when it happened.
             drop(file);
-            cut_to_whole_lines(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-            if !is_in_order {
-                let row = |values| StreamRow { source: Arc::clone(&source), channels: Arc::clone(&channels), values };
-                put_in_order(&path, &|values| (reading.time_s)(&row(values)))
-                    .map_err(|error| format!("{}: {error}", path.display()))?;
+            let row = |values| StreamRow { source: Arc::clone(&source), channels: Arc::clone(&channels), values };
+            let ordered = cut_to_whole_lines(&path).map_err(Box::from).and_then(|()| match is_in_order {
+                true => Ok(()),
+                false => put_in_order(&path, &|values| (reading.time_s)(&row(values))),
+            });
+            if let Err(error) = ordered {
+                notes.push(format!("{}: {error}: not in the session", path.display()));
+                continue;
             }
             if !reading.left_out.contains(&source) {
                 flights.entry(restarts).or_default().push(path);
@@ -236,10 +240,11 @@ impl Recorder {
         }
         if flights.is_empty() {
             let nothing = format!("{}: nothing was recorded", self.folder.display());
-            return Err(std::iter::once(nothing).chain(self.describe_refused()).collect::<Vec<_>>().join("; "));
+            let all = std::iter::once(nothing).chain(self.describe_refused()).chain(notes);
+            return Err(all.collect::<Vec<_>>().join("; "));
         }
         let parsed = ChannelMap::parse(&self.map).map_err(|error| error.to_string())?;
-        let (mut session, mut notes) = (self.session(), self.describe_names());
+        let mut session = self.session();
         for (restarts, paths) in &flights {
             match self.with_flight(&session, (*restarts, paths), &parsed) {
                 Ok(longer) => session = longer,

@@ -265,7 +265,11 @@ impl LiveWatch {
 
     /// The stream is not followed any more: the next step goes to the end of what was due.
     pub fn stop(&mut self) {
-        self.has_ended = true;
+        if !self.has_ended {
+            self.has_ended = true;
+            // Rows that wait for others are recorded all the same.
+            self.take_rows(Vec::new(), Instant::now());
+        }
         self.pace.clear();
     }
 

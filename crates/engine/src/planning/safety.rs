@@ -199,7 +199,7 @@ pub(super) fn entry(
         if gate.on_limit == OnLimit::Refuse {
             return refused(format!("{text}; enter at {} m/s true or faster", significant(needed, 4)));
         }
-        let (from, to) = (significant(airspeed_m_s, 3), significant(needed, 3));
+        let (from, to) = (format!("{airspeed_m_s:.1}"), format!("{needed:.1}"));
         note = Some(format!("Entry airspeed raised from {from} to {to} m/s true: {text}."));
         airspeed_m_s = needed;
     }
@@ -306,7 +306,9 @@ fn upper_bounds(
 ) -> Vec<Bound> {
     let envelope = &aircraft.flight_envelope;
     // Pulses, sweeps and the like move a control of the flight abruptly. VA is that of the mass of the stall and falls with the root of mass.
-    let is_abrupt = InputKind::from_name(&point.kind).is_some() && point.amplitude_inhg.is_none();
+    let kind = point.kind.to_lowercase();
+    let names = |shape: InputKind| kind.contains(&shape.name().to_lowercase());
+    let is_abrupt = InputKind::ALL.into_iter().any(names) && point.amplitude_inhg.is_none();
     let lighter = envelope.stall_mass_kg.map_or(1.0, |stated_kg| (mass.mass_kg / stated_kg).min(1.0).sqrt());
     let manoeuvring = envelope.manoeuvring_m_s.filter(|_| is_abrupt).map(|value| value * lighter);
     let stated = [

@@ -106,7 +106,7 @@ struct Point {
 
 /// Why a test has no card.
 enum NoCard {
-    /// The aeroplane cannot be asked.
+    /// The aeroplane lacks what is tested.
     Outside(String),
     /// A number is missing.
     Withheld(String),
@@ -279,7 +279,7 @@ impl Flown<'_> {
         }
         let in_line = engines.iter().all(|engine| engine.position_from_datum_m[1].abs() <= IN_LINE_M);
         if profile.is_asymmetric && !engines.is_empty() && in_line {
-            let reason = "no card: engines in the plane of symmetry leave no yawing moment";
+            let reason = "engines in the plane of symmetry leave no yawing moment";
             return Err(NoCard::Withheld(reason.to_owned()));
         }
         Ok(())
@@ -297,14 +297,14 @@ impl Flown<'_> {
         let (key, name) = moved.names();
         match stated(moved) {
             Some(0.0) => Err(NoCard::Outside(format!("the aeroplane has no {name}"))),
-            None => Err(NoCard::Withheld(format!("no card: state [equipment] {key} in the test file"))),
+            None => Err(NoCard::Withheld(format!("state {key} under equipment in the test file"))),
             Some(speed) => {
                 let limits = &self.aircraft.limits;
                 let heaviest = limits.max_takeoff_kg.or(self.aircraft.flight_envelope.stall_mass_kg);
                 let stall = heaviest.and_then(|mass| self.aircraft.flight_envelope.stall_at(1.0, mass));
                 let least = stall.map_or(0.0, |stall| STALL_RATIO * stall) + profile.loss_m_s + 2.0 * ENTRY_M_S;
                 if speed < least {
-                    let reason = format!("no card: {key} is below {least:.1} m/s, which the stall asks for");
+                    let reason = format!("{key} is below {least:.1} m/s, the least safe airspeed over the stall");
                     return Err(NoCard::Withheld(reason));
                 }
                 Ok(Some(speed))

@@ -21,7 +21,7 @@ pub enum IndexStatus {
     Missing,
     /// There is no record, and no card can be written.
     Withheld,
-    /// The model or the aeroplane cannot be asked.
+    /// Outside the model, or the aeroplane lacks what is tested.
     Outside,
 }
 

@@ -399,7 +399,7 @@ pub fn manoeuvre_map(session: &Session, snapshot: &Snapshot, of: MapOf) -> Vec<M
     let proposals = session.flights.iter().filter_map(|flight| of.get(snapshot.proposals.get(&flight.name)?));
     let candidates = proposals.flat_map(|found| {
         let missing = found.windows.iter().filter(|proposal| proposal.covering_window(session).is_none());
-        open_windows(session, found).into_iter().zip(missing)
+        open_windows(session, found).into_iter().zip(missing).filter(|(window, _)| !session.has_refused(window))
     });
     session.windows.iter().map(of_window).chain(candidates.map(of_candidate)).collect()
 }

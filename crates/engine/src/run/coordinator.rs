@@ -181,8 +181,14 @@ impl Engine {
     /// Stops the run under way, if any.
     pub fn cancel(&self) {
         let mut inbox = lock(&self.shared.inbox);
-        inbox.pending = None;
+        if inbox.pending.take().is_some() {
+            // The request that is dropped had stopped them.
+            inbox.details_due = true;
+            inbox.experiments_due |= inbox.details.inquiry.experiments;
+        }
         inbox.stop(true, false);
+        drop(inbox);
+        self.shared.arrived.notify_all();
     }
 
     /// The newest snapshot; cheap, made to be called once a frame.

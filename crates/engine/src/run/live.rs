@@ -156,11 +156,20 @@ fn watch(order: &LiveOrder, shared: &Mutex<Arc<LiveView>>, stop: &AtomicBool, wa
         live.record(folder, watched.session.as_ref(), watched.aircraft.as_deref())?;
     }
     Arc::make_mut(&mut lock(shared)).notes = notes;
+    let mut failed: StageResult<()> = Ok(());
     loop {
         if stop.load(Ordering::Relaxed) {
             live.stop();
         }
-        let step = live.step(Instant::now())?;
+        let step = match live.step(Instant::now()) {
+            Ok(step) => step,
+            Err(line) => {
+                // The recording has its session all the same.
+                live.stop();
+                failed = Err(line.into());
+                break;
+            }
+        };
         if !step.updates.is_empty() {
             let mut guard = lock(shared);
             let view = Arc::make_mut(&mut guard);
@@ -175,13 +184,14 @@ fn watch(order: &LiveOrder, shared: &Mutex<Arc<LiveView>>, stop: &AtomicBool, wa
             sleep(rest);
         }
     }
+    Arc::make_mut(&mut lock(shared)).notes.extend(live.recording_errors());
     if let Some(recorded) = live.finish()? {
         let mut guard = lock(shared);
         let view = Arc::make_mut(&mut guard);
         view.notes.extend(recorded.notes);
         view.session = Some(recorded.session);
     }
-    Ok(())
+    failed
 }
 
 #[cfg(test)]

@@ -170,8 +170,10 @@ impl Session {
     /// Whether it has this configuration under this name, or under the name with a number.
     fn has_experiment(&self, experiment: &Experiment) -> bool {
         let is_called = |name: &str| {
-            let number = name.strip_prefix(experiment.name.as_str()).map(str::trim_start);
-            number.is_some_and(|number| number.chars().all(|digit| digit.is_ascii_digit()))
+            let rest = name.strip_prefix(experiment.name.as_str());
+            rest.is_some_and(|rest| {
+                rest.is_empty() || rest.strip_prefix(' ').is_some_and(|number| number.parse::<u32>().is_ok())
+            })
         };
         self.experiments.iter().any(|one| is_called(&one.name) && one.configuration == experiment.configuration)
     }
@@ -179,6 +181,7 @@ impl Session {
     fn keep(&mut self, experiment: Experiment) -> Result<(), EditError> {
         check_name(&experiment.name)?;
         let experiment = Experiment { name: self.free_experiment_name(&experiment.name), ..experiment };
+        check_name(&experiment.name)?;
         if self.experiments.len() == MOST_EXPERIMENTS {
             let text = format!("the session has {MOST_EXPERIMENTS} experiments (limit {MOST_EXPERIMENTS}): remove one");
             return Err(EditError::Name(text));

@@ -128,6 +128,9 @@ impl Verdicts {
 
     /// The verdict in one line: its level, how many manoeuvres are good, and the coefficients by level.
     pub fn headline(&self) -> String {
+        if self.windows.is_empty() {
+            return format!("{}: no manoeuvre, nothing is estimated", self.session.level.name());
+        }
         let good = self.windows.values().filter(|window| window.verdict.level == Level::Good).count();
         let windows = format!("{good} of {} manoeuvres good", self.windows.len());
         let fits_of_level = |level: Level| -> Option<String> {

@@ -179,7 +179,7 @@ def equations(
         constants: Other values of constants of the equations.
         time: Column of time, s, or expression of columns.
         dt: Interval of the rows, s, of a table without time.
-        windows: Rows used, as for :func:`reconstruct`; all rows by default. Excluded stretches of a window are left out.
+        windows: Rows used, as for :func:`reconstruct`; all rows by default. Excluded parts of a window are left out.
         half_width: Half width of the differentiation of equation error, s.
         piece: Length of the pieces of output error, s, for unstable motions.
 
@@ -189,7 +189,7 @@ def equations(
     Warns:
         DoubletWarning: The verdict is bad.
     """
-    stretches = _stretches(windows, frame, time)
+    stretches = _used_parts(windows, frame, time)
     if isinstance(equations, Mapping) and ("rates" in equations or "shows" in equations):
         _refuse_unknown(equations)
         functions = Functions(equations, constants)
@@ -203,10 +203,12 @@ def equations(
     return EquationFit(found)
 
 
-def _stretches(windows: Sequence[WindowGiven], frame: Any, time: Optional[str]) -> list[tuple[float, float]]:
+def _used_parts(windows: Sequence[WindowGiven], frame: Any, time: Optional[str]) -> list[tuple[float, float]]:
     """Start and end, s, of the parts of windows that count."""
     origin = _origin(frame, time) if len(windows) else None
     parts = [part for index, window in enumerate(windows) for part in Window._of(window, index, origin).split()]
+    if len(windows) and not parts:
+        raise DoubletError("no samples left after exclusions: shorten the excluded parts")
     return [(part.start, part.end) for part in parts]
 
 

@@ -14,7 +14,7 @@ from ._table import Table
 
 @dataclass(frozen=True, repr=False)
 class Window:
-    """A stretch of a flight.
+    """A manoeuvre.
 
     Attributes:
         name: Name, unique among the windows used together.
@@ -25,7 +25,7 @@ class Window:
         role: ``"identification"`` or ``"validation"``.
         confidence: How near its shape is to the ideal, 0 to 1, where it was found.
         flight: Name of its flight, where a session names it.
-        exclude: Stretches inside that do not count: pairs of start and end, s.
+        exclude: Excluded parts: pairs of start and end, s.
     """
 
     name: str
@@ -48,11 +48,11 @@ class Window:
             raise DoubletError(f"manoeuvre '{self.name}': its end {self.end} s is not after its start {self.start} s")
         wrong = next((pair for pair in pairs if not pair[0] < pair[1]), None)
         if wrong is not None:
-            raise DoubletError(f"manoeuvre '{self.name}': the excluded stretch {wrong[0]} to {wrong[1]} s is empty")
+            raise DoubletError(f"manoeuvre '{self.name}': the excluded part {wrong[0]} to {wrong[1]} s is empty")
         object.__setattr__(self, "exclude", pairs)
 
     def split(self) -> list["Window"]:
-        """The parts between the excluded stretches, each a window; the window where nothing is excluded."""
+        """The parts between the excluded parts, each a window; the window where nothing is excluded."""
         if not self.exclude:
             return [self]
         parts, start = [], self.start
