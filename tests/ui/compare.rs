@@ -389,7 +389,7 @@ fn experiments_are_computed_to_the_end_when_their_panel_is_left_and_another_mano
     show(&mut bench, Pane::Fits);
     let layout = &bench.harness.state().state.shown.tree;
     let tile = layout.tiles.find_pane(&Pane::Experiments).expect("it is in the layout");
-    assert!(!layout.is_visible_in_layout(tile), "the panel is left");
+    assert!(!layout.active_tiles().contains(&tile), "the panel is left");
     bench.harness.state_mut().state.selection.window = Some("03 elevator doublet".into());
     bench.harness.run_steps(2);
     assert!(bench.harness.query_by_label_contains("Experiments: ").is_some(), "the status line says how far they are");

@@ -171,7 +171,9 @@ fn inputs_are_designed_and_tests_judged_in_the_background() {
     await_label(&mut bench, "tests pass");
     picture(&mut bench.harness, "qualification");
     // One is changed on purpose to fail; where the vane is not recorded (117 kt) no trim is judged.
-    assert!(bench.harness.query_by_label_contains("10 of 18 tests pass, 1 fail (1 on purpose), 7 are not judged").is_some());
+    assert!(
+        bench.harness.query_by_label_contains("10 of 18 tests pass, 1 fail (1 on purpose), 7 are not judged").is_some()
+    );
     assert_eq!(unexplained(&bench), [""; 0], "every title says what it is");
     bench.show(Pane::Design);
     bench.harness.get_by_role_and_label(Role::CheckBox, "compare kinds").click();

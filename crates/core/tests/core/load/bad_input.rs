@@ -102,11 +102,7 @@ fn a_few_rows_written_twice_are_left_out_and_a_counter_that_was_full_goes_on() {
     let roles = "[roles]\nalpha = { channel = \"alpha\", unit = \"deg\" }\n";
     let recording = read(&plan(&probe(&path).unwrap(), &map(roles))).unwrap();
     assert_eq!(recording.role(Role::AngleOfAttack).unwrap().series.time_s.len(), 21);
-    assert!(
-        recording.warnings.iter().any(|line| line.contains("1 of 22 samples left out")),
-        "{:?}",
-        recording.warnings
-    );
+    assert!(recording.warnings.iter().any(|line| line.contains("1 of 22 samples omitted")), "{:?}", recording.warnings);
     // Milliseconds in 16 bits.
     let rows: String = (0..20).map(|k| format!("{},{k}\n", (65_000 + 100 * k) % 65_536)).collect();
     let (_folder, path) = written("log.csv", format!("time [ms],alpha\n{rows}"));
