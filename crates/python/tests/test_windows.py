@@ -97,9 +97,9 @@ def test_equations_take_windows_of_every_kind():
     stamps = pandas.Timestamp(INSTANT) + pandas.to_timedelta(SECONDS, unit="s").round("ms")
     frame = pandas.DataFrame({"q": SECONDS}, index=stamps)
     given = [(5.0, 9.0), db.Window("a", 5.0, 9.0), (stamps[250], stamps[450]), pandas.Interval(stamps[250], stamps[450])]
-    assert db._equations._stretches(given, frame, None) == [(5.0, 9.0)] * 4
-    assert db._equations._stretches([db.Window("a", 1.0, 9.0, exclude=[(2.0, 3.0)])], frame, None) == [(1.0, 2.0), (3.0, 9.0)]
-    assert db._equations._stretches(given[2:3], frame.rename_axis("stamp").reset_index(), "stamp") == [(5.0, 9.0)]
+    assert db._equations._used_parts(given, frame, None) == [(5.0, 9.0)] * 4
+    assert db._equations._used_parts([db.Window("a", 1.0, 9.0, exclude=[(2.0, 3.0)])], frame, None) == [(1.0, 2.0), (3.0, 9.0)]
+    assert db._equations._used_parts(given[2:3], frame.rename_axis("stamp").reset_index(), "stamp") == [(5.0, 9.0)]
     for wrong in (3.0, (1.0,), ("a", "b"), None):
         with pytest.raises(db.DoubletError, match="windows: "):
             db.equations(frame, "short-period", windows=[wrong])
