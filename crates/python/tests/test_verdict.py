@@ -1,5 +1,7 @@
 """Verdicts of arrays: the judgement of a session, beside every number."""
 
+from dataclasses import replace
+
 import warnings
 
 import doublet as db
@@ -108,7 +110,9 @@ def test_arrays_as_a_session_give_the_same(clean, tmp_path):
         assert results.derivatives[name].value == pytest.approx(value, rel=1e-9, abs=1e-12), name
         # A session adds the errors of the flight path.
         assert results.derivatives[name].stderr >= fit.stderr[name] * (1 - 1e-9), name
-    assert path.to_session()["filter"] == session["filter"] and db.coefficients(path).to_session().windows == session.windows
+    assert path.to_session()["filter"] == session["filter"]
+    unnamed = [[replace(one, flight=None) for one in made.windows] for made in (db.coefficients(path).to_session(), session)]
+    assert unnamed[0] == unnamed[1]
     huber = db.fit(db.coefficients(path), {"Cm": STRUCTURE["Cm"]}, weights="huber")
     assert huber.to_session()["estimation.weights"] == "huber" and huber["Cm_alpha"].value != fit["Cm_alpha"].value
     assert abs(huber["Cm_alpha"] - fit["Cm_alpha"]) < 3 * fit["Cm_alpha"].stderr
