@@ -1,8 +1,7 @@
 """Verdicts of arrays: the judgement of a session, beside every number."""
 
-from dataclasses import replace
-
 import warnings
+from dataclasses import replace
 
 import doublet as db
 import numpy as np
