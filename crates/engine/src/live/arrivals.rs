@@ -243,7 +243,7 @@ mod tests {
     fn a_clock_that_begins_anew_within_reach_is_followed() {
         let mut arrivals = Arrivals::default();
         take_all(&mut arrivals, flown("imu", 0.0, 80, 1.0));
-        let slow = (0..8).map(|k| (row("gps", [f64::from(k), 1.0]), f64::from(k)));
+        let slow = (0..10).map(|k| (row("gps", [f64::from(k), 1.0]), f64::from(k)));
         take_all(&mut arrivals, slow.collect());
         let imu = take_all(&mut arrivals, flown("imu", 0.0, 80, 2.0));
         assert!(imu.len() == 80 && (imu[0].time_s - 10.0).abs() < 1e-9, "{} {}", imu.len(), imu[0].time_s);
