@@ -147,7 +147,6 @@ fn candidates(app: &Workbench) -> Vec<Manoeuvre> {
     let flight = app.state.selection.flight.clone().unwrap_or_default();
     let found = app.snapshot().proposals.get(&flight).and_then(|slot| slot.latest());
     let mut open = found.map(|found| open_windows(app.document.session(), found)).unwrap_or_default();
-    open.retain(|candidate| !app.document.session().has_refused(candidate));
     open.sort_by(|a, b| a.window.start_s.total_cmp(&b.window.start_s));
     open
 }

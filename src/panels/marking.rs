@@ -1,4 +1,4 @@
-//! Manoeuvres marked in any plot against time: what a drag marks, the menu under the pointer, excluded stretches and candidates.
+//! Manoeuvres marked in any plot against time: what a drag marks, the menu under the pointer, excluded parts and candidates.
 
 use doublet_core::quantity::Role as ChannelRole;
 use doublet_engine::report::document::Figure;

@@ -49,7 +49,7 @@ panels! {
     Gallery: "Gallery", page "own_recording", manoeuvres::gallery::Gallery::default();
     /// Manoeuvres and candidates over two of their quantities.
     ManoeuvreMap: "Manoeuvre map" tab "Map", page "own_recording", manoeuvres::manoeuvre_map::ManoeuvreMap::default();
-    /// Smoothing, resampling, clocks, steady windows.
+    /// Smoothing, resampling, clocks, steady parts.
     Preprocess: "Preprocess", page "method_path", signals::preprocess::Preprocess::default();
     /// Calibrations of the sensors.
     Sensors: "Sensors", page "method_path", signals::sensors::Sensors::default();

@@ -16,7 +16,7 @@ pub fn hatch(ui: &Ui, rect: Rect) {
     let painter = ui.painter().with_clip_rect(rect.intersect(ui.clip_rect()));
     painter.rect_filled(rect, 0.0, ground.gamma_multiply(0.55));
     let stroke = Stroke::new(1.0, ui.visuals().weak_text_color().gamma_multiply(0.45));
-    // On the same lines in every stretch, so that a drag does not move them.
+    // On the same lines in every part, so that a drag does not move them.
     let from = ((rect.left() - rect.height()) / DISTANCE).floor() as i32;
     let to = (rect.right() / DISTANCE).ceil() as i32;
     painter.extend((from..=to).map(|line| {

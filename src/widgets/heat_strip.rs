@@ -35,7 +35,7 @@ pub struct HeatStrips<'a> {
     pub rows: &'a [(String, Vec<f64>)],
     /// The stretch of time shown.
     pub range: TimeRange,
-    /// Excluded stretches of time, hatched.
+    /// Excluded parts, hatched.
     pub excluded: &'a [TimeRange],
 }
 

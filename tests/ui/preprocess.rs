@@ -1,4 +1,4 @@
-//! Signals, clocks, steady windows, recorded noise and proposed manoeuvres, worked as a user would.
+//! Signals, clocks, steady parts, recorded noise and proposed manoeuvres, worked as a user would.
 
 use doublet::app::files::Files;
 use doublet::app::{Document, Workbench};
@@ -119,7 +119,7 @@ fn marked_windows_give_the_noise_and_a_button_takes_it() {
     bench.show(Pane::Preprocess);
     let found = bench.snapshot().noise[&bench.session().flights[0].name].ready().expect("it was looked for").clone();
     let speaks = |steady: &&SteadyWindow| steady.roles.is_empty() || steady.roles.contains(&Role::PitchRate);
-    let steady = found.windows.iter().find(speaks).expect("the flight has steady windows").window;
+    let steady = found.windows.iter().find(speaks).expect("the flight has steady parts").window;
     let view = &mut bench.harness.state_mut().state.time;
     view.markers_s = [Some(steady.start_s), Some(steady.end_s)];
     bench.harness.run_steps(2);

@@ -162,7 +162,7 @@ pub enum Command {
     Compare(CompareArguments),
     /// List the fixes of a session with their effect, or apply some.
     Fix(FixArguments),
-    /// Propose manoeuvres, steady windows or noise from the recordings of a session.
+    /// Propose manoeuvres, steady parts or noise from the recordings of a session.
     Propose(ProposeArguments),
     /// Simulate validation manoeuvres with the model and print which tolerances pass.
     Match(MatchArguments),

@@ -239,8 +239,8 @@ fn flight(
                 text::line(&format!("  manoeuvres found: {}", session.windows.len() - before));
             }
             match (session.flights.len(), found.steady.len()) {
-                (1, 0) => text::line("  no steady window found: noise from second differences, or default"),
-                (1, steady) => text::line(&format!("  noise from steady windows: {steady}")),
+                (1, 0) => text::line("  no steady part found: noise from second differences, or default"),
+                (1, steady) => text::line(&format!("  noise from steady parts: {steady}")),
                 _ => {}
             }
         }

@@ -28,11 +28,11 @@ pub enum What {
     /// Manoeuvres, from the control deflections.
     #[command(alias = "windows")]
     Manoeuvres(Target),
-    /// Steady windows, for estimating noise.
+    /// Steady parts, for estimating noise.
     Steady(Target),
     /// Clock shifts of the control sensors, from the first response.
     Onsets(Target),
-    /// Standard deviations for Q and R, from steady windows.
+    /// Standard deviations for Q and R, from steady parts.
     Noise(Target),
 }
 
@@ -84,7 +84,7 @@ pub fn propose(arguments: &ProposeArguments) -> Result<(), String> {
         let found = stage::noise(&flights.collect::<Vec<_>>(), &opened.session.steady);
         for ((name, ..), noise) in read.iter().zip(&found) {
             let how = if noise.marked { "marked" } else { "found" };
-            text::line(&format!("{name}: {} steady windows {how}", noise.windows.len()));
+            text::line(&format!("{name}: {} steady parts {how}", noise.windows.len()));
         }
         if let Some(noise) = found.first() {
             changed = noise_table(&changed, noise).apply(&changed).map_err(|error| error.to_string())?;
@@ -176,12 +176,11 @@ fn windows(session: &Session, flight: &str, proposals: &FlightProposals) -> Edit
     });
     let header = ["  manoeuvre", "from s", "to s", "onset s", "deg", "base s", "confidence", "in the session as"];
     text::table(&header, &rows.collect::<Vec<_>>());
-    let open = stage::open_windows(session, proposals).into_iter();
-    Edit::Window(WindowEdit::AddAll(open.filter(|candidate| !session.has_refused(candidate)).collect()))
+    Edit::Window(WindowEdit::AddAll(stage::open_windows(session, proposals)))
 }
 
 fn steady(flight: &str, proposals: &FlightProposals) -> Edit {
-    text::line(&format!("{flight}: {} steady windows", proposals.steady.len()));
+    text::line(&format!("{flight}: {} steady parts", proposals.steady.len()));
     for steady in &proposals.steady {
         let roles: Vec<_> = steady.roles.iter().map(|role| role.name()).collect();
         let roles = if roles.is_empty() { "all".to_owned() } else { roles.join(", ") };
@@ -195,7 +194,7 @@ fn steady(flight: &str, proposals: &FlightProposals) -> Edit {
 }
 
 fn noise_table(session: &Session, noise: &FlightNoise) -> Edit {
-    text::line("noise over the steady windows of all flights");
+    text::line("noise over the steady parts of all flights");
     let rows = noise.rows.iter().map(|row| {
         let statistics = |value: &dyn Fn(&doublet_core::prep::NoiseStatistics) -> String| {
             row.statistics.as_ref().map_or_else(|| "-".to_owned(), value)

@@ -332,7 +332,7 @@ pub fn begin(
 }
 
 /// Adds a flight of `inspected` recordings, read by `plan`, to a session, with the manoeuvres its controls show as windows, or all of
-/// it as one window, and the noise of its steady windows where it is the first; returns what the search for manoeuvres found.
+/// it as one window, and the noise of its steady parts where it is the first; returns what the search for manoeuvres found.
 ///
 /// # Errors
 /// As [`begin`].
@@ -395,8 +395,8 @@ fn take_half_width(session: &mut Session, recording: &Recording) {
     }
 }
 
-/// Marks the steady windows found in the first flight of a session whose noise is the built-in one, that of one aircraft's sensors, and takes
-/// the noise they show for Q and R. What no steady window shows is taken from the differences of the whole recording.
+/// Marks the steady parts found in the first flight of a session whose noise is the built-in one, that of one aircraft's sensors, and takes
+/// the noise they show for Q and R. What no steady part shows is taken from the differences of the whole recording.
 fn take_noise(session: &mut Session, flight: NoiseFlight<'_>) -> Result<(), String> {
     let windows = flight.proposals.steady.clone();
     let (filter, built_in) = (&session.filter, FilterSettings::default());

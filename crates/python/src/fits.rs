@@ -196,9 +196,13 @@ impl Fitted {
         aero_windows(&self.windows)
     }
 
-    /// The fit with the errors of the flight path in its corrected standard errors, as in a session; as it is where they cannot be formed.
+    /// The fit with the errors of the flight path in its corrected standard errors, as in a session; as it is where they cannot be formed,
+    /// and where flights have different filters: the errors are found by the filter that all paths have.
     fn with_path_errors(mut self, control: &Control) -> StageResult<Self> {
         let Some(first) = self.windows.first().map(|window| Arc::clone(&window.source)) else { return Ok(self) };
+        if self.windows.iter().any(|window| window.source.filter != first.filter) {
+            return Ok(self);
+        }
         let windows: Vec<ErrorWindow<'_>> = self.windows.iter().map(FitWindow::error_window).collect();
         match path_errors(&windows, self.settings(&first), control) {
             Err(StageError::Cancelled) => Err(StageError::Cancelled),

@@ -17,7 +17,7 @@ use crate::{notation, theme};
 
 /// Width from which the two tables of noise stand side by side.
 const SIDE_BY_SIDE: f32 = 720.0;
-/// Factor between a proposal and what the steady windows show beyond which it is marked.
+/// Factor between a proposal and what the steady parts show beyond which it is marked.
 const FAR: f64 = 3.0;
 
 /// Widths of a field, its unit, and a proposal with its warning sign, points.
@@ -37,7 +37,7 @@ struct Row<'a> {
     value: f64,
     usual: f64,
     mark: Option<&'a ChannelConsistency>,
-    /// What the steady windows of the recording say.
+    /// What the steady parts of the recording say.
     recorded: Option<&'a NoiseRow>,
 }
 

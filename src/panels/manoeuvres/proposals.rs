@@ -4,7 +4,7 @@ use doublet_core::quantity::Role;
 use doublet_core::series::Series;
 use doublet_engine::report::document::{Axis, Colour, Figure, LineStyle, Mark, Panel, Plot};
 use doublet_engine::session::{CandidateEdit, Edit, Manoeuvre, Surface, WindowEdit};
-use doublet_engine::stage::{FlightProposals, WindowProposal, open_windows};
+use doublet_engine::stage::{Candidate, FlightProposals, find_candidates};
 use eframe::egui::{self, CollapsingHeader, Grid, Response, RichText, ScrollArea, Sense, Stroke, Ui, vec2};
 
 use crate::notation;
@@ -77,17 +77,12 @@ pub fn proposals(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     });
 }
 
-/// A manoeuvre found that the session lacks, under a name it does not have yet.
-type Candidate<'a> = (Manoeuvre, &'a WindowProposal);
-
 /// The candidates of a flight that are neither in the session nor refused, and those that were refused.
 fn open_and_refused<'a>(
     ctx: &PanelContext<'_>,
     found: &'a FlightProposals,
 ) -> (Vec<Candidate<'a>>, Vec<Candidate<'a>>) {
-    let missing = found.windows.iter().filter(|proposal| proposal.covering_window(ctx.session).is_none());
-    let candidates = open_windows(ctx.session, found).into_iter().zip(missing);
-    candidates.partition(|(window, _)| !ctx.session.has_refused(window))
+    find_candidates(ctx.session, found).into_iter().partition(|(window, _)| !ctx.session.has_refused(window))
 }
 
 /// The refused candidates of a flight, and the way to offer them again.

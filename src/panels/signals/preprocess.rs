@@ -1,4 +1,4 @@
-//! Treatment of signals before use: smoothing, resampling, time shifts, steady windows.
+//! Treatment of signals before use: smoothing, resampling, time shifts, steady parts.
 
 use doublet_core::prep::{Interpolation, Resampling};
 use doublet_core::quantity::Role;
@@ -355,7 +355,7 @@ fn lag_plot(ctx: &mut PanelContext<'_>, ui: &mut Ui, clock: &UsedClock) {
     ctx.chart(ui, &chart, PLOT_HEIGHT);
 }
 
-/// Steady windows: those of the session, those found, one from the screen.
+/// Steady parts: those of the session, those found, one from the screen.
 fn steady(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, proposals: Option<&FlightProposals>) {
     let session = ctx.session;
     let own: Vec<SteadyWindow> = session.steady.iter().filter(|steady| steady.flight == flight).cloned().collect();
@@ -411,7 +411,7 @@ fn steady(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, proposals: Opti
 /// Titles of the columns of statistics, and what each is.
 const STATISTICS: [&str; 6] = ["", "σ", "σ of differences", "samples", "next sample", "whiteness"];
 
-/// How many steady windows there are and what they speak for.
+/// How many steady parts there are and what they speak for.
 fn steady_windows(windows: &[SteadyWindow], how: &str) -> String {
     let all = windows.iter().filter(|steady| steady.roles.is_empty()).count();
     let flying = windows.iter().filter(|steady| steady.roles.contains(&Role::RollRate)).count();
@@ -422,7 +422,7 @@ fn steady_windows(windows: &[SteadyWindow], how: &str) -> String {
     if parts.is_empty() { format!("none {how}") } else { format!("{how}: {}", parts.join(", ")) }
 }
 
-/// What the steady windows say about every entry of the noise.
+/// What the steady parts say about every entry of the noise.
 fn statistics(ctx: &PanelContext<'_>, ui: &mut Ui, flight: &str) {
     let Some(noise) = ctx.snapshot.noise.get(flight).and_then(|slot| slot.latest()) else { return };
     caption(ui, "Noise over the steady parts");

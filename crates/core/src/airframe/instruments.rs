@@ -28,7 +28,7 @@ pub struct StatedNoise {
     pub std: f64,
     /// Where it is from.
     pub source: String,
-    /// It counts whatever steady windows show; otherwise only where they show nothing.
+    /// It counts whatever steady parts show; otherwise only where they show nothing.
     pub always: bool,
 }
 

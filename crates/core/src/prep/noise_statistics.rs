@@ -1,4 +1,4 @@
-//! Noise of channels over steady windows, and what it proposes for Q and R (thesis section 4.4.3).
+//! Noise of channels over steady parts, and what it proposes for Q and R (thesis section 4.4.3).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,7 +7,7 @@ use super::{PrepError, check, whiteness_lags, whiteness_probability};
 use crate::airframe::instruments::StatedNoise;
 use crate::series::{Series, TimeRange};
 
-/// Noise of one channel over its steady windows.
+/// Noise of one channel over its steady parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseStatistics {
     /// Standard deviation about the trend of each window, SI of the channel.
@@ -31,7 +31,7 @@ pub struct NoiseStatistics {
 /// Lags of the test of whiteness.
 const LAGS: usize = 20;
 
-/// Noise of a channel over marked steady windows of one or more recordings, each window with its own polynomial trend taken off.
+/// Noise of a channel over marked steady parts of one or more recordings, each window with its own polynomial trend taken off.
 ///
 /// `s^2 = sum r^2 / sum(n - degree - 1)` over the residuals of all windows; samples that are not finite are left out.
 #[derive(Clone, Debug, PartialEq)]
@@ -144,7 +144,7 @@ impl NoiseSums {
     }
 }
 
-/// Noise of one channel over marked steady windows, see [`NoiseSums`].
+/// Noise of one channel over marked steady parts, see [`NoiseSums`].
 ///
 /// # Errors
 /// As [`NoiseSums::add`] and [`NoiseSums::statistics`].
@@ -175,13 +175,13 @@ fn detrended(time: &[f64], values: &[f64], degree: usize) -> Vec<f64> {
 /// Where a proposed standard deviation comes from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NoiseOrigin {
-    /// Steady windows of the recordings.
+    /// Steady parts of the recordings.
     Windows(NoiseStatistics),
     /// The recorder's resolution over the root of twelve, since the windows show less.
     Resolution(NoiseStatistics),
     /// Stated for the instruments, from the source given.
     Stated(String),
-    /// Second differences of the whole recording, since no steady window shows it.
+    /// Second differences of the whole recording, since no steady part shows it.
     Differences,
 }
 
@@ -212,7 +212,7 @@ pub fn noise_proposal(
     let measured = match measured {
         Err(reason) => Err(reason),
         Ok(found) if found.lag_one > MAX_LAG_ONE => Err(format!(
-            "the steady windows contain motion or filtered noise: lag-one correlation {:.2} (limit {MAX_LAG_ONE})",
+            "the steady parts contain motion or filtered noise: lag-one correlation {:.2} (limit {MAX_LAG_ONE})",
             found.lag_one
         )),
         Ok(found) if found.std == 0.0 && found.resolution == 0.0 => Err("its samples are all the same".to_owned()),

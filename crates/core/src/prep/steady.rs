@@ -42,7 +42,7 @@ pub struct SteadySignal<'a> {
     pub max_drift: f64,
 }
 
-/// A steady window.
+/// A steady part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SteadyStretch {
     /// When.
@@ -51,7 +51,7 @@ pub struct SteadyStretch {
     pub motion: f64,
 }
 
-/// Steady windows of a flight, and what became of the others.
+/// Steady parts of a flight, and what became of the others.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SteadySearch {
     /// Windows found, in order of time.
@@ -64,7 +64,7 @@ pub struct SteadySearch {
     pub coloured: usize,
 }
 
-/// Steady windows inside the spans of `within`.
+/// Steady parts inside the spans of `within`.
 ///
 /// A window counts where every signal has samples throughout, without a pause longer than a few of its intervals. Each signal's
 /// block means have a standard deviation about their straight line and a change along it; both stay below the signal's limits.

@@ -243,11 +243,14 @@ mod tests {
     fn a_clock_that_begins_anew_within_reach_is_followed() {
         let mut arrivals = Arrivals::default();
         take_all(&mut arrivals, flown("imu", 0.0, 80, 1.0));
-        let slow = (0..8).map(|k| (row("gps", [f64::from(k), 1.0]), f64::from(k)));
+        let slow = (0..10).map(|k| (row("gps", [f64::from(k), 1.0]), f64::from(k)));
         take_all(&mut arrivals, slow.collect());
         let imu = take_all(&mut arrivals, flown("imu", 0.0, 80, 2.0));
-        assert!(imu.len() == 80 && (imu[0].time_s - 8.9).abs() < 1e-9, "{} {}", imu.len(), imu[0].time_s);
+        assert!(imu.len() == 80 && (imu[0].time_s - 10.0).abs() < 1e-9, "{} {}", imu.len(), imu[0].time_s);
         assert!(imu.iter().all(|arrived| arrived.restarts == 1));
+        // A slow source follows by the restart of the other, from its second row.
+        let gps = take_all(&mut arrivals, (7..9).map(|k| (row("gps", [f64::from(k), 2.0]), f64::from(k))).collect());
+        assert_eq!(gps.iter().map(|arrived| arrived.restarts).collect::<Vec<_>>(), [1, 1]);
         assert_eq!((arrivals.restarts(), arrivals.reordered, arrivals.stray, arrivals.doubled), (1, 0, 0, 0));
     }
 

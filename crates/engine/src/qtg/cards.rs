@@ -12,6 +12,7 @@ use serde::Serialize;
 use super::TestFile;
 use super::index::{IndexRow, IndexStatus};
 use super::profile::{Moved, Profile};
+use super::units::{FOOT_M, FOOT_PER_MINUTE_M_S};
 use crate::builtin::PREFIX;
 use crate::planning::{CAMPAIGN_FORMAT, CAMPAIGN_VERSION, Risk};
 use crate::session::{Manoeuvre, Session, Surface};
@@ -382,9 +383,9 @@ fn procedure(test: &ObjectiveTest, row: &IndexRow, profile: &Profile) -> Vec<Str
     if profile.climb_m != 0.0 {
         lines.push(format!(
             "Planned for {:.0} ft/min: {:.0} s for {:.0} ft.",
-            profile.rate_m_s * 60.0 / 0.3048,
+            profile.rate_m_s / FOOT_PER_MINUTE_M_S,
             profile.height_s(),
-            profile.climb_m.abs() / 0.3048
+            profile.climb_m.abs() / FOOT_M
         ));
     }
     if row.status != IndexStatus::Missing {

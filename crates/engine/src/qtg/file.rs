@@ -50,8 +50,8 @@ pub struct TestFile {
     pub is_engineering_data: bool,
     /// Constants and start of the flown model.
     pub constants: Constants,
-    /// Calibrated airspeed up to which flaps, gear and spoilers may be moved, m/s, by the keys of [`EQUIPMENT`]; zero of what the aeroplane does
-    /// not have.
+    /// Calibrated airspeed up to which flaps, gear and spoilers may be moved, m/s, by the keys `flaps_m_s`, `gear_m_s` and `spoilers_m_s`;
+    /// zero of what the aeroplane does not have.
     pub equipment: BTreeMap<String, f64>,
     /// Device page by the keys of [`DEVICE`].
     pub device: BTreeMap<String, String>,

@@ -1,13 +1,9 @@
 //! How a test of a rule is flown: hazard, power, height, room in airspeed, what it moves.
 
+use super::units::{FOOT_M, FOOT_PER_MINUTE_M_S};
 use crate::planning::Risk;
 use crate::session::Surface;
 use crate::stage::ObjectiveTest;
-
-/// Length of a foot, m.
-const FOOT_M: f64 = 0.3048;
-/// A foot per minute, m/s.
-const FOOT_PER_MINUTE_M_S: f64 = FOOT_M / 60.0;
 
 /// What is moved besides the controls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,6 +94,14 @@ const CHANGE: Profile = Profile {
         "Moved below the greatest airspeed of the card only; airspeed called before each movement.",
     ),
     loss_m_s: 3.0,
+    ..PLAIN
+};
+
+/// Controls free in a bank.
+const FREE_IN_BANK: Profile = Profile {
+    surface: Some(Surface::Aileron),
+    risk: ("Unusual attitude with the controls free", "Bank called; controls taken at 45 deg of bank."),
+    banks_deg: Some([30.0, 30.0]),
     ..PLAIN
 };
 
@@ -195,7 +199,7 @@ const PROFILES: [Profile; 20] = [
         surface: Some(Surface::Elevator),
         risk: (
             "Airspeed beyond its limits",
-            "Controls taken at the knock-off airspeed, at 60 deg of bank or below VNE.",
+            "Controls taken at the knock-off airspeed, at 60 deg of bank, or before VNE is reached.",
         ),
         loss_m_s: 5.0,
         ..PLAIN
@@ -207,20 +211,8 @@ const PROFILES: [Profile; 20] = [
         risk: ("Stall or departure at high sideslip", "Smallest deflection first; recovery by releasing the controls."),
         ..PLAIN
     },
-    Profile {
-        word: "spiral",
-        surface: Some(Surface::Aileron),
-        risk: ("Unusual attitude with the controls free", "Bank called; controls taken at 45 deg of bank."),
-        banks_deg: Some([30.0, 30.0]),
-        ..PLAIN
-    },
-    Profile {
-        word: "roll step",
-        surface: Some(Surface::Aileron),
-        risk: ("Unusual attitude with the controls free", "Bank called; controls taken at 45 deg of bank."),
-        banks_deg: Some([30.0, 30.0]),
-        ..PLAIN
-    },
+    Profile { word: "spiral", ..FREE_IN_BANK },
+    Profile { word: "roll step", ..FREE_IN_BANK },
     Profile { word: "dutch", surface: Some(Surface::Rudder), ..PLAIN },
     Profile { word: "pitch", surface: Some(Surface::Elevator), ..PLAIN },
     Profile { word: "roll", surface: Some(Surface::Aileron), ..PLAIN },

@@ -6,9 +6,13 @@ use doublet_core::validate::Tolerance;
 use crate::notation::{self, significant};
 use crate::stage::{Judgement, Quantity, ValueTolerance};
 
+/// Length of a foot, m.
+pub(super) const FOOT_M: f64 = 0.3048;
+/// A foot per minute, m/s.
+pub(super) const FOOT_PER_MINUTE_M_S: f64 = FOOT_M / 60.0;
+
 /// Unit a dimension has on the pages and its factor from SI: knots, feet, g, degrees.
 pub fn unit(dimension: Dimension) -> (&'static str, f64) {
-    const FOOT_M: f64 = 0.3048;
     const KNOT_M_S: f64 = 1852.0 / 3600.0;
     const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
     match dimension {
@@ -21,8 +25,6 @@ pub fn unit(dimension: Dimension) -> (&'static str, f64) {
 
 /// The same of a quantity: a rate of climb is in ft/min.
 fn unit_of(quantity: Quantity) -> (&'static str, f64) {
-    /// One foot per minute, m/s.
-    const FOOT_PER_MINUTE_M_S: f64 = 0.3048 / 60.0;
     match quantity {
         Quantity::ClimbRate => ("ft/min", 1.0 / FOOT_PER_MINUTE_M_S),
         other => unit(other.dimension()),

@@ -16,7 +16,7 @@ use super::table::{Table, TableOf};
 use crate::session::{Level, Manoeuvre, Session};
 use crate::snapshot::{Slot, Snapshot};
 use crate::stage::{
-    FlownMass, WindowAero, WindowFits, WindowPath, WindowProposal, measure_steadiness, movement, open_windows,
+    Candidate, FlownMass, WindowAero, WindowFits, WindowPath, find_open_candidates, measure_steadiness, movement,
     significance,
 };
 
@@ -387,7 +387,7 @@ pub fn manoeuvre_map(session: &Session, snapshot: &Snapshot, of: MapOf) -> Vec<M
         }
         row
     };
-    let of_candidate = |(window, found): (Manoeuvre, &WindowProposal)| {
+    let of_candidate = |(window, found): Candidate<'_>| {
         let mut row = MapRow::new(&window, CANDIDATE);
         if let Some(recording) = recording(&window.flight) {
             row.add_recorded(recording, window.window);
@@ -397,10 +397,7 @@ pub fn manoeuvre_map(session: &Session, snapshot: &Snapshot, of: MapOf) -> Vec<M
         row
     };
     let proposals = session.flights.iter().filter_map(|flight| of.get(snapshot.proposals.get(&flight.name)?));
-    let candidates = proposals.flat_map(|found| {
-        let missing = found.windows.iter().filter(|proposal| proposal.covering_window(session).is_none());
-        open_windows(session, found).into_iter().zip(missing).filter(|(window, _)| !session.has_refused(window))
-    });
+    let candidates = proposals.flat_map(|found| find_open_candidates(session, found));
     session.windows.iter().map(of_window).chain(candidates.map(of_candidate)).collect()
 }
 

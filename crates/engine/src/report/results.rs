@@ -244,7 +244,7 @@ pub struct FlightRow {
     /// Channels by expression.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub expressions: Vec<ExpressionRow>,
-    /// Noise over steady windows and the values of the filter.
+    /// Noise over steady parts and the values of the filter.
     pub noise: Vec<NoiseRow>,
     /// Manoeuvres found in the control deflections.
     pub proposals: Vec<ProposalRow>,

@@ -23,7 +23,7 @@ pub struct SignalRow {
     pub stretches: usize,
 }
 
-/// Noise of an input or measurement over steady windows.
+/// Noise of an input or measurement over steady parts.
 #[derive(Clone, Debug, Serialize)]
 pub struct NoiseRow {
     /// Entry of Q or R.
@@ -40,7 +40,7 @@ pub struct NoiseRow {
     /// Reason of the value used, if the session states one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Standard deviation about the trend of each steady window, SI; absent like the next without samples in them.
+    /// Standard deviation about the trend of each steady part, SI; absent like the next without samples in them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub deviation: Option<f64>,
     /// Samples used.

@@ -30,7 +30,7 @@ pub enum Edit {
     Signal(SignalEdit),
     /// Channels by expression.
     Expression(ExpressionEdit),
-    /// Steady windows and the noise entries that follow from them.
+    /// Steady parts and the noise entries that follow from them.
     Noise(NoiseEdit),
     /// Flight path reconstruction.
     Filter(FilterEdit),

@@ -179,15 +179,13 @@ impl Session {
     }
 
     fn keep(&mut self, experiment: Experiment) -> Result<(), EditError> {
-        check_name(&experiment.name)?;
         let experiment = Experiment { name: self.free_experiment_name(&experiment.name), ..experiment };
         check_name(&experiment.name)?;
         if self.experiments.len() == MOST_EXPERIMENTS {
             let text = format!("the session has {MOST_EXPERIMENTS} experiments (limit {MOST_EXPERIMENTS}): remove one");
             return Err(EditError::Name(text));
-        } else {
-            self.experiments.push(experiment);
         }
+        self.experiments.push(experiment);
         Ok(())
     }
 }

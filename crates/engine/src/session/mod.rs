@@ -83,7 +83,7 @@ pub struct Session {
     pub windows: Vec<Manoeuvre>,
     /// Manoeuvres found in the recordings that were refused, in the order of time.
     pub refused: Vec<RefusedCandidate>,
-    /// Steady windows whose scatter is noise, marked by hand.
+    /// Steady parts whose scatter is noise, marked by hand.
     pub steady: Vec<SteadyWindow>,
     /// Why an entry of the noise is what it is, by the name of the input or measurement.
     pub noise_reasons: BTreeMap<String, String>,

@@ -1,4 +1,4 @@
-//! Steady windows, and noise entries with the reasons for what they are.
+//! Steady parts, and noise entries with the reasons for what they are.
 
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Input, Measurement};
@@ -75,10 +75,10 @@ pub struct NoiseEntry {
     pub std: f64,
 }
 
-/// A change of steady windows or noise entries.
+/// A change of steady parts or noise entries.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NoiseEdit {
-    /// All steady windows of a flight.
+    /// All steady parts of a flight.
     Steady {
         /// Flight.
         flight: String,
@@ -104,7 +104,7 @@ impl Edit {
 impl NoiseEdit {
     pub(super) fn label(&self) -> String {
         match self {
-            Self::Steady { flight, .. } => format!("mark steady windows of {flight}"),
+            Self::Steady { flight, .. } => format!("mark steady parts of {flight}"),
             Self::Set { entries, .. } => match entries[..] {
                 [entry] => format!("set noise of {}", entry.channel.name()),
                 _ => "take recorded noise".to_owned(),

@@ -133,7 +133,7 @@ slots! {
         physics: BTreeMap<String, Slot<FlightPhysics>>,
         /// Windows each flight proposes.
         proposals: BTreeMap<String, Slot<FlightProposals>>,
-        /// Noise of each flight over its steady windows, and what it proposes.
+        /// Noise of each flight over its steady parts, and what it proposes.
         noise: BTreeMap<String, Slot<FlightNoise>>,
         /// Results by window.
         windows: BTreeMap<String, WindowResults> => "manoeuvre",

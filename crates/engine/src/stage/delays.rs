@@ -18,8 +18,7 @@ const CONVERGED_S: f64 = 0.001;
 /// each error.
 const SPAN_S: f64 = 2.5;
 const SPANS: usize = 2;
-/// Standard errors beyond which a delay is significant, and the least that is worth a change, s.
-const SIGNIFICANT: f64 = 4.0;
+/// Least delay that is worth a change, s.
 const LEAST_S: f64 = 0.005;
 /// Largest standard error of a delay that is applied, s.
 const MOST_UNCERTAIN_S: f64 = 0.015;
@@ -36,9 +35,12 @@ pub struct SensorDelay {
 }
 
 impl SensorDelay {
+    /// Standard errors beyond which a delay is significant.
+    pub const SIGNIFICANT: f64 = 4.0;
+
     /// Whether the innovations determine it and call for it.
     pub fn is_significant(&self) -> bool {
-        self.is_beyond(SIGNIFICANT)
+        self.is_beyond(Self::SIGNIFICANT)
     }
 
     /// Whether it is larger than so many of its standard errors, and these are small.

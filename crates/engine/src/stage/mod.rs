@@ -92,7 +92,8 @@ pub use physics::{FlightPhysics, PhysicsRow, physics_of};
 pub(crate) use placement::move_accelerometer;
 pub use prediction::Prediction;
 pub use proposals::{
-    FlightProposals, LEAST_PRESSURE_SHARE, SignalSpectrum, WindowProposal, open_windows, proposals, proposals_above,
+    Candidate, FlightProposals, LEAST_PRESSURE_SHARE, SignalSpectrum, WindowProposal, find_candidates,
+    find_open_candidates, open_windows, proposals, proposals_above,
 };
 pub use recording::{LoadedFlight, align_flight, describe_change, read_flight};
 pub use replay::{

@@ -1,4 +1,4 @@
-//! Noise of every input and measurement over steady windows, and what it proposes for Q and R.
+//! Noise of every input and measurement over steady parts, and what it proposes for Q and R.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -77,7 +77,7 @@ impl NoiseRow {
     pub fn origin(&self) -> String {
         match self.choice.as_ref().map(|choice| &choice.origin) {
             Ok(NoiseOrigin::Windows(found)) => {
-                format!("{} samples of {} steady windows", found.samples, found.windows)
+                format!("{} samples of {} steady parts", found.samples, found.windows)
             }
             Ok(NoiseOrigin::Resolution(_)) => "resolution of the recorder over the root of 12".to_owned(),
             Ok(NoiseOrigin::Stated(source)) => source.clone(),
@@ -102,7 +102,7 @@ pub struct NoiseFlight<'a> {
     pub name: &'a str,
     /// Its content.
     pub loaded: &'a LoadedFlight,
-    /// Steady windows found in it, and why there are none.
+    /// Steady parts found in it, and why there are none.
     pub proposals: &'a FlightProposals,
 }
 
@@ -172,7 +172,7 @@ fn measure(role: Role, flights: &[NoiseFlight<'_>], found: &[FlightNoise]) -> St
     let refused = || flights.iter().find_map(|flight| flight.proposals.no_steady.clone());
     match (is_recorded, has_windows) {
         (false, _) => Err("not recorded".into()),
-        (true, false) => Err(refused().unwrap_or_else(|| "no steady window has its samples".to_owned()).into()),
+        (true, false) => Err(refused().unwrap_or_else(|| "no steady part has its samples".to_owned()).into()),
         (true, true) => Ok(sums.statistics()?),
     }
 }
@@ -185,7 +185,7 @@ fn channel_of(recording: &Recording, role: Role) -> Option<&doublet_core::series
     }
 }
 
-/// The entries that steady windows or second differences give, and those stated whose channel was recorded in the windows; without what the
+/// The entries that steady parts or second differences give, and those stated whose channel was recorded in the windows; without what the
 /// session has set for a reason of its own.
 pub fn open_entries(session: &Session, noise: &FlightNoise) -> Vec<NoiseEntry> {
     let recorded = noise.rows.iter().filter(|row| row.statistics.is_some() || row.is_measured());

@@ -147,7 +147,7 @@ fn difference(row: &NoiseRow, innovations: NoiseEstimate, steady: NoiseEstimate)
             format!("steady samples contain turbulence (lag-one correlation {:.2})", found.lag_one)
         }
         Ok(NoiseOrigin::Windows(_)) if steady.std > innovations.std => {
-            "the steady windows were noisier than this manoeuvre: check them".to_owned()
+            "the steady parts were noisier than this manoeuvre: check them".to_owned()
         }
         Ok(NoiseOrigin::Windows(_)) => {
             "in the manoeuvre the sensor has errors besides noise: delay, position or calibration".to_owned()

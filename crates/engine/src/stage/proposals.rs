@@ -1,4 +1,4 @@
-//! What a flight itself shows: manoeuvre windows, steady windows, spectra of its signals.
+//! What a flight itself shows: manoeuvre windows, steady parts, spectra of its signals.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -21,13 +21,13 @@ use crate::session::{Manoeuvre, Session, SteadyWindow, Surface};
 pub struct FlightProposals {
     /// Manoeuvres, in order of time.
     pub windows: Vec<WindowProposal>,
-    /// Steady windows: those in flight for inertial samples and air data, those on the ground for attitude and navigation.
+    /// Steady parts: those in flight for inertial samples and air data, those on the ground for attitude and navigation.
     pub steady: Vec<SteadyWindow>,
     /// Spectra of everything that enters the filter and of the control deflections.
     pub spectra: Vec<SignalSpectrum>,
     /// Why something could not be looked for or was not found, one line each.
     pub findings: Vec<String>,
-    /// Why there is no steady window, where there is none.
+    /// Why there is no steady part, where there is none.
     pub no_steady: Option<String>,
 }
 
@@ -87,22 +87,39 @@ impl WindowProposal {
     }
 }
 
-/// The proposed windows a session lacks, with names it does not have yet.
-pub fn open_windows(session: &Session, proposals: &FlightProposals) -> Vec<Manoeuvre> {
+/// A proposed window that a session lacks, under a name it does not have yet, and its proposal.
+pub type Candidate<'a> = (Manoeuvre, &'a WindowProposal);
+
+/// The proposed windows a session lacks, those it refused among them.
+pub fn find_candidates<'a>(session: &Session, proposals: &'a FlightProposals) -> Vec<Candidate<'a>> {
     let mut named: Vec<String> = session.windows.iter().map(|window| window.name.clone()).collect();
-    let open = proposals.windows.iter().filter(|proposal| proposal.covering_window(session).is_none());
-    open.map(|proposal| {
-        let mut window = proposal.manoeuvre.clone();
-        let base = window.name.clone();
-        let mut number = 2;
-        while named.contains(&window.name) {
-            window.name = format!("{base} ({number})");
-            number += 1;
-        }
-        named.push(window.name.clone());
-        window
-    })
-    .collect()
+    let missing = proposals.windows.iter().filter(|proposal| proposal.covering_window(session).is_none());
+    missing
+        .map(|proposal| {
+            let mut window = proposal.manoeuvre.clone();
+            let base = window.name.clone();
+            let mut number = 2;
+            while named.contains(&window.name) {
+                window.name = format!("{base} ({number})");
+                number += 1;
+            }
+            named.push(window.name.clone());
+            (window, proposal)
+        })
+        .collect()
+}
+
+/// The candidates that a session has not refused.
+pub fn find_open_candidates<'a>(
+    session: &Session,
+    proposals: &'a FlightProposals,
+) -> impl Iterator<Item = Candidate<'a>> {
+    find_candidates(session, proposals).into_iter().filter(|(window, _)| !session.has_refused(window))
+}
+
+/// The proposed windows that a session neither has nor refused.
+pub fn open_windows(session: &Session, proposals: &FlightProposals) -> Vec<Manoeuvre> {
+    find_open_candidates(session, proposals).map(|(window, _)| window).collect()
 }
 
 /// Share of the median dynamic pressure in flight below which no manoeuvre is proposed: half of the airspeed.
@@ -128,7 +145,7 @@ pub fn proposals_above(flight: &str, loaded: &LoadedFlight, least_pressure_share
     let inputs: Vec<TimeRange> = found.windows.iter().map(|proposal| proposal.manoeuvre.window).collect();
     match steady(flight, recording, &inputs) {
         Ok((steady, reason)) => (found.steady, found.no_steady) = (steady, reason),
-        Err(error) => found.no_steady = Some(format!("steady windows: {error}")),
+        Err(error) => found.no_steady = Some(format!("steady parts: {error}")),
     }
     found.findings.extend(found.no_steady.clone());
     found.spectra = spectra(loaded);
@@ -237,7 +254,7 @@ fn is_ground_role(measurement: Measurement) -> bool {
     !matches!(measurement, Measurement::Airspeed | Measurement::AngleOfAttack | Measurement::Sideslip)
 }
 
-/// How far a signal may move in a steady window: the deviation of its means over half a second, and its drift.
+/// How far a signal may move in a steady part: the deviation of its means over half a second, and its drift.
 const STILL: [(Role, f64, f64); 8] = [
     (Role::RollRate, 0.02, 0.05),
     (Role::PitchRate, 0.02, 0.05),
@@ -249,7 +266,7 @@ const STILL: [(Role, f64, f64); 8] = [
     (Role::VelocityEast, 0.5, 1.0),
 ];
 
-/// Steady windows in flight, apart from manoeuvres, and, where the flight has time on the ground, there; and why there are none.
+/// Steady parts in flight, apart from manoeuvres, and, where the flight has time on the ground, there; and why there are none.
 fn steady(
     flight: &str,
     recording: &Recording,
@@ -310,7 +327,7 @@ fn no_steady(search: &SteadySearch, settings: &SteadySettings) -> String {
         }
         _ => "steady signals are not white noise: filtered, interpolated or repeated samples".to_owned(),
     };
-    format!("no steady window: {why}; mark one by hand or state the noise")
+    format!("no steady part: {why}; mark one by hand or state the noise")
 }
 
 /// The time before, between and after windows in order of time.

@@ -127,7 +127,8 @@ pub(super) fn delays(evidence: Evidence<'_>, verdicts: &BTreeMap<String, WindowV
         })
     };
     // Gyros behind a filter are late, and every control seems late by as much: `find_late_inertial` names the gyros.
-    let gyros_late_s = find_lead(evidence, ConstantError::AttitudeDelay, Measurement::BankAngle).unwrap_or(0.0);
+    let (kind, measurement) = (ConstantError::AttitudeDelay, Measurement::BankAngle);
+    let gyros_late_s = find_lead(evidence, kind, measurement, SensorDelay::SIGNIFICANT).unwrap_or(0.0);
     let is_own = |late: &ControlDelay| !(0.0..=OF_GYROS * gyros_late_s).contains(&late.delay_s);
     CONTROLS.par_iter().filter_map(one).filter(is_own).collect()
 }
@@ -214,9 +215,10 @@ pub(super) fn findings(
 /// force that follows its regressors late. The inertial sensors are recorded late or filtered, and the coefficient lacks what that takes.
 pub(super) fn find_late_inertial(evidence: Evidence<'_>, coefficient: Coefficient) -> Option<Finding> {
     let is_moment = matches!(coefficient, Coefficient::Cl | Coefficient::Cm | Coefficient::Cn);
-    let lead = |kind, measurement| find_lead(evidence, kind, measurement);
+    let lead = |kind, measurement| find_lead(evidence, kind, measurement, SensorDelay::SIGNIFICANT);
     let ground = || {
-        let ahead_s = find_ground_lead(evidence).filter(|_| !is_moment)?;
+        let lead = find_lead(evidence, ConstantError::GroundDelay, Measurement::VelocityNorth, GROUND_ERRORS);
+        let ahead_s = lead.filter(|_| !is_moment)?;
         Some((ahead_s, "accelerometers", "Ground velocity leads the specific forces"))
     };
     // The rates are regressors of a force, and flow angles follow them: where the gyros are late, forces and flow angles seem to be early.
@@ -238,25 +240,10 @@ pub(super) fn find_late_inertial(evidence: Evidence<'_>, coefficient: Coefficien
     Some(finding.with_fix_text(format!("Record the {sensors} without a filter; check their clock.")))
 }
 
-/// Time by which measurements lead the inertial sensors, s, where it is significant and beyond the limit.
-fn find_lead(evidence: Evidence<'_>, kind: ConstantError, measurement: Measurement) -> Option<f64> {
-    let found = find_delay(evidence, kind).filter(|found| found.is_significant())?;
-    ahead(evidence, found, measurement)
-}
-
-/// Time by which ground velocity leads the inertial sensors, s, where it is beyond the limit.
-fn find_ground_lead(evidence: Evidence<'_>) -> Option<f64> {
-    let found = find_delay(evidence, ConstantError::GroundDelay).filter(|found| found.is_beyond(GROUND_ERRORS))?;
-    ahead(evidence, found, Measurement::VelocityNorth)
-}
-
-fn find_delay(evidence: Evidence<'_>, kind: ConstantError) -> Option<&SensorDelay> {
+/// Time by which measurements lead the inertial sensors, s, where it is beyond so many standard errors and beyond the limit.
+fn find_lead(evidence: Evidence<'_>, kind: ConstantError, measurement: Measurement, errors: f64) -> Option<f64> {
     let mut delays = evidence.snapshot.delays_and_gusts.delays.iter().flat_map(|delays| &delays.0);
-    delays.find(|delay| delay.kind == kind)
-}
-
-/// Time by which a measurement with this delay is ahead, s, where it is beyond the limit.
-fn ahead(evidence: Evidence<'_>, found: &SensorDelay, measurement: Measurement) -> Option<f64> {
+    let found = delays.find(|delay| delay.kind == kind && delay.is_beyond(errors))?;
     let ahead_s = -(evidence.session.filter.measurement_delay_s[measurement as usize] + found.delay_s);
     (ahead_s > AHEAD_S).then_some(ahead_s)
 }

@@ -1,4 +1,4 @@
-//! Recordings nobody here wrote: held samples, steady windows, noise and manoeuvres of theirs.
+//! Recordings nobody here wrote: held samples, steady parts, noise and manoeuvres of theirs.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
 
@@ -61,7 +61,7 @@ fn no_manoeuvre_is_proposed_on_the_ground_of_a_flight_from_gate_to_gate() {
     // Its signals were interpolated to their rate: nothing of them is white, so nothing is called noise.
     assert!(proposals.steady.is_empty(), "{:?}", proposals.steady);
     let text = proposals.findings.join("\n");
-    assert!(text.contains("no steady window: steady signals are not white noise"), "{text}");
+    assert!(text.contains("no steady part: steady signals are not white noise"), "{text}");
     let noise = stage::noise(&[NoiseFlight { name: "f", loaded: &loaded, proposals: &proposals }], &[]).remove(0);
     assert!(noise.rows.iter().all(|row| row.choice.is_err()));
 }
@@ -99,7 +99,7 @@ fn windows_of_manoeuvres_are_no_steady_flight() {
 #[test]
 fn noise_of_a_simulated_recording_is_what_was_put_in() {
     let Some(recording) = citation() else { return };
-    // The aileron moves all the time: the steady windows are marked by hand, before it and after.
+    // The aileron moves all the time: the steady parts are marked by hand, before it and after.
     let (loaded, proposals) = proposed(recording);
     let window = TimeRange { start_s: 0.0, end_s: 10.0 };
     let steady = session::SteadyWindow { flight: "f".to_owned(), window, roles: Vec::new() };

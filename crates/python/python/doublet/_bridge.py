@@ -130,8 +130,8 @@ def _window_of(row: Mapping[str, Any]) -> Window:
 
 
 def excluded(row: Mapping[str, Any]) -> tuple[tuple[float, float], ...]:
-    """Excluded stretches of a manoeuvre of a session."""
-    return tuple((stretch["start_s"], stretch["end_s"]) for stretch in row.get("exclude", []))
+    """Excluded parts of a manoeuvre of a session."""
+    return tuple((part["start_s"], part["end_s"]) for part in row.get("exclude", []))
 
 
 def _windows_of(recordings: Sequence[Recording], windows: Optional[Any]) -> Optional[list[list[Window]]]:

@@ -189,15 +189,15 @@ def equations(
     Warns:
         DoubletWarning: The verdict is bad.
     """
-    stretches = _used_parts(windows, frame, time)
+    parts = _used_parts(windows, frame, time)
     if isinstance(equations, Mapping) and ("rates" in equations or "shows" in equations):
         _refuse_unknown(equations)
         functions = Functions(equations, constants)
-        return _by_functions(frame, functions, (columns, time, dt, stretches, half_width, piece))
+        return _by_functions(frame, functions, (columns, time, dt, parts, half_width, piece))
     with Inputs() as inputs:
         source = str(inputs.file("equations.toml", _text(equations))) if isinstance(equations, Mapping) else os.fspath(equations)
         found = commands.equations(
-            frame, equations=source, column=columns, constant=constants, time=time, dt=dt, window=stretches,
+            frame, equations=source, column=columns, constant=constants, time=time, dt=dt, window=parts,
             half_width=half_width, piece=piece,
         )
     return EquationFit(found)

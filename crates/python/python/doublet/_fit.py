@@ -330,7 +330,7 @@ class Fit(View[_doublet.Fit]):
         """The session of the same recordings, manoeuvres, filter, preparation, structure and estimation: for studies, reports, proof of
         match and exports. Its run gives the same derivatives: gusts and delays are as :func:`reconstruct` had them, and every sample counts.
         Its standard errors are the same: both contain the errors of the flight path. Of several flights a session estimates
-        gusts and delays together, arrays those of each flight.
+        gusts and delays together, arrays those of each flight; where these differ the standard errors lack the errors of the path.
 
         Args:
             name: Title.

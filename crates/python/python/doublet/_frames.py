@@ -19,18 +19,18 @@ TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9, "min": 
 
 def column(values: ArrayLike, name: str) -> NDArray[np.float64]:
     """Values as float64 in one piece: the same memory where they are so already."""
-    try:
-        array = np.asarray(values)
-    except (TypeError, ValueError) as error:
-        raise DoubletError(f"{name} must be numbers: {error}") from None
-    array = numbers(array, name)
+    array = numbers(values, name)
     if array.ndim != 1:
         raise DoubletError(f"{name} has {array.ndim} dimensions: give one column")
     return np.ascontiguousarray(array)
 
 
-def numbers(array: NDArray[Any], name: str) -> NDArray[np.float64]:
-    """An array as float64. Objects that are numbers are converted, ``None`` is not a number; anything else is refused."""
+def numbers(values: ArrayLike, name: str) -> NDArray[np.float64]:
+    """Values as an array of float64. Objects that are numbers are converted, ``None`` is not a number; anything else is refused."""
+    try:
+        array = np.asarray(values)
+    except (TypeError, ValueError) as error:
+        raise DoubletError(f"{name} must be numbers: {error}") from None
     kind = array.dtype.kind
     if kind == "O":
         return np.array([_number(one, name) for one in array.flat], dtype=np.float64).reshape(array.shape)
@@ -270,11 +270,7 @@ def matrix_of(given: Any, name: str = "X") -> tuple[Optional[list[str]], NDArray
         if not found.names:
             raise DoubletError(f"{name} has no columns: give one for each parameter")
         return found.names, chosen_columns(found, found.names, name)
-    try:
-        array = np.asarray(given)
-    except (TypeError, ValueError) as error:
-        raise DoubletError(f"{name} must be numbers: {error}") from None
-    array = numbers(array, name)
+    array = numbers(given, name)
     if array.ndim != 2:
         raise DoubletError(f"{name} has {array.ndim} dimensions: give samples by columns")
     return None, array

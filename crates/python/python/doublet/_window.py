@@ -1,4 +1,4 @@
-"""Manoeuvres: stretches of a flight."""
+"""Manoeuvres, and their excluded parts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-//! Noise of channels over steady windows.
+//! Noise of channels over steady parts.
 
 use doublet_core::airframe::instruments::StatedNoise;
 use doublet_core::prep::{NoiseOrigin, NoiseSums, PrepError, WHITE_LEVEL, noise_proposal, noise_statistics};

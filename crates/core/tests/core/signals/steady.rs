@@ -1,4 +1,4 @@
-//! Steady windows: where there are data, little motion and white noise.
+//! Steady parts: where there are data, little motion and white noise.
 
 use doublet_core::prep::{SteadySearch, SteadySettings, SteadySignal, find_steady};
 use doublet_core::series::{Series, TimeRange};

@@ -1,4 +1,4 @@
-//! Saved form of steady windows and of the reasons behind noise entries.
+//! Saved form of steady parts and of the reasons behind noise entries.
 
 use std::collections::BTreeMap;
 
@@ -43,7 +43,7 @@ impl NoiseTable {
     }
 }
 
-/// A steady window.
+/// A steady part.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SteadyTable {
