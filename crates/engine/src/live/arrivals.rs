@@ -81,17 +81,22 @@ impl Arrivals {
         self.sources.values_mut().for_each(|clock| clock.expects_restart = true);
     }
 
-    /// Rows that still waited for others to confirm their stamps: those of a source that never began have no time.
+    /// Rows that still waited for others to confirm their stamps: those behind a pause or a restart are taken where they confirm each other,
+    /// those of a source that never began have no time.
     pub fn finish(&mut self) -> Vec<Arrived> {
         let mut taken = Vec::new();
-        let waiting: Vec<_> =
-            self.sources.values_mut().map(|clock| (clock.rows, std::mem::take(&mut clock.away))).collect();
-        for (rows, away) in waiting {
-            if rows == 0 {
+        let sources: Vec<_> = self.sources.keys().cloned().collect();
+        for source in sources {
+            let Some(clock) = self.sources.get_mut(&source) else { continue };
+            let confirmed_from = clock.confirmed_at_end();
+            let mut away = std::mem::take(&mut clock.away);
+            if clock.rows == 0 {
                 taken.extend(away.into_iter().map(|(row, _)| Arrived::new(row, None)));
-            } else {
-                taken.extend(self.release(away));
+                continue;
             }
+            let confirmed = away.split_off(confirmed_from.unwrap_or(away.len()));
+            taken.extend(self.release(away));
+            taken.extend(self.follow(&source, confirmed));
         }
         taken
     }
@@ -277,6 +282,33 @@ mod tests {
         let taken = times(&mut arrivals, "a", stamps);
         assert_eq!((taken.len(), arrivals.restarts(), arrivals.stray, arrivals.doubled), (800, 0, 0, 0));
         assert_eq!(arrivals.reordered, 400);
+    }
+
+    #[test]
+    fn rows_behind_a_pause_at_the_end_confirm_each_other() {
+        let finished = |stamps: &[f64]| {
+            let mut arrivals = Arrivals::default();
+            times(&mut arrivals, "a", rows_at(0.0, 50));
+            assert!(times(&mut arrivals, "a", stamps.iter().copied()).is_empty());
+            let taken: Vec<f64> = arrivals.finish().iter().map(|arrived| arrived.time_s).collect();
+            (taken, arrivals.stray, arrivals.restarts())
+        };
+        assert_eq!(finished(&[500.0, 500.1, 500.2]), (vec![500.0, 500.1, 500.2], 0, 0));
+        // A stray stamp before them stays out, and two rows are too few.
+        assert_eq!(finished(&[-1e9, 500.0, 500.1, 500.2]), (vec![500.0, 500.1, 500.2], 1, 0));
+        assert_eq!(finished(&[500.0, 500.1]), (vec![], 2, 0));
+        // A clock that restarted goes on one second after the newest, 4.9 s.
+        let (taken, stray, restarts) = finished(&[-100.0, -99.9, -99.8]);
+        assert!(taken.iter().zip([5.9, 6.0, 6.1]).all(|(own, other)| (own - other).abs() < 1e-9), "{taken:?}");
+        assert_eq!((taken.len(), stray, restarts), (3, 0, 1));
+    }
+
+    #[test]
+    fn late_rows_at_the_end_are_no_restart() {
+        let mut arrivals = Arrivals::default();
+        take_all(&mut arrivals, flown("a", 0.0, 50, 1.0));
+        assert!(take_all(&mut arrivals, flown("a", 1.0, 5, 2.0)).is_empty());
+        assert_eq!((arrivals.finish().len(), arrivals.restarts(), arrivals.stray), (5, 0, 0));
     }
 
     #[test]

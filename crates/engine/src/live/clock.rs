@@ -14,6 +14,8 @@ const REACH_INTERVALS: f64 = 10.0;
 const STAYS: usize = 10;
 /// The same where a restart is expected, and for the first stamps of a source.
 const STAYS_EXPECTED: usize = 2;
+/// The same at the end of the stream, after which no more can come.
+const STAYS_AT_END: usize = 3;
 /// Part of the usual interval within which two rows of the same channels are one row of the same time.
 const SAME_TIME: f64 = 0.55;
 /// Latest stamps of which the usual interval is taken, and rows after which it is taken again.
@@ -93,15 +95,20 @@ impl Clock {
         if known == Some(&hash_values(row)) || self.away.iter().any(is_same) {
             return Place::Doubled;
         }
-        let ahead_s = stamp_s - self.newest_s;
-        if self.rows == 0 || ahead_s > self.reach_s() || ahead_s < -REACH_S {
+        if self.rows == 0 || self.is_out_of_reach(stamp_s) {
             return Place::Away;
         }
-        if ahead_s >= 0.0 {
+        if stamp_s >= self.newest_s {
             return Place::Ahead;
         }
         let follows = self.away.last().is_some_and(|(_, last_s)| (0.0..REACH_S).contains(&(stamp_s - last_s)));
         if follows || self.has_row_near(row, stamp_s) { Place::Away } else { Place::Gap }
+    }
+
+    /// Whether a stamp is too far from the newest.
+    fn is_out_of_reach(&self, stamp_s: f64) -> bool {
+        let ahead_s = stamp_s - self.newest_s;
+        ahead_s > self.reach_s() || ahead_s < -REACH_S
     }
 
     /// Whether a row of the same channels came at nearly the same stamp.
@@ -125,8 +132,7 @@ impl Clock {
             Ok(rows) => rows.clamp(STAYS_EXPECTED + 1, STAYS),
             Err(_) => STAYS,
         };
-        let is_near = |pair: &&[f64]| (pair[1] - pair[0]).abs() <= self.reach_s();
-        let run = 1 + stamps.windows(2).rev().take_while(is_near).count();
+        let run = self.last_run();
         if run >= needed {
             return Some(stamps.len() - run);
         }
@@ -137,6 +143,19 @@ impl Clock {
             return Some(stamps.len() - 3);
         }
         (stamps.len() >= STAYS).then_some(0)
+    }
+
+    /// From which of the rows that wait on the others confirm each other at the end of the stream: out of reach, they are not late rows.
+    pub(super) fn confirmed_at_end(&self) -> Option<usize> {
+        let from = self.away.len() - self.last_run();
+        let is_away = self.away[from..].iter().all(|(_, stamp_s)| self.is_out_of_reach(*stamp_s));
+        (is_away && self.last_run() >= STAYS_AT_END).then_some(from)
+    }
+
+    /// How many of the rows that wait, counted from the last, lie near each other.
+    fn last_run(&self) -> usize {
+        let is_near = |pair: &&[(StreamRow, f64)]| (pair[1].1 - pair[0].1).abs() <= self.reach_s();
+        self.away.len().min(1 + self.away.windows(2).rev().take_while(is_near).count())
     }
 
     /// Takes in the stamp of a row.
