@@ -125,23 +125,7 @@ pub(super) fn cards(
     let loaded = snapshot.aircraft.ready()?;
     let flown =
         Flown { session, snapshot, file, aircraft: &loaded.aircraft, conditions: conditions(session, snapshot) };
-    let mut point: Vec<Point> = Vec::new();
-    for row in index.iter_mut().filter(|row| row.status.needs_card()) {
-        let Some(test) = file.rule.test(&row.id) else { continue };
-        let (status, reason) = match flown.point(test, row) {
-            Some(Ok(card)) => {
-                point.push(card);
-                continue;
-            }
-            Some(Err(NoCard::Outside(reason))) => (IndexStatus::Outside, reason),
-            Some(Err(NoCard::Withheld(reason))) => (IndexStatus::Withheld, reason),
-            None => return None,
-        };
-        // What was judged stays: the reason is added.
-        let is_open = row.status == IndexStatus::Missing;
-        row.reason = if is_open { reason } else { format!("{}; no card: {reason}", row.reason) };
-        row.status = if is_open { status } else { row.status };
-    }
+    let point = flown.points(index);
     if point.is_empty() {
         return None;
     }
@@ -222,13 +206,32 @@ struct Flown<'a> {
 }
 
 impl Flown<'_> {
-    /// The card of a test, or why it has none; none where nothing was flown.
-    fn point(&self, test: &ObjectiveTest, row: &IndexRow) -> Option<Result<Point, NoCard>> {
-        let (slow, fast) = (self.conditions.first()?, self.conditions.last()?);
-        let profile = Profile::of_test(test);
-        if let Err(no_card) = self.has_engines(&profile) {
-            return Some(Err(no_card));
+    /// Cards of the rows that need one; a row whose card cannot be written states why. No cards where nothing was flown.
+    fn points(&self, index: &mut [IndexRow]) -> Vec<Point> {
+        let (Some(slow), Some(fast)) = (self.conditions.first(), self.conditions.last()) else { return Vec::new() };
+        let mut points: Vec<Point> = Vec::new();
+        for row in index.iter_mut().filter(|row| row.status.needs_card()) {
+            let Some(test) = self.file.rule.test(&row.id) else { continue };
+            let (status, reason) = match self.point(test, row, [slow, fast]) {
+                Ok(card) => {
+                    points.push(card);
+                    continue;
+                }
+                Err(NoCard::Outside(reason)) => (IndexStatus::Outside, reason),
+                Err(NoCard::Withheld(reason)) => (IndexStatus::Withheld, reason),
+            };
+            // What was judged stays: the reason is added.
+            let is_open = row.status == IndexStatus::Missing;
+            row.reason = if is_open { reason } else { format!("{}; no card: {reason}", row.reason) };
+            row.status = if is_open { status } else { row.status };
         }
+        points
+    }
+
+    /// The card of a test at the slowest or the fastest condition, or why it has none.
+    fn point(&self, test: &ObjectiveTest, row: &IndexRow, [slow, fast]: [&Condition<'_>; 2]) -> Result<Point, NoCard> {
+        let profile = Profile::of_test(test);
+        self.has_engines(&profile)?;
         // Of a test that passes in a part of its conditions the others are flown.
         let open = row.conditions_open.join(", ");
         let configuration = if open.is_empty() { test.condition.clone() } else { open };
@@ -236,11 +239,11 @@ impl Flown<'_> {
         let is_cruise = configuration.contains("cruise") || is_clean;
         let condition = if is_cruise { fast } else { slow };
         let altitude_m = condition.altitude_m.max((profile.least_entry_m() / ALTITUDE_STEP_M).ceil() * ALTITUDE_STEP_M);
-        let calibrated_of_true = calibrated_m_s(1.0, Atmosphere::STANDARD.density_kg_m3(altitude_m).ok()?);
-        let greatest_m_s = match self.greatest(&profile, is_cruise) {
-            Ok(greatest) => greatest,
-            Err(no_card) => return Some(Err(no_card)),
-        };
+        let density_kg_m3 = Atmosphere::STANDARD.density_kg_m3(altitude_m).map_err(|error| {
+            NoCard::Withheld(format!("{error}: correct the altitude of manoeuvre '{}'", condition.window.name))
+        })?;
+        let calibrated_of_true = calibrated_m_s(1.0, density_kg_m3);
+        let greatest_m_s = self.greatest(&profile, is_cruise)?;
         let airspeed_m_s = self.airspeed(&profile, condition.airspeed_m_s, calibrated_of_true, greatest_m_s);
         let record = &test.record;
         let length_s = [record.least_s, record.before_s + record.after_s, RECORD_S, profile.height_s()];
@@ -249,7 +252,7 @@ impl Flown<'_> {
         let setting =
             |roles: [Role; 2], per_si: f64| is_level.then(|| self.setting(condition, roles, per_si)).flatten();
         let surface = profile.surface;
-        Some(Ok(Point {
+        Ok(Point {
             id: test.id.clone(),
             airspeed_m_s,
             altitude_m,
@@ -269,7 +272,7 @@ impl Flown<'_> {
             greatest_m_s,
             procedure: procedure(test, row, &profile),
             risk: vec![profile.risk()],
-        }))
+        })
     }
 
     /// Whether the aeroplane has the engines of a test.
@@ -393,4 +396,39 @@ fn procedure(test: &ObjectiveTest, row: &IndexRow, profile: &Profile) -> Vec<Str
     }
     lines.push(format!("Keep the controls as trimmed for {:.0} s before the input.", test.record.before_s.max(5.0)));
     lines
+}
+
+#[cfg(test)]
+mod tests {
+    use doublet_core::load::aircraft;
+
+    use super::super::index::index;
+    use super::*;
+    use crate::{builtin, session};
+
+    #[test]
+    fn an_altitude_outside_the_atmosphere_leaves_out_its_own_cards_only() {
+        let file = TestFile::parse(builtin::text("qtg", "demo").unwrap(), Path::new(".")).unwrap();
+        let session = session::parse(builtin::session("demo").unwrap()).unwrap();
+        let aircraft = aircraft::parse(builtin::text("aircraft", "c337f").unwrap()).unwrap();
+        let snapshot = Snapshot::default();
+        let cards_of = |altitude_m: f64| {
+            let slow = Condition { window: &session.windows[0], airspeed_m_s: 45.0, altitude_m: 1000.0 };
+            let fast = Condition { window: &session.windows[1], airspeed_m_s: 60.0, altitude_m };
+            let conditions = vec![slow, fast];
+            let flown = Flown { session: &session, snapshot: &snapshot, file: &file, aircraft: &aircraft, conditions };
+            let mut index = index(&file.rule, &[]);
+            let ids: Vec<String> = flown.points(&mut index).into_iter().map(|card| card.id).collect();
+            (ids, index)
+        };
+        let (all, _) = cards_of(1000.0);
+        let (left, index) = cards_of(40_000.0);
+        assert!(!left.is_empty() && left.len() < all.len(), "{left:?} of {all:?}");
+        for row in index.iter().filter(|row| all.contains(&row.id)) {
+            let is_left = left.contains(&row.id);
+            let expected = if is_left { IndexStatus::Missing } else { IndexStatus::Withheld };
+            assert_eq!(row.status, expected, "{}", row.id);
+            assert_eq!(!is_left, row.reason.contains("40000 m"), "{}: {}", row.id, row.reason);
+        }
+    }
 }
