@@ -168,6 +168,7 @@ fn check_recordings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
         findings.extend(apart.map(|Apart { text, fix_text }| {
             Finding::new(Level::Bad, "clock", place.clone(), text).with_fix_text(fix_text)
         }));
+        findings.extend(stage::restart_findings(&loaded.recording, &flight.name));
         let changed: Vec<_> = flight
             .recordings
             .iter()

@@ -119,3 +119,29 @@ fn a_window_behind_those_that_are_computed_is_still_looked_at() {
     let text = run_doublet(folder.path(), &["check", "session.toml"]);
     assert!(text.contains("bad: manoeuvre 'outside': 0 inertial samples between 500 s and 510 s"), "{text}");
 }
+
+#[test]
+fn what_a_restarted_recorder_wrote_is_computed_behind_the_restart() {
+    let folder = tempfile::tempdir().unwrap();
+    // The clock begins again after ten seconds; six more follow.
+    flight::write(folder.path(), 1_600, |index, row| row[0] -= if index < 1_000 { 0.0 } else { 10.0 });
+    let path = folder.path().join("session.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let window = |name: &str, start_s: f64, end_s: f64| {
+        format!("[[window]]\nname = \"{name}\"\nflight = \"flight\"\nstart_s = {start_s:?}\nend_s = {end_s:?}\n")
+    };
+    let windows = window("before", 1.0, 9.0) + &window("behind", 21.0, 25.0) + &window("between", 11.0, 19.0);
+    std::fs::write(&path, text.split("[[window]]").next().unwrap().to_owned() + &windows).unwrap();
+    let text = run_doublet(folder.path(), &["check", "session.toml", "--json"]);
+    let checked: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let findings = checked["findings"].as_array().unwrap();
+    let of_code = |code: &str| findings.iter().filter(|finding| finding["code"] == code).collect::<Vec<_>>();
+    let [clock] = of_code("clock")[..] else { panic!("{text}") };
+    assert_eq!((clock["level"].as_str(), clock["where"].as_str()), (Some("caution"), Some("flight 'flight'")));
+    let line = clock["text"].as_str().unwrap();
+    assert!(line.contains(" 9.990 s") && line.contains(" 19.990 s"), "{line}");
+    // Nothing was recorded in the pause.
+    let failed: Vec<_> = of_code("run").iter().filter_map(|finding| finding["where"].as_str()).collect();
+    assert!(failed.contains(&"manoeuvre 'between'"), "{text}");
+    assert!(!failed.contains(&"manoeuvre 'before'") && !failed.contains(&"manoeuvre 'behind'"), "{text}");
+}

@@ -2,7 +2,9 @@
 
 use std::fmt;
 
+use crate::load::restart::follow_restarts;
 use crate::quantity::Unit;
+use crate::series::ClockRestart;
 use crate::statistics::median;
 
 /// An interval counts as one in which samples are missing when it is longer than this many median intervals: what a recorder lost. What is
@@ -124,6 +126,8 @@ pub struct Clock {
     pub gaps: Vec<Gap>,
     /// The first samples at which time does not increase.
     pub faults: Vec<TimeFault>,
+    /// Restarts of its recorder, behind which the stamps were taken to follow.
+    pub restarts: Vec<ClockRestart>,
     /// How many such samples there are.
     pub fault_count: usize,
     /// How many of them repeat the stamp of the one before.
@@ -143,6 +147,8 @@ pub struct Clock {
 impl Clock {
     /// What the stamps `time_s` of `channel`, recorded in `unit`, show.
     pub(crate) fn examine(channel: &str, index: usize, unit: Unit, time_s: &[f64]) -> Self {
+        let (followed, restarts) = follow_restarts(time_s).unzip();
+        let (time_s, restarts) = (followed.as_deref().unwrap_or(time_s), restarts.unwrap_or_default());
         let mut intervals = Vec::with_capacity(time_s.len());
         let mut faults = Vec::new();
         let (mut fault_count, mut repeated) = (0, 0);
@@ -187,6 +193,7 @@ impl Clock {
             end_s: latest,
             gaps,
             faults,
+            restarts,
             fault_count,
             repeated,
             is_unit_stated: true,

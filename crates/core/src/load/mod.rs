@@ -18,6 +18,7 @@ mod guesses;
 mod maps;
 mod names;
 mod pieces;
+mod restart;
 pub mod stream;
 
 pub use budget::{BUDGET_VARIABLE, memory};

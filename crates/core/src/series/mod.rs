@@ -105,6 +105,17 @@ impl Channel {
     }
 }
 
+/// A clock that went back because its recorder restarted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClockRestart {
+    /// Last time before, s.
+    pub before_s: f64,
+    /// First stamp of the clock after it, s.
+    pub stamp_s: f64,
+    /// Time that the sample with this stamp was given, s.
+    pub time_s: f64,
+}
+
 /// Everything read from the files of one flight.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Recording {
@@ -116,6 +127,8 @@ pub struct Recording {
     pub truth: BTreeMap<String, Series>,
     /// UTC at time zero of a source's clock, s since 1970-01-01, for each source that gives it.
     pub utc_start_s: BTreeMap<String, f64>,
+    /// Restarts of a recorder within its file, by source: its clock went back, and what follows was moved behind.
+    pub restarts: BTreeMap<String, Vec<ClockRestart>>,
     /// Longest interval between samples that interpolation bridges, s; `None` for a few of a channel's own intervals.
     pub max_gap_s: Option<f64>,
     /// Findings about data quality, one line each; they appear in the report.

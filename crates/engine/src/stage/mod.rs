@@ -95,7 +95,7 @@ pub use proposals::{
     Candidate, FlightProposals, LEAST_PRESSURE_SHARE, SignalSpectrum, WindowProposal, find_candidates,
     find_open_candidates, open_windows, proposals, proposals_above,
 };
-pub use recording::{LoadedFlight, align_flight, describe_change, read_flight};
+pub use recording::{LoadedFlight, align_flight, describe_change, read_flight, restart_findings};
 pub use replay::{
     ProofOfMatch, ReplaySeries, ReplayWindow, StudyWindow, WindowFlight, WindowReplay, bands, model_of_window, replay,
     window_flight,

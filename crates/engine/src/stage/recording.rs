@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use doublet_core::airframe::instruments::StatedNoise;
 use doublet_core::load::{ChannelMap, read_all};
 use doublet_core::quantity::Role;
-use doublet_core::series::Recording;
+use doublet_core::series::{ClockRestart, Recording};
 use rayon::prelude::*;
 
 use super::air_data::add_air_data;
@@ -16,7 +16,7 @@ use super::instruments::derive;
 use super::signals::{TreatedSignal, treat_signals};
 use super::stalls::{Stall, find_stalls};
 use crate::graph::{Context, Footprint, Stage, StageError, StageResult};
-use crate::session::{Finding, Flight, HeldSampleUse, MapRef, RecordingRef, content_hash};
+use crate::session::{Finding, Flight, HeldSampleUse, Level, MapRef, RecordingRef, content_hash};
 
 /// A flight as read.
 #[derive(Clone, Debug, Default)]
@@ -119,7 +119,27 @@ fn merge_all(context: &Context<'_>, recordings: &[RecordingRef]) -> StageResult<
         utc_start_s = utc_start_s.into_iter().chain(first_utc_s(&recording)).reduce(f64::min);
         merge(&mut merged, recording, only);
     }
+    if let (Some((source, restarts)), true) = (merged.restarts.first_key_value(), recordings.len() > 1) {
+        let after_s = restarts.first().map_or(f64::NAN, |restart| restart.before_s);
+        let line = format!("recorder '{source}' restarted after {after_s:.3} s, beside other recordings");
+        return Err(format!("{line}: write each part to a separate file").into());
+    }
     Ok((merged, utc_start_s))
+}
+
+/// Where the recorder of a flight restarted, and where its later samples were put.
+pub fn restart_findings(recording: &Recording, flight: &str) -> Vec<Finding> {
+    let one = |(source, restart): (&String, &ClockRestart)| {
+        let (before_s, time_s) = (restart.before_s, restart.time_s);
+        let text =
+            format!("Recorder '{source}' restarted after {before_s:.3} s; its later samples begin at {time_s:.3} s.");
+        Finding::new(Level::Caution, "clock", format!("flight '{flight}'"), text)
+            .with_fix_text("Mark no manoeuvre across it; split the file if these are two flights.")
+            .with_setting("Preprocess", "")
+    };
+    let all =
+        recording.restarts.iter().flat_map(|(source, restarts)| restarts.iter().map(move |restart| (source, restart)));
+    all.map(one).collect()
 }
 
 /// What to say of a recording whose content is not what it was when it was added.
@@ -143,6 +163,7 @@ pub fn align_flight(context: &Context<'_>, read: &LoadedFlight, flight: &Flight)
         HeldSampleUse::Every => Default::default(),
     };
     findings.extend(of_samples);
+    findings.extend(restart_findings(&read.recording, &flight.name));
     add_air_data(&mut recording);
     let treated = join_treatments(held, treat_signals(&mut recording, &flight.signals)?);
     let (hashes, utc_start_s) = (read.hashes.clone(), read.utc_start_s);
@@ -233,6 +254,7 @@ fn merge(merged: &mut Recording, added: Recording, only: Option<&[Role]>) {
     }
     merged.channels.extend(added.channels);
     merged.warnings.extend(added.warnings);
+    merged.restarts.extend(added.restarts);
     for (state, series) in added.truth {
         merged.truth.entry(state).or_insert(series);
     }

@@ -8,6 +8,8 @@ use crate::statistics::median;
 const FULL: [f64; 2] = [65_536.0, 4_294_967_296.0];
 /// A tick in the unit recorded: the unit itself, a thousandth, a millionth.
 const TICKS: [f64; 3] = [1.0, 1e-3, 1e-6];
+/// A day and a week of GPS, at the end of which times of the day and of the week begin again, in seconds and in milliseconds.
+const CALENDAR: [f64; 4] = [86_400.0, 86_400e3, 604_800.0, 604_800e3];
 /// Farthest from full and from zero at the step, in median intervals: lost samples are allowed.
 const INTERVALS: f64 = 20.0;
 
@@ -23,7 +25,8 @@ pub(crate) fn unwrap_counter(stamps: &[f64]) -> Cow<'_, [f64]> {
         let wraps = |pair: &[f64]| (full - near..full).contains(&pair[0]) && (0.0..near).contains(&pair[1]);
         near > 0.0 && near < 0.1 * full && steps.iter().all(|pair| wraps(pair))
     };
-    let all = FULL.iter().flat_map(|full| TICKS.iter().map(move |tick| full * tick));
+    let counted = FULL.iter().flat_map(|full| TICKS.iter().map(move |tick| full * tick));
+    let all = counted.chain(CALENDAR);
     let Some(full) = all.into_iter().find(|full| is_full(*full)) else { return Cow::Borrowed(stamps) };
     let mut before = f64::NEG_INFINITY;
     let mut turns = 0.0;
@@ -54,6 +57,10 @@ mod tests {
             (0..500_u64).map(|k| ((k * 20_000 + 4_290_000_000) % 4_294_967_296) as f64 * 1e-6).collect();
         let found = unwrap_counter(&seconds);
         assert!(found.windows(2).all(|pair| (pair[1] - pair[0] - 0.02).abs() < 1e-6));
+        // Milliseconds of the week, 20 ms apart, over the end of the week.
+        let week: Vec<f64> = (0..500_u32).map(|k| f64::from((k * 20 + 604_795_000) % 604_800_000)).collect();
+        let found = unwrap_counter(&week);
+        assert!(found.windows(2).all(|pair| pair[1] - pair[0] == 20.0));
         for set_back in [vec![0.0, 0.1, 0.2, 0.05, 0.15], vec![60.0, 65.0, 0.0, 5.0], vec![0.0, 0.1, 0.2]] {
             assert_eq!(unwrap_counter(&set_back)[..], set_back[..]);
         }

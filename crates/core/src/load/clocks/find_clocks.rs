@@ -261,6 +261,7 @@ pub(crate) fn add_even_clocks(source: &mut Source, start_s: f64, rate_hz: f64) {
                 end_s: start_s + (samples - 1) as f64 / rate_hz,
                 gaps: Vec::new(),
                 faults: Vec::new(),
+                restarts: Vec::new(),
                 fault_count: 0,
                 repeated: 0,
                 is_unit_stated: true,

@@ -13,6 +13,12 @@ pub(crate) fn finish(mut probe: Probe) -> Result<Probe, LoadError> {
     settle_units(&mut probe.sources);
     for source in &probe.sources {
         for clock in &source.clocks {
+            probe.warnings.extend(clock.restarts.iter().map(|restart| {
+                format!(
+                    "source '{}': time channel '{}' goes back from {} s to {} s: the recorder restarted",
+                    source.name, clock.channel, restart.before_s, restart.stamp_s
+                )
+            }));
             if clock.question.is_some() && clock.fault_count > 0 {
                 continue;
             }

@@ -16,7 +16,8 @@ use crate::load::formats::recognise::inspect;
 use crate::load::maps::derive::{add_attitude, add_position, add_velocity};
 use crate::load::maps::map::ChannelMap;
 use crate::load::maps::plan::{Assignment, At, Plan, plan_all};
-use crate::series::{Channel, Recording, Series};
+use crate::load::restart::follow_restarts;
+use crate::series::{Channel, ClockRestart, Recording, Series};
 
 /// Reads what `plan` says: mapped channels in SI first, then every other channel that has a time vector, as recorded.
 ///
@@ -118,6 +119,8 @@ struct Stamps {
     kept: Option<Vec<usize>>,
     /// Whether they are of a counter that began again at zero and was continued.
     is_continued: bool,
+    /// Restarts of the recorder, behind which they follow.
+    restarts: Vec<ClockRestart>,
 }
 
 struct Reader<'p> {
@@ -161,29 +164,40 @@ impl Reader<'_> {
         let shift = self.shifts.get(&(at.0, at.1)).copied().unwrap_or(0.0);
         let Some(index) = clock.index else {
             let time_s = (0..clock.samples).map(|index| clock.start_s + shift + index as f64 / clock.rate_hz).collect();
-            return Ok(Stamps { time_s, kept: None, is_continued: false });
+            return Ok(Stamps { time_s, kept: None, is_continued: false, restarts: Vec::new() });
         };
         let raw = unwrap_counter(source.channels[index].values());
         let is_asked = self.plan.time.get(&(at.0, at.1)).is_some_and(|entry| entry.drop_faults);
-        let drop_faults = is_asked || clock.repeats_some();
+        let in_seconds = |value: f64| clock.unit.to_si(value) + shift;
+        // Beside another clock the time that the recorder was off would have to be known.
+        let follows = !clock.restarts.is_empty() && !is_asked && self.has_one_clock();
+        let all = |raw: &[f64]| raw.iter().map(|&value| in_seconds(value)).collect::<Vec<_>>();
+        let (followed, restarts) = follows.then(|| follow_restarts(&all(&raw))).flatten().unzip();
         let mut latest = f64::NEG_INFINITY;
         let mut kept: Option<Vec<usize>> = None;
         let mut time_s = Vec::with_capacity(raw.len());
         for (index, &value) in raw.iter().enumerate() {
-            let time = clock.unit.to_si(value) + shift;
+            let time = followed.as_ref().map_or_else(|| in_seconds(value), |times| times[index]);
             match fault_at(index, time, latest) {
                 None => {
                     latest = time;
                     time_s.push(time);
                     kept.iter_mut().for_each(|kept| kept.push(index));
                 }
-                Some(_) if drop_faults => {
+                Some(fault) if is_asked || clock.repeats_some() && matches!(fault, TimeFault::Repeated { .. }) => {
                     kept.get_or_insert_with(|| (0..index).collect());
                 }
                 Some(fault) => return Err(self.time_error(at, fault)),
             }
         }
-        Ok(Stamps { time_s: time_s.into(), kept, is_continued: matches!(raw, Cow::Owned(_)) })
+        let (is_continued, restarts) = (matches!(raw, Cow::Owned(_)), restarts.unwrap_or_default());
+        Ok(Stamps { time_s: time_s.into(), kept, is_continued, restarts })
+    }
+
+    /// Whether all that is read has one clock.
+    fn has_one_clock(&self) -> bool {
+        let sources = self.probes.iter().flat_map(|probe| &probe.sources);
+        sources.map(|source| source.clocks.len()).sum::<usize>() == 1
     }
 
     fn time_error(&self, at: ClockAt, fault: TimeFault) -> LoadError {
@@ -352,6 +366,9 @@ impl Reader<'_> {
                 let why =
                     clock.faults.first().map(|fault| format!(", the first because it {fault}")).unwrap_or_default();
                 recording.warnings.push(format!("{place}: {lost} of {all} samples omitted for their time stamps{why}"));
+            }
+            if !stamps.restarts.is_empty() {
+                recording.restarts.insert(contents.name.clone(), stamps.restarts.clone());
             }
             if stamps.is_continued {
                 let text = format!("{place}: time counter '{}' begins again at zero, continued", clock.channel);

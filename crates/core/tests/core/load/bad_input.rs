@@ -114,6 +114,41 @@ fn a_few_rows_written_twice_are_left_out_and_a_counter_that_was_full_goes_on() {
 }
 
 #[test]
+fn what_follows_a_restart_of_the_recorder_is_put_behind_it() {
+    let row = |k: u32| format!("{:.1},{k}\n", 0.1 * f64::from(k));
+    let text: String = ["time,alpha\n".to_owned()].into_iter().chain((0..200).chain(0..100).map(row)).collect();
+    let (_folder, path) = written("log.csv", &text);
+    let listed = probe(&path).unwrap();
+    assert!(listed.warnings.iter().any(|line| line.contains("from 19.9 s to 0 s")), "{:?}", listed.warnings);
+    let roles = "[roles]\nalpha = { channel = \"alpha\", unit = \"deg\" }\n";
+    let recording = read(&plan(&listed, &map(roles))).unwrap();
+    let series = &recording.role(Role::AngleOfAttack).unwrap().series;
+    // Ten seconds behind 19.9 s.
+    assert!((series.time_s[200] - 29.9).abs() < 1e-9 && (series.time_s[299] - 39.8).abs() < 1e-9);
+    assert_eq!((series.time_s.len(), series.values[200]), (300, 0.0));
+    let restarts = &recording.restarts["log"];
+    assert_eq!((restarts.len(), restarts[0].stamp_s, restarts[0].time_s), (1, 0.0, series.time_s[200]));
+    // Late samples beside that are left out where the map says so, and the restart with them.
+    let dropping = map(&format!("[[time]]\nchannel = \"time\"\nunit = \"s\"\nrepair = \"drop\"\n{roles}"));
+    let recording = read(&plan(&listed, &dropping)).unwrap();
+    assert_eq!(recording.role(Role::AngleOfAttack).unwrap().series.time_s.len(), 200);
+    assert!(recording.restarts.is_empty());
+}
+
+#[test]
+fn a_restart_beside_another_recorder_is_refused() {
+    let row = |k: u32| format!("{:.1},{k}\n", 0.1 * f64::from(k));
+    let table = |rows: &mut dyn Iterator<Item = u32>| format!("time,alpha\n{}", rows.map(row).collect::<String>());
+    let (folder, path) = written("log.csv", table(&mut (0..200).chain(0..100)));
+    let other = folder.path().join("other.csv");
+    std::fs::write(&other, table(&mut (0..300)).replace("alpha", "beta")).unwrap();
+    let roles =
+        "[roles]\nalpha = { channel = \"alpha\", unit = \"deg\" }\nbeta = { channel = \"beta\", unit = \"deg\" }\n";
+    let error = read_all(&[path, other], &map(roles)).unwrap_err();
+    assert_line(&error, &["log.csv", "19.9 s", "index 200", "separate file"]);
+}
+
+#[test]
 fn nan_runs_are_kept_and_counted() {
     let (_folder, path) = written("log.csv", "time,alpha\n0,1\n1,nan\n2,NaN\n3,\n4,5\n");
     let probe = inspect(&path).unwrap();
