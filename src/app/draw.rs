@@ -9,12 +9,12 @@ use eframe::egui::{
     self, Align, Button, Frame, Layout, Margin, MenuBar, Panel as Bar, ProgressBar, RichText, Role, Sense, Spinner, Ui,
     WidgetInfo, WidgetText, vec2,
 };
-use egui_tiles::{Container, EditAction, SimplificationOptions, Tile, TileId, Tiles, Tree, UiResponse};
+use egui_tiles::{Container, EditAction, SimplificationOptions, Tile, TileId, Tiles, UiResponse};
 
 use super::{Workbench, start, step_bar, timeline};
 use crate::command::{CommandInfo, EditCommand, FileCommand, Menu, RunCommand, UiCommand, ViewCommand};
 use crate::layouts::LayoutKey;
-use crate::panels::{Pane, Panel, PanelContext, count_experiments, headline, judge_shown, overlaid_names};
+use crate::panels::{GuardedPanel, Pane, PanelContext, count_experiments, headline, judge_shown, overlaid_names};
 use crate::step::Step;
 use crate::widgets::level_mark;
 use crate::{notation, theme};
@@ -82,8 +82,8 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
 
 /// The panels of the layout on screen.
 fn panels(app: &mut Workbench, ui: &mut Ui) {
-    let empty = Tree::empty(egui::Id::unique("no layout"));
-    let mut layout = std::mem::replace(&mut app.state.shown.tree, empty);
+    // Drawn as a copy: a panic leaves the layout whole.
+    let mut layout = app.state.shown.tree.clone();
     let overlaid = overlaid_names(&app.state, app.document.session());
     let experiments = app.has_open_experiments();
     let inquiry = InquiryRequest { overlaid, experiments, ..InquiryRequest::default() };
@@ -102,14 +102,17 @@ fn panels(app: &mut Workbench, ui: &mut Ui) {
         wanted: &mut wanted,
         figures: &mut app.figures,
     };
-    let mut docking = Docking { panels: &mut app.panels, context, touched: false, pointed: None };
+    let mut docking = Docking { panels: &mut app.panels, context, touched: false, pointed: None, has_failed: false };
     layout.ui(&mut docking, ui);
-    let (touched, pointed) = (docking.touched, docking.pointed);
+    let Docking { touched, pointed, has_failed, .. } = docking;
     app.pointed = pointed;
     app.state.shown.tree = layout;
     app.state.shown.touched |= touched;
     app.compares = wanted.inquiry.experiments || app.compares && app.document.history.is_open();
     app.engine.request_details(&wanted);
+    if has_failed {
+        app.keep_work_after_failed_panel();
+    }
 }
 
 /// The menu bar, from the table of commands, with the steps behind it; whether there was room for those, or none are due.
@@ -390,12 +393,14 @@ fn titles(tiles: &Tiles<Pane>, tile: TileId) -> Vec<&'static str> {
 
 /// Draws panels into tiles.
 struct Docking<'a> {
-    panels: &'a mut BTreeMap<Pane, Box<dyn Panel>>,
+    panels: &'a mut BTreeMap<Pane, GuardedPanel>,
     context: PanelContext<'a>,
     /// Whether a panel or an edge was moved.
     touched: bool,
     /// Panel under the pointer.
     pointed: Option<Pane>,
+    /// Whether a panel has panicked.
+    has_failed: bool,
 }
 
 impl egui_tiles::Behavior<Pane> for Docking<'_> {
@@ -406,7 +411,7 @@ impl egui_tiles::Behavior<Pane> for Docking<'_> {
         let frame = Frame::new().inner_margin(Margin::symmetric(8, 6));
         frame.show(ui, |ui| {
             if let Some(panel) = self.panels.get_mut(pane) {
-                panel.show(&mut self.context, ui);
+                self.has_failed |= panel.show(&mut self.context, ui);
             }
         });
         UiResponse::None

@@ -5,6 +5,7 @@ mod annotate;
 mod begin;
 mod changed;
 mod draw;
+mod fault;
 pub mod files;
 pub mod help;
 mod history;
@@ -38,7 +39,7 @@ pub use pending::{Asked, Pending};
 pub use step_bar::{Mark, mark};
 
 use crate::command::{CommandInfo, CommandPalette, UiCommand, ui_command};
-use crate::panels::{EditRequest, Pane, Panel};
+use crate::panels::{EditRequest, GuardedPanel, Pane};
 use crate::theme;
 use crate::ui_state::UiState;
 use crate::widgets::figure::FigureRequest;
@@ -92,6 +93,8 @@ pub struct Workbench {
     recovery: Recovery,
     beginning: Beginning,
     leaving: bool,
+    /// The panic of a frame, until the window is drawn again.
+    fault: Option<String>,
     /// When the message on screen was first drawn, s.
     said_at_s: Option<f64>,
     /// Whether the start page was asked for.
@@ -115,7 +118,7 @@ pub struct Workbench {
     pointed: Option<Pane>,
     /// The manual in its window.
     pub help: help::Help,
-    panels: BTreeMap<Pane, Box<dyn Panel>>,
+    panels: BTreeMap<Pane, GuardedPanel>,
     table: Vec<CommandInfo>,
     commands: Vec<UiCommand>,
     edits: Vec<EditRequest>,
@@ -222,6 +225,7 @@ impl Workbench {
             recovery: Recovery::default(),
             beginning: Beginning::default(),
             leaving: false,
+            fault: None,
             said_at_s: None,
             start_shown: false,
             start: start::StartPage::default(),
@@ -236,7 +240,7 @@ impl Workbench {
             hovered_s: None,
             pointed: None,
             help: help::Help::default(),
-            panels: Pane::ALL.iter().map(|&pane| (pane, pane.build())).collect(),
+            panels: Pane::ALL.iter().map(|&pane| (pane, GuardedPanel::new(pane))).collect(),
             table: ui_command::table(),
             commands: Vec::new(),
             edits: Vec::new(),
@@ -419,11 +423,11 @@ impl Workbench {
 
 impl eframe::App for Workbench {
     fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
-        logic::run(self, ctx);
+        self.step(ctx);
     }
 
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
-        draw::draw(self, ui);
+        self.draw(ui);
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {

@@ -10,7 +10,7 @@ use doublet_engine::session::{Manoeuvre, Session};
 use eframe::egui::{self, ComboBox, Label, RichText, Ui};
 
 use super::{Document, Workbench};
-use crate::panels::{self, Pane, Panel, PanelContext};
+use crate::panels::{self, GuardedPanel, Pane, PanelContext};
 use crate::ui_state::UiState;
 use crate::widgets::second_side;
 use crate::widgets::time_view::{TimeRange, TimeView};
@@ -31,7 +31,7 @@ pub(super) struct Second {
     engine: Engine,
     snapshot: Arc<Snapshot>,
     state: UiState,
-    panels: BTreeMap<Pane, Box<dyn Panel>>,
+    panels: BTreeMap<Pane, GuardedPanel>,
     pane: Pane,
     hovered_s: Option<f64>,
     /// The manoeuvre of the first session when its own was chosen last, and what both showed then.
@@ -66,7 +66,7 @@ impl Second {
             title,
             engine,
             snapshot: Arc::default(),
-            panels: PANES.iter().map(|&pane| (pane, pane.build())).collect(),
+            panels: PANES.iter().map(|&pane| (pane, GuardedPanel::new(pane))).collect(),
             pane: Pane::Fits,
             hovered_s: None,
             followed: None,
@@ -214,6 +214,7 @@ impl Workbench {
         let room = ui.available_width();
         let mut closed = false;
         let (mut commands, mut edits) = (Vec::new(), Vec::new());
+        let mut has_failed = false;
         egui::Panel::right("second session")
             .resizable(true)
             .default_size((0.5 * room).max(LEAST))
@@ -239,7 +240,7 @@ impl Workbench {
                     figures: &mut self.figures,
                 };
                 if let Some(panel) = second.panels.get_mut(&second.pane) {
-                    panel.show(&mut context, ui);
+                    has_failed = panel.show(&mut context, ui);
                 }
                 second.engine.request_details(&wanted);
                 second_side(ui.ctx(), false);
@@ -248,6 +249,9 @@ impl Workbench {
             self.second = None;
         } else if !edits.is_empty() {
             self.set_message("The second session is read only: open it as the first to change it.");
+        }
+        if has_failed {
+            self.keep_work_after_failed_panel();
         }
     }
 }

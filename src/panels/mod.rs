@@ -3,6 +3,7 @@
 mod aircraft;
 mod annotations;
 mod filter;
+mod guarded;
 mod manoeuvres;
 mod marking;
 mod model;
@@ -41,6 +42,7 @@ use crate::widgets::quantity_edit::QuantityEdited;
 use crate::widgets::time_plot::{PlotCache, SpanMark, StackResponse, TimePlot, time_stack_with};
 use crate::widgets::time_view::{TimeRange, TimeView};
 use crate::widgets::{EditPhase, named_id};
+pub use guarded::GuardedPanel;
 pub use marking::{Spot, menu as mark_menu};
 pub use model::experiments::count_experiments;
 pub use overlaid::names as overlaid_names;

@@ -7,6 +7,7 @@ pub mod curves;
 pub mod document_view;
 pub mod figure;
 pub mod figure_view;
+pub mod guarded;
 pub mod hatch;
 pub mod heat_strip;
 pub mod level_mark;

@@ -11,6 +11,7 @@ mod compare;
 mod details;
 mod dialogs;
 mod excluded;
+mod faults;
 mod figures;
 mod gestures;
 mod help;
