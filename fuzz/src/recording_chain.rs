@@ -102,7 +102,7 @@ fn chain(data: &[u8]) -> Reached {
     let text = session::print(&session).expect("a session has a saved form");
     let Ok(session) = session::parse(&text) else { return Reached::Inspected };
     let folder = path.parent().unwrap_or(Path::new("/"));
-    let checked = check_session(&session, folder);
+    let checked = check_session(&session, folder, &|_| ());
     checked.findings.iter().for_each(|finding| assert_no_fault(&finding.to_string()));
     if session::check(&session).iter().any(session::stops_run) {
         return Reached::Session;

@@ -340,6 +340,10 @@ fn running(app: &mut Workbench, ui: &mut Ui) {
         let (progress, cause) = if is_former { (0.0, &app.cause) } else { (snapshot.progress, &snapshot.cause) };
         ui.add(ProgressBar::new(progress).desired_width(160.0).desired_height(10.0));
         ui.label(format!("Computing: {cause}"));
+        if let Some(memory) = snapshot.memory.as_ref().filter(|_| !is_former) {
+            let text = RichText::new(&memory.text).color(level_mark::color(ui, Some(memory.level)));
+            ui.label(text).on_hover_text(&memory.fix_text);
+        }
         if ui.small_button("Cancel").clicked() {
             app.commands.push(UiCommand::Run(RunCommand::Cancel));
         }

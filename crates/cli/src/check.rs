@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use doublet_engine::check::{Checked, check_file};
-use doublet_engine::verdict::Level;
+use doublet_engine::verdict::{Finding, Level};
 
 use crate::outcome::Outcome;
 use crate::text;
@@ -24,7 +24,8 @@ pub struct CheckArguments {
 /// # Errors
 /// One line when it has no form as JSON.
 pub fn check(arguments: &CheckArguments) -> Result<Outcome, String> {
-    let checked = check_file(&arguments.file);
+    let warn = |finding: &Finding| text::error_line(&format!("{}: {finding}", finding.level.name()));
+    let checked = check_file(&arguments.file, &warn);
     if arguments.json {
         text::document(&serde_json::to_string_pretty(&checked).map_err(|error| error.to_string())?);
     } else {

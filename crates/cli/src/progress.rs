@@ -2,7 +2,7 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::text::harmless;
+use crate::text::{error_line, harmless};
 
 /// A bar from 0 to 1 with what is being done.
 pub struct Progress(ProgressBar);
@@ -22,6 +22,11 @@ impl Progress {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0..=1000")]
         self.0.set_position((part.clamp(0.0, 1.0) * 1000.0) as u64);
         self.0.set_message(harmless(work).into_owned());
+    }
+
+    /// Writes a line to standard error above the bar.
+    pub fn error_line(&self, text: &str) {
+        self.0.suspend(|| error_line(text));
     }
 
     /// Removes the bar.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use doublet_engine::check::warn_once;
 use doublet_engine::graph::Cache;
 use doublet_engine::report::{self, HistoryFormat, Outputs, TableFormat};
 use doublet_engine::run::{Control, Scope, Snapshot, run as run_stages};
@@ -93,7 +94,11 @@ pub fn compute_session(
     progress: &Progress,
     share: f32,
 ) -> Result<Snapshot, String> {
-    let publish = |snapshot: Snapshot| progress.update(share * snapshot.progress, "computing");
+    let warn = warn_once(|finding| progress.error_line(&format!("{}: {finding}", finding.level.name())));
+    let publish = |snapshot: Snapshot| {
+        progress.update(share * snapshot.progress, "computing");
+        warn(snapshot);
+    };
     let scope = Scope { session, folder, first: None, studies, cause: "run", generation: 1 };
     let cache = Cache::new(if studies.is_empty() { 0 } else { CACHE_BYTES });
     let snapshot = run_stages(&scope, &Snapshot::default(), &cache, &Control::default(), &publish);

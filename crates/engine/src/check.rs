@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::Once;
 
 use doublet_core::airframe::summary;
 use doublet_core::load::aircraft::{self as aircraft_file, AircraftFileError};
@@ -52,14 +53,15 @@ impl Checked {
     }
 }
 
-/// Checks a session or an aircraft file. A file that cannot be used is a finding as well.
-pub fn check_file(path: &Path) -> Checked {
+/// Checks a session or an aircraft file. A file that cannot be used is a finding as well. `warn` is told of a lack of memory before the
+/// manoeuvres are computed.
+pub fn check_file(path: &Path, warn: &(dyn Fn(&Finding) + Sync)) -> Checked {
     let refused = |code, text: String, fix_text: &str| {
         Checked::refused(Finding::new(Level::Bad, code, path.display().to_string(), text).with_fix_text(fix_text))
     };
     if session::shipped(path).is_some() {
         return match session::open(path) {
-            Ok(opened) => check_session(&opened.session, &opened.folder),
+            Ok(opened) => check_session(&opened.session, &opened.folder, warn),
             Err(error) => refused("file", error.to_string(), "choose one of these, or a file"),
         };
     }
@@ -85,7 +87,7 @@ pub fn check_file(path: &Path) -> Checked {
     match session::parse(text) {
         Ok(session) => {
             let folder = path.parent().unwrap_or(Path::new(""));
-            check_session(&session::relative_to(&session, folder), folder)
+            check_session(&session::relative_to(&session, folder), folder, warn)
         }
         Err(error) => refused("file", error.to_string(), "correct it"),
     }
@@ -96,8 +98,8 @@ fn has_format(text: &str, format: &str) -> bool {
 }
 
 /// Everything found in a session whose relative paths start from `folder`: what [`session::check`] says, what its recordings say,
-/// and, because nothing less finds all that a run would refuse, what fails in a run of it.
-pub fn check_session(session: &Session, folder: &Path) -> Checked {
+/// and, because nothing less finds all that a run would refuse, what fails in a run of it. `warn`: as for [`check_file`].
+pub fn check_session(session: &Session, folder: &Path, warn: &(dyn Fn(&Finding) + Sync)) -> Checked {
     let mut findings = session::check(session);
     if let Some(text) = session::path_warning(session) {
         findings.push(Finding::new(Level::Caution, "outside-folder", "session", text));
@@ -110,7 +112,8 @@ pub fn check_session(session: &Session, folder: &Path) -> Checked {
         let (computed, others) = part(session);
         let scope = Scope { session: &computed, folder, first: None, studies: &[], cause: "check", generation: 1 };
         let cache = Cache::new(CACHE_BYTES);
-        let snapshot = run(&scope, &Snapshot::default(), &cache, &Control::default(), &|_| {});
+        let snapshot = run(&scope, &Snapshot::default(), &cache, &Control::default(), &warn_once(warn));
+        findings.extend(snapshot.memory.clone());
         findings.extend(check_recordings(session, &snapshot));
         findings.extend(check_samples(session, &others, &snapshot));
         findings.extend(accelerometer::findings(&computed, &snapshot));
@@ -125,6 +128,16 @@ pub fn check_session(session: &Session, folder: &Path) -> Checked {
         findings.extend(failed.filter(|failure| !known.contains(&failure.place)));
     }
     Checked { subject: in_one_line(session), findings, physics }.sorted()
+}
+
+/// What a run publishes to: `warn` is told once that memory may not suffice.
+pub fn warn_once(warn: impl Fn(&Finding) + Sync) -> impl Fn(Snapshot) + Sync {
+    let warned = Once::new();
+    move |snapshot| {
+        if let Some(finding) = &snapshot.memory {
+            warned.call_once(|| warn(finding));
+        }
+    }
 }
 
 /// The session with as many of its windows as are computed, and the others.

@@ -159,7 +159,8 @@ impl Session {
 
     /// What `doublet check --json` prints.
     fn check(&self, py: Python<'_>) -> PyResult<String> {
-        let checked = detached(py, "check", || Ok::<_, StageError>(check_session(&self.settings, &self.folder)))?;
+        let checked =
+            detached(py, "check", || Ok::<_, StageError>(check_session(&self.settings, &self.folder, &|_| ())))?;
         serde_json::to_string(&checked).map_err(refuse)
     }
 

@@ -31,22 +31,40 @@ static BUDGET: LazyLock<u64> = LazyLock::new(|| {
 /// system does not say.
 pub fn memory() -> Option<u64> {
     let read = |path: &str| std::fs::read_to_string(path).ok();
-    let machine = read("/proc/meminfo").and_then(|text| total(&text));
+    let machine = read("/proc/meminfo").and_then(|text| kilobytes(&text, "MemTotal:"));
     let group = read("/sys/fs/cgroup/memory.max").and_then(|text| text.trim().parse().ok());
     let own = read("/proc/self/limits").and_then(|text| address_space(&text));
     [machine, group, own].into_iter().flatten().min()
 }
 
-/// `MemTotal` of `/proc/meminfo`, in bytes.
-fn total(text: &str) -> Option<u64> {
-    let line = text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
-    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.saturating_mul(1024))
+/// Memory that this program may still take now, bytes: the least of what the machine has available, what is left of its control group
+/// without files that can be dropped, and what is left of its own limit; `None` where the system does not say.
+pub fn available_memory() -> Option<u64> {
+    let read = |path: &str| std::fs::read_to_string(path).ok();
+    let number = |path: &str| read(path).and_then(|text| text.trim().parse::<u64>().ok());
+    let machine = read("/proc/meminfo").and_then(|text| kilobytes(&text, "MemAvailable:"));
+    let dropped = read("/sys/fs/cgroup/memory.stat").and_then(|text| field(&text, "inactive_file ")?.parse().ok());
+    let used = number("/sys/fs/cgroup/memory.current").map(|used| used.saturating_sub(dropped.unwrap_or(0)));
+    let group = number("/sys/fs/cgroup/memory.max").zip(used).map(|(most, used)| most.saturating_sub(used));
+    let taken = read("/proc/self/status").and_then(|text| kilobytes(&text, "VmSize:"));
+    let own = read("/proc/self/limits").and_then(|text| address_space(&text));
+    let own = own.zip(taken).map(|(most, taken)| most.saturating_sub(taken));
+    [machine, group, own].into_iter().flatten().min()
+}
+
+/// What follows `name` on its line.
+fn field<'a>(text: &'a str, name: &str) -> Option<&'a str> {
+    text.lines().find_map(|line| line.strip_prefix(name)).map(str::trim)
+}
+
+/// A field in kB of `/proc/meminfo` or `/proc/self/status`, in bytes.
+fn kilobytes(text: &str, name: &str) -> Option<u64> {
+    Some(field(text, name)?.strip_suffix("kB")?.trim().parse::<u64>().ok()?.saturating_mul(1024))
 }
 
 /// The soft limit of the address space in `/proc/self/limits`, in bytes.
 fn address_space(text: &str) -> Option<u64> {
-    let line = text.lines().find_map(|line| line.strip_prefix("Max address space"))?;
-    line.split_whitespace().next()?.parse().ok()
+    field(text, "Max address space")?.split_whitespace().next()?.parse().ok()
 }
 
 /// What is left of the budget of one file.
@@ -141,11 +159,15 @@ impl<'p> Budget<'p> {
 
 #[cfg(test)]
 mod tests {
-    use super::{address_space, total};
+    use super::{address_space, field, kilobytes};
 
     #[test]
     fn memory_is_read_as_the_system_writes_it() {
-        assert_eq!(total("MemTotal:       24680124 kB\nMemFree: 1 kB\n"), Some(24_680_124 * 1024));
+        let machine = "MemTotal:       24680124 kB\nMemFree: 1 kB\nMemAvailable:   12 kB\n";
+        let [all, available] = ["MemTotal:", "MemAvailable:"].map(|name| kilobytes(machine, name));
+        assert_eq!((all, available), (Some(24_680_124 * 1024), Some(12 * 1024)));
+        assert_eq!(kilobytes("MemFree: 1 kB\n", "MemTotal:"), None);
+        assert_eq!(field("active_file 7\ninactive_file 4096\n", "inactive_file "), Some("4096"));
         let limits = "Max open files            1024    4096    files\nMax address space         4294967296    unlimited  bytes\n";
         assert_eq!(address_space(limits), Some(4_294_967_296));
         assert_eq!(address_space("Max address space         unlimited    unlimited  bytes\n"), None);

@@ -21,7 +21,7 @@ mod pieces;
 mod restart;
 pub mod stream;
 
-pub use budget::{BUDGET_VARIABLE, memory};
+pub use budget::{BUDGET_VARIABLE, available_memory, memory};
 pub use clock::{Clock, CoarseStamps, Gap, TimeFault};
 pub use contents::{ChannelInfo, Probe, Source};
 pub use error::{LoadError, Problem};

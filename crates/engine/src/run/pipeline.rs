@@ -378,6 +378,7 @@ impl<'a> Run<'a> {
         }
         let (mut known, missing): (Vec<_>, Vec<_>) = tasks.into_iter().partition(|task| task.path.is_ok());
         known.sort_by_key(|task| !self.is_looked_at(task.manoeuvre));
+        self.warn_of_memory(&missing)?;
         let (sender, found) = mpsc::channel();
         rayon::scope_fifo(|scope| {
             for batch in self.batches(missing) {
@@ -409,6 +410,15 @@ impl<'a> Run<'a> {
             session.windows.iter().enumerate().map(|(index, window)| (window.name.as_str(), index)).collect();
         windows.sort_by_key(|window| order.get(window.manoeuvre.name.as_str()).copied());
         Ok(windows)
+    }
+
+    /// Publishes that windows need more memory than is available, before they take it.
+    fn warn_of_memory(&self, missing: &[Task<'_>]) -> Result<(), Cancelled> {
+        let samples = missing.iter().map(|task| (task.manoeuvre.name.as_str(), task.samples.data.inputs.time_s.len()));
+        let Some(finding) = stage::memory_finding(samples) else { return Ok(()) };
+        self.builder.update(|snapshot| snapshot.memory = Some(finding))?;
+        self.builder.publish_now();
+        Ok(())
     }
 
     /// Whether the results of a window are wanted before all others.

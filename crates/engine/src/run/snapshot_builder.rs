@@ -121,6 +121,7 @@ pub(super) fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[
         cause: scope.cause.to_owned(),
         busy: true,
         progress: 0.0,
+        memory: None,
         ..previous.clone()
     };
     let flights: Vec<&str> = scope.session.flights.iter().map(|flight| flight.name.as_str()).collect();

@@ -17,7 +17,7 @@ use doublet_core::airframe::LoadedState;
 
 use crate::graph::{FileStamp, Keyed, Stage, StageError};
 use crate::prior::PriorStudy;
-use crate::session::{Manoeuvre, Session};
+use crate::session::{Finding, Manoeuvre, Session};
 use crate::stage::{
     AeroWindow, DelaysAndGusts, EstimatedSensorErrors, FlightEngines, FlightNoise, FlightPhysics, FlightProposals,
     FlownMass, Gravity, LoadedAircraft, LoadedFlight, PooledFits, ProofOfMatch, WindowAero, WindowFits, WindowPath,
@@ -115,6 +115,8 @@ slots! {
         pub delays_and_gusts: DelaysAndGusts,
         /// Files and folders the run read, as they were then.
         pub files: Arc<BTreeMap<PathBuf, FileStamp>>,
+        /// That the manoeuvres under way need more memory than is available; it is published before they are computed.
+        pub memory: Option<Finding>,
         /// Newest last.
         pub log: Vec<LogEntry>,
     }

@@ -24,6 +24,7 @@ mod held_samples;
 mod information;
 mod instruments;
 mod mass;
+mod memory;
 mod misfit;
 mod movement;
 mod noise;
@@ -79,6 +80,7 @@ pub use gusts::SessionGusts;
 pub use information::{Information, RegressorCorrelation, information, regressor_correlations};
 pub use instruments::tank_channel;
 pub use mass::{FlownMass, FlownState, FuelRecord, FuelSource};
+pub use memory::{fit_in_memory, memory_finding};
 pub use misfit::{CoherentChannel, Misfit, MisfitPlace, misfit, observation_bands};
 pub(crate) use movement::shortfall;
 pub use movement::{Movement, deflection, movement};
@@ -101,7 +103,6 @@ pub use replay::{
     window_flight,
 };
 pub(crate) use replay::{fly_window, measured_histories};
-pub use samples::fit_in_memory;
 pub(crate) use samples::values_at;
 pub use sensor_errors::EstimatedSensorErrors;
 pub use signals::TreatedSignal;

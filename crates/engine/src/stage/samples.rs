@@ -1,10 +1,9 @@
 //! Samples of a role over a window, on another time base where needed, with their gaps stated.
 
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
 
 use crate::graph::StageResult;
 use crate::session::Preparation;
-use doublet_core::load::memory;
 use doublet_core::prep::{Differentiation, Interpolation, between_samples, resample};
 use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording, Series, TimeRange, gap_threshold_s};
@@ -106,34 +105,6 @@ fn local_quadratic(half_width_s: Option<f64>, time_s: &[f64]) -> Differentiation
     Differentiation::LocalPolynomial { degree: 2, half_width }
 }
 
-/// Memory that a sample of a window takes at most until its results are written, bytes: what `crates/cli/tests/cli/windows.rs` measures, and
-/// 60 columns for what its recording does not have: further measurements, engines, fuel, samples that are not those of the recording.
-const BYTES_PER_SAMPLE: u64 = 2_000;
-
-/// Memory of the machine, or what this program may use of it.
-static MEMORY: LazyLock<Option<u64>> = LazyLock::new(memory);
-
-/// Whether the memory can hold a window of so many samples, or several windows of so many together, while they are computed.
-///
-/// # Errors
-/// One line with what it takes, what there is and what to do.
-pub fn fit_in_memory(samples: usize) -> StageResult<()> {
-    fit_in(samples, *MEMORY)
-}
-
-fn fit_in(samples: usize, memory: Option<u64>) -> StageResult<()> {
-    let needed = (samples as u64).saturating_mul(BYTES_PER_SAMPLE);
-    match memory.filter(|memory| needed > *memory) {
-        None => Ok(()),
-        Some(memory) => Err(format!(
-            "{samples} samples need {:.1} GB (available {:.1} GB): shorten the manoeuvre or resample",
-            needed as f64 / 1e9,
-            memory as f64 / 1e9
-        )
-        .into()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use doublet_core::series::Series;
@@ -159,16 +130,5 @@ mod tests {
         let expected = [nan, 0.0, 5.0, 20.0, 35.0, 40.0, nan, nan, 140.0, 152.5, 160.0, nan];
         assert_eq!(format!("{found:?}"), format!("{expected:?}"));
         assert!(values_where_recorded(&recording, Role::Power2, &at).is_none());
-    }
-
-    #[test]
-    fn a_window_beyond_the_memory_is_refused_before_it_is_computed() {
-        assert_eq!(fit_in(60_000, Some(4_000_000_000)), Ok(()));
-        assert_eq!(fit_in(4_000_000, None), Ok(()));
-        let message = fit_in(4_000_000, Some(4_000_000_000)).unwrap_err().to_string();
-        assert!(
-            message.contains("4000000 samples") && message.contains("8.0 GB") && message.contains("4.0 GB"),
-            "{message}"
-        );
     }
 }

@@ -9,9 +9,10 @@ use doublet_core::reconstruct::{
 use doublet_core::series::{Recording, Series, TimeRange};
 
 use super::aircraft::AircraftData;
+use super::memory::fit_in_memory;
 use super::placement::{move_accelerometer, move_antenna, move_vanes};
 use super::recording::LoadedFlight;
-use super::samples::{fit_in_memory, gaps, span, values_at};
+use super::samples::{gaps, span, values_at};
 use crate::graph::{Context, Footprint, Key, KeyBuilder, Keyed, Stage, StageResult};
 use crate::session::{PathSource, Preparation};
 

@@ -1,0 +1,99 @@
+//! Memory that manoeuvres take while they are computed, known before they are.
+
+use std::sync::LazyLock;
+
+use doublet_core::load::{available_memory, memory};
+
+use crate::graph::StageResult;
+use crate::session::{Finding, Level};
+
+/// Memory that a sample takes at most until its results are written, bytes: what `crates/cli/tests/cli/windows.rs` measures, and 60 columns
+/// for what its recording does not have: further measurements, engines, fuel, samples that are not those of the recording.
+const MOST_BYTES_PER_SAMPLE: u64 = 2_000;
+/// Memory that a sample takes, bytes: as measured over a million samples (`docs/reliability.md`).
+const BYTES_PER_SAMPLE: u64 = 1_450;
+/// Need up to which the memory available is not looked up, bytes.
+const SMALL_BYTES: u64 = 100_000_000;
+const GIGABYTE: f64 = 1e9;
+
+/// Memory of the machine, or what this program may use of it.
+static MEMORY: LazyLock<Option<u64>> = LazyLock::new(memory);
+
+/// Whether the memory can hold a manoeuvre of so many samples, or several of so many together, while they are computed.
+///
+/// # Errors
+/// One line with what it takes, what there is and what to do.
+pub fn fit_in_memory(samples: usize) -> StageResult<()> {
+    fit_in(samples, *MEMORY)
+}
+
+fn fit_in(samples: usize, memory: Option<u64>) -> StageResult<()> {
+    let needed = (samples as u64).saturating_mul(MOST_BYTES_PER_SAMPLE);
+    match memory.filter(|memory| needed > *memory) {
+        None => Ok(()),
+        Some(memory) => Err(format!(
+            "{samples} samples need {:.1} GB (available {:.1} GB): shorten the manoeuvre or resample",
+            needed as f64 / GIGABYTE,
+            memory as f64 / GIGABYTE
+        )
+        .into()),
+    }
+}
+
+/// That manoeuvres, given by name and number of samples, need more memory than is available now: samples times bytes per sample. None where
+/// it suffices or the system does not say what is available.
+pub fn memory_finding<'a>(manoeuvres: impl Iterator<Item = (&'a str, usize)>) -> Option<Finding> {
+    shortage(manoeuvres, available_memory)
+}
+
+fn shortage<'a>(
+    manoeuvres: impl Iterator<Item = (&'a str, usize)>,
+    available: impl FnOnce() -> Option<u64>,
+) -> Option<Finding> {
+    let manoeuvres: Vec<_> = manoeuvres.collect();
+    let samples: usize = manoeuvres.iter().map(|(_, samples)| samples).sum();
+    let needed = (samples as u64).saturating_mul(BYTES_PER_SAMPLE);
+    if needed <= SMALL_BYTES {
+        return None;
+    }
+    let available = available().filter(|available| needed > *available)?;
+    let (longest, _) = manoeuvres.iter().max_by_key(|(_, samples)| *samples)?;
+    let (needed_gb, available_gb) = (needed as f64 / GIGABYTE, available as f64 / GIGABYTE);
+    let text = format!(
+        "{samples} samples need about {needed_gb:.1} GB (available {available_gb:.1} GB); the longest manoeuvre is '{longest}'."
+    );
+    let finding = Finding::new(Level::Caution, "memory", "session", text)
+        .with_figure(needed_gb, available_gb)
+        .with_fix_text("Shorten the manoeuvres, resample to a lower rate, or close other programs.");
+    Some(finding.with_setting("Manoeuvres", ""))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_window_beyond_the_memory_is_refused_before_it_is_computed() {
+        assert_eq!(fit_in(60_000, Some(4_000_000_000)), Ok(()));
+        assert_eq!(fit_in(4_000_000, None), Ok(()));
+        let message = fit_in(4_000_000, Some(4_000_000_000)).unwrap_err().to_string();
+        assert!(
+            message.contains("4000000 samples") && message.contains("8.0 GB") && message.contains("4.0 GB"),
+            "{message}"
+        );
+    }
+
+    #[test]
+    fn manoeuvres_beyond_the_memory_available_are_a_caution() {
+        let manoeuvres = || [("short", 100_000), ("long", 1_900_000)].into_iter();
+        // 2,000,000 samples of 1,450 bytes are 2.9 GB.
+        assert_eq!(shortage(manoeuvres(), || Some(2_900_000_000)), None);
+        assert_eq!(shortage(manoeuvres(), || None), None);
+        let finding = shortage(manoeuvres(), || Some(2_000_000_000)).unwrap();
+        assert_eq!((finding.code, finding.level), ("memory", Level::Caution));
+        assert_eq!((finding.figure, finding.limit), (Some(2.9), Some(2.0)));
+        assert!(finding.text.contains("'long'"), "{}", finding.text);
+        // A small need does not depend on the machine.
+        assert_eq!(shortage([("small", 60_000)].into_iter(), || Some(0)), None);
+    }
+}
