@@ -228,6 +228,15 @@ fn pitch_and_roll_criteria_are_judged_with_intervals_or_say_what_they_need() {
     assert_eq!(loop_closed["level"], "not judged");
     let needed = loop_closed["needed"].as_str().unwrap();
     assert!(needed.contains("-30 to 90 deg") && needed.contains(&format!("{compensation:.1}")), "{needed}");
+    // The other standard judges the same modes by its own paragraphs, and what both have once.
+    let other = document(&[&base[..], &["--limits", "mil_std_1797a"]].concat());
+    assert_eq!(other.pointer("/qualities/standard"), Some(&Value::from("MIL-STD-1797A")));
+    for name in ["control anticipation", "short-period damping", "Dutch roll", "roll mode", "spiral"] {
+        let [one, two] = [&found, &other].map(|document| row(document, name));
+        assert_eq!(one["values"], two["values"], "{name}");
+        assert!(two["counts"] == true && two["level"] != "not judged", "{two}");
+        assert!(two["standard"].as_str().unwrap().starts_with("MIL-STD-1797A") && two["source"] != one["source"]);
+    }
     let lines = text(&doublet(&base[..6]).stdout);
     assert!(lines.contains("judged and counted") && lines.contains("not judged"), "{lines}");
 }

@@ -299,12 +299,14 @@ impl Limits {
         format!("{} ({})", self.name, self.date)
     }
 
-    /// The same with the criteria of another file behind its own; what a file says once for all, such as the task of the pilot, is taken from
-    /// the other where it is open here.
+    /// The same with the criteria of another file behind its own; a criterion that both have is judged by this one. What a file says once for
+    /// all, such as the task of the pilot, is taken from the other where it is open here.
     #[must_use]
     pub fn with(mut self, other: Self) -> Self {
-        self.limit.extend(other.limit);
-        self.not_judged.extend(other.not_judged);
+        let names = self.limit.iter().map(|limit| &limit.criterion);
+        let known: Vec<String> = names.chain(self.not_judged.iter().map(|row| &row.criterion)).cloned().collect();
+        self.limit.extend(other.limit.into_iter().filter(|limit| !known.contains(&limit.criterion)));
+        self.not_judged.extend(other.not_judged.into_iter().filter(|row| !known.contains(&row.criterion)));
         self.pilot = self.pilot.or(other.pilot);
         self
     }

@@ -11,6 +11,8 @@ use doublet_dynamics::qualities::{
 use toml::{Table, Value};
 
 const FOOT: f64 = 0.3048;
+/// Standards that agree on the modes of the published aircraft.
+const STANDARDS: [&str; 2] = ["mil_f_8785c", "mil_std_1797a"];
 
 fn limits(name: &str) -> Limits {
     let path = format!("{}/../../assets/flying_qualities/{name}.toml", env!("CARGO_MANIFEST_DIR"));
@@ -41,6 +43,7 @@ fn printed(judgement: &Judgement) -> Vec<String> {
 #[test]
 fn tu_144_has_the_published_levels_and_reasons() {
     let Some(rows) = table("tu144_levels_shared") else { return };
+    let general = self::limits("mil_std_1797a");
     let limits = limits("mil_std_1797a_class_iii");
     let mut longitudinal = 0;
     for row in rows["longitudinal"].as_array().unwrap() {
@@ -55,6 +58,9 @@ fn tu_144_has_the_published_levels_and_reasons() {
             delay_s: of("tau"),
         });
         let judgement = judge(&limits, &airplane, &measures);
+        // The recommended values of the standard itself, of the short period by its own name, give the same level.
+        measures.add_short_period(of("zeta"), of("omega"), None);
+        assert_eq!(judge(&general, &airplane, &measures).level, judgement.level, "{row}");
         let number = row["row"].as_integer().unwrap();
         let expected: Vec<&str> = row["reason"].as_array().unwrap().iter().map(|v| v.as_str().unwrap()).collect();
         let level = match row["level"].as_integer().unwrap() {
@@ -89,6 +95,7 @@ fn tu_144_has_the_published_levels_and_reasons() {
         let mut measures = Measures::default();
         measures.add_dutch_roll(number(row, "zeta_d"), number(row, "omega_d"), None);
         measures.set(Measure::RollTimeConstant, 1.0 / number(row, "inv_TR"));
+        assert_eq!(judge(&general, &airplane, &measures).level, Some(QualityLevel::One), "lateral row {row}");
         let judgement = judge(&limits, &airplane, &measures);
         assert_eq!((judgement.level, printed(&judgement)), (Some(QualityLevel::One), Vec::new()), "lateral row {row}");
         lateral += 1;
@@ -162,7 +169,6 @@ fn boeing(condition: &Value) -> (Measures, f64) {
 #[test]
 fn boeing_747_has_the_worked_measures_and_levels() {
     let (Some(models), Some(qualities)) = (table("linear_models"), table("flying_qualities")) else { return };
-    let limits = limits("mil_f_8785c");
     let conditions = models["cr2144"]["condition"].as_array().unwrap();
     let found: Vec<_> = conditions.iter().map(boeing).collect();
     assert_eq!(found.len(), 10);
@@ -172,23 +178,27 @@ fn boeing_747_has_the_worked_measures_and_levels() {
     for (index, name) in [(0, "fc1"), (1, "fc2"), (8, "fc9")] {
         let worked = &qualities["worked"][name];
         let airplane = Airplane::new("III", worked["category"].as_str().unwrap()).unwrap();
-        let judgement = judge(&limits, &airplane, &found[index].0);
-        for (criterion, key) in [
-            ("short-period damping", "short_period_damping"),
-            ("control anticipation", "cap_ZwV"),
-            ("Dutch roll", "dutch_roll"),
-            ("roll mode", "roll"),
-            ("spiral", "spiral"),
-            ("phugoid", "phugoid"),
-        ] {
-            // Text marks a value near a limit, which is not to be asserted.
-            let Some(level) = worked[key].as_integer() else { continue };
-            let expected = QualityLevel::ALL[usize::try_from(level).unwrap() - 1];
-            assert_eq!(judgement.quality(criterion).unwrap().level, Some(expected), "{name} {criterion}");
+        for standard in STANDARDS {
+            let judgement = judge(&limits(standard), &airplane, &found[index].0);
+            for (criterion, key) in [
+                ("short-period damping", "short_period_damping"),
+                ("control anticipation", "cap_ZwV"),
+                ("Dutch roll", "dutch_roll"),
+                ("roll mode", "roll"),
+                ("spiral", "spiral"),
+                ("phugoid", "phugoid"),
+            ] {
+                // Text marks a value near a limit, which is not to be asserted.
+                let Some(level) = worked[key].as_integer() else { continue };
+                let expected = QualityLevel::ALL[usize::try_from(level).unwrap() - 1];
+                let quality = judgement.quality(criterion).unwrap();
+                assert_eq!((quality.level, quality.counts), (Some(expected), true), "{standard} {name} {criterion}");
+            }
         }
         assert!(found[index].0.get(Measure::DutchRollCoupling).unwrap() < 20.0);
     }
     let reasons = |index: usize, category: &str| {
+        let limits = limits(STANDARDS[0]);
         let judgement = judge(&limits, &Airplane::new("III", category).unwrap(), &found[index].0);
         judgement.reasons().map(ToString::to_string).collect::<Vec<_>>()
     };
@@ -352,16 +362,81 @@ fn navion_has_the_published_modes_and_is_level_1_in_category_b() {
     measures.add_dutch_roll(dutch.damping(), dutch.frequency_rad_s(), phi_over_beta(&roll, &dutch, 176.0));
     measures.set(Measure::RollTimeConstant, roll_mode.time_constant_s());
     measures.set(Measure::SpiralTimeToDouble, f64::INFINITY);
-    let judgement = judge(&limits("mil_f_8785c"), &Airplane::new("I", "B").unwrap(), &measures);
-    let judged: Vec<&str> = judgement
-        .qualities
-        .iter()
-        .filter(|quality| quality.level == Some(QualityLevel::One))
-        .map(|quality| quality.criterion.as_str())
-        .collect();
-    assert_eq!(
-        judged,
-        ["control anticipation", "short-period damping", "phugoid", "Dutch roll", "roll mode", "spiral"]
-    );
-    assert_eq!(judgement.level, Some(QualityLevel::One));
+    for standard in STANDARDS {
+        let judgement = judge(&limits(standard), &Airplane::new("I", "B").unwrap(), &measures);
+        let first = judgement.qualities.iter().filter(|quality| quality.level == Some(QualityLevel::One));
+        let judged: Vec<&str> = first.map(|quality| quality.criterion.as_str()).collect();
+        assert_eq!(
+            judged,
+            ["control anticipation", "short-period damping", "phugoid", "Dutch roll", "roll mode", "spiral"]
+        );
+        assert_eq!(judgement.level, Some(QualityLevel::One), "{standard}");
+    }
+}
+
+/// The F-4C of M. V. Cook, Flight Dynamics Principles: Dutch roll 0.0881 and 1.822 rad/s with omega^2 |phi/beta| = 10.1, below 20, roll mode
+/// 1 / 0.650055 = 1.54 s, stable spiral. By hand of class IV: damping 0.19 in category A and 0.08, with zeta omega 0.15, in B and C are Level 1,
+/// 0.02 is Level 2; a roll mode of up to 1.4 s is Level 1 in B and Level 2 in A and C.
+#[test]
+fn fighter_has_the_levels_worked_by_hand_in_every_category() {
+    let Some(models) = table("linear_models") else { return };
+    let array =
+        |value: &Value| -> Vec<f64> { value.as_array().unwrap().iter().map(|v| v.as_float().unwrap()).collect() };
+    let rows: Vec<f64> = models["f4c"]["A_computed"].as_array().unwrap().iter().flat_map(array).collect();
+    let (a, none) = (nalgebra::DMatrix::from_row_slice(5, 5, &rows), nalgebra::DMatrix::zeros(5, 0));
+    let model = StateSpace::of_states("lateral", &["v", "p", "r", "phi", "psi"], &[], a, none);
+    let found = modes(&model);
+    let (dutch, roll) = (named(&found, "Dutch roll"), named(&found, "roll subsidence"));
+    let mut measures = Measures::default();
+    measures.add_dutch_roll(dutch.damping(), dutch.frequency_rad_s(), phi_over_beta(&model, dutch, 178.0));
+    measures.set(Measure::RollTimeConstant, roll.time_constant_s());
+    measures.set(Measure::SpiralTimeToDouble, f64::INFINITY);
+    assert!((measures.get(Measure::DutchRollCoupling).unwrap() - 10.14).abs() < 0.05);
+    let [one, two, three, _] = QualityLevel::ALL;
+    for (category, expected) in [("A", [two, three, one]), ("B", [one, two, one]), ("C", [one, three, one])] {
+        let airplane = Airplane::new("IV", category).unwrap();
+        for standard in STANDARDS {
+            let judgement = judge(&limits(standard), &airplane, &measures);
+            let levels = ["Dutch roll", "roll mode", "spiral"].map(|name| judgement.quality(name).unwrap().level);
+            assert_eq!(levels, expected.map(Some), "{standard} {category}");
+            assert_eq!(judgement.level, expected.into_iter().max(), "{standard} {category}");
+        }
+    }
+}
+
+#[test]
+fn delays_and_dampings_at_the_limits_of_mil_std_1797a_have_their_levels() {
+    let limits = limits("mil_std_1797a");
+    let level = |airplane: &Airplane, measure: Measure, value: f64, criterion: &str| {
+        let mut measures = Measures::default();
+        measures.set(measure, value);
+        let judgement = judge(&limits, airplane, &measures);
+        let quality = judgement.quality(criterion).unwrap();
+        assert!(quality.counts && quality.source.starts_with('4'), "{criterion}");
+        quality.level.unwrap() as usize + 1
+    };
+    let airplane = Airplane::new("I", "A").unwrap();
+    for (measure, criterion, values) in [
+        (Measure::EquivalentDelay, "equivalent delay", [(0.10, 1), (0.101, 2), (0.20, 2), (0.25, 3), (0.251, 4)]),
+        (Measure::ShortPeriodDamping, "short-period damping", [(0.35, 1), (1.31, 2), (0.25, 2), (0.24, 3), (0.049, 4)]),
+        (Measure::Cap, "control anticipation", [(0.28, 1), (3.6, 1), (3.7, 2), (0.16, 2), (0.15, 4)]),
+        (Measure::PhugoidDamping, "phugoid", [(0.04, 1), (0.039, 2), (0.0, 2), (-0.01, 3), (-0.2, 3)]),
+        (Measure::SpiralTimeToDouble, "spiral", [(12.0, 1), (11.9, 2), (8.0, 2), (4.0, 3), (3.9, 4)]),
+    ] {
+        for (value, expected) in values {
+            assert_eq!(level(&airplane, measure, value, criterion), expected, "{criterion} {value}");
+        }
+    }
+    // What both standards judge is judged by the first of them once.
+    let joined = self::limits("mil_f_8785c").with(limits.clone());
+    let of = |criterion: &str| {
+        let standards = joined.limit.iter().filter(|limit| limit.criterion == criterion);
+        let mut names: Vec<&str> = standards.map(|limit| limit.standard.as_str()).collect();
+        names.dedup();
+        names
+    };
+    assert_eq!(of("spiral"), ["MIL-F-8785C (1980-11-05)"]);
+    assert_eq!(of("equivalent delay"), ["MIL-STD-1797A (1990-01-30)"]);
+    let rolls = joined.not_judged.iter().filter(|row| row.criterion == "roll performance").count();
+    assert_eq!(rolls, 0, "the first standard has its limits");
 }

@@ -34,9 +34,9 @@ pub const THRUST_NOT_KNOWN: &str = "not judged: it depends on thrust over airspe
 
 /// Folder of the limits that come with the program.
 const LIMITS: &str = "flying_qualities";
-/// Limits that judge.
-pub const STANDARD: &str = "mil_f_8785c";
-/// Limits of the pitch response that are shown beside them.
+/// Limits that judge: the first unless another is asked for.
+pub const STANDARDS: [&str; 2] = ["mil_f_8785c", "mil_std_1797a"];
+/// Limits that are shown beside them, of criteria they do not have.
 const BESIDE: [&str; 4] = ["mil_std_1797a", "gibson", "smith_geddes", "pio_phase_delay"];
 
 /// A trim that is asked for, and who judges. What is left open follows from the windows: the median of their conditions.
@@ -60,6 +60,8 @@ pub struct DynamicsRequest {
     pub fuel_kg: Option<f64>,
     /// Window whose conditions are taken, by [`window_key`] of its name; all identification windows unless given.
     pub window: Option<u64>,
+    /// Limits that judge, by their place in [`STANDARDS`].
+    pub standard: usize,
     /// Class of the aircraft in flying qualities, by its place in [`CLASSES`]; that of its mass unless given.
     pub class: Option<usize>,
     /// Category of the flight phase, by its place in [`CATEGORIES`]; B unless given.
@@ -97,7 +99,7 @@ pub fn window_key(name: &str) -> u64 {
 impl Eq for DynamicsRequest {}
 
 hash_fields!(DynamicsRequest {
-    pull_up, window, class, category, samples, seed;
+    pull_up, window, standard, class, category, samples, seed;
     airspeed_m_s, altitude_m, gamma_rad, load_factor, mass_kg, cg_x_m, fuel_kg, stick_delay_s, aileron_rad
 });
 
@@ -113,6 +115,7 @@ impl Default for DynamicsRequest {
             cg_x_m: None,
             fuel_kg: None,
             window: None,
+            standard: 0,
             class: None,
             category: None,
             stick_delay_s: None,
@@ -179,10 +182,7 @@ impl Stage for DynamicsStudy {
         let line = |error: doublet_dynamics::linear::LinearError| error.to_string();
         let modes = mode_study(&model, &condition, request.samples, request.seed).map_err(line)?;
         context.checkpoint()?;
-        let mut limits = limits(STANDARD)?;
-        for name in BESIDE {
-            limits = limits.with(self::limits(name)?);
-        }
+        let limits = joined_limits(request.standard)?;
         let (airplane, airplane_from) = airplane(&request, greatest_mass_kg(input, &condition))?;
         let controls = Controls {
             stick_delay_s: request.stick_delay_s,
@@ -258,6 +258,13 @@ pub fn is_modelled(session: &Session) -> bool {
     let has = |coefficient| session.structure.terms(coefficient).is_some();
     let forces = (has(Coefficient::CX) && has(Coefficient::CZ)) || (has(Coefficient::CD) && has(Coefficient::CL));
     session.aircraft.is_some() && forces && has(Coefficient::Cm)
+}
+
+/// The limits at a place in [`STANDARDS`] with those shown beside them.
+fn joined_limits(standard: usize) -> StageResult<Limits> {
+    let name = STANDARDS.get(standard).copied().unwrap_or(STANDARDS[0]);
+    let beside = BESIDE.into_iter().filter(|beside| *beside != name);
+    beside.map(limits).try_fold(limits(name)?, |joined, beside| Ok(joined.with(beside?)))
 }
 
 /// Limits that come with the program, by name.
