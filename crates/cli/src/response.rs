@@ -348,6 +348,7 @@ fn describe_fit(study: &ResponseStudy, found: &EquivalentStudy, qualities: Optio
         "cost": mismatch.cost,
         "mismatch_db": mismatch.rms_db,
         "mismatch_deg": mismatch.rms_phase_rad.to_degrees(),
+        "unresolved": mismatch.unresolved,
         "worst_db": { "value": mismatch.worst_db.0, "frequency_rad_s": mismatch.worst_db.1 },
         "worst_deg": { "value": mismatch.worst_phase_rad.0.to_degrees(), "frequency_rad_s": mismatch.worst_phase_rad.1 },
         "gain_margin": found.margins.gain.map(|(at, margin)| json!({ "db": margin, "frequency_rad_s": at })),
@@ -442,6 +443,9 @@ fn print_fit(study: &ResponseStudy, found: &EquivalentStudy) {
         text::number(mismatch.rms_db, 3),
         text::number(mismatch.rms_phase_rad.to_degrees(), 3)
     ));
+    if mismatch.unresolved > 0 {
+        text::line(&format!("{} points beside a resonance narrower than the windows are omitted", mismatch.unresolved));
+    }
     text::verdict(&found.verdict);
     if let Some((method, Err(error))) = &found.other {
         text::line(&format!("{}: {error}", method.name()));

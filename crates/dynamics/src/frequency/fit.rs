@@ -84,14 +84,21 @@ pub struct Mismatch {
     /// `20/n sum W (dB^2 + 0.01745 deg^2)` with `W = (1.58 (1 - exp(-gamma^2)))^2` (Tischler and Remple, chapter 11): up to 100 is a good fit,
     /// up to 50 one hardly told from the response.
     pub cost: f64,
+    /// Values that were omitted, as the windows do not resolve the model there ([`ResponsePoint::resolves`]).
+    pub unresolved: usize,
 }
 
 impl Mismatch {
-    /// Of a model from a response; `None` without a point that is a value.
+    /// Of a model from a response; `None` without a point that is a value. Values beside a resonance of the model that is narrower than the
+    /// windows are omitted, unless less than half would remain.
     pub fn compare(model: &TransferFunction, response: &FrequencyResponse) -> Option<Self> {
-        let mut found = Self::default();
+        let values: Vec<&ResponsePoint> = response.points.iter().filter(|point| point.is_value()).collect();
+        let resolved: Vec<&ResponsePoint> =
+            values.iter().copied().filter(|point| point.resolves(|omega| model.at(omega))).collect();
+        let compared = if 2 * resolved.len() >= values.len() { &resolved } else { &values };
+        let mut found = Self { unresolved: values.len() - compared.len(), ..Self::default() };
         let mut count = 0.0;
-        for point in response.points.iter().filter(|point| point.is_value()) {
+        for point in compared {
             let ratio = point.response / point.through_windows(|omega| model.at(omega));
             let (db, phase) = (20.0 * ratio.norm().log10(), ratio.arg());
             let weight = (1.58 * (1.0 - (-point.coherence).exp())).powi(2);

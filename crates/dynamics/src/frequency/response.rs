@@ -17,6 +17,8 @@ const TOLD_APART: f64 = 1e-4;
 const FREE: f64 = 0.5;
 /// Relative standard deviation of the gain up to which a point is a value: three of them reach zero.
 const VALUE: f64 = 1.0 / 3.0;
+/// Part of a response up to which what the windows add in second order is small.
+const RESOLVED: f64 = 0.1;
 
 /// Frequencies and windows.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,14 +71,27 @@ impl ResponsePoint {
 
     /// What the windows show of a response, its derivatives by central differences.
     pub fn through_windows(&self, response: impl Fn(f64) -> Complex<f64>) -> Complex<f64> {
-        let [first, second] = self.window_moments;
+        let [here, first, second] = self.window_terms(response);
+        here + first + second
+    }
+
+    /// Whether the windows are long enough for a response: what they add to it in second order is a small part of it. Beside a resonance
+    /// narrower than their main lobe it is not, and [`Self::through_windows`] says nothing.
+    pub fn resolves(&self, response: impl Fn(f64) -> Complex<f64>) -> bool {
+        let [here, _, second] = self.window_terms(response);
+        second.norm() <= RESOLVED * here.norm()
+    }
+
+    /// A response, and what the windows add to it in first and second order.
+    fn window_terms(&self, response: impl Fn(f64) -> Complex<f64>) -> [Complex<f64>; 3] {
+        let ([first, second], none) = (self.window_moments, Complex::new(0.0, 0.0));
         let here = response(self.omega_rad_s);
-        if first == Complex::new(0.0, 0.0) && second == first {
-            return here;
+        if first == none && second == none {
+            return [here, none, none];
         }
         let step = 0.01 * self.omega_rad_s;
         let (below, above) = (response(self.omega_rad_s - step), response(self.omega_rad_s + step));
-        here + first * (above - below) / (2.0 * step) + second * (above - here * 2.0 + below) / (step * step)
+        [here, first * (above - below) / (2.0 * step), second * (above - here * 2.0 + below) / (step * step)]
     }
 
     /// Whether gain and phase are a value: three standard deviations of the gain do not reach zero.

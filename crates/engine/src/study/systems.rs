@@ -61,7 +61,9 @@ pub(crate) fn judge_system(
             findings.push(finding(level, "form", &place, text, &fix).with_figure(times, APART[0]));
         }
     }
-    for own in other.and_then(|other| other.as_ref().ok()).into_iter().flat_map(|other| &other.parameters) {
+    // The response says nothing of a resonance that its windows do not resolve.
+    let other = other.and_then(|other| other.as_ref().ok()).filter(|_| mismatch.unresolved == 0);
+    for own in other.into_iter().flat_map(|other| &other.parameters) {
         let Some(first) = fit.parameter(&own.name) else { continue };
         let Some((level, times)) = apart(first, own) else { continue };
         let text = format!(
