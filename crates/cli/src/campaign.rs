@@ -109,8 +109,9 @@ fn print(planned: &[PlannedPoint]) {
     text::table(&header, &cells.collect::<Vec<_>>());
     let count_with_status = |name: &str| planned.iter().filter(|point| point.status.name() == name).count();
     text::line(&format!(
-        "{} cards flown, {} to repeat, {} missing",
+        "{} cards flown, {} partly passed, {} to repeat, {} missing",
         count_with_status("flown"),
+        count_with_status("partly passed"),
         count_with_status("repeat"),
         count_with_status("missing")
     ));

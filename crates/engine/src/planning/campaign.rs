@@ -180,6 +180,8 @@ pub struct TestPoint {
     /// Hazards of this point besides those of every point.
     #[serde(default, rename = "risk")]
     pub risks: Vec<Risk>,
+    /// What a judgement of the records says, in place of what the windows of a session that fit say.
+    pub judged: Option<Flown>,
 }
 
 impl TestPoint {
@@ -220,11 +222,13 @@ fn minute() -> f64 {
 }
 
 /// Whether a point was flown.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Flown {
     /// As often as wanted.
     Flown,
+    /// Records pass a part of what the point is for: it stays to be flown.
+    Partly,
     /// Less often than wanted, or with windows whose verdict is bad.
     Repeat,
     /// No window fits.
@@ -236,6 +240,7 @@ impl Flown {
     pub fn name(self) -> &'static str {
         match self {
             Self::Flown => "flown",
+            Self::Partly => "partly passed",
             Self::Repeat => "repeat",
             Self::Missing => "missing",
         }
@@ -378,6 +383,7 @@ impl Campaign {
             let mut row = self.point(point, aircraft, loading, time_s)?;
             if let Some((session, snapshot)) = session {
                 self.find_windows(&mut row, session, snapshot, &mut taken);
+                row.status = point.judged.unwrap_or(row.status);
                 row.evaluation = evaluate(&row, session, snapshot);
             }
             time_s += point.repeats as f64 * point.duration_s;

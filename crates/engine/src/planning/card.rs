@@ -133,7 +133,7 @@ fn facts(campaign: &Campaign, point: &PlannedPoint) -> Vec<(String, String)> {
     let load = point.bank_deg.map(|bank| format!("{} deg of bank, ", significant(bank, 3))).unwrap_or_default();
     let load = format!("{load}load factor {}", significant(point.load_factor, 3));
     let flown = match point.status {
-        Flown::Missing => Flown::Missing.name().to_owned(),
+        status if point.windows.is_empty() => status.name().to_owned(),
         status => format!("{}: {}", status.name(), point.windows.join(", ")),
     };
     let unit = point.step_s.map_or_else(|| "not given".to_owned(), |step| format!("{} s", significant(step, 3)));

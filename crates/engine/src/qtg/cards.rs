@@ -14,7 +14,7 @@ use super::index::{IndexRow, IndexStatus};
 use super::profile::{Moved, Profile};
 use super::units::{FOOT_M, FOOT_PER_MINUTE_M_S};
 use crate::builtin::PREFIX;
-use crate::planning::{CAMPAIGN_FORMAT, CAMPAIGN_VERSION, Risk};
+use crate::planning::{self, CAMPAIGN_FORMAT, CAMPAIGN_VERSION, Risk};
 use crate::session::{Manoeuvre, Session, Surface};
 use crate::snapshot::Snapshot;
 use crate::stage::{ObjectiveTest, movement};
@@ -102,6 +102,9 @@ struct Point {
     #[serde(skip_serializing_if = "Option::is_none")]
     greatest_m_s: Option<f64>,
     procedure: Vec<String>,
+    /// The records there are do not make the card flown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    judged: Option<planning::Flown>,
     risk: Vec<Risk>,
 }
 
@@ -271,6 +274,11 @@ impl Flown<'_> {
             bank_deg: profile.bank_deg(is_cruise),
             greatest_m_s,
             procedure: procedure(test, row, &profile),
+            judged: match row.status {
+                IndexStatus::Partly => Some(planning::Flown::Partly),
+                IndexStatus::NotJudged => Some(planning::Flown::Repeat),
+                _ => None,
+            },
             risk: vec![profile.risk()],
         })
     }

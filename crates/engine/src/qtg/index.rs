@@ -30,7 +30,7 @@ impl IndexStatus {
     pub fn label(self) -> &'static str {
         match self {
             Self::Passed => "pass",
-            Self::Partly => "partly",
+            Self::Partly => "partly passed",
             Self::Failed => "FAIL",
             Self::NotJudged => "not judged",
             Self::Missing => "missing: card written",
