@@ -310,7 +310,7 @@ fn first_page_has_the_answer(html: &str, results: &Value) {
 }
 
 /// Pages of a PDF whose page objects are not compressed.
-fn pages(pdf: &[u8]) -> usize {
+pub(crate) fn pages(pdf: &[u8]) -> usize {
     let mark = b"/Type/Page";
     pdf.windows(mark.len() + 1).filter(|part| part.starts_with(mark) && part[mark.len()] != b's').count()
 }

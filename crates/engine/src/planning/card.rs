@@ -2,7 +2,7 @@
 
 use doublet_core::simulate::{Form, InputKind};
 
-use super::campaign::{Campaign, Flown, PlannedPoint};
+use super::campaign::{Campaign, PlannedPoint};
 use super::safety::M_S_PER_KT;
 use crate::notation::significant;
 use crate::report::document::{Axis, Block, Figure, LineStyle, Panel, Plot, Section, points};

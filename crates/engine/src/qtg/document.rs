@@ -21,9 +21,9 @@ pub fn document(session: &Session, snapshot: &Snapshot, file: &TestFile, found: 
         section("results", "Results", vec![tally(found), Block::Table(results(found))]),
         section("index", "Index of the rule", vec![Block::Table(index(found))]),
     ];
-    // What a page holds together begins one: the device page and the results.
+    // Tests follow each other, each on one page where it fits.
     for section in &mut sections {
-        section.on_new_page = ["device", "results"].contains(&section.name.as_str());
+        section.on_new_page = section.name == "results";
     }
     sections.extend(found.tests.iter().map(|test| page(test, &found.date)));
     Document {
@@ -348,7 +348,7 @@ fn page(test: &QualificationTest, date: &str) -> Section {
         name: test.section(),
         title: format!("{} {}", test.id, test.title),
         is_numbered: false,
-        on_new_page: test.window.is_some(),
+        on_new_page: false,
         is_appendix: false,
         blocks,
     }

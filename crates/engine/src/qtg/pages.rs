@@ -227,7 +227,7 @@ pub fn figure(id: &str, window: &Manoeuvre, replay: &WindowReplay, aero: &Window
             plot.x.label = format!("test {id}: time");
         }
     }
-    // As high as a page holds them.
+    // As high as the page of the test holds them beside its text.
     let rows = panels.len().div_ceil(COLUMNS).max(1) as f64;
     Figure {
         name: format!("qtg {id}"),
@@ -239,9 +239,9 @@ pub fn figure(id: &str, window: &Manoeuvre, replay: &WindowReplay, aero: &Window
 }
 
 /// Panels beside each other.
-const COLUMNS: usize = 3;
-/// Height of a page that a figure may fill, mm.
-const PAGE_MM: f64 = 95.0;
+const COLUMNS: usize = 4;
+/// Height that a figure takes of the page of its test, mm.
+const PAGE_MM: f64 = 64.0;
 /// Height a panel takes beside its plotting area, mm.
 const AROUND_MM: f64 = 10.0;
 /// Least height of a plotting area, mm.

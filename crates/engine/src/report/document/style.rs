@@ -37,7 +37,7 @@ pub struct Style {
     pub sections: Vec<SectionKind>,
     /// Who signs; empty for the usual ones.
     pub signatures: Vec<String>,
-    /// Smaller print of facts, for forms with a page per item.
+    /// Smaller print of facts and headings, for forms with an item to a section: one without a number is not parted where a page holds it.
     pub is_compact: bool,
 }
 
