@@ -438,6 +438,8 @@ pub fn empty_session(title: &str, aircraft: Option<&str>) -> Session {
         experiments: Vec::new(),
         kept_structures: Vec::new(),
         annotations: Vec::new(),
+        report_purpose: String::new(),
+        report_asked: Vec::new(),
         report_notes: String::new(),
         report_figures: Vec::new(),
         plausible: Default::default(),

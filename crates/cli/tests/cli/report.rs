@@ -136,6 +136,7 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
         known.iter().map(|bits| (f64::from_bits(*bits) * (60.0 / std::f64::consts::TAU)).to_bits()).collect();
     known.extend(in_revolutions);
     engine_speeds_are_in_revolutions(&html, &results);
+    accuracies_are_those_of_the_instruments_file(&html);
     // What rounding alone moved is shown as zero.
     let strange: Vec<f64> = shown.into_iter().filter(|v| *v != 0.0 && !known.contains(&v.to_bits())).collect();
     assert!(strange.is_empty(), "not in results.json: {strange:?}");
@@ -244,6 +245,34 @@ fn sections_and_forms_are_selectable() {
     assert!(!refused.status.success() && message.contains("derivatives"), "{message}");
 }
 
+#[test]
+fn purpose_and_derivatives_asked_for_are_answered() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = small_session(folder.path());
+    let mut session: toml::Table = std::fs::read_to_string(&path).unwrap().parse().unwrap();
+    session.insert("report_purpose".to_owned(), "Identify the rudder of the twin.".into());
+    let asked = ["Cm_alpha", "Cn_delta_r", "Cm_delta_f"].map(toml::Value::from);
+    session.insert("report_asked".to_owned(), toml::Value::Array(asked.into()));
+    std::fs::write(&path, toml::to_string(&session).unwrap()).unwrap();
+    let out = folder.path().join("asked");
+    let chosen = ["--format", "html", "--sections", "derivatives,purpose", "--no-appendix"];
+    succeeds(&[&["report", path.to_str().unwrap(), "--out", out.to_str().unwrap()][..], &chosen].concat());
+    let html = std::fs::read_to_string(out.join("small <b>&.html")).unwrap();
+    // On the first page and in its section, which stands where it was asked for.
+    assert_eq!(html.matches("Identify the rudder of the twin.").count(), 2);
+    assert!(html.contains("3 derivatives: 2 estimated"));
+    assert!(html.find("<section id=\"derivatives\">").unwrap() < html.find("<section id=\"purpose\">").unwrap());
+    let table = html.split("-asked\">").nth(1).unwrap().split("</table>").next().unwrap();
+    let rows: Vec<&str> = table.split("<tr>").skip(2).collect();
+    assert_eq!(rows.len(), 3, "{table}");
+    let derivatives = html.split("<section id=\"derivatives\">").nth(1).unwrap().split("</section>").next().unwrap();
+    for row in &rows[..2] {
+        let value = row.split("<data value=\"").nth(1).unwrap().split('"').next().unwrap();
+        assert!(derivatives.contains(&format!("<data value=\"{value}\">")), "{row}");
+    }
+    assert!(rows[2].contains("not in the model") && !rows[2].contains("<data"), "{}", rows[2]);
+}
+
 /// Half width of a 95 % interval in standard deviations of a normal distribution.
 const NORMAL_95: f64 = 1.959_963_984_540_054;
 
@@ -257,6 +286,13 @@ fn engine_speeds_are_in_revolutions(html: &str, results: &Value) {
     let shown: Vec<f64> =
         row.split("<data value=\"").skip(1).map(|rest| rest.split('"').next().unwrap().parse().unwrap()).collect();
     assert!(shown.iter().any(|value| (value - largest).abs() < 1e-6 * largest), "{largest} is not in {shown:?}");
+}
+
+/// The table of sensors has the accuracies that the instruments file states: 3.07e-2 m/s^2 along x (thesis, Table 4.15).
+fn accuracies_are_those_of_the_instruments_file(html: &str) {
+    let table = html.split("-sensors\">").nth(1).unwrap().split("</table>").next().unwrap();
+    assert!(table.contains(">Accuracy</th>") && table.contains("<data value=\"0.0307\">"), "{table}");
+    assert!(html.contains("Accuracy of ax: thesis Tables 4.15-4.16."));
 }
 
 /// On the first page and in the conclusions the level stands with its criteria and with every coefficient whose verdict is not good.

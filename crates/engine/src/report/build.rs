@@ -1,5 +1,8 @@
 //! From a snapshot to the results that leave the program.
 
+use std::collections::BTreeMap;
+
+use doublet_core::airframe::instruments::StatedNoise;
 use doublet_core::model::LONG_WINDOW;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{AirState, Method, State};
@@ -136,7 +139,7 @@ fn flights(session: &Session, snapshot: &Snapshot) -> Vec<FlightRow> {
                 .or_else(|| loaded.utc_start_s.and_then(date::format_instant)),
             crew: flight.crew.clone(),
             roles: loaded.recording.roles.keys().map(|role| role.name().to_owned()).collect(),
-            channels: channels(&loaded.recording),
+            channels: channels(&loaded.recording, &loaded.stated_noise),
             clocks: loaded.clocks.iter().map(clock_row).collect(),
             mass_properties: snapshot
                 .flown
@@ -155,7 +158,7 @@ fn flights(session: &Session, snapshot: &Snapshot) -> Vec<FlightRow> {
     rows.collect()
 }
 
-fn channels(recording: &Recording) -> Vec<ChannelRow> {
+fn channels(recording: &Recording, stated: &BTreeMap<Role, StatedNoise>) -> Vec<ChannelRow> {
     let playing = Role::ALL.iter().filter_map(|&role| Some((role, recording.role(role)?)));
     let rows = playing.map(|(role, channel)| {
         let time_s = &channel.series.time_s;
@@ -169,6 +172,8 @@ fn channels(recording: &Recording) -> Vec<ChannelRow> {
             rate_hz: sample_rate_hz(time_s).unwrap_or(f64::NAN),
             minimum: found.map(|found| found.min),
             maximum: found.map(|found| found.max),
+            accuracy: stated.get(&role).map(|noise| noise.std),
+            accuracy_source: stated.get(&role).map(|noise| noise.source.clone()),
         }
     });
     rows.collect()

@@ -296,6 +296,12 @@ pub struct ChannelRow {
     /// Largest value recorded, SI.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub maximum: Option<f64>,
+    /// Standard deviation of one sample that the instruments file states for the role, SI.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<f64>,
+    /// Where that is from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy_source: Option<String>,
 }
 
 /// A recorder's clock, `t = offset + (1 + drift) t_own`.

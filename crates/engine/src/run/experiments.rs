@@ -52,6 +52,8 @@ fn trial(session: &Session, experiment: Option<&Experiment>) -> Session {
         kept_structures: Vec::new(),
         annotations: Vec::new(),
         refused: Vec::new(),
+        report_purpose: String::new(),
+        report_asked: Vec::new(),
         report_notes: String::new(),
         report_figures: Vec::new(),
         ..with

@@ -111,6 +111,10 @@ pub struct Session {
     pub experiments: Vec<Experiment>,
     /// Words at instants of the flights, in the order of time.
     pub annotations: Vec<Annotation>,
+    /// What the flights were for: in the report.
+    pub report_purpose: String,
+    /// Derivatives that were asked for, by name: the report answers each.
+    pub report_asked: Vec<String>,
     /// What the author has to say: in the report, before its figures.
     pub report_notes: String,
     /// Figures the author has chosen: in the report, behind the notes.

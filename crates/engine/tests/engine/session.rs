@@ -116,6 +116,8 @@ fn example() -> Session {
         experiments: Vec::new(),
         kept_structures: vec![KeptStructure { name: "short".to_owned(), structure: Structure::alternative() }],
         annotations: vec![Annotation { flight: "one".to_owned(), time_s: 12.5, text: "gust, \"left\"".to_owned() }],
+        report_purpose: "Identify the \"new\" elevator.".to_owned(),
+        report_asked: vec!["Cm_alpha".to_owned(), "Cm_delta_e".to_owned()],
         report_notes: "Flown at noon.\nAir calm below 4000 ft.".to_owned(),
         report_figures: Vec::new(),
         plausible: [("Cm_q".to_owned(), PlausibleRange { low: -60.0, high: -1.0, sign_certain: true })].into(),

@@ -2,8 +2,8 @@
 
 use doublet_core::model::is_constant_name;
 
-use super::findings;
 use super::{Block, Contents};
+use super::{findings, purpose};
 use crate::date;
 use crate::notation::{plural, significant};
 use crate::report::QualityRow;
@@ -46,14 +46,15 @@ pub fn cover(contents: &Contents<'_>) -> Vec<Block> {
         let crew = if flight.crew.is_empty() { String::new() } else { format!(", crew: {}", flight.crew) };
         format!("{}, {date}{crew}", flight.name)
     });
-    let facts = vec![
-        ("Purpose", purpose(contents)),
+    let mut facts = vec![("Purpose", purpose::stated(contents).map_or_else(|| scope(contents), str::to_owned))];
+    facts.extend(purpose::summary(contents).map(|asked| ("Asked for", asked)));
+    facts.extend([
         ("Aircraft", results.aircraft.clone()),
         ("Flight", flights.collect::<Vec<_>>().join("; ")),
         ("Date of this report", date::today()),
         ("Program", results.app.clone()),
         ("Session SHA-256", results.session_sha256.clone()),
-    ];
+    ]);
     let mut blocks = vec![facts_of(facts)];
     let verdict = contents.snapshot.verdicts.ready();
     blocks.extend(verdict.map(|found| Block::Outcome(found.session.level, format!("Verdict {}", found.headline()))));
@@ -67,7 +68,8 @@ pub fn cover(contents: &Contents<'_>) -> Vec<Block> {
     blocks
 }
 
-fn purpose(contents: &Contents<'_>) -> String {
+/// What is done in a session that does not state its purpose.
+fn scope(contents: &Contents<'_>) -> String {
     let used = contents.session.active_windows().count();
     let flights = contents.session.flights.len();
     format!("Aerodynamic and control derivatives from {} of {}", plural(used, "manoeuvre"), plural(flights, "flight"))

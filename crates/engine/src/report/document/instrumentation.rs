@@ -21,10 +21,12 @@ pub fn channels(contents: &Contents<'_>) -> Parts {
     }
     let mut body = vec![
         paragraph(
-            "Range is the smallest and largest value of the recording. Noise is the standard deviation that the filter used. Bias is the mean over the manoeuvres. Delay and its standard error are estimated from the manoeuvres.",
+            "Range is the smallest and largest value of the recording. Accuracy is the standard deviation that the instruments file states, noise that the filter used. Bias is the mean over the manoeuvres. Delay and its standard error are estimated from the manoeuvres.",
         ),
         Block::Table(table),
     ];
+    let sources = sources(contents);
+    body.extend((!sources.is_empty()).then_some(Block::List(sources)));
     body.extend(places(contents));
     // Computed channels rest on the instruments, so the report names their file.
     for flight in &contents.session.flights {
@@ -59,6 +61,7 @@ fn sensors(contents: &Contents<'_>) -> Table {
     let biases: BTreeMap<&str, f64> =
         results.wind_and_bias.iter().filter_map(|row| Some((row.quantity.strip_prefix("bias_")?, row.mean))).collect();
     let rows = results.flights.iter().flat_map(|flight| flight.channels.iter().map(move |row| (flight, row)));
+    let has_accuracy = results.flights.iter().flat_map(|flight| &flight.channels).any(|row| row.accuracy.is_some());
     let delay = |row: &ChannelRow| {
         let plays = |name: &&str| Measurement::from_name(name).is_some_and(|found| found.role().name() == row.role);
         results.sensor_delays.iter().find(|delay| delay.measurements.iter().any(plays))
@@ -72,11 +75,27 @@ fn sensors(contents: &Contents<'_>) -> Table {
         .text("unit", "Unit", |(_, row)| unit(row).0)
         .maybe("minimum", "Min", "", 3, |(_, row)| Some(unit(row).1 * row.minimum?))
         .maybe("maximum", "Max", "", 3, |(_, row)| Some(unit(row).1 * row.maximum?))
+        .when(has_accuracy, |table| {
+            table.maybe("accuracy", "Accuracy", "", 2, |(_, row)| Some(unit(row).1 * row.accuracy?))
+        })
         .maybe("noise", "Noise", "", 2, |(flight, row)| Some(unit(row).1 * noise(flight, row.role)?))
         .maybe("bias", "Bias", "", 2, |(_, row)| Some(unit(row).1 * biases.get(row.role)?))
         .maybe("delay_s", "Delay", "s", 2, |(_, row)| Some(delay(row)?.delay_s))
         .maybe("delay_error_s", "Std error", "s", 2, |(_, row)| Some(delay(row)?.standard_error_s))
         .done()
+}
+
+/// Sources of the stated accuracies, one line each.
+fn sources(contents: &Contents<'_>) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for row in contents.results.flights.iter().flat_map(|flight| &flight.channels) {
+        let Some(source) = &row.accuracy_source else { continue };
+        let line = format!("Accuracy of {}: {}.", row.role, source.trim_end_matches('.'));
+        if !lines.contains(&line) {
+            lines.push(line);
+        }
+    }
+    lines
 }
 
 /// Unit of a row and its factor from SI: an engine speed is in rev/min.

@@ -5,6 +5,8 @@ use crate::study::Study;
 /// The sections there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum SectionKind {
+    /// What the flights were for, and the derivatives asked for.
+    Purpose,
     /// What was analysed, with what, by which program.
     Overview,
     /// Reference geometry, loading, mass properties.
@@ -55,7 +57,8 @@ pub enum SectionKind {
 
 impl SectionKind {
     /// All of them, in their order.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 24] = [
+        Self::Purpose,
         Self::Overview,
         Self::Aircraft,
         Self::Channels,
@@ -84,6 +87,7 @@ impl SectionKind {
     /// Name on the command line.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Purpose => "purpose",
             Self::Overview => "overview",
             Self::Aircraft => "aircraft",
             Self::Channels => "channels",
@@ -121,6 +125,7 @@ impl SectionKind {
     /// Heading.
     pub fn title(self) -> &'static str {
         match self {
+            Self::Purpose => "Purpose and derivatives asked for",
             Self::Overview => "Overview",
             Self::Aircraft => "Aircraft and loading",
             Self::Channels => "Instrumentation",

@@ -18,6 +18,7 @@ mod level_map;
 mod path;
 mod prior;
 mod proof;
+mod purpose;
 mod responses;
 mod sensitivity;
 mod setup;
@@ -212,6 +213,7 @@ fn section(kind: SectionKind, blocks: Vec<Block>, is_appendix: bool) -> Option<S
 
 fn parts(kind: SectionKind, contents: &Contents<'_>) -> Parts {
     match kind {
+        SectionKind::Purpose => purpose::purpose(contents).into(),
         SectionKind::Overview => setup::overview(contents),
         SectionKind::Aircraft => setup::aircraft(contents),
         SectionKind::Channels => instrumentation::channels(contents),

@@ -109,6 +109,10 @@ struct File {
     #[serde(default)]
     title: String,
     #[serde(default, skip_serializing_if = "String::is_empty")]
+    report_purpose: String,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    report_asked: Vec<String>,
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     report_notes: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     aircraft: Option<String>,
@@ -301,6 +305,8 @@ fn session_from(file: File) -> Result<Session, SessionError> {
         kept_structures: file.kept_models.into_iter().map(kept_from).collect::<Result<_, _>>()?,
         experiments: Vec::new(),
         annotations: file.annotations,
+        report_purpose: file.report_purpose,
+        report_asked: file.report_asked,
         report_notes: file.report_notes,
         report_figures: file.report_figures.into_iter().map(readable).collect::<Result<_, _>>()?,
         plausible: file.verdict.plausible,
@@ -408,6 +414,8 @@ fn file_of(session: &Session) -> Result<File, SessionError> {
         version: VERSION,
         app: crate::PROGRAM.to_owned(),
         title: session.title.clone(),
+        report_purpose: session.report_purpose.clone(),
+        report_asked: session.report_asked.clone(),
         report_notes: session.report_notes.clone(),
         aircraft: session.aircraft.clone(),
         aircraft_changes: session.aircraft_changes.to_table(),
