@@ -8,7 +8,7 @@ use doublet_dynamics::modes::{LocusParameter, LocusPoint, locus};
 use doublet_engine::export::{linear_json, write_linear};
 use doublet_engine::report::{DynamicsRow, IntervalRow, ModeRow, QualitiesRow, QualityRow, dynamics_row};
 use doublet_engine::session;
-use doublet_engine::study::dynamics::{CATEGORIES, CLASSES, STANDARDS, window_key};
+use doublet_engine::study::dynamics::{CATEGORIES, CLASSES, Standard, window_key};
 use doublet_engine::study::{DynamicsRequest, DynamicsStudy, Study};
 use serde_json::{Value, json};
 
@@ -99,7 +99,7 @@ pub struct JudgedArguments {
     #[arg(long, value_name = "DEG", value_parser = deflection)]
     aileron: Option<f64>,
     /// Limits that judge [default: mil_f_8785c].
-    #[arg(long, value_parser = PossibleValuesParser::new(STANDARDS))]
+    #[arg(long, value_parser = PossibleValuesParser::new(Standard::ALL.map(Standard::name)))]
     limits: Option<String>,
 }
 
@@ -108,9 +108,10 @@ impl JudgedArguments {
     #[must_use]
     pub fn added_to(&self, request: DynamicsRequest) -> DynamicsRequest {
         let place = |known: &[&str], name: Option<&str>| known.iter().position(|known| Some(*known) == name);
+        let standard = Standard::ALL.into_iter().find(|standard| self.limits.as_deref() == Some(standard.name()));
         let class = self.class.as_deref().map(|class| if class == "II" { "II-L" } else { class });
         DynamicsRequest {
-            standard: place(&STANDARDS, self.limits.as_deref()).unwrap_or(request.standard),
+            standard: standard.unwrap_or(request.standard),
             class: place(&CLASSES, class),
             category: place(&CATEGORIES, self.category.as_deref()),
             stick_delay_s: self.stick_delay,

@@ -36,7 +36,9 @@ pub fn name(quantity: Quantity) -> String {
     match quantity {
         Quantity::Signal(signal) => {
             let words = signal.description().split(',').next().unwrap_or_default();
-            let words = words.strip_suffix(" above the local origin").unwrap_or(words);
+            // The symbol says the rest.
+            let rest = [" above the local origin", " along body x", " along body y"];
+            let words = rest.into_iter().find_map(|rest| words.strip_suffix(rest)).unwrap_or(words);
             format!("{words} {}", notation::signal(signal))
         }
         other => other.name().to_owned(),

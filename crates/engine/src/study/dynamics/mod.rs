@@ -34,8 +34,29 @@ pub const THRUST_NOT_KNOWN: &str = "not judged: it depends on thrust over airspe
 
 /// Folder of the limits that come with the program.
 const LIMITS: &str = "flying_qualities";
-/// Limits that judge: the first unless another is asked for.
-pub const STANDARDS: [&str; 2] = ["mil_f_8785c", "mil_std_1797a"];
+/// Limits that judge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Standard {
+    /// MIL-F-8785C.
+    #[default]
+    MilF8785c,
+    /// MIL-STD-1797A.
+    MilStd1797a,
+}
+
+impl Standard {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::MilF8785c, Self::MilStd1797a];
+
+    /// Name of its file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::MilF8785c => "mil_f_8785c",
+            Self::MilStd1797a => "mil_std_1797a",
+        }
+    }
+}
+
 /// Limits that are shown beside them, of criteria they do not have.
 const BESIDE: [&str; 4] = ["mil_std_1797a", "gibson", "smith_geddes", "pio_phase_delay"];
 
@@ -60,8 +81,8 @@ pub struct DynamicsRequest {
     pub fuel_kg: Option<f64>,
     /// Window whose conditions are taken, by [`window_key`] of its name; all identification windows unless given.
     pub window: Option<u64>,
-    /// Limits that judge, by their place in [`STANDARDS`].
-    pub standard: usize,
+    /// Limits that judge.
+    pub standard: Standard,
     /// Class of the aircraft in flying qualities, by its place in [`CLASSES`]; that of its mass unless given.
     pub class: Option<usize>,
     /// Category of the flight phase, by its place in [`CATEGORIES`]; B unless given.
@@ -115,7 +136,7 @@ impl Default for DynamicsRequest {
             cg_x_m: None,
             fuel_kg: None,
             window: None,
-            standard: 0,
+            standard: Standard::default(),
             class: None,
             category: None,
             stick_delay_s: None,
@@ -260,9 +281,9 @@ pub fn is_modelled(session: &Session) -> bool {
     session.aircraft.is_some() && forces && has(Coefficient::Cm)
 }
 
-/// The limits at a place in [`STANDARDS`] with those shown beside them.
-fn joined_limits(standard: usize) -> StageResult<Limits> {
-    let name = STANDARDS.get(standard).copied().unwrap_or(STANDARDS[0]);
+/// The limits of a standard with those shown beside them.
+fn joined_limits(standard: Standard) -> StageResult<Limits> {
+    let name = standard.name();
     let beside = BESIDE.into_iter().filter(|beside| *beside != name);
     beside.map(limits).try_fold(limits(name)?, |joined, beside| Ok(joined.with(beside?)))
 }
