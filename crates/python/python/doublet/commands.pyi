@@ -40,7 +40,7 @@ def report(
     session: Input, *, out: Optional[Input] = ..., format: Optional[Many] = ..., sections: Optional[Many] = ..., style:
     Optional[Input] = ..., no_appendix: bool = ..., prior: Optional[Input] = ..., class_: Optional[Literal["I", "II", "II-L",
     "II-C", "III", "IV"]] = ..., category: Optional[Literal["A", "B", "C"]] = ..., stick_delay: Optional[Input] = ..., aileron:
-    Optional[Input] = ...,
+    Optional[Input] = ..., limits: Optional[Literal["mil_f_8785c", "mil_std_1797a"]] = ...,
 ) -> Answer: ...
 def sensitivity(session: Input, *, out: Optional[Input] = ...) -> Answer: ...
 def manoeuvres(session: Input, *, out: Optional[Input] = ...) -> Answer: ...
@@ -125,7 +125,8 @@ def qualities(
     load_factor: Optional[Input] = ..., pull_up: bool = ..., mass: Optional[Input] = ..., cg: Optional[Input] = ..., fuel:
     Optional[Input] = ..., manoeuvre: Optional[Input] = ..., samples: Optional[Input] = ..., seed: Optional[Input] = ...,
     class_: Optional[Literal["I", "II", "II-L", "II-C", "III", "IV"]] = ..., category: Optional[Literal["A", "B", "C"]] = ...,
-    stick_delay: Optional[Input] = ..., aileron: Optional[Input] = ...,
+    stick_delay: Optional[Input] = ..., aileron: Optional[Input] = ..., limits: Optional[Literal["mil_f_8785c",
+    "mil_std_1797a"]] = ...,
 ) -> Answer: ...
 def design(
     session: Input, *, surfaces: Optional[Many] = ..., criterion: Optional[Literal["d", "a", "max-relative"]] = ..., peak:
