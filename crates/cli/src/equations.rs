@@ -156,8 +156,12 @@ fn describe_fit(found: &EquationFit, end: usize) -> Value {
         .zip(&fit.quality)
         .map(|(name, quality)| json!({ "name": name, "r_squared": quality.r_squared, "rms": quality.rms }));
     let outputs: Vec<Value> = outputs.collect();
+    let covariance = |row: usize| -> Vec<f64> {
+        (0..found.parameters).map(|column| found.corrected_covariance[(row, column)]).collect()
+    };
     json!({
         "parameters": (0..found.parameters).map(row).collect::<Vec<_>>(),
+        "covariance": (0..found.parameters).map(covariance).collect::<Vec<_>>(),
         "initial": (found.parameters..end).map(row).collect::<Vec<_>>(),
         "outputs": outputs,
         "samples": found.time_s.len(),

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use doublet_core::estimate::Constraint;
 use doublet_core::model::{Coefficient, Structure, Term, Variable, regressors};
 use doublet_core::prep::did_you_mean;
-use doublet_core::replay::MotionAxis;
 use doublet_engine::graph::{Context, Control, Key, Keyed, Stage, StageError, StageResult};
 use doublet_engine::report::dynamics_row;
 use doublet_engine::session::{
@@ -16,10 +15,7 @@ use doublet_engine::stage::{
     path_errors, pooled_fits, window_fits,
 };
 use doublet_engine::study::dynamics::{pooled_model, propagate_expression, window_key};
-use doublet_engine::study::{
-    CheckRequest, CheckStudy, CheckedDerivative, DynamicsRequest, DynamicsStudy, Estimator, MethodEstimates, ModelPart,
-    StudyInput, WindowChecks,
-};
+use doublet_engine::study::{DynamicsRequest, DynamicsStudy, StudyInput};
 use doublet_engine::verdict::Verdicts;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -28,6 +24,7 @@ use pyo3::types::PyDict;
 use crate::attend::{Show, attend, detached, refuse};
 use crate::columns::{matrix, owned, shared};
 use crate::judged::{self, JudgedWindow, session_json, session_of_arrays};
+use crate::output_error;
 use crate::path::{FLIGHT, Path, Reconstructed};
 use crate::settings::preparation_with;
 
@@ -523,7 +520,7 @@ impl Fit {
         Ok((found.value, found.delta.map(ends), found.sampled.map(ends)))
     }
 
-    /// Output error of every window: window, axis, then either the line why there is none or derivatives, outputs and iterations.
+    /// Output error of every window, a row each.
     fn output_error<'py>(
         &self,
         py: Python<'py>,
@@ -531,66 +528,8 @@ impl Fit {
         filter_error: bool,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let axis = axis
-            .map(|name| {
-                let found = MotionAxis::ALL.into_iter().find(|axis| axis.name() == name);
-                found.ok_or_else(|| refuse(format!("'{name}' is not a motion: use longitudinal, lateral or both")))
-            })
-            .transpose()?;
-        let (inner, request) = (
-            Arc::clone(&self.inner),
-            CheckRequest {
-                axis,
-                estimators: Estimator::from_key("filter-error").filter(|_| filter_error).into_iter().collect(),
-            },
-        );
-        let work = move |control: &Control, _: Show<'_>| {
-            inner.study(|input| CheckStudy::run(request, input, &context(control)))
-        };
-        let found = attend(py, "output error", progress, work)?;
-        let each = found
-            .windows
-            .iter()
-            .flat_map(|window| by(window, "output-error").into_iter().map(move |(part, found)| (window, part, found)));
-        each.map(|(window, part, estimates)| {
-            let all = PyDict::new(py);
-            all.set_item("window", &window.window)?;
-            all.set_item("axis", part.axis())?;
-            match estimates {
-                Err(error) => all.set_item("error", error.to_string())?,
-                Ok(estimates) => {
-                    all.set_item("derivatives", values(&estimates.derivatives))?;
-                    match by(window, "filter-error").into_iter().find(|(other, _)| *other == part) {
-                        Some((_, Ok(filtered))) => all.set_item("filter_error", values(&filtered.derivatives))?,
-                        Some((_, Err(error))) => all.set_item("filter_trouble", error.to_string())?,
-                        None => {}
-                    }
-                    let Some(flight) = &estimates.flight else { return Ok(all) };
-                    all.set_item("iterations", flight.iterations)?;
-                    let outputs = PyDict::new(py);
-                    for output in &flight.outputs {
-                        let columns = [&output.flown.time_s, &output.measured.values, &output.flown.values];
-                        let columns = columns.map(|column| shared(py, column));
-                        let [time, measured, flown] = columns;
-                        outputs.set_item(output.output.name(), (time?, measured?, flown?, output.r_squared))?;
-                    }
-                    all.set_item("outputs", outputs)?;
-                }
-            }
-            Ok(all)
-        })
-        .collect()
+        output_error::rows(py, &self.inner, (axis, filter_error), progress)
     }
-}
-
-/// What the estimator called `key` found, part by part of the model.
-fn by<'w>(window: &'w WindowChecks, key: &str) -> Vec<(ModelPart, Result<&'w MethodEstimates, &'w StageError>)> {
-    window.results().filter(|(method, ..)| method.key == key).map(|(_, part, found)| (part, found)).collect()
-}
-
-/// Names, estimates and standard errors.
-fn values(derivatives: &[CheckedDerivative]) -> Vec<(&str, f64, f64)> {
-    derivatives.iter().map(|row| (&*row.name, row.estimate, row.standard_error)).collect()
 }
 
 /// A context that reads no file.

@@ -13,6 +13,7 @@ mod equations;
 mod fits;
 mod flight;
 mod judged;
+mod output_error;
 mod path;
 mod recording;
 mod session;

@@ -197,6 +197,24 @@ def test_windows_are_those_of_the_package(frame):
     assert apart.params == db.equations(frame, "short-period", windows=[(0.5, 5.0), (6.0, 10.0)]).params
 
 
+def test_covariance_is_that_of_a_sum_of_parameters(frame):
+    """The standard error of a sum follows from the covariance, and is the one found with the sum as a parameter."""
+    found = db.equations(frame, EQUATIONS)
+    states = {**EQUATIONS["states"], "q": "(Sum - M_q)*alpha + M_q*q + M_delta_e*delta_e"}
+    start = {"Z_alpha": -1.0, "Sum": -5.0, "M_q": -1.0, "M_delta_e": -5.0}
+    summed = db.equations(frame, {**EQUATIONS, "states": states, "parameters": start})
+    names, cov = list(found.params), found.cov
+    assert np.sqrt(np.diag(cov)) == pytest.approx(list(found.stderr.values()), rel=1e-9)
+    np.testing.assert_allclose(cov, cov.T, rtol=1e-12, atol=0)
+    for method in ("equation_error", "output_error"):
+        cov, share = found.cov_by(method), np.array([name in ("M_alpha", "M_q") for name in names], dtype=float)
+        assert np.sqrt(share @ cov @ share) == pytest.approx(summed.by(method)["Sum"].stderr, rel=0.02), method
+        alone = np.sqrt(share @ np.diag(np.diag(cov)) @ share)
+        assert abs(alone / summed.by(method)["Sum"].stderr - 1.0) > 0.02, method
+    with pytest.raises(db.DoubletKeyError, match="did you mean 'output_error'"):
+        found.cov_by("output_eror")
+
+
 def test_fits_have_samples_and_a_criterion(frame):
     found = db.equations(frame, "short-period")
     assert found.nobs == found.document[found.method]["samples"] <= len(frame)

@@ -108,6 +108,13 @@ def test_intervals_of_results_output_error_and_equations(made, demo):
     assert demo.conf_int(0.99)["Cm_alpha"][0] < low
     flown = next(one for one in db.output_error(made[2], axis="longitudinal") if one.error is None)
     assert flown.conf_int()["Cm_alpha"] == pytest.approx(flown.derivatives["Cm_alpha"].interval)
+    assert np.sqrt(np.diag(flown.cov)) == pytest.approx([one.stderr for one in flown.derivatives.values()], rel=1e-9)
+    correlation = flown.cov / np.outer(*[np.sqrt(np.diag(flown.cov))] * 2)
+    np.testing.assert_allclose(correlation, correlation.T, atol=1e-12)
+    assert np.linalg.eigvalsh(correlation).min() > -1e-9 and np.abs(np.triu(correlation, 1)).max() > 0.1
+    assert flown.filter_error_cov.shape == (0, 0)
+    filtered = next(one for one in db.output_error(made[2], axis="longitudinal", filter_error=True) if one.filter_error)
+    assert np.sqrt(np.diag(filtered.filter_error_cov)) == pytest.approx([one.stderr for one in filtered.filter_error.values()], rel=1e-9)
     window = made[0].windows[0]
     found = db.equations(demo.recording(), "short-period", windows=[(window.start, window.end)])
     assert found.conf_int()["M_alpha"] == pytest.approx(found["M_alpha"].interval)

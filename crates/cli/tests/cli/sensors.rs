@@ -111,8 +111,12 @@ fn equations_of_an_unstable_aircraft_are_fitted_to_a_table_of_degrees() {
     let found: Value = serde_json::from_str(&run_doublet(&command)).unwrap();
     for (name, truth) in [("Z_alpha", -0.9), ("M_alpha", 2.0), ("M_q", -1.1), ("M_delta_e", -6.0)] {
         let rows = found["output_error"]["parameters"].as_array().unwrap();
-        let row = rows.iter().find(|row| row["name"] == name).unwrap();
-        let [estimate, error] = ["estimate", "corrected_standard_error"].map(|key| row[key].as_f64().unwrap());
+        let at = rows.iter().position(|row| row["name"] == name).unwrap();
+        let [estimate, error] = ["estimate", "corrected_standard_error"].map(|key| rows[at][key].as_f64().unwrap());
+        let covariance = &found["output_error"]["covariance"];
+        let root = covariance[at][at].as_f64().unwrap().sqrt();
+        assert!((root / error - 1.0).abs() < 1e-12, "{name}: {root} {error}");
+        assert_eq!(covariance[at][0], covariance[0][at], "{name}");
         // The table integrates its elevator a little otherwise than straight lines between rows do.
         assert!((estimate - truth).abs() < 3.0 * error + 0.02 * truth.abs(), "{name}: {estimate} +- {error}");
         assert!(error < 0.2 * truth.abs(), "{name}: {error}");

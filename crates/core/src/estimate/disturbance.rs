@@ -20,27 +20,28 @@ const LEAST: f64 = 1e-5;
 /// `CX CY CZ Cl Cm Cn`, and a value per sample.
 pub type Unexplained = (Coefficient, Vec<f64>);
 
-/// Variance that unmodelled forces and moments give to the estimates of [`super::flight_output_error`], whose simulation knows
+/// Covariance that unmodelled forces and moments give to the estimates of [`super::flight_output_error`], whose simulation knows
 /// none: a gust moves the aircraft, and the derivatives follow it.
 ///
 /// With the disturbance `d_c(t) = sum_i a_ci h_i(t)` of coefficient `c` by hat functions `h_i`, the estimates move by
-/// `g_ci = D S' R^-1 dy/da_ci` for each unit of `a_ci`, `dy/da` from one more flight each; the variance is
+/// `g_ci = D S' R^-1 dy/da_ci` for each unit of `a_ci`, `dy/da` from one more flight each; the covariance is
 /// `sum_{c,c'} sum_{i,j} w_{|i-j|} R_cc'(j - i) g_ci g_c'j'` with the correlation `R` of the amplitudes found in `unexplained` and the
 /// weights of [`Taper::Parzen`]. It adds to that of the measurement noise.
 ///
-/// Gives one variance per estimate. `windows`, `freedom` and `found` are those of the estimation; `unexplained` has the
+/// Its rows are those of the estimates. `windows`, `freedom` and `found` are those of the estimation; `unexplained` has the
 /// coefficients of each window. `go_on` is asked before every simulated flight.
 ///
 /// # Errors
 /// [`FlightFitError::Stopped`], columns of another length, a flight that cannot be flown.
-pub fn disturbance_variance(
+pub fn disturbance_covariance(
     axis: MotionAxis,
     (windows, freedom): (&[FlightWindow<'_>], &FlightFreedom),
     found: &FlightOutputFit,
     unexplained: &[Vec<Unexplained>],
     go_on: &dyn Fn() -> bool,
-) -> Result<Vec<f64>, FlightFitError> {
-    let mut variance = vec![0.0; found.fit.names.len()];
+) -> Result<DMatrix<f64>, FlightFitError> {
+    let estimates = found.fit.names.len();
+    let mut products = DMatrix::zeros(estimates, estimates);
     for (index, disturbances) in unexplained.iter().enumerate().take(windows.len()) {
         let problem = Problem { axis, windows, freedom };
         let time_s = windows[index].replay.time_s();
@@ -57,9 +58,9 @@ pub fn disturbance_variance(
             gains.push(gains_of(&problem, index, found, (*coefficient, size), &knots, go_on)?);
             amplitudes.push(own);
         }
-        add_variance(&gains, &amplitudes, &mut variance);
+        add_products(&gains, &amplitudes, &mut products);
     }
-    Ok(variance)
+    Ok(0.5 * (&products + products.transpose()))
 }
 
 /// Hat functions over a window.
@@ -95,7 +96,7 @@ impl Knots {
     }
 }
 
-/// Change of the estimates with each amplitude of one coefficient, estimates by knots; `size` is flown.
+/// Change of the estimates with each amplitude of one coefficient, knots by estimates; `size` is flown.
 fn gains_of(
     problem: &Problem<'_>,
     index: usize,
@@ -110,7 +111,7 @@ fn gains_of(
     let undisturbed = fit.outputs.rows(range.start, range.len());
     let mut replay = problem.windows[index].replay.clone();
     let time_s = problem.windows[index].replay.time_s();
-    let mut gains = DMatrix::zeros(fit.names.len(), knots.count);
+    let mut gains = DMatrix::zeros(knots.count, fit.names.len());
     for knot in 0..knots.count {
         if !go_on() {
             return Err(FlightFitError::Stopped);
@@ -122,25 +123,29 @@ fn gains_of(
         }
         let towards = fit.sensitivities.iter().map(|s| s.rows(range.start, range.len()).dot(&change));
         let gradient = DVector::from_iterator(fit.names.len(), towards);
-        gains.set_column(knot, &(&fit.covariance * gradient));
+        gains.set_row(knot, &(&fit.covariance * gradient).transpose());
     }
     Ok(gains)
 }
 
-/// Adds `sum_{c,c'} sum_{i,j} w_{|i-j|} R_cc'(j - i) g_ci g_c'j` of every estimate.
-fn add_variance(gains: &[DMatrix<f64>], amplitudes: &[Vec<f64>], variance: &mut [f64]) {
+/// Adds `sum_{c,c'} sum_{i,j} w_{|i-j|} R_cc'(j - i) g_ci g_c'j'` to `products`, lags of the other sign as those of the pair the other way
+/// round: it is the mean of this and its transpose.
+fn add_products(gains: &[DMatrix<f64>], amplitudes: &[Vec<f64>], products: &mut DMatrix<f64>) {
     let Some(knots) = amplitudes.first().map(Vec::len) else { return };
     let weights: Vec<f64> = Taper::Parzen.weights(knots / 5).collect();
     for (a, first) in amplitudes.iter().enumerate() {
         for (b, second) in amplitudes.iter().enumerate() {
             for (lag, weight) in weights.iter().enumerate() {
-                // Lags of the other sign are those of the pair the other way round, but for none.
+                // Lag zero has no other sign.
                 let both = if lag == 0 { 1.0 } else { 2.0 };
-                let products: f64 = first.iter().zip(&second[lag..]).map(|(x, y)| x * y).sum();
-                let correlation = both * weight * products / knots as f64;
-                for (row, sum) in variance.iter_mut().enumerate() {
-                    let pairs = (0..knots - lag).map(|i| gains[a][(row, i)] * gains[b][(row, i + lag)]);
-                    *sum += correlation * pairs.sum::<f64>();
+                let common: f64 = first.iter().zip(&second[lag..]).map(|(x, y)| x * y).sum();
+                let correlation = both * weight * common / knots as f64;
+                for (column, later) in gains[b].column_iter().enumerate() {
+                    let later = &later.as_slice()[lag..];
+                    for (row, earlier) in gains[a].column_iter().enumerate() {
+                        let pairs: f64 = earlier.as_slice().iter().zip(later).map(|(x, y)| x * y).sum();
+                        products[(row, column)] += correlation * pairs;
+                    }
                 }
             }
         }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::DMatrix;
 
-use super::flight_output_error::{Flown, Prepared, Problem, corrected_errors};
+use super::flight_output_error::{Flown, Prepared, Problem};
 use super::steady_filter::{ProcessNoise, Steady, first_deviation, settle_noise};
 use super::{
     EstimateError, FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, OutputErrorSettings,
@@ -74,8 +74,7 @@ pub fn flight_filter_error(
         return Err(FlightFitError::Stopped);
     }
     let process_noise = ProcessNoise::list(&states, &parameters[first_log..], &fit);
-    let corrected_errors = corrected_errors(&fit, &measured, &samples)?;
-    let estimate = FlightOutputFit { fit, corrected_errors, samples };
+    let estimate = FlightOutputFit::new(fit, &measured, samples)?;
     Ok(FlightFilterFit { estimate, process_noise, measurement_noise })
 }
 

@@ -237,11 +237,26 @@ pub enum FlightFitError {
 pub struct FlightOutputFit {
     /// Estimates: shared derivatives, then for each window its own derivatives, initial states and biases, named `name[label]`.
     pub fit: OutputErrorFit,
-    /// Standard errors corrected for residuals that are coloured and hang together from output to output, one per estimate
+    /// Covariance of the estimates corrected for residuals that are correlated in time and between outputs
     /// (Morelli and Klein 1997 with `S_i' R^-1` in place of the regressors).
+    pub corrected_covariance: DMatrix<f64>,
+    /// Square roots of its diagonal.
     pub corrected_errors: Vec<f64>,
     /// Samples of each window in `fit.outputs`.
     pub samples: Vec<Range<usize>>,
+}
+
+impl FlightOutputFit {
+    /// The fit with its corrected errors.
+    pub(super) fn new(
+        fit: OutputErrorFit,
+        measured: &DMatrix<f64>,
+        samples: Vec<Range<usize>>,
+    ) -> Result<Self, EstimateError> {
+        let corrected_covariance = corrected_covariance(&fit, measured, &samples)?;
+        let corrected_errors = roots_of_diagonal(&corrected_covariance);
+        Ok(Self { fit, corrected_covariance, corrected_errors, samples })
+    }
 }
 
 /// Output error in the time domain (methods as in [`output_error`]): flies the recorded controls from free initial states with
@@ -285,8 +300,7 @@ pub fn flight_output_error(
         return Err(FlightFitError::Stopped);
     }
     let fit = fit?;
-    let corrected_errors = corrected_errors(&fit, &measured, &samples)?;
-    Ok(FlightOutputFit { fit, corrected_errors, samples })
+    FlightOutputFit::new(fit, &measured, samples).map_err(FlightFitError::from)
 }
 
 /// Flights with what is free in them.
@@ -441,18 +455,23 @@ pub(super) struct Flown {
     pub(super) biases: Vec<f64>,
 }
 
-/// Standard errors by [`covariance_of_outputs`] with the information of [`output_error`], of `samples` window by window.
+/// Standard errors of a covariance.
+pub(super) fn roots_of_diagonal(covariance: &DMatrix<f64>) -> Vec<f64> {
+    covariance.diagonal().iter().map(|variance| variance.sqrt()).collect()
+}
+
+/// Covariance of the estimates by [`covariance_of_outputs`] with the information of [`output_error`], of `samples` window by window.
 ///
 /// The autocorrelation of an output that is measured at a part of the samples only counts by that part: sums over them are of as
 /// many products as there are.
 ///
 /// # Errors
 /// As for [`covariance_of_outputs`].
-pub(super) fn corrected_errors(
+pub(super) fn corrected_covariance(
     fit: &OutputErrorFit,
     measured: &DMatrix<f64>,
     samples: &[Range<usize>],
-) -> Result<Vec<f64>, EstimateError> {
+) -> Result<DMatrix<f64>, EstimateError> {
     let columns: Vec<usize> = (0..fit.names.len()).collect();
     // Both in deviations of the noise: the information is then that of plain least squares.
     let parts: Vec<Vec<(DMatrix<f64>, Vec<f64>)>> = (0..measured.ncols())
@@ -480,6 +499,5 @@ pub(super) fn corrected_errors(
         let window = |(sensitivities, residuals)| Some(OutputWindow { sensitivities, columns: &columns, residuals });
         outputs.push(parts.iter().map(|(sensitivities, residuals)| window((sensitivities, residuals))).collect());
     }
-    let covariance = covariance_of_outputs(&Unit::without_priors(&fit.covariance), &outputs)?;
-    Ok(covariance.diagonal().iter().map(|variance| variance.sqrt()).collect())
+    covariance_of_outputs(&Unit::without_priors(&fit.covariance), &outputs)
 }

@@ -39,7 +39,7 @@ pub use conditions::{ConditionFit, ConditionPoint, condition_regression};
 pub use constant_errors::{ConstantErrors, InnovationEvidence, constant_errors};
 pub use constrained::{Constraint, constrained_least_squares};
 pub use covariance::{Coloured, Taper, Transforms, autocorrelation, coloured_covariance, coloured_covariances};
-pub use disturbance::{Unexplained, disturbance_variance};
+pub use disturbance::{Unexplained, disturbance_covariance};
 pub use equations::{
     EquationFault, EquationFit, EquationFunction, EquationModel, EquationNames, EquationPoints, EquationRecord,
     EquationSettings, EquationText, FilterErrorFit, equation_error_of, filter_error_of, output_error_of,

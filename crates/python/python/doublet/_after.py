@@ -125,11 +125,15 @@ class OutputError:
     Attributes:
         window: Window.
         axis: ``"longitudinal"``, ``"lateral"`` or ``"both"``.
-        derivatives: Estimates with errors corrected for correlated residuals.
+        derivatives: Estimates with errors corrected for correlated residuals and for forces and moments that the model lacks; per rad,
+            rates without dimension.
+        cov: Their covariance by the same errors, in the order of ``derivatives``, shape (p, p).
         outputs: By name: time (s), measured and flown (SI), R².
         verdict: Level of the manoeuvre: ``"good"``, ``"caution"`` or ``"bad"``; ``fit.verdict`` has the findings.
         error: Reason of a failure, or ``None``.
+        iterations: Steps of the search.
         filter_error: Estimates by filter error, empty by default.
+        filter_error_cov: Their covariance in the order of ``filter_error``, shape (p, p); empty by default.
         filter_trouble: Reason why filter error failed, or ``None``.
     """
 
@@ -142,6 +146,8 @@ class OutputError:
     error: Optional[str] = None
     filter_error: dict[str, Value] = field(default_factory=dict)
     filter_trouble: Optional[str] = None
+    cov: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
+    filter_error_cov: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def nobs(self) -> int:
@@ -199,8 +205,13 @@ def output_error(fit: Fit, *, axis: Optional[Literal["longitudinal", "lateral", 
     found, levels = [], fit.verdict["windows"]
     for row in fit._inner.output_error(axis, filter_error, progress):
         derivatives, filtered = ({name: Value(*rest) for name, *rest in row.get(key, [])} for key in ("derivatives", "filter_error"))
-        outputs, iterations, trouble = row.get("outputs", {}), row.get("iterations", 0), row.get("filter_trouble")
-        found.append(OutputError(row["window"], row["axis"], levels[row["window"]], derivatives, outputs, iterations, row.get("error"), filtered, trouble))
+        covariances = {name: row[key] for name, key in (("cov", "covariance"), ("filter_error_cov", "filter_covariance")) if key in row}
+        found.append(
+            OutputError(
+                row["window"], row["axis"], levels[row["window"]], derivatives, row.get("outputs", {}), row.get("iterations", 0),
+                row.get("error"), filtered, row.get("filter_trouble"), **covariances,
+            )
+        )
     if found and all(one.error is not None for one in found):
         raise DoubletError(f"window '{found[0].window}': {found[0].error}")
     return found

@@ -7,6 +7,9 @@ import os
 from dataclasses import dataclass
 from typing import Any, Mapping, Optional, Sequence, Union
 
+import numpy as np
+from numpy.typing import NDArray
+
 from . import _doublet, commands
 from ._commands import Answer, Inputs, time_column
 from ._doublet import DoubletError
@@ -71,6 +74,16 @@ class EquationFit:
     def stderr(self) -> dict[str, float]:
         """Standard errors by name, corrected for correlated residuals."""
         return {name: value.stderr for name, value in self.by(self.method).items()}
+
+    @property
+    def cov(self) -> NDArray[np.float64]:
+        """Covariance of ``params`` in their order, shape (p, p), corrected for correlated residuals."""
+        return self.cov_by(self.method)
+
+    def cov_by(self, method: str) -> NDArray[np.float64]:
+        """Covariance of the parameters by one method in the order of :meth:`by`, shape (p, p)."""
+        self.by(method)
+        return np.array(self.document[method]["covariance"], dtype=np.float64)
 
     def conf_int(self, level: float = 0.95, *, method: Optional[str] = None) -> dict[str, tuple[float, float]]:
         """Ends of the intervals of ``level`` by name, of :attr:`method` or of another one."""

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use super::model::{Expressions, Sides};
 use super::shooting::{Flight, Piece, Shooting, fly_pieces, free, integrate, lanes};
 use super::{EquationFault, EquationModel, EquationPoints, EquationRecord};
-use crate::estimate::flight_output_error::corrected_errors;
+use crate::estimate::flight_output_error::{corrected_covariance, roots_of_diagonal};
 use crate::estimate::output_error::output_error_in_lanes;
 use crate::estimate::{EstimateError, OutputErrorFit, OutputErrorSettings, OutputParameter, output_error};
 use crate::prep::{Differentiation, MatchedSmoothing, differentiate};
@@ -38,7 +38,9 @@ pub struct EquationFit {
     pub fit: OutputErrorFit,
     /// Number of parameters among them.
     pub parameters: usize,
-    /// Standard errors corrected for correlated residuals, of all estimates.
+    /// Covariance of all estimates corrected for correlated residuals.
+    pub corrected_covariance: DMatrix<f64>,
+    /// Square roots of its diagonal.
     pub corrected_errors: Vec<f64>,
     /// What is compared: names of the columns of the fit.
     pub compared: Vec<String>,
@@ -201,8 +203,10 @@ pub(super) fn finish(
     compared: Vec<String>,
     (time_s, rows): (Vec<f64>, Vec<Range<usize>>),
 ) -> Result<EquationFit, EquationFault> {
-    let corrected_errors = corrected_errors(&fit, measured, &rows)?;
-    Ok(EquationFit { fit, parameters: model.parameters.len(), corrected_errors, compared, time_s, rows })
+    let corrected_covariance = corrected_covariance(&fit, measured, &rows)?;
+    let corrected_errors = roots_of_diagonal(&corrected_covariance);
+    let parameters = model.parameters.len();
+    Ok(EquationFit { fit, parameters, corrected_covariance, corrected_errors, compared, time_s, rows })
 }
 
 /// Refuses records that do not fit the model.

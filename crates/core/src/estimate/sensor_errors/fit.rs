@@ -9,7 +9,7 @@ use super::window::{Gain, Noise, Samples, Values};
 use super::{
     ErrorTerm, Freedom, NoiseModel, Sensor, SensorError, SensorErrorFault, SensorErrorSettings, SensorErrorWindow,
 };
-use crate::estimate::flight_output_error::corrected_errors;
+use crate::estimate::flight_output_error::{corrected_covariance, roots_of_diagonal};
 use crate::estimate::{OutputErrorFit, OutputParameter, output_error};
 use crate::reconstruct::{FilterSettings, Measurement, Motion, check_samples, initial_state};
 
@@ -331,7 +331,7 @@ impl<'a> Problem<'a> {
         gains: Option<&[Vec<Gain>]>,
         measured: &DMatrix<f64>,
     ) -> Result<SensorErrorFit, SensorErrorFault> {
-        let corrected = corrected_errors(&fit, measured, &self.rows)?;
+        let corrected = roots_of_diagonal(&corrected_covariance(&fit, measured, &self.rows)?);
         let shares: Vec<Alone> = (0..self.samples.len()).map(|window| self.alone(window, unknowns, &fit)).collect();
         let mut errors = Vec::new();
         let mut initial = Vec::new();

@@ -2,7 +2,7 @@
 
 use doublet_core::estimate::{
     FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, OutputErrorSettings,
-    disturbance_variance, flight_output_error,
+    disturbance_covariance, flight_output_error,
 };
 use doublet_core::model::{Coefficient, Derivatives};
 use doublet_core::replay::{Motion, MotionAxis, Response, Start};
@@ -100,6 +100,9 @@ fn output_error_of_a_flight_recovers_every_derivative_within_its_errors() {
         let found = follow(axis, 11).unwrap();
         let (fit, entries) = (&found.fit, entries(axis));
         let mut squares = 0.0;
+        for (place, error) in found.corrected_errors.iter().enumerate() {
+            assert_eq!(found.corrected_covariance[(place, place)].sqrt(), *error, "{}", fit.names[place]);
+        }
         for (place, &entry) in entries.iter().enumerate() {
             let (coefficient, term, truth) = TRUTH[entry];
             let normalised = (fit.estimates[place] - truth) / fit.standard_errors[place];
@@ -162,7 +165,12 @@ fn follow_disturbed(seed: u64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     }];
     let freedom = FlightFreedom { shared: entries(AXIS), own: Vec::new(), biases: AXIS.biased() };
     let found = flight_output_error(AXIS, &windows, &freedom, &OutputErrorSettings::default(), &|| true).unwrap();
-    let variances = disturbance_variance(AXIS, (&windows, &freedom), &found, &[unexplained.into()], &|| true).unwrap();
+    let disturbed =
+        disturbance_covariance(AXIS, (&windows, &freedom), &found, &[unexplained.into()], &|| true).unwrap();
+    assert_eq!(disturbed, disturbed.transpose());
+    let least = disturbed.symmetric_eigenvalues().min();
+    assert!(least > -1e-9 * disturbed.diagonal().max(), "smallest eigenvalue {least:e}");
+    let variances = disturbed.diagonal().iter().copied().collect();
     (found.fit.estimates, found.corrected_errors, variances)
 }
 

@@ -2,7 +2,7 @@
 
 use doublet_core::estimate::{OutputErrorSettings, ProcessNoise, flight_filter_error};
 
-use super::output_error::{OutputErrorFlight, checked, line_of};
+use super::output_error::{OutputErrorFlight, checked, first, line_of};
 use super::{CheckedDerivative, MethodEstimates, PartEstimates, WindowEstimation};
 use crate::graph::StageResult;
 
@@ -20,9 +20,10 @@ fn filtered(flight: &OutputErrorFlight<'_>) -> StageResult<MethodEstimates> {
     let go_on = || !flight.context.control().is_cancelled();
     let filter = flight_filter_error(flight.axis, (&windows, &flight.freedom), begin, &settings, &go_on);
     let filter = filter.map_err(line_of)?;
-    let derivatives = checked(&filter.estimate).take(flight.freedom.shared.len()).collect();
+    let derivatives: Vec<_> = checked(&filter.estimate).take(flight.freedom.shared.len()).collect();
+    let covariance = first(&filter.estimate.corrected_covariance, derivatives.len());
     let others = filter.process_noise.iter().map(noise_row).collect();
-    Ok(MethodEstimates { derivatives, others, flight: None })
+    Ok(MethodEstimates { derivatives, covariance, others, flight: None })
 }
 
 /// The noise that drives a state, per root second; zero without an error where the data show none.

@@ -11,8 +11,7 @@ pub(super) fn estimate(estimation: &WindowEstimation<'_>) -> Vec<PartEstimates> 
     let fits = &estimation.window.fits.fits;
     let own = fits.iter().filter_map(|fit| Some((fit.coefficient, fit.fit.as_ref().ok()?)));
     let one = |(coefficient, fit)| {
-        let found = in_frequency(estimation, coefficient, fit);
-        let result = found.map(|derivatives| MethodEstimates { derivatives, ..MethodEstimates::default() });
+        let result = in_frequency(estimation, coefficient, fit);
         PartEstimates { part: ModelPart::Coefficient(coefficient), result }
     };
     own.map(one).collect()
@@ -31,7 +30,7 @@ fn in_frequency(
     estimation: &WindowEstimation<'_>,
     coefficient: Coefficient,
     fit: &Fit,
-) -> StageResult<Vec<CheckedDerivative>> {
+) -> StageResult<MethodEstimates> {
     let aero = &estimation.window.aero;
     let terms: Vec<Term> =
         fitted_terms(estimation, coefficient, fit).into_iter().filter(|term| !term.is_constant()).collect();
@@ -53,7 +52,8 @@ fn in_frequency(
     let window = FrequencyWindow { step_s, x, z: aero.coefficients.get(coefficient)[rows].to_vec() };
     let found = frequency_equation_error(&names, &[window], &settings)?;
     let rows = found.names.iter().zip(&found.estimates).zip(&found.standard_errors);
-    Ok(rows
+    let derivatives = rows
         .map(|((name, &estimate), &standard_error)| CheckedDerivative { name: name.clone(), estimate, standard_error })
-        .collect())
+        .collect();
+    Ok(MethodEstimates { derivatives, covariance: found.covariance, ..MethodEstimates::default() })
 }

@@ -9,6 +9,7 @@ use std::cell::OnceCell;
 
 use doublet_core::model::Coefficient;
 use doublet_core::replay::MotionAxis;
+use nalgebra::DMatrix;
 
 use output_error::OutputErrorFlight;
 pub use output_error::{FollowedFlight, FollowedOutput, FollowedStart};
@@ -158,6 +159,8 @@ pub struct PartEstimates {
 pub struct MethodEstimates {
     /// Derivatives.
     pub derivatives: Vec<CheckedDerivative>,
+    /// Their covariance: of independent frequencies, or corrected for correlated residuals.
+    pub covariance: DMatrix<f64>,
     /// What else it estimates: initial states, biases, process noise.
     pub others: Vec<CheckedDerivative>,
     /// The simulation, of an estimator that compares one with the recording.

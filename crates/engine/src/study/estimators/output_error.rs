@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use doublet_core::estimate::{
     FlightFitError, FlightFreedom, FlightOutput, FlightOutputFit, FlightWindow, InitialState, OutputErrorSettings,
-    Unexplained, disturbance_variance, flight_output_error,
+    Unexplained, disturbance_covariance, flight_output_error,
 };
 use doublet_core::model::{Coefficient, CoefficientSettings, Derivatives, Term, Variable, VariableValues};
 use doublet_core::reconstruct::{Measurement, State};
 use doublet_core::replay::{Motion, MotionAxis};
 use doublet_core::series::{Series, value_at};
 use doublet_core::statistics::median_step;
+use nalgebra::DMatrix;
 
 use super::{CheckedDerivative, MethodEstimates, PartEstimates, WindowEstimation};
 use crate::graph::{Context, StageResult};
@@ -177,14 +178,18 @@ impl<'a> OutputErrorFlight<'a> {
         let windows = [self.flight_window(self.measured.clone())];
         let go_on = || !self.context.control().is_cancelled();
         let unexplained = [self.unexplained()?];
-        let disturbed = disturbance_variance(self.axis, (&windows, &self.freedom), &self.found, &unexplained, &go_on);
+        let disturbed = disturbance_covariance(self.axis, (&windows, &self.freedom), &self.found, &unexplained, &go_on);
+        let disturbed = disturbed.map_err(line_of)?;
         let mut found = self.found.clone();
-        let errors = found.corrected_errors.iter_mut().zip(disturbed.map_err(line_of)?);
-        errors.for_each(|(error, variance)| *error = error.hypot(variance.max(0.0).sqrt()));
+        for (index, error) in found.corrected_errors.iter_mut().enumerate() {
+            *error = error.hypot(disturbed[(index, index)].max(0.0).sqrt());
+        }
+        found.corrected_covariance += disturbed;
         let mut derivatives: Vec<_> = checked(&found).collect();
         let others = derivatives.split_off(self.freedom.shared.len());
+        let covariance = first(&found.corrected_covariance, derivatives.len());
         let flight = Some(self.flight(&others));
-        Ok(MethodEstimates { derivatives, others, flight })
+        Ok(MethodEstimates { derivatives, covariance, others, flight })
     }
 
     /// The outputs with airspeed, flow angles and attitude as recorded in place of those of the path, whose errors are not white: each sample at
@@ -387,6 +392,11 @@ fn sensor(output: FlightOutput) -> Option<Measurement> {
 pub(super) fn checked(found: &FlightOutputFit) -> impl Iterator<Item = CheckedDerivative> + '_ {
     let rows = found.fit.names.iter().zip(&found.fit.estimates).zip(&found.corrected_errors);
     rows.map(|((name, &estimate), &standard_error)| CheckedDerivative { name: name.clone(), estimate, standard_error })
+}
+
+/// Covariance of the first `count` estimates.
+pub(super) fn first(covariance: &DMatrix<f64>, count: usize) -> DMatrix<f64> {
+    covariance.view((0, 0), (count, count)).into_owned()
 }
 
 /// The pooled model of `axis` with constants of this window, and its entries that the window's own fit has.
