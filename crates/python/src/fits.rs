@@ -144,6 +144,16 @@ fn structure(models: Vec<(String, Vec<String>)>) -> PyResult<Structure> {
     Ok(structure)
 }
 
+/// Each term as it is written in full, with the name of the derivative of a coefficient by it.
+#[pyfunction]
+pub fn derivative_names(coefficient: String, terms: Vec<String>) -> PyResult<Vec<(String, String)>> {
+    let structure = structure(vec![(coefficient, terms)])?;
+    let rows = structure.models.iter().flat_map(|(coefficient, terms)| {
+        terms.iter().map(|term| (term.to_string(), term.derivative_name(*coefficient)))
+    });
+    Ok(rows.collect())
+}
+
 /// A constraint as Python gives it.
 pub fn constraint(kind: &str, first: f64, second: f64) -> PyResult<Constraint> {
     match kind {

@@ -39,7 +39,7 @@ mod _doublet {
     #[pymodule_export]
     use crate::equations::fit_function;
     #[pymodule_export]
-    use crate::fits::{Coefficients, Fit};
+    use crate::fits::{Coefficients, Fit, derivative_names};
     #[pymodule_export]
     use crate::flight::simulate;
     #[pymodule_export]

@@ -122,6 +122,35 @@ def test_intervals_of_results_output_error_and_equations(made, demo):
         demo.conf_int(95)
 
 
+def test_coefficients_are_predicted_at_new_regressors(made):
+    pandas = pytest.importorskip("pandas")
+    _, coefs, fit = made
+    results = fit.results()
+    for name, window in [(one.name, one) for one in coefs][:2]:
+        known = fit.predict("Cm")[name]["predicted"]
+        np.testing.assert_allclose(fit.predict("Cm", window), known, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(results.predict("Cm", window.to_pandas()), known, rtol=1e-6, atol=1e-8)
+        own = fit.predict("Cm", window, manoeuvre=name)
+        np.testing.assert_allclose(own, fit.predict("Cm", constants="own")[name]["predicted"], rtol=1e-9, atol=1e-12)
+        assert not np.allclose(own, known)
+    columns = np.column_stack([coefs[0][name] for name in ("alpha", "qc/V", "delta_e")])
+    np.testing.assert_allclose(fit.predict("Cm", columns), fit.predict("Cm", coefs[0]), rtol=1e-12)
+    frame = pandas.DataFrame({"alpha": [0.0, 0.1]})
+    rise = fit["CX_alpha"] * 0.1 + fit["CX_alpha2"] * 0.01
+    assert np.diff(fit.predict("CX", frame)) == pytest.approx([rise])
+    assert np.diff(fit.predict("CX", frame.assign(**{"alpha^2": 0.0}))) == pytest.approx([fit["CX_alpha"] * 0.1])
+    for call, text in (
+        (lambda: results.predict("Cmm", frame), "no coefficient of the results is called 'Cmm': did you mean 'Cm'"),
+        (lambda: results.predict("CX", frame.rename(columns={"alpha": "alfa"})), "no column is called 'alpha': did you mean 'alfa'"),
+        (lambda: results.predict("Cm", frame), "no column is called 'qc/V'"),
+        (lambda: results.predict("CX", frame, manoeuvre="nine"), "no manoeuvre with a constant is called 'nine'"),
+    ):
+        with pytest.raises(db.DoubletKeyError, match=text):
+            call()
+    with pytest.raises(db.DoubletError, match="X has 2 columns: give one for each of alpha, qc/V, delta_e"):
+        results.predict("Cm", columns[:, :2])
+
+
 def test_every_object_has_html_and_a_short_repr(made, demo):
     path, coefs, fit = made
     recording = demo.recording()

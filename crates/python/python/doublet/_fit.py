@@ -17,6 +17,7 @@ from ._errors import unknown
 from ._formulas import terms_of
 from ._linear import Linear
 from ._path import Path, stated_only
+from ._predicted import predicted
 from ._recording import Aircraft, PathLike, Progress
 from ._table import Columnar, Table, Value, normal_quantile, stacked
 from ._verdict import Verdict
@@ -383,22 +384,49 @@ class Fit(View[_doublet.Fit]):
         times, errors = normal_quantile(level), self.stderr
         return {name: (value - times * errors[name], value + times * errors[name]) for name, value in self.params.items()}
 
-    def predict(self, coefficient: str, *, constants: Literal["identified", "own"] = "identified") -> dict[str, dict[str, NDArray[np.float64]]]:
-        """Predictions by window, those of validation included: ``time`` (s), ``observed`` and ``predicted``.
+    @overload
+    def predict(
+        self, coefficient: str, X: None = None, *, constants: Literal["identified", "own"] = ...
+    ) -> dict[str, dict[str, NDArray[np.float64]]]: ...
+    @overload
+    def predict(self, coefficient: str, X: object, *, manoeuvre: Optional[str] = ...) -> NDArray[np.float64]: ...
+    def predict(
+        self,
+        coefficient: str,
+        X: Any = None,
+        *,
+        constants: Literal["identified", "own"] = "identified",
+        manoeuvre: Optional[str] = None,
+    ) -> Union[dict[str, dict[str, NDArray[np.float64]]], NDArray[np.float64]]:
+        """Values of a coefficient at new regressors, shape (m,); without them its predictions by window, those of validation
+        included: ``time`` (s), ``observed`` and ``predicted``.
 
         Args:
             coefficient: Coefficient.
-            constants: ``"identified"``: constants of the identification; ``"own"``: the constant of each window.
+            X: As for :meth:`Results.predict`.
+            constants: Of the predictions by window, ``"identified"``: constants of the identification; ``"own"``: the constant of each
+                window.
+            manoeuvre: As for :meth:`Results.predict`.
         """
         if constants not in ("identified", "own"):
             raise DoubletError(f"'{constants}' are not constants: use identified or own")
         if coefficient not in self.coefficients:
             raise unknown("coefficient of the fit", coefficient, self.coefficients)
+        if X is not None:
+            error = self.coefficients[coefficient].error
+            if error is not None:
+                raise DoubletError(f"{coefficient}: {error}")
+            return predicted(coefficient, self._terms()[coefficient], self.params, X, manoeuvre)
         rows = self._inner.predicted(coefficient)
         return {
             window: {"time": time, "observed": observed, "predicted": identified if constants == "identified" else own}
             for window, (time, observed, identified, own) in rows
         }
+
+    def _terms(self) -> dict[str, list[str]]:
+        """Terms of the structure by coefficient."""
+        model: dict[str, list[str]] = json.loads(self._inner.session())["model"]
+        return model
 
     def __getitem__(self, name: str) -> Value:
         for row in self.coefficients.values():

@@ -18,6 +18,7 @@ from ._bridge import Keeper, begin, excluded, opened
 from ._doublet import DoubletError
 from ._errors import DoubletKeyError, existing, unknown
 from ._fit import information_criterion
+from ._predicted import predicted
 from ._recording import Aircraft, PathLike, Progress, Recording
 from ._replayed import Replayed
 from ._table import Table, Value, normal_quantile
@@ -364,6 +365,28 @@ class Results(View[_doublet.Results]):
         keys = dict(window="window", role="role", coefficient="coefficient", r2_identified_constants="r_squared_identified_constants",
                     r2_own_constant="r_squared_own_constant")
         return Table([{name: row.get(key) for name, key in keys.items()} for row in self._all["predictions"]], "predictions")
+
+    def predict(self, coefficient: str, X: Any, *, manoeuvre: Optional[str] = None) -> NDArray[np.float64]:
+        """Values of a coefficient at new regressors by the pooled estimates, shape (m,).
+
+        Args:
+            coefficient: Coefficient, ``"Cm"``.
+            X: Coefficients of a window, or a frame with the variables of the model, ``alpha``, ``delta_e`` (rad), ``qc/V`` (dimensionless),
+                as columns, found by name; a term that is a column itself is used as it is. Or an array with a column for each fitted
+                term without the constant, in the order of the model.
+            manoeuvre: The one whose constant counts; by default their mean, where each has its own.
+
+        Raises:
+            DoubletKeyError: The results do not have the coefficient, the frame lacks a variable, or the manoeuvre has no constant.
+            DoubletError: The coefficient has no estimate, or an array has another number of columns.
+        """
+        found = next((fit for fit in self.fits if fit["coefficient"] == coefficient), None)
+        if found is None:
+            raise unknown("coefficient of the results", coefficient, [fit["coefficient"] for fit in self.fits])
+        if found.get("error"):
+            raise DoubletError(f"{coefficient}: {found['error']}")
+        estimates = {row["name"]: row["estimate"] for row in found["derivatives"]}
+        return predicted(coefficient, self.to_session().to_dict()["model"][coefficient], estimates, X, manoeuvre)
 
     @property
     def fits(self) -> list[dict[str, Any]]:
