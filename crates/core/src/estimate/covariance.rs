@@ -413,8 +413,10 @@ impl Transforms {
         leverage: &[f64],
     ) -> Result<Vec<f64>, EstimateError> {
         let half = length / 2;
-        // Real and even records have real spectra: those of two stand side by side.
-        self.load(length, correlation.iter().copied(), leverage.iter().copied());
+        let variance = correlation.first().copied().unwrap_or(0.0);
+        let scale = if variance > 0.0 { variance } else { 1.0 };
+        // Real and even records have real spectra: those of two go side by side, of one order of magnitude, as each is rounded by both.
+        self.load(length, correlation.iter().map(|value| value / scale), leverage.iter().copied());
         for lag in 1..correlation.len() {
             self.buffer[length - lag] = self.buffer[lag];
         }
@@ -423,7 +425,7 @@ impl Transforms {
         for (f, value) in self.buffer.iter().take(half + 1).enumerate() {
             let left = left_of_noise(value.im)?;
             let both_sides = if f == 0 || 2 * f == length { 1.0 } else { 2.0 };
-            weights.push(value.re / left * both_sides / length as f64);
+            weights.push(value.re * variance / left * both_sides / length as f64);
         }
         Ok(weights)
     }
@@ -557,6 +559,25 @@ mod tests {
             let expected = &unit * middle * &unit;
             assert!((found - &expected).amax() < ROUNDING * expected.amax());
         }
+    }
+
+    #[test]
+    fn covariance_is_that_of_any_unit_of_the_measurement() {
+        let names = ["a", "b", "c"].map(str::to_owned);
+        let x = DMatrix::from_fn(100, 3, |row, column| (0.37 * row as f64 * column as f64).cos());
+        let of = |z: &[f64]| {
+            let fit = super::super::least_squares(&names, &x, z).unwrap();
+            coloured_covariance(&fit, &x, &Coloured::default()).unwrap()
+        };
+        let z: Vec<f64> = (0..100).map(|k| (1.3 * f64::from(k)).sin() + 0.1 * f64::from(k % 7)).collect();
+        let expected = of(&z);
+        for unit in [1e-12, 1e-6, 1e9] {
+            let found = of(&z.iter().map(|value| unit * value).collect::<Vec<_>>()) / (unit * unit);
+            assert!((&found - &expected).amax() < ROUNDING * expected.amax(), "{unit}: {found} {expected}");
+        }
+        // What is fitted without a residual has no error.
+        let exact: Vec<f64> = x.column(1).iter().copied().collect();
+        assert!(of(&exact).amax() < 1e-28 && of(&[0.0; 100]).amax() == 0.0);
     }
 
     #[test]
