@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import inspect
+import sys
+import warnings
 from typing import Any, Literal, Mapping, Optional
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._doublet import DoubletError
-from ._errors import unknown
+from ._errors import DoubletWarning, unknown
 from ._formulas import formula as formula_terms, term_columns
 from ._frames import Columns, chosen_columns, column, columns_of, is_frame, matrix_of
 from ._functions import Regression, lstsq
@@ -29,6 +31,9 @@ class LeastSquares:
         constraints: By column, as for :func:`lstsq`; columns of an array are called ``x0``, ``x1`` and so on.
         formula: ``"Cm ~ 1 + alpha + alpha*delta_e"`` or ``"1 + alpha"`` of the columns of a frame. Its term ``1`` is the constant;
             ``fit_intercept`` does not count.
+
+    It passes ``sklearn.utils.estimator_checks.check_estimator``, but for the type of the error of a value that is not a number: that is a
+    :class:`DoubletError`, a ``ValueError``, not a ``TypeError``.
 
     Attributes:
         coef_: Estimates, shape (p,); zero for a column that was not chosen.
@@ -77,6 +82,9 @@ class LeastSquares:
             y: Measurement; by default the column that the formula names.
             groups: Record of each row, shape (n,), rows of a record together.
             std: Standard deviation of each row, shape (n,).
+
+        Raises:
+            DoubletError: As for :func:`lstsq`; y is missing.
         """
         columns, matrix, measured = self._regressors(X, y)
         constant = "1" if self.formula is not None else "intercept" if self.fit_intercept else None
@@ -104,9 +112,14 @@ class LeastSquares:
         """Names and values of the columns to fit, and the measurement."""
         if self.formula is None:
             if y is None:
-                raise DoubletError("y is missing: give the measurement, or a formula that names its column")
+                raise DoubletError(
+                    "LeastSquares requires y to be passed, but the target y is None: give the measurement, or a formula that names its column"
+                )
             names, matrix = matrix_of(X)
-            return names or [f"x{k}" for k in range(matrix.shape[1])], matrix, y
+            if matrix.shape[1] == 0:
+                raise DoubletError(f"X has 0 feature(s) (shape={matrix.shape}) while a minimum of 1 is required: give a column")
+            names = names or [f"x{k}" for k in range(matrix.shape[1])]
+            return names, _finite(matrix, names), _one_column(y)
         if not is_frame(X):
             raise DoubletError(f"X is a {type(X).__name__}: a formula needs a frame")
         left, _, right = self.formula.rpartition("~")
@@ -117,9 +130,14 @@ class LeastSquares:
         return terms, term_columns(found, terms), term_columns(found, [left.strip()])[:, 0] if y is None else y
 
     def predict(self, X: Any) -> NDArray[np.float64]:
-        """Values at X (m, p), shape (m,). The columns of a frame are found by name, those of an array by place."""
+        """Values at X (m, p), shape (m,). The columns of a frame are found by name, those of an array by place.
+
+        Raises:
+            DoubletError: The estimator is not fitted, X has another number of columns, or a value is not finite.
+            DoubletKeyError: A column is missing.
+        """
         if not hasattr(self, "coef_"):
-            raise DoubletError("the estimator is not fitted: call fit first")
+            raise _not_fitted()
         names = getattr(self, "feature_names_in_", None)
         if names is not None and is_frame(X):
             matrix = self._by_name(columns_of(X), list(names))
@@ -128,8 +146,12 @@ class LeastSquares:
         else:
             matrix = matrix_of(X)[1]
         if matrix.shape[1] != self.n_features_in_:
-            raise DoubletError(f"X has the shape {matrix.shape}: give {self.n_features_in_} columns, as for fit")
-        return np.asarray(matrix @ self.coef_ + self.intercept_)
+            raise DoubletError(
+                f"X has {matrix.shape[1]} features, but LeastSquares is expecting {self.n_features_in_} features as input: "
+                f"give {self.n_features_in_} columns, as for fit"
+            )
+        used = [f"x{k}" for k in range(self.n_features_in_)] if names is None else list(names)
+        return np.asarray(_finite(matrix, used) @ self.coef_ + self.intercept_)
 
     def _by_name(self, found: Columns, names: list[str]) -> NDArray[np.float64]:
         if self.formula is not None:
@@ -166,3 +188,33 @@ class LeastSquares:
             return Table([dict(parameter=name, value=str(value)) for name, value in self.get_params().items()], f"{title}, not fitted")._repr_html_()
         found = self.result_
         return Table(list(found.table), f"{title}: {found.table.title}")._repr_html_() + found.verdict._repr_html_()
+
+
+def _finite(matrix: NDArray[np.float64], names: list[str]) -> NDArray[np.float64]:
+    """The values, where all are finite."""
+    wrong = np.argwhere(~np.isfinite(matrix))
+    if len(wrong):
+        row, at = wrong[0]
+        raise DoubletError(f"X has NaN or infinity in column '{names[at]}', row {row}: leave such rows out")
+    return matrix
+
+
+def _one_column(y: Any) -> Any:
+    """The measurement; that of a matrix with one column is its column."""
+    if isinstance(y, np.ndarray) and y.ndim == 2 and y.shape[1] == 1:
+        category = _of_sklearn("DataConversionWarning") or DoubletWarning
+        warnings.warn("A column-vector y was passed when a 1d array was expected: give y.ravel()", category, stacklevel=4)
+        return y[:, 0]
+    return y
+
+
+def _not_fitted() -> DoubletError:
+    """The error of an estimator that was not fitted; with scikit-learn its ``NotFittedError`` too."""
+    text, own = "the estimator is not fitted: call fit first", _of_sklearn("NotFittedError")
+    kind: type[DoubletError] = DoubletError if own is None else type("DoubletNotFittedError", (DoubletError, own), {})
+    return kind(text)
+
+
+def _of_sklearn(name: str) -> Any:
+    """An exception of scikit-learn, where that is in use."""
+    return getattr(sys.modules.get("sklearn.exceptions"), name, None)

@@ -37,7 +37,7 @@ def numbers(values: ArrayLike, name: str) -> NDArray[np.float64]:
     if kind in "biuf":
         return np.asarray(array, dtype=np.float64)
     if kind == "c":
-        raise DoubletError(f"{name} is complex: give its real and imaginary part as two columns")
+        raise DoubletError(f"Complex data not supported: {name} is complex, give its real and imaginary part as two columns")
     if kind in "mM":
         raise DoubletError(f"{name} holds {_kind_of_time(array)}, not numbers: convert it to seconds")
     if kind in "UST":
@@ -265,6 +265,8 @@ def _of_dataset(dataset: Any) -> Columns:
 
 def matrix_of(given: Any, name: str = "X") -> tuple[Optional[list[str]], NDArray[np.float64]]:
     """Names of the columns where they have some, and their values, shape (n, p)."""
+    if hasattr(given, "toarray"):
+        raise DoubletError(f"{name} is sparse, which is not supported: give {name}.toarray()")
     if is_frame(given):
         found = columns_of(given)
         if not found.names:
@@ -272,7 +274,7 @@ def matrix_of(given: Any, name: str = "X") -> tuple[Optional[list[str]], NDArray
         return found.names, chosen_columns(found, found.names, name)
     array = numbers(given, name)
     if array.ndim != 2:
-        raise DoubletError(f"{name} has {array.ndim} dimensions: give samples by columns")
+        raise DoubletError(f"{name} has {array.ndim} dimensions. Reshape your data: give samples by columns")
     return None, array
 
 

@@ -179,6 +179,9 @@ def lstsq(
     records = None if groups is None else np.unique(np.asarray(groups), return_inverse=True)[1]
     numbers = None if records is None else [int(k) for k in records]
     deviations = None if std is None else _column(std, "std")
+    for name, values in (("y", measured), ("std", deviations)):
+        if values is not None and len(values) != len(matrix):
+            raise DoubletError(f"X has {len(matrix)} rows and {name} {len(values)}: give one value per row")
     row = _doublet.lstsq(matrix, measured, columns, numbers, deviations, method, order, weights == "huber", given)
     chosen = row["coloured"] if errors == "coloured" else row["white"]
     return Regression(
