@@ -42,10 +42,12 @@ pub struct Coefficients {
 #[pymethods]
 impl Coefficients {
     /// Forms the coefficients of every window of a path; `settings` are the table `preparation` of a session as JSON, with those of the path.
+    /// Known errors of the sensors are those of the path.
     #[staticmethod]
     fn form(py: Python<'_>, path: &Path, settings: &str) -> PyResult<Self> {
         let path = Arc::clone(&path.inner);
-        let preparation = Arc::new(preparation_with(settings)?);
+        let known_errors = path.preparation.known_errors.clone();
+        let preparation = Arc::new(Preparation { known_errors, ..preparation_with(settings)? });
         let aircraft = path.aircraft.clone().ok_or_else(|| {
             refuse("coefficients need an aircraft: give reconstruct one, by doublet.aircraft(name) or doublet.Aircraft(...)")
         })?;
@@ -69,8 +71,8 @@ impl Coefficients {
 
     /// The session of the same manoeuvres and settings, without its recordings: JSON.
     fn session(&self) -> PyResult<String> {
-        let manoeuvres = self.windows.iter().map(|(manoeuvre, _)| manoeuvre.clone()).collect();
-        session_json(&session_of_arrays(manoeuvres, &self.path, &self.preparation, None))
+        let windows = self.windows.iter().map(|(manoeuvre, _)| (manoeuvre, &*self.path));
+        session_json(&session_of_arrays(&windows.collect::<Vec<_>>(), &self.preparation, None))
     }
 
     /// Verdict of the windows as JSON: that of a session of the same windows.
@@ -239,7 +241,7 @@ impl Fitted {
         let windows = self.windows.iter().map(|window| StudyWindow {
             manoeuvre: &window.manoeuvre,
             flight: window.source.flight.loaded.clone(),
-            aircraft: aircraft.clone(),
+            aircraft: window.source.aircraft.as_ref().unwrap_or(aircraft).clone(),
             path: window.path.clone(),
             aero: window.aero.clone(),
             fits: Keyed::new(Arc::new(self.own_fits(window)), Key::unique()),
@@ -271,6 +273,9 @@ fn pooled_windows(several: &[PyRef<'_, Coefficients>]) -> PyResult<Vec<FitWindow
     for (index, coefficients) in several.iter().enumerate() {
         if coefficients.preparation != several[0].preparation {
             return Err(refuse("the coefficients differ in axes, thrust or other settings: form all of them alike"));
+        }
+        if coefficients.path.stated.aircraft_changes != several[0].path.stated.aircraft_changes {
+            return Err(refuse("the flights differ in aircraft_changes: reconstruct all flights with the same"));
         }
         for ((manoeuvre, aero), window) in coefficients.windows.iter().zip(&coefficients.path.windows) {
             let mut manoeuvre = manoeuvre.clone();
@@ -399,9 +404,8 @@ impl Fit {
     /// The session of the same manoeuvres and settings, without its recordings: JSON.
     fn session(&self) -> PyResult<String> {
         let Fitted { windows, preparation, structure, estimation, .. } = &*self.inner;
-        let first = windows.first().ok_or_else(|| refuse("the fit has no manoeuvre"))?;
-        let manoeuvres = windows.iter().map(|window| window.manoeuvre.clone()).collect();
-        session_json(&session_of_arrays(manoeuvres, &first.source, preparation, Some((structure, estimation))))
+        let windows: Vec<_> = windows.iter().map(|window| (&window.manoeuvre, &*window.source)).collect();
+        session_json(&session_of_arrays(&windows, preparation, Some((structure, estimation))))
     }
 
     /// Verdict of the fit as JSON: that of a session of the same windows and structure.

@@ -14,7 +14,7 @@ use doublet_engine::verdict::{Verdicts, fold, judge};
 use pyo3::prelude::*;
 
 use crate::attend::{detached, refuse};
-use crate::path::Reconstructed;
+use crate::path::{Reconstructed, Stated};
 
 /// A window with its path and with what followed from it.
 pub struct JudgedWindow<'a> {
@@ -56,22 +56,37 @@ pub fn of_path(py: Python<'_>, path: &Arc<Reconstructed>) -> PyResult<String> {
     json(&found)
 }
 
-/// The session of arrays: manoeuvres, filter, preparation, and structure and estimation of a fit where there is one.
+/// The session of arrays: manoeuvres, each with the path it is of, settings, and structure and estimation of a fit where there is one.
 pub fn session_of_arrays(
-    manoeuvres: Vec<Manoeuvre>,
-    source: &Reconstructed,
+    windows: &[(&Manoeuvre, &Reconstructed)],
     preparation: &Preparation,
     fit: Option<(&Structure, &Estimation)>,
 ) -> Session {
+    let plain = session_of(windows.iter().map(|(manoeuvre, _)| (*manoeuvre).clone()).collect());
+    let Some(Stated { filter, gravity, gusts, delays, aircraft_changes, loading, sensor_errors }) =
+        windows.first().map(|(_, source)| &source.stated)
+    else {
+        return plain;
+    };
     let mut session = Session {
-        filter: source.stated.settings.clone(),
-        gravity: source.stated.gravity,
-        gusts: source.stated.gusts,
-        delays: source.stated.delays,
+        filter: filter.clone(),
+        gravity: *gravity,
+        gusts: *gusts,
+        delays: *delays,
+        aircraft_changes: aircraft_changes.clone(),
+        loading: loading.clone(),
+        sensor_errors: sensor_errors.clone(),
         preparation: preparation.clone(),
         structure: Structure { models: Vec::new() },
-        ..session_of(manoeuvres)
+        ..plain
     };
+    if windows.iter().any(|(_, source)| source.stated.loading != *loading) {
+        session.loading = None;
+        for flight in &mut session.flights {
+            let source = windows.iter().find(|(manoeuvre, _)| manoeuvre.flight == flight.name);
+            flight.loading = source.and_then(|(_, source)| source.stated.loading.clone());
+        }
+    }
     if let Some((structure, estimation)) = fit {
         session.structure = structure.clone();
         session.estimation = estimation.clone();
@@ -88,9 +103,9 @@ pub fn session_json(session: &Session) -> PyResult<String> {
 /// Verdicts on windows, and on the fit over them where there is one.
 pub fn verdicts(windows: Vec<JudgedWindow<'_>>, preparation: &Preparation, fit: Option<JudgedFit<'_>>) -> Verdicts {
     let Some(first) = windows.first().map(|window| window.source) else { return Verdicts::default() };
-    let manoeuvres = windows.iter().map(|window| window.manoeuvre.clone()).collect();
+    let pairs: Vec<_> = windows.iter().map(|window| (window.manoeuvre, &**window.source)).collect();
     let model = fit.map(|(structure, estimation, _)| (structure, estimation));
-    let session = session_of_arrays(manoeuvres, first, preparation, model);
+    let session = session_of_arrays(&pairs, preparation, model);
     let mut snapshot =
         Snapshot { gravity: Some(first.gravity.clone()), delays_and_gusts: first.found.clone(), ..Snapshot::default() };
     if let Some(aircraft) = &first.aircraft {

@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
+use doublet_core::airframe::Loading;
 use doublet_core::quantity::{Dimension, Role};
 use doublet_core::reconstruct::{FilterSettings, Measurement, State};
 use doublet_core::series::TimeRange;
 use doublet_engine::graph::{Control, Key, KeyBuilder, Keyed, StageError};
 use doublet_engine::session::{
-    DelaySource, GravitySource, GustSource, MOST_WINDOWS, Manoeuvre, Preparation, Session, Surface, WindowRole,
+    AircraftChanges, DelaySource, GravitySource, GustSource, MOST_WINDOWS, Manoeuvre, Preparation, SensorErrors,
+    Session, Surface, WindowRole,
 };
 use doublet_engine::stage::{
     AircraftData, DelaysAndGusts, Gravity, LoadedFlight, Samples, WindowPath, estimate_delays_and_gusts, fit_in_memory,
@@ -34,20 +36,22 @@ pub struct PathWindow {
     pub path: Keyed<WindowPath>,
 }
 
-/// Settings of the filter as a session states them.
-#[derive(Clone)]
-pub struct StatedFilter {
-    pub settings: FilterSettings,
+/// Settings as a session states them: of the filter, the aircraft and the sensors.
+pub struct Stated {
+    pub filter: FilterSettings,
     pub gravity: GravitySource,
     pub gusts: GustSource,
     pub delays: DelaySource,
+    pub aircraft_changes: AircraftChanges,
+    pub loading: Option<Loading>,
+    pub sensor_errors: SensorErrors,
 }
 
 /// Everything a path was made from, and the path of each window.
 pub struct Reconstructed {
     pub flight: Arc<RecordedFlight>,
     pub aircraft: Option<Keyed<AircraftData>>,
-    pub stated: StatedFilter,
+    pub stated: Stated,
     /// What the innovations estimated in addition.
     pub found: DelaysAndGusts,
     /// The settings in use: those stated with what was found.
@@ -98,7 +102,8 @@ impl Path {
 
 #[pymethods]
 impl Path {
-    /// Reconstructs the flight path of each window; `settings` are the tables `filter` and `preparation` of a session as JSON.
+    /// Reconstructs the flight path of each window; `settings` are the tables `filter`, `preparation`, `aircraft_changes`, `loading` and
+    /// `sensor_errors` of a session as JSON.
     #[staticmethod]
     fn reconstruct(
         py: Python<'_>,
@@ -110,7 +115,8 @@ impl Path {
     ) -> PyResult<Self> {
         let mut session = session_with(settings)?;
         let windows = windows.into_iter().map(window).collect::<PyResult<Vec<_>>>()?;
-        let (flight, aircraft) = (Arc::clone(&recording.flight), aircraft.map(|aircraft| aircraft.data.clone()));
+        let aircraft = aircraft.map(|aircraft| aircraft.in_session(&session)).transpose()?;
+        let flight = Arc::clone(&recording.flight);
         let work = move |control: &Control, show: Show<'_>| -> Result<Reconstructed, StageError> {
             let Session { flights, .. } = session_of(windows.clone());
             session = Session { flights, windows: windows.clone(), ..session };
@@ -119,8 +125,10 @@ impl Path {
             let (found, windows) = reconstructed(&flight.loaded, aircraft.as_deref(), &session, windows, control)?;
             show(1.0);
             let filter = found.added_to(&session.filter);
-            let Session { filter: settings, gravity: source, gusts, delays, preparation, .. } = session;
-            let stated = StatedFilter { settings, gravity: source, gusts, delays };
+            let Session { filter: settings, gravity: source, gusts, delays, aircraft_changes, .. } = session;
+            let Session { preparation, loading, sensor_errors, .. } = session;
+            let stated =
+                Stated { filter: settings, gravity: source, gusts, delays, aircraft_changes, loading, sensor_errors };
             Ok(Reconstructed { flight, aircraft, stated, found, filter, gravity, preparation, windows })
         };
         Ok(Self { inner: Arc::new(attend(py, "reconstruct", progress, work)?) })
@@ -128,8 +136,8 @@ impl Path {
 
     /// The session of the same manoeuvres and settings, without its recordings: JSON.
     fn session(&self) -> PyResult<String> {
-        let manoeuvres = self.inner.windows.iter().map(|window| window.manoeuvre.clone()).collect();
-        session_json(&session_of_arrays(manoeuvres, &self.inner, &self.inner.preparation, None))
+        let windows = self.inner.windows.iter().map(|window| (&window.manoeuvre, &*self.inner));
+        session_json(&session_of_arrays(&windows.collect::<Vec<_>>(), &self.inner.preparation, None))
     }
 
     /// Verdict of the paths as JSON: that of a session of the same windows.

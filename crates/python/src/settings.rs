@@ -8,6 +8,9 @@ use pyo3::types::PyDict;
 
 use crate::attend::refuse;
 
+/// Tables of a session that paths and coefficients have settings of.
+const TABLES: [&str; 3] = ["filter.", "preparation.", "sensor_errors."];
+
 /// A session of tables such as `{"filter": {"method": "ekf"}}`, everything else as it is by default.
 ///
 /// # Errors
@@ -17,8 +20,7 @@ pub fn session_with(tables: &str) -> PyResult<Session> {
     all.insert("format".to_owned(), FORMAT.into());
     all.insert("version".to_owned(), i64::from(VERSION).into());
     let session = session::from_table(all).map_err(refuse)?;
-    let is_setting =
-        |finding: &&Finding| ["filter.", "preparation."].iter().any(|table| finding.place.starts_with(table));
+    let is_setting = |finding: &&Finding| TABLES.iter().any(|table| finding.place.starts_with(table));
     let lines: Vec<String> = session::check(&session).iter().filter(is_setting).map(ToString::to_string).collect();
     if lines.is_empty() { Ok(session) } else { Err(refuse(lines.join("\n"))) }
 }

@@ -195,3 +195,71 @@ def test_generalised_least_squares_of_a_path(given):
     ):
         with pytest.raises(db.DoubletError, match=text):
             db.fit(coefs, structure, **wrong)
+
+
+LIGHT = {"fuel_kg": {"main right": 60.0, "main left": 60.0}, "seats_kg": {"captain": 80.0}}
+
+
+def ratio_of(path, usual):
+    """Force coefficient of a path over that of another one: the ratio of the masses."""
+    return float(np.median(db.coefficients(path)[0]["CZ"] / db.coefficients(usual)[0]["CZ"]))
+
+
+def test_loading_and_changes_of_the_aircraft_reach_the_coefficients(given, usual):
+    light = path_of(given, loading=LIGHT)
+    assert 0.6 < ratio_of(light, usual) < 0.9
+    assert light.to_session()["loading.seats_kg"] == {"captain": 80.0} and light.to_session()["loading.fuel_kg"]["main left"] == 60.0
+    heavy = path_of(given, aircraft_changes={"mass.mass_kg": np.float64(1482.1)})
+    assert 1.03 < ratio_of(heavy, usual) < 1.07
+    assert heavy.to_session()["aircraft_changes"] == {"mass.mass_kg": 1482.1}
+    for path in (light, heavy):
+        same_as_its_session(fit_of(path))
+    both = path_of(given, loading=LIGHT, aircraft_changes={"mass.mass_kg": 1482.1})
+    assert ratio_of(both, light) == pytest.approx((1482.1 + 200.0) / (1382.1 + 200.0), rel=0.02)
+    recording, _, windows, noise = given
+    plane = db.Aircraft(area=18.7, span=11.6, chord=1.68, mass=2000.0, inertia=(2500.0, 3000.0, 5000.0))
+    alone, changed = (path_of((recording, plane, windows, noise), **one) for one in ({}, {"aircraft_changes": {"mass.mass_kg": 4000.0}}))
+    assert ratio_of(changed, alone) == pytest.approx(2.0, rel=1e-9)
+    session = db.Session.from_recordings(recording, aircraft=plane, manoeuvres=windows, aircraft_changes={"mass.mass_kg": 4000.0}, loading={})
+    assert session["aircraft_changes"] == {"mass.mass_kg": 4000.0}
+
+
+def test_flights_have_loadings_of_their_own(given, usual):
+    light = path_of(given, loading=LIGHT)
+    pooled = db.fit([db.coefficients(usual), db.coefficients(light)], MODEL)
+    flights = pooled.to_session()["flight"]
+    assert "loading" not in flights[0] and flights[1]["loading"]["seats_kg"] == {"captain": 80.0}
+    same_as_its_session(pooled)
+    alike = db.fit([db.coefficients(path_of(given, loading=LIGHT)), db.coefficients(light)], MODEL).to_session()
+    assert alike["loading.seats_kg"] == {"captain": 80.0} and not any("loading" in flight for flight in alike["flight"])
+    heavy = path_of(given, aircraft_changes={"mass.mass_kg": 1482.1})
+    with pytest.raises(db.DoubletError, match="the flights differ in aircraft_changes"):
+        db.fit([db.coefficients(usual), db.coefficients(heavy)], MODEL)
+
+
+def test_known_errors_of_sensors_are_removed(given, usual):
+    path = path_of(given, sensor_errors={"known": {"scale_airspeed": 0.05}})
+    assert float(np.median(path[0].smoothed.airspeed / usual[0].smoothed.airspeed)) == pytest.approx(1 / 1.05, abs=0.02)
+    assert path.to_session()["sensor_errors.known"] == {"scale_airspeed": 0.05}
+    same_as_its_session(fit_of(path))
+    free = path_of(given, sensor_errors={"free": ["scale_alpha"], "outputs": ["airspeed", "alpha", "theta"]})
+    np.testing.assert_array_equal(free[0].smoothed["u"], usual[0].smoothed["u"])
+    found = free.results().to_dict()["sensor_errors"]["errors"]
+    assert [row["error"] for row in found] == ["scale_alpha"] and found[0]["corrected_standard_error"] > 0
+
+
+def test_what_an_aircraft_cannot_have_is_refused(given):
+    recording, _, windows, noise = given
+    for settings, text in (
+        (dict(loading={"fuel_kg": {"main rigth": 1.0}}), "loading.fuel_kg.main rigth: the aircraft has no such place: did you mean .*main right"),
+        (dict(loading={"seats_kg": {"captain": -1.0}}), "loading.seats_kg.captain is -1 kg: give 0 or more"),
+        (dict(loading={"fuel": {}}), "no key of a session is called 'loading.fuel': did you mean 'loading.fuel_kg'"),
+        (dict(sensor_errors={"knwon": {}}), "did you mean 'sensor_errors.known'"),
+        (dict(sensor_errors={"known": {"scale_airsped": 0.1}}), "scale_airspeed"),
+        (dict(aircraft_changes={"mass.mas_kg": 1.0}), "with the session's changes"),
+        (dict(aircraft_changes={"mass.mass_kg": "heavy"}), "expected a number, three numbers"),
+    ):
+        with pytest.raises(db.DoubletError, match=text):
+            path_of(given, **settings)
+    with pytest.raises(db.DoubletError, match="loading and aircraft_changes need an aircraft"):
+        db.reconstruct(recording, windows=windows, noise=noise, loading=LIGHT)

@@ -1,5 +1,6 @@
 //! The aircraft as the analysis uses it: reference geometry, mass properties, places of sensors, engines.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -55,6 +56,38 @@ pub fn aircraft_of(context: &Context<'_>, session: &Session) -> StageResult<Keye
     context.get::<LoadedAircraft>((path, &session.aircraft_changes), ())
 }
 
+/// An aircraft from the text of its file, `named` in errors, with the changes of a session. Propulsion maps that it names must ship.
+///
+/// # Errors
+/// One line that names what is wrong.
+pub fn parse_aircraft(named: &str, text: &str, changes: &AircraftChanges) -> StageResult<LoadedAircraft> {
+    let context = Context::new(Path::new(""));
+    LoadedAircraft::parse((named, text), changes, (Path::new(named), Path::new("")), &context)
+}
+
+impl LoadedAircraft {
+    /// The aircraft of the text of its file, with changes; propulsion maps lie in the folder `maps`.
+    fn parse(
+        (path, text): (&str, &str),
+        changes: &AircraftChanges,
+        (file, maps): (&Path, &Path),
+        context: &Context<'_>,
+    ) -> StageResult<Self> {
+        let edited = if changes.is_empty() { "" } else { ", with the session's changes" };
+        let named = |error: &dyn std::fmt::Display| format!("{path}{edited}: {error}");
+        let text = if changes.is_empty() {
+            Cow::Borrowed(text)
+        } else {
+            Cow::Owned(changes.apply(text).map_err(|error| named(&error))?)
+        };
+        let mut aircraft = aircraft_file::parse(&text).map_err(|error| named(&error))?;
+        aircraft.notes.extend(note(changes));
+        let section = parse_propulsion_section(&text, file).map_err(|error| named(&error))?;
+        let powerplant = section.powerplant(&aircraft.engines, maps, |map| context.read_text(map));
+        Ok(Self { powerplant: powerplant.map_err(|error| named(&error))?, aircraft })
+    }
+}
+
 impl Stage for LoadedAircraft {
     type Params<'a> = (&'a str, &'a AircraftChanges);
     type Inputs<'a> = ();
@@ -62,10 +95,7 @@ impl Stage for LoadedAircraft {
     const NAME: &'static str = "aircraft";
 
     fn run((path, changes): (&str, &AircraftChanges), (): (), context: &Context<'_>) -> StageResult<Self> {
-        let edited = if changes.is_empty() { "" } else { ", with the session's changes" };
-        let named = |error: &dyn std::fmt::Display| format!("{path}{edited}: {error}");
         let text = context.text(path, "aircraft")?;
-        let text = if changes.is_empty() { text } else { changes.apply(&text).map_err(|error| named(&error))? };
         let (file, maps) = match path.strip_prefix(builtin::PREFIX) {
             Some(_) => (PathBuf::from(path), builtin::on_disk("propulsion")?),
             None => {
@@ -74,11 +104,7 @@ impl Stage for LoadedAircraft {
                 (file, maps)
             }
         };
-        let mut aircraft = aircraft_file::parse(&text).map_err(|error| named(&error))?;
-        aircraft.notes.extend(note(changes));
-        let section = parse_propulsion_section(&text, &file).map_err(|error| named(&error))?;
-        let powerplant = section.powerplant(&aircraft.engines, &maps, |map| context.read_text(map));
-        Ok(Self { powerplant: powerplant.map_err(|error| named(&error))?, aircraft })
+        Self::parse((path, &text), changes, (&file, &maps), context)
     }
 }
 

@@ -56,6 +56,7 @@ pub(crate) use air_data::has_airspeed;
 pub use air_density::AirDensity;
 pub use aircraft::{
     AircraftData, LoadedAircraft, NO_AIRCRAFT, aircraft_data, aircraft_of, load_aircraft, loading_on_board,
+    parse_aircraft,
 };
 pub(crate) use align::is_of_engine_or_fuel;
 pub use align::{UsedClock, is_stamped_by};

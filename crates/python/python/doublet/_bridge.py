@@ -111,8 +111,9 @@ def session_of(paths: Sequence[Path], content: str, has_model: bool, name: str, 
     from ._session import Session
 
     rows: dict[str, Any] = json.loads(content)
-    if any(json.loads(path._inner.session()).get("filter") != rows.get("filter") for path in paths):
-        raise DoubletError("the flights differ in settings of the filter: a session has one filter, reconstruct all flights alike")
+    for key in ("filter", "sensor_errors"):
+        if any(json.loads(path._inner.session()).get(key) != rows.get(key) for path in paths):
+            raise DoubletError(f"the flights differ in settings of '{key}', which a session has once: reconstruct all flights alike")
     flights = [flight["name"] for flight in rows["flight"]]
     windows = [[_window_of(row) for row in rows["manoeuvre"] if row["flight"] == flight] for flight in flights]
     given: Any = windows[0] if len(paths) == 1 else windows
@@ -122,7 +123,9 @@ def session_of(paths: Sequence[Path], content: str, has_model: bool, name: str, 
     keys = ("filter", "preparation", *(("model", "estimation") if has_model else ()))
     # Arrays take every sample; a session by default takes a held sample once.
     signals = {f"flight.{index}.signals": {"held_samples": "keep"} for index in range(len(paths))}
-    return session.replace({**{key: rows.get(key, {}) for key in keys}, **signals})
+    aircraft: dict[str, Any] = {key: rows[key] for key in ("aircraft_changes", "loading", "sensor_errors") if key in rows}
+    loadings = {f"flight.{index}.loading": flight["loading"] for index, flight in enumerate(rows["flight"]) if "loading" in flight}
+    return session.replace({**{key: rows.get(key, {}) for key in keys}, **aircraft, **loadings, **signals})
 
 
 def _window_of(row: Mapping[str, Any]) -> Window:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from . import _doublet
 from ._doublet import DoubletError
 from ._errors import unknown
+from ._keys import check_key, plain
 from ._recording import Aircraft, PathLike, Progress, Recording, WindowGiven
 from ._table import Columnar, Table, stacked
 from ._verdict import Verdict
@@ -333,6 +334,9 @@ def reconstruct(
     correct_accelerometer: Optional[bool] = None,
     correct_vanes: Optional[bool] = None,
     correct_antenna: Optional[bool] = None,
+    sensor_errors: Optional[Mapping[str, Any]] = None,
+    loading: Optional[Mapping[str, Any]] = None,
+    aircraft_changes: Optional[Mapping[str, Any]] = None,
     progress: Progress = None,
     **others: NoReturn,
 ) -> Path:
@@ -371,7 +375,16 @@ def reconstruct(
         correct_accelerometer: Move accelerometers to the centre of gravity.
         correct_vanes: Correct flow angles for the place of the vanes.
         correct_antenna: Move position and ground velocity to the centre of gravity.
+        sensor_errors: Keys of ``[sensor_errors]`` of a session: ``{"known": {"scale_airspeed": 0.021}}`` removes errors from the samples,
+            SI; those under ``"free"`` and ``"per_manoeuvre"`` are estimated by ``path.results()``.
+        loading: What is on board, keys of ``[loading]``, kg: ``{"fuel_kg": {"main": 120.0}, "seats_kg": {"pilot": 80.0}}``; by default the
+            standard loading of the aircraft.
+        aircraft_changes: Values that override the aircraft file, by its keys joined by dots, in its units:
+            ``{"mass.mass_kg": 1400.0}``.
         progress: Called with the part done. Ctrl-C stops.
+
+    Raises:
+        DoubletError: A setting, a channel that is missing, a filter that diverges.
 
     Warns:
         DoubletWarning: The verdict on the paths is bad.
@@ -411,7 +424,13 @@ def reconstruct(
         differentiation_half_width_s=differentiation_half_width_s, origin_altitude_m=origin_altitude_m,
         correct_accelerometer=correct_accelerometer, correct_vanes=correct_vanes, correct_antenna=correct_antenna,
     )
-    settings = dict(filter=stated_only(filter_table), preparation=stated_only(preparation))
+    tables = dict(sensor_errors=sensor_errors, loading=loading, aircraft_changes=aircraft_changes)
+    if aircraft is None and not (loading is None and aircraft_changes is None):
+        raise DoubletError("loading and aircraft_changes need an aircraft: give reconstruct one")
+    for table in ("sensor_errors", "loading"):
+        for name in tables[table] or {}:
+            check_key(f"{table}.{name}")
+    settings = dict(filter=stated_only(filter_table), preparation=stated_only(preparation), **stated_only(plain(tables)))
     call = (recording, aircraft, [one._row() for one in given], settings)
     path = Path(_reconstructed(*call, progress), (_reconstructed, call), recording, aircraft)
     path.verdict.warn("flight path")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import numbers
 import os
-import tempfile
 from dataclasses import dataclass
 from typing import Any, Callable, Iterator, Mapping, Optional, Sequence, Union
 
@@ -415,7 +414,7 @@ class Aircraft(Replayed[_doublet.Aircraft]):
     def _named(cls, name: str) -> "Aircraft":
         made = cls.__new__(cls)
         place = os.path.abspath(name) if os.path.exists(name) else name
-        Replayed.__init__(made, _doublet.Aircraft.named(name), (_named, (place,)))
+        Replayed.__init__(made, _doublet.Aircraft.named(place), (_named, (place,)))
         return made
 
     def _is(self, other: "Aircraft") -> bool:
@@ -461,5 +460,4 @@ def _named(name: str) -> _doublet.Aircraft:
 def _plain(
     name: str, area: float, span: float, chord: float, mass: float, moments: Sequence[float], xz: float
 ) -> _doublet.Aircraft:
-    with tempfile.TemporaryDirectory() as folder:
-        return _doublet.Aircraft.plain(name, area, span, chord, mass, moments, xz, folder)
+    return _doublet.Aircraft.plain(name, area, span, chord, mass, moments, xz)

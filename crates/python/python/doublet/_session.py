@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import tempfile
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any, Iterator, Literal, Mapping, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Literal, Mapping, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from ._bridge import Keeper, begin, excluded, opened
 from ._doublet import DoubletError
 from ._errors import DoubletKeyError, existing, unknown
 from ._fit import information_criterion
+from ._keys import below, check_key, plain
 from ._predicted import predicted
 from ._recording import Aircraft, PathLike, Progress, Recording
 from ._replayed import Replayed
@@ -98,6 +99,7 @@ class Session(Replayed[_doublet.Session]):
         estimation: Optional[Mapping[str, Any]] = None,
         sensor_errors: Optional[Mapping[str, Any]] = None,
         loading: Optional[Mapping[str, Any]] = None,
+        aircraft_changes: Optional[Mapping[str, Any]] = None,
         settings: Optional[Mapping[str, Any]] = None,
         name: str = "arrays",
         folder: Optional[PathLike] = None,
@@ -117,6 +119,7 @@ class Session(Replayed[_doublet.Session]):
             estimation: Keys of ``[estimation]``: ``{"weights": "huber"}``.
             sensor_errors: Keys of ``[sensor_errors]``.
             loading: Keys of ``[loading]``: fuel, seats and luggage, kg.
+            aircraft_changes: Values that override the aircraft file, by its keys joined by dots: ``{"mass.mass_kg": 1400.0}``.
             settings: Any other values by dotted key, as :meth:`replace`.
             name: Title.
             folder: Folder to write the recordings to, made where it does not exist; by default a temporary one, which lasts as
@@ -129,7 +132,9 @@ class Session(Replayed[_doublet.Session]):
         if manoeuvres is not None and windows is not None:
             raise DoubletError("manoeuvres and windows are the same: give manoeuvres")
         tables = dict(filter=filter, preparation=preparation, estimation=estimation, sensor_errors=sensor_errors, loading=loading)
-        changes = {place: value for table, values in tables.items() for place, value in _below(table, values or {})}
+        changes = {place: value for table, values in tables.items() for place, value in below(table, values or {})}
+        if aircraft_changes is not None:
+            changes["aircraft_changes"] = dict(aircraft_changes)
         changes.update(settings or {})
         for place in changes:
             check_key(place)
@@ -184,7 +189,7 @@ class Session(Replayed[_doublet.Session]):
         several = {**(changes or {}), **tables}
         for place in several:
             check_key(place)
-        rows = [(key, json.dumps(_plain(value))) for key, value in several.items()]
+        rows = [(key, json.dumps(plain(value))) for key, value in several.items()]
         return Session(self._inner.replaced(rows), self._keeper)
 
     def save(self, path: PathLike) -> "Session":
@@ -238,52 +243,6 @@ class Session(Replayed[_doublet.Session]):
         keys = ("name", "flight", "start_s", "end_s", "surface", "kind", "role")
         windows = [{key: row.get(key) for key in keys} for row in content.get("manoeuvre", [])]
         return Table(flights, str(content.get("title", "")))._repr_html_() + Table(windows, "manoeuvres")._repr_html_()
-
-
-def _below(place: str, values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Values of a table by dotted key; a table inside it keeps its other values."""
-    for name, value in values.items():
-        key = f"{place}.{name}"
-        yield from _below(key, value) if isinstance(value, Mapping) else [(key, value)]
-
-
-def check_key(place: str) -> None:
-    """Refuses a dotted key that a session file does not have, with the nearest one."""
-    node, above = _schema(), ""
-    for part in place.split("."):
-        below = node.get("properties", {})
-        if part in below:
-            node = below[part]
-        elif part.isdigit() and isinstance(node.get("items"), dict):
-            node = node["items"]
-        elif below and node.get("additionalProperties") is False:
-            raise unknown("key of a session", f"{above}{part}", [f"{above}{one}" for one in below])
-        else:
-            return
-        above += f"{part}."
-
-
-#: The schema of session files, read when it is first needed.
-_SCHEMA: dict[str, Any] = {}
-
-
-def _schema() -> dict[str, Any]:
-    if not _SCHEMA:
-        _SCHEMA.update(json.loads(_doublet.session_schema()))
-    return _SCHEMA
-
-
-def _plain(value: Any) -> Any:
-    """A value of NumPy as one of Python."""
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, Mapping):
-        return {key: _plain(inner) for key, inner in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(inner) for inner in value]
-    return value
 
 
 class Derivatives(dict[str, Value]):
