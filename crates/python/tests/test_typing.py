@@ -1,9 +1,12 @@
-"""Types: the package by mypy --strict, and the types of its compiled part and of its commands against what is there."""
+"""Types and documentation: the package by mypy --strict, the types of its compiled part and of its commands against what is there, docstrings."""
 
+import inspect
 import pathlib
+import re
 import subprocess
 import sys
 
+import doublet as db
 import pytest
 
 SETTINGS = pathlib.Path(__file__).resolve().parents[1] / "pyproject.toml"
@@ -50,3 +53,29 @@ def test_a_users_file_is_checked(tmp_path):
     assert run("right.py").returncode == 0, run("right.py").stdout
     found = run("wrong.py").stdout
     assert [line for line in range(1, 12) if f"wrong.py:{line}:" in found] == [3, 4, 5, 6, 7, 9, 10, 11], found
+
+
+def documented():
+    """Public functions, methods and properties by name."""
+    for name in db.__all__:
+        one = getattr(db, name)
+        if inspect.isfunction(one):
+            yield name, one
+        for own, member in vars(one).items() if inspect.isclass(one) else ():
+            if own.startswith("_"):
+                continue
+            if isinstance(member, (classmethod, staticmethod)):
+                member = member.__func__
+            if inspect.isfunction(member) or isinstance(member, property):
+                yield f"{name}.{own}", member
+
+
+@pytest.mark.parametrize(("name", "one"), documented(), ids=lambda one: one if isinstance(one, str) else "")
+def test_documentation_has_every_argument_and_the_errors(name, one):
+    text = inspect.getdoc(one) or ""
+    assert text
+    if isinstance(one, property):
+        return
+    arguments = [argument for argument in inspect.signature(one).parameters if argument not in ("self", "cls", "others")]
+    assert [argument for argument in arguments if not re.search(rf"\b{argument}\b", text)] == []
+    assert "." in name or len(arguments) < 2 or "Raises:" in text

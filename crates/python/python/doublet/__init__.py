@@ -12,13 +12,14 @@ down, rudder trailing edge left are positive. Errors raise :class:`DoubletError`
 from . import commands
 from ._after import Distribution, OutputError, output_error, propagate
 from ._batch import batch
+from ._coefficients import Coefficients, coefficients
 from ._commands import Answer
 from ._design import Design, design_input
 from ._doublet import DoubletError, __version__, instructions
 from ._equations import EquationFit, equations
 from ._errors import DoubletFileNotFoundError, DoubletKeyError, DoubletWarning
 from ._estimator import LeastSquares
-from ._fit import CoefficientFit, Coefficients, Fit, coefficients, fit
+from ._fit import CoefficientFit, Fit, fit
 from ._functions import (
     FrequencyResponse,
     Regression,

@@ -43,10 +43,12 @@ class Distribution:
 
     @property
     def std(self) -> Any:
+        """Standard deviation of the draws, unit and shape of ``value``."""
         return self._stderr if self.samples is None else np.nanstd(self.samples, axis=0, ddof=1)
 
     @property
     def interval(self) -> tuple[Any, Any]:
+        """Ends of the 95 % interval by quantiles of the draws, unit and shape of ``value``."""
         if self.samples is None:
             return self._interval or (float("nan"), float("nan"))
         low, high = np.nanquantile(self.samples, [0.025, 0.975], axis=0)
@@ -104,6 +106,9 @@ def propagate(
         n: Draws.
         seed: Their seed: the same seed gives the same numbers.
         trim: As :meth:`Fit.linearise`, for an expression.
+
+    Raises:
+        DoubletError: The expression has an unknown name, or no bounded interval.
     """
     if isinstance(function, str):
         value, _, sampled = fit._inner.propagate(function, dict(trim), n, seed)
@@ -198,6 +203,7 @@ def output_error(fit: Fit, *, axis: Optional[Literal["longitudinal", "lateral", 
         fit: Fit whose derivatives are the start and whose terms are free.
         axis: ``"longitudinal"``, ``"lateral"`` or ``"both"``; by default that of the surface of each window.
         filter_error: Estimates with process noise as well, for gusts; several times the work.
+        progress: Called with the part done, 0 to 1. Ctrl-C stops.
 
     Raises:
         DoubletError: No window has a result. A window that fails beside others has an ``error``.

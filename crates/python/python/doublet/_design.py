@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _doublet
+from ._doublet import DoubletError
 from ._fit import Fit
 from ._recording import Progress
 from ._session import Results
@@ -63,18 +64,28 @@ class Design:
         return dict(self._row["costs"])
 
     def nodes(self, manoeuvre: int = 1) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
-        """Nodes of a window, straight lines between them: time since its start (s), and each surface's deflection about the trim (rad)."""
+        """Nodes of a manoeuvre, straight lines between them: time since its start (s), and each surface's deflection about the trim (rad),
+        arrays of shape (n,).
+
+        Args:
+            manoeuvre: Number of the manoeuvre, from 1.
+
+        Raises:
+            DoubletError: The design does not have this manoeuvre.
+        """
         rows = [row for row in self._row["signal"] if row["manoeuvre"] == manoeuvre]
+        if not rows:
+            raise DoubletError(f"the design has no manoeuvre {manoeuvre}: give 1 to {len(self.manoeuvres)}")
         columns = {name: np.array([row[name] for row in rows]) for name in ("time_s", *_SURFACES)}
         return columns.pop("time_s"), columns
 
     def at(self, time: Any, manoeuvre: int = 1) -> dict[str, NDArray[np.float64]]:
-        """Deflections about the trim (rad) of a window at any times (s)."""
+        """Deflections about the trim (rad) at any ``time`` (s, shape (n,)) since the start of ``manoeuvre``, by surface, shape (n,)."""
         nodes, deflections = self.nodes(manoeuvre)
         return {name: np.interp(time, nodes, values) for name, values in deflections.items()}
 
     def save(self, path: "str | os.PathLike[str]") -> None:
-        """Writes the nodes of all windows as CSV, as ``doublet design --out`` does."""
+        """Writes the nodes of all manoeuvres as CSV to ``path``, as ``doublet design --out`` does."""
         with open(path, "w", encoding="utf-8", newline="") as file:
             file.write(self._csv)
 
@@ -83,7 +94,7 @@ class Design:
         return self._row
 
     def plot(self, manoeuvre: int = 1, axes: Any = None) -> Any:
-        """Draws the deflections of a window in degrees; returns the axes."""
+        """Draws the deflections of ``manoeuvre`` in degrees on ``axes``; returns the axes."""
         from ._plots import one as axis_of
 
         axis = axis_of(axes)
@@ -147,7 +158,11 @@ def design_input(
         samples: Draws of the derivatives, each with gusts and a start of its own.
         with_flown: Whether the windows flown so far count.
         seed: Seed of all draws.
+        progress: Called with the part done, 0 to 1. Ctrl-C stops.
         trim: As :meth:`Fit.linearise`, for a fit.
+
+    Raises:
+        DoubletError: A surface, kind, criterion or limit that does not exist, or a model that cannot be trimmed.
     """
     limits = [(name, float(low), float(high)) for name, (low, high) in (envelope or {}).items()]
     row, csv = _doublet.design_input(

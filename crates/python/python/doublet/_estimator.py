@@ -62,11 +62,11 @@ class LeastSquares:
         self.formula = formula
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """Parameters by name."""
+        """Parameters by name; ``deep`` makes no difference."""
         return {name: getattr(self, name) for name in inspect.signature(type(self).__init__).parameters if name != "self"}
 
     def set_params(self, **params: Any) -> "LeastSquares":
-        """Sets parameters; returns the estimator."""
+        """Sets the parameters ``params``; returns the estimator."""
         known = self.get_params()
         for name, value in params.items():
             if name not in known:

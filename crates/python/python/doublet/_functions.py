@@ -60,10 +60,12 @@ class Regression:
 
     @property
     def stderr(self) -> NDArray[np.float64]:
+        """Standard errors by ``errors``, shape (p,)."""
         return np.sqrt(np.diag(self.cov))
 
     @property
     def stderr_white(self) -> NDArray[np.float64]:
+        """Standard errors as if the residuals were white, shape (p,)."""
         return np.sqrt(np.diag(self.cov_white))
 
     def __getitem__(self, name: str) -> Value:
@@ -88,8 +90,14 @@ class Regression:
         return np.column_stack([self.params - half, self.params + half])
 
     def predict(self, X: Any) -> NDArray[np.float64]:
-        """Values at other regressors, shape (m,): an array with a column per parameter, or a frame with the columns of their names or of
-        the variables in them."""
+        """Values at other regressors, shape (m,).
+
+        Args:
+            X: Array with a column per parameter, or frame with the columns of their names or of the variables in them.
+
+        Raises:
+            DoubletError: Another number of columns; of a frame a missing column, with the nearest one.
+        """
         matrix = term_columns(columns_of(X), self.names) if is_frame(X) else matrix_of(X)[1]
         if matrix.shape[1] != len(self.names):
             raise DoubletError(f"X has {matrix.shape[1]} columns: give one for each of {', '.join(self.names)}")
@@ -211,7 +219,11 @@ def _regressors(X: Any, y: Any, names: Optional[Sequence[str]]) -> tuple[list[st
 
 def coloured_covariance(X: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
     """Covariance of the estimates of ordinary least squares of ``y`` (n,) on ``X`` (n, p) for residuals that are correlated in
-    time, shape (p, p)."""
+    time, shape (p, p).
+
+    Raises:
+        DoubletError: As for :func:`lstsq`.
+    """
     return _doublet.coloured_covariance(matrix_of(X)[1], _column(y, "y"))
 
 
@@ -225,6 +237,11 @@ def smooth(
         values: Shape (n,).
         method: ``"polynomial"`` (Savitzky-Golay of ``degree`` over ``width`` samples), ``"moving-average"`` over ``width``, or
             ``"spencer"`` (15 samples).
+        width: Samples, odd.
+        degree: Of the polynomial.
+
+    Raises:
+        DoubletError: Lengths that differ, time that does not increase, fewer samples than the method needs.
     """
     return _doublet.smooth(seconds(time), _column(values, "values"), method, width, degree)
 
@@ -232,8 +249,18 @@ def smooth(
 def differentiate(
     time: ArrayLike, values: ArrayLike, *, method: str = "central", width: int = 11, degree: int = 2
 ) -> NDArray[np.float64]:
-    """Slope over time, unit of the values per second, shape (n,): ``"central"`` difference of order four, or that of a local
-    ``"polynomial"``. ``time`` as for :func:`smooth`."""
+    """Slope over time, unit of the values per second, shape (n,).
+
+    Args:
+        time: As for :func:`smooth`.
+        values: Shape (n,).
+        method: ``"central"`` difference of order four, or the slope of a local ``"polynomial"``.
+        width: Samples of the polynomial, odd.
+        degree: Of the polynomial.
+
+    Raises:
+        DoubletError: As for :func:`smooth`.
+    """
     return _doublet.differentiate(seconds(time), _column(values, "values"), method, width, degree)
 
 
@@ -352,6 +379,9 @@ def frequency_response(
         points: Frequencies, evenly on a logarithmic scale.
         window: Longest window, s; by default a third of the record.
         overlap: Part of a window that the next overlaps.
+
+    Raises:
+        DoubletError: Fewer than 8 samples, lengths that differ, a step, number of points or method that cannot be.
     """
     inputs = np.atleast_2d(_numbers(np.asarray(u), "u"))
     output = _column(y, "y")
@@ -383,6 +413,9 @@ def modes(A: ArrayLike, states: Sequence[str]) -> Table:
     Args:
         A: Shape (n, n).
         states: Names among ``u v w p q r phi theta psi north east h V alpha beta``.
+
+    Raises:
+        DoubletError: A matrix that is not square or finite, another number of names, an unknown name.
     """
     rows = _doublet.natural_modes(np.asarray(A, dtype=np.float64), list(states))
     return Table(

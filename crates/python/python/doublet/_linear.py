@@ -218,7 +218,7 @@ class Linear:
         return axis
 
     def bode(self, output: str, input: str, *, omega: Optional[ArrayLike] = None, axes: Any = None, ax: Any = None) -> Any:
-        """Bode plot of the first model with this output and input, as :meth:`StateSpace.bode`."""
+        """Bode plot of the first model with this output and input; ``omega`` (rad/s), ``axes`` and ``ax`` as for :meth:`StateSpace.bode`."""
         several = [self[name] for name in self.systems]
         for system in several:
             if output in system.outputs and input in system.inputs:

@@ -175,7 +175,7 @@ class WindowPath(Columnar):
         return self._best().to_xarray()
 
     def plot(self, *names: str, axes: Any = None) -> Any:
-        """Draws states over time with two standard deviations, or ``"nis"``; returns the axes."""
+        """Draws the states ``names`` over time with two standard deviations, or ``"nis"``, on ``axes``; returns the axes."""
         from ._plots import stack
 
         states, units = self.states, _doublet.Path.units()
@@ -232,8 +232,8 @@ class Path(Columnar, View[_doublet.Path], Sequence[WindowPath]):
         return self._verdict
 
     def to_session(self, *, name: str = "arrays", folder: Optional[PathLike] = None) -> Session:
-        """The session of the same recording, manoeuvres and filter, as :meth:`Fit.to_session`; its model is that of a new
-        session."""
+        """The session of the same recording, manoeuvres and filter, ``name`` and ``folder`` as for :meth:`Fit.to_session`; its model is that
+        of a new session."""
         from ._bridge import session_of
 
         return session_of([self], self._inner.session(), False, name, folder)

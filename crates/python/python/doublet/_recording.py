@@ -31,7 +31,14 @@ def roles() -> Table:
 
 def guess_roles(*paths: PathLike) -> Table:
     """Guessed roles of the channels of the files of one flight, as ``doublet map --json``: role, channel, unit, sign, confidence (0 to 1), evidence,
-    and the channel that would play the role otherwise with the reason against it."""
+    and the channel that would play the role otherwise with the reason against it.
+
+    Args:
+        paths: Files or folders.
+
+    Raises:
+        DoubletError: A file that cannot be read.
+    """
     names = ("role", "channel", "unit", "sign", "confidence", "evidence", "runner_up", "reason")
     found = _doublet.guess_roles([os.fspath(path) for path in paths])
     return Table([dict(zip(names, row)) for row in found], "guessed roles")
@@ -256,7 +263,7 @@ class Recording(Columnar, Replayed[_doublet.Recording]):
         raise unknown("channel or role", name, list(self))
 
     def get(self, name: str, default: Any = None) -> Any:
-        """The channel, or ``default`` where there is none."""
+        """The channel or role called ``name``, or ``default`` where there is none."""
         return self[name] if name in self else default
 
     def __contains__(self, name: object) -> bool:
@@ -296,7 +303,7 @@ class Recording(Columnar, Replayed[_doublet.Recording]):
         return xarray.Dataset(data, coords={"time": ("time", frame.index.to_numpy(), {"units": "s"})})
 
     def plot(self, *names: str, axes: Any = None) -> Any:
-        """Draws channels over time, one below the other; returns the axes."""
+        """Draws the channels or roles ``names`` over time, one below the other, on ``axes``; returns the axes."""
         from ._plots import stack
 
         signals = [self[name] for name in names or self.roles[:6]]
@@ -368,6 +375,10 @@ def read(
         channel_map: File of a channel map, or the name of one that comes with doublet; by default the one that fits best,
             or else a guess from names, units and values (then read ``recording.check()``).
         progress: Called with the part done, 0 to 1. Ctrl-C stops.
+
+    Raises:
+        DoubletFileNotFoundError: A file that does not exist.
+        DoubletError: A file or channel map that cannot be read.
     """
     several = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
     if not several:
@@ -376,8 +387,8 @@ def read(
 
 
 def find_manoeuvres(recording: Recording) -> list[Window]:
-    """The manoeuvres that the control deflections show, in order of time. An empty list where there is none;
-    ``recording.check()`` and ``doublet propose manoeuvres`` say more."""
+    """The manoeuvres that the control deflections of ``recording`` show, in order of time. An empty list where there is none;
+    ``recording.check()`` and ``doublet propose manoeuvres`` have the reasons."""
     rows, _ = recording._inner.manoeuvres()
     return [Window(name, start, end, surface, kind, confidence=sure) for name, start, end, surface, kind, sure in rows]
 
@@ -449,7 +460,11 @@ class Aircraft(Replayed[_doublet.Aircraft]):
 
 
 def aircraft(name: PathLike) -> Aircraft:
-    """An aircraft that comes with doublet, by its name (``"c337f"``), or that of an aircraft file, with its standard loading."""
+    """An aircraft that comes with doublet, by its ``name`` (``"c337f"``), or that of an aircraft file, with its standard loading.
+
+    Raises:
+        DoubletError: No aircraft has this name, or its file is wrong.
+    """
     return Aircraft._named(os.fspath(name))
 
 

@@ -47,7 +47,7 @@ class Session(Replayed[_doublet.Session]):
 
     @classmethod
     def load(cls, path: PathLike) -> "Session":
-        """Opens a session file, or ``"builtin:demo"`` for the one that comes with doublet."""
+        """Opens the session file ``path``, or ``"builtin:demo"`` for the one that comes with doublet."""
         return cls(_doublet.Session.load(existing(path)))
 
     @classmethod
@@ -72,6 +72,7 @@ class Session(Replayed[_doublet.Session]):
             name: Title; by default that of the first file.
             channel_map: File or name; by default the one that fits best, or else a guess.
             aircraft: Aircraft file, or the name of one that comes with doublet; by default only flight paths are computed.
+            progress: Called with the part done, 0 to 1. Ctrl-C stops.
         """
         several = [recordings] if isinstance(recordings, (str, os.PathLike)) else list(recordings)
         if any(isinstance(one, Recording) for one in several):
@@ -193,8 +194,8 @@ class Session(Replayed[_doublet.Session]):
         return Session(self._inner.replaced(rows), self._keeper)
 
     def save(self, path: PathLike) -> "Session":
-        """Saves it in one step, paths written from the new place; the previous file stays as ``*.bak``. Recordings in a temporary
-        folder are copied into ``NAME_recordings`` beside it."""
+        """Saves it to ``path`` in one step, paths written from the new place; the previous file stays as ``*.bak``. Recordings in a
+        temporary folder are copied into ``NAME_recordings`` beside it."""
         inner = self._inner if self._keeper is None else self._keeper.moved(self._inner, os.fspath(path))
         return Session(inner.save(os.fspath(path)))
 
@@ -204,7 +205,7 @@ class Session(Replayed[_doublet.Session]):
         return found
 
     def run(self, **options: Any) -> "Results":
-        """As :func:`run`."""
+        """As :func:`run`, with its ``options``."""
         return run(self, **options)
 
     def recording(self, flight: Optional[str] = None) -> Recording:
@@ -230,7 +231,7 @@ class Session(Replayed[_doublet.Session]):
         return drawn
 
     def show(self, *, spawn: bool = True) -> Any:
-        """Opens it in the workbench, as :func:`show`."""
+        """Opens it in the workbench, ``spawn`` as for :func:`show`."""
         return show(self, spawn=spawn)
 
     def __repr__(self) -> str:
@@ -373,7 +374,7 @@ class Results(View[_doublet.Results]):
         return Table(rows, f"{self._all['title']}: {self.verdict.line()}")
 
     def study(self, name: str) -> Table:
-        """The table of a study of the run: ``sensitivity``, ``tornado``, ``leave_one_out``, ``input_kinds``,
+        """The table of the study ``name`` of the run: ``sensitivity``, ``tornado``, ``leave_one_out``, ``input_kinds``,
         ``contributions``, ``conditions``, ``checks``, ``lags``, ``monte_carlo``."""
         rows = self._all["studies"].get(name)
         if not rows:
@@ -397,7 +398,13 @@ class Results(View[_doublet.Results]):
     def write(
         self, folder: PathLike, *, tables: Sequence[str] = ("csv",), histories: Sequence[str] = ("hdf5",)
     ) -> str:
-        """Writes what ``doublet run --out`` writes; returns the folder."""
+        """Writes what ``doublet run --out`` writes; returns the folder.
+
+        Args:
+            folder: Folder.
+            tables: Formats of tables: ``"csv"`` and others of the command.
+            histories: Formats of time histories: ``"hdf5"`` and others of the command.
+        """
         return str(self._inner.write(os.fspath(folder), list(tables), list(histories)))
 
     def summary(self) -> str:
@@ -452,6 +459,9 @@ def run(
         seed: Of ``monte-carlo``.
         progress: Called with the part done, 0 to 1. Ctrl-C stops; other Python threads run meanwhile.
 
+    Raises:
+        DoubletError: The session has an error, or no manoeuvre has a path. Failed steps beside others are ``results.failures``.
+
     Warns:
         DoubletWarning: The verdict on the session is bad.
     """
@@ -477,12 +487,20 @@ def _recorded(results: Results, flight: Optional[str]) -> _doublet.Recording:
 
 
 def match(results: View[Any]) -> Table:
-    """As :meth:`Results.match`, also of a fit, coefficients or a path."""
+    """As :meth:`Results.match` of ``results``, also of a fit, coefficients or a path.
+
+    Raises:
+        DoubletError: Its session cannot be run.
+    """
     return results.match()
 
 
 def export(results: View[Any], formats: Union[str, Sequence[str]], folder: PathLike) -> list[str]:
-    """As :meth:`Results.export`, also of a fit, coefficients or a path."""
+    """As :meth:`Results.export` of ``results`` with ``formats`` and ``folder``, also of a fit, coefficients or a path.
+
+    Raises:
+        DoubletError: A format that does not exist, a folder that cannot be written, or no identified model.
+    """
     return results.export(formats, folder)
 
 
@@ -501,6 +519,10 @@ def simulate(
         out: Folder, which must not exist; a temporary one by default.
         seed: Of noise, gusts and hand-flown imperfections: the same seed gives the same bytes.
         derivatives: Other values of the truth's derivatives.
+        progress: Called with the part done, 0 to 1. Ctrl-C stops.
+
+    Raises:
+        DoubletError: An unknown scenario or derivative, or a folder that exists.
     """
     folder = os.path.join(tempfile.mkdtemp(prefix="doublet-"), "flight") if out is None else os.fspath(out)
     changed = [(name, float(value)) for name, value in (derivatives or {}).items()]
@@ -513,6 +535,9 @@ def show(obj: Union[Session, PathLike], *, spawn: bool = True) -> Any:
     Args:
         obj: Session or its file. One without a file is saved to a temporary one first.
         spawn: Return at once with the process; otherwise wait until the window closes and return the session as it was saved.
+
+    Raises:
+        DoubletError: The program is not found.
     """
     program = os.environ.get("DOUBLET") or shutil.which("doublet")
     if program is None:

@@ -41,6 +41,7 @@ class Value(float):
 
     @property
     def value(self) -> float:
+        """Estimate, SI."""
         return float(self)
 
     @property

@@ -58,7 +58,7 @@ class Verdict(Mapping[str, Any]):
         return f"verdict {self.level}{rest}" + (f" ({more} more in verdict.findings)" if more > 0 else "")
 
     def warn(self, what: str) -> None:
-        """Warns where it is bad."""
+        """Gives a :class:`DoubletWarning` about ``what`` where it is bad."""
         if self.level == "bad":
             warn(f"{what}: {self.line()}")
 
