@@ -8,7 +8,8 @@ use doublet_core::prep::did_you_mean;
 use doublet_engine::graph::{Context, Control, Key, Keyed, Stage, StageError, StageResult};
 use doublet_engine::report::dynamics_row;
 use doublet_engine::session::{
-    Estimation, Manoeuvre, PooledConstants, Preparation, ResidualWeights, Settings, TermConstraint, WindowRole,
+    Estimation, Manoeuvre, PooledConstants, PredictionParameters, Preparation, ResidualWeights, Settings,
+    TermConstraint, WindowRole,
 };
 use doublet_engine::stage::{
     AeroWindow, ErrorWindow, PooledFits, StudyWindow, WindowAero, WindowFits, WindowPath, aero, describe_origin,
@@ -356,6 +357,7 @@ impl Fit {
         common_constant: bool,
         is_huber: bool,
         order: Option<usize>,
+        by_means: bool,
     ) -> PyResult<Self> {
         let structure = structure(models)?;
         let constants = if common_constant { PooledConstants::Common } else { PooledConstants::PerManoeuvre };
@@ -368,7 +370,8 @@ impl Fit {
             }
         };
         let constraints = constraints(given)?;
-        let estimation = Estimation { by_surface, constants, weights, constraints, ..Estimation::default() };
+        let predict_with = if by_means { PredictionParameters::ManoeuvreMeans } else { PredictionParameters::Pooled };
+        let estimation = Estimation { by_surface, constants, predict_with, weights, constraints };
         let preparation = coefficients.first().map(|first| Arc::clone(&first.preparation));
         let preparation = preparation.ok_or_else(|| refuse("no coefficients were given: give those of one flight"))?;
         let mut used = pooled_windows(&coefficients)?;

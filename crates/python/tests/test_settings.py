@@ -263,3 +263,18 @@ def test_what_an_aircraft_cannot_have_is_refused(given):
             path_of(given, **settings)
     with pytest.raises(db.DoubletError, match="loading and aircraft_changes need an aircraft"):
         db.reconstruct(recording, windows=windows, noise=noise, loading=LIGHT)
+
+
+def test_predictions_are_by_means_of_the_manoeuvres(given, usual):
+    coefs = db.coefficients(usual)
+    pooled, means = db.fit(coefs, MODEL), db.fit(coefs, MODEL, predict_with="manoeuvre_means")
+    assert means.params == pooled.params and means.to_session()["estimation.predict_with"] == "manoeuvre_means"
+    singles = [db.fit(coefs, MODEL, windows=[name]).coefficients["Cm"] for name in coefs.windows]
+    assert all([name.partition("[")[0] for name in one.names] == ["Cm_0", "Cm_alpha", "Cm_q", "Cm_delta_e"] for one in singles)
+    estimates = np.mean([one.estimates for one in singles], axis=0)
+    for window in coefs:
+        expected = window.regressors(MODEL["Cm"]) @ estimates
+        np.testing.assert_allclose(means.predict("Cm")[window.name]["predicted"], expected, rtol=1e-6, atol=1e-9)
+        assert not np.allclose(pooled.predict("Cm")[window.name]["predicted"], expected, rtol=1e-6, atol=1e-9)
+    with pytest.raises(db.DoubletError, match="use pooled or manoeuvre_means"):
+        db.fit(coefs, MODEL, predict_with="mean")

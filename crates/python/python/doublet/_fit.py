@@ -341,6 +341,7 @@ def fit(
     constraints: Optional[Mapping[tuple[str, str], Any]] = None,
     constants: Literal["per_manoeuvre", "common"] = "per_manoeuvre",
     by_surface: bool = True,
+    predict_with: Literal["pooled", "manoeuvre_means"] = "pooled",
 ) -> Fit:
     """Derivatives by least squares over windows.
 
@@ -359,6 +360,8 @@ def fit(
             ``{"mean": .., "std": ..}``.
         constants: ``"per_manoeuvre"``, or ``"common"``.
         by_surface: Symmetric coefficients from windows of the elevator, asymmetric ones from those of aileron and rudder.
+        predict_with: What predicts the windows: the ``"pooled"`` estimates, or ``"manoeuvre_means"``, means of the estimates of single
+            windows.
 
     Raises:
         DoubletError: A coefficient, term, window or setting that does not exist, settings that exclude each other, flights with different
@@ -377,6 +380,8 @@ def fit(
         raise DoubletError(f"'{errors}' are not errors: use coloured or white")
     if constants not in ("per_manoeuvre", "common"):
         raise DoubletError(f"'{constants}' are not constants: use per_manoeuvre or common")
+    if predict_with not in ("pooled", "manoeuvre_means"):
+        raise DoubletError(f"'{predict_with}' does not predict: use pooled or manoeuvre_means")
     several = [coefs] if isinstance(coefs, Coefficients) else list(coefs)
     planes = [one.aircraft for one in several if one.aircraft is not None]
     if any(not plane._is(planes[0]) for plane in planes):
@@ -384,7 +389,8 @@ def fit(
     given = coefficient_constraints(constraints)
     chosen = None if windows is None else list(windows)
     call = (
-        several, _models(structure), chosen, given, by_surface, constants == "common", weights == "huber", order if method == "gls" else None
+        several, _models(structure), chosen, given, by_surface, constants == "common", weights == "huber", order if method == "gls" else None,
+        predict_with == "manoeuvre_means",
     )
     found = Fit(_fitted(*call), (_fitted, call), errors)
     found.verdict.warn("fit")
@@ -411,8 +417,9 @@ def _fitted(
     common: bool,
     huber: bool,
     order: Optional[int],
+    by_means: bool,
 ) -> _doublet.Fit:
-    return _doublet.Fit.fit([one._inner for one in several], models, windows, given, by_surface, common, huber, order)
+    return _doublet.Fit.fit([one._inner for one in several], models, windows, given, by_surface, common, huber, order, by_means)
 
 
 def information_criterion(square: float, count: int, parameters: int) -> float:
