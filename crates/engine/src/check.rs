@@ -13,7 +13,7 @@ use crate::begin::{Apart, find_apart};
 use crate::graph::{Cache, Context, Control};
 use crate::notation::plural;
 use crate::run::{Scope, run};
-use crate::session::{self, Finding, Level, Manoeuvre, Session};
+use crate::session::{self, Edit, Finding, Fix, Level, Manoeuvre, Session, WindowEdit};
 use crate::snapshot::Snapshot;
 use crate::stage::{self, PhysicsRow};
 use crate::verdict::{accelerometer, mounting, shape};
@@ -196,12 +196,15 @@ fn check_recordings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     }
     for window in session.active_windows() {
         let loaded = snapshot.flights.get(&window.flight).and_then(|slot| slot.ready());
-        let text = loaded.and_then(|loaded| stage::partly_outside(&loaded.recording, window.window));
+        let outside = loaded.and_then(|loaded| stage::partly_outside(&loaded.recording, window.window));
         let place = format!("manoeuvre '{}'", window.name);
-        findings.extend(text.map(|text| {
+        findings.extend(outside.map(|(text, inside)| {
+            let label = format!("shorten '{}' to the inertial samples", window.name);
+            let edit = Edit::Window(WindowEdit::Place { name: window.name.clone(), window: inside });
             Finding::new(Level::Caution, "window", place, text)
                 .with_fix_text("move its start or end")
                 .with_setting("Manoeuvres", "")
+                .with_fix(Fix::new(label, edit))
         }));
     }
     findings

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use doublet_core::quantity::in_words;
 use doublet_core::series::TimeRange;
 
-use super::{Session, constraint, expression, preparation, sensor_errors};
+use super::{Edit, Fix, Session, WindowEdit, constraint, expression, preparation, sensor_errors};
 use crate::notation;
 use crate::session::{Finding, Level};
 
@@ -139,30 +139,45 @@ fn flights(session: &Session, found: &mut Vec<Finding>) {
     }
 }
 
+/// Whether a range has a length.
+fn is_usable(TimeRange { start_s, end_s }: &TimeRange) -> bool {
+    start_s.is_finite() && end_s.is_finite() && end_s > start_s
+}
+
 fn windows(session: &Session, found: &mut Vec<Finding>) {
-    let steady = session.steady.iter().map(|steady| ("steady".to_owned(), &steady.flight, steady.window));
-    let windows =
-        session.windows.iter().map(|window| (format!("manoeuvre '{}'", window.name), &window.flight, window.window));
-    for (place, flight, TimeRange { start_s, end_s }) in steady.chain(windows) {
+    let steady = session.steady.iter().map(|steady| ("steady".to_owned(), &steady.flight, steady.window, None));
+    let windows = session
+        .windows
+        .iter()
+        .map(|window| (format!("manoeuvre '{}'", window.name), &window.flight, window.window, Some(&window.name)));
+    for (place, flight, TimeRange { start_s, end_s }, name) in steady.chain(windows) {
         if session.flight(flight).is_none() {
             let text = format!("flight '{flight}' not found in the session");
             let fix_text = "choose a flight of the session";
             found.push(Finding::new(Level::Bad, WINDOW, place.clone(), text).with_fix_text(fix_text));
         }
-        if !(start_s.is_finite() && end_s.is_finite() && end_s > start_s) {
+        if !is_usable(&TimeRange { start_s, end_s }) {
             let text = format!("end {end_s} s is not after start {start_s} s");
             let finding = Finding::new(Level::Bad, WINDOW, place, text).with_fix_text("set its end after its start");
-            found.push(finding.with_setting("Manoeuvres", ""));
+            let fix = name.filter(|_| end_s < start_s && (end_s - start_s).is_finite()).map(|name| {
+                let (name, window) = (name.clone(), TimeRange { start_s: end_s, end_s: start_s });
+                let label = format!("exchange start and end of '{name}'");
+                Fix::new(label, Edit::Window(WindowEdit::Place { name, window }))
+            });
+            found.push(finding.with_setting("Manoeuvres", "").with_fix(fix));
         }
     }
     for window in &session.windows {
-        for TimeRange { start_s, end_s } in &window.excluded {
-            if !(start_s.is_finite() && end_s.is_finite() && end_s > start_s) {
+        for part @ TimeRange { start_s, end_s } in &window.excluded {
+            if !is_usable(part) {
                 let place = format!("manoeuvre '{}'", window.name);
                 let text = format!("excluded part: end {end_s} s is not after start {start_s} s");
                 let finding =
                     Finding::new(Level::Bad, WINDOW, place, text).with_fix_text("set its end after its start");
-                found.push(finding.with_setting("Manoeuvres", ""));
+                let excluded = window.excluded.iter().filter(|part| is_usable(part)).copied().collect();
+                let edit = Edit::Window(WindowEdit::Exclude { name: window.name.clone(), excluded });
+                let fix = Fix::new(format!("remove the empty excluded parts of '{}'", window.name), edit);
+                found.push(finding.with_setting("Manoeuvres", "").with_fix(fix));
             }
         }
     }

@@ -8,9 +8,9 @@ use doublet_core::series::TimeRange;
 use thiserror::Error;
 
 use super::{
-    AircraftEdit, AnnotationEdit, CandidateEdit, ExperimentEdit, ExpressionEdit, Flight, GravitySource, GustSource,
-    KeptStructure, NoiseEdit, PathSource, PooledConstants, PredictionParameters, Preparation, ReportFigureEdit,
-    ResidualWeights, Session, SignalEdit, Surface, TermConstraint, WindowEdit,
+    AircraftEdit, AnnotationEdit, CandidateEdit, DelaySource, ExperimentEdit, ExpressionEdit, Flight, GravitySource,
+    GustSource, KeptStructure, NoiseEdit, PathSource, PooledConstants, PredictionParameters, Preparation,
+    ReportFigureEdit, ResidualWeights, Session, SignalEdit, Surface, TermConstraint, WindowEdit,
 };
 
 /// A change of the session, grouped by area.
@@ -107,6 +107,8 @@ pub enum FilterEdit {
     RobustLimit(f64),
     /// Where the random walk of the wind comes from.
     Gusts(GustSource),
+    /// Where the delays of the measurements come from.
+    Delays(DelaySource),
 }
 
 /// A change of how coefficients are formed and derivatives estimated.
@@ -180,9 +182,9 @@ pub enum EditError {
         /// End, s.
         end_s: f64,
     },
-    /// An excluded stretch that ends before it begins.
+    /// An excluded part that ends before it begins.
     #[error("excluded part from {start_s} s to {end_s} s: set its end after its start")]
-    EmptyStretch {
+    EmptyPart {
         /// Start, s.
         start_s: f64,
         /// End, s.
@@ -332,6 +334,7 @@ impl FilterEdit {
             Self::OutlierLimit(_) => "change limit of outliers".to_owned(),
             Self::RobustLimit(_) => "change limit of Huber's weights".to_owned(),
             Self::Gusts(_) => "change gusts".to_owned(),
+            Self::Delays(_) => "change source of the measurement delays".to_owned(),
         }
     }
 
@@ -364,6 +367,7 @@ impl FilterEdit {
             Self::OutlierLimit(value) => filter.outlier_limit = not_negative("limit of outliers", "", value)?,
             Self::RobustLimit(value) => filter.robust_limit = not_negative("limit of Huber's weights", "", value)?,
             Self::Gusts(source) => session.gusts = source,
+            Self::Delays(source) => session.delays = source,
         }
         Ok(())
     }

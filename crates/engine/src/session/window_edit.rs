@@ -61,11 +61,11 @@ pub enum WindowEdit {
         /// Name of the second window.
         second: String,
     },
-    /// Leaves these stretches of a window out, and no others.
+    /// Leaves these parts of a window out, and no others.
     Exclude {
         /// Name of the window.
         name: String,
-        /// Stretches.
+        /// Parts.
         excluded: Vec<TimeRange>,
     },
     /// Sets a flag of a window, or takes it back.
@@ -134,8 +134,8 @@ impl WindowEdit {
             Self::Note { name, note } => find(session, name)?.note.clone_from(note),
             Self::Split { name, end_s, start_s, second } => split(session, name, (*end_s, *start_s), second)?,
             Self::Exclude { name, excluded } => {
-                let stretches = |stretch: &TimeRange| check_interval(*stretch).map_err(|_| empty_stretch(*stretch));
-                excluded.iter().try_for_each(stretches)?;
+                let parts = |part: &TimeRange| check_interval(*part).map_err(|_| empty_part(*part));
+                excluded.iter().try_for_each(parts)?;
                 find(session, name)?.excluded = apart(excluded.clone());
             }
             Self::Flag { name, flag, on } => *flag.among(&mut find(session, name)?.flags) = *on,
@@ -180,9 +180,8 @@ fn split(session: &mut Session, name: &str, (end_s, start_s): (f64, f64), second
     let mut behind = Manoeuvre { name: second.to_owned(), window: parts[1], ..first.clone() };
     first.window = parts[0];
     for window in [first, &mut behind] {
-        let inside =
-            |stretch: &TimeRange| stretch.start_s < window.window.end_s && stretch.end_s > window.window.start_s;
-        window.excluded = window.excluded.iter().filter(|stretch| inside(stretch)).copied().collect();
+        let inside = |part: &TimeRange| part.start_s < window.window.end_s && part.end_s > window.window.start_s;
+        window.excluded = window.excluded.iter().filter(|part| inside(part)).copied().collect();
     }
     let at = session.windows.iter().position(|window| window.name == name).unwrap_or(session.windows.len() - 1);
     session.windows.insert(at + 1, behind);
@@ -193,6 +192,6 @@ fn find<'a>(session: &'a mut Session, name: &str) -> Result<&'a mut Manoeuvre, E
     session.windows.iter_mut().find(|window| window.name == name).ok_or_else(|| EditError::NoWindow(name.to_owned()))
 }
 
-fn empty_stretch(TimeRange { start_s, end_s }: TimeRange) -> EditError {
-    EditError::EmptyStretch { start_s, end_s }
+fn empty_part(TimeRange { start_s, end_s }: TimeRange) -> EditError {
+    EditError::EmptyPart { start_s, end_s }
 }

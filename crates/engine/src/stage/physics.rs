@@ -87,15 +87,18 @@ impl FlightPhysics {
         self.rows.iter().filter(|row| row.level > Level::Good)
     }
 
+    /// The fix of a row as an edit of `flight` of `session`.
+    pub(crate) fn fix(&self, session: &Session, flight: &str, row: &PhysicsRow) -> Option<Fix> {
+        Fix::channel(session.flight(flight)?, row.change.as_ref()?, self.has_down_of_altitude)
+    }
+
     /// The same as findings about `flight` of `session`.
     pub fn findings(&self, session: &Session, flight: &str) -> Vec<Finding> {
-        let fix =
-            |row: &PhysicsRow| Fix::channel(session.flight(flight)?, row.change.as_ref()?, self.has_down_of_altitude);
         let finding = |row: &PhysicsRow| {
             let place = format!("flight '{flight}', {}", row.channel);
             let text = format!("{}: {}.", row.headline, row.evidence);
             let finding = Finding::new(row.level, "physics", place, text).with_fix_text(row.fix_text.clone());
-            let finding = finding.with_setting("Channels", "").with_fix(fix(row));
+            let finding = finding.with_setting("Channels", "").with_fix(self.fix(session, flight, row));
             match row.slope {
                 Some(slope) if row.hypothesis.is_empty() => finding.with_figure(slope, f64::NAN),
                 _ => finding,

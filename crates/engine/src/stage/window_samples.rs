@@ -23,7 +23,7 @@ pub struct Samples {
     pub data: Arc<FilterData>,
     /// Identity of these and of what is carried along, by every number.
     pub content: Key,
-    /// Stretches that are left out.
+    /// Parts that are left out.
     pub excluded: Arc<[TimeRange]>,
     /// Truth of each state over the window, where the recording carries it.
     pub(super) truth: Arc<[Option<Series>; STATES]>,
@@ -59,7 +59,7 @@ pub const NO_PATH_MEASUREMENT: &str = "No flight-path measurement besides rates 
 /// Shortest window the filter is run on, samples.
 const MIN_SAMPLES: usize = 10;
 
-/// Takes the samples of one window for the filter, without measurements in the stretches `excluded`. Without an aircraft every sensor is
+/// Takes the samples of one window for the filter, without measurements in the parts `excluded`. Without an aircraft every sensor is
 /// taken to be at the centre of gravity.
 ///
 /// # Errors
@@ -70,7 +70,7 @@ pub fn samples(
     aircraft: Option<&AircraftData>,
     preparation: &Preparation,
 ) -> StageResult<Samples> {
-    let mut warnings: Vec<_> = partly_outside(recording, window).into_iter().collect();
+    let mut warnings: Vec<_> = partly_outside(recording, window).into_iter().map(|(text, _)| text).collect();
     let mut inputs = input_series(recording, window, preparation.path, &mut warnings)?;
     fit_in_memory(inputs.time_s.len())?;
     leaves_enough(&inputs.time_s, excluded)?;
@@ -93,12 +93,12 @@ pub fn samples(
     Ok(Samples { content, data: data.into(), excluded: excluded.into(), truth, warnings })
 }
 
-/// Whether `time_s` lies in one of `stretches`.
-pub(super) fn is_in(stretches: &[TimeRange], time_s: f64) -> bool {
-    stretches.iter().any(|stretch| stretch.contains(time_s))
+/// Whether `time_s` lies in one of `parts`.
+pub(super) fn is_in(parts: &[TimeRange], time_s: f64) -> bool {
+    parts.iter().any(|part| part.contains(time_s))
 }
 
-/// Refuses excluded stretches that leave too few samples.
+/// Refuses excluded parts that leave too few samples.
 fn leaves_enough(time_s: &[f64], excluded: &[TimeRange]) -> StageResult<()> {
     let left = time_s.iter().filter(|time_s| !is_in(excluded, **time_s)).take(MIN_SAMPLES).count();
     if left >= MIN_SAMPLES {
@@ -114,16 +114,17 @@ fn leaves_enough(time_s: &[f64], excluded: &[TimeRange]) -> StageResult<()> {
 /// Longest part of a window that may lie outside the inertial samples without a word, s: recorders of one flight start and end apart.
 const OUTSIDE_S: f64 = 0.5;
 
-/// What to say of a window of which a part lies outside the inertial samples.
-pub fn partly_outside(recording: &Recording, window: TimeRange) -> Option<String> {
+/// What to say of a window of which a part lies outside the inertial samples, and the part inside.
+pub fn partly_outside(recording: &Recording, window: TimeRange) -> Option<(String, TimeRange)> {
     let (first, last) = span(&recording.role(Input::RollRate.role())?.series.time_s);
     let TimeRange { start_s, end_s } = window;
     let outside_s = (first - start_s).max(end_s - last);
     let overlaps = start_s < last && end_s > first;
     (overlaps && outside_s > OUTSIDE_S).then(|| {
-        format!(
+        let text = format!(
             "the manoeuvre lasts from {start_s} s to {end_s} s, inertial samples only from {first:.2} s to {last:.2} s"
-        )
+        );
+        (text, TimeRange { start_s: start_s.max(first), end_s: end_s.min(last) })
     })
 }
 
@@ -291,12 +292,12 @@ fn measurement_series(
     })
 }
 
-/// The samples outside the stretches.
-fn outside(stretches: &[TimeRange], time_s: Arc<[f64]>, values: Arc<[f64]>) -> (Arc<[f64]>, Arc<[f64]>) {
-    if !time_s.iter().any(|time_s| is_in(stretches, *time_s)) {
+/// The samples outside the parts.
+fn outside(parts: &[TimeRange], time_s: Arc<[f64]>, values: Arc<[f64]>) -> (Arc<[f64]>, Arc<[f64]>) {
+    if !time_s.iter().any(|time_s| is_in(parts, *time_s)) {
         return (time_s, values);
     }
-    let samples = time_s.iter().zip(values.iter()).filter(|(time_s, _)| !is_in(stretches, **time_s));
+    let samples = time_s.iter().zip(values.iter()).filter(|(time_s, _)| !is_in(parts, **time_s));
     let (time_s, values): (Vec<f64>, Vec<f64>) = samples.map(|(&time_s, &value)| (time_s, value)).unzip();
     (time_s.into(), values.into())
 }

@@ -237,7 +237,8 @@ pub(super) fn find_late_inertial(evidence: Evidence<'_>, coefficient: Coefficien
     let (late_s, sensors, text) = ground().or_else(attitude).or_else(flow).or_else(force)?;
     let text = format!("{text} by {late_s:.3} s (limit {AHEAD_S:.3} s).");
     let finding = Finding::new(Level::Caution, "timing", sensors, text).with_figure(late_s, AHEAD_S);
-    Some(finding.with_fix_text(format!("Record the {sensors} without a filter; check their clock.")))
+    let fix_text = format!("Record the {sensors} without a filter; check their clock.");
+    Some(finding.with_fix_text(fix_text).with_setting("Preprocess", "flight.clock"))
 }
 
 /// Time by which measurements lead the inertial sensors, s, where it is beyond so many standard errors and beyond the limit.

@@ -4,7 +4,7 @@ use doublet_core::model::is_constant_name;
 
 use super::judge::{Evidence, derivative_label};
 use super::plausible::{Outside, Range};
-use super::{Finding, Level, weigh};
+use super::{Finding, Level, remedies, weigh};
 use crate::notation::{decimals_of_error, significant};
 use crate::session::{Fix, WindowRole};
 use crate::snapshot::Cause;
@@ -44,14 +44,18 @@ pub(super) fn findings(
     let at = derivative_label(name, window);
     let mut findings = Vec::new();
     if !is_constant_name(name) {
-        findings.extend(determined(&at, fit, index));
+        let open = determined(&at, fit, index);
+        let fix = || remedies::without_least_determined(evidence.session, fit, index);
+        findings.extend(open.map(|finding| finding.with_fix(window.is_none().then(fix).flatten())));
         if window.is_none() {
             findings.extend(scatter(evidence, &at, fit, index));
             findings.extend(weigh::findings(evidence, fit, index));
         }
     }
     if let Some(range) = evidence.plausible.range(name, fit, evidence) {
-        findings.extend(implausible(&at, name, (value, error), &range));
+        let is_reversed = window.is_none() && range.outside(value).is_some_and(|outside| outside.wrong_sign);
+        let fix = || remedies::reverse_control(evidence, fit, name).filter(|_| is_reversed);
+        findings.extend(implausible(&at, name, (value, error), &range).map(|finding| finding.with_fix(fix())));
     }
     findings
 }

@@ -36,7 +36,7 @@ pub fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
         path.iter().flat_map(|path| &path.assessment().warnings).for_each(|text| note(&place, text));
         results.aero.ready().iter().flat_map(|aero| &aero.warnings).for_each(|text| note(&place, text));
     }
-    found.extend(sideslip::offset(snapshot));
+    found.extend(sideslip::offset(session, snapshot));
     found.extend(advice(session, snapshot));
     found
 }
@@ -66,9 +66,9 @@ fn advice(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
             let text = format!("{name} innovations are {ratio:.2} of predicted");
             let finding = Finding::new(Level::Good, "innovation-advice", format!("manoeuvre '{}'", window.name), text);
             let setting = format!("filter.measurement_noise.{name}");
-            found.push(
-                finding.with_figure(ratio, 1.0).with_fix_text(fix_text).with_setting("Noise and filter", setting),
-            );
+            let finding = finding.with_figure(ratio, 1.0).with_fix_text(fix_text);
+            let fix = factor.filter(|factor| !is_as_predicted(*factor)).and_then(|_| noise.fix(measurement));
+            found.push(finding.with_setting("Noise and filter", setting).with_fix(fix));
         }
     }
     found

@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 
 use super::derivative::is_determined;
 use super::judge::{Evidence, derivative_label};
-use super::{Finding, Level, delay, propulsion, vane};
+use super::{Finding, Level, delay, propulsion, remedies, vane};
 use crate::session::{Fix, Manoeuvre, Session, Surface, WindowRole};
 use crate::snapshot::Snapshot;
 use crate::stage::{CoefficientFit, Prediction, WindowAero};
@@ -66,6 +66,7 @@ fn without_terms(evidence: Evidence<'_>, coefficient: Coefficient, variables: &[
 pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &CoefficientFit) -> Vec<Finding> {
     let name = fit.coefficient.name();
     let at = derivative_label(name, window);
+    let without_all = || remedies::without_coefficient(evidence.session, fit.coefficient).filter(|_| window.is_none());
     let estimate = match &fit.fit {
         Ok(estimate) => estimate,
         Err(error) => {
@@ -80,7 +81,9 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
             }
             let finding = Finding::new(Level::Bad, "rank", at, format!("No estimate: {error}."));
             let fix_text = "Remove a term, or add manoeuvres that separate the regressors.";
-            return vec![finding.with_fix_text(fix_text).with_setting("Model", format!("model.{name}"))];
+            let finding = finding.with_fix_text(fix_text).with_setting("Model", format!("model.{name}"));
+            let dependent = remedies::without_dependent(evidence.session, fit.coefficient, error);
+            return vec![finding.with_fix(dependent.or_else(without_all))];
         }
     };
     let used = used_windows(evidence.session, evidence.snapshot, fit);
@@ -89,19 +92,21 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
     if terms.is_empty() {
         let text = "Not excited: only the constant can be estimated.";
         let finding = Finding::new(Level::Bad, "excitation", &at, text);
-        findings.push(
-            finding.with_fix_text("Use a manoeuvre that excites the other terms.").with_setting("Flight", "manoeuvre"),
-        );
+        let finding = finding.with_fix_text("Use a manoeuvre that excites the other terms.");
+        findings.push(finding.with_setting("Flight", "manoeuvre").with_fix(without_all()));
     }
     let formed: Vec<&WindowAero> = used.iter().map(|used| used.aero).collect();
     let moved: Vec<(&Term, Motion)> =
         terms.iter().filter_map(|term| Some((term, Motion::measure(term, &used)?))).collect();
-    findings.extend(propulsion::unknown(&at, fit, &formed));
+    findings.extend(propulsion::unknown(&at, evidence, fit, &formed));
     findings.extend(unmoved(evidence, (fit.coefficient, &at), &moved, &used));
-    if estimate.names.iter().any(|name| is_open(fit, estimate, name)) {
-        findings.extend(condition(&at, name, estimate));
-    }
-    findings.extend(inflated(&at, fit, estimate, &moved));
+    let inflation = most_inflated(fit, estimate, &moved);
+    let most = inflation.as_ref();
+    let fix = most.and_then(|(name, _)| remedies::without_term(evidence.session, fit.coefficient, name));
+    let is_any_open = estimate.names.iter().any(|name| is_open(fit, estimate, name));
+    let condition = condition(&at, name, estimate).filter(|_| is_any_open);
+    let inflated = most.and_then(|most| inflated(&at, fit.coefficient, estimate, most));
+    findings.extend(condition.into_iter().chain(inflated).map(|finding| finding.with_fix(fix.clone())));
     if window.is_none() {
         findings.extend(prediction(evidence, &at, fit));
         findings.extend(delay::findings(evidence, fit.coefficient, &terms, &used));
@@ -264,9 +269,9 @@ fn condition(at: &str, name: &str, estimate: &Fit) -> Option<Finding> {
     )
 }
 
-/// The derivative whose variance the other regressors inflate most: `(X'X)^-1_jj` times the sum of squares of its regressor about the
-/// constants of the fit.
-fn inflated(at: &str, fit: &CoefficientFit, estimate: &Fit, moved: &[(&Term, Motion)]) -> Option<Finding> {
+/// The derivative whose variance the other regressors inflate most, and its inflation: `(X'X)^-1_jj` times the sum of squares of its
+/// regressor about the constants of the fit.
+fn most_inflated(fit: &CoefficientFit, estimate: &Fit, moved: &[(&Term, Motion)]) -> Option<(String, f64)> {
     let factor = |(term, motion): &(&Term, Motion)| {
         let name = term.derivative_name(fit.coefficient);
         let index = estimate.names.iter().position(|other| *other == name)?;
@@ -274,26 +279,20 @@ fn inflated(at: &str, fit: &CoefficientFit, estimate: &Fit, moved: &[(&Term, Mot
     };
     // What its error holds and leaves determined is no fault.
     let open = moved.iter().filter_map(factor).filter(|(name, _)| is_open(fit, estimate, name));
-    let (name, factor) = open.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    if factor <= INFLATION {
-        return None;
-    }
-    let partner = partner(estimate, &name);
-    let text =
-        format!("{name} is nearly collinear with {partner}: variance inflation {factor:.0} (limit {INFLATION:.0}).");
-    let finding = Finding::new(Level::Caution, "vif", at, text).with_figure(factor, INFLATION);
-    let setting = format!("model.{}", fit.coefficient.name());
-    Some(
-        finding
-            .with_fix_text("Remove one of the two, or add manoeuvres that separate them.")
-            .with_setting("Correlation", setting)
-            .with_fix(term_of(fit, &name, moved).map(|term| Fix::set_term(fit.coefficient, term, false))),
-    )
+    open.max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// The term of the derivative called `name`.
-fn term_of<'a>(fit: &CoefficientFit, name: &str, moved: &[(&'a Term, Motion)]) -> Option<&'a Term> {
-    moved.iter().map(|(term, _)| *term).find(|term| term.derivative_name(fit.coefficient) == name)
+/// That a derivative is nearly collinear with another, by its variance inflation.
+fn inflated(at: &str, coefficient: Coefficient, estimate: &Fit, (name, factor): &(String, f64)) -> Option<Finding> {
+    if *factor <= INFLATION {
+        return None;
+    }
+    let partner = partner(estimate, name);
+    let text =
+        format!("{name} is nearly collinear with {partner}: variance inflation {factor:.0} (limit {INFLATION:.0}).");
+    let finding = Finding::new(Level::Caution, "vif", at, text).with_figure(*factor, INFLATION);
+    let fix_text = "Remove one of the two, or add manoeuvres that separate them.";
+    Some(finding.with_fix_text(fix_text).with_setting("Correlation", format!("model.{}", coefficient.name())))
 }
 
 /// Whether `name` is a derivative that the samples leave undetermined.

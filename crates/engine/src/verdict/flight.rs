@@ -2,12 +2,12 @@
 
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::State;
-use doublet_core::series::Recording;
+use doublet_core::series::{Recording, Series, TimeRange};
 use doublet_core::statistics;
 
 use super::judge::{Evidence, level_above};
 use super::{Finding, Level};
-use crate::session::{Fix, Manoeuvre, Session};
+use crate::session::{Edit, Fix, Manoeuvre, Session, WindowEdit};
 use crate::snapshot::Snapshot;
 use crate::stage::{LEAST_PRESSURE_SHARE, WindowAero, WindowPath};
 
@@ -22,8 +22,12 @@ const LARGEST_LIFT: f64 = 3.5;
 /// Airspeed over the stall's at the same load factor.
 const STALL_CAUTION: f64 = 1.1;
 const STALL_BAD: f64 = 0.9;
+/// Part of a manoeuvre up to which samples on the wheels are excluded; the manoeuvre is ignored beyond.
+const MOST_EXCLUDED: f64 = 0.5;
 /// Change of the heading within a window, deg.
 const TURN_DEG: f64 = 45.0;
+/// Shortest part of a manoeuvre beside a turn that is proposed instead of it, s.
+const LEAST_STRAIGHT_S: f64 = 4.0;
 
 const CURE: &str = "Ignore the manoeuvre, or check airspeed: unit, zero, weight on wheels.";
 
@@ -42,18 +46,37 @@ pub(super) fn dynamic_pressure(
         .or_else(|| too_slow_to_fly(place, evidence, aero))
         .or_else(|| below_other_windows(place, evidence, aero))
         .or_else(|| below_flight(place, physics?.airspeed_m_s?, aero));
-    let fix = || Fix::ignore([manoeuvre.name.as_str()]);
-    found.map(|finding| finding.with_fix_text(CURE).with_setting("Flight", "manoeuvre.role").with_fix(fix()))
+    found.map(|finding| {
+        let fix = finding.fix.clone().unwrap_or_else(|| Fix::ignore([manoeuvre.name.as_str()]));
+        finding.with_fix_text(CURE).with_setting("Flight", "manoeuvre.role").with_fix(fix)
+    })
 }
 
 fn on_wheels(place: &str, recording: &Recording, manoeuvre: &Manoeuvre) -> Option<Finding> {
     let weight = &recording.role(Role::WeightOnWheels)?.series;
-    let values = &weight.values[manoeuvre.window.indices(&weight.time_s)];
-    let part = values.iter().filter(|value| **value > 0.5).count() as f64 / values.len().max(1) as f64;
+    let is_counted = |index: &usize| manoeuvre.excluded_at(weight.time_s[*index]).is_none();
+    let counted: Vec<usize> = manoeuvre.window.indices(&weight.time_s).filter(is_counted).collect();
+    let on_wheels: Vec<usize> = counted.iter().copied().filter(|index| weight.values[*index] > 0.5).collect();
+    let part = on_wheels.len() as f64 / counted.len().max(1) as f64;
     let (level, limit) = level_above(part, WHEELS_CAUTION, WHEELS_BAD)?;
     let text =
         format!("Weight is on the wheels in {:.0} % of the samples (limit {:.0} %).", 100.0 * part, 100.0 * limit);
-    Some(Finding::new(level, "dynamic-pressure", place, text).with_figure(part, limit))
+    let finding = Finding::new(level, "dynamic-pressure", place, text).with_figure(part, limit);
+    Some(finding.with_fix((part < MOST_EXCLUDED).then(|| exclude(weight, &on_wheels, manoeuvre))))
+}
+
+/// Excludes samples of a manoeuvre, each up to the next sample.
+fn exclude(series: &Series, samples: &[usize], manoeuvre: &Manoeuvre) -> Fix {
+    let mut all = manoeuvre.clone();
+    for run in samples.chunk_by(|a, b| a + 1 == *b) {
+        let (first, last) = (run[0], run[run.len() - 1]);
+        let end_s = series.time_s.get(last + 1).copied().unwrap_or(f64::INFINITY);
+        let part = TimeRange { start_s: series.time_s[first], end_s };
+        all.excluded = all.excluded_with(part).unwrap_or(all.excluded);
+    }
+    let Manoeuvre { name, excluded, .. } = all;
+    let label = format!("exclude the samples of '{name}' with weight on the wheels");
+    Fix::new(label, Edit::Window(WindowEdit::Exclude { name, excluded }))
 }
 
 /// By the stall of the aircraft where its file states one: `V / V_s = (CL_max / CN)^(1/2)` at the same load factor.
@@ -119,23 +142,52 @@ fn level_below(part: f64, caution: f64) -> Option<(Level, f64)> {
 }
 
 /// Whether the heading changes as in a turn: the coefficients are then not those of small motion about straight flight.
-pub(super) fn turn(place: &str, path: &WindowPath) -> Option<Finding> {
+pub(super) fn turn(place: &str, manoeuvre: &Manoeuvre, path: &WindowPath) -> Option<Finding> {
     let run = &path.reconstruction;
     let states = run.smoothed.as_ref().map_or(&run.states, |smoothed| &smoothed.states);
-    let (mut change, mut low, mut high) = (0.0_f64, 0.0_f64, 0.0_f64);
-    for pair in states[State::HeadingAngle as usize].windows(2) {
-        let step = pair[1] - pair[0];
-        change += step.sin().atan2(step.cos());
-        (low, high) = (low.min(change), high.max(change));
-    }
-    let turned = (high - low).to_degrees();
+    let heading = &states[State::HeadingAngle as usize];
+    let (samples, turned) = turned_deg(heading.iter().copied(), f64::INFINITY);
     if turned <= TURN_DEG {
         return None;
     }
+    let (before, _) = turned_deg(heading.iter().copied(), TURN_DEG);
+    let (after, _) = turned_deg(heading.iter().rev().copied(), TURN_DEG);
     let text = format!("The manoeuvre includes a turn: heading changes by {turned:.0} deg (limit {TURN_DEG:.0} deg).");
     let finding = Finding::new(Level::Caution, "turn", place, text).with_figure(turned, TURN_DEG);
     let fix_text = "End the manoeuvre before the turn, or start it after.";
-    Some(finding.with_fix_text(fix_text).with_setting("Manoeuvres", "manoeuvre.end_s"))
+    let finding = finding.with_fix_text(fix_text).with_setting("Manoeuvres", "manoeuvre.end_s");
+    let at = |sample: usize| run.time_s.get(sample).copied();
+    let beside = [
+        at(before.saturating_sub(1)).map(|end_s| TimeRange { end_s, ..manoeuvre.window }),
+        at(samples - after).map(|start_s| TimeRange { start_s, ..manoeuvre.window }),
+    ];
+    Some(finding.with_fix(beside_turn(manoeuvre, beside)))
+}
+
+/// The samples from the first on over which the heading, rad, stays within `limit_deg`, and the range that it has over them, deg.
+fn turned_deg(mut heading: impl Iterator<Item = f64>, limit_deg: f64) -> (usize, f64) {
+    let Some(mut last) = heading.next() else { return (0, 0.0) };
+    let (mut samples, mut change, mut low, mut high) = (1, 0.0_f64, 0.0_f64, 0.0_f64);
+    for angle in heading {
+        change += (angle - last).sin().atan2((angle - last).cos());
+        let range = [low.min(change), high.max(change)];
+        if (range[1] - range[0]).to_degrees() > limit_deg {
+            break;
+        }
+        ([low, high], last) = (range, angle);
+        samples += 1;
+    }
+    (samples, (high - low).to_degrees())
+}
+
+/// Shortens a manoeuvre to the longer of the parts beside its turn; none where both are too short for a response.
+fn beside_turn(manoeuvre: &Manoeuvre, parts: [Option<TimeRange>; 2]) -> Option<Fix> {
+    let length_s = |part: &TimeRange| part.end_s - part.start_s;
+    let longest = parts.into_iter().flatten().max_by(|a, b| length_s(a).total_cmp(&length_s(b)))?;
+    let (TimeRange { start_s, end_s }, name) = (longest, manoeuvre.name.clone());
+    let label = format!("shorten '{name}' to {start_s:.2} to {end_s:.2} s, beside the turn");
+    let edit = Edit::Window(WindowEdit::Place { name, window: longest });
+    (length_s(&longest) >= LEAST_STRAIGHT_S).then(|| Fix::new(label, edit))
 }
 
 /// Mean dynamic pressure `rho V^2 / 2` of a window, Pa.

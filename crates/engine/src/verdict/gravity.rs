@@ -43,7 +43,7 @@ struct Found {
     text: String,
     off_m_s2: f64,
     fix: String,
-    /// Gravity of the place, m/s², where it is recorded.
+    /// Gravity of the place, m/s², where it is recorded; by the bias otherwise, where a place has it.
     gravity_m_s2: Option<f64>,
 }
 
@@ -70,7 +70,9 @@ fn judge_gravity(recording: &Recording, bias: f64, used_m_s2: f64) -> Option<Fou
         used_m_s2 - bias
     );
     let fix = "State the local gravity, or the latitude.".to_owned();
-    Some(Found { text, off_m_s2, fix, gravity_m_s2: None })
+    let suggested_m_s2 = used_m_s2 - bias;
+    let gravity_m_s2 = (least..=most).contains(&suggested_m_s2).then_some(suggested_m_s2);
+    Some(Found { text, off_m_s2, fix, gravity_m_s2 })
 }
 
 /// Mean of a channel over all its finite samples.
@@ -119,8 +121,10 @@ mod tests {
     #[test]
     fn gravity_of_no_place_is_told_without_a_latitude() {
         let found = judge_gravity(&at(&[]), 0.05, 9.856_65).unwrap();
-        assert!(found.text.contains("suggests 9.8066 m/s2"), "{}", found.text);
+        assert!((found.gravity_m_s2.unwrap() - 9.806_65).abs() < 1e-9);
         assert!(judge_gravity(&at(&[]), -0.05, 9.756_65 - 0.005).is_some());
         assert!(judge_gravity(&at(&[]), 0.05, 9.806_65).is_none());
+        let elsewhere = judge_gravity(&at(&[]), 0.2, 9.856_65).unwrap();
+        assert_eq!(elsewhere.gravity_m_s2, None, "no place has 9.65665 m/s2");
     }
 }

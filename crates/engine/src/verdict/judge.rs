@@ -11,8 +11,8 @@ use super::late_force::LateForce;
 use super::noise::MeasurementNoise;
 use super::plausible::Plausible;
 use super::{
-    Finding, Level, Verdict, biased, delay, density, derivative, fit, flight, late_force, made_of, session, studies,
-    vane, weigh, window,
+    Finding, Level, Verdict, biased, delay, density, derivative, fit, flight, late_force, made_of, remedies, session,
+    studies, vane, weigh, window,
 };
 use crate::session::{Manoeuvre, Session};
 use crate::snapshot::{Consequence, DerivativeVerdict, FitVerdict, Snapshot, Verdicts, WindowVerdict};
@@ -136,6 +136,7 @@ fn with_unused(evidence: Evidence<'_>, mut pooled: Vec<FitVerdict>) -> Vec<FitVe
             let finding = not_computed(Level::Caution, derivative_label(coefficient.name(), None), NO_WINDOW);
             let fix_text = "Mark an identification manoeuvre that excites it, or remove the coefficient.";
             let finding = finding.with_fix_text(fix_text).with_setting("Manoeuvres", "manoeuvre.role");
+            let finding = finding.with_fix(remedies::without_coefficient(evidence.session, coefficient));
             FitVerdict {
                 coefficient,
                 verdict: Verdict::from_findings([finding]),

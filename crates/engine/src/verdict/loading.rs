@@ -5,7 +5,7 @@ use doublet_core::airframe::MassProperties;
 
 use super::judge::Evidence;
 use super::{Finding, Level};
-use crate::session::{Manoeuvre, Session};
+use crate::session::{Edit, Fix, LoadingEdit, Manoeuvre, Session};
 use crate::stage::{FlownMass, FuelRecord, FuelSource, WindowAero};
 
 /// What speaks against the mass properties of a window.
@@ -16,7 +16,7 @@ pub(super) fn loading_findings(
     aero: &WindowAero,
 ) -> Vec<Finding> {
     let flown = evidence.snapshot.flown.get(&manoeuvre.flight).and_then(|slot| slot.ready());
-    let shifted = flown.and_then(|flown| shifted(place, &flown.fuel));
+    let shifted = flown.and_then(|flown| shifted(place, (evidence.session, &manoeuvre.flight), &flown.fuel));
     let possible = impossible(place, aero).or_else(|| envelope(place, evidence, aero));
     possible.into_iter().chain(shifted).collect()
 }
@@ -55,7 +55,7 @@ fn impossible(place: &str, aero: &WindowAero) -> Option<Finding> {
 }
 
 /// Whether the session changes the fuel that was recorded.
-fn shifted(place: &str, fuel: &FuelSource) -> Option<Finding> {
+fn shifted(place: &str, (session, flight): (&Session, &str), fuel: &FuelSource) -> Option<Finding> {
     let (_, most_kg) = fuel.shifts_kg.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     let one = |(tank, shift_kg): &(Option<String>, f64)| match tank {
         Some(tank) => format!("'{tank}' by {shift_kg:+.1} kg"),
@@ -65,7 +65,19 @@ fn shifted(place: &str, fuel: &FuelSource) -> Option<Finding> {
     let text = format!("The session shifts the recorded fuel: {}.", all.join(", "));
     let finding = Finding::new(Level::Caution, "loading", place, text).with_figure(*most_kg, 0.0);
     let fix_text = "Use the recorded fuel, unless the load was measured otherwise.";
-    Some(finding.with_fix_text(fix_text).with_setting("Loading", "loading.fuel_kg"))
+    let finding = finding.with_fix_text(fix_text).with_setting("Loading", "loading.fuel_kg");
+    Some(finding.with_fix(recorded_fuel(session, flight)))
+}
+
+/// Uses the recorded fuel of a flight: its loading states none.
+fn recorded_fuel(session: &Session, flight: &str) -> Option<Fix> {
+    let mut loading = session.loading_in(flight)?.clone();
+    loading.fuel_kg.clear();
+    let edit = match session.flight(flight)?.loading {
+        Some(_) => LoadingEdit::OfFlight { flight: flight.to_owned(), loading: Some(loading) },
+        None => LoadingEdit::All(loading),
+    };
+    Some(Fix::new("use the recorded fuel", Edit::Loading(edit)))
 }
 
 /// Flights whose mass, or a part of it, nobody stated and nothing recorded.
@@ -111,4 +123,32 @@ fn assumed_in(flight: &str, session: &Session, aircraft: &Aircraft, flown: &Flow
     let finding = Finding::new(Level::Caution, "loading", format!("flight '{flight}'"), text);
     let fix_text = "State occupants, luggage and initial fuel, or map a fuel channel.";
     Some(finding.with_fix_text(fix_text).with_setting("Loading", "loading"))
+}
+
+#[cfg(test)]
+mod tests {
+    use doublet_core::airframe::Loading;
+
+    use super::*;
+    use crate::begin::empty_session;
+    use crate::session::Flight;
+
+    #[test]
+    fn recorded_fuel_replaces_the_stated_fuel_and_leaves_seats_and_luggage() {
+        let mut session = empty_session("", None);
+        session.flights = vec![Flight::new("f".to_owned(), Vec::new())];
+        assert_eq!(recorded_fuel(&session, "f"), None, "no loading is stated");
+        let stated = Loading {
+            fuel_kg: [("main".to_owned(), 50.0)].into(),
+            seats_kg: [("pilot".to_owned(), 80.0)].into(),
+            ..Loading::default()
+        };
+        let recorded = Loading { fuel_kg: Default::default(), ..stated.clone() };
+        session.loading = Some(stated.clone());
+        let fixed = recorded_fuel(&session, "f").unwrap().apply(&session).unwrap();
+        assert_eq!(fixed.loading, Some(recorded.clone()));
+        session.flights[0].loading = Some(stated.clone());
+        let fixed = recorded_fuel(&session, "f").unwrap().apply(&session).unwrap();
+        assert_eq!((fixed.flights[0].loading.as_ref(), fixed.loading.as_ref()), (Some(&recorded), Some(&stated)));
+    }
 }

@@ -6,7 +6,7 @@ use doublet_core::reconstruct::Measurement;
 
 use super::judge::{Evidence, derivative_label};
 use super::{Finding, Level, shape, weigh};
-use crate::session::Surface;
+use crate::session::{Fix, Surface};
 use crate::stage::CoefficientFit;
 
 /// Findings about what a pooled fit is made of; each is said of the window, the flight or the aircraft as well.
@@ -53,12 +53,13 @@ fn contradicted(at: &str, evidence: Evidence<'_>, fit: &CoefficientFit) -> Optio
         .collect();
     let physics = evidence.snapshot.physics.iter().filter(|(flight, _)| flights.contains(&flight.as_str()));
     let of_flight = |(flight, slot): (&'_ String, &'_ crate::snapshot::Slot<crate::stage::FlightPhysics>)| {
-        let rows = slot.ready().into_iter().flat_map(|physics| physics.contradictions());
-        let bad = rows.filter(|row| row.level == Level::Bad && Role::from_name(&row.channel).is_none_or(enters));
-        let open = bad.filter(|row| !weigh::is_known(evidence, fit.coefficient, flight, &row.channel));
-        open.map(|row| row.channel.clone()).collect::<Vec<_>>()
+        let rows = slot.ready().into_iter().flat_map(|physics| physics.contradictions().map(move |row| (physics, row)));
+        let bad = rows.filter(|(_, row)| row.level == Level::Bad && Role::from_name(&row.channel).is_none_or(enters));
+        let open = bad.filter(|(_, row)| !weigh::is_known(evidence, fit.coefficient, flight, &row.channel));
+        let named = open.map(|(physics, row)| (row.channel.clone(), physics.fix(evidence.session, flight, row)));
+        named.collect::<Vec<_>>()
     };
-    let mut names: Vec<String> = physics.flat_map(of_flight).collect();
+    let (mut names, fixes): (Vec<String>, Vec<Option<Fix>>) = physics.flat_map(of_flight).unzip();
     names.dedup();
     if names.is_empty() {
         return None;
@@ -66,5 +67,6 @@ fn contradicted(at: &str, evidence: Evidence<'_>, fit: &CoefficientFit) -> Optio
     let text = format!("Computed from inconsistent channels: {}.", names.join(", "));
     let finding = Finding::new(Level::Bad, "physics", at, text);
     let finding = finding.with_fix_text("Correct these channels in the channel map.");
-    Some(finding.with_setting("Channels", ""))
+    let fix = Fix::join(&fixes.iter().flatten().collect::<Vec<_>>());
+    Some(finding.with_setting("Channels", "").with_fix(fix))
 }

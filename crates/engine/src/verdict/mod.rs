@@ -26,6 +26,7 @@ pub(crate) mod mounting;
 mod noise;
 mod plausible;
 mod propulsion;
+mod remedies;
 mod sampling;
 mod saturated;
 mod session;

@@ -5,9 +5,13 @@ use std::sync::OnceLock;
 use doublet_core::reconstruct::consistency::ChannelConsistency;
 use doublet_core::reconstruct::{MEASUREMENTS, Measurement};
 
-use crate::session::{Manoeuvre, Session};
+use crate::notation::significant;
+use crate::session::{Edit, Fix, Manoeuvre, NoiseChannel, Session};
 use crate::snapshot::Snapshot;
 use crate::stage::{NoiseAdvice, channel_advice, pooled_noise};
+
+/// Mean NIS over its expectation beyond which no noise of a sensor is meant: a channel or the model is wrong.
+pub(super) const NOISE_EXPLAINS: f64 = 10.0;
 
 /// Noise of the measurements of a session; that of all manoeuvres is computed once, when it is first asked for.
 pub(super) struct MeasurementNoise<'a> {
@@ -43,5 +47,16 @@ impl<'a> MeasurementNoise<'a> {
             });
             pooled_noise(&advice.collect::<Vec<_>>())
         })
+    }
+
+    /// Sets the noise of a measurement by its innovations in all manoeuvres; none where they are not noise.
+    pub(super) fn fix(&self, measurement: Measurement) -> Option<Fix> {
+        let std = self.pooled(measurement)?;
+        let (name, ratio) = (measurement.name(), std / self.used(measurement));
+        if ratio.is_nan() || ratio * ratio > NOISE_EXPLAINS {
+            return None;
+        }
+        let label = format!("multiply the noise of {name} by {}", significant(ratio, 2));
+        Some(Fix::new(label, Edit::noise(NoiseChannel::Measurement(measurement), std)))
     }
 }

@@ -1,10 +1,10 @@
 //! Findings about the thrust that coefficients are freed of: extrapolated, or not known.
 
-use doublet_core::model::{Coefficient, ThrustTreatment};
+use doublet_core::model::{Coefficient, Term, ThrustTreatment, Variable};
 
 use super::judge::Evidence;
 use super::{Finding, Level};
-use crate::session::Manoeuvre;
+use crate::session::{Fix, Manoeuvre};
 use crate::stage::{CoefficientFit, WindowAero};
 
 /// Coefficients that the thrust enters as it is.
@@ -63,8 +63,15 @@ pub(super) fn is_unknown(evidence: Evidence<'_>, fit: &CoefficientFit) -> bool {
             .all(|aero| aero.settings.thrust == ThrustTreatment::Included && aero.data.engines.is_empty())
 }
 
+/// Adds a term of airspeed to a coefficient that contains an unknown thrust; none where it has one.
+pub(super) fn airspeed_term(evidence: Evidence<'_>, coefficient: Coefficient) -> Option<Fix> {
+    let airspeed = Term::product([(Variable::Airspeed, 1)]);
+    let terms = evidence.session.structure.terms(coefficient)?;
+    (!terms.contains(&airspeed)).then(|| Fix::set_term(coefficient, &airspeed, true))
+}
+
 /// Whether the thrust is not known in a window of a fit along it.
-pub(super) fn unknown(at: &str, fit: &CoefficientFit, used: &[&WindowAero]) -> Option<Finding> {
+pub(super) fn unknown(at: &str, evidence: Evidence<'_>, fit: &CoefficientFit, used: &[&WindowAero]) -> Option<Finding> {
     if !ALONG_THRUST.contains(&fit.coefficient) {
         return None;
     }
@@ -90,5 +97,6 @@ pub(super) fn unknown(at: &str, fit: &CoefficientFit, used: &[&WindowAero]) -> O
     if !(with_thrust && none_known) {
         return None;
     }
-    finding(Level::Caution, format!("Thrust is unknown: {name} contains it and its change with airspeed."))
+    let text = format!("Thrust is unknown: {name} contains it and its change with airspeed.");
+    Some(finding(Level::Caution, text)?.with_fix(airspeed_term(evidence, fit.coefficient)))
 }

@@ -5,7 +5,7 @@ use doublet_core::quantity::Role;
 use doublet_core::series::{Series, TimeRange};
 
 use super::judge::Evidence;
-use super::{Finding, Level, flight};
+use super::{Finding, Level, flight, remedies};
 use crate::session::Manoeuvre;
 use crate::stage::WindowAero;
 
@@ -87,7 +87,8 @@ pub(super) fn sudden_control(
     );
     let finding = Finding::new(Level::Caution, "sampling", place, text).with_figure(part, PART_OF_TIME_CONSTANT);
     let fix_text = format!("Record it faster or move it slower; {} derivatives are biased.", motion.name);
-    Some(finding.with_fix_text(fix_text).with_setting("Flight", ""))
+    let fix = remedies::recorded_acceleration(evidence.session, evidence.snapshot, &manoeuvre.flight);
+    Some(finding.with_fix_text(fix_text).with_setting("Flight", "").with_fix(fix))
 }
 
 /// The derivative that damps a motion, as pooled.

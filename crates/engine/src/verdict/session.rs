@@ -54,7 +54,9 @@ pub(super) fn find_no_good_manoeuvre(windows: &BTreeMap<String, WindowVerdict>) 
     let is_none = !windows.is_empty() && windows.values().all(|window| window.verdict.level > Level::Good);
     let fix_text = "Correct what the findings of the manoeuvres name, or use other manoeuvres.";
     is_none.then(|| {
-        Finding::new(Level::Caution, "no-good-manoeuvre", "session", "No manoeuvre is good.").with_fix_text(fix_text)
+        Finding::new(Level::Caution, "no-good-manoeuvre", "session", "No manoeuvre is good.")
+            .with_fix_text(fix_text)
+            .with_setting("Manoeuvres", "manoeuvre.role")
     })
 }
 

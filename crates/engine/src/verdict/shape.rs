@@ -3,6 +3,7 @@
 use doublet_core::airframe::{MassProperties, ReferenceGeometry};
 
 use super::{Finding, Level};
+use crate::session::{AircraftEdit, ChangedValue, Edit, Fix};
 use crate::snapshot::Snapshot;
 
 /// Reference area over span times mean chord: 1 of a rectangle, 3/4 of a triangle, 0.5 of an ogive whose chord is that of its root.
@@ -12,6 +13,20 @@ const FILLED: [f64; 2] = [0.5, 1.25];
 const ROLL_RADIUS: [f64; 2] = [0.15, 0.46];
 /// `Izz / (Ixx + Iyy)`: 1 of a flat body, 0.63 of the stoutest fighter.
 const FLATNESS: [f64; 2] = [0.55, 1.0];
+
+/// Square foot, m2.
+const SQUARE_FOOT_M2: f64 = 0.092_903_04;
+
+/// Takes an area that is too large for span and chord as one in square feet, to four digits; none where that does not fit them either.
+fn area_in_feet(area_m2: f64, filled: f64) -> Option<Fix> {
+    let [low, high] = FILLED;
+    if filled <= high || !(low..=high).contains(&(filled * SQUARE_FOOT_M2)) {
+        return None;
+    }
+    let area_m2 = (1e4 * area_m2 * SQUARE_FOOT_M2).round() / 1e4;
+    let edit = AircraftEdit::set("reference area", "reference.area_m2", ChangedValue::Number(area_m2));
+    Some(Fix::new(format!("use an area of {area_m2:.2} m2 (stated in square feet)"), Edit::Aircraft(edit)))
+}
 
 /// What speaks against the numbers of the aircraft of a session, with the mass of the first flight that has one.
 pub(crate) fn geometry_findings(snapshot: &Snapshot) -> Vec<Finding> {
@@ -23,7 +38,8 @@ pub(crate) fn geometry_findings(snapshot: &Snapshot) -> Vec<Finding> {
 /// What speaks against the numbers of an aircraft, as far as they tell of each other.
 pub(crate) fn findings(place: &str, reference: &ReferenceGeometry, mass: Option<&MassProperties>) -> Vec<Finding> {
     let ReferenceGeometry { area_m2, span_m, chord_m, .. } = *reference;
-    let outline = finding(place, area_m2 / (span_m * chord_m), FILLED, |part| {
+    let filled = area_m2 / (span_m * chord_m);
+    let outline = finding(place, filled, FILLED, |part| {
         let text = format!("Area {area_m2:.4} m2 is {part:.3} times span {span_m:.4} m by chord {chord_m:.4} m");
         (text, "Check the units of area, span and chord: m2 and m.")
     });
@@ -53,6 +69,7 @@ pub(crate) fn findings(place: &str, reference: &ReferenceGeometry, mass: Option<
         });
         [roll, flatness, triangle]
     });
+    let outline = outline.map(|finding| finding.with_fix(area_in_feet(area_m2, filled)));
     outline.into_iter().chain(bodies.flatten()).collect()
 }
 
@@ -105,6 +122,10 @@ mod tests {
             let texts = found(numbers);
             assert!(texts.iter().any(|found| found.starts_with(text)), "{index}: {texts:?}");
         }
+        assert_eq!(area_in_feet(SINGLE[0], SINGLE[0] / (SINGLE[1] * SINGLE[2])), None);
+        let fix = area_in_feet(SINGLE[0] / SQUARE_FOOT_M2, 10.62).unwrap();
+        let edit = AircraftEdit::set("reference area", "reference.area_m2", ChangedValue::Number(SINGLE[0]));
+        assert_eq!(fix.edits, [Edit::Aircraft(edit)]);
         // All lengths in feet, as areas and lengths among themselves agree: the mass tells.
         let [area, span, chord, rest @ ..] = SINGLE;
         let feet = [area * 10.764, span * 3.2808, chord * 3.2808, rest[0], rest[1], rest[2], rest[3]];

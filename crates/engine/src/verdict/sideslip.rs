@@ -1,9 +1,11 @@
 //! The zero of the sideslip vane, by the constants of the lateral coefficients.
 
 use doublet_core::model::{Coefficient, Term, Variable};
+use doublet_core::quantity::Role;
 use doublet_core::statistics::median;
 
-use super::{Finding, Level};
+use super::{Finding, Level, remedies};
+use crate::session::Session;
 use crate::snapshot::Snapshot;
 use crate::stage::CoefficientFit;
 
@@ -17,7 +19,7 @@ const AGREEMENT: f64 = 0.15;
 /// A symmetric aircraft has `C = C_beta (beta - beta_0) + ...`: the constant `C_0` of each lateral coefficient gives
 /// `beta_0 = -C_0 / C_beta`. A trim tab, a propeller or asymmetric thrust changes the constants in other proportions, so that the
 /// offsets differ. The derivatives do not depend on the offset; the level is good.
-pub(super) fn offset(snapshot: &Snapshot) -> Option<Finding> {
+pub(super) fn offset(session: &Session, snapshot: &Snapshot) -> Option<Finding> {
     let fits = &snapshot.pooled.ready()?.fits;
     let by = |coefficient| fits.iter().find(|fit| fit.coefficient == coefficient).and_then(offset_rad);
     let (side, yaw) = (by(Coefficient::CY)?, by(Coefficient::Cn)?);
@@ -34,7 +36,8 @@ pub(super) fn offset(snapshot: &Snapshot) -> Option<Finding> {
     let text = format!("Constants of {coefficients} show a sideslip offset of {offset_deg:+.1} deg (limit 1 deg).");
     let fix_text = format!("Check the zero of the sideslip vane, or set its offset to {:+.1} deg.", -offset_deg);
     let finding = Finding::new(Level::Good, "sideslip-offset", "session", text).with_figure(offset, LEAST_RAD);
-    Some(finding.with_fix_text(fix_text))
+    let finding = finding.with_fix_text(fix_text).with_setting("Channels", "");
+    Some(finding.with_fix(remedies::add_offset(session, snapshot, Role::Sideslip, -offset)))
 }
 
 /// `-C_0 / C_beta` of a pooled fit, rad, with the median of the constants of its manoeuvres; none where either is missing.

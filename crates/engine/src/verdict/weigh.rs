@@ -1,7 +1,7 @@
 //! Findings by what they change: what a suspect manoeuvre, channel or place does to a derivative, and a finding about the flight path or
 //! a channel by the worst it does.
 
-use doublet_core::model::{Coefficient, Term, Variable};
+use doublet_core::model::Coefficient;
 
 use super::derivative::is_determined;
 use super::effect::CAUTION;
@@ -249,10 +249,10 @@ impl<'a> Judged<'a> {
                 let [flight, channel] = &effect.of[..] else { return None };
                 let physics = self.evidence.snapshot.physics.get(flight)?.ready()?;
                 let row = physics.contradictions().find(|row| row.channel == *channel)?;
-                Fix::channel(session.flight(flight)?, row.change.as_ref()?, physics.has_down_of_altitude)
+                physics.fix(session, flight, row)
             }
             Cause::Accelerometer => accelerometer::fix(session, self.evidence.snapshot, effect.of.first()?),
-            Cause::Thrust => Some(Fix::set_term(self.fit.coefficient, &Term::product([(Variable::Airspeed, 1)]), true)),
+            Cause::Thrust => propulsion::airspeed_term(self.evidence, self.fit.coefficient),
             Cause::PathFiltered | Cause::LeftOut => None,
         }
     }

@@ -1,20 +1,19 @@
 //! Findings about the flight path of one window.
 
 use doublet_core::reconstruct::consistency::{ChannelConsistency, Consistency};
-use doublet_core::reconstruct::{Measurement, Reconstruction, State};
+use doublet_core::reconstruct::{Reconstruction, State};
+use doublet_core::series::TimeRange;
 
 use super::judge::{Evidence, level_above, not_computed};
-use super::{Finding, Level, flight, loading, propulsion, sampling, saturated, spoilt, stalls, stuck};
-use crate::notation::significant;
-use crate::session::{Edit, Fix, Manoeuvre, NoiseChannel, PathSource};
+use super::noise::NOISE_EXPLAINS;
+use super::{Finding, Level, flight, loading, propulsion, remedies, sampling, saturated, spoilt, stalls, stuck};
+use crate::session::{Edit, EstimationEdit, Fix, Manoeuvre, PathSource, Session, WindowEdit};
 use crate::stage::{NoiseStep, WindowPath};
 
 /// Mean NIS over its expectation: outside its 95 % band and beyond these it is a caution, above the last bad. Noise stated too large
 /// leaves the path less exact than it could be, noise stated too small leaves it wrong.
 const NIS_CAUTION: [f64; 2] = [1.0 / 3.0, 1.5];
 const NIS_BAD: f64 = 3.0;
-/// Mean NIS over its expectation beyond which no noise of a sensor is meant: a channel or the model is wrong.
-const NOISE_EXPLAINS: f64 = 10.0;
 /// Mean innovation in predicted deviations.
 const OFFSET_CAUTION: f64 = 0.5;
 const OFFSET_BAD: f64 = 5.0;
@@ -37,7 +36,8 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
     let place = format!("manoeuvre '{}'", manoeuvre.name);
     let Some(results) = evidence.snapshot.windows.get(&manoeuvre.name) else { return Vec::new() };
     if let Some(error) = results.path.error().or(results.aero.error()) {
-        return vec![not_computed(Level::Bad, place, error).with_setting("Flight", "")];
+        let finding = not_computed(Level::Bad, place, error).with_setting("Flight", "");
+        return vec![finding.with_fix(Fix::ignore([manoeuvre.name.as_str()]))];
     }
     let mut findings = Vec::new();
     findings.extend(saturated::finding(&place, evidence, manoeuvre));
@@ -49,7 +49,10 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
         if evidence.session.preparation.path == PathSource::Measured {
             let text = "Path as measured: sensor errors bias the coefficients, without innovations as a check.";
             let finding = Finding::new(Level::Caution, "as-measured", place.clone(), text.to_owned());
-            findings.push(finding.with_setting("Noise and filter", "preparation.path"));
+            let edit = Edit::Estimation(EstimationEdit::Path(PathSource::Smoothed));
+            let finding = finding.with_fix_text("Use the smoothed path, except for comparisons.");
+            let finding = finding.with_setting("Noise and filter", "preparation.path");
+            findings.push(finding.with_fix(Fix::new("use the smoothed path", edit)));
         }
         let fit = channels_fit(evidence, manoeuvre);
         findings.extend(
@@ -58,11 +61,11 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
                 .iter()
                 .flat_map(|consistency| innovations(&place, consistency, (evidence, manoeuvre), fit)),
         );
-        findings.extend(smoother(&place, path));
+        findings.extend(smoother(&place, (evidence.session, manoeuvre), path));
         if is_stalled {
             findings.iter_mut().for_each(|finding| explain_by_stalls(finding, evidence, manoeuvre));
         }
-        findings.extend(flight::turn(&place, path));
+        findings.extend(flight::turn(&place, manoeuvre, path));
     }
     if let Some(aero) = results.aero.ready() {
         findings.extend(flight::dynamic_pressure(&place, evidence, manoeuvre, aero));
@@ -91,12 +94,12 @@ fn channels_fit(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> bool {
 fn innovations(
     place: &str,
     consistency: &Consistency,
-    of: (Evidence<'_>, &Manoeuvre),
+    (evidence, manoeuvre): (Evidence<'_>, &Manoeuvre),
     channels_fit: bool,
 ) -> Vec<Finding> {
-    let mut found: Vec<Finding> = nis(place, consistency, of, channels_fit).into_iter().collect();
-    found.extend(consistency.channels.iter().filter_map(|channel| offset(place, channel)));
-    found.extend(consistency.channels.iter().filter_map(|channel| correlated(place, channel)));
+    let mut found: Vec<Finding> = nis(place, consistency, (evidence, manoeuvre), channels_fit).into_iter().collect();
+    found.extend(consistency.channels.iter().filter_map(|channel| offset(place, evidence.session, channel)));
+    found.extend(consistency.channels.iter().filter_map(|channel| correlated(place, evidence.session, channel)));
     found
 }
 
@@ -144,22 +147,12 @@ fn nis(
         .filter(|_| ratio > 1.0)
         .map_or("filter.measurement_noise".to_owned(), |_| format!("filter.measurement_noise.{name}"));
     let finding = Finding::new(level, "nis", place, text).with_figure(ratio, limit);
-    let fix = found.and_then(|found| noise_fix(evidence, found.measurement));
+    let by_noise = found.and_then(|found| evidence.noise.fix(found.measurement));
+    let fix = by_noise.or_else(|| remedies::estimate_delays(evidence.session).filter(|_| ratio > 1.0));
     Some(finding.with_fix_text(fix_text).with_setting("Noise and filter", setting).with_fix(fix))
 }
 
-/// Sets the noise of a measurement by its innovations in all manoeuvres; none where they are not noise.
-fn noise_fix(evidence: Evidence<'_>, measurement: Measurement) -> Option<Fix> {
-    let std = evidence.noise.pooled(measurement)?;
-    let (name, ratio) = (measurement.name(), std / evidence.noise.used(measurement));
-    if ratio.is_nan() || ratio * ratio > NOISE_EXPLAINS {
-        return None;
-    }
-    let label = format!("multiply the noise of {name} by {}", significant(ratio, 2));
-    Some(Fix::new(label, Edit::noise(NoiseChannel::Measurement(measurement), std)))
-}
-
-fn offset(place: &str, channel: &ChannelConsistency) -> Option<Finding> {
+fn offset(place: &str, session: &Session, channel: &ChannelConsistency) -> Option<Finding> {
     let (level, limit) = level_above(channel.mean.abs(), OFFSET_CAUTION, OFFSET_BAD)?;
     let name = channel.measurement.name();
     if !channel.has_offset() {
@@ -168,10 +161,12 @@ fn offset(place: &str, channel: &ChannelConsistency) -> Option<Finding> {
     let text = format!("Mean innovation of {name} is {:+.2} standard deviations (limit {limit}).", channel.mean);
     let fix_text = format!("Check {name} for an offset, a wrong sign or a clock error.");
     let finding = Finding::new(level, "innovation", format!("{place}, {name}"), text).with_figure(channel.mean, limit);
-    Some(finding.with_fix_text(fix_text).with_setting("Innovations", format!("filter.measurement_noise.{name}")))
+    let finding =
+        finding.with_fix_text(fix_text).with_setting("Innovations", format!("filter.measurement_noise.{name}"));
+    Some(finding.with_fix(remedies::estimate_offset(session, channel.measurement)))
 }
 
-fn correlated(place: &str, channel: &ChannelConsistency) -> Option<Finding> {
+fn correlated(place: &str, session: &Session, channel: &ChannelConsistency) -> Option<Finding> {
     let (lag_one, ratio) = (channel.lag_one(), channel.deviation_ratio);
     if lag_one <= LAG_ONE || channel.is_white || ratio <= LARGER_THAN_PREDICTED {
         return None;
@@ -183,16 +178,18 @@ fn correlated(place: &str, channel: &ChannelConsistency) -> Option<Finding> {
     let fix_text = format!("Check {name} for a delay, a filter or repeated samples.");
     let finding = Finding::new(Level::Caution, "innovation", format!("{place}, {name}"), text);
     let finding = finding.with_figure(lag_one, LAG_ONE).with_fix_text(fix_text);
-    Some(finding.with_setting("Innovations", format!("filter.measurement_delay_s.{name}")))
+    let finding = finding.with_setting("Innovations", format!("filter.measurement_delay_s.{name}"));
+    Some(finding.with_fix(remedies::estimate_delays(session)))
 }
 
 /// Filter against smoother: the worst state.
-fn smoother(place: &str, path: &WindowPath) -> Option<Finding> {
+fn smoother(place: &str, (session, manoeuvre): (&Session, &Manoeuvre), path: &WindowPath) -> Option<Finding> {
     let run = &path.reconstruction;
     let apart: Vec<(State, Apart)> =
-        COMPARED.into_iter().filter_map(|state| Some((state, Apart::measure(run, state)?))).collect();
+        COMPARED.into_iter().filter_map(|state| Some((state, Apart::measure(run, manoeuvre, state)?))).collect();
+    let bad_s = |it: &Apart| it.bad.end_s - it.bad.start_s;
     let lasting =
-        apart.iter().max_by(|a, b| a.1.bad_s.total_cmp(&b.1.bad_s)).filter(|(_, it)| it.bad_s > SMOOTHER_BAD_S);
+        apart.iter().max_by(|a, b| bad_s(&a.1).total_cmp(&bad_s(&b.1))).filter(|(_, it)| bad_s(it) > SMOOTHER_BAD_S);
     let outside = apart.iter().max_by(|a, b| a.1.outside.total_cmp(&b.1.outside));
     let (state, level, text, figure, limit) = match (lasting, outside) {
         (Some((state, it)), _) => {
@@ -216,7 +213,18 @@ fn smoother(place: &str, path: &WindowPath) -> Option<Finding> {
     };
     let fix_text = "Check process noise and random walks, and look for unmodelled sensor errors.";
     let finding = Finding::new(level, "smoother", place, text).with_figure(figure, limit).with_fix_text(fix_text);
-    Some(finding.with_setting("Noise and filter", format!("filter.random_walk.{}", state.name())))
+    let finding = finding.with_setting("Noise and filter", format!("filter.random_walk.{}", state.name()));
+    let apart = lasting.and_then(|(_, it)| without_part(manoeuvre, it.bad));
+    Some(finding.with_fix(apart.or_else(|| remedies::estimate_gusts(session))))
+}
+
+/// Excludes a part of a manoeuvre; none where that is most of it.
+fn without_part(manoeuvre: &Manoeuvre, part: TimeRange) -> Option<Fix> {
+    let TimeRange { start_s, end_s } = part;
+    let is_most = end_s - start_s > 0.5 * (manoeuvre.window.end_s - manoeuvre.window.start_s);
+    let (name, excluded) = (manoeuvre.name.clone(), manoeuvre.excluded_with(part).filter(|_| !is_most)?);
+    let label = format!("exclude {start_s:.2} to {end_s:.2} s of '{name}'");
+    Some(Fix::new(label, Edit::Window(WindowEdit::Exclude { name, excluded })))
 }
 
 /// How far the filtered and the smoothed path of a state are apart.
@@ -225,26 +233,34 @@ struct Apart {
     outside: f64,
     /// Largest difference, deviations.
     largest: f64,
-    /// Longest time beyond [`SMOOTHER_BAD`] deviations, s.
-    bad_s: f64,
+    /// Longest part beyond [`SMOOTHER_BAD`] deviations.
+    bad: TimeRange,
 }
 
 impl Apart {
     /// `|x_f - x_s|` over the deviation of the difference, whose variance is the difference of the variances (Bierman); of the filtered
-    /// deviation a tenth at least, so that rounding where the two are equal counts for nothing.
-    fn measure(run: &Reconstruction, state: State) -> Option<Self> {
+    /// deviation a tenth at least, so that rounding where the two are equal counts for nothing. Excluded parts do not count.
+    fn measure(run: &Reconstruction, manoeuvre: &Manoeuvre, state: State) -> Option<Self> {
         let smoothed = run.smoothed.as_ref()?;
         let k = state as usize;
-        let (mut outside, mut largest, mut bad_s, mut since) = (0_usize, 0.0_f64, 0.0_f64, None);
+        let (mut outside, mut samples, mut largest, mut since) = (0_usize, 0_usize, 0.0_f64, None);
+        let mut bad = TimeRange { start_s: 0.0, end_s: 0.0 };
         for (index, &time_s) in run.time_s.iter().enumerate() {
+            if manoeuvre.excluded_at(time_s).is_some() {
+                since = None;
+                continue;
+            }
+            samples += 1;
             let (before, after) = (run.deviations[k][index], smoothed.deviations[k][index]);
             let deviation = (before * before - after * after).max((0.1 * before).powi(2)).sqrt();
             let apart = (run.states[k][index] - smoothed.states[k][index]).abs() / deviation;
             outside += usize::from(apart > SMOOTHER_BAND);
             largest = if apart.is_finite() { largest.max(apart) } else { largest };
             since = if apart > SMOOTHER_BAD { since.or(Some(time_s)) } else { None };
-            bad_s = since.map_or(bad_s, |start| bad_s.max(time_s - start));
+            if let Some(start_s) = since.filter(|start_s| time_s - start_s > bad.end_s - bad.start_s) {
+                bad = TimeRange { start_s, end_s: time_s };
+            }
         }
-        Some(Self { outside: outside as f64 / run.time_s.len().max(1) as f64, largest, bad_s })
+        Some(Self { outside: outside as f64 / samples.max(1) as f64, largest, bad })
     }
 }

@@ -18,6 +18,7 @@ mod equivalent;
 mod estimates;
 mod excluded;
 mod export;
+mod fix_edits;
 mod fixes;
 mod folders;
 mod hostile;

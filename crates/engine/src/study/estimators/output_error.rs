@@ -95,7 +95,8 @@ impl FollowedFlight {
             found.push(
                 Finding::new(level, "follows", &place, text)
                     .with_figure(output.r_squared, limit)
-                    .with_fix_text(fix_text),
+                    .with_fix_text(fix_text)
+                    .with_setting("Studies", ""),
             );
         }
         for start in self.starts.iter().filter(|start| start.distance.abs() > AWAY) {
@@ -108,7 +109,8 @@ impl FollowedFlight {
                 start.distance.abs()
             );
             let finding = Finding::new(Level::Bad, "follows", &place, text);
-            found.push(finding.with_figure(start.distance.abs(), AWAY).with_fix_text(fix_text));
+            let finding = finding.with_figure(start.distance.abs(), AWAY).with_fix_text(fix_text);
+            found.push(finding.with_setting("Studies", ""));
         }
         found
     }
