@@ -2,6 +2,7 @@
 
 use std::cell::Cell;
 use std::ops::RangeInclusive;
+use std::time::Duration;
 
 use eframe::egui::{self, DragValue, Id, Key, Stroke, Ui, UiBuilder, vec2};
 
@@ -38,6 +39,29 @@ pub struct QuantityEdited {
     pub phase: EditPhase,
     /// The value in SI; what it was before for `Begin` and `Cancel`.
     pub value: f64,
+}
+
+/// How long a field that is sought stays marked, s.
+const MARKED_S: f64 = 3.0;
+
+/// A field that is sought.
+#[derive(Clone)]
+struct Sought {
+    name: String,
+    until_s: f64,
+    is_shown: bool,
+}
+
+impl Sought {
+    fn id() -> Id {
+        Id::unique("sought field")
+    }
+}
+
+/// Has the field called `name` scrolled to and marked for some seconds where it is drawn.
+pub fn seek(context: &egui::Context, name: String) {
+    let until_s = context.input(|input| input.time) + MARKED_S;
+    context.data_mut(|data| data.insert_temp(Sought::id(), Sought { name, until_s, is_shown: false }));
 }
 
 /// A drag under way.
@@ -179,7 +203,25 @@ impl<'a> QuantityEdit<'a> {
                 node.set_description(self.unit);
             }
         });
+        self.mark_sought(ui, &response);
         self.outcome(ui, &response, typed.get(), before, after.get(), logarithmic)
+    }
+
+    /// Marks the field while it is sought, and scrolls to it once.
+    fn mark_sought(&self, ui: &Ui, response: &egui::Response) {
+        let sought = ui.data(|data| data.get_temp::<Sought>(Sought::id()));
+        let Some(sought) = sought.filter(|sought| sought.name == self.name) else { return };
+        let left_s = sought.until_s - ui.input(|input| input.time);
+        if left_s <= 0.0 {
+            return ui.data_mut(|data| data.remove::<Sought>(Sought::id()));
+        }
+        if !sought.is_shown {
+            response.scroll_to_me(Some(egui::Align::Center));
+            ui.data_mut(|data| data.insert_temp(Sought::id(), Sought { is_shown: true, ..sought }));
+        }
+        let stroke = Stroke::new(2.0, theme::palette(ui).accent);
+        ui.painter().rect_stroke(response.rect.expand(2.0), 3.0, stroke, egui::StrokeKind::Outside);
+        ui.ctx().request_repaint_after(Duration::from_secs_f64(left_s));
     }
 
     /// Turns what the field did into a phase and a value in SI.

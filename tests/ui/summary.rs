@@ -85,8 +85,8 @@ fn reason_of_a_cell_leads_to_the_panel_that_cures_it() {
         let layout = &harness.state().state.shown.tree;
         layout.tiles.find_pane(&panel).is_some_and(|tile| layout.is_visible_in_layout(tile))
     };
-    let link = format!("{} ▸", panel.title());
-    bench.harness.get_all_by_label(&link).next().expect("the reason leads there").click();
+    let button = format!("Open {}", panel.title());
+    bench.harness.get_all_by_label(&button).next().expect("the reason leads there").click();
     bench.settle();
     assert!(shown(&bench.harness), "{} is in front", panel.title());
 }

@@ -2,7 +2,7 @@
 
 use doublet::widgets::EditPhase;
 use doublet::widgets::matrix_view::MatrixView;
-use doublet::widgets::quantity_edit::{QuantityEdit, QuantityEdited};
+use doublet::widgets::quantity_edit::{self, QuantityEdit, QuantityEdited};
 use doublet::widgets::span_editor::SpanEvent;
 use doublet::widgets::time_plot::time_at;
 use doublet::widgets::time_view::TimeRange;
@@ -28,7 +28,7 @@ fn bench<'a>() -> Harness<'a, Bench> {
 /// Phases of the drags of span `wanted`, and where it was last.
 fn drags(events: &[SpanEvent], wanted: u64) -> (Vec<EditPhase>, TimeRange) {
     let of = |event: &SpanEvent| match *event {
-        SpanEvent::Dragged { id, phase, stretch } if id == wanted => Some((phase, stretch)),
+        SpanEvent::Dragged { id, phase, part } if id == wanted => Some((phase, part)),
         _ => None,
     };
     let found: Vec<_> = events.iter().filter_map(of).collect();
@@ -205,6 +205,33 @@ fn a_value_out_of_range_is_kept_and_explained_beside_the_field() {
     harness.state_mut().value = 0.1;
     harness.run_steps(2);
     assert!(harness.query_by_label_contains("must be").is_none());
+}
+
+#[test]
+fn field_that_is_sought_is_scrolled_to_and_marked_for_some_seconds() {
+    let names: Vec<String> = (0..60).map(|field| format!("field {field}")).collect();
+    let mut harness = widget_harness((300.0, 200.0), true, names, |ui, names| {
+        egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            for name in names.iter() {
+                let _ = QuantityEdit::new(name, 1.0).show(ui);
+            }
+        });
+    });
+    harness.run_steps(3);
+    let is_shown = |harness: &Harness<'_, Vec<String>>| {
+        harness.query_by_label("field 50").is_some_and(|node| node.rect().top() > 0.0 && node.rect().bottom() < 200.0)
+    };
+    assert!(!is_shown(&harness));
+    let plain = picture(&mut harness, "quantity_before");
+    let accent = doublet::theme::palette_of(true).accent;
+    assert!(!holds_color(&plain, accent, 3));
+    quantity_edit::seek(&harness.ctx, "field 50".to_owned());
+    harness.run_steps(4);
+    let marked = (0..60).any(|_| {
+        harness.step();
+        is_shown(&harness) && holds_color(&picture(&mut harness, "quantity_sought"), accent, 3)
+    });
+    assert!(marked);
 }
 
 #[test]

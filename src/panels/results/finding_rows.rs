@@ -1,4 +1,4 @@
-//! Findings as they are read: what was found, where, what to do, the fix with the verdict it leads to, and the way to the panel.
+//! Findings as they are read: what was found, where, what to do, the fix with the verdict it leads to, and the way to the panel and its field.
 
 use std::collections::BTreeSet;
 
@@ -13,6 +13,7 @@ use crate::panels::results::applied_fix::describe;
 use crate::panels::{Pane, PanelContext};
 use crate::ui_state::Scope;
 use crate::widgets::level_mark::level_mark;
+use crate::widgets::quantity_edit;
 
 /// Findings of one kind and level: the first stands for all.
 pub struct FindingKind<'a> {
@@ -81,9 +82,9 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, kind: &FindingKind<'_>) -> 
                 ui.spacing_mut().item_spacing.x = 8.0;
                 select(ctx, ui, &kind.manoeuvres(ctx.session));
                 if let Some(pane) = finding.panel.and_then(Pane::from_title)
-                    && ui.link(RichText::new(format!("{} ▸", pane.title())).size(11.5)).clicked()
+                    && ui.small_button(format!("Open {}", pane.title())).clicked()
                 {
-                    open(ctx, finding, pane);
+                    open(ctx, ui, finding, pane);
                 }
             });
         });
@@ -136,9 +137,29 @@ fn select(ctx: &mut PanelContext<'_>, ui: &mut Ui, names: &[&str]) {
     }
 }
 
-/// Brings the panel that fixes `reason` to the front, with what it is about chosen.
-fn open(ctx: &mut PanelContext<'_>, reason: &Finding, pane: Pane) {
+/// The name of the field of a panel that holds the setting of a finding.
+fn field(reason: &Finding, manoeuvre: Option<&str>) -> Option<String> {
+    let setting = reason.setting.as_deref()?;
+    let called = |prefix: &str, word: &str| setting.strip_prefix(prefix).map(|name| format!("{word} {name}"));
+    let control = || {
+        let control = setting.strip_prefix("preparation.control_lag.")?.split('.').next()?;
+        Some(format!("{control} delay"))
+    };
+    match setting {
+        "filter.gravity_m_s2" => Some("gravity".to_owned()),
+        "manoeuvre.end_s" => manoeuvre.map(|name| format!("{name} end")),
+        _ => {
+            called("filter.measurement_noise.", "R").or_else(|| called("filter.random_walk.", "walk")).or_else(control)
+        }
+    }
+}
+
+/// Brings the panel that fixes `reason` to the front, with what it is about chosen and its field marked.
+fn open(ctx: &mut PanelContext<'_>, ui: &Ui, reason: &Finding, pane: Pane) {
     let window = ctx.session.windows.iter().find(|window| reason.place.contains(&format!("'{}'", window.name)));
+    if let Some(field) = field(reason, window.map(|window| window.name.as_str())) {
+        quantity_edit::seek(ui.ctx(), field);
+    }
     if let Some(window) = window {
         ctx.choose(&window.name);
     }
