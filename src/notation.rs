@@ -1,5 +1,6 @@
 //! How quantities are written on screen: what every front end writes, and what needs a font.
 
+use doublet_core::model::{Term, Variable};
 use doublet_core::quantity::{Dimension, Role};
 use doublet_engine::notation::{decimals_of_error, role_unit, unit};
 pub use doublet_engine::notation::{
@@ -11,6 +12,30 @@ use serde::{Deserialize, Serialize};
 
 /// Decimals of a number stated within its error at most; one that needs more has an exponent.
 const MOST_DECIMALS: usize = 6;
+
+/// Units of the variables of terms that have one, behind the comma of their descriptions.
+const TERM_UNITS: [&str; 3] = ["rad", "m/s", "m"];
+
+/// Unit of the derivative by a term, for example `per rad²`; empty where its variables have no dimension.
+pub fn derivative_unit(term: &Term) -> String {
+    let unit = |(variable, power): &(Variable, i32)| {
+        let (_, unit) = variable.description().rsplit_once(", ").filter(|(_, unit)| TERM_UNITS.contains(unit))?;
+        Some((unit, *power))
+    };
+    let mut units: Vec<(&str, i32)> = Vec::new();
+    for (unit, power) in term.factors().iter().filter_map(unit) {
+        match units.iter_mut().find(|(known, _)| *known == unit) {
+            Some((_, powers)) => *powers += power,
+            None => units.push((unit, power)),
+        }
+    }
+    let written = |(unit, power): &(&str, i32)| match power {
+        1 => format!("per {unit}"),
+        2 => format!("per {unit}²"),
+        power => format!("per {unit}^{power}"),
+    };
+    units.iter().map(written).collect::<Vec<_>>().join(" ")
+}
 
 /// Units quantities are shown and typed in; files and the engine keep SI and radians.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -123,7 +148,7 @@ fn append(job: &mut LayoutJob, (letter, subscript): (&str, &str), size: f32, col
     }
 }
 
-/// Stretches of a text, each with the subscript that follows it.
+/// Parts of a text, each with the subscript that follows it.
 fn symbols(text: &str) -> Vec<(String, String)> {
     let mut found = vec![(String::new(), String::new())];
     let mut quoted = false;
@@ -292,6 +317,13 @@ mod tests {
         assert_eq!(set("alone says -0.18, 3-2-1-1 (-4)"), ["alone says \u{2212}0.18, 3-2-1-1 (\u{2212}4)|"]);
         assert_eq!(set("'phi' is phi's name"), ["'phi' is φ's name|"]);
         assert_eq!(typeset("Cm_delta_e", 10.0).text, "Cmδe");
+    }
+
+    #[test]
+    fn derivatives_have_the_unit_of_their_term() {
+        let unit = |text: &str| derivative_unit(&Term::parse(text).unwrap());
+        let units = ["alpha", "alpha^2", "qc/V", "V", "alpha*delta_e"].map(unit);
+        assert_eq!(units, ["per rad", "per rad²", "", "per m/s", "per rad²"]);
     }
 
     #[test]

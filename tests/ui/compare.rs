@@ -13,6 +13,7 @@ use doublet_engine::session::{
 use egui::{Key, pos2, vec2};
 use egui_kittest::kittest::Queryable;
 
+use crate::painted::faults;
 use crate::workbench::Bench;
 use crate::{picture, secondary_click};
 
@@ -254,9 +255,39 @@ fn experiments_are_added_computed_compared_and_one_is_made_current_in_one_step()
     let without = names.iter().find(|name| name.contains("Cm_q")).expect("pitch damping is a term").clone();
     let akaike = row(&without).outcome.coefficient("Cm").and_then(|one| one.fit.as_ref()?.delta_akaike);
     let akaike = notation::fixed(akaike.expect("the samples are the same"), 0);
+    let estimate = |name: &String| {
+        let found = &row(name).outcome.coefficient("Cm").expect("it is modelled").derivatives;
+        found.iter().find(|one| one.name == "Cm_alpha").map(|one| (name.clone(), one.interval.estimate))
+    };
+    let estimates: Vec<(String, f64)> = names.iter().filter_map(estimate).collect();
     bench.press("Cm");
     assert!(bench.harness.query_all_by_label(&akaike).next().is_some(), "the table says {akaike}");
-    assert!(bench.harness.query_by_label("intervals of Cm_q").is_some());
+    // Ordered by a derivative: the session stays first, the others rise, then fall, then stand as before.
+    let top = |bench: &Bench<'_>, name: &str| {
+        let label = format!("Cm_alpha of {name}");
+        let cell = bench.harness.query_by_label(&label);
+        cell.unwrap_or_else(|| panic!("{name} has its interval in its row")).rect().center().y
+    };
+    let shown = |bench: &Bench<'_>| {
+        let mut shown = estimates.clone();
+        shown.sort_by(|a, b| top(bench, &a.0).total_cmp(&top(bench, &b.0)));
+        shown.into_iter().map(|(_, estimate)| estimate).collect::<Vec<_>>()
+    };
+    let mut rising: Vec<f64> = estimates.iter().map(|(_, estimate)| *estimate).collect();
+    rising.sort_by(f64::total_cmp);
+    let order = |bench: &mut Bench<'_>| {
+        bench.harness.get_by_label("order by Cm_alpha").click();
+        bench.harness.run_steps(3);
+    };
+    order(&mut bench);
+    assert_eq!(shown(&bench), rising);
+    assert!(estimates.iter().all(|(name, _)| top(&bench, PRESENT) < top(&bench, name)));
+    picture(&mut bench.harness, "experiments_ordered");
+    order(&mut bench);
+    rising.reverse();
+    assert_eq!(shown(&bench), rising);
+    order(&mut bench);
+    assert!(estimates.is_sorted_by(|a, b| top(&bench, &a.0) < top(&bench, &b.0)), "as the session has them");
     picture(&mut bench.harness, "experiments");
     bench.click(&without);
     picture(&mut bench.harness, "experiments_chosen");
@@ -271,6 +302,27 @@ fn experiments_are_added_computed_compared_and_one_is_made_current_in_one_step()
     bench.click("Measurement noise x 2");
     assert!(bench.harness.query_all_by_label("model.Cm").next().is_some());
     picture(&mut bench.harness, "experiments_compared");
+}
+
+#[test]
+fn board_of_experiments_has_every_derivative_and_cuts_no_text_on_a_small_screen() {
+    let mut bench = Bench::shipped_in(1280.0, 720.0);
+    bench.request(UiCommand::View(ViewCommand::Step(Step::Model)));
+    bench.show(Pane::Experiments);
+    bench.click("Add experiments");
+    bench.click("Half and twice the measurement noise");
+    bench.press("Cm");
+    let rows = &bench.snapshot().inquiries.experiments;
+    let present = rows.row(PRESENT).and_then(|slot| slot.ready()).expect("it is computed");
+    let derivatives = &present.outcome.coefficient("Cm").expect("it is modelled").derivatives;
+    assert!(derivatives.len() > 2);
+    for derivative in derivatives {
+        let label = format!("{} of {PRESENT}", derivative.name);
+        let cell = bench.harness.query_by_label(&label).unwrap_or_else(|| panic!("{label} is shown")).rect();
+        assert!(cell.width() > 50.0 && cell.right() < 1280.0, "{}: {cell:?}", derivative.name);
+    }
+    picture(&mut bench.harness, "experiments_small");
+    assert_eq!(faults(&bench), [""; 0]);
 }
 
 /// Columns of numbers behind the first plot below `top`, with their names.

@@ -7,28 +7,40 @@ use doublet_engine::session::{
     Configuration, Edit, Experiment, ExperimentEdit, Session, cross_experiments, filter_experiments,
     manoeuvre_experiments, noise_experiments, structure_experiments,
 };
-use doublet_engine::verdict::VerdictCounts;
+use doublet_engine::verdict::{Level, VerdictCounts};
 use eframe::egui::{
     self, Align, Button, Color32, Grid, Label, Layout, ProgressBar, RichText, ScrollArea, TextEdit, Ui,
 };
 use egui_extras::{Column, TableBuilder, TableRow};
 
 use crate::notation;
-use crate::panels::model::experiment_intervals::{self, Shown};
+use crate::panels::model::experiment_intervals::{Axis, interval};
 use crate::panels::overlaid;
 use crate::panels::{Panel, PanelContext, choices};
 use crate::theme;
 use crate::widgets::level_mark::level_mark;
 use crate::widgets::term::{column_title, column_title_called};
 
-/// Titles of the columns behind the name.
-const TITLES: [&str; 6] = ["Verdict", "NIS", "R²", "honest R²", "ΔAIC", "validation error"];
+/// Titles and widths of the columns behind the name, and whether they stay where the panel is narrow.
+const COLUMNS: [(&str, f32, bool); 6] = [
+    ("Verdict", 92.0, true),
+    ("NIS", 46.0, false),
+    ("R²", 50.0, false),
+    ("honest R²", 58.0, true),
+    ("ΔAIC", 50.0, true),
+    ("validation error", 86.0, false),
+];
+/// Widths of name and overlay, and of an interval: least and most.
+const NAME: f32 = 110.0;
+const OVERLAY: f32 = 46.0;
+const INTERVAL: [f32; 2] = [56.0, 150.0];
 /// Height of a row.
 const ROW: f32 = 20.0;
-/// Part of the height that the table has at most.
-const TABLE_PART: f32 = 0.45;
-/// Opacity of what is out of date.
+/// Part of the height that the table has at most where something is compared below it.
+const TABLE_PART: f32 = 0.6;
+/// Opacity of what is out of date, and of intervals of rows that are not chosen while others are.
 const STALE: f32 = 0.5;
+const FAINT: f32 = 0.3;
 
 /// The panel.
 #[derive(Default)]
@@ -38,6 +50,10 @@ pub struct Experiments {
     coefficient: Option<&'static str>,
     /// Names of the chosen rows, at most two.
     chosen: Vec<String>,
+    /// Title of the column that orders the rows, and whether the largest are first.
+    order: Option<(String, bool)>,
+    /// First derivative shown, where not all fit.
+    first: usize,
     differences: Option<Compared>,
 }
 
@@ -69,22 +85,59 @@ impl Panel for Experiments {
             ui.weak("Click a row to choose it, two rows to compare them; Overlay draws it in the plots.");
         });
         self.coefficient = Some(coefficient);
-        let height = (ROW * (rows.0.len() as f32 + 2.0)).min(TABLE_PART * ui.available_height());
-        ui.push_id("board", |ui| self.table(ctx, ui, coefficient, height));
+        let known: Vec<&ExperimentRow> =
+            rows.0.iter().filter_map(|(_, slot)| slot.latest()).map(AsRef::as_ref).collect();
+        let axes = Axis::all(session, &known, coefficient);
+        let fitting = Fitting::new(ui, axes.len());
+        let (all, fits) = (axes.len(), fitting.intervals);
+        if fits < all && ui.small_button("Next derivatives").on_hover_text(format!("{fits} of {all} fit")).clicked() {
+            self.first += fits;
+        }
+        self.first = if fits < all { self.first % all } else { 0 };
+        let axes = &axes[self.first..all.min(self.first + fits)];
+        let part = if self.chosen.is_empty() { 1.0 } else { TABLE_PART };
+        let height = (ROW * (rows.0.len() as f32 + 2.0)).min(part * ui.available_height());
+        ui.push_id("board", |ui| self.table(ctx, ui, (coefficient, axes, fitting), height));
+        if self.chosen.is_empty() {
+            return;
+        }
         ui.separator();
         ScrollArea::vertical().id_salt("below the board").auto_shrink(false).show(ui, |ui| {
             self.actions(ctx, ui);
             self.differing(ctx, ui);
-            let title = format!("Derivatives of {coefficient} with 95 % intervals");
-            ui.label(notation::typeset_in(&title, 11.5, ui.visuals().strong_text_color()));
-            let shown = rows.0.iter().enumerate().filter_map(|(index, (name, slot))| {
-                let chosen = self.chosen.contains(name);
-                let is_faint = !self.chosen.is_empty() && !chosen;
-                Some(Shown { row: slot.latest()?, color: color(ui, index), is_faint })
-            });
-            let shown: Vec<_> = shown.collect();
-            experiment_intervals::show(ui, &shown, coefficient);
         });
+    }
+}
+
+/// The columns that fit the width of a panel.
+#[derive(Clone, Copy)]
+struct Fitting {
+    is_wide: bool,
+    /// Number and width of the intervals.
+    intervals: usize,
+    width: f32,
+}
+
+impl Fitting {
+    /// All columns where the panel has room for them and `derivatives` intervals, else those that stay.
+    fn new(ui: &Ui, derivatives: usize) -> Self {
+        let gap = ui.spacing().item_spacing.x;
+        let room = ui.available_width() - ui.spacing().scroll.allocated_width() - NAME - OVERLAY - 2.0 * gap;
+        let left = |is_wide: bool| {
+            let taken = COLUMNS.iter().filter(|(.., stays)| is_wide || *stays).map(|(_, width, _)| width + gap);
+            room - taken.sum::<f32>()
+        };
+        let [least, most] = INTERVAL;
+        let is_wide = left(true) >= derivatives as f32 * (least + gap);
+        let fitting = (left(is_wide) / (least + gap)).max(1.0) as usize;
+        let intervals = fitting.min(derivatives);
+        let width = (left(is_wide) / intervals.max(1) as f32 - gap).clamp(least, most);
+        Self { is_wide, intervals, width }
+    }
+
+    /// Titles and widths of the columns of numbers.
+    fn columns(self) -> impl Iterator<Item = (&'static str, f32)> {
+        COLUMNS.into_iter().filter(move |(.., stays)| self.is_wide || *stays).map(|(title, width, _)| (title, width))
     }
 }
 
@@ -108,40 +161,106 @@ impl Experiments {
         }
     }
 
-    fn table(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, coefficient: &str, height: f32) {
-        let rows = &ctx.snapshot.inquiries.experiments;
+    /// Rows in their order: the session first, the others by the column chosen, those without a number last.
+    fn ordered<'r>(
+        &self,
+        rows: &'r ExperimentRows,
+        coefficient: &str,
+    ) -> Vec<(usize, &'r (String, Slot<ExperimentRow>))> {
+        let mut ordered: Vec<_> = rows.0.iter().enumerate().collect();
+        let Some((title, is_down)) = &self.order else { return ordered };
+        let value = |(_, (_, slot)): &(usize, &(String, Slot<ExperimentRow>))| {
+            let value = slot.latest().and_then(|row| number(row, coefficient, title));
+            value.filter(|value| !value.is_nan()).map(|value| if *is_down { -value } else { value })
+        };
+        let present = ordered.len().min(1);
+        ordered[present..].sort_by(|a, b| match (value(a), value(b)) {
+            (Some(a), Some(b)) => a.total_cmp(&b),
+            (a, b) => b.is_some().cmp(&a.is_some()),
+        });
+        ordered
+    }
+
+    /// Takes a click on the title of a column: smallest first, then largest first, then as before.
+    fn order_by(&mut self, label: &egui::Response, title: &str) {
+        if label.interact(egui::Sense::click()).clicked() {
+            self.order = match self.order.take() {
+                Some((ordered, false)) if ordered == title => Some((ordered, true)),
+                Some((ordered, true)) if ordered == title => None,
+                _ => Some((title.to_owned(), false)),
+            };
+        }
+    }
+
+    /// The title of a column; a mark below it where it orders the rows.
+    fn title(&mut self, ui: &mut Ui, title: &str) {
+        let label = match title {
+            "Verdict" => column_title_called(ui, "derivatives\ngood/caution/bad", title),
+            _ => column_title(ui, title),
+        };
+        self.mark(ui, label.rect, title);
+        self.order_by(&label, title);
+    }
+
+    /// The title of an interval.
+    fn interval_title(&mut self, ui: &mut Ui, axis: &Axis<'_>) {
+        let label = ui.centered_and_justified(|ui| ui.label(notation::derivative_job(ui, axis.name))).inner;
+        ui.ctx().accesskit_node_builder(label.id, |node| node.set_label(format!("order by {}", axis.name)));
+        self.mark(ui, label.rect, axis.name);
+        self.order_by(&label.on_hover_text(axis.describe()), axis.name);
+    }
+
+    /// A triangle below the title of the column that orders the rows.
+    fn mark(&self, ui: &Ui, title: egui::Rect, name: &str) {
+        let Some((_, is_down)) = self.order.as_ref().filter(|(ordered, _)| ordered == name) else { return };
+        let (base, tip) = if *is_down { (-2.0, 2.0) } else { (2.0, -2.0) };
+        let at = egui::pos2(title.center().x, ui.max_rect().bottom() - 3.0);
+        let corners = [[-3.5, base], [3.5, base], [0.0, tip]].map(|[x, y]| at + egui::vec2(x, y));
+        let color = ui.visuals().strong_text_color();
+        ui.painter().add(egui::Shape::convex_polygon(corners.to_vec(), color, egui::Stroke::NONE));
+    }
+
+    fn table(
+        &mut self,
+        ctx: &mut PanelContext<'_>,
+        ui: &mut Ui,
+        (coefficient, axes, fitting): (&str, &[Axis<'_>], Fitting),
+        height: f32,
+    ) {
         let overlaid = overlaid::names(ctx.state, ctx.session);
-        TableBuilder::new(ui)
+        let mut table = TableBuilder::new(ui)
             .striped(true)
             .sense(egui::Sense::click())
             .max_scroll_height(height)
             .auto_shrink([false, true])
             .cell_layout(Layout::right_to_left(Align::Center))
-            .column(Column::remainder().at_least(110.0).clip(true))
-            .column(Column::exact(50.0))
-            .column(Column::exact(96.0))
-            .columns(Column::exact(58.0), TITLES.len() - 2)
-            .column(Column::exact(86.0))
+            .column(Column::remainder().at_least(NAME).clip(true))
+            .column(Column::exact(OVERLAY));
+        for (_, width) in fitting.columns() {
+            table = table.column(Column::exact(width));
+        }
+        table
+            .columns(Column::exact(fitting.width), axes.len())
             .header(30.0, |mut header| {
                 header.col(|_| {});
                 header.col(|ui| {
                     column_title(ui, "Overlay");
                 });
-                for title in TITLES {
-                    header.col(|ui| {
-                        if title == TITLES[0] {
-                            column_title_called(ui, "derivatives\ngood/caution/bad", title);
-                            return;
-                        }
-                        column_title(ui, title);
-                    });
+                for (title, _) in fitting.columns() {
+                    header.col(|ui| self.title(ui, title));
+                }
+                for axis in axes {
+                    header.col(|ui| self.interval_title(ui, axis));
                 }
             })
             .body(|mut body| {
-                for (index, (name, slot)) in rows.0.iter().enumerate() {
+                for (index, (name, slot)) in self.ordered(&ctx.snapshot.inquiries.experiments, coefficient) {
                     body.row(ROW, |mut row| {
-                        row.set_selected(self.chosen.contains(name));
-                        let switched = cells(&mut row, (index, name.as_str()), (slot, &overlaid), coefficient);
+                        let is_chosen = self.chosen.contains(name);
+                        row.set_selected(is_chosen);
+                        let shown = (coefficient, axes, fitting);
+                        let is_faint = !self.chosen.is_empty() && !is_chosen;
+                        let switched = cells(&mut row, (index, name.as_str(), is_faint), (slot, &overlaid), shown);
                         if switched {
                             overlaid::toggle(ctx.state, ctx.session, name);
                         } else if row.response().clicked() {
@@ -221,14 +340,9 @@ impl Experiments {
             }
             ui.end_row();
             for difference in settings {
-                let value = |value: &Option<String>| match value {
-                    Some(value) if difference.unit.is_empty() => value.clone(),
-                    Some(value) => format!("{value} {}", difference.unit),
-                    None => "not set".to_owned(),
-                };
                 ui.add(Label::new(&difference.setting).extend());
-                for text in [value(&difference.first), value(&difference.second)] {
-                    ui.add(Label::new(text).wrap());
+                for value in [&difference.first, &difference.second] {
+                    ui.add(Label::new(difference.written(value.as_deref())).wrap());
                 }
                 ui.end_row();
             }
@@ -329,12 +443,40 @@ fn overlay_switch(ui: &mut Ui, name: &str, place: Option<usize>) -> bool {
     response.on_hover_cursor(egui::CursorIcon::PointingHand).on_hover_text(hint).clicked()
 }
 
+/// The number of a column in a row: of what is judged, the level and the derivatives that are bad and a caution.
+fn number(row: &ExperimentRow, coefficient: &str, title: &str) -> Option<f64> {
+    let fit = row.outcome.coefficient(coefficient).and_then(|found| found.fit.as_ref());
+    match title {
+        "Verdict" => {
+            let VerdictCounts { level, caution, bad, .. } = row.outcome.verdict;
+            let level = [Level::Good, Level::Caution, Level::Bad].into_iter().position(|other| other == level)?;
+            Some(1e6 * level as f64 + 1e3 * bad as f64 + caution as f64)
+        }
+        "NIS" => row.outcome.nis,
+        "R²" => fit.map(|fit| fit.r_squared),
+        "honest R²" => fit?.honest_r_squared,
+        "ΔAIC" => fit?.delta_akaike,
+        "validation error" => row.outcome.validation_error,
+        derivative => interval(row, coefficient, derivative).map(|interval| interval.estimate),
+    }
+}
+
+/// Decimals of a column.
+fn decimals(title: &str) -> usize {
+    match title {
+        "ΔAIC" => 0,
+        "NIS" => 2,
+        "validation error" => 3,
+        _ => 4,
+    }
+}
+
 /// The cells of a row; whether its overlay was switched.
 fn cells(
     row: &mut TableRow<'_, '_>,
-    (index, name): (usize, &str),
+    (index, name, is_faint): (usize, &str, bool),
     (slot, overlaid): (&Slot<ExperimentRow>, &[String]),
-    coefficient: &str,
+    (coefficient, axes, fitting): (&str, &[Axis<'_>], Fitting),
 ) -> bool {
     let mut switched = false;
     let latest = slot.latest();
@@ -368,21 +510,20 @@ fn cells(
             (None, None) => drop(ui.weak("–")),
         }
     });
-    let fit = latest.and_then(|row| row.outcome.coefficient(coefficient)?.fit.as_ref());
-    let outcome = latest.map(|row| &row.outcome);
-    let fixed = |value: Option<f64>, digits| value.map_or("–".to_owned(), |value| notation::fixed(value, digits));
-    let figures = [
-        fixed(outcome.and_then(|outcome| outcome.nis), 2),
-        fixed(fit.map(|fit| fit.r_squared), 4),
-        fixed(fit.and_then(|fit| fit.honest_r_squared), 4),
-        fixed(fit.and_then(|fit| fit.delta_akaike), 0),
-        fixed(outcome.and_then(|outcome| outcome.validation_error), 3),
-    ];
-    for text in figures {
+    for (title, _) in fitting.columns().skip(1) {
         row.col(|ui| {
             ui.multiply_opacity(opacity);
+            let value = latest.and_then(|row| number(row, coefficient, title));
+            let text = value.map_or("–".to_owned(), |value| notation::fixed(value, decimals(title)));
             let text = RichText::new(text).font(theme::figures(ui)).size(11.5);
             ui.add(Label::new(text).selectable(false));
+        });
+    }
+    for axis in axes {
+        row.col(|ui| {
+            ui.multiply_opacity(opacity);
+            let color = color(ui, index).gamma_multiply(if is_faint { FAINT } else { 1.0 });
+            axis.show(ui, latest.map(AsRef::as_ref), (name, color));
         });
     }
     switched

@@ -122,12 +122,17 @@ pub struct SettingDifference {
 impl SettingDifference {
     /// Setting, first and second value in one line.
     pub fn line(&self) -> String {
-        let value = |value: &Option<String>| match value {
-            Some(value) if self.unit.is_empty() => value.clone(),
+        let [first, second] = [&self.first, &self.second].map(|value| self.written(value.as_deref()));
+        format!("{}: {first} here, {second} on disk", self.setting)
+    }
+
+    /// One of the values with its unit.
+    pub fn written(&self, value: Option<&str>) -> String {
+        match value {
+            Some(value) if self.unit.is_empty() => value.to_owned(),
             Some(value) => format!("{value} {}", self.unit),
             None => "not set".to_owned(),
-        };
-        format!("{}: {} here, {} on disk", self.setting, value(&self.first), value(&self.second))
+        }
     }
 }
 
