@@ -19,7 +19,7 @@ pub struct Palette {
     pub validation: Color32,
     /// Manoeuvres left out.
     pub ignored: Color32,
-    /// Stretches of time used for noise statistics.
+    /// Parts of time used for noise statistics.
     pub steady: Color32,
     /// Something is right.
     pub good: Color32,

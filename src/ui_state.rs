@@ -108,7 +108,7 @@ pub struct TraceRequest {
     pub scale: f64,
     /// Samples, SI.
     pub series: Series,
-    /// Stretch on screen.
+    /// Part on screen.
     pub range: TimeRange,
     /// How it is seen.
     pub view: TraceView,
@@ -128,7 +128,7 @@ pub struct UiState {
     pub thumbnails: BTreeMap<PathBuf, Thumbnail>,
     /// Part of the flight on screen.
     pub time: TimeView,
-    /// Session that stretch is of; `None` for one without a file.
+    /// Session that part is of; `None` for one without a file.
     pub session: Option<PathBuf>,
     /// Part of the chosen window on screen.
     #[serde(skip)]

@@ -140,7 +140,7 @@ fn edit(app: &mut Workbench, request: EditRequest) {
     }
 }
 
-/// Keeps a window and a flight chosen that the session has, and the stretches of time on what they are.
+/// Keeps a window and a flight chosen that the session has, and the parts of time on what they are.
 fn keep_selection(app: &mut Workbench) {
     let session = Arc::clone(app.document.history.present());
     let state = &mut app.state;

@@ -1,5 +1,5 @@
 //! The whole flight as a thin strip above everything: altitude and airspeed, the windows in the colour of their verdict, and the
-//! stretch on screen as a brush that can be moved, widened and drawn anew.
+//! part on screen as a brush that can be moved, widened and drawn anew.
 
 use std::sync::Arc;
 
@@ -180,7 +180,7 @@ fn draw_curve(ui: &Ui, rect: Rect, full: TimeRange, line: &Decimated<Point>, col
     }
 }
 
-/// The stretch on screen: drawn, moved, widened, drawn anew; the wheel zooms it.
+/// The part on screen: drawn, moved, widened, drawn anew; the wheel zooms it.
 fn brush(app: &mut Workbench, ui: &mut Ui, frame: Rect, full: TimeRange) {
     let accent = theme::palette(ui).accent;
     let range = app.state.time.range();

@@ -143,22 +143,22 @@ fn step(app: &mut Workbench, by: isize) {
 /// A manoeuvre between the markers.
 fn add_window(app: &mut Workbench) {
     let Some(flight) = app.state.selection.flight.clone() else { return };
-    let stretch = match app.state.time.markers_s {
+    let part = match app.state.time.markers_s {
         [Some(a), Some(b)] if a != b => TimeRange::new(a, b),
         _ => return app.complain("Set markers A and B first, or drag with Ctrl in a plot."),
     };
-    let window = new_window(app.document.session(), flight, stretch);
+    let window = new_window(app.document.session(), flight, part);
     let name = window.name.clone();
     app.apply(&Edit::Window(WindowEdit::Add(window)));
     let session = app.document.session().clone();
     panels::choose(&mut app.state, &session, &name);
 }
 
-/// A window of `stretch` with a name nobody has.
-pub fn new_window(session: &doublet_engine::session::Session, flight: String, stretch: TimeRange) -> Manoeuvre {
+/// A window of `part` with a name nobody has.
+pub fn new_window(session: &doublet_engine::session::Session, flight: String, part: TimeRange) -> Manoeuvre {
     let names = (1..).map(|number| format!("manoeuvre {number}"));
     let name = names.into_iter().find(|name| session.window(name).is_none()).unwrap_or_default();
-    Manoeuvre::new(name, flight, stretch)
+    Manoeuvre::new(name, flight, part)
 }
 
 /// Shows a layout, away from the start page.

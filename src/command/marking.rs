@@ -110,7 +110,7 @@ fn exclude(app: &mut Workbench, window: &Manoeuvre) {
     }
 }
 
-/// Takes the excluded stretch at a time in again; all of them where there is none.
+/// Takes the excluded part at a time in again; all of them where there is none.
 fn include(app: &mut Workbench, window: &Manoeuvre, at_s: Option<f64>) {
     if window.excluded.is_empty() {
         return app.complain(format!("{} has no excluded parts.", window.name));

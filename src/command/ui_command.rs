@@ -79,7 +79,7 @@ pub enum EditCommand {
     Redo,
     /// Show the list of edits, or no more.
     History,
-    /// Make a manoeuvre of the stretch between the markers.
+    /// Make a manoeuvre of the part between the markers.
     AddWindow,
     /// Remove the chosen window.
     RemoveWindow,
@@ -108,9 +108,9 @@ pub enum MarkCommand {
     EndHere,
     /// Divide the chosen one at the pointer.
     Split,
-    /// Leave the stretch between the markers out.
+    /// Leave the part between the markers out.
     Exclude,
-    /// Take the excluded stretch at the pointer in again, else all of the chosen one.
+    /// Take the excluded part at the pointer in again, else all of the chosen one.
     Include,
     /// State the surface the selected ones move.
     Surface(Option<Surface>),
@@ -151,7 +151,7 @@ pub enum ViewCommand {
     ZoomForward,
     /// Show the chosen window.
     ZoomToWindow,
-    /// Show the stretch between the markers.
+    /// Show the part between the markers.
     ZoomToMarkers,
     /// Remove both markers.
     ClearMarkers,
@@ -392,7 +392,7 @@ fn mark_table() -> Vec<CommandInfo> {
         mark("End manoeuvre here", M::EndHere, plain(Key::CloseBracket)),
         mark("Split manoeuvre here", M::Split, plain(Key::S)),
         mark("Exclude between markers", M::Exclude, plain(Key::E)),
-        mark("Include excluded stretch", M::Include, plain(Key::R)),
+        mark("Include excluded part", M::Include, plain(Key::R)),
         edit("Rename manoeuvre", E::RenameWindow, plain(Key::F2)),
         mark("Note on manoeuvre…", M::Note, plain(Key::F4)),
         mark("Lock or unlock edges", M::Lock, plain(Key::L)),

@@ -16,7 +16,7 @@ use crate::widgets::time_view::TimeRange;
 
 /// Height of legend and readout at the top of a plot, points.
 const LEGEND: f32 = 24.0;
-/// Shortest stretch a drag marks, s.
+/// Shortest part a drag marks, s.
 const SHORTEST_S: f64 = 1e-3;
 /// How to exclude a part of a manoeuvre.
 const EXCLUDE_BY_DRAG: &str = "Or drag with Alt inside the manoeuvre, unless the desktop moves windows so.";
@@ -49,16 +49,16 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &Ui, view: View, response: &StackRes
     let frames: Vec<Rect> = response.frames.iter().map(seen).filter(Rect::is_positive).collect();
     let Some(first) = frames.first().copied() else { return };
     let range = ctx.view(view).range();
-    let over = |stretch: TimeRange, frame: &Rect| {
-        let x = [stretch.start_s, stretch.end_s].map(|time_s| x_at(*frame, range, time_s));
+    let over = |part: TimeRange, frame: &Rect| {
+        let x = [part.start_s, part.end_s].map(|time_s| x_at(*frame, range, time_s));
         Rect::from_x_y_ranges(x[0]..=x[1], frame.y_range()).intersect(*frame)
     };
     // Legend and readout at the top of a plot stay clear.
     let below = |frame: &Rect| seen(&frame.with_min_y(frame.top() + LEGEND));
     let clear: Vec<Rect> = response.frames.iter().map(below).filter(Rect::is_positive).collect();
-    for stretch in shown(ctx, view).flat_map(|window| &window.excluded) {
+    for part in shown(ctx, view).flat_map(|window| &window.excluded) {
         for frame in &clear {
-            hatch(ui, over(*stretch, frame));
+            hatch(ui, over(*part, frame));
         }
     }
     if view == View::Flight {
@@ -67,14 +67,14 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &Ui, view: View, response: &StackRes
     let Some(marked) = response.marked else { return };
     let (text, color) = meaning(ctx, ui, view, marked);
     for frame in &frames {
-        let rect = over(marked.stretch, frame);
+        let rect = over(marked.part, frame);
         ui.painter().rect_filled(rect, 0.0, color.gamma_multiply(0.18));
         for x in [rect.left(), rect.right()] {
             ui.painter().vline(x, rect.y_range(), Stroke::new(1.0, color));
         }
     }
-    draw_label(ui, first, over(marked.stretch, &first).left(), 40.0, &text);
-    if marked.is_done && marked.stretch.length_s() > SHORTEST_S {
+    draw_label(ui, first, over(marked.part, &first).left(), 40.0, &text);
+    if marked.is_done && marked.part.length_s() > SHORTEST_S {
         carry_out(ctx, view, marked);
     }
 }
@@ -141,7 +141,7 @@ fn draw_label(ui: &Ui, frame: Rect, x: f32, below: f32, text: &str) {
 /// What a drag does, in words, and its colour.
 fn meaning(ctx: &PanelContext<'_>, ui: &Ui, view: View, marked: Marked) -> (String, Color32) {
     let palette = theme::palette(ui);
-    let length = format!("{:.2} s", marked.stretch.length_s());
+    let length = format!("{:.2} s", marked.part.length_s());
     let window_name = at(ctx, view, marked.from_s).map(|window| window.name.as_str());
     match (marked.kind, window_name) {
         (MarkKind::Manoeuvre, _) => (format!("New manoeuvre, {length}"), palette.identification),
@@ -158,7 +158,7 @@ fn carry_out(ctx: &mut PanelContext<'_>, view: View, marked: Marked) {
         let loaded = ctx.snapshot.flights.get(&flight).and_then(|slot| slot.latest());
         let rate = loaded.and_then(|loaded| loaded.recording.role(ChannelRole::RollRate));
         let samples_s = rate.map_or(&[][..], |channel| &channel.series.time_s);
-        let TimeRange { start_s, end_s } = marked.stretch;
+        let TimeRange { start_s, end_s } = marked.part;
         let window =
             new_window(ctx.session, flight, TimeRange::new(snapped(samples_s, start_s), snapped(samples_s, end_s)));
         ctx.state.selection.window = Some(window.name.clone());
@@ -166,10 +166,10 @@ fn carry_out(ctx: &mut PanelContext<'_>, view: View, marked: Marked) {
     }
     let Some(window) = at(ctx, view, marked.from_s) else { return };
     // Whole milliseconds are read easily in the session file.
-    let stretch = TimeRange::new(to_ms(marked.stretch.start_s), to_ms(marked.stretch.end_s));
+    let part = TimeRange::new(to_ms(marked.part.start_s), to_ms(marked.part.end_s));
     let excluded = match marked.kind {
-        MarkKind::Excluded => window.excluded_with(stretch),
-        _ => Some(window.excluded_without(stretch)),
+        MarkKind::Excluded => window.excluded_with(part),
+        _ => Some(window.excluded_without(part)),
     };
     if let Some(excluded) = excluded.filter(|excluded| *excluded != window.excluded) {
         ctx.choose(&window.name);

@@ -89,7 +89,7 @@ pub struct PanelContext<'a> {
     pub figures: &'a mut Vec<FigureRequest>,
 }
 
-/// Which stretch of time a stack shows.
+/// Which part of time a stack shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum View {
     /// That of the flight.
@@ -156,7 +156,7 @@ impl<'a> PanelContext<'a> {
         (self.state.selection.window.as_ref() == Some(&details.name)).then_some(details)
     }
 
-    /// The stretch of time of a view.
+    /// The part of time of a view.
     pub fn view(&mut self, view: View) -> &mut TimeView {
         match view {
             View::Flight => &mut self.state.time,

@@ -18,7 +18,7 @@ struct Other {
     series: Series,
 }
 
-/// Draws the entries for the curves of a plot; what is asked for of the stretch `range`.
+/// Draws the entries for the curves of a plot; what is asked for of the part `range`.
 pub fn show(
     ctx: &PanelContext<'_>,
     ui: &mut Ui,

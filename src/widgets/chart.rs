@@ -80,7 +80,7 @@ impl ChartCurve {
         Self { name: name.into(), color, style, points, spread: Vec::new() }
     }
 
-    /// Unbroken stretches of its points.
+    /// Unbroken parts of its points.
     fn segments(&self) -> impl Iterator<Item = &[[f64; 2]]> {
         self.points.split(|[x, y]| !(x.is_finite() && y.is_finite())).filter(|segment| !segment.is_empty())
     }
@@ -193,30 +193,9 @@ impl Chart {
 
     /// What is on screen, from the lower left to the upper right corner.
     fn figure(&self, size: egui::Vec2, (low, high): ([f64; 2], [f64; 2])) -> Figure {
-        let curve = |curve: &ChartCurve| {
-            let (label, colour) = (curve.name.clone().into(), printed(curve.color));
-            let style = match curve.style {
-                ChartStyle::Bars(width) => return Mark::Bars { label, colour, width, bars: curve.points.clone() },
-                ChartStyle::LevelBars(width) => {
-                    let points = curve.points.iter().flat_map(|&point| outline_of_bar(point, width)).collect();
-                    return Mark::Points { label, colour, style: Style::Solid, points };
-                }
-                ChartStyle::Dots(_) => Style::Dots,
-                ChartStyle::Dashed => Style::Dashed,
-                ChartStyle::Line | ChartStyle::Area => Style::Solid,
-            };
-            let spread = curve.spread.iter().copied().chain(std::iter::repeat(f64::NAN));
-            let points = curve.points.iter().zip(spread).map(|(&[x, y], spread)| [x, y, spread]).collect();
-            Mark::Points { label, colour, style, points }
-        };
-        let level = |&(value, color): &(f64, Color32)| Mark::Level {
-            label: "".into(),
-            colour: printed(color),
-            value,
-            band: [value; 2],
-        };
         let axis = |axis: usize| Axis { range: Some([low[axis], high[axis]]), ..Axis::new(&self.labels[axis], "") };
-        let (x, marks) = (axis(0), self.levels.iter().map(level).chain(self.curves.iter().map(curve)).collect());
+        let (x, marks) =
+            (axis(0), self.levels.iter().map(level_mark).chain(self.curves.iter().map(curve_mark)).collect());
         let x = Axis { places: self.places.clone(), ..x };
         let y = Axis { places: self.upright_places.clone(), ..axis(1) };
         Figure {
@@ -227,6 +206,29 @@ impl Chart {
             panels: vec![Panel::Plot(doublet_engine::report::document::Plot { x, y, marks })],
         }
     }
+}
+
+/// A curve on paper.
+fn curve_mark(curve: &ChartCurve) -> Mark {
+    let (label, colour) = (curve.name.clone().into(), printed(curve.color));
+    let style = match curve.style {
+        ChartStyle::Bars(width) => return Mark::Bars { label, colour, width, bars: curve.points.clone() },
+        ChartStyle::LevelBars(width) => {
+            let points = curve.points.iter().flat_map(|&point| outline_of_bar(point, width)).collect();
+            return Mark::Points { label, colour, style: Style::Solid, points };
+        }
+        ChartStyle::Dots(_) => Style::Dots,
+        ChartStyle::Dashed => Style::Dashed,
+        ChartStyle::Line | ChartStyle::Area => Style::Solid,
+    };
+    let spread = curve.spread.iter().copied().chain(std::iter::repeat(f64::NAN));
+    let points = curve.points.iter().zip(spread).map(|(&[x, y], spread)| [x, y, spread]).collect();
+    Mark::Points { label, colour, style, points }
+}
+
+/// A level on paper.
+fn level_mark(&(value, color): &(f64, Color32)) -> Mark {
+    Mark::Level { label: "".into(), colour: printed(color), value, band: [value; 2] }
 }
 
 /// A name behind the mark of its curve, pale where its curve is hidden. Of a size of its own, so that a line of them wraps.

@@ -29,11 +29,11 @@ const STRIP_MM: f64 = 14.0;
 pub struct HeatStrips<'a> {
     /// What it is, for tests and screen readers.
     pub name: &'a str,
-    /// Edges of the stretches, s.
+    /// Edges of the parts, s.
     pub edges_s: &'a [f64],
-    /// Name of each strip, and one value per stretch, none below zero.
+    /// Name of each strip, and one value per part, none below zero.
     pub rows: &'a [(String, Vec<f64>)],
-    /// The stretch of time shown.
+    /// The part of time shown.
     pub range: TimeRange,
     /// Excluded parts, hatched.
     pub excluded: &'a [TimeRange],
@@ -96,8 +96,8 @@ impl HeatStrips<'_> {
     fn figure(&self, ui: &Ui) -> Figure {
         let x = Axis { range: Some([self.range.start_s, self.range.end_s]), ..Axis::time() };
         let panel = |(name, values): &(String, Vec<f64>)| {
-            let stretches = self.edges_s.windows(2).zip(values);
-            let bars = stretches.map(|(edges, value)| [0.5 * (edges[0] + edges[1]), 100.0 * value]).collect();
+            let parts = self.edges_s.windows(2).zip(values);
+            let bars = parts.map(|(edges, value)| [0.5 * (edges[0] + edges[1]), 100.0 * value]).collect();
             let width = self.edges_s.windows(2).map(|edges| edges[1] - edges[0]).fold(0.0, f64::max);
             let colour = printed(theme::palette(ui).series[1]);
             let marks = vec![Mark::Bars { label: "".into(), colour, width, bars }];

@@ -139,15 +139,15 @@ impl PlotCache {
 }
 
 impl Drawn {
-    /// Statistics of the samples of `stretch`, in SI; read once while the stretch stays.
-    pub(super) fn statistics(&mut self, stretch: TimeRange) -> Option<Statistics> {
+    /// Statistics of the samples of `part`, in SI; read once while the part stays.
+    pub(super) fn statistics(&mut self, part: TimeRange) -> Option<Statistics> {
         if let Some((of, found)) = self.between
-            && of == stretch
+            && of == part
         {
             return found;
         }
-        let found = self.series.statistics(stretch);
-        self.between = Some((stretch, found));
+        let found = self.series.statistics(part);
+        self.between = Some((part, found));
         found
     }
 }

@@ -58,7 +58,7 @@ fn quantity(panel: &Panel) -> String {
 /// What the pointer did to the values of one plot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Values {
-    /// They show this stretch from now on.
+    /// They show this part from now on.
     Range(f64, f64),
     /// Those of the whole stack are fitted to what is visible.
     Fit,
@@ -119,9 +119,9 @@ pub type StackMenu<'m> = &'m mut dyn FnMut(&mut Ui, f64, usize);
 pub enum MarkKind {
     /// A manoeuvre: with Ctrl.
     Manoeuvre,
-    /// A stretch that is left out: with Alt.
+    /// A part that is left out: with Alt.
     Excluded,
-    /// A stretch that is taken in again: with Alt and Shift.
+    /// A part that is taken in again: with Alt and Shift.
     Included,
 }
 
@@ -133,12 +133,12 @@ pub struct Marked {
     /// Where it began, s.
     pub from_s: f64,
     /// What it covers.
-    pub stretch: TimeRange,
+    pub part: TimeRange,
     /// Whether it has ended.
     pub is_done: bool,
 }
 
-/// A drag of the primary button with Ctrl or Alt marks a stretch of time; Escape gives it up.
+/// A drag of the primary button with Ctrl or Alt marks a part of time; Escape gives it up.
 fn mark(ui: &Ui, response: &egui::Response, frame: Rect, range: TimeRange) -> Option<Marked> {
     let id = response.id.with("mark");
     if response.drag_started_by(PointerButton::Primary) {
@@ -167,7 +167,7 @@ fn mark(ui: &Ui, response: &egui::Response, frame: Rect, range: TimeRange) -> Op
     }
     ui.set_cursor_icon(egui::CursorIcon::Crosshair);
     let to_s = time_at(frame, range, at?.x.clamp(frame.left(), frame.right()));
-    Some(Marked { kind, from_s, stretch: TimeRange::new(from_s, to_s), is_done })
+    Some(Marked { kind, from_s, part: TimeRange::new(from_s, to_s), is_done })
 }
 
 /// Lets the pointer over one plot move the view; the time under the pointer, and what becomes of the values.
@@ -300,8 +300,8 @@ fn box_zoom(ui: &Ui, response: &egui::Response, frame: Rect) -> Option<Rect> {
     None
 }
 
-/// The same where there is only time: the stretch a drag covered, once it ends.
-pub(super) fn box_stretch(ui: &Ui, response: &egui::Response, frame: Rect, range: TimeRange) -> Option<TimeRange> {
+/// The same where there is only time: the part a drag covered, once it ends.
+pub(super) fn box_part(ui: &Ui, response: &egui::Response, frame: Rect, range: TimeRange) -> Option<TimeRange> {
     let zoomed = box_zoom(ui, response, frame).filter(|zoomed| zoomed.width() < frame.width())?;
     Some(TimeRange::new(time_at(frame, range, zoomed.left()), time_at(frame, range, zoomed.right())))
 }

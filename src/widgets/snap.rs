@@ -39,12 +39,12 @@ pub fn to_point(
     };
     let starts = points.iter().filter(|_| grip != Grip::End).map(of_start);
     let ends = points.iter().filter(|_| grip != Grip::Start).map(of_end);
-    let possible = |stretch: &TimeRange| {
-        let inside = stretch.start_s >= limits.start_s && stretch.end_s <= limits.end_s;
-        stretch.end_s > stretch.start_s && inside
+    let possible = |part: &TimeRange| {
+        let inside = part.start_s >= limits.start_s && part.end_s <= limits.end_s;
+        part.end_s > part.start_s && inside
     };
-    let near = starts.chain(ends).filter(|(off, stretch, _)| off.abs() <= reach_s && possible(stretch));
-    near.min_by(|a, b| a.0.abs().total_cmp(&b.0.abs())).map(|(_, stretch, point)| (stretch, point))
+    let near = starts.chain(ends).filter(|(off, part, _)| off.abs() <= reach_s && possible(part));
+    near.min_by(|a, b| a.0.abs().total_cmp(&b.0.abs())).map(|(_, part, point)| (part, point))
 }
 
 /// Edges of the gaps of a signal that lie in `range`: its last sample before each and its first after it. Samples without a value
@@ -88,12 +88,12 @@ mod tests {
     #[test]
     fn a_whole_span_keeps_its_length_and_takes_the_edge_that_is_nearer() {
         // At 2.6 the start is 0.3 past the onset, the end 0.4 short of the marker.
-        let (stretch, point) = moved(Grip::Body, 2.6).expect("two points are near");
-        assert_eq!((point.word, stretch.start_s), ("onset", 12.3));
-        assert!((stretch.length_s() - 20.0).abs() < 1e-12);
-        let (stretch, point) = moved(Grip::Body, 2.7).expect("two points are near");
-        assert_eq!((point.word, stretch.end_s), ("marker A", 33.0));
-        assert!((stretch.length_s() - 20.0).abs() < 1e-12);
+        let (part, point) = moved(Grip::Body, 2.6).expect("two points are near");
+        assert_eq!((point.word, part.start_s), ("onset", 12.3));
+        assert!((part.length_s() - 20.0).abs() < 1e-12);
+        let (part, point) = moved(Grip::Body, 2.7).expect("two points are near");
+        assert_eq!((point.word, part.end_s), ("marker A", 33.0));
+        assert!((part.length_s() - 20.0).abs() < 1e-12);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use eframe::egui::{
 };
 
 use super::EditPhase;
-use super::pointer::box_stretch;
+use super::pointer::box_part;
 use super::snap::{SNAP_REACH, SnapPoint, to_point};
 use super::time_plot::{time_at, x_at};
 use super::time_view::TimeRange;
@@ -25,7 +25,7 @@ pub struct SpanItem<'a> {
     /// Identity that survives edits.
     pub id: u64,
     /// Where it is.
-    pub stretch: TimeRange,
+    pub part: TimeRange,
     /// Text in the lane.
     pub label: &'a str,
     /// What hovering says about it; may be empty.
@@ -45,18 +45,18 @@ pub struct SpanItem<'a> {
 pub enum SpanEvent {
     /// A span was clicked.
     Selected(u64),
-    /// A span is being moved or resized; `stretch` is where it is now (where it was, for `Begin` and `Cancel`).
+    /// A span is being moved or resized; `part` is where it is now (where it was, for `Begin` and `Cancel`).
     Dragged {
         /// The span.
         id: u64,
         /// Where the drag stands.
         phase: EditPhase,
         /// Where the span is.
-        stretch: TimeRange,
+        part: TimeRange,
     },
     /// A new span was drawn in the empty lane.
     Drawn(TimeRange),
-    /// This stretch was covered with the secondary button: to be zoomed to, as everywhere in the plots.
+    /// This part was covered with the secondary button: to be zoomed to, as everywhere in the plots.
     Zoomed(TimeRange),
 }
 
@@ -80,7 +80,7 @@ pub struct Lane<'a> {
     pub frame: Rect,
     /// Down to here the edges of the selected span can be caught.
     pub reach_bottom: f32,
-    /// The stretch on screen.
+    /// The part on screen.
     pub range: TimeRange,
     /// Times of the samples, increasing, s; empty snaps to nothing.
     pub samples_s: &'a [f64],
@@ -143,7 +143,7 @@ pub fn span_lane(ui: &mut Ui, id: Id, lane: &Lane<'_>, spans: &[SpanItem<'_>]) -
     let mut event = draw_new(ui, id.with("empty"), lane, clip);
     for span in spans {
         let shown = Rect::from_x_y_ranges(
-            x_at(lane.frame, lane.range, span.stretch.start_s)..=x_at(lane.frame, lane.range, span.stretch.end_s),
+            x_at(lane.frame, lane.range, span.part.start_s)..=x_at(lane.frame, lane.range, span.part.end_s),
             clip.y_range().shrink(2.0),
         );
         if shown.right() < clip.left() - EDGE_REACH || shown.left() > clip.right() + EDGE_REACH {
@@ -198,8 +198,8 @@ fn catch(ui: &mut Ui, id: Id, lane: &Lane<'_>, clip: Rect, shown: Rect, span: &S
         // A drag of a locked span is taken and comes to nothing: below it a new span would be drawn.
         let rect = if span.locked && !span.still { rect.expand2(egui::vec2(EDGE_REACH, 0.0)) } else { rect };
         let sense = if span.still { Sense::click() } else { Sense::click_and_drag() };
-        let part = grip_id(grip);
-        let response = ui.interact(rect, part, sense).on_hover_cursor(match grip {
+        let key = grip_id(grip);
+        let response = ui.interact(rect, key, sense).on_hover_cursor(match grip {
             Grip::Body if still => CursorIcon::PointingHand,
             Grip::Body => CursorIcon::Grab,
             Grip::Start | Grip::End => CursorIcon::ResizeHorizontal,
@@ -212,7 +212,7 @@ fn catch(ui: &mut Ui, id: Id, lane: &Lane<'_>, clip: Rect, shown: Rect, span: &S
         }
         event = zoom(ui, &response, lane).or(event);
         if !still {
-            event = drag(ui, &response, part, lane, grip, span).or(event);
+            event = drag(ui, &response, key, lane, grip, span).or(event);
         }
     }
     event
@@ -221,7 +221,7 @@ fn catch(ui: &mut Ui, id: Id, lane: &Lane<'_>, clip: Rect, shown: Rect, span: &S
 /// A drag with the secondary button zooms, here as in the plots.
 fn zoom(ui: &Ui, response: &egui::Response, lane: &Lane<'_>) -> Option<SpanEvent> {
     let area = Rect::from_x_y_ranges(lane.frame.x_range(), lane.rect.top()..=lane.reach_bottom);
-    box_stretch(ui, response, area, lane.range).map(SpanEvent::Zoomed)
+    box_part(ui, response, area, lane.range).map(SpanEvent::Zoomed)
 }
 
 /// What the body of a span in the lane `id` is called by: its menu is that of the panel.
@@ -233,22 +233,22 @@ pub fn body_id(id: Id, span: u64) -> Id {
 fn drag(
     ui: &mut Ui,
     response: &egui::Response,
-    part: Id,
+    key: Id,
     lane: &Lane<'_>,
     grip: Grip,
     span: &SpanItem<'_>,
 ) -> Option<SpanEvent> {
-    let report = |phase, stretch| Some(SpanEvent::Dragged { id: span.id, phase, stretch });
+    let report = |phase, part| Some(SpanEvent::Dragged { id: span.id, phase, part });
     let pointer = response.interact_pointer_pos();
     if response.drag_started_by(PointerButton::Primary) {
         let pressed = ui.input(|i| i.pointer.press_origin()).or(pointer)?;
         let pressed_s = time_at(lane.frame, lane.range, pressed.x);
-        let held = Held { origin: span.stretch, pressed_s, now: span.stretch };
-        ui.data_mut(|data| data.insert_temp(part, held));
-        return report(EditPhase::Begin, span.stretch);
+        let held = Held { origin: span.part, pressed_s, now: span.part };
+        ui.data_mut(|data| data.insert_temp(key, held));
+        return report(EditPhase::Begin, span.part);
     }
-    let held = ui.data_mut(|data| data.get_temp::<Held>(part))?;
-    let forget = || ui.data_mut(|data| data.remove::<Held>(part));
+    let held = ui.data_mut(|data| data.get_temp::<Held>(key))?;
+    let forget = || ui.data_mut(|data| data.remove::<Held>(key));
     if ui.input(|i| i.key_pressed(Key::Escape)) {
         forget();
         ui.ctx().stop_dragging();
@@ -273,7 +273,7 @@ fn drag(
     if now == held.now {
         return None;
     }
-    ui.data_mut(|data| data.insert_temp(part, Held { now, ..held }));
+    ui.data_mut(|data| data.insert_temp(key, Held { now, ..held }));
     report(EditPhase::Change, now)
 }
 

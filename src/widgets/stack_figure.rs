@@ -19,13 +19,6 @@ pub(super) fn stack_figure(
     frames: &[Rect],
 ) -> Figure {
     let x = Axis { range: Some([range.start_s, range.end_s]), ..Axis::time() };
-    let span = |span: &SpanMark| Mark::Span {
-        label: "".into(),
-        colour: printed(span.color),
-        ends: [span.stretch.start_s, span.stretch.end_s],
-    };
-    let level =
-        |&value: &f64| Mark::Level { label: "".into(), colour: Colour([0x80, 0x88, 0x90]), value, band: [value; 2] };
     let one = |(row, plot): (usize, &TimePlot<'_>)| {
         let shown = |column: &usize| !cache.is_hidden(id, plot.traces[*column].name);
         let columns = (0..plot.traces.len()).filter(shown);
@@ -33,7 +26,7 @@ pub(super) fn stack_figure(
         let chosen = cache.chosen_values(id, row, plot);
         let (low, high) = chosen.unwrap_or_else(|| value_range(plot, drawn));
         let y = Axis { range: Some([low, high]), ..Axis::new(plot.axis_label(), "") };
-        let around = spans.iter().map(span).chain(plot.levels.iter().map(level));
+        let around = spans.iter().map(span_mark).chain(plot.levels.iter().map(level_mark));
         let marks = around.chain(columns.flat_map(|column| marks(plot, &plot.traces[column]))).collect();
         Panel::Plot(Plot { x: x.clone(), y, marks })
     };
@@ -45,6 +38,17 @@ pub(super) fn stack_figure(
         panel_height_mm: WIDTH_MM * frames.iter().map(shape).sum::<f64>() / frames.len().max(1) as f64,
         panels: plots.iter().take(frames.len()).enumerate().map(one).collect(),
     }
+}
+
+/// A span on paper.
+fn span_mark(span: &SpanMark) -> Mark {
+    let TimeRange { start_s, end_s } = span.part;
+    Mark::Span { label: "".into(), colour: printed(span.color), ends: [start_s, end_s] }
+}
+
+/// A level on paper.
+fn level_mark(&value: &f64) -> Mark {
+    Mark::Level { label: "".into(), colour: Colour([0x80, 0x88, 0x90]), value, band: [value; 2] }
 }
 
 /// A label as part of a file's name: Greek letters by their names, anything else that is no letter or digit as an underscore.

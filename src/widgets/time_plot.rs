@@ -121,11 +121,11 @@ impl<'a> TimePlot<'a> {
     }
 }
 
-/// A coloured stretch of time behind the traces.
+/// A coloured part of time behind the traces.
 #[derive(Clone, Copy, Debug)]
 pub struct SpanMark {
     /// Where.
-    pub stretch: TimeRange,
+    pub part: TimeRange,
     /// Colour, drawn faintly.
     pub color: Color32,
     /// Drawn a little stronger, with edges.
@@ -379,7 +379,7 @@ fn draw_plot<'a>(
             let strength = if span.selected { 0.14 } else { 0.09 };
             let edges = if span.selected { 0.8 } else { 0.3 };
             chart.span(
-                egui_plot::Span::new("", span.stretch.start_s..=span.stretch.end_s)
+                egui_plot::Span::new("", span.part.start_s..=span.part.end_s)
                     .fill(span.color.gamma_multiply(strength))
                     .border(Stroke::new(1.0, span.color.gamma_multiply(edges))),
             );

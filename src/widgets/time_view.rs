@@ -1,4 +1,4 @@
-//! The stretch of time on screen, shared by everything that has a time axis.
+//! The part of time on screen, shared by everything that has a time axis.
 
 pub use doublet_core::series::TimeRange;
 use serde::{Deserialize, Serialize};
@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 const HISTORY: usize = 64;
 /// Pauses longer than this end a gesture of the wheel or a pan, s.
 const GESTURE_PAUSE_S: f64 = 0.4;
-/// Length shown of a stretch that is too long for what is on screen, over its own.
+/// Length shown of a part that is too long for what is on screen, over its own.
 const REVEALED: f64 = 1.5;
-/// Shortest stretch that can be shown, s.
+/// Shortest part that can be shown, s.
 const SHORTEST_S: f64 = 1e-4;
 
 /// What is on screen: range with its history, the linked cursor and the markers A and B.
@@ -59,12 +59,12 @@ impl TimeView {
         }
     }
 
-    /// The stretch on screen.
+    /// The part on screen.
     pub fn range(&self) -> TimeRange {
         self.range
     }
 
-    /// The whole stretch there is.
+    /// The whole part there is.
     pub fn full(&self) -> TimeRange {
         self.full
     }
@@ -81,7 +81,7 @@ impl TimeView {
         *self = Self { range, ..kept };
     }
 
-    /// Shows `range`; the stretch before can be come back to.
+    /// Shows `range`; the part before can be come back to.
     pub fn zoom_to(&mut self, range: TimeRange) {
         self.gesture_at_s = None;
         self.remember();
@@ -93,15 +93,15 @@ impl TimeView {
         self.range = self.limited(range);
     }
 
-    /// Moves along until `stretch` is on screen; shows it with room about it where it is longer than what is on screen.
-    pub fn reveal(&mut self, stretch: TimeRange) {
+    /// Moves along until `part` is on screen; shows it with room about it where it is longer than what is on screen.
+    pub fn reveal(&mut self, part: TimeRange) {
         let (range, full) = (self.range, self.full);
-        let holds = |outer: TimeRange| stretch.start_s >= outer.start_s && stretch.end_s <= outer.end_s;
+        let holds = |outer: TimeRange| part.start_s >= outer.start_s && part.end_s <= outer.end_s;
         if holds(range) || !holds(full) {
             return;
         }
-        let middle = 0.5 * (stretch.start_s + stretch.end_s);
-        let half = 0.5 * range.length_s().max(REVEALED * stretch.length_s());
+        let middle = 0.5 * (part.start_s + part.end_s);
+        let half = 0.5 * range.length_s().max(REVEALED * part.length_s());
         let start_s = (middle - half).min(full.end_s - 2.0 * half).max(full.start_s);
         self.zoom_to(TimeRange { start_s, end_s: start_s + 2.0 * half });
     }

@@ -72,7 +72,7 @@ fn menu_of_a_plot_copies_every_sample_on_screen_and_nothing_else() {
     for (row, k) in rows.iter().zip(1000..) {
         assert!((row[0] - 0.01 * f64::from(k)).abs() < 1e-9 && (row[2] - wave(f64::from(k))).abs() < 1e-12, "{row:?}");
     }
-    // The drawing shows the same stretch: its last number is the right end of the frame.
+    // The drawing shows the same part: its last number is the right end of the frame.
     let svg = doublet_report::svg::svg(&request.figure, "p");
     assert!(svg.contains("stroke-dasharray=\"4 2.5\"") && svg.contains("time [s]"));
 }

@@ -67,7 +67,7 @@ fn wheel_zooms_time_and_with_shift_the_values_of_one_plot_about_the_pointer() {
 }
 
 #[test]
-fn right_drag_zooms_to_its_box_and_a_level_one_to_its_stretch_of_time() {
+fn right_drag_zooms_to_its_box_and_a_level_one_to_its_part_of_time() {
     let mut harness = harness(5000, true);
     let (full, all) = (range(&harness), values(&harness, 0));
     let frame = harness.state().seen.frames[0];

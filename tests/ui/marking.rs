@@ -55,8 +55,8 @@ fn is_near(time_s: f64, expected_s: f64) -> bool {
     (time_s - expected_s).abs() < 3.0 * STEP_S
 }
 
-fn covers(stretch: TimeRange, start_s: f64, end_s: f64) -> bool {
-    is_near(stretch.start_s, start_s) && is_near(stretch.end_s, end_s)
+fn covers(part: TimeRange, start_s: f64, end_s: f64) -> bool {
+    is_near(part.start_s, start_s) && is_near(part.end_s, end_s)
 }
 
 #[test]
@@ -81,7 +81,7 @@ fn ctrl_drag_in_a_plot_makes_a_manoeuvre_of_what_it_covers_and_escape_gives_it_u
 }
 
 #[test]
-fn alt_drag_leaves_a_stretch_out_of_filter_and_fits_and_alt_shift_takes_it_in_again() {
+fn alt_drag_leaves_a_part_out_of_filter_and_fits_and_alt_shift_takes_it_in_again() {
     let mut bench = bench();
     let samples = |bench: &Bench<'_>| {
         let results = &bench.snapshot().windows["first"];
@@ -104,13 +104,13 @@ fn alt_drag_leaves_a_stretch_out_of_filter_and_fits_and_alt_shift_takes_it_in_ag
         bench.harness.drop_at(to);
         bench.harness.run_steps(2);
     });
-    let [stretch] = bench.window(0).excluded[..] else { panic!("{:?}", bench.window(0).excluded) };
-    assert!(covers(stretch, 12.0, 16.0), "{stretch:?}");
+    let [part] = bench.window(0).excluded[..] else { panic!("{:?}", bench.window(0).excluded) };
+    assert!(covers(part, 12.0, 16.0), "{part:?}");
     assert_eq!(samples(&bench), (0, 0));
     picture(&mut bench.harness, "excluded");
     bench.mark(ALT_SHIFT, 14.0, 18.0);
-    let [stretch] = bench.window(0).excluded[..] else { panic!("{:?}", bench.window(0).excluded) };
-    assert!(covers(stretch, 12.0, 14.0), "{stretch:?}");
+    let [part] = bench.window(0).excluded[..] else { panic!("{:?}", bench.window(0).excluded) };
+    assert!(covers(part, 12.0, 14.0), "{part:?}");
     bench.request(UiCommand::Mark(MarkCommand::Include));
     assert!(bench.window(0).excluded.is_empty());
     assert_eq!(samples(&bench), (rows, updates));
@@ -130,8 +130,8 @@ fn keys_set_the_edges_split_and_exclude_between_the_markers() {
     bench.press_at(12.0, Key::A);
     bench.press_at(13.0, Key::B);
     bench.press_at(20.0, Key::E);
-    let [stretch] = bench.window(0).excluded[..] else { panic!("{:?}", bench.window(0).excluded) };
-    assert!(covers(stretch, 12.0, 13.0), "{stretch:?}");
+    let [part] = bench.window(0).excluded[..] else { panic!("{:?}", bench.window(0).excluded) };
+    assert!(covers(part, 12.0, 13.0), "{part:?}");
     bench.press_at(15.0, Key::S);
     assert_eq!(bench.session().windows.len(), 2);
     assert!(covers(bench.window(0).window, 8.0, 15.0) && covers(bench.window(1).window, 15.0, 22.0));

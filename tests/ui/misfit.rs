@@ -62,7 +62,7 @@ fn a_fit_has_its_band_and_a_click_lists_the_channels_that_move_with_its_residual
     let details =
         bench.snapshot().details.ready().expect("it was looked at").window.clone().expect("a manoeuvre is chosen");
     let found = details.misfit.expect("it was asked for").expect("it is found");
-    assert!(found.stretch.contains(found.place.time_s) && found.bound > 0.0 && found.bound < 1.0);
+    assert!(found.part.contains(found.place.time_s) && found.bound > 0.0 && found.bound < 1.0);
     assert!(found.channels.len() > 5 && found.channels.windows(2).all(|pair| pair[0].share >= pair[1].share));
     let first = &found.channels[0];
     let listed = format!("{} coherent {:.0} %", first.name, 100.0 * first.share);

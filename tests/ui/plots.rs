@@ -75,10 +75,10 @@ impl Bench {
             (1, TimeRange::new(0.10 * length, 0.25 * length), "3-2-1-1 δₑ", palette.identification, true),
             (2, TimeRange::new(0.40 * length, 0.52 * length), "doublet δₐ", palette.validation, false),
         ];
-        let marks = spans.map(|(_, stretch, _, color, selected)| SpanMark { stretch, color, selected });
-        let items = spans.map(|(id, stretch, label, color, selected)| SpanItem {
+        let marks = spans.map(|(_, part, _, color, selected)| SpanMark { part, color, selected });
+        let items = spans.map(|(id, part, label, color, selected)| SpanItem {
             id,
-            stretch,
+            part,
             label,
             note: "",
             color,
@@ -181,7 +181,7 @@ fn drag_pans_wheel_zooms_about_the_pointer_and_history_leads_back() {
 }
 
 #[test]
-fn right_drag_shows_exactly_the_stretch_it_covered_and_double_click_everything() {
+fn right_drag_shows_exactly_the_part_it_covered_and_double_click_everything() {
     let mut harness = harness(100_000, true);
     let (frame, full) = (harness.state().seen.frames[0], harness.state().view.full());
     let [from, to] = [300.0, 420.0].map(|x| pos2(frame.left() + x, frame.center().y));

@@ -55,7 +55,7 @@ fn information_of_a_window_adds_up_and_lies_where_the_aircraft_moves() {
         assert_eq!(shares.len() + 1, found.edges_s.len());
         assert!((shares.iter().sum::<f64>() - 1.0).abs() < ROUNDING, "{name}");
     }
-    // The elevator's own derivative is told while it moves: the stretches with most of it hold more than their part of time.
+    // The elevator's own derivative is told while it moves: the parts with most of it hold more than their part of time.
     let (_, shares) = found.shares.iter().find(|(name, _)| name == "Cm_delta_e").expect("it is estimated");
     let mut sorted = shares.clone();
     sorted.sort_by(|a, b| b.total_cmp(a));

@@ -218,13 +218,13 @@ fn drag_with_the_secondary_button_zooms_wherever_it_begins_and_edits_nothing() {
     for from in [edge, body, empty, in_plot] {
         harness.state_mut().events.clear();
         secondary_drag(&mut harness, from, from + vec2(50.0, 0.0));
-        let [SpanEvent::Zoomed(stretch)] = harness.state().events[..] else {
+        let [SpanEvent::Zoomed(part)] = harness.state().events[..] else {
             panic!("from {from:?}: {:?}", harness.state().events)
         };
         let frame = harness.state().seen.frames[0];
         let start_s = 100.0 * f64::from((from.x - frame.left()) / frame.width());
         let length_s = 100.0 * f64::from(50.0 / frame.width());
-        assert!((stretch.start_s - start_s).abs() < 0.2 && (stretch.length_s() - length_s).abs() < 0.2, "{stretch:?}");
+        assert!((part.start_s - start_s).abs() < 0.2 && (part.length_s() - length_s).abs() < 0.2, "{part:?}");
     }
 }
 

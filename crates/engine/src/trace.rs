@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn too_short_a_stretch_says_so() {
+    fn too_short_a_part_says_so() {
         let range = TimeRange { start_s: 2.0, end_s: 2.1 };
         for view in [TraceView::Spectrum, TraceView::Spectrogram, TraceView::Derivative] {
             assert!(analyse(&view, &wave(6.0), range).is_err(), "{view:?}");

@@ -53,8 +53,8 @@ pub fn proposals(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             Grid::new("proposed").num_columns(4).striped(true).spacing([12.0, 2.0]).show(ui, |ui| {
                 for (window, proposal) in &open {
                     if ui.link(&window.name).on_hover_text("Show it").clicked() {
-                        let stretch = TimeRange::new(window.window.start_s, window.window.end_s);
-                        ctx.view(View::Flight).zoom_to(stretch);
+                        let part = TimeRange::new(window.window.start_s, window.window.end_s);
+                        ctx.view(View::Flight).zoom_to(part);
                     }
                     let (start, end) = (window.window.start_s, window.window.end_s);
                     ui.weak(format!("{} s to {} s", notation::fixed(start, 2), notation::fixed(end, 2)));

@@ -158,7 +158,7 @@ impl Fits {
         }
         let looked_at = ctx.details().and_then(|details| details.misfit.as_ref()?.as_ref().ok());
         let looked_at = looked_at.filter(|found| self.place.as_ref().is_some_and(|(_, place)| found.place == *place));
-        let span = |found: &Misfit| SpanMark { stretch: found.stretch, color: colors[4], selected: true };
+        let span = |found: &Misfit| SpanMark { part: found.part, color: colors[4], selected: true };
         let spans: Vec<SpanMark> = looked_at.map(span).into_iter().collect();
         let response = ctx.stack(ui, "fits", View::Window, &mut self.cache, &plots, &spans);
         let row = response.hovered_plot.and_then(|row| coefficients.get(row));

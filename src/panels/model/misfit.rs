@@ -88,7 +88,7 @@ fn channels(ctx: &PanelContext<'_>, ui: &mut Ui, place: &mut Option<MisfitPlace>
 }
 
 fn list(ctx: &PanelContext<'_>, ui: &mut Ui, found: &Misfit) {
-    let [from, to] = [found.stretch.start_s, found.stretch.end_s].map(|time_s| notation::fixed(time_s, 1));
+    let [from, to] = [found.part.start_s, found.part.end_s].map(|time_s| notation::fixed(time_s, 1));
     let size = notation::number(found.residual_deviation);
     let bound = notation::fixed(100.0 * found.bound, 0);
     caption(ui, &format!("{from} to {to} s, residual ± {size}"));

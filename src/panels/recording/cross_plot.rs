@@ -35,7 +35,7 @@ impl Panel for CrossPlot {
                 channel_choice(ui, recording, name, key);
             }
         });
-        let window = stretch(ctx);
+        let window = part_shown(ctx);
         let units = ctx.state.units;
         let [Some(x), Some(y)] = chosen.each_ref().map(|key| resolve(recording, key, units)) else {
             self.chosen = None;
@@ -94,7 +94,7 @@ fn channel_choice(ui: &mut Ui, recording: &Recording, name: &str, chosen: &mut S
 }
 
 /// Between the markers where both are set, else the chosen window, else what is on screen.
-fn stretch(ctx: &PanelContext<'_>) -> TimeRange {
+fn part_shown(ctx: &PanelContext<'_>) -> TimeRange {
     let between = |markers: [Option<f64>; 2]| match markers {
         [Some(a), Some(b)] if a != b => Some(TimeRange { start_s: a.min(b), end_s: a.max(b) }),
         _ => None,

@@ -209,7 +209,7 @@ impl Flight {
             .iter()
             .map(|(at, window)| SpanItem {
                 id: *at as u64,
-                stretch: TimeRange::new(window.window.start_s, window.window.end_s),
+                part: TimeRange::new(window.window.start_s, window.window.end_s),
                 label: &window.name,
                 note: &window.note,
                 color: role_color(palette, window.role),
@@ -219,10 +219,8 @@ impl Flight {
                 selected: ctx.selection().is_selected(&window.name),
             })
             .collect();
-        let marks: Vec<SpanMark> = items
-            .iter()
-            .map(|item| SpanMark { stretch: item.stretch, color: item.color, selected: item.selected })
-            .collect();
+        let marks: Vec<SpanMark> =
+            items.iter().map(|item| SpanMark { part: item.part, color: item.color, selected: item.selected }).collect();
         let (_, rect) = ui.allocate_space(vec2(ui.available_width(), LANE_HEIGHT));
         let seen = ctx.stack(ui, "flight", View::Flight, &mut self.cache, &drawn, &marks);
         let samples_s = recording.role(Role::RollRate).map_or(&[][..], |channel| &channel.series.time_s);
@@ -243,7 +241,7 @@ impl Flight {
             }
         }
         if let Some(time_s) = seen.clicked_s
-            && let Some(item) = items.iter().find(|item| item.stretch.contains(time_s))
+            && let Some(item) = items.iter().find(|item| item.part.contains(time_s))
         {
             ctx.choose(item.label);
         }
@@ -392,16 +390,16 @@ fn take(ctx: &mut PanelContext<'_>, (flight, modifiers): (&str, egui::Modifiers)
                 select(ctx.state, session, &window.name, modifiers);
             }
         }
-        SpanEvent::Dragged { id, phase, stretch } => {
+        SpanEvent::Dragged { id, phase, part } => {
             if let Some(window) = session.windows.get(id as usize) {
                 ctx.choose(&window.name);
-                let place = stretch;
+                let place = part;
                 ctx.edit_phase(phase, Edit::Window(WindowEdit::Place { name: window.name.clone(), window: place }));
             }
         }
-        SpanEvent::Zoomed(stretch) => ctx.state.time.zoom_to(stretch),
-        SpanEvent::Drawn(stretch) => {
-            let window = new_window(session, flight.to_owned(), stretch);
+        SpanEvent::Zoomed(part) => ctx.state.time.zoom_to(part),
+        SpanEvent::Drawn(part) => {
+            let window = new_window(session, flight.to_owned(), part);
             ctx.state.selection.window = Some(window.name.clone());
             ctx.edit(Edit::Window(WindowEdit::Add(window)));
         }

@@ -33,7 +33,7 @@ const SOURCES: [&str; 3] = ["measured", "reconstructed", "model"];
 pub struct Replay {
     is_playing: bool,
     speed: f64,
-    /// Plays the chosen window, not the stretch of the flight on screen.
+    /// Plays the chosen window, not the part of the flight on screen.
     of_window: bool,
     side_by_side: bool,
     /// Where it stands, once it was moved.

@@ -148,7 +148,7 @@ impl Preprocess {
         let steady = ctx.session.steady.iter().filter(|steady| steady.flight == flight);
         let marks: Vec<SpanMark> = steady
             .map(|steady| SpanMark {
-                stretch: TimeRange::new(steady.window.start_s, steady.window.end_s),
+                part: TimeRange::new(steady.window.start_s, steady.window.end_s),
                 color: palette.good,
                 selected: false,
             })
@@ -267,6 +267,15 @@ fn sources(loaded: &LoadedFlight) -> Vec<String> {
     names
 }
 
+/// Name of a way to new samples.
+fn resampling_name(interpolation: Option<Interpolation>) -> &'static str {
+    match interpolation {
+        None => "own samples",
+        Some(Interpolation::Linear) => "straight lines to",
+        Some(Interpolation::QuadraticSpline) => "quadratic spline to",
+    }
+}
+
 /// Smoothing and resampling of one role.
 fn rule(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, role: Role, setting: &SignalSetting) {
     let now = setting.rule(role).cloned().unwrap_or_default();
@@ -297,17 +306,12 @@ fn rule(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, role: Role, setti
         *width = 2 * half.max(least) + 1;
     }
     let mut interpolation = next.resampling.map(|resampling| resampling.interpolation);
-    let name = |choice: Option<Interpolation>| match choice {
-        None => "own samples",
-        Some(Interpolation::Linear) => "straight lines to",
-        Some(Interpolation::QuadraticSpline) => "quadratic spline to",
-    };
-    let combo =
-        ComboBox::from_id_salt("resampling").selected_text(name(interpolation)).width(130.0).show_ui(ui, |ui| {
-            for choice in [None, Some(Interpolation::Linear), Some(Interpolation::QuadraticSpline)] {
-                ui.selectable_value(&mut interpolation, choice, name(choice));
-            }
-        });
+    let combo = ComboBox::from_id_salt("resampling").selected_text(resampling_name(interpolation)).width(130.0);
+    let combo = combo.show_ui(ui, |ui| {
+        for choice in [None, Some(Interpolation::Linear), Some(Interpolation::QuadraticSpline)] {
+            ui.selectable_value(&mut interpolation, choice, resampling_name(choice));
+        }
+    });
     ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label("resampling"));
     let mut rate_hz = next.resampling.map_or(RATE_HZ, |resampling| resampling.rate_hz);
     if interpolation.is_some() {
@@ -366,11 +370,11 @@ fn steady(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, proposals: Opti
     ui.horizontal(|ui| {
         if ui.button("Mark what is on screen").on_hover_text("Or the time between markers A and B").clicked() {
             let view = ctx.view(View::Flight);
-            let stretch = match view.markers_s {
+            let part = match view.markers_s {
                 [Some(a), Some(b)] => TimeRange::new(a, b),
                 _ => view.range(),
             };
-            let window = stretch;
+            let window = part;
             let added = SteadyWindow { flight: flight.to_owned(), window, roles: Vec::new() };
             set(ctx, own.iter().cloned().chain([added]).collect());
         }

@@ -1,17 +1,17 @@
-//! Stretches of a manoeuvre that are left out.
+//! Parts of a manoeuvre that are left out.
 
 use doublet_core::series::TimeRange;
 
 use super::Manoeuvre;
 
-/// Stretches in the order of time, those that touch as one.
-pub(super) fn apart(mut stretches: Vec<TimeRange>) -> Vec<TimeRange> {
-    stretches.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
-    let mut apart: Vec<TimeRange> = Vec::with_capacity(stretches.len());
-    for stretch in stretches {
+/// Parts in the order of time, those that touch as one.
+pub(super) fn apart(mut parts: Vec<TimeRange>) -> Vec<TimeRange> {
+    parts.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+    let mut apart: Vec<TimeRange> = Vec::with_capacity(parts.len());
+    for part in parts {
         match apart.last_mut() {
-            Some(last) if stretch.start_s <= last.end_s => last.end_s = last.end_s.max(stretch.end_s),
-            _ => apart.push(stretch),
+            Some(last) if part.start_s <= last.end_s => last.end_s = last.end_s.max(part.end_s),
+            _ => apart.push(part),
         }
     }
     apart
@@ -23,27 +23,27 @@ impl Manoeuvre {
         (self.window, &self.excluded)
     }
 
-    /// The excluded stretches with `stretch` among them, as far as it lies inside; `None` where it does not.
-    pub fn excluded_with(&self, stretch: TimeRange) -> Option<Vec<TimeRange>> {
-        let start_s = stretch.start_s.max(self.window.start_s);
-        let end_s = stretch.end_s.min(self.window.end_s);
+    /// The excluded parts with `part` among them, as far as it lies inside; `None` where it does not.
+    pub fn excluded_with(&self, part: TimeRange) -> Option<Vec<TimeRange>> {
+        let start_s = part.start_s.max(self.window.start_s);
+        let end_s = part.end_s.min(self.window.end_s);
         let inside = TimeRange { start_s, end_s };
         (start_s < end_s).then(|| apart(self.excluded.iter().copied().chain([inside]).collect()))
     }
 
-    /// The excluded stretches without what of them lies in `stretch`.
-    pub fn excluded_without(&self, stretch: TimeRange) -> Vec<TimeRange> {
+    /// The excluded parts without what of them lies in `part`.
+    pub fn excluded_without(&self, part: TimeRange) -> Vec<TimeRange> {
         let parts = |one: &TimeRange| {
-            let before = TimeRange { end_s: one.end_s.min(stretch.start_s), ..*one };
-            let after = TimeRange { start_s: one.start_s.max(stretch.end_s), ..*one };
+            let before = TimeRange { end_s: one.end_s.min(part.start_s), ..*one };
+            let after = TimeRange { start_s: one.start_s.max(part.end_s), ..*one };
             [before, after].into_iter().filter(|part| part.start_s < part.end_s)
         };
         self.excluded.iter().flat_map(parts).collect()
     }
 
-    /// The excluded stretch at `time_s`.
+    /// The excluded part at `time_s`.
     pub fn excluded_at(&self, time_s: f64) -> Option<TimeRange> {
-        self.excluded.iter().copied().find(|stretch| stretch.contains(time_s))
+        self.excluded.iter().copied().find(|part| part.contains(time_s))
     }
 }
 
@@ -56,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn stretches_that_touch_are_one_and_stay_inside_the_manoeuvre() {
+    fn parts_that_touch_are_one_and_stay_inside_the_manoeuvre() {
         let mut manoeuvre = Manoeuvre::new("m".to_owned(), "f".to_owned(), range(10.0, 20.0));
         manoeuvre.excluded = manoeuvre.excluded_with(range(5.0, 11.0)).unwrap();
         assert_eq!(manoeuvre.excluded, [range(10.0, 11.0)]);

@@ -58,7 +58,7 @@ pub struct ManoeuvreUse {
     pub window: TimeRange,
     /// Use.
     pub role: WindowRole,
-    /// Excluded stretches.
+    /// Excluded parts.
     pub excluded: Vec<TimeRange>,
 }
 

@@ -359,7 +359,7 @@ pub struct Manoeuvre {
     pub note: String,
     /// What else is so of it; no result follows from it.
     pub flags: WindowFlags,
-    /// Stretches left out, in the order of time and apart from each other: no measurement of them enters the filter, no sample a fit.
+    /// Parts left out, in the order of time and apart from each other: no measurement of them enters the filter, no sample a fit.
     pub excluded: Vec<TimeRange>,
 }
 

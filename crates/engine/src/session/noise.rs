@@ -9,7 +9,7 @@ use super::edit::{check_interval, positive};
 use super::schema::SteadyTable;
 use super::{Edit, EditError, Session};
 
-/// A stretch in which what the channels still do is noise.
+/// A part in which what the channels still do is noise.
 #[derive(Clone, Debug, PartialEq, Hash, Serialize, Deserialize)]
 #[serde(from = "SteadyTable", into = "SteadyTable")]
 pub struct SteadyWindow {

@@ -71,7 +71,7 @@ impl Stage for WindowAero {
 pub const CONTROLS: [Surface; 3] = [Surface::Aileron, Surface::Elevator, Surface::Rudder];
 
 impl WindowAero {
-    /// Which samples of its data are not in an excluded stretch; `None` where all are.
+    /// Which samples of its data are not in an excluded part; `None` where all are.
     pub(crate) fn left(&self) -> Option<Vec<usize>> {
         let Self { data, settings, .. } = self;
         let excluded = &settings.excluded;
@@ -79,7 +79,7 @@ impl WindowAero {
             .then(|| (0..data.time_s.len()).filter(|&sample| !is_in(excluded, data.time_s[sample])).collect())
     }
 
-    /// Time its rows cover, s: without that of excluded stretches.
+    /// Time its rows cover, s: without that of excluded parts.
     pub(crate) fn covered_s(&self) -> f64 {
         let time_s = &self.coefficients.time_s;
         let (first, last) = span(time_s);
@@ -89,12 +89,12 @@ impl WindowAero {
         }
     }
 
-    /// The longest stretch of its rows without an excluded one in between.
+    /// The longest part of its rows without an excluded one in between.
     pub(crate) fn longest_rows(&self) -> Range<usize> {
         let time_s = &self.coefficients.time_s;
         let mut longest = 0..time_s.len();
-        for stretch in &self.settings.excluded {
-            let at = time_s[longest.clone()].partition_point(|time_s| *time_s < stretch.start_s) + longest.start;
+        for part in &self.settings.excluded {
+            let at = time_s[longest.clone()].partition_point(|time_s| *time_s < part.start_s) + longest.start;
             let (before, after) = (longest.start..at, at..longest.end);
             longest = if before.len() > after.len() { before } else { after };
         }
@@ -183,7 +183,7 @@ pub fn aero_along_from(
     WindowAero::form(data, aero.settings.clone(), aero.air_density)
 }
 
-/// Forms the coefficients of one window from the samples its filter got and the path it found, without those of excluded stretches.
+/// Forms the coefficients of one window from the samples its filter got and the path it found, without those of excluded parts.
 ///
 /// # Errors
 /// One line: nothing left of the window after settling, a control with a gap, or what the model refuses.

@@ -22,7 +22,7 @@ const LAG_PART: usize = 4;
 const MOST_LAGS: usize = 200;
 /// Bins of a residual's histogram.
 const BINS: usize = 25;
-/// Stretch at the end of a window over which biases and wind are averaged, s (thesis Tables 6.1 and 6.2: 100 samples at 100 Hz).
+/// Part at the end of a window over which biases and wind are averaged, s (thesis Tables 6.1 and 6.2: 100 samples at 100 Hz).
 const AVERAGED_S: f64 = 1.0;
 
 /// The residual of one coefficient over one window.

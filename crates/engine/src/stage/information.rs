@@ -9,7 +9,7 @@ use super::fit::{AeroWindow, CoefficientFit, WindowFits, identifies};
 use super::misfit::own_regressors;
 use crate::session::{Estimation, PooledConstants, WindowRole};
 
-/// Most stretches a window is divided into, and the shortest, s.
+/// Most parts a window is divided into, and the shortest, s.
 const MOST: f64 = 120.0;
 const SHORTEST_S: f64 = 0.1;
 
@@ -18,9 +18,9 @@ const SHORTEST_S: f64 = 0.1;
 pub struct Information {
     /// Coefficient.
     pub coefficient: Coefficient,
-    /// Edges of the stretches the window is divided into, s.
+    /// Edges of the parts the window is divided into, s.
     pub edges_s: Vec<f64>,
-    /// Derivatives, each with the part of what the window tells of it that each stretch has: they add up to one.
+    /// Derivatives, each with the part of what the window tells of it that each part has: they add up to one.
     pub shares: Vec<(String, Vec<f64>)>,
 }
 

@@ -18,9 +18,9 @@ use crate::session::Estimation;
 /// Part of a manoeuvre on either side of the instant looked at, and the least of it, s.
 const PART: f64 = 0.25;
 const LEAST_S: f64 = 2.0;
-/// Segments a stretch is divided into.
+/// Segments a part is divided into.
 const SEGMENTS: usize = 4;
-/// Steps longer than this many median ones end a stretch.
+/// Steps longer than this many median ones end a part.
 const UNEVEN: f64 = 1.5;
 
 /// Where a residual is looked at.
@@ -34,14 +34,14 @@ pub struct MisfitPlace {
 
 doublet_core::hash_fields!(MisfitPlace { coefficient; time_s });
 
-/// The channels that move with a residual over a stretch.
+/// The channels that move with a residual over a part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Misfit {
     /// Coefficient and instant.
     pub place: MisfitPlace,
-    /// Stretch about it.
-    pub stretch: TimeRange,
-    /// Deviation of the residual over the stretch, in units of the coefficient.
+    /// Part about it.
+    pub part: TimeRange,
+    /// Deviation of the residual over the part, in units of the coefficient.
     pub residual_deviation: f64,
     /// Share that channels without relation to the residual exceed at 5 % of the frequencies.
     pub bound: f64,
@@ -60,7 +60,7 @@ pub struct CoherentChannel {
     pub unit: String,
     /// Share of the power of the residual that follows the channel, 0 to 1.
     pub share: f64,
-    /// Deviation of the channel over the stretch, in its unit.
+    /// Deviation of the channel over the part, in its unit.
     pub deviation: f64,
 }
 
@@ -98,7 +98,7 @@ pub fn observation_bands(
 }
 
 /// Ranks the channels of a recording by how much of the power of a residual follows them over a quarter of the window on either side of
-/// an instant, at least 2 s (see [`coherence`]). Channels that are constant, or missing in a part of the stretch, are left out.
+/// an instant, at least 2 s (see [`coherence`]). Channels that are constant, or missing in a part of the part, are left out.
 ///
 /// # Errors
 /// One line: that the coefficient has no residual there, or too few samples about the instant.
@@ -129,8 +129,8 @@ pub fn misfit(recording: &Recording, fits: &WindowFits, place: MisfitPlace) -> S
     let bound = found.first().map(|(_, bound)| *bound).ok_or("too few samples near this time for a coherence")?;
     let mut channels: Vec<_> = found.into_iter().map(|(channel, _)| channel).collect();
     channels.sort_by(|a, b| b.share.total_cmp(&a.share));
-    let stretch = TimeRange::new(time_s[0], time_s[time_s.len() - 1]);
-    Ok(Misfit { place, stretch, residual_deviation: deviation(values), bound, channels })
+    let part = TimeRange::new(time_s[0], time_s[time_s.len() - 1]);
+    Ok(Misfit { place, part, residual_deviation: deviation(values), bound, channels })
 }
 
 /// Samples about an instant without a gap between them.

@@ -10,7 +10,7 @@ use crate::session::{Manoeuvre, Surface};
 
 /// Part of the range of a deflection that counts as moved.
 const MOVED: f64 = 0.1;
-/// Stretch at either end of the record that tells the deflection at rest, s.
+/// Part at either end of the record that tells the deflection at rest, s.
 const REST_S: f64 = 0.5;
 
 /// The input of a record.
@@ -29,7 +29,7 @@ pub struct Movement {
 }
 
 /// The movement of the window's surface, or of that which moved most: from the first departure from where it began to the start of the
-/// longest stretch at where it ended, a tenth of its range to either side. `None` where no deflection is recorded or none moved.
+/// longest part at where it ended, a tenth of its range to either side. `None` where no deflection is recorded or none moved.
 pub fn movement(window: &Manoeuvre, aero: &WindowAero) -> Option<Movement> {
     let moved = movements(aero).filter(|moved| window.surface.is_none_or(|own| own == moved.surface));
     moved.max_by(|a, b| a.largest_rad.abs().total_cmp(&b.largest_rad.abs()))

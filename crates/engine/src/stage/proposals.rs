@@ -304,7 +304,7 @@ fn steady(
     let whole = on_ground.found.is_empty();
     let window = |window: TimeRange, roles: Vec<Role>| SteadyWindow { flight: flight.to_owned(), window, roles };
     let mut found: Vec<SteadyWindow> =
-        on_ground.found.iter().map(|stretch| window(stretch.window, steady_roles(true))).collect();
+        on_ground.found.iter().map(|part| window(part.window, steady_roles(true))).collect();
     found
         .extend(in_flight.found.iter().map(|s| window(s.window, if whole { Vec::new() } else { steady_roles(false) })));
     found.sort_by(|a, b| a.window.start_s.total_cmp(&b.window.start_s));

@@ -197,7 +197,7 @@ fn mean_residual<'a>(
     Ok(sum / observed.len() as f64)
 }
 
-/// Flies a window with `model` from its reconstructed start as [`window_flight`] has it, and judges it outside excluded stretches.
+/// Flies a window with `model` from its reconstructed start as [`window_flight`] has it, and judges it outside excluded parts.
 ///
 /// # Errors
 /// One line: a path that was not smoothed, a model that cannot fly, a motion that diverges.
@@ -212,7 +212,7 @@ pub fn replay(
     fly_window(window, model, &flight, tolerances)
 }
 
-/// Flies a window made ready with `model` and judges it outside excluded stretches.
+/// Flies a window made ready with `model` and judges it outside excluded parts.
 ///
 /// # Errors
 /// One line: a model that cannot fly, a motion that diverges.

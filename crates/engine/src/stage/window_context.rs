@@ -43,7 +43,7 @@ pub struct WindowContext {
     pub first: usize,
     /// Times of the samples from there on, s.
     pub time_s: Arc<[f64]>,
-    /// Stretches that are left out.
+    /// Parts that are left out.
     pub excluded: Arc<[TimeRange]>,
     /// Mass properties at these times, or why there are none.
     pub mass: StageResult<MassHistory>,
@@ -70,7 +70,7 @@ impl Stage for WindowContext {
 }
 
 impl WindowContext {
-    /// What was recorded around the samples `data` of a window of which stretches are left out.
+    /// What was recorded around the samples `data` of a window of which parts are left out.
     ///
     /// # Errors
     /// One line when settling leaves nothing of the window.

@@ -64,7 +64,7 @@ pub struct EquationRequest {
     pub time: Option<String>,
     /// Interval of the rows, s, where there is no column of time.
     pub step_s: Option<f64>,
-    /// Stretches of time to use; all rows without one.
+    /// Parts of time to use; all rows without one.
     pub windows: Vec<TimeRange>,
     /// Half width of the differentiation, s; without it that of [`EquationSettings`].
     pub half_width_s: Option<f64>,

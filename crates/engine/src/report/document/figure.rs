@@ -175,7 +175,7 @@ pub enum Mark {
         /// Ends of the band.
         band: [f64; 2],
     },
-    /// A stretch of the horizontal axis.
+    /// A part of the horizontal axis.
     Span {
         /// What it is, for the legend.
         label: Cow<'static, str>,
@@ -204,9 +204,9 @@ pub fn line(label: &'static str, colour: usize, series: &Series, scale: f64) -> 
 }
 
 impl Figure {
-    /// The figure with excluded stretches of time behind what its plots show.
+    /// The figure with excluded parts of time behind what its plots show.
     #[must_use]
-    pub fn with_excluded(mut self, stretches: &[TimeRange]) -> Self {
+    pub fn with_excluded(mut self, parts: &[TimeRange]) -> Self {
         let excluded = |TimeRange { start_s, end_s }: &TimeRange| Mark::Span {
             label: "excluded".into(),
             colour: Colour::EXCLUDED,
@@ -214,7 +214,7 @@ impl Figure {
         };
         for panel in &mut self.panels {
             if let Panel::Plot(plot) = panel {
-                plot.marks.splice(..0, stretches.iter().map(excluded));
+                plot.marks.splice(..0, parts.iter().map(excluded));
             }
         }
         self
@@ -236,7 +236,7 @@ impl Figure {
 }
 
 impl Mark {
-    /// What is seen of it over this stretch of the horizontal axis.
+    /// What is seen of it over this part of the horizontal axis.
     fn thinned(&self, (start, end): (f64, f64)) -> Self {
         let within = |time_s: &[f64]| {
             let ends = time_s.first().zip(time_s.last());

@@ -104,7 +104,7 @@ fn described(window: &Manoeuvre) -> String {
     }
 }
 
-/// Observation and model on the left, residual on the right, one row per coefficient, over the stretches left out.
+/// Observation and model on the left, residual on the right, one row per coefficient, over the parts left out.
 fn pairs<'a>(
     name: String,
     (caption, excluded): (String, &[TimeRange]),

@@ -59,11 +59,11 @@ fn measured(window: &StudyWindow<'_>, model: &[Mode]) -> Option<MeasuredWindow> 
     Some(MeasuredWindow { window: window.manoeuvre.name.clone(), span_s: [start_s, end_s], modes })
 }
 
-/// Samples of the free response: behind the last motion of the controls, up to an excluded stretch, or behind it where more is left.
+/// Samples of the free response: behind the last motion of the controls, up to an excluded part, or behind it where more is left.
 fn free_rows(aero: &WindowAero) -> Range<usize> {
     let (time_s, mut rows) = (&aero.data.time_s, rest_from(aero)..aero.data.time_s.len());
-    for stretch in &aero.settings.excluded {
-        let excluded = stretch.indices(&time_s[rows.clone()]);
+    for part in &aero.settings.excluded {
+        let excluded = part.indices(&time_s[rows.clone()]);
         let before = rows.start..rows.start + excluded.start;
         let after = rows.start + excluded.end..rows.end;
         if !excluded.is_empty() {
