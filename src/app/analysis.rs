@@ -213,19 +213,12 @@ fn spectrogram(ui: &mut Ui, found: &Spectrogram, height: f32) {
     let x = |time_s: f64| frame.left() + frame.width() * ((time_s - range.start_s) / range.length_s()) as f32;
     let y = |bin: f32| frame.bottom() - frame.height() * bin / bins as f32;
     let most = found.density.iter().flatten().copied().fold(f64::MIN_POSITIVE, f64::max);
-    let shade = |density: f64| -> Color32 {
-        let part = (1.0 + (density.max(f64::MIN_POSITIVE) / most).log10() / DECADES).clamp(0.0, 1.0) as f32;
-        match part {
-            part if part < 0.5 => palette.plot_background.lerp_to_gamma(palette.series[0], 2.0 * part),
-            part => palette.series[0].lerp_to_gamma(palette.series[4], 2.0 * part - 1.0),
-        }
-    };
     let mut mesh = Mesh::default();
     for (time_s, densities) in found.time_s.iter().zip(&found.density) {
         let sides = x(time_s - 0.5 * step_s)..=x(time_s + 0.5 * step_s);
         for (bin, density) in densities.iter().enumerate() {
             let cell = Rect::from_x_y_ranges(sides.clone(), y(bin as f32 + 1.0)..=y(bin as f32));
-            mesh.add_colored_rect(cell.intersect(frame), shade(*density));
+            mesh.add_colored_rect(cell.intersect(frame), shade(palette, density / most));
         }
     }
     ui.painter().add(Shape::mesh(mesh));
@@ -241,4 +234,13 @@ fn spectrogram(ui: &mut Ui, found: &Spectrogram, height: f32) {
         ui.painter().text(at, align, notation::fixed(part * highest_hz, 1), small.clone(), ink);
     }
     ui.painter().text(outer.left_top() + vec2(0.0, 2.0), Align2::LEFT_TOP, "Hz", small, ui.visuals().text_color());
+}
+
+/// Colour of a density as a part of the largest, over some decades.
+fn shade(palette: &theme::Palette, part: f64) -> Color32 {
+    let part = (1.0 + part.max(f64::MIN_POSITIVE).log10() / DECADES).clamp(0.0, 1.0) as f32;
+    match part {
+        part if part < 0.5 => palette.plot_background.lerp_to_gamma(palette.series[0], 2.0 * part),
+        part => palette.series[0].lerp_to_gamma(palette.series[4], 2.0 * part - 1.0),
+    }
 }

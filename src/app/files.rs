@@ -190,23 +190,27 @@ fn ask_system(question: &FileQuestion, ctx: &egui::Context) -> Option<Receiver<O
     let (send, receive) = channel();
     let (question, ctx) = (question.clone(), ctx.clone());
     let ask = move || {
-        let mut dialog = rfd::FileDialog::new().set_title(&question.title).set_directory(&question.folder);
-        if !question.extensions.is_empty() {
-            dialog = dialog.add_filter(question.extensions.join(", "), &question.extensions);
-            dialog = if question.purpose == Purpose::Save { dialog } else { dialog.add_filter("all files", &["*"]) };
-        }
-        let one = |path: Option<PathBuf>| path.map(|path| vec![path]);
-        let paths = match question.purpose {
-            Purpose::Open => one(dialog.pick_file()),
-            Purpose::Several => dialog.pick_files(),
-            Purpose::Folder => one(dialog.pick_folder()),
-            Purpose::Save => one(dialog.set_file_name(&question.name).save_file()),
-        };
         // The question may have been forgotten meanwhile; then nobody listens.
-        let _ = send.send(paths);
+        let _ = send.send(run_dialog(&question));
         ctx.request_repaint();
     };
     std::thread::Builder::new().name("file dialog".to_owned()).spawn(ask).ok().map(|_| receive)
+}
+
+/// Shows the dialog of the system until it is answered; none where it is given up.
+fn run_dialog(question: &FileQuestion) -> Option<Vec<PathBuf>> {
+    let mut dialog = rfd::FileDialog::new().set_title(&question.title).set_directory(&question.folder);
+    if !question.extensions.is_empty() {
+        dialog = dialog.add_filter(question.extensions.join(", "), &question.extensions);
+        dialog = if question.purpose == Purpose::Save { dialog } else { dialog.add_filter("all files", &["*"]) };
+    }
+    let one = |path: Option<PathBuf>| path.map(|path| vec![path]);
+    match question.purpose {
+        Purpose::Open => one(dialog.pick_file()),
+        Purpose::Several => dialog.pick_files(),
+        Purpose::Folder => one(dialog.pick_folder()),
+        Purpose::Save => one(dialog.set_file_name(&question.name).save_file()),
+    }
 }
 
 impl OwnDialog {

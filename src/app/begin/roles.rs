@@ -224,12 +224,9 @@ fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mu
 
 /// One role: its channel, and what is done with its numbers. `SI = sign * scale * to_si(raw + added)`.
 fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single): (Role, bool), ui: &mut Ui) {
-    let shown = |name: &ChannelName| {
-        if single || name.source.is_empty() {
-            name.channel.clone()
-        } else {
-            format!("{}/{}", name.source, name.channel)
-        }
+    let shown = |name: &ChannelName| match single || name.source.is_empty() {
+        true => name.channel.clone(),
+        false => format!("{}/{}", name.source, name.channel),
     };
     let key = role.name();
     let now = choosing.hand.row(role).map(|row| row.from.clone());

@@ -50,15 +50,26 @@ impl WindowFilter {
     /// The windows it lets through, in its order.
     pub fn windows<'a>(&self, ctx: &PanelContext<'a>) -> Vec<&'a Manoeuvre> {
         let words = self.words.to_lowercase();
-        let holds = |window: &&Manoeuvre| {
-            let text = format!("{} {} {} {}", window.name, window.kind, window.note, window.flight).to_lowercase();
-            words.split_whitespace().all(|word| text.contains(word))
-                && self.kind.as_ref().is_none_or(|kind| *kind == window.kind)
-                && self.role.is_none_or(|role| role == window.role)
-                && self.level.is_none_or(|wanted| level(ctx, window) == Some(wanted))
-        };
-        let mut windows: Vec<&Manoeuvre> = ctx.session.windows.iter().filter(holds).collect();
-        let by = |a: &&Manoeuvre, b: &&Manoeuvre| match self.order {
+        let all = ctx.session.windows.iter();
+        let mut windows: Vec<&Manoeuvre> = all.filter(|window| self.holds(ctx, &words, window)).collect();
+        windows.sort_by(|a, b| self.compare(ctx, a, b));
+        if self.reversed {
+            windows.reverse();
+        }
+        windows
+    }
+
+    /// Whether it lets a manoeuvre through; `words` in lower case.
+    fn holds(&self, ctx: &PanelContext<'_>, words: &str, window: &Manoeuvre) -> bool {
+        let text = format!("{} {} {} {}", window.name, window.kind, window.note, window.flight).to_lowercase();
+        words.split_whitespace().all(|word| text.contains(word))
+            && self.kind.as_ref().is_none_or(|kind| *kind == window.kind)
+            && self.role.is_none_or(|role| role == window.role)
+            && self.level.is_none_or(|wanted| level(ctx, window) == Some(wanted))
+    }
+
+    fn compare(&self, ctx: &PanelContext<'_>, a: &Manoeuvre, b: &Manoeuvre) -> Ordering {
+        match self.order {
             Order::Session => Ordering::Equal,
             Order::Name => a.name.to_lowercase().cmp(&b.name.to_lowercase()),
             Order::Start => a.flight.cmp(&b.flight).then(a.window.start_s.total_cmp(&b.window.start_s)),
@@ -66,12 +77,7 @@ impl WindowFilter {
             Order::Use => a.role.name().cmp(b.role.name()),
             Order::Surface => a.surface.map(|surface| surface.name()).cmp(&b.surface.map(|surface| surface.name())),
             Order::Verdict => level(ctx, b).cmp(&level(ctx, a)),
-        };
-        windows.sort_by(by);
-        if self.reversed {
-            windows.reverse();
         }
-        windows
     }
 
     /// Whether it leaves any out.

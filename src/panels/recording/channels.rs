@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use doublet_core::quantity::Role;
-use doublet_core::series::{Recording, Statistics, TimeRange};
+use doublet_core::series::{Channel, Recording, Statistics, TimeRange};
 use doublet_core::statistics::sample_rate_hz;
 use doublet_engine::stage::{LoadedFlight, PhysicsRow};
 use doublet_engine::verdict::Level;
@@ -172,21 +172,24 @@ fn cells(ctx: &PanelContext<'_>, line: &mut TableRow<'_, '_>, row: &Row, level: 
 
 /// Every role of the recording.
 fn rows(recording: &Recording) -> Vec<Row> {
-    let row = |(role, index): (&Role, &usize)| {
-        let channel = recording.channels.get(*index)?;
+    let channels = recording.roles.iter().filter_map(|(role, index)| Some((*role, recording.channels.get(*index)?)));
+    channels.map(|(role, channel)| Row::new(role, channel)).collect()
+}
+
+impl Row {
+    fn new(role: Role, channel: &Channel) -> Self {
         let series = &channel.series;
         let whole = TimeRange { start_s: f64::NEG_INFINITY, end_s: f64::INFINITY };
         let shape = Sparkline::new(series, POINTS);
-        Some(Row {
-            role: *role,
+        Self {
+            role,
             source: channel.full_name(),
             rate_hz: sample_rate_hz(&series.time_s).unwrap_or(0.0),
             gaps: shape.breaks(),
             statistics: series.statistics(whole),
             shape,
-        })
-    };
-    recording.roles.iter().filter_map(row).collect()
+        }
+    }
 }
 
 /// What contradicts, with the curves over each other.

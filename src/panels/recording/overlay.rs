@@ -201,15 +201,18 @@ pub fn onset(ctx: &PanelContext<'_>, window: &Manoeuvre) -> f64 {
     inside.map(|proposal| proposal.onset_s).reduce(f64::min).unwrap_or(window.window.start_s)
 }
 
+/// A series over a manoeuvre with the onset at zero; empty without one.
+fn cut(series: Option<&Series>, manoeuvre: &Manoeuvre, onset_s: f64) -> Series {
+    let Some(series) = series else { return Series { time_s: [].into(), values: [].into() } };
+    let inside = manoeuvre.window.indices(&series.time_s);
+    let time_s = series.time_s[inside.clone()].iter().map(|time| time - onset_s).collect();
+    Series { time_s, values: series.values[inside].into() }
+}
+
 /// A signal of a window as measured and by the model, the onset at zero; empty where there is none.
 fn aligned(ctx: &PanelContext<'_>, window: &Manoeuvre, signal: Signal) -> [Series; 2] {
     let onset_s = onset(ctx, window);
-    let cut = |series: Option<&Series>| {
-        let Some(series) = series else { return Series { time_s: [].into(), values: [].into() } };
-        let inside = window.window.indices(&series.time_s);
-        let time_s = series.time_s[inside.clone()].iter().map(|time| time - onset_s).collect();
-        Series { time_s, values: series.values[inside].into() }
-    };
+    let cut = |series: Option<&Series>| cut(series, window, onset_s);
     match signal {
         Signal::Channel(role) => {
             let loaded = ctx.snapshot.flights.get(&window.flight).and_then(|slot| slot.latest());

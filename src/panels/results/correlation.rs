@@ -1,7 +1,7 @@
 //! Correlation of the estimated parameters, and of their regressors (thesis 4.4.3), for all coefficients at once.
 
 use doublet_core::model::Coefficient;
-use doublet_engine::stage::CoefficientFit;
+use doublet_engine::stage::{CoefficientFit, RegressorCorrelation};
 use eframe::egui::{
     Align2, FontId, Label, Mesh, Rect, RichText, Role, ScrollArea, Sense, Shape, Stroke, StrokeKind, Ui, UiBuilder,
     Vec2, WidgetInfo, pos2, vec2,
@@ -92,46 +92,49 @@ fn parameters(ctx: &PanelContext<'_>, alone: bool) -> (Vec<Block>, bool) {
         let slot = &ctx.snapshot.pooled;
         (slot.latest().map_or(&[][..], |pooled| pooled.fits.as_slice()), slot.is_stale())
     };
-    let block = |found: &CoefficientFit| {
-        let (coefficient, empty) = (found.coefficient, String::new());
-        let fit = match &found.fit {
-            Ok(fit) => fit,
-            Err(error) => {
-                let trouble = Some(error.to_string());
-                return Block { coefficient, about: empty, names: Vec::new(), values: Vec::new(), trouble };
-            }
-        };
-        let shown: Vec<usize> = (0..fit.names.len())
-            .filter(|&at| ctx.selection().constants || !is_window_constant(&fit.names[at]))
-            .collect();
-        let values = shown.iter().flat_map(|&row| shown.iter().map(move |&column| fit.correlation[(row, column)]));
-        Block {
-            coefficient,
-            about: format!("condition number {}", notation::number(fit.condition_number)),
-            names: shown.iter().map(|&at| notation::derivative(&fit.names[at])).collect(),
-            values: values.collect(),
-            trouble: None,
+    let constants = ctx.selection().constants;
+    (fits.iter().map(|found| parameter_block(found, constants)).collect(), stale)
+}
+
+/// The correlation of the parameters of a fit, with the constants of manoeuvres or without.
+fn parameter_block(found: &CoefficientFit, constants: bool) -> Block {
+    let (coefficient, empty) = (found.coefficient, String::new());
+    let fit = match &found.fit {
+        Ok(fit) => fit,
+        Err(error) => {
+            let trouble = Some(error.to_string());
+            return Block { coefficient, about: empty, names: Vec::new(), values: Vec::new(), trouble };
         }
     };
-    (fits.iter().map(block).collect(), stale)
+    let is_shown = |at: &usize| constants || !is_window_constant(&fit.names[*at]);
+    let shown: Vec<usize> = (0..fit.names.len()).filter(is_shown).collect();
+    let values = shown.iter().flat_map(|&row| shown.iter().map(move |&column| fit.correlation[(row, column)]));
+    Block {
+        coefficient,
+        about: format!("condition number {}", notation::number(fit.condition_number)),
+        names: shown.iter().map(|&at| notation::derivative(&fit.names[at])).collect(),
+        values: values.collect(),
+        trouble: None,
+    }
 }
 
 /// Those of the regressors.
 fn regressors(ctx: &PanelContext<'_>) -> (Vec<Block>, bool) {
     let slot = &ctx.snapshot.details;
     let found = slot.latest().map_or(&[][..], |details| details.regressors.as_slice());
-    let block = |found: &doublet_engine::stage::RegressorCorrelation| {
-        let size = found.derivatives.len();
-        let values = (0..size).flat_map(|row| (0..size).map(move |column| found.correlation[(row, column)]));
-        Block {
-            coefficient: found.coefficient,
-            about: String::new(),
-            names: found.derivatives.iter().map(|name| notation::derivative(name)).collect(),
-            values: values.collect(),
-            trouble: None,
-        }
-    };
-    (found.iter().map(block).collect(), slot.is_stale())
+    (found.iter().map(regressor_block).collect(), slot.is_stale())
+}
+
+fn regressor_block(found: &RegressorCorrelation) -> Block {
+    let size = found.derivatives.len();
+    let values = (0..size).flat_map(|row| (0..size).map(move |column| found.correlation[(row, column)]));
+    Block {
+        coefficient: found.coefficient,
+        about: String::new(),
+        names: found.derivatives.iter().map(|name| notation::derivative(name)).collect(),
+        values: values.collect(),
+        trouble: None,
+    }
 }
 
 /// Pairs that can hardly be told apart, in words.

@@ -406,15 +406,19 @@ fn checks(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &CheckStudy) {
     }
 }
 
+/// An estimate and its standard error.
+fn estimate_cells(estimate: Option<(f64, f64)>) -> [String; 2] {
+    match estimate {
+        Some((value, error)) => [notation::within(value, error), notation::number(error)],
+        None => ["–".to_owned(), "–".to_owned()],
+    }
+}
+
 fn check_rows(
     found: &WindowChecks,
     methods: &[&Estimator],
     time: impl Fn(&str) -> Option<(f64, f64)>,
 ) -> Vec<Vec<String>> {
-    let cells = |value: Option<(f64, f64)>| match value {
-        Some((value, error)) => [notation::within(value, error), notation::number(error)],
-        None => ["–".to_owned(), "–".to_owned()],
-    };
     let by = |key: &str, name: &str| {
         let own =
             found.estimates().filter(|(method, ..)| method.key == key).flat_map(|(_, _, found)| &found.derivatives);
@@ -428,8 +432,8 @@ fn check_rows(
         }
     }
     let row = |name: &str| {
-        let numbers = methods.iter().flat_map(|method| cells(by(method.key, name)));
-        std::iter::once(notation::derivative(name)).chain(cells(time(name))).chain(numbers).collect()
+        let numbers = methods.iter().flat_map(|method| estimate_cells(by(method.key, name)));
+        std::iter::once(notation::derivative(name)).chain(estimate_cells(time(name))).chain(numbers).collect()
     };
     names.into_iter().map(row).collect()
 }
