@@ -92,12 +92,10 @@ impl WindowChecks {
                 // An estimator that starts from output error fails with it.
                 Err(error) if !part.axis().is_empty() && !method.on_request => {
                     let place = format!("manoeuvre '{}', {} ({})", self.window, method.name, part.axis());
-                    found.push(Finding::new(
-                        Level::Caution,
-                        "follows",
-                        place,
-                        format!("Output error failed: {error}."),
-                    ));
+                    let text = format!("Output error failed: {error}.");
+                    let finding = Finding::new(Level::Caution, "follows", place, text);
+                    let fix_text = "Remove a term or shorten the manoeuvre.";
+                    found.push(finding.with_fix_text(fix_text).with_setting("Studies", ""));
                 }
                 Err(_) => {}
             }

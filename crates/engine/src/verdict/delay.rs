@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use doublet_core::model::{Coefficient, Term, Variable, regressors};
-use doublet_core::reconstruct::Measurement;
+use doublet_core::reconstruct::{Input, Measurement};
 use doublet_core::series::{Series, TimeRange};
 use doublet_core::statistics::median;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::fit::{Used, moving_terms, used_windows};
 use super::judge::Evidence;
-use super::{Finding, Level, effect, spoilt, stalls};
+use super::{Finding, Level, effect, remedies, spoilt, stalls};
 use crate::session::{Fix, Manoeuvre, Surface};
 use crate::snapshot::{Snapshot, WindowVerdict};
 use crate::stage::{ConstantError, SensorDelay, WindowAero};
@@ -238,7 +238,9 @@ pub(super) fn find_late_inertial(evidence: Evidence<'_>, coefficient: Coefficien
     let text = format!("{text} by {late_s:.3} s (limit {AHEAD_S:.3} s).");
     let finding = Finding::new(Level::Caution, "timing", sensors, text).with_figure(late_s, AHEAD_S);
     let fix_text = format!("Record the {sensors} without a filter; check their clock.");
-    Some(finding.with_fix_text(fix_text).with_setting("Preprocess", "flight.clock"))
+    let inputs = if sensors == "gyros" { &Input::ALL[3..] } else { &Input::ALL[..3] };
+    let fix = remedies::shift_inertial(evidence.session, evidence.snapshot, inputs, late_s);
+    Some(finding.with_fix_text(fix_text).with_setting("Preprocess", "flight.clock").with_fix(fix))
 }
 
 /// Time by which measurements lead the inertial sensors, s, where it is beyond so many standard errors and beyond the limit.

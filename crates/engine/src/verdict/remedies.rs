@@ -4,16 +4,16 @@ use doublet_core::compatibility::ChannelFix;
 use doublet_core::estimate::EstimateError;
 use doublet_core::model::{Coefficient, Term, is_constant_name};
 use doublet_core::quantity::Role;
-use doublet_core::reconstruct::{AirState, Measurement};
+use doublet_core::reconstruct::{AirState, Input, Measurement};
 
 use super::judge::Evidence;
 use crate::graph::StageError;
 use crate::session::{
-    AngularAcceleration, DelaySource, Edit, EstimationEdit, FilterEdit, Fix, Flight, GustSource, PathSource,
-    Preparation, Session, Surface,
+    AngularAcceleration, DelaySource, EXPRESSION_SOURCE, Edit, EstimationEdit, FilterEdit, Fix, Flight, GustSource,
+    PathSource, Preparation, Session, Surface,
 };
 use crate::snapshot::Snapshot;
-use crate::stage::{ANGULAR_ACCELERATIONS, CoefficientFit, significance};
+use crate::stage::{ANGULAR_ACCELERATIONS, CoefficientFit, LoadedFlight, significance};
 
 /// Standard deviations before the flight of a flow angle's offset, rad, and of the airspeed's scale error.
 const OFFSET_RAD: f64 = 2.0_f64.to_radians();
@@ -113,6 +113,33 @@ pub(super) fn estimate_delays(session: &Session) -> Option<Fix> {
 pub(super) fn estimate_gusts(session: &Session) -> Option<Fix> {
     let fix = Fix::new("estimate the gusts", Edit::Filter(FilterEdit::Gusts(GustSource::Estimated)));
     (session.gusts == GustSource::Stated && session.preparation.path != PathSource::Measured).then_some(fix)
+}
+
+/// Shifts the recorder of inertial sensors whose stamps are late, in all flights; none where it records anything else, which is on time.
+pub(super) fn shift_inertial(session: &Session, snapshot: &Snapshot, inputs: &[Input], late_s: f64) -> Option<Fix> {
+    let of_flight = |flight: &Flight| {
+        let loaded = snapshot.flights.get(&flight.name)?.ready()?;
+        let source = source(loaded, inputs.first()?.role()).filter(|source| !source.is_empty())?;
+        let is_of_source = |role: Role| self::source(loaded, role) == Some(source);
+        let is_alone = loaded.recording.roles.keys().all(|role| !is_of_source(*role) || is_inertial(*role));
+        let is_all = inputs.iter().all(|input| is_of_source(input.role()));
+        let fix = ChannelFix::Shift { source: source.to_owned(), late_s };
+        (is_alone && is_all && source != EXPRESSION_SOURCE).then(|| Fix::channel(flight, &fix, false)).flatten()
+    };
+    let fixes: Vec<Fix> = session.flights.iter().map(of_flight).collect::<Option<_>>()?;
+    Fix::join(&fixes.iter().collect::<Vec<_>>())
+}
+
+/// The source that a role was recorded by, before any treatment.
+fn source(loaded: &LoadedFlight, role: Role) -> Option<&str> {
+    let treated = loaded.treated.iter().find(|signal| signal.role == role).map(|signal| signal.recorded);
+    let index = treated.or(loaded.recording.roles.get(&role).copied())?;
+    loaded.recording.channels.get(index).map(|channel| channel.source.as_str())
+}
+
+fn is_inertial(role: Role) -> bool {
+    Input::ALL.into_iter().any(|input| input.role() == role)
+        || ANGULAR_ACCELERATIONS.into_iter().any(|(acceleration, _)| acceleration == role)
 }
 
 /// Uses the recorded angular accelerations of a flight that has them.

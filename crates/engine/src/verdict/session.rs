@@ -20,7 +20,10 @@ pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
     let failures = snapshot.failures().into_iter();
     // Failures of windows are theirs.
     let others = failures.filter(|(place, _)| !place.starts_with("manoeuvre '"));
-    let failed = others.map(|(place, error)| not_computed(weight(&place), place, &error));
+    let failed = others.map(|(place, error)| {
+        let panel = panel_of(&place);
+        not_computed(weight(&place), place, &error).with_setting(panel, "")
+    });
     let densities = evidence.windows().filter_map(|window| snapshot.windows.get(&window.name)?.aero.ready());
     // Windows of one session share what it assumes.
     let assumed = densities.filter_map(|aero| aero.air_density.finding()).take(1);
@@ -58,6 +61,16 @@ pub(super) fn find_no_good_manoeuvre(windows: &BTreeMap<String, WindowVerdict>) 
             .with_fix_text(fix_text)
             .with_setting("Manoeuvres", "manoeuvre.role")
     })
+}
+
+/// The panel in which a stage that failed is set.
+fn panel_of(place: &str) -> &'static str {
+    match place {
+        "aircraft" => "Loading",
+        "pooled estimate" => "Model",
+        _ if place.starts_with("flight '") => "Channels",
+        _ => "Studies",
+    }
 }
 
 /// Whether derivatives hang on a stage.

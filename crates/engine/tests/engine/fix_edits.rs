@@ -9,7 +9,7 @@ use doublet_core::estimate::{Dependence, EstimateError};
 use doublet_core::model::{Coefficient, Term, Variable};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::consistency::ChannelConsistency;
-use doublet_core::reconstruct::{AirState, Measurement, State};
+use doublet_core::reconstruct::{AirState, Input, Measurement, State};
 use doublet_core::series::{Channel, Recording, Series, TimeRange};
 use doublet_core::simulate::scenario;
 use doublet_engine::graph::{Context, StageError};
@@ -18,7 +18,7 @@ use doublet_engine::session::{
     self, AngularAcceleration, DelaySource, Edit, Fix, GustSource, PathSource, PlausibleRange, Session, Surface,
     WindowEdit, WindowRole,
 };
-use doublet_engine::stage::{self, CoefficientFit};
+use doublet_engine::stage::{self, CoefficientFit, ConstantError, SensorDelay, SensorDelays};
 use doublet_engine::verdict::{self, Finding, fly_and_judge, judge};
 
 /// A flight with which nothing is wrong, to change one thing of.
@@ -200,6 +200,32 @@ fn correlated_innovations_lead_to_estimated_delays_where_the_session_states_them
     session.delays = DelaySource::Stated;
     let fixed = fix_of(&session, &snapshot, "innovation").apply(&session).unwrap();
     assert_eq!(fixed, Session { delays: DelaySource::Estimated, ..session });
+}
+
+#[test]
+fn late_gyros_lead_to_a_shift_of_their_recorder_where_it_records_nothing_else() {
+    let (session, mut snapshot) = flown();
+    let delay = SensorDelay { kind: ConstantError::AttitudeDelay, delay_s: -0.08, standard_error_s: 0.002 };
+    snapshot.delays_and_gusts.delays = Some(SensorDelays(vec![delay]));
+    let gyros = |snapshot: &Snapshot| -> Vec<Finding> {
+        found(&session, snapshot, "timing").into_iter().filter(|finding| finding.place == "gyros").collect()
+    };
+    let recorded_by = |snapshot: &mut Snapshot, roles: &[Role]| {
+        changed(snapshot.flights.values_mut().next().unwrap(), |flight| {
+            for role in roles {
+                let channel = &mut flight.recording.channels[flight.recording.roles[role]];
+                channel.source = "imu".to_owned();
+            }
+        });
+    };
+    recorded_by(&mut snapshot, &Input::ALL.map(Input::role));
+    let alone = gyros(&snapshot);
+    let late_s = alone[0].figure.unwrap();
+    let fixed = alone[0].fix.as_ref().unwrap().apply(&session).unwrap();
+    let clock = fixed.flights[0].clocks.iter().find(|clock| clock.source == "imu").unwrap();
+    assert!(late_s > 0.05 && (clock.shift_s + late_s).abs() < 1e-9, "{} {late_s}", clock.shift_s);
+    recorded_by(&mut snapshot, &[Role::AngleOfAttack]);
+    assert!(gyros(&snapshot).iter().all(|finding| finding.fix.is_none()));
 }
 
 #[test]
