@@ -44,6 +44,15 @@ struct Curve {
     line: Decimated<Point>,
 }
 
+impl Curve {
+    /// Whether it was thinned from this series for so many columns.
+    fn is_of(&self, series: &Series, columns: usize) -> bool {
+        self.columns == columns
+            && Arc::ptr_eq(&self.series.time_s, &series.time_s)
+            && Arc::ptr_eq(&self.series.values, &series.values)
+    }
+}
+
 /// A point of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Point(pub(super) f64, pub(super) f64);
@@ -101,12 +110,7 @@ impl Timeline {
                 *curve = None;
                 continue;
             };
-            let same = |curve: &Curve| {
-                curve.columns == columns
-                    && Arc::ptr_eq(&curve.series.time_s, &series.time_s)
-                    && Arc::ptr_eq(&curve.series.values, &series.values)
-            };
-            if !curve.as_ref().is_some_and(same) {
+            if !curve.as_ref().is_some_and(|curve| curve.is_of(series, columns)) {
                 *curve = Some(Curve { series: series.clone(), columns, line: thinned(series, turned, columns) });
             }
         }

@@ -332,6 +332,16 @@ pub fn step_markers(ui: &Ui, view: &mut TimeView, time_s: &[f64]) {
     }
 }
 
+/// The forms in which a figure is taken away.
+fn figure_forms(ui: &mut Ui, of: FigureOf, wanted: &mut Option<Wanted>) {
+    for (form, name) in FigureForm::ALL {
+        if ui.button(name).clicked() {
+            *wanted = Some((of, form));
+            ui.close();
+        }
+    }
+}
+
 /// The menu of a plot: figures and numbers to take away, markers, zoom, and `more`. `count`: plots of its stack.
 pub(super) fn plot_menu(
     response: &egui::Response,
@@ -355,19 +365,11 @@ pub(super) fn plot_menu(
     response.context_menu(|ui| {
         let here_s: f64 = ui.data(|data| data.get_temp(id)).unwrap_or_default();
         more(ui, here_s);
-        let all = |ui: &mut Ui, of: FigureOf, wanted: &mut Option<Wanted>| {
-            for (form, name) in FigureForm::ALL {
-                if ui.button(name).clicked() {
-                    *wanted = Some((of, form));
-                    ui.close();
-                }
-            }
-        };
         if count > 1 {
-            ui.menu_button("This plot", |ui| all(ui, FigureOf::Plot, &mut wanted));
-            ui.menu_button(format!("All {count} plots"), |ui| all(ui, FigureOf::Stack, &mut wanted));
+            ui.menu_button("This plot", |ui| figure_forms(ui, FigureOf::Plot, &mut wanted));
+            ui.menu_button(format!("All {count} plots"), |ui| figure_forms(ui, FigureOf::Stack, &mut wanted));
         } else {
-            all(ui, FigureOf::Stack, &mut wanted);
+            figure_forms(ui, FigureOf::Stack, &mut wanted);
         }
         ui.separator();
         let with_keys = |ui: &Ui, name: &'static str, modifiers, key| {

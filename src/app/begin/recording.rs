@@ -198,12 +198,13 @@ fn own_name(file: &str) -> &str {
 fn name_in_file(ui: &Ui, path: &Path) -> String {
     let changed = std::fs::metadata(path).and_then(|file| file.modified()).ok();
     let id = Id::unique(("name of an aircraft", path, changed));
-    let read = || {
-        let text = std::fs::read_to_string(path).unwrap_or_default();
-        let otherwise = || path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        stated_name(&text).map_or_else(otherwise, str::to_owned)
-    };
-    ui.data_mut(|data| data.get_temp_mut_or_insert_with(id, read).clone())
+    ui.data_mut(|data| data.get_temp_mut_or_insert_with(id, || read_name(path)).clone())
+}
+
+fn read_name(path: &Path) -> String {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let otherwise = || path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    stated_name(&text).map_or_else(otherwise, str::to_owned)
 }
 
 /// The name that the text of an aircraft file states.

@@ -406,6 +406,13 @@ fn checks(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &CheckStudy) {
     }
 }
 
+/// A derivative by a method, with its standard error.
+fn estimate_by(found: &WindowChecks, method: &str, name: &str) -> Option<(f64, f64)> {
+    let own = found.estimates().filter(|(by, ..)| by.key == method).flat_map(|(_, _, found)| &found.derivatives);
+    let row = own.into_iter().find(|row| row.name == name)?;
+    Some((row.estimate, row.standard_error))
+}
+
 /// An estimate and its standard error.
 fn estimate_cells(estimate: Option<(f64, f64)>) -> [String; 2] {
     match estimate {
@@ -419,12 +426,6 @@ fn check_rows(
     methods: &[&Estimator],
     time: impl Fn(&str) -> Option<(f64, f64)>,
 ) -> Vec<Vec<String>> {
-    let by = |key: &str, name: &str| {
-        let own =
-            found.estimates().filter(|(method, ..)| method.key == key).flat_map(|(_, _, found)| &found.derivatives);
-        let row = own.into_iter().find(|row| row.name == name)?;
-        Some((row.estimate, row.standard_error))
-    };
     let mut names: Vec<&str> = Vec::new();
     for row in found.estimates().flat_map(|(_, _, found)| &found.derivatives) {
         if time(&row.name).is_some() && !row.name.ends_with("_0") && !names.contains(&&*row.name) {
@@ -432,7 +433,7 @@ fn check_rows(
         }
     }
     let row = |name: &str| {
-        let numbers = methods.iter().flat_map(|method| estimate_cells(by(method.key, name)));
+        let numbers = methods.iter().flat_map(|method| estimate_cells(estimate_by(found, method.key, name)));
         std::iter::once(notation::derivative(name)).chain(estimate_cells(time(name))).chain(numbers).collect()
     };
     names.into_iter().map(row).collect()
