@@ -21,19 +21,20 @@ use crate::theme;
 use crate::widgets::level_mark::level_mark;
 use crate::widgets::term::{column_title, column_title_called};
 
-/// Titles and widths of the columns behind the name, and whether they stay where the panel is narrow.
-const COLUMNS: [(&str, f32, bool); 6] = [
-    ("Verdict", 92.0, true),
-    ("NIS", 46.0, false),
-    ("R²", 50.0, false),
-    ("honest R²", 58.0, true),
-    ("ΔAIC", 50.0, true),
-    ("validation error", 86.0, false),
+/// Titles and widths of the columns behind the name, and how narrow a panel still has them: 0 for one with room for all.
+const COLUMNS: [(&str, f32, u8); 6] = [
+    ("Verdict", 92.0, 2),
+    ("NIS", 46.0, 0),
+    ("R²", 50.0, 0),
+    ("honest R²", 58.0, 1),
+    ("ΔAIC", 50.0, 1),
+    ("validation error", 86.0, 0),
 ];
-/// Widths of name and overlay, and of an interval: least and most.
-const NAME: f32 = 110.0;
+/// Widths of name and overlay, of an interval (least and most), and between columns.
+const NAME: f32 = 100.0;
 const OVERLAY: f32 = 46.0;
-const INTERVAL: [f32; 2] = [56.0, 150.0];
+const INTERVAL: [f32; 2] = [44.0, 150.0];
+const GAP: f32 = 4.0;
 /// Height of a row.
 const ROW: f32 = 20.0;
 /// Part of the height that the table has at most where something is compared below it.
@@ -82,7 +83,7 @@ impl Panel for Experiments {
         let all: Vec<_> = coefficients.iter().map(|name| (*name, *name)).collect();
         ui.horizontal_wrapped(|ui| {
             choices(ui, &mut coefficient, &all);
-            ui.weak("Click a row to choose it, two rows to compare them; Overlay draws it in the plots.");
+            ui.weak("Click a row to choose it, two rows to compare them, a title to order them; Overlay draws it in the plots.");
         });
         self.coefficient = Some(coefficient);
         let known: Vec<&ExperimentRow> =
@@ -97,7 +98,10 @@ impl Panel for Experiments {
         let axes = &axes[self.first..all.min(self.first + fits)];
         let part = if self.chosen.is_empty() { 1.0 } else { TABLE_PART };
         let height = (ROW * (rows.0.len() as f32 + 2.0)).min(part * ui.available_height());
-        ui.push_id("board", |ui| self.table(ctx, ui, (coefficient, axes, fitting), height));
+        ui.push_id("board", |ui| {
+            ui.spacing_mut().item_spacing.x = GAP;
+            self.table(ctx, ui, (coefficient, axes, fitting), height);
+        });
         if self.chosen.is_empty() {
             return;
         }
@@ -112,33 +116,35 @@ impl Panel for Experiments {
 /// The columns that fit the width of a panel.
 #[derive(Clone, Copy)]
 struct Fitting {
-    is_wide: bool,
+    narrow: u8,
     /// Number and width of the intervals.
     intervals: usize,
     width: f32,
 }
 
 impl Fitting {
-    /// All columns where the panel has room for them and `derivatives` intervals, else those that stay.
+    /// As many columns of numbers as leave room for all intervals; where none do, as many intervals as fit.
     fn new(ui: &Ui, derivatives: usize) -> Self {
-        let gap = ui.spacing().item_spacing.x;
-        let room = ui.available_width() - ui.spacing().scroll.allocated_width() - NAME - OVERLAY - 2.0 * gap;
-        let left = |is_wide: bool| {
-            let taken = COLUMNS.iter().filter(|(.., stays)| is_wide || *stays).map(|(_, width, _)| width + gap);
-            room - taken.sum::<f32>()
-        };
+        let room = ui.available_width() - ui.spacing().scroll.allocated_width() - NAME - OVERLAY - 2.0 * GAP;
+        let left = |narrow: u8| room - columns(narrow).map(|(_, width)| width + GAP).sum::<f32>();
         let [least, most] = INTERVAL;
-        let is_wide = left(true) >= derivatives as f32 * (least + gap);
-        let fitting = (left(is_wide) / (least + gap)).max(1.0) as usize;
+        let has_room = |narrow: &u8| left(*narrow) >= derivatives as f32 * (least + GAP);
+        let narrow = (0..=2).find(has_room).unwrap_or(2);
+        let fitting = (left(narrow) / (least + GAP)).max(1.0) as usize;
         let intervals = fitting.min(derivatives);
-        let width = (left(is_wide) / intervals.max(1) as f32 - gap).clamp(least, most);
-        Self { is_wide, intervals, width }
+        let width = (left(narrow) / intervals.max(1) as f32 - GAP).clamp(least, most);
+        Self { narrow, intervals, width }
     }
 
     /// Titles and widths of the columns of numbers.
     fn columns(self) -> impl Iterator<Item = (&'static str, f32)> {
-        COLUMNS.into_iter().filter(move |(.., stays)| self.is_wide || *stays).map(|(title, width, _)| (title, width))
+        columns(self.narrow)
     }
+}
+
+/// Titles and widths of the columns of numbers of a panel that narrow.
+fn columns(narrow: u8) -> impl Iterator<Item = (&'static str, f32)> {
+    COLUMNS.into_iter().filter(move |(.., last)| narrow <= *last).map(|(title, width, _)| (title, width))
 }
 
 impl Experiments {

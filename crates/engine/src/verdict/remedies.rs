@@ -19,6 +19,9 @@ use crate::stage::{ANGULAR_ACCELERATIONS, CoefficientFit, LoadedFlight, signific
 const OFFSET_RAD: f64 = 2.0_f64.to_radians();
 const SCALE: f64 = 0.05;
 
+/// Passes of a smoother that is iterated.
+const PASSES: usize = 3;
+
 /// Removes a coefficient from the model; none where it is the only one.
 pub(super) fn without_coefficient(session: &Session, coefficient: Coefficient) -> Option<Fix> {
     let terms = session.structure.terms(coefficient)?;
@@ -113,6 +116,12 @@ pub(super) fn estimate_delays(session: &Session) -> Option<Fix> {
 pub(super) fn estimate_gusts(session: &Session) -> Option<Fix> {
     let fix = Fix::new("estimate the gusts", Edit::Filter(FilterEdit::Gusts(GustSource::Estimated)));
     (session.gusts == GustSource::Stated && session.preparation.path != PathSource::Measured).then_some(fix)
+}
+
+/// Iterates the smoother, where it runs once.
+pub(super) fn iterate_smoother(session: &Session) -> Option<Fix> {
+    let fix = Fix::new(format!("use {PASSES} smoother passes"), Edit::Filter(FilterEdit::SmootherPasses(PASSES)));
+    (session.filter.smoother_passes == 1 && session.preparation.path == PathSource::Smoothed).then_some(fix)
 }
 
 /// Shifts the recorder of inertial sensors whose stamps are late, in all flights; none where it records anything else, which is on time.

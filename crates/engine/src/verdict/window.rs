@@ -215,7 +215,8 @@ fn smoother(place: &str, (session, manoeuvre): (&Session, &Manoeuvre), path: &Wi
     let finding = Finding::new(level, "smoother", place, text).with_figure(figure, limit).with_fix_text(fix_text);
     let finding = finding.with_setting("Noise and filter", format!("filter.random_walk.{}", state.name()));
     let apart = lasting.and_then(|(_, it)| without_part(manoeuvre, it.bad));
-    Some(finding.with_fix(apart.or_else(|| remedies::estimate_gusts(session))))
+    let gusts = || remedies::estimate_gusts(session);
+    Some(finding.with_fix(apart.or_else(gusts).or_else(|| remedies::iterate_smoother(session))))
 }
 
 /// Excludes a part of a manoeuvre; none where that is most of it.

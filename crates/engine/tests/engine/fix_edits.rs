@@ -125,9 +125,9 @@ fn coefficient_without_a_manoeuvre_is_removed() {
     assert_eq!(found(&fixed, &snapshot, "failed"), []);
 }
 
-/// Filter and smoother 30 standard errors apart over 40 samples; over 100 samples by 4, which only gusts explain.
+/// Filter and smoother 30 standard errors apart over 40 samples; by 4 over 100 samples, as in gusts.
 #[test]
-fn part_where_filter_and_smoother_disagree_is_excluded_and_gusts_are_estimated() {
+fn part_where_filter_and_smoother_disagree_is_excluded_or_gusts_are_estimated_or_the_smoother_is_iterated() {
     let (session, sound) = flown();
     assert_eq!(session.gusts, GustSource::Stated, "as the shipped session has it");
     let apart = |by: f64, samples: usize| {
@@ -150,6 +150,10 @@ fn part_where_filter_and_smoother_disagree_is_excluded_and_gusts_are_estimated()
     assert_eq!(found(&fixed, &snapshot, "smoother"), []);
     let fixed = fix_of(&session, &apart(4.0, 100), "smoother").apply(&session).unwrap();
     assert_eq!(fixed.gusts, GustSource::Estimated);
+    // With these the smoother is iterated.
+    assert_eq!(fixed.filter.smoother_passes, 1);
+    let iterated = fix_of(&fixed, &apart(4.0, 100), "smoother").apply(&fixed).unwrap();
+    assert_eq!(iterated.filter.smoother_passes, 3);
 }
 
 #[test]
