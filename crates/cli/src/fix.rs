@@ -57,10 +57,10 @@ pub fn fix(arguments: &FixArguments) -> Result<(), String> {
 }
 
 /// Prints the verdict now and after each fix, the best first.
-fn list(opened: &Opened, now: VerdictCounts, found: &[(&Fix, &str)], progress: &Progress) -> Result<(), String> {
+fn list(opened: &Opened, now: VerdictCounts, found: &[(Fix, &str)], progress: &Progress) -> Result<(), String> {
     let cache = Cache::new(CACHE_BYTES);
     let context = Context::new(&opened.folder).with_cache(&cache);
-    let wanted: Vec<Fix> = found.iter().map(|(fix, _)| Fix::clone(fix)).collect();
+    let wanted: Vec<Fix> = found.iter().map(|(fix, _)| fix.clone()).collect();
     let show = |tried: &TriedFixes| {
         let done = tried.0.iter().filter(|(_, slot)| slot.ready().is_some() || slot.error().is_some()).count();
         progress.update(COMPUTED + (1.0 - COMPUTED) * done as f32 / wanted.len() as f32, "trying fixes");
@@ -72,7 +72,7 @@ fn list(opened: &Opened, now: VerdictCounts, found: &[(&Fix, &str)], progress: &
         None => Err(slot.error().unwrap_or("no verdict was formed").to_owned()),
     };
     let rows = found.iter().zip(&outcomes.0).enumerate();
-    let mut tried: Vec<_> = rows.map(|(index, ((fix, place), (_, slot)))| (index, *fix, *place, after(slot))).collect();
+    let mut tried: Vec<_> = rows.map(|(index, ((fix, place), (_, slot)))| (index, fix, *place, after(slot))).collect();
     tried.sort_by_key(|(.., after)| {
         after.as_ref().map_or((Level::Bad, usize::MAX, 0), |to| (to.level, to.bad, to.caution))
     });
@@ -96,16 +96,16 @@ fn list(opened: &Opened, now: VerdictCounts, found: &[(&Fix, &str)], progress: &
 }
 
 /// The session after fixes by their numbers, in this order.
-fn apply(numbers: &[usize], found: &[(&Fix, &str)], session: &Session) -> Result<Session, String> {
+fn apply(numbers: &[usize], found: &[(Fix, &str)], session: &Session) -> Result<Session, String> {
     let chosen: Result<Vec<&Fix>, String> = numbers.iter().map(|number| pick(found, *number)).collect();
     let fixed = chosen?.iter().try_fold(session.clone(), |session, fix| fix.apply(&session));
     fixed.map_err(|error| error.to_string())
 }
 
 /// The fix of a number.
-fn pick<'a>(found: &[(&'a Fix, &str)], number: usize) -> Result<&'a Fix, String> {
+fn pick<'a>(found: &'a [(Fix, &str)], number: usize) -> Result<&'a Fix, String> {
     let fix = number.checked_sub(1).and_then(|index| found.get(index));
-    fix.map(|(fix, _)| *fix).ok_or_else(|| format!("fix {number} not found: the session has {}", found.len()))
+    fix.map(|(fix, _)| fix).ok_or_else(|| format!("fix {number} not found: the session has {}", found.len()))
 }
 
 fn describe(counts: VerdictCounts) -> String {

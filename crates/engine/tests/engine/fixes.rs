@@ -74,8 +74,8 @@ fn fix_of_a_late_control_states_the_delay_that_was_taken_from_it() {
     let delay_s = fixed.preparation.control_lags.get(Surface::Elevator).delay_s;
     assert!((delay_s - stated_s).abs() < 0.005, "{delay_s}");
     let mut tried = TriedFixes::default();
-    try_fixes(&wrong, &[Fix::clone(fix)], &mut tried, &Context::new(&folder), &|_| {}).unwrap();
-    let tried = tried.row(*fix).unwrap().ready().unwrap().verdict;
+    try_fixes(&wrong, std::slice::from_ref(fix), &mut tried, &Context::new(&folder), &|_| {}).unwrap();
+    let tried = tried.row(fix).unwrap().ready().unwrap().verdict;
     assert_eq!(tried.level, counts(&computed(&session, &folder)).level);
     assert!(tried.bad < counts(&before).bad);
     let kept = fix.to_experiment(&wrong).unwrap();
