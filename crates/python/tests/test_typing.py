@@ -39,6 +39,7 @@ def test_a_users_file_is_checked(tmp_path):
         'theta: float = float(path[0].smoothed["theta"][0])\n'
         'fit = db.fit(db.coefficients(path), "Cm ~ 1 + alpha")\n'
         'db.design_input(fit, criterion="d", airspeed=46.0)\nfit.linearise(airspeed=46.0, samples=10)\n'
+        'mean = float(fit.predict("Cm", {"alpha": [0.1]}).mean()) + float(fit.predict("Cm")["a"]["observed"].mean())\n'
     )
     (tmp_path / "wrong.py").write_text(
         "import doublet as db\n\n"

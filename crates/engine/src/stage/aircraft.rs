@@ -56,7 +56,8 @@ pub fn aircraft_of(context: &Context<'_>, session: &Session) -> StageResult<Keye
     context.get::<LoadedAircraft>((path, &session.aircraft_changes), ())
 }
 
-/// An aircraft from the text of its file, `named` in errors, with the changes of a session. Propulsion maps that it names must ship.
+/// An aircraft from the text of its file, `named` in errors, with the changes of a session. Propulsion maps that it names are
+/// read from the working folder.
 ///
 /// # Errors
 /// One line that names what is wrong.
