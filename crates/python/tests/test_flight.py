@@ -152,8 +152,8 @@ def test_arrays_that_cannot_be_are_refused():
         db.Recording.from_arrays(t, {"q": ["a"] * 100})
     with pytest.raises(db.DoubletError, match="the recording has no ax"):
         db.reconstruct(db.Recording.from_arrays(t, {"p": t, "q": t, "r": t}))
-    with pytest.raises(db.DoubletError, match="no aircraft 'x'"):
-        db.aircraft("x")
+    with pytest.raises(db.DoubletError, match="no aircraft 'none-such'"):
+        db.aircraft("none-such")
     with pytest.raises(db.DoubletError, match="inertia|moments|mass"):
         db.Aircraft(area=1.0, span=1.0, chord=1.0, mass=-1.0, inertia=(1.0, 1.0, 1.0))
 
