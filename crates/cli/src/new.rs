@@ -26,7 +26,7 @@ use crate::time_option::set_times;
 /// Arguments of `new`.
 #[derive(Debug, Args)]
 pub struct NewArguments {
-    /// Recordings: one flight each, unless --merge is given.
+    /// Recordings: one flight each, unless --merge is given or only together they have all rates and forces.
     #[arg(required = true)]
     pub recordings: Vec<PathBuf>,
     /// Session file to write.
@@ -104,7 +104,14 @@ pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
     if arguments.output.exists() {
         return Err(format!("{} exists: choose another name", arguments.output.display()));
     }
-    let groups: Vec<(String, Vec<PathBuf>)> = if arguments.merge {
+    let is_one_flight = !arguments.merge
+        && arguments.guess
+        && arguments.map.is_none()
+        && begin::complete_each_other(&arguments.recordings)?;
+    if is_one_flight {
+        text::line("recordings merged into one flight: none has all rates and specific forces, together they have");
+    }
+    let groups: Vec<(String, Vec<PathBuf>)> = if arguments.merge || is_one_flight {
         vec![("flight".to_owned(), arguments.recordings.clone())]
     } else {
         arguments.recordings.iter().map(|path| (name_of(path), vec![path.clone()])).collect()
@@ -219,7 +226,13 @@ fn flight(
     plan.problems.iter().map(|problem| &problem.text).chain(&against).for_each(|line| text::line(&format!("  {line}")));
     print_missing(&roles);
     // What cannot be read is said by what needs it.
-    let recording = read(&plan).ok();
+    let aligned = read(&plan).ok().and_then(|recording| begin::align_recorders(inspected, recording).ok());
+    let (recording, clocks) = aligned.map_or((None, Vec::new()), |(recording, clocks)| (Some(recording), clocks));
+    for clock in &clocks {
+        let fitted: Vec<&str> = clock.fit.iter().map(|pair| pair.other.as_str()).collect();
+        let (source, offset_s) = (&clock.source, clock.offset_s);
+        text::line(&format!("  clock of {source}: {offset_s:.1} s off, fitted to {}", fitted.join(", ")));
+    }
     let mut problem = plan.has_errors().then_some(MAP_REFUSED);
     let apart = recording.as_ref().and_then(begin::find_apart).map(|apart| apart.to_string());
     match (&recording, &apart) {

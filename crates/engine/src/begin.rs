@@ -18,17 +18,19 @@ use doublet_core::statistics::median_step;
 use crate::builtin;
 use crate::graph::Control;
 use crate::session::{
-    DelaySource, Edit, Estimation, Flight, GravitySource, GustSource, Level, Manoeuvre, MapRef, NoiseEdit, Preparation,
-    RecordingRef, Session, content_hash, fitting_name,
+    ClockSetting, DelaySource, Edit, Estimation, Flight, GravitySource, GustSource, Level, Manoeuvre, MapRef,
+    NoiseEdit, Preparation, RecordingRef, Session, content_hash, fitting_name,
 };
 use crate::stage::{
     FlightPhysics, FlightProposals, LoadedFlight, NO_PATH_MEASUREMENT, NoiseFlight, has_airspeed, measured_by, noise,
     open_entries, open_windows, physics_of, proposals,
 };
 
+pub use clocks::{align_recorders, complete_each_other};
 use spans::recorded_span;
 pub use spans::{Apart, find_apart, whole_window};
 
+mod clocks;
 mod spans;
 
 /// A channel map that comes with the program and what it makes of some recordings.
@@ -179,8 +181,13 @@ pub fn inspect_for(
 /// A guess with the units that the motion tells: where a channel states none and the others contradict the one it was taken for by the
 /// factor of another, that is taken. A unit that is stated stays, whatever contradicts it.
 fn settle_units(probes: &[Probe], guess: ManualChannelMap) -> ManualChannelMap {
-    let is_open = |map: &ManualChannelMap, role: Role| map.row(role).is_some_and(|row| row.is_unit_open(probes));
-    if !guess.rows.iter().any(|(_, row)| row.is_unit_open(probes)) {
+    let is_ground_open =
+        |map: &ManualChannelMap| map.velocity.as_ref().is_some_and(|[speed, _]| speed.is_unit_open(probes));
+    let is_open = |map: &ManualChannelMap, role: Role| match map.row(role) {
+        Some(row) => row.is_unit_open(probes),
+        None => OF_GROUND_SPEED.contains(&role) && is_ground_open(map),
+    };
+    if !is_ground_open(&guess) && !guess.rows.iter().any(|(_, row)| row.is_unit_open(probes)) {
         return guess;
     }
     let mut settled = guess;
@@ -206,6 +213,8 @@ fn settle_units(probes: &[Probe], guess: ManualChannelMap) -> ManualChannelMap {
     settled
 }
 
+/// Roles that may be derived of ground speed and track.
+const OF_GROUND_SPEED: [Role; 2] = [Role::VelocityNorth, Role::VelocityEast];
 /// Most passes over the units of a guess.
 const PASSES: usize = 3;
 
@@ -254,7 +263,10 @@ pub fn apply_fix(map: &ManualChannelMap, fix: &ChannelFix, probes: &[Probe]) -> 
     let mut map = map.clone();
     match fix {
         ChannelFix::Scale { role, factor, offset, units } => {
-            let Some(mut row) = map.row(*role).cloned() else { return map };
+            let Some(mut row) = map.row(*role).cloned() else {
+                set_ground_speed_unit(&mut map, *role, *units);
+                return map;
+            };
             let found = units.and_then(|(is, was)| {
                 let taken = row.unit.is_none_or(|unit| unit.symbol == was || unit == Unit::si(role.dimension()));
                 Unit::parse(is).ok().filter(|_| taken)
@@ -296,6 +308,14 @@ pub fn apply_fix(map: &ManualChannelMap, fix: &ChannelFix, probes: &[Probe]) -> 
         ChannelFix::Shift { .. } | ChannelFix::Travel { .. } => {}
     }
     map
+}
+
+/// Gives the ground speed, of which velocity north and east are derived, the unit that a fix of one of them names.
+fn set_ground_speed_unit(map: &mut ManualChannelMap, role: Role, units: Option<(&str, &str)>) {
+    let unit = units.and_then(|(is, _)| Unit::parse(is).ok());
+    if let (Some([speed, _]), Some(unit), true) = (map.velocity.as_mut(), unit, OF_GROUND_SPEED.contains(&role)) {
+        speed.unit = Some(unit);
+    }
 }
 
 /// Gives the clocks of a map the unit that is `factor` times theirs, where there is one.
@@ -353,10 +373,11 @@ pub fn add_flight(
     let recording = load::read(plan).map_err(|error| error.to_string())?;
     progress(0.6);
     go_on(control)?;
+    let (recording, clocks) = align_recorders(inspected, recording)?;
     let loaded = LoadedFlight { recording, ..LoadedFlight::default() };
     let mut found = proposals(name, &loaded);
     found.findings.extend(find_apart(&loaded.recording).map(|apart| apart.to_string()));
-    session.flights.push(Flight::new(name.to_owned(), recordings));
+    session.flights.push(Flight { clocks, ..Flight::new(name.to_owned(), recordings) });
     let windows = open_windows(session, &found);
     if windows.is_empty() {
         let whole =

@@ -302,6 +302,46 @@ fn altitude_of_another_recorder_is_position_down_beside_fixes() {
     assert!(text.contains("altitude has another clock than latitude"), "{text}");
 }
 
+/// An inertial unit and an air data recorder, each with its own clock, that both have roll and pitch rate.
+#[test]
+fn recorders_that_only_together_have_all_rates_are_one_flight_on_one_time_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str, text: String| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    // Sweeps: no other shift looks alike.
+    let rates = |t: f64| [0.2 * (0.3 * t + 0.02 * t * t).sin(), 0.08 * (0.5 * t + 0.015 * t * t).cos()];
+    let inertial = |k: i32| {
+        let t = 0.02 * f64::from(k);
+        let [p, q] = rates(t);
+        format!("{:.2},0.2,0.1,{:.4},{p:.6},{q:.6},{:.6}\n", 412.5 + t, -9.8 - 20.0 * q, 0.1 * p)
+    };
+    let air = |k: i32| {
+        let t = 0.04 * f64::from(k);
+        let [p, q] = rates(t).map(f64::to_degrees);
+        format!("{:.3},{:.2},{p:.4},{q:.4},{:.2}\n", 3.217 + t, 60.0 + (0.2 * t).sin(), -0.4 * q)
+    };
+    let inertial: String = (0..4000).map(inertial).collect();
+    let inertial = path("imu.csv", format!("time_s,accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z\n{inertial}"));
+    let air: String = (0..2000).map(air).collect();
+    let air = path("air.csv", format!("time_s,tas_ms,roll_rate_dps,pitch_rate_dps,elevator_deg\n{air}"));
+    let session = folder.path().join("s.toml");
+    let (text, code) = run_doublet(&["new", &inertial, &air, "--guess", "-o", session.to_str().unwrap()]);
+    assert_eq!(code, Some(0), "{text}");
+    let written: toml::Table = std::fs::read_to_string(&session).unwrap().parse().unwrap();
+    let flights = written["flight"].as_array().unwrap();
+    assert_eq!(flights.len(), 1, "{text}");
+    let clock = &flights[0]["clock"][0];
+    // 412.5 s less 3.217 s, as a start of the search that finds the rest.
+    assert_eq!((clock["source"].as_str(), clock["offset_s"].as_float()), (Some("air"), Some(409.3)));
+    let fitted: Vec<_> = clock["fit"].as_array().unwrap().iter().map(|pair| pair["other"].as_str().unwrap()).collect();
+    assert_eq!(fitted, ["air/roll_rate_dps", "air/pitch_rate_dps"]);
+    let starts = written["manoeuvre"].as_array().unwrap().iter().map(|one| one["start_s"].as_float().unwrap());
+    assert!(starts.into_iter().all(|start_s| start_s >= 412.5), "manoeuvres lie on the time line of the inertial unit");
+}
+
 /// What a row makes of the values is said, and so is the sign that nothing documents.
 #[test]
 fn signs_that_are_taken_are_said_and_asked_for() {

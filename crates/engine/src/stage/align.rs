@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use doublet_core::align::{ClockEstimate, ClockFitSettings, ClockModel, ClockPair, ClockSearch, clock_fit_pairs};
 use doublet_core::quantity::Role;
-use doublet_core::series::{Channel, Recording};
+use doublet_core::series::{Channel, DERIVED, Recording};
 use rayon::prelude::*;
 
 use crate::graph::{StageError, StageResult};
@@ -47,8 +47,14 @@ pub fn align(recording: &Recording, flight: &Flight) -> StageResult<(Recording, 
     let mut aligned = recording.clone();
     let mut moved: HashMap<*const f64, Arc<[f64]>> = HashMap::new();
     for channel in &mut aligned.channels {
-        let Some(clock) = clocks.iter().find(|clock| is_stamped_by(&clock.source, &channel.source)) else { continue };
         let time_s = Arc::clone(&channel.series.time_s);
+        let Some(clock) = clocks.iter().find(|clock| is_stamped_by(&clock.source, &channel.source)) else {
+            // Derived channels have the stamps of those they are derived of, which come before them.
+            if let Some(on_line) = moved.get(&time_s.as_ptr()).filter(|_| channel.source == DERIVED) {
+                channel.series.time_s = Arc::clone(on_line);
+            }
+            continue;
+        };
         let on_line = moved
             .entry(time_s.as_ptr())
             .or_insert_with(|| time_s.iter().map(|&own| clock.model.reference_s(own)).collect());

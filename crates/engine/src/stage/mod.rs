@@ -58,8 +58,8 @@ pub use aircraft::{
     AircraftData, LoadedAircraft, NO_AIRCRAFT, aircraft_data, aircraft_of, load_aircraft, loading_on_board,
     parse_aircraft,
 };
-pub(crate) use align::is_of_engine_or_fuel;
 pub use align::{UsedClock, is_stamped_by};
+pub(crate) use align::{align, is_of_engine_or_fuel};
 pub use control_delays::{ControlDelay, control_delays};
 pub use delays::{SensorDelay, SensorDelays, flow_delay_by_lift};
 pub use delays_and_gusts::{DelaysAndGusts, estimate_delays_and_gusts, estimate_in_turn, needs_delays_or_gusts};

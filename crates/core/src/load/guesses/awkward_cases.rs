@@ -46,11 +46,16 @@ fn flight() -> Vec<Instant> {
 
 /// The guess of a table of the flight.
 pub(super) fn guess_of(head: &str, row: impl Fn(&Instant) -> Vec<f64>) -> ManualChannelMap {
+    guess(&[probe_of(&table(head, row))])
+}
+
+/// A table of the flight.
+fn table(head: &str, row: impl Fn(&Instant) -> Vec<f64>) -> String {
     let line = |now: &Instant| {
         let cells: Vec<String> = row(now).iter().map(|cell| format!("{cell:.7}")).collect();
         format!("{:.2},{}\n", now.time_s, cells.join(","))
     };
-    guess(&[probe_of(&format!("time,{head}\n{}", flight().iter().map(line).collect::<String>()))])
+    format!("time,{head}\n{}", flight().iter().map(line).collect::<String>())
 }
 
 /// Unit and sign of a role, and whether they are asked for.
@@ -348,5 +353,55 @@ fn a_load_factor_less_one_and_an_elevator_up_are_turned() {
         ["Elevator TE up [deg]", "elevator_teu_deg", "Elevator TEU [deg]", "Elevator [deg TEU]", "Elevator (deg TEU)"]
     {
         assert_eq!(roles_of(name, [1.0, 2.0, 1.5]), [(Role::Elevator, true)], "{name}");
+    }
+}
+
+#[test]
+fn a_height_beside_scaled_fixes_is_in_millimetres_only_where_its_numbers_are_whole() {
+    let unit = |per_metre: f64| {
+        let row = |now: &Instant| vec![470_000_000.0, 80_000_000.0, (100.0 * now.height).round() / 100.0 * per_metre];
+        let map = guess_of("lat,lon,baro_alt", row);
+        map.row(Role::Altitude).and_then(|row| row.unit).map(|unit| unit.symbol)
+    };
+    assert_eq!((unit(1.0), unit(1000.0)), (Some("m"), Some("mm")));
+}
+
+#[test]
+fn velocity_of_a_receiver_by_index_and_accelerations_in_full_words_have_their_roles() {
+    let head = "/gps/vel_ned[0],/gps/vel_ned[1],/gps/vel_ned[2],IRS1 Longitudinal Acc [g],IRS1 Lateral Acc [g],IRS1 Normal Acc [g]";
+    let map = guess_of(head, |now| [now.speeds.to_vec(), vec![0.02, 0.01, 1.0]].concat());
+    let channel = |role: Role| map.row(role).map(|row| row.from.channel.clone());
+    for (role, name) in [
+        (Role::VelocityNorth, "/gps/vel_ned[0]"),
+        (Role::VelocityEast, "/gps/vel_ned[1]"),
+        (Role::VelocityDown, "/gps/vel_ned[2]"),
+        (Role::SpecificForceX, "IRS1 Longitudinal Acc [g]"),
+        (Role::SpecificForceY, "IRS1 Lateral Acc [g]"),
+        (Role::SpecificForceZ, "IRS1 Normal Acc [g]"),
+    ] {
+        assert_eq!(channel(role).as_deref(), Some(name));
+    }
+    assert!(map.row(Role::SpecificForceZ).is_some_and(|row| row.turned), "load factors are positive upwards");
+}
+
+/// A table of two recorders: one with forces and rates, one with two of the rates.
+#[test]
+fn rates_are_of_the_recorder_that_has_all_three() {
+    let folder = tempfile::tempdir().unwrap();
+    let probe = |name: &str, head: &str, row: &dyn Fn(&Instant) -> Vec<f64>| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, table(head, row)).unwrap();
+        crate::load::inspect(&path).unwrap()
+    };
+    let air = probe("air.csv", "roll_rate_dps,pitch_rate_dps,tas_ms", &|now| {
+        vec![now.rates[0].to_degrees(), now.rates[1].to_degrees(), 60.0]
+    });
+    let imu = probe("imu.csv", "accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z", &|now| {
+        [vec![0.3, 0.1, -9.8], now.rates.to_vec()].concat()
+    });
+    let map = guess(&[air, imu]);
+    for (role, name) in [(Role::RollRate, "gyro_x"), (Role::PitchRate, "gyro_y"), (Role::YawRate, "gyro_z")] {
+        let from = map.row(role).map(|row| (row.from.source.as_str(), row.from.channel.as_str()));
+        assert_eq!(from, Some(("imu", name)));
     }
 }

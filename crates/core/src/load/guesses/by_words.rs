@@ -3,7 +3,7 @@
 use crate::load::guesses::candidates::{Candidate, LEFT, RIGHT, best, row};
 use crate::load::guesses::guess_frames::is_track;
 use crate::load::guesses::vectors;
-use crate::load::maps::by_hand::{ManualChannel, ManualChannelMap, NameFit};
+use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap, NameFit};
 use crate::load::names::foreign_names::{
     FOREIGN_AILERON, FOREIGN_NAMES, FRENCH_CONTROLS, GREEK_CONTROLS, NEEDS, Need, ends_on,
 };
@@ -69,6 +69,46 @@ pub(crate) fn named(
             && vectors::has_brothers(name, role, candidate, candidates)
     };
     best(candidates, taken, role, names, &goes_by)
+}
+
+/// Vectors that one sensor measures.
+const OF_ONE_SENSOR: [[Role; 3]; 2] = [
+    [Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ],
+    [Role::RollRate, Role::PitchRate, Role::YawRate],
+];
+
+/// Takes the three parts of a vector from one source, where their names were found in several and one of those has all three.
+pub(crate) fn take_vectors_from_one_source(
+    map: &mut ManualChannelMap,
+    candidates: &[Candidate<'_>],
+    taken: &mut Vec<usize>,
+) {
+    for roles in OF_ONE_SENSOR {
+        let rows: Vec<ManualChannel> = roles.iter().filter_map(|role| map.row(*role).cloned()).collect();
+        let is_one = rows.iter().all(|row| row.from.source == rows[0].from.source);
+        if rows.len() < 3 || is_one || rows.iter().any(|row| row.by != By::Name) {
+            continue;
+        }
+        taken.retain(|index| rows.iter().all(|row| candidates[*index].from != row.from));
+        let parts_of = |source: &str| -> Option<Vec<(usize, NameFit)>> {
+            let others: Vec<usize> =
+                (0..candidates.len()).filter(|k| taken.contains(k) || candidates[*k].from.source != source).collect();
+            let part = |role: &Role| {
+                NameFit::ALL.into_iter().find_map(|fit| Some((named(fit, *role, map, candidates, &others)?, fit)))
+            };
+            roles.iter().map(part).collect()
+        };
+        let as_found = || {
+            let index = |row: &ManualChannel| candidates.iter().position(|candidate| candidate.from == row.from);
+            rows.iter().map(|row| Some((index(row)?, row.fit?))).collect()
+        };
+        let parts: Option<Vec<(usize, NameFit)>> =
+            rows.iter().find_map(|row| parts_of(&row.from.source)).or_else(as_found);
+        for (role, (index, fit)) in roles.into_iter().zip(parts.into_iter().flatten()) {
+            taken.push(index);
+            map.set(role, Some(ManualChannel { fit: Some(fit), ..row(&candidates[index], role) }));
+        }
+    }
 }
 
 /// Whether the whole name of a channel, in any language, is one of a role.

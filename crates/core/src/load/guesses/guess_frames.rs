@@ -1,6 +1,6 @@
 //! Guesses of axes: sensors with their axes up, attitude as a quaternion, velocity as ground speed and track.
 
-use crate::load::contents::Probe;
+use crate::load::contents::{ChannelInfo, Probe};
 use crate::load::guesses::candidates::{Candidate, best, row};
 use crate::load::maps::attitude::QuaternionAxes;
 use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap, ManualQuaternion};
@@ -108,7 +108,8 @@ pub(crate) fn turn_heights(map: &mut ManualChannelMap, probes: &[Probe]) {
     }
 }
 
-/// Latitude and longitude of more than a turn without a unit are 1e-7 deg, as receivers send them; altitudes beside them without a unit then mm.
+/// Latitude and longitude of more than a turn without a unit are 1e-7 deg, as receivers send them; altitudes of whole numbers beside them
+/// without a unit then mm.
 pub(crate) fn scale_fixes(map: &mut ManualChannelMap, probes: &[Probe]) {
     let is_open = |row: &ManualChannel| row.is_unit_open(probes);
     let largest = |row: &ManualChannel| row.values(probes).map_or(0.0, |all| all.least.abs().max(all.greatest.abs()));
@@ -116,10 +117,14 @@ pub(crate) fn scale_fixes(map: &mut ManualChannelMap, probes: &[Probe]) {
     let sent =
         fixes.iter().filter_map(|role| map.row(*role)).filter(|row| is_open(row) && largest(row) > DEGREES_OF_A_TURN);
     let Some(source) = sent.map(|row| row.from.source.clone()).next() else { return };
+    let is_whole = |row: &ManualChannel| {
+        let mut finite = row.from.find(probes).into_iter().flat_map(ChannelInfo::values).filter(|v| v.is_finite());
+        finite.all(|value| value.fract() == 0.0)
+    };
     for (role, row) in map.rows.iter_mut().filter(|(_, row)| row.from.source == source && is_open(row)) {
         match role {
             Role::Latitude | Role::Longitude => row.scale = FIX_DEG,
-            Role::Altitude | Role::GpsAltitude => row.unit = Unit::parse("mm").ok(),
+            Role::Altitude | Role::GpsAltitude if is_whole(row) => row.unit = Unit::parse("mm").ok(),
             _ => {}
         }
     }

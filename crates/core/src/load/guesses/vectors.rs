@@ -82,6 +82,8 @@ const VECTORS: &[Vector] = &[
             "gpsvel",
             "gpsv",
             "gpsvelocity",
+            "gpsvelned",
+            "gpsvned",
             "velgps",
             "fevelocity",
             "linearvelocity",

@@ -12,19 +12,20 @@ pub(crate) const NAMES: &[RoleNames] = &[
         "ax", "accx", "accelx", "xacc", "xaccel", "longacc", "blongacc", "imuax", "nx", "fx", "linearaccelerationx",
         "longitudinalacceleration", "longaccel", "longitudinalaccel", "longac", "lonac", "axialaccel", "accellong",
         "acclong", "accelerationlongitudinal", "xaxisacceleration", "xbodyaxisacceleration", "bodyaccelx", "apilotx",
-        "gloadaxial", "accelerationx", "bodyaccelerationx", "inlineacc",
+        "gloadaxial", "accelerationx", "bodyaccelerationx", "inlineacc", "longitudinalacc", "longg", "longitudinalg",
     ]),
     (Role::SpecificForceY, &[
         "ay", "accy", "accely", "yacc", "yaccel", "latacc", "blatacc", "imuay", "ny", "fy", "linearaccelerationy",
         "lateralacceleration", "lataccel", "lateralaccel", "latac", "accellat", "acclat", "accelerationlateral",
         "yaxisacceleration", "ybodyaxisacceleration", "bodyaccely", "apiloty", "accelerationy", "bodyaccelerationy", "lateralacc", "latg",
+        "lateralg",
     ]),
     (Role::SpecificForceZ, &[
         "az", "accz", "accelz", "zacc", "zaccel", "normacc", "bnormacc", "imuaz", "nz", "fz", "linearaccelerationz",
         "normalacceleration", "normaccel", "normalaccel", "normac", "vertac", "vertaccel", "vertacc", "verticalaccel",
         "verticalacceleration", "accelvert", "accvert", "accelnorm", "accelerationnormal", "accelerationvertical",
         "zaxisacceleration", "zbodyaxisacceleration", "bodyaccelz", "bodyaccelerationz", "verticalacc", "vrtg", "apilotz", "gforce", "gload", "loadfactor", "nzg",
-        "accelerationz", "nz1", "nzminus1", "deltanz", "g",
+        "accelerationz", "normalacc", "normalg", "nz1", "nzminus1", "deltanz", "g",
     ]),
     (Role::RollRate, &[
         "p", "rollrate", "brollrate", "gyrox", "gyrx", "omegax", "wx", "pbody", "xrate", "angularvelocityx", "rollspeed",

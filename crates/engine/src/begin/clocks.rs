@@ -1,0 +1,148 @@
+//! Clocks of recorders that are merged into one flight, from the quantities that two of them record.
+
+use std::path::PathBuf;
+
+use doublet_core::align::{ClockFitSettings, ClockPair, clock_fit_pairs};
+use doublet_core::load::{ManualChannel, Probe, guess, inspect};
+use doublet_core::quantity::Role;
+use doublet_core::reconstruct::Input;
+use doublet_core::series::{Channel, Recording};
+
+use super::Inspected;
+use crate::session::{ClockPairSetting, ClockSetting, Flight};
+use crate::stage::align;
+
+/// Quantities that two recorders may both have: roles that are one quantity, and the smallest shift of a clock that is believed of them, s. What
+/// air data and receivers filter is late by up to half a second for another reason.
+const SHARED: [(&[Role], f64); 14] = [
+    (&[Role::RollRate], FAST_S),
+    (&[Role::PitchRate], FAST_S),
+    (&[Role::YawRate], FAST_S),
+    (&[Role::BankAngle], FAST_S),
+    (&[Role::PitchAngle], FAST_S),
+    (&[Role::SpecificForceZ], FAST_S),
+    (&[Role::SpecificForceY], FAST_S),
+    (&[Role::Aileron], FAST_S),
+    (&[Role::Elevator], FAST_S),
+    (&[Role::Rudder], FAST_S),
+    (&[Role::HeadingAngle], SLOW_S),
+    (&[Role::TrueAirspeed, Role::CalibratedAirspeed], SLOW_S),
+    (&[Role::VelocityDown], SLOW_S),
+    (&[Role::Altitude, Role::GpsAltitude], SLOW_S),
+];
+/// Smallest shifts that are believed, s.
+const FAST_S: f64 = 0.1;
+const SLOW_S: f64 = 1.0;
+/// Most pairs of channels that a clock is fitted to.
+const MOST_PAIRS: usize = 4;
+/// Largest standard error of a shift that is believed, s.
+const LARGEST_ERROR_S: f64 = 0.5;
+
+/// A recording of `inspected` files on one time line, and the clocks that the quantities recorded twice show to be off.
+///
+/// # Errors
+/// One line when a clock cannot be fitted.
+pub fn align_recorders(inspected: &Inspected, recording: Recording) -> Result<(Recording, Vec<ClockSetting>), String> {
+    let clocks = find_clocks(inspected, &recording);
+    if clocks.is_empty() {
+        return Ok((recording, clocks));
+    }
+    let flight = Flight { clocks, ..Flight::new(String::new(), Vec::new()) };
+    let (aligned, ..) = align(&recording, &flight).map_err(|error| error.to_string())?;
+    Ok((aligned, flight.clocks))
+}
+
+/// Most recordings that are looked at together before a session is made.
+const MOST_RECORDERS: usize = 8;
+
+/// Whether recordings are of recorders of one flight: none has all rates and specific forces, together they have them.
+///
+/// # Errors
+/// One line when one cannot be read.
+pub fn complete_each_other(paths: &[PathBuf]) -> Result<bool, String> {
+    if !(2..=MOST_RECORDERS).contains(&paths.len()) {
+        return Ok(false);
+    }
+    let mut probes = Vec::new();
+    let has_inputs = |probes: &[Probe]| {
+        let guess = guess(probes);
+        Input::ALL.iter().all(|input| guess.row(input.role()).is_some())
+    };
+    for path in paths {
+        let probe = inspect(path).map_err(|error| error.to_string())?;
+        if has_inputs(std::slice::from_ref(&probe)) {
+            return Ok(false);
+        }
+        probes.push(probe);
+    }
+    Ok(has_inputs(&probes))
+}
+
+/// A recorder: its only source with roles and the roles its channels would play alone.
+struct Recorder {
+    source: String,
+    rows: Vec<(Role, ManualChannel)>,
+}
+
+impl Recorder {
+    /// None where the file holds several sources, which share the clock of its recorder.
+    fn read(probe: &Probe) -> Option<Self> {
+        let [source] = probe.sources.as_slice() else { return None };
+        let rows = guess(std::slice::from_ref(probe)).rows;
+        Some(Self { source: source.name.clone(), rows })
+    }
+
+    fn row(&self, roles: &[Role]) -> Option<&ManualChannel> {
+        self.rows.iter().find(|(role, _)| roles.contains(role)).map(|(_, row)| row)
+    }
+
+    /// Channels of the quantities that this one and another record, with the smallest shift that is believed of each.
+    fn pairs_with<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = (&'a ManualChannel, &'a ManualChannel, f64)> {
+        SHARED.iter().filter_map(|(roles, least_s)| Some((self.row(roles)?, other.row(roles)?, *least_s)))
+    }
+}
+
+/// Clocks of the recorders of one flight that do not run on the time line of the one which shares most quantities with the others: those that
+/// shared quantities show to be off. The session fits them anew to the same channels. None where the
+/// recordings are one file or share nothing.
+fn find_clocks(inspected: &Inspected, recording: &Recording) -> Vec<ClockSetting> {
+    if inspected.probes.len() < 2 {
+        return Vec::new();
+    }
+    let recorders: Vec<Recorder> = inspected.probes.iter().filter_map(Recorder::read).collect();
+    let partners = |own: &Recorder| {
+        recorders.iter().filter(|other| other.source != own.source && own.pairs_with(other).next().is_some()).count()
+    };
+    // The first of those that share most.
+    let Some(reference) = recorders.iter().rev().max_by_key(|recorder| partners(recorder)) else { return Vec::new() };
+    let others = recorders.iter().filter(|other| other.source != reference.source);
+    others.filter_map(|other| find_clock(reference, other, recording)).collect()
+}
+
+fn find_clock(reference: &Recorder, other: &Recorder, recording: &Recording) -> Option<ClockSetting> {
+    let channel = |row: &ManualChannel| -> Option<&Channel> {
+        let is_it = |channel: &&Channel| channel.source == row.from.source && channel.name == row.from.channel;
+        recording.channels.iter().find(is_it)
+    };
+    let mut setting = ClockSetting::new(&other.source);
+    let (mut pairs, mut least_s) = (Vec::new(), f64::INFINITY);
+    for (own, theirs, least_of_pair_s) in reference.pairs_with(other) {
+        let (Some(reference), Some(channel)) = (channel(own), channel(theirs)) else { continue };
+        let inverted = own.turned != theirs.turned;
+        let pair = ClockPair { name: "shared", reference: &reference.series, other: &channel.series, inverted };
+        // A quantity that does not move, or that one of them has otherwise, says nothing.
+        if pairs.len() == MOST_PAIRS || clock_fit_pairs(&[pair], &ClockFitSettings::default()).is_err() {
+            continue;
+        }
+        pairs.push(pair);
+        least_s = least_s.min(least_of_pair_s);
+        let path = |channel: &Channel| format!("{}/{}", channel.source, channel.name);
+        setting.fit.push(ClockPairSetting { reference: path(reference), other: path(channel), inverted });
+    }
+    let estimate = clock_fit_pairs(&pairs, &ClockFitSettings::default()).ok()?;
+    let (own_s, error_s) = estimate.best_known;
+    let shift_s = estimate.model.reference_s(own_s) - own_s;
+    // Where the search of the session starts, which finds the rest.
+    setting.offset_s = (10.0 * shift_s).round() / 10.0;
+    (error_s < LARGEST_ERROR_S && shift_s.abs() > least_s).then_some(setting)
+}
