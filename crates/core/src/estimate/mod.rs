@@ -66,7 +66,6 @@ pub use prior::{Known, Posterior, combine};
 pub use recursive::{RecursiveEstimate, RecursiveLeastSquares};
 pub use recursive_frequency::RecursiveFourier;
 pub use robust::HUBER_LIMIT;
-pub use search::{ScalarSearch, search_scalar};
 pub use sensor_errors::{
     ErrorTerm, EstimatedError, Freedom, NoiseModel, OutputResidual, Sensor, SensorError, SensorErrorFault,
     SensorErrorFit, SensorErrorSettings, SensorErrorWindow, WindowShare, sensor_errors,

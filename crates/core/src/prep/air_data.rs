@@ -42,11 +42,6 @@ impl PodDefinition {
         }
         Ok(self.at_calibration * (total_pressure_pa / (airspeed_m_s * airspeed_m_s) - self.low) / apart)
     }
-
-    /// The number on the scale of 0 to 100, whichever the pod counts on.
-    pub fn on_hundred(&self, number: f64) -> f64 {
-        CALIBRATION_NUMBERS[1] * number / self.at_calibration
-    }
 }
 
 /// Numbers from and to which the calibration rises all the way, the stretch that ends at the stall; beyond it one angle has

@@ -187,28 +187,6 @@ pub fn attitude_turn(sensor: &SensorAttitude<'_>, reference: &SensorReference<'_
     Ok(unwrapped(&(0..sensor.len()).map(turn).collect::<Vec<_>>()))
 }
 
-/// Standard deviation of a derivative by the central difference of order four from samples with white noise of standard
-/// deviation `noise`: `noise / h sqrt(sum c_k^2)` (thesis Eq. 4.7), the sum being 130/144.
-pub fn central4_noise(noise: f64, step_s: f64) -> f64 {
-    noise / step_s * (130.0f64 / 144.0).sqrt()
-}
-
-/// Standard deviation of the rate about z (rad/s) by the general law of propagation (thesis Eq. 4.6) through Eq. 4.3.
-///
-/// `euler` and `euler_dot` are bank, pitch, heading (rad) and their derivatives (rad/s), `noise` the standard deviations of the
-/// angles, taken as white and independent.
-pub fn sensor_rate_noise(euler: [f64; 3], euler_dot: [f64; 3], noise: [f64; 3], step_s: f64) -> f64 {
-    let ((sin_phi, cos_phi), (sin_theta, cos_theta)) = (euler[0].sin_cos(), euler[1].sin_cos());
-    let [_, theta_dot, psi_dot] = euler_dot;
-    let terms = [
-        (cos_phi * theta_dot + sin_phi * cos_theta * psi_dot) * noise[0],
-        cos_phi * sin_theta * psi_dot * noise[1],
-        sin_phi * central4_noise(noise[1], step_s),
-        cos_phi * cos_theta * central4_noise(noise[2], step_s),
-    ];
-    terms.iter().map(|term| term * term).sum::<f64>().sqrt()
-}
-
 /// Standard deviation of the integrated turn of a sensor at rest, rad.
 ///
 /// Differences and trapezoids telescope: what remains of the noise at an instant are its five samples with the weights

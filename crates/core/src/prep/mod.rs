@@ -40,8 +40,7 @@ pub use airborne::{Airborne, airborne};
 pub use coherence::{Coherence, Spectrogram, coherence, spectrogram};
 pub(crate) use control_sensors::unwrapped;
 pub use control_sensors::{
-    SensorAttitude, SensorReference, attitude_turn, central4_noise, integrated_turn, integrated_turn_noise,
-    sensor_rate_noise, sensor_rates,
+    SensorAttitude, SensorReference, attitude_turn, integrated_turn, integrated_turn_noise, sensor_rates,
 };
 pub use control_surfaces::{
     ColumnFormula, DeflectionSettings, aileron_deflection, column_travel, deflection_noise, elevator_deflection,

@@ -96,7 +96,6 @@ impl Oscillation {
     }
 }
 
-/// Fewest samples.
 const FEWEST: usize = 12;
 /// Most samples the search looks at.
 const SEARCHED: usize = 400;
@@ -235,7 +234,6 @@ fn projected_slopes(time: &[f64], solution: &DVector<f64>, s: f64, w: f64) -> Op
 }
 
 fn result(time: &[f64], values: &[f64], s: f64, w: f64, length_s: f64) -> Result<Oscillation, ReadError> {
-    /// Parameters of the fit.
     const PARAMETERS: f64 = 6.0;
     let (residual, solution) = project(time, values, s, w).ok_or(ReadError::NoOscillation)?;
     let columns = projected_slopes(time, &solution, s, w).ok_or(ReadError::NoOscillation)?;

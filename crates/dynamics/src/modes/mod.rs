@@ -1,18 +1,16 @@
 //! Natural modes: of a linear model, with their intervals, over a parameter, and as measured in a recording.
 
-mod decrement;
 mod interval;
 mod locus;
 pub mod measured;
 mod pencil;
 mod response;
 
-pub use decrement::{Decrement, DecrementError, logarithmic_decrement};
 pub use doublet_core::motion::{Mode, MotionState, natural_modes};
 pub use interval::{Figure, FigureInterval, ModeEstimate, ModeStudy, mode_study};
 pub use locus::{LocusParameter, LocusPoint, locus};
 pub use pencil::{FreeResponse, MeasuredMode, PencilError, fit_free_response};
-pub use response::{phasors, respond};
+pub use response::phasors;
 
 use crate::linear::StateSpace;
 

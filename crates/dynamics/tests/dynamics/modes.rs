@@ -1,16 +1,12 @@
 //! Intervals, root loci, responses and measured modes.
 
-#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
-
 use doublet_core::airframe::{InertiaTensor, MassProperties, ReferenceGeometry};
 use doublet_core::model::Position;
 use doublet_core::model::{Axes, Coefficient, Derivatives, Term, ThrustTreatment};
 use doublet_dynamics::linear::{
     Condition, FlightModel, LinearError, Method, Part, SteadyFlight, ThrustLine, UncertainModel, linearise,
 };
-use doublet_dynamics::modes::{
-    Figure, LocusParameter, fit_free_response, locus, logarithmic_decrement, mode_study, modes, phasors, respond,
-};
+use doublet_dynamics::modes::{Figure, LocusParameter, fit_free_response, locus, mode_study, modes, phasors};
 use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -181,30 +177,6 @@ fn root_locus_follows_the_parameter() {
 }
 
 #[test]
-fn step_response_settles_where_the_steady_state_is_and_starts_with_b() {
-    let (model, condition) = aircraft();
-    let short = linearise(&model.model, &condition, Method::Analytic).unwrap().part(Part::ShortPeriod);
-    let step_s = 0.01;
-    let outputs = respond(&short, &DMatrix::from_element(1, 2000, 0.01), step_s);
-    let steady = short.a.clone().lu().solve(&(&short.b * -0.01)).unwrap();
-    for state in 0..2 {
-        assert!((outputs[(state, 1999)] / steady[state] - 1.0).abs() < 1e-6);
-    }
-    // Exact over a step: a classical Runge-Kutta of a thousandth the step agrees.
-    let mut state = nalgebra::DVector::zeros(2);
-    let rate = |x: &nalgebra::DVector<f64>| &short.a * x + &short.b * 0.01;
-    let h = step_s / 10.0;
-    for _ in 0..1000 {
-        let k1 = rate(&state);
-        let k2 = rate(&(&state + &k1 * (h / 2.0)));
-        let k3 = rate(&(&state + &k2 * (h / 2.0)));
-        let k4 = rate(&(&state + &k3 * h));
-        state += (k1 + k2 * 2.0 + k3 * 2.0 + k4) * (h / 6.0);
-    }
-    assert!((outputs.column(100).rows(0, 2) - state).norm() < 1e-9);
-}
-
-#[test]
 fn phasors_satisfy_the_equations_of_the_motion() {
     let (model, condition) = aircraft();
     let lateral = linearise(&model.model, &condition, Method::Analytic).unwrap().part(Part::LateralAir);
@@ -217,30 +189,6 @@ fn phasors_satisfy_the_equations_of_the_motion() {
     assert!((dutch.eigenvalue() * phi - (p + r * tan)).norm() < 1e-9);
     assert!((phasor[0].re - 1.0).abs() < 1e-12 && phasor[0].im.abs() < 1e-12);
     assert!((dutch.participation.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-}
-
-#[test]
-fn period_and_damping_are_read_off_exact_oscillations() {
-    let Some(path) = crate::shared::shared("reference/flying/qtg_tests.toml") else { return };
-    let table: toml::Table = std::fs::read_to_string(path).unwrap().parse().unwrap();
-    let cases = table["reader_check"]["cases"].as_array().unwrap();
-    assert_eq!(cases.len(), 3);
-    for case in cases {
-        let of = |key: &str| case.get(key).and_then(toml::Value::as_float);
-        let (zeta, omega, period) = (of("zeta").unwrap(), of("omega").unwrap(), of("period_s").unwrap());
-        let damped = omega * (1.0 - zeta * zeta).sqrt();
-        let time_s: Vec<f64> = (0..4000).map(|k| f64::from(k) * period / 1000.0).collect();
-        let values: Vec<f64> = time_s.iter().map(|t| 3.0 + (-zeta * omega * t).exp() * (damped * t).cos()).collect();
-        let found = logarithmic_decrement(&time_s, &values).unwrap();
-        assert!((found.period_s / period - 1.0).abs() < 1e-5, "{} {period}", found.period_s);
-        assert!((found.damping - zeta).abs() < 1e-5, "{} {zeta}", found.damping);
-        let ratio = of("amplitude_ratio_per_cycle").unwrap();
-        assert!((found.amplitude_ratio_per_cycle / ratio - 1.0).abs() < 1e-4);
-        let time = of("time_to_half_s").map(|half| (found.time_to_half_s(), half));
-        let (found, expected) = time.unwrap_or_else(|| (found.time_to_double_s(), of("time_to_double_s").unwrap()));
-        assert!((found.unwrap() / expected - 1.0).abs() < 1e-3);
-    }
-    assert!(logarithmic_decrement(&[0.0, 1.0], &[0.0, 1.0]).unwrap_err().to_string().starts_with("0 extremes"));
 }
 
 #[test]

@@ -136,7 +136,6 @@ pub struct Derivations {
     pub velocity: Option<[Entry; 2]>,
 }
 
-/// Attitude.
 pub(crate) const ATTITUDE: [Role; 3] = [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle];
 /// Horizontal velocity over the ground.
 pub(crate) const VELOCITY: [Role; 2] = [Role::VelocityNorth, Role::VelocityEast];
@@ -324,12 +323,6 @@ impl ChannelMap {
             },
             aircraft: header.aircraft,
         })
-    }
-
-    /// The same map drawing from sources that match `pattern`, for one manoeuvre of a file that holds several.
-    #[must_use]
-    pub fn for_source(&self, pattern: &str) -> Self {
-        Self { source: pattern.to_owned(), ..self.clone() }
     }
 
     /// JSON Schema of channel maps.

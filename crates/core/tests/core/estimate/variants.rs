@@ -1,11 +1,10 @@
 //! Weights, residual models, constraints, noisy regressors and nonlinear lags.
 
 use doublet_core::estimate::{
-    Coloured, Constraint, EstimateError, Fit, Origin, PooledRegression, PooledWindow, constrained_least_squares,
-    errors_in_variables, generalised_least_squares, least_squares, search_scalar, stacked, summarise,
-    total_least_squares, weighted_coloured_covariance, weighted_least_squares,
+    Coloured, Constraint, EstimateError, Origin, PooledRegression, PooledWindow, constrained_least_squares,
+    errors_in_variables, generalised_least_squares, least_squares, stacked, summarise, total_least_squares,
+    weighted_coloured_covariance, weighted_least_squares,
 };
-use doublet_core::prep::first_order_lag;
 use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -261,22 +260,6 @@ fn total_least_squares_without_noise_of_regressors_is_ordinary() {
     for (a, b) in total.estimates.iter().zip(&ordinary.estimates) {
         approx::assert_relative_eq!(a, b, max_relative = 1e-10);
     }
-}
-
-#[test]
-fn search_finds_the_lag_of_an_actuator() {
-    let time: Vec<f64> = (0..3000).map(|k| 0.01 * f64::from(k)).collect();
-    let command: Vec<f64> = time.iter().map(|t| if (t * 0.9).sin() > 0.0 { 0.1 } else { -0.1 }).collect();
-    let truth = first_order_lag(&time, &command, 0.08).unwrap();
-    let z: Vec<f64> = truth.iter().zip(normal(9, 3000)).map(|(d, noise)| 0.3 - 2.0 * d + 0.01 * noise).collect();
-    let found = search_scalar(0.0, 0.3, |lag| -> Result<Fit, EstimateError> {
-        let lagged = first_order_lag(&time, &command, lag).unwrap();
-        let x = DMatrix::from_fn(3000, 2, |row, column| if column == 0 { 1.0 } else { lagged[row] });
-        least_squares(&["0".to_owned(), "d".to_owned()], &x, &z)
-    })
-    .unwrap();
-    assert!((found.value - 0.08).abs() < 4.0 * found.standard_error, "{} {}", found.value, found.standard_error);
-    assert!(found.standard_error < 2e-3 && (found.fit.estimates[1] + 2.0).abs() < 0.01);
 }
 
 #[test]

@@ -263,7 +263,8 @@ fn small_unmanned_aircraft_is_laid_end_to_end_and_consistent() {
     assert!(time.windows(2).all(|pair| pair[0] < pair[1]));
     let az = mean(&series(&recording, Role::SpecificForceZ).values);
     assert!((az / -GRAVITY_M_S2 - 1.0).abs() < 0.1, "{az}");
-    let one = load(&path, &map("uav_oat").for_source("ail_1"));
+    let cut = |source: &str| load(&path, &ChannelMap { source: source.to_owned(), ..map("uav_oat") });
+    let one = cut("ail_1");
     assert_eq!(series(&one, Role::RollRate).values.len(), 360);
     for (slope, correlation) in attitude_lines(&one, 0.0, 8.0) {
         // Small aircraft in rough air at 50 Hz.
@@ -275,7 +276,7 @@ fn small_unmanned_aircraft_is_laid_end_to_end_and_consistent() {
         ("el_1", Role::Elevator, Role::PitchRate, 10),
         ("rud_1", Role::Rudder, Role::YawRate, 0),
     ] {
-        let one = load(&path, &map("uav_oat").for_source(source));
+        let one = cut(source);
         let (control, rate) = (&series(&one, control).values, &series(&one, rate).values);
         let (slope, correlation) = line(&control[..control.len() - lag], &rate[lag..]);
         assert!(slope < 0.0 && correlation < -0.3, "{source}: {slope} {correlation}");

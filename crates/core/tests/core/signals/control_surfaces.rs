@@ -3,8 +3,8 @@
 use doublet_core::load::instruments::{self, InstrumentError};
 use doublet_core::prep::{
     ColumnFormula, DeflectionSettings, Differentiation, PrepError, SensorAttitude, SensorReference, aileron_deflection,
-    attitude_turn, central4_noise, column_travel, deflection_noise, elevator_deflection, integrated_turn,
-    integrated_turn_noise, rudder_deflection, rudder_history, sensor_rate_noise, sensor_rates,
+    attitude_turn, column_travel, deflection_noise, elevator_deflection, integrated_turn, integrated_turn_noise,
+    rudder_deflection, rudder_history, sensor_rates,
 };
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use rand::{RngExt, SeedableRng};
@@ -180,10 +180,11 @@ fn stated_noise_matches_simulated_noise() {
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
     };
+    // Thesis Eqs. 4.6 and 4.7 at rest: the squares of the weights of the difference sum to 130/144.
     let rates = sensor_rates(&time, &attitude, Differentiation::Central4).unwrap();
-    let stated = sensor_rate_noise(euler, [0.0; 3], noise, step);
+    let angles = (euler[0].sin() * noise[1]).hypot(euler[0].cos() * euler[1].cos() * noise[2]);
+    let stated = angles * (130.0f64 / 144.0).sqrt() / step;
     assert!((deviation(&rates[2]) / stated - 1.0).abs() < SCATTER, "{} for {stated}", deviation(&rates[2]));
-    assert!((central4_noise(1.0, 0.5) - 2.0 * (130.0f64).sqrt() / 12.0).abs() < 1e-12);
     let turn = integrated_turn(&time, &attitude, None, Differentiation::Central4).unwrap();
     let stated = integrated_turn_noise(euler, noise);
     assert!((deviation(&turn) / stated - 1.0).abs() < SCATTER, "{} for {stated}", deviation(&turn));
