@@ -11,7 +11,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
 use crate::workbench::Bench;
-use crate::{builder, overview, picture, widget_harness};
+use crate::{builder, click, overview, picture, widget_harness};
 
 fn workbench<'a>() -> Harness<'a, Workbench> {
     let mut harness = builder(1280.0, 800.0).build_eframe(|cc| {
@@ -92,21 +92,16 @@ fn our_own_file_dialog_walks_folders_and_refuses_what_is_not_there() {
         places: vec![folder.path().to_path_buf()],
     };
     let mut harness = asking(question);
-    harness.get_by_label("File name").click();
-    harness.run_steps(2);
+    click(&mut harness, "File name", 2);
     harness.get_by_label("File name").type_text("nowhere.toml");
     harness.run_steps(2);
-    harness.get_by_label("Open").click();
-    harness.run_steps(3);
+    click(&mut harness, "Open", 3);
     assert!(harness.query_by_label_contains("does not exist").is_some());
     assert_eq!(harness.state().1, None);
-    harness.get_by_label("flights/").click();
-    harness.run_steps(3);
-    harness.get_by_label("first.toml").click();
-    harness.run_steps(3);
+    click(&mut harness, "flights/", 3);
+    click(&mut harness, "first.toml", 3);
     picture(&mut harness, "file_dialog");
-    harness.get_by_label("Open").click();
-    harness.run_steps(3);
+    click(&mut harness, "Open", 3);
     let chosen = harness.state().1.clone().expect("a file was chosen").remove(0);
     assert_eq!(chosen.canonicalize().unwrap(), inner.join("first.toml").canonicalize().unwrap());
 }
@@ -128,16 +123,13 @@ fn several_recordings_of_one_flight_are_taken_together_and_other_files_are_left_
     let mut harness = asking(question);
     assert!(harness.query_by_label("c.pid").is_none());
     assert_eq!(harness.query_all_by_label("5 B").count(), 2, "sizes stand beside the names");
-    harness.get_by_label("all files").click();
-    harness.run_steps(3);
+    click(&mut harness, "all files", 3);
     assert!(harness.query_by_label("c.pid").is_some());
-    harness.get_by_label("a.csv").click();
-    harness.run_steps(2);
+    click(&mut harness, "a.csv", 2);
     harness.get_by_label("b.csv").click_modifiers(egui::Modifiers::COMMAND);
     harness.run_steps(2);
     picture(&mut harness, "file_dialog_several");
-    harness.get_by_label("Open").click();
-    harness.run_steps(3);
+    click(&mut harness, "Open", 3);
     let names = harness.state().1.clone().expect("files were chosen");
     let names: Vec<_> = names.iter().filter_map(|path| path.file_name()?.to_str()).collect();
     assert_eq!(names, ["a.csv", "b.csv"]);

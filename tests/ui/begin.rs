@@ -10,6 +10,7 @@ use doublet_engine::session::{self, MapRef, Surface};
 use egui::accesskit::Role as Kind;
 use egui_kittest::kittest::{NodeT, Queryable};
 
+use crate::click;
 use crate::painted::faults;
 use crate::picture;
 use crate::recording::{LENGTH_S, STEP_S};
@@ -156,8 +157,7 @@ fn dropped_recording_becomes_a_session_whose_numbers_are_in_si_and_come_back() {
     let evidence = bench.harness.query_all_by_label_contains("by its").count();
     assert!(evidence >= 5 && reasons("by hand") == 1, "the evidence of each row stands beside it");
     bench.step("Recording and aircraft");
-    bench.harness.get_by_label("Aircraft file…").click();
-    bench.harness.run_steps(4);
+    click(&mut bench.harness, "Aircraft file…", 4);
     let aircraft = bench.folder.path().join("aircraft.toml");
     bench.harness.get_by_label("File name").type_text(&aircraft.display().to_string());
     bench.harness.run_steps(2);
@@ -197,8 +197,7 @@ fn further_file_leaves_what_was_chosen_and_a_broken_one_is_said() {
     for (name, text) in [("more.csv", format!("time,engine_rpm\n{rows}")), ("letter.csv", "dear sir,\n".to_owned())] {
         let path = bench.folder.path().join(name);
         std::fs::write(&path, text).expect("it can be written");
-        bench.harness.get_by_label("Add a file…").click();
-        bench.harness.run_steps(4);
+        click(&mut bench.harness, "Add a file…", 4);
         bench.harness.get_by_label("File name").type_text(&path.display().to_string());
         bench.harness.run_steps(2);
         bench.harness.key_press(egui::Key::Enter);
@@ -253,8 +252,7 @@ fn pulse_of_a_servo_becomes_a_deflection_by_the_travel_that_is_said() {
     assert!(bench.harness.query_all_by_label("AccX [m/s^2]").count() <= 1, "only what fits is listed");
     bench.harness.key_press(egui::Key::Enter);
     bench.harness.run_steps(4);
-    bench.harness.get_by_label("travel of delta_e").click();
-    bench.harness.run_steps(6);
+    click(&mut bench.harness, "travel of delta_e", 6);
     picture(&mut bench.harness, "new_session_travel");
     for (name, value) in
         [("recorded at neutral", "1500"), ("recorded at another position", "2000"), ("deflection there", "-35")]
@@ -278,8 +276,7 @@ fn contradiction_of_a_channel_is_named_and_fixed_by_one_click() {
     let mut bench = Bench::with_mapped_recording();
     bench.harness.get_by_label("sign of az").scroll_to_me();
     bench.harness.run_steps(3);
-    bench.harness.get_by_label("sign of az").click();
-    bench.harness.run_steps(2);
+    click(&mut bench.harness, "sign of az", 2);
     bench.step("Check");
     bench.wait_for("apply the fix of az");
     for when in ["as read", "with the fix"] {
@@ -294,12 +291,10 @@ fn contradiction_of_a_channel_is_named_and_fixed_by_one_click() {
     }
     picture(&mut bench.harness, "new_session_contradiction");
     // A unit that nothing states is confirmed by a click, and not asked for again.
-    bench.harness.get_by_label("confirm the unit of p").click();
-    bench.harness.run_steps(3);
+    click(&mut bench.harness, "confirm the unit of p", 3);
     assert!(bench.harness.query_by_label("confirm the unit of p").is_none());
     assert!(bench.harness.query_by_label("confirm the unit of r").is_some());
-    bench.harness.get_by_label("apply the fix of az").click();
-    bench.harness.run_steps(3);
+    click(&mut bench.harness, "apply the fix of az", 3);
     let started = Instant::now();
     while bench.harness.query_all_by_label("apply the fix of az").next().is_some() {
         assert!(started.elapsed() < PATIENCE, "the contradiction is gone");
@@ -387,8 +382,7 @@ fn page_with_a_long_unmapped_table_fits_a_laptop() {
     let path = unmapped(bench.folder.path());
     bench.drop_file(path);
     bench.wait_for("Create session");
-    bench.harness.get_by_label("Describe aircraft…").click();
-    bench.harness.run_steps(4);
+    click(&mut bench.harness, "Describe aircraft…", 4);
     bench.step("Channels");
     let combo = bench.harness.get_by_role_and_label(Kind::ComboBox, "channel of q");
     combo.scroll_to_me();
@@ -434,19 +428,16 @@ fn draft_of_a_new_session_is_kept_when_left_and_escape_asks_before_it_is_lost() 
     picture(&mut bench.harness, "begin_asks");
     escape(&mut bench);
     assert!(!is_asked(&bench) && bench.harness.state().is_beginning(), "Escape goes on");
-    bench.harness.get_by_label("Leave, keep the draft").click();
-    bench.settle();
+    bench.choose("Leave, keep the draft");
     assert!(!bench.harness.state().is_beginning());
     assert_eq!(bench.harness.state().draft_name(), Some("foreign"));
     bench.request(UiCommand::File(FileCommand::ContinueNew));
     bench.step("Channels");
     let channel = bench.harness.get_by_role_and_label(Kind::ComboBox, "channel of q");
     assert_eq!(channel.accesskit_node().value().as_deref(), Some("channel 17"));
-    bench.harness.get_by_label("Cancel").click();
-    bench.harness.run_steps(4);
+    click(&mut bench.harness, "Cancel", 4);
     assert!(is_asked(&bench));
-    bench.harness.get_by_label("Discard the draft").click();
-    bench.settle();
+    bench.choose("Discard the draft");
     assert!(!bench.harness.state().is_beginning() && bench.harness.state().draft_name().is_none());
 }
 
@@ -456,11 +447,9 @@ fn described_aircraft_is_saved_under_its_own_name() {
     let path = foreign(bench.folder.path());
     bench.drop_file(path);
     bench.wait_for("Create session");
-    bench.harness.get_by_label("Describe aircraft…").click();
-    bench.harness.run_steps(4);
+    click(&mut bench.harness, "Describe aircraft…", 4);
     bench.enter("name of the aircraft", "Trainer II");
-    bench.harness.get_by_label("Save the aircraft…").click();
-    bench.harness.run_steps(4);
+    click(&mut bench.harness, "Save the aircraft…", 4);
     let name = bench.harness.get_by_label("File name").accesskit_node().value();
     assert_eq!(name.as_deref(), Some("Trainer_II.toml"));
 }

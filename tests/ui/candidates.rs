@@ -36,8 +36,7 @@ fn a_refused_candidate_is_not_accepted_with_all_is_saved_and_comes_back_by_undo(
     assert_eq!(refused.refused.len(), 1);
     let left = open.len() - 1;
     let header = format!("not in the session: {left}, refused: 1");
-    bench.harness.get_by_label_contains(&header).click();
-    bench.settle();
+    bench.choose_containing(&header);
     assert!(bench.harness.query_by_label("1 refused").is_some());
     assert!(bench.harness.query_by_label(&format!("accept {}", open[0].name)).is_none(), "it is not in the list");
     picture(&mut bench.harness, "refused");
@@ -87,8 +86,7 @@ fn the_menu_of_a_plot_accepts_or_refuses_the_candidate_under_the_pointer() {
     let at = bench.at_s(IN_DOUBLET_S) + vec2(0.0, 70.0);
     secondary_click(&mut bench.harness, at);
     picture(&mut bench.harness, "candidate_menu");
-    bench.harness.get_by_label_contains("Refuse candidate").click();
-    bench.settle();
+    bench.choose_containing("Refuse candidate");
     let refused = bench.session().refused.clone();
     assert!(refused[0].start_s <= IN_DOUBLET_S && IN_DOUBLET_S <= refused[0].end_s, "{refused:?}");
     secondary_click(&mut bench.harness, at);
@@ -96,8 +94,7 @@ fn the_menu_of_a_plot_accepts_or_refuses_the_candidate_under_the_pointer() {
     bench.harness.key_press(egui::Key::Escape);
     bench.request(UiCommand::Edit(EditCommand::Undo));
     secondary_click(&mut bench.harness, at);
-    bench.harness.get_by_label_contains("Accept candidate").click();
-    bench.settle();
+    bench.choose_containing("Accept candidate");
     assert!(bench.session().windows[1].window.contains(IN_DOUBLET_S));
 }
 
@@ -112,8 +109,7 @@ fn rows_and_pictures_of_manoeuvres_have_the_menu_of_the_list() {
             assert!(bench.harness.query_all_by_label_contains(entry).next().is_some(), "{pane:?}: {entry}");
         }
         picture(&mut bench.harness, &format!("manoeuvre_menu_{pane:?}"));
-        bench.harness.get_by_label_contains("Remove manoeuvre").click();
-        bench.settle();
+        bench.choose_containing("Remove manoeuvre");
         assert!(bench.session().windows.is_empty(), "{pane:?}");
         bench.request(UiCommand::Edit(EditCommand::Undo));
         assert_eq!(bench.session().windows.len(), 1);

@@ -14,7 +14,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 
 use crate::painted::{faults, opacities};
 use crate::workbench::Bench;
-use crate::{picture, secondary_click};
+use crate::{click, picture, secondary_click};
 
 /// Longest way of the shipped flight from its origin is some tens of kilometres.
 const MOST_KM: f64 = 200.0;
@@ -25,8 +25,7 @@ fn long_track_is_in_kilometres() {
     bench.show(Pane::GroundTrack);
     picture(&mut bench.harness, "ground_track");
     secondary_click(&mut bench.harness, egui::pos2(430.0, 300.0));
-    bench.harness.get_by_label("Save data as CSV…").click();
-    bench.harness.run_steps(3);
+    click(&mut bench.harness, "Save data as CSV…", 3);
     let file = bench.folder.path().join("track.csv");
     bench.enter_file(&file.display().to_string());
     let text = std::fs::read_to_string(file).expect("it is written");
@@ -56,8 +55,7 @@ fn derivative_with_something_against_it_is_marked_and_no_column_runs_into_the_ne
 #[test]
 fn menu_ticks_the_theme_and_enter_saves_where_changes_would_be_lost() {
     let mut bench = Bench::open();
-    bench.harness.get_by_label("View").click();
-    bench.harness.run_steps(3);
+    click(&mut bench.harness, "View", 3);
     let chosen = |bench: &Bench<'_>, name: &str| {
         let node = bench.harness.get_by_label_contains(name);
         let node = node.accesskit_node();
@@ -82,8 +80,7 @@ fn menu_ticks_the_theme_and_enter_saves_where_changes_would_be_lost() {
 fn panel_without_a_study_offers_it_and_the_log_names_no_file_of_a_cache() {
     let mut bench = Bench::open();
     bench.show(Pane::Sensitivity);
-    bench.harness.get_by_label("Compute it").click();
-    bench.settle();
+    bench.choose("Compute it");
     assert!(bench.snapshot().studies.sensitivity.ready().is_some(), "the button in the middle computes it");
     let mut bench = Bench::shipped();
     bench.show(Pane::Log);

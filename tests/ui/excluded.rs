@@ -57,8 +57,7 @@ fn a_picture_of_the_gallery_is_hatched_where_the_manoeuvre_is_excluded_and_nowhe
 fn manoeuvres_over_each_other_are_hatched_from_their_onset_and_named() {
     let mut bench = Bench::open();
     bench.show(Pane::Gallery);
-    bench.harness.get_by_label("Over each other").click();
-    bench.settle();
+    bench.choose("Over each other");
     bench.harness.hover_at(pos2(2.0, 2.0));
     bench.harness.run_steps(3);
     let before = picture(&mut bench.harness, "over_whole");

@@ -7,7 +7,7 @@ use egui_kittest::kittest::Queryable;
 
 use crate::plots::{harness, middle};
 use crate::workbench::Bench;
-use crate::{copied, picture, secondary_click};
+use crate::{click, copied, picture, secondary_click};
 
 /// Rounding of printed numbers to five digits, relative.
 const PRINTED: f64 = 1e-4;
@@ -59,8 +59,7 @@ fn menu_of_a_plot_copies_every_sample_on_screen_and_nothing_else() {
     harness.get_by_label_contains("This plot").click();
     harness.run_steps(4);
     picture(&mut harness, "plot_menu");
-    harness.get_by_label("Copy data").click();
-    harness.run_steps(2);
+    click(&mut harness, "Copy data", 2);
     let request = harness.state_mut().figures.pop().expect("a figure was asked for");
     assert_eq!((request.form, request.figure.panels.len()), (FigureForm::Copy, 1));
     let text = csv(&request.figure);
@@ -88,8 +87,7 @@ fn plots_of_the_flight_are_saved_as_drawing_picture_and_numbers() {
         secondary_click(&mut bench.harness, plot);
         bench.harness.get_by_label_contains("All 5 plots").click();
         bench.harness.run_steps(4);
-        bench.harness.get_by_label(form).click();
-        bench.harness.run_steps(3);
+        click(&mut bench.harness, form, 3);
         bench.enter_file(name);
         let path = bench.folder.path().join(name);
         assert!(std::fs::metadata(&path).is_ok_and(|file| file.len() > 1000), "{name} is written");

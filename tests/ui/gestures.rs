@@ -8,7 +8,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
 use crate::plots::{Bench, harness, middle};
-use crate::{double_click, drag, secondary_drag};
+use crate::{click, double_click, drag, secondary_drag};
 
 /// Rounding of a screen position to a value or a time, as a part of what is shown.
 const PART: f64 = 0.004;
@@ -111,10 +111,8 @@ fn click_on_a_name_of_the_legend_hides_its_curve_and_shows_it_again() {
     let curves = |harness: &mut Harness<'_, Bench>| {
         let at = middle(harness);
         crate::secondary_click(harness, at);
-        harness.get_by_label("This plot").click();
-        harness.run_steps(4);
-        harness.get_by_label("Copy data").click();
-        harness.run_steps(3);
+        click(harness, "This plot", 4);
+        click(harness, "Copy data", 3);
         let request = harness.state_mut().figures.pop().expect("a figure was asked for");
         let text = doublet::widgets::figure::csv(&request.figure);
         text.lines().next().unwrap_or_default().split(',').skip(1).map(str::to_owned).collect::<Vec<_>>()

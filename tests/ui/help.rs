@@ -8,6 +8,7 @@ use egui::accesskit::Role;
 use egui::{Key, vec2};
 use egui_kittest::kittest::{NodeT, Queryable};
 
+use crate::click;
 use crate::picture;
 use crate::workbench::Bench;
 
@@ -105,13 +106,11 @@ fn search_finds_words_and_lines_without_a_net_and_a_link_leads_on() {
     let mut bench = Bench::open();
     bench.harness.state_mut().help.open(Topic::Contents);
     bench.harness.run_steps(3);
-    bench.harness.get_by_label("search the manual").click();
-    bench.harness.run_steps(2);
+    click(&mut bench.harness, "search the manual", 2);
     bench.harness.get_by_label("search the manual").type_text("variance inflation");
     bench.harness.run_steps(3);
     picture(&mut bench.harness, "help_search");
-    bench.harness.get_by_label("VIF").click();
-    bench.harness.run_steps(3);
+    click(&mut bench.harness, "VIF", 3);
     assert_eq!(bench.harness.state().help.topic(), Some(&Topic::Term("VIF".to_owned())));
     let formula = glossary::find("VIF").and_then(|entry| entry.formula.clone()).expect("it has one");
     assert!(bench.harness.query_by_label_contains(&formula).is_some(), "{formula}");

@@ -111,8 +111,7 @@ fn roots_follow_a_slider_and_every_answer_is_that_of_the_engine_alone() {
     bench.harness.run_steps(3);
     let figure = bench.harness.get_by_label_contains("figure of lg (error / goal)").rect();
     secondary_click(&mut bench.harness, figure.center());
-    bench.harness.get_by_label("Add to the report").click();
-    bench.settle();
+    bench.choose("Add to the report");
     assert_eq!(bench.session().report_figures.len(), 1);
     bench.request(UiCommand::Edit(EditCommand::Undo));
     assert!(bench.session().report_figures.is_empty());

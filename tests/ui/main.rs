@@ -1,6 +1,11 @@
 //! The workbench as a user meets it: clicked, typed and dragged without a display, drawn on the processor.
 
-#![allow(clippy::expect_used)] // helpers of tests fail the test that calls them
+#![allow(
+    clippy::expect_used,
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    reason = "helpers of tests fail the test that calls them"
+)]
 
 mod aircraft;
 mod allocations;
@@ -43,6 +48,7 @@ mod traps;
 mod widgets;
 mod workbench;
 
+use egui_kittest::kittest::Queryable;
 use egui_kittest::{Harness, HarnessBuilder};
 use image::RgbaImage;
 use rasteriser::Rasteriser;
@@ -120,6 +126,19 @@ fn copied<State>(harness: &Harness<'_, State>) -> Option<String> {
         egui::OutputCommand::CopyText(text) => Some(text.clone()),
         _ => None,
     })
+}
+
+/// Clicks the widget called `label` and draws `frames` frames.
+fn click<State>(harness: &mut Harness<'_, State>, label: &str, frames: usize) {
+    harness.get_by_label(label).click();
+    harness.run_steps(frames);
+}
+
+/// What "Copy data" in the menu at `pos` puts into the clipboard.
+fn copied_data<State>(harness: &mut Harness<'_, State>, pos: egui::Pos2) -> String {
+    secondary_click(harness, pos);
+    click(harness, "Copy data", 1);
+    copied(harness).expect("the data are in the clipboard")
 }
 
 /// Presses at `from`, moves to `to` in `steps` frames, and releases there.

@@ -12,7 +12,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 
 use crate::recording::STEP_S;
 use crate::workbench::Bench;
-use crate::{drag, hold, picture, secondary_click};
+use crate::{click, drag, hold, picture, secondary_click};
 
 /// Elevator doublet: its first sample, its change of side and the first sample at rest again, s.
 const DOUBLET_S: [f64; 3] = [44.0, 45.0, 46.0];
@@ -174,8 +174,7 @@ fn note_typed_in_the_table_shows_over_the_band_and_in_the_results_and_changes_no
     assert_eq!(shown(&bench), at_rest + 1, "hovering over the band shows it");
     picture(&mut bench.harness, "note");
     bench.request(UiCommand::File(FileCommand::Export));
-    bench.harness.get_by_label("Save").click();
-    bench.settle();
+    bench.choose("Save");
     let table = std::fs::read_to_string(bench.folder.path().join("results/windows.csv")).expect("it is written");
     let rows: Vec<&str> = table.lines().collect();
     assert!(rows[0].ends_with(",note") && rows[1].ends_with(",rough air from 20 s"), "{table}");
@@ -225,12 +224,10 @@ fn locked_edges_stay_where_they_are_when_dragged_and_go_where_they_are_typed() {
     bench.request(UiCommand::Edit(EditCommand::Undo));
     assert!(!bench.session().window("first").expect("it is there").flags.locked, "no drag left a step of undo");
     secondary_click(&mut bench.harness, body);
-    bench.harness.get_by_label_contains("Lock or unlock edges").click();
-    bench.settle();
+    bench.choose_containing("Lock or unlock edges");
     assert!(bench.session().window("first").expect("it is there").flags.locked);
     secondary_click(&mut bench.harness, body);
-    bench.harness.get_by_label_contains("Lock or unlock edges").click();
-    bench.settle();
+    bench.choose_containing("Lock or unlock edges");
     assert!(!bench.session().window("first").expect("it is there").flags.locked);
     drag(&mut bench.harness, end, free, 6);
     bench.settle();
@@ -259,8 +256,7 @@ fn table_of_windows_is_filtered_by_words_use_and_verdict_and_ordered_by_a_click_
     bench.show(Pane::Manoeuvres);
     let all = bench.session().windows.clone();
     assert_eq!(rows(&bench).len(), all.len(), "all are on screen");
-    bench.harness.get_by_label("filter manoeuvres").click();
-    bench.harness.run_steps(2);
+    click(&mut bench.harness, "filter manoeuvres", 2);
     bench.harness.get_by_label("filter manoeuvres").type_text("RUDDER 3-2");
     bench.settle();
     let wanted: Vec<String> = all
@@ -275,8 +271,7 @@ fn table_of_windows_is_filtered_by_words_use_and_verdict_and_ordered_by_a_click_
         bench.harness.state().state.selection.windows(bench.session()).map(|w| w.name.clone()).collect();
     assert_eq!(selected, wanted, "they are selected");
     picture(&mut bench.harness, "windows_filtered");
-    bench.harness.get_by_label("✖").click();
-    bench.settle();
+    bench.choose("✖");
     assert_eq!(rows(&bench).len(), all.len());
     let title = |bench: &Bench<'_>, name: &str| {
         let nodes = bench.harness.get_all_by_role(Role::ColumnHeader).collect::<Vec<_>>();

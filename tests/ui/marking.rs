@@ -174,26 +174,22 @@ fn menus_of_plot_strip_and_row_have_the_commands_of_the_manoeuvre_under_the_poin
     let at = bench.in_plot(15.0);
     secondary_click(&mut bench.harness, at);
     picture(&mut bench.harness, "marking_menu");
-    bench.harness.get_by_label_contains("Split manoeuvre here").click();
-    bench.settle();
+    bench.choose_containing("Split manoeuvre here");
     assert_eq!(bench.session().windows.len(), 2);
     assert!(is_near(bench.first().end_s, 15.0), "{:?}", bench.first());
     bench.undo();
     let row = bench.harness.get_by_label("name of first").rect().center();
     secondary_click(&mut bench.harness, row);
-    bench.harness.get_by_label_contains("Note on manoeuvre").click();
-    bench.settle();
+    bench.choose_containing("Note on manoeuvre");
     let entry = bench.harness.get_by_label("note");
     entry.focus();
     entry.type_text("smooth air");
     bench.harness.run_steps(2);
-    bench.harness.get_by_label("Keep").click();
-    bench.settle();
+    bench.choose("Keep");
     assert_eq!(bench.window(0).note, "smooth air");
     let block = bench.harness.get_by_label_contains("timeline first:").rect().center();
     secondary_click(&mut bench.harness, block);
-    bench.harness.get_by_label_contains("Remove manoeuvre").click();
-    bench.settle();
+    bench.choose_containing("Remove manoeuvre");
     assert!(bench.session().windows.is_empty());
 }
 

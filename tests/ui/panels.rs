@@ -8,38 +8,21 @@ use doublet_core::model::{Axes, Coefficient, Term};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::consistency::WORTH_CHANGING;
 use doublet_core::reconstruct::{Method, State};
-use doublet_engine::run::{Control, Scope as RunScope, Snapshot, run};
 use doublet_engine::session::{self, Edit, FilterEdit, ModelEdit, Surface};
 use doublet_engine::study::LagKind;
 use egui_kittest::kittest::{NodeT, Queryable};
 
 use crate::workbench::Bench;
-use crate::{copied, drag, picture, secondary_click};
+use crate::{click, copied, copied_data, drag, picture, secondary_click};
 
 /// Rounding of sums over a thousand samples, relative.
 const ROUNDING: f64 = 1e-8;
-
-/// Everything computed without a window for a changed session.
-fn alone(bench: &Bench<'_>, change: impl FnOnce(&mut session::Session)) -> Snapshot {
-    let mut session = bench.session().clone();
-    change(&mut session);
-    let scope = RunScope {
-        session: &session,
-        folder: bench.folder.path(),
-        first: None,
-        studies: &[],
-        cause: "",
-        generation: 1,
-    };
-    run(&scope, &Snapshot::default(), &doublet_engine::graph::Cache::new(1 << 20), &Control::default(), &|_| {})
-}
 
 #[test]
 fn effects_of_terms_are_those_of_fits_with_and_without_them() {
     let mut bench = Bench::open();
     bench.show(Pane::Model);
-    bench.harness.get_by_role_and_label(egui::accesskit::Role::Button, "Cm").click();
-    bench.settle();
+    bench.push("Cm");
     picture(&mut bench.harness, "model_effects");
     let details = bench.snapshot().details.ready().expect("the model was looked at").clone();
     let study = details.model.iter().find(|study| study.coefficient == Coefficient::Cm).expect("Cm is modelled");
@@ -52,7 +35,7 @@ fn effects_of_terms_are_those_of_fits_with_and_without_them() {
     for (name, term, on) in [("Cm_alpha", "alpha", false), ("Cm_alpha_dot", "alpha_dot*c/V", true)] {
         let term = Term::parse(term).expect("it is a term");
         let edit = Edit::Model(ModelEdit::SetTerm { coefficient: Coefficient::Cm, term, on });
-        let other = alone(&bench, |session| *session = edit.apply(session).expect("the edit fits"));
+        let other = bench.alone(|session| *session = edit.apply(session).expect("the edit fits"));
         let other = other.pooled.ready().expect("it is estimated").fits[0].fit.clone().expect("Cm has a fit");
         let change = other.quality.r_squared - full.quality.r_squared;
         assert!((effect(name).r_squared_change - change).abs() < ROUNDING, "{name}: {change}");
@@ -66,8 +49,7 @@ fn effects_of_terms_are_those_of_fits_with_and_without_them() {
         bench.harness.query_all_by_label_contains("collinear with the other terms").next().is_some(),
         "the table says so"
     );
-    bench.harness.get_by_label("effect of Cm alpha_dot*c/V").click();
-    bench.settle();
+    bench.choose("effect of Cm alpha_dot*c/V");
     assert!(bench.cm().parameter("Cm_alpha_dot").is_some(), "a tick of the table is a tick of the model");
 }
 
@@ -76,11 +58,9 @@ fn second_structure_is_estimated_beside_the_first_saved_and_exchanged() {
     let mut bench = Bench::open();
     bench.show(Pane::Model);
     let first = bench.cm();
-    bench.harness.get_by_label("Keep as B").click();
-    bench.settle();
+    bench.choose("Keep as B");
     // As long as both are the same every difference is nothing and steps back.
-    bench.harness.get_by_label("Show both").click();
-    bench.settle();
+    bench.choose("Show both");
     let column = |bench: &Bench<'_>, words: &str| {
         let title = bench.harness.get_by_label("B − A").rect();
         let mut found = crate::painted::opacities(bench, words, title.bottom());
@@ -89,19 +69,16 @@ fn second_structure_is_estimated_beside_the_first_saved_and_exchanged() {
     };
     let nothing = column(&bench, &doublet::notation::number(0.0));
     assert!(nothing.len() >= 3 && nothing.iter().all(|opacity| *opacity < 0.5), "{nothing:?}");
-    bench.harness.get_by_label("Cm alpha").click();
-    bench.settle();
+    bench.choose("Cm alpha");
     let second = |bench: &Bench<'_>| {
         let fits = bench.snapshot().second.ready().expect("B is estimated").fits.clone();
         fits[0].fit.clone().expect("Cm has a fit")
     };
     assert_eq!(second(&bench).estimates, first.estimates);
     assert_eq!(bench.cm().names, ["Cm_0", "Cm_q", "Cm_delta_e"]);
-    bench.harness.get_by_label("Show both").click();
-    bench.settle();
+    bench.choose("Show both");
     picture(&mut bench.harness, "structures");
-    bench.harness.get_by_label("Copy as CSV").click();
-    bench.harness.step();
+    click(&mut bench.harness, "Copy as CSV", 1);
     let text = copied(&bench.harness).expect("the table is in the clipboard");
     let row = text.lines().find(|line| line.starts_with("Cm_q,")).expect("both have it");
     let cells: Vec<f64> = row.split(',').skip(1).map(|cell| cell.parse().expect("a number")).collect();
@@ -113,8 +90,7 @@ fn second_structure_is_estimated_beside_the_first_saved_and_exchanged() {
     bench.request(UiCommand::File(doublet::command::FileCommand::Save));
     assert_eq!(&session::open(&path).expect("the file opens").session, bench.session());
     let without = bench.cm().estimates;
-    bench.harness.get_by_label("A ⇄ B").click();
-    bench.settle();
+    bench.choose("A ⇄ B");
     assert_eq!(bench.cm().estimates, first.estimates);
     assert_eq!(second(&bench).estimates, without);
 }
@@ -123,25 +99,22 @@ fn second_structure_is_estimated_beside_the_first_saved_and_exchanged() {
 fn filters_are_compared_by_the_paths_each_gives_alone() {
     let mut bench = Bench::open();
     bench.show(Pane::Reconstruction);
-    bench.harness.get_by_label("Attitude").click();
-    bench.settle();
-    bench.harness.get_by_label("compare filters").click();
-    bench.settle();
+    bench.choose("Attitude");
+    bench.choose("compare filters");
     picture(&mut bench.harness, "filters_compared");
     let details = bench.snapshot().details.ready().expect("the manoeuvre was looked at").clone();
     let window = details.window.as_ref().expect("a manoeuvre is chosen");
     let [plain, iterated] = window.filters.as_ref().expect("it was asked for").as_ref().expect("both run");
     for (path, method) in [(plain, Method::Ekf), (iterated, Method::Iekf { max_iterations: 10, tolerance: 1e-3 })] {
         let edit = Edit::Filter(FilterEdit::Method(method));
-        let other = alone(&bench, |session| *session = edit.apply(session).expect("the edit fits"));
+        let other = bench.alone(|session| *session = edit.apply(session).expect("the edit fits"));
         let other = other.windows["first"].path.ready().expect("the path is there").clone();
         for state in [State::PitchAngle, State::VelocityW] {
             assert_eq!(path.reconstruction.states[state as usize], other.reconstruction.states[state as usize]);
         }
     }
     // The table of biases: means of the last second.
-    bench.harness.get_by_label("Table").click();
-    bench.settle();
+    bench.choose("Table");
     let path = bench.snapshot().windows["first"].path.ready().expect("the path is there").clone();
     let time_s = &path.reconstruction.time_s;
     let end_s = time_s[time_s.len() - 1];
@@ -155,8 +128,7 @@ fn filters_are_compared_by_the_paths_each_gives_alone() {
 fn contributions_add_up_to_the_fit_and_residuals_are_tested() {
     let mut bench = Bench::open();
     bench.show(Pane::Fits);
-    bench.harness.get_by_label("Contributions").click();
-    bench.settle();
+    bench.choose("Contributions");
     picture(&mut bench.harness, "contributions");
     let details = bench.snapshot().details.ready().expect("the manoeuvre was looked at").clone();
     let window = details.window.as_ref().expect("a manoeuvre is chosen");
@@ -167,8 +139,7 @@ fn contributions_add_up_to_the_fit_and_residuals_are_tested() {
         let sum: f64 = window.contributions[0].terms.iter().map(|(_, part)| part.values[at]).sum();
         assert!((sum - fitted.values[at]).abs() < ROUNDING, "{sum}");
     }
-    bench.harness.get_by_label("Whiteness").click();
-    bench.settle();
+    bench.choose("Whiteness");
     picture(&mut bench.harness, "whiteness");
     let study = &window.residuals[0];
     let mean = residual.values.iter().sum::<f64>() / residual.values.len() as f64;
@@ -222,27 +193,19 @@ fn derivatives_from_elsewhere_are_marked_beside_the_estimates() {
     let table = "derivative,estimate,standard_error\nCm_alpha,-0.75,0.02\n";
     std::fs::write(bench.folder.path().join("handbook.csv"), table).expect("a file can be written");
     bench.show(Pane::Derivatives);
-    bench.harness.get_by_label("Intervals").click();
-    bench.settle();
+    bench.choose("Intervals");
     bench.harness.state_mut().state.selection.derivative = Some("Cm_alpha".to_owned());
-    bench.harness.get_by_label("Add reference…").click();
-    bench.harness.run_steps(3);
-    bench.harness.get_by_label("handbook.csv").click();
-    bench.harness.run_steps(2);
-    bench.harness.get_by_label("Open").click();
-    bench.settle();
+    click(&mut bench.harness, "Add reference…", 3);
+    click(&mut bench.harness, "handbook.csv", 2);
+    bench.choose("Open");
     picture(&mut bench.harness, "references");
     let plot = bench.harness.get_by_label("estimates of every manoeuvre").rect();
-    secondary_click(&mut bench.harness, plot.center());
-    bench.harness.get_by_label("Copy data").click();
-    bench.harness.run_steps(1);
-    let text = copied(&bench.harness).expect("the chart is in the clipboard");
+    let text = copied_data(&mut bench.harness, plot.center());
     let at =
         text.lines().next().and_then(|head| head.split(',').position(|name| name == "handbook")).expect("a column");
     let marked = text.lines().skip(1).filter_map(|line| line.split(',').nth(at)).find(|cell| !cell.is_empty());
     assert_eq!(marked, Some("-0.75"), "{text}");
-    bench.harness.get_by_label("Remove references").click();
-    bench.settle();
+    bench.choose("Remove references");
     assert!(bench.harness.state().references.is_empty());
 }
 
@@ -250,8 +213,7 @@ fn derivatives_from_elsewhere_are_marked_beside_the_estimates() {
 fn sensitivity_to_inertia_is_that_of_the_moment_itself() {
     let mut bench = Bench::open();
     bench.show(Pane::Sensitivity);
-    bench.harness.get_by_role_and_label(egui::accesskit::Role::Button, "Compute sensitivity").click();
-    bench.settle();
+    bench.push("Compute sensitivity");
     picture(&mut bench.harness, "sensitivity");
     let study = bench.snapshot().studies.sensitivity.ready().expect("it was asked for").clone();
     let table = study.tables.iter().find(|table| table.step.quantity.name() == "Iyy").expect("inertia is varied");
@@ -269,13 +231,9 @@ fn sensitivity_to_inertia_is_that_of_the_moment_itself() {
 fn tornado_has_its_widest_bar_at_the_top() {
     let mut bench = Bench::shipped();
     bench.show(Pane::Sensitivity);
-    bench.harness.get_by_role_and_label(egui::accesskit::Role::Button, "Compute sensitivity").click();
-    bench.settle();
+    bench.push("Compute sensitivity");
     let chart = bench.harness.get_by_label("tornado of sensitivity").rect();
-    secondary_click(&mut bench.harness, chart.center());
-    bench.harness.get_by_label("Copy data").click();
-    bench.harness.step();
-    let text = copied(&bench.harness).expect("the bars are in the clipboard");
+    let text = copied_data(&mut bench.harness, chart.center());
     // A bar of "lower" has four corners around its place, 0.2 above it; its end is the change. The widest lies at 0, the others below.
     let corner = |line: &str| {
         let mut cells = line.split(',').map(|cell| cell.parse::<f64>().ok());
@@ -299,8 +257,7 @@ fn frequency_responses_are_drawn_with_their_equivalent_systems() {
     let mut bench = Bench::shipped();
     bench.request(UiCommand::View(doublet::command::ViewCommand::Step(doublet::step::Step::Results)));
     bench.show(Pane::Responses);
-    bench.harness.get_by_role_and_label(egui::accesskit::Role::Button, "Compute frequency responses").click();
-    bench.settle();
+    bench.push("Compute frequency responses");
     picture(&mut bench.harness, "responses");
     let study = bench.snapshot().studies.responses.ready().expect("they were asked for").clone();
     let surfaces: Vec<Surface> = study.surfaces.iter().map(|found| found.surface).collect();
@@ -318,8 +275,7 @@ fn frequency_responses_are_drawn_with_their_equivalent_systems() {
         assert!(system.fit.model.gain < 0.0, "{:?}", found.surface);
     }
     assert!(bench.harness.query_by_label("1/Tθ₂").is_some(), "the equivalent system of the elevator");
-    bench.harness.get_by_label("aileron").click();
-    bench.settle();
+    bench.choose("aileron");
     assert!(bench.harness.query_by_label("1/Tθ₂").is_none(), "that of the aileron in its place");
     assert!(bench.harness.query_by_label("ζ_z1").is_some(), "its form holds the Dutch roll");
 }
@@ -328,21 +284,18 @@ fn frequency_responses_are_drawn_with_their_equivalent_systems() {
 fn delay_the_fit_finds_is_taken_by_a_click_and_undone() {
     let mut bench = Bench::open();
     bench.show(Pane::Model);
-    bench.harness.get_by_label("Axes, reference, thrust and lags").click();
-    bench.harness.run_steps(20);
+    click(&mut bench.harness, "Axes, reference, thrust and lags", 20);
     // The deflection was recorded when it acted: a delay is wrong, and the fit finds it back.
     bench.enter("elevator delay", "40");
     bench.settle();
-    bench.harness.get_by_role_and_label(egui::accesskit::Role::Button, "Find lags of the controls").click();
-    bench.settle();
+    bench.push("Find lags of the controls");
     picture(&mut bench.harness, "model_lags");
     let lags = bench.snapshot().studies.lags.ready().expect("they were asked for").clone();
     let (found, error) = lags.get(Surface::Elevator, LagKind::Delay).unwrap().found_s().unwrap();
     assert!(found.abs() < 1e-3 && error < 1e-3, "{found} {error}");
     // A first-order lag on top of the delay only makes it worse: it ends at zero, which is no value to take.
     assert!(lags.get(Surface::Elevator, LagKind::FirstOrder).unwrap().found_s().is_err());
-    bench.harness.get_by_label(&format!("{:.1} ± {:.1} ms", 1e3 * found, 1e3 * error)).click();
-    bench.settle();
+    bench.choose(&format!("{:.1} ± {:.1} ms", 1e3 * found, 1e3 * error));
     assert_eq!(bench.session().preparation.control_lags.get(Surface::Elevator).delay_s, found);
     bench.request(UiCommand::Edit(EditCommand::Undo));
     assert_eq!(bench.session().preparation.control_lags.get(Surface::Elevator).delay_s, 0.04);
@@ -353,10 +306,7 @@ fn ground_track_is_drawn_from_the_position_and_its_data_can_be_copied() {
     let mut bench = Bench::shipped();
     bench.show(Pane::GroundTrack);
     let plot = bench.harness.get_by_label("ground track").rect();
-    secondary_click(&mut bench.harness, plot.center());
-    bench.harness.get_by_label("Copy data").click();
-    bench.harness.run_steps(1);
-    let text = copied(&bench.harness).expect("the track is in the clipboard");
+    let text = copied_data(&mut bench.harness, plot.center());
     assert!(text.starts_with("east [km],track"), "{}", text.lines().next().unwrap_or_default());
     let flight = bench.snapshot().flights.values().next().and_then(|slot| slot.ready()).expect("it is read").clone();
     // The flight has no position: the track is the integral of its ground velocity.
@@ -390,8 +340,7 @@ fn change_of_loading_lists_the_change_of_every_derivative() {
     let slider = bench.harness.get_by_role_and_label(egui::accesskit::Role::Slider, "Seats passenger right").rect();
     drag(&mut bench.harness, slider.center(), slider.left_center() + egui::vec2(2.0, 0.0), 4);
     bench.settle();
-    bench.harness.get_by_label("Change of derivatives").click();
-    bench.settle();
+    bench.choose("Change of derivatives");
     picture(&mut bench.harness, "loading_changes");
     let now = cx(&bench);
     let slope = |fit: &doublet_core::estimate::Fit| fit.parameter("CX_alpha").expect("it is in the model").0;
@@ -463,10 +412,7 @@ fn cross_plot_draws_two_channels_over_the_chosen_window() {
     let mut bench = Bench::open();
     bench.show(Pane::CrossPlot);
     let chart = bench.harness.get_by_role_and_label(egui::accesskit::Role::Image, "cross plot").rect();
-    secondary_click(&mut bench.harness, chart.center());
-    bench.harness.get_by_label("Copy data").click();
-    bench.harness.step();
-    let text = copied(&bench.harness).expect("the numbers are in the clipboard");
+    let text = copied_data(&mut bench.harness, chart.center());
     let rows: Vec<Vec<f64>> =
         text.lines().skip(1).map(|line| line.split(',').filter_map(|cell| cell.parse().ok()).collect()).collect();
     // The window is 20 s long, at 0.02 s, both ends included.
@@ -485,8 +431,7 @@ fn derivative_is_fixed_in_the_menu_of_its_tick_and_marked_in_the_table() {
     let place = bench.harness.get_by_label("Cm qc/V").rect().center();
     secondary_click(&mut bench.harness, place);
     picture(&mut bench.harness, "model_known_menu");
-    bench.harness.get_by_label("Fixed").click();
-    bench.settle();
+    bench.choose("Fixed");
     let fit = bench.cm();
     let at = fit.names.iter().position(|name| name == "Cm_q").expect("it stays in the model");
     assert_eq!((fit.origins[at], fit.standard_errors[at]), (Origin::Fixed, 0.0));
@@ -501,10 +446,8 @@ fn derivative_is_fixed_in_the_menu_of_its_tick_and_marked_in_the_table() {
     assert!(bench.harness.query_all_by_label("fixed").next().is_some(), "the table says so");
     picture(&mut bench.harness, "derivatives_fixed");
     bench.show(Pane::Model);
-    bench.harness.get_by_label("Axes, reference, thrust and lags").click();
-    bench.harness.run_steps(20);
-    bench.harness.get_by_label("Stability").click();
-    bench.settle();
+    click(&mut bench.harness, "Axes, reference, thrust and lags", 20);
+    bench.choose("Stability");
     picture(&mut bench.harness, "model_coefficients");
     let session = bench.session();
     assert_eq!(session.preparation.axes, Axes::Stability);

@@ -13,7 +13,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
 use crate::workbench::Bench;
-use crate::{builder, drag, picture, secondary_click};
+use crate::{builder, click, drag, picture, secondary_click};
 
 fn series(bench: &Bench<'_>, role: Role) -> doublet_core::series::Series {
     let loaded =
@@ -27,8 +27,7 @@ fn a_ticked_moving_average_smooths_the_signal_the_filter_gets_and_undo_gives_it_
     bench.show(Pane::Preprocess);
     let (raw, before) = (series(&bench, Role::SpecificForceX), bench.cm().estimates);
     // The signal shown first is that of the first accelerometer.
-    bench.harness.get_by_label("moving average").click();
-    bench.settle();
+    bench.choose("moving average");
     let smoothed = series(&bench, Role::SpecificForceX);
     let expected = smooth(&raw.time_s, &raw.values, Smoothing::MovingAverage { width: 4 }).expect("it can be smoothed");
     assert_eq!(smoothed.values[..], expected[..]);
@@ -44,8 +43,7 @@ fn a_ticked_moving_average_smooths_the_signal_the_filter_gets_and_undo_gives_it_
 fn a_dragged_width_is_one_step_of_undo() {
     let mut bench = Bench::open();
     bench.show(Pane::Preprocess);
-    bench.harness.get_by_label("moving average").click();
-    bench.settle();
+    bench.choose("moving average");
     let width = |bench: &Bench<'_>| {
         let rule = bench.session().flights[0].signals.rule(Role::SpecificForceX).cloned();
         rule.and_then(|rule| rule.moving_average)
@@ -69,8 +67,7 @@ fn a_dragged_width_is_one_step_of_undo() {
 fn the_thesis_preset_brings_every_signal_to_100_hz() {
     let mut bench = Bench::open();
     bench.show(Pane::Preprocess);
-    bench.harness.get_by_label(SignalPreset::Thesis.name()).click();
-    bench.settle();
+    bench.choose(SignalPreset::Thesis.name());
     let signals = bench.session().flights[0].signals.clone();
     assert_eq!(signals.preset(), Some(SignalPreset::Thesis));
     let alpha = signals.rule(Role::AngleOfAttack).and_then(|rule| rule.resampling).expect("it is resampled");
@@ -130,22 +127,17 @@ fn marked_windows_give_the_noise_and_a_button_takes_it() {
     assert!(expected.samples > 100, "{}", expected.samples);
     bench.show(Pane::Noise);
     picture(&mut bench.harness, "noise_recorded");
-    bench.harness.get_by_label("take recorded Q q").click();
-    bench.settle();
+    bench.choose("take recorded Q q");
     assert_eq!(bench.session().filter.process_noise[Input::PitchRate as usize], expected.std);
     // Another value, kept with its reason.
     bench.enter("Q q", "0.5");
-    bench.harness.get_by_label("why Q q").click();
-    bench.harness.run_steps(3);
-    bench.harness.get_by_label("reason Q q").click();
-    bench.harness.run_steps(2);
+    click(&mut bench.harness, "why Q q", 3);
+    click(&mut bench.harness, "reason Q q", 2);
     bench.harness.get_by_label("reason Q q").type_text("vibration");
     bench.harness.run_steps(2);
-    bench.harness.get_by_label("Keep").click();
-    bench.settle();
+    bench.choose("Keep");
     assert_eq!(bench.session().noise_reasons.get("q").map(String::as_str), Some("vibration"));
-    bench.harness.get_by_label("take recorded Q q").click();
-    bench.settle();
+    bench.choose("take recorded Q q");
     assert!(!bench.session().noise_reasons.contains_key("q"));
     assert_eq!(bench.session().filter.process_noise[Input::PitchRate as usize], expected.std);
 }
@@ -213,8 +205,7 @@ fn a_typed_expression_becomes_a_channel_is_plotted_changed_and_removed() {
     bench.enter("channel name", "path speed");
     bench.enter("channel unit", "m/s");
     let typed = |bench: &mut Bench<'_>, text: &str| {
-        bench.harness.get_by_label("channel expression").click();
-        bench.harness.run_steps(2);
+        click(&mut bench.harness, "channel expression", 2);
         bench.harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::A);
         bench.harness.run_steps(1);
         bench.harness.get_by_label("channel expression").type_text(text);
@@ -247,8 +238,7 @@ fn a_typed_expression_becomes_a_channel_is_plotted_changed_and_removed() {
         bench.harness.run_steps(3);
         let row = bench.harness.get_by_label("plot expression/path speed").rect();
         secondary_click(&mut bench.harness, row.center());
-        bench.harness.get_by_label(choice).click();
-        bench.harness.run_steps(3);
+        click(&mut bench.harness, choice, 3);
     };
     menu(&mut bench, "Edit path speed…");
     typed(&mut bench, "2 * v_north");

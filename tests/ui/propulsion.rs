@@ -11,7 +11,7 @@ use egui_kittest::kittest::Queryable;
 
 use crate::help::unexplained;
 use crate::workbench::Bench;
-use crate::{copied, picture, secondary_click};
+use crate::{copied_data, picture};
 
 #[test]
 fn propeller_map_and_partial_derivatives_are_those_of_the_model() {
@@ -24,10 +24,7 @@ fn propeller_map_and_partial_derivatives_are_those_of_the_model() {
     let engine = &engines.engines[0];
     let chart = format!("efficiency of {}", engine.curves.name);
     let place = bench.harness.get_by_role_and_label(Role::Image, &chart).rect();
-    secondary_click(&mut bench.harness, place.center());
-    bench.harness.get_by_label("Copy data").click();
-    bench.harness.step();
-    let text = copied(&bench.harness).expect("the numbers are in the clipboard");
+    let text = copied_data(&mut bench.harness, place.center());
     let line = &engine.curves.lines[3];
     assert!(text.lines().next().is_some_and(|head| head.starts_with("advance ratio J,")), "{text:.120}");
     assert!(text.contains(&format!("CP {}", notation::number(line.power_coefficient))));

@@ -1,7 +1,5 @@
 //! Unsaved work of a program that ended is offered, and a session open elsewhere is said to be.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
-
 use std::path::{Path, PathBuf};
 
 use doublet::app::{Document, Workbench};
@@ -10,7 +8,7 @@ use doublet_engine::session::{self, Edit};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
-use crate::{builder, picture};
+use crate::{builder, click, picture};
 
 struct Desk {
     _folder: tempfile::TempDir,
@@ -62,13 +60,11 @@ fn unsaved_work_is_offered_at_the_start_and_recovered() {
     desk.crash("afternoon of marking");
     let mut harness = desk.workbench(None);
     assert!(harness.state().is_offering_work());
-    harness.get_by_label("Show what differs").click();
-    harness.run_steps(3);
+    click(&mut harness, "Show what differs", 3);
     assert!(harness.query_by_label_contains("afternoon of marking").is_some(), "the new title is shown");
     assert!(harness.query_all_by_label_contains("as saved").count() > 0, "beside the old one");
     picture(&mut harness, "recovery");
-    harness.get_by_label("Recover").click();
-    harness.run_steps(3);
+    click(&mut harness, "Recover", 3);
     let document = &harness.state().document;
     assert_eq!(document.session().title, "afternoon of marking");
     assert_eq!(document.path.as_deref(), Some(desk.session.as_path()));
@@ -88,14 +84,12 @@ fn unsaved_work_is_discarded_or_left_as_the_user_says() {
     let desk = Desk::new();
     desk.crash("left");
     let mut harness = desk.workbench(None);
-    harness.get_by_label("Ask again at the next start").click();
-    harness.run_steps(3);
+    click(&mut harness, "Ask again at the next start", 3);
     assert!(!harness.state().is_offering_work());
     assert_eq!(desk.kept(), 1);
     drop(harness);
     let mut harness = desk.workbench(None);
-    harness.get_by_label("Discard").click();
-    harness.run_steps(3);
+    click(&mut harness, "Discard", 3);
     assert!(!harness.state().is_offering_work());
     assert_eq!(desk.kept(), 0);
     assert_eq!(session::open(&desk.session).unwrap().session.title, "as saved");
@@ -113,8 +107,7 @@ fn edits_in_the_window_are_kept_aside_and_given_up_with_the_session() {
     harness.state_mut().request(UiCommand::File(FileCommand::OpenShipped));
     harness.run_steps(3);
     assert!(harness.state().is_guarding(), "changes would be lost");
-    harness.get_by_label("Discard").click();
-    harness.run_steps(3);
+    click(&mut harness, "Discard", 3);
     assert_eq!(desk.kept(), 0);
     assert_eq!(harness.state().document.path, None);
 }
@@ -149,12 +142,10 @@ fn a_session_changed_on_disk_is_asked_about_and_theirs_can_be_taken() {
     harness.state_mut().request(UiCommand::File(FileCommand::Save));
     harness.run_steps(3);
     assert!(harness.state().is_asking_about_change());
-    harness.get_by_label("Show").click();
-    harness.run_steps(3);
+    click(&mut harness, "Show", 3);
     harness.get_by_label("title: mine here, by an editor on disk");
     picture(&mut harness, "changed_on_disk");
-    harness.get_by_label("Take theirs").click();
-    harness.run_steps(3);
+    click(&mut harness, "Take theirs", 3);
     assert!(!harness.state().is_asking_about_change());
     assert_eq!(harness.state().document.session().title, "by an editor");
     assert_eq!(session::open(&desk.session).unwrap().session.title, "by an editor");
@@ -176,17 +167,14 @@ fn a_window_that_is_come_back_to_asks_about_a_session_changed_on_disk() {
     std::fs::write(&desk.session, text.replace("as saved", "by an editor")).unwrap();
     come_back(&mut harness);
     assert!(harness.state().is_asking_about_change());
-    harness.get_by_label("Stay").click();
-    harness.run_steps(3);
+    click(&mut harness, "Stay", 3);
     come_back(&mut harness);
     assert!(!harness.state().is_asking_about_change(), "that version was answered");
     std::fs::write(&desk.session, text.replace("as saved", "again by an editor")).unwrap();
     come_back(&mut harness);
-    harness.get_by_label("Show").click();
-    harness.run_steps(3);
+    click(&mut harness, "Show", 3);
     harness.get_by_label("title: as saved here, again by an editor on disk");
-    harness.get_by_label("Take theirs").click();
-    harness.run_steps(3);
+    click(&mut harness, "Take theirs", 3);
     assert_eq!(harness.state().document.session().title, "again by an editor");
     come_back(&mut harness);
     assert!(!harness.state().is_asking_about_change(), "theirs is what is open");

@@ -8,7 +8,7 @@ use doublet_engine::aircraft::instant;
 use egui_kittest::kittest::Queryable;
 
 use crate::workbench::Bench;
-use crate::{FRAME_S, picture};
+use crate::{FRAME_S, click, picture};
 
 #[test]
 fn replay_follows_the_flight_while_it_plays_and_stands_still_otherwise() {
@@ -19,12 +19,9 @@ fn replay_follows_the_flight_while_it_plays_and_stands_still_otherwise() {
     let start_s = window.window.start_s;
     let cursor = |bench: &Bench<'_>| bench.harness.state().state.time.cursor_s;
     assert_eq!(cursor(&bench), None, "nothing plays");
-    bench.harness.get_by_label("4×").click();
-    bench.harness.run_steps(2);
-    bench.harness.get_by_label("▶ Play").click();
-    bench.harness.run_steps(40);
-    bench.harness.get_by_label("⏸ Pause").click();
-    bench.harness.run_steps(4);
+    click(&mut bench.harness, "4×", 2);
+    click(&mut bench.harness, "▶ Play", 40);
+    click(&mut bench.harness, "⏸ Pause", 4);
     let now_s = cursor(&bench).expect("the plots follow");
     let expected = 4.0 * 40.0 * f64::from(FRAME_S);
     assert!((now_s - start_s - expected).abs() < 0.2 * expected, "{} s for {expected}", now_s - start_s);
@@ -50,8 +47,7 @@ fn replay_follows_the_flight_while_it_plays_and_stands_still_otherwise() {
     assert!(!bench.harness.ctx.has_requested_repaint(), "nothing is drawn while nothing moves");
     bench.request(UiCommand::View(ViewCommand::Appearance(egui::ThemePreference::Light)));
     picture(&mut bench.harness, "replay_light");
-    bench.harness.get_by_label("Side by side").click();
-    bench.harness.run_steps(3);
+    click(&mut bench.harness, "Side by side", 3);
     picture(&mut bench.harness, "replay_side_by_side");
     assert!(bench.harness.query_all_by_label("reconstructed").count() >= 1);
 }

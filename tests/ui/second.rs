@@ -8,6 +8,7 @@ use doublet_engine::run::Snapshot;
 use doublet_engine::session::{self, Edit, NoiseChannel};
 use egui_kittest::kittest::Queryable;
 
+use crate::click;
 use crate::picture;
 use crate::workbench::Bench;
 
@@ -60,8 +61,7 @@ fn a_second_session_stands_beside_the_first_with_one_zoom_and_one_cursor() {
     let spoken: Vec<_> = bench.harness.get_all_by_label_contains("plot: ΔCm").filter_map(|plot| plot.value()).collect();
     assert!(spoken.len() == 2 && spoken.iter().all(|text| text.contains("residual")), "{spoken:?}");
     assert_ne!(spoken[0], spoken[1], "each reads its own curve");
-    bench.harness.get_by_label("second session: Derivatives").click();
-    bench.harness.run_steps(3);
+    click(&mut bench.harness, "second session: Derivatives", 3);
     picture(&mut bench.harness, "second_session_derivatives");
     bench.request(UiCommand::File(FileCommand::CloseBeside));
     assert!(bench.harness.state().beside().is_none());

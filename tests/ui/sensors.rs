@@ -7,6 +7,7 @@ use doublet_core::load::instruments;
 use doublet_engine::calibrate::{Curve, SensorKind, fit, points};
 use egui_kittest::kittest::Queryable;
 
+use crate::click;
 use crate::picture;
 use crate::workbench::Bench;
 
@@ -23,8 +24,7 @@ fn readings_on_the_ground_give_a_calibration_that_the_flight_then_uses() {
     assert!(bench.harness.query_by_label("radius 12.450 mm").is_some(), "the drum of the file");
     bench.click("yoke, aileron");
     assert!(bench.harness.query_by_label_contains("a1 1.6200e-1").is_some(), "the line of the file");
-    bench.harness.get_by_label("readings of the sensor").click();
-    bench.harness.run_steps(2);
+    click(&mut bench.harness, "readings of the sensor", 2);
     bench.harness.get_by_label("readings of the sensor").type_text(READINGS);
     bench.settle();
     picture(&mut bench.harness, "sensors_fitted");

@@ -1,11 +1,5 @@
 //! Many edits over one window: the memory that the program holds stays what it is once its cache is full.
 
-#![allow(
-    clippy::print_stdout,
-    clippy::unwrap_used,
-    reason = "helpers of tests are not marked as tests; the figures are what it is for"
-)]
-
 use doublet::app::{Document, Workbench};
 use doublet_core::series::TimeRange;
 use doublet_engine::session::{Edit, WindowEdit};

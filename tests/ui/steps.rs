@@ -38,11 +38,7 @@ fn window_without_a_session_begins_with_the_start_page_and_opens_what_is_chosen_
     assert!(bench.harness.state().is_on_start_page());
     assert!(!bench.harness.state().document.history.is_modified(), "there is nothing to save");
     picture(&mut bench.harness, "start_page");
-    bench
-        .harness
-        .get_by_label("open Cessna 337F, simulated flight: doublets and 3-2-1-1 at 4,000 ft and 90 kt")
-        .click();
-    bench.settle();
+    bench.choose("open Cessna 337F, simulated flight: doublets and 3-2-1-1 at 4,000 ft and 90 kt");
     assert!(!bench.harness.state().is_on_start_page());
     assert_eq!(bench.harness.state().document.shipped, Some(Document::SHIPPED));
     assert_eq!(shown(&bench), LayoutKey::Step(Step::Results));
@@ -53,8 +49,7 @@ fn window_without_a_session_begins_with_the_start_page_and_opens_what_is_chosen_
     assert_eq!(thumbnail.windows.len(), bench.session().windows.len());
     assert!(thumbnail.altitude.iter().flatten().all(|place| (0.0..=1.0).contains(place)));
     picture(&mut bench.harness, "start_page_again");
-    bench.harness.get_by_label_contains("Back to ").click();
-    bench.settle();
+    bench.choose_containing("Back to ");
     assert!(!bench.harness.state().is_on_start_page());
 }
 
@@ -176,8 +171,7 @@ fn layout_is_kept_under_a_name_and_found_in_the_menu() {
     bench.request(UiCommand::View(ViewCommand::KeepLayout));
     bench.harness.get_by_label("name of the layout").type_text("my model");
     bench.harness.run_steps(2);
-    bench.harness.get_by_label("Keep").click();
-    bench.settle();
+    bench.choose("Keep");
     assert_eq!(shown(&bench), LayoutKey::Named("my model".to_owned()));
     bench.request(UiCommand::View(ViewCommand::Step(Step::Filter)));
     bench.harness.get_by_role_and_label(Role::Button, "Layout").click();
@@ -191,8 +185,7 @@ fn layout_is_kept_under_a_name_and_found_in_the_menu() {
 #[test]
 fn tour_passes_every_step_with_the_panel_it_speaks_of_on_screen() {
     let mut bench = nothing_open();
-    bench.harness.get_by_label("Five-minute tour").click();
-    bench.settle();
+    bench.choose("Five-minute tour");
     let mut visited = Vec::new();
     while let Some(stop) = bench.harness.state().tour_stop() {
         assert_eq!(stop, visited.len());
@@ -200,8 +193,7 @@ fn tour_passes_every_step_with_the_panel_it_speaks_of_on_screen() {
         visited.push(step);
         picture(&mut bench.harness, &format!("tour_{stop}"));
         let next = bench.harness.query_by_label("Next stop").is_some();
-        bench.harness.get_by_label(if next { "Next stop" } else { "End the tour" }).click();
-        bench.settle();
+        bench.choose(if next { "Next stop" } else { "End the tour" });
     }
     for step in [Step::Recording, Step::Channels, Step::Aircraft, Step::Manoeuvres, Step::Filter, Step::Model] {
         assert!(visited.contains(&step), "{}", step.title());

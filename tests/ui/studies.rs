@@ -16,8 +16,7 @@ fn regressors_are_correlated_as_their_samples_are_and_all_coefficients_are_shown
     let mut bench = Bench::open();
     bench.show(Pane::Correlation);
     assert!(bench.harness.query_by_label("correlation of parameters of Cm").is_some());
-    bench.harness.get_by_label("Regressors").click();
-    bench.settle();
+    bench.choose("Regressors");
     assert!(bench.harness.query_by_label("correlation of regressors of Cm").is_some());
     picture(&mut bench.harness, "correlation_regressors");
     let details = bench.snapshot().details.ready().expect("it was looked at").clone();
@@ -41,8 +40,7 @@ fn regressors_are_correlated_as_their_samples_are_and_all_coefficients_are_shown
 fn information_of_a_window_adds_up_and_lies_where_the_aircraft_moves() {
     let mut bench = Bench::open();
     bench.show(Pane::Fits);
-    bench.harness.get_by_label("Information").click();
-    bench.settle();
+    bench.choose("Information");
     picture(&mut bench.harness, "information");
     assert!(bench.harness.query_by_label("information on Cm").is_some());
     let details = bench.snapshot().details.ready().expect("it was looked at").clone();

@@ -14,7 +14,7 @@ use egui_tiles::{Linear, LinearDir, Tiles, Tree};
 
 use crate::plots::Bench as Plots;
 use crate::workbench::Bench;
-use crate::{drag, hold, picture, secondary_drag, widget_harness};
+use crate::{click, drag, hold, picture, secondary_drag, widget_harness};
 
 /// A slider's value where the pointer may be off by this much of its rail: half a pixel and the rounding to a tenth.
 const SLIDER_SHARE: f64 = 0.02;
@@ -130,8 +130,7 @@ fn number_typed_and_given_up_by_escape_is_what_it_was() {
     let before = bench.session().filter.clone();
     bench.harness.get_by_label("R alpha").scroll_to_me();
     bench.harness.run_steps(3);
-    bench.harness.get_by_label("R alpha").click();
-    bench.harness.run_steps(3);
+    click(&mut bench.harness, "R alpha", 3);
     bench.harness.key_press_modifiers(egui::Modifiers::COMMAND, Key::A);
     bench.harness.run_steps(1);
     bench.harness.get_by_label("R alpha").type_text("9");

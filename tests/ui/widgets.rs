@@ -12,7 +12,7 @@ use egui_kittest::kittest::Queryable;
 
 use crate::plots::Bench;
 use crate::rasteriser::holds_color;
-use crate::{drag, hold, picture, widget_harness};
+use crate::{click, drag, hold, picture, widget_harness};
 
 /// Samples of the recording on the bench.
 const SAMPLES: usize = 10_001;
@@ -85,8 +85,7 @@ fn moving_a_span_keeps_its_length_and_escape_gives_the_move_up() {
 #[test]
 fn a_click_selects_a_span_and_a_drag_in_the_empty_lane_draws_one() {
     let mut harness = bench();
-    harness.get_by_label("doublet δₐ").click();
-    harness.run_steps(2);
+    click(&mut harness, "doublet δₐ", 2);
     assert_eq!(harness.state().events, [SpanEvent::Selected(2)]);
     harness.state_mut().events.clear();
     let lane = harness.get_by_label("Draw a new manoeuvre").rect();
@@ -123,8 +122,7 @@ fn field<'a>(value: f64, logarithmic: bool) -> Harness<'a, Field> {
 #[test]
 fn a_typed_quantity_arrives_exactly_in_si_as_one_commit() {
     let mut harness = field(0.01, true);
-    harness.get_by_label("Standard deviation of q").click();
-    harness.run_steps(2);
+    click(&mut harness, "Standard deviation of q", 2);
     harness.get_by_label("Standard deviation of q").type_text("0.75");
     harness.run_steps(2);
     assert!(harness.state().seen.is_empty(), "nothing is taken while typing");
@@ -137,8 +135,7 @@ fn a_typed_quantity_arrives_exactly_in_si_as_one_commit() {
 fn leaving_a_field_as_it_was_or_typing_no_number_changes_nothing() {
     for text in ["", "fast", "nan"] {
         let mut harness = field(0.012_345_678_9, true);
-        harness.get_by_label("Standard deviation of q").click();
-        harness.run_steps(2);
+        click(&mut harness, "Standard deviation of q", 2);
         if !text.is_empty() {
             harness.get_by_label("Standard deviation of q").type_text(text);
             harness.run_steps(2);
@@ -154,8 +151,7 @@ fn leaving_a_field_as_it_was_or_typing_no_number_changes_nothing() {
 fn escape_in_a_typed_number_brings_the_value_back() {
     let mut harness = field(0.5, false);
     let name = "Standard deviation of q";
-    harness.get_by_label(name).click();
-    harness.run_steps(2);
+    click(&mut harness, name, 2);
     harness.key_press_modifiers(egui::Modifiers::COMMAND, Key::A);
     harness.run_steps(1);
     harness.get_by_label(name).type_text("9");

@@ -22,7 +22,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use tempfile::TempDir;
 
 use crate::recording::{self, CM, STEP_S};
-use crate::{builder, double_click, drag, overview, picture};
+use crate::{builder, click, double_click, drag, overview, picture};
 
 /// Longest wait for results.
 const PATIENCE: Duration = Duration::from_secs(240);
@@ -126,7 +126,33 @@ impl Bench<'_> {
     pub fn click(&mut self, label: &str) {
         self.harness.get_by_label(label).scroll_to_me();
         self.harness.run_steps(3);
+        self.choose(label);
+    }
+
+    /// Everything computed without a window for a changed session.
+    pub fn alone(&self, change: impl FnOnce(&mut session::Session)) -> Snapshot {
+        let mut session = self.session().clone();
+        change(&mut session);
+        let (session, folder) = (&session, self.folder.path());
+        let scope = Scope { session, folder, first: None, studies: &[], cause: "", generation: 1 };
+        run(&scope, &Snapshot::default(), &Cache::new(1 << 20), &Control::default(), &|_| {})
+    }
+
+    /// Clicks the widget called `label`.
+    pub fn choose(&mut self, label: &str) {
         self.harness.get_by_label(label).click();
+        self.settle();
+    }
+
+    /// Clicks the widget whose label contains `part`.
+    pub fn choose_containing(&mut self, part: &str) {
+        self.harness.get_by_label_contains(part).click();
+        self.settle();
+    }
+
+    /// Clicks the only button called `label`.
+    pub fn push(&mut self, label: &str) {
+        self.harness.get_by_role_and_label(egui::accesskit::Role::Button, label).click();
         self.settle();
     }
 
@@ -198,20 +224,7 @@ fn changed_process_noise_gives_what_a_run_without_a_window_gives_and_undo_takes_
     let typed = bench.session().filter.process_noise[Input::PitchRate as usize];
     assert!((typed - 0.5_f64.to_radians()).abs() < 1e-12, "{typed}");
     assert!(deviation(&bench) > 1.5 * before, "more noise, less certainty: {} and {before}", deviation(&bench));
-    let alone = run(
-        &Scope {
-            session: bench.session(),
-            folder: bench.folder.path(),
-            first: None,
-            studies: &[],
-            cause: "",
-            generation: 1,
-        },
-        &Snapshot::default(),
-        &Cache::new(1 << 20),
-        &Control::default(),
-        &|_| {},
-    );
+    let alone = bench.alone(|_| {});
     let alone = alone.pooled.ready().expect("the run without a window ends").fits[0].fit.clone();
     assert_eq!(alone.expect("Cm is estimated").estimates, bench.cm().estimates);
     assert_ne!(estimate.estimates, bench.cm().estimates);
@@ -294,14 +307,12 @@ fn window_without_recorded_controls_says_so_in_its_row_and_the_others_keep_their
 fn ticked_term_joins_the_model_and_a_term_without_information_is_said() {
     let mut bench = Bench::open();
     bench.show(Pane::Model);
-    bench.harness.get_by_label("Cm alpha_dot*c/V").click();
-    bench.settle();
+    bench.choose("Cm alpha_dot*c/V");
     let fit = bench.cm();
     assert_eq!(fit.names, ["Cm_0", "Cm_alpha", "Cm_q", "Cm_delta_e", "Cm_alpha_dot"]);
     let (estimate, _) = fit.parameter("Cm_q").expect("it is in the model");
     assert!((estimate / CM[2] - 1.0).abs() < 5.0 * TRUTH_TOLERANCE, "{estimate}");
-    bench.harness.get_by_label("Cm beta").click();
-    bench.settle();
+    bench.choose("Cm beta");
     let pooled = bench.snapshot().pooled.ready().expect("the run ends").clone();
     let cm = &pooled.fits[0];
     assert_eq!(cm.fit.as_ref().expect("the other terms are estimated").names, fit.names);
@@ -309,16 +320,12 @@ fn ticked_term_joins_the_model_and_a_term_without_information_is_said() {
     bench.show(Pane::Derivatives);
     assert!(bench.harness.query_all_by_label_contains("dropped Cm_beta").next().is_some(), "the panel says so");
     bench.show(Pane::Model);
-    bench.harness.get_by_label("Cm beta").click();
-    bench.settle();
-    bench.harness.get_by_label("term to add").click();
-    bench.harness.run_steps(2);
+    bench.choose("Cm beta");
+    click(&mut bench.harness, "term to add", 2);
     bench.harness.get_by_label("term to add").type_text("alpha*q");
     bench.harness.run_steps(1);
-    bench.harness.get_by_label("Add row").click();
-    bench.harness.run_steps(8);
-    bench.harness.get_by_label("Cm alpha*qc/V").click();
-    bench.settle();
+    click(&mut bench.harness, "Add row", 8);
+    bench.choose("Cm alpha*qc/V");
     assert!(bench.cm().parameter("Cm_alpha_q").is_some());
 }
 
@@ -339,8 +346,7 @@ fn saved_session_opens_again_with_the_same_numbers_and_results_are_written() {
     assert_eq!(bench.cm().estimates, estimates);
     let out = bench.folder.path().join("results");
     bench.request(UiCommand::File(FileCommand::Export));
-    bench.harness.get_by_label("Save").click();
-    bench.settle();
+    bench.choose("Save");
     let text = std::fs::read_to_string(out.join("results.json")).expect("the results are written");
     assert!(text.contains(&format!("{}", estimates[1])), "the estimate is in the results to its last digit");
 }
@@ -366,12 +372,10 @@ fn unsaved_changes_are_asked_about_before_they_are_lost() {
     bench.request(UiCommand::File(FileCommand::OpenShipped));
     assert!(bench.harness.state().is_guarding());
     picture(&mut bench.harness, "guard");
-    bench.harness.get_by_label("Stay").click();
-    bench.settle();
+    bench.choose("Stay");
     assert_eq!(bench.session().title, "Test flight");
     bench.request(UiCommand::File(FileCommand::OpenShipped));
-    bench.harness.get_by_label("Discard").click();
-    bench.settle();
+    bench.choose("Discard");
     assert_ne!(bench.session().title, "Test flight");
 }
 
@@ -410,11 +414,9 @@ fn match_panel_shows_measured_and_simulated_motion_with_a_verdict() {
     let used = 100.0 * replay.tests[0].requirements[0][0].worst_ratio;
     assert!(bench.harness.query_by_label(&format!("p {used:.0} %")).is_some(), "the part of the tolerance used");
     picture(&mut bench.harness, "match_bands");
-    bench.harness.get_by_label("Theil").click();
-    bench.settle();
+    bench.choose("Theil");
     assert!(bench.harness.query_by_label("Covariance").is_some());
-    bench.harness.get_by_label("All tests").click();
-    bench.settle();
+    bench.choose("All tests");
     assert!(bench.harness.query_all_by_label("pass").count() >= proof.windows.len(), "a verdict per manoeuvre");
     picture(&mut bench.harness, "match_tests");
     bench.harness.get_by_label("Bands").click();
@@ -438,14 +440,12 @@ fn missing_recording_is_said_in_one_line_and_nothing_else_breaks() {
 impl Bench<'_> {
     /// Types a file into the dialog and confirms.
     pub fn enter_file(&mut self, name: &str) {
-        self.harness.get_by_label("File name").click();
-        self.harness.run_steps(2);
+        click(&mut self.harness, "File name", 2);
         self.harness.key_press_modifiers(egui::Modifiers::COMMAND, Key::A);
         self.harness.run_steps(1);
         self.harness.get_by_label("File name").type_text(name);
         self.harness.run_steps(2);
-        self.harness.get_by_label("Save").click();
-        self.settle();
+        self.choose("Save");
     }
 }
 
@@ -502,17 +502,13 @@ fn report_panel_shows_its_sections_and_writes_the_ticked_ones() {
         bench.settle();
         picture(&mut bench.harness, &format!("report_{}", kind.name()));
         if ![SectionKind::Derivatives, SectionKind::Fits].contains(&kind) {
-            bench.harness.get_by_label(&format!("report {}", kind.name())).click();
-            bench.settle();
+            bench.choose(&format!("report {}", kind.name()));
         }
     }
-    bench.harness.get_by_label("PDF").click();
-    bench.settle();
+    bench.choose("PDF");
     let estimate = bench.cm().estimates[1];
-    bench.harness.get_by_label("Write report…").click();
-    bench.settle();
-    bench.harness.get_by_label("Save").click();
-    bench.settle();
+    bench.choose("Write report…");
+    bench.choose("Save");
     let out = bench.folder.path().join("report");
     let html = std::fs::read_to_string(out.join("session.html")).expect("the report is written");
     let appendices = html.matches("<section id=\"appendix-").count();
