@@ -1,19 +1,9 @@
 //! `doublet batch` and `doublet diff` as a user, or a scheduler, runs them.
 
-#![allow(clippy::print_stdout, clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
-
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
-fn doublet(arguments: &[&str]) -> Output {
-    let output = Command::new(env!("CARGO_BIN_EXE_doublet-cli")).args(arguments).output().unwrap();
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    output
-}
-
-fn text(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
+use crate::common::at_root::{document, printed};
 
 /// A session of one window of the shipped flight, and a sweep of three runs beside it.
 fn campaign(folder: &Path) {
@@ -51,13 +41,13 @@ fn batch_as_tasks_of_gnu_parallel() {
         command.args(["--out", "table.csv", "--task", "{}/3", ":::", "1", "2", "3"]).current_dir(folder.path());
         let output = command.output().unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        text(&output)
+        String::from_utf8(output.stdout).unwrap()
     };
     assert_eq!(tasks().matches("1 of 3 runs: 1 computed").count(), 3);
     assert_eq!(tasks(), "", "every task has ended well");
     let out = folder.path().join("table.csv");
-    let printed = text(&doublet(&["batch", folder.path().to_str().unwrap(), "--out", out.to_str().unwrap()]));
-    assert!(printed.contains("3 of 3 runs: 0 computed, 3 finished before, 0 failed"), "{printed}");
+    let table = printed(&["batch", folder.path().to_str().unwrap(), "--out", out.to_str().unwrap()]);
+    assert!(table.contains("3 of 3 runs: 0 computed, 3 finished before, 0 failed"), "{table}");
     let table = std::fs::read_to_string(out).unwrap();
     assert_eq!(table.lines().filter(|line| line.contains("Cm_q")).count(), 3, "{table}");
 }
@@ -77,12 +67,12 @@ fn diff_of_a_session_and_its_sweep_names_the_setting_and_judges_the_derivatives(
     let [first, second] = [&first, &second].map(|path| path.to_str().unwrap());
     let outs = ["one", "two"].map(|name| folder.path().join(name).to_str().unwrap().to_owned());
     let [one, two] = [&outs[0], &outs[1]];
-    doublet(&["run", first, "--out", one]);
-    doublet(&["run", second, "--out", two]);
-    let printed = text(&doublet(&["diff", one, two]));
-    assert!(printed.contains("filter.measurement_noise.alpha") && printed.contains("rad"), "{printed}");
-    assert!(printed.contains("'.start_s") && printed.contains("Cm_q") && printed.contains("independent"), "{printed}");
-    let json: serde_json::Value = serde_json::from_str(&text(&doublet(&["diff", one, two, "--json"]))).unwrap();
+    printed(&["run", first, "--out", one]);
+    printed(&["run", second, "--out", two]);
+    let table = printed(&["diff", one, two]);
+    assert!(table.contains("filter.measurement_noise.alpha") && table.contains("rad"), "{table}");
+    assert!(table.contains("'.start_s") && table.contains("Cm_q") && table.contains("independent"), "{table}");
+    let json = document(&["diff", one, two, "--json"]);
     assert_eq!(json["settings"].as_array().unwrap().len(), 2, "{json}");
     let row = json["derivatives"].as_array().unwrap().iter().find(|row| row["name"] == "Cm_q").unwrap();
     let number = |side: &str, key: &str| row[side][key].as_f64().unwrap();
@@ -90,11 +80,11 @@ fn diff_of_a_session_and_its_sweep_names_the_setting_and_judges_the_derivatives(
         / number("first", "standard_error").hypot(number("second", "standard_error"));
     assert!((row["z"].as_f64().unwrap() - z).abs() < 1e-12 * z.abs(), "{row}");
     assert!(z != 0.0 && (0.0..=1.0).contains(&row["p"].as_f64().unwrap()));
-    let csv = text(&doublet(&["diff", one, two, "--csv"]));
+    let csv = printed(&["diff", one, two, "--csv"]);
     assert_eq!(csv.lines().next().unwrap().split(',').count(), 11);
-    assert_eq!(text(&doublet(&["diff", first, first, "--settings"])).trim(), "no setting differs");
+    assert_eq!(printed(&["diff", first, first, "--settings"]).trim(), "no setting differs");
     // A session is run; its results kept on disk are the same.
-    let same: serde_json::Value = serde_json::from_str(&text(&doublet(&["diff", first, one, "--json"]))).unwrap();
+    let same = document(&["diff", first, one, "--json"]);
     assert_eq!(same["settings"].as_array().unwrap().len(), 0);
     assert!(same["derivatives"].as_array().unwrap().iter().all(|row| row["z"] == 0.0), "{same}");
 }

@@ -1,8 +1,6 @@
 //! Recordings of many recorders changed at random and taken through the whole chain inside this process: inspected, guessed, made into a
 //! session, checked, run, reported, exported and watched as if they were flown now.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
-
 #[path = "../../../../fuzz/src/guess_session.rs"]
 mod guess_session;
 

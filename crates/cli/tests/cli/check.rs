@@ -1,22 +1,12 @@
 //! `doublet check`, and what a run does of which a part fails, as a user sees them.
 
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stdout,
-    clippy::unwrap_used,
-    reason = "helpers of tests are not marked as tests"
-)]
-
-use crate::common;
-use crate::shared;
 use std::path::Path;
 
 use serde_json::Value;
 
-use shared::shared;
-
-use common::{doublet, root};
+use crate::common::at_root::json_file;
+use crate::common::{doublet, root};
+use crate::shared::shared;
 
 /// The one JSON document of `check --json`, with its exit code.
 fn checked(folder: &Path, file: &str) -> (Value, Option<i32>) {
@@ -65,7 +55,7 @@ fn run_of_the_shipped_flight_fits_one_screen_and_its_results_say_everything() {
     let widest = printed.lines().map(|line| line.chars().count()).max().unwrap();
     assert!(printed.lines().count() <= 25 && widest <= 160, "{widest}: {printed}");
     assert!(printed.contains("caution: CX_alpha, CX_q (pooled)"), "{printed}");
-    let results: Value = serde_json::from_str(&std::fs::read_to_string(out.join("results.json")).unwrap()).unwrap();
+    let results = json_file(&out.join("results.json"));
     // What marks CX is with its derivatives.
     assert_eq!(results["verdict"]["level"], "good");
     let derivatives = results["pooled"][0]["derivatives"].as_array().unwrap();
@@ -135,8 +125,7 @@ fn window_that_fails_costs_the_run_nothing_else() {
     let folder = demo_with(&[("start_s = 1056.75\nend_s = 1069.70", "start_s = 9056.75\nend_s = 9069.70")]);
     let output = doublet(folder.path(), &["run", "s.toml", "--out", "out"]);
     assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
-    let results: Value =
-        serde_json::from_str(&std::fs::read_to_string(folder.path().join("out/results.json")).unwrap()).unwrap();
+    let results = json_file(&folder.path().join("out/results.json"));
     let windows = results["windows"].as_array().unwrap();
     assert!(windows[0]["error"].as_str().unwrap().contains("0 inertial samples") && windows[0]["samples"] == 0);
     assert!(windows[1..].iter().all(|window| window["error"].is_null() && window["samples"].as_u64() > Some(10)));
@@ -156,8 +145,7 @@ fn session_without_an_aircraft_gives_the_flight_path_and_says_so() {
     let folder = demo_with(&[(&line, "")]);
     let output = doublet(folder.path(), &["run", "s.toml", "--out", "out"]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    let results: Value =
-        serde_json::from_str(&std::fs::read_to_string(folder.path().join("out/results.json")).unwrap()).unwrap();
+    let results = json_file(&folder.path().join("out/results.json"));
     assert!(
         results["warnings"][0].as_str().unwrap().contains("no aircraft: only flight paths"),
         "{}",

@@ -1,10 +1,8 @@
 //! `design` and `enough` as a user runs them on the shipped flight, and the designed flight flown.
 
-#![expect(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail the test that calls them")]
-
-use crate::common::at_root;
-use at_root::{document, doublet, text};
 use serde_json::Value;
+
+use crate::common::at_root::{document, doublet, json_file, text};
 
 fn row<'a>(rows: &'a Value, name: &str) -> &'a Value {
     rows.as_array().unwrap().iter().find(|row| row["name"] == name).unwrap_or_else(|| panic!("no {name}"))
@@ -131,7 +129,7 @@ fn enough_ends_with_the_corrected_errors_of_the_run() {
     let out = folder.path().join("run");
     let run = doublet(&["run", "sessions/demo.toml", "--out", out.to_str().unwrap()]);
     assert!(out.join("results.json").is_file(), "{}", text(&run.stderr));
-    let results: Value = serde_json::from_str(&std::fs::read_to_string(out.join("results.json")).unwrap()).unwrap();
+    let results = json_file(&out.join("results.json"));
     let pooled = results["pooled"].as_array().unwrap();
     let fitted = pooled.iter().flat_map(|fit| fit["derivatives"].as_array().unwrap());
     for own in fitted.filter(|own| !own["name"].as_str().unwrap().contains("_0")) {

@@ -1,10 +1,8 @@
 //! `linear`, `modes`, `qualities` and `propagate` as a user runs them on the shipped flight.
 
-#![expect(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail the test that calls them")]
-
-use crate::common::at_root;
-use at_root::{document, doublet, text};
 use serde_json::Value;
+
+use crate::common::at_root::{document, doublet, json_file, text};
 
 fn number(value: &Value, path: &str) -> f64 {
     value.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("{path}"))
@@ -63,7 +61,7 @@ fn linear_models_are_the_same_in_every_form() {
             assert!(shown.contains(tool), "{shown}");
         }
     }
-    let document: Value = serde_json::from_str(&std::fs::read_to_string(&as_json).unwrap()).unwrap();
+    let document = json_file(as_json.as_ref());
     let systems = document["systems"].as_object().unwrap();
     for name in ["full", "motion", "longitudinal", "longitudinal_air", "lateral", "lateral_air", "short_period", "roll"]
     {

@@ -1,31 +1,17 @@
 //! The command line from recording to results, as a user runs it.
 
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stdout,
-    clippy::unwrap_used,
-    reason = "helpers of tests are not marked as tests"
-)]
-
-use crate::common;
-use crate::shared;
 use std::path::Path;
 use std::process::Output;
 
 use serde_json::Value;
 
-use shared::shared;
-
-use common::root;
+use crate::common::at_root::{doublet, json_file};
+use crate::common::root;
+use crate::shared::shared;
 
 /// Whether the shared recordings are beside the project.
 fn has_shared(relative: &str) -> bool {
     shared(&format!("data/{relative}")).is_some()
-}
-
-fn doublet(arguments: &[&str]) -> Output {
-    common::doublet(&root(), arguments)
 }
 
 /// Runs a shipped session and reads its results.
@@ -82,7 +68,7 @@ fn citation_zero_order_hold_matches_published_filter() {
         return;
     }
     let reference = root().join("../shared/data/citation_simulated/reference_ekf_zero_order_hold.json");
-    let reference: Value = serde_json::from_str(&std::fs::read_to_string(reference).unwrap()).unwrap();
+    let reference = json_file(&reference);
     let (results, _folder) = results("reference/citation_aileron_zero_order_hold");
     let states = results["windows"][0]["states"].as_array().unwrap();
     for (index, state) in states.iter().enumerate() {

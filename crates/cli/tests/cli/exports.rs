@@ -1,18 +1,6 @@
 //! `match` and `export` as a user runs them.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests fail the test that calls them")]
-
-use std::path::Path;
-use std::process::{Command, Output};
-
-fn doublet(arguments: &[&str]) -> Output {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    Command::new(env!("CARGO_BIN_EXE_doublet-cli")).args(arguments).current_dir(root).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
+use crate::common::at_root::{doublet, text};
 
 #[test]
 fn match_prints_a_verdict_per_test_and_fails_with_a_failed_one() {

@@ -3,8 +3,6 @@
 //! otherwise one of each kind.
 
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))]
-#![allow(clippy::panic, clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
-
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

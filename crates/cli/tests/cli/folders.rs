@@ -1,7 +1,5 @@
 //! `run`, `report` and `export` into a folder where the user keeps files too, as a user runs them.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
-
 use std::path::Path;
 use std::process::Command;
 

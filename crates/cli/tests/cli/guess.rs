@@ -1,19 +1,12 @@
 //! `doublet map` and `doublet new --guess`: a recording of unknown names becomes a session.
 
-#![allow(
-    clippy::expect_used,
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    reason = "a test helper that fails is a failed test"
-)]
-
-use crate::common;
-use crate::shared;
 use std::path::Path;
 
-use common::{doublet, root};
 use doublet_core::load::ChannelMap;
 use doublet_core::quantity::Role;
+
+use crate::common::{doublet, root};
+use crate::shared;
 
 /// Standard output of a command and its exit code.
 fn run_doublet(arguments: &[&str]) -> (String, Option<i32>) {

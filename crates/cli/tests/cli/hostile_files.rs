@@ -1,8 +1,6 @@
 //! Files that are none: pipes, devices and what fills the memory, given to every command that reads a file.
 
 #![cfg(unix)]
-#![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
-
 use crate::common::chain;
 use crate::common::flight;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,5 @@
 //! A recording of rates, forces and deflections without any measurement of the path, through every command that reads it.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
-
 use std::fmt::Write;
 use std::path::Path;
 

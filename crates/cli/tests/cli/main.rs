@@ -1,7 +1,14 @@
 //! Tests of the command line, in one program: `cargo test -p doublet-cli --test cli SUBJECT` runs those of one subject.
 
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    reason = "helpers of tests are not marked as tests"
+)]
+
 #[path = "../../../core/tests/common/shared.rs"]
-#[allow(clippy::print_stdout, reason = "says why a test is skipped")]
 mod shared;
 
 mod common;

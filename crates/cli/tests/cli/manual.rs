@@ -2,8 +2,6 @@
 //!
 //! `DOUBLET_WRITE_MANUAL=1 cargo test --workspace --test cli manual` writes the pages of `docs/reference` anew.
 
-#![allow(clippy::panic, clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
-
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

@@ -1,20 +1,13 @@
 //! Recordings whose channels are renamed to `ch1`, `ch2` ...: what values alone show of their roles, and that all of it is asked for.
 
-#![allow(
-    clippy::expect_used,
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    reason = "a test helper that fails is a failed test"
-)]
-
-use crate::common;
-use crate::shared;
 use std::path::{Path, PathBuf};
 
-use common::{doublet, root};
 use doublet_core::load::{By, Probe, guess, inspect};
 use doublet_core::quantity::{Role, Unit};
 use serde_json::Value;
+
+use crate::common::{doublet, root};
+use crate::shared;
 
 /// Share of the roles that relations can show which is found right, at least; measured 0.802.
 const LEAST_SHARE: f64 = 0.80;

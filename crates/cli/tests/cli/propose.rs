@@ -1,18 +1,14 @@
 //! `doublet propose` as a user runs it.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
-
 use std::path::Path;
-use std::process::Command;
 
 use doublet_engine::session::{self, NoiseChannel};
 
+use crate::common::at_root::printed;
+
 /// Runs the command on a session file and returns what it printed.
 fn propose(what: &str, session: &Path) -> String {
-    let arguments = ["propose", what, session.to_str().unwrap(), "--apply"];
-    let output = Command::new(env!("CARGO_BIN_EXE_doublet-cli")).args(arguments).output().unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
+    printed(&["propose", what, session.to_str().unwrap(), "--apply"])
 }
 
 #[test]

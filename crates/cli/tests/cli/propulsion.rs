@@ -1,25 +1,15 @@
 //! Engines and Digital DATCOM from the command line, as a user runs them.
 
-#![allow(
-    clippy::expect_used,
-    clippy::print_stdout,
-    clippy::unwrap_used,
-    reason = "helpers of tests are not marked as tests"
-)]
-
-use crate::common;
-use crate::shared;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::Output;
 
 use doublet_core::load::{ChannelMap, read_all};
 use doublet_core::series::{Recording, Series};
 use serde_json::Value;
 
-use shared::shared;
-
-use common::root;
+use crate::common::at_root::{doublet, error_line, json_file, printed};
+use crate::common::root;
+use crate::shared::shared;
 
 /// Watts of a horsepower.
 const HP_W: f64 = 745.699_871_582;
@@ -33,23 +23,9 @@ fn toml_reference(name: &str) -> Option<toml::Table> {
     Some(std::fs::read_to_string(reference(name)?).unwrap().parse().unwrap())
 }
 
-fn doublet(arguments: &[&str]) -> Output {
-    common::doublet(&root(), arguments)
-}
-
-/// What a command that must succeed prints.
-fn printed(arguments: &[&str]) -> String {
-    let output = doublet(arguments);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
-
 /// The one error line of a command that must fail.
 fn refused(arguments: &[&str]) -> String {
-    let output = doublet(arguments);
-    assert_eq!(output.status.code(), Some(1), "{arguments:?}");
-    let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(error.lines().count(), 1, "{error}");
+    let error = error_line(arguments);
     assert!(error.starts_with("error: "), "{error}");
     error
 }
@@ -94,7 +70,7 @@ fn engines_of_the_shipped_flight_agree_with_their_monitor_and_with_the_true_thru
     let out = folder.path().join("out");
     let text = printed(&["run", "sessions/demo.toml", "--verbose", "--out", out.to_str().unwrap()]);
     assert!(text.contains("modelled and monitor power"), "{text}");
-    let results: Value = serde_json::from_str(&std::fs::read_to_string(out.join("results.json")).unwrap()).unwrap();
+    let results = json_file(&out.join("results.json"));
     let engines = results["engines"].as_array().unwrap();
     assert_eq!(engines.len(), 2);
     let truth = root().join("assets/flights/demo/truth.h5");
@@ -150,7 +126,7 @@ fn a_recording_without_engine_channels_has_no_engines_and_no_failure() {
         doublet(&["run", "sessions/reference/attas.toml", "--out", out.to_str().unwrap()]).status.code(),
         Some(3)
     );
-    let results: Value = serde_json::from_str(&std::fs::read_to_string(out.join("results.json")).unwrap()).unwrap();
+    let results = json_file(&out.join("results.json"));
     assert_eq!(results["engines"].as_array().unwrap().len(), 0);
 }
 

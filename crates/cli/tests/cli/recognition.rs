@@ -1,21 +1,14 @@
 //! Recordings of strangers, each with what its channels are: `map --json` names no role wrongly without asking, and asks little.
 
-#![allow(
-    clippy::expect_used,
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    reason = "a test helper that fails is a failed test"
-)]
-
-use crate::common;
-use crate::shared;
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use common::{doublet, root};
 use doublet_core::quantity::Unit;
 use serde_json::Value;
+
+use crate::common::{doublet, root};
+use crate::shared;
 
 /// Roles right over all files, at least.
 const LEAST_RIGHT: usize = 540;

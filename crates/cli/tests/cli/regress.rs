@@ -1,18 +1,11 @@
 //! `doublet regress` on tables, and `doublet inspect --json`.
 
-#![allow(
-    clippy::expect_used,
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    reason = "a test helper that fails is a failed test"
-)]
-
-use crate::common::at_root;
-use crate::shared;
 use std::path::Path;
 
-use at_root::{document, error_line};
 use serde_json::Value;
+
+use crate::common::at_root::{document, error_line};
+use crate::shared;
 
 /// A table of `y = 3 + 2 a - 0.5 a b` with residuals 1 -1 -1 1, as their textbook has them, in every four rows, and an empty row.
 fn table(folder: &Path) -> String {

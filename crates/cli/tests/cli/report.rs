@@ -1,25 +1,20 @@
 //! Reports and tables from the command line, against the results they are made from.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
-
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 
 use serde_json::Value;
 
-fn doublet(arguments: &[&str]) -> Output {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    Command::new(env!("CARGO_BIN_EXE_doublet-cli")).args(arguments).current_dir(root).output().unwrap()
-}
+use crate::common::at_root::{doublet, printed};
+use crate::common::root;
 
 /// A report of the session as text, made on the day of that second.
 fn dated(session: &str, out: &Path, second: &str) -> Vec<u8> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let arguments =
         ["report", session, "--out", out.to_str().unwrap(), "--format", "pdf,html", "--sections", "overview"];
     let mut command = Command::new(env!("CARGO_BIN_EXE_doublet-cli"));
-    let output = command.args(arguments).env("SOURCE_DATE_EPOCH", second).current_dir(root).output().unwrap();
+    let output = command.args(arguments).env("SOURCE_DATE_EPOCH", second).current_dir(root()).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     [std::fs::read(out.join("small <b>&.html")).unwrap(), std::fs::read(out.join("small <b>&.pdf")).unwrap()].concat()
 }
@@ -33,11 +28,6 @@ fn a_report_states_its_date_and_can_be_made_again_to_the_byte() {
     assert!(String::from_utf8_lossy(&first).contains("<dd>2020-06-15</dd>"));
     assert!(first == dated(session, &folder.path().join("b"), "1592265599"), "the same day, other bytes");
     assert!(first != dated(session, &folder.path().join("c"), "1592265600"), "another day, the same bytes");
-}
-
-fn succeeds(arguments: &[&str]) {
-    let output = doublet(arguments);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 /// The shipped session with two of its windows, one of them kept for validation.
@@ -113,7 +103,7 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
     let out = folder.path().join("results");
     let forms = ["--tables", "csv,latex,markdown", "--histories", "hdf5,mat,parquet", "--recordings"];
     let with = ["--with", "sensitivity,checks,responses,dynamics,manoeuvres"];
-    succeeds(&[&["run", session, "--out", out.to_str().unwrap()][..], &forms, &with].concat());
+    printed(&[&["run", session, "--out", out.to_str().unwrap()][..], &forms, &with].concat());
     let results: Value = serde_json::from_slice(&std::fs::read(out.join("results.json")).unwrap()).unwrap();
     let mut known = BTreeSet::new();
     numbers(&results, &mut known);
@@ -122,7 +112,7 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
     assert!(named("histories.h5") > 100_000 && named("histories.mat") > 100_000);
 
     let reports = folder.path().join("reports");
-    succeeds(&["report", session, "--out", reports.to_str().unwrap()]);
+    printed(&["report", session, "--out", reports.to_str().unwrap()]);
     let html = std::fs::read_to_string(reports.join("small <b>&.html")).unwrap();
     let shown: Vec<f64> =
         html.split("<data value=\"").skip(1).map(|rest| rest.split('"').next().unwrap().parse().unwrap()).collect();
@@ -226,7 +216,7 @@ fn sections_and_forms_are_selectable() {
     let session = small_session(folder.path());
     let out = folder.path().join("reports");
     let chosen = ["--format", "html", "--sections", "derivatives,overview"];
-    succeeds(&[&["report", session.to_str().unwrap(), "--out", out.to_str().unwrap()][..], &chosen].concat());
+    printed(&[&["report", session.to_str().unwrap(), "--out", out.to_str().unwrap()][..], &chosen].concat());
     let html = std::fs::read_to_string(out.join("small <b>&.html")).unwrap();
     assert_eq!(html.matches("<section id=\"appendix-").count(), 2);
     assert_eq!(html.matches("<section").count(), 4);
@@ -236,7 +226,7 @@ fn sections_and_forms_are_selectable() {
     assert!(!out.join("small <b>&.pdf").exists());
     let short = folder.path().join("short");
     let chosen = ["--format", "html", "--sections", "derivatives,overview,prior,checks", "--no-appendix"];
-    succeeds(&[&["report", session.to_str().unwrap(), "--out", short.to_str().unwrap()][..], &chosen].concat());
+    printed(&[&["report", session.to_str().unwrap(), "--out", short.to_str().unwrap()][..], &chosen].concat());
     let html = std::fs::read_to_string(short.join("small <b>&.html")).unwrap();
     assert!(!html.contains("appendix-") && !html.contains("id=\"prior\""), "appendix or empty section");
     assert_eq!(html.matches("<section").count(), 3);
@@ -355,7 +345,7 @@ pub(crate) fn pages(pdf: &[u8]) -> usize {
 fn body_of_the_demonstration_is_short_and_the_answer_is_first() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
-    succeeds(&["report", "sessions/demo.toml", "--out", out, "--format", "pdf", "--no-appendix"]);
+    printed(&["report", "sessions/demo.toml", "--out", out, "--format", "pdf", "--no-appendix"]);
     let pdf = std::fs::read(folder.path().join("demo.pdf")).unwrap();
     let count = pages(&pdf);
     assert!((8..=18).contains(&count), "{count} pages");
@@ -378,7 +368,7 @@ fn house_style_and_order_of_sections_come_from_a_file() {
     let out = folder.path().join("out");
     let arguments =
         ["report", "sessions/demo.toml", "--out", out.to_str().unwrap(), "--style", style.to_str().unwrap()];
-    succeeds(&arguments);
+    printed(&arguments);
     let html = std::fs::read_to_string(out.join("demo.html")).unwrap();
     for part in [
         "Flight test house",
@@ -399,7 +389,7 @@ fn house_style_and_order_of_sections_come_from_a_file() {
     assert!(std::fs::read(out.join("demo.pdf")).unwrap().starts_with(b"%PDF"));
     // An order on the command line stands before that of the file.
     let own = ["--sections", "windows,path", "--format", "html"];
-    succeeds(&[&arguments[..], &own].concat());
+    printed(&[&arguments[..], &own].concat());
     let html = std::fs::read_to_string(out.join("demo.html")).unwrap();
     let place = |name: &str| html.find(&format!("<section id=\"{name}\">")).unwrap();
     assert!(place("windows") < place("path"));

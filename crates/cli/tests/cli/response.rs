@@ -1,13 +1,11 @@
 //! `doublet response` and `doublet loes` on tables and on the shipped session.
 
-#![allow(clippy::expect_used, clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
-
-use crate::common::at_root;
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use at_root::{document, doublet, error_line};
 use serde_json::Value;
+
+use crate::common::at_root::{document, doublet, error_line};
 
 /// K, 1/T_theta2, zeta, omega, tau.
 const TRUTH: [f64; 5] = [1.972, 2.048, 0.607, 2.922, 0.125];

@@ -1,12 +1,11 @@
 //! `doublet schema`: what it prints is in `docs/files`, and every file that ships follows it.
 
-#![allow(clippy::expect_used, clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
-
-use crate::common;
 use std::path::{Path, PathBuf};
 
-use common::{doublet, root};
 use serde_json::Value;
+
+use crate::common::at_root::printed;
+use crate::common::root;
 
 /// Kinds of files, and where those that ship are, by their `format`.
 const KINDS: [(&str, &str, &[&str]); 6] = [
@@ -20,12 +19,6 @@ const KINDS: [(&str, &str, &[&str]); 6] = [
 
 /// Writes the schemas of `docs/files` anew where it is set.
 const BLESS: &str = "DOUBLET_WRITE_SCHEMAS";
-
-fn printed(kind: &str) -> String {
-    let output = doublet(&root(), &["schema", kind]);
-    assert!(output.status.success(), "{kind}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
 
 /// What of `value` does not follow `schema`, with its place: the parts of JSON Schema that `doublet schema` prints.
 fn faults(schema: &Value, value: &Value, place: &str, found: &mut Vec<String>) {
@@ -94,7 +87,7 @@ fn files(kind: &str, format: &str, folders: &[&str]) -> Vec<PathBuf> {
 fn schemas_of_the_documents_are_those_of_the_types_and_every_file_follows_them() {
     let mut checked = 0;
     for (kind, format, folders) in KINDS {
-        let text = printed(kind);
+        let text = printed(&["schema", kind]);
         let schema: Value = serde_json::from_str(&text).unwrap();
         let place = root().join(format!("docs/files/{kind}.schema.json"));
         if std::env::var_os(BLESS).is_some() {

@@ -1,26 +1,17 @@
 //! `doublet compatibility` and `doublet equations` as a user runs them.
 
-#![allow(clippy::expect_used, clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
-
-use crate::common;
 use std::path::Path;
 
-use common::{doublet, root};
 use doublet_core::estimate::SensorError;
 use doublet_engine::session;
 use serde_json::Value;
 
-/// What a command that succeeds prints.
-fn run_doublet(arguments: &[&str]) -> String {
-    let output = doublet(&root(), arguments);
-    let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success(), "{arguments:?}: {error}");
-    String::from_utf8(output.stdout).unwrap()
-}
+use crate::common::at_root::{document, doublet, printed};
+use crate::common::root;
 
 /// What a command that fails says.
 fn refused(arguments: &[&str]) -> String {
-    let output = doublet(&root(), arguments);
+    let output = doublet(arguments);
     assert_eq!(output.status.code(), Some(1), "{arguments:?}");
     String::from_utf8(output.stderr).unwrap()
 }
@@ -38,7 +29,7 @@ fn errors_of_the_gyros_of_the_shipped_flight_are_found_taken_and_gone() {
     let path = path.to_str().unwrap();
     let command =
         ["compatibility", path, "--free", "bias_p,bias_q,bias_r", "--wind", "--method", "filter-error", "--json"];
-    let found: Value = serde_json::from_str(&run_doublet(&command)).unwrap();
+    let found = document(&command);
     let truth = doublet_core::simulate::Truth::biases();
     let value = |found: &Value, name: &str| -> [f64; 2] {
         let row = found["errors"].as_array().unwrap().iter().find(|row| row["error"] == name).unwrap();
@@ -50,7 +41,7 @@ fn errors_of_the_gyros_of_the_shipped_flight_are_found_taken_and_gone() {
         let [estimate, error] = value(&found, name);
         assert!((estimate - bias).abs() < 3.0 * error.max(2e-5), "{name}: {estimate} +- {error}, truth {bias}");
     }
-    run_doublet(&[&command[..], &["--take"]].concat());
+    printed(&[&command[..], &["--take"]].concat());
     let taken = session::open(Path::new(path)).unwrap().session;
     let known = taken.preparation.known_errors.0.get(&SensorError::from_name("bias_q").unwrap()).copied().unwrap();
     assert_eq!(known, value(&found, "bias_q")[0]);
@@ -58,7 +49,7 @@ fn errors_of_the_gyros_of_the_shipped_flight_are_found_taken_and_gone() {
     let again = refused(&command);
     assert!(again.contains("listed as known and as free"), "{again}");
     let command = ["compatibility", path, "--free", "scale_q", "--wind", "--method", "filter-error", "--json"];
-    let left: Value = serde_json::from_str(&run_doublet(&command)).unwrap();
+    let left = document(&command);
     let [estimate, error] = value(&left, "scale_q");
     assert!(estimate.abs() < 4.0 * error.max(1e-3), "{estimate} +- {error}");
 }
@@ -67,7 +58,7 @@ fn errors_of_the_gyros_of_the_shipped_flight_are_found_taken_and_gone() {
 fn compatibility_says_what_it_needs() {
     let demo = "sessions/demo.toml";
     assert!(refused(&["compatibility", demo]).contains("name some by --free"));
-    let unknown = doublet(&root(), &["compatibility", demo, "--free", "bias_alfa"]);
+    let unknown = doublet(&["compatibility", demo, "--free", "bias_alfa"]);
     let text = String::from_utf8(unknown.stderr).unwrap();
     assert!(text.contains("error 'bias_alfa' not found") && text.contains("bias_alpha"), "{text}");
 }
@@ -108,7 +99,7 @@ fn equations_of_an_unstable_aircraft_are_fitted_to_a_table_of_degrees() {
     let columns = ["alpha=ALPHA*pi/180", "q=Q*pi/180", "delta_e=DE*pi/180"];
     let mut command = vec!["equations", &path, "--equations", "short-period", "--piece", "3", "--json"];
     columns.iter().for_each(|column| command.extend(["--column", column]));
-    let found: Value = serde_json::from_str(&run_doublet(&command)).unwrap();
+    let found = document(&command);
     for (name, truth) in [("Z_alpha", -0.9), ("M_alpha", 2.0), ("M_q", -1.1), ("M_delta_e", -6.0)] {
         let rows = found["output_error"]["parameters"].as_array().unwrap();
         let at = rows.iter().position(|row| row["name"] == name).unwrap();
@@ -145,7 +136,7 @@ fn equations_are_fitted_to_columns_of_different_rates() {
     let one = "format = \"doublet equations\"\ninputs = [\"delta_e\"]\n[[state]]\nname = \"alpha\"\nrate = \"L*alpha + M*delta_e\"\n[[output]]\nname = \"alpha\"\nshows = \"alpha\"\n[parameters]\nL = -0.5\nM = 0.5\n";
     std::fs::write(&equations, one).unwrap();
     let command = ["equations", path.to_str().unwrap(), "--equations", equations.to_str().unwrap(), "--json"];
-    let found: Value = serde_json::from_str(&run_doublet(&command)).unwrap();
+    let found = document(&command);
     for method in ["equation_error", "output_error"] {
         for row in found[method]["parameters"].as_array().unwrap() {
             let truth = if row["name"] == "L" { -1.0 } else { 1.0 };
@@ -184,7 +175,7 @@ fn equations_in_gusts_are_fitted_by_filter_error() {
     let one = "format = \"doublet equations\"\ninputs = [\"u\"]\n[[state]]\nname = \"x\"\nrate = \"L*x + M*u\"\n[[output]]\nname = \"x\"\nshows = \"x\"\n[parameters]\nL = -0.5\nM = 0.5\n";
     std::fs::write(&equations, one).unwrap();
     let command = ["equations", path.to_str().unwrap(), "--equations", equations.to_str().unwrap(), "--json"];
-    let found: Value = serde_json::from_str(&run_doublet(&command)).unwrap();
+    let found = document(&command);
     // Noise of the measured state biases equation error, which the verdict names.
     assert_eq!(
         (&found["is_driven_by_noise"], &found["verdict"]["level"]),

@@ -1,23 +1,10 @@
 //! What every command has: help, `--json`, man page and completions; the manual inside the program; sessions that come with it.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
-
-use std::process::{Command, Output};
-
-fn doublet(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_doublet-cli")).args(arguments).output().unwrap()
-}
-
-/// Standard output of a command that succeeds.
-fn printed_by(arguments: &[&str]) -> String {
-    let output = doublet(arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
+use crate::common::at_root::{document, doublet, json_file, printed};
 
 #[test]
 fn version_says_program_commit_and_instructions() {
-    let version = printed_by(&["--version"]);
+    let version = printed(&["--version"]);
     let expected = concat!("doublet ", env!("CARGO_PKG_VERSION"), " (commit ");
     assert!(version.starts_with(expected), "{version}");
     let (commit, instructions) = version[expected.len()..].trim_end().trim_end_matches(')').split_once(", ").unwrap();
@@ -43,20 +30,20 @@ fn every_command_takes_json_and_has_help_and_a_man_page() {
     let without: Vec<_> = found.iter().filter(|(_, json)| !json).map(|(path, _)| path.as_str()).collect();
     assert_eq!(without, ["completions"]);
     let folder = tempfile::tempdir().unwrap();
-    printed_by(&["man", "--out", folder.path().to_str().unwrap()]);
+    printed(&["man", "--out", folder.path().to_str().unwrap()]);
     for (path, _) in &found {
         let page = folder.path().join(format!("doublet-{}.1", path.replace(' ', "-")));
         assert!(std::fs::read_to_string(&page).is_ok_and(|page| page.contains(".TH")), "{}", page.display());
     }
-    assert!(printed_by(&["help", "run"]).contains("--tables"));
-    assert!(printed_by(&["completions", "bash"]).contains("monte-carlo"));
+    assert!(printed(&["help", "run"]).contains("--tables"));
+    assert!(printed(&["completions", "bash"]).contains("monte-carlo"));
 }
 
 #[test]
 fn manual_is_found_by_topic_and_by_text() {
-    assert!(printed_by(&["help"]).contains("conventions"));
-    assert!(printed_by(&["help", "conventions"]).contains("Control deflections"));
-    assert!(printed_by(&["help", "--search", "trailing edge down"]).contains("conventions.md:"));
+    assert!(printed(&["help"]).contains("conventions"));
+    assert!(printed(&["help", "conventions"]).contains("Control deflections"));
+    assert!(printed(&["help", "--search", "trailing edge down"]).contains("conventions.md:"));
     let wrong = doublet(&["help", "nothing"]);
     assert!(!wrong.status.success());
     assert!(String::from_utf8_lossy(&wrong.stderr).contains("command or page 'nothing' not found"));
@@ -64,13 +51,11 @@ fn manual_is_found_by_topic_and_by_text() {
 
 #[test]
 fn what_commands_say_becomes_one_document() {
-    let printed = printed_by(&["simulate", "--list", "--json"]);
-    let document: serde_json::Value = serde_json::from_str(&printed).unwrap();
-    assert_eq!(document["version"], 1);
-    assert!(document["lines"].as_array().unwrap().iter().any(|line| line == "scenarios"), "{printed}");
-    let printed = printed_by(&["coverage", "--realisations", "2", "--json"]);
-    let document: serde_json::Value = serde_json::from_str(&printed).unwrap();
-    let table = &document["tables"][0];
+    let list = document(&["simulate", "--list", "--json"]);
+    assert_eq!(list["version"], 1);
+    assert!(list["lines"].as_array().unwrap().iter().any(|line| line == "scenarios"), "{list}");
+    let coverage = document(&["coverage", "--realisations", "2", "--json"]);
+    let table = &coverage["tables"][0];
     let rows = table["rows"].as_array().unwrap();
     assert!(!rows.is_empty());
     assert_eq!(table["columns"].as_array().unwrap().len(), rows[0].as_array().unwrap().len());
@@ -81,11 +66,8 @@ fn what_commands_say_becomes_one_document() {
 fn session_that_comes_with_the_program_runs_by_its_name() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("results");
-    let printed = printed_by(&["run", "builtin:demo", "--out", out.to_str().unwrap(), "--json"]);
-    let document: serde_json::Value = serde_json::from_str(&printed).unwrap();
-    let written: serde_json::Value =
-        serde_json::from_str(&std::fs::read_to_string(out.join("results.json")).unwrap()).unwrap();
-    assert_eq!(document, written);
+    let shown = document(&["run", "builtin:demo", "--out", out.to_str().unwrap(), "--json"]);
+    assert_eq!(shown, json_file(&out.join("results.json")));
     let unknown = doublet(&["run", "builtin:nothing", "--out", out.to_str().unwrap()]);
     let error = String::from_utf8_lossy(&unknown.stderr).into_owned();
     assert!(error.contains("shipped session not found: use one of demo"), "{error}");

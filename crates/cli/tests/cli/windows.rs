@@ -1,8 +1,6 @@
 //! Long windows, many windows and windows whose samples are nothing to go by: what they take and what is said of them.
 
 #![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
-
 use crate::common::flight;
 use std::path::Path;
 use std::process::{Command, Stdio};

@@ -1,16 +1,13 @@
 //! The program run at the root of the project, where the shipped sessions lie.
 
-#![allow(clippy::expect_used, reason = "helpers of tests are not marked as tests")]
-
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use serde_json::Value;
 
 /// Runs the program.
 pub fn doublet(arguments: &[&str]) -> Output {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    Command::new(env!("CARGO_BIN_EXE_doublet-cli")).args(arguments).current_dir(root).output().expect("it starts")
+    super::doublet(&super::root(), arguments)
 }
 
 /// What it printed.
@@ -18,11 +15,21 @@ pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
+/// Standard output of a command that succeeds.
+pub fn printed(arguments: &[&str]) -> String {
+    let output = doublet(arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+    String::from_utf8(output.stdout).expect("it is UTF-8")
+}
+
 /// What it prints as JSON.
 pub fn document(arguments: &[&str]) -> Value {
-    let output = doublet(arguments);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    serde_json::from_slice(&output.stdout).expect("it is JSON")
+    serde_json::from_str(&printed(arguments)).expect("it is JSON")
+}
+
+/// The content of a JSON file.
+pub fn json_file(path: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(path).expect("the file is there")).expect("it is JSON")
 }
 
 /// The one line in which it refuses.

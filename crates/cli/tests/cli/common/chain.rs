@@ -1,7 +1,5 @@
 //! Recordings changed at random and taken through the whole program: map, new, check, run, report, export.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
-
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::fs::File;

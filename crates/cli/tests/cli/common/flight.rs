@@ -1,7 +1,5 @@
 //! A recording of any length, its channel map and a session of one window over it.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
-
 use std::fmt::Write;
 use std::path::Path;
 

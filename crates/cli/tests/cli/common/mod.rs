@@ -1,7 +1,5 @@
 //! What tests of the command line share.
 
-#![allow(clippy::expect_used, reason = "helpers of tests are not marked as tests")]
-
 pub mod at_root;
 pub mod chain;
 pub mod flight;
