@@ -1,7 +1,5 @@
 //! Linear models of an aircraft with terms of every kind: by the chain rule and by differences, and against the simulator's own.
 
-#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
-
 use doublet_core::airframe::MassProperties;
 use doublet_core::atmos::Atmosphere;
 use doublet_core::model::{Axes, Coefficient, Derivatives, Position, Term, ThrustTreatment};

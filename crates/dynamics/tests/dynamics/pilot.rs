@@ -1,10 +1,8 @@
 //! Pitch response to the stick, the loop closed by a pilot and roll performance against independent computations with scipy: step
 //! responses, frequencies on 400,000 points, two equations solved for lead and gain of the pilot, and Runge-Kutta in roll.
 
-#![allow(clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
-
 use doublet_dynamics::frequency::{BodeCurve, Section, TransferFunction, logarithmic_grid};
-use doublet_dynamics::linear::{LateralDerivatives, LongitudinalDerivatives, StateSpace, SymmetricTrim};
+use doublet_dynamics::linear::StateSpace;
 use doublet_dynamics::qualities::{
     Airplane, Limits, Measure, Measures, PilotTask, QualityLevel, criterion_phase_rad, judge, measure_interval,
     neal_smith, pitch_rate_by_elevator, step_response, times_to_bank,
@@ -12,7 +10,7 @@ use doublet_dynamics::qualities::{
 use nalgebra::DMatrix;
 use toml::{Table, Value};
 
-const FOOT: f64 = 0.3048;
+use crate::cr_2144::{lateral, level_trim, longitudinal};
 
 /// `K (s + 1/T) exp(-tau s) / (s^2 + 2 zeta omega s + omega^2)`.
 fn rate([gain, zero, zeta, omega, delay_s]: [f64; 5]) -> TransferFunction {
@@ -43,11 +41,6 @@ fn limits(name: &str) -> Limits {
 fn models() -> Option<Table> {
     let path = crate::shared::shared("reference/flying/linear_models.toml")?;
     Some(std::fs::read_to_string(path).unwrap().parse().unwrap())
-}
-
-fn number(table: &Value, key: &str) -> f64 {
-    let value = &table[key];
-    value.as_float().or_else(|| value.as_integer().map(|value| value as f64)).unwrap()
 }
 
 #[test]
@@ -129,33 +122,9 @@ fn pilot_of_neal_and_smith_matches_two_equations_solved_for_lead_and_gain() {
 
 /// Models `w q` and `beta p r phi` of a condition of CR-2144.
 fn boeing(condition: &Value) -> (StateSpace, StateSpace) {
-    let of = |key: &str| number(&condition["longitudinal"], key);
-    let by = |key: &str| number(&condition["lateral_primed"], key);
-    let alpha_rad = number(condition, "alpha_deg").to_radians();
-    let (airspeed_m_s, gravity_m_s2) = (number(condition, "V_ft_s") * FOOT, 32.174 * FOOT);
-    let trim = SymmetricTrim { airspeed_m_s, alpha_rad, theta_rad: alpha_rad, gravity_m_s2 };
-    let longitudinal = LongitudinalDerivatives {
-        x_u: of("Xu"),
-        x_w: of("Xw"),
-        z_u: of("Zu"),
-        z_w: of("Zw"),
-        z_w_dot: of("Zwdot"),
-        z_q: of("Zq") * FOOT,
-        m_u: of("Mu") / FOOT,
-        m_w: of("Mw") / FOOT,
-        m_w_dot: of("Mwdot") / FOOT,
-        m_q: of("Mq"),
-        elevator: [of("Xde") * FOOT, of("Zde") * FOOT, of("Mde")],
-    };
-    let lateral = LateralDerivatives {
-        y_v: by("Yv"),
-        l: [by("Lb"), by("Lp"), by("Lr")],
-        n: [by("Nb"), by("Np"), by("Nr")],
-        aileron: [0.0, by("Lda"), by("Nda")],
-        rudder: [by("Ydr_star"), by("Ldr"), by("Ndr")],
-    };
-    let pitch = longitudinal.state_space(&trim).unwrap();
-    (pitch.part("short_period", &["w", "q"], &["delta_e"], &["w", "q"]), lateral.state_space(&trim))
+    let trim = level_trim(condition);
+    let pitch = longitudinal(condition).state_space(&trim).unwrap();
+    (pitch.part("short_period", &["w", "q"], &["delta_e"], &["w", "q"]), lateral(condition).state_space(&trim))
 }
 
 #[test]

@@ -1,7 +1,5 @@
 //! Linear models and modes against published ones: Boeing 747 of NASA CR-2144, Etkin and Reid, a toolbox example; F-4C of Cook.
 
-#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
-
 use std::path::Path;
 
 use doublet_dynamics::linear::{
@@ -12,8 +10,7 @@ use doublet_dynamics::modes::{Mode, modes};
 use nalgebra::DMatrix;
 use toml::{Table, Value};
 
-const FOOT: f64 = 0.3048;
-const GRAVITY: f64 = 32.174 * FOOT;
+use crate::cr_2144::{FOOT, GRAVITY, lateral, level_trim, longitudinal, number};
 
 fn reference() -> Option<Table> {
     let path = crate::shared::shared("reference/flying/linear_models.toml")?;
@@ -22,11 +19,6 @@ fn reference() -> Option<Table> {
 
 fn read(path: &Path) -> Table {
     std::fs::read_to_string(path).unwrap().parse().unwrap()
-}
-
-fn number(table: &Value, key: &str) -> f64 {
-    let value = table.get(key).unwrap_or_else(|| panic!("{key}"));
-    value.as_float().or_else(|| value.as_integer().map(|value| value as f64)).unwrap()
 }
 
 fn list(value: &Value) -> Vec<f64> {
@@ -57,34 +49,13 @@ fn conditions(reference: &Table) -> Vec<Condition> {
 }
 
 fn condition(table: &Value) -> Condition {
-    let of = |key: &str| number(&table["longitudinal"], key);
-    let by = |key: &str| number(&table["lateral_primed"], key);
-    let alpha_rad = number(table, "alpha_deg").to_radians();
-    let airspeed_m_s = number(table, "V_ft_s") * FOOT;
-    let theta_rad = alpha_rad + number(table, "gamma_deg").to_radians();
+    let level = level_trim(table);
+    let theta_rad = level.alpha_rad + number(table, "gamma_deg").to_radians();
     Condition {
         number: table["fc"].as_integer().unwrap(),
-        trim: SymmetricTrim { airspeed_m_s, alpha_rad, theta_rad, gravity_m_s2: GRAVITY },
-        longitudinal: LongitudinalDerivatives {
-            x_u: of("Xu"),
-            x_w: of("Xw"),
-            z_u: of("Zu"),
-            z_w: of("Zw"),
-            z_w_dot: of("Zwdot"),
-            z_q: of("Zq") * FOOT,
-            m_u: of("Mu") / FOOT,
-            m_w: of("Mw") / FOOT,
-            m_w_dot: of("Mwdot") / FOOT,
-            m_q: of("Mq"),
-            elevator: [of("Xde") * FOOT, of("Zde") * FOOT, of("Mde")],
-        },
-        lateral: LateralDerivatives {
-            y_v: by("Yv"),
-            l: [by("Lb"), by("Lp"), by("Lr")],
-            n: [by("Nb"), by("Np"), by("Nr")],
-            aileron: [0.0, by("Lda"), by("Nda")],
-            rudder: [by("Ydr_star"), by("Ldr"), by("Ndr")],
-        },
+        trim: SymmetricTrim { theta_rad, ..level },
+        longitudinal: longitudinal(table),
+        lateral: lateral(table),
         table: table.clone(),
     }
 }

@@ -1,8 +1,6 @@
 //! Levels of flying qualities against those published for the Tu-144 and worked for the Boeing 747.
 
-#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
-
-use doublet_dynamics::linear::{LateralDerivatives, LongitudinalDerivatives, StateSpace, SymmetricTrim};
+use doublet_dynamics::linear::StateSpace;
 use doublet_dynamics::modes::{Mode, modes};
 use doublet_dynamics::qualities::{
     Airplane, EquivalentSystem, Judgement, Limits, Measure, Measures, QualityLevel, judge, judge_samples,
@@ -10,7 +8,8 @@ use doublet_dynamics::qualities::{
 };
 use toml::{Table, Value};
 
-const FOOT: f64 = 0.3048;
+use crate::cr_2144::{lateral, level_trim, longitudinal, number};
+
 /// Standards that agree on the modes of the published aircraft.
 const STANDARDS: [&str; 2] = ["mil_f_8785c", "mil_std_1797a"];
 
@@ -22,11 +21,6 @@ fn limits(name: &str) -> Limits {
 fn table(name: &str) -> Option<Table> {
     let path = crate::shared::shared(&format!("reference/flying/{name}.toml"))?;
     Some(std::fs::read_to_string(path).unwrap().parse().unwrap())
-}
-
-fn number(table: &Value, key: &str) -> f64 {
-    let value = &table[key];
-    value.as_float().or_else(|| value.as_integer().map(|value| value as f64)).unwrap()
 }
 
 /// Reasons as the report prints them, `tau>0.20`.
@@ -109,40 +103,16 @@ fn named<'a>(modes: &'a [Mode], name: &str) -> &'a Mode {
 
 /// Modes, measures and the table of a condition of CR-2144.
 fn boeing(condition: &Value) -> (Measures, f64) {
-    let of = |key: &str| number(&condition["longitudinal"], key);
-    let by = |key: &str| number(&condition["lateral_primed"], key);
-    let alpha_rad = number(condition, "alpha_deg").to_radians();
-    let (airspeed_m_s, gravity_m_s2) = (number(condition, "V_ft_s") * FOOT, 32.174 * FOOT);
-    let trim = SymmetricTrim { airspeed_m_s, alpha_rad, theta_rad: alpha_rad, gravity_m_s2 };
-    let longitudinal = LongitudinalDerivatives {
-        x_u: of("Xu"),
-        x_w: of("Xw"),
-        z_u: of("Zu"),
-        z_w: of("Zw"),
-        z_w_dot: of("Zwdot"),
-        z_q: of("Zq") * FOOT,
-        m_u: of("Mu") / FOOT,
-        m_w: of("Mw") / FOOT,
-        m_w_dot: of("Mwdot") / FOOT,
-        m_q: of("Mq"),
-        elevator: [of("Xde") * FOOT, of("Zde") * FOOT, of("Mde")],
-    };
-    let lateral = LateralDerivatives {
-        y_v: by("Yv"),
-        l: [by("Lb"), by("Lp"), by("Lr")],
-        n: [by("Nb"), by("Np"), by("Nr")],
-        aileron: [0.0, by("Lda"), by("Nda")],
-        rudder: [by("Ydr_star"), by("Ldr"), by("Ndr")],
-    };
-    let (pitch, roll) = (longitudinal.state_space(&trim).unwrap(), lateral.state_space(&trim));
+    let trim = level_trim(condition);
+    let (pitch, roll) = (longitudinal(condition).state_space(&trim).unwrap(), lateral(condition).state_space(&trim));
     let (longitudinal_modes, lateral_modes) = (modes(&pitch), modes(&roll));
     let short = named(&longitudinal_modes, "short period");
-    let per_alpha = -of("Zw") * airspeed_m_s / gravity_m_s2;
+    let per_alpha = -number(&condition["longitudinal"], "Zw") * trim.airspeed_m_s / trim.gravity_m_s2;
     let mut measures = Measures::default();
     measures.add_short_period(short.damping(), short.frequency_rad_s(), Some(per_alpha));
     measures.set(Measure::PhugoidDamping, named(&longitudinal_modes, "phugoid").damping());
     let dutch = named(&lateral_modes, "Dutch roll");
-    let ratio = phi_over_beta(&roll, dutch, airspeed_m_s).unwrap();
+    let ratio = phi_over_beta(&roll, dutch, trim.airspeed_m_s).unwrap();
     measures.add_dutch_roll(dutch.damping(), dutch.frequency_rad_s(), Some(ratio));
     measures.set(Measure::RollTimeConstant, named(&lateral_modes, "roll subsidence").time_constant_s());
     let spiral = named(&lateral_modes, "spiral").time_to_double_s().unwrap_or(f64::INFINITY);
@@ -161,8 +131,8 @@ fn boeing(condition: &Value) -> (Measures, f64) {
         let expected = number(expected, key);
         assert!((found / expected - 1.0).abs() < tolerance, "FC{} {what} {found} {expected}", condition["fc"]);
     }
-    let steady =
-        load_factor_per_alpha(&pitch.part("short_period", &["w", "q"], &["delta_e"], &[]), airspeed_m_s, gravity_m_s2);
+    let short_period = pitch.part("short_period", &["w", "q"], &["delta_e"], &[]);
+    let steady = load_factor_per_alpha(&short_period, trim.airspeed_m_s, trim.gravity_m_s2);
     (measures, steady.unwrap())
 }
 

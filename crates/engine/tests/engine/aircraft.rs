@@ -1,7 +1,5 @@
 //! An aircraft that is edited: changes of its file, its numbers, its own file, its drawing.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test helper that fails is a failed test")]
-
 use std::collections::BTreeMap;
 
 use doublet_core::load::aircraft::parse;

@@ -1,7 +1,5 @@
 //! Batches: sweeps, failures as rows, resumption.
 
-#![allow(clippy::panic, clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
-
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};

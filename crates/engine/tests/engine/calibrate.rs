@@ -1,7 +1,5 @@
 //! Calibrations of sensors fitted to readings on the ground, and an instruments file that has them.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test helper that fails is a failed test")]
-
 use doublet_core::load::instruments::parse;
 use doublet_engine::builtin;
 use doublet_engine::calibrate::{Curve, SensorKind, calibrations, fit, points, with_calibration};

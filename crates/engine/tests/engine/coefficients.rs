@@ -1,7 +1,6 @@
 //! What the session says of axes, reference point, thrust, rotors and lags, against transformations of the coefficients themselves.
 
-#![expect(clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
-
+use crate::compute;
 use crate::shared;
 use std::path::Path;
 use std::sync::Arc;
@@ -235,8 +234,7 @@ fn assumed_density_is_called_so_and_smoothed_states_are_written_with_their_devia
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sessions/reference/citation_aileron.toml");
     let opened = session::open(&path).unwrap();
     let (session, folder) = (&opened.session, opened.folder.as_path());
-    let scope = Scope { session, folder, first: None, studies: &[], cause: "test", generation: 1 };
-    let snapshot = run(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| {});
+    let snapshot = compute(session, folder);
     let aero = snapshot.windows.values().next().unwrap().aero.ready().unwrap();
     assert_eq!(aero.air_density, AirDensity::AssumedAltitude(1000.0));
     assert!(aero.warnings.iter().any(|line| line.contains("air density is assumed")), "{:?}", aero.warnings);
@@ -271,8 +269,7 @@ fn a_warm_day_lowers_the_density_of_a_recording_without_static_pressure() {
         recording.channel_map = MapRef::Own(map.replace(pressure, "").into());
     }
     let aero = |session: &Session| {
-        let scope = Scope { session, folder: Path::new(""), first: None, studies: &[], cause: "test", generation: 1 };
-        let snapshot = run(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| {});
+        let snapshot = compute(session, Path::new(""));
         let aero = &snapshot.windows.values().next().unwrap().aero;
         Arc::clone(aero.ready().unwrap_or_else(|| panic!("{:?} {:?}", aero.error(), snapshot.flights)))
     };
@@ -309,9 +306,7 @@ fn an_expression_is_a_term_of_the_model() {
     session.estimation = Estimation::default();
     let computed = |session: &Session| {
         let session = session::parse(&session::print(session).unwrap()).unwrap();
-        let scope =
-            Scope { session: &session, folder: Path::new(""), first: None, studies: &[], cause: "test", generation: 1 };
-        run(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| {})
+        compute(&session, Path::new(""))
     };
     let plain = computed(&session);
     let expression = ExpressionSetting {

@@ -1,18 +1,18 @@
 //! Two sessions or runs side by side.
 
-#![allow(clippy::panic, clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
-
 use doublet_core::model::Coefficient;
 use doublet_core::reconstruct::{Input, Measurement, State};
 use doublet_core::series::TimeRange;
 use doublet_engine::compare::{Estimates, PRESENT, differences, read_estimates, settings};
 use doublet_engine::graph::{Cache, Context};
-use doublet_engine::run::{Control, ExperimentRows, Scope, Snapshot, experiment_rows, run as run_stages};
+use doublet_engine::run::{ExperimentRows, experiment_rows};
 use doublet_engine::session::{
     self, Edit, ExperimentEdit, FilterEdit, NoiseChannel, Session, WindowEdit, WindowRole, cross_experiments,
     manoeuvre_experiments, noise_experiments, structure_experiments,
 };
 use doublet_engine::verdict::VerdictCounts;
+
+use crate::compute;
 
 /// Rounding of a difference of doubles.
 const ROUNDING: f64 = 1e-12;
@@ -116,8 +116,7 @@ fn experiment_gives_what_the_session_with_its_configuration_gives() {
     let row = |name: &str| rows.row(name).unwrap().ready().unwrap_or_else(|| panic!("{name}: {rows:?}"));
     // Number for number what a run of that session gives.
     let applied = Edit::Experiment(ExperimentEdit::Apply(damping.clone())).apply(&session).unwrap();
-    let scope = Scope { session: &applied, folder, first: None, studies: &[], cause: "test", generation: 1 };
-    let snapshot = run_stages(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| ());
+    let snapshot = compute(&applied, folder);
     let found = &row(&damping).outcome;
     assert_eq!(found.verdict, VerdictCounts::count(snapshot.verdicts.ready().unwrap()));
     for fit in &snapshot.pooled.ready().unwrap().fits {

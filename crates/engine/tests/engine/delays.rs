@@ -1,7 +1,5 @@
 //! Delays of the measurements are found from one recording, and none where there is none.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
-
 use std::path::Path;
 
 use doublet_core::quantity::Role;

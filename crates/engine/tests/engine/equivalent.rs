@@ -1,11 +1,5 @@
 //! Equivalent systems of records whose system is known: intervals of right forms, and the verdict on wrong ones.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    reason = "helpers of tests are not marked as tests; figures are shown"
-)]
-
 use std::f64::consts::TAU;
 use std::fmt::Write;
 

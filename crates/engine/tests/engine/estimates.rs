@@ -1,7 +1,5 @@
 //! Properties every estimate of the engine keeps: the order of terms, the order of windows and the number of threads do not matter.
 
-#![allow(clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
-
 use crate::flight;
 use std::sync::Arc;
 

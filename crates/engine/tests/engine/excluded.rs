@@ -1,19 +1,19 @@
 //! Stretches of manoeuvres that are left out: no measurement of them enters the filter, no sample a fit.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
-
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, TimeRange};
-use doublet_engine::graph::{Cache, Control};
+use doublet_engine::graph::Control;
 use doublet_engine::report::{self, Results};
-use doublet_engine::run::{Scope, Snapshot, run};
+use doublet_engine::run::Snapshot;
 use doublet_engine::session::{self, Edit, Manoeuvre, Session, WindowEdit, WindowRole};
 use doublet_engine::stage;
 use doublet_engine::undo::History;
+
+use crate::compute;
 
 /// The shipped flight with three elevator manoeuvres.
 fn demo() -> Session {
@@ -28,8 +28,7 @@ fn demo() -> Session {
 }
 
 fn computed(session: &Session) -> (Snapshot, Results) {
-    let scope = Scope { session, folder: Path::new("."), first: None, studies: &[], cause: "test", generation: 1 };
-    let snapshot = run(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| {});
+    let snapshot = compute(session, Path::new("."));
     let results = report::build(session, &snapshot);
     (snapshot, results)
 }

@@ -1,11 +1,5 @@
 //! Exported models: DAVE-ML read back, JSBSim flown by JSBSim.
 
-#![expect(
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    reason = "helpers of tests fail the test that calls them and say why it is skipped"
-)]
-
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
@@ -13,12 +7,13 @@ use std::process::Command;
 use doublet_core::airframe::{InertiaTensor, MassProperties, ReferenceGeometry};
 use doublet_core::model::{Axes, Coefficient, Derivatives, Gyroscopic, Term, ThrustTreatment, Variable};
 use doublet_engine::export::{DaveMl, ExportError, Format, IdentifiedCoefficient, IdentifiedModel, Parameter, write};
-use doublet_engine::graph::Cache;
 use doublet_engine::keep::PutError;
-use doublet_engine::run::{Control, Scope, Snapshot, run};
+use doublet_engine::run::Snapshot;
 use doublet_engine::session::{self, ControlLags, Session};
 use nalgebra::{DMatrix, Vector3};
 use rand::{RngExt, SeedableRng};
+
+use crate::compute;
 
 /// Difference allowed between a check case and the formulas of the file: rounding of ten terms of order one.
 const READ_BACK: f64 = 1e-12;
@@ -405,15 +400,7 @@ fn jsbsim_gives_the_coefficients_of_the_model() {
 fn demo() -> (Session, Snapshot) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sessions/demo.toml");
     let opened = session::open(&path).unwrap();
-    let scope = Scope {
-        session: &opened.session,
-        folder: &opened.folder,
-        first: None,
-        studies: &[],
-        cause: "test",
-        generation: 1,
-    };
-    let snapshot = run(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| ());
+    let snapshot = compute(&opened.session, &opened.folder);
     (opened.session, snapshot)
 }
 

@@ -1,7 +1,5 @@
 //! Fixes of findings: applied, they give back what a session without the mistake says.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
-
 use std::path::Path;
 
 use doublet_core::model::Lag;

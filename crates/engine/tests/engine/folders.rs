@@ -1,12 +1,5 @@
 //! Folders that doublet writes into: its own files are replaced in one step, the user's stay, kills leave no mixture and no litter.
 
-#![allow(
-    clippy::expect_used,
-    clippy::print_stdout,
-    clippy::unwrap_used,
-    reason = "helpers of tests are not marked as tests"
-)]
-
 use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};

@@ -1,22 +1,16 @@
 //! Hostile input: the seeds and findings of the fuzz targets, paths that leave the session's folder, files that never end.
 
-#![allow(
-    clippy::expect_used,
-    clippy::print_stdout,
-    clippy::unwrap_used,
-    reason = "helpers of tests are not marked as tests"
-)]
-
 #[path = "../../../../fuzz/src/lib.rs"]
 mod targets;
 
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use doublet_engine::graph::{Cache, Context};
-use doublet_engine::run::{Control, Scope, Snapshot, run};
+use doublet_engine::graph::Context;
 use doublet_engine::session::{self, Flight, MapRef, RecordingRef, leads_out, path_warning};
 use doublet_engine::stage;
+
+use crate::compute;
 
 /// Every seed is a file of some kilobytes; one that takes longer found something.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -121,9 +115,7 @@ fn a_recording_outside_the_folder_is_read_with_a_warning() {
     let mut session = session::parse(doublet_engine::builtin::session("demo").unwrap()).unwrap();
     session.flights = vec![flight_of("../log.csv", "map.toml")];
     session.windows.clear();
-    let scope = Scope { session: &session, folder: &inner, first: None, studies: &[], cause: "test", generation: 1 };
-    let cache = Cache::new(1 << 20);
-    let log = run(&scope, &Snapshot::default(), &cache, &Control::default(), &|_| {}).log;
+    let log = compute(&session, &inner).log;
     let warnings: Vec<_> = log.iter().filter(|line| line.text.contains("outside the session's folder")).collect();
     assert_eq!(warnings.len(), 1, "{log:?}");
     assert!(warnings[0].text.contains("../log.csv") && !warnings[0].text.contains("map.toml"), "{}", warnings[0].text);

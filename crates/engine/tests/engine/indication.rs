@@ -14,8 +14,7 @@
 //! AVX-512 are shown to give the same paths; they hold the paths of the filter's portable form as well. A machine without fused
 //! arithmetic has no table here, and a C library of another make may round its functions otherwise.
 
-#![allow(clippy::panic, clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
-
+use crate::compute;
 use crate::shared;
 use std::fmt::Write as _;
 use std::ops::ControlFlow;
@@ -25,8 +24,7 @@ use doublet_core::reconstruct::tuning::noise::likelihood;
 use doublet_core::reconstruct::{
     FilterData, FilterSettings, Method, Reconstruction, State, ValidSettings, Width, lanes, reconstruct_with,
 };
-use doublet_engine::graph::Cache;
-use doublet_engine::run::{Control, Scope, Snapshot, run};
+use doublet_engine::run::Snapshot;
 use doublet_engine::session::{self, PathSource, Session};
 use doublet_engine::stage::{CoefficientFit, WindowPath, with_gravity};
 use xxhash_rust::xxh3::Xxh3;
@@ -219,8 +217,7 @@ fn indicate(name: &str, recordings: &[&str]) {
     let session = session::parse(doublet_engine::builtin::session(name).unwrap()).unwrap();
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = here.join("../../sessions").join(name).parent().unwrap().to_owned();
-    let scope = Scope { session: &session, folder: &folder, first: None, studies: &[], cause: "test", generation: 1 };
-    let snapshot = run(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| {});
+    let snapshot = compute(&session, &folder);
     let found = table(&session, &snapshot).0;
     let place: PathBuf = here.join(format!("tests/indication/{name}.txt"));
     if std::env::var_os(BLESS).is_some() {

@@ -1,7 +1,5 @@
 //! The manoeuvre looked at is published before the others, and the results are those of any other order.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "helpers of tests are not marked as tests")]
-
 use std::path::Path;
 use std::sync::Mutex;
 

@@ -1,7 +1,5 @@
 //! Which shipped channel map a recording is taken for: by names, units and ranges, never by the number of columns alone.
 
-#![allow(clippy::panic, clippy::print_stdout, clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
-
 use std::path::{Path, PathBuf};
 
 use doublet_core::quantity::Role;

@@ -1,16 +1,15 @@
 //! Mass properties shown are those flown: against the truth of the shipped flight, and after a tank is touched.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
-
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use doublet_core::airframe::Loading;
-use doublet_engine::graph::Cache;
 use doublet_engine::report::{self, MassRow, Results};
-use doublet_engine::run::{Control, Scope, Snapshot, run};
+use doublet_engine::run::Snapshot;
 use doublet_engine::session::{self, Edit, Flight, LoadingEdit, Manoeuvre, Session, WindowRole};
 use doublet_engine::verdict::Finding;
+
+use crate::compute;
 
 /// The shipped flight with three windows of the elevator only.
 fn demo() -> Session {
@@ -23,8 +22,7 @@ fn demo() -> Session {
 
 fn computed(session: &Session) -> (Snapshot, Results) {
     let folder = Path::new(".");
-    let scope = Scope { session, folder, first: None, studies: &[], cause: "test", generation: 1 };
-    let snapshot = run(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| {});
+    let snapshot = compute(session, folder);
     let results = report::build(session, &snapshot);
     (snapshot, results)
 }

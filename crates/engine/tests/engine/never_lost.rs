@@ -1,13 +1,5 @@
 //! Nothing is ever lost: kills at any instant, recovery, one owner per session file, moved and changed recordings.
 
-#![allow(
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stdout,
-    clippy::unwrap_used,
-    reason = "helpers of tests are not marked as tests"
-)]
-
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -16,11 +8,11 @@ use std::time::{Duration, Instant};
 
 use doublet_engine::autosave::{AutosaveFile, abandoned_autosaves};
 use doublet_engine::document::Document;
-use doublet_engine::graph::Cache;
 use doublet_engine::keep::{Lock, LockResult};
-use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session::{self, Edit, Session};
 use rand::{RngExt, SeedableRng};
+
+use crate::compute;
 
 /// Kills of the test.
 const KILLS: usize = 200;
@@ -342,15 +334,7 @@ fn a_changed_or_missing_recording_is_named_with_its_hashes_and_the_rest_goes_on(
     std::fs::write(&log, "t,q\n0,1\n1,2\n2,5\n3,4\n").unwrap();
     let now = session::content_hash(&log).unwrap();
     let opened = session::open(&desk.session).unwrap();
-    let scope = Scope {
-        session: &opened.session,
-        folder: &opened.folder,
-        first: None,
-        studies: &[],
-        cause: "open",
-        generation: 1,
-    };
-    let snapshot = run(&scope, &Snapshot::default(), &Cache::new(1 << 24), &Control::default(), &|_| ());
+    let snapshot = compute(&opened.session, &opened.folder);
     let warnings = |name: &str| snapshot.flights[name].latest().unwrap().recording.warnings.join("\n");
     let message = warnings(&session.flights[0].name);
     assert!(message.contains("log.csv") && message.contains(&was) && message.contains(&now), "{message}");

@@ -1,8 +1,6 @@
 //! Output error of one axis at a time: the published manoeuvre whose other axis is badly known, and sessions that model one axis
 //! alone, on the shipped flight whose truth is known.
 
-#![allow(clippy::panic, clippy::print_stdout, clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
-
 use crate::shared;
 use std::path::Path;
 

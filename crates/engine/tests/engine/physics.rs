@@ -1,7 +1,5 @@
 //! Channels against each other: nothing is raised on the right maps of the reference recordings, wrong maps are named.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, clippy::panic, reason = "helpers of tests are not marked as tests")]
-
 use crate::shared;
 use std::path::{Path, PathBuf};
 

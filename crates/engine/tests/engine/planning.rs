@@ -2,12 +2,6 @@
 //!
 //! `DOUBLET_DESIGN_FLIGHTS=200 cargo test --workspace --test engine planning -- --nocapture` flies as many as docs/planning.md states.
 
-#![expect(
-    clippy::print_stdout,
-    clippy::unwrap_used,
-    reason = "a test helper that fails is a failed test, and says its figures"
-)]
-
 use std::path::Path;
 
 use doublet_core::simulate::scenario;

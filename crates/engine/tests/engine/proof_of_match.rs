@@ -1,16 +1,15 @@
 //! Proof of match on the shipped flight: the truth stays inside the bands, a wrong derivative does not.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests fail the test that calls them")]
-
 use std::path::Path;
 
 use doublet_core::model::{Coefficient, Derivatives};
 use doublet_core::simulate::c337f;
 use doublet_core::validate::Signal;
-use doublet_engine::graph::Cache;
-use doublet_engine::run::{Control, Scope, Snapshot, run};
+use doublet_engine::run::Snapshot;
 use doublet_engine::session::{self, Session, Surface, WindowRole};
 use doublet_engine::stage::{ReplayWindow, Tolerances, WindowReplay, replay};
+
+use crate::compute;
 
 struct Demo {
     session: Session,
@@ -20,15 +19,7 @@ struct Demo {
 fn demo() -> Demo {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sessions/demo.toml");
     let opened = session::open(&path).unwrap();
-    let scope = Scope {
-        session: &opened.session,
-        folder: &opened.folder,
-        first: None,
-        studies: &[],
-        cause: "test",
-        generation: 1,
-    };
-    let snapshot = run(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| ());
+    let snapshot = compute(&opened.session, &opened.folder);
     Demo { session: opened.session, snapshot }
 }
 
@@ -139,15 +130,7 @@ fn a_model_without_a_coefficient_says_so_in_its_window() {
     opened.session.structure.models.retain(|(coefficient, _)| *coefficient != Coefficient::Cn);
     opened.session.windows.retain(|window| ["12 rudder 3-2-1-1", "16 rudder doublet"].contains(&window.name.as_str()));
     opened.session.estimation.by_surface = false;
-    let scope = Scope {
-        session: &opened.session,
-        folder: &opened.folder,
-        first: None,
-        studies: &[],
-        cause: "test",
-        generation: 1,
-    };
-    let snapshot = run(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| ());
+    let snapshot = compute(&opened.session, &opened.folder);
     let proof = snapshot.proof.ready().unwrap();
     let error = proof.window("16 rudder doublet").unwrap().as_ref().unwrap_err();
     assert!(error.to_string().contains("no derivatives of Cn") && !error.to_string().contains('\n'), "{error}");

@@ -1,7 +1,5 @@
 //! From a flight on its time line to signals as the filter gets them, noise and proposed windows: the shipped flight.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
-
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::OnceLock;

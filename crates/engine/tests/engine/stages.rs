@@ -1,7 +1,5 @@
 //! What a stage follows from: its parameters, its inputs and the files it reads through its context.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests are not marked as tests")]
-
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -1,8 +1,5 @@
 //! Recordings nobody here wrote: held samples, steady parts, noise and manoeuvres of theirs.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
-
-use crate::shared;
 use std::path::Path;
 
 use doublet_core::load::{ChannelMap, read_all};
@@ -10,13 +7,12 @@ use doublet_core::model::Coefficient;
 use doublet_core::prep::held_samples;
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, TimeRange};
-use doublet_engine::graph::Cache;
-use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session;
 use doublet_engine::stage::{self, FlightProposals, LoadedFlight, NoiseFlight};
 use doublet_engine::verdict::Level;
 
-use shared::shared;
+use crate::compute;
+use crate::shared::shared;
 
 /// A recording of the shared folder by a shipped map.
 fn recording(paths: &[&str], map: &str) -> Option<Recording> {
@@ -163,9 +159,7 @@ fn pitch_control(file: &Path, signals: &str) -> (f64, Vec<(Level, String)>) {
         file.canonicalize().unwrap().display()
     );
     let session = session::parse(&text).unwrap();
-    let scope =
-        Scope { session: &session, folder: folder.path(), first: None, studies: &[], cause: "test", generation: 1 };
-    let snapshot = run(&scope, &Snapshot::default(), &Cache::new(1 << 28), &Control::default(), &|_| {});
+    let snapshot = compute(&session, folder.path());
     let pooled = snapshot.pooled.ready().unwrap();
     let fit = pooled.fits.iter().find(|fit| fit.coefficient == Coefficient::Cm).unwrap();
     let fit = fit.fit.as_ref().unwrap();
@@ -206,9 +200,7 @@ fn derivatives_of_attas_hang_on_none_of_its_held_channels() {
     let estimates = |held: session::HeldSampleUse| {
         let mut session = opened.session.clone();
         session.flights[0].signals.held_samples = held;
-        let (folder, cause) = (opened.folder.as_path(), "test");
-        let scope = Scope { session: &session, folder, first: None, studies: &[], cause, generation: 1 };
-        let snapshot = run(&scope, &Snapshot::default(), &Cache::new(1 << 28), &Control::default(), &|_| {});
+        let snapshot = compute(&session, &opened.folder);
         let pooled = snapshot.pooled.ready().unwrap();
         pooled.fits.iter().map(|fit| fit.fit.as_ref().unwrap().estimates.clone()).collect::<Vec<_>>()
     };

@@ -1,13 +1,11 @@
 //! The shipped flight treated as in the thesis: what of its weaknesses shows, and what a wrong clock adds (docs/fidelity.md).
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are not marked as tests")]
-
 use std::path::Path;
 
-use doublet_engine::graph::Cache;
 use doublet_engine::report::{self, PredictionAgreement, Results};
-use doublet_engine::run::{Control, Scope, Snapshot, run};
 use doublet_engine::session::{self, PredictionParameters, Session, SignalPreset};
+
+use crate::compute;
 
 fn treated() -> Session {
     session::parse(doublet_engine::builtin::session("demo_thesis").unwrap()).unwrap()
@@ -15,8 +13,7 @@ fn treated() -> Session {
 
 fn results(session: &Session) -> Results {
     let folder = Path::new(".");
-    let scope = Scope { session, folder, first: None, studies: &[], cause: "test", generation: 1 };
-    let snapshot = run(&scope, &Snapshot::default(), &Cache::new(1 << 30), &Control::default(), &|_| {});
+    let snapshot = compute(session, folder);
     assert!(snapshot.failures().is_empty(), "{:?}", snapshot.failures());
     report::build(session, &snapshot)
 }

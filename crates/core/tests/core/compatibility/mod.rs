@@ -1,7 +1,5 @@
 //! Data compatibility on a motion whose every channel is known: each relation has the slope one, each mistake is named.
 
-#![allow(clippy::panic, clippy::print_stdout, reason = "a test helper that fails is a failed test; figures are shown")]
-
 use std::collections::BTreeMap;
 
 use doublet_core::compatibility::{Agreement, Compatibility, TellingVelocity, check};

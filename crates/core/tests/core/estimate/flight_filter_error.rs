@@ -1,13 +1,13 @@
 //! Filter error on lateral flights in gusts that the model does not know.
 
 use doublet_core::estimate::{
-    FlightFitError, FlightFreedom, FlightWindow, OutputErrorSettings, flight_filter_error, flight_output_error,
+    FlightFitError, FlightFreedom, OutputErrorSettings, flight_filter_error, flight_output_error,
 };
 use doublet_core::replay::{Motion, MotionAxis, Replay};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::flight_output_error::{entries, recorded};
+use super::flight_output_error::{entries, flight_window, recorded};
 use crate::flight::{GRAVITY_M_S2, STEP_S, TRUTH, replay, truth, window};
 
 const AXIS: MotionAxis = MotionAxis::Lateral;
@@ -38,15 +38,7 @@ fn fly_in_gusts(size: f64, seed: u64) -> [Vec<f64>; 2] {
     let (still, _) = replay(SAMPLES).unwrap();
     let flown = gusty.fly(&truth(), &start).unwrap();
     let motion = Motion::from(&flown);
-    let windows = [FlightWindow {
-        label: "w".to_owned(),
-        replay: &still,
-        start,
-        motion: &motion,
-        model: truth(),
-        measured: recorded(AXIS, &flown, seed),
-        accelerometer_from_cg_m: None,
-    }];
+    let windows = [flight_window(&still, start, &motion, truth(), recorded(AXIS, &flown, seed))];
     let freedom = FlightFreedom { shared: entries(AXIS), own: Vec::new(), biases: AXIS.biased() };
     let search = OutputErrorSettings::default();
     let output = flight_output_error(AXIS, &windows, &freedom, &search, &|| true).unwrap();
@@ -83,15 +75,7 @@ fn both_axes_at_once_are_refused() {
     let (still, start) = replay(SAMPLES).unwrap();
     let flown = still.fly(&truth(), &start).unwrap();
     let motion = Motion::from(&flown);
-    let windows = [FlightWindow {
-        label: "w".to_owned(),
-        replay: &still,
-        start,
-        motion: &motion,
-        model: truth(),
-        measured: recorded(MotionAxis::Both, &flown, 1),
-        accelerometer_from_cg_m: None,
-    }];
+    let windows = [flight_window(&still, start, &motion, truth(), recorded(MotionAxis::Both, &flown, 1))];
     let freedom = FlightFreedom { shared: entries(MotionAxis::Both), ..FlightFreedom::default() };
     let search = OutputErrorSettings::default();
     let refused = flight_filter_error(MotionAxis::Both, (&windows, &freedom), (&[], &[]), &search, &|| true);

@@ -5,7 +5,7 @@ use doublet_core::estimate::{
     disturbance_covariance, flight_output_error,
 };
 use doublet_core::model::{Coefficient, Derivatives};
-use doublet_core::replay::{Motion, MotionAxis, Response, Start};
+use doublet_core::replay::{Motion, MotionAxis, Replay, Response, Start};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -54,6 +54,17 @@ pub(super) fn recorded(axis: MotionAxis, flown: &Response, seed: u64) -> Vec<Vec
     columns.collect()
 }
 
+/// A window of a flight recorded at the centre of gravity.
+pub(super) fn flight_window<'a>(
+    replay: &'a Replay,
+    start: Start,
+    motion: &'a Motion,
+    model: Derivatives,
+    measured: Vec<Vec<f64>>,
+) -> FlightWindow<'a> {
+    FlightWindow { label: "w".to_owned(), replay, start, motion, model, measured, accelerometer_from_cg_m: None }
+}
+
 /// Bias of every specific force, m/s².
 const BIAS: f64 = 0.1;
 
@@ -81,15 +92,7 @@ fn follow(axis: MotionAxis, seed: u64) -> Result<FlightOutputFit, FlightFitError
         MotionAxis::Lateral => begin.air_velocity_body_m_s[1] += 0.2,
     }
     let motion = Motion::from(&flown);
-    let window = FlightWindow {
-        label: "w".to_owned(),
-        replay: &replay,
-        start: begin,
-        motion: &motion,
-        model: off(axis),
-        measured: recorded(axis, &flown, seed),
-        accelerometer_from_cg_m: None,
-    };
+    let window = flight_window(&replay, begin, &motion, off(axis), recorded(axis, &flown, seed));
     let freedom = FlightFreedom { shared: entries(axis), own: Vec::new(), biases: axis.biased() };
     flight_output_error(axis, &[window], &freedom, &OutputErrorSettings::default(), &|| true)
 }
@@ -154,15 +157,7 @@ fn follow_disturbed(seed: u64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     });
     let flown = disturbed.fly(&truth(), &start).unwrap();
     let motion = Motion::from(&flown);
-    let windows = [FlightWindow {
-        label: "w".to_owned(),
-        replay: &quiet,
-        start,
-        motion: &motion,
-        model: truth(),
-        measured: recorded(AXIS, &flown, seed),
-        accelerometer_from_cg_m: None,
-    }];
+    let windows = [flight_window(&quiet, start, &motion, truth(), recorded(AXIS, &flown, seed))];
     let freedom = FlightFreedom { shared: entries(AXIS), own: Vec::new(), biases: AXIS.biased() };
     let found = flight_output_error(AXIS, &windows, &freedom, &OutputErrorSettings::default(), &|| true).unwrap();
     let disturbed =
@@ -202,12 +197,7 @@ fn windows_share_derivatives_and_keep_their_own_starts() {
     let motion = Motion::from(&flown);
     let window = |label: &str, seed: u64| FlightWindow {
         label: label.to_owned(),
-        replay: &replay,
-        start,
-        motion: &motion,
-        model: off(axis),
-        measured: recorded(axis, &flown, seed),
-        accelerometer_from_cg_m: None,
+        ..flight_window(&replay, start, &motion, off(axis), recorded(axis, &flown, seed))
     };
     let freedom = FlightFreedom { shared: entries(axis), own: Vec::new(), biases: vec![FlightOutput::SpecificForceY] };
     let settings = OutputErrorSettings::default();
@@ -228,15 +218,7 @@ fn flight_that_is_stopped_or_does_not_fit_says_so() {
     let (replay, start) = replay(SAMPLES).unwrap();
     let flown = replay.fly(&truth(), &start).unwrap();
     let motion = Motion::from(&flown);
-    let window = FlightWindow {
-        label: "w".to_owned(),
-        replay: &replay,
-        start,
-        motion: &motion,
-        model: truth(),
-        measured: recorded(MotionAxis::Lateral, &flown, 1),
-        accelerometer_from_cg_m: None,
-    };
+    let window = flight_window(&replay, start, &motion, truth(), recorded(MotionAxis::Lateral, &flown, 1));
     let freedom = FlightFreedom { shared: entries(MotionAxis::Lateral), ..FlightFreedom::default() };
     let settings = OutputErrorSettings::default();
     let windows = [window];

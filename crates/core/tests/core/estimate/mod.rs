@@ -1,7 +1,5 @@
 //! Least squares against published answers, and the properties every estimate keeps.
 
-#![expect(clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
-
 mod attas_table;
 mod coloured;
 mod constraints;

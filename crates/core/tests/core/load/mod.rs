@@ -1,7 +1,5 @@
 //! Recordings in: formats, channel maps, bad input.
 
-#![expect(clippy::unwrap_used, clippy::panic, reason = "a test helper that fails is a failed test")]
-
 mod bad_input;
 mod claims;
 mod flight_log;

@@ -1,7 +1,5 @@
 //! Coefficients and derivatives from recordings, against published answers and a simulator.
 
-#![expect(clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
-
 mod attas;
 mod citation;
 mod moments;

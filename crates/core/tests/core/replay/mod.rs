@@ -1,6 +1,4 @@
 //! The replay against the simulator, and against the coefficients of the motion it gives.
-#![expect(clippy::unwrap_used, reason = "a test helper that fails is a failed test")]
-
 mod steady;
 
 use std::collections::BTreeMap;

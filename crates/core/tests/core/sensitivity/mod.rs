@@ -1,11 +1,5 @@
 //! Sensitivities against the thesis's printed partial derivatives and against closed forms.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    reason = "helpers of tests fail by panicking and print what they found"
-)]
-
 use std::collections::BTreeMap;
 use std::path::Path;
 
