@@ -26,32 +26,11 @@ pub enum Step {
 }
 
 impl Step {
-    /// Every step.
-    pub const ALL: [Self; 9] = [
-        Self::Recording,
-        Self::Channels,
-        Self::Aircraft,
-        Self::Signals,
-        Self::Manoeuvres,
-        Self::Filter,
-        Self::Model,
-        Self::Results,
-        Self::Report,
-    ];
-
-    /// Its name.
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Recording => "Recording",
-            Self::Channels => "Channels",
-            Self::Aircraft => "Aircraft",
-            Self::Signals => "Signals",
-            Self::Manoeuvres => "Manoeuvres",
-            Self::Filter => "Filter",
-            Self::Model => "Model",
-            Self::Results => "Results",
-            Self::Report => "Report",
-        }
+    doublet_core::named_variants! {
+        /// Its name.
+        pub title:
+            Recording "Recording", Channels "Channels", Aircraft "Aircraft", Signals "Signals", Manoeuvres "Manoeuvres",
+            Filter "Filter", Model "Model", Results "Results", Report "Report",
     }
 
     /// When it is done.

@@ -226,22 +226,11 @@ pub enum Menu {
 }
 
 impl Menu {
-    /// Every menu, from left to right.
-    pub const ALL: [Self; 8] =
-        [Self::File, Self::Edit, Self::Mark, Self::View, Self::Layout, Self::Panels, Self::Run, Self::Help];
-
-    /// Its title.
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::File => "File",
-            Self::Edit => "Edit",
-            Self::Mark => "Mark",
-            Self::Run => "Run",
-            Self::View => "View",
-            Self::Layout => "Layout",
-            Self::Panels => "Panels",
-            Self::Help => "Help",
-        }
+    doublet_core::named_variants! {
+        /// Its title.
+        pub title:
+            File "File", Edit "Edit", Mark "Mark", View "View", Layout "Layout", Panels "Panels", Run "Run",
+            Help "Help",
     }
 }
 

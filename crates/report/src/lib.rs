@@ -62,20 +62,14 @@ pub enum ReportFormat {
 }
 
 impl ReportFormat {
-    /// All of them.
-    pub const ALL: [Self; 2] = [Self::Html, Self::Pdf];
-
     /// Whether this build of the program writes it.
     pub fn is_in_this_build(self) -> bool {
         self == Self::Html || cfg!(feature = "pdf")
     }
 
-    /// Name on the command line, and the ending of the file.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Html => "html",
-            Self::Pdf => "pdf",
-        }
+    doublet_core::named_variants! {
+        /// Name on the command line, and the ending of the file.
+        pub name: Html "html", Pdf "pdf"
     }
 }
 

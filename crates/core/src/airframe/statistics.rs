@@ -48,19 +48,11 @@ pub enum AircraftClass {
 }
 
 impl AircraftClass {
-    /// Every one.
-    pub const ALL: [Self; 5] =
-        [Self::SinglePropeller, Self::TwinPropeller, Self::FuselageJets, Self::TwoWingJets, Self::FourWingJets];
-
-    /// Name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::SinglePropeller => "single-propeller",
-            Self::TwinPropeller => "twin-propeller",
-            Self::FuselageJets => "fuselage-jets",
-            Self::TwoWingJets => "two-wing-jets",
-            Self::FourWingJets => "four-wing-jets",
-        }
+    crate::named_variants! {
+        /// Name on the command line.
+        pub name:
+            SinglePropeller "single-propeller", TwinPropeller "twin-propeller", FuselageJets "fuselage-jets",
+            TwoWingJets "two-wing-jets", FourWingJets "four-wing-jets",
     }
 
     /// The class called so.

@@ -40,21 +40,11 @@ pub enum FlightOutput {
 }
 
 impl FlightOutput {
-    /// Name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Airspeed => "V",
-            Self::Alpha => "alpha",
-            Self::Beta => "beta",
-            Self::RollRate => "p",
-            Self::PitchRate => "q",
-            Self::YawRate => "r",
-            Self::BankAngle => "phi",
-            Self::PitchAngle => "theta",
-            Self::SpecificForceX => "ax",
-            Self::SpecificForceY => "ay",
-            Self::SpecificForceZ => "az",
-        }
+    crate::variant_texts! {
+        /// Name in tables.
+        pub name:
+            Airspeed "V", Alpha "alpha", Beta "beta", RollRate "p", PitchRate "q", YawRate "r", BankAngle "phi",
+            PitchAngle "theta", SpecificForceX "ax", SpecificForceY "ay", SpecificForceZ "az",
     }
 
     /// Unit of its values.
@@ -441,7 +431,6 @@ impl Problem<'_> {
 pub(super) struct Prepared {
     /// Parameters to begin with.
     pub(super) parameters: Vec<OutputParameter>,
-    /// Samples of each window.
     pub(super) samples: Vec<Range<usize>>,
     /// What they are compared with, samples by outputs.
     pub(super) measured: DMatrix<f64>,

@@ -2,7 +2,7 @@
 
 use crate::quantity::Role;
 
-/// An aerodynamic coefficient.
+/// An aerodynamic coefficient; the first six are those of body axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Coefficient {
     /// Force along body x.
@@ -24,21 +24,9 @@ pub enum Coefficient {
 }
 
 impl Coefficient {
-    /// All of them; the first six are those of body axes.
-    pub const ALL: [Self; 8] = [Self::CX, Self::CY, Self::CZ, Self::Cl, Self::Cm, Self::Cn, Self::CD, Self::CL];
-
-    /// Name as printed, for example `Cm`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::CX => "CX",
-            Self::CY => "CY",
-            Self::CZ => "CZ",
-            Self::Cl => "Cl",
-            Self::Cm => "Cm",
-            Self::Cn => "Cn",
-            Self::CD => "CD",
-            Self::CL => "CL",
-        }
+    crate::named_variants! {
+        /// Name as printed, for example `Cm`.
+        pub name: CX "CX", CY "CY", CZ "CZ", Cl "Cl", Cm "Cm", Cn "Cn", CD "CD", CL "CL"
     }
 
     /// The coefficient called `name`; case matters, `Cl` is roll and `CL` is lift.

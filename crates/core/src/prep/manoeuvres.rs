@@ -25,15 +25,9 @@ pub enum ManoeuvreShape {
 }
 
 impl ManoeuvreShape {
-    /// Name in tables and files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Doublet => "doublet",
-            Self::ThreeTwoOneOne => "3-2-1-1",
-            Self::Pulse => "pulse",
-            Self::Step => "step",
-            Self::Irregular => "irregular",
-        }
+    crate::variant_texts! {
+        /// Name in tables and files.
+        pub name: Doublet "doublet", ThreeTwoOneOne "3-2-1-1", Pulse "pulse", Step "step", Irregular "irregular"
     }
 }
 
@@ -89,16 +83,12 @@ pub enum PassedOver {
 }
 
 impl PassedOver {
-    /// The reason in words.
-    pub fn reason(self) -> &'static str {
-        match self {
-            Self::Small => "too small",
-            Self::NotRested => "without rest before",
-            Self::Unfinished => "not finished when the recording ends",
-            Self::OnGround => "at too low a dynamic pressure or on the ground",
-            Self::Unlike => "of no shape, or with another control",
-            Self::Overlapped => "under another input",
-        }
+    crate::variant_texts! {
+        /// The reason in words.
+        pub reason:
+            Small "too small", NotRested "without rest before", Unfinished "not finished when the recording ends",
+            OnGround "at too low a dynamic pressure or on the ground", Unlike "of no shape, or with another control",
+            Overlapped "under another input",
     }
 }
 

@@ -22,28 +22,12 @@ pub enum MapVariable {
 }
 
 impl MapVariable {
-    /// All of them.
-    pub const ALL: [Self; 7] = [
-        Self::EngineSpeed,
-        Self::ManifoldPressure,
-        Self::PressureAltitude,
-        Self::AdvanceRatio,
-        Self::PowerCoefficient,
-        Self::PropellerSpeed,
-        Self::FlightLevel,
-    ];
-
-    /// Name in messages.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::EngineSpeed => "engine speed",
-            Self::ManifoldPressure => "manifold pressure",
-            Self::PressureAltitude => "pressure altitude",
-            Self::AdvanceRatio => "advance ratio",
-            Self::PowerCoefficient => "power coefficient",
-            Self::PropellerSpeed => "propeller speed",
-            Self::FlightLevel => "pressure altitude over the propeller map",
-        }
+    crate::named_variants! {
+        /// Name in messages.
+        pub name:
+            EngineSpeed "engine speed", ManifoldPressure "manifold pressure", PressureAltitude "pressure altitude",
+            AdvanceRatio "advance ratio", PowerCoefficient "power coefficient", PropellerSpeed "propeller speed",
+            FlightLevel "pressure altitude over the propeller map",
     }
 
     /// SI unit of its values, empty for pure numbers.

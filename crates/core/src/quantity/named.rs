@@ -46,6 +46,26 @@ impl<'de> Visitor<'de> for OneOf {
     }
 }
 
+/// Declares inside the `impl` of an enum its `ALL`, in the order of the table, and a text of each variant:
+/// `named_variants! { pub name: First "first", Second "second" }`.
+#[macro_export]
+macro_rules! named_variants {
+    ($(#[$doc:meta])* $vis:vis $text_of:ident: $($variant:ident $text:literal),* $(,)?) => {
+        /// All of them, in their order.
+        pub const ALL: [Self; [$($text),*].len()] = [$(Self::$variant),*];
+        $crate::variant_texts! { $(#[$doc])* $vis $text_of: $($variant $text),* }
+    };
+}
+
+/// Declares inside the `impl` of an enum a text of each variant: `variant_texts! { pub unit: Speed "m/s", Angle "rad" }`.
+#[macro_export]
+macro_rules! variant_texts {
+    ($(#[$doc:meta])* $vis:vis $text_of:ident: $($variant:ident $text:literal),* $(,)?) => {
+        $(#[$doc])*
+        $vis fn $text_of(self) -> &'static str { match self { $(Self::$variant => $text),* } }
+    };
+}
+
 /// Declares an enum of quantities from a table `Variant, "name", Dimension, "description";`, with `ALL`, `name`, `dimension`,
 /// `description` and `from_name`.
 macro_rules! named_quantities {

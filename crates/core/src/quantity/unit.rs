@@ -44,27 +44,12 @@ pub enum Dimension {
 }
 
 impl Dimension {
-    /// Symbol of the SI unit of this dimension, as written in tables and files.
-    pub fn si_symbol(self) -> &'static str {
-        match self {
-            Self::Dimensionless => "-",
-            Self::Angle => "rad",
-            Self::AngularRate => "rad/s",
-            Self::AngularAcceleration => "rad/s^2",
-            Self::Length => "m",
-            Self::Speed => "m/s",
-            Self::Acceleration => "m/s^2",
-            Self::Time => "s",
-            Self::Mass => "kg",
-            Self::MassFlow => "kg/s",
-            Self::Force => "N",
-            Self::Pressure => "Pa",
-            Self::Temperature => "K",
-            Self::Density => "kg/m^3",
-            Self::Power => "W",
-            Self::Volume => "m^3",
-            Self::VolumeFlow => "m^3/s",
-        }
+    crate::variant_texts! {
+        /// Symbol of the SI unit of this dimension, as written in tables and files.
+        pub si_symbol:
+            Dimensionless "-", Angle "rad", AngularRate "rad/s", AngularAcceleration "rad/s^2", Length "m", Speed "m/s",
+            Acceleration "m/s^2", Time "s", Mass "kg", MassFlow "kg/s", Force "N", Pressure "Pa", Temperature "K",
+            Density "kg/m^3", Power "W", Volume "m^3", VolumeFlow "m^3/s",
     }
 }
 

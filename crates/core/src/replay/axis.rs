@@ -21,16 +21,9 @@ pub enum MotionAxis {
 }
 
 impl MotionAxis {
-    /// The three.
-    pub const ALL: [Self; 3] = [Self::Longitudinal, Self::Lateral, Self::Both];
-
-    /// Name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Longitudinal => "longitudinal",
-            Self::Lateral => "lateral",
-            Self::Both => "both",
-        }
+    crate::named_variants! {
+        /// Name in tables.
+        pub name: Longitudinal "longitudinal", Lateral "lateral", Both "both"
     }
 
     /// Whether a coefficient moves this axis.
@@ -142,7 +135,6 @@ type Free = [f64; 4];
 /// Gives what is added to the states of one axis at a sample, from the response up to it.
 pub type Correction<'a> = dyn FnMut(usize, &Response) -> [f64; 4] + 'a;
 
-/// One axis in flight.
 struct AxisFlight<'a> {
     flight: Flight<'a>,
     lateral: bool,

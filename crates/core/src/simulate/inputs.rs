@@ -49,21 +49,12 @@ impl InputKind {
         Self::LogarithmicSweep,
     ];
 
-    /// Name in scenario lists and files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Pulse => "pulse",
-            Self::Step => "step",
-            Self::Doublet => "doublet",
-            Self::ThreeTwoOneOne => "3-2-1-1",
-            Self::Dut => "DUT",
-            Self::Mehra => "Mehra",
-            Self::Schulz => "Schulz",
-            Self::Multisine => "multisine",
-            Self::LinearSweep => "linear sweep",
-            Self::LogarithmicSweep => "logarithmic sweep",
-            Self::Designed => "designed",
-        }
+    crate::variant_texts! {
+        /// Name in scenario lists and files.
+        pub name:
+            Pulse "pulse", Step "step", Doublet "doublet", ThreeTwoOneOne "3-2-1-1", Dut "DUT", Mehra "Mehra",
+            Schulz "Schulz", Multisine "multisine", LinearSweep "linear sweep", LogarithmicSweep "logarithmic sweep",
+            Designed "designed",
     }
 
     /// The shape called `name`.

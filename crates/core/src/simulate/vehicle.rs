@@ -36,16 +36,9 @@ pub enum Surface {
 }
 
 impl Surface {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Aileron, Self::Elevator, Self::Rudder];
-
-    /// Name in messages and files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Aileron => "aileron",
-            Self::Elevator => "elevator",
-            Self::Rudder => "rudder",
-        }
+    crate::named_variants! {
+        /// Name in messages and files.
+        pub name: Aileron "aileron", Elevator "elevator", Rudder "rudder"
     }
 }
 
@@ -151,7 +144,6 @@ pub struct Vehicle {
     pub gear: Gear,
 }
 
-/// A truth file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct TruthFile {

@@ -23,21 +23,9 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// All of them.
-    pub const ALL: [Self; 7] =
-        [Self::Alpha, Self::Beta, Self::LoadFactor, Self::RollRate, Self::Airspeed, Self::Altitude, Self::Bank];
-
-    /// Name in files and tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Alpha => "alpha",
-            Self::Beta => "beta",
-            Self::LoadFactor => "n_z",
-            Self::RollRate => "p",
-            Self::Airspeed => "V",
-            Self::Altitude => "h",
-            Self::Bank => "phi",
-        }
+    doublet_core::named_variants! {
+        /// Name in files and tables.
+        pub name: Alpha "alpha", Beta "beta", LoadFactor "n_z", RollRate "p", Airspeed "V", Altitude "h", Bank "phi"
     }
 
     /// The quantity called `name`.

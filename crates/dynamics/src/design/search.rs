@@ -21,16 +21,9 @@ pub enum Criterion {
 }
 
 impl Criterion {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::D, Self::A, Self::MaxRelative];
-
-    /// Name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::D => "d",
-            Self::A => "a",
-            Self::MaxRelative => "max-relative",
-        }
+    doublet_core::named_variants! {
+        /// Name.
+        pub name: D "d", A "a", MaxRelative "max-relative"
     }
 
     /// What a prediction costs: comparable between criteria by neither size nor sign, smaller is better. A derivative that is not excited

@@ -43,30 +43,11 @@ pub enum Part {
 }
 
 impl Part {
-    /// All of them.
-    pub const ALL: [Self; 8] = [
-        Self::Full,
-        Self::Motion,
-        Self::Longitudinal,
-        Self::LongitudinalAir,
-        Self::Lateral,
-        Self::LateralAir,
-        Self::ShortPeriod,
-        Self::Roll,
-    ];
-
-    /// Name, also that of the variable in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Full => "full",
-            Self::Motion => "motion",
-            Self::Longitudinal => "longitudinal",
-            Self::LongitudinalAir => "longitudinal_air",
-            Self::Lateral => "lateral",
-            Self::LateralAir => "lateral_air",
-            Self::ShortPeriod => "short_period",
-            Self::Roll => "roll",
-        }
+    doublet_core::named_variants! {
+        /// Name, also that of the variable in files.
+        pub name:
+            Full "full", Motion "motion", Longitudinal "longitudinal", LongitudinalAir "longitudinal_air",
+            Lateral "lateral", LateralAir "lateral_air", ShortPeriod "short_period", Roll "roll",
     }
 
     /// States in body velocities.
@@ -81,7 +62,6 @@ impl Part {
         }
     }
 
-    /// States it is shown in.
     fn shown_states(self) -> &'static [&'static str] {
         match self {
             Self::LongitudinalAir => &["V", "alpha", "q", "theta"],

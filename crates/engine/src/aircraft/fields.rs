@@ -83,19 +83,11 @@ pub struct AircraftField {
 }
 
 impl PlaceKind {
-    /// Its name in the file's words.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Empty => "empty",
-            Self::Fixed => "fixed item",
-            Self::Group => "inertia group",
-            Self::Tank => "tank",
-            Self::Seat => "seat",
-            Self::Luggage => "luggage",
-            Self::Engine => "engine",
-            Self::Sensor => "sensor",
-            Self::Reference => "moment reference",
-        }
+    doublet_core::variant_texts! {
+        /// Its name in the file's words.
+        pub name:
+            Empty "empty", Fixed "fixed item", Group "inertia group", Tank "tank", Seat "seat", Luggage "luggage",
+            Engine "engine", Sensor "sensor", Reference "moment reference",
     }
 
     /// Key of the list of the file that holds its entries, where they can be made and left out.

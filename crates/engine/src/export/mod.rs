@@ -32,15 +32,9 @@ pub enum Format {
 }
 
 impl Format {
-    /// All of them.
-    pub const ALL: [Self; 2] = [Self::JsbSim, Self::DaveMl];
-
-    /// Name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::JsbSim => "jsbsim",
-            Self::DaveMl => "daveml",
-        }
+    doublet_core::named_variants! {
+        /// Name on the command line.
+        pub name: JsbSim "jsbsim", DaveMl "daveml"
     }
 
     /// The format called `name`.

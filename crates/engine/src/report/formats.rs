@@ -20,19 +20,11 @@ pub enum TableFormat {
 }
 
 impl TableFormat {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Csv, Self::Latex, Self::Markdown];
-
-    /// Name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Csv => "csv",
-            Self::Latex => "latex",
-            Self::Markdown => "markdown",
-        }
+    doublet_core::named_variants! {
+        /// Name on the command line.
+        pub name: Csv "csv", Latex "latex", Markdown "markdown"
     }
 
-    /// Ending of its files.
     fn ending(self) -> &'static str {
         match self {
             Self::Csv => "csv",

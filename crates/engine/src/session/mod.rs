@@ -454,16 +454,9 @@ impl Default for Estimation {
 }
 
 impl WindowRole {
-    /// All roles.
-    pub const ALL: [Self; 3] = [Self::Identification, Self::Validation, Self::Ignored];
-
-    /// Name in files and tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Identification => "identification",
-            Self::Validation => "validation",
-            Self::Ignored => "ignored",
-        }
+    doublet_core::named_variants! {
+        /// Name in files and tables.
+        pub name: Identification "identification", Validation "validation", Ignored "ignored"
     }
 }
 
@@ -505,16 +498,9 @@ impl Hash for Manoeuvre {
 }
 
 impl Surface {
-    /// All surfaces.
-    pub const ALL: [Self; 3] = [Self::Elevator, Self::Aileron, Self::Rudder];
-
-    /// Name in files and tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Elevator => "elevator",
-            Self::Aileron => "aileron",
-            Self::Rudder => "rudder",
-        }
+    doublet_core::named_variants! {
+        /// Name in files and tables.
+        pub name: Elevator "elevator", Aileron "aileron", Rudder "rudder"
     }
 
     /// Names of two surfaces moved together, in the order of [`Self::ALL`].

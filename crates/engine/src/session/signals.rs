@@ -91,15 +91,9 @@ pub enum SignalPreset {
 }
 
 impl SignalPreset {
-    /// All presets.
-    pub const ALL: [Self; 2] = [Self::AsRecorded, Self::Thesis];
-
-    /// Name in files and menus.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::AsRecorded => "as recorded",
-            Self::Thesis => "thesis",
-        }
+    doublet_core::named_variants! {
+        /// Name in files and menus.
+        pub name: AsRecorded "as recorded", Thesis "thesis"
     }
 
     /// Whether it integrates the velocity to a position.

@@ -60,19 +60,13 @@ impl ConstantError {
     /// Scale errors of the flow angles. In gusts the forces follow the flow angles, and the innovations do not determine them.
     pub const SCALES: [Self; 2] = [Self::AlphaScale, Self::BetaScale];
 
-    /// Name in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::AlphaOffset => "alpha offset",
-            Self::BetaOffset => "beta offset",
-            Self::GroundDelay => "delay of position and velocity",
-            Self::AltitudeDelay => "delay of the altitude",
-            Self::FlowDelay => "delay of alpha and beta",
-            Self::AirspeedDelay => "delay of the airspeed",
-            Self::AttitudeDelay => "delay of the attitude",
-            Self::AlphaScale => "alpha scale",
-            Self::BetaScale => "beta scale",
-        }
+    doublet_core::variant_texts! {
+        /// Name in results.
+        pub name:
+            AlphaOffset "alpha offset", BetaOffset "beta offset", GroundDelay "delay of position and velocity",
+            AltitudeDelay "delay of the altitude", FlowDelay "delay of alpha and beta",
+            AirspeedDelay "delay of the airspeed", AttitudeDelay "delay of the attitude", AlphaScale "alpha scale",
+            BetaScale "beta scale",
     }
 
     /// Measurements it belongs to.

@@ -19,15 +19,9 @@ pub enum FitMethod {
 }
 
 impl FitMethod {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::OutputError, Self::Coherence];
-
-    /// Name on the command line and in results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::OutputError => "output-error",
-            Self::Coherence => "coherence",
-        }
+    doublet_core::named_variants! {
+        /// Name on the command line and in results.
+        pub name: OutputError "output-error", Coherence "coherence"
     }
 }
 
@@ -55,7 +49,6 @@ pub struct EquivalentStudy {
 
 /// Outputs whose integral is an attitude.
 const RATES: [&str; 3] = ["p", "q", "r"];
-/// Attitudes.
 const ATTITUDES: [&str; 3] = ["phi", "theta", "psi"];
 
 /// How an attitude follows from an output.

@@ -44,15 +44,9 @@ pub struct LagStudy {
 pub(crate) type LagAlone = StageResult<(f64, f64)>;
 
 impl LagKind {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Delay, Self::FirstOrder];
-
-    /// Name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Delay => "delay",
-            Self::FirstOrder => "first-order lag",
-        }
+    doublet_core::named_variants! {
+        /// Name in tables.
+        pub name: Delay "delay", FirstOrder "first-order lag"
     }
 
     /// Range searched, s.

@@ -12,15 +12,9 @@ pub enum QuaternionAxes {
 }
 
 impl QuaternionAxes {
-    /// Every one.
-    pub const ALL: [Self; 2] = [Self::Ned, Self::Enu];
-
-    /// Name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Ned => "ned",
-            Self::Enu => "enu",
-        }
+    crate::named_variants! {
+        /// Name in files.
+        pub name: Ned "ned", Enu "enu"
     }
 
     /// The axes in words.

@@ -75,17 +75,12 @@ pub enum By {
 }
 
 impl By {
-    /// In words.
-    pub fn description(self) -> &'static str {
-        match self {
-            Self::Hand => "by its name",
-            Self::File => "by the names file",
-            Self::Recorder => "by its recorder",
-            Self::Layout => "by the order of the columns",
-            Self::Name => "by its name",
-            Self::Axes => "by its name and axes",
-            Self::Physics => "by comparison with other channels",
-        }
+    crate::variant_texts! {
+        /// In words.
+        pub description:
+            Hand "by its name", File "by the names file", Recorder "by its recorder",
+            Layout "by the order of the columns", Name "by its name", Axes "by its name and axes",
+            Physics "by comparison with other channels",
     }
 }
 

@@ -46,17 +46,10 @@ impl FieldType {
         }
     }
 
-    /// Name in the definition of messages, which the checksum goes over.
-    fn name(self) -> &'static str {
-        match self {
-            Self::U64 => "uint64_t",
-            Self::U32 => "uint32_t",
-            Self::I32 => "int32_t",
-            Self::F32 => "float",
-            Self::U16 => "uint16_t",
-            Self::I16 => "int16_t",
-            Self::U8 => "uint8_t",
-        }
+    crate::variant_texts! {
+        /// Name in the definition of messages, which the checksum goes over.
+        name:
+            U64 "uint64_t", U32 "uint32_t", I32 "int32_t", F32 "float", U16 "uint16_t", I16 "int16_t", U8 "uint8_t",
     }
 
     fn read(self, bytes: &[u8]) -> f64 {

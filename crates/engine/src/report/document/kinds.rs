@@ -56,62 +56,15 @@ pub enum SectionKind {
 }
 
 impl SectionKind {
-    /// All of them, in their order.
-    pub const ALL: [Self; 24] = [
-        Self::Purpose,
-        Self::Overview,
-        Self::Aircraft,
-        Self::Channels,
-        Self::Windows,
-        Self::Filter,
-        Self::Path,
-        Self::WindAndBias,
-        Self::Innovations,
-        Self::Model,
-        Self::Derivatives,
-        Self::Fits,
-        Self::Validation,
-        Self::Match,
-        Self::Prior,
-        Self::Checks,
-        Self::Experiments,
-        Self::Sensitivity,
-        Self::Condition,
-        Self::Responses,
-        Self::Dynamics,
-        Self::Engines,
-        Self::Conclusions,
-        Self::Warnings,
-    ];
-
-    /// Name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Purpose => "purpose",
-            Self::Overview => "overview",
-            Self::Aircraft => "aircraft",
-            Self::Channels => "channels",
-            Self::Windows => "windows",
-            Self::Filter => "filter",
-            Self::Path => "path",
-            Self::WindAndBias => "wind-and-bias",
-            Self::Innovations => "innovations",
-            Self::Model => "model",
-            Self::Derivatives => "derivatives",
-            Self::Fits => "fits",
-            Self::Validation => "validation",
-            Self::Match => "match",
-            Self::Prior => "prior",
-            Self::Checks => "checks",
-            Self::Experiments => "experiments",
-            Self::Sensitivity => "sensitivity",
-            Self::Condition => "condition",
-            Self::Responses => "responses",
-            Self::Dynamics => "dynamics",
-            Self::Engines => "engines",
-            Self::Conclusions => "conclusions",
-            Self::Warnings => "warnings",
-        }
+    doublet_core::named_variants! {
+        /// Name on the command line.
+        pub name:
+            Purpose "purpose", Overview "overview", Aircraft "aircraft", Channels "channels", Windows "windows", Filter "filter",
+            Path "path", WindAndBias "wind-and-bias", Innovations "innovations", Model "model",
+            Derivatives "derivatives", Fits "fits", Validation "validation", Match "match", Prior "prior",
+            Checks "checks", Experiments "experiments", Sensitivity "sensitivity", Condition "condition",
+            Responses "responses", Dynamics "dynamics", Engines "engines", Conclusions "conclusions",
+            Warnings "warnings",
     }
 
     /// The study it shows, as a rule that of its name, which takes longer than the rest and has to be asked for.
@@ -122,34 +75,18 @@ impl SectionKind {
         }
     }
 
-    /// Heading.
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Purpose => "Purpose and derivatives asked for",
-            Self::Overview => "Overview",
-            Self::Aircraft => "Aircraft and loading",
-            Self::Channels => "Instrumentation",
-            Self::Windows => "Manoeuvres",
-            Self::Filter => "Filter settings and consistency",
-            Self::Path => "Flight path",
-            Self::WindAndBias => "Wind and biases",
-            Self::Innovations => "Innovations",
-            Self::Model => "Model structure and correlation",
-            Self::Derivatives => "Aerodynamic and control derivatives",
-            Self::Fits => "Fits and residuals",
-            Self::Validation => "Validation",
-            Self::Match => "Proof of match",
-            Self::Prior => "Comparison with the earlier estimate",
-            Self::Checks => "Independent checks",
-            Self::Experiments => "Experiments",
-            Self::Sensitivity => "Sensitivity and total error",
-            Self::Condition => "Dependence on flight condition",
-            Self::Responses => "Frequency responses",
-            Self::Dynamics => "Linear model, modes and flying qualities",
-            Self::Engines => "Engines",
-            Self::Conclusions => "Conclusions",
-            Self::Warnings => "Findings",
-        }
+    doublet_core::variant_texts! {
+        /// Heading.
+        pub title:
+            Purpose "Purpose and derivatives asked for", Overview "Overview", Aircraft "Aircraft and loading", Channels "Instrumentation", Windows "Manoeuvres",
+            Filter "Filter settings and consistency", Path "Flight path", WindAndBias "Wind and biases",
+            Innovations "Innovations", Model "Model structure and correlation",
+            Derivatives "Aerodynamic and control derivatives", Fits "Fits and residuals", Validation "Validation",
+            Match "Proof of match", Prior "Comparison with the earlier estimate", Checks "Independent checks",
+            Experiments "Experiments", Sensitivity "Sensitivity and total error",
+            Condition "Dependence on flight condition", Responses "Frequency responses",
+            Dynamics "Linear model, modes and flying qualities", Engines "Engines", Conclusions "Conclusions",
+            Warnings "Findings",
     }
 
     /// Heading of its appendix.

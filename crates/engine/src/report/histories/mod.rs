@@ -78,17 +78,9 @@ pub enum HistoryFormat {
 }
 
 impl HistoryFormat {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Hdf5, Self::Mat, Self::Csv, Self::Parquet];
-
-    /// Name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Hdf5 => "hdf5",
-            Self::Mat => "mat",
-            Self::Csv => "csv",
-            Self::Parquet => "parquet",
-        }
+    doublet_core::named_variants! {
+        /// Name on the command line.
+        pub name: Hdf5 "hdf5", Mat "mat", Csv "csv", Parquet "parquet"
     }
 }
 

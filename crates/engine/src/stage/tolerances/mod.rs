@@ -57,16 +57,9 @@ pub enum Certainty {
 }
 
 impl Certainty {
-    /// All of them.
-    const ALL: [Self; 3] = [Self::Read, Self::SecondHand, Self::Unverified];
-
-    /// Name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Read => "read",
-            Self::SecondHand => "second-hand",
-            Self::Unverified => "unverified",
-        }
+    doublet_core::named_variants! {
+        /// Name in files.
+        pub name: Read "read", SecondHand "second-hand", Unverified "unverified"
     }
 
     /// What a page says of it.
@@ -91,15 +84,9 @@ pub enum PercentRule {
 }
 
 impl PercentRule {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::NormalRange, Self::Sample];
-
-    /// Name on the command line and in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::NormalRange => "range",
-            Self::Sample => "sample",
-        }
+    doublet_core::named_variants! {
+        /// Name on the command line and in files.
+        pub name: NormalRange "range", Sample "sample"
     }
 
     /// What it takes the percentage of, in words.
