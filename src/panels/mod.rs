@@ -329,6 +329,13 @@ fn offer(ui: &mut Ui, text: &str, button: &str) -> bool {
     .inner
 }
 
+/// Draws what follows greyed if it is out of date.
+fn dim_if(ui: &mut Ui, is_stale: bool) {
+    if is_stale {
+        ui.multiply_opacity(0.45);
+    }
+}
+
 /// Says above outdated contents why they are out of date.
 fn trouble(ui: &mut Ui, error: Option<&str>) {
     if let Some(error) = error {
@@ -372,9 +379,7 @@ fn answer<T>(
             computing(ui, slot);
         }
     });
-    if matches!(slot, Slot::Running { .. } | Slot::Cancelled { .. } | Slot::Failed { .. }) {
-        ui.multiply_opacity(0.45);
-    }
+    dim_if(ui, matches!(slot, Slot::Running { .. } | Slot::Cancelled { .. } | Slot::Failed { .. }));
     if kept.as_ref().is_none_or(|(of, _)| !Arc::ptr_eq(of, found)) {
         *kept = Some((Arc::clone(found), blocks(found)));
     }

@@ -8,6 +8,7 @@ pub mod document_view;
 pub mod figure;
 pub mod figure_view;
 pub mod guarded;
+pub mod grid;
 pub mod hatch;
 pub mod heat_strip;
 pub mod level_mark;

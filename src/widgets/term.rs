@@ -2,6 +2,7 @@
 
 use doublet_cli::glossary::{self, Entry};
 use eframe::egui::{self, Id, Label, Response, RichText, Ui};
+use egui_extras::TableRow;
 
 /// Width of what a pause shows, points.
 const WIDTH: f32 = 330.0;
@@ -25,6 +26,13 @@ pub fn term_called(ui: &mut Ui, shown: impl Into<RichText>, word: &str) -> Respo
 /// The title of a column, with the entry of the glossary it is called by.
 pub fn column_title(ui: &mut Ui, title: &str) -> Response {
     column_title_called(ui, title, title)
+}
+
+/// Titles of the columns of a table.
+pub fn column_titles<'t>(mut header: TableRow<'_, '_>, titles: impl IntoIterator<Item = &'t str>) {
+    for title in titles {
+        header.col(|ui| drop(column_title(ui, title)));
+    }
 }
 
 /// The title of a column with the entry of `word`.

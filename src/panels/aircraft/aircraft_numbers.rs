@@ -67,7 +67,6 @@ fn heading(ctx: &mut PanelContext<'_>, ui: &mut Ui, field: &AircraftField, rest:
     });
 }
 
-/// One field in a row.
 fn row(ctx: &mut PanelContext<'_>, ui: &mut Ui, field: &AircraftField, is_chosen: bool) -> egui::Response {
     let problem = problem(ctx, field);
     ui.horizontal_wrapped(|ui| {

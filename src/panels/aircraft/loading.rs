@@ -9,17 +9,18 @@ use doublet_engine::aircraft::{AircraftChanges, instant};
 use doublet_engine::session::{Edit, Flight, LoadingEdit, Manoeuvre, WindowRole};
 use doublet_engine::stage::{FlownMass, PooledFits, loading_on_board};
 use eframe::egui::{self, Align, Grid, Id, Layout, RichText, ScrollArea, Slider, Ui, UiBuilder};
-use egui_extras::{Column, TableBuilder};
+use egui_extras::Column;
 
 use crate::notation;
 use crate::panels::results::intervals::estimate;
 use crate::panels::{
-    EditRequest, Panel, PanelContext, awaiting, caption, choices, is_window_constant, role_color, trouble,
+    EditRequest, Panel, PanelContext, awaiting, caption, choices, dim_if, is_window_constant, role_color, trouble,
 };
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
+use crate::widgets::grid::figures_grid;
 use crate::widgets::quantity_edit;
-use crate::widgets::term::column_title;
+use crate::widgets::term::{column_title, column_titles};
 
 /// Largest mass of a place that states none, kg.
 const USUAL_CAPACITY_KG: f64 = 150.0;
@@ -85,9 +86,7 @@ impl Panel for LoadingPanel {
                 }
             });
             let ui = &mut columns[1];
-            if snapshot.loaded.is_stale() {
-                ui.multiply_opacity(0.45);
-            }
+            dim_if(ui, snapshot.loaded.is_stale());
             numbers(ctx, ui, loaded);
             choices(ui, &mut self.changes, &[(false, "Envelope"), (true, "Change of derivatives")]);
             // Below the choice, which stays where it is when a warning comes or goes.
@@ -132,21 +131,11 @@ impl LoadingPanel {
         if ctx.snapshot.pooled.is_stale() {
             ui.multiply_opacity(0.6);
         }
-        TableBuilder::new(ui)
-            .id_salt("changes of derivatives")
-            .striped(true)
-            .auto_shrink(false)
-            .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
+        figures_grid(ui, "changes of derivatives")
             .column(Column::exact(50.0))
             .columns(Column::exact(76.0), 2)
             .column(Column::remainder().at_least(58.0))
-            .header(20.0, |mut header| {
-                for title in ["", "Now", "Change", "Change [%]"] {
-                    header.col(|ui| {
-                        column_title(ui, title);
-                    });
-                }
-            })
+            .header(20.0, |header| column_titles(header, ["", "Now", "Change", "Change [%]"]))
             .body(|body| {
                 body.rows(20.0, rows.len(), |mut row| {
                     let (name, was, is) = &rows[row.index()];

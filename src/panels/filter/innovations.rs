@@ -3,15 +3,16 @@
 use std::sync::Arc;
 
 use doublet_engine::stage::WindowPath;
-use eframe::egui::{self, RichText, Ui};
-use egui_extras::{Column, TableBuilder};
+use eframe::egui::{RichText, Ui};
+use egui_extras::Column;
 
 use crate::notation;
 use crate::panels::filter::noise_advice;
 use crate::panels::overlaid::Overlaid;
 use crate::panels::{Panel, PanelContext, View, awaiting, choices, consistency_color, empty, trouble};
 use crate::theme;
-use crate::widgets::term::column_title;
+use crate::widgets::grid::texts_grid;
+use crate::widgets::term::column_titles;
 use crate::widgets::time_plot::{PlotCache, TimePlot, Trace};
 
 /// The panel.
@@ -108,23 +109,13 @@ fn advice(ctx: &PanelContext<'_>, path: &WindowPath, ui: &mut Ui) {
         })
         .collect();
     let heights: Vec<f32> = advised.iter().map(|advice| (advice.size().y + 4.0).max(22.0)).collect();
-    TableBuilder::new(ui)
-        .id_salt("advice")
-        .striped(true)
-        .auto_shrink(false)
-        .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
+    texts_grid(ui, "advice")
         .column(Column::exact(64.0))
         .column(Column::exact(56.0))
         .columns(Column::exact(74.0), 2)
         .column(Column::exact(48.0))
         .column(Column::remainder().clip(true))
-        .header(20.0, |mut header| {
-            for title in TITLES {
-                header.col(|ui| {
-                    column_title(ui, title);
-                });
-            }
-        })
+        .header(20.0, |header| column_titles(header, TITLES))
         .body(|body| {
             body.heterogeneous_rows(heights.into_iter(), |mut row| {
                 let channel = &channels[row.index()];

@@ -16,7 +16,6 @@ const SHAPE: f32 = 0.55;
 /// Room between two.
 const GAP: f32 = 6.0;
 
-/// Windows shown.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Shown {
     All,

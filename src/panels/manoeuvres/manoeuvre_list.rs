@@ -16,6 +16,7 @@ use crate::panels::manoeuvres::window_filter::{Order, WindowFilter};
 use crate::panels::marking::{self, Spot};
 use crate::panels::{EditRequest, Panel, PanelContext, role_color, select_among};
 use crate::theme;
+use crate::widgets::grid::texts_grid;
 use crate::widgets::quantity_edit::QuantityEdit;
 use crate::widgets::term::column_title;
 
@@ -42,7 +43,6 @@ const RIGHT_ROOM: f32 = 16.0;
 
 /// A text being typed.
 struct Typing {
-    /// The field.
     field: String,
     /// What it shall hold.
     text: String,
@@ -52,7 +52,6 @@ struct Typing {
 
 /// A text of a window as its cell shows it.
 struct Shown<'a> {
-    /// The field.
     field: String,
     /// What it holds.
     present: &'a str,
@@ -109,12 +108,8 @@ impl Panel for Manoeuvres {
         let row = chosen.map(|at| at + reasons[..=at].iter().flatten().count());
         // Closer than usual, so that the note has room beside the name.
         ui.spacing_mut().item_spacing.x = 4.0;
-        let mut table = TableBuilder::new(ui)
-            .id_salt("manoeuvres")
-            .striped(true)
-            .auto_shrink(false)
+        let mut table = texts_grid(ui, "manoeuvres")
             .sense(egui::Sense::click())
-            .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
             .column(Column::exact(MARK))
             .column(Column::remainder().at_least(96.0).clip(true));
         if let Some(row) = row.filter(|_| row != self.in_view) {

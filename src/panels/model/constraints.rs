@@ -69,7 +69,6 @@ pub fn menu(ctx: &mut PanelContext<'_>, tick: &Response, coefficient: Coefficien
     });
 }
 
-/// The numbers of a constraint.
 fn numbers(
     ctx: &mut PanelContext<'_>,
     ui: &mut Ui,

@@ -5,16 +5,17 @@ use doublet_core::series::Series;
 use doublet_engine::session::Manoeuvre;
 use doublet_engine::stage::{CoefficientFit, FittedSeries, Misfit, MisfitPlace, Prediction};
 use eframe::egui::{self, RichText, ScrollArea, Sense, Ui, vec2};
-use egui_extras::{Column, TableBuilder};
+use egui_extras::Column;
 
 use crate::notation;
 use crate::panels::model::misfit;
 use crate::panels::model::residuals;
 use crate::panels::overlaid::Overlaid;
-use crate::panels::{Panel, PanelContext, View, awaiting, choices, empty, role_color, trouble};
+use crate::panels::{Panel, PanelContext, View, awaiting, choices, dim_if, empty, role_color, trouble};
 use crate::theme;
+use crate::widgets::grid::texts_grid;
 use crate::widgets::heat_strip::{self, HeatStrips};
-use crate::widgets::term::column_title;
+use crate::widgets::term::column_titles;
 use crate::widgets::ticks::draw_time_axis;
 use crate::widgets::time_plot::{PlotCache, SpanMark, TIME_AXIS_HEIGHT, TimePlot, Trace, TraceStyle};
 
@@ -261,14 +262,8 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let palette = theme::palette(ui);
     let figures = theme::figures(ui);
     let Some(pooled) = ctx.snapshot.pooled.latest() else { return empty(ui, "No identification manoeuvre.") };
-    if ctx.snapshot.pooled.is_stale() {
-        ui.multiply_opacity(0.45);
-    }
-    TableBuilder::new(ui)
-        .id_salt("predictions")
-        .striped(true)
-        .auto_shrink(false)
-        .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
+    dim_if(ui, ctx.snapshot.pooled.is_stale());
+    texts_grid(ui, "predictions")
         .column(Column::remainder().at_least(120.0).clip(true))
         .column(Column::exact(92.0))
         .column(Column::exact(76.0))
@@ -276,13 +271,9 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         .column(Column::exact(60.0))
         .column(Column::exact(94.0))
         .column(Column::exact(60.0))
-        .header(20.0, |mut header| {
+        .header(20.0, |header| {
             let titles = ["Manoeuvre", "Use", "Coefficient", "R² identified", "RMS [%]", "R² own const.", "RMS [%]"];
-            for title in titles {
-                header.col(|ui| {
-                    column_title(ui, title);
-                });
-            }
+            column_titles(header, titles);
         })
         .body(|body| {
             body.rows(20.0, pooled.predictions.len(), |mut row| {

@@ -3,12 +3,13 @@
 use doublet_core::validate::{BandResult, TestResult};
 use doublet_engine::stage::{ProofOfMatch, WindowReplay};
 use eframe::egui::{self, RichText, Ui};
-use egui_extras::{Column, TableBuilder};
+use egui_extras::Column;
 
 use crate::notation;
-use crate::panels::{Panel, PanelContext, View, choices, empty, trouble};
+use crate::panels::{Panel, PanelContext, View, choices, dim_if, empty, trouble};
 use crate::theme;
-use crate::widgets::term::column_title;
+use crate::widgets::grid::texts_grid;
+use crate::widgets::term::column_titles;
 use crate::widgets::time_plot::{PlotCache, TimePlot, Trace, TraceStyle};
 
 /// What is looked at.
@@ -129,24 +130,12 @@ fn used(band: &BandResult) -> String {
 
 /// Theil's coefficient of every signal and what its error is made of.
 fn theil(replay: &WindowReplay, stale: bool, ui: &mut Ui) {
-    if stale {
-        ui.multiply_opacity(0.45);
-    }
+    dim_if(ui, stale);
     let figures = theme::figures(ui);
-    TableBuilder::new(ui)
-        .id_salt("theil")
-        .striped(true)
-        .auto_shrink(false)
-        .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
+    texts_grid(ui, "theil")
         .column(Column::remainder().at_least(120.0).clip(true))
         .columns(Column::exact(86.0), 4)
-        .header(20.0, |mut header| {
-            for title in ["Signal", "Theil U", "Bias", "Variance", "Covariance"] {
-                header.col(|ui| {
-                    column_title(ui, title);
-                });
-            }
-        })
+        .header(20.0, |header| column_titles(header, ["Signal", "Theil U", "Bias", "Variance", "Covariance"]))
         .body(|body| {
             body.rows(20.0, replay.theil.len(), |mut row| {
                 let (signal, theil) = &replay.theil[row.index()];
@@ -177,25 +166,13 @@ fn tests(ctx: &mut PanelContext<'_>, proof: &ProofOfMatch, stale: bool, ui: &mut
     if rows.is_empty() {
         return empty(ui, "No validation manoeuvre has a test: mark one as validation and set its surface.");
     }
-    if stale {
-        ui.multiply_opacity(0.45);
-    }
-    TableBuilder::new(ui)
-        .id_salt("tests")
-        .striped(true)
-        .auto_shrink(false)
-        .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
+    dim_if(ui, stale);
+    texts_grid(ui, "tests")
         .column(Column::exact(170.0).clip(true))
         .column(Column::exact(240.0).clip(true))
         .column(Column::exact(56.0))
         .column(Column::remainder().clip(true))
-        .header(20.0, |mut header| {
-            for title in ["Manoeuvre", "Test", "", "Fraction of the tolerance used"] {
-                header.col(|ui| {
-                    column_title(ui, title);
-                });
-            }
-        })
+        .header(20.0, |header| column_titles(header, ["Manoeuvre", "Test", "", "Fraction of the tolerance used"]))
         .body(|body| {
             body.rows(20.0, rows.len(), |mut row| {
                 let (window, test, error) = &rows[row.index()];

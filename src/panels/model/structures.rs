@@ -2,16 +2,16 @@
 
 use doublet_engine::stage::{CoefficientFit, PooledFits};
 use eframe::egui::{self, RichText, ScrollArea, Ui};
-use egui_extras::{Column, TableBuilder};
+use egui_extras::Column;
 
 use crate::notation;
 use crate::panels::results::intervals::estimate;
-use crate::panels::{PanelContext, awaiting, empty, is_window_constant};
+use crate::panels::{PanelContext, awaiting, dim_if, empty, is_window_constant};
 use crate::theme;
 use crate::widgets::csv_text::csv_text;
-use crate::widgets::term::column_title;
+use crate::widgets::grid::figures_grid;
+use crate::widgets::term::column_titles;
 
-/// Titles of the columns.
 const TITLES: [&str; 6] = ["", "A", "±", "B", "±", "B − A"];
 /// Opacity of a difference of nothing.
 const SAME: f32 = 0.35;
@@ -41,24 +41,12 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
         let derivatives = rows.iter().filter(|row| !row.is_coefficient).map(|row| (&row.name, row.values));
         ui.ctx().copy_text(csv_text(&titles, derivatives));
     }
-    if ctx.snapshot.second.is_stale() {
-        ui.multiply_opacity(0.45);
-    }
+    dim_if(ui, ctx.snapshot.second.is_stale());
     ScrollArea::horizontal().show(ui, |ui| {
-        TableBuilder::new(ui)
-            .id_salt("structures")
-            .striped(true)
-            .auto_shrink(false)
-            .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
+        figures_grid(ui, "structures")
             .column(Column::remainder().at_least(90.0).clip(true))
             .columns(Column::exact(78.0), TITLES.len() - 1)
-            .header(20.0, |mut header| {
-                for title in TITLES {
-                    header.col(|ui| {
-                        column_title(ui, title);
-                    });
-                }
-            })
+            .header(20.0, |header| column_titles(header, TITLES))
             .body(|body| {
                 body.rows(20.0, rows.len(), |mut line| {
                     let row = &rows[line.index()];

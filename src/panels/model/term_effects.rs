@@ -10,7 +10,7 @@ use egui_extras::{Column, TableBuilder};
 use crate::notation;
 use crate::panels::PanelContext;
 use crate::theme::{self, Palette};
-use crate::widgets::term::column_title;
+use crate::widgets::term::column_titles;
 
 /// Partial F below which a term is not significant at 95 %.
 const SIGNIFICANT: f64 = 4.0;
@@ -18,7 +18,6 @@ const SIGNIFICANT: f64 = 4.0;
 const INFLATED: f64 = 10.0;
 /// Fall of the predicted squared error that makes a term worth adding.
 const WORTHWHILE: f64 = -0.01;
-/// Titles of the columns.
 const TITLES: [&str; 7] = ["", "Term", "VIF", "Partial F", "ΔR²", "ΔPSE", ""];
 
 /// One line of judgement, with its colour; `None` where nothing needs to be said.
@@ -82,13 +81,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, coefficient: Coefficient) {
         .column(Column::exact(86.0).clip(true))
         .columns(Column::exact(64.0), 4)
         .column(Column::remainder().at_least(60.0).clip(true))
-        .header(18.0, |mut header| {
-            for title in TITLES {
-                header.col(|ui| {
-                    column_title(ui, title);
-                });
-            }
-        })
+        .header(18.0, |header| column_titles(header, TITLES))
         .body(|mut body| {
             for (effect, term) in term_study.terms.iter().zip(&study.terms) {
                 body.row(20.0, |mut row| {

@@ -8,15 +8,16 @@ use doublet_core::statistics::sample_rate_hz;
 use doublet_engine::stage::{LoadedFlight, PhysicsRow};
 use doublet_engine::verdict::Level;
 use eframe::egui::{self, Align, Label, Layout, Panel as Bar, RichText, ScrollArea, Sense, TextStyle, Ui, vec2};
-use egui_extras::{Column, TableBuilder, TableRow};
+use egui_extras::{Column, TableRow};
 
 use crate::notation;
 use crate::panels::{Panel, PanelContext, chosen_flight, trouble};
 use crate::theme;
 use crate::widgets::curves;
+use crate::widgets::grid::texts_grid;
 use crate::widgets::level_mark::level_mark;
 use crate::widgets::sparkline::Sparkline;
-use crate::widgets::term::column_title;
+use crate::widgets::term::column_titles;
 
 /// Height of a row and width of a sparkline.
 const ROW: f32 = 22.0;
@@ -76,11 +77,7 @@ impl Panel for Channels {
 impl Channels {
     fn table(&self, ctx: &PanelContext<'_>, ui: &mut Ui, level: impl Fn(Role) -> Option<Level>) {
         let role = if ui.available_width() >= WIDE { 136.0 } else { 100.0 };
-        TableBuilder::new(ui)
-            .id_salt("channels of a flight")
-            .striped(true)
-            .auto_shrink(false)
-            .cell_layout(Layout::left_to_right(Align::Center))
+        texts_grid(ui, "channels of a flight")
             .column(Column::exact(18.0))
             .column(Column::exact(role).clip(true))
             .column(Column::remainder().at_least(90.0).clip(true))
@@ -88,12 +85,8 @@ impl Channels {
             .column(Column::exact(56.0))
             .column(Column::exact(54.0))
             .column(Column::exact(SHAPE + 6.0))
-            .header(20.0, |mut header| {
-                for title in ["", "Role", "Channel", "Smallest", "Largest", "Unit", "Hz", "Shape"] {
-                    header.col(|ui| {
-                        column_title(ui, title);
-                    });
-                }
+            .header(20.0, |header| {
+                column_titles(header, ["", "Role", "Channel", "Smallest", "Largest", "Unit", "Hz", "Shape"])
             })
             .body(|body| {
                 body.rows(ROW, self.rows.len(), |mut line| {

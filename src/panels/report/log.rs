@@ -1,10 +1,11 @@
 //! Log of the computations: time, cause, result and errors.
 
 use eframe::egui::{self, Label, RichText, TextStyle, Ui};
-use egui_extras::{Column, TableBuilder};
+use egui_extras::Column;
 
 use crate::panels::{Panel, PanelContext};
-use crate::widgets::term::column_title;
+use crate::widgets::grid::texts_grid;
+use crate::widgets::term::column_titles;
 use crate::{notation, theme};
 
 /// Least and greatest width of the column with what asked for a run, and its part of the panel.
@@ -55,23 +56,13 @@ impl Panel for Log {
             })
             .collect();
         let heights = lines.iter().map(|cells| cells.iter().map(|cell| cell.size().y).fold(0.0, f32::max) + 5.0);
-        TableBuilder::new(ui)
-            .id_salt("log")
-            .striped(true)
-            .auto_shrink(false)
+        texts_grid(ui, "log")
             .stick_to_bottom(true)
-            .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
             .column(Column::exact(40.0))
             .column(Column::exact(cause).clip(true))
             .column(Column::remainder().clip(true))
             .column(Column::exact(72.0))
-            .header(20.0, |mut header| {
-                for title in ["Run", "Cause", "Result", "Time"] {
-                    header.col(|ui| {
-                        column_title(ui, title);
-                    });
-                }
-            })
+            .header(20.0, |header| column_titles(header, ["Run", "Cause", "Result", "Time"]))
             .body(|body| {
                 body.heterogeneous_rows(heights, |mut row| {
                     let at = row.index();

@@ -12,7 +12,7 @@ use eframe::egui::{
     TextureOptions, Ui, WidgetInfo, pos2, vec2,
 };
 
-use crate::panels::{PanelContext, trouble};
+use crate::panels::{PanelContext, dim_if, trouble};
 use crate::widgets::figure::page_picture;
 
 /// Widest page on screen, and the room between pages, points.
@@ -68,9 +68,7 @@ impl Pages {
             }
             return;
         }
-        if self.typesetting.is_some() || ctx.snapshot.busy {
-            ui.multiply_opacity(0.45);
-        }
+        dim_if(ui, self.typesetting.is_some() || ctx.snapshot.busy);
         let mut wanted = None;
         let mut shown = BTreeSet::new();
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {

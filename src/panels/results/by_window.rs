@@ -3,20 +3,20 @@
 use doublet_engine::session::Manoeuvre;
 use doublet_engine::stage::CoefficientFit;
 use eframe::egui::{self, RichText, ScrollArea, Ui};
-use egui_extras::{Column, TableBuilder};
+use egui_extras::Column;
 
 use crate::notation;
 use crate::panels::manoeuvres::manoeuvre_list::menu;
-use crate::panels::{PanelContext, awaiting, is_window_constant, role_color, select};
+use crate::panels::{PanelContext, awaiting, dim_if, is_window_constant, role_color, select};
 use crate::theme;
 use crate::widgets::csv_text::csv_text;
+use crate::widgets::grid::figures_grid;
 
 /// Estimate and standard error of `derivative` among `fits`.
 fn parameter(fits: &[CoefficientFit], derivative: &str) -> Option<(f64, f64)> {
     fits.iter().find_map(|fit| fit.fit.as_ref().ok()?.parameter(derivative))
 }
 
-/// The fits of one window.
 fn fits<'a>(ctx: &PanelContext<'a>, window: &Manoeuvre) -> &'a [CoefficientFit] {
     let results = ctx.snapshot.windows.get(&window.name).and_then(|results| results.fits.latest());
     results.map_or(&[], |fits| &fits.fits)
@@ -37,15 +37,9 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
     if copy {
         ui.ctx().copy_text(csv(ctx, &names, &windows));
     }
-    if ctx.snapshot.pooled.is_stale() {
-        ui.multiply_opacity(0.45);
-    }
+    dim_if(ui, ctx.snapshot.pooled.is_stale());
     ScrollArea::horizontal().show(ui, |ui| {
-        TableBuilder::new(ui)
-            .id_salt("by manoeuvre")
-            .striped(true)
-            .auto_shrink(false)
-            .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
+        figures_grid(ui, "by manoeuvre")
             .column(Column::exact(74.0))
             .columns(Column::exact(84.0).clip(true), windows.len() + 1)
             .header(22.0, |mut header| {

@@ -7,7 +7,7 @@ use doublet_core::estimate::Fit;
 use doublet_engine::stage::{CoefficientFit, describe_origin, errors, significance};
 use doublet_engine::verdict::{Level, Verdict, dependences};
 use eframe::egui::{self, FontId, Galley, RichText, ScrollArea, Ui};
-use egui_extras::{Column, TableBuilder};
+use egui_extras::Column;
 
 use crate::notation;
 use crate::panels::model::board::Board;
@@ -15,10 +15,11 @@ use crate::panels::model::structures;
 use crate::panels::results::by_window;
 use crate::panels::results::intervals;
 use crate::panels::results::over_windows;
-use crate::panels::{Panel, PanelContext, awaiting, is_window_constant, trouble};
+use crate::panels::{Panel, PanelContext, awaiting, dim_if, is_window_constant, trouble};
 use crate::theme;
 use crate::ui_state::Scope;
 use crate::widgets::csv_text::csv_text;
+use crate::widgets::grid::figures_grid;
 use crate::widgets::level_mark;
 use crate::widgets::term::column_title;
 
@@ -31,7 +32,6 @@ const LEAST_WIDTH: f32 = 200.0;
 /// Width of the column of names, and of those of figures with the room between them.
 const NAMES: std::ops::RangeInclusive<f32> = 64.0..=150.0;
 const FIGURES: f32 = 470.0;
-/// Titles of the columns.
 const TITLES: [&str; 7] = ["", "Estimate", "Std. error", "Corrected", "Scatter/√n", "Relative", "t"];
 /// The panel.
 #[derive(Default)]
@@ -90,9 +90,7 @@ impl Panel for Derivatives {
         if copied.inner {
             ui.ctx().copy_text(csv(fits));
         }
-        if stale {
-            ui.multiply_opacity(0.45);
-        }
+        dim_if(ui, stale);
         table(ctx, ui, fits);
     }
 }
@@ -109,12 +107,8 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, fits: &[CoefficientFit]) {
     let galleys: BTreeMap<_, _> = fits.iter().filter_map(layout_error).collect();
     let name_width = (ui.available_width() - FIGURES).clamp(*NAMES.start(), *NAMES.end());
     ScrollArea::horizontal().show(ui, |ui| {
-        TableBuilder::new(ui)
-            .id_salt("derivatives")
-            .striped(true)
-            .auto_shrink(false)
+        figures_grid(ui, "derivatives")
             .sense(egui::Sense::click())
-            .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
             .column(Column::exact(name_width))
             .columns(Column::exact(70.0), 4)
             .column(Column::exact(58.0))
@@ -227,7 +221,6 @@ fn describe_dependences(ctx: &PanelContext<'_>, name: &str) -> String {
     std::iter::once(name.to_owned()).chain(all.iter().map(ToString::to_string)).collect::<Vec<_>>().join("\n")
 }
 
-/// One derivative.
 fn derivative(
     ctx: &mut PanelContext<'_>,
     mut row: egui_extras::TableRow<'_, '_>,

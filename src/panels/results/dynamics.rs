@@ -11,7 +11,7 @@ use doublet_engine::study::{DynamicsRequest, DynamicsStudy};
 use eframe::egui::{ComboBox, Grid, Label, RichText, ScrollArea, Slider, Ui};
 
 use crate::notation;
-use crate::panels::{Panel, PanelContext, awaiting, choices, trouble};
+use crate::panels::{Panel, PanelContext, awaiting, choices, dim_if, trouble};
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::term::column_title;
@@ -64,9 +64,7 @@ impl Panel for Dynamics {
             }
             return;
         };
-        if matches!(slot, Slot::Cancelled { .. } | Slot::Failed { .. }) {
-            ui.multiply_opacity(0.45);
-        }
+        dim_if(ui, matches!(slot, Slot::Cancelled { .. } | Slot::Failed { .. }));
         match self.aspect {
             Aspect::Roots => roots(ctx, ui, study),
             Aspect::Modes => modes(ui, study),

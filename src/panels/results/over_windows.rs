@@ -3,12 +3,13 @@
 use doublet_core::estimate::ParameterSummary;
 use doublet_engine::stage::KindSummary;
 use eframe::egui::{self, RichText, ScrollArea, Ui};
-use egui_extras::{Column, TableBuilder};
+use egui_extras::Column;
 
 use crate::notation;
-use crate::panels::{PanelContext, awaiting};
+use crate::panels::{PanelContext, awaiting, dim_if};
 use crate::theme;
 use crate::widgets::csv_text::csv_text;
+use crate::widgets::grid::figures_grid;
 use crate::widgets::term::{column_title, column_title_called};
 
 /// Titles of the columns over all windows.
@@ -25,17 +26,11 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, copy: bool) {
     if copy {
         ui.ctx().copy_text(csv(&details.kinds));
     }
-    if ctx.snapshot.details.is_stale() {
-        ui.multiply_opacity(0.45);
-    }
+    dim_if(ui, ctx.snapshot.details.is_stale());
     ScrollArea::horizontal().show(ui, |ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
-        TableBuilder::new(ui)
-            .id_salt("over manoeuvres")
-            .striped(true)
-            .auto_shrink(false)
+        figures_grid(ui, "over manoeuvres")
             .sense(egui::Sense::click())
-            .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
             .column(Column::exact(54.0))
             .columns(Column::exact(60.0), TITLES.len())
             .columns(Column::exact(148.0), kinds.len())

@@ -9,10 +9,10 @@ use egui_extras::{Column, TableBuilder};
 
 use crate::command::{RunCommand, UiCommand};
 use crate::notation;
-use crate::panels::{Panel, PanelContext, choices, empty, offer, study_button, trouble};
+use crate::panels::{Panel, PanelContext, choices, dim_if, empty, offer, study_button, trouble};
 use crate::theme;
 use crate::widgets::figure_view::figure_view;
-use crate::widgets::term::column_title;
+use crate::widgets::term::column_titles;
 
 /// The panel.
 pub struct Responses {
@@ -42,9 +42,7 @@ impl Panel for Responses {
             }
             return;
         };
-        if slot.is_stale() {
-            ui.multiply_opacity(0.45);
-        }
+        dim_if(ui, slot.is_stale());
         let Some(found) = study.surfaces.iter().find(|found| found.surface == self.surface) else {
             return empty(ui, "No manoeuvre moves this control alone.");
         };
@@ -82,13 +80,7 @@ fn parameters(ui: &mut Ui, system: &EquivalentStudy) {
         .column(Column::exact(96.0))
         .column(Column::exact(48.0))
         .columns(Column::exact(72.0), 4)
-        .header(20.0, |mut header| {
-            for title in ["", "unit", "value", "std error", "low", "high"] {
-                header.col(|ui| {
-                    column_title(ui, title);
-                });
-            }
-        })
+        .header(20.0, |header| column_titles(header, ["", "unit", "value", "std error", "low", "high"]))
         .body(|body| {
             body.rows(18.0, rows.len(), |mut row| {
                 let parameter = rows[row.index()];

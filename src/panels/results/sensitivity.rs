@@ -4,16 +4,16 @@ use doublet_core::sensitivity::TornadoBar;
 use doublet_engine::run::Slot;
 use doublet_engine::study::{STEP_FRACTION, SensitivityStudy, Study};
 use eframe::egui::{self, ComboBox, RichText, ScrollArea, Ui};
-use egui_extras::{Column, TableBuilder};
+use egui_extras::Column;
 
 use crate::command::{RunCommand, UiCommand};
 use crate::notation;
-use crate::panels::{Panel, PanelContext, choices, empty, offer, study_button, trouble};
+use crate::panels::{Panel, PanelContext, choices, dim_if, empty, offer, study_button, trouble};
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::csv_text::csv_text;
+use crate::widgets::grid::figures_grid;
 
-/// Bars of the chart.
 const BARS: usize = 10;
 /// Changes below this are left out of the chart, per cent.
 const LEAST_PERCENT: f64 = 0.01;
@@ -45,9 +45,7 @@ impl Panel for Sensitivity {
         if copied {
             ui.ctx().copy_text(csv(study));
         }
-        if slot.is_stale() {
-            ui.multiply_opacity(0.45);
-        }
+        dim_if(ui, slot.is_stale());
         match self.table {
             true => table(ctx, ui, study),
             false => tornado(ctx, ui, study),
@@ -107,11 +105,7 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &SensitivityStudy) {
     let figures = theme::figures(ui);
     ui.weak("Change of each derivative over one step, per cent of itself; orange above one standard error");
     ScrollArea::horizontal().show(ui, |ui| {
-        TableBuilder::new(ui)
-            .id_salt("sensitivity")
-            .striped(true)
-            .auto_shrink(false)
-            .cell_layout(egui::Layout::right_to_left(egui::Align::Center))
+        figures_grid(ui, "sensitivity")
             .column(Column::exact(62.0))
             .columns(Column::exact(66.0), study.tables.len())
             .header(20.0, |mut header| {

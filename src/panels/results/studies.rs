@@ -7,7 +7,7 @@ use doublet_engine::study::{
     MonteCarloRequest, STUDIES, Study, StudyInfo, WindowChecks,
 };
 use eframe::egui::{self, Align, Button, ComboBox, DragValue, Label, Layout, ProgressBar, RichText, ScrollArea, Ui};
-use egui_extras::{Column, TableBuilder};
+use egui_extras::Column;
 
 use crate::command::{RunCommand, UiCommand, ViewCommand};
 use crate::notation;
@@ -15,6 +15,7 @@ use crate::panels::{Pane, Panel, PanelContext, choices, empty, trouble};
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::document_view::draw_table;
+use crate::widgets::grid::figures_grid;
 use crate::widgets::term::column_title;
 
 /// Width of the list of studies.
@@ -307,11 +308,7 @@ fn cells(
     selected: impl Fn(usize) -> bool,
 ) {
     let figures = theme::figures(ui);
-    TableBuilder::new(ui)
-        .id_salt(id)
-        .striped(true)
-        .auto_shrink(false)
-        .cell_layout(Layout::right_to_left(Align::Center))
+    figures_grid(ui, id)
         .column(Column::exact(first).clip(true))
         .columns(Column::exact(CELL), titles.len() - 1)
         .header(20.0, |mut header| {

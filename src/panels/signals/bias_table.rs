@@ -2,12 +2,13 @@
 
 use doublet_engine::stage::{BIAS_STATES, BiasTable};
 use eframe::egui::{self, RichText, Ui};
-use egui_extras::{Column, TableBuilder};
+use egui_extras::Column;
 
 use crate::notation;
-use crate::panels::{PanelContext, awaiting};
+use crate::panels::{PanelContext, awaiting, dim_if};
 use crate::theme;
 use crate::widgets::csv_text::csv_text;
+use crate::widgets::grid::texts_grid;
 
 /// Names of the lines below the windows.
 const SUMMARY: [&str; 4] = ["mean", "σ", "min", "max"];
@@ -26,20 +27,14 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
             ui.ctx().copy_text(csv(table));
         }
     });
-    if ctx.snapshot.details.is_stale() {
-        ui.multiply_opacity(0.45);
-    }
+    dim_if(ui, ctx.snapshot.details.is_stale());
     let figures = theme::figures(ui);
     let units = BIAS_STATES.map(|state| ctx.unit(state.dimension()));
     let summary = SUMMARY.iter().zip(&table.summary).map(|(name, values)| (*name, values, true));
     let windows = table.rows.iter().map(|(name, values)| (name.as_str(), values, false));
     let rows: Vec<(&str, &[f64; 9], bool)> = windows.chain(summary).collect();
     egui::ScrollArea::horizontal().show(ui, |ui| {
-        TableBuilder::new(ui)
-            .id_salt("biases")
-            .striped(true)
-            .auto_shrink(false)
-            .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
+        texts_grid(ui, "biases")
             .column(Column::initial(130.0).clip(true).resizable(true))
             .columns(Column::exact(82.0), BIAS_STATES.len())
             .header(34.0, |mut header| {
