@@ -65,7 +65,7 @@ pub struct Aircraft {
 }
 
 /// Reference geometry of the coefficients and of the rates without dimension.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct ReferenceGeometry {
     /// Reference area S, m².
     pub area_m2: f64,

@@ -129,7 +129,7 @@ impl Simulation {
             format: FORMAT.to_owned(),
             version: VERSION,
             derivatives: model.derivatives.entries().iter().map(entry).collect(),
-            reference: model.reference.into(),
+            reference: model.reference,
             stability_axes: model.axes == Axes::Stability,
             moment_reference: model.moment_reference.map(Into::into),
             thrust: thrust_name(model.thrust).to_owned(),
@@ -162,7 +162,7 @@ struct File {
     format: String,
     version: u32,
     derivatives: Vec<Entry>,
-    reference: Reference,
+    reference: ReferenceGeometry,
     stability_axes: bool,
     moment_reference: Option<Place>,
     thrust: String,
@@ -177,16 +177,6 @@ struct Entry {
     coefficient: String,
     term: String,
     value: f64,
-}
-
-#[derive(Deserialize, Serialize)]
-struct Reference {
-    area_m2: f64,
-    span_m: f64,
-    chord_m: f64,
-    lateral_moment_length_m: f64,
-    lateral_rate_length_m: f64,
-    pitch_rate_length_m: f64,
 }
 
 #[derive(Deserialize, Serialize)]
@@ -234,34 +224,6 @@ const THRUSTS: [(&str, ThrustTreatment); 3] = [
 
 fn thrust_name(thrust: ThrustTreatment) -> &'static str {
     THRUSTS.iter().find(|(_, treatment)| *treatment == thrust).map_or("included", |(name, _)| name)
-}
-
-impl From<ReferenceGeometry> for Reference {
-    fn from(reference: ReferenceGeometry) -> Self {
-        let ReferenceGeometry { area_m2, span_m, chord_m, .. } = reference;
-        Self {
-            area_m2,
-            span_m,
-            chord_m,
-            lateral_moment_length_m: reference.lateral_moment_length_m,
-            lateral_rate_length_m: reference.lateral_rate_length_m,
-            pitch_rate_length_m: reference.pitch_rate_length_m,
-        }
-    }
-}
-
-impl From<Reference> for ReferenceGeometry {
-    fn from(reference: Reference) -> Self {
-        let Reference { area_m2, span_m, chord_m, .. } = reference;
-        Self {
-            area_m2,
-            span_m,
-            chord_m,
-            lateral_moment_length_m: reference.lateral_moment_length_m,
-            lateral_rate_length_m: reference.lateral_rate_length_m,
-            pitch_rate_length_m: reference.pitch_rate_length_m,
-        }
-    }
 }
 
 impl From<Position> for Place {
@@ -342,7 +304,7 @@ impl File {
         };
         let model = FlightModel {
             derivatives,
-            reference: self.reference.into(),
+            reference: self.reference,
             axes: if self.stability_axes { Axes::Stability } else { Axes::Body },
             moment_reference: self.moment_reference.map(Into::into),
             thrust: thrust.ok_or_else(|| format!("unknown treatment of the thrust '{}'", self.thrust))?,
