@@ -258,16 +258,10 @@ fn evaluation(point: &PlannedPoint) -> Table {
 
 /// Hazards with what is done about each.
 fn risks(point: &PlannedPoint) -> Table {
-    Table {
-        name: format!("hazards-{}", point.id),
-        caption: "Hazards and mitigations.".to_owned(),
-        columns: vec![Column::new("hazard", "Hazard"), Column::new("mitigation", "Mitigation")],
-        rows: point
-            .risks
-            .iter()
-            .map(|risk| vec![Cell::text(risk.hazard.clone()), Cell::text(risk.mitigation.clone())])
-            .collect(),
-    }
+    TableOf::new(&format!("hazards-{}", point.id), "Hazards and mitigations.", &point.risks)
+        .text("hazard", "Hazard", |risk| &risk.hazard)
+        .text("mitigation", "Mitigation", |risk| &risk.mitigation)
+        .done()
 }
 
 /// A row per run: what is to be given, and what the crew writes down.

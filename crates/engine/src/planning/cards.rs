@@ -8,7 +8,7 @@ use super::card::card;
 use crate::date;
 use crate::notation::significant;
 use crate::report::document::{Axis, Block, Document, Figure, LineStyle, Mark, Panel, Plot, Section, Style, points};
-use crate::report::{Cell, Column, Table};
+use crate::report::{Cell, Column, Table, TableOf};
 
 /// Lays a campaign out: cards last, one a page.
 pub fn campaign_document(
@@ -61,41 +61,25 @@ fn number(value: f64, digits: usize) -> String {
 }
 
 fn order(planned: &[PlannedPoint]) -> Table {
-    Table {
-        name: "order".to_owned(),
-        caption: "Mass and centre of gravity follow the fuel burn; flown cards are matched with the manoeuvres of the session."
-            .to_owned(),
-        columns: vec![
-            Column::new("id", "Card"),
-            Column::new("input", "Input"),
-            Column::number("airspeed_m_s", "True airspeed", "m/s", 3),
-            Column::number("altitude_m", "Altitude", "m", 4),
-            Column::number("start_min", "After", "min", 3),
-            Column::number("fuel_kg", "Fuel", "kg", 3),
-            Column::number("mass_kg", "Mass", "kg", 4),
-            Column::number("cg_x_m", "CG", "m", 4),
-            Column::new("runs", "Runs"),
-            Column::new("status", "Flown"),
-        ],
-        rows: planned
-            .iter()
-            .map(|point| {
-                let surface = if point.surface.is_empty() { "all surfaces" } else { &point.surface };
-                vec![
-                    Cell::text(point.id.clone()),
-                    Cell::text(format!("{surface} {}", point.kind)),
-                    Cell::Number(point.airspeed_m_s),
-                    Cell::Number(point.altitude_m),
-                    Cell::Number(point.start_s / 60.0),
-                    Cell::Number(point.fuel_kg),
-                    Cell::Number(point.mass_kg),
-                    Cell::Number(point.cg_x_m),
-                    Cell::text(format!("{} of {}", point.windows.len(), point.repeats)),
-                    Cell::text(point.status.name()),
-                ]
-            })
-            .collect(),
-    }
+    let input = |point: &PlannedPoint| {
+        let surface = if point.surface.is_empty() { "all surfaces" } else { &point.surface };
+        Cell::text(format!("{surface} {}", point.kind))
+    };
+    let runs = |point: &PlannedPoint| Cell::text(format!("{} of {}", point.windows.len(), point.repeats));
+    let caption =
+        "Mass and centre of gravity follow the fuel burn; flown cards are matched with the manoeuvres of the session.";
+    TableOf::new("order", caption, planned)
+        .text("id", "Card", |point| &point.id)
+        .column(Column::new("input", "Input"), |point| input(point))
+        .number("airspeed_m_s", "True airspeed", "m/s", 3, |point| point.airspeed_m_s)
+        .number("altitude_m", "Altitude", "m", 4, |point| point.altitude_m)
+        .number("start_min", "After", "min", 3, |point| point.start_s / 60.0)
+        .number("fuel_kg", "Fuel", "kg", 3, |point| point.fuel_kg)
+        .number("mass_kg", "Mass", "kg", 4, |point| point.mass_kg)
+        .number("cg_x_m", "CG", "m", 4, |point| point.cg_x_m)
+        .column(Column::new("runs", "Runs"), |point| runs(point))
+        .text("status", "Flown", |point| point.status.name())
+        .done()
 }
 
 /// What the envelope states and does not, one line each.

@@ -186,7 +186,6 @@ fn symbol(name: &str) -> Cell {
 
 /// Errors over their goals against the time flown, of the derivatives that are furthest from their goals at the end.
 fn errors_over_goals(found: &Enough) -> Figure {
-    /// Lines of the figure.
     const LINES: usize = 6;
     let ratio = |error: Option<f64>, goal: f64| error.map_or(f64::NAN, |error| error / goal);
     let last = |row: &DerivativeRow| row.corrected.map_or(f64::INFINITY, |error| error / row.goal);

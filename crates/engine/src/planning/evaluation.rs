@@ -113,7 +113,6 @@ fn acceleration(flown: &[Flown<'_>]) -> Vec<SlopeRow> {
     vec![row("drag coefficient without lift", found[0]), row("drag per lift squared", found[1])]
 }
 
-/// Load factor at each sample.
 fn load_factor(aero: &WindowAero, gravity_m_s2: f64) -> Option<Vec<f64>> {
     let [_, _, z] = specific_force_at_cg(&aero.data, &aero.settings).ok()?;
     Some(z.iter().map(|z| -z / gravity_m_s2).collect())

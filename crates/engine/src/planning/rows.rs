@@ -166,7 +166,6 @@ pub fn design_row(basis: &Basis, request: &Request, designed: &Designed) -> Desi
     }
 }
 
-/// Names of surfaces.
 pub(super) fn names(surfaces: &[usize]) -> Vec<&'static str> {
     surfaces.iter().filter_map(|&surface| SURFACE_NAMES.get(surface).copied()).collect()
 }

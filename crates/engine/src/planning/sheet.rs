@@ -72,9 +72,7 @@ pub struct DesignSheet {
     pub designed: Designed,
     /// Its card.
     pub card: Document,
-    /// Session it is of.
     session: Session,
-    /// Aircraft of the session.
     aircraft: Aircraft,
 }
 

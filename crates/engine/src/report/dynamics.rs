@@ -342,7 +342,6 @@ fn trim_row(study: &DynamicsStudy) -> TrimRow {
     }
 }
 
-/// Rows of a matrix.
 fn rows(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
     matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
 }

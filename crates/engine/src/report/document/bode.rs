@@ -5,7 +5,8 @@ use doublet_dynamics::frequency::{FrequencyResponse, ResponsePoint, TransferFunc
 
 use nalgebra::Complex;
 
-use super::{Axis, Colour, Figure, LineStyle, Mark, Panel, Plot};
+use super::figure::{points, points_with_bars};
+use super::{Axis, Figure, LineStyle, Mark, Panel, Plot};
 use crate::study::ResponseStudy;
 
 /// A model drawn over a response.
@@ -77,30 +78,20 @@ pub fn bode_figure(study: &ResponseStudy, input: usize, models: &[BodeModel]) ->
             let [at, deviation] = ordinate(index);
             [place(response.points[index].omega_rad_s), at, NORMAL_95 * deviation]
         });
-        Mark::Points {
-            label: "measured, with 95 % bars".into(),
-            colour: Colour::by_index(0),
-            style: LineStyle::Dots,
-            points: points.collect(),
-        }
+        points_with_bars("measured, with 95 % bars", points)
     };
     let of_models = |ordinate: usize| {
-        models.iter().enumerate().map(move |(index, model)| Mark::Points {
-            label: model.label.clone().into(),
-            colour: Colour::by_index(index + 1),
-            style: if index == 0 { LineStyle::Solid } else { LineStyle::Dashed },
-            points: model.points.iter().map(|point| [point[0].log10(), point[ordinate], f64::NAN]).collect(),
+        models.iter().enumerate().map(move |(index, model)| {
+            let style = if index == 0 { LineStyle::Solid } else { LineStyle::Dashed };
+            let curve = model.points.iter().map(|point| [point[0].log10(), point[ordinate]]);
+            points(model.label.clone(), index + 1, style, curve)
         })
     };
     let gains = measured(&|index| [response.points[index].gain_db(), response.points[index].gain_sd_db()]);
     let angles = measured(&|index| [phases[index].to_degrees(), response.points[index].relative_sd.to_degrees()]);
-    let coherence = |label: &'static str, colour: usize, style: LineStyle, of: &dyn Fn(usize) -> f64| Mark::Points {
-        label: label.into(),
-        colour: Colour::by_index(colour),
-        style,
-        points: (0..response.points.len())
-            .map(|index| [place(response.points[index].omega_rad_s), of(index), f64::NAN])
-            .collect(),
+    let coherence = |label: &'static str, colour: usize, style: LineStyle, of: &dyn Fn(usize) -> f64| {
+        let curve = (0..response.points.len()).map(|index| [place(response.points[index].omega_rad_s), of(index)]);
+        points(label, colour, style, curve)
     };
     let mut coherences = vec![coherence("coherence", 0, LineStyle::Solid, &|index| response.points[index].coherence)];
     if study.inputs.len() > 1 {

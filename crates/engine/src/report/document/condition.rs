@@ -3,7 +3,8 @@
 use doublet_core::model::{Coefficient, Term};
 use doublet_core::statistics::NORMAL_95;
 
-use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Parts, Plot, paragraph, points};
+use super::figure::points_with_bars;
+use super::{Axis, Block, Contents, Figure, LineStyle, Panel, Parts, Plot, paragraph, points};
 use crate::notation;
 use crate::report::studies::ConditionRow;
 use crate::report::table::{Table, TableOf};
@@ -136,12 +137,7 @@ fn panel(found: &ConditionRegression, index: usize) -> Panel {
         let at = *point.condition.get(index)?;
         Some([at, point.estimate, NORMAL_95 * point.standard_error])
     });
-    let mut marks = vec![Mark::Points {
-        label: "one manoeuvre, 95 %".into(),
-        colour: Colour::by_index(0),
-        style: LineStyle::Dots,
-        points: manoeuvres.collect(),
-    }];
+    let mut marks = vec![points_with_bars("one manoeuvre, 95 %", manoeuvres)];
     marks.extend(found.line(index).map(|ends| points("regression", 1, LineStyle::Solid, ends.to_vec())));
     let label = notation::derivative(&found.derivative);
     let (name, unit) = AXES.get(index).copied().unwrap_or_default();

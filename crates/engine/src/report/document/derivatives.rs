@@ -2,9 +2,8 @@
 
 use doublet_core::statistics::NORMAL_95;
 
-use super::{
-    Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Matrix, Panel, Parts, Plot, numbers_of, paragraph,
-};
+use super::figure::points_with_bars;
+use super::{Axis, Block, Colour, Contents, Figure, Mark, Matrix, Panel, Parts, Plot, numbers_of, paragraph};
 use crate::notation;
 use crate::report::results::{DerivativeRow, DerivativeSummaryRow, FitRow, RegressorRow};
 use crate::report::table::{Cell, Column, Table, TableOf};
@@ -171,7 +170,6 @@ pub fn derivatives(contents: &Contents<'_>) -> Parts {
     Parts { body, appendix }
 }
 
-/// Every pooled derivative.
 fn pooled(contents: &Contents<'_>) -> Table {
     let results = contents.results;
     let rows = results.pooled.iter().flat_map(|fit| fit.derivatives.iter()).filter(|row| !row.name.contains('['));
@@ -240,12 +238,7 @@ fn scatter(contents: &Contents<'_>, summary: &DerivativeSummaryRow) -> Panel {
         let band = [value - NORMAL_95 * error, value + NORMAL_95 * error];
         marks.push(Mark::Level { label: "pooled, 95 %".into(), colour: Colour::by_index(1), value, band });
     }
-    marks.push(Mark::Points {
-        label: "one manoeuvre, 95 %".into(),
-        colour: Colour::by_index(0),
-        style: LineStyle::Dots,
-        points: points.collect(),
-    });
+    marks.push(points_with_bars("one manoeuvre, 95 %", points));
     let label = notation::derivative(&summary.name);
     Panel::Plot(Plot { x: Axis::new("manoeuvre", ""), y: Axis::new(label, ""), marks })
 }

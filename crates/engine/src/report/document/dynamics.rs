@@ -5,7 +5,7 @@ use doublet_core::statistics::NORMAL_95;
 use super::level_map::level_map;
 use super::{Axis, Block, Contents, Figure, LineStyle, Panel, Parts, Plot, paragraph, points};
 use crate::notation::significant;
-use crate::report::table::{Cell, Column, Table};
+use crate::report::table::{Cell, Column, Table, TableOf};
 use crate::report::{AnticipationChart, DynamicsRow, LinearRow, ModeRow, QualityRow, anticipation_chart};
 use crate::study::DynamicsStudy;
 
@@ -85,46 +85,30 @@ fn matrices(key: &str, name: &str, model: &LinearRow) -> Table {
 }
 
 fn modes(row: &DynamicsRow) -> Table {
-    let cells = |mode: &ModeRow| {
-        let figure = |key: &str| mode.intervals.get(key).and_then(|figure| figure.delta);
-        let error = |key: &str| Cell::maybe(figure(key).map(|interval| interval.standard_error));
+    let error = |mode: &ModeRow, key: &str| Some(mode.intervals.get(key)?.delta?.standard_error);
+    let sampled = |mode: &ModeRow| {
         let shown = if mode.period_s.is_some() { "frequency_rad_s" } else { "real_1_s" };
-        let sampled = mode.intervals.get(shown).and_then(|figure| figure.sampled);
-        vec![
-            Cell::text(mode.not_judged.map_or_else(|| mode.name.to_owned(), |_| format!("{} (not judged)", mode.name))),
-            Cell::Number(mode.real_1_s),
-            error("real_1_s"),
-            Cell::Number(mode.frequency_rad_s),
-            error("frequency_rad_s"),
-            Cell::Number(mode.damping),
-            error("damping"),
-            Cell::maybe(mode.period_s),
-            Cell::maybe(mode.time_to_half_s),
-            Cell::maybe(mode.time_to_double_s),
-            Cell::maybe(sampled.map(|interval| interval.low)),
-            Cell::maybe(sampled.map(|interval| interval.high)),
-        ]
+        mode.intervals.get(shown).and_then(|figure| figure.sampled)
     };
-    Table {
-        name: "modes".to_owned(),
-        caption: "Natural modes with standard errors; the sampled 95 % interval is that of the frequency, or of the real part of aperiodic modes."
-            .to_owned(),
-        columns: vec![
-            Column::new("mode", "Mode"),
-            Column::number("real", "Real", "1/s", 3),
-            Column::number("real_error", "±", "1/s", 2),
-            Column::number("frequency", "Frequency", "rad/s", 4),
-            Column::number("frequency_error", "±", "rad/s", 2),
-            Column::number("damping", "Damping", "", 3),
-            Column::number("damping_error", "±", "", 2),
-            Column::number("period", "Period", "s", 3),
-            Column::number("half", "Half", "s", 3),
-            Column::number("double", "Double", "s", 3),
-            Column::number("low", "95 % from", "", 4),
-            Column::number("high", "to", "", 4),
-        ],
-        rows: row.modes.iter().map(cells).collect(),
-    }
+    let name = |mode: &ModeRow| match mode.not_judged {
+        Some(_) => format!("{} (not judged)", mode.name),
+        None => mode.name.to_owned(),
+    };
+    let caption = "Natural modes with standard errors; the sampled 95 % interval is that of the frequency, or of the real part of aperiodic modes.";
+    TableOf::new("modes", caption, &row.modes)
+        .column(Column::new("mode", "Mode"), |mode| Cell::text(name(mode)))
+        .number("real", "Real", "1/s", 3, |mode| mode.real_1_s)
+        .maybe("real_error", "±", "1/s", 2, |mode| error(mode, "real_1_s"))
+        .number("frequency", "Frequency", "rad/s", 4, |mode| mode.frequency_rad_s)
+        .maybe("frequency_error", "±", "rad/s", 2, |mode| error(mode, "frequency_rad_s"))
+        .number("damping", "Damping", "", 3, |mode| mode.damping)
+        .maybe("damping_error", "±", "", 2, |mode| error(mode, "damping"))
+        .maybe("period", "Period", "s", 3, |mode| mode.period_s)
+        .maybe("half", "Half", "s", 3, |mode| mode.time_to_half_s)
+        .maybe("double", "Double", "s", 3, |mode| mode.time_to_double_s)
+        .maybe("low", "95 % from", "", 4, |mode| Some(sampled(mode)?.low))
+        .maybe("high", "to", "", 4, |mode| Some(sampled(mode)?.high))
+        .done()
 }
 
 /// Eigenvalues in the upper half plane with their 95 % ellipses, the slow ones again at their own scale.
@@ -164,49 +148,26 @@ const SLOW_RAD_S: f64 = 0.6;
 fn levels(row: &DynamicsRow) -> Table {
     let percent =
         |share: Option<f64>| share.map_or_else(String::new, |share| format!("{} %", significant(100.0 * share, 3)));
-    let cells = |criterion: &QualityRow| {
-        vec![
-            Cell::text(&criterion.criterion),
-            Cell::text(criterion.value_texts(|value| significant(value, 3)).join("; ")),
-            Cell::text(criterion.level_text()),
-            Cell::text(percent(criterion.probability())),
-            Cell::text(criterion.reasons.join("; ")),
-        ]
-    };
-    Table {
-        name: "levels".to_owned(),
-        caption: "Levels of flying qualities with 95 % intervals and probabilities; levels in brackets do not count."
-            .to_owned(),
-        columns: vec![
-            Column::new("criterion", "Criterion"),
-            Column::new("values", "Values [95 % interval]"),
-            Column::new("level", "Level"),
-            Column::new("probability", "Probability"),
-            Column::new("reasons", "Not Level 1 because"),
-        ],
-        rows: row.qualities.criteria.iter().filter(|row| row.is_judged()).map(cells).collect(),
-    }
+    let values = |criterion: &QualityRow| criterion.value_texts(|value| significant(value, 3)).join("; ");
+    let caption = "Levels of flying qualities with 95 % intervals and probabilities; levels in brackets do not count.";
+    TableOf::new("levels", caption, row.qualities.criteria.iter().filter(|row| row.is_judged()))
+        .text("criterion", "Criterion", |row| &row.criterion)
+        .column(Column::new("values", "Values [95 % interval]"), |row| Cell::text(values(row)))
+        .column(Column::new("level", "Level"), |row| Cell::text(row.level_text()))
+        .column(Column::new("probability", "Probability"), |row| Cell::text(percent(row.probability())))
+        .column(Column::new("reasons", "Not Level 1 because"), |row| Cell::text(row.reasons.join("; ")))
+        .done()
 }
 
 /// Standard and paragraph of every criterion, and what is needed to judge those that are not judged.
 fn sources(row: &DynamicsRow) -> Block {
-    let cells = |criterion: &QualityRow| {
-        vec![
-            Cell::text(&criterion.criterion),
-            Cell::text(format!("{}, {}", criterion.standard, criterion.source)),
-            Cell::text(criterion.needed.as_deref().unwrap_or("judged")),
-        ]
-    };
-    Block::Table(Table {
-        name: "levels_sources".to_owned(),
-        caption: "Paragraphs of the flying-quality criteria, and the data needed for those not judged.".to_owned(),
-        columns: vec![
-            Column::new("criterion", "Criterion"),
-            Column::new("paragraph", "Standard and paragraph"),
-            Column::new("needed", "Needed"),
-        ],
-        rows: row.qualities.criteria.iter().map(cells).collect(),
-    })
+    let caption = "Paragraphs of the flying-quality criteria, and the data needed for those not judged.";
+    let paragraph = |row: &QualityRow| Cell::text(format!("{}, {}", row.standard, row.source));
+    let table = TableOf::new("levels_sources", caption, &row.qualities.criteria)
+        .text("criterion", "Criterion", |row| &row.criterion)
+        .column(Column::new("paragraph", "Standard and paragraph"), |row| paragraph(row))
+        .text("needed", "Needed", |row| row.needed.as_deref().unwrap_or("judged"));
+    Block::Table(table.done())
 }
 
 /// Control anticipation over short-period damping with the boundaries of the levels, the estimate and its samples.

@@ -197,6 +197,12 @@ pub fn points(
     Mark::Points { label: label.into(), colour: Colour::by_index(colour), style, points }
 }
 
+/// Points in the first colour, each with half the length of its bar.
+pub fn points_with_bars(label: &'static str, points: impl IntoIterator<Item = [f64; 3]>) -> Mark {
+    let (label, colour, points) = (label.into(), Colour::by_index(0), points.into_iter().collect());
+    Mark::Points { label, colour, style: LineStyle::Dots, points }
+}
+
 /// A line in a colour of the palette.
 pub fn line(label: &'static str, colour: usize, series: &Series, scale: f64) -> Mark {
     let (label, colour) = (label.into(), Colour::by_index(colour));

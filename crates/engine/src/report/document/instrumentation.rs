@@ -104,7 +104,6 @@ fn unit(row: &ChannelRow) -> (&str, f64) {
     if is_engine_speed { ("rev/min", 60.0 / TAU) } else { (&row.unit, 1.0) }
 }
 
-/// Roles of engine speeds.
 const ENGINE_SPEEDS: [Role; 2] = [Role::EngineSpeed1, Role::EngineSpeed2];
 
 /// Standard deviation the filter used for a role.

@@ -279,7 +279,6 @@ fn numbers_of(windows: &[WindowRow]) -> Vec<f64> {
     }
 }
 
-/// A paragraph.
 fn paragraph(text: &str) -> Block {
     Block::Paragraph(text.to_owned())
 }

@@ -6,8 +6,8 @@ use doublet_core::model::{Axes, Gyroscopic, ThrustTreatment};
 use doublet_core::reconstruct::{AirState, InputHold, Measurement, Method, State};
 use doublet_core::series::Series;
 
-use super::figure::line;
-use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Parts, Plot, cover, numbers_of, table_or};
+use super::figure::{line, points_with_bars};
+use super::{Axis, Block, Colour, Contents, Figure, Mark, Panel, Parts, Plot, cover, numbers_of, table_or};
 use crate::notation::{self, significant};
 use crate::report::table::{Cell, Column, Table};
 use crate::report::{error_table, tables};
@@ -138,12 +138,7 @@ pub(crate) fn wind_and_bias(contents: &Contents<'_>) -> Vec<Block> {
                 band,
             });
         }
-        marks.push(Mark::Points {
-            label: "manoeuvre ± 2σ of the filter".into(),
-            colour: Colour::by_index(0),
-            style: LineStyle::Dots,
-            points: points.collect(),
-        });
+        marks.push(points_with_bars("manoeuvre ± 2σ of the filter", points));
         let label = spread.quantity.replace('_', " ");
         panels.push(Panel::Plot(Plot { x: Axis::new("manoeuvre", ""), y: Axis::new(label, unit), marks }));
     }

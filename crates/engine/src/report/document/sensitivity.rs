@@ -97,20 +97,12 @@ fn distinct<'a>(values: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
 fn quantities(rows: &[SensitivityRow]) -> Table {
     let names = distinct(rows.iter().map(|row| row.quantity.as_str()));
     let first = names.into_iter().filter_map(|name| rows.iter().find(|row| row.quantity == name));
-    let rows = first.map(|row| {
-        vec![Cell::text(&row.quantity), Cell::text(row.unit), Cell::Number(row.value), Cell::Number(row.step)]
-    });
-    Table {
-        name: "quantities".to_owned(),
-        caption: "Quantities varied, and the step of each.".to_owned(),
-        columns: vec![
-            Column::new("quantity", "Quantity"),
-            Column::new("unit", "Unit"),
-            Column::number("value", "Value", "", 4),
-            Column::number("step", "Step", "", 3),
-        ],
-        rows: rows.collect(),
-    }
+    TableOf::new("quantities", "Quantities varied, and the step of each.", first)
+        .text("quantity", "Quantity", |row| &row.quantity)
+        .text("unit", "Unit", |row| row.unit)
+        .number("value", "Value", "", 4, |row| row.value)
+        .number("step", "Step", "", 3, |row| row.step)
+        .done()
 }
 
 fn partials(group: &str, rows: &[&SensitivityRow]) -> Table {

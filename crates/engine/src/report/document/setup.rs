@@ -6,7 +6,7 @@ use doublet_core::series::TimeRange;
 use super::figure::line;
 use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Parts, Plot, paragraph};
 use crate::notation::{self, significant};
-use crate::report::table::{Cell, Column, Table, TableOf};
+use crate::report::table::{Cell, Table, TableOf};
 use crate::report::tables;
 use crate::report::{MapRow, WindowRow, applied_delays};
 use crate::session::{Manoeuvre, Session, WindowRole};
@@ -80,20 +80,12 @@ pub fn aircraft(contents: &Contents<'_>) -> Parts {
         .collect();
     appendix.push(Block::Table(tables::mass_properties(results)));
     if !mass.items.is_empty() {
-        let rows = mass
-            .items
-            .iter()
-            .map(|item| vec![Cell::text(item.kind), Cell::text(&item.place), Cell::Number(item.mass_kg)]);
-        blocks.push(Block::Table(Table {
-            name: "loading".to_owned(),
-            caption: "On board besides the empty aircraft, at the start of the first flight.".to_owned(),
-            columns: vec![
-                Column::new("kind", "Kind"),
-                Column::new("place", "Place"),
-                Column::number("mass_kg", "Mass", "kg", 4),
-            ],
-            rows: rows.collect(),
-        }));
+        let caption = "On board besides the empty aircraft, at the start of the first flight.";
+        let loading = TableOf::new("loading", caption, &mass.items)
+            .text("kind", "Kind", |item| item.kind)
+            .text("place", "Place", |item| &item.place)
+            .number("mass_kg", "Mass", "kg", 4, |item| item.mass_kg);
+        blocks.push(Block::Table(loading.done()));
     }
     Parts { body: blocks, appendix }
 }
