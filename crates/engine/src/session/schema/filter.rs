@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use doublet_core::atmos::STANDARD_GRAVITY_M_S2;
 use doublet_core::reconstruct::{
-    AirState, FilterSettings, INPUTS, Input, InputHold, Linearisation, MEASUREMENTS, Measurement, Method, STATES,
-    State, USUAL_OUTLIER_LIMIT,
+    AirState, FilterSettings, Input, InputHold, Linearisation, Measurement, Method, State, USUAL_OUTLIER_LIMIT,
 };
 use serde::{Deserialize, Serialize};
 
@@ -145,6 +144,11 @@ fn fill(
     Ok(())
 }
 
+/// Values with the names of their places.
+fn by_name<const N: usize>(names: [&'static str; N], values: &[f64; N]) -> impl Iterator<Item = (String, f64)> {
+    names.into_iter().zip(values).map(|(name, &value)| (name.to_owned(), value))
+}
+
 fn settings_table(settings: &FilterSettings) -> FilterTable {
     let usual = Method::USUAL_SPREAD;
     let (method, max_iterations, tolerance, spread) = match settings.method {
@@ -152,10 +156,8 @@ fn settings_table(settings: &FilterSettings) -> FilterTable {
         Method::Iekf { max_iterations, tolerance } => ("iekf", max_iterations, tolerance, usual),
         Method::Ukf { spread } => ("ukf", 1, 1e-3, spread),
     };
-    let inputs = |values: &[f64; INPUTS]| Input::ALL.map(|i| (i.name().to_owned(), values[i as usize])).into();
-    let states = |values: &[f64; STATES]| State::ALL.map(|s| (s.name().to_owned(), values[s as usize])).into();
-    let measurements =
-        |values: &[f64; MEASUREMENTS]| Measurement::ALL.map(|m| (m.name().to_owned(), values[m as usize])).into();
+    let (inputs, states) = (Input::ALL.map(Input::name), State::ALL.map(State::name));
+    let measurements = Measurement::ALL.map(Measurement::name);
     let moving = |(_, deviation): &(String, f64)| *deviation != 0.0;
     FilterTable {
         method: method.to_owned(),
@@ -166,29 +168,21 @@ fn settings_table(settings: &FilterSettings) -> FilterTable {
         gravity_m_s2: None,
         gusts: GustSource::default(),
         delays: DelaySource::default(),
-        process_noise: inputs(&settings.process_noise),
-        measurement_noise: measurements(&settings.measurement_noise),
-        initial_deviation: states(&settings.initial_deviation),
+        process_noise: by_name(inputs, &settings.process_noise).collect(),
+        measurement_noise: by_name(measurements, &settings.measurement_noise).collect(),
+        initial_deviation: by_name(states, &settings.initial_deviation).collect(),
         initial_state: State::ALL
             .into_iter()
             .filter_map(|state| Some((state.name().to_owned(), settings.initial_state[state as usize]?)))
             .collect(),
-        random_walk: BTreeMap::from_iter(
-            State::ALL.map(|s| (s.name().to_owned(), settings.random_walk[s as usize])).into_iter().filter(moving),
-        ),
+        random_walk: by_name(states, &settings.random_walk).filter(moving).collect(),
         spread,
         smoother_passes: settings.smoother_passes,
         outlier_limit: settings.outlier_limit,
         robust_limit: settings.robust_limit,
-        air_data_deviation: AirState::ALL
-            .map(|s| (s.name().to_owned(), settings.air_data_deviation[s as usize]))
-            .into_iter()
+        air_data_deviation: by_name(AirState::ALL.map(AirState::name), &settings.air_data_deviation)
             .filter(moving)
             .collect(),
-        measurement_delay_s: Measurement::ALL
-            .map(|m| (m.name().to_owned(), settings.measurement_delay_s[m as usize]))
-            .into_iter()
-            .filter(moving)
-            .collect(),
+        measurement_delay_s: by_name(measurements, &settings.measurement_delay_s).filter(moving).collect(),
     }
 }
