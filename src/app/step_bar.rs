@@ -17,7 +17,6 @@ use crate::step::Step;
 use crate::theme;
 use crate::widgets::level_mark;
 
-/// Height of the bar.
 const HEIGHT: f32 = 24.0;
 /// Size of its text.
 const TEXT: f32 = 12.0;

@@ -20,7 +20,6 @@ use crate::theme::{self, Palette};
 use crate::widgets::level_mark;
 use crate::widgets::time_plot::{time_at, x_at};
 
-/// Height of the strip.
 pub(super) const HEIGHT: f32 = 58.0;
 /// Height of the lane of windows at its foot, and of a window in it.
 const LANE: f32 = 19.0;

@@ -8,7 +8,6 @@ use crate::notation;
 use crate::panels::Pane;
 use crate::step::Step;
 
-/// Where the tour stops.
 struct Stop {
     step: Step,
     pane: Pane,

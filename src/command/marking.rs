@@ -27,7 +27,6 @@ pub fn mark(app: &mut Workbench, command: MarkCommand, menu_s: Option<f64>) {
     }
 }
 
-/// The chosen manoeuvre.
 fn chosen(app: &Workbench) -> Option<Manoeuvre> {
     app.document.session().window(app.state.selection.window.as_deref()?).cloned()
 }

@@ -6,7 +6,6 @@ use egui_plot::{Line, Plot, PlotPoints};
 
 use crate::theme;
 
-/// Size of one figure.
 const SIZE: [f32; 2] = [128.0, 58.0];
 /// Room both need beside each other.
 pub const WIDTH: f32 = 2.0 * SIZE[0] + 12.0;

@@ -69,7 +69,6 @@ struct Columns {
     widths: Vec<f32>,
     /// Whether a column has quantities alone, which are set to the right.
     figures: Vec<bool>,
-    /// Height of each row.
     heights: Vec<f32>,
 }
 

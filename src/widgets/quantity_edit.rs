@@ -14,7 +14,6 @@ use crate::theme;
 const DECADES_PER_POINT: f64 = 0.01;
 /// Significant digits of a dragged value.
 const DRAG_DIGITS: i32 = 3;
-/// Width of the field.
 const FIELD_WIDTH: f32 = 78.0;
 
 /// A numeric field.

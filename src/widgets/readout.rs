@@ -18,7 +18,6 @@ const ROW: f32 = 18.0;
 const HEAD: f32 = 52.0;
 /// Part of the room the table may take.
 const LARGEST_PART: f32 = 0.4;
-/// Titles of the columns.
 const TITLES: [&str; 9] = ["", "A", "B", "B − A", "per s", "min", "max", "mean", "rms"];
 
 /// Both markers, where both are set apart from each other.

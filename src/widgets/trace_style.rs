@@ -36,7 +36,6 @@ impl TraceStyle {
         matches!(self, Self::Dots | Self::Crosses)
     }
 
-    /// Its mark in a legend.
     pub(super) fn legend(self) -> LegendMark {
         match self {
             Self::Line => LegendMark::Line,

@@ -40,7 +40,6 @@ pub struct ReportArguments {
     pub judged: JudgedArguments,
 }
 
-/// Names of report formats.
 pub fn report_format() -> PossibleValuesParser {
     ReportFormat::ALL.map(ReportFormat::name).into()
 }

@@ -68,7 +68,6 @@ pub fn split_keys<'t>(option: &'t str, known: &[&str]) -> (&'t str, Vec<(&'t str
     (rest.trim(), keys)
 }
 
-/// The row that an option makes.
 fn make_row(probes: &[Probe], role: Role, parsed: &RoleOption<'_>) -> Result<ManualChannel, String> {
     let sources = probes.iter().flat_map(|probe| &probe.sources);
     let named = sources.filter(|source| parsed.source.is_none_or(|name| source.name == name));

@@ -197,7 +197,6 @@ fn lines(messages: impl Iterator<Item = String>) -> String {
     messages.collect::<Vec<_>>().join("\nerror: ")
 }
 
-/// Names of table formats.
 fn table_format() -> PossibleValuesParser {
     TableFormat::ALL.map(TableFormat::name).into()
 }
@@ -207,7 +206,6 @@ fn history_format() -> PossibleValuesParser {
     HistoryFormat::ALL.map(HistoryFormat::name).into()
 }
 
-/// A study by its name.
 fn study() -> impl TypedValueParser<Value = Study> {
     let keys = Study::keys().map(|(key, about)| PossibleValue::new(key).help(about));
     PossibleValuesParser::new(keys).try_map(|key| Study::from_key(&key).ok_or("not a study"))

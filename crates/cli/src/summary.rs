@@ -12,7 +12,6 @@ use crate::text;
 const NAMED: usize = 3;
 /// Width of a line of derivatives.
 const WIDTH: usize = 110;
-/// Width of a finding.
 const FINDING_WIDTH: usize = 150;
 
 /// Prints the verdict, every coefficient and what to look at; with `verbose` everything that was found.

@@ -67,7 +67,6 @@ pub fn write_out(bytes: &[u8]) {
     }
 }
 
-/// A cell as a number where it is one.
 fn cell(text: &str) -> Value {
     let number = text.parse().ok().filter(|number: &f64| number.is_finite()).and_then(serde_json::Number::from_f64);
     number.map_or_else(|| Value::from(text.trim()), Value::Number)

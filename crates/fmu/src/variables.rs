@@ -112,7 +112,6 @@ impl Unit {
         Self { kg, m, s, rad }
     }
 
-    /// The unit per second.
     fn per_second(self) -> Self {
         Self { s: self.s - 1, ..self }
     }

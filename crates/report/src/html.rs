@@ -8,7 +8,6 @@ use doublet_engine::report::{Cell, Table, alignments};
 
 use crate::svg::{escape, svg};
 
-/// Style of the page.
 const STYLE: &str = include_str!("style.css");
 
 /// The whole file.

@@ -31,7 +31,6 @@ impl Default for AircraftForm {
 }
 
 impl AircraftForm {
-    /// Its name.
     pub fn name(&self) -> &str {
         &self.aircraft.name
     }

@@ -7,7 +7,6 @@ use eframe::egui::{ComboBox, Id, Key, PopupCloseBehavior, ScrollArea, TextEdit, 
 const MANY: usize = 12;
 /// Height of the field above the list with its gap.
 const NARROWING: f32 = 30.0;
-/// Height of the list.
 const HEIGHT: f32 = 320.0;
 
 /// Draws the list of the role called `key`; what was chosen in this frame, `Some(None)` for no channel.

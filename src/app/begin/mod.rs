@@ -254,7 +254,6 @@ impl Workbench {
         }
     }
 
-    /// Name of the aircraft that is described.
     pub(super) fn described_aircraft(&self) -> Option<&str> {
         match &self.beginning.step {
             Some(Step::Choosing(choosing)) => choosing.aircraft_form.as_ref().map(AircraftForm::name),

@@ -9,7 +9,6 @@ use crate::theme;
 /// Frames after opening in which the first field asks for the keyboard: in the first nothing can have it yet.
 const FRAMES_TO_FOCUS: u8 = 3;
 
-/// Text of the button.
 const BUTTON: &str = "travel…";
 
 /// Two positions of a control.

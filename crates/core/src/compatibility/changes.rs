@@ -231,12 +231,10 @@ impl Candidate {
         Self::new(vec![ChannelFix::Scale { role, factor: -1.0, offset: 0.0, units: None }], 1.0)
     }
 
-    /// Roles whose channels it changes.
     pub(super) fn roles(&self) -> Vec<Role> {
         if self.is_linear { SPECIFIC_FORCE.to_vec() } else { self.fixes.iter().flat_map(ChannelFix::roles).collect() }
     }
 
-    /// Roles whose unit it changes.
     pub(super) fn roles_of_units(&self) -> Vec<Role> {
         let converted_role = |fix: &ChannelFix| {
             if let ChannelFix::Scale { role, units: Some(_), .. } = fix { Some(*role) } else { None }

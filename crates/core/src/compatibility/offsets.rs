@@ -155,7 +155,6 @@ impl Offset {
         if self.is_of_directions() { self.of_directions(motion) } else { self.of_means(motion) }
     }
 
-    /// The offset in the mean.
     fn of_means(&self, motion: &Motion) -> Option<Estimate> {
         let (mut differences, mut pairs, mut blocks) = (Vec::new(), Vec::new(), Vec::new());
         let mut segments = 0;

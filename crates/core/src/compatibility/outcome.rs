@@ -23,9 +23,7 @@ const HYPOTHESIS_GAIN: f64 = 0.25;
 /// A relation of any kind.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Relation {
-    /// By kinematics.
     Kinematic(&'static Kinematic),
-    /// By the state of the air.
     Air(&'static AirRelation),
     /// By the sign of a response.
     Response(&'static Response),
@@ -60,7 +58,6 @@ pub(super) fn relations() -> Vec<Relation> {
 }
 
 impl Relation {
-    /// The channel that is compared.
     pub(super) fn compared(&self) -> Role {
         match self {
             Self::Kinematic(one) => one.compared,

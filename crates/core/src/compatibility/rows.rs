@@ -218,13 +218,11 @@ pub(super) fn rows(found: &Found) -> Vec<CompatibilityRow> {
     mistakes.chain(found.outcomes.iter().filter_map(|(relation, outcome)| outcome_row(relation, outcome))).collect()
 }
 
-/// The rows of one mistake.
 pub(super) fn mistake_rows(mistake: &Mistake) -> Vec<CompatibilityRow> {
     let fixes: &[ChannelFix] = if mistake.is_linear { &mistake.fixes[..1] } else { &mistake.fixes };
     fixes.iter().filter_map(|fix| fix_row(mistake, fix)).collect()
 }
 
-/// The row of one fix of a mistake.
 fn fix_row(mistake: &Mistake, fix: &ChannelFix) -> Option<CompatibilityRow> {
     let roles = fix.roles();
     let own = mistake.repaired.iter().find(|(relation, ..)| roles.contains(&relation.compared()));

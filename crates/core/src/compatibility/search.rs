@@ -48,7 +48,6 @@ pub(super) const OPPOSITE_R2: f64 = 0.9;
 /// Scores nearer than this are the same: slopes of one hypothesis and another differ by noise.
 const SAME_SCORE: f64 = 0.02;
 
-/// A mistake that was found.
 #[derive(Clone, Debug)]
 pub(super) struct Mistake {
     /// What removes it.
@@ -266,7 +265,6 @@ fn is_turn(candidate: &Candidate) -> bool {
     candidate.fixes.iter().all(is_one)
 }
 
-/// Weight of a relation.
 fn weight(relation: &Relation) -> f64 {
     if relation.is_exact() { EXACT_WEIGHT } else { WEIGHT }
 }

@@ -12,7 +12,6 @@ const BEYOND: f64 = 0.1;
 /// Limits of a quantity.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Size {
-    /// Role.
     pub role: Role,
     /// Lowest and highest value, SI.
     range: (f64, f64),

@@ -89,7 +89,6 @@ impl ProcessNoise {
     }
 }
 
-/// The filter in its steady state.
 pub(super) struct Steady {
     /// Gain, states by outputs.
     pub(super) gain: DMatrix<f64>,

@@ -24,7 +24,6 @@ pub(super) struct Triangle {
 
 /// Solution of the least-squares problem of a triangle.
 pub(super) struct Solution {
-    /// Estimates.
     pub estimates: DVector<f64>,
     /// `(X'X)^-1`.
     pub unit_covariance: DMatrix<f64>,

@@ -75,7 +75,6 @@ pub(crate) enum Data {
 pub(crate) struct Stored {
     /// Path of the data set.
     pub object: String,
-    /// Which of its columns.
     pub column: usize,
 }
 

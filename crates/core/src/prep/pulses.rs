@@ -5,7 +5,6 @@ use std::ops::Range;
 /// A run of samples beyond the threshold on one side.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Excursion {
-    /// Samples.
     pub samples: Range<usize>,
     /// First and end sample of the stretch without gaps it lies in.
     pub stretch: (usize, usize),

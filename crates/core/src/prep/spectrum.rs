@@ -41,7 +41,6 @@ pub(super) fn degrees_of_freedom(segments: usize) -> f64 {
     2.0 * count / (1.0 + 2.0 * NEIGHBOURS * (count - 1.0) / count)
 }
 
-/// Hann window.
 pub(super) fn hann(length: usize) -> Vec<f64> {
     (0..length).map(|k| (std::f64::consts::PI * (k as f64 + 0.5) / length as f64).sin().powi(2)).collect()
 }

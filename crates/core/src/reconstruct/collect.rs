@@ -46,11 +46,8 @@ pub type Windows<'a> = [Result<Window<'a>, ReconstructError>];
 pub struct NoiseMoments {
     /// Of the inputs; one per step.
     pub process: [f64; INPUTS],
-    /// Number of steps.
     pub steps: usize,
-    /// Of the measurements.
     pub measurement: [f64; MEASUREMENTS],
-    /// Number of samples of each.
     pub samples: [usize; MEASUREMENTS],
 }
 

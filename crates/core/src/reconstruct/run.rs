@@ -155,7 +155,6 @@ enum FilterKind {
     Packed,
     /// The same over whole matrices, with sensor errors among the states.
     Dense,
-    /// Unscented.
     Unscented,
     /// Smoothed again and again over whole matrices; the path of the filter is that of the method.
     Iterated,

@@ -44,7 +44,6 @@ enum Form {
     Packed(Box<Estimate<Two>>),
     /// Over whole matrices, with sensor errors among the states.
     Dense(Box<Ekf>),
-    /// Unscented.
     Unscented(Box<Ukf>),
 }
 

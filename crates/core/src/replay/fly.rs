@@ -97,7 +97,6 @@ struct Acceleration {
     angular_rad_s2: Vector3<f64>,
 }
 
-/// One flight of one model.
 pub(super) struct Flight<'a> {
     replay: &'a Replay,
     /// Forces and moments of the model.

@@ -52,7 +52,6 @@ pub struct AeroModel {
 pub struct DerivativeEntry {
     /// Coefficient, underscore, term.
     name: String,
-    /// Value.
     value: f64,
     /// Value of the thesis.
     printed: Option<f64>,

@@ -53,7 +53,6 @@ pub enum Quantity {
     None,
 }
 
-/// Number of quantities.
 pub(crate) const QUANTITIES: usize = Quantity::None as usize + 1;
 
 /// Values of all quantities at one instant.
@@ -72,7 +71,6 @@ pub struct Instant {
     pub controls: Controls,
     /// Velocity of the air over the ground, gusts included, m/s.
     pub wind_ned_m_s: Vector3<f64>,
-    /// Engine inputs.
     pub engines: [EngineInput; 2],
     /// Fuel of the tanks in the order of the aircraft file, kg.
     pub fuel_kg: [f64; 4],
@@ -233,9 +231,7 @@ impl Mount {
     /// Stands on its side: x forward, y up, z right.
     const ON_SIDE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]];
 
-    /// On the yoke.
     pub const YOKE: Self = Self { sensor_from_body: Self::FACING_AFT, turned_by: Quantity::Yoke, rest_rad: 0.0 };
-    /// On the instrument panel.
     pub const PANEL: Self = Self { sensor_from_body: Self::FACING_AFT, turned_by: Quantity::None, rest_rad: 0.0 };
     /// On the column's pulley, whose axis lies across the pitch axis.
     pub const COLUMN: Self = Self { sensor_from_body: Self::FLAT, turned_by: Quantity::ColumnDrum, rest_rad: 0.0 };

@@ -11,7 +11,6 @@ use crate::propulsion::EngineInput;
 pub struct Command {
     /// Deflections, within the stops.
     pub controls: Controls,
-    /// Engine inputs.
     pub engines: [EngineInput; 2],
     /// Wheel brakes, 0 to 1.
     pub brake: f64,

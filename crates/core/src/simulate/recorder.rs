@@ -189,7 +189,6 @@ impl Stream {
         deviation * self.rng.sample::<f64, _>(StandardNormal)
     }
 
-    /// The number a channel records for an SI value.
     fn number(&self, channel: &ChannelSpec, si: f64) -> f32 {
         let mut number = (si - channel.origin) / channel.scale;
         if let Reading::MagneticHeading(_) = channel.reading {

@@ -236,7 +236,6 @@ pub(super) struct Information {
     pub free: Vec<usize>,
     /// Slopes of the residuals over them.
     pub slopes: DMatrix<Complex<f64>>,
-    /// Inverse of the information.
     pub inverse: DMatrix<f64>,
 }
 

@@ -155,7 +155,6 @@ fn transform(record: &FrequencyRecord, band: &OutputErrorBand) -> Result<Transfo
 
 /// Responses over bands of frequency, by the cross spectra in them, to start from.
 fn group(transformed: &[Transformed], band: &OutputErrorBand) -> Vec<Sample> {
-    /// Bands.
     const BANDS: usize = 40;
     let ratio = (band.high_rad_s / band.low_rad_s).ln();
     let mut sums = vec![(Complex::new(0.0, 0.0), 0.0, 0.0); BANDS];

@@ -250,7 +250,6 @@ fn taper_slopes(samples: usize, step_s: f64) -> [Vec<f64>; 2] {
     [first.collect(), second.collect()]
 }
 
-/// Samples of a window.
 fn window_samples(length_s: f64, step_s: f64) -> usize {
     ((length_s / step_s).round() as usize).max(2)
 }

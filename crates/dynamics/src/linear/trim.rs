@@ -68,7 +68,6 @@ pub struct Trim {
 }
 
 impl Trim {
-    /// Values of the states.
     pub(crate) fn state(&self) -> StateVector {
         let speed = self.condition.airspeed_m_s;
         let ([p, q, r], [phi, theta, psi]) = (self.rates_rad_s, self.euler_rad);
@@ -89,7 +88,6 @@ impl Trim {
         ])
     }
 
-    /// Values of the inputs.
     pub(crate) fn input(&self) -> InputVector {
         let [aileron, elevator, rudder] = self.controls_rad;
         InputVector::new(aileron, elevator, rudder, self.thrust_n)

@@ -35,7 +35,6 @@ pub struct Input {
     pub signal: &'static str,
     /// Unit as DAVE-ML abbreviates it.
     pub unit: &'static str,
-    /// Description.
     pub description: &'static str,
 }
 

@@ -125,7 +125,6 @@ fn reference_lengths(d: &mut Document, model: &IdentifiedModel) -> Result<(), Ex
     Ok(())
 }
 
-/// Identifier of a variable of the model.
 fn identifier(model: &IdentifiedModel, variable: Variable) -> String {
     let input = inputs(model).into_iter().find(|input| input.variable == variable);
     let name = input.map_or(variable.suffix(), |input| input.name);

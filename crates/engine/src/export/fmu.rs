@@ -141,7 +141,6 @@ fn description(simulation: &Simulation, names: &[String], aircraft: &str) -> Str
     text + "  </ModelVariables>\n  <ModelStructure>\n" + &structure + "  </ModelStructure>\n</fmiModelDescription>\n"
 }
 
-/// Element of a variable.
 fn element(variable: &Variable) -> String {
     let Variable { reference, name, unit, description, kind, start } = variable;
     let (name, description) = (escape(name), escape(description));

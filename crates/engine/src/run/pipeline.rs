@@ -111,7 +111,6 @@ pub(super) struct Run<'a> {
 /// The aircraft as its file says, and with the session's loading on board.
 type Aircraft = (Keyed<LoadedAircraft>, Keyed<AircraftData>);
 
-/// A flight that was read.
 struct ReadFlight<'a> {
     flight: &'a Flight,
     loaded: Keyed<LoadedFlight>,

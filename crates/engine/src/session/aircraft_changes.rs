@@ -35,7 +35,6 @@ pub enum ChangedValue {
 pub struct AircraftChanges(BTreeMap<String, ChangedValue>);
 
 impl ChangedValue {
-    /// Every number of it.
     fn numbers(&self) -> Vec<f64> {
         match self {
             Self::Number(value) => vec![*value],

@@ -10,7 +10,6 @@ use super::aircraft::AircraftData;
 use super::window_context::WindowContext;
 use crate::graph::StageResult;
 
-/// Roles of one engine.
 pub(super) struct EngineRoles {
     pub(super) thrust: Role,
     pub(super) speed: Role,

@@ -41,7 +41,6 @@ pub(super) fn find_stalls(flight: &LoadedFlight) -> Vec<Stall> {
     sources.values().flat_map(|channels| of_source(channels)).collect()
 }
 
-/// The stalls of one source.
 fn of_source(channels: &[Series]) -> Vec<Stall> {
     let fastest = channels.iter().map(|series| series.values.len()).max().unwrap_or(0);
     let fast = channels.iter().filter(|series| series.values.len() as f64 >= OF_FASTEST * fastest as f64);

@@ -139,7 +139,6 @@ fn designed_window(
 
 /// A flight through both steps: its windows with their coefficients, and the pooled fits.
 pub(crate) struct Realisation<'a> {
-    /// The flight.
     pub flight: Flight,
     /// Paths of the windows.
     pub paths: Vec<Reconstruction>,

@@ -22,7 +22,6 @@ use crate::session::Verdict;
 /// Value of the `format` key of a file of equations.
 const FORMAT: &str = "doublet equations";
 
-/// A file of equations.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {

@@ -60,7 +60,6 @@ struct Problem<'a> {
 /// A form; none where it does not apply.
 type Form = fn(&Problem<'_>) -> Option<FormFit>;
 
-/// The forms by name.
 const LEAST_SQUARES_FORMS: [(&str, Form); 6] = [
     ("ordinary", |problem| Some(corrected(problem.free, Ok(problem.ordinary.clone())))),
     ("weighted", |problem| Some(weighted(problem))),

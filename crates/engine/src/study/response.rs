@@ -68,7 +68,6 @@ pub struct ResponseStudy {
     pub settings: SpectralSettings,
     /// One for each input.
     pub responses: Vec<FrequencyResponse>,
-    /// The samples.
     pub(super) samples: Vec<FrequencyRecord>,
 }
 

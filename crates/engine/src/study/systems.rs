@@ -20,7 +20,6 @@ const R2: [f64; 2] = [0.7, 0.0];
 pub(crate) struct Alternative<'a> {
     /// The fit by a form with two orders more.
     pub(crate) fit: &'a EquivalentSystem,
-    /// Its mismatch.
     pub(crate) mismatch: Mismatch,
     /// What follows from it.
     pub(crate) derived: &'a [FittedParameter],

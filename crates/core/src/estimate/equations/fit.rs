@@ -211,7 +211,6 @@ pub(super) fn finish(
 
 /// Refuses records that do not fit the model.
 pub(super) fn check(model: &EquationModel, records: &[EquationRecord]) -> Result<(), EquationFault> {
-    /// Fewest samples of a record.
     const FEWEST: usize = 5;
     for record in records {
         let samples = record.time_s.len();

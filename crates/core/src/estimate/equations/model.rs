@@ -73,9 +73,7 @@ pub struct EquationModel {
 /// Right-hand sides.
 #[derive(Clone, Debug)]
 pub(super) enum Sides {
-    /// As expressions.
     Expressions(Expressions),
-    /// As a function.
     Function(Arc<dyn EquationFunction>),
 }
 

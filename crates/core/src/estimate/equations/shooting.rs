@@ -28,7 +28,6 @@ pub(super) struct Shooting {
     pub(super) measured: DMatrix<f64>,
     /// Time of every row, s.
     pub(super) time_s: Vec<f64>,
-    /// Rows of each record.
     pub(super) rows: Vec<Range<usize>>,
 }
 
@@ -105,7 +104,6 @@ fn pieces(records: &[EquationRecord], piece_s: Option<f64>, model: &EquationMode
 
 /// Value at the first sample, by a straight line through the first few finite ones.
 fn beginning(values: &[f64]) -> f64 {
-    /// Samples of the line.
     const SAMPLES: usize = 9;
     let points: Vec<(f64, f64)> = values
         .iter()
@@ -147,7 +145,6 @@ impl<'a> Flight<'a> {
         Self { record, samples, theta: &theta[..model.parameters.len()], initial, gain }
     }
 
-    /// Inputs at a sample.
     pub(super) fn inputs(&self, sample: usize) -> Vec<f64> {
         self.record.inputs.iter().map(|column| column[sample]).collect()
     }

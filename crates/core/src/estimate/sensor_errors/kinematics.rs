@@ -3,7 +3,6 @@
 use super::{Sensor, SensorError};
 use crate::reconstruct::{Constants, INPUTS, Inputs, MEASUREMENTS, MeasurementModel, Motion, Trig, integrate_motion};
 
-/// Values of all errors.
 #[derive(Clone, Copy)]
 pub(super) struct Errors {
     bias: [f64; INPUTS + MEASUREMENTS],
@@ -16,7 +15,6 @@ impl Errors {
         Self { bias: [0.0; INPUTS + MEASUREMENTS], scale: [0.0; INPUTS + MEASUREMENTS], turn: [0.0; 3] }
     }
 
-    /// The value of one error.
     pub(super) fn value_mut(&mut self, error: SensorError) -> &mut f64 {
         let place = |sensor| match sensor {
             Sensor::Input(input) => input as usize,

@@ -18,9 +18,7 @@ use crate::propulsion::{
 };
 use crate::toml_error;
 
-/// Format name of an engine chart.
 const CHART_FORMAT: &str = "doublet engine chart";
-/// Format name of a propeller map.
 const MAP_FORMAT: &str = "doublet propeller map";
 /// Version of both formats this program writes and reads.
 const VERSION: i64 = 1;

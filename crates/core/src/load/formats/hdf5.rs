@@ -520,7 +520,6 @@ fn stored_bytes(dataset: &Dataset) -> u64 {
     dataset.shape().iter().fold(element, |bytes, &side| bytes.saturating_mul(side))
 }
 
-/// Bytes of one chunk.
 fn chunk_bytes(dataset: &Dataset) -> u64 {
     let element = dataset.raw_element_size().unwrap_or(1).max(1) as u64;
     dataset.chunks().into_iter().flatten().fold(element, |bytes, side| bytes.saturating_mul(u64::from(side)))

@@ -80,7 +80,6 @@ impl Number {
 pub(crate) enum Layout {
     /// Channels with this many samples each.
     Columns(usize, Vec<Column>),
-    /// Text.
     Text,
     /// Something that is no channel, with its reason.
     Other(&'static str),

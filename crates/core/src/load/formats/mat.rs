@@ -21,7 +21,6 @@ const HEADER_BYTES: usize = 128;
 const MI_MATRIX: u32 = 14;
 const MI_COMPRESSED: u32 = 15;
 
-/// One variable.
 pub(crate) struct Variable {
     pub name: String,
     pub value: Value,

@@ -24,7 +24,6 @@ pub(crate) enum Separator {
     Blanks,
 }
 
-/// Layout of a text file.
 #[derive(Clone, Debug)]
 pub(crate) struct TextLayout {
     pub separator: Separator,

@@ -11,7 +11,6 @@ use crate::load::error::LoadError;
 use crate::load::format::Format;
 use crate::load::formats::stored_number::StoredNumber;
 
-/// Bytes of the file header.
 const HEADER_BYTES: usize = 16;
 /// Deepest nesting of message formats that is followed.
 const MAX_DEPTH: usize = 8;

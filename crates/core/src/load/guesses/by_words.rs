@@ -15,7 +15,6 @@ use crate::quantity::Role;
 const WHOLE: [&str; 5] = ["pressure", "press", "height", "alf", "bet"];
 
 impl NameFit {
-    /// The names it is of.
     fn names(self) -> &'static [RoleNames] {
         match self {
             Self::Foreign | Self::ForeignEnd => FOREIGN_NAMES,

@@ -26,7 +26,6 @@ const VERSION: u32 = 1;
 pub(crate) struct Recorder {
     format: String,
     version: u32,
-    /// Name.
     pub(crate) name: String,
     /// What it flies in, where that follows from it.
     #[serde(default)]
@@ -99,7 +98,6 @@ struct Ground {
 /// What a recorder says of the recordings of one flight.
 #[derive(Debug, Default)]
 pub(crate) struct Claims {
-    /// Names of the recorders.
     pub(crate) names: Vec<String>,
     /// What flew, where the recorder says so.
     pub(crate) kind: Option<String>,

@@ -29,12 +29,10 @@ fn thinning(time_s: &[f64]) -> usize {
 pub(crate) struct Trace {
     /// Stamps, s.
     pub(crate) time_s: Vec<f64>,
-    /// Values.
     pub(crate) values: Vec<f64>,
 }
 
 impl Trace {
-    /// What a row reads.
     pub(crate) fn read(row: &ManualChannel, probes: &[Probe]) -> Option<Self> {
         let channel = row.from.find(probes)?;
         let unit = row.unit?;

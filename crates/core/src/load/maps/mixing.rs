@@ -34,7 +34,6 @@ const KINDS: [(&str, [Share; 2]); 4] = [
     ("v_tail", [(Role::Elevator, [0.5, 0.5]), (Role::Rudder, [0.5, -0.5])]),
 ];
 
-/// Names of the kinds.
 pub(crate) fn kinds() -> impl Iterator<Item = &'static str> {
     KINDS.iter().map(|(name, _)| *name)
 }

@@ -16,7 +16,6 @@ use crate::reconstruct::model::layout::{ATT, STATES, VEL, WIND};
 /// State and covariance, and where to linearise.
 #[derive(Clone)]
 pub struct Ekf {
-    /// State x.
     pub x: AugmentedState,
     /// Covariance P.
     pub p: AugmentedMatrix,

@@ -19,7 +19,6 @@ pub struct NoiseVariances<T> {
 /// What every step of a run has in common, the same in every lane.
 #[derive(Clone, Copy)]
 pub struct FilterParameters<T> {
-    /// Variances of the noises.
     pub noise: NoiseVariances<T>,
     /// Gravity, m/s^2.
     pub gravity: T,

@@ -23,7 +23,6 @@ type SigmaDeviations = SMatrix<f64, AUGMENTED_STATES, { 2 * COLUMNS }>;
 /// State, covariance and the distance of the sigma points.
 #[derive(Clone)]
 pub struct Ukf {
-    /// State x.
     pub x: AugmentedState,
     /// Covariance P.
     pub p: AugmentedMatrix,

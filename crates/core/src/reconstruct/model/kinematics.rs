@@ -9,7 +9,6 @@ use crate::reconstruct::numeric::vec3::Vec3;
 /// Sines and cosines of bank, pitch and heading.
 #[derive(Clone, Copy)]
 pub struct Trig<T> {
-    /// Sines.
     pub sin: Vec3<T>,
     /// Cosines.
     pub cos: Vec3<T>,

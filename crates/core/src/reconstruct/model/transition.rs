@@ -13,7 +13,6 @@ use crate::reconstruct::numeric::vec3::{Vec3, add_scaled, difference};
 pub struct Inputs<T> {
     /// At the start: specific force, angular rate.
     pub start: [Vec3<T>; 2],
-    /// At the end.
     pub end: [Vec3<T>; 2],
 }
 

@@ -6,7 +6,6 @@ use crate::reconstruct::numeric::vec3::Vec3;
 /// A 3 x 3 matrix, row by row.
 pub(crate) type Mat3<T> = [[T; 3]; 3];
 
-/// Zeros.
 #[inline(always)]
 pub fn zeros<T: Real>() -> Mat3<T> {
     [[T::zero(); 3]; 3]
@@ -43,7 +42,6 @@ pub fn sum<T: Real>(a: &Mat3<T>, b: &Mat3<T>) -> Mat3<T> {
     c
 }
 
-/// Transpose.
 #[inline(always)]
 pub(crate) fn transposed<T: Real>(a: &Mat3<T>) -> Mat3<T> {
     [[a[0][0], a[1][0], a[2][0]], [a[0][1], a[1][1], a[2][1]], [a[0][2], a[1][2], a[2][2]]]

@@ -36,7 +36,6 @@ pub trait Real:
     /// Whether `self > limit` in any lane.
     fn any_above(self, limit: Self) -> bool;
 
-    /// Zero.
     #[inline(always)]
     fn zero() -> Self {
         Self::splat(0.0)

@@ -26,7 +26,6 @@ pub const fn at(row: usize, column: usize) -> usize {
 }
 
 impl<T: Real> Covariance<T> {
-    /// Diagonal covariance of the given variances.
     pub fn diagonal(variances: &[Vec3<T>; GROUPS]) -> Self {
         let mut blocks = [zeros(); BLOCKS];
         for g in 0..GROUPS {
@@ -50,7 +49,6 @@ impl<T: Real> Covariance<T> {
         [block[0][0], block[1][1], block[2][2]]
     }
 
-    /// Variances of all groups.
     #[inline(always)]
     pub(crate) fn all_variances(&self) -> [Vec3<T>; GROUPS] {
         let mut variances = [[T::zero(); 3]; GROUPS];
@@ -165,7 +163,6 @@ impl<T: Real> Covariance<T> {
         }
     }
 
-    /// Adds variances to the diagonal.
     #[inline(always)]
     pub(crate) fn add_diagonal(&mut self, variances: &[Vec3<T>; GROUPS], factor: T) {
         for g in 0..GROUPS {

@@ -40,7 +40,6 @@ const ITERATED: [usize; 3] = [VEL, ATT, WIND];
 pub struct Estimate<T> {
     /// State x, group by group.
     pub x: [Vec3<T>; GROUPS],
-    /// Covariance P.
     pub p: Covariance<T>,
 }
 

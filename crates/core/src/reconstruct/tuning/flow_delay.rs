@@ -118,7 +118,6 @@ impl Window {
     }
 }
 
-/// A number of samples.
 fn samples(count: f64) -> usize {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small number of samples")]
     let count = count.round().clamp(0.0, 1e4) as usize;

@@ -469,7 +469,6 @@ impl DeckTwinVertical {
 }
 
 impl Cards {
-    /// A control card.
     fn control(&mut self, text: &str) -> Result<(), DeckError> {
         if text.len() > CARD_LENGTH || text.contains('$') || !text.chars().all(|c| matches!(c, ' '..='~')) {
             return Err(DeckError::Text { text: text.chars().take(CARD_LENGTH).collect() });

@@ -384,7 +384,6 @@ fn spread(mut column: Vec<f64>) -> Vec<f64> {
     column
 }
 
-/// Degrees to radians.
 fn radians(degrees: &[f64]) -> Vec<f64> {
     degrees.iter().map(|v| v.to_radians()).collect()
 }

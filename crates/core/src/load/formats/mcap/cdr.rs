@@ -76,7 +76,6 @@ pub struct Layout {
     units: BTreeMap<Rc<str>, &'static str>,
 }
 
-/// Types by name.
 type Types<'a> = BTreeMap<&'a str, Vec<Field<'a>>>;
 
 impl Layout {

@@ -33,7 +33,6 @@ pub struct Channel {
     pub encoding: String,
 }
 
-/// A message as recorded.
 pub struct Message<'a> {
     pub logged_ns: u64,
     pub published_ns: u64,

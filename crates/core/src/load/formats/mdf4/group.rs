@@ -125,7 +125,6 @@ impl Field {
         }
     }
 
-    /// The number as stored.
     fn stored(&self, record: &[u8]) -> Option<f64> {
         let count = (self.bit_offset + self.bits).div_ceil(8) as usize;
         let bytes = record.get(self.byte_offset..self.byte_offset.checked_add(count)?)?;

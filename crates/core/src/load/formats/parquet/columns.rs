@@ -25,7 +25,6 @@ use crate::load::names::stated_unit::split_unit;
 /// Rows read at a time.
 const ROWS_AT_A_TIME: usize = 65_536;
 
-/// What the numbers of a column mean.
 #[derive(Clone, Copy)]
 enum Meaning {
     Number,

@@ -2,7 +2,6 @@
 
 /// Most regressors of one fit.
 pub const MOST: usize = 7;
-/// Fewest windows of a fit.
 const FEWEST: usize = 20;
 /// Least part of a regressor that the others do not explain.
 const LEAST_OWN_PART: f64 = 1e-9;

@@ -7,7 +7,6 @@ const LENGTH_S: std::ops::RangeInclusive<f64> = 0.12..=0.4;
 /// Fewest windows side by side in a recording that is long enough for them.
 const LEAST_COUNT: f64 = 40.0;
 const LEAST_INTERVALS: f64 = 2.0;
-/// Most windows of a recording.
 const MOST_WINDOWS: usize = 400;
 /// Windows on either side that the activity of one is averaged over, the part of the largest that motion has at least, and the part of a
 /// recording from which all of it counts as motion.
