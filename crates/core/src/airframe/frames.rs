@@ -12,14 +12,6 @@ pub fn body_from_ned(phi_rad: f64, theta_rad: f64, psi_rad: f64) -> Rotation3<f6
     Rotation3::from_euler_angles(phi_rad, theta_rad, psi_rad).inverse()
 }
 
-/// Bank, pitch and heading (rad) of a rotation from local Earth into body axes: the inverse of [`body_from_ned`], with
-/// theta in [-pi/2, pi/2] and phi, psi in (-pi, pi]. At theta = +-90 deg only phi and psi together are determined; psi
-/// is then given the whole turn.
-pub fn euler_angles(body_from_ned: &Rotation3<f64>) -> [f64; 3] {
-    let (phi, theta, psi) = body_from_ned.inverse().euler_angles();
-    [phi, theta, psi]
-}
-
 /// Rotation that takes components in body axes into stability axes: `x_s = x cos(alpha) + z sin(alpha)`,
 /// `z_s = -x sin(alpha) + z cos(alpha)`, for the angle of attack in rad. Its transpose is `body_from_stability`.
 pub(crate) fn stability_from_body(alpha_rad: f64) -> Rotation3<f64> {
@@ -88,10 +80,10 @@ mod tests {
             let rotation = body_from_ned(phi, theta, psi);
             let product = rotation.matrix() * rotation.matrix().transpose();
             prop_assert!((product - nalgebra::Matrix3::identity()).norm() < ROUND_OFF);
-            let back = euler_angles(&rotation);
+            let (back_phi, back_theta, back_psi) = rotation.inverse().euler_angles();
             // Near theta = 90 deg the angles are ill-conditioned: round-off divided by cos(theta) = 0.02.
-            for (a, b) in back.into_iter().zip([phi, theta, psi]) {
-                prop_assert!((a - b).abs() < ROUND_OFF / 0.02, "{back:?}");
+            for (a, b) in [(back_phi, phi), (back_theta, theta), (back_psi, psi)] {
+                prop_assert!((a - b).abs() < ROUND_OFF / 0.02, "{a} for {b}");
             }
         }
 

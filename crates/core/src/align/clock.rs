@@ -44,12 +44,6 @@ impl ClockModel {
         (reference_s - self.offset_s) / (1.0 + self.drift)
     }
 
-    /// The clock that takes reference times back to its own.
-    pub fn inverse(&self) -> Self {
-        let scale = 1.0 + self.drift;
-        Self { offset_s: -self.offset_s / scale, drift: -self.drift / scale }
-    }
-
     /// This clock set forward by `by_s` of reference time: the manual correction, or a channel's known age with its sign
     /// reversed, since a sample stamped `latency` after it was true belongs earlier.
     pub fn shifted(&self, by_s: f64) -> Self {
@@ -79,7 +73,6 @@ mod tests {
         approx::assert_relative_eq!(POD.reference_s(3000.0), 2740.761, epsilon = ROUNDING_S);
         for own in [0.0, 258.8, 5400.0] {
             approx::assert_relative_eq!(POD.own_s(POD.reference_s(own)), own, epsilon = ROUNDING_S);
-            approx::assert_relative_eq!(POD.inverse().reference_s(POD.reference_s(own)), own, epsilon = ROUNDING_S);
         }
     }
 

@@ -121,6 +121,7 @@ slots! {
         pub log: Vec<LogEntry>,
     }
     slots {
+        /// The aircraft.
         aircraft: Slot<LoadedAircraft> => LoadedAircraft::NAME,
         /// Mass properties of the aircraft with the session's loading on board, and where they lie in the envelope.
         loaded: Slot<LoadedState>,
@@ -136,6 +137,7 @@ slots! {
         proposals: BTreeMap<String, Slot<FlightProposals>>,
         /// Noise of each flight over its steady parts, and what it proposes.
         noise: BTreeMap<String, Slot<FlightNoise>>,
+        /// Results by window.
         windows: BTreeMap<String, WindowResults> => "manoeuvre",
         /// Constant errors of the sensors over all windows; not requested where the session asks for none.
         sensor_errors: Slot<EstimatedSensorErrors> => EstimatedSensorErrors::NAME,

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use doublet_core::load::{BUDGET_VARIABLE, inspect};
 
-use super::{fixture, written};
+use super::{element, fixture, written};
 
 /// A file of some kilobytes is refused or read in this time; one whose claims are believed takes far longer, or ends the program.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -21,13 +21,6 @@ fn refused(name: &str, contents: &[u8], parts: &[&str]) {
     for part in parts.iter().chain(&[name]) {
         assert!(line.contains(part) && !line.contains('\n'), "'{part}' is not in: {line}");
     }
-}
-
-fn element(kind: u32, data: &[u8]) -> Vec<u8> {
-    let mut element = [kind.to_le_bytes(), (data.len() as u32).to_le_bytes()].concat();
-    element.extend(data);
-    element.resize(element.len().next_multiple_of(8), 0);
-    element
 }
 
 /// A MAT file of one array of `class`, with dimensions as 64-bit integers, and what follows its name.

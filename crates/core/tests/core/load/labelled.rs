@@ -2,14 +2,7 @@
 
 use doublet_core::load::inspect;
 
-use super::{channel, written};
-
-fn element(kind: u32, data: &[u8]) -> Vec<u8> {
-    let mut element = [kind.to_le_bytes(), (data.len() as u32).to_le_bytes()].concat();
-    element.extend(data);
-    element.resize(element.len().next_multiple_of(8), 0);
-    element
-}
+use super::{channel, element, written};
 
 /// An array of `class` called `name`.
 fn array(class: u8, dims: [usize; 2], name: &str, rest: &[u8]) -> Vec<u8> {

@@ -45,3 +45,11 @@ fn channel<'p>(probe: &'p Probe, source: &str, name: &str) -> &'p ChannelInfo {
 fn made(count: usize, f: impl Fn(f64, f64) -> f64) -> Vec<f64> {
     (0..count).map(|i| f(i as f64, 0.02 * i as f64)).collect()
 }
+
+/// An element of a MAT file of level 5.
+fn element(kind: u32, data: &[u8]) -> Vec<u8> {
+    let mut element = [kind.to_le_bytes(), (data.len() as u32).to_le_bytes()].concat();
+    element.extend(data);
+    element.resize(element.len().next_multiple_of(8), 0);
+    element
+}

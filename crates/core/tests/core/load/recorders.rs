@@ -2,6 +2,7 @@
 //! reference readers give.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use doublet_core::load::{Format, LoadError, Probe, inspect};
 use doublet_core::quantity::Unit;
@@ -403,11 +404,16 @@ fn assert_source(path: &str, probe: &Probe, name: &str, expected: &Value) -> usi
     channels.len()
 }
 
+/// The folder of the shared recordings and what reference readers give of them.
+fn expected() -> Option<(PathBuf, Value)> {
+    let folder = shared("data/formats")?;
+    let text = std::fs::read_to_string(folder.join("expected.json")).unwrap();
+    Some((folder, serde_json::from_str(&text).unwrap()))
+}
+
 #[test]
 fn logs_of_recorders_give_what_reference_readers_give() {
-    let Some(folder) = shared("data/formats") else { return };
-    let text = std::fs::read_to_string(folder.join("expected.json")).unwrap();
-    let expected: Value = serde_json::from_str(&text).unwrap();
+    let Some((folder, expected)) = expected() else { return };
     let mut compared = BTreeMap::<&str, usize>::new();
     for (path, file) in expected["files"].as_object().unwrap() {
         let format = path.split('/').next().unwrap();
@@ -436,9 +442,7 @@ fn logs_of_recorders_give_what_reference_readers_give() {
 
 #[test]
 fn tables_of_avionics_and_simulators_give_what_reference_readers_give() {
-    let Some(folder) = shared("data/formats") else { return };
-    let text = std::fs::read_to_string(folder.join("expected.json")).unwrap();
-    let expected: Value = serde_json::from_str(&text).unwrap();
+    let Some((folder, expected)) = expected() else { return };
     let mut compared = Vec::new();
     for path in ["garmin_g1000_csv/g1000_layout_synthetic.csv", "xplane_data_txt/Data.txt"] {
         let mut file = expected["files"][path].clone();
@@ -459,9 +463,7 @@ fn tables_of_avionics_and_simulators_give_what_reference_readers_give() {
 
 #[test]
 fn tables_of_simulators_loggers_and_topics_give_what_reference_readers_give() {
-    let Some(folder) = shared("data/formats") else { return };
-    let text = std::fs::read_to_string(folder.join("expected.json")).unwrap();
-    let expected: Value = serde_json::from_str(&text).unwrap();
+    let Some((folder, expected)) = expected() else { return };
     let mut compared = BTreeMap::<&str, usize>::new();
     for (path, file) in expected["files"].as_object().unwrap() {
         let format = path.split('/').next().unwrap();
