@@ -27,6 +27,7 @@ pub struct Promise {
 /// A derivative with its promised error.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct PromisedError {
+    /// Name.
     pub name: String,
     /// Corrected standard error; none where the input does not move what it needs.
     pub corrected: Option<f64>,
