@@ -26,7 +26,7 @@ use crate::time_option::set_times;
 /// Arguments of `new`.
 #[derive(Debug, Args)]
 pub struct NewArguments {
-    /// Recordings: one flight each, unless --merge is given or only together they have all rates and forces.
+    /// Recordings: one flight each, unless merged.
     #[arg(required = true)]
     pub recordings: Vec<PathBuf>,
     /// Session file to write.

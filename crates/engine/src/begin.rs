@@ -18,8 +18,8 @@ use doublet_core::statistics::median_step;
 use crate::builtin;
 use crate::graph::Control;
 use crate::session::{
-    ClockSetting, DelaySource, Edit, Estimation, Flight, GravitySource, GustSource, Level, Manoeuvre, MapRef,
-    NoiseEdit, Preparation, RecordingRef, Session, content_hash, fitting_name,
+    DelaySource, Edit, Estimation, Flight, GravitySource, GustSource, Level, Manoeuvre, MapRef, NoiseEdit, Preparation,
+    RecordingRef, Session, content_hash, fitting_name,
 };
 use crate::stage::{
     FlightPhysics, FlightProposals, LoadedFlight, NO_PATH_MEASUREMENT, NoiseFlight, has_airspeed, measured_by, noise,
