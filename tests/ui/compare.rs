@@ -8,7 +8,7 @@ use doublet::ui_state::Scope;
 use doublet_core::model::{Coefficient, Term};
 use doublet_engine::compare::PRESENT;
 use doublet_engine::session::{
-    self, Edit, Experiment, ExperimentEdit, FilterEdit, ModelEdit, Surface, noise_experiments,
+    self, Edit, Experiment, ExperimentEdit, FilterEdit, ModelEdit, Surface, filter_experiments, noise_experiments,
 };
 use egui::{Key, pos2, vec2};
 use egui_kittest::kittest::Queryable;
@@ -421,8 +421,9 @@ fn experiments_of_one_name_are_numbered_and_none_is_overwritten() {
 fn experiments_are_computed_to_the_end_when_their_panel_is_left_and_another_manoeuvre_is_looked_at() {
     let mut bench = Bench::shipped();
     bench.request(UiCommand::View(ViewCommand::Step(Step::Model)));
-    let added = Edit::Experiment(ExperimentEdit::Add(noise_experiments(bench.session())));
-    bench.harness.state_mut().apply(&added);
+    let added = [noise_experiments(bench.session()), filter_experiments(bench.session())].concat();
+    let count = added.len() + 1;
+    bench.harness.state_mut().apply(&Edit::Experiment(ExperimentEdit::Add(added)));
     bench.settle();
     assert!(bench.snapshot().inquiries.experiments.0.is_empty(), "nothing is computed before it is looked at");
     let show = |bench: &mut Bench<'_>, pane: Pane| {
@@ -435,7 +436,7 @@ fn experiments_are_computed_to_the_end_when_their_panel_is_left_and_another_mano
     }
     let is_done = |bench: &Bench<'_>| {
         let rows = &bench.snapshot().inquiries.experiments.0;
-        rows.len() == 3 && rows.iter().all(|(_, slot)| slot.ready().is_some())
+        rows.len() == count && rows.iter().all(|(_, slot)| slot.ready().is_some())
     };
     assert!(!is_done(&bench), "the panel is left before all is computed");
     show(&mut bench, Pane::Fits);

@@ -107,9 +107,9 @@ pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
     let is_one_flight = !arguments.merge
         && arguments.guess
         && arguments.map.is_none()
-        && begin::complete_each_other(&arguments.recordings)?;
+        && begin::are_of_one_flight(&arguments.recordings)?;
     if is_one_flight {
-        text::line("recordings merged into one flight: none has all rates and specific forces, together they have");
+        text::line("recordings merged into one flight: no two of them have all rates and specific forces");
     }
     let groups: Vec<(String, Vec<PathBuf>)> = if arguments.merge || is_one_flight {
         vec![("flight".to_owned(), arguments.recordings.clone())]
@@ -231,7 +231,7 @@ fn flight(
     for clock in &clocks {
         let fitted: Vec<&str> = clock.fit.iter().map(|pair| pair.other.as_str()).collect();
         let (source, offset_s) = (&clock.source, clock.offset_s);
-        text::line(&format!("  clock of {source}: {offset_s:.1} s off, fitted to {}", fitted.join(", ")));
+        text::line(&format!("  clock of {source}: offset {offset_s:.1} s, fitted to {}", fitted.join(", ")));
     }
     let mut problem = plan.has_errors().then_some(MAP_REFUSED);
     let apart = recording.as_ref().and_then(begin::find_apart).map(|apart| apart.to_string());

@@ -26,7 +26,7 @@ use crate::stage::{
     open_entries, open_windows, physics_of, proposals,
 };
 
-pub use clocks::{align_recorders, complete_each_other};
+pub use clocks::{align_recorders, are_of_one_flight};
 use spans::recorded_span;
 pub use spans::{Apart, find_apart, whole_window};
 

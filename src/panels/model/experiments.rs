@@ -35,8 +35,9 @@ const NAME: f32 = 100.0;
 const OVERLAY: f32 = 46.0;
 const INTERVAL: [f32; 2] = [44.0, 150.0];
 const GAP: f32 = 4.0;
-/// Height of a row.
+/// Height of a row, and of the titles, which have two lines.
 const ROW: f32 = 20.0;
+const HEADER: f32 = 36.0;
 /// Part of the height that the table has at most where something is compared below it.
 const TABLE_PART: f32 = 0.6;
 /// Opacity of what is out of date, and of intervals of rows that are not chosen while others are.
@@ -81,10 +82,10 @@ impl Panel for Experiments {
         };
         let mut coefficient = self.coefficient.filter(|name| coefficients.contains(name)).unwrap_or(first);
         let all: Vec<_> = coefficients.iter().map(|name| (*name, *name)).collect();
-        ui.horizontal_wrapped(|ui| {
-            choices(ui, &mut coefficient, &all);
-            ui.weak("Click a row to choose it, two rows to compare them, a title to order them; Overlay draws it in the plots.");
-        });
+        choices(ui, &mut coefficient, &all);
+        ui.weak(
+            "Click a row to choose it, two rows to compare them, a title to order them; Overlay draws it in the plots.",
+        );
         self.coefficient = Some(coefficient);
         let known: Vec<&ExperimentRow> =
             rows.0.iter().filter_map(|(_, slot)| slot.latest()).map(AsRef::as_ref).collect();
@@ -211,7 +212,10 @@ impl Experiments {
     /// The title of an interval.
     fn interval_title(&mut self, ui: &mut Ui, axis: &Axis<'_>) {
         let label = ui.centered_and_justified(|ui| ui.label(notation::derivative_job(ui, axis.name))).inner;
-        ui.ctx().accesskit_node_builder(label.id, |node| node.set_label(format!("order by {}", axis.name)));
+        ui.ctx().accesskit_node_builder(label.id, |node| {
+            node.set_role(eframe::egui::accesskit::Role::ColumnHeader);
+            node.set_label(format!("order by {}", axis.name));
+        });
         self.mark(ui, label.rect, axis.name);
         self.order_by(&label.on_hover_text(axis.describe()), axis.name);
     }
@@ -247,7 +251,7 @@ impl Experiments {
         }
         table
             .columns(Column::exact(fitting.width), axes.len())
-            .header(30.0, |mut header| {
+            .header(HEADER, |mut header| {
                 header.col(|_| {});
                 header.col(|ui| {
                     column_title(ui, "Overlay");

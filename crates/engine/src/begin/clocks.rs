@@ -55,27 +55,28 @@ pub fn align_recorders(inspected: &Inspected, recording: Recording) -> Result<(R
 /// Most recordings that are looked at together before a session is made.
 const MOST_RECORDERS: usize = 8;
 
-/// Whether recordings are of recorders of one flight: none has all rates and specific forces, together they have them.
+/// Whether recordings are of recorders of one flight: no two of them have all rates and specific forces, together they have them.
 ///
 /// # Errors
 /// One line when one cannot be read.
-pub fn complete_each_other(paths: &[PathBuf]) -> Result<bool, String> {
+pub fn are_of_one_flight(paths: &[PathBuf]) -> Result<bool, String> {
     if !(2..=MOST_RECORDERS).contains(&paths.len()) {
         return Ok(false);
     }
-    let mut probes = Vec::new();
     let has_inputs = |probes: &[Probe]| {
         let guess = guess(probes);
         Input::ALL.iter().all(|input| guess.row(input.role()).is_some())
     };
+    let (mut probes, mut complete) = (Vec::new(), 0);
     for path in paths {
         let probe = inspect(path).map_err(|error| error.to_string())?;
-        if has_inputs(std::slice::from_ref(&probe)) {
+        complete += usize::from(has_inputs(std::slice::from_ref(&probe)));
+        if complete == 2 {
             return Ok(false);
         }
         probes.push(probe);
     }
-    Ok(has_inputs(&probes))
+    Ok(complete == 1 || has_inputs(&probes))
 }
 
 /// A recorder: its only source with roles and the roles its channels would play alone.
@@ -102,9 +103,8 @@ impl Recorder {
     }
 }
 
-/// Clocks of the recorders of one flight that do not run on the time line of the one which shares most quantities with the others: those that
-/// shared quantities show to be off. The session fits them anew to the same channels. None where the
-/// recordings are one file or share nothing.
+/// Clocks of the recorders of one flight that shared quantities show to be off the time line, which is that of the recorder that shares most
+/// quantities with the others. The session fits them anew to the same channels. None where the recordings are one file or share nothing.
 fn find_clocks(inspected: &Inspected, recording: &Recording) -> Vec<ClockSetting> {
     if inspected.probes.len() < 2 {
         return Vec::new();
@@ -130,8 +130,9 @@ fn find_clock(reference: &Recorder, other: &Recorder, recording: &Recording) -> 
         let (Some(reference), Some(channel)) = (channel(own), channel(theirs)) else { continue };
         let inverted = own.turned != theirs.turned;
         let pair = ClockPair { name: "shared", reference: &reference.series, other: &channel.series, inverted };
-        // A quantity that does not move, or that one of them has otherwise, says nothing.
-        if pairs.len() == MOST_PAIRS || clock_fit_pairs(&[pair], &ClockFitSettings::default()).is_err() {
+        // Slow quantities where no fast one does; what does not move, or one of them has otherwise, says nothing.
+        let is_enough = pairs.len() == MOST_PAIRS || least_of_pair_s > least_s;
+        if is_enough || clock_fit_pairs(&[pair], &ClockFitSettings::default()).is_err() {
             continue;
         }
         pairs.push(pair);

@@ -343,7 +343,7 @@ fn derivative_of_a_control_with_the_wrong_sign_leads_to_its_reversed_channel() {
     });
     let fixed = fix_of(&session, &snapshot, "plausible").apply(&session).unwrap();
     let [expression] = &fixed.flights[0].expressions[..] else { panic!("{:?}", fixed.flights[0].expressions) };
-    assert_eq!((expression.role, expression.expression.as_str()), (Some(Role::Elevator), "-elevator"));
+    assert_eq!((expression.role, expression.expression.as_str()), (Some(Role::Elevator), "-delta_e"));
 }
 
 #[test]

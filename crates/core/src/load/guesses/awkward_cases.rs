@@ -375,9 +375,9 @@ fn velocity_of_a_receiver_by_index_and_accelerations_in_full_words_have_their_ro
         (Role::VelocityNorth, "/gps/vel_ned[0]"),
         (Role::VelocityEast, "/gps/vel_ned[1]"),
         (Role::VelocityDown, "/gps/vel_ned[2]"),
-        (Role::SpecificForceX, "IRS1 Longitudinal Acc [g]"),
-        (Role::SpecificForceY, "IRS1 Lateral Acc [g]"),
-        (Role::SpecificForceZ, "IRS1 Normal Acc [g]"),
+        (Role::SpecificForceX, "IRS1 Longitudinal Acc"),
+        (Role::SpecificForceY, "IRS1 Lateral Acc"),
+        (Role::SpecificForceZ, "IRS1 Normal Acc"),
     ] {
         assert_eq!(channel(role).as_deref(), Some(name));
     }
