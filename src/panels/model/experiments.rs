@@ -23,7 +23,7 @@ use crate::widgets::term::{column_title, column_title_called};
 
 /// Titles and widths of the columns behind the name, and how narrow a panel still has them: 0 for one with room for all.
 const COLUMNS: [(&str, f32, u8); 6] = [
-    ("Verdict", 92.0, 2),
+    ("Verdict", 98.0, 2),
     ("NIS", 46.0, 0),
     ("R²", 50.0, 0),
     ("honest R²", 58.0, 1),
@@ -31,7 +31,7 @@ const COLUMNS: [(&str, f32, u8); 6] = [
     ("validation error", 86.0, 0),
 ];
 /// Widths of name and overlay, of an interval (least and most), and between columns.
-const NAME: f32 = 100.0;
+const NAME: f32 = 150.0;
 const OVERLAY: f32 = 46.0;
 const INTERVAL: [f32; 2] = [44.0, 150.0];
 const GAP: f32 = 4.0;
