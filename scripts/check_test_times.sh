@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Holds the tests to their time: scripts/check_test_times.sh LOG, where LOG is what `cargo test --workspace` printed. Prints the
-# slowest binaries; exit code 1 where one takes longer than 700 s or all together longer than 1500 s, which is more than twice what
-# two cores with nothing else to do need. DOUBLET_TEST_SECONDS and DOUBLET_ALL_TESTS_SECONDS set other limits.
+# slowest binaries; exit code 1 where one takes longer than 700 s or all together longer than 1800 s, with which `.ci/run` stays
+# below an hour on two cores. DOUBLET_TEST_SECONDS and DOUBLET_ALL_TESTS_SECONDS set other limits.
 set -euo pipefail
-one=${DOUBLET_TEST_SECONDS:-700} all=${DOUBLET_ALL_TESTS_SECONDS:-1500}
+one=${DOUBLET_TEST_SECONDS:-700} all=${DOUBLET_ALL_TESTS_SECONDS:-1800}
 awk -v one="$one" -v all="$all" '
     $1 == "Running" || $1 == "Doc-tests" { name = $2 == "unittests" ? $NF : $2 }
     /^test result:/ { sub(/s$/, "", $NF); seconds[name] += $NF; total += $NF }
