@@ -15,7 +15,11 @@ fn run_doublet(arguments: &[&str]) -> (String, Option<i32>) {
 }
 
 fn written(folder: &Path, text: &str) -> String {
-    let path = folder.join("log.csv");
+    written_as(folder, "log.csv", text)
+}
+
+fn written_as(folder: &Path, name: &str, text: &str) -> String {
+    let path = folder.join(name);
     std::fs::write(&path, text).unwrap();
     path.to_str().unwrap().to_owned()
 }
@@ -258,11 +262,7 @@ fn time_that_is_not_understood_is_said_once() {
 #[test]
 fn altitude_of_another_recorder_is_position_down_beside_fixes() {
     let folder = tempfile::tempdir().unwrap();
-    let path = |name: &str, text: String| {
-        let path = folder.path().join(name);
-        std::fs::write(&path, text).unwrap();
-        path.to_str().unwrap().to_owned()
-    };
+    let path = |name: &str, text: String| written_as(folder.path(), name, &text);
     let fix = |k: i32| {
         let t = 0.1 * f64::from(k);
         format!("{t:.2},{:.7},8.0,{:.3}\n", 47.0 + 60.0 * t / 111_194.9, 2.0 * (0.5 * t).sin())
@@ -299,11 +299,7 @@ fn altitude_of_another_recorder_is_position_down_beside_fixes() {
 #[test]
 fn recorders_that_only_together_have_all_rates_are_one_flight_on_one_time_line() {
     let folder = tempfile::tempdir().unwrap();
-    let path = |name: &str, text: String| {
-        let path = folder.path().join(name);
-        std::fs::write(&path, text).unwrap();
-        path.to_str().unwrap().to_owned()
-    };
+    let path = |name: &str, text: String| written_as(folder.path(), name, &text);
     // Sweeps: no other shift looks alike.
     let rates = |t: f64| [0.2 * (0.3 * t + 0.02 * t * t).sin(), 0.08 * (0.5 * t + 0.015 * t * t).cos()];
     let inertial = |k: i32| {

@@ -12,8 +12,8 @@ use super::Inspected;
 use crate::session::{ClockPairSetting, ClockSetting, Flight};
 use crate::stage::align;
 
-/// Quantities that two recorders may both have: roles that are one quantity, and the smallest shift of a clock that is believed of them, s. What
-/// air data and receivers filter is late by up to half a second for another reason.
+/// Roles of a quantity that two recorders may both have, and the smallest clock offset that it can show, s. Air data and receivers are filtered:
+/// their delay of up to 0.5 s is no clock offset.
 const SHARED: [(&[Role], f64); 14] = [
     (&[Role::RollRate], FAST_S),
     (&[Role::PitchRate], FAST_S),
