@@ -128,6 +128,7 @@ fn describe_roles(
             "role": role.name(),
             "source": row.from.source,
             "channel": row.from.channel,
+            "other_side": row.other_side.as_ref().map(|other| json!({ "channel": other.channel, "sign": other.sign })),
             "unit": row.unit.map(|unit| unit.symbol),
             "sign": if row.turned { -1 } else { 1 },
             "scale": row.scale,
@@ -195,6 +196,6 @@ pub fn explain_row(role: Role, row: &ManualChannel, probes: &[Probe]) -> String 
     let evidence = row.evidence.as_ref().map_or_else(String::new, |evidence| format!(" ({evidence})"));
     let by = row.by.description();
     let changes: String = changes(row).iter().map(|change| format!(", {change}")).collect();
-    let (name, channel, source) = (role.name(), &row.from.channel, &row.from.source);
-    format!("{name}: '{channel}' of {source} {by}{evidence}, unit {why}{changes}{values}")
+    let (name, channels, source) = (role.name(), row.channels(), &row.from.source);
+    format!("{name}: {channels} of {source} {by}{evidence}, unit {why}{changes}{values}")
 }

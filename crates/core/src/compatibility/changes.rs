@@ -159,7 +159,7 @@ fn is_down_of_altitude(motion: &Motion) -> bool {
 
 /// Name of a unit written out.
 fn long_name(symbol: &str) -> &str {
-    const NAMES: [(&str, &str); 22] = [
+    const NAMES: [(&str, &str); 24] = [
         ("deg", "degrees"),
         ("rad", "radians"),
         ("deg/s", "degrees per second"),
@@ -171,6 +171,8 @@ fn long_name(symbol: &str) -> &str {
         ("ft/min", "feet per minute"),
         ("m/s", "metres per second"),
         ("ft", "feet"),
+        ("km", "kilometres"),
+        ("FL", "flight levels"),
         ("m", "metres"),
         ("g", "in g"),
         ("ft/s^2", "feet per second squared"),
@@ -204,6 +206,7 @@ fn confused_units(role: Role) -> &'static [&'static str] {
         Dimension::Acceleration => &["g", "ft/s^2"],
         Dimension::Speed if role == VelocityDown => &["kt", "km/h", "mph", "ft/s", "ft/min"],
         Dimension::Speed => &["kt", "km/h", "mph", "ft/s"],
+        Dimension::Length if matches!(role, Altitude | GpsAltitude) => &["ft", "km", "FL"],
         Dimension::Length => &["ft"],
         Dimension::Pressure => &["hPa", "inHg", "kPa"],
         _ => &[],

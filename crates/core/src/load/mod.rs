@@ -34,7 +34,8 @@ pub use guesses::other_units::find_surface_signal;
 pub use guesses::user_names::{NAMES_FILE, UserNames};
 pub use maps::attitude::QuaternionAxes;
 pub use maps::by_hand::{
-    By, ChannelName, ManualChannel, ManualChannelMap, ManualQuaternion, ManualTime, NameFit, RowValues, RunnerUp,
+    By, ChannelName, ManualChannel, ManualChannelMap, ManualQuaternion, ManualTime, NameFit, OtherSide, RowValues,
+    RunnerUp,
 };
 pub use maps::expected::mismatches;
 pub use maps::map::{ChannelMap, Derivations, Entry, FlatEarth, Term, TimeEntry, TimeOrigin};

@@ -125,6 +125,7 @@ const UNITS: &[Row] = &[
     Row("km", &["kilometre", "kilometer"], D::Length, 1e3, 0.0),
     Row("ft", &["foot", "feet", "ft msl", "ft wgs", "ft baro", "ftmsl", "ftagl"], D::Length, FOOT_M, 0.0),
     Row("in", &["inch", "inches"], D::Length, FOOT_M / 12.0, 0.0),
+    Row("FL", &["flight level"], D::Length, 100.0 * FOOT_M, 0.0),
     Row("nmi", &["nm", "NM", "nautical mile"], D::Length, NAUTICAL_MILE_M, 0.0),
     Row("mi", &["mile", "miles"], D::Length, 5280.0 * FOOT_M, 0.0),
     Row("m/s", &["m/sec", "mps", "meters/s", "metres/s"], D::Speed, 1.0, 0.0),

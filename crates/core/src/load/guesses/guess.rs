@@ -14,6 +14,7 @@ use crate::load::guesses::kinds;
 use crate::load::guesses::motion;
 use crate::load::guesses::motion_signs;
 use crate::load::guesses::motion_units;
+use crate::load::guesses::pairs::add_other_sides;
 use crate::load::guesses::ranges;
 use crate::load::guesses::recorders::{self, Claims};
 use crate::load::guesses::runner_up::add_runners_up;
@@ -61,6 +62,7 @@ pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
     let mut taken: Vec<usize> = Vec::new();
     add_names(&mut map, &candidates, &mut taken);
     take_vectors_from_one_source(&mut map, &candidates, &mut taken);
+    add_other_sides(&mut map, &candidates, &mut taken);
     names.add(&mut map, probes, false);
     settle_airspeed(&mut map, probes, &candidates, &taken);
     let mut free: Vec<Candidate<'_>> = untaken(candidates, &taken);

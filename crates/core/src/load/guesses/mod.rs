@@ -17,6 +17,7 @@ pub(crate) mod motion_ground;
 pub(crate) mod motion_signs;
 pub(crate) mod motion_units;
 pub(crate) mod other_units;
+pub(crate) mod pairs;
 pub(crate) mod physics;
 pub(crate) mod ranges;
 pub(crate) mod recorders;

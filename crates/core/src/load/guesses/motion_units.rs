@@ -20,6 +20,9 @@ const TURN_RATIO: f64 = 1.06;
 /// Largest ratio of a climb to the one that speed and pitch make, either way.
 const CLIMB_RATIO: f64 = 2.5;
 
+/// Units that heights are recorded in.
+const HEIGHTS: [&str; 6] = ["m", "ft", "mm", "cm", "km", "FL"];
+
 /// Settles units in the order in which one decides the next.
 pub(crate) fn settle(map: &mut ManualChannelMap, probes: &[Probe]) {
     settle_heights(map, probes);
@@ -129,7 +132,7 @@ fn settle_heights(map: &mut ManualChannelMap, probes: &[Probe]) {
         let read = Trace::read(&row, probes);
         let found = reference.zip(read).and_then(|(reference, read)| change_correlation(&read, reference));
         let Some((slope, _)) = found.filter(|(_, correlation)| *correlation > CORRELATION) else { continue };
-        if let Some(unit) = unit_of(&row, slope, &["m", "ft", "mm", "cm", "km"], RATIO) {
+        if let Some(unit) = unit_of(&row, slope, &HEIGHTS, RATIO) {
             give(map, role, unit);
         }
     }
@@ -165,7 +168,7 @@ fn settle_climb(map: &mut ManualChannelMap, probes: &[Probe]) {
         (false, true) => {
             for height in open {
                 let Some(row) = map.row(height).cloned() else { continue };
-                if let Some(unit) = unit_of(&row, slope, &["m", "ft", "mm", "cm"], RATIO) {
+                if let Some(unit) = unit_of(&row, slope, &HEIGHTS, RATIO) {
                     give(map, height, unit);
                 }
             }

@@ -39,6 +39,7 @@ pub(crate) fn settle(map: &mut ManualChannelMap, probes: &[Probe]) {
     settle_fixes(map, probes);
     settle_temperature(map, probes);
     settle_flow_angles(map, probes);
+    settle_flight_level(map, probes);
     drop_per_cent(map, probes);
 }
 
@@ -151,6 +152,14 @@ fn settle_temperature(map: &mut ManualChannelMap, probes: &[Probe]) {
         if is_celsius {
             map.set(role, Some(ManualChannel { unit: Some(celsius), ..row.clone() }));
         }
+    }
+}
+
+/// An altitude that is called a flight level is in hundreds of feet.
+fn settle_flight_level(map: &mut ManualChannelMap, probes: &[Probe]) {
+    let is_level = |row: &ManualChannel| ["fl", "flightlevel"].contains(&plain_letters(&row.from.channel).as_str());
+    if map.row(Role::Altitude).is_some_and(is_level) {
+        give(map, probes, &[Role::Altitude], "FL");
     }
 }
 

@@ -52,6 +52,17 @@ pub struct ManualChannel {
     pub asks_sign: bool,
     /// The relation to other channels that it was found by.
     pub evidence: Option<String>,
+    /// The channel of the surface on the other side: what is read is half the sum of both.
+    pub other_side: Option<OtherSide>,
+}
+
+/// The channel of the surface on the other side, of the same source and unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OtherSide {
+    /// Its name.
+    pub channel: String,
+    /// -1 where the two are recorded against each other: then half their difference is read.
+    pub sign: f64,
 }
 
 /// How the channel of a role was found.
@@ -133,9 +144,9 @@ impl ManualChannel {
     /// A channel as it is, in `unit`.
     pub fn new(from: ChannelName, unit: Option<Unit>) -> Self {
         let (by, is_unit_known, asks_sign) = (By::Hand, false, false);
-        let (fit, share, evidence) = (None, None, None);
+        let (fit, share, evidence, other_side) = (None, None, None, None);
         let (turned, scale, offset) = (false, 1.0, 0.0);
-        Self { from, unit, turned, scale, offset, by, fit, share, is_unit_known, asks_sign, evidence }
+        Self { from, unit, turned, scale, offset, by, fit, share, is_unit_known, asks_sign, evidence, other_side }
     }
 
     /// Whether its channel states no unit, neither beside its name nor at the end of it, or says no more than that it has none.
@@ -143,13 +154,35 @@ impl ManualChannel {
         !self.is_unit_known && self.from.find(probes).is_some_and(|channel| stated_unit(channel).is_none_or(is_count))
     }
 
+    /// The channel of the other side.
+    fn other_from(&self) -> Option<ChannelName> {
+        let channel = self.other_side.as_ref()?.channel.clone();
+        Some(ChannelName { source: self.from.source.clone(), channel })
+    }
+
+    /// Its channel or channels as a user reads them: `'elevator'`, `half of 'right aileron' - 'left aileron'`.
+    pub fn channels(&self) -> String {
+        match &self.other_side {
+            Some(other) => {
+                let sign = if other.sign < 0.0 { '-' } else { '+' };
+                format!("half of '{}' {sign} '{}'", self.from.channel, other.channel)
+            }
+            None => format!("'{}'", self.from.channel),
+        }
+    }
+
     /// What the row will read; `None` where the channel is unknown or holds nothing finite, or has no unit.
     pub fn values(&self, probes: &[Probe]) -> Option<RowValues> {
         let channel = self.from.find(probes)?;
         let unit = self.unit.or_else(|| Unit::parse(channel.unit.as_deref()?).ok())?;
         let sign = if self.turned { -1.0 } else { 1.0 };
-        let read = |raw: &f64| unit.from_si(sign * self.scale * unit.to_si(raw + self.offset));
-        let mut finite = channel.values().iter().filter(|value| value.is_finite()).map(read);
+        let read = |raw: f64| unit.from_si(sign * self.scale * unit.to_si(raw + self.offset));
+        let other = self.other_side.as_ref().and_then(|other| Some((other.sign, self.other_from()?.find(probes)?)));
+        let sum = |(k, value): (usize, &f64)| match other {
+            Some((sign, other)) => 0.5 * (value + sign * other.values().get(k).copied().unwrap_or(f64::NAN)),
+            None => *value,
+        };
+        let mut finite = channel.values().iter().enumerate().map(sum).filter(|value| value.is_finite()).map(read);
         let first = finite.next()?;
         let (least, greatest) =
             finite.fold((first, first), |(least, greatest), value| (least.min(value), greatest.max(value)));
@@ -348,7 +381,21 @@ fn row_table(row: &ManualChannel) -> Table {
     if !row.from.source.is_empty() {
         table.insert("source".to_owned(), row.from.source.as_str().into());
     }
-    table.insert("channel".to_owned(), row.from.channel.as_str().into());
+    match &row.other_side {
+        Some(other) => {
+            let terms = [(row.from.channel.as_str(), 0.5), (other.channel.as_str(), 0.5 * other.sign)];
+            let term = |(channel, weight): (&str, f64)| {
+                Value::Table(Table::from_iter([
+                    ("channel".to_owned(), channel.into()),
+                    ("weight".to_owned(), weight.into()),
+                ]))
+            };
+            table.insert("sum".to_owned(), Value::Array(terms.into_iter().map(term).collect()));
+        }
+        None => {
+            table.insert("channel".to_owned(), row.from.channel.as_str().into());
+        }
+    }
     if let Some(unit) = row.unit {
         table.insert("unit".to_owned(), unit.symbol.into());
     }

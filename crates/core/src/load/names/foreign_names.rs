@@ -196,6 +196,7 @@ pub(crate) enum Need {
 
 /// Names that have more than one reading by themselves.
 pub(crate) const NEEDS: &[(&str, Need)] = &[
+    ("long", Need::UnitUnless(Role::Longitude)),
     ("roulis", Need::UnitOrRate(Role::RollRate)),
     ("rollen", Need::UnitOrRate(Role::RollRate)),
     ("tangage", Need::UnitOrRate(Role::PitchRate)),

@@ -13,19 +13,20 @@ pub(crate) const NAMES: &[RoleNames] = &[
         "longitudinalacceleration", "longaccel", "longitudinalaccel", "longac", "lonac", "axialaccel", "accellong",
         "acclong", "accelerationlongitudinal", "xaxisacceleration", "xbodyaxisacceleration", "bodyaccelx", "apilotx",
         "gloadaxial", "accelerationx", "bodyaccelerationx", "inlineacc", "longitudinalacc", "longg", "longitudinalg",
+        "long", "nxcg", "axcg",
     ]),
     (Role::SpecificForceY, &[
         "ay", "accy", "accely", "yacc", "yaccel", "latacc", "blatacc", "imuay", "ny", "fy", "linearaccelerationy",
         "lateralacceleration", "lataccel", "lateralaccel", "latac", "accellat", "acclat", "accelerationlateral",
         "yaxisacceleration", "ybodyaxisacceleration", "bodyaccely", "apiloty", "accelerationy", "bodyaccelerationy", "lateralacc", "latg",
-        "lateralg",
+        "lateralg", "nycg", "aycg",
     ]),
     (Role::SpecificForceZ, &[
         "az", "accz", "accelz", "zacc", "zaccel", "normacc", "bnormacc", "imuaz", "nz", "fz", "linearaccelerationz",
         "normalacceleration", "normaccel", "normalaccel", "normac", "vertac", "vertaccel", "vertacc", "verticalaccel",
         "verticalacceleration", "accelvert", "accvert", "accelnorm", "accelerationnormal", "accelerationvertical",
         "zaxisacceleration", "zbodyaxisacceleration", "bodyaccelz", "bodyaccelerationz", "verticalacc", "vrtg", "apilotz", "gforce", "gload", "loadfactor", "nzg",
-        "accelerationz", "normalacc", "normalg", "nz1", "nzminus1", "deltanz", "g",
+        "accelerationz", "normalacc", "normalg", "nz1", "nzminus1", "deltanz", "nzcg", "azcg", "g",
     ]),
     (Role::RollRate, &[
         "p", "rollrate", "brollrate", "gyrox", "gyrx", "omegax", "wx", "pbody", "xrate", "angularvelocityx", "rollspeed",
@@ -33,7 +34,7 @@ pub(crate) const NAMES: &[RoleNames] = &[
     ]),
     (Role::PitchRate, &[
         "q", "pitchrate", "bpitchrate", "gyroy", "gyry", "omegay", "wy", "qbody", "yrate", "angularvelocityy", "pitchspeed",
-        "ratepitch", "ratey", "angularratey", "ygyro", "bodypitchrate", "qrate", "gy", "qb",
+        "ratepitch", "ratey", "angularratey", "ygyro", "bodypitchrate", "qrate", "gy", "qb", "ptchrate",
     ]),
     (Role::YawRate, &[
         "r", "yawrate", "byawrate", "gyroz", "gyrz", "omegaz", "wz", "rbody", "zrate", "angularvelocityz", "yawspeed",
@@ -72,7 +73,7 @@ pub(crate) const NAMES: &[RoleNames] = &[
     (Role::HeadingAngle, &[
         "psi", "yaw", "heading", "hdg", "trueheading", "headingtrue", "hdingtrue", "headingangle", "yawangle", "euleryaw",
         "yaweuler", "euleryawangle", "eulerheading", "hdgtrue", "hdgmag", "headingmag", "magheading", "headingmagnetic",
-        "magneticheading", "azimuth", "headtrue", "headmag", "anglez", "angleyaw",
+        "magneticheading", "azimuth", "headtrue", "headmag", "anglez", "angleyaw", "hdgt", "hdgm",
     ]),
     (Role::TrueAirspeed, &[
         "airspeed", "tas", "vtas", "trueairspeed", "vtrue", "vtotal", "vtot", "va", "vt", "v", "ktas", "speedtrue",
@@ -81,12 +82,13 @@ pub(crate) const NAMES: &[RoleNames] = &[
     (Role::AngleOfAttack, &["alpha", "aoa", "angleofattack", "alfa", "alphavane", "vaneaoa", "attackangle", "aoal", "aoar", "alf"]),
     (Role::Sideslip, &[
         "beta", "aos", "sideslip", "angleofsideslip", "betavane", "vaneaos", "ssa", "sideslipangle", "slipangle",
-        "anglesideslip", "aoss", "bet",
+        "anglesideslip", "aoss", "bet", "sslip",
     ]),
     (Role::Aileron, AILERON),
     (Role::Elevator, &[
         "deltae", "deltam", "de", "elevator", "delev", "elev", "elv", "elevatorpos", "elevatordeflection",
         "elevatorposition", "elevpos", "elevatorangle", "elevatorpositionleft", "elevatorpositionright", "elvl", "elvr",
+        "elevl", "elevr",
         "dele", "elevatorteup", "elevatorteu", "elevatortrailingedgeup", "elevatortedown", "elevatorted",
         "elevatortrailingedgedown",
     ]),
@@ -119,7 +121,7 @@ pub(crate) const NAMES: &[RoleNames] = &[
         "altitudesealevel", "altitudeabovesealevel", "altind", "altitudeind", "heightabovesealevel", "hbaro", "altbaro",
         "pressurealt", "pressalt", "altitudepressure", "altitudepress", "altpressure", "altpress", "altitudeqne", "altqne", "altb",
         "altitudebaro", "baroaltitude", "barometricaltitude", "altbarometric", "baroheight", "height", "altitudeabsolute",
-        "altitudeamsl", "altamsl", "hasl", "altasl",
+        "altitudeamsl", "altamsl", "hasl", "altasl", "fl", "flightlevel",
     ]),
     (Role::Latitude, &["latitudegeodetic", "latitude", "lat", "gpslat", "latgps", "latitudegps", "gpslatitude", "latp"]),
     (Role::Longitude, &[
