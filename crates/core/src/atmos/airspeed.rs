@@ -14,6 +14,12 @@ pub fn mach_of_calibrated(calibrated_m_s: f64, pressure_pa: f64) -> f64 {
     (5.0 * ((impact_pa / pressure_pa + 1.0).powf(2.0 / 7.0) - 1.0)).sqrt()
 }
 
+/// Calibrated airspeed of an impact pressure `qc` in subsonic flow, m/s: `V_c = a0 (5 ((qc / p0 + 1)^(2/7) - 1))^(1/2)`; not a number below
+/// zero.
+pub fn calibrated_of_impact_m_s(impact_pa: f64) -> f64 {
+    SEA_LEVEL_SOUND_M_S * (5.0 * ((impact_pa / SEA_LEVEL_PRESSURE_PA + 1.0).powf(2.0 / 7.0) - 1.0)).sqrt()
+}
+
 /// True airspeed of a calibrated one at a static pressure and temperature, m/s; not a number where one of them is impossible.
 pub fn true_of_calibrated_m_s(calibrated_m_s: f64, pressure_pa: f64, temperature_k: f64) -> f64 {
     true_of_mach_m_s(mach_of_calibrated(calibrated_m_s, pressure_pa), temperature_k)
@@ -45,6 +51,8 @@ mod tests {
         approx::assert_relative_eq!(mach, 0.4523, max_relative = 2e-3);
         // At sea level true and calibrated airspeed are one.
         approx::assert_relative_eq!(mach_of_calibrated(100.0, 101_325.0) * 340.294, 100.0, max_relative = 1e-9);
+        // The impact pressure of 250 kt is 10,510 Pa (the same tables).
+        approx::assert_relative_eq!(calibrated_of_impact_m_s(10_510.0) / 0.514_444, 250.0, max_relative = 2e-3);
         // On the ground the recorder's zero gives no speed.
         approx::assert_relative_eq!(true_of_calibrated_m_s(0.0, 101_325.0, 288.15), 0.0);
     }

@@ -38,6 +38,7 @@ named_quantities! {
     AirDensity, "air_density", Density, "air density";
     Mach, "mach", Dimensionless, "Mach number";
     CalibratedAirspeed, "calibrated_airspeed", Speed, "calibrated or indicated airspeed";
+    ImpactPressure, "impact_pressure", Pressure, "impact pressure: total less static pressure";
     Altitude, "altitude", Length, "pressure altitude";
     Latitude, "latitude", Angle, "geodetic latitude";
     Longitude, "longitude", Angle, "geodetic longitude";

@@ -1,7 +1,9 @@
-//! Air data that follow from others: true airspeed from a calibrated one or a Mach number, static temperature from a total one.
+//! Air data that follow from others: calibrated airspeed from the impact pressure, true airspeed from a calibrated one or a Mach number,
+//! static temperature from a total one.
 
 use doublet_core::atmos::{
-    Atmosphere, mach_of_calibrated, static_at_airspeed_k, static_of_total_temperature_k, true_of_mach_m_s,
+    Atmosphere, calibrated_of_impact_m_s, mach_of_calibrated, static_at_airspeed_k, static_of_total_temperature_k,
+    true_of_mach_m_s,
 };
 use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording, Series};
@@ -16,22 +18,26 @@ const PRESSURES: [(Role, &str); 3] = [
     (Role::GpsAltitude, "the standard pressure at the GPS altitude"),
 ];
 
-/// Whether a recording with these roles has a true airspeed, its own or one that follows from a Mach number or the calibrated one.
+/// Whether a recording with these roles has a true airspeed, its own or one that follows from a Mach number, the calibrated one or the impact
+/// pressure.
 pub(crate) fn has_airspeed(has: impl Fn(Role) -> bool) -> bool {
     let has_pressure = PRESSURES.iter().any(|(role, _)| has(*role));
     has(Role::TrueAirspeed)
-        || has(Role::CalibratedAirspeed) && has_pressure
+        || (has(Role::CalibratedAirspeed) || has(Role::ImpactPressure)) && has_pressure
         || has(Role::Mach) && (has_pressure || has(Role::AirTemperature) || has(Role::TotalTemperature))
 }
 
 /// Derives a signal from others: the signal, and from what it follows.
 type Derive = fn(&Recording) -> Option<(Series, String)>;
 
-/// Adds what follows from the air data of a recording and is not recorded itself, and says so: the true airspeed, and the static
-/// temperature from the total one.
+/// Adds what follows from the air data of a recording and is not recorded itself, and says so: calibrated and true airspeed, and
+/// the static temperature from the total one.
 pub(super) fn add_air_data(recording: &mut Recording) {
-    let rules: [(Role, &str, Derive); 2] =
-        [(Role::TrueAirspeed, "m/s", airspeed), (Role::AirTemperature, "K", static_temperature)];
+    let rules: [(Role, &str, Derive); 3] = [
+        (Role::CalibratedAirspeed, "m/s", calibrated_airspeed),
+        (Role::TrueAirspeed, "m/s", airspeed),
+        (Role::AirTemperature, "K", static_temperature),
+    ];
     for (role, unit, derive) in rules {
         if recording.role(role).is_some() {
             continue;
@@ -42,6 +48,14 @@ pub(super) fn add_air_data(recording: &mut Recording) {
         let (source, name, unit) = (SOURCE.to_owned(), role.name().to_owned(), unit.to_owned());
         recording.channels.push(Channel { source, name, unit, series });
     }
+}
+
+/// Calibrated airspeed at the samples of the impact pressure.
+fn calibrated_airspeed(recording: &Recording) -> Option<(Series, String)> {
+    let Series { time_s, values } = recording.role(Role::ImpactPressure)?.series.finite();
+    let values: Vec<f64> = values.iter().map(|impact| calibrated_of_impact_m_s(*impact)).collect();
+    let text = Role::ImpactPressure.name().to_owned();
+    values.iter().any(|value| value.is_finite()).then(|| (Series { time_s, values: values.into() }, text))
 }
 
 /// True airspeed at the samples of the calibrated one or of the Mach number, and from what it is.
@@ -163,6 +177,18 @@ mod tests {
         // In the standard atmosphere: V = V_c (rho0 / rho)^(1/2), less what compressibility takes, 0.3 % here.
         let standard = derived(&[calibrated, (Role::Altitude, 2000.0)]).unwrap();
         assert!((standard / (calibrated_m_s * (1.225 / 1.006_49_f64).sqrt()) - 1.0).abs() < 3e-3, "{standard}");
+    }
+
+    /// By the isentropic relation between the two pressures and the Mach number (NACA 1135): `qc / p = (1 + M^2 / 5)^3.5 - 1`.
+    #[test]
+    fn true_airspeed_of_an_impact_pressure_is_that_of_its_mach_number() {
+        let (mach, pressure_pa, temperature_k) = (0.52_f64, 61_640.0, 262.2);
+        let impact_pa = pressure_pa * ((1.0 + mach * mach / 5.0).powf(3.5) - 1.0);
+        let channels = [(Role::ImpactPressure, impact_pa), (Role::StaticPressure, pressure_pa)];
+        let found = derived(&[channels[0], channels[1], (Role::AirTemperature, temperature_k)]).unwrap();
+        let wanted = mach * (1.4 * 287.053 * temperature_k).sqrt();
+        assert!((found / wanted - 1.0).abs() < 1e-5, "{found} {wanted}");
+        assert_eq!(derived(&[channels[0]]), None);
     }
 
     #[test]

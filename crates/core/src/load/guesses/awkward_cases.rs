@@ -92,6 +92,35 @@ fn units_in_names_and_brackets_are_read() {
 }
 
 #[test]
+fn names_of_quick_access_recorders_and_units_within_names_are_known() {
+    let map = guess_of("PTCHRATE,HDGT,LATG,LONG,VRTG,KTAS,FL,QC_HPA", |now| {
+        vec![now.rates[1], now.heading / DEGREE, 0.01, 0.05, 1.0, 117.0, now.height / 30.48, 36.0]
+    });
+    for (role, unit) in [
+        (Role::PitchRate, "rad/s"),
+        (Role::HeadingAngle, "deg"),
+        (Role::SpecificForceX, "g"),
+        (Role::SpecificForceY, "g"),
+        (Role::SpecificForceZ, "g"),
+        (Role::TrueAirspeed, "kt"),
+        (Role::Altitude, "FL"),
+    ] {
+        assert_eq!(row_of(&map, role).map(|row| row.0), Some(unit), "{}", role.name());
+    }
+    // Beside an airspeed it plays no role.
+    assert!(map.row(Role::ImpactPressure).is_none());
+    let map = guess_of("LONG,QC_HPA,alt_m", |now| vec![2.35, 36.0, now.height]);
+    assert_eq!(row_of(&map, Role::ImpactPressure).map(|row| row.0), Some("hPa"));
+    assert!(map.row(Role::SpecificForceX).is_none());
+}
+
+#[test]
+fn heights_in_kilometres_are_found_by_the_climb() {
+    let map = guess_of("vd [m/s],altitude", |now| vec![now.speeds[2], now.height / 1000.0]);
+    assert_eq!(row_of(&map, Role::Altitude).map(|row| row.0), Some("km"));
+}
+
+#[test]
 fn longitude_of_western_europe_is_in_the_unit_of_its_latitude() {
     let map = guess_of("lat,lon", |now| vec![48.7 + now.north / 111_000.0, 2.35 + now.east / 73_000.0]);
     assert_eq!([Role::Latitude, Role::Longitude].map(|role| row_of(&map, role).map(|row| row.0)), [Some("deg"); 2]);

@@ -41,7 +41,7 @@ impl NameFit {
 pub(crate) fn add_names(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &mut Vec<usize>) {
     for fit in NameFit::ALL {
         for &(role, _) in fit.names() {
-            if map.row(role).is_some() {
+            if map.row(role).is_some() || role == Role::ImpactPressure {
                 continue;
             }
             if let Some(index) = named(fit, role, map, candidates, taken) {
@@ -49,6 +49,19 @@ pub(crate) fn add_names(map: &mut ManualChannelMap, candidates: &[Candidate<'_>]
                 map.set(role, Some(ManualChannel { fit: Some(fit), ..row(&candidates[index], role) }));
             }
         }
+    }
+}
+
+/// Gives a recording without an airspeed the impact pressure that goes by its name: beside an airspeed it plays no role.
+pub(crate) fn add_impact_pressure(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &mut Vec<usize>) {
+    let (role, speeds) = (Role::ImpactPressure, [Role::TrueAirspeed, Role::CalibratedAirspeed, Role::Mach]);
+    if map.row(role).is_some() || speeds.iter().any(|speed| map.row(*speed).is_some()) {
+        return;
+    }
+    let found = NameFit::ALL.into_iter().find_map(|fit| Some((fit, named(fit, role, map, candidates, taken)?)));
+    if let Some((fit, index)) = found {
+        taken.push(index);
+        map.set(role, Some(ManualChannel { fit: Some(fit), ..row(&candidates[index], role) }));
     }
 }
 

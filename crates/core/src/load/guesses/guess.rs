@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use crate::load::contents::{Probe, Source};
 use crate::load::file::stem;
 use crate::load::guesses::by_physics;
-use crate::load::guesses::by_words::{add_names, take_vectors_from_one_source};
+use crate::load::guesses::by_words::{add_impact_pressure, add_names, take_vectors_from_one_source};
 use crate::load::guesses::candidates::{Candidate, best, candidates, row};
 use crate::load::guesses::guess_frames;
 use crate::load::guesses::kinds;
@@ -63,6 +63,7 @@ pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
     add_names(&mut map, &candidates, &mut taken);
     take_vectors_from_one_source(&mut map, &candidates, &mut taken);
     add_other_sides(&mut map, &candidates, &mut taken);
+    add_impact_pressure(&mut map, &candidates, &mut taken);
     names.add(&mut map, probes, false);
     settle_airspeed(&mut map, probes, &candidates, &taken);
     let mut free: Vec<Candidate<'_>> = untaken(candidates, &taken);

@@ -116,6 +116,10 @@ pub(crate) const NAMES: &[RoleNames] = &[
         "computedairspeed", "airspeedcomputed", "airspeedcomp", "airspeedind", "indairspeed", "calairspeed",
         "airspeedcal", "airspeedcalibrated", "indicatedspeed", "speedindicated", "iasspeed",
     ]),
+    (Role::ImpactPressure, &[
+        "impactpressure", "qc", "qci", "pdyn", "pdynamic", "dynamicpressure", "dynpressure", "dynpress", "differentialpressure",
+        "diffpressure", "diffpress", "pdiff", "pitotpressure", "pitotdiff",
+    ]),
     (Role::Altitude, &[
         "altitude", "alt", "pressurealtitude", "hp", "palt", "altp", "h", "baroalt", "altitudeasl", "altitudestd", "altstd", "zp",
         "altitudesealevel", "altitudeabovesealevel", "altind", "altitudeind", "heightabovesealevel", "hbaro", "altbaro",

@@ -123,6 +123,10 @@ pub(crate) fn name_and_unit(name: &str) -> (String, Option<Unit>) {
     if let Some(unit) = recorded.as_deref().and_then(parse_loosely) {
         return (name.trim_end_matches(['_', ' ', '-']).to_owned(), Some(unit));
     }
+    // The k of these is the unit.
+    if ["ktas", "kcas", "kias"].contains(&plain_letters(&name).as_str()) {
+        return (name, Unit::parse("kt").ok());
+    }
     if let Some((_, ending)) = name.rsplit_once(['_', ' ', '-'])
         && let Some(unit) = unit_word(ending)
         && role_names::is_known(&plain_letters(&name))
@@ -327,6 +331,7 @@ mod tests {
             ("rollrate-DEGpSEC", "rollrate", Some("deg/s")),
             ("roll_in", "roll_in", None),
             ("alphadeg", "alpha", Some("deg")),
+            ("KTAS", "KTAS", Some("kt")),
             ("pdegs", "p", Some("deg/s")),
             ("left", "left", None),
             ("vel_n_ms", "vel_n", Some("m/s")),
