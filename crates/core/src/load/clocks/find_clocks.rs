@@ -284,6 +284,31 @@ pub(crate) fn assign_clocks(source: &mut Source) {
     }
 }
 
+/// Gives a group or struct without a time vector the one of the nearest above it that fits its channels; `root` is the one above all.
+pub(crate) fn inherit_clocks(sources: &mut [Source], root: &str) {
+    for index in 0..sources.len() {
+        if !sources[index].clocks.is_empty() {
+            continue;
+        }
+        let fits = |above: &Source| {
+            let name = &sources[index].name;
+            let is_above =
+                above.name == root || name.strip_prefix(&above.name).is_some_and(|rest| rest.starts_with(['/', '.']));
+            let mut lengths = sources[index].channels.iter().map(|channel| channel.samples);
+            let clock = above.clocks.iter().find(|clock| lengths.any(|samples| samples == clock.samples));
+            clock.filter(|_| is_above).map(|clock| (above.name.len(), clock.clone()))
+        };
+        let nearest = sources.iter().enumerate().filter(|(other, _)| *other != index);
+        let nearest = nearest.filter_map(|(other, above)| fits(above).map(|(depth, clock)| (depth, other, clock)));
+        let Some((_, other, clock)) = nearest.max_by_key(|(depth, ..)| *depth) else { continue };
+        let Some(time) = clock.index.map(|time| sources[other].channels[time].clone()) else { continue };
+        let clock = Clock { index: Some(sources[index].channels.len()), ..clock };
+        sources[index].channels.push(time);
+        sources[index].clocks.push(clock);
+        assign_clocks(&mut sources[index]);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use crate::load::guesses::guess::guess;

@@ -10,8 +10,7 @@ use hdf5_reader::group::Group;
 use hdf5_reader::{Attribute, Dataset, Datatype, FileStorage, Hdf5File, OpenOptions, Storage, StorageBuffer};
 
 use crate::load::budget::Budget;
-use crate::load::clock::Clock;
-use crate::load::clocks::find_clocks::{assign_clocks, find_clocks};
+use crate::load::clocks::find_clocks::{find_clocks, inherit_clocks};
 use crate::load::contents::{ChannelInfo, Data, Probe, Source, Stored, one_line};
 use crate::load::error::LoadError;
 use crate::load::file::stem;
@@ -68,7 +67,7 @@ pub(crate) fn probe(path: &Path, format: Format) -> Result<Probe, LoadError> {
     if let Some(error) = failed {
         return Err(error);
     }
-    inherit_clocks(&mut sources);
+    inherit_clocks(&mut sources, "");
     let root_name = stem(path);
     for source in sources.iter_mut().filter(|source| source.name.is_empty()) {
         source.name.clone_from(&root_name);
@@ -249,31 +248,6 @@ fn fetch(
         }
     }
     Ok(())
-}
-
-/// Gives a group without a time vector the one of the nearest group above it that fits its channels.
-fn inherit_clocks(sources: &mut [Source]) {
-    for index in 0..sources.len() {
-        if !sources[index].clocks.is_empty() {
-            continue;
-        }
-        let fits = |above: &Source| {
-            let name = &sources[index].name;
-            let is_above =
-                above.name.is_empty() || name.strip_prefix(&above.name).is_some_and(|rest| rest.starts_with('/'));
-            let mut lengths = sources[index].channels.iter().map(|channel| channel.samples);
-            let clock = above.clocks.iter().find(|clock| lengths.any(|samples| samples == clock.samples));
-            clock.filter(|_| is_above).map(|clock| (above.name.len(), clock.clone()))
-        };
-        let nearest = sources.iter().enumerate().filter(|(other, _)| *other != index);
-        let nearest = nearest.filter_map(|(other, above)| fits(above).map(|(depth, clock)| (depth, other, clock)));
-        let Some((_, other, clock)) = nearest.max_by_key(|(depth, ..)| *depth) else { continue };
-        let Some(time) = clock.index.map(|time| sources[other].channels[time].clone()) else { continue };
-        let clock = Clock { index: Some(sources[index].channels.len()), ..clock };
-        sources[index].channels.push(time);
-        sources[index].clocks.push(clock);
-        assign_clocks(&mut sources[index]);
-    }
 }
 
 struct Walk<'f> {

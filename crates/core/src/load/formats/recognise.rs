@@ -4,9 +4,10 @@ use std::fs;
 use std::path::Path;
 
 use crate::load::budget::Budget;
-use crate::load::clocks::find_clocks::find_clocks;
+use crate::load::clocks::find_clocks::{find_clocks, inherit_clocks};
 use crate::load::contents::{Probe, Source};
 use crate::load::error::LoadError;
+use crate::load::file::stem;
 use crate::load::format::Format;
 use crate::load::formats::finish::finish;
 use crate::load::formats::{dataflash, hdf5, mat_contents, mcap, mdf4, parquet, tdms, text, ulog};
@@ -42,6 +43,9 @@ pub fn probe(path: &Path) -> Result<Probe, LoadError> {
     let budget = Budget::for_file(path, format.unwrap_or(Format::DelimitedText));
     let (format, mut sources, warnings) = read_sources(format, path, &budget)?;
     sources.iter_mut().for_each(|source| find_clocks(source, |_, _| {}));
+    if format == Format::MatV5 {
+        inherit_clocks(&mut sources, &stem(path));
+    }
     finish(Probe { path: path.to_owned(), format, sources, warnings })
 }
 

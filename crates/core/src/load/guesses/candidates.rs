@@ -1,6 +1,6 @@
 //! Channels that may play a role: what their names and units say, and the row that one of them starts as.
 
-use crate::load::contents::{ChannelInfo, Probe};
+use crate::load::contents::{ChannelInfo, Probe, Source};
 use crate::load::maps::by_hand::{By, ChannelName, ManualChannel};
 use crate::load::names::stated_unit::split_unit;
 use crate::load::names::stated_unit::{is_count, name_and_unit, stated_unit};
@@ -54,7 +54,7 @@ pub(crate) fn all(probes: &[Probe]) -> Vec<Candidate<'_>> {
     usable
         .map(|(source, channel)| {
             let (name, _) = split_unit(&channel.name);
-            let (stem, _) = name_and_unit(&channel.name);
+            let (stem, _) = name_and_unit(own_name(source, channel));
             let (plain, words) = (plain_letters(&stem), join_words(&stem));
             let head = stem.split_once(" - ").map_or(stem.as_str(), |(head, _)| head);
             let (tokens, essence) = (tokens(&stem), essence(&tokens(head)));
@@ -65,6 +65,16 @@ pub(crate) fn all(probes: &[Probe]) -> Vec<Candidate<'_>> {
             Candidate { from, plain, words, tokens, essence, leaf, full, unit: stated_unit(channel), channel }
         })
         .collect()
+}
+
+/// Name of a channel; that of its group or struct where this holds nothing else and the channel is called no more than its data.
+fn own_name<'s>(source: &'s Source, channel: &'s ChannelInfo) -> &'s str {
+    const DATA: [&str; 6] = ["data", "value", "values", "signal", "samples", "y"];
+    let is_alone = || source.channels.iter().filter(|other| !other.is_time && other.samples > 1).count() == 1;
+    match source.name.rsplit(['/', '.']).next() {
+        Some(name) if DATA.contains(&channel.name.to_lowercase().as_str()) && is_alone() => name,
+        _ => &channel.name,
+    }
 }
 
 /// Whether a channel goes by a name.
