@@ -5,8 +5,10 @@ set -euo pipefail
 environment=$(realpath "$1")
 root=$(mktemp -d)
 trap 'rm -rf "$root"' EXIT
-inside=(unshare --user --map-root-user --mount --net --pid --fork chroot "$root")
-unshare --user --map-root-user --mount --net --pid --fork true 2>/dev/null || { echo "bare root: left out, this system does not allow namespaces"; exit 0; }
+apart=("$(command -v unshare)" --user --map-root-user --mount --net --pid --fork)
+PATH=$PATH:/usr/sbin:/sbin
+changed=$(command -v chroot)
+"${apart[@]}" true 2>/dev/null || { echo "bare root: left out, this system does not allow namespaces"; exit 0; }
 mapfile -t places < <("$environment/bin/python" - <<'END'
 import os, sys, sysconfig
 print(os.path.realpath(sys.executable), sysconfig.get_path("stdlib"), sysconfig.get_path("purelib"), sep="\n")
@@ -20,12 +22,12 @@ rm -rf "${root:?}$library"/{test,idlelib,site-packages,dist-packages,ensurepip}
 mkdir -p "$root/packages" "$root/tmp"
 cp -r "$packages"/numpy "$packages"/numpy.libs "$packages"/doublet "$root/packages/"
 # What the loader finds for the program and its extensions, and the loader itself.
-{ echo "$program"; find "$root$library" "$root/packages" -name '*.so*' -type f; } | xargs -n 1 ldd 2>/dev/null |
+{ echo "$program"; find "$root$library" "$root/packages" -name '*.so*' -type f; } | { xargs ldd 2>/dev/null || true; } |
     grep -o '/[^ ]*\.so[^ ]*' | sort -u | while read -r file; do
         [[ $file == "$root"* || ! -f $file ]] || copied "$file"
     done
 printf '%s\n' "bare root: $(find "$root" -name '*.so*' -type f | wc -l) libraries, $(du -sm "$root" | cut -f1) MB"
-env -i PYTHONHOME="$("$environment/bin/python" -c 'import sys; print(sys.base_prefix)')" PYTHONPATH=/packages "${inside[@]}" "$program" -c '
+env -i PYTHONHOME="$("$environment/bin/python" -c 'import sys; print(sys.base_prefix)')" PYTHONPATH=/packages "${apart[@]}" "$changed" "$root" "$program" -c '
 import os
 assert os.listdir("/tmp") == [] and not os.path.exists("/proc") and not os.path.exists("/bin/sh")
 import doublet as db
