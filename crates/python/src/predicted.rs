@@ -36,8 +36,8 @@ pub fn covariance(
     let errors: Vec<f64> = errors.map(|error| if error.is_finite() { error } else { 0.0 }).collect();
     DMatrix::from_fn(errors.len(), errors.len(), |i, j| {
         let scale = (joint[(i, i)] * joint[(j, j)]).sqrt();
-        let correlation = if i == j { 1.0 } else { joint[(i, j)] / scale };
-        if correlation.is_finite() { correlation * errors[i] * errors[j] } else { 0.0 }
+        let correlation = if i == j { 1.0 } else { 0.5 * (joint[(i, j)] + joint[(j, i)]) / scale };
+        if correlation.is_finite() { correlation * (errors[i] * errors[j]) } else { 0.0 }
     })
 }
 

@@ -119,7 +119,7 @@ def test_channels_of_several_clocks_are_written_as_they_are(tmp_path):
     rows = {name: np.sin(0.3 * fast + number) for number, name in enumerate(("p", "q", "r", "ax", "ay", "az"))}
     rows["own α"] = np.where(fast > 30.0, np.nan, fast)
     # A second pitch rate that is late: an offset of clocks that no session may take for one.
-    channels = {**{name: (fast, values) for name, values in rows.items()}, "theta": (slow, np.cos(slow)), "q2": (slow, np.sin(0.3 * slow))}
+    channels = {**{name: (fast, values, "") for name, values in rows.items()}, "theta": (slow, np.cos(slow), ""), "q2": (slow, np.sin(0.3 * slow), "")}
     recording = db.Recording.from_arrays(None, channels, check=False)
     session = db.Session.from_recordings(recording, windows=[(1.0, 30.0)], folder=tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["flight_001.mat", "flight_001_map.toml"]
