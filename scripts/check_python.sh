@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Builds the Python wheel, installs it into a clean environment, runs its tests (with mypy --strict
-# and stubtest) and the notebooks of docs/notebooks there, and prints its
-# size and how long it takes to import. DOUBLET_WHEEL_PROFILE=dev builds quickly (the default is release), DOUBLET_WHEEL=FILE takes a wheel
-# that was built. Needs Python 3.10 or newer, its venv module and a package index; nothing of Rust reaches the environment.
+# Builds the Python wheel, installs it into a clean environment, runs it in a root with Python and NumPy alone, its tests (with mypy --strict
+# and stubtest) and the notebooks of docs/notebooks in the environment, and prints its size and how long it takes to import.
+# DOUBLET_WHEEL_PROFILE=dev builds quickly (the default is release), DOUBLET_WHEEL=FILE takes a wheel that was built. Needs Python 3.10 or
+# newer, its venv module and a package index; nothing of Rust reaches the environment.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 work=$(mktemp -d)
@@ -33,6 +33,7 @@ print(f"import behind NumPy: {1e3 * (time.perf_counter() - start):.0f} ms; doubl
 start = time.perf_counter()
 verdict = db.run(db.Session.load("builtin:demo")).verdict["level"]
 print(f"shipped flight: verdict {verdict}, {time.perf_counter() - start:.2f} s")')
+scripts/check_python_root.sh "$work/bare"
 "$work/bare/bin/pip" install --quiet pytest pandas polars xarray pyarrow matplotlib control scikit-learn joblib dask uncertainties mypy nbformat nbclient ipykernel
 tests=$PWD/crates/python/tests
 (cd "$work" && DOUBLET_PROGRAM=$program MPLBACKEND=Agg DOUBLET_NOTEBOOKS=$OLDPWD/docs/notebooks \

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Runs what can be run of a release without the hosting service: versions, workflows read, icons, source distribution, bills of materials,
-# checksums over a layout like that of the release, site. Each part that lacks its tool is named at the end and does not count as run.
-# Exit code 1 if a part fails. REHEARSE_WHEEL=1 also builds the wheel (minutes), DOUBLET_BINARY=FILE also packs a .deb of that program.
+# Runs what can be run of a release without the hosting service: versions, workflows and the conda recipe read, icons, source distribution,
+# bills of materials, checksums over a layout like that of the release, site. Each part that lacks its tool is named at the end and does not
+# count as run. Exit code 1 if a part fails. REHEARSE_WHEEL=1 also builds the wheel (minutes), DOUBLET_BINARY=FILE also packs a .deb of that
+# program.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=${1:-target/rehearsal}
@@ -65,6 +66,23 @@ for path in [config["licenseFile"], config["nsis"]["installerIcon"]]:
 print(f"{len(icons)} icons, licence and paths are there")
 END
 }
+recipe() {
+    "$python" - <<'END'
+import pathlib, tomllib, yaml
+recipe = yaml.safe_load(open("packaging/conda/recipe.yaml"))
+package = tomllib.load(open("crates/python/pyproject.toml", "rb"))
+without_spaces = lambda rows: {row.replace(" ", "") for row in rows}
+assert package["project"]["requires-python"] == f">={recipe['context']['python_min']}"
+assert set(package["project"]["dependencies"]) <= without_spaces(recipe["requirements"]["run"])
+assert set(package["build-system"]["requires"]) <= without_spaces(recipe["requirements"]["host"])
+assert recipe["about"]["license"] == package["project"]["license"]
+licences = recipe["about"]["license_file"]
+made = " ".join(recipe["build"]["script"])
+assert all(pathlib.Path(name).is_file() or name in made for name in licences), licences
+assert recipe["build"]["python"]["version_independent"] and any(row.startswith("python-abi3") for row in recipe["requirements"]["host"])
+print("Python, NumPy, maturin and licence are those of the package")
+END
+}
 source_distribution() {
     "$python" scripts/make_sdist.py "$out/once" && "$python" scripts/make_sdist.py "$out/twice"
     cmp "$out"/once/*.tar.gz "$out"/twice/*.tar.gz
@@ -112,6 +130,7 @@ checksums() {
 part versions scripts/check_version.sh
 if has_module yaml; then part workflows workflows; else needs workflows "pip install pyyaml"; fi
 part packager packager
+if has_module yaml; then part recipe recipe; else needs recipe "pip install pyyaml"; fi
 if has_module PIL; then part icons "$python" scripts/make_icons.py --check; else needs icons "pip install pillow"; fi
 if command -v maturin >/dev/null; then part source source_distribution; else needs source "pip install maturin"; fi
 if command -v twine >/dev/null && compgen -G "$out/release/*.tar.gz" >/dev/null; then

@@ -2,11 +2,12 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use doublet_engine::graph::{Control, StageError, guarded};
 use doublet_engine::run::Job;
+use doublet_engine::session::Finding;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -73,6 +74,36 @@ pub fn detached<T: Send, E: std::fmt::Display + Send>(
 /// Tells the part that is done, 0 to 1, from any thread.
 pub type Show<'a> = &'a (dyn Fn(f32) + Sync);
 
+/// A finding as a Python warning.
+pub fn warn(py: Python<'_>, finding: &Finding) -> PyResult<()> {
+    let text = format!("{} {}", finding.text, finding.fix_text);
+    py.import("doublet._errors")?.call_method1("warn", (text,)).map(|_| ())
+}
+
+/// Findings of work under way, each once, that become warnings while it goes on.
+#[derive(Clone, Default)]
+pub struct Notices(Arc<Mutex<Vec<(Finding, bool)>>>);
+
+impl Notices {
+    /// Adds a finding that is not there yet.
+    pub fn add(&self, finding: &Finding) {
+        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if !all.iter().any(|(known, _)| known.code == finding.code) {
+            all.push((finding.clone(), false));
+        }
+    }
+
+    /// Warns of those that are new.
+    fn warn(&self, py: Python<'_>) -> PyResult<()> {
+        let fresh: Vec<Finding> = {
+            let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            let fresh = all.iter_mut().filter(|(_, is_given)| !is_given);
+            fresh.map(|(finding, is_given)| (*is_given = true, finding.clone()).1).collect()
+        };
+        fresh.iter().try_for_each(|finding| warn(py, finding))
+    }
+}
+
 /// Time between two looks at Python's signals.
 const LOOK: Duration = Duration::from_millis(50);
 
@@ -84,6 +115,19 @@ pub fn attend<T: Send + 'static, E: Into<StageError> + Send>(
     py: Python<'_>,
     name: &str,
     progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&Control, Show<'_>) -> Result<T, E> + Send + 'static,
+) -> PyResult<T> {
+    attend_with(py, name, (progress, &Notices::default()), work)
+}
+
+/// As [`attend`]; the notices of the work become warnings while it goes on.
+///
+/// # Errors
+/// As for [`attend`], and a warning that is an error.
+pub fn attend_with<T: Send + 'static, E: Into<StageError> + Send>(
+    py: Python<'_>,
+    name: &str,
+    (progress, notices): (Option<&Bound<'_, PyAny>>, &Notices),
     work: impl FnOnce(&Control, Show<'_>) -> Result<T, E> + Send + 'static,
 ) -> PyResult<T> {
     let (told, mut steps) = channel::<()>();
@@ -111,7 +155,7 @@ pub fn attend<T: Send + 'static, E: Into<StageError> + Send>(
             _ => Ok(()),
         };
         shown = part;
-        if let Err(error) = told.and_then(|()| py.check_signals()) {
+        if let Err(error) = told.and_then(|()| notices.warn(py)).and_then(|()| py.check_signals()) {
             job.cancel();
             py.detach(move || drop(job));
             return Err(error);

@@ -12,8 +12,8 @@ use doublet_engine::session::{
     TermConstraint, WindowRole,
 };
 use doublet_engine::stage::{
-    AeroWindow, ErrorWindow, PooledFits, StudyWindow, WindowAero, WindowFits, WindowPath, aero, describe_origin,
-    path_errors, pooled_fits, window_fits,
+    AeroWindow, ErrorWindow, PooledFits, ReplayWindow, StudyWindow, WindowAero, WindowFits, WindowPath, aero,
+    describe_origin, path_errors, pooled_fits, window_fits,
 };
 use doublet_engine::study::dynamics::{pooled_model, propagate_expression, window_key};
 use doublet_engine::study::{DynamicsRequest, DynamicsStudy, StudyInput};
@@ -27,6 +27,7 @@ use crate::columns::{matrix, owned, shared};
 use crate::judged::{self, JudgedWindow, session_json, session_of_arrays};
 use crate::output_error;
 use crate::path::{FLIGHT, Path, Reconstructed};
+use crate::predicted;
 use crate::settings::preparation_with;
 
 /// What is known of a derivative beforehand, as Python gives it: coefficient, term, kind, two numbers.
@@ -513,6 +514,24 @@ impl Fit {
         let drawn = nalgebra::DMatrix::from_fn(draws.len(), values.len(), |row, column| draws[row][column]);
         let estimates = owned(py, values.iter().copied().collect());
         Ok((model.names.clone(), estimates, matrix(py, &model.covariance), matrix(py, &drawn)))
+    }
+
+    /// Covariance of all estimates by corrected errors, in order.
+    fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let Fitted { pooled, structure, estimation, .. } = &*self.inner;
+        let found = detached(py, "covariance", || {
+            Ok::<_, StageError>(predicted::covariance(pooled, &self.inner.aero(), (structure, estimation)))
+        })?;
+        Ok(matrix(py, &found))
+    }
+
+    /// A manoeuvre flown by the model: by signal time (s), reconstructed and simulated values.
+    fn simulated<'py>(&self, py: Python<'py>, window: &str) -> PyResult<Bound<'py, PyDict>> {
+        let FitWindow { manoeuvre, source, path, aero } =
+            self.window(window).ok_or_else(|| refuse("manoeuvre not found"))?;
+        let Fitted { pooled, structure, preparation, .. } = &*self.inner;
+        let window = ReplayWindow { manoeuvre, path, aero };
+        predicted::simulated(py, &window, (pooled, structure), (preparation, source.filter.gravity_m_s2))
     }
 
     /// Value of an expression of derivatives and of S, b, c, V, rho, qbar, mass, Ixx, Iyy, Izz, Ixz about a trim: value, and standard

@@ -15,6 +15,7 @@ mod flight;
 mod judged;
 mod output_error;
 mod path;
+mod predicted;
 mod recording;
 mod session;
 mod settings;

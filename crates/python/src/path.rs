@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use doublet_core::airframe::Loading;
 use doublet_core::quantity::{Dimension, Role};
-use doublet_core::reconstruct::{FilterSettings, Measurement, State};
+use doublet_core::reconstruct::{FilterSettings, Measurement, STATES, State};
 use doublet_core::series::TimeRange;
 use doublet_engine::graph::{Control, Key, KeyBuilder, Keyed, StageError};
 use doublet_engine::session::{
@@ -13,16 +13,18 @@ use doublet_engine::session::{
 };
 use doublet_engine::stage::{
     AircraftData, DelaysAndGusts, Gravity, LoadedFlight, Samples, WindowPath, estimate_delays_and_gusts, fit_in_memory,
-    gravity, paths, samples,
+    gravity, memory_finding, paths, samples,
 };
-use numpy::PyArray1;
+use nalgebra::DMatrix;
+use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::aircraft::Aircraft;
-use crate::attend::{Show, attend, refuse};
-use crate::columns::{owned, shared};
+use crate::attend::{Show, attend, refuse, warn};
+use crate::columns::{matrix, owned, shared};
 use crate::judged::{self, session_json, session_of, session_of_arrays};
+use crate::predicted::measurements;
 use crate::recording::{RecordedFlight, Recording};
 use crate::settings::session_with;
 
@@ -117,6 +119,7 @@ impl Path {
         let windows = windows.into_iter().map(window).collect::<PyResult<Vec<_>>>()?;
         let aircraft = aircraft.map(|aircraft| aircraft.in_session(&session)).transpose()?;
         let flight = Arc::clone(&recording.flight);
+        warn_of_memory(py, &flight.loaded, &windows)?;
         let work = move |control: &Control, show: Show<'_>| -> Result<Reconstructed, StageError> {
             let Session { flights, .. } = session_of(windows.clone());
             session = Session { flights, windows: windows.clone(), ..session };
@@ -219,11 +222,22 @@ impl Path {
         Ok(all)
     }
 
+    /// Measurements of a window by name, each with predictions and reconstructed values.
+    fn measurements<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Bound<'py, PyDict>> {
+        measurements(py, &self.window(index)?.path, &self.inner.filter.measurement_delay_s)
+    }
+
     /// Normalised innovations squared of a window, and how many measurements each counts.
     fn nis<'py>(&self, py: Python<'py>, index: usize) -> PyResult<[Bound<'py, PyArray1<f64>>; 2]> {
         let path = &self.window(index)?.path;
         let degrees = path.reconstruction.nis_degrees.iter().map(|&degrees| f64::from(degrees)).collect();
         Ok([shared(py, &path.series().nis.values)?, owned(py, degrees)])
+    }
+
+    /// Covariance of the last filtered states of a window.
+    fn final_covariance<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let covariance = &self.window(index)?.path.reconstruction.final_covariance;
+        Ok(matrix(py, &DMatrix::from_fn(STATES, STATES, |i, j| covariance[(i, j)])))
     }
 
     /// Logarithm of the likelihood of the measurements of a window.
@@ -244,6 +258,13 @@ impl Path {
         State::ALL.into_iter().try_for_each(|state| all.set_item(state.name(), unit(state.dimension())))?;
         Ok(all)
     }
+}
+
+/// Warns of windows that need more memory than is available, before it is taken.
+fn warn_of_memory(py: Python<'_>, flight: &LoadedFlight, windows: &[Manoeuvre]) -> PyResult<()> {
+    let Some(inertial) = flight.recording.role(Role::SpecificForceZ) else { return Ok(()) };
+    let samples = windows.iter().map(|one| (&*one.name, one.window.indices(&inertial.series.time_s).len()));
+    memory_finding(samples).map_or(Ok(()), |finding| warn(py, &finding))
 }
 
 /// What the innovations of the windows estimate where `session` asks for it, and the path of each window; the first that has none ends

@@ -3,18 +3,24 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use doublet_core::load::ManualChannelMap;
 use doublet_engine::begin;
 use doublet_engine::check::check_session;
 use doublet_engine::export::{Format, IdentifiedModel, write as write_model};
 use doublet_engine::graph::{Cache, Control, StageError};
 use doublet_engine::report::{self, HistoryFormat, Outputs, TableFormat};
-use doublet_engine::run::{Scope, Snapshot, run as run_stages};
-use doublet_engine::session::{self, MapRef, Session as Settings};
+use doublet_engine::run::{Scope, Snapshot, WindowResults, run as run_stages};
+use doublet_engine::session::{self, Manoeuvre, MapRef, Session as Settings};
+use doublet_engine::stage::{AeroWindow, ReplayWindow, WindowPath};
 use doublet_engine::study::{MonteCarloRequest, Study};
+use numpy::PyArray2;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
-use crate::attend::{Show, attend, detached, pooled, refuse};
+use crate::attend::{Notices, Show, attend, attend_with, detached, pooled, refuse};
+use crate::columns::{matrix, shared};
 use crate::judged::session_json;
+use crate::predicted;
 use crate::recording::Recording;
 
 /// Memory for intermediate results of one run with studies, bytes.
@@ -85,7 +91,10 @@ impl Session {
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let work = move |control: &Control, show: Show<'_>| -> Result<Settings, String> {
-            let inspected = begin::inspect(&paths, control, show)?;
+            let inspected = match &channel_map {
+                Some(_) => probed(paths, control, show)?,
+                None => begin::inspect(&paths, control, show)?,
+            };
             let (map, plan, own) = match (channel_map, inspected.fitting.first()) {
                 (Some(map), _) => {
                     let text = match doublet_engine::builtin::text("channel_maps", &map) {
@@ -179,8 +188,16 @@ impl Session {
             return Err(refuse(stopped.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")));
         }
         let (settings, folder) = (Arc::clone(&self.settings), self.folder.clone());
-        let work = move |control: &Control, show: Show<'_>| computed(&settings, &folder, &studies, control, show);
-        let snapshot = attend(py, "run", progress, work)?;
+        let notices = Notices::default();
+        let notice = notices.clone();
+        let work = move |control: &Control, show: Show<'_>| {
+            let publish = |snapshot: Snapshot| {
+                snapshot.memory.into_iter().for_each(|finding| notice.add(&finding));
+                show(snapshot.progress);
+            };
+            computed(&settings, &folder, &studies, control, &publish)
+        };
+        let snapshot = attend_with(py, "run", (progress, &notices), work)?;
         Ok(Results { settings: Arc::clone(&self.settings), snapshot })
     }
 }
@@ -190,12 +207,11 @@ fn computed(
     folder: &Path,
     studies: &[Study],
     control: &Control,
-    show: Show<'_>,
+    publish: &(dyn Fn(Snapshot) + Sync),
 ) -> Result<Snapshot, String> {
-    let publish = |snapshot: Snapshot| show(snapshot.progress);
     let scope = Scope { session: settings, folder, first: None, studies, cause: "run", generation: 1 };
     let cache = Cache::new(if studies.is_empty() { 0 } else { CACHE_BYTES });
-    let snapshot = run_stages(&scope, &Snapshot::default(), &cache, control, &publish);
+    let snapshot = run_stages(&scope, &Snapshot::default(), &cache, control, publish);
     control.checkpoint().map_err(|_| "cancelled".to_owned())?;
     let failures = snapshot.failures();
     let any = snapshot.windows.values().any(|window| window.path.ready().is_some());
@@ -214,6 +230,30 @@ fn study(name: &str, realisations: usize, seed: u64) -> PyResult<Study> {
             let known: Vec<_> = Study::keys().map(|(key, _)| key).collect();
             Err(refuse(format!("'{name}' is not a study: use {}", known.join(", "))))
         }
+    }
+}
+
+/// Recordings looked at without a search for the maps that fit, where the map is known.
+fn probed(paths: Vec<PathBuf>, control: &Control, show: Show<'_>) -> Result<begin::Inspected, String> {
+    let mut probes = Vec::with_capacity(paths.len());
+    for (index, path) in paths.iter().enumerate() {
+        control.checkpoint().map_err(|_| "cancelled".to_owned())?;
+        probes.push(doublet_core::load::inspect(path).map_err(|error| error.to_string())?);
+        show(0.8 * (index + 1) as f32 / paths.len() as f32);
+    }
+    let (guess, names) = (ManualChannelMap::default(), Vec::new());
+    Ok(begin::Inspected { paths, probes, fitting: Vec::new(), refused: Vec::new(), guess, names })
+}
+
+impl Results {
+    fn window(&self, manoeuvre: &Manoeuvre) -> Option<&WindowResults> {
+        self.snapshot.windows.get(&manoeuvre.name)
+    }
+
+    /// The path of a window.
+    fn path(&self, window: &str) -> PyResult<&WindowPath> {
+        let found = self.snapshot.windows.get(window).and_then(|window| window.path.ready()).map(|path| &**path);
+        found.ok_or_else(|| refuse(format!("no manoeuvre in use is called '{window}', or it has no path")))
     }
 }
 
@@ -276,22 +316,52 @@ impl Results {
         Ok(Recording::of_flight(found.clone()))
     }
 
+    /// Covariance of all estimates by corrected errors, in order.
+    fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let Settings { structure, estimation, windows, .. } = &*self.settings;
+        let aero = |manoeuvre| Some((manoeuvre, Arc::clone(self.window(manoeuvre)?.aero.keyed()?.shared())));
+        let windows: Vec<AeroWindow<'_>> = windows.iter().filter_map(aero).collect();
+        let found = detached(py, "covariance", || {
+            let pooled = self.snapshot.pooled.ready().ok_or("no pooled estimate")?;
+            Ok::<_, StageError>(predicted::covariance(pooled, &windows, (structure, estimation)))
+        })?;
+        Ok(matrix(py, &found))
+    }
+
+    /// Measurements of a window by name, each with predictions and reconstructed values.
+    fn measurements<'py>(&self, py: Python<'py>, window: &str) -> PyResult<Bound<'py, PyDict>> {
+        let filter = self.snapshot.delays_and_gusts.added_to(&self.settings.filter);
+        predicted::measurements(py, self.path(window)?, &filter.measurement_delay_s)
+    }
+
+    /// A manoeuvre flown by the model: by signal time (s), reconstructed and simulated values.
+    fn simulated<'py>(&self, py: Python<'py>, window: &str) -> PyResult<Bound<'py, PyDict>> {
+        let path = self.path(window)?;
+        let manoeuvre = self.settings.window(window);
+        let aero = manoeuvre.and_then(|manoeuvre| self.window(manoeuvre)).and_then(|found| found.aero.ready());
+        let (Some(manoeuvre), Some(aero)) = (manoeuvre, aero) else {
+            return Err(refuse(format!("manoeuvre '{window}' has no coefficients")));
+        };
+        let pooled = self.snapshot.pooled.ready().ok_or_else(|| refuse("no pooled estimate"))?;
+        let gravity = self.snapshot.gravity.as_ref().map_or(self.settings.filter.gravity_m_s2, |gravity| gravity.m_s2);
+        let window = ReplayWindow { manoeuvre, path, aero };
+        let Settings { structure, preparation, .. } = &*self.settings;
+        predicted::simulated(py, &window, (pooled, structure), (preparation, gravity))
+    }
+
     /// What failed: place and reason.
     fn failures(&self) -> Vec<(String, String)> {
         self.snapshot.failures().into_iter().chain(self.snapshot.failed_fits()).collect()
     }
 
     /// Time, s, and smoothed or filtered states of a window by name.
-    fn states<'py>(&self, py: Python<'py>, window: &str) -> PyResult<Bound<'py, pyo3::types::PyDict>> {
-        let found = self.snapshot.windows.get(window).and_then(|window| window.path.ready());
-        let path =
-            found.ok_or_else(|| refuse(format!("no manoeuvre in use is called '{window}', or it has no path")))?;
-        let series = path.series();
+    fn states<'py>(&self, py: Python<'py>, window: &str) -> PyResult<Bound<'py, PyDict>> {
+        let series = self.path(window)?.series();
         let states = series.smoothed.as_ref().map_or(&series.states, |smoothed| &smoothed.states);
-        let all = pyo3::types::PyDict::new(py);
-        all.set_item("time", crate::columns::shared(py, &states[0].time_s)?)?;
+        let all = PyDict::new(py);
+        all.set_item("time", shared(py, &states[0].time_s)?)?;
         for state in doublet_core::reconstruct::State::ALL {
-            all.set_item(state.name(), crate::columns::shared(py, &states[state as usize].values)?)?;
+            all.set_item(state.name(), shared(py, &states[state as usize].values)?)?;
         }
         Ok(all)
     }

@@ -10,7 +10,6 @@ EXPECTED_FAILED_CHECKS = {
     "check_dtype_object": "a value that is not a number raises DoubletError, a ValueError as every other refusal, where TypeError is expected",
 }
 EXPECTED_FAILED_CHECKS_OF_GLS = {
-    "check_regressors_no_decision_function": "an exact fit leaves no residual to find an autoregression of, and is refused",
     "check_fit2d_1sample": "one row is refused in other words: it is too short for the order",
 }
 

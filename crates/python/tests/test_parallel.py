@@ -114,6 +114,26 @@ def test_session_of_recordings_is_that_of_their_files(demo, tmp_path):
     assert db.Session.load(tmp_path / "own.toml").run().derivatives == saved.run().derivatives
 
 
+def test_channels_of_several_clocks_are_written_as_they_are(tmp_path):
+    fast, slow = np.arange(2000) * 0.02, np.arange(400) * 0.1 + 0.003
+    rows = {name: np.sin(0.3 * fast + number) for number, name in enumerate(("p", "q", "r", "ax", "ay", "az"))}
+    rows["own α"] = np.where(fast > 30.0, np.nan, fast)
+    # A second pitch rate that is late: an offset of clocks that no session may take for one.
+    channels = {**{name: (fast, values, "") for name, values in rows.items()}, "theta": (slow, np.cos(slow), ""), "q2": (slow, np.sin(0.3 * slow), "")}
+    recording = db.Recording.from_arrays(None, channels, check=False)
+    session = db.Session.from_recordings(recording, windows=[(1.0, 30.0)], folder=tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["flight_001.mat", "flight_001_map.toml"]
+    assert "clock" not in session.to_dict()["flight"][0]
+    again = session.recording()
+    for role in ("q", "az", "theta"):
+        np.testing.assert_array_equal(again[role].values, recording[role].values)
+        np.testing.assert_array_equal(again[role].time, recording[role].time)
+    # As another reader has the file.
+    written = pytest.importorskip("scipy.io").loadmat(tmp_path / "flight_001.mat", squeeze_me=True)
+    np.testing.assert_array_equal(written["clock_001"]["own \\u03b1"].item(), rows["own α"])
+    np.testing.assert_array_equal(written["clock_002"]["time"].item(), slow)
+
+
 def test_several_recordings_are_flights_of_one_session(demo, tmp_path):
     recording = demo.recording()
     windows = db.Session.load("builtin:demo").windows[:3]

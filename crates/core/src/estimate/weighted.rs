@@ -15,6 +15,8 @@ use super::{EstimateError, Fit};
 const ROUNDS: usize = 50;
 /// Change of the parameters, in standard errors, that ends them.
 const TOLERANCE: f64 = 1e-6;
+/// Residual, as a part of the measurement, that is rounding: of an exact fit, which has nothing to whiten.
+const ROUNDING: f64 = 1e-13;
 
 /// Weighted least squares `theta = argmin sum w_i v_i^2`, weights inversely proportional to the variance of each sample.
 ///
@@ -102,7 +104,8 @@ impl GeneralisedFit {
 }
 
 /// Generalised least squares for residuals that follow an autoregression of the given `order`: regressors and measurement
-/// are whitened by the autoregression of the residual (Yule-Walker equations), fitted, and so on until the parameters stay.
+/// are whitened by the autoregression of the residual (Yule-Walker equations), fitted, and so on until the parameters stay. An exact fit
+/// stays as it is, with an autoregression of zero.
 /// `windows` are the uninterrupted stretches of samples; no product or filter crosses from one to the next.
 ///
 /// # Errors
@@ -119,6 +122,9 @@ pub fn generalised_least_squares(
         return Err(wrong_order(order));
     }
     let mut fit = least_squares(names, x, z)?;
+    if is_rounding(&fit.residuals, z) {
+        return Ok(GeneralisedFit { fit, autoregression: vec![0.0; order] });
+    }
     for _ in 0..ROUNDS {
         let autoregression = yule_walker(&fit.residuals, windows, order);
         let (scaled, scaled_z) = whitened(x, z, windows, &autoregression);
@@ -159,17 +165,18 @@ impl PooledRegression {
         }
         let mut found = self.fit()?;
         let rows = found.samples.clone();
+        let measured: Vec<f64> = self.windows.iter().flat_map(|window| &window.z).copied().collect();
+        let is_exact = is_rounding(&found.fit.residuals, &measured);
         let mut next = self.clone();
         for _ in 0..ROUNDS {
             let fitted = found.fitted(&self.windows);
-            let measured = self.windows.iter().flat_map(|window| &window.z);
-            let residuals: Vec<f64> = measured.zip(&fitted).map(|(z, y)| z - y).collect();
-            let autoregression = yule_walker(&residuals, &rows, order);
+            let residuals: Vec<f64> = measured.iter().zip(&fitted).map(|(z, y)| z - y).collect();
+            let autoregression = if is_exact { vec![0.0; order] } else { yule_walker(&residuals, &rows, order) };
             for (next, PooledWindow { x, z, .. }) in next.windows.iter_mut().zip(&self.windows) {
                 (next.x, next.z) = whitened(x, z, std::slice::from_ref(&(0..z.len())), &autoregression);
             }
             let fit = next.fit()?;
-            if largest_move(&found.fit, &fit.fit) <= TOLERANCE {
+            if is_exact || largest_move(&found.fit, &fit.fit) <= TOLERANCE {
                 return Ok(next);
             }
             found = fit;
@@ -200,6 +207,12 @@ fn transformed(
     let variance = triangle.residual_square() / (scaled_z.len() - names.len()) as f64;
     let fitted = x * &solution.estimates;
     Ok(Fit::with_variance(names, z, fitted.as_slice(), solution, variance))
+}
+
+/// Whether residuals of a measurement are rounding.
+fn is_rounding(residuals: &[f64], z: &[f64]) -> bool {
+    let norm = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>().sqrt();
+    norm(residuals) <= ROUNDING * norm(z)
 }
 
 /// Coefficients of the autoregression of a residual from its autocorrelation inside the windows.

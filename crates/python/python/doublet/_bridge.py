@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 import shutil
@@ -15,6 +14,7 @@ import numpy as np
 from . import _doublet
 from ._doublet import DoubletError
 from ._fit import _models
+from ._mat import write_mat
 from ._path import Path
 from ._recording import Aircraft, PathLike, Progress, Recording
 from ._window import Window, of_one_flight
@@ -169,7 +169,8 @@ def _aircraft_file(aircraft: Aircraft, folder: str) -> str:
 
 
 def _written(recording: Recording, stem: str) -> tuple[list[str], str]:
-    """Writes a recording, a table for the channels of each clock, and its channel map; returns the files."""
+    """Writes a recording, a source for the channels of each clock, and its channel map; returns the files. Sources of one file share the
+    time line: no session looks for offsets between them."""
     signals = [recording[name] for name in recording]
     clocks: list[list[Any]] = []
     for signal in signals:
@@ -178,21 +179,20 @@ def _written(recording: Recording, stem: str) -> tuple[list[str], str]:
             clocks.append([signal])
         else:
             same.append(signal)
-    files, roles = [], []
-    for number, several in enumerate(clocks):
-        path = f"{stem}_{number + 1:03}.csv"
+    sources, roles = {}, []
+    for number, several in enumerate(clocks, start=1):
+        source = os.path.basename(stem) if len(clocks) == 1 else f"clock_{number:03}"
         names = _column_names(several)
-        _write_table(path, ["time", *names], [several[0].time, *(one.values for one in several)])
-        files.append(path)
-        source = os.path.basename(path)[: -len(".csv")]
+        sources[source] = {"time": several[0].time, **{name: one.values for name, one in zip(names, several)}}
         for name, signal in zip(names, several):
             if signal.role is not None:
-                place = f"channel = {json.dumps(name)}, source = {json.dumps(source + '*')}"
+                place = f"channel = {json.dumps(name)}, source = {json.dumps(source)}"
                 roles.append(f"{signal.role} = {{ {place}, unit = {json.dumps(signal.unit or '-')} }}")
     head = ['format = "doublet channel map"', "version = 1", 'name = "arrays"', "", "[[time]]", 'channel = "time"', 'unit = "s"']
     channel_map = f"{stem}_map.toml"
     FilePath(channel_map).write_text("\n".join([*head, "", "[roles]", *roles, ""]), encoding="utf-8")
-    return files, channel_map
+    write_mat(f"{stem}.mat", next(iter(sources.values())) if len(clocks) == 1 else sources)
+    return [f"{stem}.mat"], channel_map
 
 
 def _column_names(signals: Iterable[Any]) -> list[str]:
@@ -204,11 +204,3 @@ def _column_names(signals: Iterable[Any]) -> list[str]:
             name += "_"
         names.append(name)
     return names
-
-
-def _write_table(path: str, names: Sequence[str], columns: Sequence[Any]) -> None:
-    with open(path, "w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(names)
-        texts = [["" if value != value else repr(value) for value in column.tolist()] for column in columns]
-        writer.writerows(zip(*texts))

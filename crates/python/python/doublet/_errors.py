@@ -25,7 +25,7 @@ class DoubletFileNotFoundError(DoubletError, FileNotFoundError):
 
 
 class DoubletWarning(UserWarning):
-    """A verdict that is bad, or contradictory channels of a recording."""
+    """A verdict that is bad, contradictory channels of a recording, or manoeuvres that need more memory than is available."""
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

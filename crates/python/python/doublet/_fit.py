@@ -39,7 +39,7 @@ class CoefficientFit:
         estimates: Estimates, shape (p,).
         stderr_white: Standard errors as if the residuals were white, shape (p,).
         stderr: Standard errors corrected for correlated residuals (Morelli and Klein 1997), shape (p,).
-        cov: Covariance of the estimates: correlation of the fit with the corrected errors, shape (p, p).
+        cov: Covariance of the estimates: correlation for white residuals with ``stderr``, shape (p, p); :attr:`Fit.cov` has that for correlated ones.
         residuals, fitted: Shape (n,), windows below each other.
         r2: Coefficient of determination.
         condition: Condition number of the scaled regressors.
@@ -80,6 +80,11 @@ class CoefficientFit:
     def nobs(self) -> int:
         """Samples it used."""
         return 0 if self.residuals is None else len(self.residuals)
+
+    @property
+    def df_resid(self) -> int:
+        """Degrees of freedom of the residuals: samples less estimated parameters."""
+        return self.nobs - sum(one in (None, "prior") for one in self.held)
 
     @property
     def aic(self) -> float:
@@ -158,19 +163,16 @@ class Fit(View[_doublet.Fit]):
 
     @property
     def cov(self) -> NDArray[np.float64]:
-        """Covariance of all parameters in the order of ``params``, shape (p, p). Coloured errors include the covariance between
-        coefficients where the engine states it."""
+        """Covariance of all parameters in the order of ``params``, shape (p, p). Residuals of several coefficients in the same samples are
+        correlated; coloured errors include the covariance that follows, white ones have none between coefficients."""
+        if self.errors == "coloured":
+            return self._inner.covariance()
         names = list(self.params)
         joint = np.zeros((len(names), len(names)))
         for row in self.coefficients.values():
             at = [names.index(name) for name in row.names]
             if at:
                 joint[np.ix_(at, at)] = row.cov
-        if self.errors == "coloured":
-            known, _, covariance, _ = self._inner.draws(1, 0)
-            pairs = [(names.index(name), index) for index, name in enumerate(known) if name in names]
-            at, of = [pair[0] for pair in pairs], [pair[1] for pair in pairs]
-            joint[np.ix_(at, at)] = covariance[np.ix_(of, of)]
         return joint
 
     @property
@@ -226,6 +228,24 @@ class Fit(View[_doublet.Fit]):
             window: {"time": time, "observed": observed, "predicted": identified if constants == "identified" else own}
             for window, (time, observed, identified, own) in rows
         }
+
+    def simulate(self, manoeuvre: str) -> dict[str, dict[str, NDArray[np.float64]]]:
+        """Flies a manoeuvre by the pooled estimates from its recorded controls and reconstructed start, as the proof of match does.
+
+        Args:
+            manoeuvre: Name, also of one for validation. Constants are its own, or those that leave no mean residual in it.
+
+        Returns:
+            By signal, ``airspeed``, ``altitude``, ``alpha``, ``q`` and so on: ``time`` (s), ``measured`` (as reconstructed) and
+            ``simulated``, SI.
+
+        Raises:
+            DoubletKeyError: No manoeuvre has this name.
+            DoubletError: The path was not smoothed, the model lacks a coefficient, or the motion diverges.
+        """
+        if manoeuvre not in self.windows:
+            raise unknown("manoeuvre", manoeuvre, self.windows)
+        return self._inner.simulated(manoeuvre)
 
     def _terms(self) -> dict[str, list[str]]:
         """Terms of the structure by coefficient."""

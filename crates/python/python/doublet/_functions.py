@@ -80,6 +80,11 @@ class Regression:
         return len(self.residuals)
 
     @property
+    def df_resid(self) -> int:
+        """Degrees of freedom of the residuals: samples less estimated parameters."""
+        return self.nobs - sum(one in (None, "prior") for one in self.held)
+
+    @property
     def aic(self) -> float:
         """Akaike's criterion of white normal residuals; compare regressions of the same samples only."""
         return information_criterion(float(self.residuals @ self.residuals), self.nobs, len(self.names))

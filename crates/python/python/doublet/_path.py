@@ -131,6 +131,18 @@ class WindowPath(Columnar):
         return {name: (pair[0], pair[1]) for name, pair in self._inner.innovations(self._index).items()}
 
     @property
+    def final_cov(self) -> NDArray[np.float64]:
+        """Covariance of the last filtered states in the order of ``states``, shape (18, 18), SI."""
+        return self._inner.final_covariance(self._index)
+
+    @property
+    def measurements(self) -> dict[str, dict[str, NDArray[np.float64]]]:
+        """By measurement, each of its samples but outliers: ``time`` as recorded (s), ``measured``, ``predicted`` by the filter from
+        the samples before it with ``predicted_std``, and ``reconstructed`` (that of the smoothed states, filtered where nothing is smoothed),
+        SI. Predictions of a path without a filter, and of samples before its first, are not numbers."""
+        return self._inner.measurements(self._index)
+
+    @property
     def update_time(self) -> NDArray[np.float64]:
         """Times of the innovations, s."""
         return self._inner.times(self._index)[1]
@@ -387,7 +399,7 @@ def reconstruct(
         DoubletError: A setting, a channel that is missing, a filter that diverges.
 
     Warns:
-        DoubletWarning: The verdict on the paths is bad.
+        DoubletWarning: The verdict on the paths is bad; or, before they are computed, they need more memory than is available.
     """
     refuse_others("reconstruct", others, list(inspect.signature(reconstruct).parameters)[:-1])
     if not isinstance(recording, Recording):

@@ -254,8 +254,8 @@ class Derivatives(dict[str, Value]):
 
 
 class Results(View[_doublet.Results]):
-    """Results of a session. :meth:`to_dict` is identical to ``results.json``. A pickle holds these numbers; ``states``, ``recording``,
-    ``write`` and ``export`` then run the session again."""
+    """Results of a session. :meth:`to_dict` is identical to ``results.json``. A pickle holds these numbers; ``cov``, ``states``,
+    ``measurements``, ``simulate``, ``recording``, ``write`` and ``export`` then run the session again."""
 
     def __init__(self, inner: _doublet.Results, call: Any) -> None:
         super().__init__(inner, call)
@@ -296,15 +296,9 @@ class Results(View[_doublet.Results]):
 
     @property
     def cov(self) -> NDArray[np.float64]:
-        """Covariance of all derivatives in the order of ``derivatives``, shape (p, p), by corrected errors; zero between coefficients, whose
-        covariance ``results.json`` does not have."""
-        blocks = [_covariance(fit) for fit in self.fits if fit.get("derivatives")]
-        joint = np.zeros((sum(map(len, blocks)),) * 2)
-        start = 0
-        for block in blocks:
-            joint[start : start + len(block), start : start + len(block)] = block
-            start += len(block)
-        return joint
+        """Covariance of all derivatives in the order of ``derivatives``, shape (p, p), by corrected errors. Residuals of several coefficients
+        in the same samples are correlated: their derivatives have the covariance that follows."""
+        return self._inner.covariance()
 
     @property
     def nobs(self) -> dict[str, int]:
@@ -391,6 +385,22 @@ class Results(View[_doublet.Results]):
         """``time`` (s) and the smoothed states of a window by name, filtered where it was not smoothed; SI."""
         return self._inner.states(window)
 
+    def measurements(self, manoeuvre: str) -> dict[str, dict[str, NDArray[np.float64]]]:
+        """As :attr:`WindowPath.measurements`, of a ``manoeuvre``."""
+        self._known(manoeuvre)
+        return self._inner.measurements(manoeuvre)
+
+    def simulate(self, manoeuvre: str) -> dict[str, dict[str, NDArray[np.float64]]]:
+        """As :meth:`Fit.simulate`, of a ``manoeuvre``."""
+        self._known(manoeuvre)
+        return self._inner.simulated(manoeuvre)
+
+    def _known(self, manoeuvre: str) -> None:
+        """Refuses a manoeuvre that the session does not use."""
+        names = [row["name"] for row in self.windows]
+        if manoeuvre not in names:
+            raise unknown("manoeuvre", manoeuvre, names)
+
     def recording(self, flight: Optional[str] = None) -> Recording:
         """A flight as the run read it, the first unless it is named: on one time line, instruments and signals treated."""
         return Recording(self._inner.recording(flight), (_recorded, (self, flight)))
@@ -429,13 +439,6 @@ class Results(View[_doublet.Results]):
         return self.table._repr_html_()
 
 
-def _covariance(fit: Mapping[str, Any]) -> NDArray[np.float64]:
-    """Covariance of the derivatives of a coefficient; zero for one that is held."""
-    errors = np.array([row["corrected_standard_error"] or 0.0 for row in fit["derivatives"]], dtype=np.float64)
-    correlation = np.array(fit["parameter_correlation"], dtype=np.float64)
-    return np.asarray(np.nan_to_num(correlation) * np.outer(errors, errors))
-
-
 def _criterion(fit: Mapping[str, Any]) -> float:
     if any(row.get("held") for row in fit["derivatives"]):
         return float("nan")
@@ -463,7 +466,7 @@ def run(
         DoubletError: The session has an error, or no manoeuvre has a path. Failed steps beside others are ``results.failures``.
 
     Warns:
-        DoubletWarning: The verdict on the session is bad.
+        DoubletWarning: The verdict on the session is bad; or, before the manoeuvres are computed, they need more memory than is available.
     """
     results = computed(session, studies, realisations, seed, progress)
     results.verdict.warn("run")

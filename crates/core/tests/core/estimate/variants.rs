@@ -125,6 +125,30 @@ fn whitened_windows_are_the_generalised_fit() {
     assert_eq!(held.whitened(2).unwrap().fit().unwrap().fit.parameter("a").unwrap().0, 2.0);
 }
 
+/// An exact fit has residuals of rounding, which no autoregression describes: it is that of least squares.
+#[test]
+fn an_exact_fit_needs_no_autoregression() {
+    let (x, windows) = (regressors(300), [0..180, 180..300]);
+    let z = measurement(&x, &[0.0; 300]);
+    let found = generalised_least_squares(&names(), &x, &z, &windows, 2).unwrap();
+    let covariance = found.coloured_covariance(&x, &windows, &Coloured::default()).unwrap();
+    let window = |rows: &std::ops::Range<usize>| PooledWindow {
+        label: rows.start.to_string(),
+        x: x.rows(rows.start, rows.len()).into_owned(),
+        z: z[rows.clone()].to_vec(),
+    };
+    let windows = windows.iter().map(window).collect();
+    let regression = PooledRegression { names: names(), per_window: vec![false; 3], constraints: Vec::new(), windows };
+    let whitened = regression.whitened(2).unwrap().fit().unwrap();
+    assert_eq!(found.autoregression, [0.0, 0.0]);
+    for estimates in [&found.fit.estimates, &whitened.fit.estimates] {
+        for (found, known) in estimates.iter().zip([1.0, 2.0, -3.0]) {
+            approx::assert_relative_eq!(found, &known, max_relative = 1e-12);
+        }
+    }
+    assert!(covariance.diagonal().iter().all(|variance| variance.abs() < 1e-24), "{covariance}");
+}
+
 #[test]
 fn corrected_errors_of_every_form_are_the_scatter_of_its_estimates() {
     /// Ratio of stated to found deviation over 200 fits: five standard errors of a deviation, and what few lags leave out.

@@ -23,6 +23,7 @@ use crate::builtin;
 use crate::graph::{Context, Footprint, Stage, StageResult};
 use crate::session::Session;
 
+pub use covariance::joint_covariance;
 pub use function::{Named, named_values, propagate_expression};
 pub use level_map::MapPoint;
 pub use measured::{MeasuredWindow, measured_modes};
