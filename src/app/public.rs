@@ -9,8 +9,8 @@ pub(super) const PAGE: &str = "https://doi.org/10.2514/4.102790";
 /// What it is called, and what it holds.
 pub(super) const TITLE: &str = "DLR ATTAS (VFW 614)";
 pub(super) const ABOUT: &str = "Elevator 3-2-1-1, bank to bank and rudder doublet, 85 s at 25 Hz. The recordings belong to the publisher of \
-    Jategaonkar, Flight Vehicle System Identification (2015), and are not part of doublet. It downloads nothing: with internet access, open \
-    the page, save three files of the supplement, then choose them here. Their SHA-256 is checked.";
+    Jategaonkar, Flight Vehicle System Identification (2015), and are not part of doublet, which downloads nothing. With \
+    internet access, open the page, save three files of the supplement, then choose them here. Their SHA-256 is checked.";
 /// The session of the worked case.
 const SESSION: &str = include_str!("../../sessions/reference/attas.toml");
 /// Its files, as the session names them, and what they are recognised by.

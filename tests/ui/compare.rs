@@ -118,7 +118,7 @@ fn structures_are_scored_as_their_fits_say_and_one_is_taken_back_in_one_step() {
     let title = bench.harness.get_by_label("Difference").rect();
     let mut same = crate::painted::opacities(&bench, &notation::number(0.0), title.bottom());
     same.retain(|(place, _)| (place.left() - title.left()).abs() < 8.0);
-    assert!(same.len() >= 3 && same.iter().all(|(_, opacity)| *opacity < 0.5), "{same:?}");
+    assert!(same.len() >= 2 && same.iter().all(|(_, opacity)| *opacity < 0.5), "{same:?}");
     crate::click(&mut bench.harness, "Copy derivatives as CSV", 1);
     let text = crate::copied(&bench.harness).expect("the derivatives are in the clipboard");
     let line = text.lines().find(|line| line.starts_with("Cm_alpha,")).expect("both have it");
