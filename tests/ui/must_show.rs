@@ -123,7 +123,8 @@ fn filters_and_structures_are_compared_by_mouse_and_the_best_is_made_current() {
     let mut clicks = 0;
     bench.harness.key_press_modifiers(Modifiers::COMMAND, Key::Num7);
     bench.settle();
-    click(&mut bench, &mut clicks, "Experiments");
+    clicks += 1;
+    bench.press("Experiments");
     let added = |bench: &Bench<'_>| bench.session().experiments.len();
     click(&mut bench, &mut clicks, "Add experiments");
     click(&mut bench, &mut clicks, "All filters");
@@ -203,11 +204,24 @@ fn three_causes_of_a_strangers_flight_are_applied_to_a_better_verdict() {
         let causes: Vec<_> = causes.filter_map(|reason| Some((reason, reason.fix.as_ref()?))).collect();
         let Some((first, _)) = causes.iter().max_by_key(|(one, _)| (one.level, one.code == "physics")) else { break };
         let same = causes.iter().filter(|(one, _)| (one.code, one.level) == (first.code, first.level));
-        let fixes: Vec<&Fix> = same.map(|(_, fix)| *fix).collect();
+        let mut fixes: Vec<&Fix> = Vec::new();
+        for (_, fix) in same {
+            if fixes.iter().all(|known| known.edits != fix.edits) {
+                fixes.push(fix);
+            }
+        }
         picture(&mut bench.harness, &format!("must_mended_{clicks}"));
-        click(&mut bench, &mut clicks, &format!("Apply: {}", Fix::join(&fixes).expect("there is one").label));
+        let label = format!("Apply: {}", Fix::join(&fixes).expect("there is one").label);
+        let button = |bench: &Bench<'_>, act: &dyn Fn(&egui_kittest::Node<'_>)| {
+            // The same fix may stand at a derivative as well.
+            act(&bench.harness.get_all_by_label(&label).next().expect("the finding has its button"));
+        };
+        button(&bench, &|node| node.scroll_to_me());
+        bench.harness.run_steps(3);
+        button(&bench, &|node| node.click());
+        bench.settle();
+        clicks += 1;
         applied.extend(fixes.iter().map(|fix| fix.label.clone()));
-        println!("  {:?} after {:?}", counts(&bench), fixes.last().map(|fix| &fix.label));
     }
     let after = counts(&bench);
     picture(&mut bench.harness, "must_mended");
