@@ -238,7 +238,10 @@ impl Model {
 /// Keeps the session as it is, with this structure, and leads to what was kept.
 fn keep(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let hint = "Save the session's configuration, with this structure, as an experiment, and go on editing";
-    if ui.button("Keep as experiment").on_hover_text(hint).clicked() {
+    // Short: the row has no room for more in a panel of half a window.
+    let button = ui.button("Keep").on_hover_text(hint);
+    ui.ctx().accesskit_node_builder(button.id, |node| node.set_label("Keep as experiment"));
+    if button.clicked() {
         let name = experiments::free_name(ctx.session);
         ctx.edit(Edit::Experiment(ExperimentEdit::Keep(name)));
     }
