@@ -38,10 +38,6 @@ pub enum Scope {
     Over,
     /// The estimate of every window with its interval, one derivative at a time.
     Intervals,
-    /// The two structures of the session beside each other.
-    Structures,
-    /// Every structure of the session with its scores.
-    Board,
 }
 
 /// What the user looks at.

@@ -11,6 +11,7 @@ pub mod help;
 mod history;
 mod logic;
 mod pending;
+mod public;
 mod recovery;
 mod second;
 mod start;

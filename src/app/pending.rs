@@ -19,7 +19,7 @@ use doublet_report::Order;
 use eframe::egui::{self, ViewportCommand, vec2};
 
 use super::files::{FileQuestion, Purpose};
-use super::{Document, Workbench};
+use super::{Document, Workbench, public};
 use crate::widgets::figure::{self, FigureForm, FigureRequest};
 
 /// Longest name proposed for a file, characters.
@@ -45,6 +45,8 @@ pub enum Pending {
     Shipped(&'static str),
     /// Open the shipped flight and begin the tour.
     Tour,
+    /// Ask for the files of the public recording and open its worked case.
+    AskPublic,
     /// Ask for a recording and make a session of it.
     AskRecording,
     /// Ask for a folder that is a recording and make a session of it.
@@ -64,6 +66,8 @@ pub enum Asked {
     OpenBeside,
     /// To make a session of it, a recording: a file, or a folder.
     Recording(Purpose),
+    /// To open the worked case of the public recording with it and others.
+    Public,
     /// To read it along with the recordings of the session being made.
     Beside,
     /// To use it as the aircraft of the session being made.
@@ -132,6 +136,7 @@ impl Workbench {
                 }
                 self.begin_tour();
             }
+            Pending::AskPublic => self.ask(Asked::Public, ctx),
             Pending::AskRecording => self.ask(Asked::Recording(Purpose::Several), ctx),
             Pending::AskFolder => self.ask(Asked::Recording(Purpose::Folder), ctx),
             Pending::Begin(paths) => self.begin_with(paths, ctx),
@@ -167,6 +172,7 @@ impl Workbench {
             Asked::Recording(Purpose::Folder) => ("A folder of CSV files", Purpose::Folder, Vec::new(), String::new()),
             Asked::Recording(purpose) => ("A recording", *purpose, recordings(), String::new()),
             Asked::Beside => ("A recording of the same flight", Purpose::Several, recordings(), String::new()),
+            Asked::Public => ("The files of the public recording", Purpose::Several, recordings(), String::new()),
             Asked::Aircraft => ("An aircraft file", Purpose::Open, toml(), String::new()),
             Asked::NewAircraft => {
                 let name = file_stem(self.described_aircraft().unwrap_or_default(), "aircraft");
@@ -235,6 +241,7 @@ impl Workbench {
         match self.asked.take() {
             Some(Asked::Beside) => self.begin_with_more(paths, ctx),
             Some(Asked::Open) => self.proceed(Pending::Open(path.to_path_buf()), ctx),
+            Some(Asked::Public) => self.enter_document(public::session(paths).map(Document::start)),
             Some(Asked::OpenBeside) => self.open_beside(path, ctx),
             Some(Asked::Recording(_)) => self.begin_with(paths.to_vec(), ctx),
             Some(Asked::Aircraft) => self.begin_with_aircraft(path),

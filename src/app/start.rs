@@ -12,7 +12,7 @@ use eframe::egui::{
 };
 
 use super::timeline;
-use super::{Document, Workbench};
+use super::{Document, Workbench, public};
 use crate::command::{FileCommand, HelpCommand, UiCommand};
 use crate::panels::headline;
 use crate::ui_state::Thumbnail;
@@ -223,6 +223,20 @@ fn cards(app: &Workbench, ui: &mut Ui) -> Option<UiCommand> {
             }
         });
     }
+    ui.add_space(28.0);
+    ui.heading("A real flight");
+    ui.add_space(4.0);
+    ui.strong(public::TITLE);
+    ui.add(Label::new(RichText::new(public::ABOUT).weak()).wrap());
+    ui.add_space(4.0);
+    ui.horizontal_wrapped(|ui| {
+        if ui.button("Open the page of the files").on_hover_text(public::PAGE).clicked() {
+            ui.ctx().open_url(egui::OpenUrl::new_tab(public::PAGE));
+        }
+        if ui.button("Choose its files…").clicked() {
+            wanted = Some(UiCommand::File(FileCommand::OpenPublic));
+        }
+    });
     wanted
 }
 

@@ -46,6 +46,7 @@ fn file(app: &mut Workbench, command: FileCommand, ctx: &egui::Context) {
         FileCommand::CloseBeside => app.close_beside(),
         FileCommand::OpenShipped => app.leave(Pending::Shipped(Document::SHIPPED), ctx),
         FileCommand::OpenShippedSession(name) => app.leave(Pending::Shipped(name), ctx),
+        FileCommand::OpenPublic => app.leave(Pending::AskPublic, ctx),
         FileCommand::OpenRecent(at) => {
             if let Some(path) = app.state.recent.get(at).cloned() {
                 app.leave(Pending::Open(path), ctx);

@@ -44,6 +44,8 @@ pub enum FileCommand {
     OpenShipped,
     /// Open another one that comes with the program, by its name.
     OpenShippedSession(&'static str),
+    /// Open the worked case of a public recording, asking for its files.
+    OpenPublic,
     /// Open one of the sessions opened last.
     OpenRecent(usize),
     /// Save to the session's file, asking for one where it has none.
@@ -311,6 +313,7 @@ pub fn table() -> Vec<CommandInfo> {
         file("Open second session beside…", FileCommand::OpenBeside, ctrl_shift(Key::O)),
         file("Close second session", FileCommand::CloseBeside, None),
         file("Open shipped session", FileCommand::OpenShipped, None),
+        file("Open public recording…", FileCommand::OpenPublic, None),
         file("Save session", FileCommand::Save, ctrl(Key::S)),
         file("Save session as…", FileCommand::SaveAs, ctrl_shift(Key::S)),
         file("Save aircraft as…", FileCommand::SaveAircraft, None),

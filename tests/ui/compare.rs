@@ -5,7 +5,7 @@ use doublet::notation;
 use doublet::panels::Pane;
 use doublet::step::Step;
 use doublet::ui_state::Scope;
-use doublet_core::model::{Coefficient, Term};
+use doublet_core::model::Coefficient;
 use doublet_engine::compare::PRESENT;
 use doublet_engine::session::{
     self, Edit, Experiment, ExperimentEdit, FilterEdit, ModelEdit, Surface, filter_experiments, noise_experiments,
@@ -79,45 +79,66 @@ fn criterion(bench: &Bench<'_>, charge: impl Fn(f64) -> f64) -> f64 {
 }
 
 #[test]
-fn structures_kept_are_scored_as_their_fits_say_and_one_is_taken_back_in_one_step() {
+fn structures_are_scored_as_their_fits_say_and_one_is_taken_back_in_one_step() {
     let mut bench = Bench::shipped();
-    bench.harness.state_mut().state.selection.scope = Scope::Board;
-    bench.show(Pane::Derivatives);
+    bench.show(Pane::Model);
     let full = bench.session().structure.clone();
     let (akaike, bayes) = (criterion(&bench, |_| 2.0), criterion(&bench, f64::ln));
-    bench.click("Keep the current structure");
-    assert_eq!(bench.session().kept_structures[0].name, "structure 1");
-    let (coefficient, term) = (Coefficient::Cm, Term::parse("q").or_else(|_| Term::parse("qc/2V")).expect("a term"));
-    let present = full.terms(coefficient).expect("Cm is modelled").iter().find(|one| one.to_string().contains('q'));
-    let term = present.cloned().unwrap_or(term);
+    bench.click("Keep as experiment");
+    let coefficient = Coefficient::Cm;
+    let terms = full.terms(coefficient).expect("Cm is modelled");
+    let term = terms.iter().find(|one| one.to_string().contains('q')).expect("pitch damping is a term").clone();
     bench.harness.state_mut().apply(&Edit::Model(ModelEdit::SetTerm { coefficient, term, on: false }));
     bench.settle();
-    let scored = bench.snapshot().details.ready().expect("they were compared").structures.clone();
-    let of = |name: &str| {
-        let one = scored.iter().find(|one| one.name == name).unwrap_or_else(|| panic!("{name} is scored"));
-        let found = one.scores.iter().find(|(one, _)| *one == Coefficient::Cm).expect("Cm is scored");
-        *found.1.as_ref().expect("it has an estimate")
-    };
-    let (kept, now) = (of("structure 1"), of("now"));
-    assert!((kept.akaike - akaike).abs() < ROUNDING * akaike.abs(), "{} is not {akaike}", kept.akaike);
-    assert!((kept.bayes - bayes).abs() < ROUNDING * bayes.abs(), "{} is not {bayes}", kept.bayes);
+    bench.click("Experiments");
+    let rows = bench.snapshot().inquiries.experiments.clone();
+    let row = |name: &str| rows.row(name).and_then(|slot| slot.ready()).expect("it is computed").outcome.clone();
+    let fit = |name: &str| row(name).coefficient("Cm").and_then(|one| one.fit.clone()).expect("Cm is fitted");
+    let (kept, now) = (fit("Experiment 1"), fit(PRESENT));
+    for (found, expected) in [(kept.akaike, akaike), (kept.bayes, bayes)] {
+        assert!((found - expected).abs() < ROUNDING * expected.abs(), "{found} is not {expected}");
+    }
+    assert_eq!(kept.delta_akaike, Some(kept.akaike - now.akaike));
+    assert_eq!(kept.delta_bayes, Some(kept.bayes - now.bayes));
     assert_eq!(now.parameters + 1, kept.parameters);
     assert!(now.akaike > kept.akaike + 100.0 && now.predicted_squared_error > kept.predicted_squared_error);
-    let [before, without] =
-        [kept, now].map(|score| score.validation_r_squared.expect("there are validation manoeuvres"));
+    let [before, without] = [&kept, &now].map(|fit| fit.honest_r_squared.expect("there are validation manoeuvres"));
     assert!(before > without + 0.01, "pitch damping predicts: {before}, {without} without");
-    bench.harness.get_by_label("Cm").click();
-    bench.settle();
-    for text in [notation::fixed(kept.akaike, 0), notation::fixed(without, 4)] {
-        assert!(bench.harness.query_all_by_label(&text).next().is_some(), "the table says {text}");
-    }
-    picture(&mut bench.harness, "board");
-    bench.click("take structure 1");
+    crate::click(&mut bench.harness, "Copy scores as CSV", 1);
+    let text = crate::copied(&bench.harness).expect("the scores are in the clipboard");
+    let line = text.lines().find(|line| line.starts_with("Experiment 1,Cm,")).expect("it is scored");
+    let cells: Vec<f64> = line.split(',').skip(2).map(|cell| cell.parse().expect("a number")).collect();
+    assert_eq!(
+        (cells[2], cells[4], cells[5], cells[7]),
+        (kept.r_squared, kept.predicted_squared_error, kept.akaike, kept.bayes)
+    );
+    // Side by side: what a structure of Cm leaves as it is steps back, and is the same in the clipboard.
+    bench.click("Experiment 1");
+    picture(&mut bench.harness, "structures_compared");
+    let title = bench.harness.get_by_label("Difference").rect();
+    let mut same = crate::painted::opacities(&bench, &notation::number(0.0), title.bottom());
+    same.retain(|(place, _)| (place.left() - title.left()).abs() < 8.0);
+    assert!(same.len() >= 2 && same.iter().all(|(_, opacity)| *opacity < 0.5), "{same:?}");
+    crate::click(&mut bench.harness, "Copy derivatives as CSV", 1);
+    let text = crate::copied(&bench.harness).expect("the derivatives are in the clipboard");
+    let line = text.lines().find(|line| line.starts_with("Cm_alpha,")).expect("both have it");
+    let cells: Vec<f64> = line.split(',').skip(1).map(|cell| cell.parse().expect("a number")).collect();
+    let estimate = |name: &str| {
+        let outcome = row(name);
+        let all = outcome.coefficients.iter().flat_map(|one| &one.derivatives);
+        all.clone().find(|one| one.name == "Cm_alpha").expect("it is estimated").interval.estimate
+    };
+    let (first, second) = (estimate(PRESENT), estimate("Experiment 1"));
+    assert_eq!((cells[0], cells[2], cells[4]), (first, second, second - first));
+    assert_ne!(first, second);
+    let line = text.lines().find(|line| line.starts_with("Cm_q,")).expect("one of them has it");
+    assert!(line.starts_with("Cm_q,,,"), "{line}");
+    bench.click("Make current");
     assert_eq!(bench.session().structure, full);
     bench.request(UiCommand::Edit(EditCommand::Undo));
     assert_ne!(bench.session().structure, full, "one step");
     let text = session::print(bench.session()).expect("it can be written");
-    assert_eq!(session::parse(&text).expect("it can be read").kept_structures, bench.session().kept_structures);
+    assert_eq!(session::parse(&text).expect("it can be read").experiments, bench.session().experiments);
 }
 
 #[test]

@@ -32,6 +32,7 @@ mod panels;
 mod plots;
 mod preprocess;
 mod propulsion;
+mod public;
 mod rasteriser;
 mod recording;
 mod recovery;

@@ -1,6 +1,7 @@
-//! Every layout at every usual size, dark and light: no text is cut at a side, none lies over another.
+//! Every layout at every usual size and scale, dark and light: no text is cut at a side, none lies over another.
 
 use doublet::command::{UiCommand, ViewCommand};
+use doublet::panels::Pane;
 use doublet::step::Step;
 use egui::epaint::{ClippedShape, Shape, TextShape};
 use egui::{Rect, ThemePreference, vec2};
@@ -8,10 +9,9 @@ use egui::{Rect, ThemePreference, vec2};
 use crate::picture;
 use crate::workbench::Bench;
 
-/// Sizes of windows.
-const SIZES: [[f32; 2]; 4] = [[1280.0, 720.0], [1366.0, 768.0], [1920.0, 1080.0], [2560.0, 1440.0]];
-/// Asks for every size in both themes; the narrowest in dark and a wide one in light without it.
-const ALL_SIZES: &str = "DOUBLET_UI_ALL_SIZES";
+/// Sizes of windows, points, with the pixels of a point: the last is a screen of 1920 x 1080 at one and a half times the size of text.
+const SIZES: [([f32; 2], f32); 4] =
+    [([1280.0, 720.0], 1.0), ([1600.0, 1000.0], 1.0), ([2560.0, 1440.0], 1.0), ([1280.0, 720.0], 1.5)];
 /// What may be lost at a side, and what two texts may share, points.
 const SLACK: f32 = 2.0;
 /// Rows of tables and lists end where they scroll: only sides are looked at there.
@@ -131,26 +131,43 @@ pub fn broken(bench: &Bench<'_>, cells: &[String]) -> Vec<String> {
 #[test]
 fn no_text_is_cut_or_covered_in_any_layout_at_any_size_in_either_theme() {
     let mut bench = Bench::shipped_in(1366.0, 768.0);
-    let all_sizes = std::env::var_os(ALL_SIZES).is_some();
-    let shown: Vec<(ThemePreference, [f32; 2])> = if all_sizes {
-        [ThemePreference::Dark, ThemePreference::Light]
-            .into_iter()
-            .flat_map(|theme| SIZES.map(|size| (theme, size)))
-            .collect()
-    } else {
-        vec![(ThemePreference::Dark, SIZES[0]), (ThemePreference::Light, SIZES[2])]
-    };
+    let themes = [ThemePreference::Dark, ThemePreference::Light];
+    // Drawing takes longer than all else, and nothing of it is looked at here.
+    let is_drawn = std::env::var_os(crate::PICTURES).is_some();
     let mut all = Vec::new();
-    for step in Step::ALL {
+    for (at, step) in Step::ALL.into_iter().enumerate() {
         bench.request(UiCommand::View(ViewCommand::Step(step)));
-        for &(theme, [width, height]) in &shown {
+        for (place, ([width, height], scale)) in SIZES.into_iter().enumerate() {
+            // Every size in both themes, every step in both: what a theme changes is no place of a text.
+            let theme = themes[(at + place) % 2];
+            // The size is in points of the scale before until a frame is drawn.
+            bench.harness.set_pixels_per_point(scale);
+            bench.harness.step();
             bench.harness.set_size(vec2(width, height));
             bench.harness.state_mut().request(UiCommand::View(ViewCommand::Appearance(theme)));
             bench.harness.hover_at(egui::pos2(0.5 * width, height - 3.0));
             bench.harness.run_steps(4);
-            let name = format!("{}_{width}_{theme:?}", step.title());
+            let name = format!("{}_{width}_{scale}_{theme:?}", step.title());
             all.extend(faults(&bench).into_iter().map(|fault| format!("{name}: {fault}")));
-            picture(&mut bench.harness, &name);
+            if is_drawn {
+                picture(&mut bench.harness, &name);
+            }
+        }
+    }
+    assert!(all.is_empty(), "{} faults:\n{}", all.len(), all.join("\n"));
+}
+
+#[test]
+fn no_text_of_any_panel_is_cut_or_covered_on_a_laptop() {
+    let mut bench = Bench::shipped_in(1280.0, 720.0);
+    let mut all = Vec::new();
+    for &pane in Pane::ALL {
+        bench.show(pane);
+        bench.harness.hover_at(egui::pos2(640.0, 717.0));
+        bench.harness.run_steps(3);
+        all.extend(faults(&bench).into_iter().map(|fault| format!("{}: {fault}", pane.title())));
+        if std::env::var_os(crate::PICTURES).is_some() {
+            picture(&mut bench.harness, &format!("laptop_{}", pane.title().replace(' ', "_")));
         }
     }
     assert!(all.is_empty(), "{} faults:\n{}", all.len(), all.join("\n"));

@@ -13,7 +13,7 @@ use doublet_engine::study::LagKind;
 use egui_kittest::kittest::{NodeT, Queryable};
 
 use crate::workbench::Bench;
-use crate::{click, copied, copied_data, drag, picture, secondary_click};
+use crate::{click, copied_data, drag, picture, secondary_click};
 
 /// Rounding of sums over a thousand samples, relative.
 const ROUNDING: f64 = 1e-8;
@@ -51,48 +51,6 @@ fn effects_of_terms_are_those_of_fits_with_and_without_them() {
     );
     bench.choose("effect of Cm alpha_dot*c/V");
     assert!(bench.cm().parameter("Cm_alpha_dot").is_some(), "a tick of the table is a tick of the model");
-}
-
-#[test]
-fn second_structure_is_estimated_beside_the_first_saved_and_exchanged() {
-    let mut bench = Bench::open();
-    bench.show(Pane::Model);
-    let first = bench.cm();
-    bench.choose("Keep as B");
-    // As long as both are the same every difference is nothing and steps back.
-    bench.choose("Show both");
-    let column = |bench: &Bench<'_>, words: &str| {
-        let title = bench.harness.get_by_label("B − A").rect();
-        let mut found = crate::painted::opacities(bench, words, title.bottom());
-        found.retain(|(place, _)| (place.right() - title.right()).abs() < 40.0);
-        found.into_iter().map(|(_, opacity)| opacity).collect::<Vec<f32>>()
-    };
-    let nothing = column(&bench, &doublet::notation::number(0.0));
-    assert!(nothing.len() >= 3 && nothing.iter().all(|opacity| *opacity < 0.5), "{nothing:?}");
-    bench.choose("Cm alpha");
-    let second = |bench: &Bench<'_>| {
-        let fits = bench.snapshot().second.ready().expect("B is estimated").fits.clone();
-        fits[0].fit.clone().expect("Cm has a fit")
-    };
-    assert_eq!(second(&bench).estimates, first.estimates);
-    assert_eq!(bench.cm().names, ["Cm_0", "Cm_q", "Cm_delta_e"]);
-    bench.choose("Show both");
-    picture(&mut bench.harness, "structures");
-    click(&mut bench.harness, "Copy as CSV", 1);
-    let text = copied(&bench.harness).expect("the table is in the clipboard");
-    let row = text.lines().find(|line| line.starts_with("Cm_q,")).expect("both have it");
-    let cells: Vec<f64> = row.split(',').skip(1).map(|cell| cell.parse().expect("a number")).collect();
-    let (a, b) = (bench.cm().parameter("Cm_q").expect("A has it").0, first.parameter("Cm_q").expect("B has it").0);
-    assert_eq!((cells[0], cells[2], cells[4]), (a, b, b - a));
-    let shown = column(&bench, &doublet::notation::number(b - a));
-    assert!(!shown.is_empty() && shown.iter().all(|opacity| *opacity > 0.99), "a difference is in full ink: {shown:?}");
-    let path = bench.folder.path().join("session.toml");
-    bench.request(UiCommand::File(doublet::command::FileCommand::Save));
-    assert_eq!(&session::open(&path).expect("the file opens").session, bench.session());
-    let without = bench.cm().estimates;
-    bench.choose("A ⇄ B");
-    assert_eq!(bench.cm().estimates, first.estimates);
-    assert_eq!(second(&bench).estimates, without);
 }
 
 #[test]

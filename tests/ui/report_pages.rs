@@ -2,12 +2,16 @@
 
 use std::time::{Duration, Instant};
 
+use doublet::command::{EditCommand, UiCommand};
 use doublet::panels::Pane;
+use doublet_core::model::{Coefficient, Term};
+use doublet_engine::notation::significant;
 use doublet_engine::report::document::SectionKind;
+use doublet_engine::session::{Edit, ModelEdit};
 use egui_kittest::kittest::Queryable;
 
-use crate::picture;
 use crate::workbench::Bench;
+use crate::{click, picture};
 
 #[test]
 fn report_is_shown_as_its_pages_and_follows_the_sections_ticked() {
@@ -46,4 +50,36 @@ fn report_is_shown_as_its_pages_and_follows_the_sections_ticked() {
         page.contains(at) && pixel.0[..3].iter().all(|part| *part < 120)
     });
     assert!(dark.count() > 500, "there is print on the page");
+}
+
+#[test]
+fn purpose_and_derivatives_asked_for_are_entered_beside_the_report_and_answered_in_it() {
+    let mut bench = Bench::open();
+    bench.harness.state_mut().state.report.shown = SectionKind::Purpose;
+    bench.show(Pane::Report);
+    bench.harness.get_by_label("purpose of the report").scroll_to_me();
+    bench.harness.run_steps(3);
+    click(&mut bench.harness, "purpose of the report", 2);
+    bench.harness.get_by_label("purpose of the report").type_text("Short period at cruise.");
+    bench.harness.run_steps(2);
+    bench.click("Derivatives asked for: 0");
+    assert_eq!(bench.session().report_purpose, "Short period at cruise.");
+    bench.click("ask for Cm_q");
+    bench.click("ask for Cm_alpha");
+    bench.click("ask for Cm_q");
+    assert_eq!(bench.session().report_asked, ["Cm_alpha"]);
+    picture(&mut bench.harness, "report_purpose");
+    let is_shown = |bench: &Bench<'_>, text: &str| bench.harness.query_all_by_label_contains(text).next().is_some();
+    assert!(is_shown(&bench, "Derivatives asked for: 1") && is_shown(&bench, "Short period at cruise."));
+    let estimate = bench.cm().parameter("Cm_alpha").expect("it is estimated").0;
+    assert!(is_shown(&bench, &significant(estimate, 4)), "the report answers with {estimate}");
+    // Asked for once more than the model has: it stays in the list until it is taken back.
+    let term = Term::parse("alpha").expect("a term");
+    let edit = Edit::Model(ModelEdit::SetTerm { coefficient: Coefficient::Cm, term, on: false });
+    bench.harness.state_mut().apply(&edit);
+    bench.settle();
+    bench.click("ask for Cm_alpha");
+    assert!(bench.session().report_asked.is_empty());
+    (0..6).for_each(|_| bench.request(UiCommand::Edit(EditCommand::Undo)));
+    assert_eq!(bench.session().report_purpose, "");
 }

@@ -26,7 +26,8 @@ use crate::stage::{
     open_entries, open_windows, physics_of, proposals,
 };
 
-pub use clocks::{align_recorders, are_of_one_flight};
+use clocks::is_one_flight;
+pub use clocks::{align_recorders, are_of_one_flight, read_and_compare};
 use spans::recorded_span;
 pub use spans::{Apart, find_apart, whole_window};
 
@@ -68,6 +69,10 @@ pub struct Inspected {
     pub guess: ManualChannelMap,
     /// Files of names that a user put beside recording or session.
     pub names: Vec<PathBuf>,
+    /// Whether several recordings are of recorders of one flight, as [`are_of_one_flight`] has it.
+    pub is_one_flight: bool,
+    /// Sources whose clock is taken as it was recorded, whatever other recorders show.
+    pub trusted_clocks: BTreeSet<String>,
 }
 
 /// A session to be made.
@@ -175,7 +180,16 @@ pub fn inspect_for(
     let (fitting, refused) = fitting_maps(&probes);
     let guess = settle_by_motion(&probes, load::guess_with(&probes, &names));
     go_on(control)?;
-    Ok(Inspected { paths: paths.to_vec(), probes, fitting, refused, guess, names: names.files })
+    Ok(Inspected {
+        paths: paths.to_vec(),
+        is_one_flight: probes.len() > 1 && is_one_flight(&probes),
+        probes,
+        fitting,
+        refused,
+        guess,
+        names: names.files,
+        trusted_clocks: BTreeSet::new(),
+    })
 }
 
 /// A guess with the units and signs that the motion shows. Where a channel states no unit and the others contradict the one it was taken
@@ -259,17 +273,8 @@ pub fn plan_by_hand(probes: &[Probe], map: &ManualChannelMap) -> Result<Plan, St
 /// # Errors
 /// One line when they cannot be read.
 pub fn compare(plan: &Plan) -> Result<FlightPhysics, String> {
-    Ok(read_and_compare(plan)?.1)
-}
-
-/// The same with what was read.
-///
-/// # Errors
-/// One line when it cannot be read.
-pub fn read_and_compare(plan: &Plan) -> Result<(Recording, FlightPhysics), String> {
     let recording = load::read(plan).map_err(|error| error.to_string())?;
-    let physics = physics_of(&recording, "the map");
-    Ok((recording, physics))
+    Ok(physics_of(&recording, "the map"))
 }
 
 /// A map made by hand after the fix of a contradiction; `probes` tell where time comes from that the map does not name.
@@ -469,9 +474,7 @@ pub fn empty_session(title: &str, aircraft: Option<&str>) -> Session {
         sensor_errors: Default::default(),
         estimation: Estimation::default(),
         structure: Structure::thesis(),
-        second_structure: None,
         experiments: Vec::new(),
-        kept_structures: Vec::new(),
         annotations: Vec::new(),
         report_purpose: String::new(),
         report_asked: Vec::new(),

@@ -300,6 +300,21 @@ impl Workbench {
         }
     }
 
+    /// Looks again without the recording at a place; what was chosen of the others stays.
+    fn begin_without(&mut self, at: usize, ctx: &egui::Context) {
+        let Some(Step::Choosing(mut choosing)) = self.beginning.step.take() else { return };
+        let gone = choosing.inspected.probes.get(at).map_or(&[][..], |probe| &probe.sources);
+        let gone: Vec<String> = gone.iter().map(|source| source.name.clone()).collect();
+        let inspected = Arc::make_mut(&mut choosing.inspected);
+        for map in [&mut choosing.hand, &mut inspected.guess] {
+            map.rows.retain(|(_, row)| !gone.contains(&row.from.source));
+            map.time.retain(|(source, _)| !gone.contains(source));
+        }
+        let others = inspected.paths.iter().enumerate().filter(|(index, _)| *index != at);
+        let paths = others.map(|(_, path)| path.clone()).collect();
+        self.inspect(paths, Some(choosing), ctx);
+    }
+
     /// Uses the aircraft file at `path` for the session being made.
     pub(super) fn begin_with_aircraft(&mut self, path: &Path) {
         if let Some(Step::Choosing(choosing)) = &mut self.beginning.step {
@@ -410,6 +425,7 @@ impl Workbench {
             Answer::Left => self.leave_beginning(),
             Answer::GivenUp => self.give_up_beginning(),
             Answer::AskBeside => self.ask(Asked::Beside, ctx),
+            Answer::Remove(at) => self.begin_without(at, ctx),
             Answer::AskAircraft => self.ask(Asked::Aircraft, ctx),
             Answer::SaveAircraft => self.ask(Asked::NewAircraft, ctx),
             Answer::Make => self.make(ctx),

@@ -25,6 +25,8 @@ pub enum Answer {
     Left,
     GivenUp,
     AskBeside,
+    /// Leave out the recording at this place.
+    Remove(usize),
     AskAircraft,
     SaveAircraft,
     Make,

@@ -1,13 +1,15 @@
 //! Channels against each other as the chosen map reads them: what contradicts, and its fix as one click.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use doublet_core::load::{ManualChannelMap, Plan, Probe};
+use doublet_core::load::{ManualChannelMap, Plan};
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Statistics, TimeRange};
-use doublet_engine::begin;
+use doublet_engine::begin::{self, Inspected};
 use doublet_engine::confidence::{WeighedRole, weigh};
 use doublet_engine::run::{Control, Job};
+use doublet_engine::session::ClockSetting;
 use doublet_engine::stage::{FlightPhysics, PhysicsRow};
 use doublet_engine::verdict::Level;
 use eframe::egui::{self, Label, RichText, Sense, Spinner, Ui, vec2};
@@ -27,9 +29,11 @@ const WORDS: f32 = 220.0;
 /// What the channels say of each other by the map as it is, compared in the background.
 #[derive(Default)]
 pub struct Comparison {
-    of: Option<(Choice, ManualChannelMap)>,
-    job: Option<Job<(Recording, FlightPhysics)>>,
+    of: Option<(Choice, ManualChannelMap, Arc<Inspected>)>,
+    job: Option<Job<(Recording, FlightPhysics, Vec<ClockSetting>)>>,
     found: FlightPhysics,
+    /// Clocks of recorders that are off, with the channels they are fitted to.
+    pub(super) clocks: Vec<ClockSetting>,
     weighed: Vec<WeighedRole>,
     shapes: BTreeMap<Role, Shape>,
 }
@@ -61,31 +65,34 @@ impl Comparison {
     /// Takes in what was found, and compares again where the map has changed.
     fn follow(
         &mut self,
-        (choice, hand, probes): (Choice, &ManualChannelMap, &[Probe]),
+        (choice, hand, inspected): (Choice, &ManualChannelMap, &Arc<Inspected>),
         plan: Option<&Plan>,
         ctx: &egui::Context,
     ) {
         if let Some(job) = self.job.take_if(|job| job.is_finished()) {
-            let (recording, found) = job.finish().unwrap_or_default();
+            let (recording, found, clocks) = job.finish().unwrap_or_default();
             self.shapes = shapes(&recording);
-            self.weighed = weigh(probes, hand, Some(&found));
-            self.found = found;
+            self.weighed = weigh(&inspected.probes, hand, Some(&found));
+            (self.found, self.clocks) = (found, clocks);
         }
-        let is_same = self.of.as_ref().is_some_and(|(of, map)| *of == choice && map == hand);
+        let is_same = self
+            .of
+            .as_ref()
+            .is_some_and(|(of, map, looked_at)| *of == choice && map == hand && Arc::ptr_eq(looked_at, inspected));
         // A value being dragged is compared once it is let go.
         if is_same || ctx.input(|input| input.pointer.any_down()) {
             return;
         }
-        self.of = Some((choice, hand.clone()));
+        self.of = Some((choice, hand.clone(), Arc::clone(inspected)));
         self.stop();
         let Some(plan) = plan.filter(|plan| !plan.has_errors() && !plan.roles.is_empty()).cloned() else {
             self.found = FlightPhysics::default();
-            self.weighed = weigh(probes, hand, None);
+            self.weighed = weigh(&inspected.probes, hand, None);
             self.shapes.clear();
             return;
         };
-        let wake = ctx.clone();
-        let work = move |_: &Control, _: &(dyn Fn(f32) + Sync)| begin::read_and_compare(&plan);
+        let (wake, inspected) = (ctx.clone(), Arc::clone(inspected));
+        let work = move |_: &Control, _: &(dyn Fn(f32) + Sync)| begin::read_and_compare(&inspected, &plan);
         self.job = Job::start("doublet-compare", move || wake.request_repaint(), work).ok();
     }
 
@@ -136,7 +143,7 @@ impl Comparison {
 /// Compares the channels in the background where the map has changed, whatever page is on screen.
 pub(super) fn follow(choosing: &mut Choosing, ctx: &egui::Context) {
     let mut comparison = std::mem::take(&mut choosing.comparison);
-    let map = (choosing.choice, &choosing.hand, choosing.inspected.probes.as_slice());
+    let map = (choosing.choice, &choosing.hand, &choosing.inspected);
     comparison.follow(map, choosing.plan().ok(), ctx);
     if comparison.job.is_some() {
         ctx.request_repaint_after(std::time::Duration::from_millis(50));

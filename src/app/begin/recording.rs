@@ -1,9 +1,11 @@
 //! The first page of a new session: what the recordings hold, the session's name, and whose flight it is.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use doublet_core::load::{Probe, Source};
 use doublet_engine::builtin;
+use doublet_engine::verdict::Level;
 use eframe::egui::{CollapsingHeader, ComboBox, Grid, Id, Label, RichText, ScrollArea, TextEdit, Ui};
 
 use super::aircraft::AircraftForm;
@@ -11,6 +13,7 @@ use super::page::Answer;
 use super::{AircraftChoice, Choosing};
 use crate::notation::{self, plural};
 use crate::theme;
+use crate::widgets::level_mark::level_mark;
 
 /// Sources listed.
 const LISTED: usize = 6;
@@ -46,7 +49,10 @@ pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
         });
     }
     ui.separator();
-    contents(choosing, ui);
+    recorders(choosing, ui);
+    if let Some(at) = contents(choosing, ui) {
+        answer = Answer::Remove(at);
+    }
     ui.add_space(4.0);
     let hint = "Another file of the same flight: from another recorder, or with other channels";
     if ui.button("Add a file…").on_hover_text(hint).clicked() {
@@ -55,19 +61,72 @@ pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
     answer
 }
 
-/// Format, sources and findings.
-fn contents(choosing: &Choosing, ui: &mut Ui) {
+/// Whether several recordings are of one flight, and the clocks that are shifted to merge them; each shift can be refused.
+fn recorders(choosing: &mut Choosing, ui: &mut Ui) {
+    let count = choosing.inspected.probes.len();
+    if count < 2 {
+        return;
+    }
+    let is_one = choosing.inspected.is_one_flight;
+    ui.horizontal_top(|ui| {
+        level_mark(ui, Some(if is_one { Level::Good } else { Level::Caution }));
+        let text = if is_one {
+            format!("These {count} recordings are merged into one flight: no two have all rates and specific forces.")
+        } else {
+            format!("These {count} recordings may be different flights. Remove those of another flight.")
+        };
+        ui.add(Label::new(text).wrap());
+    });
+    let trusted = &choosing.inspected.trusted_clocks;
+    let found = choosing.comparison.clocks.iter().filter(|clock| !trusted.contains(&clock.source)).map(|clock| {
+        let fitted: Vec<&str> = clock.fit.iter().map(|pair| pair.other.as_str()).collect();
+        let offset_s = notation::fixed(clock.offset_s, 1);
+        (clock.source.clone(), true, format!("Shift the clock of {} by {offset_s} s", clock.source), fitted.join(", "))
+    });
+    let refused = trusted.iter().map(|source| {
+        (source.clone(), false, format!("Shift the clock of {source} to that of the others"), String::new())
+    });
+    for (source, is_shifted, text, fitted) in found.chain(refused).collect::<Vec<_>>() {
+        let mut is_wanted = is_shifted;
+        let tick = ui.checkbox(&mut is_wanted, text);
+        if !fitted.is_empty() {
+            tick.on_hover_text(format!("The session fits it to {fitted}"));
+        }
+        if is_wanted != is_shifted {
+            let trusted = &mut Arc::make_mut(&mut choosing.inspected).trusted_clocks;
+            if is_wanted {
+                trusted.remove(&source)
+            } else {
+                trusted.insert(source)
+            };
+        }
+    }
+    ui.add_space(4.0);
+}
+
+/// Format, sources and findings; the place of a recording that is to be left out.
+fn contents(choosing: &Choosing, ui: &mut Ui) -> Option<usize> {
+    let mut removed = None;
     let is_roomy = choosing.inspected.probes.len() == 1
         && choosing.aircraft_form.is_none()
         && ui.ctx().content_rect().height() >= TALL;
     let height = if is_roomy { TALL_LIST } else { LIST };
-    for probe in &choosing.inspected.probes {
+    for (at, probe) in choosing.inspected.probes.iter().enumerate() {
         let count: usize = probe.sources.iter().map(|source| source.channels.len()).sum();
         let sources = match probe.sources.len() {
             1 => String::new(),
             sources => format!(" in {sources} sources"),
         };
-        ui.add(Label::new(format!("{}: {}, {count} channels{sources}", probe.path.display(), probe.format)).truncate());
+        ui.horizontal(|ui| {
+            if choosing.inspected.probes.len() > 1 {
+                let button = ui.small_button("✖").on_hover_text("Leave this recording out");
+                let name = format!("remove {}", probe.path.file_name().unwrap_or_default().display());
+                ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(name));
+                removed = button.clicked().then_some(at).or(removed);
+            }
+            let text = format!("{}: {}, {count} channels{sources}", probe.path.display(), probe.format);
+            ui.add(Label::new(text).truncate());
+        });
         ui.horizontal_wrapped(|ui| {
             for source in probe.sources.iter().take(LISTED) {
                 ui.label(RichText::new(summary(source)).weak());
@@ -93,6 +152,7 @@ fn contents(choosing: &Choosing, ui: &mut Ui) {
             .default_open(true)
             .show(ui, |ui| channels(probe, height, ui));
     }
+    removed
 }
 
 /// Times of a source in one line.

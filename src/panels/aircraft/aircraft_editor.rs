@@ -263,6 +263,9 @@ fn wing(aircraft: &Aircraft) -> Vec<[f64; 2]> {
     right.chain(trailing.iter().map(mirrored)).chain(leading.iter().rev().map(mirrored)).collect()
 }
 
+/// Unit of moments of inertia, which no line breaks.
+const INERTIA: &str = "kg\u{a0}m²";
+
 /// Mass, centre of gravity and inertia, and when that is.
 fn follows(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState, when: &str) {
     let (unit, scale) = ctx.unit(Dimension::Length);
@@ -284,10 +287,10 @@ fn follows(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState, when: &str
             (when, notation::four_digits(properties.mass_kg, 1), "kg".to_owned()),
             ("CG x", x, format!("{unit}{chord}")),
             ("CG z", z, unit.to_owned()),
-            ("Ixx", xx, "kg m²".to_owned()),
-            ("Iyy", yy, "kg m²".to_owned()),
-            ("Izz", zz, "kg m²".to_owned()),
-            ("Ixz", xz, "kg m²".to_owned()),
+            ("Ixx", xx, INERTIA.to_owned()),
+            ("Iyy", yy, INERTIA.to_owned()),
+            ("Izz", zz, INERTIA.to_owned()),
+            ("Ixz", xz, INERTIA.to_owned()),
         ] {
             ui.label(RichText::new(name).size(11.5).weak());
             ui.label(RichText::new(value).font(figures.clone()).size(12.0));

@@ -1,20 +1,20 @@
 //! Experiments: named configurations, their results, and the differences between two of them.
 
-use doublet_core::model::Coefficient;
-use doublet_engine::compare::{ExperimentRow, PRESENT, SettingDifference, experiment_differences};
+use doublet_core::model::{Coefficient, Structure};
+use doublet_engine::compare::{ExperimentRow, PRESENT};
 use doublet_engine::run::{ExperimentRows, Slot};
 use doublet_engine::session::{
     Configuration, Edit, Experiment, ExperimentEdit, Session, cross_experiments, filter_experiments,
     manoeuvre_experiments, noise_experiments, structure_experiments,
 };
 use doublet_engine::verdict::{Level, VerdictCounts};
-use eframe::egui::{
-    self, Align, Button, Color32, Grid, Label, Layout, ProgressBar, RichText, ScrollArea, TextEdit, Ui,
-};
+use eframe::egui::{self, Align, Button, Color32, Label, Layout, ProgressBar, RichText, ScrollArea, TextEdit, Ui};
 use egui_extras::{Column, TableBuilder, TableRow};
 
 use crate::notation;
 use crate::panels::model::experiment_intervals::{Axis, interval};
+use crate::panels::model::experiment_tables::{Differences, scores_csv};
+use crate::panels::model::terms::PRESETS;
 use crate::panels::overlaid;
 use crate::panels::{Panel, PanelContext, choices};
 use crate::theme;
@@ -22,13 +22,15 @@ use crate::widgets::level_mark::level_mark;
 use crate::widgets::term::{column_title, column_title_called};
 
 /// Titles and widths of the columns behind the name, and how narrow a panel still has them: 0 for one with room for all.
-const COLUMNS: [(&str, f32, u8); 6] = [
-    ("Verdict", 98.0, 2),
-    ("NIS", 46.0, 0),
-    ("R²", 50.0, 0),
-    ("honest R²", 58.0, 1),
-    ("ΔAIC", 50.0, 1),
-    ("validation error", 86.0, 0),
+const COLUMNS: [(&str, f32, u8); 8] = [
+    ("Verdict", 98.0, 3),
+    ("NIS", 46.0, 1),
+    ("R²", 50.0, 1),
+    ("honest R²", 58.0, 2),
+    ("PSE", 66.0, 0),
+    ("ΔAIC", 50.0, 2),
+    ("ΔBIC", 50.0, 0),
+    ("validation error", 86.0, 1),
 ];
 /// Widths of name and overlay, of an interval (least and most), and between columns.
 const NAME: f32 = 150.0;
@@ -56,13 +58,7 @@ pub struct Experiments {
     order: Option<(String, bool)>,
     /// First derivative shown, where not all fit.
     first: usize,
-    differences: Option<Compared>,
-}
-
-/// Two configurations and the settings that differ between them.
-struct Compared {
-    of: [Configuration; 2],
-    settings: Vec<SettingDifference>,
+    differences: Differences,
 }
 
 impl Panel for Experiments {
@@ -71,6 +67,13 @@ impl Panel for Experiments {
         ui.horizontal_wrapped(|ui| {
             self.keep(ctx, ui);
             add(ctx, ui);
+            if ui
+                .button("Copy scores as CSV")
+                .on_hover_text("Copy the scores of every coefficient to the clipboard")
+                .clicked()
+            {
+                ui.ctx().copy_text(scores_csv(&ctx.snapshot.inquiries.experiments));
+            }
             progress(ctx, ui);
         });
         let session = ctx.session;
@@ -109,7 +112,7 @@ impl Panel for Experiments {
         ui.separator();
         ScrollArea::vertical().id_salt("below the board").auto_shrink(false).show(ui, |ui| {
             self.actions(ctx, ui);
-            self.differing(ctx, ui);
+            self.differences.show(ctx, ui, &self.chosen);
         });
     }
 }
@@ -130,7 +133,7 @@ impl Fitting {
         let left = |narrow: u8| room - columns(narrow).map(|(_, width)| width + GAP).sum::<f32>();
         let [least, most] = INTERVAL;
         let has_room = |narrow: &u8| left(*narrow) >= derivatives as f32 * (least + GAP);
-        let narrow = (0..=2).find(has_room).unwrap_or(2);
+        let narrow = (0..=3).find(has_room).unwrap_or(3);
         let fitting = (left(narrow) / (least + GAP)).max(1.0) as usize;
         let intervals = fitting.min(derivatives);
         let width = (left(narrow) / intervals.max(1) as f32 - GAP).clamp(least, most);
@@ -325,51 +328,10 @@ impl Experiments {
             }
         });
     }
-
-    /// Settings that differ between the two chosen rows, or between the chosen one and the session.
-    fn differing(&mut self, ctx: &PanelContext<'_>, ui: &mut Ui) {
-        let [first, second] = match self.chosen.as_slice() {
-            [one] if one != PRESENT => [PRESENT, one.as_str()],
-            [first, second] => [first.as_str(), second.as_str()],
-            _ => return,
-        };
-        let Some(of) = configuration(ctx.session, first).zip(configuration(ctx.session, second)) else { return };
-        let of = [of.0, of.1];
-        if self.differences.as_ref().is_none_or(|known| known.of != of) {
-            let settings = experiment_differences(ctx.session, &of[0], &of[1]).unwrap_or_default();
-            self.differences = Some(Compared { of, settings });
-        }
-        let Some(Compared { settings, .. }) = &self.differences else { return };
-        if settings.is_empty() {
-            ui.label(format!("{first} and {second} have the same settings."));
-            return;
-        }
-        Grid::new("settings that differ").num_columns(3).striped(true).show(ui, |ui| {
-            for title in ["Setting", first, second] {
-                ui.label(RichText::new(title).size(11.0).weak());
-            }
-            ui.end_row();
-            for difference in settings {
-                ui.add(Label::new(&difference.setting).extend());
-                for value in [&difference.first, &difference.second] {
-                    ui.add(Label::new(difference.written(value.as_deref())).wrap());
-                }
-                ui.end_row();
-            }
-        });
-    }
-}
-
-/// The configuration of a row.
-fn configuration(session: &Session, name: &str) -> Option<Configuration> {
-    if name == PRESENT {
-        return Some(Configuration::from_session(session));
-    }
-    session.experiment(name).map(|experiment| Configuration::clone(&experiment.configuration))
 }
 
 /// The first name nothing has yet.
-fn free_name(session: &Session) -> String {
+pub fn free_name(session: &Session) -> String {
     let mut names = (1..).map(|number| format!("Experiment {number}"));
     names.find(|name| session.experiment(name).is_none()).unwrap_or_default()
 }
@@ -391,6 +353,10 @@ fn add(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         if ui.button("Odd and even manoeuvres").on_hover_text(halves).clicked() {
             added = Some(sets.clone());
         }
+        let structures = "The structures of the Model panel, each with the present settings";
+        if ui.button("All structures").on_hover_text(structures).clicked() {
+            added = Some(PRESETS.map(|(name, structure, _)| with_structure(session, name, structure())).into());
+        }
         ui.separator();
         for (coefficient, _) in &session.structure.models {
             let coefficient: Coefficient = *coefficient;
@@ -407,6 +373,12 @@ fn add(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     if let Some(experiments) = added {
         ctx.edit(Edit::Experiment(ExperimentEdit::Add(experiments)));
     }
+}
+
+/// The present configuration with another structure.
+fn with_structure(session: &Session, name: &str, structure: Structure) -> Experiment {
+    let configuration = Configuration { structure, ..Configuration::from_session(session) };
+    Experiment { name: format!("{name} structure"), configuration: configuration.into() }
 }
 
 /// How many rows are computed.
@@ -465,20 +437,24 @@ fn number(row: &ExperimentRow, coefficient: &str, title: &str) -> Option<f64> {
         "NIS" => row.outcome.nis,
         "R²" => fit.map(|fit| fit.r_squared),
         "honest R²" => fit?.honest_r_squared,
+        "PSE" => fit.map(|fit| fit.predicted_squared_error),
         "ΔAIC" => fit?.delta_akaike,
+        "ΔBIC" => fit?.delta_bayes,
         "validation error" => row.outcome.validation_error,
         derivative => interval(row, coefficient, derivative).map(|interval| interval.estimate),
     }
 }
 
-/// Decimals of a column.
-fn decimals(title: &str) -> usize {
-    match title {
-        "ΔAIC" => 0,
+/// The number of a column as it is written.
+fn written(title: &str, value: f64) -> String {
+    let decimals = match title {
+        "PSE" => return notation::number(value),
+        "ΔAIC" | "ΔBIC" => 0,
         "NIS" => 2,
         "validation error" => 3,
         _ => 4,
-    }
+    };
+    notation::fixed(value, decimals)
 }
 
 /// The cells of a row; whether its overlay was switched.
@@ -524,7 +500,7 @@ fn cells(
         row.col(|ui| {
             ui.multiply_opacity(opacity);
             let value = latest.and_then(|row| number(row, coefficient, title));
-            let text = value.map_or("–".to_owned(), |value| notation::fixed(value, decimals(title)));
+            let text = value.map_or("–".to_owned(), |value| written(title, value));
             let text = RichText::new(text).font(theme::figures(ui)).size(11.5);
             ui.add(Label::new(text).selectable(false));
         });

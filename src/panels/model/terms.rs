@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use doublet_core::estimate::{Constraint, TermEffect};
 use doublet_core::model::{Coefficient, Structure, Term, Variable};
 use doublet_engine::session::{
-    Edit, EstimationEdit, ModelEdit, PooledConstants, PredictionParameters, ResidualWeights,
+    Edit, EstimationEdit, ExperimentEdit, ModelEdit, PooledConstants, PredictionParameters, ResidualWeights,
 };
 use eframe::egui::{self, CollapsingHeader, Grid, Key, RichText, ScrollArea, TextEdit, Ui};
 
@@ -13,10 +13,10 @@ use crate::command::{UiCommand, ViewCommand};
 use crate::notation;
 use crate::panels::model::coefficient_settings;
 use crate::panels::model::constraints;
+use crate::panels::model::experiments;
 use crate::panels::model::term_effects;
 use crate::panels::{Pane, Panel, PanelContext, break_before, choices};
 use crate::theme;
-use crate::ui_state::Scope;
 
 /// Variables that always have a row.
 const COMMON: [Variable; 10] = [
@@ -32,11 +32,11 @@ const COMMON: [Variable; 10] = [
     Variable::Rudder,
 ];
 
-/// A named structure.
+/// A named structure, with what it holds.
 type Preset = (&'static str, fn() -> Structure, &'static str);
 
 /// Structures to start from.
-const PRESETS: [Preset; 4] = [
+pub const PRESETS: [Preset; 4] = [
     ("Thesis", Structure::thesis, "CX CZ Cm of 1, α, q, δe and CY Cl Cn of 1, β, p, r, δa, δr (thesis Eq. 3.21, 3.22)"),
     ("Alternative", Structure::alternative, "Adds the rates of the flow angles (thesis Eq. B.1, B.2)"),
     ("Quadratic", Structure::quadratic, "Adds α² in CX, CZ, Cm (thesis Eq. 3.20)"),
@@ -89,7 +89,7 @@ impl Panel for Model {
                 }
             }
             ui.separator();
-            second(ctx, ui);
+            keep(ctx, ui);
         });
         ui.horizontal_wrapped(|ui| {
             ui.weak("Constants");
@@ -235,29 +235,18 @@ impl Model {
     }
 }
 
-/// The second structure: kept from the first, exchanged with it, dropped.
-fn second(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
-    let keep =
-        ui.button("Keep as B").on_hover_text("Store this structure as B and continue editing A; both are estimated");
-    if keep.clicked() {
-        ctx.edit(Edit::Model(ModelEdit::Second(Some(ctx.session.structure.clone()))));
+/// Keeps the session as it is, with this structure, and leads to what was kept.
+fn keep(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+    let hint = "Save the session's configuration, with this structure, as an experiment, and go on editing";
+    // Short: the row has no room for more in a panel of half a window.
+    let button = ui.button("Keep").on_hover_text(hint);
+    ui.ctx().accesskit_node_builder(button.id, |node| node.set_label("Keep as experiment"));
+    if button.clicked() {
+        let name = experiments::free_name(ctx.session);
+        ctx.edit(Edit::Experiment(ExperimentEdit::Keep(name)));
     }
-    if ui.button("Board").on_hover_text("Store and compare any number of structures").clicked() {
-        ctx.state.selection.scope = Scope::Board;
-        ctx.commands.push(UiCommand::View(ViewCommand::Show(Pane::Derivatives)));
-    }
-    if ctx.session.second_structure.is_none() {
-        return;
-    }
-    if ui.button("A ⇄ B").on_hover_text("Exchange A and B").clicked() {
-        ctx.edit(Edit::Model(ModelEdit::Exchange));
-    }
-    if ui.button("Show both").on_hover_text("Derivatives of A and B side by side").clicked() {
-        ctx.state.selection.scope = Scope::Structures;
-        ctx.commands.push(UiCommand::View(ViewCommand::Show(Pane::Derivatives)));
-    }
-    if ui.button("Drop B").clicked() {
-        ctx.edit(Edit::Model(ModelEdit::Second(None)));
+    if ui.button("Experiments").on_hover_text("Compare experiments and make one current").clicked() {
+        ctx.commands.push(UiCommand::View(ViewCommand::Show(Pane::Experiments)));
     }
 }
 

@@ -1,13 +1,15 @@
 //! The report: its printed pages or one section, the sections it has, and the button that writes it.
 
+use doublet_core::model::{Coefficient, Term};
 use doublet_engine::date;
 use doublet_engine::report;
 use doublet_engine::report::document::{Document, Section, SectionKind, build, chosen};
 use doublet_engine::session::{Edit, ReportFigure, ReportFigureEdit, Session};
 use doublet_report::ReportFormat;
-use eframe::egui::{self, RichText, ScrollArea, TextEdit, Ui};
+use eframe::egui::{self, CollapsingHeader, RichText, ScrollArea, TextEdit, Ui};
 
 use crate::command::{FileCommand, UiCommand};
+use crate::notation;
 use crate::panels::report::pages::Pages;
 use crate::panels::{Panel, PanelContext, caption, choices};
 use crate::ui_state::ReportChoice;
@@ -18,16 +20,19 @@ const SECTIONS_WIDTH: f32 = 308.0;
 const FLIGHT_NAME: [f32; 2] = [72.0, 22.0];
 const LOG_FIELD: [f32; 2] = [92.0, 22.0];
 
+/// How a text is entered: into a flight's log, one line, or several, with a hint.
+enum FieldKind<'a> {
+    Log(&'a str),
+    Line,
+    Lines(&'a str),
+}
+
 /// The panel.
 #[derive(Default)]
 pub struct Report {
     shown: Option<Shown>,
-    /// The notes while they are typed.
-    notes: Option<String>,
-    /// The words on a figure while they are typed, and its place.
-    caption: Option<(usize, String)>,
-    /// Date or crew of a flight while it is typed, and the name of its field.
-    log: Option<(String, String)>,
+    /// The text being typed, and the name of its field.
+    typed: Option<(String, String)>,
     chosen: Chosen,
     pages: Pages,
 }
@@ -69,6 +74,7 @@ impl Panel for Report {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                 sections(&mut choice, ui);
                 ui.separator();
+                self.purpose(ctx, ui);
                 self.logs(ctx, ui);
                 self.notes(ctx, ui);
                 self.figures(ctx, ui);
@@ -113,8 +119,10 @@ impl Report {
                 let recorded = ctx.snapshot.flights.get(&flight.name).and_then(|slot| slot.ready());
                 let recorded = recorded.and_then(|loaded| loaded.utc_start_s).and_then(date::format_instant);
                 let hint = recorded.as_deref().unwrap_or("date flown");
-                let date = self.log_field(ui, &format!("date of flight {}", flight.name), &flight.date, hint);
-                let crew = self.log_field(ui, &format!("crew of flight {}", flight.name), &flight.crew, "crew");
+                let date =
+                    self.field(ui, &format!("date of flight {}", flight.name), &flight.date, FieldKind::Log(hint));
+                let crew =
+                    self.field(ui, &format!("crew of flight {}", flight.name), &flight.crew, FieldKind::Log("crew"));
                 if date.is_some() || crew.is_some() {
                     let date = date.unwrap_or_else(|| flight.date.clone());
                     let crew = crew.unwrap_or_else(|| flight.crew.clone());
@@ -124,35 +132,59 @@ impl Report {
         }
     }
 
-    /// A field for a text of the flight's log; what it says otherwise once it is left.
-    fn log_field(&mut self, ui: &mut Ui, name: &str, stated: &str, hint: &str) -> Option<String> {
-        let typed = self.log.take_if(|(of, _)| of == name).map(|(_, typed)| typed);
+    /// A field for a text that is stated; what it says otherwise once it is left: one step of undo.
+    fn field(&mut self, ui: &mut Ui, name: &str, stated: &str, kind: FieldKind<'_>) -> Option<String> {
+        let typed = self.typed.take_if(|(of, _)| of == name).map(|(_, typed)| typed);
         let mut text = typed.unwrap_or_else(|| stated.to_owned());
-        let field = ui.add_sized(LOG_FIELD, TextEdit::singleline(&mut text).hint_text(hint));
+        let field = match kind {
+            FieldKind::Log(hint) => ui.add_sized(LOG_FIELD, TextEdit::singleline(&mut text).hint_text(hint)),
+            FieldKind::Line => ui.add(TextEdit::singleline(&mut text).desired_width(SECTIONS_WIDTH - 72.0)),
+            FieldKind::Lines(hint) => {
+                let lines = TextEdit::multiline(&mut text).hint_text(hint).desired_rows(3);
+                ui.add(lines.desired_width(SECTIONS_WIDTH - 36.0))
+            }
+        };
         ui.ctx().accesskit_node_builder(field.id, |node| node.set_label(name));
         if field.lost_focus() {
             return (text != stated).then_some(text);
         }
         if field.has_focus() {
-            self.log = Some((name.to_owned(), text));
+            self.typed = Some((name.to_owned(), text));
         }
         None
     }
 
-    /// What the author has to say; it is one step of undo once the field is left.
+    /// What the flights were for, and the derivatives that the report answers.
+    fn purpose(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        caption(ui, "Purpose");
+        let session = ctx.session;
+        let hint = FieldKind::Lines("Purpose of the flights: on the first page");
+        if let Some(purpose) = self.field(ui, "purpose of the report", &session.report_purpose, hint) {
+            ctx.edit(Edit::ReportPurpose(purpose));
+        }
+        let asked = &session.report_asked;
+        let title = format!("Derivatives asked for: {}", asked.len());
+        CollapsingHeader::new(title).id_salt("derivatives asked for").show(ui, |ui| {
+            let of_model = |(coefficient, terms): &(Coefficient, Vec<Term>)| {
+                let moving = terms.iter().filter(|term| !term.is_constant());
+                moving.map(|term| term.derivative_name(*coefficient)).collect::<Vec<_>>()
+            };
+            let model: Vec<Vec<String>> = session.structure.models.iter().map(of_model).collect();
+            // A derivative that the model has no longer can be taken back.
+            let others = asked.iter().filter(|name| model.iter().flatten().all(|known| known != *name));
+            let others: Vec<String> = others.cloned().collect();
+            for names in model.iter().chain([&others]) {
+                ui.horizontal_wrapped(|ui| names.iter().for_each(|name| ask_for(ctx, ui, name)));
+            }
+        });
+    }
+
+    /// What the author has to say.
     fn notes(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         caption(ui, "Notes");
-        let mut notes = self.notes.clone().unwrap_or_else(|| ctx.session.report_notes.clone());
-        let field = TextEdit::multiline(&mut notes).hint_text("Notes for the reader").desired_rows(3);
-        let field = ui.add(field.desired_width(SECTIONS_WIDTH - 36.0));
-        ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("notes of the report"));
-        if field.lost_focus() {
-            self.notes = None;
-            if notes != ctx.session.report_notes {
-                ctx.edit(Edit::ReportNotes(notes));
-            }
-        } else {
-            self.notes = field.has_focus().then_some(notes);
+        let hint = FieldKind::Lines("Notes for the reader");
+        if let Some(notes) = self.field(ui, "notes of the report", &ctx.session.report_notes, hint) {
+            ctx.edit(Edit::ReportNotes(notes));
         }
     }
 
@@ -168,15 +200,9 @@ impl Report {
                 if ui.small_button("✖").on_hover_text("Leave it out").clicked() {
                     ctx.edit(Edit::ReportFigure(ReportFigureEdit::Remove(at)));
                 }
-                let typed = self.caption.take_if(|(of, _)| *of == at).map(|(_, typed)| typed);
-                let mut words = typed.unwrap_or_else(|| figure.caption.clone());
-                let field = ui.add(TextEdit::singleline(&mut words).desired_width(SECTIONS_WIDTH - 72.0));
-                let label = format!("caption of figure {}", at + 1);
-                ui.ctx().accesskit_node_builder(field.id, |node| node.set_label(label.as_str()));
-                if field.lost_focus() && words != figure.caption {
+                let name = format!("caption of figure {}", at + 1);
+                if let Some(words) = self.field(ui, &name, &figure.caption, FieldKind::Line) {
                     ctx.edit(Edit::ReportFigure(ReportFigureEdit::Caption(at, words)));
-                } else if field.has_focus() {
-                    self.caption = Some((at, words));
                 }
             });
         }
@@ -193,6 +219,19 @@ impl Report {
         let results = report::build(ctx.session, ctx.snapshot);
         let document = build(ctx.session, ctx.snapshot, &results, &[kind], None);
         self.shown = Some(Shown { generation, steps, kind, document });
+    }
+}
+
+/// The tick of a derivative that may be asked for.
+fn ask_for(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &String) {
+    let asked = &ctx.session.report_asked;
+    let is_asked = asked.contains(name);
+    let label = ui.selectable_label(is_asked, notation::derivative_job(ui, name));
+    ui.ctx().accesskit_node_builder(label.id, |node| node.set_label(format!("ask for {name}")));
+    if label.clicked() {
+        let others = asked.iter().filter(|other| *other != name);
+        let added = (!is_asked).then_some(name);
+        ctx.edit(Edit::ReportAsked(others.chain(added).cloned().collect()));
     }
 }
 

@@ -61,5 +61,5 @@ pub fn describe(ui: &mut Ui, counts: VerdictCounts) {
     let VerdictCounts { level, good, caution, bad } = counts;
     level_mark(ui, Some(level));
     let text = format!("{} (derivatives: {good} good, {caution} caution, {bad} bad)", level.name());
-    ui.add(Label::new(notation::typeset(&text, 13.0)).extend());
+    ui.add(Label::new(notation::typeset(&text, 11.5)).truncate());
 }

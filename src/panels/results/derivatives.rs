@@ -10,8 +10,6 @@ use eframe::egui::{self, FontId, Galley, RichText, ScrollArea, Ui};
 use egui_extras::Column;
 
 use crate::notation;
-use crate::panels::model::board::Board;
-use crate::panels::model::structures;
 use crate::panels::results::by_window;
 use crate::panels::results::intervals;
 use crate::panels::results::over_windows;
@@ -35,9 +33,7 @@ const FIGURES: f32 = 470.0;
 const TITLES: [&str; 7] = ["", "Estimate", "Std. error", "Corrected", "Scatter/√n", "Relative", "t"];
 /// The panel.
 #[derive(Default)]
-pub struct Derivatives {
-    board: Board,
-}
+pub struct Derivatives;
 
 impl Panel for Derivatives {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
@@ -53,12 +49,8 @@ impl Panel for Derivatives {
                 (Scope::Each, "Each manoeuvre"),
                 (Scope::Over, "Over manoeuvres"),
                 (Scope::Intervals, "Intervals"),
-                (Scope::Board, "Structures"),
-                (Scope::Structures, "A and B"),
             ] {
-                if scope != Scope::Structures || ctx.session.second_structure.is_some() {
-                    ui.selectable_value(&mut selection.scope, scope, name);
-                }
+                ui.selectable_value(&mut selection.scope, scope, name);
             }
             if selection.scope == Scope::All {
                 ui.checkbox(&mut selection.constants, "constants").on_hover_text("Constant of every manoeuvre");
@@ -70,8 +62,6 @@ impl Panel for Derivatives {
             Scope::Each => return by_window::show(ctx, ui, copied.inner),
             Scope::Over => return over_windows::show(ctx, ui, copied.inner),
             Scope::Intervals => return intervals::show(ctx, ui),
-            Scope::Board => return self.board.show(ctx, ui, copied.inner),
-            Scope::Structures => return structures::show(ctx, ui, copied.inner),
             Scope::Chosen => {
                 let slot = of_window.map(|results| &results.fits);
                 let fits = slot.and_then(|slot| slot.latest()).map(|fits| fits.fits.as_slice());

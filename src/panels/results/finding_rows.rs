@@ -1,5 +1,6 @@
 //! Findings as they are read: what was found, where, what to do, the fix with the verdict it leads to, and the way to the panel and its field.
 
+use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
 use doublet_core::model::Coefficient;
@@ -15,6 +16,9 @@ use crate::ui_state::Scope;
 use crate::widgets::level_mark::level_mark;
 use crate::widgets::quantity_edit;
 
+/// Code of channels that contradict each other.
+const CONTRADICTION: &str = "physics";
+
 /// Findings of one kind and level: the first stands for all.
 pub struct FindingKind<'a> {
     first: &'a Finding,
@@ -24,7 +28,7 @@ pub struct FindingKind<'a> {
 }
 
 impl<'a> FindingKind<'a> {
-    /// The kinds among findings, in their order.
+    /// The kinds among findings in their order, channels that contradict each other before others as bad: those follow from them.
     pub fn group(findings: &[&'a Finding]) -> Vec<Self> {
         let mut groups: Vec<Vec<&'a Finding>> = Vec::new();
         for finding in findings {
@@ -34,6 +38,7 @@ impl<'a> FindingKind<'a> {
                 None => groups.push(vec![finding]),
             }
         }
+        groups.sort_by_key(|group| (Reverse(group[0].level), group[0].code != CONTRADICTION));
         groups.into_iter().map(|group| Self::join(&group)).collect()
     }
 

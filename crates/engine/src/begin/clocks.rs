@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use doublet_core::align::{ClockFitSettings, ClockPair, clock_fit_pairs};
-use doublet_core::load::{ManualChannel, Probe, guess, inspect};
+use doublet_core::load::{ManualChannel, Plan, Probe, guess, inspect, read};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::Input;
 use doublet_core::series::{Channel, Recording};
 
 use super::Inspected;
 use crate::session::{ClockPairSetting, ClockSetting, Flight};
-use crate::stage::align;
+use crate::stage::{FlightPhysics, align, physics_of};
 
 /// Roles of a quantity that two recorders may both have, and the smallest clock offset that it can show, s. Air data and receivers are filtered:
 /// their delay of up to 0.5 s is no clock offset.
@@ -52,6 +52,20 @@ pub fn align_recorders(inspected: &Inspected, recording: Recording) -> Result<(R
     Ok((aligned, flight.clocks))
 }
 
+/// The channels that `plan` reads, on one time line and against each other, with the clocks of recorders that were found to be off.
+///
+/// # Errors
+/// One line when it cannot be read.
+pub fn read_and_compare(
+    inspected: &Inspected,
+    plan: &Plan,
+) -> Result<(Recording, FlightPhysics, Vec<ClockSetting>), String> {
+    let recording = read(plan).map_err(|error| error.to_string())?;
+    let (recording, clocks) = align_recorders(inspected, recording)?;
+    let physics = physics_of(&recording, "the map");
+    Ok((recording, physics, clocks))
+}
+
 /// Most recordings that are looked at together before a session is made.
 const MOST_RECORDERS: usize = 8;
 
@@ -63,20 +77,21 @@ pub fn are_of_one_flight(paths: &[PathBuf]) -> Result<bool, String> {
     if !(2..=MOST_RECORDERS).contains(&paths.len()) {
         return Ok(false);
     }
+    let probes: Result<Vec<Probe>, String> =
+        paths.iter().map(|path| inspect(path).map_err(|error| error.to_string())).collect();
+    Ok(is_one_flight(&probes?))
+}
+
+/// The same of recordings that were looked at.
+pub(super) fn is_one_flight(probes: &[Probe]) -> bool {
     let has_inputs = |probes: &[Probe]| {
         let guess = guess(probes);
         Input::ALL.iter().all(|input| guess.row(input.role()).is_some())
     };
-    let (mut probes, mut complete) = (Vec::new(), 0);
-    for path in paths {
-        let probe = inspect(path).map_err(|error| error.to_string())?;
-        complete += usize::from(has_inputs(std::slice::from_ref(&probe)));
-        if complete == 2 {
-            return Ok(false);
-        }
-        probes.push(probe);
+    match probes.iter().filter(|probe| has_inputs(std::slice::from_ref(probe))).take(2).count() {
+        0 => has_inputs(probes),
+        complete => complete == 1,
     }
-    Ok(complete == 1 || has_inputs(&probes))
 }
 
 /// A recorder: its only source with roles and the roles its channels would play alone.
@@ -115,7 +130,9 @@ fn find_clocks(inspected: &Inspected, recording: &Recording) -> Vec<ClockSetting
     };
     // The first of those that share most.
     let Some(reference) = recorders.iter().rev().max_by_key(|recorder| partners(recorder)) else { return Vec::new() };
-    let others = recorders.iter().filter(|other| other.source != reference.source);
+    let is_open =
+        |other: &&Recorder| other.source != reference.source && !inspected.trusted_clocks.contains(&other.source);
+    let others = recorders.iter().filter(is_open);
     others.filter_map(|other| find_clock(reference, other, recording)).collect()
 }
 

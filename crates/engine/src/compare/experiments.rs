@@ -9,7 +9,7 @@ use crate::snapshot::{
     CoefficientOutcome, DerivativeOutcome, ExperimentOutcome, ExperimentRow, FitOutcome, FitVerdict, Interval,
     MeasurementNis, PRESENT, SettingDifference, Snapshot, VerdictCounts,
 };
-use crate::stage::{CoefficientFit, PooledFits, ScoredStructure, StructureScore};
+use crate::stage::{CoefficientFit, PooledFits, StructureScore};
 
 impl ExperimentOutcome {
     /// What the results of a session give.
@@ -53,8 +53,7 @@ fn finite_median(values: impl Iterator<Item = f64>) -> Option<f64> {
 }
 
 fn coefficients(pooled: &PooledFits, verdicts: &[FitVerdict]) -> Vec<CoefficientOutcome> {
-    let scores = ScoredStructure::new(String::new(), pooled).scores;
-    let one = |(fit, (_, score)): (&CoefficientFit, (_, _))| {
+    let one = |(fit, score): (&CoefficientFit, _)| {
         let verdict = verdicts.iter().find(|verdict| verdict.coefficient == fit.coefficient);
         CoefficientOutcome {
             coefficient: fit.coefficient.name(),
@@ -65,13 +64,16 @@ fn coefficients(pooled: &PooledFits, verdicts: &[FitVerdict]) -> Vec<Coefficient
                 r_squared: score.r_squared,
                 honest_r_squared: score.validation_r_squared,
                 validation_rms: validation_rms(pooled, fit),
+                predicted_squared_error: score.predicted_squared_error,
                 akaike: score.akaike,
                 delta_akaike: None,
+                bayes: score.bayes,
+                delta_bayes: None,
             }),
             derivatives: derivatives(fit, verdict),
         }
     };
-    pooled.fits.iter().zip(scores).map(one).collect()
+    pooled.fits.iter().zip(StructureScore::all(pooled)).map(one).collect()
 }
 
 fn validation_rms(pooled: &PooledFits, fit: &CoefficientFit) -> Option<f64> {
@@ -140,7 +142,7 @@ impl ExperimentRow {
         Ok(row)
     }
 
-    /// Forms the differences of Akaike's criterion to `present`, whose fits have the same samples.
+    /// Forms the differences of the information criteria to `present`, whose fits have the same samples.
     fn compare(&mut self, present: &ExperimentOutcome) {
         for coefficient in &mut self.outcome.coefficients {
             let other = present.coefficient(coefficient.coefficient).and_then(|other| other.fit.as_ref());
@@ -148,6 +150,7 @@ impl ExperimentRow {
                 && fit.samples == other.samples
             {
                 fit.delta_akaike = Some(fit.akaike - other.akaike);
+                fit.delta_bayes = Some(fit.bayes - other.bayes);
             }
         }
         let own = &self.outcome.coefficients;

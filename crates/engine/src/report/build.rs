@@ -73,12 +73,6 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
             .flat_map(|pooled| pooled.fits.iter().map(pooled_row))
             .chain(verdicts.into_iter().flat_map(|found| found.unused().map(unused_row)))
             .collect(),
-        pooled_second: snapshot
-            .second
-            .ready()
-            .iter()
-            .flat_map(|second| second.fits.iter().map(|fit| fit_row(fit, None)))
-            .collect(),
         regressor_correlation: regressor_correlation(session, snapshot),
         predictions: pooled
             .iter()

@@ -80,9 +80,6 @@ pub struct Results {
     pub manoeuvre_map: Vec<MapRow>,
     /// Derivatives from all identification manoeuvres together.
     pub pooled: Vec<FitRow>,
-    /// The same by the second structure of the session, if stated.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub pooled_second: Vec<FitRow>,
     /// Correlation of the regressors of each coefficient over the identification manoeuvres (thesis 4.4.3).
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub regressor_correlation: Vec<RegressorRow>,

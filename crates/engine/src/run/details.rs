@@ -4,7 +4,7 @@ use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 use doublet_core::airframe::Loading;
-use doublet_core::model::{Structure, Term};
+use doublet_core::model::Term;
 use doublet_core::reconstruct::{FilterSettings, Method};
 
 use super::inquiries::InquiryRequest;
@@ -12,8 +12,8 @@ use crate::graph::{Context, Keyed, Stage, StageError, StageResult};
 use crate::session::{Manoeuvre, PathSource, Session, Settings};
 use crate::snapshot::{Details, Snapshot, WindowDetails, WindowResults};
 use crate::stage::{
-    self, AircraftData, FlightNoise, LoadedAircraft, LoadedFlight, MisfitPlace, PooledFits, Samples, ScoredStructure,
-    WindowAero, WindowFits, WindowPath,
+    self, AircraftData, FlightNoise, LoadedAircraft, LoadedFlight, MisfitPlace, Samples, WindowAero, WindowFits,
+    WindowPath,
 };
 
 /// Iterations and tolerance of the iterated filter where the session does not use it.
@@ -32,8 +32,6 @@ pub struct DetailRequest {
     pub terms: Option<Vec<Term>>,
     /// The regressors are looked at: of the window where the first is set, over all identification windows else.
     pub regressors: Option<bool>,
-    /// Structures that are compared, by name.
-    pub structures: Vec<(String, Structure)>,
     /// Where the residual of the window is looked at.
     pub misfit: Option<MisfitPlace>,
     /// What is asked of the identified model; answered behind the rest, each by itself.
@@ -43,8 +41,8 @@ pub struct DetailRequest {
 impl Hash for DetailRequest {
     /// Without what is asked of the model, on which the closer look does not depend.
     fn hash<H: Hasher>(&self, state: &mut H) {
-        let Self { window, track, filters, terms, regressors, structures, misfit, inquiry: _ } = self;
-        (window, track, filters, terms, regressors, structures, misfit).hash(state);
+        let Self { window, track, filters, terms, regressors, misfit, inquiry: _ } = self;
+        (window, track, filters, terms, regressors, misfit).hash(state);
     }
 }
 
@@ -122,7 +120,6 @@ impl Stage for Details {
         let regressors = request.regressors.map(|alone| {
             stage::regressor_correlations(&aero, of_window(alone), settings.structure, settings.estimation)
         });
-        let structures = scored_structures(params, inputs, context)?;
         let paths = known().filter_map(|w| Some((w.manoeuvre.name.as_str(), &**w.path?)));
         Ok(Self {
             window,
@@ -130,7 +127,6 @@ impl Stage for Details {
             regressors: regressors.unwrap_or_default(),
             track: inputs.track.and_then(|flight| stage::track_from_velocity(&flight.recording)),
             biases: stage::bias_table(paths),
-            structures,
             kinds: stage::kind_summaries(known().filter_map(|w| Some((w.manoeuvre, &**w.fits?)))),
         })
     }
@@ -164,21 +160,6 @@ fn window_details(
             found => found,
         },
     })
-}
-
-/// The structures asked for, each estimated over all windows.
-fn scored_structures(
-    (request, Settings { estimation, .. }, _): DetailParams<'_>,
-    inputs: &DetailInputs<'_>,
-    context: &Context<'_>,
-) -> StageResult<Vec<ScoredStructure>> {
-    let aero: Vec<_> = inputs.windows.iter().filter_map(|window| Some((window.manoeuvre, window.aero?))).collect();
-    let one = |(name, structure): &(String, Structure)| {
-        context.checkpoint()?;
-        let pooled = context.get::<PooledFits>((structure, estimation), &aero)?;
-        Ok(ScoredStructure::new(name.clone(), &pooled))
-    };
-    request.structures.iter().map(one).collect()
 }
 
 /// The path of one window by the plain and by the iterated filter, from the samples the session's own filter gets.

@@ -48,8 +48,6 @@ fn trial(session: &Session, experiment: Option<&Experiment>) -> Session {
     let with = experiment.map_or_else(|| session.clone(), |one| one.configuration.applied_to(session));
     Session {
         experiments: Vec::new(),
-        second_structure: None,
-        kept_structures: Vec::new(),
         annotations: Vec::new(),
         refused: Vec::new(),
         report_purpose: String::new(),

@@ -6,7 +6,7 @@ use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
 use doublet_core::airframe::LoadedState;
-use doublet_core::model::{LONG_WINDOW, Structure};
+use doublet_core::model::LONG_WINDOW;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{FilterData, FilterSettings, Reconstruction, lane_groups};
 use rayon::prelude::*;
@@ -285,7 +285,6 @@ impl<'a> Run<'a> {
             snapshot.engines.clear();
             snapshot.flown.clear();
             snapshot.pooled.fail(&error);
-            snapshot.second = Slot::NotRequested;
             snapshot.proof = Slot::NotRequested;
             snapshot.studies.each_mut("", &mut |_, slot| slot.end(&StageError::Cancelled));
         })
@@ -515,17 +514,14 @@ impl<'a> Run<'a> {
         Ok(aero.zip(fits).map(|(aero, fits)| StudyWindow { manoeuvre, flight, aircraft, path, aero, fits }))
     }
 
-    /// Derivatives of all windows together by the session's structure; those by its second one are shown beside them.
+    /// Derivatives of all windows together.
     fn pool(&self, session: &Session, windows: &[StudyWindow<'_>]) -> Result<Keyed<PooledFits>, Cancelled> {
         let aero: Vec<_> = windows.iter().map(|window| (window.manoeuvre, &window.aero)).collect();
-        let by = |structure: &Structure| self.context.get::<PooledFits>((structure, &session.estimation), &aero);
-        let pooled = by(&session.structure);
+        let pooled = self.context.get::<PooledFits>((&session.structure, &session.estimation), &aero);
         let pooled = self.store_result(pooled, |snapshot| &mut snapshot.pooled)?.ok_or(Cancelled)?;
         // Derivatives are shown at once; the errors of the path, which take a path more for each, follow.
         self.builder.publish_now();
         let pooled = self.widen(session, windows, pooled)?;
-        let second = session.second_structure.as_ref().ok_or(StageError::NotApplicable).and_then(by);
-        self.store_result(second, |snapshot| &mut snapshot.second)?;
         self.builder.publish_now();
         Ok(pooled)
     }

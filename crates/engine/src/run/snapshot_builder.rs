@@ -127,7 +127,7 @@ pub(super) fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[
     let flights: Vec<&str> = scope.session.flights.iter().map(|flight| flight.name.as_str()).collect();
     let windows: Vec<&str> = windows.iter().map(|window| window.name.as_str()).collect();
     snapshot.follow(&flights, &windows);
-    let Snapshot { second, details, mut studies, mut inquiries, .. } = snapshot.clone();
+    let Snapshot { details, mut studies, mut inquiries, .. } = snapshot.clone();
     let mut slots = 0;
     snapshot.each_mut("", &mut |_, slot| {
         slot.begin();
@@ -139,9 +139,6 @@ pub(super) fn first_snapshot(scope: &Scope<'_>, previous: &Snapshot, windows: &[
     snapshot.studies = studies;
     inquiries.each_mut("", &mut |_, slot| slot.expire());
     snapshot.inquiries = inquiries;
-    if scope.session.second_structure.is_none() {
-        snapshot.second = second;
-    }
     if details.latest().is_none() {
         snapshot.details = details;
     }

@@ -66,14 +66,11 @@ impl Estimation {
 }
 
 impl Session {
-    /// Whether one of the structures has the term.
     fn has_term(&self, coefficient: Coefficient, term: &Term) -> bool {
-        let kept = self.kept_structures.iter().map(|kept| &kept.structure);
-        let structures = std::iter::once(&self.structure).chain(&self.second_structure).chain(kept);
-        structures.filter_map(|structure| structure.terms(coefficient)).any(|terms| terms.contains(term))
+        self.structure.terms(coefficient).is_some_and(|terms| terms.contains(term))
     }
 
-    /// Forgets what is known of terms that neither structure has any more.
+    /// Forgets what is known of terms that the structure has no longer.
     pub(super) fn forget_lost_terms(&mut self) {
         let mut constraints = std::mem::take(&mut self.estimation.constraints);
         constraints.retain(|known| self.has_term(known.coefficient, &known.term));

@@ -9,8 +9,8 @@ use thiserror::Error;
 
 use super::{
     AircraftEdit, AnnotationEdit, CandidateEdit, DelaySource, ExperimentEdit, ExpressionEdit, Flight, GravitySource,
-    GustSource, KeptStructure, NoiseEdit, PathSource, PooledConstants, PredictionParameters, Preparation,
-    ReportFigureEdit, ResidualWeights, Session, SignalEdit, Surface, TermConstraint, WindowEdit,
+    GustSource, NoiseEdit, PathSource, PooledConstants, PredictionParameters, Preparation, ReportFigureEdit,
+    ResidualWeights, Session, SignalEdit, Surface, TermConstraint, WindowEdit,
 };
 
 /// A change of the session, grouped by area.
@@ -42,6 +42,10 @@ pub enum Edit {
     Experiment(ExperimentEdit),
     /// Words at instants of a flight.
     Annotation(AnnotationEdit),
+    /// What the flights were for, as the report states it.
+    ReportPurpose(String),
+    /// Derivatives that the report answers, by name.
+    ReportAsked(Vec<String>),
     /// Notes of the author for the report.
     ReportNotes(String),
     /// Day and crew of a flight.
@@ -146,14 +150,6 @@ pub enum ModelEdit {
     },
     /// Replaces the whole structure.
     Structure(Structure),
-    /// Keeps a structure beside the first, or none.
-    Second(Option<Structure>),
-    /// Lets the two structures change places.
-    Exchange,
-    /// Keeps a structure under its name, in the place of one of that name.
-    Keep(KeptStructure),
-    /// Keeps the structure of this name no longer.
-    Forget(String),
 }
 
 /// An edit that cannot be applied.
@@ -223,6 +219,8 @@ impl Edit {
             Self::Filter(edit) => edit.label(),
             Self::Estimation(edit) => edit.label(),
             Self::Annotation(edit) => edit.label(),
+            Self::ReportPurpose(_) => "change purpose of the report".to_owned(),
+            Self::ReportAsked(_) => "change derivatives asked for".to_owned(),
             Self::ReportNotes(_) => "change notes of the report".to_owned(),
             Self::FlightLog { flight, .. } => format!("change date or crew of {flight}"),
             Self::ReportFigure(edit) => edit.label().to_owned(),
@@ -253,6 +251,8 @@ impl Edit {
             Self::Filter(edit) => edit.apply(&mut next)?,
             Self::Estimation(edit) => edit.apply(&mut next)?,
             Self::Annotation(edit) => edit.apply(&mut next)?,
+            Self::ReportPurpose(purpose) => next.report_purpose.clone_from(purpose),
+            Self::ReportAsked(asked) => next.report_asked.clone_from(asked),
             Self::ReportNotes(notes) => next.report_notes.clone_from(notes),
             Self::FlightLog { flight, date, crew } => {
                 for (what, text) in [("date", date), ("crew", crew)] {
@@ -442,11 +442,6 @@ impl ModelEdit {
                 format!("{verb} {}", term.derivative_name(*coefficient))
             }
             Self::Structure(_) => "change model structure".to_owned(),
-            Self::Second(Some(_)) => "keep a second model structure".to_owned(),
-            Self::Second(None) => "drop the second model structure".to_owned(),
-            Self::Exchange => "exchange the two model structures".to_owned(),
-            Self::Keep(kept) => format!("keep model structure {}", kept.name),
-            Self::Forget(name) => format!("forget model structure {name}"),
         }
     }
 
@@ -454,17 +449,6 @@ impl ModelEdit {
         match self {
             Self::SetTerm { coefficient, term, on } => set_term(&mut session.structure, *coefficient, term, *on),
             Self::Structure(structure) => session.structure = structure.clone(),
-            Self::Second(structure) => session.second_structure.clone_from(structure),
-            Self::Exchange => {
-                if let Some(second) = &mut session.second_structure {
-                    std::mem::swap(&mut session.structure, second);
-                }
-            }
-            Self::Keep(kept) => match session.kept_structures.iter_mut().find(|other| other.name == kept.name) {
-                Some(other) => other.clone_from(kept),
-                None => session.kept_structures.push(kept.clone()),
-            },
-            Self::Forget(name) => session.kept_structures.retain(|kept| kept.name != *name),
         }
         session.forget_lost_terms();
     }

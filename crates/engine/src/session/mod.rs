@@ -103,10 +103,6 @@ pub struct Session {
     pub estimation: Estimation,
     /// Terms of each coefficient.
     pub structure: Structure,
-    /// A second structure, estimated beside the first to compare the two.
-    pub second_structure: Option<Structure>,
-    /// Structures kept by name, to be compared with the first and taken back.
-    pub kept_structures: Vec<KeptStructure>,
     /// Configurations kept by name, each with the manoeuvres of the session.
     pub experiments: Vec<Experiment>,
     /// Words at instants of the flights, in the order of time.
@@ -122,15 +118,6 @@ pub struct Session {
     /// What derivatives of this aircraft may be, by name, in the form they have here; others are judged by the ranges of a
     /// conventional aeroplane.
     pub plausible: BTreeMap<String, PlausibleRange>,
-}
-
-/// A structure with the name it is kept under.
-#[derive(Clone, Debug, PartialEq)]
-pub struct KeptStructure {
-    /// Name.
-    pub name: String,
-    /// Terms of each coefficient.
-    pub structure: Structure,
 }
 
 /// Where the acceleration of gravity comes from.

@@ -8,7 +8,7 @@ use doublet_core::series::Series;
 use crate::graph::{Footprint, StageResult};
 use crate::stage::{
     BiasTable, CoefficientStudy, Contributions, Information, KindSummary, Misfit, NoiseAdvice, RegressorCorrelation,
-    ResidualStudy, ScoredStructure, WindowPath,
+    ResidualStudy, WindowPath,
 };
 
 /// What was found.
@@ -26,8 +26,6 @@ pub struct Details {
     pub regressors: Vec<RegressorCorrelation>,
     /// Derivatives over all identification windows, then over those of each kind of input.
     pub kinds: Vec<KindSummary>,
-    /// The structures that were to be compared.
-    pub structures: Vec<ScoredStructure>,
 }
 
 /// A closer look at one window.

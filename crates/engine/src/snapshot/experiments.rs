@@ -71,10 +71,16 @@ pub struct FitOutcome {
     pub honest_r_squared: Option<f64>,
     /// RMS of the prediction error over the validation manoeuvres, in units of the coefficient. None without them.
     pub validation_rms: Option<f64>,
+    /// Predicted squared error: mean squared residual with a charge for each parameter, in units of the coefficient squared.
+    pub predicted_squared_error: f64,
     /// Akaike's criterion.
     pub akaike: f64,
     /// Akaike's criterion less that of the session as it is; none where the samples fitted are others.
     pub delta_akaike: Option<f64>,
+    /// Schwarz's (Bayesian) criterion.
+    pub bayes: f64,
+    /// Schwarz's criterion less that of the session as it is; none where the samples fitted are others.
+    pub delta_bayes: Option<f64>,
 }
 
 /// A derivative with its interval.

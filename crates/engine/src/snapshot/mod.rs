@@ -143,8 +143,6 @@ slots! {
         sensor_errors: Slot<EstimatedSensorErrors> => EstimatedSensorErrors::NAME,
         /// Derivatives from all identification windows together, and how well they predict the validation windows.
         pooled: Slot<PooledFits> => PooledFits::NAME,
-        /// The same by the session's second structure; not requested without one.
-        second: Slot<PooledFits>,
         /// Validation windows flown again by the pooled model.
         proof: Slot<ProofOfMatch> => ProofOfMatch::NAME,
         /// What was asked for beside the derivatives.

@@ -109,7 +109,7 @@ pub use sensor_errors::EstimatedSensorErrors;
 pub use signals::TreatedSignal;
 pub use stalls::Stall;
 pub use steadiness::{Steadiness, measure_steadiness};
-pub use structure_scores::{ScoredStructure, StructureScore};
+pub use structure_scores::StructureScore;
 pub use tolerances::{
     Certainty, Judgement, ObjectiveTest, OutsideTest, PercentRule, Quantity, Reading, RecordDemand, Tolerances,
     ValueTolerance,

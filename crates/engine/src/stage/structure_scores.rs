@@ -1,4 +1,4 @@
-//! Structures of the aerodynamic model beside each other: how well each fits, what it costs, how well it predicts.
+//! How well a structure of the aerodynamic model fits, what it costs, how well it predicts.
 
 use doublet_core::estimate::Fit;
 use doublet_core::estimate::diagnostics::predicted_squared_error;
@@ -29,31 +29,17 @@ pub struct StructureScore {
     pub validation_r_squared: Option<f64>,
 }
 
-/// A structure by coefficients.
-#[derive(Clone, Debug)]
-pub struct ScoredStructure {
-    /// What it is called.
-    pub name: String,
-    /// Each of its coefficients, or why it has no estimate.
-    pub scores: Vec<(Coefficient, StageResult<StructureScore>)>,
-}
-
-impl ScoredStructure {
-    /// Scores the estimate by the structure called `name`.
-    pub fn new(name: String, pooled: &PooledFits) -> Self {
-        let score = |coefficient: Coefficient, fit: &Fit| {
-            let predictions = pooled.predictions.iter().filter(|prediction| prediction.coefficient == coefficient);
-            StructureScore::new(fit, predictions.filter(|prediction| prediction.role == WindowRole::Validation))
-        };
-        let scored = pooled.fits.iter().map(|fit| {
-            let scored = fit.fit.as_ref().map(|found| score(fit.coefficient, found)).map_err(Clone::clone);
-            (fit.coefficient, scored)
-        });
-        Self { name, scores: scored.collect() }
-    }
-}
-
 impl StructureScore {
+    /// Scores of all fits in their order, or why one has no estimate.
+    pub fn all(pooled: &PooledFits) -> impl Iterator<Item = StageResult<Self>> {
+        let one = |coefficient: Coefficient, fit: &Fit| {
+            let predictions = pooled.predictions.iter().filter(|prediction| prediction.coefficient == coefficient);
+            Self::new(fit, predictions.filter(|prediction| prediction.role == WindowRole::Validation))
+        };
+        let fits = pooled.fits.iter();
+        fits.map(move |fit| fit.fit.as_ref().map(|found| one(fit.coefficient, found)).map_err(Clone::clone))
+    }
+
     fn new<'a>(fit: &Fit, validation: impl Iterator<Item = &'a Prediction>) -> Self {
         let (samples, parameters) = (fit.samples() as f64, fit.parameters() as f64);
         let residual = fit.residuals.iter().map(|v| v * v).sum::<f64>() / samples;

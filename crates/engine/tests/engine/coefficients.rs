@@ -26,7 +26,6 @@ const ROUNDING: f64 = 1e-12;
 fn shipped() -> Session {
     let mut session = session::parse(builtin::session("demo").unwrap()).unwrap();
     session.windows.truncate(1);
-    session.second_structure = None;
     session.preparation.matched_smoothing = false;
     session.preparation.differentiation_half_width_s = None;
     session

@@ -16,9 +16,9 @@ use doublet_core::series::TimeRange;
 use doublet_engine::graph::Context;
 use doublet_engine::run::Control;
 use doublet_engine::session::{
-    self, Annotation, ClockPairSetting, ClockSetting, Edit, EditError, ErrorValues, Estimation, ExperimentEdit,
-    ExpressionEdit, ExpressionSetting, FilterEdit, Flight, GravitySource, GustSource, HeldSampleUse, InstrumentSetting,
-    KeptStructure, LevelFlight, Manoeuvre, MapRef, ModelEdit, NoiseChannel, Preparation, RecordingRef,
+    self, Annotation, ClockPairSetting, ClockSetting, Configuration, Edit, EditError, ErrorValues, Estimation,
+    ExperimentEdit, ExpressionEdit, ExpressionSetting, FilterEdit, Flight, GravitySource, GustSource, HeldSampleUse,
+    InstrumentSetting, LevelFlight, Manoeuvre, MapRef, ModelEdit, NoiseChannel, Preparation, RecordingRef,
     RefusedCandidate, SensorErrorMethod, SensorErrors, Session, SignalPreset, SignalSetting, SteadyWindow, Surface,
     WindowEdit, WindowFlag, WindowRole,
 };
@@ -112,9 +112,7 @@ fn example() -> Session {
         sensor_errors: Default::default(),
         estimation: Estimation::default(),
         structure: Structure::thesis(),
-        second_structure: None,
         experiments: Vec::new(),
-        kept_structures: vec![KeptStructure { name: "short".to_owned(), structure: Structure::alternative() }],
         annotations: vec![Annotation { flight: "one".to_owned(), time_s: 12.5, text: "gust, \"left\"".to_owned() }],
         report_purpose: "Identify the \"new\" elevator.".to_owned(),
         report_asked: vec!["Cm_alpha".to_owned(), "Cm_delta_e".to_owned()],
@@ -218,6 +216,23 @@ fn opens_session_v1_as_it_was_meant() {
     let present = session::parse(&text.replace("version = 2", &format!("version = {}", session::VERSION))).unwrap();
     assert_eq!(present.gravity, GravitySource::Position);
     assert_eq!(session::parse(&session::print(&present).unwrap()).unwrap(), present);
+    // Version 5 kept structures beside the experiments: each becomes one, with every other setting of the session.
+    let kept = "[[estimation.constraint]]\ncoefficient = \"CZ\"\nterm = \"alpha\"\nfixed = -4.0\n[model]\nCm = [\"1\", \"alpha\"]\n[second_model]\nCZ = [\"1\", \"alpha\"]\n[[experiment]]\nname = \"short\"\n\
+        [[kept_model]]\nname = \"short\"\n[kept_model.model]\nCm = [\"1\", \"qc/V\"]\n";
+    let fifth = session::parse(&format!("{}{kept}", text.replace("version = 2", "version = 5"))).unwrap();
+    let names: Vec<&str> = fifth.experiments.iter().map(|experiment| experiment.name.as_str()).collect();
+    assert_eq!(names, ["short", "Structure B", "short 2"]);
+    let models = |at: usize| fifth.experiments[at].configuration.structure.models.clone();
+    let pitch = |factor: Variable| vec![(Coefficient::Cm, vec![Term::constant(), factor.into()])];
+    assert_eq!(models(0), pitch(Variable::Alpha));
+    assert_eq!(models(1), [(Coefficient::CZ, vec![Term::constant(), Variable::Alpha.into()])]);
+    assert_eq!(models(2), pitch(Variable::PitchRate));
+    let known = |at: usize| fifth.experiments[at].configuration.estimation.constraints.len();
+    assert_eq!((fifth.estimation.constraints.len(), known(1), known(2)), (0, 1, 0), "what is known goes with its term");
+    let present = Configuration::from_session(&fifth);
+    let third = Configuration { structure: present.structure.clone(), ..(*fifth.experiments[2].configuration).clone() };
+    assert_eq!(third, present, "all else is that of the session");
+    assert_eq!(session::parse(&session::print(&fifth).unwrap()).unwrap(), fifth);
     // Nothing but a flight: every setting is what was usual when version 1 was.
     let bare = open("bare.toml");
     assert_eq!(bare.preparation.differentiation_half_width_s, Some(0.1));
@@ -348,8 +363,7 @@ fn constraints_are_stated_saved_checked_and_go_with_their_term() {
         (bounds(-20.0, -4.0), "upper = -4.0"),
         (Constraint::Prior { mean: -12.0, deviation: 0.5 }, "deviation = 0.5"),
     ] {
-        // A structure that is kept would keep what is known of its terms.
-        let plain = Session { kept_structures: Vec::new(), ..example() };
+        let plain = example();
         let session = stated(known).apply(&plain).unwrap();
         assert_eq!(session.estimation.constraints, [pitch(known)]);
         let saved = session::print(&session).unwrap();

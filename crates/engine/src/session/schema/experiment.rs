@@ -93,7 +93,7 @@ pub(super) fn configuration_from(
         estimation: estimation_from(tables.estimation)?,
         structure: match tables.model.is_empty() {
             true => Structure::thesis(),
-            false => structure_from("model", &tables.model)?,
+            false => structure_from(&tables.model)?,
         },
         manoeuvres,
     })

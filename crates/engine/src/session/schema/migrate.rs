@@ -4,6 +4,7 @@ mod v1;
 mod v2;
 mod v3;
 mod v4;
+mod v5;
 
 use toml::Table;
 
@@ -11,7 +12,7 @@ use toml::Table;
 type Step = fn(&mut Table);
 
 /// The step that leaves each version, the first from version 1.
-const STEPS: [Step; 4] = [v1::to_v2, v2::to_v3, v3::to_v4, v4::to_v5];
+const STEPS: [Step; 5] = [v1::to_v2, v2::to_v3, v3::to_v4, v4::to_v5, v5::to_v6];
 
 /// Version this program writes: one more than the last step leaves.
 pub const VERSION: u32 = STEPS.len() as u32 + 1;

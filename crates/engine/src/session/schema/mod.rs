@@ -4,7 +4,6 @@ mod constraint;
 mod estimation;
 mod experiment;
 mod filter;
-mod kept;
 mod migrate;
 mod noise;
 mod preparation;
@@ -28,7 +27,6 @@ use self::experiment::{
     ExperimentTable, SettingTables, configuration_from, experiment_tables, experiments_from, setting_tables,
 };
 use self::filter::FilterTable;
-use self::kept::{KeptTable, kept_from, kept_table};
 use self::noise::NoiseTable;
 pub(super) use self::noise::SteadyTable;
 use self::preparation::PreparationTable;
@@ -132,10 +130,6 @@ struct File {
     verdict: VerdictTable,
     #[serde(default)]
     model: BTreeMap<String, Vec<String>>,
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    second_model: BTreeMap<String, Vec<String>>,
-    #[serde(default, rename = "kept_model", skip_serializing_if = "Vec::is_empty")]
-    kept_models: Vec<KeptTable>,
     #[serde(default, rename = "experiment", skip_serializing_if = "Vec::is_empty")]
     experiments: Vec<ExperimentTable>,
     #[serde(default, rename = "flight")]
@@ -298,11 +292,6 @@ fn session_from(file: File) -> Result<Session, SessionError> {
         sensor_errors: configuration.sensor_errors,
         estimation: configuration.estimation,
         structure: configuration.structure,
-        second_structure: match file.second_model.is_empty() {
-            true => None,
-            false => Some(structure_from("second_model", &file.second_model)?),
-        },
-        kept_structures: file.kept_models.into_iter().map(kept_from).collect::<Result<_, _>>()?,
         experiments: Vec::new(),
         annotations: file.annotations,
         report_purpose: file.report_purpose,
@@ -370,18 +359,18 @@ fn surfaces_from(place: &str, names: Option<&str>) -> Result<[Option<Surface>; 2
     Ok([Some(surface), also.filter(|also| *also != surface)])
 }
 
-fn structure_from(key: &str, table: &BTreeMap<String, Vec<String>>) -> Result<Structure, SessionError> {
+fn structure_from(table: &BTreeMap<String, Vec<String>>) -> Result<Structure, SessionError> {
     let known = Coefficient::ALL.map(Coefficient::name);
     let mut structure = Structure { models: Vec::new() };
     for coefficient in Coefficient::ALL {
         for text in table.get(coefficient.name()).into_iter().flatten() {
-            let place = format!("{key}.{}", coefficient.name());
+            let place = format!("model.{}", coefficient.name());
             let term = Term::parse(text).map_err(|error| SessionError::Term { place, reason: error.to_string() })?;
             set_term(&mut structure, coefficient, &term, true);
         }
     }
     match table.keys().find(|name| !known.contains(&name.as_str())) {
-        Some(name) => Err(unknown(key, "coefficient", name, &known)),
+        Some(name) => Err(unknown("model", "coefficient", name, &known)),
         None => Ok(structure),
     }
 }
@@ -426,8 +415,6 @@ fn file_of(session: &Session) -> Result<File, SessionError> {
         estimation: settings.estimation,
         verdict: VerdictTable { plausible: session.plausible.clone() },
         model: settings.model,
-        second_model: session.second_structure.as_ref().map(model_table).unwrap_or_default(),
-        kept_models: session.kept_structures.iter().map(kept_table).collect(),
         experiments: experiment_tables(session)?,
         flights: session.flights.clone(),
         noise: NoiseTable::from_reasons(&session.noise_reasons),
