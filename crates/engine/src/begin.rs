@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use doublet_core::airframe::{AircraftClass, GyrationRadii};
 use doublet_core::compatibility::ChannelFix;
 use doublet_core::load::{
-    self, By, ChannelMap, ManualChannel, ManualChannelMap, ManualTime, Plan, Probe, UserNames, plan_all, stated_unit,
+    self, ChannelMap, ManualChannel, ManualChannelMap, ManualTime, Plan, Probe, UserNames, plan_all, stated_unit,
 };
 use doublet_core::model::Structure;
 use doublet_core::prep::signal_band_hz;
@@ -19,7 +19,7 @@ use crate::builtin;
 use crate::graph::Control;
 use crate::session::{
     DelaySource, Edit, Estimation, Flight, GravitySource, GustSource, Level, Manoeuvre, MapRef, NoiseEdit, Preparation,
-    RecordingRef, Session, Surface, content_hash, fitting_name,
+    RecordingRef, Session, content_hash, fitting_name,
 };
 use crate::stage::{
     FlightPhysics, FlightProposals, LoadedFlight, NO_PATH_MEASUREMENT, NoiseFlight, has_airspeed, measured_by, noise,
@@ -28,10 +28,12 @@ use crate::stage::{
 
 use clocks::is_one_flight;
 pub use clocks::{align_recorders, are_of_one_flight, read_and_compare};
+use settle::{OF_GROUND_SPEED, settle_by_motion};
 use spans::recorded_span;
 pub use spans::{Apart, find_apart, whole_window};
 
 mod clocks;
+mod settle;
 mod spans;
 
 /// A channel map that comes with the program and what it makes of some recordings.
@@ -191,60 +193,6 @@ pub fn inspect_for(
         trusted_clocks: BTreeSet::new(),
     })
 }
-
-/// A guess with the units and signs that the motion shows. Where a channel states no unit and the others contradict the one it was taken
-/// for by the factor of another, that is taken; so is the sign of a control or of a channel whose sign is not documented, where its response
-/// is the reverse. A unit that is stated stays, whatever contradicts it.
-fn settle_by_motion(probes: &[Probe], guess: ManualChannelMap) -> ManualChannelMap {
-    let is_ground_open =
-        |map: &ManualChannelMap| map.velocity.as_ref().is_some_and(|[speed, _]| speed.is_unit_open(probes));
-    let is_open = |map: &ManualChannelMap, role: Role| match map.row(role) {
-        Some(row) => row.is_unit_open(probes),
-        None => OF_GROUND_SPEED.contains(&role) && is_ground_open(map),
-    };
-    let has_open_row = |(role, row): &(Role, ManualChannel)| row.is_unit_open(probes) || is_sign_open(*role, row);
-    if !is_ground_open(&guess) && !guess.rows.iter().any(has_open_row) {
-        return guess;
-    }
-    let mut settled = guess;
-    // One unit hides another: what is compared with a climb in m/s tells nothing while that is in ft/min.
-    for _ in 0..PASSES {
-        // What cannot be read is said by what needs it.
-        let Ok(physics) = plan_by_hand(probes, &settled).and_then(|plan| compare(&plan)) else { break };
-        let changes = physics.contradictions().filter_map(|row| Some((row.level, row.change.as_ref()?)));
-        let mut next = changes.fold(settled.clone(), |map, (level, change)| match change {
-            ChannelFix::Scale { role, units: Some(_), factor, offset }
-                if *factor > 0.0 && *offset == 0.0 && is_open(&map, *role) =>
-            {
-                apply_fix(&map, change, probes)
-            }
-            ChannelFix::Scale { role, units: None, factor, offset }
-                if (*factor, *offset, level) == (-1.0, 0.0, Level::Bad)
-                    && map.row(*role).is_some_and(|row| is_sign_open(*role, row)) =>
-            {
-                apply_fix(&map, change, probes)
-            }
-            _ => map,
-        });
-        load::share_rate_unit(&mut next, probes);
-        if next == settled {
-            break;
-        }
-        settled = next;
-    }
-    settled
-}
-
-/// Whether nothing states the sign of a row: recorders differ in that of a control, which only its response shows.
-fn is_sign_open(role: Role, row: &ManualChannel) -> bool {
-    let is_control = Surface::ALL.into_iter().any(|surface| surface.role() == role);
-    row.asks_sign || (is_control && matches!(row.by, By::Name | By::Axes | By::Physics))
-}
-
-/// Roles that may be derived of ground speed and track.
-const OF_GROUND_SPEED: [Role; 2] = [Role::VelocityNorth, Role::VelocityEast];
-/// Most passes over the units of a guess.
-const PASSES: usize = 3;
 
 /// Why a guessed row has its unit.
 pub fn unit_reason(row: &ManualChannel, probes: &[Probe]) -> &'static str {

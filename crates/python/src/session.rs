@@ -1,5 +1,6 @@
 //! Sessions and their results: the same as the window and the command line have.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -241,8 +242,16 @@ fn probed(paths: Vec<PathBuf>, control: &Control, show: Show<'_>) -> Result<begi
         probes.push(doublet_core::load::inspect(path).map_err(|error| error.to_string())?);
         show(0.8 * (index + 1) as f32 / paths.len() as f32);
     }
-    let (guess, names) = (ManualChannelMap::default(), Vec::new());
-    Ok(begin::Inspected { paths, probes, fitting: Vec::new(), refused: Vec::new(), guess, names })
+    Ok(begin::Inspected {
+        paths,
+        probes,
+        fitting: Vec::new(),
+        refused: Vec::new(),
+        guess: ManualChannelMap::default(),
+        names: Vec::new(),
+        is_one_flight: false,
+        trusted_clocks: BTreeSet::new(),
+    })
 }
 
 impl Results {

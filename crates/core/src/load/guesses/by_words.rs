@@ -206,6 +206,9 @@ fn has_one_reading(
 ) -> bool {
     let Some((_, need)) = NEEDS.iter().find(|(known, _)| *known == name) else { return true };
     let has_unit = candidate.unit.is_some_and(|unit| unit.dimension == role.dimension());
+    let is_beside = |names: &[&str]| {
+        candidate.unit.is_none() && candidates.iter().any(|other| names.contains(&other.words.as_str()))
+    };
     match *need {
         Need::Unit => has_unit,
         Need::UnitOrRate(rate) => has_unit || (rate != role && map.row(rate).is_some()),
@@ -216,11 +219,8 @@ fn has_one_reading(
         Need::GreekControls => {
             GREEK_CONTROLS.iter().all(|control| candidates.iter().any(|other| other.words == *control))
         }
-        Need::UnitUnless(other) => role == other || has_unit,
+        Need::UnitUnless(other, names) => role == other || has_unit || is_beside(names),
         Need::Accent => !candidate.channel.name.is_ascii(),
-        Need::UnitOrBeside(names) => {
-            has_unit
-                || (candidate.unit.is_none() && candidates.iter().any(|other| names.contains(&other.words.as_str())))
-        }
+        Need::UnitOrBeside(names) => has_unit || is_beside(names),
     }
 }

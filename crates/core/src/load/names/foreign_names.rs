@@ -186,8 +186,8 @@ pub(crate) enum Need {
     FrenchControl,
     /// The other two controls by their letters of LN 9300.
     GreekControls,
-    /// A unit that the role has, unless it is this role.
-    UnitUnless(Role),
+    /// A unit that the role has, or without one another channel of one of these names, unless it is this role.
+    UnitUnless(Role, &'static [&'static str]),
     /// An accent: without one the word is English too, and the temperature that of any sensor.
     Accent,
     /// A unit that the role has, or another channel of one of these names.
@@ -196,7 +196,7 @@ pub(crate) enum Need {
 
 /// Names that have more than one reading by themselves.
 pub(crate) const NEEDS: &[(&str, Need)] = &[
-    ("long", Need::UnitUnless(Role::Longitude)),
+    ("long", Need::UnitUnless(Role::Longitude, &["latg", "vrtg"])),
     ("roulis", Need::UnitOrRate(Role::RollRate)),
     ("rollen", Need::UnitOrRate(Role::RollRate)),
     ("tangage", Need::UnitOrRate(Role::PitchRate)),
@@ -233,7 +233,7 @@ pub(crate) const NEEDS: &[(&str, Need)] = &[
     ("vc", Need::OneOf(&["kt", "km/h"])),
     ("vp", Need::OneOf(&["kt", "km/h"])),
     // A pressure, unless it is in feet or metres.
-    ("baro", Need::UnitUnless(Role::StaticPressure)),
+    ("baro", Need::UnitUnless(Role::StaticPressure, &[])),
     ("temperature", Need::Accent),
     ("xi", Need::GreekControls),
     ("eta", Need::GreekControls),
@@ -298,7 +298,7 @@ mod tests {
             }
         }
         for (name, _) in NEEDS {
-            assert!(FOREIGN_NAMES.iter().any(|(_, names)| names.contains(name)), "{name}");
+            assert!(is_known(name) || FOREIGN_NAMES.iter().any(|(_, names)| names.contains(name)), "{name}");
         }
     }
 

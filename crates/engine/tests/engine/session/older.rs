@@ -16,7 +16,7 @@ fn version_4_called_manoeuvres_windows() {
     let text = session::print(&session).unwrap();
     assert!(text.contains("[[manoeuvre]]") && text.contains("[[experiment.manoeuvre]]") && !text.contains("window"));
     let older = text
-        .replace("version = 5", "version = 4")
+        .replace("version = 6", "version = 4")
         .replace("[[manoeuvre]]", "[[window]]")
         .replace("[[experiment.manoeuvre]]", "[[experiment.window]]")
         .replace("per_manoeuvre", "per_window")

@@ -1,0 +1,62 @@
+//! Units and signs of a guessed channel map that the motion shows.
+
+use doublet_core::compatibility::ChannelFix;
+use doublet_core::load::{self, By, ManualChannel, ManualChannelMap, Probe};
+use doublet_core::quantity::Role;
+
+use super::{apply_fix, compare, plan_by_hand};
+use crate::session::{Level, Surface};
+
+/// A guess with the units and signs that the motion shows. Where a channel states no unit and the others contradict the one it was taken
+/// for by the factor of another, that is taken; so is the sign of a control or of a channel whose sign is not documented, where its response
+/// is the reverse. A unit that is stated stays, whatever contradicts it.
+pub(super) fn settle_by_motion(probes: &[Probe], guess: ManualChannelMap) -> ManualChannelMap {
+    let is_ground_open =
+        |map: &ManualChannelMap| map.velocity.as_ref().is_some_and(|[speed, _]| speed.is_unit_open(probes));
+    let is_open = |map: &ManualChannelMap, role: Role| match map.row(role) {
+        Some(row) => row.is_unit_open(probes),
+        None => OF_GROUND_SPEED.contains(&role) && is_ground_open(map),
+    };
+    let has_open_row = |(role, row): &(Role, ManualChannel)| row.is_unit_open(probes) || is_sign_open(*role, row);
+    if !is_ground_open(&guess) && !guess.rows.iter().any(has_open_row) {
+        return guess;
+    }
+    let mut settled = guess;
+    // One unit hides another: what is compared with a climb in m/s tells nothing while that is in ft/min.
+    for _ in 0..PASSES {
+        // What cannot be read is said by what needs it.
+        let Ok(physics) = plan_by_hand(probes, &settled).and_then(|plan| compare(&plan)) else { break };
+        let changes = physics.contradictions().filter_map(|row| Some((row.level, row.change.as_ref()?)));
+        let mut next = changes.fold(settled.clone(), |map, (level, change)| match change {
+            ChannelFix::Scale { role, units: Some(_), factor, offset }
+                if *factor > 0.0 && *offset == 0.0 && is_open(&map, *role) =>
+            {
+                apply_fix(&map, change, probes)
+            }
+            ChannelFix::Scale { role, units: None, factor, offset }
+                if (*factor, *offset, level) == (-1.0, 0.0, Level::Bad)
+                    && map.row(*role).is_some_and(|row| is_sign_open(*role, row)) =>
+            {
+                apply_fix(&map, change, probes)
+            }
+            _ => map,
+        });
+        load::share_rate_unit(&mut next, probes);
+        if next == settled {
+            break;
+        }
+        settled = next;
+    }
+    settled
+}
+
+/// Whether nothing states the sign of a row: recorders differ in that of a control, which only its response shows.
+fn is_sign_open(role: Role, row: &ManualChannel) -> bool {
+    let is_control = Surface::ALL.into_iter().any(|surface| surface.role() == role);
+    row.asks_sign || (is_control && matches!(row.by, By::Name | By::Axes | By::Physics))
+}
+
+/// Roles that may be derived of ground speed and track.
+pub(super) const OF_GROUND_SPEED: [Role; 2] = [Role::VelocityNorth, Role::VelocityEast];
+/// Most passes over the units of a guess.
+const PASSES: usize = 3;
