@@ -62,7 +62,7 @@ panels! {
     /// Terms of the aerodynamic model.
     Model: "Model", page "structure", model::terms::Model::default();
     /// Derivatives.
-    Derivatives: "Derivatives", page "method_estimation", results::derivatives::Derivatives::default();
+    Derivatives: "Derivatives", page "method_estimation", results::derivatives::Derivatives;
     /// Configurations kept by name, side by side.
     Experiments: "Experiments", page "structure", model::experiments::Experiments::default();
     /// Coefficients, their fits and residuals.
