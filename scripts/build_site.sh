@@ -13,10 +13,14 @@ if [[ ${SITE_NOTEBOOKS:-1} != 0 ]]; then
     command -v jupyter-nbconvert >/dev/null || { echo "jupyter-nbconvert is missing: pip install nbconvert ipykernel"; exit 1; }
     python3 -c 'import doublet' 2>/dev/null || { echo "the package doublet is missing: pip install './crates/python[all]'"; exit 1; }
     mkdir -p "$out/notebooks"
-    for notebook in docs/notebooks/*.ipynb; do
+    # A notebook writes its files beside itself.
+    work=$(mktemp -d)
+    trap 'rm -rf "$work"' EXIT
+    cp docs/notebooks/*.ipynb "$work"
+    for notebook in "$work"/*.ipynb; do
         # The template without scripts and styles from a network; the page around it is made below.
         MPLBACKEND=module://matplotlib_inline.backend_inline jupyter-nbconvert --log-level ERROR --to html --template basic --execute \
-            --output-dir "$out/notebooks" "$notebook"
+            --output-dir "$PWD/$out/notebooks" "$notebook"
     done
     python3 scripts/wrap_notebooks.py docs/notebooks "$out/notebooks"
 else

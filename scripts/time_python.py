@@ -162,9 +162,9 @@ def flight_path(given, aeroid):
     first = ours()
     names = list(first.measurements)
     channels = {name: np.interp(frame.index, row["time"], row["measured"]) for name, row in first.measurements.items()}
-    data = aeroid.FlightData(frame.index.to_numpy(), {**channels, **{name: frame[name].to_numpy() for name in INERTIAL}})
-    model = aeroid.Model(STATES, [f"{name}" for name in INERTIAL], {}, motion, [f"{name}_m" for name in MEASURED], observed)
-    data = aeroid.FlightData(data.time, {**{f"{name}_m": data[name] for name in names}, **{name: data[name] for name in INERTIAL}})
+    model = aeroid.Model(STATES, INERTIAL, {}, motion, [f"{name}_m" for name in MEASURED], observed)
+    measurements = {f"{name}_m": values for name, values in channels.items()}
+    data = aeroid.FlightData(frame.index.to_numpy(), {**measurements, **{name: frame[name].to_numpy() for name in INERTIAL}})
     x0 = [first.states[name][0] for name in STATES]
     spread = {name: max(first.states.std[name][0], 1e-6) ** 2 for name in STATES}
     driven = dict(zip(["u", "v", "w", "phi", "theta", "psi"], INERTIAL))
