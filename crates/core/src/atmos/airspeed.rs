@@ -11,13 +11,18 @@ const SEA_LEVEL_PRESSURE_PA: f64 = 101_325.0;
 pub fn mach_of_calibrated(calibrated_m_s: f64, pressure_pa: f64) -> f64 {
     let sea_level = 1.0 + 0.2 * (calibrated_m_s / SEA_LEVEL_SOUND_M_S).powi(2);
     let impact_pa = SEA_LEVEL_PRESSURE_PA * (sea_level.powf(3.5) - 1.0);
+    mach_of_impact(impact_pa, pressure_pa)
+}
+
+/// Mach number of an impact pressure at a static pressure in subsonic flow; not a number below zero.
+fn mach_of_impact(impact_pa: f64, pressure_pa: f64) -> f64 {
     (5.0 * ((impact_pa / pressure_pa + 1.0).powf(2.0 / 7.0) - 1.0)).sqrt()
 }
 
 /// Calibrated airspeed of an impact pressure `qc` in subsonic flow, m/s: `V_c = a0 (5 ((qc / p0 + 1)^(2/7) - 1))^(1/2)`; not a number below
 /// zero.
 pub fn calibrated_of_impact_m_s(impact_pa: f64) -> f64 {
-    SEA_LEVEL_SOUND_M_S * (5.0 * ((impact_pa / SEA_LEVEL_PRESSURE_PA + 1.0).powf(2.0 / 7.0) - 1.0)).sqrt()
+    SEA_LEVEL_SOUND_M_S * mach_of_impact(impact_pa, SEA_LEVEL_PRESSURE_PA)
 }
 
 /// True airspeed of a calibrated one at a static pressure and temperature, m/s; not a number where one of them is impossible.

@@ -41,15 +41,37 @@ impl NameFit {
 pub(crate) fn add_names(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &mut Vec<usize>) {
     for fit in NameFit::ALL {
         for &(role, _) in fit.names() {
+            // Only a recording without an airspeed has use of one: `add_impact_pressure`.
             if map.row(role).is_some() || role == Role::ImpactPressure {
                 continue;
             }
             if let Some(index) = named(fit, role, map, candidates, taken) {
-                taken.push(index);
-                map.set(role, Some(ManualChannel { fit: Some(fit), ..row(&candidates[index], role) }));
+                give(role, (index, fit), map, candidates, taken);
             }
         }
     }
+}
+
+/// Gives a role the channel at an index, whose name fits it so.
+fn give(
+    role: Role,
+    (index, fit): (usize, NameFit),
+    map: &mut ManualChannelMap,
+    candidates: &[Candidate<'_>],
+    taken: &mut Vec<usize>,
+) {
+    taken.push(index);
+    map.set(role, Some(ManualChannel { fit: Some(fit), ..row(&candidates[index], role) }));
+}
+
+/// The best channel, but for those taken, of all fits of names.
+fn named_by_any(
+    role: Role,
+    map: &ManualChannelMap,
+    candidates: &[Candidate<'_>],
+    taken: &[usize],
+) -> Option<(usize, NameFit)> {
+    NameFit::ALL.into_iter().find_map(|fit| Some((named(fit, role, map, candidates, taken)?, fit)))
 }
 
 /// Gives a recording without an airspeed the impact pressure that goes by its name: beside an airspeed it plays no role.
@@ -58,10 +80,8 @@ pub(crate) fn add_impact_pressure(map: &mut ManualChannelMap, candidates: &[Cand
     if map.row(role).is_some() || speeds.iter().any(|speed| map.row(*speed).is_some()) {
         return;
     }
-    let found = NameFit::ALL.into_iter().find_map(|fit| Some((fit, named(fit, role, map, candidates, taken)?)));
-    if let Some((fit, index)) = found {
-        taken.push(index);
-        map.set(role, Some(ManualChannel { fit: Some(fit), ..row(&candidates[index], role) }));
+    if let Some(found) = named_by_any(role, map, candidates, taken) {
+        give(role, found, map, candidates, taken);
     }
 }
 
@@ -105,10 +125,7 @@ pub(crate) fn take_vectors_from_one_source(
         let parts_of = |source: &str| -> Option<Vec<(usize, NameFit)>> {
             let others: Vec<usize> =
                 (0..candidates.len()).filter(|k| taken.contains(k) || candidates[*k].from.source != source).collect();
-            let part = |role: &Role| {
-                NameFit::ALL.into_iter().find_map(|fit| Some((named(fit, *role, map, candidates, &others)?, fit)))
-            };
-            roles.iter().map(part).collect()
+            roles.iter().map(|role| named_by_any(*role, map, candidates, &others)).collect()
         };
         let as_found = || {
             let index = |row: &ManualChannel| candidates.iter().position(|candidate| candidate.from == row.from);
@@ -116,9 +133,8 @@ pub(crate) fn take_vectors_from_one_source(
         };
         let parts: Option<Vec<(usize, NameFit)>> =
             rows.iter().find_map(|row| parts_of(&row.from.source)).or_else(as_found);
-        for (role, (index, fit)) in roles.into_iter().zip(parts.into_iter().flatten()) {
-            taken.push(index);
-            map.set(role, Some(ManualChannel { fit: Some(fit), ..row(&candidates[index], role) }));
+        for (role, found) in roles.into_iter().zip(parts.into_iter().flatten()) {
+            give(role, found, map, candidates, taken);
         }
     }
 }
