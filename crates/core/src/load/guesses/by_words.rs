@@ -65,7 +65,7 @@ fn give(
 }
 
 /// The best channel, but for those taken, of all fits of names.
-fn named_by_any(
+pub(crate) fn named_by_any(
     role: Role,
     map: &ManualChannelMap,
     candidates: &[Candidate<'_>],
@@ -86,7 +86,7 @@ pub(crate) fn add_impact_pressure(map: &mut ManualChannelMap, candidates: &[Cand
 }
 
 /// The best channel, but for those taken, whose name fits a role so.
-pub(crate) fn named(
+fn named(
     fit: NameFit,
     role: Role,
     map: &ManualChannelMap,
