@@ -163,3 +163,23 @@ def test_a_flight_is_read_without_a_run(demo):
     session = db.Session.load("builtin:demo")
     recording = session.recording()
     assert recording.roles == demo.recording().roles and (recording["q"].values == demo.recording()["q"].values).all()
+
+
+def test_rows_of_results_have_the_keys_that_their_types_state(demo):
+    """Every key of a row of ``results.windows`` and ``results.fits`` is in its type, so that a misspelt one is found by a type checker."""
+    from doublet import _rows
+
+    def check(row, stated):
+        assert set(row) <= set(stated.__annotations__), set(row) - set(stated.__annotations__)
+
+    assert demo.windows and demo.fits
+    for window in demo.windows:
+        check(window, _rows.WindowRow)
+        for state in window["states"]:
+            check(state, _rows.StateRow)
+        for innovation in window["innovations"]:
+            check(innovation, _rows.InnovationRow)
+    for fit in [*demo.fits, *(fit for window in demo.windows for fit in window["fits"])]:
+        check(fit, _rows.FitRow)
+        for derivative in fit["derivatives"]:
+            check(derivative, _rows.DerivativeRow)

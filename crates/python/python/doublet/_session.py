@@ -22,6 +22,7 @@ from ._keys import below, check_key, plain
 from ._predicted import predicted
 from ._recording import Aircraft, PathLike, Progress, Recording
 from ._replayed import Replayed
+from ._rows import FitRow, WindowRow
 from ._table import Table, Value, normal_quantile
 from ._verdict import Verdict
 from ._views import View
@@ -343,15 +344,15 @@ class Results(View[_doublet.Results]):
         return predicted(coefficient, self.to_session().to_dict()["model"][coefficient], estimates, X, manoeuvre)
 
     @property
-    def fits(self) -> list[dict[str, Any]]:
+    def fits(self) -> list[FitRow]:
         """``pooled`` of ``results.json``."""
-        rows: list[dict[str, Any]] = self._all["pooled"]
+        rows: list[FitRow] = self._all["pooled"]
         return rows
 
     @property
-    def windows(self) -> list[dict[str, Any]]:
+    def windows(self) -> list[WindowRow]:
         """``windows`` of ``results.json``."""
-        rows: list[dict[str, Any]] = self._all["windows"]
+        rows: list[WindowRow] = self._all["windows"]
         return rows
 
     @property
