@@ -223,7 +223,7 @@ pub enum Command {
 /// What the arguments ask for.
 #[derive(Debug)]
 pub enum Invocation {
-    /// Open the workbench on this session, or on the shipped one.
+    /// Open the workbench on this session, or on its start page.
     Window(Option<PathBuf>),
     /// A command ran; this is its exit code.
     Done(ExitCode),

@@ -35,7 +35,7 @@ pub struct DesignRow {
     pub predicted: Vec<PredictedRow>,
     /// How far the aircraft goes.
     pub excursions: Vec<ExcursionRow>,
-    /// Windows.
+    /// Manoeuvres.
     pub manoeuvres: Vec<ManoeuvreRow>,
     /// Nodes of the input, straight lines between them.
     pub signal: Vec<SignalRow>,

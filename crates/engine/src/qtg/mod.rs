@@ -164,7 +164,7 @@ pub struct QualificationTest {
     /// What the record lacks of the rule though it is judged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub departure: Option<String>,
-    /// Window.
+    /// Manoeuvre.
     pub window: Option<String>,
     /// Whether it passed; none where it was not judged.
     pub passed: Option<bool>,

@@ -145,7 +145,7 @@ pub struct ModeRow {
 /// A mode measured in the free response of a window.
 #[derive(Clone, Debug, Serialize)]
 pub struct MeasuredRow {
-    /// Window.
+    /// Manoeuvre.
     pub window: String,
     /// Start of the free response.
     pub start_s: f64,

@@ -6,9 +6,9 @@ use serde::Serialize;
 /// Prediction of one coefficient over one window, with the constant the identification gave and with the window's own.
 #[derive(Clone, Debug, Serialize)]
 pub struct PredictionRow {
-    /// Window.
+    /// Manoeuvre.
     pub window: String,
-    /// Use of the window.
+    /// Use of the manoeuvre.
     pub role: &'static str,
     /// Coefficient.
     pub coefficient: &'static str,

@@ -19,7 +19,7 @@ pub struct ProofRow {
 /// One window flown again.
 #[derive(Clone, Debug, Serialize)]
 pub struct ReplayRow {
-    /// Window.
+    /// Manoeuvre.
     pub window: String,
     /// Why the simulation failed.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -124,7 +124,7 @@ pub struct SpreadRow {
     pub quantity: &'static str,
     /// SI unit.
     pub unit: &'static str,
-    /// Windows.
+    /// Number of manoeuvres.
     pub windows: usize,
     /// Mean over the manoeuvres.
     pub mean: f64,
@@ -158,7 +158,7 @@ pub struct InnovationSummaryRow {
 pub struct ResidualSummaryRow {
     /// Coefficient.
     pub coefficient: &'static str,
-    /// Windows.
+    /// Number of manoeuvres.
     pub windows: usize,
     /// Mean of the relative root mean square, per cent.
     pub mean_percent: f64,

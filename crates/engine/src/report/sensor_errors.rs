@@ -46,7 +46,7 @@ pub struct SensorErrorRow {
 /// What a window alone says of an error.
 #[derive(Clone, Debug, Serialize)]
 pub struct SensorWindowRow {
-    /// Window.
+    /// Manoeuvre.
     pub window: String,
     /// Whether it determines the error.
     pub told: bool,

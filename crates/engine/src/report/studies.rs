@@ -63,7 +63,7 @@ pub struct StudyResults {
 /// One derivative of one window by another method, beside its equation-error estimate.
 #[derive(Clone, Debug, Serialize)]
 pub struct CheckRow {
-    /// Window.
+    /// Manoeuvre.
     pub window: String,
     /// `frequency domain`, `output error` or `filter error`.
     pub method: &'static str,
@@ -263,7 +263,7 @@ pub struct KindRow {
 /// Share of one term in a coefficient over one window.
 #[derive(Clone, Debug, Serialize)]
 pub struct ContributionRow {
-    /// Window.
+    /// Manoeuvre.
     pub window: String,
     /// Coefficient.
     pub coefficient: &'static str,

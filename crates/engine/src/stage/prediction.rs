@@ -13,9 +13,9 @@ use crate::session::{Estimation, Manoeuvre, PredictionParameters, WindowRole};
 /// How well the identification predicts one coefficient over one window.
 #[derive(Clone, Debug)]
 pub struct Prediction {
-    /// Window.
+    /// Manoeuvre.
     pub window: String,
-    /// Use of the window.
+    /// Use of the manoeuvre.
     pub role: WindowRole,
     /// Coefficient.
     pub coefficient: Coefficient,

@@ -60,7 +60,7 @@ pub struct ProofOfMatch {
 /// A window with everything computed from it.
 #[derive(Clone, Debug, Hash)]
 pub struct StudyWindow<'a> {
-    /// Window.
+    /// Manoeuvre.
     pub manoeuvre: &'a Manoeuvre,
     /// Flight it lies in.
     pub flight: Keyed<LoadedFlight>,

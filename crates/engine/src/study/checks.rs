@@ -40,7 +40,7 @@ pub struct MethodChecks {
 /// Checks of one window.
 #[derive(Clone, Debug)]
 pub struct WindowChecks {
-    /// Window.
+    /// Manoeuvre.
     pub window: String,
     /// One entry per estimator, in their order.
     pub methods: Vec<MethodChecks>,

@@ -142,7 +142,7 @@ pub(crate) struct Realisation<'a> {
     pub flight: Flight,
     /// Paths of the windows.
     pub paths: Vec<Reconstruction>,
-    /// Windows.
+    /// Manoeuvres.
     pub aero: Vec<AeroWindow<'a>>,
     /// Fits of all of them together.
     pub pooled: PooledFits,

@@ -48,7 +48,7 @@ pub struct TermContribution {
 /// What the terms add up to over one window (thesis Fig. 6.13).
 #[derive(Clone, Debug)]
 pub struct WindowContributions {
-    /// Window.
+    /// Manoeuvre.
     pub window: String,
     /// Coefficient.
     pub coefficient: Coefficient,

@@ -196,7 +196,7 @@ fn fit_verdict(
     }
 }
 
-/// Place of a coefficient or derivative: `Cm_q (pooled)` or `Cm_q (window '03 elevator')`.
+/// Place of a coefficient or derivative: `Cm_q (pooled)` or `Cm_q (manoeuvre '03 elevator')`.
 pub(super) fn derivative_label(name: &str, window: Option<&str>) -> String {
     match window {
         None => format!("{name} (pooled)"),

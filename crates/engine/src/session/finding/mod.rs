@@ -48,7 +48,7 @@ pub struct Finding {
     pub level: Level,
     /// Kind, for example `nis` or `held-samples`; findings of one kind are folded into one line.
     pub code: &'static str,
-    /// Its object, for example `window '03 elevator'`, `flight 'demo', az` or `Cm_q (pooled)`.
+    /// Its object, for example `manoeuvre '03 elevator'`, `flight 'demo', az` or `Cm_q (pooled)`.
     #[serde(rename = "where")]
     pub place: String,
     /// One sentence: the finding with its value.

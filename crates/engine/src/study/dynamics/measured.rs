@@ -18,7 +18,7 @@ const NEAR: f64 = 0.5;
 /// Modes in the free response of one window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredWindow {
-    /// Window.
+    /// Manoeuvre.
     pub window: String,
     /// Ends of the free response, s.
     pub span_s: [f64; 2],
