@@ -18,6 +18,10 @@ const TELLS: f64 = 0.2;
 const CONTRADICTS: f64 = 0.4;
 /// A state rests below this deviation, rad or rad/s.
 const RESTS: f64 = 1e-5;
+/// Delays of a deflection that are tried, s: one that is recorded late or early shows the reverse of its sign as it stands.
+const DELAYS_S: [f64; 13] = [0.0, 0.05, -0.05, 0.1, -0.1, 0.15, -0.15, 0.2, -0.2, 0.25, -0.25, 0.3, -0.3];
+/// Part of the variance that it must explain with a delay beyond what it explains as recorded.
+const OF_DELAY: f64 = 0.1;
 /// A surface is that of another axis when it explains this part there, and this much more than on its own.
 const OF_ANOTHER: (f64, f64) = (0.6, 0.25);
 
@@ -114,10 +118,26 @@ impl Response {
         self.cause == role || self.effect == role
     }
 
-    /// Signs over all segments in which the cause moves; `None` where none tells.
+    /// Signs over all segments in which the cause moves, a deflection at the delay at which it explains clearly more; `None` where no
+    /// segment shows one.
     pub(super) fn compare(&self, motion: &Motion) -> Option<Sign> {
-        let found: Vec<(f64, f64, bool)> =
-            motion.segments.iter().filter_map(|segment| self.in_segment(motion, segment.clone())).collect();
+        let recorded = self.compare_at(motion, 0.0);
+        if !self.is_rate {
+            return recorded;
+        }
+        let delayed = DELAYS_S.iter().filter_map(|&delay_s| self.compare_at(motion, delay_s));
+        let delayed = delayed.max_by(|one, other| one.share.total_cmp(&other.share))?;
+        match recorded {
+            Some(recorded) if delayed.share <= recorded.share + OF_DELAY => Some(recorded),
+            None if delayed.share <= CONTRADICTS => None,
+            _ => Some(delayed),
+        }
+    }
+
+    /// The same with the cause `delay_s` earlier than it was recorded.
+    fn compare_at(&self, motion: &Motion, delay_s: f64) -> Option<Sign> {
+        let own = |segment: &std::ops::Range<usize>| self.in_segment(motion, segment.clone(), delay_s);
+        let found: Vec<(f64, f64, bool)> = motion.segments.iter().filter_map(own).collect();
         let median =
             |of: fn(&(f64, f64, bool)) -> f64| crate::statistics::median(&mut found.iter().map(of).collect::<Vec<_>>());
         let gain = median(|one| one.0)?;
@@ -162,13 +182,16 @@ impl Response {
         }
     }
 
-    /// Gain, share and whether another surface is the one that acts.
-    fn in_segment(&self, motion: &Motion, segment: std::ops::Range<usize>) -> Option<(f64, f64, bool)> {
+    /// Gain, share and whether another surface is the one that acts, with the cause `delay_s` earlier than it was recorded.
+    #[expect(clippy::cast_possible_truncation, reason = "some tenths of a second over steps")]
+    fn in_segment(&self, motion: &Motion, segment: std::ops::Range<usize>, delay_s: f64) -> Option<(f64, f64, bool)> {
         let half = self.half(motion);
-        if segment.len() < 20 * half {
+        let delay = (delay_s / motion.step_s).round() as isize;
+        let margin = half + delay.unsigned_abs();
+        if segment.len() < 18 * half + 2 * margin {
             return None;
         }
-        let steps = segment.start + half..segment.end - half;
+        let steps = segment.start + margin..segment.end - margin;
         let effect = |of: Role, k: usize| self.effect_at(motion, of, k, half);
         let least = if self.cause == Sideslip { SLIPPED_RAD } else { MOVED_RAD };
         if deviation(motion, self.cause, &steps)? < least {
@@ -182,7 +205,7 @@ impl Response {
             let state: Vec<Role> = self.states.iter().filter(moving).copied().collect();
             let row = |k: usize| -> Vec<f64> {
                 let states = state.iter().map(|role| motion.at(*role, k));
-                states.chain([motion.at(self.cause, k), 1.0, effect(other, k)]).collect()
+                states.chain([motion.at(self.cause, k.saturating_add_signed(delay)), 1.0, effect(other, k)]).collect()
             };
             let rows: Vec<Vec<f64>> = steps.clone().map(row).filter(|row| row.iter().all(|v| v.is_finite())).collect();
             if rows.len() < 20 * half { None } else { share(&rows) }

@@ -29,7 +29,7 @@ use std::hash::{Hash, Hasher};
 
 use doublet_core::airframe::Loading;
 use doublet_core::hash_fields;
-use doublet_core::model::{Structure, Variable};
+use doublet_core::model::{Coefficient, Structure, Variable};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::FilterSettings;
 use doublet_core::series::TimeRange;
@@ -515,6 +515,15 @@ impl Surface {
             Self::Elevator => Variable::Elevator,
             Self::Aileron => Variable::Aileron,
             Self::Rudder => Variable::Rudder,
+        }
+    }
+
+    /// Coefficient of the moment that it is there for.
+    pub fn moment(self) -> Coefficient {
+        match self {
+            Self::Elevator => Coefficient::Cm,
+            Self::Aileron => Coefficient::Cl,
+            Self::Rudder => Coefficient::Cn,
         }
     }
 

@@ -1,12 +1,12 @@
 //! Findings about one derivative: whether it is determined, plausible and the same in every window.
 
-use doublet_core::model::is_constant_name;
+use doublet_core::model::{Term, is_constant_name};
 
 use super::judge::{Evidence, derivative_label};
 use super::plausible::{Outside, Range};
 use super::{Finding, Level, remedies, weigh};
 use crate::notation::{decimals_of_error, significant};
-use crate::session::{Fix, WindowRole};
+use crate::session::{Fix, Surface, WindowRole};
 use crate::snapshot::Cause;
 use crate::stage::{CoefficientFit, significance};
 
@@ -48,6 +48,7 @@ pub(super) fn findings(
         let fix = || remedies::without_least_determined(evidence.session, fit, index);
         findings.extend(open.map(|finding| finding.with_fix(window.is_none().then(fix).flatten())));
         if window.is_none() {
+            findings.extend(reversed_control(evidence, &at, fit, name));
             findings.extend(scatter(evidence, &at, fit, index));
             findings.extend(weigh::findings(evidence, fit, index));
         }
@@ -98,6 +99,31 @@ fn implausible(at: &str, name: &str, (value, error): (f64, Option<f64>), range: 
     let finding = Finding::new(level, "plausible", at, text).with_figure(value, limit);
     let fix_text = "Check signs, units, mass and inertia, or state a plausible range.";
     Some(finding.with_fix_text(fix_text).with_setting("Derivatives", format!("verdict.plausible.{name}")))
+}
+
+/// A derivative by a control whose own moment has the wrong sign: with the wrong sign or delay of that channel it is as wrong.
+fn reversed_control(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, name: &str) -> Option<Finding> {
+    let by_name = |term: &&Term| term.derivative_name(fit.coefficient) == name;
+    let term = evidence.session.structure.terms(fit.coefficient)?.iter().find(by_name)?;
+    let surface = Surface::ALL.into_iter().find(|surface| term.factors() == [(surface.variable(), 1)])?;
+    let moment = surface.moment();
+    let own = evidence.snapshot.pooled.ready()?.fits.iter().find(|own| own.coefficient == moment)?;
+    let own_name = term.derivative_name(moment);
+    if moment == fit.coefficient {
+        return None;
+    }
+    let estimate = own.fit.as_ref().ok()?;
+    let index = estimate.names.iter().position(|name| *name == own_name)?;
+    let value = estimate.estimates[index];
+    let range = evidence.plausible.range(&own_name, own, evidence)?;
+    let error = own.corrected_errors.get(index).copied().filter(|_| estimate.origins[index].is_estimated());
+    implausible(at, &own_name, (value, error), &range).filter(|finding| finding.level == Level::Bad)?;
+    range.outside(value).filter(|outside| outside.wrong_sign)?;
+    let text = format!("{own_name} has the wrong sign, and this is a derivative of the same control.");
+    let finding = Finding::new(Level::Bad, "plausible", at, text);
+    let fix = remedies::reverse_control(evidence, own, &own_name);
+    let finding = finding.with_fix_text("Check the sign and the delay of this control.");
+    Some(finding.with_setting("Derivatives", format!("verdict.plausible.{own_name}")).with_fix(fix))
 }
 
 /// An estimate of one window.

@@ -143,19 +143,34 @@ fn an_offset_of_sideslip_is_told_by_the_side_force() {
 /// A pitching motion of a light aircraft, `q' = -2 q - 15 delta_e`, with the elevator moved by up to `reach` rad and recorded `factor`
 /// times as large.
 fn pitched(reach: f64, factor: f64) -> Compatibility {
+    pitched_late(reach, factor, 1.0, 0.0)
+}
+
+/// The same with the elevator moved `quicker` times as fast and recorded `delay_s` late.
+fn pitched_late(reach: f64, factor: f64, quicker: f64, delay_s: f64) -> Compatibility {
     let (mut columns, step_s) = (BTreeMap::<Role, Vec<f64>>::new(), 1e-3);
     let mut q = 0.0;
     for k in 0..60_000 {
         let t = f64::from(k) * step_s;
-        let delta = reach * (0.6 * (1.3 * t).sin() + 0.4 * (3.1 * t).sin());
+        let at = |t: f64| reach * (0.6 * (1.3 * quicker * t).sin() + 0.4 * (3.1 * quicker * t).sin());
+        let delta = at(t);
         if k % 40 == 0 {
-            for (role, value) in [(PitchRate, q), (Elevator, factor * delta)] {
+            for (role, value) in [(PitchRate, q), (Elevator, factor * at(t - delay_s))] {
                 columns.entry(role).or_default().push(value);
             }
         }
         q += step_s * (-2.0 * q - 15.0 * delta);
     }
     check(&recording(&columns, 1.0))
+}
+
+#[test]
+fn sign_of_a_control_is_found_beside_its_delay() {
+    // A quarter of the quicker period is 0.14 s.
+    for delay_s in [-0.25, -0.1, 0.0, 0.1, 0.25] {
+        assert_eq!(mistakes(&pitched_late(0.05, 1.0, 3.5, delay_s)), Vec::<String>::new(), "{delay_s} s");
+        assert_eq!(mistakes(&pitched_late(0.05, -1.0, 3.5, delay_s)), ["delta_e: sign reversed"], "{delay_s} s");
+    }
 }
 
 #[test]
