@@ -169,7 +169,8 @@ fn symbols(text: &str) -> Vec<(String, String)> {
         let symbol = match first {
             _ if quoted => None,
             '-' if !before.is_some_and(char::is_alphanumeric)
-                && rest.starts_with(|next: char| next.is_ascii_digit()) =>
+                && (rest.starts_with(|next: char| next.is_ascii_digit())
+                    || found.last().is_some_and(|(text, _)| text.ends_with("= "))) =>
             {
                 Some(("\u{2212}".to_owned(), String::new()))
             }
@@ -314,6 +315,7 @@ mod tests {
         for same in ["Clear of Clouds, CG, C, CXYZ, Cmd", "nothing gives 'delta_e'", "the manoeuvre's CSV"] {
             assert_eq!(set(same), [format!("{same}|")]);
         }
+        assert_eq!(set("use beta = -beta"), ["use β = \u{2212}β|"]);
         assert_eq!(set("alone says -0.18, 3-2-1-1 (-4)"), ["alone says \u{2212}0.18, 3-2-1-1 (\u{2212}4)|"]);
         assert_eq!(set("'phi' is phi's name"), ["'phi' is φ's name|"]);
         assert_eq!(typeset("Cm_delta_e", 10.0).text, "Cmδe");
