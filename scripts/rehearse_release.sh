@@ -8,6 +8,7 @@ cd "$(dirname "$0")/.."
 out=${1:-target/rehearsal}
 rm -rf "$out"
 mkdir -p "$out/release"
+out=$(realpath "$out")
 SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
 export SOURCE_DATE_EPOCH
 missing=() failed=()
@@ -104,7 +105,7 @@ bills() {
     echo "$(cat "$out"/bill/*.json | wc -c) bytes, equal in two runs"
 }
 wheel() {
-    (cd crates/python && CARGO_TARGET_DIR=../../target/python maturin build --release --locked --out "../../$out/release")
+    (cd crates/python && CARGO_TARGET_DIR=../../target/python maturin build --release --locked --out "$out/release")
     ls "$out"/release/*.whl | xargs -n 1 basename
 }
 debian() {

@@ -156,6 +156,8 @@ fn scatter(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, index: usize)
     } else {
         return None;
     };
+    // An estimate that is poorly determined is marked as such, and its error holds the scatter: it is no worse for it.
+    let level = if is_determined(fit, index) { level } else { Level::Caution };
     let level = level.min(left_out(evidence, fit, index).unwrap_or(level));
     // The window furthest from the pooled estimate by its own error: what it says is what the pooled estimate hides.
     let pooled = estimate.estimates[index];
