@@ -12,8 +12,8 @@ use crate::stage::CoefficientFit;
 /// Findings about what a pooled fit is made of; each is said of the window, the flight or the aircraft as well.
 pub(super) fn findings(evidence: Evidence<'_>, fit: &CoefficientFit) -> Vec<Finding> {
     let at = derivative_label(fit.coefficient.name(), None);
-    let aircraft =
-        shape::geometry_findings(evidence.snapshot).into_iter().map(|found| Finding { place: at.clone(), ..found });
+    let aircraft = shape::findings_of(evidence.snapshot, fit.coefficient);
+    let aircraft = aircraft.into_iter().map(|found| Finding { place: at.clone(), ..found });
     let formed = fit.windows.iter().filter_map(|(window, _)| evidence.snapshot.windows.get(window)?.aero.ready());
     let air = formed
         .filter_map(|aero| aero.air_density.finding())

@@ -1,6 +1,7 @@
 //! Findings about an aircraft whose numbers do not belong together: areas, lengths, masses and inertia in different units.
 
 use doublet_core::airframe::{MassProperties, ReferenceGeometry};
+use doublet_core::model::Coefficient;
 
 use super::{Finding, Level};
 use crate::session::{AircraftEdit, ChangedValue, Edit, Fix};
@@ -13,6 +14,9 @@ const FILLED: [f64; 2] = [0.5, 1.25];
 const ROLL_RADIUS: [f64; 2] = [0.15, 0.46];
 /// `Izz / (Ixx + Iyy)`: 1 of a flat body, 0.63 of the stoutest fighter.
 const FLATNESS: [f64; 2] = [0.55, 1.0];
+/// Least radius of gyration of the mass across the plane of symmetry, `sqrt((Ixx + Izz - Iyy) / 2m)`, over half the span: 0.2 of fighters
+/// with all their mass in the fuselage.
+const LATERAL_RADIUS: f64 = 0.08;
 
 /// Square foot, m2.
 const SQUARE_FOOT_M2: f64 = 0.092_903_04;
@@ -31,46 +35,84 @@ fn area_in_feet(area_m2: f64, filled: f64) -> Option<Fix> {
 /// What speaks against the numbers of the aircraft of a session, with the mass of the first flight that has one.
 pub(crate) fn geometry_findings(snapshot: &Snapshot) -> Vec<Finding> {
     let Some(loaded) = snapshot.aircraft.ready() else { return Vec::new() };
-    let flown = snapshot.flown.values().find_map(|slot| slot.ready()).map(|flown| flown.start.state.properties);
-    findings("aircraft", &loaded.aircraft.reference, flown.as_ref())
+    findings("aircraft", &loaded.aircraft.reference, flown(snapshot).as_ref())
+}
+
+/// What of it speaks against a coefficient: moments of inertia against the moments alone.
+pub(super) fn findings_of(snapshot: &Snapshot, coefficient: Coefficient) -> Vec<Finding> {
+    let Some(loaded) = snapshot.aircraft.ready() else { return Vec::new() };
+    let (reference, mass) = (&loaded.aircraft.reference, flown(snapshot));
+    let mut found = units("aircraft", reference, mass.as_ref());
+    if matches!(coefficient, Coefficient::Cl | Coefficient::Cm | Coefficient::Cn) {
+        found.extend(mass.iter().flat_map(|mass| inertia("aircraft", reference, mass)));
+    }
+    found
+}
+
+/// Mass properties at the start of the first flight that has some.
+fn flown(snapshot: &Snapshot) -> Option<MassProperties> {
+    snapshot.flown.values().find_map(|slot| slot.ready()).map(|flown| flown.start.state.properties)
 }
 
 /// What speaks against the numbers of an aircraft, as far as they tell of each other.
 pub(crate) fn findings(place: &str, reference: &ReferenceGeometry, mass: Option<&MassProperties>) -> Vec<Finding> {
+    let mut found = units(place, reference, mass);
+    found.extend(mass.iter().flat_map(|mass| inertia(place, reference, mass)));
+    found
+}
+
+/// Area, lengths, mass and inertia in units that do not belong together.
+fn units(place: &str, reference: &ReferenceGeometry, mass: Option<&MassProperties>) -> Vec<Finding> {
     let ReferenceGeometry { area_m2, span_m, chord_m, .. } = *reference;
     let filled = area_m2 / (span_m * chord_m);
     let outline = finding(place, filled, FILLED, |part| {
         let text = format!("Area {area_m2:.4} m2 is {part:.3} times span {span_m:.4} m by chord {chord_m:.4} m");
         (text, "Check the units of area, span and chord: m2 and m.")
     });
-    let bodies = mass.filter(|mass| mass.mass_kg > 0.0).into_iter().flat_map(|mass| {
-        let (mass_kg, inertia) = (mass.mass_kg, mass.inertia);
+    let roll = mass.filter(|mass| mass.mass_kg > 0.0).and_then(|&MassProperties { mass_kg, inertia, .. }| {
         let radius = (inertia.xx / mass_kg).sqrt() / (0.5 * span_m);
-        let roll = finding(place, radius, ROLL_RADIUS, |radius| {
+        finding(place, radius, ROLL_RADIUS, |radius| {
             let text = format!(
                 "Ixx {:.4} kg m2 at mass {mass_kg:.4} kg gives a roll radius of gyration of {radius:.3} half-spans",
                 inertia.xx
             );
             (text, "Check the units of mass, inertia and span: kg, kg m2 and m.")
-        });
-        let flatness = finding(place, inertia.zz / (inertia.xx + inertia.yy), FLATNESS, |part| {
-            let text = format!("Izz is {part:.3} times Ixx + Iyy");
-            (text, "Check the moments of inertia.")
-        });
-        let triangle = inertia.triangle_excess().filter(|_| flatness.is_none()).map(|excess| {
-            let text = format!(
-                "The largest principal inertia exceeds the sum of the others by {:.1} %, which is impossible.",
-                100.0 * excess
-            );
-            let finding = Finding::new(Level::Caution, "aircraft", place, text).with_figure(excess, 0.0);
-            finding
-                .with_fix_text("Check the loading that the published moments belong to.")
-                .with_setting("Airframe", "aircraft")
-        });
-        [roll, flatness, triangle]
+        })
     });
     let outline = outline.map(|finding| finding.with_fix(area_in_feet(area_m2, filled)));
-    outline.into_iter().chain(bodies.flatten()).collect()
+    outline.into_iter().chain(roll).collect()
+}
+
+/// Moments of inertia that no aeroplane has: those of a body far from flat, of none at all, or of one without width.
+fn inertia(place: &str, reference: &ReferenceGeometry, mass: &MassProperties) -> Vec<Finding> {
+    let MassProperties { mass_kg, inertia, .. } = *mass;
+    if mass_kg <= 0.0 {
+        return Vec::new();
+    }
+    let flatness = finding(place, inertia.zz / (inertia.xx + inertia.yy), FLATNESS, |part| {
+        let text = format!("Izz is {part:.3} times Ixx + Iyy");
+        (text, "Check the moments of inertia.")
+    });
+    let caution = |text: String, figure: f64, limit: f64| {
+        let finding = Finding::new(Level::Caution, "aircraft", place, text).with_figure(figure, limit);
+        finding.with_setting("Airframe", "aircraft")
+    };
+    let triangle = inertia.triangle_excess().filter(|_| flatness.is_none()).map(|excess| {
+        let percent = 100.0 * excess;
+        let text = format!(
+            "The largest principal inertia exceeds the sum of the others by {percent:.1} %, which is impossible."
+        );
+        caution(text, excess, 0.0).with_fix_text("Check the loading that the published moments belong to.")
+    });
+    let width = 0.5 * (inertia.xx + inertia.zz - inertia.yy) / mass_kg;
+    let radius = width.max(0.0).sqrt() / (0.5 * reference.span_m);
+    let lateral = (radius < LATERAL_RADIUS && flatness.is_none() && triangle.is_none()).then(|| {
+        let text = format!(
+            "Ixx + Izz - Iyy gives a lateral radius of gyration of {radius:.3} half-spans (limit {LATERAL_RADIUS})."
+        );
+        caution(text, radius, LATERAL_RADIUS).with_fix_text("Check the moments of inertia, Iyy above all.")
+    });
+    [flatness, triangle, lateral].into_iter().flatten().collect()
 }
 
 /// How many times beyond a limit a figure is bad: a unit is wrong then.
@@ -108,6 +150,9 @@ mod tests {
     #[test]
     fn numbers_in_different_units_are_told_and_consistent_ones_are_not() {
         assert_eq!(found(SINGLE), [""; 0]);
+        // Iyy close to Ixx + Izz: mass in the plane of symmetry alone.
+        let narrow = [358.0, 25.55, 27.66, 185_170.0, 3_062_490.0, 22_904_900.0, 19_865_300.0];
+        assert!(found(narrow)[0].contains("lateral radius of gyration of 0.020"), "{:?}", found(narrow));
         let cases: [(usize, f64, &str); 6] = [
             (0, 10.764, "Area 174.0539 m2 is 10.620 times"),
             (1, 3.2808, "Area 16.1700 m2 is 0.301 times"),
