@@ -4,7 +4,7 @@ use doublet_core::model::is_constant_name;
 
 use super::judge::{Evidence, derivative_label};
 use super::plausible::{Outside, Range};
-use super::{Finding, Level, remedies, weigh};
+use super::{Finding, Level, made_of, remedies, weigh};
 use crate::notation::{decimals_of_error, significant};
 use crate::session::{Fix, WindowRole};
 use crate::snapshot::Cause;
@@ -50,6 +50,9 @@ pub(super) fn findings(
         if window.is_none() {
             findings.extend(scatter(evidence, &at, fit, index));
             findings.extend(weigh::findings(evidence, fit, index));
+            // What a wrong dynamic pressure changes is not known of any derivative.
+            let of_channels = made_of::contradicted(&at, evidence, fit);
+            findings.extend(of_channels.map(|finding| Finding { level: Level::Caution, ..finding }));
         }
     }
     if let Some(range) = evidence.plausible.range(name, fit, evidence) {
