@@ -28,7 +28,7 @@ use crate::stage::{
 
 use clocks::is_one_flight;
 pub use clocks::{align_recorders, are_of_one_flight, read_and_compare};
-use settle::{OF_GROUND_SPEED, settle_by_motion};
+use settle::{OF_GROUND_SPEED, settle_by_motion, take_other_sensors};
 use spans::recorded_span;
 pub use spans::{Apart, find_apart, whole_window};
 
@@ -180,7 +180,8 @@ pub fn inspect_for(
         progress(0.8 * (index + 1) as f32 / paths.len() as f32);
     }
     let (fitting, refused) = fitting_maps(&probes);
-    let guess = settle_by_motion(&probes, load::guess_with(&probes, &names));
+    let guess = take_other_sensors(&probes, load::guess_with(&probes, &names));
+    let guess = settle_by_motion(&probes, guess);
     go_on(control)?;
     Ok(Inspected {
         paths: paths.to_vec(),

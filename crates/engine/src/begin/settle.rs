@@ -1,11 +1,68 @@
 //! Units and signs of a guessed channel map that the motion shows.
 
 use doublet_core::compatibility::ChannelFix;
-use doublet_core::load::{self, By, ManualChannel, ManualChannelMap, Probe};
+use doublet_core::load::{self, By, ChannelName, ManualChannel, ManualChannelMap, Probe};
 use doublet_core::quantity::Role;
 
 use super::{apply_fix, compare, plan_by_hand};
 use crate::session::{Level, Surface};
+
+/// A guess with other sensors of the same quantities in the place of those that the other channels contradict, where this leaves fewer
+/// contradictions. The channel that a recorder defines stays.
+pub(super) fn take_other_sensors(probes: &[Probe], guess: ManualChannelMap) -> ManualChannelMap {
+    let mut taken = guess;
+    for _ in 0..PASSES {
+        let others: Vec<(Role, ChannelName)> = taken
+            .rows
+            .iter()
+            .filter(|(_, row)| matches!(row.by, By::Name | By::Axes) && row.other_side.is_none())
+            .filter_map(|(role, _)| Some((*role, taken.runner_up(*role)?.from.clone())))
+            .collect();
+        let now = if others.is_empty() { 0 } else { weigh_contradictions(probes, &taken) };
+        if now == 0 {
+            break;
+        }
+        let with_other = |(role, from): (Role, ChannelName)| {
+            let next = with_sensor(probes, &taken, role, from)?;
+            Some((weigh_contradictions(probes, &next), next))
+        };
+        let best = others.into_iter().filter_map(with_other).min_by_key(|(weight, _)| *weight);
+        match best {
+            Some((weight, next)) if weight < now => taken = next,
+            _ => break,
+        }
+    }
+    taken
+}
+
+/// A map in which a role is read from another channel, in the same way; none where its unit is of another kind.
+fn with_sensor(probes: &[Probe], map: &ManualChannelMap, role: Role, from: ChannelName) -> Option<ManualChannelMap> {
+    let before = map.row(role)?;
+    let row = load::guess_row(probes, role, &from);
+    if row.is_unit_open(probes) != before.is_unit_open(probes) {
+        return None;
+    }
+    let unit = if row.is_unit_open(probes) { before.unit } else { row.unit };
+    let ManualChannel { turned, offset, by, fit, asks_sign, is_unit_known, .. } = *before;
+    let mut next = map.clone();
+    // Position down of an altitude is of the same channel.
+    for (_, other) in next.rows.iter_mut().filter(|(other, row)| *other != role && row.from == before.from) {
+        (other.from, other.unit) = (from.clone(), unit);
+    }
+    let why = format!("other channels contradict it and agree with '{}'", from.channel);
+    next.left_out.push((before.from.clone(), why));
+    next.runners_up.retain(|(other, _)| *other != role);
+    next.set(role, Some(ManualChannel { unit, turned, offset, by, fit, asks_sign, is_unit_known, ..row }));
+    Some(next)
+}
+
+/// How much the channels of a map contradict each other; much more than anything where it cannot be read.
+fn weigh_contradictions(probes: &[Probe], map: &ManualChannelMap) -> usize {
+    const OF_BAD: usize = 3;
+    let weight = |level: Level| if level == Level::Bad { OF_BAD } else { 1 };
+    let physics = plan_by_hand(probes, map).and_then(|plan| compare(&plan));
+    physics.map_or(usize::MAX, |physics| physics.contradictions().map(|row| weight(row.level)).sum())
+}
 
 /// A guess with the units and signs that the motion shows. Where a channel states no unit and the others contradict the one it was taken
 /// for by the factor of another, that is taken; so is the sign of a control or of a channel whose sign is not documented, where its response

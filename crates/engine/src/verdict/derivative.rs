@@ -4,7 +4,7 @@ use doublet_core::model::{Term, is_constant_name};
 
 use super::judge::{Evidence, derivative_label};
 use super::plausible::{Outside, Range};
-use super::{Finding, Level, remedies, weigh};
+use super::{Finding, Level, made_of, remedies, weigh};
 use crate::notation::{decimals_of_error, significant};
 use crate::session::{Fix, Surface, WindowRole};
 use crate::snapshot::Cause;
@@ -51,6 +51,9 @@ pub(super) fn findings(
             findings.extend(reversed_control(evidence, &at, fit, name));
             findings.extend(scatter(evidence, &at, fit, index));
             findings.extend(weigh::findings(evidence, fit, index));
+            // What a wrong dynamic pressure changes is not known of any derivative.
+            let of_channels = made_of::contradicted(&at, evidence, fit);
+            findings.extend(of_channels.map(|finding| Finding { level: Level::Caution, ..finding }));
         }
     }
     if let Some(range) = evidence.plausible.range(name, fit, evidence) {

@@ -37,7 +37,7 @@ pub(super) fn airspeed<'w>(evidence: Evidence<'_>, mut windows: impl Iterator<It
 
 /// That channels it is made of contradict others beyond doubt and that the fit with them corrected could not be formed; a control speaks
 /// against the coefficients with a term of it alone.
-fn contradicted(at: &str, evidence: Evidence<'_>, fit: &CoefficientFit) -> Option<Finding> {
+pub(super) fn contradicted(at: &str, evidence: Evidence<'_>, fit: &CoefficientFit) -> Option<Finding> {
     let terms = evidence.session.structure.terms(fit.coefficient).unwrap_or_default();
     let enters = |role: Role| match Surface::ALL.into_iter().find(|surface| surface.role() == role) {
         Some(surface) => {

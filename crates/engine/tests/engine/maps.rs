@@ -228,3 +228,40 @@ fn unit_that_no_channel_states_is_the_one_that_the_motion_tells() {
     let against: Vec<_> = physics.contradictions().map(|row| row.headline.clone()).collect();
     assert!(against.is_empty(), "{against:?}");
 }
+
+/// A flight of 200 s at 60 m/s with a weave and climbs, as a table whose columns besides are made of speed, pitch and time.
+fn weave(head: &str, columns: impl Fn(f64, f64, f64) -> Vec<f64>) -> String {
+    let (mut heading, mut height) = (0.7_f64, 1000.0_f64);
+    let mut text =
+        format!("t [s],phi [deg],psi [deg],v_north [m/s],v_east [m/s],v_down [m/s],altitude [m],alpha [deg],{head}\n");
+    for k in 0..5000 {
+        let t = 0.04 * f64::from(k);
+        let (bank, climb) = (0.35 * (0.21 * t).sin(), 0.06 * (0.37 * t).sin());
+        let speed = 60.0 + 4.0 * (0.05 * t).sin();
+        heading += 0.04 * 9.806_65 / speed * f64::tan(bank);
+        let velocity = [speed * climb.cos() * heading.cos(), speed * climb.cos() * heading.sin(), -speed * climb.sin()];
+        height -= 0.04 * velocity[2];
+        let cells = [t, bank.to_degrees(), heading.to_degrees().rem_euclid(360.0)];
+        let own = columns(speed, climb.to_degrees() + 3.0, t);
+        let row = cells.into_iter().chain(velocity).chain([height, 3.0]).chain(own);
+        text += &(row.map(|cell| format!("{cell:.4}")).collect::<Vec<_>>().join(",") + "\n");
+    }
+    text
+}
+
+#[test]
+fn of_two_sensors_the_one_that_the_motion_agrees_with_is_used() {
+    let channel = |text: &str, role: Role| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mine.csv");
+        std::fs::write(&path, text).unwrap();
+        let found = inspected(&path);
+        let out = found.guess.left_out.iter().map(|(from, _)| from.channel.clone()).collect::<Vec<_>>();
+        (found.guess.row(role).unwrap().from.channel.clone(), out)
+    };
+    let noise = |t: f64| 0.05 * (37.0 * t).sin();
+    let small = weave("ADC1 TAS [m/s],ADC2 TAS [m/s],theta [deg]", |v, theta, t| vec![0.75 * v, v + noise(t), theta]);
+    assert_eq!(channel(&small, Role::TrueAirspeed), ("ADC2 TAS".to_owned(), vec!["ADC1 TAS".to_owned()]));
+    let sound = weave("ADC1 TAS [m/s],ADC2 TAS [m/s],theta [deg]", |v, theta, t| vec![v, v + noise(t), theta]);
+    assert_eq!(channel(&sound, Role::TrueAirspeed), ("ADC1 TAS".to_owned(), Vec::new()));
+}

@@ -326,3 +326,26 @@ fn flow_angles_without_vanes_are_said_to_have_none() {
     let mut derivatives = fit.derivatives.iter().filter(|derivative| !is_constant_name(&derivative.name));
     assert!(derivatives.all(|derivative| derivative.verdict.level >= Level::Caution), "{fit:?}");
 }
+
+/// An airspeed that is too small changes every derivative with the dynamic pressure: none stays good, whatever its own figures say.
+#[test]
+fn no_derivative_is_good_where_a_channel_of_the_dynamic_pressure_is_wrong() {
+    let small = |recording: &mut Recording| {
+        let channel = &mut recording.channels[recording.roles[&Role::TrueAirspeed]];
+        let values = channel.series.values.iter().map(|value| 0.8 * value).collect();
+        channel.series = Series { time_s: channel.series.time_s.clone(), values };
+    };
+    let good = |spoil: &(dyn Fn(&mut Recording) + Sync)| {
+        let (_, snapshot) = flown(spoil, |_| ());
+        let verdicts = snapshot.verdicts.ready().unwrap();
+        let derivatives = verdicts.pooled.iter().flat_map(|fit| &fit.derivatives);
+        let is_named = |name: &str| !is_constant_name(name);
+        let levels: Vec<Level> =
+            derivatives.filter(|one| is_named(&one.name)).map(|derivative| derivative.verdict.level).collect();
+        assert!(levels.len() >= 10, "{}", levels.len());
+        levels.into_iter().filter(|level| *level == Level::Good).count()
+    };
+    let sound = good(&|_| ());
+    assert!(sound > 8, "{sound} derivatives of the sound flight are good");
+    assert_eq!(good(&small), 0);
+}

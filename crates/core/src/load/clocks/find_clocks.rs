@@ -61,6 +61,7 @@ const TIME_NAMES: &[&str] = &[
     "seconds_elapsed",
     "elapsed_seconds",
     "tiempo",
+    "x_value",
     "tempo",
     "время",
     "时间",

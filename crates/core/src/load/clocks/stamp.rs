@@ -12,7 +12,7 @@ const HALF_DAY_S: f64 = 43_200.0;
 /// A time written with colons.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Stamp {
-    /// `hh:mm:ss` with or without a fraction, s since midnight.
+    /// `hh:mm:ss` with or without a fraction, s since midnight; before it the day of a year that is not stated, or a date of two readings.
     OfDay(f64),
     /// A date and a time of day, s since 1970-01-01; one that states no zone is taken for UTC.
     Dated(f64),
@@ -34,7 +34,10 @@ impl Stamp {
             Some("pm") => (text[..text.len() - 2].trim_end(), Some(HALF_DAY_S)),
             _ => (text, None),
         };
-        let stamp = time_of_day(text).map(Self::OfDay).or_else(|| utc::parse(text).map(Self::Dated))?;
+        let stamp = time_of_day(text)
+            .map(Self::OfDay)
+            .or_else(|| utc::parse(text).map(Self::Dated))
+            .or_else(|| time_of_unknown_date(text).map(Self::OfDay))?;
         half_s.map_or(Some(stamp), |half_s| stamp.in_half_of_day(half_s))
     }
 
@@ -54,6 +57,13 @@ impl Stamp {
             Self::OfDay(seconds) | Self::Dated(seconds) => seconds,
         }
     }
+}
+
+/// Seconds since midnight behind the day of a year (`134:10:23:11.020`, as IRIG clocks write it), or behind a date of which day and month
+/// cannot be told apart.
+fn time_of_unknown_date(text: &str) -> Option<f64> {
+    let (day, time) = utc::split_day(text)?;
+    (utc::day_of_year(day).is_some() || utc::is_ambiguous(day)).then(|| time_of_day(time.trim_start()))?
 }
 
 /// Turns times of day written as numbers `hhmmss.ss` (receivers of satellites do) into seconds since midnight; whether they are such.
@@ -137,6 +147,12 @@ mod tests {
             ("12:59:59 PM", Stamp::OfDay(46_799.0)),
             ("1:00:00PM", Stamp::OfDay(46_800.0)),
             ("1970-01-02 12:00:11.5 AM", Stamp::Dated(86_411.5)),
+            ("134:10:23:11.020", Stamp::OfDay(37_391.02)),
+            ("134 10:23:11,020", Stamp::OfDay(37_391.02)),
+            ("2026 132 10:23:11.020", Stamp::Dated(1_778_581_391.02)),
+            ("12-May-2026 10:23:11.020", Stamp::Dated(1_778_581_391.02)),
+            ("5/13/2026 10:23:11 PM", Stamp::Dated(1_778_710_991.0)),
+            ("12/05/2026 10:23:11", Stamp::OfDay(37_391.0)),
         ] {
             assert_eq!(Stamp::parse(cell.as_bytes()), Some(wanted), "{cell}");
         }
@@ -144,9 +160,10 @@ mod tests {
             "10:23",
             "10h23m11s",
             "10:61:00",
-            "12/05/2026 10:23:11",
             "ratio 1:2:3",
             "1:2:3:4",
+            "400:10:23:11",
+            "12/05/26 10:23:11",
             "13:00:00 PM",
             "0:10:00 AM",
             "",

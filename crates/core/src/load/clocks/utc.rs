@@ -4,12 +4,13 @@
 const DAY_S: i64 = 86_400;
 
 /// Seconds since 1970-01-01T00:00:00Z of `text`, `YYYY-MM-DDThh:mm:ss[.fraction]` with an optional `Z`, `UTC` or `+hh:mm`. A blank may
-/// stand for the `T`, `YYYY/MM/DD` and `DD.MM.YYYY` for the date.
+/// stand for the `T`; `YYYY/MM/DD`, `DD.MM.YYYY`, `DD-Mon-YYYY`, `MM/DD/YYYY` with a day above 12 and year and day of the year
+/// (`YYYY:DDD:`, as IRIG clocks write it) for the date.
 ///
 /// Days are those of the proleptic Gregorian calendar, without leap seconds (POSIX time). `None` for anything else.
 pub(crate) fn parse(text: &str) -> Option<f64> {
-    let (date, time) = text.trim().split_once(['T', ' '])?;
-    let [year, month, day] = split_date(date)?;
+    let (date, time) = split_day(text.trim())?;
+    let [year, month, day] = split_date(date).or_else(|| date_of_year(date))?;
     let (time, zone_s) = split_zone(time.trim_start())?;
     let mut time = time.splitn(3, ':');
     let (hour, minute) = (time.next()?.parse::<i64>().ok()?, time.next()?.parse::<i64>().ok()?);
@@ -24,13 +25,65 @@ pub(crate) fn parse(text: &str) -> Option<f64> {
     valid.then(|| whole() as f64 + second)
 }
 
+/// What stands before the hours, and the time from them on.
+pub(crate) fn split_day(text: &str) -> Option<(&str, &str)> {
+    let mut colons = text.match_indices(':').map(|(at, _)| at);
+    // `YYYY:DDD:hh:mm:ss` and `DDD:hh:mm:ss` part the day by colons too.
+    let before = text.matches(':').count().checked_sub(3).and_then(|more| colons.clone().nth(more));
+    let at = match before {
+        Some(at) if text[..at].bytes().all(|byte| byte.is_ascii_digit() || byte == b':') => at,
+        _ => text[..colons.next()?].rfind(|letter: char| !letter.is_ascii_digit())?,
+    };
+    let mark = text[at..].chars().next().filter(|mark| ['T', ' ', ':'].contains(mark))?;
+    Some((text[..at].trim_end(), &text[at + mark.len_utf8()..]))
+}
+
+/// Months as their first three letters.
+const MONTHS: [&str; 12] = ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"];
+
+/// Year, month and day of a year and the day of it in three digits: `2026-134`, `2026 134`, `2026:134`.
+fn date_of_year(date: &str) -> Option<[i64; 3]> {
+    let (year, of_year) = date.split_once(['-', ' ', ':', '/'])?;
+    let year: i64 = year.parse().ok().filter(|year| (1600..=9999).contains(year))?;
+    let mut day = day_of_year(of_year)?;
+    let month = (1..=12).find(|month| {
+        let days = days_in_month(year, *month);
+        let is_inside = day <= days;
+        day -= if is_inside { 0 } else { days };
+        is_inside
+    })?;
+    Some([year, month, day])
+}
+
+/// The day of a year in three digits, from 001.
+pub(crate) fn day_of_year(text: &str) -> Option<i64> {
+    let is_day = text.len() == 3 && text.bytes().all(|byte| byte.is_ascii_digit());
+    text.parse().ok().filter(|day| is_day && (1..=366).contains(day))
+}
+
 /// Year, month and day. With points between them the day comes first, as German recorders write it; `05/12/2026` could be two days and is
 /// none.
 fn split_date(date: &str) -> Option<[i64; 3]> {
-    let mark = ['-', '/', '.'].into_iter().find(|mark| date.contains(*mark))?;
-    let mut parts = date.splitn(3, mark).map(|part| part.parse::<i64>().ok());
-    let (first, month, last) = (parts.next()??, parts.next()??, parts.next()??);
-    Some(if mark == '.' && last > 31 { [last, month, first] } else { [first, month, last] })
+    let mark = ['-', '/', '.', ' '].into_iter().find(|mark| date.contains(*mark))?;
+    let mut parts = date.splitn(3, mark);
+    let (first, middle, last) = (parts.next()?, parts.next()?, parts.next()?);
+    let (first, last): (i64, i64) = (first.parse().ok()?, last.parse().ok()?);
+    let Ok(month) = middle.parse() else {
+        let month = MONTHS.iter().zip(1..).find(|(name, _)| middle.to_lowercase().starts_with(**name))?.1;
+        return Some(if last > 31 { [last, month, first] } else { [first, month, last] });
+    };
+    Some(match mark {
+        '.' if last > 31 => [last, month, first],
+        '/' if last > 31 && month > 12 => [last, first, month],
+        '/' if last > 31 && first > 12 => [last, month, first],
+        _ => [first, month, last],
+    })
+}
+
+/// Whether a date leaves open which of its first two numbers is the month: `05/12/2026`.
+pub(crate) fn is_ambiguous(date: &str) -> bool {
+    let parts: Vec<u32> = date.split('/').filter_map(|part| part.parse().ok()).collect();
+    matches!(parts[..], [first, second, year] if (1..=12).contains(&first) && (1..=12).contains(&second) && year > 999)
 }
 
 /// Names of UTC behind a time.
@@ -89,8 +142,17 @@ mod tests {
             "2024-05-01 09:30:00 UTC",
             "2024/05/01 09:30:00",
             "01.05.2024 09:30:00",
+            "01-May-2024 09:30:00",
+            "01 MAY 2024 09:30:00",
+            "2024:122:09:30:00",
+            "2024 122 09:30:00",
+            "2024-122T09:30:00Z",
         ] {
             assert_eq!(parse(text), Some(1_714_555_800.0), "{text}");
+        }
+        // 15 October 2024; a month's T is not the mark of the time.
+        for text in ["15-OCT-2024 09:30:00", "10/15/2024 09:30:00", "15/10/2024 09:30:00", "2024-289T09:30:00"] {
+            assert_eq!(parse(text), Some(1_728_984_600.0), "{text}");
         }
     }
 
@@ -105,6 +167,9 @@ mod tests {
             "2024-05-01T24:00:00Z",
             "05/12/2026 10:23:11",
             "05-12-2026 10:23:11",
+            "2024-000T09:30:00",
+            "2023:366:09:30:00",
+            "15-Okt-2024 09:30:00",
             "2024-05-01T09:30:00+",
             "2024-05-01T09:30:00+0é0",
         ] {

@@ -10,6 +10,7 @@ pub(crate) fn finish(mut probe: Probe) -> Result<Probe, LoadError> {
         let what = "no numeric channel was found";
         return Err(LoadError::Empty { path: probe.path, what });
     }
+    probe.sources.iter_mut().for_each(take_noted_unit);
     settle_units(&mut probe.sources);
     for source in &probe.sources {
         for clock in &source.clocks {
@@ -38,6 +39,17 @@ pub(crate) fn finish(mut probe: Probe) -> Result<Probe, LoadError> {
         probe.warnings.extend(source.missing_time());
     }
     Ok(probe)
+}
+
+/// Gives the only channel of a struct that states no unit the one that a text beside it states.
+fn take_noted_unit(source: &mut Source) {
+    const UNITS: [&str; 4] = ["unit", "units", "y_unit", "yunit"];
+    let noted = source.notes.iter().find(|(key, _)| UNITS.contains(&key.to_lowercase().as_str()));
+    let Some((_, unit)) = noted.cloned() else { return };
+    let mut channels = source.channels.iter_mut().filter(|channel| !channel.is_time && channel.samples > 1);
+    if let (Some(channel), None) = (channels.next(), channels.next()) {
+        channel.unit.get_or_insert(unit);
+    }
 }
 
 impl Source {

@@ -1,5 +1,6 @@
 //! Readers of recordings: what a file of one format holds, as sources and channels.
 
+mod clock_columns;
 pub(crate) mod dataflash;
 pub(crate) mod finish;
 pub(crate) mod flysight;
@@ -12,6 +13,7 @@ pub(crate) mod mdf4;
 pub(crate) mod parquet;
 pub(crate) mod recognise;
 pub(crate) mod stored_number;
+mod tall;
 pub(crate) mod tdms;
 pub(crate) mod text;
 pub(crate) mod text_layout;

@@ -10,10 +10,13 @@ use crate::load::contents::{ChannelInfo, Probe, Source, one_line};
 use crate::load::error::LoadError;
 use crate::load::file::stem;
 use crate::load::format::Format;
+use crate::load::formats::clock_columns;
 use crate::load::formats::finish::finish;
 use crate::load::formats::flysight;
+use crate::load::formats::tall::Tall;
 use crate::load::formats::text_layout::{Separator, TextLayout, number, opens_quote};
 use crate::load::formats::vbox;
+use crate::statistics::extent;
 
 /// Part of the filled cells of a column that must be numbers for it to be a channel.
 const NUMERIC_SHARE: f64 = 0.5;
@@ -41,6 +44,10 @@ pub(crate) fn sources(path: &Path, contents: &[u8], budget: &Budget<'_>) -> Resu
         return tables_of(path, contents, budget);
     }
     let layout = TextLayout::find(contents).ok_or_else(|| reason("text without a table of numbers"))?;
+    if let Some(tall) = Tall::find(&layout) {
+        let sources = tall.read((path, budget), &layout, &contents[layout.data_at..])?;
+        return Ok((layout.format(), sources, Vec::new()));
+    }
     let mut warnings = Vec::new();
     let notes = layout.notes.iter().enumerate().map(|(line, text)| (format!("line {}", line + 1), text.clone()));
     let mut source = Source { notes: notes.collect(), ..Source::new(stem(path)) };
@@ -87,6 +94,7 @@ fn read_table(
     let mut table = Table::new((path, budget), layout);
     table.read(lines)?;
     table.into_channels(source, warnings);
+    clock_columns::join(source, pass_midnight);
     Ok(())
 }
 
@@ -381,16 +389,39 @@ fn memchr_quote(data: &[u8]) -> bool {
 }
 
 /// Numbers that recorders write where there is no value, without their sign.
-const MARKS: [f64; 8] = [999.0, 999.9, 9999.0, 9999.9, 99_999.0, 999_999.0, 9_999_999.0, 1e20];
-/// How many times larger than all other values such a number is.
+const MARKS: [f64; 15] = [
+    999.0,
+    999.9,
+    9999.0,
+    9999.9,
+    32_767.0,
+    32_768.0,
+    65_535.0,
+    99_999.0,
+    999_999.0,
+    9_999_999.0,
+    2_147_483_647.0,
+    2_147_483_648.0,
+    1e20,
+    1e30,
+    3.402_823_5e38,
+];
+/// How many times larger than all other values such a number is, or how many times their range it is away from them.
 const MARK_TIMES: f64 = 10.0;
+/// Relative rounding of such a number.
+const MARK_ROUNDING: f64 = 1e-7;
 
 /// Turns the cells into NaN that hold a mark of no value; the mark, how many there were and the largest of the others.
 fn take_marks(values: &mut [f64]) -> Option<(f64, usize, f64)> {
-    let finite = || values.iter().copied().filter(|value| value.is_finite());
-    let mark = finite().max_by(|a, b| a.abs().total_cmp(&b.abs())).filter(|value| MARKS.contains(&value.abs()))?;
-    let largest = finite().filter(|value| *value != mark).fold(0.0_f64, |most, value| most.max(value.abs()));
-    if largest == 0.0 || mark.abs() < MARK_TIMES * largest {
+    let is_mark = |value: f64| MARKS.iter().any(|mark| (value.abs() - mark).abs() <= MARK_ROUNDING * mark);
+    let [least, greatest] = extent(&*values)?;
+    let mark = [greatest, least].into_iter().filter(|end| is_mark(*end)).max_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+    let others: Vec<f64> = values.iter().copied().filter(|value| *value != mark).collect();
+    let [least, greatest] = extent(&others)?;
+    let largest = greatest.max(-least);
+    let away = (least - mark).max(mark - greatest);
+    let is_apart = greatest > least && away >= MARK_TIMES * (greatest - least);
+    if largest == 0.0 || !(is_apart || mark.abs() >= MARK_TIMES * largest) {
         return None;
     }
     let marked = values.iter_mut().filter(|value| **value == mark);

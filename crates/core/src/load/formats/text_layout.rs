@@ -2,6 +2,7 @@
 
 use crate::load::clocks::stamp::Stamp;
 use crate::load::format::Format;
+use crate::load::names::foreign_names::is_role_name;
 use crate::load::names::stated_unit::{bare, split_unit};
 use crate::quantity::Unit;
 
@@ -70,6 +71,7 @@ impl TextLayout {
             let numbers_columns = || before.iter().all(|row| row.len() != columns) && is_numbering(&cells);
             if cells.len() == columns && is_data(&cells, decimal_comma) && !numbers_columns() {
                 before.iter_mut().for_each(|row| widen(row, separator, columns));
+                before.iter_mut().for_each(|row| drop_comment(row, columns));
                 let (names, units, notes) = header(&before, separator, columns);
                 let data_line = index + 1;
                 return Some(Self { separator, decimal_comma, names, units, columns, data_at: at, data_line, notes });
@@ -97,6 +99,13 @@ fn widen(row: &mut Vec<String>, separator: Separator, columns: usize) {
     let named: Vec<String> = joined.split(',').map(|cell| cell.trim().to_owned()).collect();
     if named.len() == columns && named.iter().all(|cell| !cell.is_empty()) {
         *row = named;
+    }
+}
+
+/// Takes the name of the comments from a row of names, to which the rows of numbers have no cell (LabVIEW).
+fn drop_comment(row: &mut Vec<String>, columns: usize) {
+    if row.len() == columns + 1 && row.last().is_some_and(|last| last.eq_ignore_ascii_case("comment")) {
+        row.pop();
     }
 }
 
@@ -222,12 +231,13 @@ fn header(
     let filled = |line: usize| before[line].iter().filter(|cell| !cell.is_empty()).count();
     let known = |line: usize| before[line].iter().filter(|cell| !cell.is_empty() && is_unit(cell)).count();
     if let [last, above, names] = rows[..] {
-        // Telephones (RaceChrono) write names, units and then the sensors, many columns from one.
-        let sensors: std::collections::BTreeSet<&String> = before[last].iter().collect();
-        let is_of_sensors = 2 * sensors.len() <= columns && 2 * known(last) < filled(last);
-        let has_units = known(above) > columns / 4 && 2 * known(above) >= filled(above) && filled(names) == columns;
-        if is_of_sensors && has_units {
-            rows.remove(0);
+        let is_of_units = |line: usize| known(line) > columns / 4 && 2 * known(line) >= filled(line);
+        let roles = |line: usize| before[line].iter().filter(|cell| is_role_name(&split_unit(cell).0)).count();
+        if is_of_units(above) && 2 * known(last) < filled(last) && filled(names) == columns {
+            // Below names and units stand sensors (RaceChrono) or descriptions: what names the roles is the names.
+            rows = if roles(last) > roles(names) { vec![above, last] } else { vec![above, names] };
+        } else if is_of_units(last) && filled(names) == columns && roles(names) > roles(above) {
+            rows = vec![last, names];
         }
     }
     rows.truncate(2);
@@ -246,6 +256,10 @@ fn header(
         } else if is_comment && 3 * known(above) >= filled(above) && known(above) > known(last) {
             // Avionics of Garmin write the units as a comment above the names.
             units = as_units(above);
+        } else if 2 * known(above) > filled(above) && 2 * known(last) < filled(last) {
+            // LabVIEW writes them behind their label, above the names.
+            let unit = |cell: &String| is_unit(cell).then(|| bare(cell)).filter(|unit| !unit.is_empty());
+            units = before[above].iter().map(unit).collect();
         } else if known(last) == 0 {
             // Others write them in brackets behind the names in full, above the names in short.
             let own: Vec<_> = before[above].iter().map(|cell| in_brackets(cell)).collect();
@@ -413,6 +427,21 @@ mod tests {
     }
 
     #[test]
+    fn of_two_rows_of_names_the_one_that_names_roles_counts() {
+        let rows = "0.0,1.5,90\n0.1,1.6,91\n0.2,1.7,92\n";
+        for head in [
+            "time,roll,TAS\ns,deg,kt\nTime since start,Bank of the IRU,Speed of the ADC\n",
+            "T,P0301,P0601\ns,deg,kt\ntime,roll,TAS\n",
+            "time,roll,TAS\nT,P0301,P0601\ns,deg,kt\n",
+            "T,P0301,P0601\ntime,roll,TAS\ns,deg,kt\n",
+        ] {
+            let layout = TextLayout::find(format!("{head}{rows}").as_bytes()).unwrap();
+            assert_eq!(layout.names, ["time", "roll", "TAS"], "{head}");
+            assert_eq!(layout.units.iter().flatten().collect::<Vec<_>>(), ["s", "deg", "kt"], "{head}");
+        }
+    }
+
+    #[test]
     fn layout_reads_units_in_the_header_and_columns_without_one() {
         let layout = TextLayout::find(b"# t[s]  alpha(deg)  n(1)\n 0 1 2\n 1 2 3\n 2 3 4\n").unwrap();
         assert_eq!(
@@ -423,6 +452,15 @@ mod tests {
         let bare = TextLayout::find(b"0,1\n1,2\n2,3\n").unwrap();
         assert!(bare.names.is_empty());
         assert_eq!((bare.columns, bare.data_line), (2, 1));
+    }
+
+    #[test]
+    fn layout_reads_the_header_of_a_measurement_file() {
+        let text = "Separator\tTab\n***End_of_Header***\nChannels\t2\nY_Unit_Label\tdeg\tkt\nX_Dimension\tTime\n\
+            ***End_of_Header***\nX_Value\tRoll\tTAS\tComment\n0.00\t1.5\t90.1\n0.02\t1.6\t90.2\n0.04\t1.7\t90.3\n";
+        let layout = TextLayout::find(text.as_bytes()).unwrap();
+        assert_eq!(layout.names, ["X_Value", "Roll", "TAS"]);
+        assert_eq!(layout.units, [None, Some("deg".to_owned()), Some("kt".to_owned())]);
     }
 
     #[test]

@@ -29,6 +29,33 @@ pub(crate) fn names_say_nothing(candidates: &[Candidate<'_>]) -> bool {
     CHANNELS.contains(&candidates.len()) && empty as f64 >= LEAST_EMPTY * candidates.len() as f64
 }
 
+/// A map with the roles that values alone show, where the names of a recording give none of the motion's roles and values those of the
+/// rates.
+pub(crate) fn find_unnamed(
+    map: &ManualChannelMap,
+    free: &[Candidate<'_>],
+    probes: &[Probe],
+) -> Option<ManualChannelMap> {
+    let motion = [
+        Role::SpecificForceX,
+        Role::SpecificForceZ,
+        Role::RollRate,
+        Role::PitchRate,
+        Role::YawRate,
+        Role::BankAngle,
+        Role::PitchAngle,
+        Role::HeadingAngle,
+    ];
+    if !map.recorders.is_empty()
+        || !CHANNELS.contains(&free.len())
+        || motion.iter().any(|role| map.row(*role).is_some())
+    {
+        return None;
+    }
+    let mut found = map.clone();
+    add_roles(&mut found, free, probes).then_some(found)
+}
+
 /// Stamps of the only clock of a recording that has so many, s: for channels of a part without a clock.
 fn clock_of_length(samples: usize, probes: &[Probe]) -> Option<Vec<f64>> {
     let sources = probes.iter().flat_map(|probe| &probe.sources);
@@ -163,6 +190,22 @@ mod tests {
         {
             let found = map.row(role).unwrap();
             assert_eq!((found.from.channel.as_str(), found.unit.unwrap().symbol), (channel, unit), "{}", role.name());
+        }
+    }
+
+    #[test]
+    fn rates_and_attitude_are_found_where_no_name_is_known() {
+        let head = "jikoku,zatsuon,yo_kakusokudo,tate_kaku,yoko_kakusokudo,houi_kaku,tate_kakusokudo,yoko_kaku";
+        let map = guess(&[probe_of(&flight(head))]);
+        for (role, channel) in [
+            (Role::BankAngle, "yoko_kaku"),
+            (Role::PitchAngle, "tate_kaku"),
+            (Role::RollRate, "yoko_kakusokudo"),
+            (Role::PitchRate, "tate_kakusokudo"),
+            (Role::YawRate, "yo_kakusokudo"),
+        ] {
+            let found = map.row(role).map(|row| (row.from.channel.as_str(), row.by));
+            assert_eq!(found, Some((channel, By::Physics)), "{}", role.name());
         }
     }
 

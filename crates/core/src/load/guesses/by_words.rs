@@ -3,13 +3,13 @@
 use crate::load::guesses::candidates::{Candidate, LEFT, RIGHT, best, row};
 use crate::load::guesses::guess_frames::is_track;
 use crate::load::guesses::vectors;
-use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap, NameFit};
-use crate::load::names::foreign_names::{
-    FOREIGN_AILERON, FOREIGN_NAMES, FRENCH_CONTROLS, GREEK_CONTROLS, NEEDS, Need, ends_on,
-};
+use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap, NameFit, OtherSide};
+use crate::load::names::foreign_names::{FOREIGN_AILERON, FOREIGN_NAMES, FRENCH_CONTROLS, NEEDS, Need, ends_on};
 use crate::load::names::role_names::{AILERON, NAMES, RoleNames};
+use crate::load::names::stated_unit::is_signal_unit;
 use crate::load::names::tokens::end_on;
 use crate::quantity::Role;
+use crate::statistics::median;
 
 /// Names that stand for a role as a whole name alone: behind other words they are other quantities.
 const WHOLE: [&str; 5] = ["pressure", "press", "height", "alf", "bet"];
@@ -82,6 +82,69 @@ pub(crate) fn add_impact_pressure(map: &mut ManualChannelMap, candidates: &[Cand
     }
     if let Some(found) = named_by_any(role, map, candidates, taken) {
         give(role, found, map, candidates, taken);
+    }
+}
+
+/// Gives a recording without an airspeed the total pressure less the static one beside it.
+pub(crate) fn add_total_pressure(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &mut Vec<usize>) {
+    const NAMES: [&str; 8] = [
+        "pt",
+        "ptot",
+        "ptotal",
+        "totalpressure",
+        "totalpress",
+        "pressuretotal",
+        "pitottotalpressure",
+        "totalpressurepitot",
+    ];
+    /// Largest impact pressure, in parts of the static one: at Mach 1.2.
+    const MOST: f64 = 1.4;
+    let speeds = [Role::TrueAirspeed, Role::CalibratedAirspeed, Role::Mach, Role::ImpactPressure];
+    let Some(below) = map.row(Role::StaticPressure).cloned() else { return };
+    let Some(other) = candidates.iter().find(|candidate| candidate.from == below.from) else { return };
+    let is_beside = |candidate: &Candidate<'_>| {
+        candidate.from.source == other.from.source
+            && candidate.channel.clock == other.channel.clock
+            && candidate.unit == other.unit
+    };
+    let is_total = |(index, candidate): &(usize, &Candidate<'_>)| {
+        let is_named = [&candidate.plain, &candidate.essence].iter().any(|name| NAMES.contains(&name.as_str()));
+        let pairs = candidate.channel.values().iter().zip(other.channel.values());
+        let mut parts: Vec<f64> =
+            pairs.map(|(total, below)| total / below - 1.0).filter(|part| part.is_finite()).collect();
+        is_named
+            && !taken.contains(index)
+            && is_beside(candidate)
+            && median(&mut parts).is_some_and(|part| (0.0..MOST).contains(&part))
+    };
+    if speeds.iter().any(|speed| map.row(*speed).is_some()) {
+        return;
+    }
+    if let Some((index, candidate)) = candidates.iter().enumerate().find(is_total) {
+        taken.push(index);
+        // Twice the half of the difference.
+        let other_side = Some(OtherSide { channel: below.from.channel.clone(), sign: -1.0 });
+        let made = ManualChannel { other_side, scale: 2.0, unit: below.unit, ..row(candidate, Role::ImpactPressure) };
+        map.set(Role::ImpactPressure, Some(made));
+    }
+}
+
+/// Flow angles in volts or counts, which play no role before they are calibrated.
+pub(crate) fn leave_out_signals(map: &mut ManualChannelMap, candidates: &[Candidate<'_>]) {
+    for role in [Role::AngleOfAttack, Role::Sideslip] {
+        let is_named =
+            |candidate: &&Candidate<'_>| goes_by_whole_name(candidate, role) || names_sensor_of(candidate, role);
+        let signal = |candidate: &Candidate<'_>| candidate.channel.unit.clone().filter(|unit| is_signal_unit(unit));
+        if map.row(role).is_some() {
+            continue;
+        }
+        for candidate in candidates.iter().filter(is_named) {
+            if let Some(unit) = signal(candidate) {
+                let why =
+                    format!("in {unit}, not an angle: state degrees per {unit} with --role {}=CHANNEL", role.name());
+                map.left_out.push((candidate.from.clone(), why));
+            }
+        }
     }
 }
 
@@ -158,10 +221,10 @@ pub(crate) fn names_sensor_of(candidate: &Candidate<'_>, role: Role) -> bool {
 }
 
 /// Tokens behind a name that say where it was measured, not what.
-const QUALIFIERS: [&str; 34] = [
-    "l", "r", "lh", "rh", "left", "right", "1", "01", "main", "primary", "pri", "avg", "mean", "average", "true",
-    "att", "nb", "boom", "vane", "probe", "body", "cg", "gps", "imu", "ins", "ahrs", "adc", "air", "filt", "filtered",
-    "meas", "measured", "sensor", "pos",
+const QUALIFIERS: [&str; 40] = [
+    "l", "r", "lh", "rh", "left", "right", "1", "2", "3", "01", "02", "03", "main", "primary", "pri", "avg", "mean",
+    "average", "true", "att", "nb", "boom", "vane", "probe", "body", "cg", "gps", "imu", "ins", "ahrs", "adc", "air",
+    "filt", "filtered", "meas", "measured", "sensor", "pos", "upper", "lower",
 ];
 
 /// Tokens of the last part of a name that is a path; none where it is no path.
@@ -179,8 +242,9 @@ fn begins_on(tokens: &[String], name: &str) -> bool {
 }
 
 /// Tokens before a name that make another quantity of it.
-const OTHER_QUANTITIES: [&str; 14] = [
+const OTHER_QUANTITIES: [&str; 15] = [
     "engine",
+    "equivalent",
     "prop",
     "propeller",
     "rotor",
@@ -232,9 +296,7 @@ fn has_one_reading(
         Need::FrenchControl => {
             candidates.iter().any(|other| FRENCH_CONTROLS.iter().any(|control| other.words.contains(control)))
         }
-        Need::GreekControls => {
-            GREEK_CONTROLS.iter().all(|control| candidates.iter().any(|other| other.words == *control))
-        }
+        Need::AllOf(names) => names.iter().all(|name| candidates.iter().any(|other| other.words == *name)),
         Need::UnitUnless(other, names) => role == other || has_unit || is_beside(names),
         Need::Accent => !candidate.channel.name.is_ascii(),
         Need::UnitOrBeside(names) => has_unit || is_beside(names),

@@ -2,8 +2,9 @@
 
 use crate::load::contents::{ChannelInfo, Probe, Source};
 use crate::load::maps::by_hand::{By, ChannelName, ManualChannel};
+use crate::load::names::foreign_names::is_role_name;
 use crate::load::names::stated_unit::split_unit;
-use crate::load::names::stated_unit::{is_count, name_and_unit, stated_unit};
+use crate::load::names::stated_unit::{is_count, is_signal_unit, name_and_unit, stated_unit};
 use crate::load::names::tokens::{essence, tokens};
 use crate::load::names::words::{is_commanded, join_words, plain_letters};
 use crate::quantity::{Dimension, Role, Unit};
@@ -67,14 +68,26 @@ pub(crate) fn all(probes: &[Probe]) -> Vec<Candidate<'_>> {
         .collect()
 }
 
-/// Name of a channel; that of its group or struct where this holds nothing else and the channel is called no more than its data.
+/// Whether a text of a struct is the name of its data: `label` of a signal that Simulink logs.
+fn is_label(key: &str) -> bool {
+    const LABELS: [&str; 5] = ["label", "name", "signalname", "signal_name", "channel_name"];
+    LABELS.contains(&key.to_lowercase().as_str())
+}
+
+/// Name of a channel; the label or the name of its group or struct where this holds nothing else and the channel is called no more than
+/// its data.
 fn own_name<'s>(source: &'s Source, channel: &'s ChannelInfo) -> &'s str {
     const DATA: [&str; 6] = ["data", "value", "values", "signal", "samples", "y"];
     let is_alone = || source.channels.iter().filter(|other| !other.is_time && other.samples > 1).count() == 1;
-    match source.name.rsplit(['/', '.']).next() {
-        Some(name) if DATA.contains(&channel.name.to_lowercase().as_str()) && is_alone() => name,
-        _ => &channel.name,
+    if DATA.contains(&channel.name.to_lowercase().as_str()) && is_alone() {
+        let label = source.notes.iter().find(|(key, text)| is_label(key) && !text.trim().is_empty());
+        let of_source = source.name.rsplit(['/', '.']).next();
+        let called = label.map(|(_, text)| text.as_str());
+        return of_source.filter(|name| is_role_name(name)).or(called).or(of_source).unwrap_or(&channel.name);
     }
+    // `rollrate\XCP:1`: the device follows the signal.
+    let signal = channel.name.split_once('\\').map(|(signal, _)| signal);
+    signal.filter(|signal| !signal.is_empty()).unwrap_or(&channel.name)
 }
 
 /// Whether a channel goes by a name.
@@ -89,8 +102,12 @@ pub(crate) fn best(
     goes_by: Fits<'_>,
 ) -> Option<usize> {
     let free = |index: &usize| {
-        let fits = candidates[*index].unit.is_none_or(|unit| unit.dimension == role.dimension() || is_count(unit));
-        fits && !taken.contains(index)
+        let candidate = &candidates[*index];
+        let fits = candidate.unit.is_none_or(|unit| unit.dimension == role.dimension() || is_count(unit));
+        // What is still to be calibrated is asked for of a control alone.
+        let is_signal = || candidate.channel.unit.as_deref().is_some_and(is_signal_unit);
+        let is_control = matches!(role, Role::Aileron | Role::Elevator | Role::Rudder);
+        fits && !taken.contains(index) && (is_control || !is_signal())
     };
     names.iter().find_map(|name| (0..candidates.len()).filter(free).find(|&index| goes_by(&candidates[index], name)))
 }
@@ -138,8 +155,8 @@ fn is_edge_up(channel: &ChannelInfo) -> bool {
 }
 
 /// Words for the left and for the right side.
-pub(crate) const LEFT: [&str; 4] = ["left", "links", "linkes", "gauche"];
-pub(crate) const RIGHT: [&str; 4] = ["right", "rechts", "rechtes", "droit"];
+pub(crate) const LEFT: [&str; 5] = ["left", "links", "linkes", "gauche", "sinistro"];
+pub(crate) const RIGHT: [&str; 5] = ["right", "rechts", "rechtes", "droit", "destro"];
 
 /// Parts and ends of names of vertical speeds that are positive upwards.
 const CLIMBS: [&str; 17] = [
@@ -161,8 +178,9 @@ const CLIMBS: [&str; 17] = [
     "ascension",
     "montee",
 ];
-const CLIMB_ENDS: [&str; 11] = [
+const CLIMB_ENDS: [&str; 12] = [
     "vs",
+    "velu",
     "roc",
     "up",
     "altdot",

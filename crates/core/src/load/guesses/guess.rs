@@ -6,10 +6,14 @@ use std::collections::BTreeSet;
 
 use crate::load::contents::{Probe, Source};
 use crate::load::file::stem;
+use crate::load::guesses::alike;
 use crate::load::guesses::by_physics;
-use crate::load::guesses::by_words::{add_impact_pressure, add_names, take_vectors_from_one_source};
+use crate::load::guesses::by_words::{
+    add_impact_pressure, add_names, add_total_pressure, leave_out_signals, take_vectors_from_one_source,
+};
 use crate::load::guesses::candidates::{Candidate, best, candidates, row};
 use crate::load::guesses::guess_frames;
+use crate::load::guesses::increments;
 use crate::load::guesses::kinds;
 use crate::load::guesses::motion;
 use crate::load::guesses::motion_signs;
@@ -59,16 +63,23 @@ pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
         add_position(&mut map, probes);
         return map;
     }
+    alike::keep_the_best(&mut map, &mut candidates);
     let mut taken: Vec<usize> = Vec::new();
     add_names(&mut map, &candidates, &mut taken);
     take_vectors_from_one_source(&mut map, &candidates, &mut taken);
     add_other_sides(&mut map, &candidates, &mut taken);
     add_impact_pressure(&mut map, &candidates, &mut taken);
+    add_total_pressure(&mut map, &candidates, &mut taken);
+    leave_out_signals(&mut map, &candidates);
     names.add(&mut map, probes, false);
     settle_airspeed(&mut map, probes, &candidates, &taken);
     let mut free: Vec<Candidate<'_>> = untaken(candidates, &taken);
     free.retain(|candidate| map.rows.iter().all(|(_, row)| row.by != By::File || row.from != candidate.from));
     vectors::add_vectors(&mut map, &free);
+    if let Some(mut found) = by_physics::find_unnamed(&map, &free, probes) {
+        add_position(&mut found, probes);
+        return found;
+    }
     slopes::add_place(&mut map, &free);
     slopes::add_velocity(&mut map, &free, probes);
     slopes::settle_airspeed(&mut map, probes);
@@ -78,6 +89,7 @@ pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
     refine_forces(&mut map, probes);
     guess_frames::turn_axes_up(&mut map);
     guess_frames::exchange_local_axes(&mut map);
+    increments::add_increments(&mut map, probes);
     motion::add_climb(&mut map, &free, probes);
     motion_units::settle(&mut map, probes);
     if !motion_signs::settle(&mut map, probes) {

@@ -5,6 +5,7 @@ use crate::load::guesses::candidates::{Candidate, best, row};
 use crate::load::maps::attitude::QuaternionAxes;
 use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap, ManualQuaternion};
 use crate::load::maps::map::{ATTITUDE, VELOCITY};
+use crate::load::names::tokens::end_on;
 use crate::quantity::{Role, Unit};
 use crate::statistics::median;
 
@@ -44,7 +45,7 @@ const TRACKS: [&str; 14] = [
 
 /// Whether a name in small letters is one of the direction of flight over the ground.
 pub(crate) fn is_track(plain: &str) -> bool {
-    TRACKS.contains(&plain)
+    TRACKS.iter().any(|name| plain == *name || (name.len() > 4 && plain.ends_with(name)))
 }
 
 /// Turns what a sensor measures to the left and up, where it measures in such axes: the specific force along z is then +g on the mean.
@@ -185,7 +186,9 @@ pub(crate) fn add_velocity(map: &mut ManualChannelMap, candidates: &[Candidate<'
     if map.velocity.is_some() || VELOCITY.iter().any(|role| map.row(*role).is_some()) {
         return;
     }
-    let is = |candidate: &Candidate<'_>, name: &str| candidate.plain == name;
+    let is = |candidate: &Candidate<'_>, name: &str| {
+        candidate.plain == name || (name.len() > 2 && name != "spd" && end_on(&candidate.tokens, name))
+    };
     let speed = best(candidates, &[], Role::TrueAirspeed, &GROUND_SPEEDS, &is);
     let track = best(candidates, &[], Role::HeadingAngle, &TRACKS, &is);
     let (Some(speed), Some(track)) = (speed, track) else { return };

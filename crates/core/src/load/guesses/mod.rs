@@ -1,5 +1,6 @@
 //! What each channel is: by the recorder, by names, by values and by what they must obey together.
 
+pub(crate) mod alike;
 #[cfg(test)]
 mod awkward_cases;
 #[cfg(test)]
@@ -9,7 +10,10 @@ pub(crate) mod by_words;
 pub(crate) mod candidates;
 pub(crate) mod guess;
 pub(crate) mod guess_frames;
+pub(crate) mod increments;
 pub(crate) mod kinds;
+#[cfg(test)]
+mod layout_cases;
 pub(crate) mod layouts;
 pub(crate) mod motion;
 pub(crate) mod motion_axes;

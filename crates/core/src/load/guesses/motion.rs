@@ -6,6 +6,7 @@ use crate::load::guesses::ranges::EARTH_M;
 use crate::load::guesses::slopes::compare_over;
 use crate::load::guesses::trace::Trace;
 use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap};
+use crate::load::names::tokens::end_on;
 use crate::quantity::Role;
 use crate::statistics::median;
 
@@ -62,14 +63,16 @@ pub(crate) fn add_climb(map: &mut ManualChannelMap, candidates: &[Candidate<'_>]
     let Some(height) = height(map, probes).filter(|_| map.row(Role::VelocityDown).is_none()) else { return };
     let fits = |candidate: &&Candidate<'_>| {
         let has_unit = candidate.unit.is_none_or(|unit| unit.dimension == Role::VelocityDown.dimension());
-        has_unit && VERTICAL.contains(&candidate.plain.as_str())
+        has_unit && VERTICAL.iter().any(|name| end_on(&candidate.tokens, name))
     };
-    let Some(candidate) = candidates.iter().find(fits) else { return };
-    let mut found = row(candidate, Role::VelocityDown);
-    let Some((_, correlation)) = Trace::read(&found, probes).and_then(|speed| slope_of(&height, speed)) else { return };
-    if correlation.abs() > PLACE_CORRELATION {
-        found.turned = correlation > 0.0;
-        map.set(Role::VelocityDown, Some(found));
+    let compared = candidates.iter().filter(fits).filter_map(|candidate| {
+        let found = row(candidate, Role::VelocityDown);
+        let (_, correlation) = slope_of(&height, Trace::read(&found, probes)?)?;
+        Some((found, correlation))
+    });
+    let best = compared.max_by(|(_, one), (_, other)| one.abs().total_cmp(&other.abs()));
+    if let Some((found, correlation)) = best.filter(|(_, correlation)| correlation.abs() > PLACE_CORRELATION) {
+        map.set(Role::VelocityDown, Some(ManualChannel { turned: correlation > 0.0, ..found }));
     }
 }
 

@@ -4,7 +4,7 @@ use crate::load::guesses::candidates::{Candidate, row};
 use crate::load::maps::by_hand::{By, ManualChannelMap};
 use crate::load::names::stated_unit::is_count;
 use crate::load::names::tokens::essence;
-use crate::quantity::Role;
+use crate::quantity::{Dimension, Role};
 
 /// Roles of a vector and the words its channels share.
 type Vector = ([Role; 3], &'static [&'static str]);
@@ -113,7 +113,7 @@ const AXES: [[&str; 3]; 7] = [
 /// First axes of what turns.
 const TURNS: [&str; 2] = ["roll", "p"];
 /// Single letters that are a role only beside the others of their vector.
-const LETTERS: [[&str; 3]; 8] = [
+const LETTERS: [[&str; 3]; 10] = [
     ["p", "q", "r"],
     ["x", "y", "z"],
     ["xe", "ye", "ze"],
@@ -122,6 +122,8 @@ const LETTERS: [[&str; 3]; 8] = [
     ["pn", "pe", "pd"],
     ["gx", "gy", "gz"],
     ["rn", "re", "rd"],
+    ["bx", "by", "bz"],
+    ["an", "ax", "ay"],
 ];
 
 /// The same of a velocity whose third axis is up.
@@ -134,7 +136,9 @@ pub(crate) fn add_vectors(map: &mut ManualChannelMap, candidates: &[Candidate<'_
         if open < 3 {
             continue;
         }
-        let Some(found) = stems.iter().find_map(|stem| find(stem, *roles, candidates)) else { continue };
+        let turns = [Role::RollRate, Role::RollAcceleration, Role::BankAngle].contains(&roles[0]);
+        let find = |stem: &&str| find_axes(stem, roles[0].dimension(), turns, candidates);
+        let Some(found) = stems.iter().find_map(find) else { continue };
         for (role, index) in roles.iter().zip(found) {
             let mut row = row(&candidates[index], *role);
             row.by = By::Axes;
@@ -143,18 +147,21 @@ pub(crate) fn add_vectors(map: &mut ManualChannelMap, candidates: &[Candidate<'_
     }
 }
 
-/// The three channels of one source called by `stem` and an axis.
-fn find(stem: &str, roles: [Role; 3], candidates: &[Candidate<'_>]) -> Option<[usize; 3]> {
-    let fits = |candidate: &Candidate<'_>, role: Role| {
-        candidate.unit.is_none_or(|unit| unit.dimension == role.dimension() || is_count(unit))
-    };
-    let turns = [Role::RollRate, Role::RollAcceleration, Role::BankAngle].contains(&roles[0]);
+/// The three channels of one source and dimension called by `stem` and an axis, which of what `turns` may be roll, pitch and yaw.
+pub(crate) fn find_axes(
+    stem: &str,
+    dimension: Dimension,
+    turns: bool,
+    candidates: &[Candidate<'_>],
+) -> Option<[usize; 3]> {
+    let fits =
+        |candidate: &Candidate<'_>| candidate.unit.is_none_or(|unit| unit.dimension == dimension || is_count(unit));
     let axes = AXES.iter().filter(|axes| turns || !TURNS.contains(&axes[0]));
     axes.into_iter().find_map(|axes| {
         let at = |axis: usize, source: Option<&str>| {
             candidates.iter().position(|candidate| {
                 source.is_none_or(|source| candidate.from.source == source)
-                    && fits(candidate, roles[axis])
+                    && fits(candidate)
                     && stem_of(candidate, axes[axis]).is_some_and(|other| other == stem)
             })
         };
@@ -198,6 +205,10 @@ pub(crate) fn has_brothers(name: &str, role: Role, candidate: &Candidate<'_>, ca
     };
     let beside = |letters: &[&str]| letters.iter().filter(|letter| **letter != name && is_there(letter)).count();
     let others = beside(letters);
+    // Three of gravity, of gyros or of a magnetometer, unless they say that they are accelerations.
+    if role.dimension() == Dimension::Acceleration && ["gx", "bx"].contains(&letters[0]) {
+        return is_stated && others == 2;
+    }
     match letters[0] {
         // Beside u and w it is a velocity of the body.
         "u" => others == 0,

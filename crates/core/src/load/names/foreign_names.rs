@@ -28,7 +28,8 @@ pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
         "vertikalbeschl", "vertikalbeschleunigung", "beschlnormal", "normalbeschl", "normalbeschleunigung",
         "lastvielfaches", "accelerationz", "accelerationverticale", "accelverticale", "accverticale",
         "accelerationnormale", "accelnormale", "accnormale", "facteurchargenz", "facteurchargez", "facteurchargenormal",
-        "facteurchargevertical", "facteurcharge", "aceleracionvertical", "aceleracaoz", "aceleracaovertical",
+        "facteurchargevertical", "facteurcharge", "factorcargavertical", "factorcarganormal", "factorcarga",
+        "fattoredicaricoverticale", "fattoredicariconormale", "fattoredicarico", "fatordecarga", "fatorcarga", "aceleracionvertical", "aceleracaoz", "aceleracaovertical",
         "aceleracaonormal", "accelerazionez", "accelerazioneverticale", "accelerazionenormale", "versnellingz",
         "versnellingverticaal", "verticaleversnelling", "normaalversnelling",
     ]),
@@ -63,7 +64,7 @@ pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
         "velocidadvertical", "velocidadabajo", "velocitaverticale", "вертикальнаяскорость", "升降速度", "垂直速度", "爬升率",
         "vario", "variometer", "variometre", "steigrate", "steiggeschw", "steiggeschwindigkeit", "vertikalgeschw",
         "vertikalgeschwindigkeit", "vitesseverticale", "vitesseascensionnelle", "tauxmontee", "sinkrate", "sinkgeschw",
-        "sinkgeschwindigkeit", "vz", "velocidadeparabaixo", "velocitagiu", "snelheidomlaag",
+        "sinkgeschwindigkeit", "vz", "geschwunten", "geschwindigkeitunten", "velocidadeparabaixo", "velocitagiu", "snelheidomlaag",
     ]),
     (Role::BankAngle, &[
         "alabeo", "anguloalabeo", "rollio", "angolorollio", "rolamento", "angulorolamento", "крен", "уголкрена", "滚转角",
@@ -75,10 +76,10 @@ pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
         "cabeceo", "angulocabeceo", "beccheggio", "arfagem", "тангаж", "уголтангажа", "俯仰角", "俯仰", "nickwinkel",
         "langsneigung", "laengsneigung", "langsneigungswinkel", "laengsneigungswinkel", "assiette",
         "assiettelongitudinale", "angleassiette", "angletangage", "tangage", "nicken", "anguloarfagem",
-        "angolobeccheggio", "angolodibeccheggio", "langshelling", "stamphoek",
+        "angolobeccheggio", "angolodibeccheggio", "langslagewinkel", "laengslagewinkel", "langshelling", "stamphoek",
     ]),
     (Role::HeadingAngle, &[
-        "guinada", "rumbo", "imbardata", "prua", "proa", "курс", "рыскание", "偏航角", "航向角", "偏航", "航向", "gierwinkel",
+        "guinada", "rumbo", "rumboverdadero", "angoloprua", "angolodiprua", "pruavera", "azimut", "imbardata", "prua", "proa", "курс", "рыскание", "偏航角", "航向角", "偏航", "航向", "gierwinkel",
         "steuerkurs", "steuerkurswahr", "kurs", "cap", "capvrai", "capgeographique", "anglecap", "anglelacet",
         "capmagnetique", "lacet", "gieren", "angulodeguinada", "anguloguinada", "angoloimbardata", "angolodiimbardata",
         "koers", "gierhoek",
@@ -103,12 +104,12 @@ pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
     (Role::Elevator, &[
         "timonprofundidad", "elevador", "profundor", "рульвысоты", "升降舵", "hohenruder", "hoehenruder",
         "hohenruderausschlag", "hoehenruderausschlag", "hohenruderwinkel", "hoehenruderwinkel", "hohenruderstellung",
-        "hoehenruderstellung", "profondeur", "gouverneprofondeur", "braquageprofondeur", "braquagegouverneprofondeur",
+        "hoehenruderstellung", "profondeur", "gouverneprofondeur", "hohenrudereta", "hoehenrudereta", "braquageprofondeur", "braquagegouverneprofondeur",
         "eta", "equilibratore", "hoogteroer",
     ]),
     (Role::Rudder, &[
         "timondireccion", "leme", "timone", "рульнаправления", "方向舵", "seitenruder", "seitenruderausschlag",
-        "seitenruderwinkel", "seitenruderstellung", "gouvernedirection", "braquagedirection",
+        "seitenruderwinkel", "seitenruderstellung", "seitenruderzeta", "gouvernedirection", "braquagedirection",
         "braquagegouvernedirection", "direction", "palonnier", "zeta", "lemedirecao", "timonedidirezione",
         "richtingsroer",
     ]),
@@ -137,7 +138,7 @@ pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
         "vc", "aangewezensnelheid",
     ]),
     (Role::Altitude, &[
-        "altitud", "altura", "quota", "altezza", "altitudepressao", "высота", "气压高度", "高度", "hohe", "hoehe",
+        "altitud", "altitudpresion", "altitudbarometrica", "altura", "quota", "quotabarometrica", "quotapressione", "altezza", "altitudepressao", "высота", "气压高度", "高度", "hohe", "hoehe",
         "druckhohe", "druckhoehe", "hohemsl", "hoehemsl", "flughohe", "flughoehe", "barohohe", "barohoehe",
         "barometrischehohe", "barometrischehoehe", "altitudepression", "altitudebaro", "altitudebarometrique", "baro",
         "altitudine", "hoogte", "drukhoogte",
@@ -165,8 +166,8 @@ pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
 pub(crate) const FOREIGN_AILERON: &[&str] = &[
     "querruder", "aleron", "alerones", "alettoni", "alettone", "rolroer", "элероны", "副翼", "querruderausschlag",
     "querruderwinkel", "querruderstellung", "ailerons", "braquageailerons", "gauchissement",
-    "braquagegauchissement", "xi", "querruderrechts", "rechtesquerruder", "ailerondroit", "braquageailerondroit",
-    "querruderlinks", "linkesquerruder", "ailerongauche", "braquageailerongauche",
+    "braquagegauchissement", "xi", "querruderxi", "querruderrechts", "rechtesquerruder", "alettonedestro", "ailerondroit", "braquageailerondroit",
+    "querruderlinks", "linkesquerruder", "alettonesinistro", "ailerongauche", "braquageailerongauche",
 ];
 
 /// Airspeeds that do not say whether they are true or indicated.
@@ -184,8 +185,8 @@ pub(crate) enum Need {
     OneOf(&'static [&'static str]),
     /// Another channel with a French name of a control.
     FrenchControl,
-    /// The other two controls by their letters of LN 9300.
-    GreekControls,
+    /// All of these names: the controls by their letters of LN 9300 or of French tests.
+    AllOf(&'static [&'static str]),
     /// A unit that the role has, or without one another channel of one of these names, unless it is this role.
     UnitUnless(Role, &'static [&'static str]),
     /// An accent: without one the word is English too, and the temperature that of any sensor.
@@ -235,9 +236,12 @@ pub(crate) const NEEDS: &[(&str, Need)] = &[
     // A pressure, unless it is in feet or metres.
     ("baro", Need::UnitUnless(Role::StaticPressure, &[])),
     ("temperature", Need::Accent),
-    ("xi", Need::GreekControls),
-    ("eta", Need::GreekControls),
-    ("zeta", Need::GreekControls),
+    ("xi", Need::AllOf(&GREEK_CONTROLS)),
+    ("eta", Need::AllOf(&GREEK_CONTROLS)),
+    ("zeta", Need::AllOf(&GREEK_CONTROLS)),
+    ("dl", Need::AllOf(&DELTA_CONTROLS)),
+    ("dm", Need::AllOf(&DELTA_CONTROLS)),
+    ("dn", Need::AllOf(&DELTA_CONTROLS)),
     // Width and length of anything.
     ("breite", Need::UnitOrBeside(&["lange", "laenge"])),
     ("lange", Need::UnitOrBeside(&["breite"])),
@@ -247,8 +251,11 @@ pub(crate) const NEEDS: &[(&str, Need)] = &[
 /// French names of controls that are nothing else.
 pub(crate) const FRENCH_CONTROLS: [&str; 2] = ["profondeur", "gauchissement"];
 
+/// Aileron, elevator and rudder after the moments L, M, N that they make.
+const DELTA_CONTROLS: [&str; 3] = ["dl", "dm", "dn"];
+
 /// Aileron, elevator and rudder in LN 9300.
-pub(crate) const GREEK_CONTROLS: [&str; 3] = ["xi", "eta", "zeta"];
+const GREEK_CONTROLS: [&str; 3] = ["xi", "eta", "zeta"];
 
 /// Whether a channel of this name is made for a role.
 pub(crate) fn is_role_name(name: &str) -> bool {

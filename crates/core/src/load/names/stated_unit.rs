@@ -53,6 +53,8 @@ const UNIT_ENDINGS: &[(&str, &str)] = &[
     ("_psf", "psf"),
     ("_mb", "mbar"),
     ("_km", "km"),
+    ("_mm", "mm"),
+    ("_mg", "mg"),
     ("_cm", "cm"),
     ("_c", "degC"),
     ("_inhg", "inHg"),
@@ -114,7 +116,9 @@ pub fn stem_and_unit(name: &str) -> (&str, Option<Unit>) {
 /// Unit of a channel as recorded, or else as its name states it; `None` where neither states one that is known.
 pub fn stated_unit(channel: &ChannelInfo) -> Option<Unit> {
     let recorded = channel.unit.as_deref().filter(|unit| !unit.is_empty());
-    recorded.and_then(parse_loosely).or_else(|| name_and_unit(&channel.name).1)
+    let stated = recorded.and_then(parse_loosely).or_else(|| name_and_unit(&channel.name).1)?;
+    // What is no time and in d is in degrees, as d/s is degrees per second.
+    if stated.symbol == "d" && !channel.is_time { Unit::parse("deg").ok() } else { Some(stated) }
 }
 
 /// A name without the unit that it states in brackets, at its end or before its axis, and that unit.

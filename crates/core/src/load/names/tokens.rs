@@ -241,6 +241,8 @@ const FILLERS: &[&str] = &[
     "pitot",
     "vane",
     "boom",
+    "srf",
+    "surf",
 ];
 /// Tokens that forbid unless they are part of one of these names.
 const ALLOWED: &[(&str, &[&str])] = &[
@@ -249,6 +251,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("force", &["specificforce", "gforce"]),
     ("pilot", &["pilotx", "piloty", "pilotz"]),
     ("runway", &["onrunway"]),
+    ("inertial", &["inertialvert", "inertialroll", "inertialpitch", "inertialyaw"]),
 ];
 
 /// Forbidden tokens that name an instrument where they stand in the name of a source: inertial axes and the inertial unit.

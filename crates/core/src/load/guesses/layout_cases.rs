@@ -1,0 +1,146 @@
+//! Names, units and axes of layouts that a guess once took wrongly or not at all.
+
+use crate::load::guesses::awkward_cases::{Instant, guess_of};
+use crate::load::maps::by_hand::ManualChannelMap;
+use crate::quantity::Role;
+
+/// Channel, unit and sign of a role.
+fn read(map: &ManualChannelMap, role: Role) -> Option<(&str, &str, bool)> {
+    let row = map.row(role)?;
+    Some((&row.from.channel, row.unit.map_or("", |unit| unit.symbol), row.turned))
+}
+
+/// Specific force in m/s², as an instant makes it.
+fn force(now: &Instant) -> [f64; 3] {
+    [9.806_65 * now.pitch.sin(), 0.02 * now.bank, -9.806_65 * now.pitch.cos() / now.bank.cos()]
+}
+
+const DEG: f64 = 180.0 / std::f64::consts::PI;
+
+#[test]
+fn french_test_names_with_d_for_degrees_are_read() {
+    let head =
+        "GX (g),GY (g),GZ (g),P (d/s),Q (d/s),R (d/s),PHI (d),TETA (d),PSI (d),VV (kt),ZP (ft),DM (d),DL (d),DN (d)";
+    let map = guess_of(head, |now| {
+        let [x, y, z] = force(now).map(|force| force / 9.806_65);
+        let [p, q, r] = now.rates.map(|rate| rate * DEG);
+        let angles = [now.bank * DEG, now.pitch * DEG, (now.heading * DEG).rem_euclid(360.0)];
+        let t = now.time_s;
+        let rest = [116.6, now.height / 0.3048, 2.0 * t.sin(), 3.0 * (1.3 * t).sin(), (0.7 * t).cos()];
+        [x, y, -z, p, q, r].into_iter().chain(angles).chain(rest).collect()
+    });
+    for (role, channel, unit, turned) in [
+        (Role::SpecificForceX, "GX", "g", false),
+        (Role::SpecificForceZ, "GZ", "g", true),
+        (Role::RollRate, "P", "deg/s", false),
+        (Role::PitchAngle, "TETA", "deg", false),
+        (Role::TrueAirspeed, "VV", "kt", false),
+        (Role::Aileron, "DL", "deg", false),
+        (Role::Elevator, "DM", "deg", false),
+        (Role::Rudder, "DN", "deg", false),
+    ] {
+        assert_eq!(read(&map, role), Some((channel, unit, turned)), "{}", role.name());
+    }
+}
+
+#[test]
+fn letters_of_gravity_and_of_magnetometers_are_no_forces() {
+    let map = guess_of("gx,gy,gz,Bx,By,Bz,p (deg/s),phi (deg)", |now| {
+        let [x, y, z] = force(now);
+        vec![-x, -y, -z, 20.0, 5.0, 40.0, now.rates[0] * DEG, now.bank * DEG]
+    });
+    assert!(map.row(Role::SpecificForceX).is_none() && map.row(Role::SpecificForceZ).is_none(), "{:?}", map.rows);
+}
+
+#[test]
+fn normal_acceleration_of_a_research_aircraft_is_up() {
+    let map = guess_of("AX,AY,AN,P,Q,R,PHI,THETA,PSI,HP,PAMB (psf)", |now| {
+        let [x, y, z] = force(now).map(|force| force / 9.806_65);
+        let [p, q, r] = now.rates.map(|rate| rate * DEG);
+        let pressure = 2116.2 * (1.0 - 2.255_77e-5 * now.height).powf(5.255_9);
+        let angles = [now.bank * DEG, now.pitch * DEG, (now.heading * DEG).rem_euclid(360.0)];
+        [x, y, -z, p, q, r].into_iter().chain(angles).chain([now.height / 0.3048, pressure]).collect()
+    });
+    assert_eq!(read(&map, Role::SpecificForceZ), Some(("AN", "g", true)));
+    assert_eq!(read(&map, Role::SpecificForceX), Some(("AX", "g", false)));
+    assert_eq!(read(&map, Role::Altitude), Some(("HP", "ft", false)), "the static pressure says feet");
+}
+
+#[test]
+fn names_in_spanish_italian_and_german_are_read() {
+    for (head, names) in [
+        (
+            "Factor de carga vertical (g),Rumbo verdadero (°),Altitud de presión (ft),Timón de dirección (°)",
+            ["Factor de carga vertical", "Rumbo verdadero", "Altitud de presión", "Timón de dirección"],
+        ),
+        (
+            "Fattore di carico normale [g],Angolo di prua [deg],Quota barometrica [ft],Timone [deg]",
+            ["Fattore di carico normale", "Angolo di prua", "Quota barometrica", "Timone"],
+        ),
+        (
+            "Normalbeschleunigung [g],Azimut [deg],Druckhöhe [ft],Seitenruder zeta [deg]",
+            ["Normalbeschleunigung", "Azimut", "Druckhöhe", "Seitenruder zeta"],
+        ),
+    ] {
+        let map = guess_of(head, |now| {
+            let load = -force(now)[2] / 9.806_65;
+            vec![load, (now.heading * DEG).rem_euclid(360.0), now.height / 0.3048, 2.0 * now.time_s.sin()]
+        });
+        let roles = [Role::SpecificForceZ, Role::HeadingAngle, Role::Altitude, Role::Rudder];
+        let found = roles.map(|role| read(&map, role).map_or("", |(name, ..)| name));
+        assert_eq!(found, names);
+    }
+}
+
+#[test]
+fn velocities_of_an_inertial_unit_behind_labels_are_read() {
+    let head = "310_LAT_DEG,312_GROUND_SPEED_KT,313_TRUE_TRACK_DEG,365_INERTIAL_VERT_SPEED_FT_MIN,203_PRESS_ALT_FT";
+    let map = guess_of(head, |now| {
+        let [north, east, down] = now.speeds;
+        let track = east.atan2(north) * DEG;
+        vec![47.0, north.hypot(east) / 0.514_444, track, -down / 0.005_08, now.height / 0.3048]
+    });
+    assert_eq!(read(&map, Role::VelocityDown), Some(("365_INERTIAL_VERT_SPEED_FT_MIN", "ft/min", true)));
+    let [speed, track] = map.velocity.unwrap();
+    assert_eq!((&*speed.from.channel, &*track.from.channel), ("312_GROUND_SPEED_KT", "313_TRUE_TRACK_DEG"));
+    let up = guess_of("GPS_VEL_E [m/s],GPS_VEL_N [m/s],GPS_VEL_U [m/s],Altitude [m]", |now| {
+        let [north, east, down] = now.speeds;
+        vec![east, north, -down, now.height]
+    });
+    assert_eq!(read(&up, Role::VelocityDown), Some(("GPS_VEL_U", "m/s", true)));
+    // The vertical speed alone is found by the height.
+    let alone = guess_of("INS_VZ [m/s],Altitude [m]", |now| vec![-now.speeds[2], now.height]);
+    assert_eq!(read(&alone, Role::VelocityDown), Some(("INS_VZ", "m/s", true)));
+}
+
+#[test]
+fn total_less_static_pressure_is_the_impact_pressure() {
+    let map = guess_of("PS [inHg],PT [inHg],phi [deg]", |now| vec![25.0, 25.0 + 0.6, now.bank * DEG]);
+    let row = map.row(Role::ImpactPressure).unwrap();
+    let other = row.other_side.as_ref().unwrap();
+    assert_eq!((&*row.from.channel, &*other.channel, other.sign, row.scale), ("PT", "PS", -1.0, 2.0));
+    let beside = guess_of("PS [inHg],PT [inHg],TAS [kt]", |_| vec![25.0, 25.6, 116.0]);
+    assert!(beside.row(Role::ImpactPressure).is_none(), "an airspeed is recorded");
+}
+
+#[test]
+fn an_equivalent_airspeed_is_no_true_one_and_a_vane_in_volts_no_angle() {
+    let map = guess_of("Equivalent airspeed [m/s],AOA vane [V],AOS vane (V),Flank angle [deg]", |now| {
+        vec![50.0 + now.pitch, 2.5 + now.pitch, 2.5, now.bank]
+    });
+    assert!(map.row(Role::TrueAirspeed).is_none() && map.row(Role::AngleOfAttack).is_none());
+    assert_eq!(read(&map, Role::Sideslip), Some(("Flank angle", "deg", false)));
+    assert!(map.left_out.iter().any(|(from, why)| from.channel == "AOA vane" && why.starts_with("in V")));
+}
+
+#[test]
+fn a_surface_position_beside_the_columns_is_the_deflection() {
+    let map =
+        guess_of("DE_COL [deg],DA_WHL [deg],DE_SRF [deg],DA_SRF [deg],Rudder Upper [deg],Rudder Lower [deg]", |now| {
+            let wave = (1.3 * now.time_s).sin();
+            vec![wave, 5.0 * wave, 2.0 * wave, 3.0 * wave, wave, wave]
+        });
+    let roles = [Role::Elevator, Role::Aileron, Role::Rudder];
+    let found = roles.map(|role| read(&map, role).map_or("", |(name, ..)| name));
+    assert_eq!(found, ["DE_SRF", "DA_SRF", "Rudder Upper"]);
+}
