@@ -341,6 +341,11 @@ fn derivative_of_a_control_with_the_wrong_sign_leads_to_its_reversed_channel() {
         fit.fit.as_mut().unwrap().estimates[index] = 1.0;
         fit.corrected_errors[index] = 0.01;
     });
+    // The other derivatives of the elevator are as bad, those of the motion are not.
+    let places: Vec<String> =
+        found(&session, &snapshot, "plausible").into_iter().map(|finding| finding.place).collect();
+    assert!(places.contains(&"CZ_delta_e (pooled)".to_owned()), "{places:?}");
+    assert!(!places.iter().any(|place| place.starts_with("CZ_alpha")), "{places:?}");
     let fixed = fix_of(&session, &snapshot, "plausible").apply(&session).unwrap();
     let [expression] = &fixed.flights[0].expressions[..] else { panic!("{:?}", fixed.flights[0].expressions) };
     assert_eq!((expression.role, expression.expression.as_str()), (Some(Role::Elevator), "-delta_e"));
