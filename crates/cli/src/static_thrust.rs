@@ -63,6 +63,9 @@ fn print(found: &Pulled) {
         number(found.residual_n, 2),
         number(found.friction_error_n, 2)
     ));
-    let agreement = if found.model_agrees { "agree with" } else { "differ from" };
-    text::line(&format!("the models {agreement} the pull within its error"));
+    text::line(if found.model_agrees {
+        "the models agree with the pull within its error"
+    } else {
+        "the models differ from the pull by more than its error"
+    });
 }
