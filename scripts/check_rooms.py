@@ -14,11 +14,11 @@ ORDER = {
     "crates/dynamics/src": "propagate linear frequency modes design qualities",
     "crates/fmu/src": "unsupported variables instance interface",
     "crates/engine/src": """date notation keep builtin graph session autosave undo trace calibrate stage begin study live prior snapshot
-        verdict report compare planning run check aircraft confidence recorded_coverage batch document export qtg weigh""",
+        verdict report compare planning run check aircraft confidence recorded_coverage batch document export qtg weigh ground_tests""",
     "crates/report/src": "library svg html pdf",
     "crates/cli/src": """outcome pages questions role_option search suggest table text version aircraft check equations glossary live progress
-        propose regress schema shell summary thesis time_option weigh batch manual map run simulate tune compare compatibility
-        diff dynamics export fix match_command new propagate structure variants arguments datcom debrief engine fmu inspect
+        propose regress schema shell summary thesis time_option weigh swing batch manual map run simulate tune compare compatibility
+        diff dynamics export fix match_command new propagate structure variants arguments datcom debrief engine fmu inspect static_thrust
         response study campaign design lags prior qtg coverage report fidelity""",
     "src": "step theme notation widgets app+command+layouts+panels+ui_state",
 }

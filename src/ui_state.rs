@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use doublet_core::series::Series;
-use doublet_engine::report::document::SectionKind;
+use doublet_engine::report::document::{Logo, SectionKind, Style, UnitSystem};
 use doublet_engine::session::{Annotation, Manoeuvre, Session};
 use doublet_engine::trace::TraceView;
 use doublet_report::ReportFormat;
@@ -93,6 +93,65 @@ impl Default for ReportChoice {
     }
 }
 
+/// House style of reports: the same for all sessions.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct HouseStyle {
+    /// Words at the head of every page.
+    pub header: String,
+    /// Words at the foot of every page.
+    pub footer: String,
+    /// Colour of headings; that of the program unless chosen.
+    pub accent: Option<[u8; 3]>,
+    /// File of the logo; empty for none.
+    pub logo: String,
+    /// Airspeeds in kt and altitudes in ft, not in m/s and m.
+    pub in_knots_and_feet: bool,
+    /// Who signs, a line each; empty for the usual ones.
+    pub signatures: String,
+    /// Names of the sections that come first, in their order; the others follow.
+    pub order: Vec<String>,
+}
+
+impl HouseStyle {
+    /// All sections in their order.
+    pub fn sections(&self) -> Vec<SectionKind> {
+        let named = |name: &String| SectionKind::ALL.into_iter().find(|kind| kind.name() == name);
+        let mut order: Vec<SectionKind> = self.order.iter().filter_map(named).collect();
+        let others: Vec<SectionKind> = SectionKind::ALL.into_iter().filter(|kind| !order.contains(kind)).collect();
+        order.extend(others);
+        order
+    }
+
+    /// Puts a section before the one ahead of it.
+    pub fn move_up(&mut self, kind: SectionKind) {
+        let mut order = self.sections();
+        if let Some(at) = order.iter().position(|own| *own == kind).filter(|at| *at > 0) {
+            order.swap(at - 1, at);
+        }
+        self.order = order.into_iter().map(|kind| kind.name().to_owned()).collect();
+    }
+
+    /// The style of a report.
+    ///
+    /// # Errors
+    /// One line: a logo that cannot be read.
+    pub fn style(&self) -> Result<Style, String> {
+        let usual = Style::default();
+        let lines = self.signatures.lines().map(str::trim).filter(|line| !line.is_empty());
+        Ok(Style {
+            header: self.header.clone(),
+            footer: self.footer.clone(),
+            accent: self.accent.map_or(usual.accent, |[red, green, blue]| format!("#{red:02x}{green:02x}{blue:02x}")),
+            logo: (!self.logo.is_empty()).then(|| Logo::open(Path::new(&self.logo))).transpose()?,
+            units: if self.in_knots_and_feet { UnitSystem::Aviation } else { UnitSystem::Si },
+            sections: Vec::new(),
+            signatures: lines.map(str::to_owned).collect(),
+            is_compact: false,
+        })
+    }
+}
+
 /// A curve that is to be seen otherwise.
 #[derive(Clone, Debug)]
 pub struct TraceRequest {
@@ -153,6 +212,9 @@ pub struct UiState {
     /// What a report is to hold.
     #[serde(skip)]
     pub report: ReportChoice,
+    /// How reports look.
+    #[serde(default)]
+    pub house: HouseStyle,
     /// The analysis of a curve that is asked for.
     #[serde(skip)]
     pub analysis: Option<TraceRequest>,
@@ -187,6 +249,7 @@ impl Default for UiState {
             at_s: None,
             candidate_s: None,
             report: ReportChoice::default(),
+            house: HouseStyle::default(),
             analysis: None,
             flight_plots: None,
             overlaid: Vec::new(),

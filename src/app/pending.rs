@@ -11,7 +11,6 @@ use doublet_engine::builtin;
 use doublet_engine::calibrate;
 use doublet_engine::export::{self, Format, IdentifiedModel};
 use doublet_engine::keep::Put;
-use doublet_engine::report::document::SectionKind;
 use doublet_engine::report::{self, Outputs};
 use doublet_engine::run::{Control, Job};
 use doublet_engine::session::{AircraftEdit, Edit, ReportFigure, ReportFigureEdit, Session, SignalEdit};
@@ -359,11 +358,17 @@ impl Workbench {
         let (session, snapshot) = (Arc::clone(self.document.history.present()), Arc::clone(&self.snapshot));
         let choice = &self.state.report;
         let name = self.document.path.as_deref().and_then(Path::file_stem).unwrap_or(OsStr::new("report"));
+        let style = match self.state.house.style() {
+            Ok(style) => style,
+            Err(error) => return self.complain(error),
+        };
+        let sections = self.state.house.sections();
         let order = Order {
             folder: folder.to_path_buf(),
             name: name.to_string_lossy().into_owned(),
             formats: choice.formats.clone(),
-            sections: SectionKind::ALL.into_iter().filter(|kind| !choice.left_out.contains(kind)).collect(),
+            sections: sections.into_iter().filter(|kind| !choice.left_out.contains(kind)).collect(),
+            style,
             ..Order::default()
         };
         self.writing = Some(Arc::clone(&session));

@@ -22,7 +22,6 @@ use std::sync::Arc;
 
 use doublet_core::quantity::Dimension;
 use doublet_core::reconstruct::consistency::ChannelConsistency;
-use doublet_engine::planning::SURFACE_NAMES;
 use doublet_engine::report::Reference;
 use doublet_engine::report::document::Block;
 use doublet_engine::run::{DetailRequest, Slot, Snapshot, WindowDetails, WindowResults};
@@ -399,9 +398,9 @@ fn computing<T>(ui: &mut Ui, slot: &Slot<T>) {
 /// Blocks of a document and what they were made from.
 type KeptBlocks<T> = Option<(Arc<T>, Vec<Block>)>;
 
-/// Surfaces of which each is moved or not.
-fn surfaces(ui: &mut Ui, chosen: &mut Vec<usize>) {
-    for (surface, name) in SURFACE_NAMES.into_iter().enumerate() {
+/// Controls of which each is moved or not.
+fn surfaces(ui: &mut Ui, chosen: &mut Vec<usize>, names: &[&str]) {
+    for (surface, name) in names.iter().copied().enumerate() {
         let mut is_on = chosen.contains(&surface);
         if ui.toggle_value(&mut is_on, name).changed() {
             chosen.retain(|other| *other != surface);

@@ -4,9 +4,10 @@ use std::time::{Duration, Instant};
 
 use doublet::command::{EditCommand, UiCommand};
 use doublet::panels::Pane;
+use doublet::ui_state::HouseStyle;
 use doublet_core::model::{Coefficient, Term};
 use doublet_engine::notation::significant;
-use doublet_engine::report::document::SectionKind;
+use doublet_engine::report::document::{SectionKind, UnitSystem};
 use doublet_engine::session::{Edit, ModelEdit};
 use egui_kittest::kittest::Queryable;
 
@@ -82,4 +83,38 @@ fn purpose_and_derivatives_asked_for_are_entered_beside_the_report_and_answered_
     assert!(bench.session().report_asked.is_empty());
     (0..6).for_each(|_| bench.request(UiCommand::Edit(EditCommand::Undo)));
     assert_eq!(bench.session().report_purpose, "");
+}
+
+#[test]
+fn house_style_and_order_of_sections_are_set_beside_the_report_and_kept() {
+    let mut bench = Bench::open();
+    bench.harness.state_mut().state.report.as_pages = false;
+    bench.show(Pane::Report);
+    let before = bench.harness.state().state.house.sections();
+    assert_eq!(before, SectionKind::ALL);
+    let name = before[2].name();
+    bench.click(&format!("move {name} up"));
+    bench.click(&format!("move {name} up"));
+    // The first section stays where it is.
+    bench.click(&format!("move {name} up"));
+    let order = bench.harness.state().state.house.sections();
+    assert_eq!(order[..3], [before[2], before[0], before[1]]);
+    assert_eq!(order[3..], before[3..]);
+    bench.harness.get_by_label("House style").scroll_to_me();
+    bench.harness.run_steps(3);
+    bench.click("House style");
+    bench.harness.run_steps(10);
+    click(&mut bench.harness, "header of the report", 2);
+    bench.harness.get_by_label("header of the report").type_text("Flight test department");
+    bench.harness.run_steps(2);
+    bench.click("kt and ft");
+    picture(&mut bench.harness, "report_house_style");
+    let house = bench.harness.state().state.house.clone();
+    let style = house.style().expect("it has no logo");
+    assert_eq!((style.header.as_str(), style.units), ("Flight test department", UnitSystem::Aviation));
+    let stored: HouseStyle =
+        serde_json::from_str(&serde_json::to_string(&house).expect("it is written")).expect("it is read");
+    assert_eq!(stored, house);
+    let lost = HouseStyle { logo: "/nowhere/logo.svg".to_owned(), ..house };
+    assert!(lost.style().expect_err("there is no such file").contains("logo.svg"));
 }

@@ -1,11 +1,13 @@
 //! `doublet campaign`: envelope, test points in their order and cards, matched with what was flown.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use doublet_core::airframe::Loading;
 use doublet_engine::graph::Context;
-use doublet_engine::planning::{Campaign, FlownPoint, PlannedPoint, campaign_document, flown_points};
+use doublet_engine::planning::{
+    Campaign, CampaignFlight, FlownPoint, PlannedPoint, campaign_document, campaign_flight, flown_points,
+};
 use doublet_engine::run::Control;
 use doublet_engine::stage::load_aircraft;
 use doublet_report::{DocumentSet, ReportFormat};
@@ -13,7 +15,7 @@ use serde_json::json;
 
 use crate::arguments::{REPORTS, report_format};
 use crate::progress::Progress;
-use crate::run::{computed, named};
+use crate::run::{computed, named, rebase};
 use crate::text::{self, number};
 
 /// Arguments of `campaign`.
@@ -59,9 +61,19 @@ pub fn campaign(arguments: &CampaignArguments) -> Result<(), String> {
     let flown: Vec<FlownPoint> = pair.map_or_else(Vec::new, |(session, snapshot)| flown_points(session, snapshot));
     let document = json!({ "title": campaign.title, "aircraft": aircraft.name, "points": planned, "flown": flown });
     let mut written = None;
+    let mut left_out = Vec::new();
     if let Some(folder) = &arguments.out {
         let contents = serde_json::to_string_pretty(&document).map_err(|error| error.to_string())?;
-        let beside = [("campaign.json".to_owned(), contents.into_bytes())];
+        let flight = match (pair, &arguments.session) {
+            (Some((session, snapshot)), Some(path)) => {
+                let rebased = rebase(session, path.parent().unwrap_or(Path::new("")), folder)?;
+                campaign_flight(&planned, aircraft, &rebased, snapshot).map_err(|error| error.to_string())?
+            }
+            _ => CampaignFlight::default(),
+        };
+        left_out = flight.left_out;
+        let mut beside = vec![("campaign.json".to_owned(), contents.into_bytes())];
+        beside.extend(flight.files);
         let formats = named(&ReportFormat::ALL, &arguments.format, |format| format.name());
         let set = DocumentSet { folder, name: "campaign", formats: &formats, beside: &beside };
         let progress = Progress::new();
@@ -79,6 +91,9 @@ pub fn campaign(arguments: &CampaignArguments) -> Result<(), String> {
     if let Some(put) = written {
         put.notes().for_each(|note| text::line(&note));
         text::line(&format!("cards in {}", put.folder.display()));
+        if !left_out.is_empty() {
+            text::line(&format!("the simulator does not fly card {}", left_out.join(", ")));
+        }
     }
     Ok(())
 }

@@ -52,7 +52,7 @@ pub struct CoverageArguments {
     #[arg(long, requires = "design", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub known: u32,
     /// Surfaces of that design.
-    #[arg(long, value_name = "SURFACE,...", value_delimiter = ',', requires = "design", default_value = "aileron,elevator,rudder", value_parser = PossibleValuesParser::new(doublet_dynamics::design::SURFACE_NAMES))]
+    #[arg(long, value_name = "SURFACE,...", value_delimiter = ',', requires = "design", default_value = "aileron,elevator,rudder", value_parser = PossibleValuesParser::new(crate::design::SURFACES))]
     pub surfaces: Vec<String>,
     /// Total time of the designed manoeuvres, s.
     #[arg(long, value_name = "S", requires = "design", default_value_t = 120.0)]

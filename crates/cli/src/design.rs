@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use doublet_dynamics::design::{Basis, Criterion, DesignKind, Designed, Quantity, Request, SURFACE_NAMES};
+use doublet_dynamics::design::{Basis, Criterion, DesignKind, Designed, Quantity, Request, SURFACE_NAMES, THROTTLE};
 use doublet_engine::planning::{
     self, ComparedKind, DesignOptions, DesignRow, EnoughOptions, Goal, PathShare, design_basis, design_document,
     designed_rows,
@@ -19,12 +19,15 @@ use crate::progress::Progress;
 use crate::run::{computed, named, rebase};
 use crate::text::{self, number};
 
+/// Names of the surfaces, without the throttle.
+pub const SURFACES: [&str; THROTTLE] = [SURFACE_NAMES[0], SURFACE_NAMES[1], SURFACE_NAMES[2]];
+
 /// Trim, limits and draws of a design.
 #[derive(Debug, Args)]
 pub struct BasisArguments {
     /// Session file.
     pub session: PathBuf,
-    /// Surfaces to move.
+    /// Controls to move.
     #[arg(long, value_name = "SURFACE,...", value_delimiter = ',', default_value = "aileron,elevator,rudder", value_parser = PossibleValuesParser::new(SURFACE_NAMES))]
     surfaces: Vec<String>,
     /// Criterion to minimise: d (determinant), a (sum of squared relative errors), max-relative.
@@ -36,6 +39,9 @@ pub struct BasisArguments {
     /// Largest deflection rate, deg/s.
     #[arg(long, value_name = "DEG_S", default_value = "60", value_parser = positive)]
     rate: f64,
+    /// Largest change of thrust, N [default: a fifth of the trim's].
+    #[arg(long, value_name = "N", value_parser = positive)]
+    peak_thrust: Option<f64>,
     /// Limit of alpha, beta, phi (rad), n_z, p (rad/s), V (m/s) or h (m). Repeatable.
     #[arg(long, value_name = "NAME=LOW:HIGH", value_parser = limit, allow_hyphen_values = true)]
     limit: Vec<(Quantity, f64, f64)>,
@@ -170,6 +176,7 @@ impl BasisArguments {
         let options = DesignOptions {
             peak_rad: self.peak.map(f64::to_radians),
             rate_rad_s: self.rate.to_radians(),
+            peak_thrust_n: self.peak_thrust,
             limits: self.limit.clone(),
             gust_m_s: self.gusts,
         };
@@ -213,7 +220,7 @@ pub fn design(arguments: &DesignArguments) -> Result<(), String> {
     };
     let found = designed_rows(&basis, &request, arguments.compare, &|| Ok(()));
     let (mut row, designed) = found.map_err(|error| error.to_string())?;
-    PathShare::measure(&session, &snapshot).iter().for_each(|share| row.add_path(share));
+    PathShare::measure(&session, &snapshot).iter().for_each(|share| row.add_path(share, arguments.with_flown));
     let written =
         arguments.out.as_ref().map(|_| write(arguments, (&session, &snapshot), &row, &designed)).transpose()?;
     if arguments.basis.json {
@@ -311,7 +318,8 @@ fn print(row: &DesignRow) {
                 number(factor, 3)
             )
         });
-        let moved = moved.collect::<Vec<_>>().join("; ");
+        let thrust = own.peak_thrust_n.map(|peak| format!("thrust by {} N", number(peak, 3)));
+        let moved = moved.chain(thrust).collect::<Vec<_>>().join("; ");
         text::line(&format!("manoeuvre {}: {}, {} s; {moved}", own.number, own.name, number(own.duration_s, 4)));
     }
     let close = row.correlations.iter().filter(|own| own.correlation.abs() > 0.6);
@@ -346,6 +354,9 @@ fn print_comparison(rows: &[ComparedKind]) {
 /// # Errors
 /// One line: a session that cannot be run, no model, a goal of an unknown derivative.
 pub fn enough(arguments: &EnoughArguments) -> Result<(), String> {
+    if arguments.basis.surfaces.iter().any(|name| name == SURFACE_NAMES[THROTTLE]) {
+        return Err("enough compares inputs of the surfaces: leave out the throttle".to_owned());
+    }
     let (session, _, basis) = arguments.basis.open()?;
     let options = EnoughOptions {
         goals: arguments.goal.clone(),

@@ -44,10 +44,12 @@ mod schema;
 mod search;
 mod shell;
 mod simulate;
+mod static_thrust;
 mod structure;
 mod study;
 mod suggest;
 mod summary;
+mod swing;
 mod table;
 mod text;
 mod thesis;
@@ -184,6 +186,10 @@ pub enum Command {
     Campaign(crate::campaign::CampaignArguments),
     /// Find empty mass and centre of gravity from a weighing.
     Weigh(crate::weigh::WeighArguments),
+    /// Find moments of inertia from an aircraft swung as a pendulum.
+    Swing(crate::swing::SwingArguments),
+    /// Compare the pull of the engines at rest with their models.
+    StaticThrust(crate::static_thrust::StaticThrustArguments),
     /// Compare flown designs with predicted errors and the true values.
     Debrief(crate::debrief::DebriefArguments),
     /// Compare the errors so far with goals, and propose the next manoeuvre.
@@ -373,6 +379,8 @@ fn outcome(command: Command) -> Result<Outcome, String> {
         Command::Campaign(arguments) => campaign::campaign(&arguments),
         Command::Design(arguments) => design::design(&arguments),
         Command::Weigh(arguments) => weigh::weigh(&arguments),
+        Command::Swing(arguments) => swing::swing(&arguments),
+        Command::StaticThrust(arguments) => static_thrust::static_thrust(&arguments),
         Command::Debrief(arguments) => debrief::debrief(&arguments),
         Command::Enough(arguments) => design::enough(&arguments),
         Command::Propagate(arguments) => propagate::propagate(&arguments),

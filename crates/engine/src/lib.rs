@@ -17,6 +17,7 @@ pub mod date;
 pub mod document;
 pub mod export;
 pub mod graph;
+pub mod ground_tests;
 pub mod keep;
 pub mod live;
 pub mod notation;

@@ -81,6 +81,7 @@ pub fn design_input(
         rate_rad_s: positive("rate", rate_rad_s)?,
         limits: limits.into_iter().map(limit).collect::<PyResult<_>>()?,
         gust_m_s,
+        ..DesignOptions::default()
     };
     if gust_m_s.is_some_and(|gust| !gust.is_finite() || gust < 0.0) {
         return Err(refuse("gusts must be zero or more"));
@@ -122,7 +123,7 @@ fn row(source: &Source, request: &Request, options: &DesignOptions, control: &Co
     let designed = design(&basis, request).map_err(|error| error.to_string())?;
     let mut row = design_row(&basis, request, &designed);
     if let Source::Results(session, snapshot) = source {
-        PathShare::measure(session, snapshot).iter().for_each(|share| row.add_path(share));
+        PathShare::measure(session, snapshot).iter().for_each(|share| row.add_path(share, request.with_flown));
     }
     Ok(row)
 }

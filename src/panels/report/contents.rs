@@ -11,11 +11,13 @@ use eframe::egui::{self, CollapsingHeader, RichText, ScrollArea, TextEdit, Ui};
 use crate::command::{FileCommand, UiCommand};
 use crate::notation;
 use crate::panels::report::pages::Pages;
-use crate::panels::{Panel, PanelContext, caption, choices};
-use crate::ui_state::ReportChoice;
+use crate::panels::{Panel, PanelContext, caption, choices, text_field};
+use crate::ui_state::{HouseStyle, ReportChoice};
 
 /// Width of the list of sections: that of its longest title.
-const SECTIONS_WIDTH: f32 = 308.0;
+const SECTIONS_WIDTH: f32 = 332.0;
+/// Colour of headings unless another is chosen.
+const USUAL_ACCENT: [u8; 3] = [0x00, 0x68, 0xb4];
 /// Width and height of the name of a flight, and of the fields for its day and crew.
 const FLIGHT_NAME: [f32; 2] = [72.0, 22.0];
 const LOG_FIELD: [f32; 2] = [92.0, 22.0];
@@ -72,8 +74,9 @@ impl Panel for Report {
                 ctx.commands.push(UiCommand::File(FileCommand::Report));
             }
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                sections(&mut choice, ui);
+                sections(&mut choice, &mut ctx.state.house, ui);
                 ui.separator();
+                house_style(&mut ctx.state.house, ui);
                 self.purpose(ctx, ui);
                 self.logs(ctx, ui);
                 self.notes(ctx, ui);
@@ -251,10 +254,39 @@ fn writing(choice: &mut ReportChoice, ui: &mut Ui) -> bool {
     .inner
 }
 
-/// Sections to tick, and the one that is shown.
-fn sections(choice: &mut ReportChoice, ui: &mut Ui) {
-    for kind in SectionKind::ALL {
+/// Logo, words at head and foot, colour, units and signatures.
+fn house_style(house: &mut HouseStyle, ui: &mut Ui) {
+    CollapsingHeader::new("House style").id_salt("house style").show(ui, |ui| {
+        let width = SECTIONS_WIDTH - 72.0;
+        text_field(ui, "header of the report", &mut house.header, "Header of every page", width);
+        text_field(ui, "footer of the report", &mut house.footer, "Footer of every page", width);
+        text_field(ui, "logo of the report", &mut house.logo, "Logo: path of an SVG or PNG file", width);
+        choices(ui, &mut house.in_knots_and_feet, &[(false, "m/s and m"), (true, "kt and ft")]);
         ui.horizontal(|ui| {
+            ui.label("Colour of headings");
+            let mut accent = house.accent.unwrap_or(USUAL_ACCENT);
+            if ui.color_edit_button_srgb(&mut accent).changed() {
+                house.accent = Some(accent);
+            }
+            if house.accent.is_some() && ui.small_button("Default").clicked() {
+                house.accent = None;
+            }
+        });
+        let lines = TextEdit::multiline(&mut house.signatures).hint_text("Signatures, one per line").desired_rows(2);
+        let field = ui.add(lines.desired_width(width));
+        ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("signatures of the report"));
+    });
+}
+
+/// Sections to tick and to move, and the one that is shown.
+fn sections(choice: &mut ReportChoice, house: &mut HouseStyle, ui: &mut Ui) {
+    for kind in house.sections() {
+        ui.horizontal(|ui| {
+            let up = ui.small_button("↑").on_hover_text("Move up");
+            ui.ctx().accesskit_node_builder(up.id, |node| node.set_label(format!("move {} up", kind.name())));
+            if up.clicked() {
+                house.move_up(kind);
+            }
             let mut wanted = !choice.left_out.contains(&kind);
             let tick = ui.checkbox(&mut wanted, "");
             ui.ctx().accesskit_node_builder(tick.id, |node| node.set_label(format!("report {}", kind.name())));

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use doublet_engine::keep::Put;
-use doublet_engine::planning::{Criterion, DesignKind, DesignSheet, SheetRequest, design_sheet};
+use doublet_engine::planning::{Criterion, DesignKind, DesignSheet, SURFACE_NAMES, SheetRequest, design_sheet};
 use doublet_engine::report::document::Block;
 use doublet_engine::run::{Control, Job};
 use doublet_report::{DocumentSet, ReportFormat};
@@ -46,7 +46,7 @@ impl Panel for Design {
 impl Design {
     fn choices(&mut self, ui: &mut Ui) {
         let request = &mut self.request;
-        surfaces(ui, &mut request.surfaces);
+        surfaces(ui, &mut request.surfaces, &SURFACE_NAMES);
         ComboBox::from_id_salt("kind of input").selected_text(request.kind.name()).show_ui(ui, |ui| {
             for kind in DesignKind::ALL {
                 ui.selectable_value(&mut request.kind, kind, kind.name());

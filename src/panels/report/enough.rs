@@ -1,7 +1,7 @@
 //! Sufficiency of the data: standard errors compared with the goal of each derivative after every manoeuvre, and the best manoeuvre to
 //! fly next.
 
-use doublet_engine::planning::{self, EnoughRequest, enough_blocks};
+use doublet_engine::planning::{self, EnoughRequest, SURFACE_NAMES, THROTTLE, enough_blocks};
 use eframe::egui::{DragValue, Response, Ui};
 
 use crate::panels::{KeptBlocks, Panel, PanelContext, answer, surfaces};
@@ -20,7 +20,7 @@ impl Panel for Enough {
             let percent = DragValue::new(&mut self.typed.relative_percent).range(0.1..=100.0).speed(0.1);
             let percent = ui.add(percent.prefix("goal ").suffix(" %"));
             let percent = percent.on_hover_text("Target relative standard error of every derivative");
-            surfaces(ui, &mut self.typed.surfaces);
+            surfaces(ui, &mut self.typed.surfaces, &SURFACE_NAMES[..THROTTLE]);
             let time = DragValue::new(&mut self.typed.time_s).range(6.0..=120.0).prefix("next manoeuvre ").suffix(" s");
             let time = ui.add(time).on_hover_text("Length of the next manoeuvre");
             [percent, time].iter().all(is_at_rest)

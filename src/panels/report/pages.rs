@@ -13,6 +13,7 @@ use eframe::egui::{
 };
 
 use crate::panels::{PanelContext, dim_if, trouble};
+use crate::ui_state::HouseStyle;
 use crate::widgets::figure::page_picture;
 
 /// Widest page on screen, and the room between pages, points.
@@ -29,6 +30,7 @@ struct Source {
     generation: u64,
     steps: usize,
     left_out: BTreeSet<SectionKind>,
+    house: HouseStyle,
 }
 
 /// The pages of the report on screen.
@@ -150,13 +152,20 @@ impl Pages {
     fn follow(&mut self, ctx: &PanelContext<'_>, egui: &egui::Context) {
         let (generation, steps) = (ctx.snapshot.generation, ctx.snapshot.log.len());
         let left_out = ctx.state.report.left_out.clone();
-        let source = Source { generation, steps, left_out };
+        let source = Source { generation, steps, left_out, house: ctx.state.house.clone() };
         if ctx.snapshot.busy || self.typesetting.is_some() || self.source.as_ref() == Some(&source) {
             return;
         }
         let (session, snapshot) = (ctx.session.clone(), ctx.snapshot.clone());
-        let kinds = SectionKind::ALL.into_iter().filter(|kind| !source.left_out.contains(kind));
-        let order = Order { sections: kinds.collect(), ..Order::default() };
+        let kinds = source.house.sections().into_iter().filter(|kind| !source.left_out.contains(kind));
+        let style = match source.house.style() {
+            Ok(style) => style,
+            Err(error) => {
+                (self.error, self.source) = (Some(error), Some(source));
+                return;
+            }
+        };
+        let order = Order { sections: kinds.collect(), style, ..Order::default() };
         let wake = egui.clone();
         let work = move |control: &Control, progress: &(dyn Fn(f32) + Sync)| {
             let document = doublet_report::assemble(&session, &snapshot, &order);

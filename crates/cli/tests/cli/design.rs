@@ -117,8 +117,8 @@ fn designed_flight_is_flown_and_identified_as_written() {
         assert_eq!(own["inside"], u64::from(off.abs() <= 1.96), "{own}");
     }
     let ratio = found["median_over_promised"].as_f64().unwrap();
-    // The promise is noise of the fit alone; what is obtained holds errors of path, clocks and sensors too.
-    assert!((1.0..4.0).contains(&ratio), "{ratio}");
+    // Eight flights have 1.23 (docs/planning.md); one flight scatters about it.
+    assert!((0.6..2.0).contains(&ratio), "{ratio}");
     assert!(found["rms_off"].as_f64().unwrap() < 2.5, "{}", found["rms_off"]);
 }
 

@@ -14,6 +14,7 @@ mod shared;
 mod common;
 
 mod batch;
+mod campaign;
 mod chain;
 mod check;
 mod design;

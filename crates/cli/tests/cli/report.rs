@@ -282,7 +282,10 @@ fn engine_speeds_are_in_revolutions(html: &str, results: &Value) {
 fn accuracies_are_those_of_the_instruments_file(html: &str) {
     let table = html.split("-sensors\">").nth(1).unwrap().split("</table>").next().unwrap();
     assert!(table.contains(">Accuracy</th>") && table.contains("<data value=\"0.00561\">"), "{table}");
-    assert!(html.contains("Accuracy of ax: thesis Tables 4.15-4.16."));
+    // One line for all channels of one source, of two sources.
+    assert_eq!(html.matches("Accuracy of ").count(), 2);
+    assert!(html.contains("Accuracy of ax, ay, az, p, q, r, "));
+    assert!(html.contains("airspeed: thesis Tables 4.15-4.16."));
 }
 
 /// On the first page and in the conclusions the level stands with its criteria and with every coefficient whose verdict is not good.

@@ -220,30 +220,51 @@ pub(crate) fn test_point_twice(listed: Listed) -> Result<Scenario, SimulateError
     from_trim(listed, 10.0 + INTERVAL_S * both.len() as f64, manoeuvres)
 }
 
-/// Designed inputs one after the other from trim at a true airspeed (m/s) and altitude (m), `rest_s` between them.
+/// Designed inputs one after the other from trim at a true airspeed (m/s) and altitude (m), `rest_s` between them, each at a condition of its
+/// own, to which the pilot goes before it.
 pub fn designed(
     listed: Listed,
-    (airspeed_m_s, altitude_m): (f64, f64),
-    inputs: Vec<DesignedInput>,
+    base: (f64, f64),
+    inputs: Vec<((f64, f64), DesignedInput)>,
     rest_s: f64,
 ) -> Result<Scenario, SimulateError> {
-    let mut onset_s = FIRST_ONSET_S;
-    let mut manoeuvres = Vec::with_capacity(inputs.len());
-    for input in inputs {
+    let (mut onset_s, mut end_s, mut about) = (FIRST_ONSET_S, 0.0, base);
+    let (mut manoeuvres, mut changes) = (Vec::with_capacity(inputs.len()), Vec::new());
+    for (condition, input) in inputs {
+        if condition != about {
+            changes.push((end_s, condition));
+            onset_s += transit_s(about, condition);
+            about = condition;
+        }
         let surface = input.surfaces().next().unwrap_or(Elevator);
         let held_s = input.held_s;
-        let about = manoeuvre(surface, InputKind::Designed, 0.0, onset_s, 1);
-        manoeuvres.push(Manoeuvre { hand: Hand::PERFECT, designed: Some(Arc::new(input)), ..about });
+        let own = manoeuvre(surface, InputKind::Designed, 0.0, onset_s, 1);
+        manoeuvres.push(Manoeuvre { hand: Hand::PERFECT, designed: Some(Arc::new(input)), ..own });
+        end_s = onset_s + held_s + Manoeuvre::MARGIN_S;
         onset_s += held_s + rest_s.max(2.0 * Manoeuvre::MARGIN_S);
     }
     let mut scenario = from_trim(listed, onset_s, manoeuvres)?;
     let Start::Trimmed(condition) = &mut scenario.start else { return Ok(scenario) };
-    (condition.airspeed_m_s, condition.altitude_m) = (airspeed_m_s, altitude_m);
-    let power = Power::Airspeed { airspeed_m_s, speed_rad_s: condition.engine_speed_rad_s };
-    scenario.segments.iter_mut().for_each(|segment| segment.task = Task::Level { altitude_m, rate_m_s: 2.5, power });
+    (condition.airspeed_m_s, condition.altitude_m) = base;
+    let speed_rad_s = condition.engine_speed_rad_s;
+    let segment = |(start_s, (airspeed_m_s, altitude_m))| {
+        let power = Power::Airspeed { airspeed_m_s, speed_rad_s };
+        let task = Task::Level { altitude_m, rate_m_s: LEVEL_RATE_M_S, power };
+        Segment { start_s, phase: "testing", task, heading_rad: 0.0 }
+    };
+    scenario.segments = std::iter::once((0.0, base)).chain(changes).map(segment).collect();
     Ok(scenario)
 }
 
+/// Time to go from one airspeed (m/s) and altitude (m) to another and to settle there, s.
+fn transit_s(from: (f64, f64), to: (f64, f64)) -> f64 {
+    /// Time to settle, s; and per change of airspeed, s²/m.
+    const SETTLE: (f64, f64) = (45.0, 5.0);
+    SETTLE.0 + SETTLE.1 * (to.0 - from.0).abs() + 1.25 * (to.1 - from.1).abs() / LEVEL_RATE_M_S
+}
+
+/// Greatest rate of climb or descent between designed inputs, m/s.
+const LEVEL_RATE_M_S: f64 = 2.5;
 /// Onset of the first of designed inputs, s.
 const FIRST_ONSET_S: f64 = 20.0;
 

@@ -36,7 +36,7 @@ pub use inputs::{FirstOrderLag, Form, Hand, InputKind, InputSignal};
 pub use instruments::{ControlLinkage, Quantity};
 pub use modes::{modes, system_matrix};
 pub use multisine::Multisine;
-pub use plan::{DesignedInput, Flown, Manoeuvre, Power, Segment, Task};
+pub use plan::{DesignedInput, Flown, Hands, Manoeuvre, Power, Segment, Task};
 pub use recorder::{ChannelSpec, Clock, Reading, Stream, StreamSpec};
 pub use run::{Flight, run};
 pub use scenario::Scenario;

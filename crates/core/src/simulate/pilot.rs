@@ -1,7 +1,7 @@
 //! A simple pilot: holds attitude, speed, altitude and heading; lets go for the manoeuvres.
 
 use super::inputs::half_cosine;
-use super::plan::{Flown, Power, Segment, Task};
+use super::plan::{Flown, Hands, Power, Segment, Task};
 use super::vehicle::{Controls, Loads, Surface, Vehicle};
 use crate::motion::State;
 use crate::propulsion::EngineInput;
@@ -48,6 +48,8 @@ pub struct Pilot {
     /// Manifold pressure that holds the airspeed, Pa.
     manifold_pa: f64,
     last: Option<Command>,
+    /// Engine inputs of the last command outside a manoeuvre.
+    steady_engines: [EngineInput; 2],
     /// Whether the controls were held for a manoeuvre at the last command.
     held: bool,
     /// Controls from which the hands move to others, and the time since they left them, s.
@@ -63,6 +65,8 @@ const REFERENCE_PRESSURE_PA: f64 = 1150.0;
 const QUIET_S: f64 = 2.0;
 /// Time in which the hands move from the controls of the pilot to those of a manoeuvre and back, along a half cosine, s.
 const TAKE_OVER_S: f64 = 0.5;
+/// Lowest manifold pressure in flight, Pa.
+const LOWEST_MANIFOLD_PA: f64 = 40_000.0;
 /// Steepest bank the pilot flies, rad.
 const MAX_BANK_RAD: f64 = 0.35;
 
@@ -76,6 +80,7 @@ impl Pilot {
             quiet: Controls::default(),
             manifold_pa: 60_000.0,
             last: None,
+            steady_engines: [EngineInput { speed_rad_s: 0.0, manifold_pressure_pa: 0.0 }; 2],
             held: false,
             leaving: None,
             preparing: None,
@@ -90,8 +95,8 @@ impl Pilot {
         self.manifold_pa = manifold_pa;
     }
 
-    /// What the pilot does now. During a manoeuvre all controls but its own stay where they were and the input is added to
-    /// that one; power stays too.
+    /// What the pilot does now. During a manoeuvre the controls stay where they were and its input is added to them, or the pilot
+    /// flies it; power stays but for the input.
     pub fn command(
         &mut self,
         vehicle: &Vehicle,
@@ -100,19 +105,31 @@ impl Pilot {
         view: &View<'_>,
     ) -> Command {
         if let (Some(flown), Some(last)) = (manoeuvre, self.last) {
-            let mut controls = self.quiet;
-            for surface in Surface::ALL {
-                *controls.get_mut(surface) += flown.signal(surface).at(view.time_s - flown.manoeuvre.onset_s);
-            }
-            let controls = self.moved(vehicle.stops.limit(controls), true);
-            let command = Command { controls, ..last };
+            let since_s = view.time_s - flown.manoeuvre.onset_s;
+            let is_held = flown.hands() == Hands::Held;
+            let controls = if is_held {
+                let mut controls = self.quiet;
+                for surface in Surface::ALL {
+                    *controls.get_mut(surface) += flown.signal(surface).at(since_s);
+                }
+                controls
+            } else {
+                self.hand_flown(segment, flown, view)
+            };
+            let controls = self.moved(vehicle.stops.limit(controls), is_held);
+            let command = Command { controls, engines: self.moved_engines(flown, since_s, view), ..last };
             self.last = Some(command);
             return command;
         }
         let engines = self.engines(segment, view);
+        self.steady_engines = engines;
         let (pitch, on_ground) = self.pitch(segment, view);
         let bank = if on_ground || self.preparing.is_some() { 0.0 } else { self.bank(segment, view) };
-        let controls = vehicle.stops.limit(self.controls(pitch, bank, on_ground, view));
+        let controls = vehicle.stops.limit(self.controls(
+            &Demand { pitch_rad: pitch, bank_rad: bank, ..Demand::default() },
+            on_ground,
+            view,
+        ));
         let (brake, steering_rad) = ground_controls(segment, view);
         let keep = libm::exp(-self.step_s / QUIET_S);
         for (quiet, now) in [
@@ -126,6 +143,53 @@ impl Pilot {
         let command = Command { controls, engines, brake, steering_rad };
         self.last = Some(command);
         command
+    }
+
+    /// Engine inputs of the steady flight before a manoeuvre, with the manifold pressure its input adds.
+    fn moved_engines(&self, flown: &Flown, since_s: f64, view: &View<'_>) -> [EngineInput; 2] {
+        let added_pa = flown.manifold_pa.at(since_s);
+        if added_pa == 0.0 {
+            return self.steady_engines;
+        }
+        self.steady_engines.map(|input| EngineInput {
+            manifold_pressure_pa: (input.manifold_pressure_pa + added_pa)
+                .clamp(LOWEST_MANIFOLD_PA, view.full_throttle_pa.max(LOWEST_MANIFOLD_PA)),
+            ..input
+        })
+    }
+
+    /// Controls of a manoeuvre that the pilot flies.
+    fn hand_flown(&mut self, segment: &Segment, flown: &Flown, view: &View<'_>) -> Controls {
+        let angle_rad = flown.angle_rad.at(view.time_s - flown.manoeuvre.onset_s);
+        let airspeed_m_s = match segment.task {
+            Task::Level { power: Power::Airspeed { airspeed_m_s, .. }, .. } | Task::Climb { airspeed_m_s, .. } => {
+                airspeed_m_s
+            }
+            _ => view.loads.air.airspeed_m_s,
+        };
+        self.preparing = None;
+        let demand = match flown.hands() {
+            Hands::Held | Hands::Level => Demand {
+                pitch_rad: self.pitch(segment, view).0,
+                bank_rad: self.bank(segment, view),
+                ..Demand::default()
+            },
+            Hands::Sideslip => {
+                let straight_bank_rad = straight_bank_rad(view);
+                Demand {
+                    pitch_rad: self.pitch_for_airspeed(airspeed_m_s, view),
+                    bank_rad: self.bank(segment, view) + straight_bank_rad,
+                    sideslip_rad: angle_rad,
+                    straight_bank_rad,
+                }
+            }
+            Hands::Turn => Demand {
+                pitch_rad: self.pitch_for_airspeed(airspeed_m_s, view),
+                bank_rad: angle_rad,
+                ..Demand::default()
+            },
+        };
+        self.controls(&demand, false, view)
     }
 
     /// The controls on the way to `wanted`: letting go for a manoeuvre and taking over after it, hands need their time.
@@ -150,16 +214,14 @@ impl Pilot {
         const PROPORTIONAL: f64 = 4000.0;
         /// And per its integral, Pa/m.
         const INTEGRAL: f64 = 120.0;
-        /// Lowest manifold pressure in flight, Pa.
-        const LOWEST_PA: f64 = 40_000.0;
         let airspeed = view.loads.air.airspeed_m_s;
         let mut hold = |airspeed_m_s: f64, speed_rad_s: f64| {
             let error = airspeed_m_s - airspeed;
             let highest = view.full_throttle_pa;
             // Far from the airspeed the integral would only run away.
             let near = if error.abs() < 3.0 { error } else { 0.0 };
-            self.manifold_pa = (self.manifold_pa + INTEGRAL * near * self.step_s).clamp(LOWEST_PA, highest);
-            let manifold_pressure_pa = (self.manifold_pa + PROPORTIONAL * error).clamp(LOWEST_PA, highest);
+            self.manifold_pa = (self.manifold_pa + INTEGRAL * near * self.step_s).clamp(LOWEST_MANIFOLD_PA, highest);
+            let manifold_pressure_pa = (self.manifold_pa + PROPORTIONAL * error).clamp(LOWEST_MANIFOLD_PA, highest);
             [EngineInput { speed_rad_s, manifold_pressure_pa }; 2]
         };
         match segment.task {
@@ -232,27 +294,47 @@ impl Pilot {
         (0.6 * error).clamp(-steepest, steepest)
     }
 
-    /// Deflections that hold pitch, bank and a coordinated turn.
-    fn controls(&mut self, pitch: f64, bank: f64, on_ground: bool, view: &View<'_>) -> Controls {
+    /// Deflections that hold pitch and bank in a coordinated turn, or beside a sideslip.
+    fn controls(&mut self, demand: &Demand, on_ground: bool, view: &View<'_>) -> Controls {
+        let Demand { pitch_rad: pitch, bank_rad: bank, .. } = *demand;
         let [phi, theta, _] = view.state.euler_rad();
         let [p, q, r] = [view.state.rates_rad_s.x, view.state.rates_rad_s.y, view.state.rates_rad_s.z];
         let air = &view.loads.air;
         let gain = (REFERENCE_PRESSURE_PA / air.dynamic_pressure_pa.max(200.0)).clamp(0.2, 3.0);
-        let turn = view.gravity_m_s2 * libm::tan(phi.clamp(-0.7, 0.7)) / air.airspeed_m_s.max(20.0);
+        let turn = view.gravity_m_s2 * libm::tan((phi - demand.straight_bank_rad).clamp(-0.7, 0.7))
+            / air.airspeed_m_s.max(20.0);
         let integral = if on_ground { 0.0 } else { self.step_s * gain };
+        let sideslip = air.beta_rad - demand.sideslip_rad;
         let trimmed = &mut self.trimmed;
         trimmed.elevator = (trimmed.elevator - 0.35 * (pitch - theta) * integral).clamp(-0.35, 0.26);
         trimmed.aileron = (trimmed.aileron - 0.05 * (bank - phi) * integral).clamp(-0.1, 0.1);
-        trimmed.rudder = (trimmed.rudder - 0.10 * air.beta_rad * integral).clamp(-0.1, 0.1);
+        trimmed.rudder = (trimmed.rudder - 0.10 * sideslip * integral).clamp(-0.1, 0.1);
         let climb_turn = turn * libm::sin(phi);
         // On the ground the nose wheel steers.
-        let yaw = gain * (0.5 * (r - turn * libm::cos(phi)) - 0.3 * air.beta_rad);
+        let yaw = gain * (0.5 * (r - turn * libm::cos(phi)) - 0.3 * sideslip);
         Controls {
             aileron: trimmed.aileron - gain * 0.5 * (1.6 * (bank - phi) - p),
             elevator: trimmed.elevator - gain * 0.7 * (1.1 * (pitch - theta) + climb_turn - q),
             rudder: if on_ground { 0.0 } else { trimmed.rudder + yaw },
         }
     }
+}
+
+/// What the pilot wants of the attitude.
+#[derive(Clone, Copy, Debug, Default)]
+struct Demand {
+    pitch_rad: f64,
+    bank_rad: f64,
+    sideslip_rad: f64,
+    /// Bank at which the flight is straight: zero without sideslip.
+    straight_bank_rad: f64,
+}
+
+/// Bank at which gravity holds the side force, so that the flight is straight, rad.
+fn straight_bank_rad(view: &View<'_>) -> f64 {
+    /// Largest bank of a sideslip, rad.
+    const LARGEST_RAD: f64 = 0.25;
+    (-view.loads.specific_force_m_s2.y / view.gravity_m_s2).clamp(-LARGEST_RAD, LARGEST_RAD)
 }
 
 /// Height of the centre of gravity over the ground when the aircraft stands, with a little margin, m.

@@ -81,6 +81,20 @@ pub enum Power {
     },
 }
 
+/// Who moves the flight controls during a designed input.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Hands {
+    /// Nobody: they are held where they were, and the deflections of the input are added.
+    #[default]
+    Held,
+    /// The pilot, who holds altitude and heading.
+    Level,
+    /// The pilot, who holds airspeed and heading at the angles of sideslip of the input.
+    Sideslip,
+    /// The pilot, who holds the airspeed at the bank angles of the input.
+    Turn,
+}
+
 /// An input on any controls at once, given node by node.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DesignedInput {
@@ -90,6 +104,12 @@ pub struct DesignedInput {
     pub time_s: Vec<f64>,
     /// Deflections of aileron, elevator and rudder about where the controls are held, rad, straight lines from node to node.
     pub deflections_rad: Vec<[f64; 3]>,
+    /// Manifold pressure of all engines about that of the steady flight before it, Pa; empty where power stays.
+    pub manifold_pa: Vec<f64>,
+    /// Who moves the flight controls.
+    pub hands: Hands,
+    /// Angle the pilot brings about, rad: of sideslip or of bank; empty where the controls are held or the flight is level.
+    pub angle_rad: Vec<f64>,
     /// Controls held from the onset on, s.
     pub held_s: f64,
 }
@@ -132,6 +152,10 @@ pub struct Flown {
     pub manoeuvre: Manoeuvre,
     /// What is flown on aileron, elevator and rudder.
     pub signals: [InputSignal; 3],
+    /// Change of the manifold pressure, Pa.
+    pub manifold_pa: InputSignal,
+    /// Angle the pilot brings about, rad.
+    pub angle_rad: InputSignal,
 }
 
 impl Flown {
@@ -140,9 +164,15 @@ impl Flown {
         &self.signals[surface as usize]
     }
 
+    /// Who moves the flight controls.
+    pub fn hands(&self) -> Hands {
+        self.manoeuvre.designed.as_ref().map_or(Hands::Held, |input| input.hands)
+    }
+
     /// Time of the return to zero after the onset, s.
     pub fn duration_s(&self) -> f64 {
-        self.signals.iter().map(InputSignal::duration_s).fold(0.0, f64::max)
+        let all = self.signals.iter().chain([&self.manifold_pa, &self.angle_rad]);
+        all.map(InputSignal::duration_s).fold(0.0, f64::max)
     }
 }
 
@@ -185,7 +215,11 @@ impl Manoeuvre {
     /// The input as the hand flies it.
     pub fn fly(&self, rng: &mut ChaCha8Rng) -> Flown {
         let mut signals = [InputSignal::NONE; 3];
+        let (mut manifold_pa, mut angle_rad) = (InputSignal::NONE, InputSignal::NONE);
         if let Some(input) = &self.designed {
+            let signal =
+                |values: &[f64]| InputSignal::from_nodes(input.time_s.iter().copied().zip(values.iter().copied()));
+            (manifold_pa, angle_rad) = (signal(&input.manifold_pa), signal(&input.angle_rad));
             for surface in Surface::ALL {
                 let nodes = input.time_s.iter().zip(&input.deflections_rad);
                 let nodes = nodes.map(|(time_s, deflections)| (*time_s, deflections[surface as usize]));
@@ -196,6 +230,6 @@ impl Manoeuvre {
         } else {
             signals[self.surface as usize] = InputSignal::new(self.kind, self.dt_s, self.amplitude_rad, self.hand, rng);
         }
-        Flown { manoeuvre: self.clone(), signals }
+        Flown { manoeuvre: self.clone(), signals, manifold_pa, angle_rad }
     }
 }

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::SimulateError;
 use super::flight_plan;
-use super::plan::{DesignedInput, Manoeuvre, Segment};
+use super::plan::{DesignedInput, Hands, Manoeuvre, Segment};
 use super::trim::TrimCondition;
 use super::vehicle::Vehicle;
 use crate::airframe::Loading;
@@ -177,6 +177,7 @@ struct ScenarioFile {
     gust_m_s: Option<f64>,
     rest_s: Option<f64>,
     loading: Option<Loading>,
+    #[serde(default)]
     manoeuvre: Vec<ManoeuvreTable>,
 }
 
@@ -192,12 +193,22 @@ struct ManoeuvreTable {
     elevator_rad: Vec<f64>,
     #[serde(default)]
     rudder_rad: Vec<f64>,
+    #[serde(default)]
+    manifold_pa: Vec<f64>,
+    sideslip_rad: Option<Vec<f64>>,
+    bank_rad: Option<Vec<f64>>,
+    #[serde(default)]
+    level: bool,
+    airspeed_m_s: Option<f64>,
+    altitude_m: Option<f64>,
 }
 
 /// The scenario of a file (TOML) of designed inputs: `format`, `version`, `aircraft`, `airspeed_m_s`, `altitude_m`, `gust_m_s`, `rest_s`,
 /// `[loading]` (fuel, seats, luggage and items, as in a session; without it that of the shipped flight) and of each `[[manoeuvre]]` its
 /// `name`, `duration_s`, the times `time_s` of its nodes and the deflections `aileron_rad`, `elevator_rad`, `rudder_rad`
-/// at them, those left out being zero.
+/// and the change of manifold pressure `manifold_pa` of all engines at them, those left out being zero. The flight controls are held but for
+/// the input, unless the pilot flies the manoeuvre: `sideslip_rad` or `bank_rad` at the nodes, at constant airspeed, or `level = true`, at
+/// constant altitude. A manoeuvre with its own `airspeed_m_s` or `altitude_m` begins once the pilot has gone there.
 ///
 /// # Errors
 /// [`SimulateError::Scenario`]: a file that is none, columns of different lengths, times that fall; an unknown aircraft.
@@ -215,7 +226,12 @@ pub fn parse(text: &str) -> Result<Scenario, SimulateError> {
     if !aircraft().contains(&file.aircraft.as_str()) {
         return Err(bad(format!("no aircraft is called '{}': use one of {}", file.aircraft, aircraft().join(", "))));
     }
-    let inputs = file.manoeuvre.into_iter().map(|table| table.input().map_err(bad)).collect::<Result<Vec<_>, _>>()?;
+    let base = (file.airspeed_m_s, file.altitude_m);
+    let mut inputs = Vec::with_capacity(file.manoeuvre.len());
+    for table in file.manoeuvre {
+        let condition = (table.airspeed_m_s.unwrap_or(base.0), table.altitude_m.unwrap_or(base.1));
+        inputs.push((condition, table.input().map_err(bad)?));
+    }
     let listed = Listed { name: "designed", description: "designed inputs from trim" };
     let rest_s = file.rest_s.unwrap_or(REST_S);
     for (key, value) in [("rest_s", rest_s), ("gust_m_s", file.gust_m_s.unwrap_or(0.0))] {
@@ -223,7 +239,7 @@ pub fn parse(text: &str) -> Result<Scenario, SimulateError> {
             return Err(bad(format!("{key} = {value} must lie between 0 and 10000")));
         }
     }
-    let mut scenario = flight_plan::designed(listed, (file.airspeed_m_s, file.altitude_m), inputs, rest_s)?;
+    let mut scenario = flight_plan::designed(listed, base, inputs, rest_s)?;
     scenario.gust_m_s = file.gust_m_s.unwrap_or(scenario.gust_m_s);
     if let Some(loading) = file.loading {
         let mass = loading.mass_properties(&scenario.vehicle.aircraft);
@@ -240,15 +256,30 @@ impl ManoeuvreTable {
     /// The input, its columns and times checked.
     fn input(self) -> Result<DesignedInput, String> {
         let count = self.time_s.len();
-        let columns =
-            [("aileron_rad", self.aileron_rad), ("elevator_rad", self.elevator_rad), ("rudder_rad", self.rudder_rad)];
         let name = self.name;
-        for (key, column) in &columns {
+        let (hands, angle_rad) = match (self.sideslip_rad, self.bank_rad, self.level) {
+            (None, None, false) => (Hands::Held, Vec::new()),
+            (None, None, true) => (Hands::Level, Vec::new()),
+            (Some(angle_rad), None, false) => (Hands::Sideslip, angle_rad),
+            (None, Some(angle_rad), false) => (Hands::Turn, angle_rad),
+            _ => return Err(format!("manoeuvre '{name}': state one of sideslip_rad, bank_rad and level")),
+        };
+        let columns = [
+            ("aileron_rad", &self.aileron_rad),
+            ("elevator_rad", &self.elevator_rad),
+            ("rudder_rad", &self.rudder_rad),
+            ("manifold_pa", &self.manifold_pa),
+            ("the angle", &angle_rad),
+        ];
+        for (key, column) in columns {
             if !column.is_empty() && column.len() != count {
                 return Err(format!("manoeuvre '{name}': {key} has {} values, time_s {count}", column.len()));
             }
         }
-        let all = self.time_s.iter().chain(columns.iter().flat_map(|(_, column)| column));
+        if hands != Hands::Held && columns.iter().take(3).any(|(_, column)| !column.is_empty()) {
+            return Err(format!("manoeuvre '{name}': the pilot moves the controls, so no deflection can be stated"));
+        }
+        let all = self.time_s.iter().chain(columns.iter().flat_map(|(_, column)| column.iter()));
         if all.chain([&self.duration_s]).any(|value| !value.is_finite()) {
             return Err(format!("manoeuvre '{name}': a value is not finite"));
         }
@@ -260,8 +291,10 @@ impl ManoeuvreTable {
         if self.duration_s < last_s || self.duration_s > 1e4 {
             return Err(format!("manoeuvre '{name}': duration_s must lie between {last_s}, the last node, and 10000"));
         }
-        let at = |column: &Vec<f64>, k: usize| column.get(k).copied().unwrap_or(0.0);
-        let deflections_rad = (0..count).map(|k| columns.each_ref().map(|(_, column)| at(column, k))).collect();
-        Ok(DesignedInput { name, time_s: self.time_s, deflections_rad, held_s: self.duration_s })
+        let at = |column: &[f64], k: usize| column.get(k).copied().unwrap_or(0.0);
+        let surfaces = [&self.aileron_rad, &self.elevator_rad, &self.rudder_rad];
+        let deflections_rad = (0..count).map(|k| surfaces.map(|column| at(column, k))).collect();
+        let (time_s, manifold_pa, held_s) = (self.time_s, self.manifold_pa, self.duration_s);
+        Ok(DesignedInput { name, time_s, deflections_rad, manifold_pa, hands, angle_rad, held_s })
     }
 }

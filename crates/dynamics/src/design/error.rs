@@ -61,6 +61,11 @@ pub enum DesignError {
     #[error("stopped")]
     Stopped,
     /// Nothing to design.
-    #[error("no surface is named: use aileron, elevator or rudder")]
+    #[error("no surface is named: use aileron, elevator, rudder or throttle")]
     NoSurface,
+    /// The throttle of a model whose thrust is not known.
+    #[error(
+        "the throttle needs thrust: give the aircraft engines with charts and remove the thrust from the coefficients"
+    )]
+    NoThrust,
 }

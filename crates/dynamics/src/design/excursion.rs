@@ -1,6 +1,7 @@
 //! How far the aircraft goes from its trim, and how far it may.
 
 use super::fly::FlownInput;
+use super::signal::CONTROLS;
 use crate::linear::Trim;
 
 /// A quantity whose excursion is watched.
@@ -91,10 +92,10 @@ pub struct Limit {
 pub struct Limits {
     /// Limits of the motion.
     pub motion: Vec<Limit>,
-    /// Largest deflection of each surface from the trim to either side, rad.
-    pub peaks_rad: [f64; 3],
-    /// Fastest deflection of each surface, rad/s.
-    pub rates_rad_s: [f64; 3],
+    /// Largest input of each control from the trim to either side, rad or N.
+    pub peaks: [f64; CONTROLS],
+    /// Fastest input of each control, rad/s or N/s.
+    pub rates: [f64; CONTROLS],
 }
 
 impl Limits {

@@ -6,7 +6,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::DesignError;
-use super::signal::Input;
+use super::signal::{CONTROLS, Input};
 use crate::linear::flight::{Equations, INPUTS, InputVector, STATES, StateVector};
 use crate::linear::{Condition, FlightModel, Trim, trim};
 
@@ -95,9 +95,9 @@ impl Plant {
     }
 }
 
-/// Flies `input`, which adds to the deflections of the trim, for `duration_s`, a sample every `step_s`: equations of motion of a rigid body
+/// Flies `input`, which adds to the deflections and the thrust of the trim, for `duration_s`, a sample every `step_s`: equations of motion of a rigid body
 /// over a flat Earth, classical Runge-Kutta steps from sample to sample that end at every node of the input between two samples, so that
-/// none steps over a change of it. Gusts of the Dryden form are held from sample to sample; power stays that of the trim.
+/// none steps over a change of it. Gusts of the Dryden form are held from sample to sample; power stays that of the trim but for the input.
 ///
 /// # Errors
 /// [`DesignError::Departed`] where the flight leaves what a flight can be.
@@ -119,7 +119,7 @@ pub fn fly(
         held[surface] += value;
     }
     held[3] += disturbance.and_then(|own| own.start.thrust_n).unwrap_or(0.0);
-    let total = |deflections: [f64; 3]| {
+    let total = |deflections: [f64; CONTROLS]| {
         let mut sum = held;
         deflections.iter().enumerate().for_each(|(surface, value)| sum[surface] += value);
         sum

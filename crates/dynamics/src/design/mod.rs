@@ -21,4 +21,4 @@ pub use plan::{DesignKind, PlannedManoeuvre, Recipe, SURFACE_NAMES};
 pub use predict::{Basis, ExpectedDerivative, KnownCoefficient, Prediction, window_variables};
 pub use search::{Criterion, Designed, NextManoeuvre, Request, design, next_manoeuvres};
 pub use shape::BaseTimes;
-pub use signal::Input;
+pub use signal::{CONTROLS, Input, THROTTLE};

@@ -5,14 +5,16 @@ use doublet_core::simulate::{InputKind, InputSignal};
 use super::DesignError;
 use super::multisine::orthogonal_multisines;
 use super::shape::{BaseTimes, Nodes, named, pulses, sampled};
-use super::signal::Input;
+use super::signal::{CONTROLS, Input, THROTTLE};
 
-/// Names of the surfaces, in their order.
-pub const SURFACE_NAMES: [&str; 3] = ["aileron", "elevator", "rudder"];
+/// Names of the controls, in their order.
+pub const SURFACE_NAMES: [&str; CONTROLS] = ["aileron", "elevator", "rudder", "throttle"];
 
 /// Steady flight ahead of an input, and the free response behind pulses, multisines and sweeps, s.
 const RUN_IN_S: f64 = 2.0;
 const FREE_S: f64 = 4.0;
+/// The same behind pulses of the throttle, which the speed follows slowly, s.
+const FREE_THROTTLE_S: f64 = 15.0;
 const SETTLE_S: f64 = 1.0;
 /// Longest multisine, flown hands off but for its input, s.
 const LONGEST_S: f64 = 60.0;
@@ -21,9 +23,16 @@ const SHORTEST_SWEEP_S: f64 = 10.0;
 /// Band of a multisine: its lowest frequency over the lowest of the modes its surfaces excite, and its highest over the highest.
 const BAND: [f64; 2] = [0.25, 3.0];
 
+/// Free response behind pulses of a control, s.
+fn free_s(control: usize) -> f64 {
+    if control == THROTTLE { FREE_THROTTLE_S } else { FREE_S }
+}
+
 /// Kind of a designed input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DesignKind {
+    /// One surface at a time, a step that is held for eight base times.
+    Step,
     /// One surface at a time, a doublet.
     Doublet,
     /// A 3-2-1-1.
@@ -46,7 +55,8 @@ pub enum DesignKind {
 
 impl DesignKind {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
+        Self::Step,
         Self::Doublet,
         Self::ThreeTwoOneOne,
         Self::Dut,
@@ -71,6 +81,7 @@ impl DesignKind {
     /// The shape of the simulator; none of its own for the optimised one.
     fn input(self) -> Option<InputKind> {
         Some(match self {
+            Self::Step => InputKind::Step,
             Self::Doublet => InputKind::Doublet,
             Self::ThreeTwoOneOne => InputKind::ThreeTwoOneOne,
             Self::Dut => InputKind::Dut,
@@ -125,8 +136,8 @@ pub struct Recipe {
     pub time_s: f64,
     /// Frequencies of the motion to excite.
     pub base: BaseTimes,
-    /// Fastest deflection of each surface, rad/s.
-    pub rates_rad_s: [f64; 3],
+    /// Fastest input of each control, rad/s or N/s.
+    pub rates: [f64; CONTROLS],
     /// Interval of the nodes of curved inputs, s.
     pub step_s: f64,
     /// [`DesignKind::parameters`] of each surface, one surface after the other: zero for the shape as published. Of pulses and sums of
@@ -163,12 +174,12 @@ impl Recipe {
     ///
     /// # Errors
     /// [`DesignError::TooShort`] and [`DesignError::NoSurface`].
-    pub fn manoeuvres(&self, amplitudes_rad: [f64; 3]) -> Result<Vec<PlannedManoeuvre>, DesignError> {
+    pub fn manoeuvres(&self, amplitudes: [f64; CONTROLS]) -> Result<Vec<PlannedManoeuvre>, DesignError> {
         match self.kind {
             _ if self.surfaces.is_empty() => Err(DesignError::NoSurface),
-            DesignKind::Multisine => self.multisines(amplitudes_rad),
-            DesignKind::LinearSweep | DesignKind::LogarithmicSweep => self.sweeps(amplitudes_rad),
-            _ => self.one_by_one(amplitudes_rad),
+            DesignKind::Multisine => self.multisines(amplitudes),
+            DesignKind::LinearSweep | DesignKind::LogarithmicSweep => self.sweeps(amplitudes),
+            _ => self.one_by_one(amplitudes),
         }
     }
 
@@ -178,10 +189,10 @@ impl Recipe {
     }
 
     /// Windows of one surface each, in turn, the sign turning with every round.
-    fn one_by_one(&self, amplitudes_rad: [f64; 3]) -> Result<Vec<PlannedManoeuvre>, DesignError> {
-        let signal = |place: usize, sign: f64| self.pulse(place, sign * amplitudes_rad[self.surfaces[place]]);
+    fn one_by_one(&self, amplitudes: [f64; CONTROLS]) -> Result<Vec<PlannedManoeuvre>, DesignError> {
+        let signal = |place: usize, sign: f64| self.pulse(place, sign * amplitudes[self.surfaces[place]]);
         let lengths: Vec<f64> = (0..self.surfaces.len())
-            .map(|place| signal(place, 1.0).last().map_or(0.0, |node| node.0) + FREE_S)
+            .map(|place| signal(place, 1.0).last().map_or(0.0, |node| node.0) + free_s(self.surfaces[place]))
             .collect();
         let round_s: f64 = lengths.iter().sum();
         if round_s > self.time_s {
@@ -215,7 +226,7 @@ impl Recipe {
     /// Pulses or sums of sines of the surface at `place`.
     fn pulse(&self, place: usize, amplitude_rad: f64) -> Nodes {
         let surface = self.surfaces[place];
-        let rate = self.rates_rad_s[surface];
+        let rate = self.rates[surface];
         let own = self.own(place);
         let Some(kind) = self.kind.input() else {
             /// Times of the pulses in base times, as a 3-2-1-1 has them.
@@ -234,7 +245,7 @@ impl Recipe {
     }
 
     /// Windows of multisines on all surfaces.
-    fn multisines(&self, amplitudes_rad: [f64; 3]) -> Result<Vec<PlannedManoeuvre>, DesignError> {
+    fn multisines(&self, amplitudes: [f64; CONTROLS]) -> Result<Vec<PlannedManoeuvre>, DesignError> {
         let count = (self.time_s / LONGEST_S).ceil().max(1.0);
         let duration_s = self.time_s / count;
         let period_s = duration_s - RUN_IN_S - SETTLE_S;
@@ -256,8 +267,8 @@ impl Recipe {
             .enumerate()
             .map(|(place, signal)| {
                 let surface = self.surfaces[place];
-                let amplitude = amplitudes_rad[surface] * share(place) / largest;
-                let rate = self.rates_rad_s[surface];
+                let amplitude = amplitudes[surface] * share(place) / largest;
+                let rate = self.rates[surface];
                 (surface, sampled(RUN_IN_S, period_s, self.step_s, amplitude, rate, |time_s| signal.at(time_s)))
             })
             .collect();
@@ -273,7 +284,7 @@ impl Recipe {
     }
 
     /// One sweep of each surface.
-    fn sweeps(&self, amplitudes_rad: [f64; 3]) -> Result<Vec<PlannedManoeuvre>, DesignError> {
+    fn sweeps(&self, amplitudes: [f64; CONTROLS]) -> Result<Vec<PlannedManoeuvre>, DesignError> {
         let duration_s = self.time_s / self.surfaces.len() as f64;
         let length_s = duration_s - RUN_IN_S - SETTLE_S;
         if length_s < SHORTEST_SWEEP_S {
@@ -283,7 +294,7 @@ impl Recipe {
         let base_s = length_s / InputSignal::sweep_length_s(1.0);
         let kind = self.kind.input().unwrap_or(InputKind::LogarithmicSweep);
         let sweep = |&surface: &usize| {
-            let range = (amplitudes_rad[surface], self.rates_rad_s[surface]);
+            let range = (amplitudes[surface], self.rates[surface]);
             PlannedManoeuvre {
                 name: format!("{} {}", SURFACE_NAMES[surface], self.kind.name()),
                 kind: self.kind,
@@ -301,20 +312,20 @@ mod tests {
     use super::*;
 
     fn recipe(kind: DesignKind, surfaces: Vec<usize>, time_s: f64) -> Recipe {
-        let base = BaseTimes { frequencies_rad_s: [2.6, 2.5, 1.4] };
-        Recipe { kind, surfaces, time_s, base, rates_rad_s: [1.0; 3], step_s: 0.02, parameters: Vec::new() }
+        let base = BaseTimes { frequencies_rad_s: [2.6, 2.5, 1.4, 0.25] };
+        Recipe { kind, surfaces, time_s, base, rates: [1.0, 1.0, 1.0, 500.0], step_s: 0.02, parameters: Vec::new() }
     }
 
     #[test]
     fn every_kind_fills_the_time_within_peak_and_rate() {
         for kind in DesignKind::ALL {
-            let manoeuvres = recipe(kind, vec![0, 1], 60.0).manoeuvres([0.05, 0.03, 0.0]).unwrap();
+            let manoeuvres = recipe(kind, vec![0, 1], 60.0).manoeuvres([0.05, 0.03, 0.0, 0.0]).unwrap();
             let all: f64 = manoeuvres.iter().map(|manoeuvre| manoeuvre.duration_s).sum();
             approx::assert_relative_eq!(all, 60.0, max_relative = 1e-12);
             for manoeuvre in &manoeuvres {
-                let (peaks, rates) = (manoeuvre.input.peaks_rad(), manoeuvre.input.rates_rad_s());
+                let (peaks, rates) = (manoeuvre.input.peaks(), manoeuvre.input.rates());
                 assert!(manoeuvre.input.end_s() <= manoeuvre.duration_s, "{}", kind.name());
-                for (surface, limit) in [0.05, 0.03, 0.0].into_iter().enumerate() {
+                for (surface, limit) in [0.05, 0.03, 0.0, 0.0].into_iter().enumerate() {
                     assert!(peaks[surface] <= limit * (1.0 + 1e-9), "{}: {peaks:?}", kind.name());
                     assert!(rates[surface] <= 1.0 + 1e-6, "{}: {rates:?}", kind.name());
                 }
@@ -329,10 +340,21 @@ mod tests {
     }
 
     #[test]
+    fn throttle_is_a_control_with_newtons_and_the_period_of_the_phugoid() {
+        let manoeuvres = recipe(DesignKind::Doublet, vec![THROTTLE], 60.0).manoeuvres([0.0, 0.0, 0.0, 400.0]).unwrap();
+        let [manoeuvre] = manoeuvres.as_slice() else { panic!("{} manoeuvres", manoeuvres.len()) };
+        assert_eq!((manoeuvre.name.as_str(), manoeuvre.input.peaks()), ("throttle doublet", [0.0, 0.0, 0.0, 400.0]));
+        // Two pulses of 2.3 / 0.25 s and the ramp back of 0.8 s behind 2 s of steady flight.
+        approx::assert_relative_eq!(manoeuvre.input.end_s(), 2.0 + 2.0 * 9.2 + 0.8, max_relative = 1e-9);
+        let step = recipe(DesignKind::Step, vec![THROTTLE], 120.0).manoeuvres([0.0, 0.0, 0.0, 400.0]).unwrap();
+        assert_eq!(step[0].input.at(20.0), [0.0, 0.0, 0.0, 400.0]);
+    }
+
+    #[test]
     fn too_little_time_says_how_much_is_needed() {
-        let error = recipe(DesignKind::Doublet, vec![0, 1, 2], 10.0).manoeuvres([0.05; 3]).unwrap_err();
+        let error = recipe(DesignKind::Doublet, vec![0, 1, 2], 10.0).manoeuvres([0.05; CONTROLS]).unwrap_err();
         let DesignError::TooShort { needed_s, .. } = error else { panic!("{error}") };
-        assert!(recipe(DesignKind::Doublet, vec![0, 1, 2], needed_s + 1e-9).manoeuvres([0.05; 3]).is_ok());
-        assert!(recipe(DesignKind::Doublet, Vec::new(), 60.0).manoeuvres([0.05; 3]).is_err());
+        assert!(recipe(DesignKind::Doublet, vec![0, 1, 2], needed_s + 1e-9).manoeuvres([0.05; CONTROLS]).is_ok());
+        assert!(recipe(DesignKind::Doublet, Vec::new(), 60.0).manoeuvres([0.05; CONTROLS]).is_err());
     }
 }

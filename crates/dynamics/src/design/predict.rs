@@ -13,6 +13,7 @@ use nalgebra::DMatrix;
 
 use super::fly::{FlownInput, Plant, Start};
 use super::plan::PlannedManoeuvre;
+use super::signal::CONTROLS;
 use super::{DesignError, Limits};
 use crate::linear::{Condition, UncertainModel};
 
@@ -31,8 +32,8 @@ pub struct KnownCoefficient {
     pub noise: ResidualNoise,
     /// Windows flown so far, with their regressors.
     pub flown: Vec<PooledWindow>,
-    /// Whether a manoeuvre of one surface alone tells about it: aileron, elevator, rudder. One of several surfaces always does.
-    pub tells: [bool; 3],
+    /// Whether a manoeuvre of one control alone tells about it: aileron, elevator, rudder, throttle. One of several always does.
+    pub tells: [bool; CONTROLS],
 }
 
 /// What a design starts from.

@@ -6,6 +6,7 @@ use super::fly::{Disturbance, FlownInput, Plant, fly};
 use super::plan::{DesignKind, PlannedManoeuvre, Recipe};
 use super::predict::{Basis, Prediction, window_variables};
 use super::shape::BaseTimes;
+use super::signal::{CONTROLS, THROTTLE};
 use crate::linear::{Method, Trim, linearise_at};
 use crate::modes::modes;
 
@@ -45,7 +46,7 @@ impl Criterion {
 /// What is to be designed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {
-    /// Surfaces to move: 0 aileron, 1 elevator, 2 rudder.
+    /// Controls to move: 0 aileron, 1 elevator, 2 rudder, 3 throttle.
     pub surfaces: Vec<usize>,
     /// Time of all windows together, s.
     pub time_s: f64,
@@ -121,6 +122,7 @@ pub struct Designed {
 pub fn design(basis: &Basis, request: &Request) -> Result<Designed, DesignError> {
     let plant = Plant::new(basis.model.model.clone(), &basis.condition)?;
     check_room(&basis.limits, &plant.trim)?;
+    check_thrust(&plant, &request.surfaces)?;
     let linear = linearise_at(&plant.model, &plant.trim, Method::Analytic)?;
     let draws = basis.model.samples(request.search_samples + request.samples, request.seed);
     let plants: Vec<Option<Plant>> =
@@ -131,7 +133,7 @@ pub fn design(basis: &Basis, request: &Request) -> Result<Designed, DesignError>
         surfaces: request.surfaces.clone(),
         time_s: request.time_s,
         base: BaseTimes::from_modes(&modes(&linear.motion())),
-        rates_rad_s: basis.limits.rates_rad_s,
+        rates: basis.limits.rates,
         step_s: basis.step_s.min(0.02),
         parameters: vec![0.0; request.kind.parameters() * request.surfaces.len()],
     };
@@ -182,6 +184,11 @@ fn check_room(limits: &Limits, trim: &Trim) -> Result<(), DesignError> {
         }),
         None => Ok(()),
     }
+}
+
+/// Refuses an input by the throttle to a model without thrust.
+fn check_thrust(plant: &Plant, controls: &[usize]) -> Result<(), DesignError> {
+    if controls.contains(&THROTTLE) && !plant.model.has_thrust() { Err(DesignError::NoThrust) } else { Ok(()) }
 }
 
 /// Of each derivative the error that 95 % of the predictions stay below.
@@ -258,8 +265,8 @@ struct Search<'a> {
 impl Search<'_> {
     /// The manoeuvres of a recipe with the largest amplitudes that are allowed.
     fn manoeuvres(&self, recipe: &Recipe) -> Result<Vec<PlannedManoeuvre>, DesignError> {
-        let peaks = self.basis.limits.peaks_rad;
-        let mut amplitudes = [0.0; 3];
+        let peaks = self.basis.limits.peaks;
+        let mut amplitudes = [0.0; CONTROLS];
         for group in recipe.groups() {
             let factor = self.largest_factor(recipe, &group)?;
             group.iter().for_each(|&surface| amplitudes[surface] = factor * peaks[surface]);
@@ -276,8 +283,8 @@ impl Search<'_> {
         let wanted = self.request.usage;
         let mut factor = 0.3;
         for _ in 0..FLIGHTS {
-            let mut amplitudes = [0.0; 3];
-            group.iter().for_each(|&surface| amplitudes[surface] = factor * limits.peaks_rad[surface]);
+            let mut amplitudes = [0.0; CONTROLS];
+            group.iter().for_each(|&surface| amplitudes[surface] = factor * limits.peaks[surface]);
             let mut manoeuvres = recipe.manoeuvres(amplitudes)?;
             manoeuvres.retain(|manoeuvre| manoeuvre.surfaces == group);
             // The first of each sign says it all.
@@ -370,6 +377,7 @@ pub fn next_manoeuvres(
 ) -> Result<Vec<NextManoeuvre>, DesignError> {
     let plant = Plant::new(basis.model.model.clone(), &basis.condition)?;
     check_room(&basis.limits, &plant.trim)?;
+    check_thrust(&plant, &request.surfaces)?;
     let linear = linearise_at(&plant.model, &plant.trim, Method::Analytic)?;
     let base = BaseTimes::from_modes(&modes(&linear.motion()));
     let search = Search { basis, request, plant: &plant, others: Vec::new() };
@@ -388,8 +396,8 @@ pub fn next_manoeuvres(
             return Err(DesignError::Stopped);
         }
         let parameters = vec![0.0; kind.parameters() * surfaces.len()];
-        let (rates_rad_s, step_s) = (basis.limits.rates_rad_s, basis.step_s.min(0.02));
-        let recipe = Recipe { kind, surfaces, time_s: request.time_s, base, rates_rad_s, step_s, parameters };
+        let (rates, step_s) = (basis.limits.rates, basis.step_s.min(0.02));
+        let recipe = Recipe { kind, surfaces, time_s: request.time_s, base, rates, step_s, parameters };
         let Ok(mut manoeuvres) = search.manoeuvres(&recipe) else { continue };
         manoeuvres.truncate(1);
         let flown = fly_all(&plant, &manoeuvres, basis.step_s)?;

@@ -4,18 +4,19 @@ use doublet_core::simulate::{Form, Hand, InputKind, InputSignal};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use super::signal::CONTROLS;
 use crate::modes::Mode;
 
 /// Base time of each surface's pulses, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BaseTimes {
-    /// Frequency of the motion that each surface is to excite, rad/s: aileron, elevator, rudder.
-    pub frequencies_rad_s: [f64; 3],
+    /// Frequency of the motion that each control is to excite, rad/s: aileron, elevator, rudder, throttle.
+    pub frequencies_rad_s: [f64; CONTROLS],
 }
 
 impl BaseTimes {
-    /// From the natural modes: the aileron rolls, the elevator excites the short period, the rudder the Dutch roll. Where a mode is
-    /// missing the fastest of the others takes its place.
+    /// From the natural modes: the aileron rolls, the elevator excites the short period, the rudder the Dutch roll, the throttle
+    /// the phugoid. Where a mode is missing the fastest of the others takes its place.
     pub fn from_modes(modes: &[Mode]) -> Self {
         let fastest = modes.iter().map(Mode::frequency_rad_s).fold(0.0, f64::max);
         let fastest = if fastest > 0.0 { fastest } else { 1.0 };
@@ -23,7 +24,7 @@ impl BaseTimes {
             let mode = modes.iter().find(|mode| mode.name.contains(name));
             mode.map(Mode::frequency_rad_s).filter(|frequency| *frequency > 0.0).unwrap_or(fastest)
         };
-        Self { frequencies_rad_s: [find("roll subsidence"), find("short period"), find("Dutch roll")] }
+        Self { frequencies_rad_s: ["roll subsidence", "short period", "Dutch roll", "phugoid"].map(find) }
     }
 
     /// Base time of a shape on a surface: a doublet has most of its power at `2.3 / dt` rad/s, a 3-2-1-1 and the sums of sines about

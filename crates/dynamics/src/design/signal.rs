@@ -1,21 +1,26 @@
 //! A designed input: deflections against time.
 
-/// Deflections of aileron, elevator and rudder about the trim, rad: straight lines between nodes, zero before the first and behind
-/// the last. Two nodes at one time are a step.
+/// Controls of a design: aileron, elevator, rudder, and the throttle, whose input is the sum of the thrusts.
+pub const CONTROLS: usize = 4;
+/// Place of the throttle.
+pub const THROTTLE: usize = 3;
+
+/// Deflections of aileron, elevator and rudder about the trim, rad, and the change of the thrust, N: straight lines between nodes, zero before
+/// the first and behind the last. Two nodes at one time are a step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Input {
     time_s: Vec<f64>,
-    deflections_rad: Vec<[f64; 3]>,
+    deflections_rad: Vec<[f64; CONTROLS]>,
 }
 
 impl Input {
     /// An input from its nodes, in order of time.
-    pub fn new(nodes: impl IntoIterator<Item = (f64, [f64; 3])>) -> Self {
+    pub fn new(nodes: impl IntoIterator<Item = (f64, [f64; CONTROLS])>) -> Self {
         let (time_s, deflections_rad) = nodes.into_iter().unzip();
         Self { time_s, deflections_rad }
     }
 
-    /// One input of several signals, each the nodes of one surface (0 aileron, 1 elevator, 2 rudder): at every time at which one of
+    /// One input of several signals, each the nodes of one control (0 aileron, 1 elevator, 2 rudder, 3 throttle): at every time at which one of
     /// them has a node the sum has one.
     pub(crate) fn of_surfaces(signals: &[(usize, Vec<(f64, f64)>)]) -> Self {
         let mut times: Vec<f64> = signals.iter().flat_map(|(_, nodes)| nodes.iter().map(|node| node.0)).collect();
@@ -28,7 +33,7 @@ impl Input {
         let mut nodes = Vec::with_capacity(times.len());
         for time in times {
             let side = |after: bool| {
-                let mut deflections = [0.0; 3];
+                let mut deflections = [0.0; CONTROLS];
                 for (surface, nodes) in signals {
                     if let Some(deflection) = deflections.get_mut(*surface) {
                         *deflection += value(nodes, time, after);
@@ -45,7 +50,7 @@ impl Input {
     }
 
     /// Nodes in order of time.
-    pub fn nodes(&self) -> impl Iterator<Item = (f64, [f64; 3])> + '_ {
+    pub fn nodes(&self) -> impl Iterator<Item = (f64, [f64; CONTROLS])> + '_ {
         self.time_s.iter().copied().zip(self.deflections_rad.iter().copied())
     }
 
@@ -55,46 +60,48 @@ impl Input {
     }
 
     /// Deflections at a time; at a step those behind it.
-    pub fn at(&self, time_s: f64) -> [f64; 3] {
+    pub fn at(&self, time_s: f64) -> [f64; CONTROLS] {
         let next = self.time_s.partition_point(|&time| time <= time_s);
         self.between(next, time_s)
     }
 
     /// Deflections just before a time: at a step those ahead of it.
-    pub fn before(&self, time_s: f64) -> [f64; 3] {
+    pub fn before(&self, time_s: f64) -> [f64; CONTROLS] {
         let next = self.time_s.partition_point(|&time| time < time_s);
         self.between(next, time_s)
     }
 
-    fn between(&self, next: usize, time_s: f64) -> [f64; 3] {
-        let Some((start, from)) = next.checked_sub(1).and_then(|index| self.node(index)) else { return [0.0; 3] };
+    fn between(&self, next: usize, time_s: f64) -> [f64; CONTROLS] {
+        let Some((start, from)) = next.checked_sub(1).and_then(|index| self.node(index)) else {
+            return [0.0; CONTROLS];
+        };
         let Some((end, to)) = self.node(next) else {
             // The last node itself still counts, nothing behind it does.
-            return if time_s <= start { from } else { [0.0; 3] };
+            return if time_s <= start { from } else { [0.0; CONTROLS] };
         };
         let fraction = if end > start { (time_s - start) / (end - start) } else { 0.0 };
         std::array::from_fn(|surface| from[surface] + (to[surface] - from[surface]) * fraction)
     }
 
-    fn node(&self, index: usize) -> Option<(f64, [f64; 3])> {
+    fn node(&self, index: usize) -> Option<(f64, [f64; CONTROLS])> {
         Some((*self.time_s.get(index)?, *self.deflections_rad.get(index)?))
     }
 
-    /// Largest deflection of each surface to either side, rad: that of the sum.
-    pub fn peaks_rad(&self) -> [f64; 3] {
-        let mut peaks = [0.0; 3];
+    /// Largest input of each control to either side, rad or N: that of the sum.
+    pub fn peaks(&self) -> [f64; CONTROLS] {
+        let mut peaks = [0.0; CONTROLS];
         for deflections in &self.deflections_rad {
             peaks.iter_mut().zip(deflections).for_each(|(peak, value)| *peak = f64::max(*peak, value.abs()));
         }
         peaks
     }
 
-    /// Steepest slope of each surface, rad/s; infinite at a step.
-    pub fn rates_rad_s(&self) -> [f64; 3] {
-        let mut rates = [0.0; 3];
+    /// Steepest slope of each control, rad/s or N/s; infinite at a step.
+    pub fn rates(&self) -> [f64; CONTROLS] {
+        let mut rates = [0.0; CONTROLS];
         for index in 1..self.time_s.len() {
             let Some(((start, from), (end, to))) = self.node(index - 1).zip(self.node(index)) else { continue };
-            for surface in 0..3 {
+            for surface in 0..CONTROLS {
                 let change = (to[surface] - from[surface]).abs();
                 if change > 0.0 {
                     rates[surface] = f64::max(rates[surface], change / (end - start));
@@ -106,8 +113,9 @@ impl Input {
 
     /// The input with each surface's deflection multiplied.
     #[must_use]
-    pub fn scaled(&self, factors: [f64; 3]) -> Self {
-        let scale = |deflections: &[f64; 3]| std::array::from_fn(|surface| factors[surface] * deflections[surface]);
+    pub fn scaled(&self, factors: [f64; CONTROLS]) -> Self {
+        let scale =
+            |deflections: &[f64; CONTROLS]| std::array::from_fn(|surface| factors[surface] * deflections[surface]);
         Self { time_s: self.time_s.clone(), deflections_rad: self.deflections_rad.iter().map(scale).collect() }
     }
 
@@ -138,13 +146,13 @@ mod tests {
         let rudder = vec![(0.5, 0.0), (1.5, 0.2), (2.5, 0.0)];
         let input = Input::of_surfaces(&[(0, aileron), (2, rudder)]);
         assert_eq!(input.times_s(), [0.5, 1.0, 1.0, 1.5, 2.0, 2.0, 2.5]);
-        assert_eq!(input.before(1.0), [0.0, 0.0, 0.1]);
-        assert_eq!(input.at(1.0), [0.1, 0.0, 0.1]);
-        assert_eq!(input.at(1.25), [0.1, 0.0, 0.15000000000000002]);
-        assert_eq!(input.at(2.0), [0.0, 0.0, 0.1]);
-        assert_eq!(input.at(3.0), [0.0; 3]);
-        assert_eq!(input.peaks_rad(), [0.1, 0.0, 0.2]);
-        assert_eq!(input.rates_rad_s(), [f64::INFINITY, 0.0, 0.2]);
-        assert_eq!(input.scaled([2.0, 1.0, 0.5]).peaks_rad(), [0.2, 0.0, 0.1]);
+        assert_eq!(input.before(1.0), [0.0, 0.0, 0.1, 0.0]);
+        assert_eq!(input.at(1.0), [0.1, 0.0, 0.1, 0.0]);
+        assert_eq!(input.at(1.25), [0.1, 0.0, 0.15000000000000002, 0.0]);
+        assert_eq!(input.at(2.0), [0.0, 0.0, 0.1, 0.0]);
+        assert_eq!(input.at(3.0), [0.0; CONTROLS]);
+        assert_eq!(input.peaks(), [0.1, 0.0, 0.2, 0.0]);
+        assert_eq!(input.rates(), [f64::INFINITY, 0.0, 0.2, 0.0]);
+        assert_eq!(input.scaled([2.0, 1.0, 0.5, 1.0]).peaks(), [0.2, 0.0, 0.1, 0.0]);
     }
 }

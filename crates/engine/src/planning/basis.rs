@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use doublet_core::airframe::MassProperties;
 use doublet_core::estimate::Coloured;
-use doublet_core::model::{Term, specific_force_at_cg};
+use doublet_core::model::{Coefficient, Term, specific_force_at_cg};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Reconstruction, State};
 use doublet_core::simulate::Dryden;
 use doublet_core::statistics::median_step;
-use doublet_dynamics::design::{Basis, KnownCoefficient, Limit, Limits, Quantity, SURFACE_NAMES, Start};
+use doublet_dynamics::design::{Basis, CONTROLS, KnownCoefficient, Limit, Limits, Quantity, Start};
 use doublet_dynamics::linear::{Condition, UncertainModel};
 
 use crate::graph::{Context, StageResult};
@@ -20,7 +20,7 @@ use crate::stage::{AeroWindow, WindowAero, applies, pooled_regressions};
 use crate::study::StudyInput;
 use crate::study::dynamics::level_model;
 
-/// The surfaces of a design, in the order of its deflections.
+/// The surfaces of a design, in the order of its deflections; the throttle follows them.
 const SURFACES: [(Surface, Role); 3] =
     [(Surface::Aileron, Role::Aileron), (Surface::Elevator, Role::Elevator), (Surface::Rudder, Role::Rudder)];
 
@@ -34,6 +34,8 @@ pub struct DesignOptions {
     pub peak_rad: Option<f64>,
     /// Fastest deflection, rad/s.
     pub rate_rad_s: f64,
+    /// Largest change of the thrust by an input of the throttle, N; a fifth of that of the trim unless given.
+    pub peak_thrust_n: Option<f64>,
     /// Limits in the place of those flown.
     pub limits: Vec<(Quantity, f64, f64)>,
     /// Standard deviation of the gusts, m/s; that of the filter's random walk of the wind unless given.
@@ -43,7 +45,7 @@ pub struct DesignOptions {
 impl Default for DesignOptions {
     /// Limits as flown; deflections no faster than a hand at ease, 60 deg/s.
     fn default() -> Self {
-        Self { peak_rad: None, rate_rad_s: 60f64.to_radians(), limits: Vec::new(), gust_m_s: None }
+        Self { peak_rad: None, rate_rad_s: 60f64.to_radians(), peak_thrust_n: None, limits: Vec::new(), gust_m_s: None }
     }
 }
 
@@ -121,7 +123,7 @@ pub fn basis(
             constraints: pooled.constraints,
             noise,
             flown: pooled.windows,
-            tells: SURFACES.map(|(surface, _)| applies(coefficient, Some(surface), settings.estimation)),
+            tells: tells(coefficient, settings.estimation),
         });
     }
     if coefficients.is_empty() {
@@ -142,6 +144,12 @@ pub fn basis(
         starts: starts(&flown, model, condition),
         limits: limits(&flown, model, condition, options)?,
     })
+}
+
+/// Whether a manoeuvre of one control alone is for a coefficient: the throttle moves the aircraft as the elevator does.
+pub(super) fn tells(coefficient: Coefficient, estimation: &Estimation) -> [bool; CONTROLS] {
+    let [aileron, elevator, rudder] = SURFACES.map(|(surface, _)| applies(coefficient, Some(surface), estimation));
+    [aileron, elevator, rudder, elevator]
 }
 
 /// Motion of a window: each quantity less its mean over the first half second, that mean, and the deflections alike.
@@ -303,11 +311,12 @@ fn limits(
         }
     }
     let peak = |surface: usize| flown.iter().map(|motion| motion.peaks_rad[surface]).fold(0.0, f64::max);
-    let largest = (0..SURFACE_NAMES.len()).map(peak).fold(0.0, f64::max);
+    let largest = (0..SURFACES.len()).map(peak).fold(0.0, f64::max);
     let own = |surface: usize| if peak(surface) < MOVED * largest { largest } else { peak(surface) };
-    Ok(Limits {
-        motion,
-        peaks_rad: [0, 1, 2].map(|surface| options.peak_rad.unwrap_or_else(|| own(surface))),
-        rates_rad_s: [options.rate_rad_s; 3],
-    })
+    /// Part of the thrust of the trim that an input of the throttle changes, and the time of the change, s.
+    const THRUST: (f64, f64) = (0.2, 1.0);
+    let thrust_n = options.peak_thrust_n.unwrap_or(THRUST.0 * trim.thrust_n.abs());
+    let [aileron, elevator, rudder] = [0, 1, 2].map(|surface| options.peak_rad.unwrap_or_else(|| own(surface)));
+    let rate = options.rate_rad_s;
+    Ok(Limits { motion, peaks: [aileron, elevator, rudder, thrust_n], rates: [rate, rate, rate, thrust_n / THRUST.1] })
 }

@@ -9,7 +9,7 @@ use doublet_core::statistics::median;
 use doublet_core::toml_error;
 use serde::{Deserialize, Serialize};
 
-use super::evaluation::{SlopeRow, evaluate};
+use super::evaluation::{SlopeRow, evaluate, is_acceleration};
 use super::safety::{EntryGate, Risk, WindBox, entry};
 use crate::builtin;
 use crate::graph::StageResult;
@@ -501,7 +501,10 @@ impl Campaign {
         taken: &mut Vec<&'s str>,
     ) {
         let near = |window: &Manoeuvre| {
-            let condition = condition_of(window, snapshot);
+            let condition = match is_acceleration(&row.kind) {
+                true => entry_of(window, snapshot),
+                false => condition_of(window, snapshot),
+            };
             condition.is_some_and(|(airspeed, altitude, _)| {
                 let speed = (airspeed - row.airspeed_m_s).abs() <= self.tolerance.airspeed_m_s;
                 speed && altitude.is_none_or(|own| (own - row.altitude_m).abs() <= self.tolerance.altitude_m)
@@ -509,8 +512,8 @@ impl Campaign {
         };
         let fits = |window: &&Manoeuvre| {
             let surfaces: Vec<&str> = window.surface.into_iter().chain(window.also).map(Surface::name).collect();
-            surfaces.join(" and ") == row.surface
-                && window.kind.eq_ignore_ascii_case(&row.kind)
+            surfaces.join(" and ") == row.surface_of_window()
+                && window.kind.eq_ignore_ascii_case(&row.kind_of_window())
                 && !taken.contains(&window.name.as_str())
                 && near(window)
         };
@@ -537,6 +540,13 @@ fn condition_of(window: &Manoeuvre, snapshot: &Snapshot) -> Option<(f64, Option<
     let airspeed = median(&mut aero.data.airspeed_m_s.to_vec())?;
     let altitude = aero.data.altitude_m.as_ref().and_then(|altitude| median(&mut altitude.to_vec()));
     Some((airspeed, altitude, aero.data.mass.first()?.mass_kg))
+}
+
+/// Airspeed (m/s), altitude (m) and mass (kg) at the beginning of a window.
+fn entry_of(window: &Manoeuvre, snapshot: &Snapshot) -> Option<(f64, Option<f64>, f64)> {
+    let data = &snapshot.windows.get(&window.name)?.aero.ready()?.data;
+    let altitude_m = data.altitude_m.as_ref().and_then(|altitude_m| altitude_m.first().copied());
+    Some((*data.airspeed_m_s.first()?, altitude_m, data.mass.first()?.mass_kg))
 }
 
 /// The windows of a session as points of the envelope, each with its share of what all of them tell: the mean over the derivatives of its part

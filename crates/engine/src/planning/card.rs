@@ -12,6 +12,9 @@ use crate::session::Level;
 /// Length of a foot, m.
 const M_PER_FT: f64 = 0.3048;
 
+/// Surface of an input by the throttles.
+pub(super) const THROTTLE: &str = "throttle";
+
 /// The movement of the hand for each direction of a surface: surface, direction, control, opposite direction.
 const HANDS: [(&str, &str, &str, &str); 10] = [
     ("aileron and rudder", "right", "stick right with right pedal", "left"),
@@ -25,6 +28,18 @@ const HANDS: [(&str, &str, &str, &str); 10] = [
     ("rudder", "right", "right pedal", "left"),
     ("rudder", "left", "left pedal", "right"),
 ];
+
+impl PlannedPoint {
+    /// Surface of its manoeuvres in a session: the throttles are not one.
+    pub(super) fn surface_of_window(&self) -> &str {
+        if self.surface == THROTTLE { "" } else { &self.surface }
+    }
+
+    /// Kind of its manoeuvres in a session, that of an input by the throttles with their name.
+    pub(super) fn kind_of_window(&self) -> String {
+        if self.surface == THROTTLE { format!("{THROTTLE} {}", self.kind) } else { self.kind.clone() }
+    }
+}
 
 /// Speeds of a card in the unit of the instrument as well.
 fn airspeed(point: &PlannedPoint, tolerance_m_s: f64) -> String {
@@ -175,7 +190,7 @@ fn size(point: &PlannedPoint) -> String {
 }
 
 /// Directions of the runs one after the other, each as its first word.
-fn directions(point: &PlannedPoint) -> Vec<&str> {
+pub(super) fn directions(point: &PlannedPoint) -> Vec<&str> {
     let words = point.direction.split(',').map(|text| {
         let text = text.trim();
         let end = text.find(|letter: char| !letter.is_alphabetic()).unwrap_or(text.len());
@@ -191,7 +206,7 @@ fn hand(surface: &str, direction: &str) -> Option<(&'static str, &'static str)> 
 }
 
 /// Pulses of an input: duration, s, and sign.
-fn pulses(point: &PlannedPoint) -> Option<Vec<(f64, f64)>> {
+pub(super) fn pulses(point: &PlannedPoint) -> Option<Vec<(f64, f64)>> {
     let (step_s, kind) = (point.step_s?, InputKind::from_name(&point.kind)?);
     let Form::Pulses(form) = kind.form() else { return None };
     Some(form.iter().map(|(length, level)| (length * step_s, *level)).collect())

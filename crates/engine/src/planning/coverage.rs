@@ -99,7 +99,7 @@ pub fn design_coverage(
     let basis = basis(session.settings(), &pairs, (&model, &condition), &DesignOptions::default())?;
     let designed = design(&basis, request).map_err(|error| error.to_string())?;
     let row = design_row(&basis, request, &designed);
-    let file = design_scenario(&row, &designed, aircraft_name(session), Some(&known.loading));
+    let file = design_scenario(&row, &designed, aircraft_name(session), Some(&known.loading))?;
     let next = scenario::parse(&file).map_err(|error| error.to_string())?;
     // Gusts and air of the day are those of the flight it was designed from.
     let next = Scenario { gust_m_s: known.gust_m_s, ..next };

@@ -2,7 +2,7 @@
 
 use doublet_core::quantity::Role;
 use doublet_core::series::Series;
-use doublet_dynamics::design::{Designed, SURFACE_NAMES};
+use doublet_dynamics::design::{CONTROLS, Designed, SURFACE_NAMES, THROTTLE};
 
 use super::rows::{ComparedKind, DesignRow, ExcursionRow};
 use crate::notation::significant;
@@ -63,15 +63,19 @@ fn input(row: &DesignRow, designed: &Designed) -> Vec<Block> {
         }
         shown.push(index);
         let panel = |&surface: &usize| {
-            let nodes = [(0.0, [0.0; 3])].into_iter().chain(manoeuvre.input.nodes());
-            let nodes: Vec<(f64, [f64; 3])> = nodes.chain([(manoeuvre.duration_s, [0.0; 3])]).collect();
+            let nodes = [(0.0, [0.0; CONTROLS])].into_iter().chain(manoeuvre.input.nodes());
+            let nodes: Vec<(f64, [f64; CONTROLS])> = nodes.chain([(manoeuvre.duration_s, [0.0; CONTROLS])]).collect();
             let time_s: Vec<f64> = nodes.iter().map(|node| node.0).collect();
             let values: Vec<f64> = nodes.iter().map(|node| node.1[surface]).collect();
             let series = Series { time_s: time_s.into(), values: values.into() };
+            let (name, unit, factor) = match surface {
+                THROTTLE => ("change of thrust", "N", 1.0),
+                _ => (SURFACE_NAMES[surface], "deg", 180.0 / std::f64::consts::PI),
+            };
             Panel::Plot(Plot {
                 x: Axis::time(),
-                y: Axis::new(SURFACE_NAMES[surface], "deg"),
-                marks: vec![line("", surface, &series, 180.0 / std::f64::consts::PI)],
+                y: Axis::new(name, unit),
+                marks: vec![line("", surface, &series, factor)],
             })
         };
         blocks.push(Block::Figure(Figure {
@@ -83,8 +87,9 @@ fn input(row: &DesignRow, designed: &Designed) -> Vec<Block> {
         }));
     }
     let order = row.manoeuvres.iter().map(|own| {
-        let peaks: Vec<String> =
-            own.peak_rad.iter().map(|(name, peak)| format!("{name} to {}", degrees(*peak))).collect();
+        let thrust = own.peak_thrust_n.map(|peak| format!("thrust by {} N", significant(peak, 3)));
+        let surfaces = own.peak_rad.iter().map(|(name, peak)| format!("{name} to {}", degrees(*peak)));
+        let peaks: Vec<String> = surfaces.chain(thrust).collect();
         format!("{}: {}, {}, {} s", own.number, own.name, peaks.join(", "), significant(own.duration_s, 3))
     });
     blocks.push(Block::List(order.collect()));

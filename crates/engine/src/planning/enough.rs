@@ -189,7 +189,7 @@ fn next_rows(
         .map(|mut next| {
             add_constant(&mut next.prediction, constant);
             let standing = options.standing(&next.prediction);
-            let peaks = next.manoeuvre.input.peaks_rad();
+            let peaks = next.manoeuvre.input.peaks();
             NextRow {
                 kind: next.manoeuvre.kind.name(),
                 surfaces: names(&next.manoeuvre.surfaces),

@@ -1,15 +1,14 @@
 //! Least squares of the manoeuvres of a card of steady flight: sideslips, turns, accelerations.
 
-use doublet_core::model::{Coefficient, specific_force_at_cg};
-use doublet_core::reconstruct::State;
-use doublet_core::statistics::median;
+use doublet_core::model::{Coefficient, ThrustTreatment, specific_force_at_cg};
+use doublet_core::statistics::{median, median_step};
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use serde::Serialize;
 
 use super::campaign::PlannedPoint;
 use crate::session::{Manoeuvre, Session, Surface};
 use crate::snapshot::Snapshot;
-use crate::stage::{WindowAero, WindowPath, deflection};
+use crate::stage::{WindowAero, deflection};
 
 /// A slope, or a constant, by least squares over the manoeuvres of a card.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -24,8 +23,8 @@ pub struct SlopeRow {
 }
 
 /// What a card of steady flight is flown for.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Steady {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Steady {
     /// Rudder, aileron and bank over sideslip.
     Sideslip,
     /// Elevator over load factor.
@@ -36,7 +35,7 @@ enum Steady {
 
 impl Steady {
     /// By the words of a kind of input.
-    fn of_kind(kind: &str) -> Option<Self> {
+    pub(super) fn of_kind(kind: &str) -> Option<Self> {
         let kind = kind.to_lowercase();
         let has = |words: &[&str]| words.iter().any(|word| kind.contains(word));
         match () {
@@ -48,21 +47,26 @@ impl Steady {
     }
 }
 
-/// One manoeuvre with its path.
-type Flown<'a> = (&'a Manoeuvre, &'a WindowAero, &'a WindowPath);
+/// Whether the airspeed of a kind of manoeuvre is that of its entry only.
+pub(super) fn is_acceleration(kind: &str) -> bool {
+    Steady::of_kind(kind) == Some(Steady::Acceleration)
+}
+
+/// One manoeuvre.
+type Flown<'a> = (&'a Manoeuvre, &'a WindowAero);
 
 /// Slopes of the manoeuvres found for a card; none where the card is not of steady flight or none was flown.
 pub(super) fn evaluate(point: &PlannedPoint, session: &Session, snapshot: &Snapshot) -> Vec<SlopeRow> {
     let Some(kind) = Steady::of_kind(&point.kind) else { return Vec::new() };
     let flown = point.windows.iter().filter_map(|name| {
         let results = snapshot.windows.get(name)?;
-        Some((session.window(name)?, &**results.aero.ready()?, &**results.path.ready()?))
+        Some((session.window(name)?, &**results.aero.ready()?))
     });
     let flown: Vec<Flown<'_>> = flown.collect();
     let gravity = snapshot.gravity_m_s2(session);
     let model = Model::measure(&flown, snapshot, gravity);
     match kind {
-        Steady::Sideslip => sideslip(&flown, model.as_ref()),
+        Steady::Sideslip => sideslip(&flown, gravity, model.as_ref()),
         Steady::Turn => turn(&flown, gravity, model.as_ref()),
         Steady::Acceleration => acceleration(&flown),
     }
@@ -71,10 +75,10 @@ pub(super) fn evaluate(point: &PlannedPoint, session: &Session, snapshot: &Snaps
 /// Values of a column over a window at the times of its data.
 type Column<'a> = &'a dyn Fn(&Flown<'_>) -> Option<Vec<f64>>;
 
-fn sideslip(flown: &[Flown<'_>], model: Option<&Model>) -> Vec<SlopeRow> {
-    let beta: Column<'_> = &|(_, aero, _)| Some(aero.data.beta_rad.to_vec());
-    let bank: Column<'_> = &|(_, aero, path)| state(State::BankAngle, aero, path);
-    let surface = |surface| move |(_, aero, _): &Flown<'_>| Some(deflection(surface, aero)?.to_vec());
+fn sideslip(flown: &[Flown<'_>], gravity_m_s2: f64, model: Option<&Model>) -> Vec<SlopeRow> {
+    let beta: Column<'_> = &|(_, aero)| Some(aero.data.beta_rad.to_vec());
+    let bank: Column<'_> = &|(_, aero)| straight_bank(aero, gravity_m_s2);
+    let surface = |surface| move |(_, aero): &Flown<'_>| Some(deflection(surface, aero)?.to_vec());
     let predicted = model.and_then(Model::sideslip);
     let place = |index: usize| predicted.and_then(|values| values.get(index).copied());
     let rows = [
@@ -86,9 +90,11 @@ fn sideslip(flown: &[Flown<'_>], model: Option<&Model>) -> Vec<SlopeRow> {
 }
 
 fn turn(flown: &[Flown<'_>], gravity_m_s2: f64, model: Option<&Model>) -> Vec<SlopeRow> {
-    let load: Column<'_> = &|(_, aero, _)| load_factor(aero, gravity_m_s2);
-    let elevator: Column<'_> = &|(_, aero, _)| Some(deflection(Surface::Elevator, aero)?.to_vec());
-    let alpha: Column<'_> = &|(_, aero, _)| Some(aero.data.alpha_rad.to_vec());
+    let mut all: Vec<f64> = flown.iter().flat_map(|(_, aero)| pressure_pa(aero)).collect();
+    let Some(median_pa) = median(&mut all) else { return Vec::new() };
+    let load: Column<'_> = &|(_, aero)| load_at_pressure(aero, gravity_m_s2, median_pa);
+    let elevator: Column<'_> = &|(_, aero)| Some(deflection(Surface::Elevator, aero)?.to_vec());
+    let alpha: Column<'_> = &|(_, aero)| Some(aero.data.alpha_rad.to_vec());
     let predicted = model.and_then(Model::turn);
     let rows = [
         slope("elevator per load factor", "rad", flown, load, elevator, predicted.map(|found| found[1])),
@@ -97,8 +103,12 @@ fn turn(flown: &[Flown<'_>], gravity_m_s2: f64, model: Option<&Model>) -> Vec<Sl
     rows.into_iter().flatten().collect()
 }
 
+/// The drag polar; none where the coefficients contain the thrust.
 fn acceleration(flown: &[Flown<'_>]) -> Vec<SlopeRow> {
-    let polar = |(_, aero, _): &Flown<'_>| {
+    if flown.iter().any(|(_, aero)| aero.settings.thrust == ThrustTreatment::Included) {
+        return Vec::new();
+    }
+    let polar = |(_, aero): &Flown<'_>| {
         let at = |coefficient: Coefficient| aero.coefficients.get(coefficient);
         Some((at(Coefficient::CD).to_vec(), at(Coefficient::CL).iter().map(|lift| lift * lift).collect::<Vec<f64>>()))
     };
@@ -118,19 +128,57 @@ fn load_factor(aero: &WindowAero, gravity_m_s2: f64) -> Option<Vec<f64>> {
     Some(z.iter().map(|z| -z / gravity_m_s2).collect())
 }
 
-/// A state of the path at the times of the data.
-fn state(state: State, aero: &WindowAero, path: &WindowPath) -> Option<Vec<f64>> {
-    let reconstruction = &path.reconstruction;
-    let states = reconstruction.smoothed.as_ref().map_or(&reconstruction.states, |smoothed| &smoothed.states);
-    let first = aero.data.time_s.first()?;
-    let from = reconstruction.time_s.partition_point(|time| time < first);
-    states[state as usize].get(from..from + aero.data.time_s.len()).map(<[f64]>::to_vec)
+/// Bank at which the flight would be straight: gravity then holds the side force, `sin(bank) = -ay / g`.
+fn straight_bank(aero: &WindowAero, gravity_m_s2: f64) -> Option<Vec<f64>> {
+    let [_, side, _] = specific_force_at_cg(&aero.data, &aero.settings).ok()?;
+    Some(side.iter().map(|side| (-side / gravity_m_s2).clamp(-1.0, 1.0).asin()).collect())
 }
 
-/// Two columns of every window that has both.
+/// Load factor at the median dynamic pressure of all manoeuvres: the lift of a turn follows from both.
+fn load_at_pressure(aero: &WindowAero, gravity_m_s2: f64, median_pa: f64) -> Option<Vec<f64>> {
+    let load = load_factor(aero, gravity_m_s2)?;
+    let pressure_pa = pressure_pa(aero);
+    Some(load.iter().zip(pressure_pa).map(|(load, own)| load * median_pa / own).collect())
+}
+
+fn pressure_pa(aero: &WindowAero) -> Vec<f64> {
+    let pairs = aero.data.density_kg_m3.iter().zip(&*aero.data.airspeed_m_s);
+    pairs.map(|(density, airspeed)| 0.5 * density * airspeed * airspeed).collect()
+}
+
+/// Two columns of every window that has both, as means over [`MEAN_S`].
 fn columns(flown: &[Flown<'_>], x: Column<'_>, y: Column<'_>) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
-    let pairs = flown.iter().filter_map(|window| Some((x(window)?, y(window)?)));
-    pairs.filter(|(x, y)| x.len() == y.len()).unzip()
+    let pairs = flown.iter().filter_map(|window| {
+        let step_s = median_step(&window.1.data.time_s)?;
+        let samples = (MEAN_S / step_s).round().max(1.0) as usize;
+        let (x, y) = (x(window)?, y(window)?);
+        (x.len() == y.len()).then(|| (means(&x, samples), means(&y, samples)))
+    });
+    pairs.unzip()
+}
+
+/// The columns where the variable is held: its change from the value before to the one behind is below a tenth of its range.
+fn steady_parts((x, y): (Vec<Vec<f64>>, Vec<Vec<f64>>)) -> impl Iterator<Item = (Vec<f64>, Vec<f64>)> {
+    /// Part of the range.
+    const HELD: f64 = 0.1;
+    x.into_iter().zip(y).map(|(x, y)| {
+        let (low, high) =
+            x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)));
+        let held = |k: usize| {
+            let change = x[(k + 1).min(x.len() - 1)] - x[k.saturating_sub(1)];
+            change.abs() <= HELD * (high - low)
+        };
+        (0..x.len()).filter(|k| held(*k)).map(|k| (x[k], y[k])).unzip()
+    })
+}
+
+/// Time over which samples become one value, s: in steady flight nothing changes faster, and gusts and the noise of the variable, which would
+/// make a slope too small, are averaged.
+const MEAN_S: f64 = 2.0;
+
+/// Means of so many samples each; what is left at the end is left out.
+fn means(values: &[f64], samples: usize) -> Vec<f64> {
+    values.chunks_exact(samples).map(|part| part.iter().sum::<f64>() / samples as f64).collect()
 }
 
 /// Slope of `y` over `x` with a constant of its own in every window.
@@ -142,7 +190,7 @@ fn slope(
     y: Column<'_>,
     model: Option<f64>,
 ) -> Option<SlopeRow> {
-    let (x, y) = columns(flown, x, y);
+    let (x, y): (Vec<_>, Vec<_>) = steady_parts(columns(flown, x, y)).unzip();
     let rows: Vec<(usize, f64)> =
         x.iter().enumerate().flat_map(|(index, values)| values.iter().map(move |value| (index, *value))).collect();
     let (value, standard_error) = least_squares(&rows, &y.concat())?.last().copied()?;
@@ -195,9 +243,9 @@ struct Model<'a> {
 
 impl<'a> Model<'a> {
     fn measure(flown: &[Flown<'_>], snapshot: &'a Snapshot, gravity_m_s2: f64) -> Option<Self> {
-        let (_, first, _) = flown.first()?;
+        let (_, first) = flown.first()?;
         let all = |value: &dyn Fn(&WindowAero) -> Vec<f64>| -> Option<f64> {
-            median(&mut flown.iter().flat_map(|(_, aero, _)| value(aero)).collect::<Vec<f64>>())
+            median(&mut flown.iter().flat_map(|(_, aero)| value(aero)).collect::<Vec<f64>>())
         };
         let airspeed_m_s = all(&|aero| aero.data.airspeed_m_s.to_vec())?;
         let density = all(&|aero| aero.data.density_kg_m3.to_vec())?;
@@ -214,19 +262,16 @@ impl<'a> Model<'a> {
     }
 
     fn derivative(&self, name: &str) -> Option<f64> {
-        let pooled = self.snapshot.pooled.ready()?;
-        pooled.fits.iter().find_map(|fit| Some(fit.fit.as_ref().ok()?.parameter(name)?.0))
+        derivative(self.snapshot, name)
     }
 
     /// Rudder, aileron and bank per sideslip without rolling and yawing moment.
     fn sideslip(&self) -> Option<[f64; 3]> {
         let of = |name: &str| self.derivative(name);
-        let controls =
-            Matrix2::new(of("Cl_delta_r")?, of("Cl_delta_a")?, of("Cn_delta_r")?, of("Cn_delta_a").unwrap_or(0.0));
-        let needed = controls.try_inverse()? * -Vector2::new(of("Cl_beta")?, of("Cn_beta")?);
+        let [rudder, aileron] = straight_deflections(self.snapshot)?;
         let side =
-            of("CY_beta")? + of("CY_delta_r").unwrap_or(0.0) * needed[0] + of("CY_delta_a").unwrap_or(0.0) * needed[1];
-        Some([needed[0], needed[1], -self.pressure_area_n * side / self.weight_n])
+            of("CY_beta")? + of("CY_delta_r").unwrap_or(0.0) * rudder + of("CY_delta_a").unwrap_or(0.0) * aileron;
+        Some([rudder, aileron, -self.pressure_area_n * side / self.weight_n])
     }
 
     /// Angle of attack and elevator per load factor in a turn at constant airspeed.
@@ -240,6 +285,20 @@ impl<'a> Model<'a> {
         let moment = of("Cm_q").unwrap_or(0.0) * rate;
         Some((controls.try_inverse()? * -Vector2::new(force, moment)).into())
     }
+}
+
+/// An identified derivative.
+fn derivative(snapshot: &Snapshot, name: &str) -> Option<f64> {
+    let pooled = snapshot.pooled.ready()?;
+    pooled.fits.iter().find_map(|fit| Some(fit.fit.as_ref().ok()?.parameter(name)?.0))
+}
+
+/// Rudder and aileron per sideslip at which the identified model has neither rolling nor yawing moment.
+pub(super) fn straight_deflections(snapshot: &Snapshot) -> Option<[f64; 2]> {
+    let of = |name: &str| derivative(snapshot, name);
+    let controls =
+        Matrix2::new(of("Cl_delta_r")?, of("Cl_delta_a")?, of("Cn_delta_r")?, of("Cn_delta_a").unwrap_or(0.0));
+    Some((controls.try_inverse()? * -Vector2::new(of("Cl_beta")?, of("Cn_beta")?)).into())
 }
 
 #[cfg(test)]
@@ -265,6 +324,7 @@ mod tests {
         let expected = 0.01 * (200.0_f64 / 197.0).sqrt() / (2.0_f64 * 100.0 * 0.083_325).sqrt();
         assert!((found[2].1 / expected - 1.0).abs() < 1e-3, "{} for {expected}", found[2].1);
         assert_eq!(least_squares(&rows[..2], &y[..2]), None);
+        assert_eq!(means(&[1.0, 3.0, 5.0, 9.0, 7.0], 2), [2.0, 7.0]);
         // Without motion there is no slope.
         let still: Vec<(usize, f64)> = (0..50).map(|_| (0, 1.0)).collect();
         assert_eq!(least_squares(&still, &[0.0; 50]), None);

@@ -4,19 +4,25 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use doublet_core::airframe::{Aircraft, Loading};
-use doublet_core::simulate::scenario::{self, FILE_FORMAT, FILE_VERSION};
-use doublet_dynamics::design::{Designed, SURFACE_NAMES};
+use doublet_core::atmos::Atmosphere;
+use doublet_core::propulsion::Ambient;
+use doublet_core::propulsion::EngineInput;
+use doublet_core::simulate::scenario::{self, FILE_FORMAT, FILE_VERSION, Start};
+use doublet_core::simulate::{self, Scenario};
+use doublet_dynamics::design::{Designed, SURFACE_NAMES, THROTTLE};
 
 use super::designed_session::{FLIGHT_FOLDER, designed_session, loading_of_mass};
-use super::rows::DesignRow;
+use super::rows::{DesignRow, SignalRow};
 use crate::builtin::PREFIX;
+use crate::graph::StageResult;
 use crate::session::{self, Session};
 
 /// Nodes of all manoeuvres, straight lines between them: number of the window, time since its start, deflections about the trim.
 pub fn design_csv(row: &DesignRow) -> String {
-    let mut text = "manoeuvre,time_s,aileron_rad,elevator_rad,rudder_rad\n".to_owned();
+    let mut text = "manoeuvre,time_s,aileron_rad,elevator_rad,rudder_rad,thrust_n\n".to_owned();
     for node in &row.signal {
-        let _ = writeln!(text, "{},{},{},{},{}", node.manoeuvre, node.time_s, node.aileron, node.elevator, node.rudder);
+        let SignalRow { manoeuvre, time_s, aileron, elevator, rudder, thrust_n } = node;
+        let _ = writeln!(text, "{manoeuvre},{time_s},{aileron},{elevator},{rudder},{thrust_n}");
     }
     text
 }
@@ -42,6 +48,7 @@ pub fn design_files(
     // Without tanks there is no fuel to choose: the scenario then states no loading.
     let loading = aircraft.and_then(|own| loading_of_mass(own, session.loading.as_ref(), row.trim["mass_kg"]).ok());
     let scenario_text = design_scenario(row, designed, aircraft_name(session), loading.as_ref());
+    let scenario_text = scenario_text.map_err(|error| error.to_string())?;
     let mut files = vec![
         ("design.json", serde_json::to_string_pretty(row).map_err(|error| error.to_string())?),
         ("design.csv", design_csv(row)),
@@ -58,23 +65,34 @@ pub fn design_files(
     Ok(files.into_iter().map(|(name, text)| (name.to_owned(), text.into_bytes())).collect())
 }
 
-/// A scenario file for `doublet simulate`: the manoeuvres one after the other from the design's trim, in its gusts, with a loading.
+/// A loading as a section of a scenario file.
+pub(super) fn loading_text(loading: &Loading) -> String {
+    let table = BTreeMap::from([("loading", loading)]);
+    // Numbers by names: TOML has all of them.
+    format!("\n{}", toml::to_string(&table).unwrap_or_default())
+}
+
+/// A scenario file for `doublet simulate`: the manoeuvres one after the other from the design's trim, in its gusts, with a loading. Changes of
+/// the thrust are those of the manifold pressure at the trim of the simulator's aircraft, none for others.
+///
+/// # Errors
+/// One line: an aircraft that the simulator cannot trim there.
 pub(super) fn design_scenario(
     row: &DesignRow,
     designed: &Designed,
     aircraft: &str,
     loading: Option<&Loading>,
-) -> String {
+) -> StageResult<String> {
     let mut text = format!(
         "format = \"{FILE_FORMAT}\"\nversion = {FILE_VERSION}\naircraft = {aircraft:?}\nairspeed_m_s = {:?}\naltitude_m = {:?}\n\
          gust_m_s = {:?}\n",
         row.trim["airspeed_m_s"], row.trim["altitude_m"], row.gust_m_s
     );
-    if let Some(loading) = loading {
-        let table = BTreeMap::from([("loading", loading)]);
-        // Numbers by names: TOML has all of them.
-        _ = write!(text, "\n{}", toml::to_string(&table).unwrap_or_default());
-    }
+    text += &loading.map_or_else(String::new, loading_text);
+    let moves_thrust = designed.manoeuvres.iter().any(|manoeuvre| manoeuvre.surfaces.contains(&THROTTLE));
+    let head = (moves_thrust && scenario::aircraft().contains(&aircraft))
+        .then(|| scenario::parse(&text).map_err(|error| error.to_string()))
+        .transpose()?;
     for (index, manoeuvre) in designed.manoeuvres.iter().enumerate() {
         let _ = write!(
             text,
@@ -86,10 +104,49 @@ pub(super) fn design_scenario(
         let _ = writeln!(text, "time_s = {:?}", manoeuvre.input.times_s());
         for &surface in &manoeuvre.surfaces {
             let values: Vec<f64> = manoeuvre.input.nodes().map(|node| node.1[surface]).collect();
-            let _ = writeln!(text, "{}_rad = {values:?}", SURFACE_NAMES[surface]);
+            if surface != THROTTLE {
+                let _ = writeln!(text, "{}_rad = {values:?}", SURFACE_NAMES[surface]);
+            } else if let Some(head) = &head {
+                let _ = writeln!(text, "manifold_pa = {:?}", manifold_of_thrust(head, &values)?);
+            }
         }
     }
-    text
+    Ok(text)
+}
+
+/// Changes of the manifold pressure (Pa) of all engines that change the sum of their thrusts by so much (N), at the trim in which a scenario
+/// begins: the thrust of charts and propeller maps at its airspeed, by bisection, within the pressures of the engine.
+fn manifold_of_thrust(scenario: &Scenario, changes_n: &[f64]) -> StageResult<Vec<f64>> {
+    /// Halvings: an atmosphere to 1e-7 Pa.
+    const HALVINGS: usize = 40;
+    let vehicle = &scenario.vehicle;
+    let body = vehicle.body(&scenario.loading).map_err(|error| error.to_string())?;
+    let Start::Trimmed(condition) = scenario.start else { return Err("the scenario does not begin in a trim".into()) };
+    let trim = simulate::trim(vehicle, &body, &scenario.atmosphere, &condition).map_err(|error| error.to_string())?;
+    let altitude_m = condition.altitude_m;
+    let pressure_pa = scenario.atmosphere.pressure_pa(altitude_m)?;
+    let air = Ambient {
+        airspeed_m_s: condition.airspeed_m_s,
+        pressure_altitude_m: Atmosphere::STANDARD.altitude_m(pressure_pa)?,
+        air_temperature_k: scenario.atmosphere.temperature_k(altitude_m)?,
+        density_kg_m3: scenario.atmosphere.density_kg_m3(altitude_m)?,
+    };
+    let thrust_n = |manifold_pressure_pa: f64| -> f64 {
+        let models = vehicle.powerplant.engines.iter().filter_map(|engine| engine.model.as_ref());
+        let input = EngineInput { speed_rad_s: condition.engine_speed_rad_s, manifold_pressure_pa };
+        models.map(|model| model.state(input, &air).thrust_n).sum()
+    };
+    let about_pa = trim.engines[0].manifold_pressure_pa;
+    let about_n = thrust_n(about_pa);
+    let change = |change_n: &f64| {
+        let (mut low, mut high) = (0.3 * about_pa, pressure_pa.max(about_pa));
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if thrust_n(middle) < about_n + change_n { low = middle } else { high = middle }
+        }
+        if *change_n == 0.0 { 0.0 } else { 0.5 * (low + high) - about_pa }
+    };
+    Ok(changes_n.iter().map(change).collect())
 }
 
 /// Servo functions of ArduPilot: aileron, elevator, rudder.
@@ -111,7 +168,7 @@ fn design_lua(designed: &Designed, full_travel_rad: [f64; 3]) -> String {
     );
     let _ = writeln!(text, "local DURATION_S = {:.3}", manoeuvre.duration_s);
     text.push_str("local SURFACES = {\n");
-    for &surface in &manoeuvre.surfaces {
+    for &surface in manoeuvre.surfaces.iter().filter(|&&control| control != THROTTLE) {
         let _ = writeln!(
             text,
             "  {{ name = \"{}\", servo_function = {}, nodes = {{",
@@ -192,7 +249,8 @@ fn design_px4(designed: &Designed, band_hz: [f64; 2]) -> String {
     let longest_s = designed.manoeuvres.iter().map(|manoeuvre| manoeuvre.duration_s).fold(0.0, f64::max);
     let axes: i32 = {
         let mut axes = 0;
-        for surface in designed.manoeuvres.iter().flat_map(|manoeuvre| &manoeuvre.surfaces) {
+        let moved = designed.manoeuvres.iter().flat_map(|manoeuvre| &manoeuvre.surfaces);
+        for surface in moved.filter(|&&control| control != THROTTLE) {
             axes |= 1 << surface;
         }
         axes

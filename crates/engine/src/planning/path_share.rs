@@ -2,26 +2,32 @@
 
 use std::collections::BTreeMap;
 
-use super::rows::DesignRow;
-use crate::session::{Estimation, Session, Surface};
-use crate::snapshot::Snapshot;
-use crate::stage::{CoefficientFit, applies};
+use doublet_core::statistics::NORMAL_95;
+use doublet_dynamics::design::{CONTROLS, SURFACE_NAMES};
 
-/// Variance of each derivative beyond the noise of its fit, with the time of its manoeuvres.
+use super::basis::tells;
+use super::rows::{DesignRow, PredictedRow};
+use crate::session::Session;
+use crate::snapshot::Snapshot;
+use crate::stage::CoefficientFit;
+
+/// Variance of each derivative beyond the noise of its fit, with the manoeuvres it is of.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PathShare {
     /// By derivative.
     parts: BTreeMap<String, Part>,
+    /// Time of all manoeuvres of the session that are used, s: they determine the constant errors of the sensors together.
+    time_s: f64,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 struct Part {
-    /// Variance beyond that of the noise.
+    /// Variance beyond that of the noise and of the scatter that noise gives between manoeuvres.
     variance: f64,
-    /// Time of the manoeuvres of the fit, s.
-    time_s: f64,
-    /// Whether a manoeuvre of one surface alone excites it: aileron, elevator, rudder.
-    excited_by: [bool; 3],
+    /// Manoeuvres of the fit.
+    windows: usize,
+    /// Whether a manoeuvre of one control alone excites it.
+    excited_by: [bool; CONTROLS],
 }
 
 impl PathShare {
@@ -29,45 +35,91 @@ impl PathShare {
     pub fn measure(session: &Session, snapshot: &Snapshot) -> Option<Self> {
         let pooled = snapshot.pooled.ready()?;
         let parts = pooled.fits.iter().flat_map(|fit| fit_parts(fit, session));
-        Some(Self { parts: parts.collect() })
+        let times = session.active_windows().map(|window| window.window.end_s - window.window.start_s);
+        Some(Self { parts: parts.collect(), time_s: times.sum() })
     }
 
-    /// Variance to expect of a derivative from manoeuvres of so many seconds: errors that the innovations and the scatter between
-    /// manoeuvres show fall with the time flown, as the noise does. None of a derivative that was not fitted.
-    fn variance(&self, name: &str, row: &DesignRow) -> Option<f64> {
+    /// Variance to expect of a derivative beside that of its noise: errors that the innovations show fall with the time flown by any
+    /// control; the scatter between manoeuvres is that of the noise, by so many manoeuvres. None of a derivative that was not fitted.
+    fn variance(&self, name: &str, noise: f64, row: &DesignRow, with_flown: bool) -> Option<f64> {
         let part = self.parts.get(name)?;
-        let surfaces = [Surface::Aileron, Surface::Elevator, Surface::Rudder];
         let own = row.manoeuvres.iter().filter(|manoeuvre| match manoeuvre.surfaces.as_slice() {
-            [one] => surfaces.iter().zip(part.excited_by).any(|(surface, excites)| excites && surface.name() == *one),
+            [one] => SURFACE_NAMES.iter().zip(part.excited_by).any(|(name, excites)| excites && name == one),
             _ => true,
         });
-        let time_s: f64 = own.map(|manoeuvre| manoeuvre.duration_s).sum();
-        (time_s > 0.0).then(|| part.variance * part.time_s / time_s)
+        let count = own.count();
+        let times = row.manoeuvres.iter().map(|manoeuvre| manoeuvre.duration_s);
+        let (windows, time_s) = match with_flown {
+            true => (count + part.windows, times.sum::<f64>() + self.time_s),
+            false => (count, times.sum()),
+        };
+        let path = part.variance * self.time_s / time_s;
+        (windows > 0).then(|| path + noise * noise * (scatter_inflation(windows) - 1.0))
     }
+}
+
+/// Expected square of a corrected error over that of its noise, if noise alone scatters so many manoeuvres. The corrected error is the larger
+/// of that of the noise and of the scatter between manoeuvres, which is multiplied by the ratio `t / 1.96` of the quantiles of 95 % of Student
+/// (`windows - 1` degrees of freedom) and normal: `E max(1, (t / 1.96)^2 X)`, `X` the chi squared over its degrees of freedom. One for
+/// fewer than three manoeuvres, whose scatter is not used.
+fn scatter_inflation(windows: usize) -> f64 {
+    const FEWEST: usize = 3;
+    if windows < FEWEST {
+        return 1.0;
+    }
+    let freedom = (windows - 1) as f64;
+    let ratio = (student_quantile(freedom) / NORMAL_95).powi(2);
+    // Of the chi squared over its degrees of freedom, not normalised; two of them have a density at zero.
+    let density = |x: f64| match x > 0.0 {
+        true => (x * (1.0 - x).exp()).powf(0.5 * freedom) / x,
+        false if freedom > 2.0 => 0.0,
+        false => std::f64::consts::E,
+    };
+    let end = 4.0 + 80.0 / freedom;
+    integral(&|x| density(x) * (ratio * x).max(1.0), end) / integral(&density, end)
+}
+
+/// The quantile of 95 % about zero: with `t = sqrt(n) tan(angle)` the density over the angle is `cos(angle)^(n - 1)`.
+fn student_quantile(freedom: f64) -> f64 {
+    const HALVINGS: usize = 40;
+    let density = |angle: f64| angle.cos().max(0.0).powf(freedom - 1.0);
+    let all = integral(&density, std::f64::consts::FRAC_PI_2);
+    let (mut low, mut high) = (0.0, std::f64::consts::FRAC_PI_2);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if integral(&density, middle) < 0.95 * all { low = middle } else { high = middle }
+    }
+    freedom.sqrt() * low.tan()
+}
+
+/// Integral from zero to `end` by Simpson's rule.
+fn integral(value: &dyn Fn(f64) -> f64, end: f64) -> f64 {
+    const HALVES: usize = 2000;
+    let step = end / (2 * HALVES) as f64;
+    let at = |index: usize| value(step * index as f64);
+    let inside: f64 = (1..2 * HALVES).map(|index| if index % 2 == 0 { 2.0 } else { 4.0 } * at(index)).sum();
+    (at(0) + inside + at(2 * HALVES)) * step / 3.0
 }
 
 fn fit_parts(fit: &CoefficientFit, session: &Session) -> Vec<(String, Part)> {
     let Ok(found) = &fit.fit else { return Vec::new() };
-    let windows = fit.windows.iter().filter_map(|(name, _)| session.window(name));
-    let time_s = windows.map(|window| window.window.end_s - window.window.start_s).sum();
     let errors = fit.corrected_errors.iter().zip(&fit.noise_errors);
-    let excited_by = excited_by(fit, &session.estimation);
+    let excited_by = tells(fit.coefficient, &session.estimation);
+    let windows = fit.windows.len();
+    let scattered = scatter_inflation(windows);
     let part = |(name, (all, noise)): (&String, (&f64, &f64))| {
-        let variance = (all * all - noise * noise).max(0.0);
-        (name.clone(), Part { variance, time_s, excited_by })
+        let variance = (all * all - scattered * noise * noise).max(0.0);
+        (name.clone(), Part { variance, windows, excited_by })
     };
     found.names.iter().zip(errors).map(part).collect()
 }
 
-fn excited_by(fit: &CoefficientFit, estimation: &Estimation) -> [bool; 3] {
-    [Surface::Aileron, Surface::Elevator, Surface::Rudder]
-        .map(|surface| applies(fit.coefficient, Some(surface), estimation))
-}
-
 impl DesignRow {
-    /// Adds the errors of path and sensors of the session it starts from: the promised error.
-    pub fn add_path(&mut self, share: &PathShare) {
-        let added: Vec<Option<f64>> = self.predicted.iter().map(|own| share.variance(&own.name, self)).collect();
+    /// Adds the errors of path and sensors of the session it starts from, and the scatter of so many manoeuvres: the promised error.
+    /// `with_flown` where the manoeuvres of the session count beside those of the design.
+    pub fn add_path(&mut self, share: &PathShare, with_flown: bool) {
+        let of_row = |own: &PredictedRow| share.variance(&own.name, own.corrected?, self, with_flown);
+        let added: Vec<Option<f64>> = self.predicted.iter().map(of_row).collect();
         for (own, variance) in self.predicted.iter_mut().zip(added) {
             own.path_error = variance.map(f64::sqrt);
             let noise = own.corrected;
@@ -79,7 +131,7 @@ impl DesignRow {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::planning::{ManoeuvreRow, PredictedRow};
+    use crate::planning::ManoeuvreRow;
 
     fn predicted(name: &str, corrected: f64) -> PredictedRow {
         PredictedRow {
@@ -96,10 +148,13 @@ mod tests {
     }
 
     #[test]
-    fn the_share_of_the_path_falls_with_the_time_of_the_manoeuvres_that_excite_it() {
-        let part = |excited_by| Part { variance: 4.0, time_s: 100.0, excited_by };
-        let parts = [("Cm_q".to_owned(), part([false, true, false])), ("Cl_p".to_owned(), part([true, false, true]))];
-        let share = PathShare { parts: parts.into() };
+    fn the_share_of_the_path_falls_with_the_time_of_all_manoeuvres() {
+        let part = |excited_by| Part { variance: 4.0, windows: 8, excited_by };
+        let parts = [
+            ("Cm_q".to_owned(), part([false, true, false, true])),
+            ("Cl_p".to_owned(), part([true, false, true, false])),
+        ];
+        let share = PathShare { parts: parts.into(), time_s: 100.0 };
         let manoeuvre = |surface: &'static str, duration_s| ManoeuvreRow {
             number: 1,
             name: String::new(),
@@ -107,6 +162,7 @@ mod tests {
             duration_s,
             peak_rad: BTreeMap::new(),
             rate_rad_s: BTreeMap::new(),
+            peak_thrust_n: None,
             relative_peak_factor: BTreeMap::new(),
         };
         let mut row = DesignRow {
@@ -129,11 +185,27 @@ mod tests {
             comparison: Vec::new(),
             notes: Vec::new(),
         };
-        row.add_path(&share);
+        row.add_path(&share, false);
         let promised: Vec<f64> = row.predicted.iter().filter_map(|own| own.promised).collect();
-        // 4 * 100 / 25 and 4 * 100 / 100 beside 9; a derivative that was not fitted has its noise alone.
-        assert_eq!(promised, [5.0, 13f64.sqrt(), 3.0]);
-        assert_eq!(row.predicted[0].path_error, Some(4.0));
+        // 4 * 100 / 125 beside 9, whichever surface excites it; a derivative that was not fitted has its noise alone.
+        let expected = (9.0 + 3.2_f64).sqrt();
+        assert_eq!(promised, [expected, expected, 3.0]);
+        assert_eq!(row.predicted[0].path_error, Some(3.2f64.sqrt()));
         assert_eq!(row.predicted[2].path_error, None);
+    }
+
+    #[test]
+    fn scatter_of_few_manoeuvres_costs_what_its_distribution_gives() {
+        // Abramowitz and Stegun, table 26.10, 0.95.
+        for (freedom, expected) in [(2.0, 4.303), (3.0, 3.182), (6.0, 2.447), (30.0, 2.042)] {
+            assert!((student_quantile(freedom) - expected).abs() < 6e-4, "{}", student_quantile(freedom));
+        }
+        // Two degrees of freedom: X is exponential, E max(1, m X) = 1 + m exp(-1 / m).
+        let m = (4.302_653_f64 / NORMAL_95).powi(2);
+        assert!((scatter_inflation(3) / (1.0 + m * (-1.0 / m).exp()) - 1.0).abs() < 1e-4, "{}", scatter_inflation(3));
+        // Many manoeuvres: X is normal about one with variance 2 / n, E max(1, X) = 1 + sqrt(2 / n) / sqrt(2 pi).
+        let many = 1.0 + (2.0_f64 / 2000.0).sqrt() / std::f64::consts::TAU.sqrt();
+        assert!((scatter_inflation(2001) / many - 1.0).abs() < 2e-3, "{} for {many}", scatter_inflation(2001));
+        assert_eq!(scatter_inflation(2), 1.0);
     }
 }

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use doublet_core::model::regressors;
 use doublet_dynamics::design::{
-    Basis, Criterion, DesignKind, Designed, Limit, Request, SURFACE_NAMES, design, relative_peak_factor,
-    window_variables,
+    Basis, CONTROLS, Criterion, DesignKind, Designed, Limit, Request, SURFACE_NAMES, THROTTLE, design,
+    relative_peak_factor, window_variables,
 };
 use serde::Serialize;
 
@@ -95,10 +95,12 @@ pub struct ManoeuvreRow {
     pub duration_s: f64,
     pub peak_rad: BTreeMap<&'static str, f64>,
     pub rate_rad_s: BTreeMap<&'static str, f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_thrust_n: Option<f64>,
     pub relative_peak_factor: BTreeMap<&'static str, f64>,
 }
 
-/// A node of the input: time since the start of the window, deflections about the trim.
+/// A node of the input: time since the start of the window, deflections and thrust about the trim.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct SignalRow {
@@ -107,6 +109,7 @@ pub struct SignalRow {
     pub aileron: f64,
     pub elevator: f64,
     pub rudder: f64,
+    pub thrust_n: f64,
 }
 
 /// Correlation of two regressors over the windows, each less its mean there.
@@ -270,8 +273,9 @@ fn excursion(own: &doublet_dynamics::design::Excursion, limit: Option<&Limit>) -
 
 fn manoeuvres(designed: &Designed) -> Vec<ManoeuvreRow> {
     let row = |(index, manoeuvre): (usize, &doublet_dynamics::design::PlannedManoeuvre)| {
-        let moved = |values: [f64; 3]| {
-            manoeuvre.surfaces.iter().map(|&surface| (SURFACE_NAMES[surface], values[surface])).collect()
+        let moved = |values: [f64; CONTROLS]| {
+            let surfaces = manoeuvre.surfaces.iter().filter(|&&control| control != THROTTLE);
+            surfaces.map(|&surface| (SURFACE_NAMES[surface], values[surface])).collect()
         };
         let factor = |&surface: &usize| {
             // Even samples over the input itself, run-in and rest left out.
@@ -286,8 +290,9 @@ fn manoeuvres(designed: &Designed) -> Vec<ManoeuvreRow> {
             name: manoeuvre.name.clone(),
             surfaces: names(&manoeuvre.surfaces),
             duration_s: manoeuvre.duration_s,
-            peak_rad: moved(manoeuvre.input.peaks_rad()),
-            rate_rad_s: moved(manoeuvre.input.rates_rad_s()),
+            peak_rad: moved(manoeuvre.input.peaks()),
+            rate_rad_s: moved(manoeuvre.input.rates()),
+            peak_thrust_n: manoeuvre.surfaces.contains(&THROTTLE).then(|| manoeuvre.input.peaks()[THROTTLE]),
             relative_peak_factor: manoeuvre.surfaces.iter().map(factor).collect(),
         }
     };
@@ -296,14 +301,15 @@ fn manoeuvres(designed: &Designed) -> Vec<ManoeuvreRow> {
 
 fn signal(designed: &Designed) -> Vec<SignalRow> {
     let all = designed.manoeuvres.iter().enumerate().flat_map(|(index, manoeuvre)| {
-        let ends = [(0.0, [0.0; 3])].into_iter().chain(manoeuvre.input.nodes());
-        let ends = ends.chain([(manoeuvre.duration_s, [0.0; 3])]);
-        ends.map(move |(time_s, [aileron, elevator, rudder])| SignalRow {
+        let ends = [(0.0, [0.0; CONTROLS])].into_iter().chain(manoeuvre.input.nodes());
+        let ends = ends.chain([(manoeuvre.duration_s, [0.0; CONTROLS])]);
+        ends.map(move |(time_s, [aileron, elevator, rudder, thrust_n])| SignalRow {
             manoeuvre: index + 1,
             time_s,
             aileron,
             elevator,
             rudder,
+            thrust_n,
         })
         .collect::<Vec<_>>()
     });

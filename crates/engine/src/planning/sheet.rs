@@ -92,7 +92,7 @@ pub fn design_sheet(
         let basis = basis_of(input, &DesignOptions::default(), &context)?;
         context.checkpoint()?;
         let (mut row, designed) = designed_rows(&basis, &request.request(), request.compare, &|| context.checkpoint())?;
-        PathShare::measure(session, snapshot).iter().for_each(|share| row.add_path(share));
+        PathShare::measure(session, snapshot).iter().for_each(|share| row.add_path(share, false));
         let card = design_document(session, &row, &designed);
         let aircraft = input.aircraft.loaded.aircraft.clone();
         Ok(DesignSheet { row, designed, card, session: session.clone(), aircraft })

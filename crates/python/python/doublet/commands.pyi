@@ -10,7 +10,7 @@ __all__ = [
     "export", "fidelity", "fix", "fmu", "help", "inspect", "lags", "linear", "live", "loes", "man", "manoeuvres", "map",
     "match", "modes", "monte_carlo", "new", "prior", "propagate", "propose_manoeuvres", "propose_noise", "propose_onsets",
     "propose_steady", "qtg", "qualities", "regress", "report", "response", "run", "schema", "sensitivity", "simulate",
-    "structure", "tune", "variants", "weigh",
+    "static_thrust", "structure", "swing", "tune", "variants", "weigh",
 ]
 
 def inspect(recording: Input, *, map: Optional[Input] = ...) -> Answer: ...
@@ -130,25 +130,28 @@ def qualities(
 ) -> Answer: ...
 def design(
     session: Input, *, surfaces: Optional[Many] = ..., criterion: Optional[Literal["d", "a", "max-relative"]] = ..., peak:
-    Optional[Input] = ..., rate: Optional[Input] = ..., limit: Optional[Many] = ..., usage: Optional[Input] = ..., gusts:
-    Optional[Input] = ..., airspeed: Optional[Input] = ..., altitude: Optional[Input] = ..., fuel: Optional[Input] = ..., seed:
-    Optional[Input] = ..., time: Optional[Input] = ..., kind: Optional[Input] = ..., rounds: Optional[Input] = ..., samples:
-    Optional[Input] = ..., with_flown: bool = ..., compare: bool = ..., out: Optional[Input] = ..., format: Optional[Many] =
-    ..., travel: Optional[Input] = ...,
+    Optional[Input] = ..., rate: Optional[Input] = ..., peak_thrust: Optional[Input] = ..., limit: Optional[Many] = ..., usage:
+    Optional[Input] = ..., gusts: Optional[Input] = ..., airspeed: Optional[Input] = ..., altitude: Optional[Input] = ..., fuel:
+    Optional[Input] = ..., seed: Optional[Input] = ..., time: Optional[Input] = ..., kind: Optional[Input] = ..., rounds:
+    Optional[Input] = ..., samples: Optional[Input] = ..., with_flown: bool = ..., compare: bool = ..., out: Optional[Input] =
+    ..., format: Optional[Many] = ..., travel: Optional[Input] = ...,
 ) -> Answer: ...
 def campaign(
     campaign: Input, *, session: Optional[Input] = ..., out: Optional[Input] = ..., format: Optional[Many] = ...,
 ) -> Answer: ...
 def weigh(weighing: Input, *, session: Optional[Input] = ...) -> Answer: ...
+def swing(swing: Input) -> Answer: ...
+def static_thrust(test: Input) -> Answer: ...
 def debrief(
     design: Input, *, flight: Optional[Many] = ..., session: Optional[Input] = ..., out: Optional[Input] = ..., format:
     Optional[Many] = ...,
 ) -> Answer: ...
 def enough(
     session: Input, *, surfaces: Optional[Many] = ..., criterion: Optional[Literal["d", "a", "max-relative"]] = ..., peak:
-    Optional[Input] = ..., rate: Optional[Input] = ..., limit: Optional[Many] = ..., usage: Optional[Input] = ..., gusts:
-    Optional[Input] = ..., airspeed: Optional[Input] = ..., altitude: Optional[Input] = ..., fuel: Optional[Input] = ..., seed:
-    Optional[Input] = ..., goal: Optional[Many] = ..., goal_percent: Optional[Input] = ..., time: Optional[Input] = ...,
+    Optional[Input] = ..., rate: Optional[Input] = ..., peak_thrust: Optional[Input] = ..., limit: Optional[Many] = ..., usage:
+    Optional[Input] = ..., gusts: Optional[Input] = ..., airspeed: Optional[Input] = ..., altitude: Optional[Input] = ..., fuel:
+    Optional[Input] = ..., seed: Optional[Input] = ..., goal: Optional[Many] = ..., goal_percent: Optional[Input] = ..., time:
+    Optional[Input] = ...,
 ) -> Answer: ...
 def propagate(session: Input, expression: Input, *, samples: Optional[Input] = ..., seed: Optional[Input] = ...) -> Answer: ...
 def export(session: Input, *, out: Input, format: Optional[Many] = ...) -> Answer: ...

@@ -1,6 +1,8 @@
 //! The conclusions: what is wrong or contradictory first, then what may be used, then what to do.
 
 use super::{Block, Contents, cover};
+use crate::notation::significant;
+use crate::report::ValidationRow;
 use crate::report::results::FitRow;
 use crate::session::Level;
 use crate::verdict::{self, Folded};
@@ -38,6 +40,21 @@ pub fn conclusions(contents: &Contents<'_>) -> Vec<Block> {
     blocks
 }
 
+/// How well manoeuvres that were not fitted are predicted; none without an estimate.
+fn validated(contents: &Contents<'_>) -> Option<String> {
+    if cover::is_not_validated(contents) {
+        return Some("Validation and proof of match: none, as no manoeuvre is kept for them.".to_owned());
+    }
+    let rows = &contents.results.validation;
+    let windows = rows.iter().map(|row| row.windows).max()?;
+    let of_row = |row: &ValidationRow| {
+        format!("{} {}", row.coefficient, significant(row.agreement.r_squared_identified_constants, 3))
+    };
+    let each: Vec<String> = rows.iter().map(of_row).collect();
+    let manoeuvres = if windows == 1 { "manoeuvre" } else { "manoeuvres" };
+    Some(format!("Validation: mean R² of predictions over up to {windows} {manoeuvres}: {}.", each.join(", ")))
+}
+
 /// What the flight determined, coefficient by coefficient.
 fn usable(contents: &Contents<'_>) -> Vec<Block> {
     let results = contents.results;
@@ -61,6 +78,7 @@ fn usable(contents: &Contents<'_>) -> Vec<Block> {
         let level = cover::overall(contents).unwrap_or_default();
         lines.push(format!("Flying qualities by {}: {level}.", dynamics.qualities.standard));
     }
+    lines.extend(validated(contents));
     lines.extend(
         (!results.proof_of_match.windows.is_empty()).then(|| format!("Proof of match: {}.", cover::proof(contents))),
     );

@@ -193,7 +193,15 @@ pub(super) fn next_steps(contents: &Contents<'_>) -> Vec<String> {
             steps.push(format!("{}: {fix} ({})", line.place, line.level.name()));
         }
     }
+    if is_not_validated(contents) {
+        steps.push("Validation: Keep a manoeuvre of each surface out of the fit, or fly one more.".to_owned());
+    }
     steps
+}
+
+/// Whether there is a pooled estimate that no manoeuvre was kept to validate.
+pub(super) fn is_not_validated(contents: &Contents<'_>) -> bool {
+    !contents.results.pooled.is_empty() && contents.results.validation.is_empty()
 }
 
 /// The text with a capital letter at its beginning and a full stop.

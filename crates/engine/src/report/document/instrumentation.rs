@@ -85,17 +85,18 @@ fn sensors(contents: &Contents<'_>) -> Table {
         .done()
 }
 
-/// Sources of the stated accuracies, one line each.
+/// Sources of the stated accuracies, one line each, with the roles they are of.
 fn sources(contents: &Contents<'_>) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
+    let mut found: Vec<(&str, Vec<&str>)> = Vec::new();
     for row in contents.results.flights.iter().flat_map(|flight| &flight.channels) {
-        let Some(source) = &row.accuracy_source else { continue };
-        let line = format!("Accuracy of {}: {}.", row.role, source.trim_end_matches('.'));
-        if !lines.contains(&line) {
-            lines.push(line);
+        let Some(source) = row.accuracy_source.as_deref().map(|source| source.trim_end_matches('.')) else { continue };
+        match found.iter_mut().find(|(known, _)| *known == source) {
+            Some((_, roles)) if roles.contains(&row.role) => {}
+            Some((_, roles)) => roles.push(row.role),
+            None => found.push((source, vec![row.role])),
         }
     }
-    lines
+    found.iter().map(|(source, roles)| format!("Accuracy of {}: {source}.", roles.join(", "))).collect()
 }
 
 /// Unit of a row and its factor from SI: an engine speed is in rev/min.

@@ -180,12 +180,13 @@ pub fn windows(contents: &Contents<'_>) -> Parts {
 /// The ignored manoeuvres with the author's note on each; none where all are used.
 fn not_used(session: &Session) -> Option<Block> {
     let ignored = session.windows.iter().filter(|window| window.role == WindowRole::Ignored);
-    let one = |window: &Manoeuvre| match window.note.is_empty() {
-        true => format!("{} (no reason noted)", window.name),
-        false => format!("{} ({})", window.name, window.note),
-    };
-    let ignored: Vec<String> = ignored.map(one).collect();
-    (!ignored.is_empty()).then(|| Block::Paragraph(format!("Not used: {}.", ignored.join("; "))))
+    let (without, noted): (Vec<&Manoeuvre>, Vec<&Manoeuvre>) = ignored.partition(|window| window.note.is_empty());
+    let noted: Vec<String> = noted.iter().map(|window| format!("{} ({})", window.name, window.note)).collect();
+    let without: Vec<&str> = without.iter().map(|window| window.name.as_str()).collect();
+    let noted = (!noted.is_empty()).then(|| format!("Not used: {}.", noted.join("; ")));
+    let without = (!without.is_empty()).then(|| format!("Not used, no reason noted: {}.", without.join(", ")));
+    let sentences: Vec<String> = noted.into_iter().chain(without).collect();
+    (!sentences.is_empty()).then(|| Block::Paragraph(sentences.join(" ")))
 }
 
 /// One row per manoeuvre in use: condition, mass, wind, steadiness before the input, verdict.

@@ -133,7 +133,10 @@ impl Style {
             header: file.header,
             footer: file.footer,
             accent,
-            logo: file.logo.map(|name| logo(&name, folder).map_err(|error| format!("logo: {error}"))).transpose()?,
+            logo: file
+                .logo
+                .map(|name| Logo::open(&folder.join(name)).map_err(|error| format!("logo: {error}")))
+                .transpose()?,
             units,
             sections: file.sections.iter().map(section).collect::<Result<_, _>>()?,
             signatures: file.signatures,
@@ -154,24 +157,30 @@ impl Style {
     }
 }
 
-fn logo(name: &str, folder: &Path) -> Result<Logo, String> {
-    let path = folder.join(name);
-    let named = |error: std::io::Error| format!("{}: {error}", path.display());
-    let ending = match path.extension().and_then(|ending| ending.to_str()) {
-        Some("svg") => "svg",
-        Some("png") => "png",
-        _ => return Err(format!("{name}: give an SVG or PNG file")),
-    };
-    if std::fs::metadata(&path).map_err(named)?.len() > LARGEST_LOGO {
-        return Err(format!("{name}: larger than 4 MB"));
+impl Logo {
+    /// Reads a picture.
+    ///
+    /// # Errors
+    /// One line: the file and what is wrong with it.
+    pub fn open(path: &Path) -> Result<Self, String> {
+        let name = path.display();
+        let named = |error: std::io::Error| format!("{name}: {error}");
+        let ending = match path.extension().and_then(|ending| ending.to_str()) {
+            Some("svg") => "svg",
+            Some("png") => "png",
+            _ => return Err(format!("{name}: give an SVG or PNG file")),
+        };
+        if std::fs::metadata(path).map_err(named)?.len() > LARGEST_LOGO {
+            return Err(format!("{name}: larger than 4 MB"));
+        }
+        let bytes = std::fs::read(path).map_err(named)?;
+        let is_png = bytes.starts_with(b"\x89PNG\r\n\x1a\n");
+        let is_svg = std::str::from_utf8(&bytes).is_ok_and(|text| text.contains("<svg"));
+        if (ending == "png" && !is_png) || (ending == "svg" && !is_svg) {
+            return Err(format!("{name}: not the picture its name says"));
+        }
+        Ok(Self { ending, bytes })
     }
-    let bytes = std::fs::read(&path).map_err(named)?;
-    let is_png = bytes.starts_with(b"\x89PNG\r\n\x1a\n");
-    let is_svg = std::str::from_utf8(&bytes).is_ok_and(|text| text.contains("<svg"));
-    if (ending == "png" && !is_png) || (ending == "svg" && !is_svg) {
-        return Err(format!("{name}: not the picture its name says"));
-    }
-    Ok(Logo { ending, bytes })
 }
 
 fn in_knots_and_feet(block: &mut Block) {
