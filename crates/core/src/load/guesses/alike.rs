@@ -117,8 +117,12 @@ fn member(index: usize, candidate: &Candidate<'_>) -> Option<Member> {
     let is_sensor = |token: &str| [&SENSORS[..], &FIRST, &STANDBY].iter().any(|words| words.contains(&token));
     // `q1` is the part of a quaternion or vector, `q_ch_1` a channel.
     let is_channel = |token: &&String| ["ch", "chan", "channel"].contains(&token.as_str());
-    let words: Vec<String> =
+    let mut words: Vec<String> =
         candidate.tokens.iter().filter(|token| !is_sensor(token) && !is_channel(token)).cloned().collect();
+    // The yaw rate `r` is no right side.
+    if words.is_empty() {
+        words.extend(candidate.tokens.first().cloned());
+    }
     let is_short = words.concat().len() < 2;
     if is_short && !candidate.tokens.iter().any(|token| is_channel(&token)) && !has(&FIRST) {
         return None;
@@ -272,6 +276,8 @@ mod tests {
         ] {
             assert_eq!(channel_of(head, row, Role::PitchAngle).0.as_deref(), Some(used), "{head}");
         }
+        let rates = channel_of("R_CH_A (deg/s),R_CH_B (deg/s),R_VOTED (deg/s)", row, Role::YawRate);
+        assert_eq!(rates.0.as_deref(), Some("R_VOTED"));
         let (_, out) = channel_of("q1,q2,q3", |t| [1.0, 0.0, wave(t)], Role::PitchRate);
         assert!(out.is_empty(), "{out:?}");
     }

@@ -86,8 +86,8 @@ fn own_name<'s>(source: &'s Source, channel: &'s ChannelInfo) -> &'s str {
         return of_source.filter(|name| is_role_name(name)).or(called).or(of_source).unwrap_or(&channel.name);
     }
     // `rollrate\XCP:1`: the device follows the signal.
-    let signal = channel.name.split_once('\\').map(|(signal, _)| signal);
-    signal.filter(|signal| !signal.is_empty()).unwrap_or(&channel.name)
+    let parts = channel.name.split_once('\\').filter(|(_, device)| device.contains(':'));
+    parts.map(|(signal, _)| signal).filter(|signal| !signal.is_empty()).unwrap_or(&channel.name)
 }
 
 /// Whether a channel goes by a name.

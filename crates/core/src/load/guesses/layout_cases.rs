@@ -144,3 +144,13 @@ fn a_surface_position_beside_the_columns_is_the_deflection() {
     let found = roles.map(|role| read(&map, role).map_or("", |(name, ..)| name));
     assert_eq!(found, ["DE_SRF", "DA_SRF", "Rudder Upper"]);
 }
+
+#[test]
+fn a_device_behind_a_signal_is_no_part_of_its_name_and_a_letter_of_tex_is() {
+    let map = guess_of(r"FTI.Roll_rate\XCP:1 [deg/s],$\theta$ [deg],$\alpha$ [deg]", |now| {
+        vec![now.rates[0] * DEG, now.pitch * DEG, now.pitch * DEG]
+    });
+    let roles = [Role::RollRate, Role::PitchAngle, Role::AngleOfAttack];
+    let found = roles.map(|role| read(&map, role).map_or("", |(name, ..)| name));
+    assert_eq!(found, [r"FTI.Roll_rate\XCP:1", r"$\theta$", r"$\alpha$"]);
+}

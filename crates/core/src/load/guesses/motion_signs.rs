@@ -91,9 +91,9 @@ fn settle_down(map: &mut ManualChannelMap, probes: &[Probe]) -> bool {
 fn drop_track(map: &mut ManualChannelMap, probes: &[Probe]) {
     const SAME_RAD: f64 = 5e-3;
     let Some(row) = map.row(Role::HeadingAngle).filter(|row| row.by != By::Recorder).cloned() else { return };
-    let is_alone = [Role::BankAngle, Role::PitchAngle]
-        .iter()
-        .all(|role| map.row(*role).is_none_or(|other| other.from.source != row.from.source));
+    let is_of_source = |role: &Role| map.row(*role).is_some_and(|other| other.from.source == row.from.source);
+    let is_alone = ![Role::BankAngle, Role::PitchAngle].iter().any(is_of_source)
+        && [Role::VelocityNorth, Role::Latitude].iter().any(is_of_source);
     let apart = || {
         let track = track(map, probes)?;
         let heading = Trace::read(&row, probes)?.at(&track.time_s)?;

@@ -122,7 +122,7 @@ pub(crate) const NAMES: &[RoleNames] = &[
         "diffpressure", "diffpress", "pdiff", "pitotpressure", "pitotdiff",
     ]),
     (Role::Altitude, &[
-        "altitude", "alt", "pressurealtitude", "hp", "palt", "altp", "h", "baroalt", "altitudeasl", "altitudestd", "altstd", "zp",
+        "altitude", "alt", "pressurealtitude", "hp", "hpc", "palt", "altp", "h", "baroalt", "altitudeasl", "altitudestd", "altstd", "zp",
         "altitudesealevel", "altitudeabovesealevel", "altind", "altitudeind", "heightabovesealevel", "hbaro", "altbaro",
         "pressurealt", "pressalt", "altitudepressure", "altitudepress", "altpressure", "altpress", "altitudeqne", "altqne", "altb",
         "altitudebaro", "baroaltitude", "barometricaltitude", "altbarometric", "baroheight", "height", "altitudeabsolute",

@@ -242,6 +242,7 @@ const FILLERS: &[&str] = &[
     "vane",
     "boom",
     "srf",
+    "egi",
     "surf",
 ];
 /// Tokens that forbid unless they are part of one of these names.
