@@ -19,7 +19,7 @@ const CONTRADICTS: f64 = 0.4;
 /// A state rests below this deviation, rad or rad/s.
 const RESTS: f64 = 1e-5;
 /// Delays of a deflection that are tried, s: one that is recorded late or early shows the reverse of its sign as it stands.
-const DELAYS_S: [f64; 13] = [0.0, 0.05, -0.05, 0.1, -0.1, 0.15, -0.15, 0.2, -0.2, 0.25, -0.25, 0.3, -0.3];
+const DELAYS_S: [f64; 12] = [0.05, -0.05, 0.1, -0.1, 0.15, -0.15, 0.2, -0.2, 0.25, -0.25, 0.3, -0.3];
 /// Part of the variance that it must explain with a delay beyond what it explains as recorded.
 const OF_DELAY: f64 = 0.1;
 /// A surface is that of another axis when it explains this part there, and this much more than on its own.
@@ -118,20 +118,16 @@ impl Response {
         self.cause == role || self.effect == role
     }
 
-    /// Signs over all segments in which the cause moves, a deflection at the delay at which it explains clearly more; `None` where no
-    /// segment shows one.
+    /// Signs over all segments in which the cause moves; `None` where no segment shows one. A deflection that seems reversed and explains
+    /// clearly more with a delay, by the sign of the conventions, is late and not reversed.
     pub(super) fn compare(&self, motion: &Motion) -> Option<Sign> {
-        let recorded = self.compare_at(motion, 0.0);
-        if !self.is_rate {
-            return recorded;
+        let recorded = self.compare_at(motion, 0.0)?;
+        if !self.is_rate || recorded.is_of_another || recorded.agrees() != Some(false) {
+            return Some(recorded);
         }
         let delayed = DELAYS_S.iter().filter_map(|&delay_s| self.compare_at(motion, delay_s));
-        let delayed = delayed.max_by(|one, other| one.share.total_cmp(&other.share))?;
-        match recorded {
-            Some(recorded) if delayed.share <= recorded.share + OF_DELAY => Some(recorded),
-            None if delayed.share <= CONTRADICTS => None,
-            _ => Some(delayed),
-        }
+        let delayed = delayed.max_by(|one, other| one.share.total_cmp(&other.share));
+        Some(delayed.filter(|one| one.gain < 0.0 && one.share > recorded.share + OF_DELAY).unwrap_or(recorded))
     }
 
     /// The same with the cause `delay_s` earlier than it was recorded.

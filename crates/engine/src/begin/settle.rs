@@ -6,22 +6,25 @@ use doublet_core::quantity::Role;
 
 use super::{apply_fix, compare, plan_by_hand};
 use crate::session::{Level, Surface};
+use crate::stage::FlightPhysics;
 
-/// A guess with other sensors of the same quantities in the place of those that the other channels contradict, where this leaves fewer
+/// A guess with other sensors of the same quantities instead of those that the other channels contradict, where this leaves fewer
 /// contradictions. The channel that a recorder defines stays.
 pub(super) fn take_other_sensors(probes: &[Probe], guess: ManualChannelMap) -> ManualChannelMap {
     let mut taken = guess;
     for _ in 0..PASSES {
-        let others: Vec<(Role, ChannelName)> = taken
+        let mut others: Vec<(Role, ChannelName)> = taken
             .rows
             .iter()
             .filter(|(_, row)| matches!(row.by, By::Name | By::Axes) && row.other_side.is_none())
             .filter_map(|(role, _)| Some((*role, taken.runner_up(*role)?.from.clone())))
             .collect();
-        let now = if others.is_empty() { 0 } else { weigh_contradictions(probes, &taken) };
-        if now == 0 {
+        if others.is_empty() {
             break;
         }
+        let Ok(physics) = plan_by_hand(probes, &taken).and_then(|plan| compare(&plan)) else { break };
+        let now = weigh(&physics);
+        others.retain(|(role, _)| physics.contradictions().any(|row| row.channel == role.name()));
         let with_other = |(role, from): (Role, ChannelName)| {
             let next = with_sensor(probes, &taken, role, from)?;
             Some((weigh_contradictions(probes, &next), next))
@@ -58,10 +61,14 @@ fn with_sensor(probes: &[Probe], map: &ManualChannelMap, role: Role, from: Chann
 
 /// How much the channels of a map contradict each other; much more than anything where it cannot be read.
 fn weigh_contradictions(probes: &[Probe], map: &ManualChannelMap) -> usize {
-    const OF_BAD: usize = 3;
-    let weight = |level: Level| if level == Level::Bad { OF_BAD } else { 1 };
     let physics = plan_by_hand(probes, map).and_then(|plan| compare(&plan));
-    physics.map_or(usize::MAX, |physics| physics.contradictions().map(|row| weight(row.level)).sum())
+    physics.map_or(usize::MAX, |physics| weigh(&physics))
+}
+
+/// How much channels contradict each other.
+fn weigh(physics: &FlightPhysics) -> usize {
+    const OF_BAD: usize = 3;
+    physics.contradictions().map(|row| if row.level == Level::Bad { OF_BAD } else { 1 }).sum()
 }
 
 /// A guess with the units and signs that the motion shows. Where a channel states no unit and the others contradict the one it was taken

@@ -169,6 +169,8 @@ fn sign_of_a_control_is_found_beside_its_delay() {
     // A quarter of the quicker period is 0.14 s.
     for delay_s in [-0.25, -0.1, 0.0, 0.1, 0.25] {
         assert_eq!(mistakes(&pitched_late(0.05, 1.0, 3.5, delay_s)), Vec::<String>::new(), "{delay_s} s");
+    }
+    for delay_s in [-0.1, 0.0, 0.1] {
         assert_eq!(mistakes(&pitched_late(0.05, -1.0, 3.5, delay_s)), ["delta_e: sign reversed"], "{delay_s} s");
     }
 }
