@@ -159,14 +159,14 @@ fn scatter(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, index: usize)
     } else {
         return None;
     };
-    // An estimate that is poorly determined is marked as such, and its error holds the scatter: it is no worse for it.
-    let level = if is_determined(fit, index) { level } else { Level::Caution };
     let level = level.min(left_out(evidence, fit, index).unwrap_or(level));
     // The window furthest from the pooled estimate by its own error: what it says is what the pooled estimate hides.
     let pooled = estimate.estimates[index];
     let apart = |single: &Single<'_>| ((single.estimate - pooled) / single.error).abs();
     let worst = singles.iter().max_by(|a, b| apart(a).total_cmp(&apart(b)))?;
     let error = fit.corrected_errors.get(index).copied().unwrap_or(f64::NAN);
+    // A poorly determined estimate is marked as such: it is no worse for a manoeuvre that is less certain than all together.
+    let level = if is_determined(fit, index) || worst.error < error { level } else { Level::Caution };
     let text = format!(
         "Manoeuvres disagree: '{}' gives {}, all together {}; scatter {q:.1} times the standard errors (limit {limit:.0}).",
         worst.window,
