@@ -129,7 +129,7 @@ fn member(index: usize, candidate: &Candidate<'_>) -> Option<Member> {
     }
     let (joined, inner) = (words.concat(), essence(&words));
     let is_name = |name: &&str| *name == joined || *name == inner || (name.len() > 2 && end_on(&words, name));
-    let is_role = NAMES.iter().any(|(role, names)| ROLES.contains(role) && names.iter().any(|name| is_name(name)));
+    let is_role = NAMES.iter().any(|(role, names)| ROLES.contains(role) && names.iter().any(&is_name));
     is_role.then(|| Member { index, words, is_first: has(&FIRST), is_standby: has(&STANDBY) })
 }
 
