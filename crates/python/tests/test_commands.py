@@ -55,6 +55,8 @@ EXAMPLES = {
     "design": lambda s, f: db.commands.design(s, kind="3-2-1-1", rounds=0, samples=2, limit={"n_z": (0.2, 2.0)}),
     "campaign": lambda s, f: db.commands.campaign("builtin:c337f"),
     "weigh": lambda s, f: db.commands.weigh(f / "weighing.toml"),
+    "swing": lambda s, f: db.commands.swing(f / "swing.toml"),
+    "static_thrust": lambda s, f: db.commands.static_thrust(f / "thrust.toml"),
     "debrief": lambda s, f: db.commands.debrief(f / "no_design"),
     "enough": lambda s, f: db.commands.enough(s, goal={"Cm_q": 0.5}),
     "propagate": lambda s, f: db.commands.propagate(s, "-Cm_alpha/CZ_alpha", samples=100),
@@ -76,7 +78,15 @@ EXAMPLES = {
     "man": lambda s, f: db.commands.man(out=f / "man"),
 }
 #: What an example says whose file does not exist; the library of an FMU is not in the wheel.
-REFUSED = {"weigh": "weighing.toml", "debrief": "no_design", "fmu": "doublet-fmu", "qtg": "none.toml", "fidelity": "none"}
+REFUSED = {
+    "weigh": "weighing.toml",
+    "swing": "swing.toml",
+    "static_thrust": "thrust.toml",
+    "debrief": "no_design",
+    "fmu": "doublet-fmu",
+    "qtg": "none.toml",
+    "fidelity": "none",
+}
 
 
 def columns():
