@@ -15,7 +15,7 @@ use crate::panels::{Panel, PanelContext, caption, choices, text_field};
 use crate::ui_state::{HouseStyle, ReportChoice};
 
 /// Width of the list of sections: that of its longest title.
-const SECTIONS_WIDTH: f32 = 332.0;
+const SECTIONS_WIDTH: f32 = 344.0;
 /// Colour of headings unless another is chosen.
 const USUAL_ACCENT: [u8; 3] = [0x00, 0x68, 0xb4];
 /// Width and height of the name of a flight, and of the fields for its day and crew.
