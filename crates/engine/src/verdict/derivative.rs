@@ -51,7 +51,7 @@ pub(super) fn findings(
             findings.extend(reversed_control(evidence, &at, fit, name));
             findings.extend(scatter(evidence, &at, fit, index));
             findings.extend(weigh::findings(evidence, fit, index));
-            // What a wrong dynamic pressure changes is not known of any derivative.
+            // Where no fit with the corrected channel was formed, its effect is not known for any derivative.
             let of_channels = made_of::contradicted(&at, evidence, fit);
             findings.extend(of_channels.map(|finding| Finding { level: Level::Caution, ..finding }));
         }
