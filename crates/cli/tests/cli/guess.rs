@@ -185,11 +185,11 @@ fn names_file_beside_recording_or_session_gives_roles_and_is_listed() {
 fn role_has_its_confidence_and_the_channel_that_would_take_its_place() {
     let folder = tempfile::tempdir().unwrap();
     let rows: String = (0..500).map(|k| format!("{},{},{},{}\n", 0.02 * f64::from(k), k % 50, k % 9, k % 7)).collect();
-    let path = written(folder.path(), &format!("time [s],Pitch [deg],nose_pitch [deg],pitch_rate\n{rows}"));
+    let path = written(folder.path(), &format!("time [s],Pitch [deg],pod_pitch [deg],pitch_rate\n{rows}"));
     let printed: serde_json::Value = serde_json::from_str(&run_doublet(&["map", &path, "--json"]).0).unwrap();
     let row = |role: &str| printed["roles"].as_array().unwrap().iter().find(|row| row["role"] == role).unwrap().clone();
     let (theta, q) = (row("theta"), row("q"));
-    assert_eq!((&theta["channel"], &theta["runner_up"]["channel"]), (&"Pitch".into(), &"nose_pitch".into()));
+    assert_eq!((&theta["channel"], &theta["runner_up"]["channel"]), (&"Pitch".into(), &"pod_pitch".into()));
     assert!(theta["runner_up"]["reason"].as_str().unwrap().starts_with("only the end of the name fits"), "{theta}");
     assert_eq!(q["runner_up"], serde_json::Value::Null);
     // A unit that nothing states costs confidence.
