@@ -95,7 +95,10 @@ pub(super) fn settle_by_motion(probes: &[Probe], guess: ManualChannelMap) -> Man
             ChannelFix::Scale { role, units: Some(_), factor, offset }
                 if *factor > 0.0 && *offset == 0.0 && is_open(&map, *role) =>
             {
-                apply_fix(&map, change, probes)
+                // A factor that is no other unit of the row stays a contradiction.
+                let scale = |map: &ManualChannelMap| map.row(*role).map(|row| row.scale);
+                let fixed = apply_fix(&map, change, probes);
+                if scale(&fixed) == scale(&map) { fixed } else { map }
             }
             ChannelFix::Scale { role, units: None, factor, offset }
                 if (*factor, *offset, level) == (-1.0, 0.0, Level::Bad)

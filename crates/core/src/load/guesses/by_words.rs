@@ -2,6 +2,7 @@
 
 use crate::load::guesses::candidates::{Candidate, LEFT, RIGHT, best, row};
 use crate::load::guesses::guess_frames::is_track;
+use crate::load::guesses::other_quantities::is_other_quantity;
 use crate::load::guesses::vectors;
 use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap, NameFit, OtherSide};
 use crate::load::names::foreign_names::{FOREIGN_AILERON, FOREIGN_NAMES, FRENCH_CONTROLS, NEEDS, Need, ends_on};
@@ -22,16 +23,21 @@ impl NameFit {
         }
     }
 
-    /// Whether a channel goes by a name so.
-    fn fits(self, candidate: &Candidate<'_>, name: &str) -> bool {
+    /// Whether a channel goes by a name of a role so.
+    fn fits(self, candidate: &Candidate<'_>, name: &str, role: Role) -> bool {
         let is_long = || name.len() > 2 && !WHOLE.contains(&name) && !is_other_side(&candidate.plain, name);
+        let is_other = || is_other_quantity(role, &candidate.tokens, name);
         match self {
             Self::Whole => candidate.plain == name,
             Self::Foreign => candidate.words == name,
-            Self::Essence => candidate.essence == name,
-            Self::Leaf => candidate.leaf == name && !["x", "y", "z", "u", "v", "w"].contains(&name),
-            Self::End => is_long() && end_on(&candidate.tokens, name) && !is_other_quantity(&candidate.tokens, name),
-            Self::Begin => is_long() && (begins_on(&candidate.tokens, name) || begins_on(find_leaf(candidate), name)),
+            Self::Essence => candidate.essence == name && !is_other(),
+            Self::Leaf => candidate.leaf == name && !["x", "y", "z", "u", "v", "w"].contains(&name) && !is_other(),
+            Self::End => is_long() && end_on(&candidate.tokens, name) && !is_other(),
+            Self::Begin => {
+                is_long()
+                    && (begins_on(&candidate.tokens, name) || begins_on(find_leaf(candidate), name))
+                    && !is_other()
+            }
             Self::ForeignEnd => ends_on(&candidate.words, name) && !is_other_side(&candidate.plain, name),
         }
     }
@@ -48,6 +54,29 @@ pub(crate) fn add_names(map: &mut ManualChannelMap, candidates: &[Candidate<'_>]
             if let Some(index) = named(fit, role, map, candidates, taken) {
                 give(role, (index, fit), map, candidates, taken);
             }
+        }
+    }
+}
+
+/// Gives the rates that are still open the channels that go by the names of angles and state the unit of a rate: `roll [deg/s]`.
+pub(crate) fn add_rates_in_their_unit(
+    map: &mut ManualChannelMap,
+    candidates: &[Candidate<'_>],
+    taken: &mut Vec<usize>,
+) {
+    const RATES: [(Role, Role); 3] =
+        [(Role::RollRate, Role::BankAngle), (Role::PitchRate, Role::PitchAngle), (Role::YawRate, Role::HeadingAngle)];
+    for (rate, angle) in RATES {
+        let is_rate = |candidate: &Candidate<'_>| candidate.unit.is_some_and(|unit| unit.dimension == rate.dimension());
+        let named = |fit: NameFit| {
+            let (_, names) = fit.names().iter().find(|(role, _)| *role == angle)?;
+            let goes_by = |candidate: &Candidate<'_>, name: &str| is_rate(candidate) && fit.fits(candidate, name, rate);
+            Some((best(candidates, taken, rate, names, &goes_by)?, fit))
+        };
+        if map.row(rate).is_none()
+            && let Some(found) = NameFit::ALL.into_iter().find_map(named)
+        {
+            give(rate, found, map, candidates, taken);
         }
     }
 }
@@ -80,6 +109,11 @@ pub(crate) fn add_impact_pressure(map: &mut ManualChannelMap, candidates: &[Cand
     if map.row(role).is_some() || speeds.iter().any(|speed| map.row(*speed).is_some()) {
         return;
     }
+    give_named(role, map, candidates, taken);
+}
+
+/// Gives a role the best channel, but for those taken, of all fits of names.
+pub(crate) fn give_named(role: Role, map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &mut Vec<usize>) {
     if let Some(found) = named_by_any(role, map, candidates, taken) {
         give(role, found, map, candidates, taken);
     }
@@ -158,7 +192,7 @@ fn named(
 ) -> Option<usize> {
     let (_, names) = fit.names().iter().find(|(other, _)| *other == role)?;
     let goes_by = |candidate: &Candidate<'_>, name: &str| {
-        fit.fits(candidate, name)
+        fit.fits(candidate, name, role)
             && !(role == Role::HeadingAngle && is_track(&candidate.plain))
             && has_one_reading((name, role), candidate, map, candidates)
             && vectors::has_brothers(name, role, candidate, candidates)
@@ -206,7 +240,7 @@ pub(crate) fn take_vectors_from_one_source(
 pub(crate) fn goes_by_whole_name(candidate: &Candidate<'_>, role: Role) -> bool {
     [NameFit::Whole, NameFit::Foreign, NameFit::Essence].into_iter().any(|fit| {
         let mut of_role = fit.names().iter().filter(|(other, _)| *other == role).flat_map(|(_, names)| *names);
-        of_role.any(|name| NEEDS.iter().all(|(known, _)| known != name) && fit.fits(candidate, name))
+        of_role.any(|name| NEEDS.iter().all(|(known, _)| known != name) && fit.fits(candidate, name, role))
     })
 }
 
@@ -221,10 +255,11 @@ pub(crate) fn names_sensor_of(candidate: &Candidate<'_>, role: Role) -> bool {
 }
 
 /// Tokens behind a name that say where it was measured, not what.
-const QUALIFIERS: [&str; 40] = [
+const QUALIFIERS: [&str; 52] = [
     "l", "r", "lh", "rh", "left", "right", "1", "2", "3", "01", "02", "03", "main", "primary", "pri", "avg", "mean",
     "average", "true", "att", "nb", "boom", "vane", "probe", "body", "cg", "gps", "imu", "ins", "ahrs", "adc", "air",
-    "filt", "filtered", "meas", "measured", "sensor", "pos", "upper", "lower",
+    "filt", "filtered", "meas", "measured", "sensor", "pos", "upper", "lower", "fused", "kf", "ekf", "cf", "mahony",
+    "hat", "bmp", "bme", "ms", "5611", "180", "280",
 ];
 
 /// Tokens of the last part of a name that is a path; none where it is no path.
@@ -239,33 +274,6 @@ fn begins_on(tokens: &[String], name: &str) -> bool {
     (1..tokens.len()).any(|end| {
         tokens[..end].concat() == name && tokens[end..].iter().all(|token| QUALIFIERS.contains(&token.as_str()))
     })
-}
-
-/// Tokens before a name that make another quantity of it.
-const OTHER_QUANTITIES: [&str; 15] = [
-    "engine",
-    "equivalent",
-    "prop",
-    "propeller",
-    "rotor",
-    "servo",
-    "gear",
-    "trim",
-    "tail",
-    "nose",
-    "fuel",
-    "surface",
-    "skin",
-    "cabin",
-    "density",
-];
-
-/// Whether the tokens before `name`, on which a channel's name ends, make another quantity of it.
-fn is_other_quantity(tokens: &[String], name: &str) -> bool {
-    let from = (0..tokens.len()).find(|from| tokens[*from..].concat() == name).unwrap_or(0);
-    let has_own =
-        |token: &str| name.contains(token) || ["rpm", "power", "thrust"].iter().any(|engine| name.contains(engine));
-    tokens[..from].iter().any(|token| OTHER_QUANTITIES.contains(&token.as_str()) && !has_own(token))
 }
 
 /// Whether a channel's name says a side and `name`, of ailerons, which it ends on, does not: one of a pair is not their common deflection.
@@ -300,5 +308,9 @@ fn has_one_reading(
         Need::UnitUnless(other, names) => role == other || has_unit || is_beside(names),
         Need::Accent => !candidate.channel.name.is_ascii(),
         Need::UnitOrBeside(names) => has_unit || is_beside(names),
+        Need::ByRole(needs) => needs
+            .iter()
+            .find(|(other, _)| *other == role)
+            .is_some_and(|(_, names)| names.iter().all(|name| candidates.iter().any(|other| other.words == *name))),
     }
 }

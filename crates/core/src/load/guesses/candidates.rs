@@ -18,6 +18,7 @@ const LARGEST_RATE_RAD_S: f64 = 3.5;
 const NOT_MEASURED: &[&str] = &["setpoint", "localpositionax", "localpositionay", "localpositionaz"];
 
 /// A channel that may play a role.
+#[derive(Clone)]
 pub(crate) struct Candidate<'p> {
     pub from: ChannelName,
     /// Letters and digits of its name without a unit, small and without accents.

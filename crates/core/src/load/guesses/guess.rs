@@ -9,7 +9,8 @@ use crate::load::file::stem;
 use crate::load::guesses::alike;
 use crate::load::guesses::by_physics;
 use crate::load::guesses::by_words::{
-    add_impact_pressure, add_names, add_total_pressure, leave_out_signals, take_vectors_from_one_source,
+    add_impact_pressure, add_names, add_rates_in_their_unit, add_total_pressure, give_named, leave_out_signals,
+    take_vectors_from_one_source,
 };
 use crate::load::guesses::candidates::{Candidate, best, candidates, row};
 use crate::load::guesses::guess_frames;
@@ -66,6 +67,7 @@ pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
     alike::keep_the_best(&mut map, &mut candidates);
     let mut taken: Vec<usize> = Vec::new();
     add_names(&mut map, &candidates, &mut taken);
+    add_rates_in_their_unit(&mut map, &candidates, &mut taken);
     take_vectors_from_one_source(&mut map, &candidates, &mut taken);
     add_other_sides(&mut map, &candidates, &mut taken);
     add_impact_pressure(&mut map, &candidates, &mut taken);
@@ -87,6 +89,7 @@ pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
     guess_frames::scale_fixes(&mut map, probes);
     ranges::settle(&mut map, probes);
     refine_forces(&mut map, probes);
+    take_other_forces(&mut map, &free, probes);
     guess_frames::turn_axes_up(&mut map);
     guess_frames::exchange_local_axes(&mut map);
     increments::add_increments(&mut map, probes);
@@ -311,6 +314,23 @@ fn refine_forces(map: &mut ManualChannelMap, probes: &[Probe]) {
             };
         }
     }
+}
+
+/// Takes the specific force from other channels where those that were named first hold no gravity and are left out.
+fn take_other_forces(map: &mut ManualChannelMap, free: &[Candidate<'_>], probes: &[Probe]) {
+    let axes = [Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ];
+    if map.left_out.is_empty() || axes.iter().any(|role| map.row(*role).is_some()) {
+        return;
+    }
+    let is_left_out = |one: &Candidate<'_>| map.left_out.iter().any(|(from, _)| *from == one.from);
+    let others: Vec<Candidate<'_>> = free.iter().filter(|one| !is_left_out(one)).cloned().collect();
+    let mut taken = Vec::new();
+    for role in axes {
+        give_named(role, map, &others, &mut taken);
+    }
+    vectors::add_vectors(map, &others);
+    ranges::settle_forces(map, probes);
+    refine_forces(map, probes);
 }
 
 /// Position down of an altitude where nothing else gives it; of fixes where there are latitude and longitude of one clock and no position. An

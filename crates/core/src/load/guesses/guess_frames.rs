@@ -26,7 +26,7 @@ const DEGREES_OF_A_TURN: f64 = 360.0;
 const FIX_DEG: f64 = 1e-7;
 /// Names of ground speed and of the direction of flight over the ground.
 const GROUND_SPEEDS: [&str; 8] = ["groundspeed", "gs", "gndspd", "gspd", "speedoverground", "sog", "spd", "gpsspeed"];
-const TRACKS: [&str; 14] = [
+const TRACKS: [&str; 16] = [
     "track",
     "trk",
     "groundtrack",
@@ -38,6 +38,8 @@ const TRACKS: [&str; 14] = [
     "courseoverground",
     "gpsheading",
     "headinggps",
+    "headmot",
+    "crs",
     "gpscourse",
     "gpstrack",
     "headingofmotion",

@@ -20,6 +20,7 @@ pub(crate) mod motion_axes;
 pub(crate) mod motion_ground;
 pub(crate) mod motion_signs;
 pub(crate) mod motion_units;
+pub(crate) mod other_quantities;
 pub(crate) mod other_units;
 pub(crate) mod pairs;
 pub(crate) mod physics;
@@ -30,3 +31,5 @@ pub(crate) mod slopes;
 pub(crate) mod trace;
 pub(crate) mod user_names;
 pub(crate) mod vectors;
+#[cfg(test)]
+mod word_cases;

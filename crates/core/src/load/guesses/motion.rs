@@ -193,11 +193,42 @@ pub(crate) fn speed(map: &ManualChannelMap, probes: &[Probe]) -> Option<f64> {
         values.retain(|value| value.is_finite());
         median(&mut values)
     };
-    middle(Role::TrueAirspeed).or_else(|| middle(Role::CalibratedAirspeed)).or_else(|| {
-        let north = Trace::for_role(map, Role::VelocityNorth, probes)?;
-        let east = Trace::for_role(map, Role::VelocityEast, probes)?.at(&north.time_s)?;
-        let mut all: Vec<f64> = north.values.iter().zip(&east.values).map(|(n, e)| n.hypot(*e)).collect();
+    let over_earth = || {
+        let mut all = ground_speed(map, probes, false)?.values;
         all.retain(|value| value.is_finite());
         median(&mut all)
-    })
+    };
+    middle(Role::TrueAirspeed).or_else(|| middle(Role::CalibratedAirspeed)).or_else(over_earth)
+}
+
+/// Speed over the Earth, of velocities, whose unit is known where it must be, or of places.
+pub(crate) fn ground_speed(map: &ManualChannelMap, probes: &[Probe], must_be_known: bool) -> Option<Trace> {
+    let known = |role: Role| {
+        let row = map.row(role).filter(|row| !must_be_known || !row.is_unit_open(probes))?;
+        Trace::read(row, probes)
+    };
+    if let (Some(north), Some(east)) = (known(Role::VelocityNorth), known(Role::VelocityEast)) {
+        let east = east.at(&north.time_s)?;
+        let values = north.values.iter().zip(&east.values).map(|(north, east)| north.hypot(*east)).collect();
+        return Some(Trace { values, ..north });
+    }
+    way_of(&places(map, probes)?)
+}
+
+/// Speed along the way of a place north and east over two seconds.
+pub(crate) fn way_of([north, east]: &[Trace; 2]) -> Option<Trace> {
+    let span_s = north.time_s.last()? - north.time_s.first()?;
+    let count = north.values.len();
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "positive, at most the count of samples"
+    )]
+    let lag = ((2.0 * count as f64 / span_s).round() as usize).max(1);
+    let speed = |k: usize| {
+        let way = (north.values[k + lag] - north.values[k]).hypot(east.values[k + lag] - east.values[k]);
+        way / (north.time_s[k + lag] - north.time_s[k])
+    };
+    let values: Vec<f64> = (0..count.checked_sub(lag)?).map(speed).collect();
+    Some(Trace { time_s: north.time_s[..values.len()].to_vec(), values })
 }

@@ -3,7 +3,7 @@
 
 use crate::atmos::{Atmosphere, STANDARD_GRAVITY_M_S2};
 use crate::load::contents::Probe;
-use crate::load::guesses::motion::{change_correlation, height, places, slope_of, turning};
+use crate::load::guesses::motion::{change_correlation, ground_speed, height, places, slope_of, turning, way_of};
 use crate::load::guesses::trace::Trace;
 use crate::load::maps::by_hand::{ManualChannel, ManualChannelMap};
 use crate::quantity::{Role, Unit};
@@ -28,6 +28,7 @@ pub(crate) fn settle(map: &mut ManualChannelMap, probes: &[Probe]) {
     settle_heights(map, probes);
     settle_climb(map, probes);
     settle_velocity(map, probes);
+    settle_speed_by_mach(map, probes);
     settle_speeds(map, probes);
     settle_angles(map, probes);
     settle_rates(map, probes);
@@ -217,6 +218,30 @@ fn settle_velocity(map: &mut ManualChannelMap, probes: &[Probe]) {
     }
 }
 
+/// The true airspeed by the Mach number: their ratio is the speed of sound.
+fn settle_speed_by_mach(map: &mut ManualChannelMap, probes: &[Probe]) {
+    /// Speeds of sound from 11 km to a hot day, m/s.
+    const SOUND_M_S: [f64; 2] = [285.0, 360.0];
+    const LEAST_MACH: f64 = 0.1;
+    let Some(row) = map.row(Role::TrueAirspeed).filter(|row| row.is_unit_open(probes)).cloned() else { return };
+    let sound = || {
+        let mach = Trace::for_role(map, Role::Mach, probes)?;
+        let air = Trace::read(&row, probes)?.at(&mach.time_s)?;
+        let pairs = mach.values.iter().zip(&air.values).filter(|(mach, _)| **mach > LEAST_MACH);
+        median(&mut pairs.map(|(mach, air)| air / mach).filter(|ratio| ratio.is_finite()).collect::<Vec<_>>())
+    };
+    let (Some(sound), Some(read)) = (sound(), row.unit) else { return };
+    let is_sound = |unit: &Unit| {
+        let speed = sound * unit.scale / read.scale;
+        (SOUND_M_S[0]..SOUND_M_S[1]).contains(&speed)
+    };
+    let mut fitting =
+        ["m/s", "kt", "ft/s", "km/h"].iter().filter_map(|symbol| Unit::parse(symbol).ok()).filter(is_sound);
+    if let (Some(unit), None) = (fitting.next(), fitting.next()) {
+        give(map, Role::TrueAirspeed, unit);
+    }
+}
+
 /// Airspeeds by the speed over the Earth, which the wind leaves within a part.
 fn settle_speeds(map: &mut ManualChannelMap, probes: &[Probe]) {
     /// Greatest height at which an indicated airspeed is near the true one, m.
@@ -257,38 +282,6 @@ fn turn_speed(map: &ManualChannelMap, probes: &[Probe]) -> Option<f64> {
     (correlation.abs() > CORRELATION && slope != 0.0)
         .then(|| STANDARD_GRAVITY_M_S2 / slope.abs())
         .filter(|speed| *speed > 5.0)
-}
-
-/// Speed over the Earth, of velocities, whose unit is known where it must be, or of places.
-pub(crate) fn ground_speed(map: &ManualChannelMap, probes: &[Probe], must_be_known: bool) -> Option<Trace> {
-    let known = |role: Role| {
-        let row = map.row(role).filter(|row| !must_be_known || !row.is_unit_open(probes))?;
-        Trace::read(row, probes)
-    };
-    if let (Some(north), Some(east)) = (known(Role::VelocityNorth), known(Role::VelocityEast)) {
-        let east = east.at(&north.time_s)?;
-        let values = north.values.iter().zip(&east.values).map(|(north, east)| north.hypot(*east)).collect();
-        return Some(Trace { values, ..north });
-    }
-    way_of(&places(map, probes)?)
-}
-
-/// Speed along the way of a place north and east over two seconds.
-fn way_of([north, east]: &[Trace; 2]) -> Option<Trace> {
-    let span_s = north.time_s.last()? - north.time_s.first()?;
-    let count = north.values.len();
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "positive, at most the count of samples"
-    )]
-    let lag = ((2.0 * count as f64 / span_s).round() as usize).max(1);
-    let speed = |k: usize| {
-        let way = (north.values[k + lag] - north.values[k]).hypot(east.values[k + lag] - east.values[k]);
-        way / (north.time_s[k + lag] - north.time_s[k])
-    };
-    let values: Vec<f64> = (0..count.checked_sub(lag)?).map(speed).collect();
-    Some(Trace { time_s: north.time_s[..values.len()].to_vec(), values })
 }
 
 const ANGLES: [Role; 3] = [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle];

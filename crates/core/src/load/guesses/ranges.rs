@@ -1,5 +1,7 @@
 //! Units that the size of values decides where none is stated: what gravity, the air, a turn and the Earth allow.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use crate::load::contents::Probe;
 use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap};
 use crate::load::names::words::plain_letters;
@@ -15,10 +17,11 @@ const FLOWN_RATIO: f64 = 1.8;
 /// Least part of the specific force that is along z in the median.
 const LEAST_ALONG: f64 = 0.5;
 /// Static pressures from sea level to 11 km, in units of which none can be taken for another.
-const PRESSURES: [(&str, [f64; 2]); 5] = [
+const PRESSURES: [(&str, [f64; 2]); 6] = [
     ("Pa", [20_000.0, 110_000.0]),
     ("hPa", [220.0, 1100.0]),
     ("kPa", [34.0, 110.0]),
+    ("psi", [3.2, 14.9]),
     ("inHg", [15.0, 32.5]),
     ("psf", [1150.0, 2300.0]),
 ];
@@ -34,6 +37,7 @@ pub(crate) const EARTH_M: f64 = 6.371e6;
 /// Settles the units of a guess that the size of its values decides, and leaves out accelerations without gravity.
 pub(crate) fn settle(map: &mut ManualChannelMap, probes: &[Probe]) {
     settle_attitude(map, probes);
+    exchange_load_factors(map, probes);
     settle_forces(map, probes);
     settle_pressure(map, probes);
     settle_fixes(map, probes);
@@ -41,6 +45,30 @@ pub(crate) fn settle(map: &mut ManualChannelMap, probes: &[Probe]) {
     settle_flow_angles(map, probes);
     settle_flight_level(map, probes);
     drop_per_cent(map, probes);
+    drop_parts(map, probes);
+}
+
+/// Axes whose y is up call the load factor along it `Ny`: of the two the one near one g is the normal load factor.
+fn exchange_load_factors(map: &mut ManualChannelMap, probes: &[Probe]) {
+    let [side, normal] = [Role::SpecificForceY, Role::SpecificForceZ].map(|role| map.row(role).cloned());
+    let Some(side) = side.filter(|row| plain_letters(&row.from.channel).ends_with("ny")) else { return };
+    let is_near_one =
+        |row: &ManualChannel| median(&mut columns_of(row, probes)).is_some_and(|middle| (0.7..1.3).contains(&middle));
+    if is_near_one(&side) && !normal.as_ref().is_some_and(is_near_one) {
+        map.set(Role::SpecificForceZ, Some(side));
+        map.set(Role::SpecificForceY, normal);
+    }
+}
+
+/// Leaves out thrust and power without a unit that stay between zero and one: they are parts of the full one.
+fn drop_parts(map: &mut ManualChannelMap, probes: &[Probe]) {
+    for role in [Role::Thrust1, Role::Thrust2, Role::Power1, Role::Power2] {
+        let Some(row) = map.row(role).filter(|row| row.is_unit_open(probes)) else { continue };
+        let is_part = recorded_extent(row, probes).is_some_and(|[least, most]| least >= 0.0 && most <= 1.0);
+        if is_part && row.by == By::Name {
+            leave_out(map, role, "between 0 and 1: a part of the full one");
+        }
+    }
 }
 
 /// Leaves out engine speeds in rpm below those of any engine: they are per cent of its largest speed.
@@ -76,7 +104,14 @@ fn settle_attitude(map: &mut ManualChannelMap, probes: &[Probe]) {
     let largest = |role: Role| {
         map.row(role).and_then(|row| recorded_extent(row, probes)).map_or(0.0, |[least, most]| most.max(-least))
     };
-    if largest(Role::HeadingAngle) > TURN_RAD && largest(Role::PitchAngle) <= 90.0 {
+    // A compass shows degrees beside attitudes in radians.
+    let is_of_attitude = map.row(Role::HeadingAngle).is_some_and(|row| {
+        let name = plain_letters(&row.from.channel);
+        ["yaw", "psi"].iter().any(|own| name.contains(own))
+    });
+    let exceeds = largest(Role::BankAngle) > 1.01 * PI || largest(Role::PitchAngle) > 1.01 * FRAC_PI_2;
+    let is_degrees = largest(Role::HeadingAngle) > TURN_RAD && (is_of_attitude || exceeds);
+    if is_degrees && largest(Role::PitchAngle) <= 90.0 {
         give(map, probes, &roles, "deg");
     } else if let Some((symbol, source)) = stated {
         let of_source: Vec<Role> =
@@ -92,7 +127,7 @@ fn recorded_extent(row: &ManualChannel, probes: &[Probe]) -> Option<[f64; 2]> {
 
 /// The unit of specific forces is that in which their median size is one g; where their unit is not stated and no gravity is in them they
 /// are left out.
-fn settle_forces(map: &mut ManualChannelMap, probes: &[Probe]) {
+pub(crate) fn settle_forces(map: &mut ManualChannelMap, probes: &[Probe]) {
     let roles = [Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ];
     let rows: Vec<&ManualChannel> = roles.iter().filter_map(|role| map.row(*role)).collect();
     let (Some(down), true) = (map.row(Role::SpecificForceZ), rows.iter().any(|row| row.is_unit_open(probes))) else {
@@ -190,7 +225,9 @@ fn settle_pressure(map: &mut ManualChannelMap, probes: &[Probe]) {
         return;
     }
     let mut fitting = PRESSURES.iter().filter(|(_, [low, high])| least >= *low && most <= *high).peekable();
-    if fitting.peek().is_none() && ["pressure", "press"].contains(&plain_letters(&row.from.channel).as_str()) {
+    let middle = median(&mut columns_of(&row, probes)).unwrap_or(0.0);
+    let is_of_air = PRESSURES.iter().any(|(_, [low, high])| (*low..=*high).contains(&middle));
+    if !is_of_air {
         leave_out(map, Role::StaticPressure, "not a pressure of the atmosphere");
         return;
     }
@@ -232,7 +269,7 @@ fn settle_fixes(map: &mut ManualChannelMap, probes: &[Probe]) {
     let most = |[least, most]: [f64; 2]| most.max(-least);
     if latitude.scale != 1.0 || longitude.scale != 1.0 {
         give(map, probes, &roles, "deg");
-    } else if most(one) > std::f64::consts::FRAC_PI_2 || most(other) > std::f64::consts::PI {
+    } else if most(one) > FRAC_PI_2 || most(other) > PI {
         let is_place = most(one) <= 90.0 && most(other) <= 360.0;
         if is_place {
             give(map, probes, &roles, "deg");

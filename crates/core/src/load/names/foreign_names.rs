@@ -67,18 +67,21 @@ pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
         "sinkgeschwindigkeit", "vz", "geschwunten", "geschwindigkeitunten", "velocidadeparabaixo", "velocitagiu", "snelheidomlaag",
     ]),
     (Role::BankAngle, &[
+        "yatis", "yatisacisi", "φ",
         "alabeo", "anguloalabeo", "rollio", "angolorollio", "rolamento", "angulorolamento", "крен", "уголкрена", "滚转角",
         "横滚角", "滚转", "横滚", "rollwinkel", "hangewinkel", "haengewinkel", "querlage", "querneigung", "querneigungswinkel",
         "schraglage", "schraeglage", "gite", "anglegite", "angleroulis", "assiettelaterale", "inclinaisonlaterale",
         "roulis", "rollen", "angolodirollio", "rolhoek",
     ]),
     (Role::PitchAngle, &[
+        "yunuslama", "dikilme", "yunuslamaacisi", "θ",
         "cabeceo", "angulocabeceo", "beccheggio", "arfagem", "тангаж", "уголтангажа", "俯仰角", "俯仰", "nickwinkel",
         "langsneigung", "laengsneigung", "langsneigungswinkel", "laengsneigungswinkel", "assiette",
         "assiettelongitudinale", "angleassiette", "angletangage", "tangage", "nicken", "anguloarfagem",
         "angolobeccheggio", "angolodibeccheggio", "langslagewinkel", "laengslagewinkel", "langshelling", "stamphoek",
     ]),
     (Role::HeadingAngle, &[
+        "yonelme", "sapma", "yonelmeacisi", "ψ",
         "guinada", "rumbo", "rumboverdadero", "angoloprua", "angolodiprua", "pruavera", "azimut", "imbardata", "prua", "proa", "курс", "рыскание", "偏航角", "航向角", "偏航", "航向", "gierwinkel",
         "steuerkurs", "steuerkurswahr", "kurs", "cap", "capvrai", "capgeographique", "anglecap", "anglelacet",
         "capmagnetique", "lacet", "gieren", "angulodeguinada", "anguloguinada", "angoloimbardata", "angolodiimbardata",
@@ -138,13 +141,15 @@ pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
         "vc", "aangewezensnelheid",
     ]),
     (Role::Altitude, &[
+        "irtifa", "yukseklik",
         "altitud", "altitudpresion", "altitudbarometrica", "altura", "quota", "quotabarometrica", "quotapressione", "altezza", "altitudepressao", "высота", "气压高度", "高度", "hohe", "hoehe",
         "druckhohe", "druckhoehe", "hohemsl", "hoehemsl", "flughohe", "flughoehe", "barohohe", "barohoehe",
         "barometrischehohe", "barometrischehoehe", "altitudepression", "altitudebaro", "altitudebarometrique", "baro",
         "altitudine", "hoogte", "drukhoogte",
     ]),
-    (Role::Latitude, &["latitud", "latitudine", "широта", "纬度", "breitengrad", "breite", "breedtegraad"]),
+    (Role::Latitude, &["latitud", "enlem", "latitudine", "широта", "纬度", "breitengrad", "breite", "breedtegraad"]),
     (Role::Longitude, &[
+        "boylam",
         "longitud", "longitudine", "долгота", "经度", "langengrad", "laengengrad", "lange", "laenge", "lengtegraad",
     ]),
     (Role::GpsAltitude, &["gpshohe", "gpshoehe", "hohegps", "hoehegps", "altitudegps"]),
@@ -193,6 +198,8 @@ pub(crate) enum Need {
     Accent,
     /// A unit that the role has, or another channel of one of these names.
     UnitOrBeside(&'static [&'static str]),
+    /// All of the names beside it that a role needs.
+    ByRole(&'static [(Role, &'static [&'static str])]),
 }
 
 /// Names that have more than one reading by themselves.
@@ -242,6 +249,8 @@ pub(crate) const NEEDS: &[(&str, Need)] = &[
     ("dl", Need::AllOf(&DELTA_CONTROLS)),
     ("dm", Need::AllOf(&DELTA_CONTROLS)),
     ("dn", Need::AllOf(&DELTA_CONTROLS)),
+    // Elevator beside the other controls, elevation beside fixes.
+    ("ele", Need::ByRole(&[(Role::Elevator, &["ail", "rud"]), (Role::GpsAltitude, &["lat", "lon"])])),
     // Width and length of anything.
     ("breite", Need::UnitOrBeside(&["lange", "laenge"])),
     ("lange", Need::UnitOrBeside(&["breite"])),
