@@ -116,7 +116,9 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
         Question::new(text, About::Role)
     });
     let of_roles = of_roles.chain(ask_layout(guessed));
-    of_clocks.chain(without_time).chain(of_deflections).chain(of_units).chain(of_signs).chain(of_roles).collect()
+    let all = of_clocks.chain(without_time).chain(of_deflections).chain(of_units).chain(of_signs).chain(of_roles);
+    let all: Vec<Question> = all.collect();
+    if all.is_empty() { ask_roles(guessed).into_iter().collect() } else { all }
 }
 
 /// What a row makes of the values recorded beside their unit: sign, scale, offset.
@@ -126,6 +128,14 @@ pub fn changes(row: &ManualChannel) -> Vec<String> {
     let unit = row.unit.map_or_else(String::new, |unit| format!(" {}", unit.symbol));
     let offset = (row.offset != 0.0).then(|| format!("offset {}{unit}", row.offset));
     sign.into_iter().chain(scale).chain(offset).collect()
+}
+
+/// The roles of a recording of which no channel plays one, where nothing else is asked.
+fn ask_roles(guessed: &ManualChannelMap) -> Option<Question> {
+    let has_none = guessed.rows.is_empty() && guessed.attitude.is_none() && guessed.velocity.is_none();
+    let text = "no channel is recognised: state the channels of roles";
+    let option = Some("--role ROLE=CHANNEL".to_owned());
+    has_none.then(|| Question { must_be_answered: true, option, ..Question::new(text.to_owned(), About::Role) })
 }
 
 /// Roles of a table without names, by the order of its columns: one question for all of them.

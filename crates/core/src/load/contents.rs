@@ -45,6 +45,8 @@ pub struct Source {
 pub struct ChannelInfo {
     /// Name within its source; column `i` (from 0) of a matrix `M` is `M[i]`.
     pub name: String,
+    /// The name without what all channels of the source begin or end with, where that hides it.
+    pub(crate) label: Option<String>,
     /// Unit as recorded, not interpreted.
     pub unit: Option<String>,
     /// Number of samples.
@@ -100,7 +102,13 @@ impl ChannelInfo {
     pub(crate) fn stored(name: impl Into<String>, unit: Option<String>, samples: usize, stored: Stored) -> Self {
         let name = one_line(&name.into());
         let (is_time, is_time_of_day) = (false, false);
-        Self { name, unit, samples, non_finite: None, clock: None, is_time, is_time_of_day, data: Data::Stored(stored) }
+        let data = Data::Stored(stored);
+        Self { name, label: None, unit, samples, non_finite: None, clock: None, is_time, is_time_of_day, data }
+    }
+
+    /// The name by which the channel is recognised.
+    pub(crate) fn label(&self) -> &str {
+        self.label.as_deref().unwrap_or(&self.name)
     }
 
     /// Puts the samples in.

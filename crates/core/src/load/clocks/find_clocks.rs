@@ -2,145 +2,18 @@
 
 use crate::load::clock::Clock;
 use crate::load::clocks::counter::unwrap_counter;
+use crate::load::clocks::labels::label_channels;
+use crate::load::clocks::time_names::{TimeWord, is_counter, plain_name, time_name, time_word};
 use crate::load::contents::{ChannelInfo, Source};
 use crate::load::names::foreign_names::is_role_name;
-use crate::load::names::stated_unit::split_unit;
+use crate::load::names::stated_unit::stated_unit;
 use crate::quantity::{Dimension, Unit};
+use crate::statistics::median;
 
-/// Names a time vector goes by, best first, in small letters, with the unit at their end taken off; blanks and underscores do not count.
-const TIME_NAMES: &[&str] = &[
-    "t",
-    "time",
-    "tt",
-    "times",
-    "time_vector",
-    "timestamps",
-    "elapsed",
-    "elapsed_time",
-    "timestamp",
-    "timeus",
-    "timems",
-    "time_since_boot",
-    "datetime",
-    "utc",
-    "gpst",
-    "hhmmss",
-    "utc_hhmmss",
-    "utc_time",
-    "time_utc",
-    "timestamp_utc",
-    "utc_timestamp",
-    "gps_time",
-    "gps_tow",
-    "gps_sow",
-    "gps_seconds",
-    "gps_time_of_week",
-    "gps_itow",
-    "tow",
-    "sow",
-    "itow",
-    "time_of_week",
-    "seconds_of_week",
-    "local_time",
-    "lcl_time",
-    "time_of_day",
-    "_totl,_time",
-    "header_stamp",
-    "publish_time",
-    "log_time",
-    "system_time",
-    "sample_time_fine",
-    "sim_time",
-    "simulation_time",
-    "session_time",
-    "flight_time",
-    "mission_time",
-    "run_time",
-    "time_startup",
-    "time_boot",
-    "seconds_elapsed",
-    "elapsed_seconds",
-    "tiempo",
-    "x_value",
-    "tempo",
-    "время",
-    "时间",
-    "ts",
-    "sys_time",
-    "zeit",
-    "tijd",
-    "zeitstempel",
-    "uhrzeit",
-    "messzeit",
-    "utc_zeit",
-    "gps_zeit",
-    "datum_zeit",
-    "temps",
-    "temps_utc",
-    "temps_gps",
-    "horodatage",
-    "heure",
-    "heure_utc",
-];
-/// The one of them that means another quantity where it does not increase.
+/// The name of a time vector that means another quantity where it does not increase.
 const UNSURE: &str = "ts";
-/// Names whose unit is that of one message where nothing else says it: `iTOW` of u-blox receivers.
-const NAMED_UNITS: &[(&str, &str)] = &[("itow", "ms"), ("gps_itow", "ms"), ("time_startup", "ns")];
-/// Names of what counts rows and is no time.
-const COUNTERS: &[&str] = &[
-    "index",
-    "idx",
-    "sample",
-    "samples",
-    "frame",
-    "count",
-    "counter",
-    "row",
-    "line",
-    "no",
-    "nr",
-    "n",
-    "id",
-    "zeile",
-    "packetcounter",
-    "packet_counter",
-    "packet",
-    "frame_number",
-    "framenumber",
-    "frame_id",
-    "seq",
-    "ligne",
-];
-/// Names that are a unit by themselves.
-const UNIT_NAMES: &[&str] = &["sec", "seconds", "ms", "milliseconds"];
-/// Ends of names that state the unit of time.
-const UNIT_ENDINGS: &[(&str, &str)] =
-    &[("_ms", "ms"), ("_us", "us"), ("_ns", "ns"), ("_s", "s"), ("_sec", "s"), ("_usec", "us"), ("_msec", "ms")];
-
-/// A name in small letters, with one sign for all that parts its words.
-fn plain_name(name: &str) -> String {
-    split_unit(name).0.trim().to_lowercase().replace([' ', '-', '.', '/'], "_")
-}
-
-/// Rank of a name among those of time vectors, the best 0, and the unit it states.
-fn time_name(name: &str) -> Option<(usize, Option<Unit>)> {
-    let plain = plain_name(name);
-    let (stem, unit) = UNIT_ENDINGS
-        .iter()
-        .find_map(|(ending, unit)| Some((plain.strip_suffix(ending)?, Unit::parse(unit).ok())))
-        .unwrap_or((&plain, None));
-    let joined = |name: &str| name.replace('_', "");
-    let is_stem = |known: &&str| joined(known) == joined(stem);
-    let own = || NAMED_UNITS.iter().find(|(known, _)| is_stem(known)).and_then(|(_, unit)| Unit::parse(unit).ok());
-    let known = TIME_NAMES.iter().position(is_stem).map(|rank| (rank, unit.or_else(own)));
-    let is_unit = || UNIT_NAMES.contains(&plain.as_str()).then(|| (TIME_NAMES.len(), Unit::parse(&plain).ok()));
-    known.or_else(is_unit)
-}
-
-/// Whether a channel of this name is a time vector.
-pub(crate) fn is_time_name(name: &str) -> bool {
-    time_name(name).is_some()
-}
+/// How far the median intervals of two time vectors of one table may differ, in parts of one.
+const SAME_INTERVAL: f64 = 0.02;
 
 /// The first column of a table and the unit of time it states, where nothing says that it is another quantity: neither a unit, nor a name
 /// of a role, nor one of a counter of rows.
@@ -150,7 +23,7 @@ fn first_column(source: &Source) -> Option<(usize, Option<Unit>)> {
         return of_matrix.map(|index| (index, None));
     };
     let channel = &source.channels[index];
-    if is_role_name(&channel.name) || COUNTERS.contains(&plain_name(&channel.name).trim_matches('_')) {
+    if is_role_name(channel.label()) || is_counter(channel.label()) {
         return None;
     }
     match channel.unit.as_deref().map(Unit::parse) {
@@ -165,9 +38,10 @@ fn first_column(source: &Source) -> Option<(usize, Option<Unit>)> {
 /// Without such a name the first column of a table counts when it increases strictly. Values still in the file are
 /// fetched through `fetch`; a channel that cannot be fetched is no clock.
 pub(crate) fn find_clocks(source: &mut Source, mut fetch: impl FnMut(&mut Source, usize)) {
+    label_channels(source);
     let mut candidates: Vec<(usize, usize, Option<Unit>)> = Vec::new();
     for (index, channel) in source.channels.iter().enumerate() {
-        let rank = time_name(&channel.name).map(|(rank, _)| rank).or(channel.is_time_of_day.then_some(usize::MAX));
+        let rank = time_name(channel.label()).map(|(rank, _)| rank).or(channel.is_time_of_day.then_some(usize::MAX));
         let Some(rank) = rank.filter(|_| channel.samples > 1) else { continue };
         match channel.unit.as_deref().map(Unit::parse) {
             Some(Ok(unit)) if unit.dimension == Dimension::Time => candidates.push((rank, index, Some(unit))),
@@ -176,45 +50,109 @@ pub(crate) fn find_clocks(source: &mut Source, mut fetch: impl FnMut(&mut Source
         }
     }
     candidates.sort_by_key(|&(rank, index, _)| (rank, index));
-    let increases = |values: &[f64]| values.len() > 2 && values.windows(2).all(|pair| pair[0] < pair[1]);
     for (_, index, unit) in candidates {
         let samples = source.channels[index].samples;
         if source.clocks.iter().all(|clock| clock.samples != samples) {
             fetch(source, index);
             let channel = &source.channels[index];
-            if channel.name.to_lowercase() == UNSURE && !increases(channel.values()) {
+            if channel.label().to_lowercase() == UNSURE && !increases(channel.values()) {
                 continue;
             }
             add_clock(source, index, unit);
         }
     }
-    add_own_clocks(source, &mut fetch, increases);
-    if source.clocks.is_empty()
-        && let Some((index, unit)) = first_column(source)
-    {
-        fetch(source, index);
-        if increases(source.channels[index].values()) {
-            add_clock(source, index, unit);
-            let guessed = |clock: &mut Clock| {
-                clock.question = Some(format!(
-                    "'{}' is used as time: it is the first column and increases; state another in the channel map",
-                    clock.channel
-                ));
-            };
-            source.clocks.iter_mut().for_each(guessed);
-        }
-    }
+    add_own_clocks(source, &mut fetch);
+    add_named_by_word(source, &mut fetch);
+    add_first_column(source, &mut fetch);
     if let (Some(start), Some(rate)) = (source.start_time_s.or(Some(0.0)), source.sample_rate_hz) {
         add_even_clocks(source, start, rate);
     }
     assign_clocks(source);
 }
 
-/// Adds the clocks of lengths that have none yet: `motor_time` of a struct in which motors have stamps of their own.
-fn add_own_clocks(source: &mut Source, fetch: &mut impl FnMut(&mut Source, usize), increases: impl Fn(&[f64]) -> bool) {
+/// Whether values increase throughout.
+fn increases(values: &[f64]) -> bool {
+    values.len() > 2 && values.windows(2).all(|pair| pair[0] < pair[1])
+}
+
+/// Adds the clocks of lengths that have none and of which a channel has a word of time in its name and increases throughout. The last
+/// word counts before others; where several are equally good, the first is used and asked about.
+fn add_named_by_word(source: &mut Source, fetch: &mut impl FnMut(&mut Source, usize)) {
+    let mut found: Vec<(TimeWord, usize)> = Vec::new();
     for index in 0..source.channels.len() {
         let channel = &source.channels[index];
-        let (name, samples) = (plain_name(&channel.name), channel.samples);
+        let has_clock = source.clocks.iter().any(|clock| clock.samples == channel.samples);
+        // `_ms` is also metres per second.
+        let is_other =
+            || stated_unit(channel).is_some_and(|unit| unit.dimension != Dimension::Time && unit.symbol != "m/s");
+        let Some(word) = time_word(channel.label()).filter(|_| !has_clock && !is_other()) else { continue };
+        fetch(source, index);
+        if increases(source.channels[index].values()) {
+            found.push((word, index));
+        }
+    }
+    let rank = |word: &TimeWord| (word.is_earlier, !word.is_last);
+    found.sort_by_key(|(word, index)| (rank(word), *index));
+    for (word, index) in &found {
+        let samples = source.channels[*index].samples;
+        if source.clocks.iter().any(|clock| clock.samples == samples) {
+            continue;
+        }
+        let unit = source.channels[*index].unit.as_deref().and_then(|unit| Unit::parse(unit).ok()).or(word.unit);
+        add_clock(source, *index, unit);
+        let equal =
+            found.iter().filter(|(other, at)| rank(other) == rank(word) && source.channels[*at].samples == samples);
+        if !word.is_last || equal.count() > 1 {
+            ask_about_last(source, "its name says so and it increases");
+        }
+    }
+}
+
+/// Asks about the clock added last.
+fn ask_about_last(source: &mut Source, why: &str) {
+    if let Some(clock) = source.clocks.last_mut() {
+        clock.question = Some(format!("'{}' is used as time: {why}; state another in the channel map", clock.channel));
+    }
+}
+
+/// Without any clock the first column of a table counts when it increases. Of a table without names a later column with the same
+/// interval and more even steps counts instead: the first is then the time at which a row was written.
+fn add_first_column(source: &mut Source, fetch: &mut impl FnMut(&mut Source, usize)) {
+    let Some((first, unit)) = first_column(source).filter(|_| source.clocks.is_empty()) else { return };
+    fetch(source, first);
+    if !increases(source.channels[first].values()) {
+        return;
+    }
+    let is_nameless = source.channels[first].column().is_some();
+    let later = is_nameless.then(|| more_even(source, first)).flatten();
+    add_clock(source, later.unwrap_or(first), unit);
+    let which = if later.is_some() { "its steps are the most even" } else { "it is the first column" };
+    ask_about_last(source, &format!("{which} and increases"));
+}
+
+/// The column of a table whose median interval is that of the column `first` and whose steps are more even.
+fn more_even(source: &Source, first: usize) -> Option<usize> {
+    let steps = |index: usize| {
+        let values = source.channels[index].values();
+        let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let interval = median(&mut steps)?;
+        let spread = steps.iter().map(|step| (step - interval).abs()).sum::<f64>() / steps.len() as f64;
+        Some((interval, spread))
+    };
+    let (interval, spread) = steps(first)?;
+    (0..source.channels.len()).filter(|index| *index != first && increases(source.channels[*index].values())).find(
+        |index| {
+            steps(*index)
+                .is_some_and(|(other, even)| (other - interval).abs() < SAME_INTERVAL * interval && even < 0.5 * spread)
+        },
+    )
+}
+
+/// Adds the clocks of lengths that have none yet: `motor_time` of a struct in which motors have stamps of their own.
+fn add_own_clocks(source: &mut Source, fetch: &mut impl FnMut(&mut Source, usize)) {
+    for index in 0..source.channels.len() {
+        let channel = &source.channels[index];
+        let (name, samples) = (plain_name(channel.label()), channel.samples);
         let is_other = channel.unit.as_deref().is_some_and(|unit| {
             Unit::parse(unit).is_ok_and(|unit| unit.dimension != Dimension::Time && unit.symbol != "-")
         });
@@ -242,7 +180,7 @@ fn add_clock(source: &mut Source, index: usize, unit: Option<Unit>) {
 
 /// The clock of the channel at `index` in a unit stated by file or map, or by its name; otherwise in seconds.
 pub(crate) fn clock_of(channel: &ChannelInfo, index: usize, stated: Option<Unit>) -> Clock {
-    let stated = stated.or_else(|| time_name(&channel.name)?.1);
+    let stated = stated.or_else(|| time_name(channel.label())?.1);
     let unit = stated.unwrap_or(Unit::si(Dimension::Time));
     let time_s: Vec<f64> = unwrap_counter(channel.values()).iter().map(|&value| unit.to_si(value)).collect();
     Clock { is_unit_stated: stated.is_some(), ..Clock::examine(&channel.name, index, unit, &time_s) }
@@ -395,5 +333,44 @@ mod tests {
         let rows: String = (0..9).map(|k| format!("{k},{}\n", k % 3)).collect();
         let probe = probe_of(&format!("alt,q\n{rows}"));
         assert!(guess(std::slice::from_ref(&probe)).row(Role::Altitude).is_some());
+    }
+
+    #[test]
+    fn a_later_column_with_a_word_of_time_that_increases_is_the_time() {
+        let text = |head: &str, step: f64| {
+            let row = |k: u32| format!("{},{},{:.3}\n", k % 5, 20 + k % 3, 1000.0 + step * f64::from(k));
+            format!("{head}\n{}", (0..50).map(row).collect::<String>())
+        };
+        for (name, step, asks) in [
+            ("millis", 20.0, false),
+            ("uptime_ms", 20.0, false),
+            ("host_time", 0.02, false),
+            ("rosbag_timestamp", 0.02, false),
+            ("seconds_since_launch", 0.02, true),
+            ("time_since_start_s", 0.02, true),
+            ("window_t", 0.02, true),
+            ("t_rel", 0.02, true),
+            ("us", 20_000.0, false),
+            ("seconds/t", 0.02, false),
+        ] {
+            let (channel, _, rate_hz, question) = time_of(&text(&format!("roll,pitch,{name}"), step)).unwrap();
+            assert_eq!((channel.as_str(), rate_hz, question.is_some()), (name, 50.0, asks), "{question:?}");
+        }
+        for name in ["distance", "time_constant", "endurance_time"] {
+            assert_eq!(time_of(&text(&format!("roll,pitch,{name}"), 0.02)), None, "{name}");
+        }
+        let both = "propagation_index,time_pre,time_cur\n0,5.00,5.02\n1,5.02,5.04\n2,5.04,5.06\n3,5.06,5.08\n";
+        assert_eq!(time_of(both).unwrap().0, "time_cur");
+    }
+
+    #[test]
+    fn of_two_times_without_names_the_more_even_one_is_taken() {
+        let row = |k: u32| {
+            let t = 0.02 * f64::from(k);
+            format!("{:.6},{t:.2},{}\n", 7.0 + t + 1e-4 * f64::from(2 * k % 3), k % 4)
+        };
+        let (channel, _, rate_hz, question) = time_of(&(0..60).map(row).collect::<String>()).unwrap();
+        assert_eq!((channel.as_str(), rate_hz), ("column[1]", 50.0));
+        assert!(question.unwrap().contains("its steps are the most even"));
     }
 }

@@ -2,6 +2,8 @@
 
 pub(crate) mod counter;
 pub(crate) mod find_clocks;
+pub(crate) mod labels;
 pub(crate) mod stamp;
+pub(crate) mod time_names;
 pub(crate) mod time_unit;
 pub(crate) mod utc;

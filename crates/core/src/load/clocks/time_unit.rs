@@ -21,6 +21,11 @@ const FAST_HZ: [f64; 2] = [400.0, 15_000.0];
 const LONGEST_S: f64 = 86_400.0;
 /// Days since 1899-12-30 (serial days of spreadsheets) from 1954 to 2119.
 const SERIAL_DAYS: [f64; 2] = [20_000.0, 80_000.0];
+/// Seconds since 1970 from 2000 to 2100.
+const SINCE_1970_S: [f64; 2] = [9.46e8, 4.1e9];
+/// Whole stamps that fit another unit alone are not in seconds where these would be slower and longer than this, Hz and s.
+const SLOWEST_HZ: f64 = 0.1;
+const LONG_S: f64 = 43_200.0;
 /// Units that stamps have where none is stated, with their words.
 const UNITS: [(&str, &str); 7] = [
     ("s", "seconds"),
@@ -92,19 +97,39 @@ impl Ticks {
         format!("{} Hz over {span}", short(rate_hz))
     }
 
+    /// Whether they are times since 1970 in a part of a second: no other unit gives a date of this century.
+    fn are_since_1970(&self, unit: Unit) -> bool {
+        let [first, last] = SINCE_1970_S;
+        let inside = |stamp: &f64| (first..=last).contains(&(stamp * unit.scale));
+        unit.scale < 1.0 && self.range.iter().all(inside)
+    }
+
+    /// Whether the unit chosen leaves nothing to ask although it is not seconds: times since 1970, or whole numbers that would be
+    /// samples every ten seconds and more for half a day.
+    fn is_plain(&self, unit: Unit, others: &[NamedUnit]) -> bool {
+        let (rate_hz, span_s) = self.read_in(Unit::si(crate::quantity::Dimension::Time));
+        let is_no_flight = rate_hz < SLOWEST_HZ && span_s > LONG_S;
+        self.are_since_1970(unit) || (unit.scale < 1.0 && others.is_empty() && self.whole && is_no_flight)
+    }
+
     /// Whether they make a recording of flight in more than one unit; decimals of a second do not, unless they are minutes.
     fn is_ambiguous(&self) -> bool {
         let (chosen, others) = self.decide();
+        if chosen.is_some_and(|(unit, _)| self.is_plain(unit, &others)) {
+            return false;
+        }
         let minutes = others.iter().any(|(unit, _)| unit.symbol == "min");
         !others.is_empty() && chosen.is_some_and(|(unit, _)| self.whole || minutes || unit.symbol != "s")
     }
 
-    /// The fitting unit whose rate is nearest to the usual one, seconds before others; and the other units that fit.
+    /// The fitting unit whose rate is nearest to the usual one, times since 1970 before seconds before others; and the other units that
+    /// fit.
     fn decide(&self) -> (Option<NamedUnit>, Vec<NamedUnit>) {
         let known = UNITS.iter().filter_map(|&(symbol, word)| Some((Unit::parse(symbol).ok()?, word)));
         let mut fitting: Vec<_> = known.filter(|(unit, _)| self.fit(*unit)).collect();
         let far = |unit: &Unit| (self.read_in(*unit).0 / USUAL_HZ).ln().abs();
-        fitting.sort_by(|(a, _), (b, _)| (a.symbol != "s").cmp(&(b.symbol != "s")).then(far(a).total_cmp(&far(b))));
+        let order = |unit: &Unit| (!self.are_since_1970(*unit), unit.symbol != "s");
+        fitting.sort_by(|(a, _), (b, _)| order(a).cmp(&order(b)).then(far(a).total_cmp(&far(b))));
         if fitting.is_empty() { (None, fitting) } else { (Some(fitting.remove(0)), fitting) }
     }
 }
@@ -171,7 +196,7 @@ fn judge(channel: &str, ticks: &Ticks) -> (Unit, Option<String>) {
         return (seconds, Some(text));
     };
     // Decimals of a second, or stamps that no other unit explains, leave nothing to ask.
-    let asks = unit.symbol != "s" || ticks.is_ambiguous();
+    let asks = (unit.symbol != "s" && !ticks.is_plain(unit, &others)) || ticks.is_ambiguous();
     let or = others.iter().map(|(other, word)| format!("; in {word} {}", ticks.describe_rate(*other)));
     let or: String =
         if unit.symbol == "s" { or.collect() } else { or.chain([format!("; in seconds {as_seconds}")]).collect() };
@@ -232,8 +257,12 @@ mod tests {
             (0.0, 0.001, "s", false),
             (0.0, 0.02 / 60.0, "s", true),
             (417_230.0, 40.0, "ms", true),
-            (86_399_500_123.0, 40_000.0, "us", true),
-            (1.778_769e18, 4e7, "ns", true),
+            (417_230.0, 80.0, "ms", false),
+            (86_399_500_123.0, 40_000.0, "us", false),
+            (1.778_769e18, 4e7, "ns", false),
+            (1.778_769e12, 1000.0, "ms", false),
+            (417_230.0, 1000.0, "us", true),
+            (417_230.0, 5.0, "ms", true),
             (0.0, 1.0, "s", true),
             (0.0, 1e-5, "h", true),
             (46_156.6, 0.04 / 86_400.0, "d", true),

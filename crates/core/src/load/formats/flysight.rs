@@ -64,6 +64,7 @@ pub(crate) fn split_tables(contents: &[u8]) -> (Vec<(String, TextLayout, Vec<u8>
             separator: Separator::Byte(b','),
             decimal_comma: false,
             columns: table.names.len(),
+            has_open_end: false,
             names: table.names,
             units: table.units,
             data_at: 0,

@@ -19,3 +19,4 @@ pub(crate) mod text;
 pub(crate) mod text_layout;
 pub(crate) mod ulog;
 pub(crate) mod vbox;
+pub(crate) mod xplane_fdr;

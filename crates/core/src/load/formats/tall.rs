@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use crate::load::budget::{Budget, NUMBER_BYTES};
-use crate::load::clocks::find_clocks::is_time_name;
 use crate::load::clocks::stamp::Stamp;
+use crate::load::clocks::time_names::is_time_name;
 use crate::load::contents::{ChannelInfo, Source};
 use crate::load::error::LoadError;
 use crate::load::file::stem;

@@ -4,8 +4,9 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use crate::load::budget::{Budget, NUMBER_BYTES};
-use crate::load::clocks::find_clocks::{find_clocks, is_time_name};
+use crate::load::clocks::find_clocks::find_clocks;
 use crate::load::clocks::stamp::{Stamp, read_digits};
+use crate::load::clocks::time_names::is_time_name;
 use crate::load::contents::{ChannelInfo, Probe, Source, one_line};
 use crate::load::error::LoadError;
 use crate::load::file::stem;
@@ -16,6 +17,7 @@ use crate::load::formats::flysight;
 use crate::load::formats::tall::Tall;
 use crate::load::formats::text_layout::{Separator, TextLayout, number, opens_quote};
 use crate::load::formats::vbox;
+use crate::load::formats::xplane_fdr;
 use crate::statistics::extent;
 
 /// Part of the filled cells of a column that must be numbers for it to be a channel.
@@ -43,17 +45,27 @@ pub(crate) fn sources(path: &Path, contents: &[u8], budget: &Budget<'_>) -> Resu
     if flysight::has_signature(contents) {
         return tables_of(path, contents, budget);
     }
+    if let Some((layout, rows)) = xplane_fdr::split(contents) {
+        let (mut source, mut warnings) = (with_notes(xplane_fdr::SOURCE, &layout), Vec::new());
+        read_table((path, budget), (&layout, &rows), &mut source, &mut warnings)?;
+        return Ok((layout.format(), vec![source], warnings));
+    }
     let layout = TextLayout::find(contents).ok_or_else(|| reason("text without a table of numbers"))?;
     if let Some(tall) = Tall::find(&layout) {
         let sources = tall.read((path, budget), &layout, &contents[layout.data_at..])?;
         return Ok((layout.format(), sources, Vec::new()));
     }
     let mut warnings = Vec::new();
-    let notes = layout.notes.iter().enumerate().map(|(line, text)| (format!("line {}", line + 1), text.clone()));
-    let mut source = Source { notes: notes.collect(), ..Source::new(stem(path)) };
+    let mut source = with_notes(stem(path), &layout);
     read_table((path, budget), (&layout, &contents[layout.data_at..]), &mut source, &mut warnings)?;
     vbox::settle(&mut source);
     Ok((layout.format(), vec![source], warnings))
+}
+
+/// An empty source with the lines before the header of its table.
+fn with_notes(name: impl Into<String>, layout: &TextLayout) -> Source {
+    let notes = layout.notes.iter().enumerate().map(|(line, text)| (format!("line {}", line + 1), text.clone()));
+    Source { notes: notes.collect(), ..Source::new(name) }
 }
 
 /// The text in UTF-8 of a file that its byte order mark calls UTF-16; any other file as it is.
@@ -258,7 +270,8 @@ impl<'l> Table<'l> {
             self.empty_rows += usize::from(count > 1);
             return Ok(());
         }
-        if count != self.columns.len() {
+        let is_open = self.layout.has_open_end && count > self.columns.len();
+        if count != self.columns.len() && !is_open {
             self.odd_rows += 1;
             self.first_odd.get_or_insert((self.line - 1, count));
             self.columns.iter_mut().for_each(|column| column.values.resize(self.rows + 1, f64::NAN));

@@ -34,6 +34,8 @@ pub(crate) struct TextLayout {
     pub names: Vec<String>,
     pub units: Vec<Option<String>>,
     pub columns: usize,
+    /// Rows may have more cells than columns: words of a list that the last column begins.
+    pub has_open_end: bool,
     /// Offset of the first line of numbers, and its number from 1.
     pub data_at: usize,
     pub data_line: usize,
@@ -58,7 +60,13 @@ impl TextLayout {
         let lines: Vec<&[u8]> = sample[..end].split(|&byte| byte == b'\n').collect();
         let filled: Vec<&[u8]> = lines.iter().copied().filter(|line| !line.trim_ascii().is_empty()).collect();
         let deciding = &filled[filled.len().saturating_sub(DECIDING_LINES.min(filled.len().div_ceil(2)))..];
-        let (separator, decimal_comma, columns) = decide(deciding)?;
+        let open_of = |&(separator, comma): &(Separator, bool)| {
+            open_width(&filled, deciding, (separator, comma)).map(|width| (separator, comma, width))
+        };
+        let decided = decide(deciding).or_else(|| DELIMITED.iter().find_map(open_of));
+        let (separator, decimal_comma, width) = decided?;
+        let open = open_width(&filled, deciding, (separator, decimal_comma));
+        let (columns, has_open_end) = (open.unwrap_or(width), open.is_some());
         let mut at = 0;
         let mut before: Vec<Vec<String>> = Vec::new();
         let mut index = 0;
@@ -68,13 +76,25 @@ impl TextLayout {
                 1 => cells(line, separator),
                 _ => cells(&lines[index..index + joined].join(&b' '), separator),
             };
+            let is_wide_enough = cells.len() == columns || (has_open_end && cells.len() > columns);
             let numbers_columns = || before.iter().all(|row| row.len() != columns) && is_numbering(&cells);
-            if cells.len() == columns && is_data(&cells, decimal_comma) && !numbers_columns() {
+            if is_wide_enough && is_data(&cells, decimal_comma) && !numbers_columns() {
                 before.iter_mut().for_each(|row| widen(row, separator, columns));
-                before.iter_mut().for_each(|row| drop_comment(row, columns));
+                before.iter_mut().for_each(|row| drop_end(row, columns));
                 let (names, units, notes) = header(&before, separator, columns);
                 let data_line = index + 1;
-                return Some(Self { separator, decimal_comma, names, units, columns, data_at: at, data_line, notes });
+                let data_at = at;
+                return Some(Self {
+                    separator,
+                    decimal_comma,
+                    names,
+                    units,
+                    columns,
+                    has_open_end,
+                    data_at,
+                    data_line,
+                    notes,
+                });
             }
             before.push(cells);
             at += lines[index..index + joined].iter().map(|line| line.len() + 1).sum::<usize>();
@@ -102,11 +122,36 @@ fn widen(row: &mut Vec<String>, separator: Separator, columns: usize) {
     }
 }
 
-/// Takes the name of the comments from a row of names, to which the rows of numbers have no cell (LabVIEW).
-fn drop_comment(row: &mut Vec<String>, columns: usize) {
+/// Takes from a row of names the cells to which the rows of numbers have none: the name of the comments (LabVIEW), and empty ones
+/// behind a last separator.
+fn drop_end(row: &mut Vec<String>, columns: usize) {
     if row.len() == columns + 1 && row.last().is_some_and(|last| last.eq_ignore_ascii_case("comment")) {
         row.pop();
     }
+    if row.len() > columns && row[columns..].iter().all(String::is_empty) {
+        row.truncate(columns);
+    }
+}
+
+/// The width of the first line where it names the columns of rows of different widths, of which none is shorter: the rows end on a list
+/// of words.
+fn open_width(filled: &[&[u8]], deciding: &[&[u8]], (separator, comma): (Separator, bool)) -> Option<usize> {
+    const LEAST_NAMES: usize = 4;
+    let is_number = |cell: &String| number(cell.as_bytes(), comma).is_some();
+    let names = cells(filled.first()?, separator);
+    if separator == Separator::Blanks
+        || names.len() < LEAST_NAMES
+        || names.iter().any(|cell| cell.is_empty() || is_number(cell))
+    {
+        return None;
+    }
+    let rows: Vec<Vec<String>> = deciding.iter().map(|line| cells(line, separator)).collect();
+    let is_open = |row: &Vec<String>| {
+        let (named, rest) = row.split_at_checked(names.len()).unwrap_or_default();
+        is_data(named, comma) && !rest.iter().any(is_number)
+    };
+    let is_uneven = rows.iter().any(|row| row.len() > names.len());
+    (is_uneven && rows.iter().all(is_open)).then_some(names.len())
 }
 
 /// Whether the cells are 1, 2, 3 ... or 0, 1, 2 ...: numbers of the columns in the place of their names.
@@ -130,18 +175,20 @@ pub(crate) fn opens_quote(line: &[u8]) -> bool {
     line.iter().filter(|&&byte| byte == b'"').count() % 2 == 1
 }
 
+/// Separators of one byte, and whether the comma is the decimal sign beside them.
+const DELIMITED: [(Separator, bool); 6] = [
+    (Separator::Byte(b';'), false),
+    (Separator::Byte(b';'), true),
+    (Separator::Byte(b'\t'), false),
+    (Separator::Byte(b'\t'), true),
+    (Separator::Byte(b','), false),
+    (Separator::Byte(b'|'), false),
+];
+
 /// Separator, decimal comma and number of columns that make the most of `lines`.
 fn decide(lines: &[&[u8]]) -> Option<(Separator, bool, usize)> {
-    let candidates = [
-        (Separator::Byte(b';'), false),
-        (Separator::Byte(b';'), true),
-        (Separator::Byte(b'\t'), false),
-        (Separator::Byte(b'\t'), true),
-        (Separator::Byte(b','), false),
-        (Separator::Byte(b'|'), false),
-        (Separator::Blanks, false),
-        (Separator::Blanks, true),
-    ];
+    let blanks = [(Separator::Blanks, false), (Separator::Blanks, true)];
+    let candidates: Vec<_> = DELIMITED.into_iter().chain(blanks).collect();
     let score = |&(separator, comma): &(Separator, bool)| {
         let rows: Vec<Vec<String>> = lines.iter().map(|line| cells(line, separator)).collect();
         let mut counts: Vec<usize> = rows.iter().map(Vec::len).collect();
@@ -414,6 +461,22 @@ mod tests {
         assert_eq!(names(&rtklib), ["date or week", "GPST", "latitude", "longitude", "height", "Q"]);
         let office = "Date: 2024\nTIME, EAST VELOCITY, ROLL\n\n 1.5 2.5 3.5\n 1.6 2.5 3.5\n 1.7 2.5 3.5\n";
         assert_eq!(names(office), ["TIME", "EAST VELOCITY", "ROLL"]);
+    }
+
+    #[test]
+    fn a_header_may_end_on_a_comma_and_rows_on_a_list_of_words() {
+        let row = "0.1,2.5,-9.8\n";
+        let layout = TextLayout::find(format!("t, roll, az,\n{row}{row}{row}").as_bytes()).unwrap();
+        assert_eq!((layout.names.as_slice(), layout.has_open_end), (&["t", "roll", "az"].map(String::from)[..], false));
+        let open =
+            "t,roll,pitch,alerts\n0.1,2.5,1.5,\n0.2,2.6,1.5,STALL,YAW\n0.3,2.7,1.5,STALL\n0.4,2.7,1.5,STALL,ROLL,OIL\n";
+        let layout = TextLayout::find(open.as_bytes()).unwrap();
+        assert_eq!((layout.names.len(), layout.columns, layout.has_open_end, layout.data_line), (4, 4, true, 2));
+        let probe = crate::load::probe_of(&open.replace(",1.5,", ",1.5,STALL,"));
+        assert_eq!(probe.sources[0].channels[2].values(), [1.5; 4]);
+        assert_eq!(probe.warnings, Vec::<String>::new());
+        let longer = TextLayout::find(b"t,roll,pitch,yaw\n0.1,2,3,4,5\n0.2,2,3,4,5\n0.3,2,3,4,5\n").unwrap();
+        assert_eq!((longer.columns, longer.has_open_end), (5, false));
     }
 
     #[test]

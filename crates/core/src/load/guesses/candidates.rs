@@ -55,7 +55,7 @@ pub(crate) fn all(probes: &[Probe]) -> Vec<Candidate<'_>> {
     });
     usable
         .map(|(source, channel)| {
-            let (name, _) = split_unit(&channel.name);
+            let (name, _) = split_unit(channel.label());
             let (stem, _) = name_and_unit(own_name(source, channel));
             let (plain, words) = (plain_letters(&stem), join_words(&stem));
             let head = stem.split_once(" - ").map_or(stem.as_str(), |(head, _)| head);
@@ -87,8 +87,8 @@ fn own_name<'s>(source: &'s Source, channel: &'s ChannelInfo) -> &'s str {
         return of_source.filter(|name| is_role_name(name)).or(called).or(of_source).unwrap_or(&channel.name);
     }
     // `rollrate\XCP:1`: the device follows the signal.
-    let parts = channel.name.split_once('\\').filter(|(_, device)| device.contains(':'));
-    parts.map(|(signal, _)| signal).filter(|signal| !signal.is_empty()).unwrap_or(&channel.name)
+    let parts = channel.label().split_once('\\').filter(|(_, device)| device.contains(':'));
+    parts.map(|(signal, _)| signal).filter(|signal| !signal.is_empty()).unwrap_or(channel.label())
 }
 
 /// Whether a channel goes by a name.

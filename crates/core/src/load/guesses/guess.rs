@@ -105,7 +105,7 @@ pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
     guess_frames::keep_mapped_or_derived(&mut map);
     add_position(&mut map, probes);
     add_runners_up(&mut map, &free);
-    map.kind = map.kind.take().or_else(|| kinds::find_kind(probes, &map));
+    kinds::settle(&mut map, probes);
     map
 }
 
@@ -147,7 +147,7 @@ fn free_candidates<'p>(
             map.left_out_by_name.push((candidate.from, why));
             continue;
         }
-        let (name, _) = name_and_unit(&candidate.channel.name);
+        let (name, _) = name_and_unit(candidate.channel.label());
         let is_of_all = |token: &String| parts.iter().all(|parts| parts.contains(token));
         let of_source = || names.forbidden_source(&candidate.from.source).filter(|token| !is_of_all(token));
         match names.forbidden(&name).or_else(of_source) {

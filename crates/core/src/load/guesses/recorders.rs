@@ -57,6 +57,9 @@ struct Signature {
     sources: Vec<String>,
     #[serde(default)]
     channels: Vec<String>,
+    /// Channels that play a role count too.
+    #[serde(default)]
+    with_roles: bool,
     least: usize,
 }
 
@@ -127,6 +130,7 @@ const SHIPPED: &[&str] = shipped![
     "opentx",
     "airdata",
     "xplaneconnect",
+    "xplane_fdr",
     "xplane_datarefs",
     "xplane_udp",
     "xplane_data",
@@ -141,7 +145,9 @@ const SHIPPED: &[&str] = shipped![
     "flight_data_accessor",
     "opensky",
     "dashlink",
+    "cloudahoy",
     "datcon",
+    "dji_flight_log",
     "phone_logger",
     "racechrono",
     "vbox",
@@ -173,7 +179,7 @@ fn parse(text: &str) -> Result<Recorder, String> {
 pub(crate) fn claim(probes: &[Probe]) -> Claims {
     let mut claims = Claims::default();
     for probe in probes {
-        let known = recorders().iter().find(|recorder| recorder.signature.fits(probe));
+        let known = recorders().iter().find(|recorder| recorder.fits(probe));
         if let Some(recorder) = known {
             recorder.claim(probe, &mut claims);
         } else {
@@ -206,21 +212,23 @@ fn claim_columns(probe: &Probe, claims: &mut Claims) {
     claims.kind = claims.kind.take().or(own.kind);
 }
 
-impl Signature {
+impl Recorder {
+    /// Whether a recording holds what only recordings of it hold.
     fn fits(&self, probe: &Probe) -> bool {
+        let signature = &self.signature;
         // In another format the names of the sources alone say too little.
-        let is_format = self.formats.is_empty() || self.formats.iter().any(|name| *name == probe.format.to_string());
+        let formats = &signature.formats;
+        let is_format = formats.is_empty() || formats.iter().any(|name| *name == probe.format.to_string());
         let has_source = |pattern: &&String| probe.sources.iter().any(|source| is_source(pattern, source));
         let has_channel = |pattern: &&String| {
             probe.sources.iter().any(|source| source.channels.iter().any(|channel| is_it(pattern, source, channel)))
         };
-        let sources = if is_format { self.sources.iter().filter(has_source).count() } else { 0 };
-        let found = sources + self.channels.iter().filter(has_channel).count();
-        found >= self.least
+        let sources = if is_format { signature.sources.iter().filter(has_source).count() } else { 0 };
+        let of_roles = self.roles.values().flatten().map(|column| &column.from).filter(|_| signature.with_roles);
+        let channels: BTreeSet<&String> = signature.channels.iter().chain(of_roles).collect();
+        sources + channels.into_iter().filter(has_channel).count() >= signature.least
     }
-}
 
-impl Recorder {
     fn claim(&self, probe: &Probe, claims: &mut Claims) {
         claims.names.push(self.name.clone());
         claims.kind = claims.kind.take().or_else(|| self.kind.clone());
@@ -329,11 +337,21 @@ fn ends_on_pattern(text: &str, pattern: &str) -> bool {
     text.strip_suffix(pattern).is_some_and(|before| before.is_empty() || before.ends_with(['/', '_']))
 }
 
-/// Whether a channel is the one that `pattern` names: `source/channel`, or its own name alone.
+/// Letters of the shortest name that is the same in other capitals and with `_` for a blank: short ones differ by nothing else.
+const LEAST_LETTERS: usize = 6;
+
+/// A name in small letters with blanks between its words.
+fn fold(name: &str) -> String {
+    name.to_lowercase().replace('_', " ")
+}
+
+/// Whether a channel is the one that `pattern` names: `source/channel`, or its own name alone, in whatever capitals.
 fn is_it(pattern: &str, source: &Source, channel: &ChannelInfo) -> bool {
     let (name, _) = split_unit(&channel.name);
     if !pattern.contains('/') {
-        return matches(pattern, &name) || matches(pattern, &channel.name);
+        let is_long = pattern.bytes().filter(u8::is_ascii_alphabetic).count() >= LEAST_LETTERS;
+        let is_alike = || is_long && matches(&fold(pattern), &fold(&name));
+        return matches(pattern, &name) || matches(pattern, &channel.name) || is_alike();
     }
     let plain = name.replace("field.", "").replace('.', "/");
     ends_on_pattern(&format!("{}/{plain}", plain_source(&source.name)), pattern)
@@ -350,6 +368,54 @@ mod tests {
             assert!(parsed.is_ok(), "{:?}", parsed.err());
         }
         assert_eq!(recorders().len(), SHIPPED.len());
+    }
+
+    /// Channel, unit and sign of a role of a table of one recorder, whose columns hold small numbers that vary.
+    fn row_of(head: &str, role: Role) -> Option<(String, Option<&'static str>, bool)> {
+        let columns = head.split(',').count();
+        let row = |k: usize| {
+            (0..columns).map(|column| format!("{:.2}", 0.1 * (k * (column + 3) % 11) as f64)).collect::<Vec<_>>()
+        };
+        let rows: String = (0..40).map(|k| format!("{:.2},{}\n", 0.05 * k as f64, row(k).join(","))).collect();
+        let claims = claim(&[crate::load::probe_of(&format!("Time,{head}\n{rows}"))]);
+        let (_, row) = claims.rows.into_iter().find(|(other, _)| *other == role)?;
+        Some((row.from.channel, row.unit.map(|unit| unit.symbol), row.turned))
+    }
+
+    #[test]
+    fn names_of_a_recorder_are_known_in_other_capitals_and_with_underscores() {
+        let head = "Plane_Bank_Degrees,Plane_Pitch_Degrees,Plane_Altitude,Airspeed_True,Rotation_Velocity_Body_X,\
+                    Rotation_Velocity_Body_Y,Rotation_Velocity_Body_Z,Acceleration_Body_X";
+        for (role, channel, turned) in [
+            (Role::BankAngle, "Plane_Bank_Degrees", true),
+            (Role::RollRate, "Rotation_Velocity_Body_Z", true),
+            (Role::PitchRate, "Rotation_Velocity_Body_X", true),
+            (Role::YawRate, "Rotation_Velocity_Body_Y", false),
+        ] {
+            let (found, _, is_turned) = row_of(head, role).unwrap_or_else(|| panic!("{}", role.name()));
+            assert_eq!((found.as_str(), is_turned), (channel, turned));
+        }
+        assert_eq!(row_of(head, Role::SpecificForceX), None);
+    }
+
+    #[test]
+    fn roles_of_a_recorder_may_be_its_signature() {
+        for prefix in ["", "/fdm/jsbsim/"] {
+            let names = ["attitude/roll-rad", "attitude/pitch-rad", "velocities/vtrue-fps", "velocities/vc-fps"];
+            let head = names.map(|name| format!("{prefix}{name}")).join(",");
+            let (channel, unit, _) = row_of(&head, Role::CalibratedAirspeed).unwrap();
+            assert_eq!((channel, unit), (format!("{prefix}velocities/vc-fps"), Some("ft/s")));
+        }
+        assert_eq!(row_of("attitude/roll-rad,velocities/vc-fps,x,y", Role::CalibratedAirspeed), None);
+    }
+
+    #[test]
+    fn a_flight_log_of_a_multirotor_leaves_out_its_gimbal() {
+        let head = "OSD.pitch,OSD.roll,OSD.yaw,OSD.height [m],GIMBAL.pitch,GIMBAL.roll,GIMBAL.yaw";
+        assert_eq!(row_of(head, Role::PitchAngle), Some(("OSD.pitch".to_owned(), Some("deg"), false)));
+        let slip = "degrees/LAT,degrees/LON,feet/ALT (GPS),ft Baro/AltB,degrees/HDG,degrees/Yaw";
+        assert_eq!(row_of(slip, Role::HeadingAngle), Some(("degrees/HDG".to_owned(), Some("deg"), false)));
+        assert_eq!(row_of(slip, Role::Sideslip), Some(("degrees/Yaw".to_owned(), Some("deg"), false)));
     }
 
     #[test]

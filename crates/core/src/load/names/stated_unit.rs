@@ -2,6 +2,7 @@
 
 use crate::load::contents::ChannelInfo;
 use crate::load::names::role_names::{self, NAMES};
+use crate::load::names::tokens::tokens;
 use crate::load::names::words::plain_letters;
 use crate::quantity::{Dimension, Role, Unit};
 
@@ -11,6 +12,13 @@ const UNIT_ENDINGS: &[(&str, &str)] = &[
     ("_deg_sec2", "deg/s^2"),
     ("_slugs_ft3", "slug/ft^3"),
     ("_slug_ft3", "slug/ft^3"),
+    ("_slugft3", "slug/ft^3"),
+    ("_kgpm3", "kg/m^3"),
+    ("_radps2", "rad/s^2"),
+    ("_degs2", "deg/s^2"),
+    ("_dps2", "deg/s^2"),
+    ("_fps2", "ft/s^2"),
+    ("_fts2", "ft/s^2"),
     ("_lbf_ft2", "psf"),
     ("_ft_sec2", "ft/s^2"),
     ("_fps_sec", "ft/s^2"),
@@ -76,6 +84,8 @@ const UNIT_ENDINGS: &[(&str, &str)] = &[
     ("_m", "m"),
     ("_n", "N"),
     ("_w", "W"),
+    ("_r", "degR"),
+    ("_%", "%"),
 ];
 
 /// Units that stand right behind the name of a role: `alphadeg`, `pdegs`, `iaskt`.
@@ -107,22 +117,118 @@ pub fn stem_and_unit(name: &str) -> (&str, Option<Unit>) {
     let lower = name.to_ascii_lowercase().replace('-', "_");
     let is_unit = !NO_UNITS.iter().any(|name| lower.ends_with(name));
     let known = |(ending, _): &&(&str, &str)| lower.len() > ending.len() && lower.ends_with(ending);
-    // A direction, unless it is a force.
-    let is_force = || ["thrust", "force", "drag", "lift", "schub"].iter().any(|force| lower.contains(force));
-    let ending = UNIT_ENDINGS.iter().find(known).filter(|(ending, _)| is_unit && (*ending != "_n" || is_force()));
-    ending.map_or((name, None), |(ending, unit)| (&name[..name.len() - ending.len()], Unit::parse(unit).ok()))
+    // A direction, unless it is a force; a side, unless it is a temperature.
+    let is_meant = |ending: &str| match ending {
+        "_n" => is_force(&lower),
+        "_r" => {
+            lower.contains("temp") || lower.split(['_', ' ']).any(|word| ["atmosphere", "oat", "tat"].contains(&word))
+        }
+        _ => true,
+    };
+    let ending = UNIT_ENDINGS.iter().find(known).filter(|(ending, _)| is_unit && is_meant(ending));
+    ending.map_or((name, None), |(ending, unit)| {
+        (&name[..name.len() - ending.len()], Unit::parse(unit).ok().map(|unit| as_force(&lower, unit)))
+    })
+}
+
+/// Whether a name in small letters is one of a force.
+fn is_force(lower: &str) -> bool {
+    ["thrust", "thrst", "force", "drag", "lift", "schub"].iter().any(|force| lower.contains(force))
+}
+
+/// The unit of a force where the name says that it is one and the unit is the pound.
+fn as_force(name: &str, unit: Unit) -> Unit {
+    let pound = || Unit::parse("lbf").unwrap_or(unit);
+    if unit.symbol == "lb" && is_force(&name.to_lowercase()) { pound() } else { unit }
 }
 
 /// Unit of a channel as recorded, or else as its name states it; `None` where neither states one that is known.
 pub fn stated_unit(channel: &ChannelInfo) -> Option<Unit> {
     let recorded = channel.unit.as_deref().filter(|unit| !unit.is_empty());
-    let stated = recorded.and_then(parse_loosely).or_else(|| name_and_unit(&channel.name).1)?;
+    let stated = recorded.and_then(parse_loosely).or_else(|| name_and_unit(channel.label()).1)?;
+    let stated = as_force(channel.label(), stated);
     // What is no time and in d is in degrees, as d/s is degrees per second.
     if stated.symbol == "d" && !channel.is_time { Unit::parse("deg").ok() } else { Some(stated) }
 }
 
-/// A name without the unit that it states in brackets, at its end or before its axis, and that unit.
+/// Words that follow the unit of a name and say which of several quantities or sensors it is: `heading_deg_true`, `altitude_ft_msl`.
+const QUALIFIERS: [&str; 20] = [
+    "true",
+    "mag",
+    "magnetic",
+    "msl",
+    "baro",
+    "barometric",
+    "gps",
+    "std",
+    "standard",
+    "left",
+    "right",
+    "l",
+    "r",
+    "1",
+    "2",
+    "3",
+    "4",
+    "indicated",
+    "sl",
+    "wgs84",
+];
+/// Words before a last letter G that is the unit g.
+const BEFORE_G: [&str; 8] = ["lateral", "vertical", "forward", "normal", "longitudinal", "axial", "side", "vert"];
+
+/// A name without the unit in front of it, and that unit: `degrees/LAT`, `ft Baro/Alt`. A name that is a unit stays.
+pub(crate) fn head_and_name(name: &str) -> (&str, Option<Unit>) {
+    let whole = || (name, None);
+    let Some((head, rest)) = name.split_once('/').map(|(head, rest)| (head.trim(), rest.trim())) else {
+        return whole();
+    };
+    let is_path = rest.contains('/') || rest.is_empty() || head.len() < 2;
+    if is_path || Unit::parse(name).is_ok() || parse_loosely(name).is_some() {
+        return whole();
+    }
+    let first = head.split(' ').next().unwrap_or(head);
+    let is_qualified = first != head && is_qualifier(head[first.len()..].trim());
+    let unit = parse_loosely(if is_qualified { first } else { head }).filter(|unit| !is_count(*unit));
+    unit.map_or_else(whole, |unit| (rest, Some(unit)))
+}
+
+fn is_qualifier(word: &str) -> bool {
+    QUALIFIERS.contains(&word.to_lowercase().as_str())
+}
+
+/// A name whose unit stands before its qualifiers, without it, and that unit. One letter is a unit of an altitude alone.
+fn split_qualified(name: &str) -> Option<(String, Unit)> {
+    let mut end = name.len();
+    while let Some(at) = name[..end].rfind(['_', ' ', '-']).filter(|at| is_qualifier(&name[at + 1..end])) {
+        end = at;
+    }
+    let (before, qualifiers) = name.split_at(end);
+    let is_letter = before.len() >= 2 && matches!(before.as_bytes()[before.len() - 2], b'_' | b' ' | b'-');
+    if qualifiers.is_empty() || (is_letter && !before.to_lowercase().contains("alt")) {
+        return None;
+    }
+    let unit_at = before.rfind(['_', ' ', '-'])?;
+    let (stem, unit) = match stem_and_unit(before) {
+        (stem, Some(unit)) => (stem, unit),
+        _ => (&before[..unit_at], unit_word(&before[unit_at + 1..])?),
+    };
+    // A speed in rpm is named by its unit: `Eng_RPM_1`.
+    (!stem.is_empty() && unit.symbol != "rpm").then(|| (format!("{stem}{qualifiers}"), unit))
+}
+
+/// Whether a name ends on the unit g behind a direction: `LateralG`.
+fn ends_on_g(name: &str) -> bool {
+    let all = tokens(name);
+    matches!(&all[..], [.., before, last] if last == "g" && BEFORE_G.contains(&before.as_str()))
+}
+
+/// A name without the unit that it states in brackets, in front, at its end or before its axis, and that unit.
 pub(crate) fn name_and_unit(name: &str) -> (String, Option<Unit>) {
+    let (rest, head) = head_and_name(name.trim());
+    if head.is_some() {
+        return (rest.to_owned(), head);
+    }
     let (name, recorded) = split_unit(name.trim());
     if let Some(unit) = recorded.as_deref().and_then(parse_loosely) {
         return (name.trim_end_matches(['_', ' ', '-']).to_owned(), Some(unit));
@@ -130,6 +236,9 @@ pub(crate) fn name_and_unit(name: &str) -> (String, Option<Unit>) {
     // The k of these is the unit.
     if ["ktas", "kcas", "kias"].contains(&plain_letters(&name).as_str()) {
         return (name, Unit::parse("kt").ok());
+    }
+    if ends_on_g(&name) {
+        return (name, Unit::parse("g").ok());
     }
     if let Some((_, ending)) = name.rsplit_once(['_', ' ', '-'])
         && let Some(unit) = unit_word(ending)
@@ -144,8 +253,8 @@ pub(crate) fn name_and_unit(name: &str) -> (String, Option<Unit>) {
     }
     match stem.rsplit_once(['_', ' ', '-']).filter(|(before, _)| !before.trim().is_empty()) {
         Some((before, ending)) => match unit_word(ending) {
-            Some(unit) => (format!("{}{axis}", before.trim_end()), Some(unit)),
-            None => split_glued(&name),
+            Some(unit) => (format!("{}{axis}", before.trim_end()), Some(as_force(before, unit))),
+            None => split_qualified(&name).map_or_else(|| split_glued(&name), |(stem, unit)| (stem, Some(unit))),
         },
         None => split_glued(&name),
     }
@@ -237,7 +346,7 @@ pub(crate) fn parse_loosely(text: &str) -> Option<Unit> {
         plain = plain.replace(word, unit);
     }
     let plain = plain.replace(" s^-2", "/s^2").replace(" s^-1", "/s").replace(" s-2", "/s^2").replace(" s-1", "/s");
-    let plain = plain.replace("s/s", "s^2").replace(' ', "");
+    let plain = plain.replace("s/s", "s^2").replace("perspers", "/s^2").replace("pers^2", "/s^2").replace(' ', "");
     let per = ["degpers", "radpers", "degps", "radps", "mpers", "ftpers", "mps", "ftps"]
         .iter()
         .find(|word| plain.starts_with(*word));
@@ -343,6 +452,27 @@ mod tests {
             ("airDensity_slug_ft3", "airDensity", Some("slug/ft^3")),
             ("p-rad_sec", "p", Some("rad/s")),
             ("column[11]", "column[11]", None),
+            ("heading_deg_true", "heading_true", Some("deg")),
+            ("Course_Degrees_Magnetic", "Course_Magnetic", Some("deg")),
+            ("altitude_ft_msl", "altitude_msl", Some("ft")),
+            ("height_ft_agl", "height_ft_agl", None),
+            ("rudder_deg_left_2", "rudder_left_2", Some("deg")),
+            ("pos_n_gps", "pos_n_gps", None),
+            ("Eng_RPM_1", "Eng_RPM_1", None),
+            ("degrees/LAT", "LAT", Some("deg")),
+            ("ft Baro/AltB", "AltB", Some("ft")),
+            ("rad/s", "rad/s", None),
+            ("velocities/p", "velocities/p", None),
+            ("Q_dot_dps2", "Q_dot", Some("deg/s^2")),
+            ("density_kgpm3", "density", Some("kg/m^3")),
+            ("Acceleration_X_mperspers", "Acceleration_X", Some("m/s^2")),
+            ("Gyro_X_degreespers", "Gyro_X", Some("deg/s")),
+            ("AirTemperature_r", "AirTemperature", Some("degR")),
+            ("delta_r", "delta_r", None),
+            ("Flap_%", "Flap", Some("%")),
+            ("thrust_lb", "thrust", Some("lbf")),
+            ("fuel_lbs", "fuel", Some("lb")),
+            ("LateralG", "LateralG", Some("g")),
         ] {
             let (found, unit) = name_and_unit(name);
             assert_eq!((found.as_str(), unit.map(|unit| unit.symbol)), (stem, wanted), "{name}");

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::load::clocks::find_clocks::{find_clocks, is_time_name};
+use crate::load::clocks::find_clocks::find_clocks;
+use crate::load::clocks::time_names::is_time_name;
 use crate::load::clocks::time_unit::settle_units;
 use crate::load::contents::{ChannelInfo, Probe, Source};
 use crate::load::error::Problem;

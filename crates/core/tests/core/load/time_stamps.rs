@@ -23,8 +23,8 @@ const DURATION_S: f64 = 60.0;
 
 /// Every generic file and its fate. Signs are told by the physics check.
 const FILES: [(&str, Fate); 23] = [
-    ("01_ms_integer.csv", Said("read in milliseconds, 25 Hz over 60 s")),
-    ("02_us_integer.csv", Said("read in microseconds, 25 Hz over 60 s")),
+    ("01_ms_integer.csv", Right),
+    ("02_us_integer.csv", Right),
     ("03_ns_since_1970.csv", Right),
     ("04_date_time_utcoffset.csv", Right),
     ("05_units_row.csv", Right),
