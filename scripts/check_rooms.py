@@ -9,7 +9,7 @@ from collections import defaultdict
 from pathlib import Path
 
 ORDER = {
-    "crates/core/src": """quantity schema toml_error statistics series optimise decompose atmos airframe propulsion motion load align prep compatibility
+    "crates/core/src": """quantity schema message toml_error statistics series optimise decompose atmos airframe propulsion motion load align prep compatibility
         reconstruct model replay estimate validate sensitivity simulate""",
     "crates/dynamics/src": "propagate linear frequency modes design qualities",
     "crates/fmu/src": "unsupported variables instance interface",

@@ -247,7 +247,7 @@ impl Path {
 
     /// Findings of a window.
     fn warnings(&self, index: usize) -> PyResult<Vec<String>> {
-        Ok(self.window(index)?.path.assessment().warnings.clone())
+        Ok(self.window(index)?.path.assessment().warnings.iter().map(ToString::to_string).collect())
     }
 
     /// SI units of the states by name.

@@ -360,7 +360,8 @@ impl Results {
 
     /// What failed: place and reason.
     fn failures(&self) -> Vec<(String, String)> {
-        self.snapshot.failures().into_iter().chain(self.snapshot.failed_fits()).collect()
+        let failed = self.snapshot.failures().into_iter().chain(self.snapshot.failed_fits());
+        failed.map(|(place, error)| (place.to_string(), error)).collect()
     }
 
     /// Time, s, and smoothed or filtered states of a window by name.

@@ -24,10 +24,11 @@ impl Panel for Log {
         let recordings = snapshot.flights.values().filter_map(|slot| slot.latest());
         let paths = snapshot.windows.values().filter_map(|results| results.path.latest());
         let aero = snapshot.windows.values().filter_map(|results| results.aero.latest());
-        let findings: Vec<&String> = recordings
+        let findings: Vec<String> = recordings
             .flat_map(|loaded| &loaded.recording.warnings)
             .chain(paths.flat_map(|path| &path.assessment().warnings))
             .chain(aero.flat_map(|aero| &aero.warnings))
+            .map(ToString::to_string)
             .collect();
         if !findings.is_empty() {
             egui::CollapsingHeader::new(format!("{} warnings in the data", findings.len())).show(ui, |ui| {

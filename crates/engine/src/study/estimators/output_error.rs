@@ -16,7 +16,7 @@ use nalgebra::DMatrix;
 
 use super::{CheckedDerivative, MethodEstimates, PartEstimates, WindowEstimation};
 use crate::graph::{Context, StageResult};
-use crate::session::{Finding, Level, PathSource};
+use crate::session::{Finding, Level, PathSource, Place};
 use crate::stage::{self, StudyWindow, WindowAero, WindowFlight};
 use crate::study::StudyInput;
 
@@ -78,7 +78,7 @@ pub struct FollowedFlight {
 impl FollowedFlight {
     /// Outputs it does not follow and starts away from the path (`follows`): its derivatives are then those of another flight.
     pub fn findings(&self, window: &str) -> Vec<Finding> {
-        let place = format!("manoeuvre '{window}', output error ({})", self.axis.name());
+        let place = Place::in_manoeuvre(window, format!("output error ({})", self.axis.name()));
         let fix_text = "Do not use these derivatives: add a term or shorten the manoeuvre.";
         let mut found = Vec::new();
         for output in self.outputs.iter().filter(|output| output.rms > WITHIN * output.deviation) {
