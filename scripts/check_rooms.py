@@ -13,7 +13,7 @@ ORDER = {
         reconstruct model replay estimate validate sensitivity simulate""",
     "crates/dynamics/src": "propagate linear frequency modes design qualities",
     "crates/fmu/src": "unsupported variables instance interface",
-    "crates/engine/src": """date notation keep builtin graph session autosave undo trace calibrate stage begin study live prior snapshot
+    "crates/engine/src": """date notation keep toml_file builtin graph session autosave undo trace calibrate stage begin study live prior snapshot
         verdict report compare planning run check aircraft confidence recorded_coverage batch document export qtg weigh ground_tests""",
     "crates/report/src": "library svg html pdf",
     "crates/cli/src": """outcome pages questions role_option search suggest table text version aircraft check equations glossary live progress

@@ -41,8 +41,7 @@ pub(super) fn findings(
     index: usize,
 ) -> Vec<Finding> {
     let Ok(estimate) = &fit.fit else { return Vec::new() };
-    let (name, value) = (&estimate.names[index], estimate.estimates[index]);
-    let error = fit.corrected_errors.get(index).copied().filter(|_| estimate.origins[index].is_estimated());
+    let name = &estimate.names[index];
     let at = Place::derivative(name, window);
     let mut findings = Vec::new();
     if !is_constant_name(name) {
@@ -58,10 +57,10 @@ pub(super) fn findings(
             findings.extend(of_channels.map(|finding| Finding { level: Level::Caution, ..finding }));
         }
     }
-    if let Some(range) = evidence.plausible.range(name, fit, evidence) {
-        let is_reversed = window.is_none() && range.outside(value).is_some_and(|outside| outside.wrong_sign);
-        let fix = || remedies::reverse_control(evidence, fit, name).filter(|_| is_reversed);
-        findings.extend(implausible(&at, name, (value, error), &range).map(|finding| finding.with_fix(fix())));
+    if let Some(implausible) = Implausible::judge(evidence, fit, index) {
+        let is_reversed = window.is_none() && implausible.outside.wrong_sign;
+        let fix = is_reversed.then(|| remedies::reverse_control(evidence, fit, name)).flatten();
+        findings.push(implausible.finding(&at, name).with_fix(fix));
     }
     findings
 }
@@ -85,26 +84,52 @@ fn determined(at: &Place, fit: &CoefficientFit, index: usize) -> Option<Finding>
     Some(finding.with_fix_text(fix_text).with_setting("Model", "estimation.constraint"))
 }
 
-fn implausible(at: &Place, name: &str, (value, error): (f64, Option<f64>), range: &Range) -> Option<Finding> {
-    let Outside { beyond, widths, wrong_sign } = range.outside(value)?;
-    let t = error.map_or(f64::INFINITY, |error| beyond / error);
-    let is_unusual = range.is_stated || widths > WIDTHS_UNUSUAL || wrong_sign;
-    let is_far = widths > WIDTHS_BAD || wrong_sign;
-    let is_absurd = widths > WIDTHS_ABSURD;
-    let level = if t > PLAUSIBLE_BAD && is_far || t > PLAUSIBLE_CAUTION && is_absurd {
-        Level::Bad
-    } else if is_absurd || t > PLAUSIBLE_CAUTION && is_unusual {
-        Level::Caution
-    } else {
-        return None;
-    };
-    let problem = if wrong_sign { "has the wrong sign: plausible range" } else { "is outside its plausible range" };
-    let error = error.map_or(Message::default(), |error| message!(" ± {:.2}", error));
-    let text = message!("{:.4}{} {} {:.3} to {:.3} ({}).", value, error, problem, range.low, range.high, range.source);
-    let limit = if value > range.high { range.high } else { range.low };
-    let finding = Finding::new(level, "plausible", at, text).with_figure(value, limit);
-    let fix_text = "Check signs, units, mass and inertia, or state a plausible range.";
-    Some(finding.with_fix_text(fix_text).with_setting("Derivatives", format!("verdict.plausible.{name}")))
+/// A derivative outside its plausible range.
+struct Implausible {
+    value: f64,
+    error: Option<f64>,
+    range: Range,
+    outside: Outside,
+    level: Level,
+}
+
+impl Implausible {
+    /// None of a value inside its range, or no farther outside than its error and an unusual aircraft explain.
+    fn judge(evidence: Evidence<'_>, fit: &CoefficientFit, index: usize) -> Option<Self> {
+        let estimate = fit.fit.as_ref().ok()?;
+        let value = estimate.estimates[index];
+        let range = evidence.plausible.range(&estimate.names[index], fit, evidence)?;
+        let error = fit.corrected_errors.get(index).copied().filter(|_| estimate.origins[index].is_estimated());
+        let outside = range.outside(value)?;
+        let Outside { beyond, widths, wrong_sign } = outside;
+        let t = error.map_or(f64::INFINITY, |error| beyond / error);
+        let is_unusual = range.is_stated || widths > WIDTHS_UNUSUAL || wrong_sign;
+        let is_far = widths > WIDTHS_BAD || wrong_sign;
+        let is_absurd = widths > WIDTHS_ABSURD;
+        let level = if t > PLAUSIBLE_BAD && is_far || t > PLAUSIBLE_CAUTION && is_absurd {
+            Level::Bad
+        } else if is_absurd || t > PLAUSIBLE_CAUTION && is_unusual {
+            Level::Caution
+        } else {
+            return None;
+        };
+        Some(Self { value, error, range, outside, level })
+    }
+
+    fn finding(&self, at: &Place, name: &str) -> Finding {
+        let Self { value, range, .. } = self;
+        let problem = match self.outside.wrong_sign {
+            true => "has the wrong sign: plausible range",
+            false => "is outside its plausible range",
+        };
+        let error = self.error.map_or(Message::default(), |error| message!(" ± {:.2}", error));
+        let estimate = message!("{:.4}{} {}", *value, error, problem);
+        let text = message!("{} {:.3} to {:.3} ({}).", estimate, range.low, range.high, range.source);
+        let limit = if *value > range.high { range.high } else { range.low };
+        let finding = Finding::new(self.level, "plausible", at, text).with_figure(*value, limit);
+        let fix_text = "Check signs, units, mass and inertia, or state a plausible range.";
+        finding.with_fix_text(fix_text).with_setting("Derivatives", format!("verdict.plausible.{name}"))
+    }
 }
 
 /// A derivative by a control whose own moment has the wrong sign: with the wrong sign or delay of that channel it is as wrong.
@@ -120,11 +145,10 @@ fn reversed_control(evidence: Evidence<'_>, at: &Place, fit: &CoefficientFit, na
     }
     let estimate = own.fit.as_ref().ok()?;
     let index = estimate.names.iter().position(|name| *name == own_name)?;
-    let value = estimate.estimates[index];
-    let range = evidence.plausible.range(&own_name, own, evidence)?;
-    let error = own.corrected_errors.get(index).copied().filter(|_| estimate.origins[index].is_estimated());
-    implausible(at, &own_name, (value, error), &range).filter(|finding| finding.level == Level::Bad)?;
-    range.outside(value).filter(|outside| outside.wrong_sign)?;
+    let found = Implausible::judge(evidence, own, index)?;
+    if found.level != Level::Bad || !found.outside.wrong_sign {
+        return None;
+    }
     let text = message!("{} has the wrong sign, and this is a derivative of the same control.", &own_name);
     let finding = Finding::new(Level::Bad, "plausible", at, text);
     let fix = remedies::reverse_control(evidence, own, &own_name);
