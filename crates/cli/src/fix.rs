@@ -102,7 +102,6 @@ fn apply(numbers: &[usize], found: &[(Fix, &Place)], session: &Session) -> Resul
     fixed.map_err(|error| error.to_string())
 }
 
-/// The fix of a number.
 fn pick<'a>(found: &'a [(Fix, &Place)], number: usize) -> Result<&'a Fix, String> {
     let fix = number.checked_sub(1).and_then(|index| found.get(index));
     fix.map(|(fix, _)| fix).ok_or_else(|| format!("fix {number} not found: the session has {}", found.len()))

@@ -19,7 +19,6 @@ pub struct Question {
     pub must_be_answered: bool,
     /// Role whose unit is asked for.
     pub role: Option<Role>,
-    /// What it is about.
     about: About,
 }
 

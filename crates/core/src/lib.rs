@@ -4,6 +4,8 @@
 //! only modules to its left, plus [`quantity`], [`message`](mod@message), [`series`], [`statistics`], `optimise`, [`decompose`], [`airframe`], [`propulsion`], [`atmos`], [`motion`] and [`schema`]. SI units and radians
 //! throughout; axes, signs and normalisations are fixed in `docs/conventions.md`.
 
+#![warn(missing_docs)]
+
 pub mod airframe;
 pub mod align;
 pub mod atmos;

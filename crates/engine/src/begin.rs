@@ -91,7 +91,6 @@ pub struct Order {
 /// Roles a recording lacks and what that means.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Missing {
-    /// The roles.
     pub roles: Vec<Role>,
     /// What follows, before the names of the roles.
     pub means: &'static str,
@@ -474,15 +473,12 @@ pub fn missing_measurements(roles: &BTreeSet<Role>) -> Vec<Measurement> {
 /// An aircraft in the numbers that derivatives need, with its mass constant and everything about the centre of gravity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlainAircraft {
-    /// Name.
     pub name: String,
     /// Reference area, m².
     pub area_m2: f64,
-    /// Span, m.
     pub span_m: f64,
     /// Mean chord, m.
     pub chord_m: f64,
-    /// Mass, kg.
     pub mass_kg: f64,
     /// Moments of inertia `Ixx, Iyy, Izz`, kg m².
     pub moments_kg_m2: [f64; 3],

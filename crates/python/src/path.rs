@@ -31,7 +31,6 @@ use crate::settings::session_with;
 /// A window as Python gives it: name, start and end (s), surface, kind of input, role, excluded parts (s).
 pub type WindowGiven = (String, f64, f64, Option<String>, String, String, Vec<(f64, f64)>);
 
-/// A window with its path.
 #[derive(Clone)]
 pub struct PathWindow {
     pub manoeuvre: Manoeuvre,

@@ -237,7 +237,6 @@ impl Results {
         self.snapshot.windows.get(&manoeuvre.name)
     }
 
-    /// The path of a window.
     fn path(&self, window: &str) -> PyResult<&WindowPath> {
         let found = self.snapshot.windows.get(window).and_then(|window| window.path.ready()).map(|path| &**path);
         found.ok_or_else(|| refuse(format!("no manoeuvre in use is called '{window}', or it has no path")))

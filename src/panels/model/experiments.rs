@@ -212,7 +212,6 @@ impl Experiments {
         self.order_by(&label, title);
     }
 
-    /// The title of an interval.
     fn interval_title(&mut self, ui: &mut Ui, axis: &Axis<'_>) {
         let label = ui.centered_and_justified(|ui| ui.label(notation::derivative_job(ui, axis.name))).inner;
         ui.ctx().accesskit_node_builder(label.id, |node| {

@@ -406,7 +406,6 @@ fn take(ctx: &mut PanelContext<'_>, (flight, modifiers): (&str, egui::Modifiers)
     }
 }
 
-/// The menu of a manoeuvre in the lane.
 fn lane_menu(ctx: &mut PanelContext<'_>, response: &Response, window: &Manoeuvre, lane: &Lane<'_>) {
     let id = response.id.with("menu at");
     if response.secondary_clicked()

@@ -56,7 +56,6 @@ struct Reading {
     engine_speed_rpm: Vec<f64>,
     /// Manifold pressure of each engine, inHg.
     manifold_pressure_inhg: Vec<f64>,
-    /// Static pressure, Pa.
     static_pressure_pa: f64,
     /// Air temperature, degC.
     air_temperature_c: f64,
@@ -87,7 +86,6 @@ pub struct PulledReading {
 /// What a static thrust test gives.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Pulled {
-    /// Readings.
     pub readings: Vec<PulledReading>,
     /// Factor of the thrust of the models, by weighted least squares through the origin.
     pub factor: f64,

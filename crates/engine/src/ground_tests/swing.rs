@@ -33,7 +33,6 @@ pub struct SwingFile {
     swings: Vec<Swing>,
 }
 
-/// One swing.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Swing {
@@ -57,7 +56,6 @@ struct Swing {
     pivot_to_cg_m: Option<f64>,
     #[serde(default)]
     pivot_error_m: f64,
-    /// Length of the wires, m.
     wire_length_m: Option<f64>,
     #[serde(default)]
     wire_length_error_m: f64,
@@ -109,7 +107,6 @@ fn gravity() -> f64 {
 /// One swing evaluated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SwungRow {
-    /// Name.
     pub name: String,
     /// Axis in body axes.
     pub axis: [f64; 3],
@@ -128,7 +125,6 @@ pub struct SwungRow {
 /// An element of the inertia tensor.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct InertiaRow {
-    /// Name.
     pub name: &'static str,
     /// Value, kg m².
     pub value_kg_m2: f64,
@@ -141,7 +137,6 @@ pub struct InertiaRow {
 /// What the swings give.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Swung {
-    /// Swings.
     pub swings: Vec<SwungRow>,
     /// Elements that the swings determine: by least squares over all of them.
     pub tensor: Vec<InertiaRow>,

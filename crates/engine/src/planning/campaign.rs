@@ -29,7 +29,6 @@ const FOLDER: &str = "campaigns";
 pub struct Campaign {
     format: String,
     version: u32,
-    /// Title.
     pub title: String,
     /// Aircraft: a file, or `builtin:` and a name.
     pub aircraft: String,
@@ -71,7 +70,6 @@ pub struct Campaign {
     /// Hazards of every point.
     #[serde(default, rename = "risk")]
     pub risks: Vec<Risk>,
-    /// Test points.
     #[serde(rename = "point")]
     pub points: Vec<TestPoint>,
 }
@@ -106,7 +104,6 @@ pub struct Fuel {
 pub struct Tolerance {
     /// True airspeed, m/s.
     pub airspeed_m_s: f64,
-    /// Altitude, m.
     pub altitude_m: f64,
 }
 
@@ -116,7 +113,6 @@ impl Default for Tolerance {
     }
 }
 
-/// A test point.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TestPoint {
@@ -124,7 +120,6 @@ pub struct TestPoint {
     pub id: String,
     /// True airspeed, m/s.
     pub airspeed_m_s: f64,
-    /// Altitude, m.
     pub altitude_m: f64,
     /// Flaps, gear, power.
     #[serde(default)]
@@ -137,7 +132,6 @@ pub struct TestPoint {
     /// Which way it begins.
     #[serde(default)]
     pub direction: String,
-    /// Amplitude, deg.
     #[serde(default)]
     pub amplitude_deg: f64,
     /// Change of the manifold pressure, inHg, of an input by the throttles.

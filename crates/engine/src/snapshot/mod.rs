@@ -39,7 +39,6 @@ pub use study_input::{answer, with_study_input};
 pub use verdicts::{Cause, Consequence, DerivativeVerdict, Effect, FitVerdict, VerdictCounts, Verdicts, WindowVerdict};
 
 slots! {
-    /// Results of one manoeuvre window.
     pub struct WindowResults {}
     slots {
         /// Reconstructed flight path.

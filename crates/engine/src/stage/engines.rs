@@ -37,7 +37,6 @@ pub(super) const ENGINES: [EngineRoles; 2] = [
 
 /// Air the propellers work in, one value per sample.
 pub struct Air<'a> {
-    /// Time, s.
     pub time_s: &'a [f64],
     /// True airspeed, m/s.
     pub airspeed_m_s: &'a [f64],
@@ -67,7 +66,6 @@ pub struct Engines {
 /// Thrust beyond the range of an engine chart or propeller map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExtrapolatedThrust {
-    /// Engine.
     pub engine: String,
     /// Each input that left the range with its furthest excursion, and the number of its samples outside.
     pub off_range: Vec<(OffRange, usize)>,

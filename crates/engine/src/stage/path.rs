@@ -159,7 +159,6 @@ pub struct PathSeries {
     pub outliers: [Series; MEASUREMENTS],
     /// What the smoothed states say each measurement was, at their samples; the filtered ones where nothing is smoothed.
     pub reconstructed: [Series; MEASUREMENTS],
-    /// Innovations.
     pub innovations: [Series; MEASUREMENTS],
     /// Predicted standard deviation of each innovation, held from one of its samples to the next.
     pub innovation_deviations: [Arc<[f64]>; MEASUREMENTS],
@@ -172,7 +171,6 @@ pub struct PathSeries {
 /// Smoothed states and their standard deviations.
 #[derive(Clone, Debug)]
 pub struct SmoothedSeries {
-    /// Smoothed states.
     pub states: [Series; STATES],
     /// Standard deviation of each, at its samples.
     pub deviations: [Arc<[f64]>; STATES],

@@ -13,7 +13,6 @@ use super::samples::short_differentiation;
 use crate::graph::StageResult;
 use crate::session::Preparation;
 
-/// The measurements of one window.
 pub type Measurements = [MeasurementSeries; MEASUREMENTS];
 
 const RATES: [Input; 3] = [Input::RollRate, Input::PitchRate, Input::YawRate];
@@ -68,7 +67,6 @@ fn rates_at(inputs: &InputSeries, time_s: &[f64]) -> Option<[Vec<f64>; 3]> {
     Some([p?, q?, r?])
 }
 
-/// A measurement at `time_s`.
 fn measured_at(measurements: &Measurements, measurement: Measurement, time_s: &[f64]) -> Option<Vec<f64>> {
     let series = &measurements[measurement as usize];
     at_times(&series.time_s, &series.values, time_s)

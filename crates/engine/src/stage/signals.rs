@@ -17,7 +17,6 @@ pub(crate) const SOURCE: &str = "prepared";
 /// What was done to the signal of one role.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TreatedSignal {
-    /// Role.
     pub role: Role,
     /// Channel it was recorded in, an index into the recording's channels.
     pub recorded: usize,

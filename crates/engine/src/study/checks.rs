@@ -31,16 +31,13 @@ impl CheckRequest {
 /// MethodEstimates of one window by one estimator.
 #[derive(Clone, Debug)]
 pub struct MethodChecks {
-    /// Estimator.
     pub method: &'static Estimator,
     /// What it found, part by part of the model.
     pub parts: Vec<PartEstimates>,
 }
 
-/// Checks of one window.
 #[derive(Clone, Debug)]
 pub struct WindowChecks {
-    /// Manoeuvre.
     pub window: String,
     /// One entry per estimator, in their order.
     pub methods: Vec<MethodChecks>,

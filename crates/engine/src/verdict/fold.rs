@@ -15,7 +15,6 @@ const RANGES: usize = 2;
 /// Findings of one kind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Folded {
-    /// Their level.
     pub level: Level,
     /// Their kind.
     pub code: &'static str,

@@ -20,7 +20,6 @@ const FLATNESS: [f64; 2] = [0.55, 1.0];
 /// with all their mass in the fuselage.
 const LATERAL_RADIUS: f64 = 0.08;
 
-/// Square foot, m2.
 const SQUARE_FOOT_M2: f64 = 0.092_903_04;
 
 /// Takes an area that is too large for span and chord as one in square feet, to four digits; none where that does not fit them either.

@@ -9,21 +9,18 @@ use serde::{Serialize, Serializer};
 pub enum Place {
     /// A flight, or one of its channels or clocks: `flight 'demo', az`.
     Flight {
-        /// Its name.
         name: String,
         /// The channel or clock.
         part: Option<String>,
     },
     /// A manoeuvre, or one of its channels: `manoeuvre '03 elevator', alpha`.
     Manoeuvre {
-        /// Its name.
         name: String,
         /// The channel.
         part: Option<String>,
     },
     /// A coefficient or derivative: `Cm_q (pooled)` or `Cm_q (manoeuvre '03 elevator')`.
     Derivative {
-        /// Its name.
         name: String,
         /// The manoeuvre it was estimated from; none of the pooled estimate.
         manoeuvre: Option<String>,
@@ -33,7 +30,6 @@ pub enum Place {
 }
 
 impl Place {
-    /// A flight.
     pub fn flight(name: &str) -> Self {
         Self::Flight { name: name.to_owned(), part: None }
     }
@@ -43,7 +39,6 @@ impl Place {
         Self::Flight { name: name.to_owned(), part: Some(part.into()) }
     }
 
-    /// A manoeuvre.
     pub fn manoeuvre(name: &str) -> Self {
         Self::Manoeuvre { name: name.to_owned(), part: None }
     }

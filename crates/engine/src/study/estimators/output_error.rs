@@ -32,7 +32,6 @@ const AWAY: f64 = 5.0;
 /// One output of the followed flight.
 #[derive(Clone, Debug)]
 pub struct FollowedOutput {
-    /// Output.
     pub output: FlightOutput,
     /// As reconstructed.
     pub measured: Series,
@@ -52,7 +51,6 @@ pub struct FollowedOutput {
 /// One state the followed flight starts from, beside the path.
 #[derive(Clone, Copy, Debug)]
 pub struct FollowedStart {
-    /// State.
     pub state: InitialState,
     /// Estimate, SI.
     pub estimate: f64,
@@ -65,9 +63,7 @@ pub struct FollowedStart {
 /// The flight of the estimates over one window.
 #[derive(Clone, Debug)]
 pub struct FollowedFlight {
-    /// Motion that was followed.
     pub axis: MotionAxis,
-    /// Outputs.
     pub outputs: Vec<FollowedOutput>,
     /// Initial states against the path.
     pub starts: Vec<FollowedStart>,
