@@ -256,7 +256,6 @@ fn select_among(state: &mut UiState, session: &Session, order: &[&str], name: &s
 }
 
 pub trait Panel {
-    /// Draws it.
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui);
 }
 

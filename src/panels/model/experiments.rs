@@ -46,7 +46,6 @@ const TABLE_PART: f32 = 0.6;
 const STALE: f32 = 0.5;
 const FAINT: f32 = 0.3;
 
-/// The panel.
 #[derive(Default)]
 pub struct Experiments {
     name: String,

@@ -40,7 +40,6 @@ struct Row {
     shape: Sparkline,
 }
 
-/// The panel.
 #[derive(Default)]
 pub struct Channels {
     of: Option<Arc<LoadedFlight>>,

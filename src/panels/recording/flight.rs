@@ -39,7 +39,6 @@ const LONGEST_SOURCE: usize = 18;
 /// A channel being dragged from the list onto a plot.
 struct Carried(String);
 
-/// The panel.
 #[derive(Default)]
 pub struct Flight {
     cache: PlotCache,

@@ -36,7 +36,6 @@ enum From {
     Mavlink,
 }
 
-/// The panel.
 pub struct Live {
     from: From,
     place: String,

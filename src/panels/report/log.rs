@@ -14,7 +14,6 @@ const CAUSE_PART: f32 = 0.25;
 /// Width of the columns of run and time, with the spaces between all.
 const COLUMNS: f32 = 40.0 + 72.0 + 40.0;
 
-/// The panel.
 pub struct Log;
 
 impl Panel for Log {

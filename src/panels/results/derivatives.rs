@@ -31,7 +31,6 @@ const LEAST_WIDTH: f32 = 200.0;
 const NAMES: std::ops::RangeInclusive<f32> = 64.0..=150.0;
 const FIGURES: f32 = 470.0;
 const TITLES: [&str; 7] = ["", "Estimate", "Std. error", "Corrected", "Scatter/√n", "Relative", "t"];
-/// The panel.
 pub struct Derivatives;
 
 impl Panel for Derivatives {

@@ -105,7 +105,6 @@ impl Place {
     }
 }
 
-/// The panel.
 #[derive(Default)]
 pub struct Summary {
     chosen: Place,
