@@ -9,11 +9,11 @@ from collections import defaultdict
 from pathlib import Path
 
 ORDER = {
-    "crates/core/src": """quantity schema toml_error statistics series optimise decompose atmos airframe propulsion motion load align prep compatibility
+    "crates/core/src": """quantity schema message toml_error statistics series optimise decompose atmos airframe propulsion motion load align prep compatibility
         reconstruct model replay estimate validate sensitivity simulate""",
     "crates/dynamics/src": "propagate linear frequency modes design qualities",
     "crates/fmu/src": "unsupported variables instance interface",
-    "crates/engine/src": """date notation keep builtin graph session autosave undo trace calibrate stage begin study live prior snapshot
+    "crates/engine/src": """date notation keep toml_file builtin graph session autosave undo trace calibrate stage begin study live prior snapshot
         verdict report compare planning run check aircraft confidence recorded_coverage batch document export qtg weigh ground_tests""",
     "crates/report/src": "library svg html pdf",
     "crates/cli/src": """outcome pages questions role_option search suggest table text version aircraft check equations glossary live progress

@@ -154,7 +154,6 @@ impl Arrangement {
 /// Which layout is on screen.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LayoutKey {
-    /// That of a step.
     Step(Step),
     /// Flight, plots, settings and results at once.
     Overview,
@@ -175,7 +174,6 @@ impl LayoutKey {
 /// A layout with the width its shares are meant for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Arranged {
-    /// Which.
     pub key: LayoutKey,
     /// The panels.
     pub tree: Tree<Pane>,

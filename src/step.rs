@@ -13,7 +13,6 @@ pub enum Step {
     Aircraft,
     /// Clocks, smoothing, sensors.
     Signals,
-    /// The windows.
     Manoeuvres,
     /// Flight path reconstruction.
     Filter,
@@ -33,7 +32,6 @@ impl Step {
             Filter "Filter", Model "Model", Results "Results", Report "Report",
     }
 
-    /// When it is done.
     pub fn done_when(self) -> &'static str {
         match self {
             Self::Recording => "Done when every recording is read",

@@ -345,7 +345,6 @@ impl UiState {
 /// What a session looked like when it was open last: its altitude over its time and its windows, each from 0 to 1.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Thumbnail {
-    /// Its title.
     pub title: String,
     /// Its verdict in one line.
     pub verdict: String,

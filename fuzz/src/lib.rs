@@ -100,7 +100,6 @@ fn instruments(data: &[u8]) {
     let _ = instruments::parse(&String::from_utf8_lossy(data));
 }
 
-/// Channel maps.
 fn channel_map(data: &[u8]) {
     let _ = ChannelMap::parse(&String::from_utf8_lossy(data));
 }

@@ -12,7 +12,6 @@ use super::scratch;
 
 /// Bytes of a row.
 const ROW: usize = 3;
-/// Most rows.
 const MOST_ROWS: usize = 2000;
 /// Most steps: each piece, and the end.
 const MOST_STEPS: u32 = 4010;

@@ -31,14 +31,12 @@ const AXIS: f32 = 52.0;
 /// Distance of the frequencies named beside it.
 const TICK: f32 = 40.0;
 
-/// The windows.
 #[derive(Default)]
 pub(super) struct Analyses {
     open: Vec<Analysis>,
     count: usize,
 }
 
-/// One of them.
 struct Analysis {
     number: usize,
     request: TraceRequest,

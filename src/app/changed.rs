@@ -48,7 +48,6 @@ impl Workbench {
         self.changed = changed.map(|changed| Question { changed, after: None, shown: false });
     }
 
-    /// Draws the question.
     pub(super) fn draw_change(&mut self, ctx: &egui::Context) {
         let Some(question) = &self.changed else { return };
         let mut answer = None;

@@ -341,7 +341,7 @@ fn running(app: &mut Workbench, ui: &mut Ui) {
         ui.add(ProgressBar::new(progress).desired_width(160.0).desired_height(10.0));
         ui.label(format!("Computing: {cause}"));
         if let Some(memory) = snapshot.memory.as_ref().filter(|_| !is_former) {
-            let text = RichText::new(&memory.text).color(level_mark::color(ui, Some(memory.level)));
+            let text = RichText::new(memory.text.to_string()).color(level_mark::color(ui, Some(memory.level)));
             ui.label(text).on_hover_text(&memory.fix_text);
         }
         if ui.small_button("Cancel").clicked() {

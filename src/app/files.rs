@@ -22,7 +22,6 @@ pub enum Purpose {
     Save,
 }
 
-/// A question for a file.
 #[derive(Clone, Debug)]
 pub struct FileQuestion {
     /// Title of the dialog.

@@ -29,7 +29,6 @@ pub enum Topic {
     About,
 }
 
-/// The window.
 #[derive(Default)]
 pub struct Help {
     shown: Option<Shown>,

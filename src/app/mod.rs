@@ -59,7 +59,6 @@ pub struct Message {
     pub written: Option<std::path::PathBuf>,
 }
 
-/// The workbench.
 pub struct Workbench {
     /// Layout, zoom, theme.
     pub state: UiState,
@@ -327,7 +326,6 @@ impl Workbench {
         self.message = Some(Message { text: text.into(), is_error: true, written: None });
     }
 
-    /// Shows the start page.
     pub fn show_start_page(&mut self) {
         self.keep_thumbnail();
         self.leave_beginning();

@@ -59,7 +59,6 @@ pub enum Pending {
 /// What a file was asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Asked {
-    /// To open it.
     Open,
     /// To open it beside the present session.
     OpenBeside,

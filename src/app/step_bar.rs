@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use doublet_engine::run::Snapshot;
-use doublet_engine::session::{Session, WindowRole};
+use doublet_engine::session::{Place, Session, WindowRole};
 use doublet_engine::verdict::{Finding, Level};
 use eframe::egui::{
     self, Align2, Color32, CornerRadius, FontId, Rect, Role, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2,
@@ -52,7 +52,7 @@ impl Mark {
 
 /// The step at which a finding is fixed.
 fn step_of(finding: &Finding) -> Option<Step> {
-    if finding.code == "failed" && finding.place.starts_with("manoeuvre ") {
+    if finding.code == "failed" && matches!(finding.place, Place::Manoeuvre { .. }) {
         return Some(Step::Manoeuvres);
     }
     finding.panel.and_then(Pane::from_title).and_then(Step::of_pane)

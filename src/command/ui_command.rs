@@ -223,13 +223,11 @@ pub enum Menu {
     Panels,
     /// The run in the background.
     Run,
-    /// Help.
     Help,
 }
 
 impl Menu {
     doublet_core::named_variants! {
-        /// Its title.
         pub title:
             File "File", Edit "Edit", Mark "Mark", View "View", Layout "Layout", Panels "Panels", Run "Run",
             Help "Help",
@@ -282,12 +280,10 @@ const fn ctrl(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::COMMAND, key))
 }
 
-/// Keys with Ctrl and Shift.
 const fn ctrl_shift(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), key))
 }
 
-/// Keys with Alt.
 const fn alt(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::ALT, key))
 }

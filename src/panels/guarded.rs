@@ -13,7 +13,6 @@ pub struct GuardedPanel {
 }
 
 impl GuardedPanel {
-    /// The panel of `pane`.
     pub fn new(pane: Pane) -> Self {
         Self { pane, panel: pane.build(), fault: None }
     }

@@ -190,13 +190,9 @@ pub fn add(ctx: &PanelContext<'_>, view: View, figure: Figure) -> Figure {
 /// What a menu on manoeuvres is opened on.
 #[derive(Clone, Copy)]
 pub struct Spot<'a> {
-    /// The session.
     pub session: &'a Session,
-    /// The table of commands.
     pub table: &'a [CommandInfo],
-    /// Its manoeuvre.
     pub window: Option<&'a Manoeuvre>,
-    /// The candidate there.
     pub candidate: Option<&'a Manoeuvre>,
     /// Its time, where it has one, s.
     pub time_s: Option<f64>,

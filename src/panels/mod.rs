@@ -64,7 +64,6 @@ pub enum EditRequest {
 
 /// What a panel may look at and what it may ask for.
 pub struct PanelContext<'a> {
-    /// The session.
     pub session: &'a Session,
     /// Folder its relative paths start from.
     pub folder: &'a Path,
@@ -74,7 +73,6 @@ pub struct PanelContext<'a> {
     pub state: &'a mut UiState,
     /// Time under the pointer in whichever plot it is, for the next frame.
     pub hovered_s: &'a mut Option<f64>,
-    /// The table of commands.
     pub table: &'a [CommandInfo],
     /// Commands to carry out before the next frame.
     pub commands: &'a mut Vec<UiCommand>,
@@ -91,7 +89,6 @@ pub struct PanelContext<'a> {
 /// Which part of time a stack shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum View {
-    /// That of the flight.
     Flight,
     /// That of the chosen window.
     Window,
@@ -258,9 +255,7 @@ fn select_among(state: &mut UiState, session: &Session, order: &[&str], name: &s
     }
 }
 
-/// One panel.
 pub trait Panel {
-    /// Draws it.
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui);
 }
 

@@ -15,11 +15,9 @@ const COLORS: [usize; MOST_OVERLAID] = [3, 6];
 
 /// An experiment that is drawn over the session.
 pub struct Overlaid<'a> {
-    /// Name.
     pub name: &'a str,
     /// Colour of its curves.
     pub color: Color32,
-    /// Results.
     pub results: &'a OverlaidResults,
     stale: bool,
 }

@@ -23,7 +23,6 @@ macro_rules! panels {
         }
 
         impl Pane {
-            /// Every panel.
             pub const ALL: &'static [Self] = &[$(Self::$pane),*];
         }
 
@@ -110,7 +109,6 @@ impl Pane {
         &PANELS[self as usize]
     }
 
-    /// Its title.
     pub fn title(self) -> &'static str {
         self.info().title
     }

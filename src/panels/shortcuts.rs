@@ -33,7 +33,6 @@ const POINTER: [(&str, &str); 21] = [
 /// Least width of the panel with two columns, points.
 const WIDE: f32 = 1100.0;
 
-/// The panel.
 pub struct Shortcuts;
 
 impl Panel for Shortcuts {

@@ -38,7 +38,6 @@ impl Default for Camera {
 /// An outline in local Earth axes (north, east, down) about the aircraft, m.
 #[derive(Clone, Debug)]
 pub struct Face {
-    /// Corners.
     pub corners: Vec<[f64; 3]>,
     /// Colour of the line.
     pub line: Color32,
@@ -49,15 +48,12 @@ pub struct Face {
 /// An arrow in local Earth axes, m.
 #[derive(Clone, Debug)]
 pub struct Arrow {
-    /// What it is.
     pub name: &'static str,
-    /// Ends.
     pub ends: [[f64; 3]; 2],
     /// Its colour.
     pub color: Color32,
 }
 
-/// The view.
 #[derive(Clone, Debug)]
 pub struct AttitudeView<'a> {
     /// Name, for tests and screen readers; also its identity.

@@ -33,7 +33,6 @@ pub(super) const TICK_SPACING: [f32; 2] = [84.0, 24.0];
 /// How a curve of a chart is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ChartStyle {
-    /// A line.
     Line,
     /// A dashed line.
     Dashed,
@@ -48,7 +47,6 @@ pub enum ChartStyle {
 }
 
 impl ChartStyle {
-    /// Its mark in a legend.
     fn legend(self) -> LegendMark {
         match self {
             Self::Line => LegendMark::Line,
@@ -59,7 +57,6 @@ impl ChartStyle {
     }
 }
 
-/// A curve of a chart.
 #[derive(Clone, Debug)]
 pub struct ChartCurve {
     /// Name in legend and tables.
@@ -92,7 +89,6 @@ impl ChartCurve {
     }
 }
 
-/// A chart.
 #[derive(Clone, Debug, Default)]
 pub struct Chart {
     /// Name, for tests, screen readers and proposed files.
@@ -253,11 +249,9 @@ pub(super) fn legend_entry(
 /// What stands before a name of a legend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum LegendMark {
-    /// A line.
     Line,
     /// A dashed line.
     Dashed,
-    /// Dots.
     Dots,
     /// A filled box.
     Box,
@@ -344,7 +338,6 @@ pub(super) fn unit_of(label: &str) -> String {
     unit.map_or_else(String::new, |unit| format!(" {unit}"))
 }
 
-/// Draws one curve.
 fn draw<'a>(plot: &mut egui_plot::PlotUi<'a>, curve: &'a ChartCurve) {
     let color = curve.color;
     let line = |points: &[[f64; 2]], width: f32| {

@@ -28,7 +28,6 @@ pub enum FigureForm {
     CopyPicture,
     /// Numbers in the clipboard.
     Copy,
-    /// A figure of the report.
     Report,
 }
 
@@ -61,7 +60,6 @@ impl FigureForm {
 /// A figure and what to do with it.
 #[derive(Clone, Debug)]
 pub struct FigureRequest {
-    /// The figure.
     pub figure: Figure,
     /// What it is wanted as.
     pub form: FigureForm,

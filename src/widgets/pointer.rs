@@ -128,7 +128,6 @@ pub enum MarkKind {
 /// A drag that marks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Marked {
-    /// What.
     pub kind: MarkKind,
     /// Where it began, s.
     pub from_s: f64,

@@ -284,7 +284,6 @@ impl<'a> QuantityEdit<'a> {
     }
 }
 
-/// `value` to `decimals`.
 pub fn to_decimals(value: f64, decimals: usize) -> f64 {
     fixed(value, decimals).parse().unwrap_or(value)
 }

@@ -28,9 +28,7 @@ const DECIMALS: usize = 2;
 /// How a handle is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Symbol {
-    /// A disc.
     Disc,
-    /// A square.
     Square,
     /// A square on its corner.
     Diamond,
@@ -49,7 +47,6 @@ pub struct Handle {
     pub name: String,
     /// Place, m.
     pub at: [f64; 2],
-    /// Its symbol.
     pub symbol: Symbol,
     /// Its colour.
     pub color: Color32,
@@ -66,7 +63,6 @@ pub struct Outline {
     pub color: Color32,
 }
 
-/// The view.
 #[derive(Clone, Debug)]
 pub struct ScaleView<'a> {
     /// Name, for tests and screen readers; also its identity.

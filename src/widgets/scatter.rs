@@ -20,7 +20,6 @@ const LASSO_STEP: f32 = 3.0;
 /// Most marks that can be pointed at; more are drawn and can be taken with the lasso.
 const MOST: usize = 3000;
 
-/// One mark.
 #[derive(Clone, Debug)]
 pub struct ScatterMark {
     /// Its place.

@@ -47,7 +47,6 @@ pub enum SpanEvent {
     Selected(u64),
     /// A span is being moved or resized; `part` is where it is now (where it was, for `Begin` and `Cancel`).
     Dragged {
-        /// The span.
         id: u64,
         /// Where the drag stands.
         phase: EditPhase,
@@ -65,9 +64,7 @@ pub enum SpanEvent {
 pub enum Grip {
     /// All of it.
     Body,
-    /// Its start.
     Start,
-    /// Its end.
     End,
 }
 

@@ -17,7 +17,6 @@ fn decades(frequency_hz: &[f64]) -> Vec<(f64, String)> {
     inside.map(|hz| (hz.log10(), format!("{hz}"))).collect()
 }
 
-/// Unit of a density.
 pub fn density_unit(unit: &str) -> String {
     if unit.is_empty() { "1/Hz".to_owned() } else { format!("({unit})²/Hz") }
 }

@@ -28,7 +28,6 @@ pub fn column_title(ui: &mut Ui, title: &str) -> Response {
     column_title_called(ui, title, title)
 }
 
-/// Titles of the columns of a table.
 pub fn column_titles<'t>(mut header: TableRow<'_, '_>, titles: impl IntoIterator<Item = &'t str>) {
     for title in titles {
         header.col(|ui| drop(column_title(ui, title)));

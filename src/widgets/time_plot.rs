@@ -124,7 +124,6 @@ impl<'a> TimePlot<'a> {
 /// A coloured part of time behind the traces.
 #[derive(Clone, Copy, Debug)]
 pub struct SpanMark {
-    /// Where.
     pub part: TimeRange,
     /// Colour, drawn faintly.
     pub color: Color32,
@@ -439,7 +438,6 @@ fn shared_names<'p, 'a>(plots: &'p [TimePlot<'a>]) -> Option<&'p TimePlot<'a>> {
     (rest > 0 && several.filter(same).count() == rest).then_some(first)
 }
 
-/// The time of the cursor on the time axis.
 fn draw_cursor_time(ui: &Ui, axis: Rect, range: TimeRange, time_s: f64) {
     let palette = theme::palette(ui);
     let ink = ui.visuals().strong_text_color();

@@ -79,7 +79,7 @@ fn reason_of_a_cell_leads_to_the_panel_that_cures_it() {
         .get_by_role_and_label(Role::Button, &format!("Cm, all manoeuvres: {}", fit.verdict.level.name()))
         .click();
     bench.settle();
-    assert!(bench.harness.query_by_label(&reason.text).is_some(), "{reason:?}");
+    assert!(bench.harness.query_by_label(&reason.text.to_string()).is_some(), "{reason:?}");
     picture(&mut bench.harness, "summary_reasons");
     let shown = |harness: &Harness<'_, Workbench>| {
         let layout = &harness.state().state.shown.tree;

@@ -15,7 +15,7 @@ use doublet_core::series::TimeRange;
 use doublet_engine::graph::Cache;
 use doublet_engine::report::document::SectionKind;
 use doublet_engine::run::{Control, Scope, Snapshot, run};
-use doublet_engine::session::{self, WindowRole};
+use doublet_engine::session::{self, Place, WindowRole};
 use egui::Key;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -290,7 +290,7 @@ fn window_without_recorded_controls_says_so_in_its_row_and_the_others_keep_their
     bench.settle();
     let failures = bench.snapshot().failures();
     assert_eq!(failures.len(), 1, "{failures:?}");
-    assert_eq!(failures[0].0, "manoeuvre 'without elevator'");
+    assert_eq!(failures[0].0, Place::manoeuvre("without elevator"));
     let shown = bench.harness.get_by_label(&failures[0].1).rect();
     let row = bench.harness.get_by_label("name of without elevator").rect();
     assert!(

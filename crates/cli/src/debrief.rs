@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use doublet_engine::keep::Put;
 use doublet_engine::planning::{
-    self, Debrief, FLIGHT_FOLDER, Promise, debrief_document, true_derivatives, with_recordings_in,
+    self, Debrief, FLIGHT_FOLDER, Promise, debrief_document, debrief_table, true_derivatives, with_recordings_in,
 };
 use doublet_engine::run::{Control, Snapshot};
 use doublet_report::{DocumentSet, ReportFormat};
@@ -102,30 +102,7 @@ fn read(path: &Path) -> Result<String, String> {
 fn print(found: &Debrief) {
     let Debrief { kind, time_s, flights, .. } = found;
     text::line(&format!("{kind}, {} s of manoeuvres, flights: {flights}", number(*time_s, 4)));
-    let maybe = |value: Option<f64>, digits| value.map_or_else(String::new, |value| number(value, digits));
-    let cells = found.derivatives.iter().map(|row| {
-        vec![
-            row.name.clone(),
-            number(row.promised, 2),
-            number(row.obtained, 2),
-            number(row.over_promised, 3),
-            number(row.estimate, 4),
-            maybe(row.truth, 4),
-            maybe(row.off, 3),
-            row.inside.map_or_else(String::new, |inside| format!("{inside} of {flights}")),
-        ]
-    });
-    let header = [
-        "derivative",
-        "promised error",
-        "obtained error",
-        "obtained over promised",
-        "estimate",
-        "truth",
-        "rms error in std errors",
-        "truth inside 95 %",
-    ];
-    text::table(&header, &cells.collect::<Vec<_>>());
+    text::show(&debrief_table(found));
     text::line(&format!("obtained over promised: median {}", number(found.median_over_promised, 3)));
     if let (Some(inside), Some(off)) = (found.inside_percent, found.rms_off) {
         text::line(&format!("truth inside the 95 % intervals: {inside:.1} %; rms error {} std errors", number(off, 3)));

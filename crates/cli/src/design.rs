@@ -6,8 +6,7 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use doublet_dynamics::design::{Basis, Criterion, DesignKind, Designed, Quantity, Request, SURFACE_NAMES, THROTTLE};
 use doublet_engine::planning::{
-    self, ComparedKind, DesignOptions, DesignRow, EnoughOptions, Goal, PathShare, design_basis, design_document,
-    designed_rows,
+    self, DesignOptions, DesignRow, EnoughOptions, Goal, PathShare, design_basis, design_document, designed_rows,
 };
 use doublet_engine::run::{Control, Snapshot};
 use doublet_engine::session::Session;
@@ -326,27 +325,11 @@ fn print(row: &DesignRow) {
     for own in close {
         text::line(&format!("{} and {}: correlation {:+.2}", own.first, own.second, own.correlation));
     }
-    print_comparison(&row.comparison);
-    row.notes.iter().for_each(|note| text::line(note));
-}
-
-fn print_comparison(rows: &[ComparedKind]) {
-    if rows.is_empty() {
-        return;
+    if !row.comparison.is_empty() {
+        text::line("");
+        text::show(&planning::comparison_table(row));
     }
-    text::line("");
-    let cells = rows.iter().map(|own| {
-        let cost = |name: &str| own.costs.get(name).map_or_else(String::new, |cost| number(*cost, 4));
-        vec![
-            own.kind.to_owned(),
-            cost("d"),
-            cost("a"),
-            own.worst_relative_error_percent.map_or_else(String::new, |percent| number(percent, 3)),
-            own.worst.clone().unwrap_or_default(),
-            own.error.clone().unwrap_or_default(),
-        ]
-    });
-    text::table(&["kind", "d", "a", "worst relative %", "of", ""], &cells.collect::<Vec<_>>());
+    row.notes.iter().for_each(|note| text::line(note));
 }
 
 /// Prints what was flown against goals, window by window, and what to fly next.
@@ -371,43 +354,12 @@ pub fn enough(arguments: &EnoughArguments) -> Result<(), String> {
     let word = if found.enough { "enough" } else { "not enough" };
     text::line(&format!("{word}: {} of {} goals are met", found.met, found.of));
     text::line("");
-    let cells = found.derivatives.iter().map(|own| {
-        vec![
-            own.name.clone(),
-            number(own.estimate, 4),
-            own.corrected.map_or_else(|| "not determined".to_owned(), |error| number(error, 2)),
-            number(own.goal, 2),
-            own.met_after.as_ref().map_or_else(|| "not met".to_owned(), |window| format!("met after {window}")),
-        ]
-    });
-    text::table(&["derivative", "estimate", "corrected error", "goal", ""], &cells.collect::<Vec<_>>());
+    text::show(&planning::goals_table(&found));
     text::line("");
-    let ratio = |value: Option<f64>| value.map_or_else(|| "not determined".to_owned(), |value| number(value, 3));
-    let cells = found.windows.iter().map(|own| {
-        vec![
-            own.window.clone(),
-            number(own.time_s, 4),
-            format!("{} of {}", own.met, found.of),
-            own.worst.clone().unwrap_or_default(),
-            ratio(own.worst_over_goal),
-        ]
-    });
-    text::table(&["after manoeuvre", "time, s", "goals met", "worst", "error over goal"], &cells.collect::<Vec<_>>());
-    if !found.next.is_empty() {
+    text::show(&planning::windows_table(&found));
+    if let Some(next) = planning::next_table(&found) {
         text::line("");
-        let cells = found.next.iter().map(|own| {
-            let peaks: Vec<String> = own.signal_peak_rad.iter().map(|peak| number(peak.to_degrees(), 3)).collect();
-            vec![
-                format!("{} on {}", own.kind, own.surfaces.join(", ")),
-                number(own.duration_s, 3),
-                peaks.join(", "),
-                format!("{} of {}", own.met, found.of),
-                own.worst.clone().unwrap_or_default(),
-                ratio(own.worst_over_goal),
-            ]
-        });
-        let header = ["next manoeuvre", "time, s", "peak, deg", "goals met", "worst", "error over goal"];
-        text::table(&header, &cells.collect::<Vec<_>>());
+        text::show(&next);
     }
     Ok(())
 }

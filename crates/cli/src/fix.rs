@@ -7,7 +7,7 @@ use doublet_engine::compare::ExperimentOutcome;
 use doublet_engine::graph::{Cache, Context};
 use doublet_engine::keep::Lock;
 use doublet_engine::run::{Slot, TriedFixes, try_fixes};
-use doublet_engine::session::{self, Fix, Opened, Session};
+use doublet_engine::session::{self, Fix, Opened, Place, Session};
 use doublet_engine::verdict::{Level, VerdictCounts, fixes};
 
 use crate::progress::Progress;
@@ -57,7 +57,7 @@ pub fn fix(arguments: &FixArguments) -> Result<(), String> {
 }
 
 /// Prints the verdict now and after each fix, the best first.
-fn list(opened: &Opened, now: VerdictCounts, found: &[(Fix, &str)], progress: &Progress) -> Result<(), String> {
+fn list(opened: &Opened, now: VerdictCounts, found: &[(Fix, &Place)], progress: &Progress) -> Result<(), String> {
     let cache = Cache::new(CACHE_BYTES);
     let context = Context::new(&opened.folder).with_cache(&cache);
     let wanted: Vec<Fix> = found.iter().map(|(fix, _)| fix.clone()).collect();
@@ -78,14 +78,14 @@ fn list(opened: &Opened, now: VerdictCounts, found: &[(Fix, &str)], progress: &P
     });
     progress.finish();
     text::line(&format!("now: verdict {}", describe(now)));
-    let row = |(index, fix, place, after): (usize, &Fix, &str, Result<VerdictCounts, String>)| {
+    let row = |(index, fix, place, after): (usize, &Fix, &Place, Result<VerdictCounts, String>)| {
         let [level, good, caution, bad] = match after {
             Ok(VerdictCounts { level, good, caution, bad }) => {
                 [level.name().to_owned(), good.to_string(), caution.to_string(), bad.to_string()]
             }
             Err(error) => [error, String::new(), String::new(), String::new()],
         };
-        vec![(index + 1).to_string(), fix.label.clone(), level, good, caution, bad, place.to_owned()]
+        vec![(index + 1).to_string(), fix.label.clone(), level, good, caution, bad, place.to_string()]
     };
     let rows: Vec<Vec<String>> = tried.into_iter().map(row).collect();
     match rows.is_empty() {
@@ -96,14 +96,13 @@ fn list(opened: &Opened, now: VerdictCounts, found: &[(Fix, &str)], progress: &P
 }
 
 /// The session after fixes by their numbers, in this order.
-fn apply(numbers: &[usize], found: &[(Fix, &str)], session: &Session) -> Result<Session, String> {
+fn apply(numbers: &[usize], found: &[(Fix, &Place)], session: &Session) -> Result<Session, String> {
     let chosen: Result<Vec<&Fix>, String> = numbers.iter().map(|number| pick(found, *number)).collect();
     let fixed = chosen?.iter().try_fold(session.clone(), |session, fix| fix.apply(&session));
     fixed.map_err(|error| error.to_string())
 }
 
-/// The fix of a number.
-fn pick<'a>(found: &'a [(Fix, &str)], number: usize) -> Result<&'a Fix, String> {
+fn pick<'a>(found: &'a [(Fix, &Place)], number: usize) -> Result<&'a Fix, String> {
     let fix = number.checked_sub(1).and_then(|index| found.get(index));
     fix.map(|(fix, _)| fix).ok_or_else(|| format!("fix {number} not found: the session has {}", found.len()))
 }

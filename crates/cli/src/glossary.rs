@@ -12,11 +12,9 @@ const MOST_ENTRIES: usize = 4;
 /// One word.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// The word.
     pub word: String,
     /// Other forms of it, as tables head their columns.
     pub also: Vec<String>,
-    /// What it is.
     pub what: String,
     /// Unit of its numbers.
     pub unit: Option<String>,

@@ -71,7 +71,6 @@ pub struct Line {
     pub heading: Option<&'static str>,
     /// Its number, from one.
     pub number: usize,
-    /// The line.
     pub text: &'static str,
     prepared: Prepared,
     is_heading: bool,

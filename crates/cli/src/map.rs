@@ -11,7 +11,7 @@ use doublet_engine::builtin;
 use doublet_engine::confidence::weigh;
 use doublet_engine::keep;
 use doublet_engine::run::Control;
-use doublet_engine::stage::FlightPhysics;
+use doublet_engine::stage::{FlightPhysics, PhysicsRow};
 use serde_json::json;
 
 use crate::outcome::Outcome;
@@ -179,10 +179,11 @@ fn write_map(inspected: &Inspected, asked: &[Question], against: &[String]) -> R
 
 /// What speaks against the guess among the channels themselves.
 fn find_contradictions(physics: &FlightPhysics) -> Vec<String> {
-    let line = |headline: &str, fix_text: &str| {
-        if fix_text.is_empty() { headline.to_owned() } else { format!("{headline}; {fix_text}") }
+    let line = |row: &PhysicsRow| match row.fix_text.as_str() {
+        "" => row.headline.to_string(),
+        fix_text => format!("{}; {fix_text}", row.headline),
     };
-    physics.contradictions().map(|row| line(&row.headline, &row.fix_text)).collect()
+    physics.contradictions().map(line).collect()
 }
 
 /// Why a channel is taken for a role, in which unit, with which sign, scale and offset, and the values it then has.

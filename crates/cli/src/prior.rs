@@ -5,14 +5,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use doublet_core::load::datcom::DatcomListing;
 use doublet_engine::graph::Context;
-use doublet_engine::prior::{PriorRequest, PriorStudy, PriorValue, ValueRow};
+use doublet_engine::prior::{PriorRequest, PriorStudy, PriorValue};
 use doublet_engine::report::Reference;
 use doublet_engine::run::{Snapshot, answer};
 use doublet_engine::session::Session;
 use serde_json::json;
 
 use crate::run::computed;
-use crate::text::number;
 use crate::{datcom, text};
 
 /// Relative standard deviation of derivatives stated without one.
@@ -130,16 +129,7 @@ fn read_table(path: &Path) -> Result<Vec<PriorValue>, String> {
 }
 
 fn print(study: &PriorStudy) {
-    let cell = |known: ValueRow| format!("{} +- {}", number(known.value, 4), number(known.standard_error, 2));
-    let cells = study.derivatives.iter().map(|row| {
-        let conflict = row.deviations.map_or_else(String::new, |z| {
-            let word = if row.is_contradiction() { ", contradicts" } else { "" };
-            format!("{} standard deviations{word}", number(z, 2))
-        });
-        let prior = row.prior.map_or_else(|| "-".to_owned(), cell);
-        vec![row.name.clone(), prior, cell(row.flight), cell(row.combined), conflict]
-    });
-    text::table(&["derivative", "prior", "flight", "combined", "flight less prior"], &cells.collect::<Vec<_>>());
+    text::show(&study.table());
     text::line("");
     study.coefficients.iter().for_each(|row| text::line(&row.to_string()));
 }

@@ -4,35 +4,58 @@ use doublet_core::load::{By, ManualChannel, ManualChannelMap, Probe, Source, fin
 use doublet_core::quantity::Role;
 use doublet_engine::session::Surface;
 
+/// Sources that a question lists; more are counted.
+const LISTED_SOURCES: usize = 4;
+
 /// What a recording leaves open.
 pub struct Question {
+    /// Sources it is about; none where the text names them.
+    sources: Vec<String>,
     /// The question, with what is taken where it has no answer.
-    pub text: String,
+    text: String,
     /// Option of the command line that answers it, where its value follows from the question.
     pub option: Option<String>,
     /// Nothing is right before it is answered: there is no time, it is too coarse, or it can be read in several units.
     pub must_be_answered: bool,
     /// Role whose unit is asked for.
     pub role: Option<Role>,
-    /// What it is about.
     about: About,
 }
 
 impl Question {
     /// One that need not be answered.
-    fn new(text: String, about: About) -> Self {
-        Self { text, option: None, must_be_answered: false, role: None, about }
+    fn new(source: &str, text: String, about: About) -> Self {
+        Self { sources: vec![source.to_owned()], text, option: None, must_be_answered: false, role: None, about }
     }
 
     /// The unit of a deflection, which must be known: nothing in the motion shows it.
-    fn of_deflection(text: String, role: Role, option: String) -> Self {
-        let open = Self::new(text, About::Deflection);
+    fn of_deflection(source: &str, text: String, role: Role, option: String) -> Self {
+        let open = Self::new(source, text, About::Deflection);
         Self { option: Some(option), must_be_answered: true, role: Some(role), ..open }
     }
 
     /// The question with the option that answers it.
     pub fn line(&self) -> String {
-        self.option.as_ref().map_or_else(|| self.text.clone(), |option| format!("{}; use {option}", self.text))
+        let text = self.text();
+        self.option.as_ref().map_or_else(|| text.clone(), |option| format!("{text}; use {option}"))
+    }
+
+    /// The question and the sources it is about.
+    pub fn text(&self) -> String {
+        let is_of_time = self.about == About::Time;
+        let quoted = |name: &String| if is_of_time { format!("'{name}'") } else { name.clone() };
+        match &self.sources[..] {
+            [] => self.text.clone(),
+            [source] if is_of_time => format!("source '{source}': {}", self.text),
+            [source] => format!("{source}: {}", self.text),
+            [first, others @ ..] => {
+                let others = match others {
+                    few if few.len() <= LISTED_SOURCES => few.iter().map(quoted).collect::<Vec<_>>().join(", "),
+                    many => format!("{} other sources", many.len()),
+                };
+                format!("{} and {others}: {}", quoted(first), self.text)
+            }
+        }
     }
 
     /// Whether a sign is asked for.
@@ -65,19 +88,20 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
     let clocks =
         probe.sources.iter().filter(is_open).flat_map(|source| source.clocks.iter().map(move |clock| (source, clock)));
     let of_clocks = clocks.filter_map(|(source, clock)| {
-        let text = format!("{}: time {}", source.name, clock.question.as_ref()?);
+        let text = format!("time {}", clock.question.as_ref()?);
         let coarse = clock.coarse.filter(|_| plays_role(source, guessed));
         let option = coarse.map(|coarse| format!("--time {},rate={}", clock.channel, coarse.rate_hz));
         let must_be_answered = clock.is_unit_ambiguous || coarse.is_some();
-        Some(Question { option, must_be_answered, ..Question::new(text, About::Clock) })
+        Some(Question { option, must_be_answered, ..Question::new(&source.name, text, About::Clock) })
     });
     let without_time = probe
         .sources
         .iter()
         .filter(is_open)
         .filter(|source| plays_role(source, guessed))
-        .filter_map(Source::missing_time);
-    let without_time = without_time.map(|text| Question { must_be_answered: true, ..Question::new(text, About::Time) });
+        .filter_map(|source| Some((source, source.describe_missing_time()?)));
+    let without_time = without_time
+        .map(|(source, text)| Question { must_be_answered: true, ..Question::new(&source.name, text, About::Time) });
     let of_deflections: Vec<Question> = Surface::ALL
         .into_iter()
         .map(Surface::role)
@@ -87,13 +111,9 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
         let channel = row.from.find(std::slice::from_ref(probe))?;
         let is_open = !row.is_unit_known && stated_unit(channel).is_none();
         let unit = row.unit.filter(|unit| is_open && unit.symbol != "-")?;
-        let (source, name) = (&row.from.source, &channel.name);
-        let text = format!(
-            "{source}: '{name}', guessed as {}, states no unit: its values suggest {}",
-            role.name(),
-            unit.symbol
-        );
-        Some(Question { role: Some(*role), ..Question::new(text, About::Unit) })
+        let (name, role_name, unit) = (&channel.name, role.name(), unit.symbol);
+        let text = format!("'{name}', guessed as {role_name}, states no unit: its values suggest {unit}");
+        Some(Question { role: Some(*role), ..Question::new(&row.from.source, text, About::Unit) })
     });
     // The unit of a deflection that is asked for by itself is not asked for again.
     let is_new = |question: &Question| of_deflections.iter().all(|other| other.role != question.role);
@@ -104,16 +124,16 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
             changes if changes.is_empty() => "left as recorded".to_owned(),
             changes => changes.join(", "),
         };
-        let text = format!("{source}: the sign of '{name}', guessed as {role}, is not documented: {taken}");
-        Question::new(text, About::Sign)
+        let text = format!("the sign of '{name}', guessed as {role}, is not documented: {taken}");
+        Question::new(source, text, About::Sign)
     });
     let of_roles = guessed.rows.iter().filter(|(_, row)| row.by == By::Physics).map(|(role, row)| {
         let (source, name, role) = (&row.from.source, &row.from.channel, role.name());
         let evidence = row.evidence.as_ref().map_or_else(String::new, |evidence| format!(" ({evidence})"));
         let text = format!(
-            "{source}: '{name}' can be {role} by comparison with other channels{evidence}, but its name does not confirm it"
+            "'{name}' can be {role} by comparison with other channels{evidence}, but its name does not confirm it"
         );
-        Question::new(text, About::Role)
+        Question::new(source, text, About::Role)
     });
     let of_roles = of_roles.chain(ask_layout(guessed));
     let all = of_clocks.chain(without_time).chain(of_deflections).chain(of_units).chain(of_signs).chain(of_roles);
@@ -144,12 +164,11 @@ fn ask_layout(guessed: &ManualChannelMap) -> Option<Question> {
     let (_, first) = rows().next()?;
     let roles: Vec<String> = rows().map(|(role, row)| format!("'{}' is {}", row.from.channel, role.name())).collect();
     let text = format!(
-        "{}: number, order and values of the columns match a table of {} without names: {}; check each role",
-        first.from.source,
+        "number, order and values of the columns match a table of {} without names: {}; check each role",
         guessed.recorders.join(", "),
         roles.join(", ")
     );
-    Some(Question::new(text, About::Role))
+    Some(Question::new(&first.from.source, text, About::Role))
 }
 
 /// Whether a source plays a role in the guess; every one does where none does.
@@ -183,72 +202,43 @@ fn ask_deflection(probe: &Probe, guessed: &ManualChannelMap, role: Role) -> Opti
     };
     let (name, channel, symbol) = (role.name(), &row.from.channel, values.unit.symbol);
     let text = format!(
-        "{}: '{channel}', guessed as {name}, states no unit: {:.3} to {:.3} can be {first} or {second}",
-        row.from.source, values.least, values.greatest
+        "'{channel}', guessed as {name}, states no unit: {:.3} to {:.3} can be {first} or {second}",
+        values.least, values.greatest
     );
     let option = format!("--role {name}={channel},unit={symbol}, or unit=deg,scale=X with X degrees per recorded unit");
-    Some(Question::of_deflection(text, role, option))
+    Some(Question::of_deflection(&row.from.source, text, role, option))
 }
 
 /// A control surface that was recorded as a signal: no angle without its calibration, and no derivative of the control.
 fn ask_calibration(probe: &Probe, guessed: &ManualChannelMap, role: Role) -> Option<Question> {
     let (from, unit) = find_surface_signal(std::slice::from_ref(probe), guessed, role)?;
     let (name, channel) = (role.name(), &from.channel);
-    let text = format!("{}: '{channel}', named like {name}, is in {unit}, not an angle", from.source);
+    let text = format!("'{channel}', named like {name}, is in {unit}, not an angle");
     let option = format!("--role {name}={channel},unit=deg,scale=X with X degrees per recorded unit");
-    Some(Question::of_deflection(text, role, option))
+    Some(Question::of_deflection(&from.source, text, role, option))
 }
 
 /// Questions of one reason as one: clocks of the same stamps, sources without time, deflections, units, signs.
 pub fn group(all: Vec<Question>) -> Vec<Question> {
-    let mut grouped: Vec<(Question, Vec<String>)> = Vec::new();
+    let mut grouped: Vec<Question> = Vec::new();
     for question in all {
-        let is_like = |(first, _): &&mut (Question, Vec<String>)| {
-            let is_same_text =
-                || split_source(&first.text, first.about).1 == split_source(&question.text, first.about).1;
-            let has_sources = matches!(first.about, About::Clock | About::Time);
+        let has_sources = matches!(question.about, About::Clock | About::Time);
+        let is_like = |first: &&mut Question| {
             first.about == question.about
                 && first.must_be_answered == question.must_be_answered
-                && (!has_sources || is_same_text())
+                && (!has_sources || first.text == question.text)
         };
         match grouped.iter_mut().find(is_like) {
-            Some((first, more)) if matches!(first.about, About::Clock | About::Time) => {
-                more.push(split_source(&question.text, question.about).0.to_owned());
-            }
-            Some((first, _)) => {
+            Some(first) if has_sources => first.sources.extend(question.sources),
+            Some(first) => {
                 first.role = None;
-                first.text = format!("{}; {}", first.text, question.text);
+                first.text = format!("{}; {}", first.text(), question.text());
+                first.sources.clear();
                 let options: Vec<String> = first.option.take().into_iter().chain(question.option).collect();
                 first.option = (!options.is_empty()).then(|| options.join("; "));
             }
-            None => grouped.push((question, Vec::new())),
+            None => grouped.push(question),
         }
     }
-    grouped.into_iter().map(|(question, more)| with_sources(question, &more)).collect()
-}
-
-/// The source that a question begins with, and the rest of its text.
-fn split_source(text: &str, about: About) -> (&str, &str) {
-    match about {
-        About::Time => text.strip_prefix("source ").unwrap_or(text).split_once(": "),
-        _ => text.split_once(": "),
-    }
-    .unwrap_or(("", text))
-}
-
-/// Sources that a question lists; more are counted.
-const LISTED_SOURCES: usize = 4;
-
-/// A question that is asked of more sources.
-fn with_sources(question: Question, more: &[String]) -> Question {
-    if more.is_empty() {
-        return question;
-    }
-    let (first, text) = split_source(&question.text, question.about);
-    let others = match more {
-        few if few.len() <= LISTED_SOURCES => few.join(", "),
-        many => format!("{} other sources", many.len()),
-    };
-    let text = format!("{first} and {others}: {text}");
-    Question { text, ..question }
+    grouped
 }

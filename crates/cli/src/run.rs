@@ -8,7 +8,7 @@ use doublet_engine::check::warn_once;
 use doublet_engine::graph::Cache;
 use doublet_engine::report::{self, HistoryFormat, Outputs, TableFormat};
 use doublet_engine::run::{Control, Scope, Snapshot, run as run_stages};
-use doublet_engine::session::{self, Opened, Session};
+use doublet_engine::session::{self, Opened, Place, Session};
 use doublet_engine::study::Study;
 use doublet_engine::verdict::Level;
 
@@ -119,18 +119,18 @@ pub fn computed(path: &Path, studies: &[Study]) -> Result<(Session, Snapshot), S
     let result = compute(path, studies, &progress, 1.0);
     progress.finish();
     let (session, snapshot) = result?;
-    let is_study = |(place, _): &(String, String)| studies.iter().any(|study| study.name() == place);
+    let is_study = |(place, _): &(Place, String)| studies.iter().any(|study| place.is_named(study.name()));
     let (without, failed): (Vec<_>, Vec<_>) = failed(&snapshot).into_iter().partition(is_study);
     failed.iter().for_each(|failure| print_error(&line_of(failure)));
     if without.is_empty() { Ok((session, snapshot)) } else { Err(lines(without.iter().map(line_of))) }
 }
 
 /// Everything that failed, with its place: stages, then coefficients.
-fn failed(snapshot: &Snapshot) -> Vec<(String, String)> {
+fn failed(snapshot: &Snapshot) -> Vec<(Place, String)> {
     snapshot.failures().into_iter().chain(snapshot.failed_fits()).collect()
 }
 
-fn line_of((place, error): &(String, String)) -> String {
+fn line_of((place, error): &(Place, String)) -> String {
     format!("{place}: {error}")
 }
 

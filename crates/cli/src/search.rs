@@ -24,7 +24,6 @@ pub enum Rank {
     Typed,
     /// Other forms of the words.
     Stems,
-    /// A synonym.
     Synonym,
     /// The letters as typed, within a longer word.
     Part,

@@ -66,11 +66,9 @@ pub fn early_sensors(session: &Session) -> Session {
 
 /// A session that was run.
 pub struct Run {
-    /// Session.
     pub session: Session,
     /// Its last snapshot.
     pub snapshot: Snapshot,
-    /// Its results.
     pub results: Results,
 }
 

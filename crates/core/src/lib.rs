@@ -1,8 +1,10 @@
 //! Headless numerics of doublet: from recordings to stability and control derivatives.
 //!
 //! Data flow one way, `load -> align -> prep -> compatibility -> reconstruct -> model -> replay -> estimate -> validate -> sensitivity`; a module uses
-//! only modules to its left, plus [`quantity`], [`series`], [`statistics`], `optimise`, [`decompose`], [`airframe`], [`propulsion`], [`atmos`], [`motion`] and [`schema`]. SI units and radians
+//! only modules to its left, plus [`quantity`], [`message`](mod@message), [`series`], [`statistics`], `optimise`, [`decompose`], [`airframe`], [`propulsion`], [`atmos`], [`motion`] and [`schema`]. SI units and radians
 //! throughout; axes, signs and normalisations are fixed in `docs/conventions.md`.
+
+#![warn(missing_docs)]
 
 pub mod airframe;
 pub mod align;
@@ -11,6 +13,7 @@ pub mod compatibility;
 pub mod decompose;
 pub mod estimate;
 pub mod load;
+pub mod message;
 pub mod model;
 pub mod motion;
 pub(crate) mod optimise;

@@ -4,6 +4,8 @@
 //! Data flow one way, `linear -> modes -> qualities`; [`frequency`] stands beside them, [`design`] behind `modes`. SI units and radians; axes, signs and normalisations
 //! are those of `docs/conventions.md`.
 
+#![warn(missing_docs)]
+
 pub mod design;
 pub mod frequency;
 pub mod linear;

@@ -39,7 +39,6 @@ pub struct Autosave {
     pub of: Option<PathBuf>,
     /// Folder its relative paths start from.
     pub folder: PathBuf,
-    /// The session.
     pub session: Arc<Session>,
 }
 

@@ -57,7 +57,7 @@ impl FittingMap {
 }
 
 /// Recordings looked at before they are read.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Inspected {
     /// Files or folders, all of one flight.
     pub paths: Vec<PathBuf>,
@@ -91,7 +91,6 @@ pub struct Order {
 /// Roles a recording lacks and what that means.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Missing {
-    /// The roles.
     pub roles: Vec<Role>,
     /// What follows, before the names of the roles.
     pub means: &'static str,
@@ -173,12 +172,7 @@ pub fn inspect_for(
     let folder = session.and_then(Path::parent).map(Path::to_owned);
     let folders: Vec<PathBuf> = folder.into_iter().chain(UserNames::folders(paths)).collect();
     let names = UserNames::read(&folders).map_err(|error| error.to_string())?;
-    let mut probes = Vec::new();
-    for (index, path) in paths.iter().enumerate() {
-        go_on(control)?;
-        probes.push(load::inspect(path).map_err(|error| error.to_string())?);
-        progress(0.8 * (index + 1) as f32 / paths.len() as f32);
-    }
+    let probes = probe_all(paths, control, progress)?;
     let (fitting, refused) = fitting_maps(&probes);
     let guess = take_other_sensors(&probes, load::guess_with(&probes, &names));
     let guess = settle_by_motion(&probes, guess);
@@ -193,6 +187,24 @@ pub fn inspect_for(
         names: names.files,
         trusted_clocks: BTreeSet::new(),
     })
+}
+
+/// What recordings of one flight hold, without a search for the maps that fit: for a map that is known.
+///
+/// # Errors
+/// As [`inspect`].
+pub fn inspect_for_map(paths: &[PathBuf], control: &Control, progress: &dyn Fn(f32)) -> Result<Inspected, String> {
+    Ok(Inspected { paths: paths.to_vec(), probes: probe_all(paths, control, progress)?, ..Inspected::default() })
+}
+
+fn probe_all(paths: &[PathBuf], control: &Control, progress: &dyn Fn(f32)) -> Result<Vec<Probe>, String> {
+    let mut probes = Vec::with_capacity(paths.len());
+    for (index, path) in paths.iter().enumerate() {
+        go_on(control)?;
+        probes.push(load::inspect(path).map_err(|error| error.to_string())?);
+        progress(0.8 * (index + 1) as f32 / paths.len() as f32);
+    }
+    Ok(probes)
 }
 
 /// Why a guessed row has its unit.
@@ -461,15 +473,12 @@ pub fn missing_measurements(roles: &BTreeSet<Role>) -> Vec<Measurement> {
 /// An aircraft in the numbers that derivatives need, with its mass constant and everything about the centre of gravity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlainAircraft {
-    /// Name.
     pub name: String,
     /// Reference area, m².
     pub area_m2: f64,
-    /// Span, m.
     pub span_m: f64,
     /// Mean chord, m.
     pub chord_m: f64,
-    /// Mass, kg.
     pub mass_kg: f64,
     /// Moments of inertia `Ixx, Iyy, Izz`, kg m².
     pub moments_kg_m2: [f64; 3],

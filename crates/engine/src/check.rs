@@ -13,7 +13,7 @@ use crate::begin::{Apart, find_apart};
 use crate::graph::{Cache, Context, Control};
 use crate::notation::plural;
 use crate::run::{Scope, run};
-use crate::session::{self, Edit, Finding, Fix, Level, Manoeuvre, Session, WindowEdit};
+use crate::session::{self, Edit, Finding, Fix, Level, Manoeuvre, Place, Session, WindowEdit};
 use crate::snapshot::Snapshot;
 use crate::stage::{self, PhysicsRow};
 use crate::verdict::{accelerometer, mounting, shape};
@@ -123,7 +123,7 @@ pub fn check_session(session: &Session, folder: &Path, warn: &(dyn Fn(&Finding) 
         physics.extend(compared.flat_map(|compared| compared.rows.iter().cloned()));
         // What the session itself says of a window or a flight is why it fails.
         let bad = findings.iter().filter(|finding| finding.level == Level::Bad);
-        let known: BTreeSet<String> = bad.map(|finding| finding.place.clone()).collect();
+        let known: BTreeSet<Place> = bad.map(|finding| finding.place.clone()).collect();
         let failed = failures(&snapshot, others.is_empty()).into_iter();
         findings.extend(failed.filter(|failure| !known.contains(&failure.place)));
     }
@@ -165,7 +165,7 @@ fn check_samples(session: &Session, others: &[&Manoeuvre], snapshot: &Snapshot) 
     for window in others {
         let Some(loaded) = snapshot.flights.get(&window.flight).and_then(|slot| slot.ready()) else { continue };
         let samples = stage::samples(&loaded.recording, window.samples(), None, &session.preparation);
-        let place = || format!("manoeuvre '{}'", window.name);
+        let place = || Place::manoeuvre(&window.name);
         findings.extend(samples.err().map(|text| Finding::new(Level::Bad, "run", place(), text.to_string())));
     }
     findings
@@ -176,7 +176,7 @@ fn check_recordings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     let mut findings = Vec::new();
     for flight in &session.flights {
         let Some(loaded) = snapshot.flights.get(&flight.name).and_then(|slot| slot.ready()) else { continue };
-        let place = format!("flight '{}'", flight.name);
+        let place = Place::flight(&flight.name);
         let apart = find_apart(&loaded.recording);
         findings.extend(apart.map(|Apart { text, fix_text }| {
             Finding::new(Level::Bad, "clock", place.clone(), text).with_fix_text(fix_text)
@@ -197,7 +197,7 @@ fn check_recordings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     for window in session.active_windows() {
         let loaded = snapshot.flights.get(&window.flight).and_then(|slot| slot.ready());
         let outside = loaded.and_then(|loaded| stage::partly_outside(&loaded.recording, window.window));
-        let place = format!("manoeuvre '{}'", window.name);
+        let place = Place::manoeuvre(&window.name);
         findings.extend(outside.map(|(text, inside)| {
             let label = format!("shorten '{}' to the inertial samples", window.name);
             let edit = Edit::Window(WindowEdit::Place { name: window.name.clone(), window: inside });
@@ -228,7 +228,7 @@ fn in_one_line(session: &Session) -> String {
 }
 
 fn check_aircraft(path: &Path, text: &str) -> Checked {
-    let place = path.display().to_string();
+    let place = Place::from(path.display().to_string());
     let bad = |text: String| Finding::new(Level::Bad, "aircraft", place.clone(), text).with_fix_text("correct it");
     match aircraft_file::parse(text) {
         Err(AircraftFileError::Impossible { errors }) => {

@@ -35,7 +35,6 @@ const RIGHT_BY_VALUES: f64 = 0.94;
 /// One row of a guess, weighed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WeighedRole {
-    /// The role.
     pub role: Role,
     /// Probability that channel, unit and sign are right, 0 to 1.
     pub confidence: f64,

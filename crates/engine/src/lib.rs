@@ -31,6 +31,7 @@ pub mod session;
 pub mod snapshot;
 pub mod stage;
 pub mod study;
+mod toml_file;
 pub mod trace;
 pub mod undo;
 pub mod verdict;

@@ -34,9 +34,7 @@ pub enum TraceAnalysis {
     Derivative(Series),
     /// Points of both curves: the other along, this one up.
     Scatter {
-        /// Points.
         points: Vec<[f64; 2]>,
-        /// Their correlation.
         correlation: f64,
         /// Slope and value at zero of the line of least squares.
         line: [f64; 2],

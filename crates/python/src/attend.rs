@@ -74,7 +74,6 @@ pub fn detached<T: Send, E: std::fmt::Display + Send>(
 /// Tells the part that is done, 0 to 1, from any thread.
 pub type Show<'a> = &'a (dyn Fn(f32) + Sync);
 
-/// A finding as a Python warning.
 pub fn warn(py: Python<'_>, finding: &Finding) -> PyResult<()> {
     let text = format!("{} {}", finding.text, finding.fix_text);
     py.import("doublet._errors")?.call_method1("warn", (text,)).map(|_| ())

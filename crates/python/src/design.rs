@@ -20,7 +20,6 @@ use crate::session::Results;
 /// What an input is designed from.
 #[derive(FromPyObject)]
 pub enum Identified<'py> {
-    /// A fit.
     Fit(PyRef<'py, Fit>),
     /// Results of a session that was run with the study of its dynamics.
     Results(PyRef<'py, Results>),

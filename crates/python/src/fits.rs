@@ -130,7 +130,7 @@ impl Coefficients {
     /// Findings of a window.
     fn warnings(&self, index: usize) -> PyResult<Vec<String>> {
         let (_, aero) = self.windows.get(index).ok_or_else(|| refuse("manoeuvre not found"))?;
-        Ok(aero.warnings.clone())
+        Ok(aero.warnings.iter().map(ToString::to_string).collect())
     }
 }
 

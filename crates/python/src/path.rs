@@ -31,7 +31,6 @@ use crate::settings::session_with;
 /// A window as Python gives it: name, start and end (s), surface, kind of input, role, excluded parts (s).
 pub type WindowGiven = (String, f64, f64, Option<String>, String, String, Vec<(f64, f64)>);
 
-/// A window with its path.
 #[derive(Clone)]
 pub struct PathWindow {
     pub manoeuvre: Manoeuvre,
@@ -247,7 +246,7 @@ impl Path {
 
     /// Findings of a window.
     fn warnings(&self, index: usize) -> PyResult<Vec<String>> {
-        Ok(self.window(index)?.path.assessment().warnings.clone())
+        Ok(self.window(index)?.path.assessment().warnings.iter().map(ToString::to_string).collect())
     }
 
     /// SI units of the states by name.

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use doublet_core::load::{ChannelMap, plan_all, read};
+use doublet_core::message::Message;
 use doublet_core::quantity::{Role, Unit};
 use doublet_core::series::{Channel, Recording as Samples, Series};
 use doublet_engine::begin;
@@ -176,6 +177,7 @@ impl Recording {
     /// A recording of channels as another one holds them: values in SI, roles as they were.
     #[staticmethod]
     fn restore(channels: Vec<KeptChannel<'_>>, warnings: Vec<String>, map: Option<String>) -> PyResult<Self> {
+        let warnings = warnings.into_iter().map(Message::from).collect();
         let mut recording = Samples { warnings, ..Samples::default() };
         let mut last: Option<Arc<[f64]>> = None;
         for (source, name, unit, role, time, values) in channels {
@@ -222,7 +224,7 @@ impl Recording {
 
     /// Findings about the quality of the data.
     fn warnings(&self) -> Vec<String> {
-        self.samples().warnings.clone()
+        self.samples().warnings.iter().map(ToString::to_string).collect()
     }
 
     /// Channels against each other: the rows of `physics` in `doublet check --json`, as JSON.

@@ -1,10 +1,8 @@
 //! Sessions and their results: the same as the window and the command line have.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use doublet_core::load::ManualChannelMap;
 use doublet_engine::begin;
 use doublet_engine::check::check_session;
 use doublet_engine::export::{Format, IdentifiedModel, write as write_model};
@@ -93,7 +91,7 @@ impl Session {
     ) -> PyResult<Self> {
         let work = move |control: &Control, show: Show<'_>| -> Result<Settings, String> {
             let inspected = match &channel_map {
-                Some(_) => probed(paths, control, show)?,
+                Some(_) => begin::inspect_for_map(&paths, control, show)?,
                 None => begin::inspect(&paths, control, show)?,
             };
             let (map, plan, own) = match (channel_map, inspected.fitting.first()) {
@@ -234,32 +232,11 @@ fn study(name: &str, realisations: usize, seed: u64) -> PyResult<Study> {
     }
 }
 
-/// Recordings looked at without a search for the maps that fit, where the map is known.
-fn probed(paths: Vec<PathBuf>, control: &Control, show: Show<'_>) -> Result<begin::Inspected, String> {
-    let mut probes = Vec::with_capacity(paths.len());
-    for (index, path) in paths.iter().enumerate() {
-        control.checkpoint().map_err(|_| "cancelled".to_owned())?;
-        probes.push(doublet_core::load::inspect(path).map_err(|error| error.to_string())?);
-        show(0.8 * (index + 1) as f32 / paths.len() as f32);
-    }
-    Ok(begin::Inspected {
-        paths,
-        probes,
-        fitting: Vec::new(),
-        refused: Vec::new(),
-        guess: ManualChannelMap::default(),
-        names: Vec::new(),
-        is_one_flight: false,
-        trusted_clocks: BTreeSet::new(),
-    })
-}
-
 impl Results {
     fn window(&self, manoeuvre: &Manoeuvre) -> Option<&WindowResults> {
         self.snapshot.windows.get(&manoeuvre.name)
     }
 
-    /// The path of a window.
     fn path(&self, window: &str) -> PyResult<&WindowPath> {
         let found = self.snapshot.windows.get(window).and_then(|window| window.path.ready()).map(|path| &**path);
         found.ok_or_else(|| refuse(format!("no manoeuvre in use is called '{window}', or it has no path")))
@@ -360,7 +337,8 @@ impl Results {
 
     /// What failed: place and reason.
     fn failures(&self) -> Vec<(String, String)> {
-        self.snapshot.failures().into_iter().chain(self.snapshot.failed_fits()).collect()
+        let failed = self.snapshot.failures().into_iter().chain(self.snapshot.failed_fits());
+        failed.map(|(place, error)| (place.to_string(), error)).collect()
     }
 
     /// Time, s, and smoothed or filtered states of a window by name.

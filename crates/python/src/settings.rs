@@ -1,7 +1,7 @@
 //! Settings of the filter and of the preparation as Python gives them: tables of a session file, read as the file is.
 
 use doublet_core::reconstruct::{AirState, Input, Measurement, State};
-use doublet_engine::session::{self, FORMAT, Preparation, Session, VERSION};
+use doublet_engine::session::{self, FORMAT, Place, Preparation, Session, VERSION};
 use doublet_engine::verdict::Finding;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -20,7 +20,9 @@ pub fn session_with(tables: &str) -> PyResult<Session> {
     all.insert("format".to_owned(), FORMAT.into());
     all.insert("version".to_owned(), i64::from(VERSION).into());
     let session = session::from_table(all).map_err(refuse)?;
-    let is_setting = |finding: &&Finding| TABLES.iter().any(|table| finding.place.starts_with(table));
+    let is_setting = |finding: &&Finding| {
+        TABLES.iter().any(|table| matches!(&finding.place, Place::Named(key) if key.starts_with(table)))
+    };
     let lines: Vec<String> = session::check(&session).iter().filter(is_setting).map(ToString::to_string).collect();
     if lines.is_empty() { Ok(session) } else { Err(refuse(lines.join("\n"))) }
 }

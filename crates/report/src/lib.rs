@@ -82,7 +82,6 @@ pub struct Order {
     pub name: String,
     /// Forms.
     pub formats: Vec<ReportFormat>,
-    /// Sections.
     pub sections: Vec<SectionKind>,
     /// Whether the appendices are left out.
     pub without_appendix: bool,

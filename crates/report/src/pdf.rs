@@ -78,7 +78,6 @@ fn failure(errors: &[SourceDiagnostic]) -> String {
     format!("the report cannot be typeset: {}", lines.join("; "))
 }
 
-/// The pages of a document.
 fn typeset(document: &Document, control: &Control, progress: &dyn Fn(f32)) -> Result<PagedDocument, String> {
     let checkpoint = || control.checkpoint().map_err(|_| "cancelled: no report was written".to_owned());
     let mut world = Memory::new(TEMPLATE)?;

@@ -40,7 +40,6 @@ impl AircraftForm {
         self.aircraft.text()
     }
 
-    /// Draws it.
     pub fn show(&mut self, ui: &mut Ui) {
         let aircraft = &mut self.aircraft;
         Grid::new("own aircraft").num_columns(8).spacing([8.0, 3.0]).show(ui, |ui| {

@@ -255,8 +255,10 @@ fn open_questions(choosing: &mut Choosing, ui: &mut Ui) {
                 confirmed = button.clicked().then_some(role).or(confirmed);
             }
             let text = match &question.option {
-                Some(_) if question.role.is_some() => format!("{}; set its unit or travel in Channels", question.text),
-                _ => question.text.clone(),
+                Some(_) if question.role.is_some() => {
+                    format!("{}; set its unit or travel in Channels", question.text())
+                }
+                _ => question.text(),
             };
             ui.add(Label::new(text).wrap());
         });

@@ -197,7 +197,7 @@ pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui) {
 /// What is wrong in a few words, with its figures and its fix.
 fn draw_finding(ui: &mut Ui, row: &PhysicsRow) {
     ui.spacing_mut().item_spacing.y = 1.0;
-    ui.add(Label::new(RichText::new(&row.headline).strong()).wrap());
+    ui.add(Label::new(RichText::new(row.headline.to_string()).strong()).wrap());
     let more =
         if row.fix_text.is_empty() { row.evidence.clone() } else { format!("{}; {}", row.evidence, row.fix_text) };
     ui.add(Label::new(RichText::new(more).size(11.0).weak()).wrap());

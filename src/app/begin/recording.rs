@@ -171,7 +171,7 @@ fn summary(source: &Source) -> String {
 }
 
 fn findings(probe: &Probe) -> Vec<String> {
-    let mut lines = probe.warnings.clone();
+    let mut lines: Vec<String> = probe.warnings.iter().map(ToString::to_string).collect();
     for source in &probe.sources {
         lines.extend(source.clocks.iter().filter_map(|clock| Some(format!("time {}", clock.question.as_ref()?))));
         for clock in source.clocks.iter().filter(|clock| !clock.gaps.is_empty()) {

@@ -77,8 +77,7 @@ fn planned(choosing: &Choosing, index: usize, ui: &mut Ui) {
             mark(choosing, *role, ui);
             ui.label(notation::role(*role));
             ui.weak(role.description());
-            let channel = assignment.description.rsplit_once(": ").map_or("", |(_, channel)| channel);
-            ui.label(channel).on_hover_text(&assignment.description);
+            ui.label(&assignment.channels).on_hover_text(&assignment.description);
             ui.label(notation::unit_symbol(assignment.unit.symbol));
             if let Some(shape) = choosing.comparison.shape(*role) {
                 shape.show(ui, *role);

@@ -28,7 +28,6 @@ const SECTIONS: [(Section, &str); 6] = [
     (Section::Limits, "Limits"),
 ];
 
-/// What is looked at.
 #[derive(Default)]
 pub(crate) struct AircraftEditor {
     section: Section,

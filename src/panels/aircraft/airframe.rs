@@ -7,7 +7,6 @@ use crate::panels::aircraft::aircraft_editor::{self, AircraftEditor};
 use crate::panels::aircraft::weighing::Weighing;
 use crate::panels::{Panel, PanelContext, awaiting, choices, trouble};
 
-/// What is looked at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Aspect {
     #[default]
@@ -15,7 +14,6 @@ enum Aspect {
     Weighing,
 }
 
-/// The panel.
 #[derive(Default)]
 pub struct Airframe {
     aspect: Aspect,

@@ -34,7 +34,6 @@ const SLIDER_WIDTHS: (f32, f32) = (36.0, 120.0);
 /// Width of the table of masses below which its columns stand closer.
 const NARROW: f32 = 290.0;
 
-/// The panel.
 #[derive(Default)]
 pub struct LoadingPanel {
     /// Estimate before the loading was changed, which the estimate now is compared with.

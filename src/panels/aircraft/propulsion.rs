@@ -17,7 +17,6 @@ use crate::widgets::time_plot::{PlotCache, TimePlot, Trace, TraceStyle};
 /// Points of a flight that a chart shows at most.
 const MOST_POINTS: usize = 1500;
 
-/// What is looked at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Aspect {
     #[default]
@@ -28,7 +27,6 @@ enum Aspect {
     Partials,
 }
 
-/// The panel.
 #[derive(Default)]
 pub struct Propulsion {
     aspect: Aspect,

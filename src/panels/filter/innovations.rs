@@ -15,7 +15,6 @@ use crate::widgets::grid::texts_grid;
 use crate::widgets::term::column_titles;
 use crate::widgets::time_plot::{PlotCache, TimePlot, Trace};
 
-/// The panel.
 #[derive(Default)]
 pub struct Innovations {
     table: bool,

@@ -25,7 +25,6 @@ const FIELD: f32 = 78.0;
 const UNIT: f32 = 44.0;
 pub(super) const PROPOSAL: f32 = 92.0;
 
-/// The panel.
 pub struct Noise;
 
 /// One row of a table of deviations.

@@ -12,7 +12,6 @@ use crate::panels::{Panel, PanelContext, View, awaiting, choices, trouble};
 use crate::theme;
 use crate::widgets::time_plot::{PlotCache, TimePlot, Trace, TraceStyle};
 
-/// What is looked at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Aspect {
     #[default]
@@ -64,7 +63,6 @@ const MEASURED: [Measurement; 12] = [
     Measurement::PositionDown,
 ];
 
-/// The panel.
 #[derive(Default)]
 pub struct Reconstruction {
     aspect: Aspect,

@@ -22,7 +22,6 @@ enum Shown {
     Of(Surface),
 }
 
-/// The panel.
 pub struct Gallery {
     shown: Shown,
     /// Whether they lie over each other instead of side by side.

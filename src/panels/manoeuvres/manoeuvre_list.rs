@@ -63,7 +63,6 @@ struct Shown<'a> {
     order: &'a [&'a str],
 }
 
-/// The panel.
 #[derive(Default)]
 pub struct Manoeuvres {
     typing: Option<Typing>,

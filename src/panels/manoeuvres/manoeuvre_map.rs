@@ -76,7 +76,6 @@ struct Rows {
     quantities: Vec<MapQuantity>,
 }
 
-/// The panel.
 pub struct ManoeuvreMap {
     axes: [MapQuantity; 2],
     size: Option<MapQuantity>,

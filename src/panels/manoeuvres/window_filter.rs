@@ -12,16 +12,12 @@ use crate::widgets::term::column_title_called;
 /// What the table is ordered by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Order {
-    /// The order of the session.
     #[default]
     Session,
     /// Names, by letters.
     Name,
-    /// Their starts.
     Start,
-    /// Their ends.
     End,
-    /// Their use.
     Use,
     /// The surface moved.
     Surface,

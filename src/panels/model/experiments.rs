@@ -46,7 +46,6 @@ const TABLE_PART: f32 = 0.6;
 const STALE: f32 = 0.5;
 const FAINT: f32 = 0.3;
 
-/// The panel.
 #[derive(Default)]
 pub struct Experiments {
     name: String,
@@ -212,7 +211,6 @@ impl Experiments {
         self.order_by(&label, title);
     }
 
-    /// The title of an interval.
     fn interval_title(&mut self, ui: &mut Ui, axis: &Axis<'_>) {
         let label = ui.centered_and_justified(|ui| ui.label(notation::derivative_job(ui, axis.name))).inner;
         ui.ctx().accesskit_node_builder(label.id, |node| {

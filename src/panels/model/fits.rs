@@ -25,7 +25,6 @@ const COLUMN: f32 = 0.32;
 const LEAST_COLUMN: f32 = 236.0;
 const MOST_COLUMN: f32 = 400.0;
 
-/// What is looked at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Aspect {
     #[default]
@@ -38,7 +37,6 @@ enum Aspect {
     Table,
 }
 
-/// The panel.
 pub struct Fits {
     aspect: Aspect,
     studied: Coefficient,

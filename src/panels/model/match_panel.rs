@@ -12,7 +12,6 @@ use crate::widgets::grid::texts_grid;
 use crate::widgets::term::column_titles;
 use crate::widgets::time_plot::{PlotCache, TimePlot, Trace, TraceStyle};
 
-/// What is looked at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Aspect {
     #[default]
@@ -22,7 +21,6 @@ enum Aspect {
     Tests,
 }
 
-/// The panel.
 #[derive(Default)]
 pub struct Match {
     aspect: Aspect,

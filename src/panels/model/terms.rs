@@ -46,7 +46,6 @@ pub const PRESETS: [Preset; 4] = [
 /// What the weights of the residuals do.
 const WEIGHTS_HINT: &str = "Huber: residuals beyond 1.345 σ weigh less. GLS: generalised least squares by an autoregression, for residuals that are correlated in time";
 
-/// The panel.
 #[derive(Default)]
 pub struct Model {
     typed: String,

@@ -40,7 +40,6 @@ struct Row {
     shape: Sparkline,
 }
 
-/// The panel.
 #[derive(Default)]
 pub struct Channels {
     of: Option<Arc<LoadedFlight>>,
@@ -200,7 +199,7 @@ fn compared(ui: &mut Ui, is_compared: bool, contradictions: &[&PhysicsRow]) {
                 ui.vertical(|ui| {
                     ui.set_width(ui.available_width() - curves.map_or(0.0, |_| curves::WIDTH));
                     ui.spacing_mut().item_spacing.y = 1.0;
-                    ui.add(Label::new(RichText::new(&row.headline).strong()).wrap());
+                    ui.add(Label::new(RichText::new(row.headline.to_string()).strong()).wrap());
                     let more = if row.fix_text.is_empty() {
                         row.evidence.clone()
                     } else {

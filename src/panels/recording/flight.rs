@@ -39,7 +39,6 @@ const LONGEST_SOURCE: usize = 18;
 /// A channel being dragged from the list onto a plot.
 struct Carried(String);
 
-/// The panel.
 #[derive(Default)]
 pub struct Flight {
     cache: PlotCache,
@@ -406,7 +405,6 @@ fn take(ctx: &mut PanelContext<'_>, (flight, modifiers): (&str, egui::Modifiers)
     }
 }
 
-/// The menu of a manoeuvre in the lane.
 fn lane_menu(ctx: &mut PanelContext<'_>, response: &Response, window: &Manoeuvre, lane: &Lane<'_>) {
     let id = response.id.with("menu at");
     if response.secondary_clicked()

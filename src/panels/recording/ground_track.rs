@@ -17,7 +17,6 @@ const LEAST_COSINE: f64 = 0.05;
 /// Distance from the origin from which kilometres are shown, m.
 const FAR_M: f64 = 10_000.0;
 
-/// The panel.
 pub struct GroundTrack;
 
 /// East and north positions with their unit and its factor from SI.

@@ -29,7 +29,6 @@ enum From {
     /// The session's first flight, flown again.
     #[default]
     Session,
-    /// A file.
     File,
     /// Lines by UDP.
     Lines,
@@ -37,7 +36,6 @@ enum From {
     Mavlink,
 }
 
-/// The panel.
 pub struct Live {
     from: From,
     place: String,

@@ -29,7 +29,6 @@ const BESIDE: f32 = 640.0;
 /// What a motion is of, in the order of the columns.
 const SOURCES: [&str; 3] = ["measured", "reconstructed", "model"];
 
-/// The panel.
 pub struct Replay {
     is_playing: bool,
     speed: f64,

@@ -29,7 +29,6 @@ enum FieldKind<'a> {
     Lines(&'a str),
 }
 
-/// The panel.
 #[derive(Default)]
 pub struct Report {
     shown: Option<Shown>,

@@ -12,7 +12,6 @@ use eframe::egui::{Button, ComboBox, DragValue, ScrollArea, Ui};
 use crate::panels::{Panel, PanelContext, Working, empty, surfaces, text_field};
 use crate::widgets::term::explained;
 
-/// The panel.
 #[derive(Default)]
 pub struct Design {
     request: SheetRequest,

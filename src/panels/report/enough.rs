@@ -6,7 +6,6 @@ use eframe::egui::{DragValue, Response, Ui};
 
 use crate::panels::{KeptBlocks, Panel, PanelContext, answer, surfaces};
 
-/// The panel.
 #[derive(Default)]
 pub struct Enough {
     typed: EnoughRequest,

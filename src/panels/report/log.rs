@@ -14,7 +14,6 @@ const CAUSE_PART: f32 = 0.25;
 /// Width of the columns of run and time, with the spaces between all.
 const COLUMNS: f32 = 40.0 + 72.0 + 40.0;
 
-/// The panel.
 pub struct Log;
 
 impl Panel for Log {
@@ -24,10 +23,11 @@ impl Panel for Log {
         let recordings = snapshot.flights.values().filter_map(|slot| slot.latest());
         let paths = snapshot.windows.values().filter_map(|results| results.path.latest());
         let aero = snapshot.windows.values().filter_map(|results| results.aero.latest());
-        let findings: Vec<&String> = recordings
+        let findings: Vec<String> = recordings
             .flat_map(|loaded| &loaded.recording.warnings)
             .chain(paths.flat_map(|path| &path.assessment().warnings))
             .chain(aero.flat_map(|aero| &aero.warnings))
+            .map(ToString::to_string)
             .collect();
         if !findings.is_empty() {
             egui::CollapsingHeader::new(format!("{} warnings in the data", findings.len())).show(ui, |ui| {

@@ -59,7 +59,6 @@ impl Drop for Pages {
 }
 
 impl Pages {
-    /// Draws them.
     pub fn show(&mut self, ctx: &PanelContext<'_>, ui: &mut Ui) {
         self.take(ui.ctx());
         self.follow(ctx, ui.ctx());

@@ -21,7 +21,6 @@ const SHIPPED: &str = "builtin:qtg/demo";
 /// Width of the list of tests.
 const LIST: f32 = 300.0;
 
-/// The panel.
 #[derive(Default)]
 pub struct Qualification {
     /// File of tests as typed; before that the one that comes with the program, where it fits the session.

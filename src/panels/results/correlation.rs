@@ -41,7 +41,6 @@ struct Block {
     trouble: Option<String>,
 }
 
-/// The panel.
 #[derive(Default)]
 pub struct Correlation {
     of: Of,

@@ -31,7 +31,6 @@ const LEAST_WIDTH: f32 = 200.0;
 const NAMES: std::ops::RangeInclusive<f32> = 64.0..=150.0;
 const FIGURES: f32 = 470.0;
 const TITLES: [&str; 7] = ["", "Estimate", "Std. error", "Corrected", "Scatter/√n", "Relative", "t"];
-/// The panel.
 pub struct Derivatives;
 
 impl Panel for Derivatives {
@@ -227,7 +226,7 @@ fn derivative(
             if let Some(verdict) = judged.filter(|verdict| verdict.level != Level::Good) {
                 let color = level_mark::color(ui, Some(verdict.level));
                 level_mark::paint(ui.painter(), mark.center(), 4.0, Some(verdict.level), color);
-                let reasons: Vec<&str> = verdict.reasons.iter().map(|reason| reason.text.as_str()).collect();
+                let reasons: Vec<String> = verdict.reasons.iter().map(|reason| reason.text.to_string()).collect();
                 let label = format!("{name}: {}", verdict.level.name());
                 place.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, &label));
                 place.on_hover_text(notation::typeset(&reasons.join("\n"), 13.0));

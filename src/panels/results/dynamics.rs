@@ -23,7 +23,6 @@ const ROOT: f32 = 4.0;
 /// Width of a slider with its value and name, points.
 const SLIDER_ROOM: f32 = 290.0;
 
-/// What is looked at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Aspect {
     #[default]
@@ -34,7 +33,6 @@ enum Aspect {
     Anticipation,
 }
 
-/// The panel.
 #[derive(Default)]
 pub struct Dynamics {
     aspect: Aspect,

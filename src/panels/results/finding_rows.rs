@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
 use doublet_core::model::Coefficient;
-use doublet_engine::session::{Edit, ExperimentEdit, Fix, Session};
+use doublet_engine::session::{Edit, ExperimentEdit, Fix, Place, Session};
 use doublet_engine::verdict::Finding;
 use eframe::egui::{Button, Label, RichText, Ui};
 
@@ -22,7 +22,7 @@ const CONTRADICTION: &str = "physics";
 /// Findings of one kind and level: the first stands for all.
 pub struct FindingKind<'a> {
     first: &'a Finding,
-    places: Vec<&'a str>,
+    places: Vec<&'a Place>,
     /// The fixes of all of them as one.
     pub fix: Option<Fix>,
 }
@@ -49,18 +49,14 @@ impl<'a> FindingKind<'a> {
                 fixes.push(fix);
             }
         }
-        let places = group.iter().map(|finding| finding.place.as_str()).collect();
+        let places = group.iter().map(|finding| &finding.place).collect();
         Self { first: group[0], places, fix: Fix::join(&fixes) }
     }
 
     /// The manoeuvres of `session` that they are about.
     fn manoeuvres<'s>(&self, session: &'s Session) -> Vec<&'s str> {
-        let quoted: BTreeSet<&str> = self.places.iter().flat_map(|place| place.split('\'').skip(1)).collect();
-        let is_about = |name: &str| match name.contains('\'') {
-            false => quoted.contains(name),
-            true => self.places.iter().any(|place| place.contains(&format!("'{name}'"))),
-        };
-        session.windows.iter().map(|window| window.name.as_str()).filter(|name| is_about(name)).collect()
+        let named: BTreeSet<&str> = self.places.iter().filter_map(|place| place.manoeuvre_name()).collect();
+        session.windows.iter().map(|window| window.name.as_str()).filter(|name| named.contains(name)).collect()
     }
 }
 
@@ -76,7 +72,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, kind: &FindingKind<'_>) -> 
             let more = if alike > 1 { format!("   and {} more like this", alike - 1) } else { String::new() };
             let weak = ui.visuals().weak_text_color();
             ui.add(Label::new(notation::typeset_in(&format!("{}{more}", finding.place), 11.0, weak)).wrap());
-            ui.add(Label::new(notation::typeset(&finding.text, 13.0)).wrap());
+            ui.add(Label::new(notation::typeset(&finding.text.to_string(), 13.0)).wrap());
             if !finding.fix_text.is_empty() {
                 ui.add(Label::new(notation::typeset_in(&finding.fix_text, 11.5, weak)).wrap());
             }
@@ -161,16 +157,17 @@ fn field(reason: &Finding, manoeuvre: Option<&str>) -> Option<String> {
 
 /// Brings the panel that fixes `reason` to the front, with what it is about chosen and its field marked.
 fn open(ctx: &mut PanelContext<'_>, ui: &Ui, reason: &Finding, pane: Pane) {
-    let window = ctx.session.windows.iter().find(|window| reason.place.contains(&format!("'{}'", window.name)));
+    let window = reason.place.manoeuvre_name().and_then(|name| ctx.session.window(name));
     if let Some(field) = field(reason, window.map(|window| window.name.as_str())) {
         quantity_edit::seek(ui.ctx(), field);
     }
     if let Some(window) = window {
         ctx.choose(&window.name);
     }
-    let name = reason.place.split(' ').next().unwrap_or_default();
-    if name.contains('_') && Coefficient::ALL.iter().any(|coefficient| name.starts_with(coefficient.name())) {
-        ctx.state.selection.derivative = Some(name.to_owned());
+    if let Place::Derivative { name, .. } = &reason.place
+        && Coefficient::from_name(name).is_none()
+    {
+        ctx.state.selection.derivative = Some(name.clone());
         ctx.state.selection.scope = if window.is_some() { Scope::Chosen } else { Scope::All };
     }
     ctx.commands.push(UiCommand::View(ViewCommand::Show(pane)));

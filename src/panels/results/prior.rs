@@ -6,7 +6,6 @@ use eframe::egui::{ComboBox, DragValue, Ui};
 use crate::command::{FileCommand, UiCommand};
 use crate::panels::{KeptBlocks, Panel, PanelContext, answer, empty};
 
-/// The panel.
 pub struct Prior {
     chosen: String,
     percent: f64,

@@ -14,7 +14,6 @@ use crate::theme;
 use crate::widgets::figure_view::figure_view;
 use crate::widgets::term::column_titles;
 
-/// The panel.
 pub struct Responses {
     surface: Surface,
 }

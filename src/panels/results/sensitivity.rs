@@ -18,7 +18,6 @@ const BARS: usize = 10;
 /// Changes below this are left out of the chart, per cent.
 const LEAST_PERCENT: f64 = 0.01;
 
-/// The panel.
 #[derive(Default)]
 pub struct Sensitivity {
     table: bool,

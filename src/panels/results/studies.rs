@@ -40,7 +40,6 @@ enum Chosen {
     Lags,
 }
 
-/// The panel.
 pub struct Studies {
     chosen: Chosen,
     derivative: Option<String>,

@@ -105,7 +105,6 @@ impl Place {
     }
 }
 
-/// The panel.
 #[derive(Default)]
 pub struct Summary {
     chosen: Place,
@@ -267,7 +266,7 @@ impl Summary {
         level_mark::paint(ui.painter(), rect.center(), 5.0, Some(level), level_mark::color(ui, Some(level)));
         let response = response.on_hover_ui(|ui| {
             ui.strong(format!("{}: {word}", place.title()));
-            reasons.iter().take(WORST).for_each(|reason| drop(ui.label(&reason.text)));
+            reasons.iter().take(WORST).for_each(|reason| drop(ui.label(reason.text.to_string())));
         });
         manoeuvre_menu(ctx, &response, place.window.as_deref());
         if response.clicked() {

@@ -33,7 +33,6 @@ const FINE_S: f64 = 5e-4;
 /// Longest gap that is bridged when one is stated first, s.
 const GAP_S: f64 = 0.5;
 
-/// The panel.
 #[derive(Default)]
 pub struct Preprocess {
     cache: PlotCache,

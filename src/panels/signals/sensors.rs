@@ -29,7 +29,6 @@ struct Typed {
     degree: Option<usize>,
 }
 
-/// The panel.
 #[derive(Default)]
 pub struct Sensors {
     read: Option<Read>,

@@ -9,6 +9,8 @@ use super::offsets::{beside_vane, magnetic};
 use super::outcome::{Outcome, Relation, relations};
 use super::search::{CLEAR_R2, Found, Mistake, OPPOSITE_R2, OPPOSITE_SLOPE, Repaired};
 use super::traces::Curves;
+use crate::message;
+use crate::message::{Message, written};
 use crate::quantity::Role;
 
 /// How a channel stands to the others.
@@ -114,17 +116,17 @@ impl CompatibilityRow {
     }
 
     /// `az: sign reversed (correlation -0.999)`: what is wrong in a few words.
-    pub fn headline(&self) -> String {
-        let what = if self.hypothesis.is_empty() { "inconsistent, cause unknown" } else { &self.hypothesis };
+    pub fn headline(&self) -> Message {
+        let what = if self.hypothesis.is_empty() { "inconsistent, cause unknown" } else { self.hypothesis.as_str() };
         let figure = match (&self.fix, self.slope, self.r2) {
             (Some(ChannelFix::Scale { factor, offset: 0.0, units: None, .. }), Some(slope), Some(r2))
                 if *factor < 0.0 =>
             {
                 // A line of another channel may run the right way.
-                if slope < 0.0 { format!(" (correlation {:.3})", -r2.sqrt()) } else { String::new() }
+                if slope < 0.0 { message!(" (correlation {:.3})", -r2.sqrt()) } else { Message::default() }
             }
             (Some(ChannelFix::Swap { .. } | ChannelFix::Reassign { .. } | ChannelFix::Travel { .. }), ..)
-            | (_, None, _) => String::new(),
+            | (_, None, _) => Message::default(),
             (
                 Some(ChannelFix::Scale {
                     role: Role::AngleOfAttack | Role::Sideslip | Role::HeadingAngle,
@@ -132,10 +134,10 @@ impl CompatibilityRow {
                     ..
                 }),
                 ..,
-            ) => String::new(),
-            (_, Some(slope), _) => format!(" (slope {})", significant(slope)),
+            ) => Message::default(),
+            (_, Some(slope), _) => message!(" (slope {})", written(slope, significant(slope))),
         };
-        format!("{}: {what}{figure}", self.channel)
+        message!("{}: {}{}", &self.channel, what, figure)
     }
 
     /// Roles without which there is nothing to compare; none about the clock.

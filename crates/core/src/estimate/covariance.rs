@@ -28,6 +28,16 @@ impl Default for Coloured {
     }
 }
 
+impl Coloured {
+    /// Largest lag for `all` samples, of windows of which the shortest has `shortest`.
+    pub(super) fn lag_for(&self, shortest: usize, all: usize) -> Result<usize, EstimateError> {
+        let max_lag = self.max_lag.unwrap_or_else(|| longest_lag(shortest, all));
+        let (value, allowed) = (max_lag as f64, "less than the samples of the shortest window");
+        let refused = || EstimateError::Setting { setting: "max_lag".to_owned(), value, allowed };
+        if max_lag < shortest { Ok(max_lag) } else { Err(refused()) }
+    }
+}
+
 /// Weight of the autocorrelation at lag `k` of `K`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Taper {
@@ -167,14 +177,7 @@ pub(super) fn coloured_covariances_of(
     }
     let shortest = blocks.iter().map(|block| block.x.nrows()).min().unwrap_or(0);
     let all: usize = blocks.iter().map(|block| block.x.nrows()).sum();
-    let max_lag = settings.max_lag.unwrap_or_else(|| longest_lag(shortest, all));
-    if max_lag >= shortest {
-        return Err(EstimateError::Setting {
-            setting: "max_lag".to_owned(),
-            value: max_lag as f64,
-            allowed: "less than the samples of the shortest window",
-        });
-    }
+    let max_lag = settings.lag_for(shortest, all)?;
     let mut correlations = Vec::with_capacity(units.len());
     for pair in (0..units.len()).step_by(2) {
         let records = |fit: usize| blocks.iter().map(move |block| block.residuals.get(fit).copied().unwrap_or(&[]));

@@ -5,7 +5,7 @@ use std::collections::btree_map::Entry;
 
 use nalgebra::DMatrix;
 
-use super::covariance::{Block, Coloured, Spectra, Unit, add_products, longest_lag, sandwich, with_transforms};
+use super::covariance::{Block, Coloured, Spectra, Unit, add_products, sandwich, with_transforms};
 use super::pooled::layout;
 use super::triangle::Triangle;
 use super::{Constraint, EstimateError, PooledFit, PooledRegression, PooledWindow};
@@ -52,14 +52,7 @@ impl PooledFit {
         }
         let shortest = residuals.iter().map(|residuals| residuals.len()).min().unwrap_or(0);
         let all: usize = residuals.iter().map(|residuals| residuals.len()).sum();
-        let max_lag = settings.max_lag.unwrap_or_else(|| longest_lag(shortest, all));
-        if max_lag >= shortest {
-            return Err(EstimateError::Setting {
-                setting: "max_lag".to_owned(),
-                value: max_lag as f64,
-                allowed: "less than the samples of the shortest window",
-            });
-        }
+        let max_lag = settings.lag_for(shortest, all)?;
         with_transforms(|transforms| {
             let records = residuals.iter().map(|residuals| (*residuals, &[][..]));
             let [mut correlation, _] = transforms.autocorrelations(records, max_lag);

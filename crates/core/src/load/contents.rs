@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::load::clock::Clock;
 use crate::load::format::Format;
+use crate::message::Message;
 
 /// What a file or folder holds.
 #[derive(Clone, Debug)]
@@ -16,7 +17,7 @@ pub struct Probe {
     /// Recorders, groups, structs or tables found in it.
     pub sources: Vec<Source>,
     /// Findings, one line each.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Message>,
 }
 
 /// One recorder, group, struct or table: channels that share a name space and usually a clock.

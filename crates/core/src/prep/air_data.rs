@@ -3,6 +3,8 @@
 use super::PrepError;
 use super::control_surfaces::polynomial;
 use crate::airframe::instruments::{LiftCurve, PodCalibration};
+use crate::message;
+use crate::message::Message;
 
 /// Lowest and highest number the pod shows; at either it may mean anything beyond.
 const POD_NUMBERS: [f64; 2] = [0.0, 100.0];
@@ -60,7 +62,7 @@ pub struct PodHistory {
     /// Angle of attack, rad; NaN where the number is at an end of its scale and shows nothing.
     pub alpha_rad: Vec<f64>,
     /// What was outside the working range, one line each.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Message>,
 }
 
 /// Angle of attack of each number the pod recorded, without those within `margin` of an end of the scale: about three
@@ -78,27 +80,27 @@ pub fn pod_history(calibration: &PodCalibration, numbers: &[f64], margin: f64) -
     let findings = [
         (
             count(&|n| n <= low),
-            format!(
+            message!(
                 "at the lower end of its scale (alpha below {:.1} deg, too fast for the pod)",
                 degrees(calibration, low)
             ),
         ),
         (
             count(&|n| n >= high),
-            format!(
+            message!(
                 "at the upper end of its scale (alpha above {:.1} deg, beyond the stall)",
                 degrees(calibration, high)
             ),
         ),
         (
             count(&|n| inside(n) && n < rising),
-            format!("below {rising:.0}, where calibration {} does not rise", calibration.flight),
+            message!("below {:.0}, where calibration {} does not rise", rising, calibration.flight.as_str()),
         ),
     ];
     let warnings = findings
         .into_iter()
         .filter(|(count, _)| *count > 0)
-        .map(|(count, what)| format!("pod: {count} of {total} angle-of-attack readings {what}"))
+        .map(|(count, what)| message!("pod: {} of {} angle-of-attack readings {}", count, total, what))
         .collect();
     PodHistory { alpha_rad, warnings }
 }

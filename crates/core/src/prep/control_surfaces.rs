@@ -1,6 +1,8 @@
 //! Deflections from the turns of yoke and pulleys (thesis section 4.1.3). Signs: `docs/conventions.md`.
 
 use crate::airframe::instruments::{ControlLinkage, PedalCurve};
+use crate::message;
+use crate::message::{Message, quoted};
 
 /// How the column's travel follows from its string.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -65,16 +67,19 @@ pub fn rudder_deflection(linkage: &ControlLinkage, pedal: &PedalCurve, drum_rad:
 }
 
 /// Rudder deflections of a history of drum turns, rad, and a warning where the curve's range was left.
-pub fn rudder_history(linkage: &ControlLinkage, pedal: &PedalCurve, drum_rad: &[f64]) -> (Vec<f64>, Option<String>) {
+pub fn rudder_history(linkage: &ControlLinkage, pedal: &PedalCurve, drum_rad: &[f64]) -> (Vec<f64>, Option<Message>) {
     let readings = drum_rad.iter().map(|&turn| rudder_deflection(linkage, pedal, turn));
     let (values, held): (Vec<f64>, Vec<bool>) = readings.unzip();
     let count = held.iter().filter(|&&held| held).count();
     let [low, high] = pedal.range_m;
     let warning = (count > 0).then(|| {
-        format!(
-            "sensor '{}': {count} of {} samples beyond the calibrated string displacement of {low} to {high} m, held at its end",
-            pedal.sensor,
-            values.len()
+        message!(
+            "sensor {}: {} of {} samples beyond the calibrated string displacement of {} to {} m, held at its end",
+            quoted(&pedal.sensor),
+            count,
+            values.len(),
+            low,
+            high
         )
     });
     (values, warning)

@@ -1,5 +1,7 @@
 //! Findings about inputs beyond the range of a chart or map, kept without allocation.
 
+use crate::message;
+use crate::message::{Message, written};
 use std::fmt;
 
 /// An input of the engine chart or of the propeller map.
@@ -64,6 +66,28 @@ pub struct OffRange {
 }
 
 impl OffRange {
+    /// What was found, in one line.
+    pub fn message(&self) -> Message {
+        let (unit, factor) = self.variable.shown();
+        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+        // Four significant digits over the six decades between a power coefficient and a pressure.
+        let digits = if self.high.abs().max(self.low.abs()) < 10.0 { 4 } else { 1 };
+        let excess = self.excess();
+        let shown = |value: f64| written(factor * value, format!("{:.digits$}", factor * value));
+        message!(
+            "{} {}{} is {}{} {} the range {} to {}{}: extrapolated",
+            self.variable.name(),
+            shown(self.value),
+            unit.as_str(),
+            shown(excess.abs()),
+            unit.as_str(),
+            if excess < 0.0 { "below" } else { "above" },
+            shown(self.low),
+            shown(self.high),
+            unit
+        )
+    }
+
     /// How far the value lies outside: negative below `low`, positive above `high`, in the unit of the variable.
     pub fn excess(&self) -> f64 {
         if self.value < self.low { self.value - self.low } else { (self.value - self.high).max(0.0) }
@@ -72,21 +96,7 @@ impl OffRange {
 
 impl fmt::Display for OffRange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (unit, factor) = self.variable.shown();
-        let space = if unit.is_empty() { "" } else { " " };
-        // Four significant digits over the six decades between a power coefficient and a pressure.
-        let digits = if self.high.abs().max(self.low.abs()) < 10.0 { 4 } else { 1 };
-        let excess = self.excess();
-        let side = if excess < 0.0 { "below" } else { "above" };
-        write!(
-            f,
-            "{} {:.digits$}{space}{unit} is {:.digits$}{space}{unit} {side} the range {:.digits$} to {:.digits$}{space}{unit}: extrapolated",
-            self.variable.name(),
-            factor * self.value,
-            factor * excess.abs(),
-            factor * self.low,
-            factor * self.high,
-        )
+        self.message().fmt(f)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::message::Message;
 use crate::reconstruct::data::{AirData, FilterData, MeasurementSeries, Reconstruction, Smoothed};
 use crate::reconstruct::error::ReconstructError;
 use crate::reconstruct::events::{Event, Schedule};
@@ -53,7 +54,7 @@ pub struct NoiseMoments {
 
 impl<'a> Window<'a> {
     /// A window of checked data before its first step, at the initial state `x`.
-    pub fn new(data: &'a FilterData, settings: &ValidSettings, x: [f64; STATES], warnings: Vec<String>) -> Self {
+    pub fn new(data: &'a FilterData, settings: &ValidSettings, x: [f64; STATES], warnings: Vec<Message>) -> Self {
         let samples = data.inputs.time_s.len();
         let column = |first: f64| {
             let mut column = Vec::with_capacity(samples);

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use crate::message::Message;
 use crate::reconstruct::model::layout::{AIR_STATES, INPUTS, MEASUREMENTS, STATES};
 
 /// Inertial samples that drive the filter. All columns have the length of `time_s`.
@@ -66,7 +67,7 @@ pub struct Reconstruction {
     /// Samples of each measurement that were left out, in order (`outlier_limit` of the settings).
     pub outliers: [Vec<Outlier>; MEASUREMENTS],
     /// Findings, one line each.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Message>,
 }
 
 /// A sample that was left out.

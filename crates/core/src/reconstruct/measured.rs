@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::message;
 use crate::prep::{Interpolation, resample};
 use crate::reconstruct::data::{FilterData, MeasurementSeries, Reconstruction};
 use crate::reconstruct::error::ReconstructError;
@@ -59,9 +60,9 @@ pub fn measured_path(data: &FilterData) -> Result<Reconstruction, ReconstructErr
     }
     let zeros = || vec![0.0; samples];
     let nothing = || vec![f64::NAN; samples];
-    let mut warnings = vec!["path as measured: no filter, no biases removed".to_owned()];
+    let mut warnings = vec![message!("path as measured: no filter, no biases removed")];
     if !missing.is_empty() {
-        warnings.push(format!("not measured and assumed zero: {}", missing.join(", ")));
+        warnings.push(message!("not measured and assumed zero: {}", missing.join(", ")));
     }
     Ok(Reconstruction {
         states,

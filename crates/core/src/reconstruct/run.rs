@@ -4,6 +4,7 @@
 use std::borrow::Cow;
 use std::ops::ControlFlow;
 
+use crate::message;
 use crate::reconstruct::collect::{NoiseMoments, Window};
 use crate::reconstruct::data::{FilterData, Reconstruction};
 use crate::reconstruct::error::ReconstructError;
@@ -193,10 +194,9 @@ fn run_dense(
         FilterKind::Dense | FilterKind::Packed => run_one::<Ekf>(data, settings, watch)?,
     };
     if has_sensor_errors(settings) {
-        result.warnings.push(
+        result.warnings.push(message!(
             "air-data states multiply what they correct: one pass can be far more certain of them than it should; smooth with more passes"
-                .to_owned(),
-        );
+        ));
     }
     Ok(result)
 }
@@ -234,8 +234,10 @@ fn run_packed(
                 Err(cause) if cause.is_numerical() => {
                     let part = done as f64 / total.max(1) as f64;
                     run_one::<Ekf>(data[k], settings, &mut |_| watch(part)).map(|mut result| {
-                        let warning = format!("recomputed with a dense covariance in Joseph form, because {cause}");
-                        result.warnings.push(warning);
+                        let cause = cause.to_string();
+                        result
+                            .warnings
+                            .push(message!("recomputed with a dense covariance in Joseph form, because {}", cause));
                         (result, None)
                     })
                 }

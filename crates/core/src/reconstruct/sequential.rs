@@ -1,5 +1,6 @@
 //! The filter over samples as they come: the same steps as those of a whole window.
 
+use crate::message::Message;
 use crate::reconstruct::collect::step_error;
 use crate::reconstruct::data::FilterData;
 use crate::reconstruct::error::ReconstructError;
@@ -35,7 +36,7 @@ pub struct SequentialFilter {
     settings: ValidSettings,
     form: Form,
     /// What the initial state assumed, one line each.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Message>,
 }
 
 /// Forms of the filter.

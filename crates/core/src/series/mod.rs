@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use crate::message::Message;
 use crate::quantity::Role;
 
 pub use decimate::{Band, Decimated, Pyramid, decimate, decimate_band};
@@ -132,7 +133,7 @@ pub struct Recording {
     /// Longest interval between samples that interpolation bridges, s; `None` for a few of a channel's own intervals.
     pub max_gap_s: Option<f64>,
     /// Findings about data quality, one line each; they appear in the report.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Message>,
 }
 
 impl Recording {

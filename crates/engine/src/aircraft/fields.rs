@@ -45,15 +45,11 @@ pub enum PlaceKind {
     Fixed,
     /// The centroid of a group of components.
     Group,
-    /// A tank.
     Tank,
-    /// A seat.
     Seat,
     /// A luggage bay.
     Luggage,
-    /// An engine.
     Engine,
-    /// A sensor.
     Sensor,
     /// The point that moment coefficients are about.
     Reference,
@@ -68,9 +64,7 @@ pub struct AircraftField {
     pub section: Section,
     /// What has it: `tank main right`; empty for what a section has once.
     pub owner: String,
-    /// What it is.
     pub name: &'static str,
-    /// Its unit.
     pub unit: FieldUnit,
     /// Its value; `None` for what is not stated.
     pub value: Option<ChangedValue>,

@@ -9,7 +9,6 @@ use nalgebra::Vector3;
 pub enum ShapePart {
     /// Fuselage.
     Body,
-    /// Wing.
     Wing,
     /// Fixed tail.
     Tail,
@@ -20,9 +19,7 @@ pub enum ShapePart {
 /// A closed outline in body axes (x forward, y right, z down) about the centre of gravity, m.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShapeOutline {
-    /// What it is of.
     pub part: ShapePart,
-    /// Corners.
     pub corners: Vec<[f64; 3]>,
 }
 

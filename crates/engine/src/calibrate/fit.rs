@@ -8,7 +8,6 @@ use super::{Curve, SensorKind, drum_radius_mm};
 /// A calibration fitted to readings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CalibrationFit {
-    /// The curve.
     pub curve: Curve,
     /// Standard errors of the numbers of the curve, where it has more readings than numbers.
     pub errors: Vec<f64>,

@@ -41,9 +41,7 @@ pub enum Curve {
 /// A calibration as an instruments file has it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorCalibration {
-    /// Which sensor.
     pub kind: SensorKind,
-    /// Its curve.
     pub curve: Curve,
     /// Readings between which it is used, where the file or the curve says so.
     pub range: Option<[f64; 2]>,

@@ -12,7 +12,6 @@ use crate::snapshot::Interval;
 pub struct Estimates {
     format: String,
     version: u32,
-    /// Title of the session.
     #[serde(default)]
     pub title: String,
     #[serde(default)]
@@ -37,9 +36,7 @@ struct Estimate {
 /// One derivative in two runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DerivativeDifference {
-    /// Coefficient.
     pub coefficient: String,
-    /// Derivative.
     pub name: String,
     /// In the first run; `None` where it has none.
     pub first: Option<Interval>,

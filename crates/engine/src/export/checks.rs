@@ -82,7 +82,6 @@ fn input(variable: Variable) -> Input {
 
 /// How a rate is made dimensionless: rate times `length_m` over the airspeed, written as rate times `symbol` over n airspeeds.
 pub struct Normalisation {
-    /// Length, m.
     pub length_m: f64,
     /// The reference length it is a part of: `b`, that of `Cl` and `Cn`, or `c`.
     pub symbol: &'static str,

@@ -14,31 +14,19 @@ pub enum DaveMlError {
     /// An element that is not there.
     #[error("line {line}: '{element}' has no {what}")]
     Missing {
-        /// Line.
         line: u32,
-        /// Element.
         element: String,
         /// What is missing.
         what: &'static str,
     },
     /// A number that is none.
     #[error("line {line}: '{text}' is not a number")]
-    Number {
-        /// Line.
-        line: u32,
-        /// Text.
-        text: String,
-    },
+    Number { line: u32, text: String },
     /// An element this reader does not know.
     #[error(
         "line {line}: '{element}' is not read: only variable definitions with MathML of plus, minus, times, divide, power, sin and cos are"
     )]
-    Unknown {
-        /// Line.
-        line: u32,
-        /// Element.
-        element: String,
-    },
+    Unknown { line: u32, element: String },
     /// A variable without definition, value or calculation, or defined by itself.
     #[error("variable '{0}' has no value: it is not defined, or defined in terms of itself")]
     Undefined(String),
@@ -91,7 +79,6 @@ pub struct DaveMl {
 /// One output of one check case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckResult {
-    /// Check case.
     pub case: String,
     /// Variable.
     pub signal: String,

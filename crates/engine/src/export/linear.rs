@@ -15,7 +15,6 @@ use crate::report::{DynamicsRow, LinearRow};
 pub enum LinearFormat {
     /// MAT-file of level 5: a struct per model.
     Mat,
-    /// JSON.
     Json,
     /// One line per entry of a matrix.
     Csv,

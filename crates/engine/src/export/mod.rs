@@ -52,11 +52,8 @@ pub enum ExportError {
     /// A term the format has no counterpart for.
     #[error("{format} cannot express '{term}' of {coefficient}: {reason}")]
     Term {
-        /// Format.
         format: &'static str,
-        /// Term.
         term: String,
-        /// Coefficient.
         coefficient: &'static str,
         /// Why, and what to do.
         reason: &'static str,
@@ -67,17 +64,13 @@ pub enum ExportError {
     /// A file could not be written.
     #[error("{path}: {source}")]
     File {
-        /// Path.
         path: String,
         /// Cause.
         source: std::io::Error,
     },
     /// A file whose ending names no form of linear models.
     #[error("{path}: linear models are written as .mat, .json or .csv: give one of these endings")]
-    Ending {
-        /// Path.
-        path: String,
-    },
+    Ending { path: String },
     /// XML could not be formed.
     #[error("XML: {0}")]
     Xml(String),

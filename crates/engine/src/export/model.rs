@@ -15,9 +15,7 @@ use crate::study::{IdentifiedCoefficient, identified};
 pub struct IdentifiedModel {
     /// Name of the files: the aircraft's, in letters, digits and underscores.
     pub name: String,
-    /// Aircraft.
     pub aircraft: String,
-    /// Title of the session.
     pub title: String,
     /// Reference area and lengths, and how rates are made dimensionless.
     pub reference: ReferenceGeometry,
@@ -35,7 +33,6 @@ pub struct IdentifiedModel {
     pub gyroscopic: Gyroscopic,
     /// What deflections do between their recording and the air.
     pub control_lags: ControlLags,
-    /// Coefficients.
     pub coefficients: Vec<IdentifiedCoefficient>,
     /// Least and greatest value of each variable in the windows identified.
     pub ranges: Ranges,

@@ -64,7 +64,6 @@ impl KeyBuilder {
         self.with(&(env!("CARGO_PKG_VERSION"), *PROGRAM))
     }
 
-    /// The key.
     pub fn finish(self) -> Key {
         Key(self.0.digest128())
     }

@@ -3,12 +3,11 @@
 use std::path::Path;
 
 use doublet_core::atmos::{Atmosphere, STANDARD_GRAVITY_M_S2, density_kg_m3};
-use doublet_core::load::read_text;
 use doublet_core::propulsion::{Ambient, EngineInput, Powerplant};
-use doublet_core::toml_error;
 use serde::{Deserialize, Serialize};
 
 use super::{interval_95, within};
+use crate::toml_file;
 
 /// Value of the `format` key.
 const FORMAT: &str = "doublet static thrust";
@@ -57,7 +56,6 @@ struct Reading {
     engine_speed_rpm: Vec<f64>,
     /// Manifold pressure of each engine, inHg.
     manifold_pressure_inhg: Vec<f64>,
-    /// Static pressure, Pa.
     static_pressure_pa: f64,
     /// Air temperature, degC.
     air_temperature_c: f64,
@@ -88,7 +86,6 @@ pub struct PulledReading {
 /// What a static thrust test gives.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Pulled {
-    /// Readings.
     pub readings: Vec<PulledReading>,
     /// Factor of the thrust of the models, by weighted least squares through the origin.
     pub factor: f64,
@@ -110,8 +107,7 @@ impl StaticThrustFile {
     /// # Errors
     /// One line: what cannot be read or is not understood.
     pub fn open(path: &Path) -> Result<Self, String> {
-        let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-        Self::parse(&read_text(path).map_err(|error| named(&error))?).map_err(|error| named(&error))
+        toml_file::open(path, Self::parse)
     }
 
     /// Reads the text of a file.
@@ -119,11 +115,7 @@ impl StaticThrustFile {
     /// # Errors
     /// One line: place in the file and what is wrong.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let file: Self = toml::from_str(text).map_err(|error| toml_error::one_line(text, &error))?;
-        if file.format != FORMAT || file.version != VERSION {
-            let (format, version) = (&file.format, file.version);
-            return Err(format!("format '{format}' version {version} is not '{FORMAT}' version {VERSION}"));
-        }
+        let file: Self = toml_file::parse(text, (FORMAT, VERSION), |file: &Self| (&file.format, file.version))?;
         if file.readings.is_empty() {
             return Err("it has no [[reading]]: add one".to_owned());
         }

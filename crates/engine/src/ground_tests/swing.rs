@@ -5,12 +5,11 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use doublet_core::atmos::STANDARD_GRAVITY_M_S2;
-use doublet_core::load::read_text;
-use doublet_core::toml_error;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::{interval_95, within};
+use crate::toml_file;
 
 /// Value of the `format` key.
 const FORMAT: &str = "doublet swing";
@@ -34,7 +33,6 @@ pub struct SwingFile {
     swings: Vec<Swing>,
 }
 
-/// One swing.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Swing {
@@ -58,7 +56,6 @@ struct Swing {
     pivot_to_cg_m: Option<f64>,
     #[serde(default)]
     pivot_error_m: f64,
-    /// Length of the wires, m.
     wire_length_m: Option<f64>,
     #[serde(default)]
     wire_length_error_m: f64,
@@ -110,7 +107,6 @@ fn gravity() -> f64 {
 /// One swing evaluated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SwungRow {
-    /// Name.
     pub name: String,
     /// Axis in body axes.
     pub axis: [f64; 3],
@@ -129,7 +125,6 @@ pub struct SwungRow {
 /// An element of the inertia tensor.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct InertiaRow {
-    /// Name.
     pub name: &'static str,
     /// Value, kg m².
     pub value_kg_m2: f64,
@@ -142,7 +137,6 @@ pub struct InertiaRow {
 /// What the swings give.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Swung {
-    /// Swings.
     pub swings: Vec<SwungRow>,
     /// Elements that the swings determine: by least squares over all of them.
     pub tensor: Vec<InertiaRow>,
@@ -167,8 +161,7 @@ impl SwingFile {
     /// # Errors
     /// One line: what cannot be read or is not understood.
     pub fn open(path: &Path) -> Result<Self, String> {
-        let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-        Self::parse(&read_text(path).map_err(|error| named(&error))?).map_err(|error| named(&error))
+        toml_file::open(path, Self::parse)
     }
 
     /// Reads the text of a file.
@@ -176,11 +169,7 @@ impl SwingFile {
     /// # Errors
     /// One line: place in the file and what is wrong.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let file: Self = toml::from_str(text).map_err(|error| toml_error::one_line(text, &error))?;
-        if file.format != FORMAT || file.version != VERSION {
-            let (format, version) = (&file.format, file.version);
-            return Err(format!("format '{format}' version {version} is not '{FORMAT}' version {VERSION}"));
-        }
+        let file: Self = toml_file::parse(text, (FORMAT, VERSION), |file: &Self| (&file.format, file.version))?;
         if file.swings.is_empty() {
             return Err("it has no [[swing]]: add one".to_owned());
         }

@@ -52,7 +52,6 @@ pub enum PutError {
     /// Another program is putting files there.
     #[error("{folder}: {owner} is writing there: try again when it is done, or choose another folder for --out")]
     Busy {
-        /// Folder.
         folder: String,
         /// Program.
         owner: String,
@@ -60,7 +59,6 @@ pub enum PutError {
     /// A file could not be read, written or moved.
     #[error("{path}: {source}")]
     File {
-        /// Path.
         path: String,
         /// Cause.
         source: io::Error,

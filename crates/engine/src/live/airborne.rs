@@ -41,13 +41,10 @@ pub struct Airborne {
 /// What is known at one sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Flown {
-    /// Time, s.
     pub time_s: f64,
     /// Calibrated airspeed, m/s.
     pub calibrated_m_s: f64,
-    /// Load factor.
     pub load_factor: f64,
-    /// Altitude, m.
     pub altitude_m: Option<f64>,
     /// Whether weight is on the wheels; false where that is not recorded.
     pub is_on_wheels: bool,

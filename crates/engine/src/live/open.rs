@@ -57,7 +57,6 @@ pub struct Watched {
     pub source: Source,
     /// Text of the channel map.
     pub map: String,
-    /// Settings.
     pub settings: LiveSettings,
     /// Session whose settings they are; paths from its own folder.
     pub session: Option<Session>,

@@ -45,7 +45,6 @@ pub struct Recorder {
 /// A recording that has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Recorded {
-    /// Its session.
     pub session: PathBuf,
     /// What of it the session leaves out, a line each.
     pub notes: Vec<String>,
@@ -109,7 +108,6 @@ impl Recorder {
         Ok(())
     }
 
-    /// A file for the rows of a source.
     fn begin_file(&mut self, row: &StreamRow, restarts: usize) -> Result<SourceFile, String> {
         let taken = || self.names.values().cloned().collect::<BTreeSet<_>>();
         let name = self.names.get(&row.source).cloned().unwrap_or_else(|| name_file(&row.source, &taken()));

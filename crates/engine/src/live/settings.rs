@@ -24,7 +24,6 @@ impl Default for Goal {
 }
 
 impl Goal {
-    /// Of a derivative.
     pub fn percent(&self, derivative: &str) -> f64 {
         self.named.iter().find(|(name, _)| name == derivative).map_or(self.all_percent, |(_, percent)| *percent)
     }

@@ -50,7 +50,6 @@ pub enum Source {
     Given(VecDeque<Vec<StreamRow>>),
     /// A text file that may grow; it has ended when it was not written to for so long.
     Tail {
-        /// File.
         file: Box<TailedFile>,
         /// Its place.
         path: PathBuf,
@@ -62,30 +61,14 @@ pub enum Source {
         trouble: Option<String>,
     },
     /// Lines by UDP.
-    Lines {
-        /// Socket.
-        socket: Socket,
-        /// What the lines are.
-        format: LineFormat,
-        /// Decoder of text.
-        text: Box<TextDecoder>,
-        /// Decoder of JSON.
-        json: JsonDecoder,
-    },
+    Lines { socket: Socket, format: LineFormat, text: Box<TextDecoder>, json: JsonDecoder },
     /// MAVLink packets by UDP.
-    Mavlink {
-        /// Socket.
-        socket: Socket,
-        /// Decoder.
-        decoder: Box<MavlinkDecoder>,
-    },
+    Mavlink { socket: Socket, decoder: Box<MavlinkDecoder> },
     /// MAVLink packets of a telemetry log.
     Log {
-        /// File.
         file: File,
         /// Its place.
         path: PathBuf,
-        /// Decoder.
         decoder: Box<MavlinkDecoder>,
     },
 }

@@ -13,7 +13,6 @@ use crate::keep;
 /// Longest name of a file without its ending, bytes: what is written beside it has a longer one.
 const LONGEST_NAME: usize = 100;
 
-/// File of one source.
 pub(super) struct SourceFile {
     pub(super) source: Arc<str>,
     pub(super) channels: Arc<[StreamChannel]>,

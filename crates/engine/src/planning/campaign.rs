@@ -4,9 +4,7 @@ use std::path::Path;
 
 use doublet_core::airframe::{Aircraft, FlightMargin, Loading, calibrated_m_s};
 use doublet_core::atmos::Atmosphere;
-use doublet_core::load::read_text;
 use doublet_core::statistics::median;
-use doublet_core::toml_error;
 use serde::{Deserialize, Serialize};
 
 use super::evaluation::{SlopeRow, evaluate, is_acceleration};
@@ -16,6 +14,7 @@ use crate::graph::StageResult;
 use crate::live::Limit;
 use crate::session::{Level, Manoeuvre, Session, Surface, WindowRole};
 use crate::snapshot::Snapshot;
+use crate::toml_file;
 
 /// Value of the `format` key.
 pub(crate) const FORMAT: &str = "doublet campaign";
@@ -30,7 +29,6 @@ const FOLDER: &str = "campaigns";
 pub struct Campaign {
     format: String,
     version: u32,
-    /// Title.
     pub title: String,
     /// Aircraft: a file, or `builtin:` and a name.
     pub aircraft: String,
@@ -72,7 +70,6 @@ pub struct Campaign {
     /// Hazards of every point.
     #[serde(default, rename = "risk")]
     pub risks: Vec<Risk>,
-    /// Test points.
     #[serde(rename = "point")]
     pub points: Vec<TestPoint>,
 }
@@ -107,7 +104,6 @@ pub struct Fuel {
 pub struct Tolerance {
     /// True airspeed, m/s.
     pub airspeed_m_s: f64,
-    /// Altitude, m.
     pub altitude_m: f64,
 }
 
@@ -117,7 +113,6 @@ impl Default for Tolerance {
     }
 }
 
-/// A test point.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TestPoint {
@@ -125,7 +120,6 @@ pub struct TestPoint {
     pub id: String,
     /// True airspeed, m/s.
     pub airspeed_m_s: f64,
-    /// Altitude, m.
     pub altitude_m: f64,
     /// Flaps, gear, power.
     #[serde(default)]
@@ -138,7 +132,6 @@ pub struct TestPoint {
     /// Which way it begins.
     #[serde(default)]
     pub direction: String,
-    /// Amplitude, deg.
     #[serde(default)]
     pub amplitude_deg: f64,
     /// Change of the manifold pressure, inHg, of an input by the throttles.
@@ -309,12 +302,11 @@ impl Campaign {
     /// # Errors
     /// One line: what cannot be read or is not understood.
     pub fn open(path: &Path) -> Result<Self, String> {
-        let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-        let text = match path.to_str().and_then(|name| name.strip_prefix(builtin::PREFIX)) {
-            Some(name) => builtin::text(FOLDER, name).ok_or_else(|| named(&"campaign not found"))?.to_owned(),
-            None => read_text(path).map_err(|error| named(&error))?,
+        let Some(name) = path.to_str().and_then(|name| name.strip_prefix(builtin::PREFIX)) else {
+            return toml_file::open(path, Self::parse);
         };
-        Self::parse(&text).map_err(|error| named(&error))
+        let text = builtin::text(FOLDER, name).ok_or_else(|| format!("{}: campaign not found", path.display()))?;
+        Self::parse(text).map_err(|error| format!("{}: {error}", path.display()))
     }
 
     /// Reads the text of a file.
@@ -322,11 +314,7 @@ impl Campaign {
     /// # Errors
     /// One line: place in the file and what is wrong.
     pub fn parse(text: &str) -> StageResult<Self> {
-        let campaign: Self = toml::from_str(text).map_err(|error| toml_error::one_line(text, &error))?;
-        if campaign.format != FORMAT || campaign.version != VERSION {
-            let (format, version) = (&campaign.format, campaign.version);
-            return Err(format!("format '{format}' version {version} is not '{FORMAT}' version {VERSION}").into());
-        }
+        let campaign: Self = toml_file::parse(text, (FORMAT, VERSION), |file: &Self| (&file.format, file.version))?;
         if campaign.points.is_empty() {
             return Err("it has no test point: add one".into());
         }

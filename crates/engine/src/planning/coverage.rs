@@ -17,7 +17,6 @@ use crate::study::{estimates, flown_aircraft, fly, windows};
 /// A derivative: what was promised and what came.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DesignedDerivative {
-    /// Name.
     pub name: String,
     /// Corrected error before flying.
     pub predicted: f64,
@@ -25,7 +24,6 @@ pub struct DesignedDerivative {
     pub scatter: f64,
     /// Root mean square of their errors corrected for the correlation inside windows.
     pub corrected: f64,
-    /// Truth.
     pub truth: f64,
 }
 
@@ -45,13 +43,10 @@ pub struct DesignedExcursion {
 /// What many flights of a design gave.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DesignCoverage {
-    /// Kind of the design.
     pub kind: &'static str,
     /// Flights.
     pub realisations: usize,
-    /// Derivatives.
     pub derivatives: Vec<DesignedDerivative>,
-    /// Excursions.
     pub excursions: Vec<DesignedExcursion>,
     /// Part of the flights in which all excursions hold.
     pub inside: f64,

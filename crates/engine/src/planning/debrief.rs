@@ -27,7 +27,6 @@ pub struct Promise {
 /// A derivative with its promised error.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct PromisedError {
-    /// Name.
     pub name: String,
     /// Corrected standard error; none where the input does not move what it needs.
     pub corrected: Option<f64>,
@@ -161,11 +160,12 @@ pub fn debrief_document(title: &str, found: &Debrief) -> Document {
         cover: vec![Block::Facts(facts)],
         signatures: Vec::new(),
         style: Style::default(),
-        sections: vec![Section::plain("derivatives", "Derivatives", false, vec![Block::Table(derivatives(found))])],
+        sections: vec![Section::plain("derivatives", "Derivatives", false, vec![Block::Table(debrief_table(found))])],
     }
 }
 
-fn derivatives(found: &Debrief) -> Table {
+/// Derivatives: promised against obtained errors, and the truth where it is known.
+pub fn debrief_table(found: &Debrief) -> Table {
     let caption = "Corrected standard errors, root mean square over the flights; estimates are means. Truth is known of simulated flights only.";
     TableOf::new("debrief", caption, &found.derivatives)
         .symbol("name", "Derivative", |row| &row.name)

@@ -144,45 +144,61 @@ pub fn comparison_table(design: &DesignRow) -> Table {
         .done()
 }
 
-/// Whether what was flown is enough: what to fly next, errors over goals against the time flown, each derivative against its goal, and what
-/// every window told.
+/// Whether what was flown is enough: what to fly next, errors over goals against the time flown, each derivative against its goal, and
+/// every manoeuvre.
 pub fn enough_blocks(found: &Enough) -> Vec<Block> {
     let (level, word) = if found.enough { (Level::Good, "Enough") } else { (Level::Caution, "Not enough") };
     let mut blocks = vec![Block::Outcome(level, format!("{word}: {} of {} goals are met", found.met, found.of))];
-    let met = |met: usize| Cell::text(format!("{met} of {}", found.of));
-    if !found.next.is_empty() {
-        let caption = "Next manoeuvre, best first: errors of all manoeuvres flown plus this one.";
-        let peaks = |own: &&NextRow| {
-            let peaks: Vec<String> = own.signal_peak_rad.iter().map(|rad| significant(rad.to_degrees(), 3)).collect();
-            Cell::text(peaks.join(", "))
-        };
-        let next = TableOf::new("next", caption, &found.next)
-            .column(Column::new("kind", "next manoeuvre"), |own| {
-                Cell::text(format!("{} on {}", own.kind, own.surfaces.join(", ")))
-            })
-            .number("duration_s", "time", "s", 3, |own| own.duration_s)
-            .column(Column::new("peak", "peak [deg]"), peaks)
-            .column(Column::new("met", "goals met"), |own| met(own.met))
-            .column(Column::new("worst", "worst"), |own| own.worst.as_deref().map_or(Cell::Empty, symbol))
-            .maybe("worst_over_goal", "error over goal", "", 3, |own| own.worst_over_goal);
-        blocks.push(Block::Table(next.done()));
-    }
+    blocks.extend(next_table(found).map(Block::Table));
     blocks.push(Block::Figure(errors_over_goals(found)));
+    blocks.extend([Block::Table(goals_table(found)), Block::Table(windows_table(found))]);
+    blocks
+}
+
+/// The manoeuvres to fly next, best first; none where the goals are met.
+pub fn next_table(found: &Enough) -> Option<Table> {
+    let caption = "Next manoeuvre, best first: errors of all manoeuvres flown plus this one.";
+    let peaks = |own: &&NextRow| {
+        let peaks: Vec<String> = own.signal_peak_rad.iter().map(|rad| significant(rad.to_degrees(), 3)).collect();
+        Cell::text(peaks.join(", "))
+    };
+    let kind = |own: &&NextRow| Cell::text(format!("{} on {}", own.kind, own.surfaces.join(", ")));
+    let table = TableOf::new("next", caption, &found.next)
+        .column(Column::new("kind", "next manoeuvre"), kind)
+        .number("duration_s", "time", "s", 3, |own| own.duration_s)
+        .column(Column::new("peak", "peak [deg]"), peaks)
+        .column(Column::new("met", "goals met"), |own| goals_met(own.met, found))
+        .column(Column::new("worst", "worst"), |own| own.worst.as_deref().map_or(Cell::Empty, symbol))
+        .maybe("worst_over_goal", "error over goal", "", 3, |own| own.worst_over_goal)
+        .done();
+    (!found.next.is_empty()).then_some(table)
+}
+
+/// Each derivative against its goal.
+pub fn goals_table(found: &Enough) -> Table {
     let caption = "Standard error of all manoeuvres together against the goal of each derivative.";
-    let goals = TableOf::new("goals", caption, &found.derivatives)
+    TableOf::new("goals", caption, &found.derivatives)
         .symbol("name", "derivative", |own| &own.name)
         .number("estimate", "estimate", "", 4, |own| own.estimate)
         .maybe("corrected", "corrected error", "", 2, |own| own.corrected)
         .number("goal", "goal", "", 2, |own| own.goal)
-        .text("met_after", "met after", |own| own.met_after.as_deref().unwrap_or("not met"));
-    let windows = TableOf::new("windows", "Combined errors up to each manoeuvre.", &found.windows)
+        .text("met_after", "met after", |own| own.met_after.as_deref().unwrap_or("not met"))
+        .done()
+}
+
+/// Goals met after each manoeuvre.
+pub fn windows_table(found: &Enough) -> Table {
+    TableOf::new("windows", "Combined errors up to each manoeuvre.", &found.windows)
         .text("window", "after manoeuvre", |own| &own.window)
         .number("time_s", "time flown", "s", 4, |own| own.time_s)
-        .column(Column::new("met", "goals met"), |own| met(own.met))
+        .column(Column::new("met", "goals met"), |own| goals_met(own.met, found))
         .column(Column::new("worst", "worst"), |own| own.worst.as_deref().map_or(Cell::Empty, symbol))
-        .maybe("worst_over_goal", "error over goal", "", 3, |own| own.worst_over_goal);
-    blocks.extend([Block::Table(goals.done()), Block::Table(windows.done())]);
-    blocks
+        .maybe("worst_over_goal", "error over goal", "", 3, |own| own.worst_over_goal)
+        .done()
+}
+
+fn goals_met(met: usize, found: &Enough) -> Cell {
+    Cell::text(format!("{met} of {}", found.of))
 }
 
 fn symbol(name: &str) -> Cell {

@@ -52,7 +52,6 @@ pub(super) fn is_acceleration(kind: &str) -> bool {
     Steady::of_kind(kind) == Some(Steady::Acceleration)
 }
 
-/// One manoeuvre.
 type Flown<'a> = (&'a Manoeuvre, &'a WindowAero);
 
 /// Slopes of the manoeuvres found for a card; none where the card is not of steady flight or none was flown.

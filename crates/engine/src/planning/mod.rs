@@ -25,9 +25,9 @@ pub(crate) use campaign::{FORMAT as CAMPAIGN_FORMAT, VERSION as CAMPAIGN_VERSION
 pub use card_flight::{CampaignFlight, campaign_flight};
 pub use cards::{campaign_document, envelope_figure};
 pub use coverage::{DesignCoverage, DesignedDerivative, DesignedExcursion, design_coverage};
-pub use debrief::{Debrief, DebriefRow, Promise, debrief, debrief_document, true_derivatives};
+pub use debrief::{Debrief, DebriefRow, Promise, debrief, debrief_document, debrief_table, true_derivatives};
 pub use designed_session::{FLIGHT_FOLDER, designed_session, loading_of_mass, with_recordings_in};
-pub use document::{comparison_table, design_document, enough_blocks};
+pub use document::{comparison_table, design_document, enough_blocks, goals_table, next_table, windows_table};
 pub use doublet_dynamics::design::{Criterion, DesignKind, SURFACE_NAMES, THROTTLE};
 pub use enough::{EnoughOptions, EnoughRequest, Goal, enough};
 pub use evaluation::SlopeRow;

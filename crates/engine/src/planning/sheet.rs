@@ -25,7 +25,6 @@ pub struct SheetRequest {
     pub surfaces: Vec<usize>,
     /// Time of all windows together, s.
     pub time_s: f64,
-    /// Kind.
     pub kind: DesignKind,
     /// What is made small.
     pub criterion: Criterion,
@@ -68,9 +67,7 @@ impl SheetRequest {
 pub struct DesignSheet {
     /// What it promises.
     pub row: DesignRow,
-    /// The design.
     pub designed: Designed,
-    /// Its card.
     pub card: Document,
     session: Session,
     aircraft: Aircraft,

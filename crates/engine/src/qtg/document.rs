@@ -324,7 +324,6 @@ fn result_box(test: &QualificationTest, date: &str) -> Table {
     }
 }
 
-/// The page of a test.
 fn page(test: &QualificationTest, date: &str) -> Section {
     let mut blocks = vec![Block::Outcome(test.outcome.level(), format!("{}: {}", test.outcome.label(), test.reason))];
     blocks.extend(test.window.is_some().then(|| Block::Table(result_box(test, date))));

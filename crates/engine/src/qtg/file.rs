@@ -37,12 +37,10 @@ pub const DEVICE: [(&str, &str); 12] = [
 /// What is moved in flight, as keys of its greatest airspeed.
 pub const EQUIPMENT: [&str; 3] = ["flaps_m_s", "gear_m_s", "spoilers_m_s"];
 
-/// A test file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TestFile {
     /// Title of the guide.
     pub title: String,
-    /// Rule the tests are of.
     pub rule: Tolerances,
     /// What percentages of its bands are of.
     pub reading: Reading,
@@ -95,12 +93,10 @@ impl Constants {
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Revision {
-    /// Number.
     pub number: String,
     /// Day.
     #[serde(default)]
     pub date: String,
-    /// Pages.
     #[serde(default)]
     pub pages: String,
     /// What changed.

@@ -9,11 +9,8 @@ use crate::stage::Quantity;
 /// One number of flight and model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
-    /// Quantity.
     pub quantity: Quantity,
-    /// Of the flight.
     pub flight: Option<Read>,
-    /// Of the model.
     pub model: Option<Read>,
 }
 

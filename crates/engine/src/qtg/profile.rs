@@ -220,7 +220,6 @@ const PROFILES: [Profile; 20] = [
 ];
 
 impl Profile {
-    /// That of a test.
     pub(super) fn of_test(test: &ObjectiveTest) -> Self {
         let kind = test.kinds.first().map_or("", String::as_str);
         let found = PROFILES.iter().find(|profile| kind.contains(profile.word)).unwrap_or(&PLAIN);

@@ -8,7 +8,6 @@ use crate::stage::{Judgement, Quantity, ValueTolerance};
 
 /// Length of a foot, m.
 pub(super) const FOOT_M: f64 = 0.3048;
-/// A foot per minute, m/s.
 pub(super) const FOOT_PER_MINUTE_M_S: f64 = FOOT_M / 60.0;
 
 /// Unit a dimension has on the pages and its factor from SI: knots, feet, g, degrees.

@@ -16,7 +16,6 @@ pub struct AnticipationChart {
     pub places: [Vec<(f64, String)>; 2],
     /// Boundary of each level, open where it has no limit.
     pub levels: Vec<(u8, Vec<[f64; 2]>)>,
-    /// The estimate.
     pub estimate: [f64; 2],
     /// Samples of the derivatives.
     pub samples: Vec<[f64; 2]>,

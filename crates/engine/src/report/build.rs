@@ -17,7 +17,7 @@ use super::results::{
 };
 use super::{gusts, mass, setup, signals, summary};
 use crate::date;
-use crate::session::{Manoeuvre, Session, path_warning};
+use crate::session::{Manoeuvre, STEADY, Session, path_warning};
 use crate::snapshot::{FitVerdict, Slot, Snapshot};
 use crate::stage::{
     self, CoefficientFit, ExpressedChannel, RegressorCorrelation, UsedClock, WindowPath, measure_steadiness,
@@ -105,7 +105,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
 fn warnings(session: &Session) -> Vec<String> {
     let none = session.aircraft.is_none().then(|| stage::NO_AIRCRAFT.to_owned());
     let problems = crate::session::check(session);
-    let beside = problems.iter().filter(|finding| finding.place == "steady").map(ToString::to_string);
+    let beside = problems.iter().filter(|finding| finding.place.is_named(STEADY)).map(ToString::to_string);
     none.into_iter().chain(path_warning(session)).chain(beside).collect()
 }
 
@@ -146,7 +146,7 @@ fn flights(session: &Session, snapshot: &Snapshot) -> Vec<FlightRow> {
             noise,
             proposals,
             physics: physics.map(|physics| physics.rows.clone()).unwrap_or_default(),
-            warnings: loaded.recording.warnings.clone(),
+            warnings: loaded.recording.warnings.iter().map(ToString::to_string).collect(),
         }
     });
     rows.collect()
@@ -202,8 +202,9 @@ fn clock_row(clock: &UsedClock) -> ClockRow {
 fn window_row(window: &Manoeuvre, snapshot: &Snapshot) -> Option<WindowRow> {
     let results = snapshot.windows.get(&window.name)?;
     let path = results.path.ready();
-    let mut warnings: Vec<_> = path.iter().flat_map(|path| path.assessment().warnings.iter().cloned()).collect();
-    warnings.extend(results.aero.ready().iter().flat_map(|aero| aero.warnings.iter().cloned()));
+    let of_path = path.iter().flat_map(|path| &path.assessment().warnings);
+    let of_aero = results.aero.ready().into_iter().flat_map(|aero| &aero.warnings);
+    let warnings = of_path.chain(of_aero).map(ToString::to_string).collect();
     let consistency = path.and_then(|path| path.assessment().consistency.as_ref());
     let verdicts = snapshot.verdicts.ready();
     let own_row = |fit: &CoefficientFit| {

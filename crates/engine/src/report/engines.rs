@@ -17,8 +17,7 @@ pub fn rows(session: &Session, snapshot: &Snapshot) -> Vec<EngineRow> {
 }
 
 fn row(flight: &str, found: &FlightEngines, engine: &EngineOverFlight) -> EngineRow {
-    let prefix = format!("engine '{}'", engine.name);
-    let concerns = |warning: &&String| warning.starts_with(&prefix) || warning.starts_with("engines:");
+    let own = found.warnings.iter().filter(|(name, _)| name.as_ref().is_none_or(|name| *name == engine.name));
     let (samples, mean_power_w) = mean(&engine.power_w.values);
     EngineRow {
         flight: flight.to_owned(),
@@ -27,7 +26,7 @@ fn row(flight: &str, found: &FlightEngines, engine: &EngineOverFlight) -> Engine
         mean_power_w,
         mean_thrust_n: mean(&engine.thrust_n.values).1,
         monitor: engine.agreement.as_ref().map(|agreement| monitor(found, agreement)),
-        warnings: found.warnings.iter().filter(concerns).cloned().collect(),
+        warnings: own.map(|(_, warning)| warning.to_string()).collect(),
     }
 }
 

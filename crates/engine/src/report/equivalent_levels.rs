@@ -47,7 +47,7 @@ pub fn equivalent_levels(found: &EquivalentStudy, output: &str, limits: &Limits,
 /// Takes the levels back that rest on a system whose verdict is bad.
 fn withdraw(row: &mut QualitiesRow, found: &EquivalentStudy) {
     let worst = found.verdict.reasons.iter().find(|finding| finding.level == Level::Bad);
-    let reason = worst.map_or("", |finding| finding.text.as_str());
+    let reason = worst.map_or_else(String::new, |finding| finding.text.to_string());
     (row.level, row.probabilities) = (None, None);
     for criterion in &mut row.criteria {
         criterion.level = "not judged";

@@ -15,7 +15,6 @@ pub enum TableFormat {
     Csv,
     /// LaTeX `tabular` with the rules of the package booktabs.
     Latex,
-    /// Markdown.
     Markdown,
 }
 

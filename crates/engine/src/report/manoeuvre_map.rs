@@ -28,7 +28,6 @@ pub const CANDIDATE: &str = "candidate";
 pub struct MapRow {
     /// Name; of a candidate the proposed name.
     pub name: String,
-    /// Flight.
     pub flight: String,
     /// Use; `candidate` if it is not in the session.
     #[serde(rename = "use")]
@@ -44,7 +43,6 @@ pub struct MapRow {
     pub level: Option<Level>,
     /// First instant, s.
     pub start_s: f64,
-    /// Duration, s.
     pub duration_s: f64,
     /// Mean true airspeed, m/s.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -104,7 +102,6 @@ pub struct MapRow {
 pub enum MapQuantity {
     /// First instant.
     Start,
-    /// Duration.
     Duration,
     /// Mean true airspeed.
     Airspeed,
@@ -118,7 +115,6 @@ pub enum MapQuantity {
     SideslipRange,
     /// Largest deflection.
     Deflection,
-    /// Mass.
     Mass,
     /// Centre of gravity from the datum.
     CentreOfGravity,
@@ -126,7 +122,6 @@ pub enum MapQuantity {
     CentreOfGravityOnChord,
     /// Slope of the airspeed before the input.
     AirspeedSlope,
-    /// Standard deviation of the wind.
     WindDeviation,
     /// Mean NIS over its expectation.
     NisRatio,
@@ -134,7 +129,6 @@ pub enum MapQuantity {
     InnovationRatio(Measurement),
     /// The least coefficient of determination.
     WorstRSquared,
-    /// That of one coefficient.
     RSquared(Coefficient),
     /// Estimate over standard error, median.
     Information,

@@ -98,7 +98,6 @@ pub enum ReportError {
     /// A file or folder could not be written.
     #[error("{path}: {source}")]
     File {
-        /// Path.
         path: String,
         /// Cause.
         source: std::io::Error,

@@ -6,11 +6,9 @@ use serde::Serialize;
 /// Prediction of one coefficient over one window, with the constant the identification gave and with the window's own.
 #[derive(Clone, Debug, Serialize)]
 pub struct PredictionRow {
-    /// Manoeuvre.
     pub window: String,
     /// Use of the manoeuvre.
     pub role: &'static str,
-    /// Coefficient.
     pub coefficient: &'static str,
     /// Agreement with the observation.
     #[serde(flatten)]
@@ -46,7 +44,6 @@ impl PredictionAgreement {
 /// Prediction of one coefficient over the validation windows.
 #[derive(Clone, Debug, Serialize)]
 pub struct ValidationRow {
-    /// Coefficient.
     pub coefficient: &'static str,
     /// Validation manoeuvres.
     pub windows: usize,

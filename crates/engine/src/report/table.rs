@@ -2,7 +2,6 @@
 
 use crate::notation::significant;
 
-/// A table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     /// Name of its file, without ending.
@@ -15,7 +14,6 @@ pub struct Table {
     pub rows: Vec<Vec<Cell>>,
 }
 
-/// A column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     /// Name in files that programs read.
@@ -28,7 +26,6 @@ pub struct Column {
     pub digits: usize,
 }
 
-/// A cell.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
     /// There is nothing to say.

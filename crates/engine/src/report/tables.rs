@@ -191,7 +191,6 @@ pub fn predictions(results: &Results) -> Table {
 pub(super) const CONSTANTS: &str = "Identified: with the identified derivatives and constants (mean of constants per manoeuvre). Own: with the \
                                      constant fitted to the predicted manoeuvre.";
 
-/// The table with the agreement of predictions.
 fn agreement<R>(table: TableOf<R>, of: impl Fn(&R) -> &PredictionAgreement) -> Table {
     table
         .number("r_squared_identified_constants", "R² identified", "", 4, |row| of(row).r_squared_identified_constants)

@@ -20,7 +20,6 @@ pub const CACHE_BYTES: usize = 256 << 20;
 /// A wish for everything that follows from a session.
 #[derive(Clone, Debug)]
 pub struct Request {
-    /// The session.
     pub session: Arc<Session>,
     /// Folder its relative paths start from.
     pub folder: PathBuf,

@@ -25,7 +25,6 @@ pub enum AircraftEdit {
 }
 
 impl AircraftEdit {
-    /// Sets one key.
     pub fn set(what: impl Into<String>, key: &str, value: ChangedValue) -> Self {
         Self::Set { what: what.into(), values: vec![(key.to_owned(), value)] }
     }

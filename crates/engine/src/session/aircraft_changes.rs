@@ -19,7 +19,6 @@ const ENVELOPE_KEYS: [&str; 3] = ["mass_kg", "forward_x_m", "aft_x_m"];
 /// A value in the place of the file's, in the units of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ChangedValue {
-    /// A number.
     Number(f64),
     /// A point in datum axes, or three moments of inertia.
     Triple([f64; 3]),
@@ -84,12 +83,10 @@ impl AircraftChanges {
         self.0.is_empty()
     }
 
-    /// Number of changes.
     pub fn len(&self) -> usize {
         self.0.len()
     }
 
-    /// The change of a key.
     pub fn get(&self, key: &str) -> Option<&ChangedValue> {
         self.0.get(key)
     }

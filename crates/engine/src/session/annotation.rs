@@ -23,7 +23,6 @@ pub struct Annotation {
 /// A change of the annotations.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AnnotationEdit {
-    /// Adds one.
     Add(Annotation),
     /// Puts another in the place of one.
     Change {
@@ -32,7 +31,6 @@ pub enum AnnotationEdit {
         /// As it shall be.
         to: Annotation,
     },
-    /// Removes one.
     Remove(Annotation),
 }
 

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeSet;
 
+use doublet_core::message::Message;
 use doublet_core::quantity::in_words;
 use doublet_core::series::TimeRange;
 
 use super::{Edit, Fix, Session, WindowEdit, constraint, expression, preparation, sensor_errors};
 use crate::notation;
-use crate::session::{Finding, Level};
+use crate::session::{Finding, Level, Place};
 
 /// Code of what makes the session contradict itself: nothing can be computed from it.
 const CONTRADICTION: &str = "session";
@@ -15,6 +16,8 @@ const CONTRADICTION: &str = "session";
 const FLIGHT: &str = "flight";
 /// Code of what is wrong with one window.
 const WINDOW: &str = "window";
+/// Place of findings about the steady windows.
+pub(crate) const STEADY: &str = "steady";
 /// Longest name, in characters: names are parts of paths in the files of results.
 const LONGEST_NAME: usize = 200;
 
@@ -22,7 +25,7 @@ const LONGEST_NAME: usize = 200;
 pub const MOST_WINDOWS: usize = 10_000;
 
 /// A finding that stops the whole run.
-pub(super) fn contradiction(place: String, text: impl Into<String>, fix_text: &str) -> Finding {
+pub(super) fn contradiction(place: String, text: impl Into<Message>, fix_text: &str) -> Finding {
     Finding::new(Level::Bad, CONTRADICTION, place, text).with_fix_text(fix_text)
 }
 
@@ -122,19 +125,19 @@ fn unfit(kind: &str, name: &str) -> Option<Finding> {
 fn flights(session: &Session, found: &mut Vec<Finding>) {
     for flight in &session.flights {
         let name = &flight.name;
-        let mut report = |place: String, text: &str| found.push(Finding::new(Level::Bad, FLIGHT, place, text));
+        let mut report = |place: Place, text: &str| found.push(Finding::new(Level::Bad, FLIGHT, place, text));
         if flight.recordings.is_empty() {
-            report(format!("flight '{name}'"), "no recording: add one");
+            report(Place::flight(name), "no recording: add one");
         }
         for problem in flight.signals.problems() {
-            report(format!("signals of flight '{name}'"), &problem);
+            report(format!("signals of flight '{name}'").into(), &problem);
         }
         for (expression, problem) in expression::problems(&flight.expressions) {
-            report(format!("expression '{expression}' of flight '{name}'"), &problem);
+            report(format!("expression '{expression}' of flight '{name}'").into(), &problem);
         }
         for clock in flight.clocks.iter().filter(|clock| !clock.shift_s.is_finite()) {
             let text = format!("clock offset is {}: enter a number", clock.shift_s);
-            report(format!("clock of '{}'", clock.source), &text);
+            report(format!("clock of '{}'", clock.source).into(), &text);
         }
     }
 }
@@ -145,11 +148,11 @@ fn is_usable(TimeRange { start_s, end_s }: &TimeRange) -> bool {
 }
 
 fn windows(session: &Session, found: &mut Vec<Finding>) {
-    let steady = session.steady.iter().map(|steady| ("steady".to_owned(), &steady.flight, steady.window, None));
+    let steady = session.steady.iter().map(|steady| (Place::from(STEADY), &steady.flight, steady.window, None));
     let windows = session
         .windows
         .iter()
-        .map(|window| (format!("manoeuvre '{}'", window.name), &window.flight, window.window, Some(&window.name)));
+        .map(|window| (Place::manoeuvre(&window.name), &window.flight, window.window, Some(&window.name)));
     for (place, flight, TimeRange { start_s, end_s }, name) in steady.chain(windows) {
         if session.flight(flight).is_none() {
             let text = format!("flight '{flight}' not found in the session");
@@ -170,7 +173,7 @@ fn windows(session: &Session, found: &mut Vec<Finding>) {
     for window in &session.windows {
         for part @ TimeRange { start_s, end_s } in &window.excluded {
             if !is_usable(part) {
-                let place = format!("manoeuvre '{}'", window.name);
+                let place = Place::manoeuvre(&window.name);
                 let text = format!("excluded part: end {end_s} s is not after start {start_s} s");
                 let finding =
                     Finding::new(Level::Bad, WINDOW, place, text).with_fix_text("set its end after its start");

@@ -11,9 +11,7 @@ use crate::session::Finding;
 /// What is known of one derivative before the fit.
 #[derive(Clone, Debug, PartialEq, Hash)]
 pub struct TermConstraint {
-    /// Coefficient.
     pub coefficient: Coefficient,
-    /// Term of it.
     pub term: Term,
     /// Value, range, or expectation with its standard deviation.
     pub known: Constraint,
@@ -32,7 +30,6 @@ impl TermConstraint {
         }
     }
 
-    /// Name of its derivative.
     pub fn derivative(&self) -> String {
         self.term.derivative_name(self.coefficient)
     }

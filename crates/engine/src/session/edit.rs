@@ -18,11 +18,9 @@ use super::{
 pub enum Edit {
     /// New title.
     Title(String),
-    /// The aircraft.
     Aircraft(AircraftEdit),
     /// What is on board.
     Loading(LoadingEdit),
-    /// Manoeuvre windows.
     Window(WindowEdit),
     /// Manoeuvres found in the recordings that are refused.
     Candidate(CandidateEdit),
@@ -50,7 +48,6 @@ pub enum Edit {
     ReportNotes(String),
     /// Day and crew of a flight.
     FlightLog {
-        /// Name of the flight.
         flight: String,
         /// Day it was flown.
         date: String,
@@ -61,7 +58,6 @@ pub enum Edit {
     ReportFigure(ReportFigureEdit),
     /// Where a recording of a flight lies, as when it was moved.
     RecordingPath {
-        /// Name of the flight.
         flight: String,
         /// Place of the recording among those of the flight.
         index: usize,
@@ -78,12 +74,7 @@ pub enum LoadingEdit {
     /// The whole loading.
     All(Loading),
     /// The loading of one flight; `None` for the session's.
-    OfFlight {
-        /// Name of the flight.
-        flight: String,
-        /// Its loading.
-        loading: Option<Loading>,
-    },
+    OfFlight { flight: String, loading: Option<Loading> },
 }
 
 /// A change of the filter settings.
@@ -93,7 +84,6 @@ pub enum FilterEdit {
     InitialDeviation(State, f64),
     /// Random walk of a state, SI per square root of a second.
     RandomWalk(State, f64),
-    /// Filter.
     Method(Method),
     /// Input between samples.
     Hold(InputHold),
@@ -141,9 +131,7 @@ pub enum EstimationEdit {
 pub enum ModelEdit {
     /// Adds or removes one term of one coefficient.
     SetTerm {
-        /// Coefficient.
         coefficient: Coefficient,
-        /// Term.
         term: Term,
         /// Whether the model has it.
         on: bool,
@@ -155,7 +143,6 @@ pub enum ModelEdit {
 /// An edit that cannot be applied.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum EditError {
-    /// The window is not in the session.
     #[error("no manoeuvre is called '{0}'")]
     NoWindow(String),
     /// The name is taken.
@@ -167,25 +154,14 @@ pub enum EditError {
     /// The window's flight is not in the session.
     #[error("no flight is called '{0}'")]
     NoFlight(String),
-    /// The experiment is not in the session.
     #[error("no experiment is called '{0}'")]
     NoExperiment(String),
     /// An interval that ends before it begins.
     #[error("manoeuvre from {start_s} s to {end_s} s: set its end after its start")]
-    EmptyWindow {
-        /// Start, s.
-        start_s: f64,
-        /// End, s.
-        end_s: f64,
-    },
+    EmptyWindow { start_s: f64, end_s: f64 },
     /// An excluded part that ends before it begins.
     #[error("excluded part from {start_s} s to {end_s} s: set its end after its start")]
-    EmptyPart {
-        /// Start, s.
-        start_s: f64,
-        /// End, s.
-        end_s: f64,
-    },
+    EmptyPart { start_s: f64, end_s: f64 },
     /// Smoothing or resampling that cannot be done.
     #[error("{0}")]
     Signals(String),

@@ -11,7 +11,6 @@ use super::{
     WindowRole,
 };
 
-/// Most experiments of one session.
 pub const MOST_EXPERIMENTS: usize = 100;
 /// Factors on the noise of all measurements of [`noise_experiments`].
 const NOISE_FACTORS: [f64; 2] = [0.5, 2.0];
@@ -52,11 +51,9 @@ pub struct Configuration {
 /// How a configuration uses a manoeuvre.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ManoeuvreUse {
-    /// Name of the manoeuvre.
     pub name: String,
     /// First and last instant.
     pub window: TimeRange,
-    /// Use.
     pub role: WindowRole,
     /// Excluded parts.
     pub excluded: Vec<TimeRange>,
@@ -71,7 +68,6 @@ pub enum ExperimentEdit {
     Add(Vec<Experiment>),
     /// Removes an experiment.
     Drop(String),
-    /// Renames an experiment.
     Rename {
         /// Present name.
         from: String,

@@ -112,7 +112,6 @@ fn loops(
 /// A change of one channel by expression.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExpressionEdit {
-    /// Flight.
     pub flight: String,
     /// Present name; `None` adds one.
     pub from: Option<String>,

@@ -13,7 +13,6 @@ use crate::keep::{hash_bytes, hash_file, hex, replace, replace_keeping_previous}
 /// A session and where its relative paths start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Opened {
-    /// The session.
     pub session: Session,
     /// Its file.
     pub path: PathBuf,

@@ -36,7 +36,6 @@ impl std::fmt::Display for Fix {
 }
 
 impl Fix {
-    /// A fix of one edit.
     pub fn new(label: impl Into<String>, edit: Edit) -> Self {
         Self { label: label.into(), edits: vec![edit] }
     }

@@ -9,12 +9,9 @@ pub struct WindowFlags {
     pub confirmed: bool,
 }
 
-/// One of the flags.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WindowFlag {
-    /// [`WindowFlags::locked`].
     Locked,
-    /// [`WindowFlags::confirmed`].
     Confirmed,
 }
 

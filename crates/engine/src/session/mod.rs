@@ -41,6 +41,7 @@ pub use aircraft::AircraftEdit;
 pub(crate) use aircraft_changes::ENVELOPE;
 pub use aircraft_changes::{AircraftChanges, ChangedValue};
 pub use annotation::{Annotation, AnnotationEdit};
+pub(crate) use check::STEADY;
 pub use check::{MOST_WINDOWS, check, fitting_name, stops_run};
 pub use constraint::TermConstraint;
 pub use edit::{Edit, EditError, EstimationEdit, FilterEdit, LoadingEdit, ModelEdit};
@@ -51,7 +52,7 @@ pub use experiment::{
 pub use expression::{EXPRESSION_SOURCE, ExpressionEdit, ExpressionSetting};
 pub use file::{Opened, content_hash, open, rebased, save, save_without_backup, shipped};
 pub(crate) use finding::write_fix;
-pub use finding::{Finding, Level, PlausibleRange, Verdict};
+pub use finding::{Finding, Level, Place, PlausibleRange, Verdict};
 pub use fix::Fix;
 pub use flags::{WindowFlag, WindowFlags};
 pub use map_ref::MapRef;
@@ -229,7 +230,6 @@ pub struct InstrumentSetting {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LevelFlight {
-    /// Mass, kg.
     pub mass_kg: f64,
     /// True airspeed at the numbers 0, 85 and 100, m/s.
     pub airspeed_m_s: [f64; 3],
@@ -324,7 +324,6 @@ pub enum Surface {
     Rudder,
 }
 
-/// A manoeuvre window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "WindowTable", into = "WindowTable")]
 pub struct Manoeuvre {

@@ -69,7 +69,6 @@ impl NoiseChannel {
 /// A standard deviation for one entry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseEntry {
-    /// Entry.
     pub channel: NoiseChannel,
     /// Standard deviation, SI.
     pub std: f64,
@@ -79,12 +78,7 @@ pub struct NoiseEntry {
 #[derive(Clone, Debug, PartialEq)]
 pub enum NoiseEdit {
     /// All steady parts of a flight.
-    Steady {
-        /// Flight.
-        flight: String,
-        /// Its windows.
-        windows: Vec<SteadyWindow>,
-    },
+    Steady { flight: String, windows: Vec<SteadyWindow> },
     /// Sets entries, and why they are not what the recording says; a reason given earlier goes.
     Set {
         /// Entries and their standard deviations.

@@ -100,11 +100,8 @@ impl MomentReference {
 /// Lag and delay of each control, s.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Hash)]
 pub struct ControlLags {
-    /// Of the elevator.
     pub elevator: Lag,
-    /// Of the aileron.
     pub aileron: Lag,
-    /// Of the rudder.
     pub rudder: Lag,
 }
 
@@ -120,7 +117,6 @@ impl ControlLags {
         (*self == Self::common(self.elevator.time_constant_s)).then_some(self.elevator.time_constant_s)
     }
 
-    /// Of one control.
     pub fn get(&self, surface: Surface) -> Lag {
         match surface {
             Surface::Elevator => self.elevator,

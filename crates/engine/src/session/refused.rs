@@ -8,7 +8,6 @@ use super::{EditError, Manoeuvre, Session};
 /// Most that either end of a candidate may move before it is another one: filters and resampling of the channels move it a little, s.
 const SAME_S: f64 = 0.5;
 
-/// A candidate that was refused.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RefusedCandidate {
@@ -25,7 +24,6 @@ pub struct RefusedCandidate {
 /// A change of the refused candidates.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CandidateEdit {
-    /// Refuses candidates.
     Refuse(Vec<Manoeuvre>),
     /// Offers the refused candidates of a flight again; those of all flights without one.
     Offer(Option<String>),

@@ -60,7 +60,6 @@ impl SensorErrors {
         self.free.is_empty() && self.per_window.is_empty()
     }
 
-    /// Measurements compared.
     pub fn compared(&self) -> Vec<Measurement> {
         use Measurement::{PositionEast, PositionNorth, VelocityDown, VelocityEast, VelocityNorth};
         let needs_wind = [PositionNorth, PositionEast, VelocityNorth, VelocityEast, VelocityDown];

@@ -101,7 +101,6 @@ impl SignalPreset {
         self == Self::Thesis
     }
 
-    /// Its rules.
     pub fn rules(self) -> Vec<SignalRule> {
         /// Rate the thesis brings every signal to, Hz.
         const RATE_HZ: f64 = 100.0;
@@ -155,7 +154,6 @@ impl SignalSetting {
         SignalPreset::ALL.into_iter().find(|preset| preset.rules() == self.rules)
     }
 
-    /// The preset this setting is.
     pub fn preset(&self) -> Option<SignalPreset> {
         self.preset_of_rules().filter(|preset| preset.position_from_velocity() == self.position_from_velocity)
     }
@@ -209,21 +207,18 @@ const MOST_HZ: f64 = 1000.0;
 pub enum SignalEdit {
     /// What is done to a flight's signals.
     Setting {
-        /// Flight.
         flight: String,
         /// All of it.
         setting: SignalSetting,
     },
     /// Another instruments file.
     Instruments {
-        /// Flight.
         flight: String,
         /// Its file, or `builtin:` and a name.
         file: String,
     },
     /// Shifts the clock of a source by hand.
     Shift {
-        /// Flight.
         flight: String,
         /// Source as its clock names it (a beginning with `*`), or its own name where it has no clock yet.
         source: String,

@@ -9,13 +9,11 @@ use super::{EditError, Manoeuvre, Session, Surface, WindowFlag, WindowRole};
 /// A change of the manoeuvre windows.
 #[derive(Clone, Debug, PartialEq)]
 pub enum WindowEdit {
-    /// Adds a window.
     Add(Manoeuvre),
     /// Adds several windows in one step.
     AddAll(Vec<Manoeuvre>),
     /// Removes the window of this name.
     Remove(String),
-    /// Renames a window.
     Rename {
         /// Present name.
         from: String,
@@ -24,55 +22,46 @@ pub enum WindowEdit {
     },
     /// Moves or resizes a window.
     Place {
-        /// Name of the window.
         name: String,
         /// New interval.
         window: TimeRange,
     },
     /// Changes the use of a window.
     Role {
-        /// Name of the window.
         name: String,
         /// New use.
         role: WindowRole,
     },
     /// States the surface a window's manoeuvre moves.
     Surface {
-        /// Name of the window.
         name: String,
         /// Surface, or `None` for several or unknown.
         surface: Option<Surface>,
     },
     /// Says something about a window.
     Note {
-        /// Name of the window.
         name: String,
         /// New note; empty for none.
         note: String,
     },
     /// Divides a window: it ends at one instant, a second one like it starts at another and stands behind it.
     Split {
-        /// Name of the window.
         name: String,
         /// New end, s.
         end_s: f64,
         /// Start of the second window, s.
         start_s: f64,
-        /// Name of the second window.
         second: String,
     },
     /// Leaves these parts of a window out, and no others.
     Exclude {
-        /// Name of the window.
         name: String,
         /// Parts.
         excluded: Vec<TimeRange>,
     },
     /// Sets a flag of a window, or takes it back.
     Flag {
-        /// Name of the window.
         name: String,
-        /// Flag.
         flag: WindowFlag,
         /// Whether it is set.
         on: bool,

@@ -31,7 +31,6 @@ pub struct Details {
 /// A closer look at one window.
 #[derive(Clone, Debug)]
 pub struct WindowDetails {
-    /// Its name.
     pub name: String,
     /// Residuals of its own fits.
     pub residuals: Vec<ResidualStudy>,

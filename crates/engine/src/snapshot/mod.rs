@@ -17,7 +17,7 @@ use doublet_core::airframe::LoadedState;
 
 use crate::graph::{FileStamp, Keyed, Stage, StageError};
 use crate::prior::PriorStudy;
-use crate::session::{Finding, Manoeuvre, Session};
+use crate::session::{Finding, Manoeuvre, Place, Session};
 use crate::stage::{
     AeroWindow, DelaysAndGusts, EstimatedSensorErrors, FlightEngines, FlightNoise, FlightPhysics, FlightProposals,
     FlownMass, Gravity, LoadedAircraft, LoadedFlight, PooledFits, ProofOfMatch, WindowAero, WindowFits, WindowPath,
@@ -39,7 +39,6 @@ pub use study_input::{answer, with_study_input};
 pub use verdicts::{Cause, Consequence, DerivativeVerdict, Effect, FitVerdict, VerdictCounts, Verdicts, WindowVerdict};
 
 slots! {
-    /// Results of one manoeuvre window.
     pub struct WindowResults {}
     slots {
         /// Reconstructed flight path.
@@ -61,8 +60,11 @@ impl SlotGroup for BTreeMap<String, WindowResults> {
         self.values_mut().for_each(|results| results.each_mut(what, visit));
     }
 
-    fn each(&self, what: &str, visit: &mut dyn FnMut(String, &dyn AnySlot)) {
-        self.iter().for_each(|(name, results)| results.each(&format!("{what} '{name}'"), visit));
+    fn each(&self, what: &str, visit: &mut dyn FnMut(Place, &dyn AnySlot)) {
+        // The stages of a manoeuvre have its place.
+        self.iter().for_each(|(name, results)| {
+            results.each(what, &mut |_, slot| visit(Place::manoeuvre(name), slot));
+        });
     }
 }
 
@@ -240,7 +242,7 @@ impl Snapshot {
     }
 
     /// Every stage that failed, with its place: `(place, error)`.
-    pub fn failures(&self) -> Vec<(String, String)> {
+    pub fn failures(&self) -> Vec<(Place, String)> {
         let mut failures = Vec::new();
         self.each("", &mut |place, slot| failures.extend(slot.failure().map(|error| (place, error.to_owned()))));
         // The stages of a window fail with the first of them.
@@ -250,10 +252,10 @@ impl Snapshot {
 
     /// Every coefficient that has no estimate, with its place: `(place, error)`. A window's own failure counts only where there is
     /// no pooled estimate; otherwise it is a row of its table.
-    pub fn failed_fits(&self) -> Vec<(String, String)> {
+    pub fn failed_fits(&self) -> Vec<(Place, String)> {
         let pooled = self.pooled.ready().filter(|pooled| !pooled.fits.is_empty());
         let fits: Vec<_> = match &pooled {
-            Some(pooled) => pooled.fits.iter().map(|fit| ("pooled", fit)).collect(),
+            Some(pooled) => pooled.fits.iter().map(|fit| (None, fit)).collect(),
             None => self
                 .windows
                 .iter()
@@ -262,13 +264,13 @@ impl Snapshot {
                         .fits
                         .ready()
                         .into_iter()
-                        .flat_map(move |fits| fits.fits.iter().map(|fit| (name.as_str(), fit)))
+                        .flat_map(move |fits| fits.fits.iter().map(|fit| (Some(name.as_str()), fit)))
                 })
                 .collect(),
         };
-        let failed = fits.into_iter().filter_map(|(place, fit)| {
+        let failed = fits.into_iter().filter_map(|(window, fit)| {
             let error = fit.fit.as_ref().err()?;
-            Some((format!("{} ({place})", fit.coefficient.name()), error.to_string()))
+            Some((Place::derivative(fit.coefficient.name(), window), error.to_string()))
         });
         failed.collect()
     }

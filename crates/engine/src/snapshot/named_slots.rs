@@ -4,6 +4,7 @@ use std::fmt::Display;
 
 use super::{AnySlot, Slot, SlotGroup};
 use crate::graph::{Keyed, StageError, StageResult};
+use crate::session::Place;
 
 /// Outputs by what they are computed for, in an order of their own.
 #[derive(Clone, Debug)]
@@ -81,7 +82,7 @@ impl<T, N: Display> SlotGroup for NamedSlots<T, N> {
         self.0.iter_mut().for_each(|(_, slot)| visit(what, slot));
     }
 
-    fn each(&self, what: &str, visit: &mut dyn FnMut(String, &dyn AnySlot)) {
-        self.0.iter().for_each(|(name, slot)| visit(format!("{what} '{name}'"), slot));
+    fn each(&self, what: &str, visit: &mut dyn FnMut(Place, &dyn AnySlot)) {
+        self.0.iter().for_each(|(name, slot)| visit(format!("{what} '{name}'").into(), slot));
     }
 }

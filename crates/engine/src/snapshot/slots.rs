@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::graph::{Keyed, StageError};
+use crate::graph::{Keyed, Stage, StageError};
+use crate::session::Place;
+use crate::stage::LoadedFlight;
 
 /// State of one stage's output. What was there before stays visible until it is replaced.
 #[derive(Clone, Debug, Default)]
@@ -142,7 +144,7 @@ pub(crate) trait SlotGroup {
     /// Every slot with what it is.
     fn each_mut(&mut self, what: &str, visit: &mut dyn FnMut(&str, &mut dyn AnySlot));
     /// Every slot with its place, such as `engines of flight 'a'`: what, then the name of the flight or window.
-    fn each(&self, what: &str, visit: &mut dyn FnMut(String, &dyn AnySlot));
+    fn each(&self, what: &str, visit: &mut dyn FnMut(Place, &dyn AnySlot));
 }
 
 impl<T> SlotGroup for Slot<T> {
@@ -150,8 +152,8 @@ impl<T> SlotGroup for Slot<T> {
         visit(what, self);
     }
 
-    fn each(&self, what: &str, visit: &mut dyn FnMut(String, &dyn AnySlot)) {
-        visit(what.to_owned(), self);
+    fn each(&self, what: &str, visit: &mut dyn FnMut(Place, &dyn AnySlot)) {
+        visit(what.into(), self);
     }
 }
 
@@ -165,8 +167,16 @@ impl<T> SlotGroup for BTreeMap<String, Slot<T>> {
         self.values_mut().for_each(|slot| visit(what, slot));
     }
 
-    fn each(&self, what: &str, visit: &mut dyn FnMut(String, &dyn AnySlot)) {
-        self.iter().for_each(|(name, slot)| visit(format!("{what} '{name}'"), slot));
+    fn each(&self, what: &str, visit: &mut dyn FnMut(Place, &dyn AnySlot)) {
+        self.iter().for_each(|(name, slot)| visit(place_of(what, name), slot));
+    }
+}
+
+/// Place of what a flight or manoeuvre has.
+fn place_of(what: &str, name: &str) -> Place {
+    match what {
+        LoadedFlight::NAME => Place::flight(name),
+        _ => format!("{what} '{name}'").into(),
     }
 }
 
@@ -205,7 +215,7 @@ macro_rules! slots {
             }
 
             #[allow(unused_variables, reason = "a group may have no slot whose failures are those of the run")]
-            fn each(&self, what: &str, visit: &mut dyn FnMut(String, &dyn AnySlot)) {
+            fn each(&self, what: &str, visit: &mut dyn FnMut(Place, &dyn AnySlot)) {
                 $($(self.$slot.each(&format!("{what}{}", $place), visit);)?)*
             }
         }

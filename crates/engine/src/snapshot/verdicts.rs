@@ -20,7 +20,6 @@ pub struct Verdicts {
     pub pooled: Vec<FitVerdict>,
 }
 
-/// Verdict on one window.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WindowVerdict {
     /// Its samples, flight path and loading: whether anything may be computed from them.
@@ -29,10 +28,8 @@ pub struct WindowVerdict {
     pub fits: Vec<FitVerdict>,
 }
 
-/// Verdict on one fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FitVerdict {
-    /// Coefficient.
     pub coefficient: Coefficient,
     /// The fit: the worst of its own reasons and of its derivatives', except that a derivative nobody can tell leaves it as it is.
     pub verdict: Verdict,
@@ -42,12 +39,10 @@ pub struct FitVerdict {
     pub is_unused: bool,
 }
 
-/// Verdict on one derivative.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DerivativeVerdict {
     /// Name, for example `Cm_q`.
     pub name: String,
-    /// Verdict.
     pub verdict: Verdict,
     /// Its contribution, and what suspect causes change of it; of pooled fits alone.
     pub consequence: Option<Consequence>,
@@ -78,7 +73,6 @@ pub enum Cause {
 /// What an estimate becomes without a suspect cause.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Effect {
-    /// Cause.
     pub cause: Cause,
     /// Object: manoeuvres, or a flight and its channel; empty for all manoeuvres.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -100,7 +94,6 @@ pub struct Consequence {
     /// Motion of its regressor over that of the coefficient: times a change of the estimate, the part of the motion this moves.
     #[serde(skip)]
     pub motion_ratio: f64,
-    /// Effects.
     pub effects: Vec<Effect>,
 }
 
@@ -165,13 +158,10 @@ impl FitVerdict {
 /// A verdict in numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct VerdictCounts {
-    /// Level of the session.
     pub level: Level,
     /// Derivatives of the pooled fits that are good.
     pub good: usize,
-    /// Those that are a caution.
     pub caution: usize,
-    /// Those that are bad.
     pub bad: usize,
 }
 

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
+use doublet_core::message;
+use doublet_core::message::Message;
 use doublet_core::model::{
     AeroData, Coefficient, CoefficientSettings, Coefficients, Gyroscopic, Position, RECORDED, ThrustTreatment,
     Variables, coefficients, variables,
@@ -39,7 +41,7 @@ pub struct WindowAero {
     /// Observed coefficients in the order of [`Coefficient::ALL`], shared, to draw.
     pub series: [Series; 8],
     /// Findings, one line each.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Message>,
     /// Where the air density comes from.
     pub air_density: AirDensity,
     /// Engines of the aircraft whose thrust is neither recorded nor follows from their map.
@@ -209,7 +211,8 @@ fn aero_in(
         && data.angular_acceleration_rad_s2.is_none()
         && MatchedSmoothing::new(&data.time_s, differentiation)
             .inspect_err(|error| {
-                warnings.push(format!("regressors lack the smoothing of the angular acceleration: {error}"))
+                warnings
+                    .push(message!("regressors lack the smoothing of the angular acceleration: {}", error.to_string()))
             })
             .is_ok();
     let settings = CoefficientSettings {
@@ -273,7 +276,7 @@ struct Formed {
     air_density: AirDensity,
     unknown_thrust: Vec<String>,
     extrapolated_thrust: Vec<ExtrapolatedThrust>,
-    warnings: Vec<String>,
+    warnings: Vec<Message>,
 }
 
 fn aero_data(

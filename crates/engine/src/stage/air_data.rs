@@ -5,6 +5,7 @@ use doublet_core::atmos::{
     Atmosphere, calibrated_of_impact_m_s, mach_of_calibrated, static_at_airspeed_k, static_of_total_temperature_k,
     true_of_mach_m_s,
 };
+use doublet_core::message;
 use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording, Series};
 
@@ -43,7 +44,7 @@ pub(super) fn add_air_data(recording: &mut Recording) {
             continue;
         }
         let Some((series, sources)) = derive(recording) else { continue };
-        recording.warnings.push(format!("{} is not recorded: computed from {sources}", role.name()));
+        recording.warnings.push(message!("{} is not recorded: computed from {}", role.name(), sources));
         recording.roles.insert(role, recording.channels.len());
         let (source, name, unit) = (SOURCE.to_owned(), role.name().to_owned(), unit.to_owned());
         recording.channels.push(Channel { source, name, unit, series });

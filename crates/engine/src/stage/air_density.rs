@@ -3,6 +3,8 @@
 use std::sync::Arc;
 
 use doublet_core::atmos::{Atmosphere, AtmosphereError, density_kg_m3};
+use doublet_core::message;
+use doublet_core::message::Message;
 use doublet_core::quantity::Role;
 
 use super::window_context::WindowContext;
@@ -51,8 +53,9 @@ impl AirDensity {
     /// That it is only assumed (`assumed`), where it is.
     pub fn finding(self) -> Option<Finding> {
         let Self::AssumedAltitude(origin_m) = self else { return None };
-        let text = format!(
-            "Altitude, pressure and density not recorded: density is that of {origin_m:.0} m above the sea at the start."
+        let text = message!(
+            "Altitude, pressure and density not recorded: density is that of {:.0} m above the sea at the start.",
+            origin_m
         );
         let finding = Finding::new(Level::Caution, "assumed", "air density", text);
         let fix_text = "Map the pressure altitude, or check the stated initial altitude.";
@@ -60,17 +63,18 @@ impl AirDensity {
     }
 
     /// What a window says of it, where it is not recorded.
-    fn warning(self) -> Option<String> {
+    fn warning(self) -> Option<Message> {
         let text = match self {
             Self::RecordedAltitude => {
-                "air density comes from the standard atmosphere at the recorded altitude".to_owned()
+                message!("air density comes from the standard atmosphere at the recorded altitude")
             }
-            Self::AssumedAltitude(origin_m) => format!(
-                "air density is assumed: standard atmosphere at {origin_m:.0} m at the start, plus the climb of the path"
+            Self::AssumedAltitude(origin_m) => message!(
+                "air density is assumed: standard atmosphere at {:.0} m at the start, plus the climb of the path",
+                origin_m
             ),
-            Self::Pressure => "air density comes from the recorded pressure at standard temperature".to_owned(),
+            Self::Pressure => message!("air density comes from the recorded pressure at standard temperature"),
             Self::SatelliteAltitude => {
-                "air density comes from the standard atmosphere at the satellite altitude".to_owned()
+                message!("air density comes from the standard atmosphere at the satellite altitude")
             }
             Self::Recorded | Self::PressureAndTemperature | Self::AltitudeAndTemperature => return None,
         };
@@ -90,7 +94,7 @@ pub(super) struct WindowAir {
     /// Where the density comes from.
     pub source: AirDensity,
     /// Findings, one line each.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Message>,
 }
 
 /// Air over a window: density as recorded, else `rho = p / (R T)` with the static pressure as recorded or standard at the altitude, and
@@ -131,7 +135,7 @@ pub(super) fn air_over(window: &WindowContext, down_m: &[f64], origin_m: f64) ->
 }
 
 /// Whether a recorded temperature can be that of the outside air; says so where it cannot, or where it is far from the standard one.
-fn is_outside_air(recorded_k: &[f64], altitude_m: &[f64], warnings: &mut Vec<String>) -> bool {
+fn is_outside_air(recorded_k: &[f64], altitude_m: &[f64], warnings: &mut Vec<Message>) -> bool {
     let standard_k = |altitude_m: f64| Atmosphere::STANDARD.temperature_k(altitude_m).unwrap_or(f64::NAN);
     let apart = recorded_k.iter().zip(altitude_m).map(|(recorded, altitude_m)| recorded - standard_k(*altitude_m));
     let mean_k = apart.sum::<f64>() / recorded_k.len().max(1) as f64;
@@ -139,12 +143,17 @@ fn is_outside_air(recorded_k: &[f64], altitude_m: &[f64], warnings: &mut Vec<Str
     // Outside the atmosphere of the standard there is nothing to compare with.
     let is_usable = mean_k.is_nan() || mean_k.abs() <= FARTHEST_K;
     if !is_usable {
-        warnings.push(format!(
-            "air temperature is {:.0} K {side} standard, which is implausible: standard temperature used",
-            mean_k.abs()
+        warnings.push(message!(
+            "air temperature is {:.0} K {} standard, which is implausible: standard temperature used",
+            mean_k.abs(),
+            side
         ));
     } else if mean_k.abs() > WORTH_SAYING_K {
-        warnings.push(format!("air temperature is {:.0} K {side} standard: check its channel and unit", mean_k.abs()));
+        warnings.push(message!(
+            "air temperature is {:.0} K {} standard: check its channel and unit",
+            mean_k.abs(),
+            side
+        ));
     }
     is_usable
 }

@@ -4,12 +4,13 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use doublet_core::align::{ClockEstimate, ClockFitSettings, ClockModel, ClockPair, ClockSearch, clock_fit_pairs};
+use doublet_core::message;
 use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, DERIVED, Recording};
 use rayon::prelude::*;
 
 use crate::graph::{StageError, StageResult};
-use crate::session::{ClockSetting, Finding, Flight, Level};
+use crate::session::{ClockSetting, Finding, Flight, Level, Place};
 
 /// A recorder's clock as used.
 #[derive(Clone, Debug)]
@@ -128,8 +129,8 @@ pub(crate) fn is_of_engine_or_fuel(role: Role) -> bool {
 
 /// A clock that could not be fitted and is used as the session sets it.
 fn describe_unfitted(setting: &ClockSetting, flight: &Flight, error: &StageError) -> Finding {
-    let place = format!("flight '{}', clock of {}", flight.name, setting.source);
-    let text = format!("not fitted: {error}; engines and fuel use the clock as set");
+    let place = Place::in_flight(&flight.name, format!("clock of {}", setting.source));
+    let text = message!("not fitted: {}; engines and fuel use the clock as set", error.to_string());
     Finding::new(Level::Caution, "clock", place, text)
         .with_fix_text("Fit it to another channel, or state its offset.")
         .with_setting("Preprocess", "flight.clock")

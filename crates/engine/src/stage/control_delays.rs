@@ -23,11 +23,9 @@ const PRIOR_DEVIATION_S: f64 = 0.05;
 /// What the residuals say of the delay of a surface's deflection, and how the pooled derivatives move with it.
 #[derive(Clone, Debug)]
 pub struct ControlDelay {
-    /// Surface.
     pub surface: Surface,
     /// Delay of the recorded deflection, s.
     pub delay_s: f64,
-    /// Its standard error, s.
     pub standard_error_s: f64,
     /// Change of each derivative when the samples are freed of the delay, per s.
     slopes: BTreeMap<String, f64>,

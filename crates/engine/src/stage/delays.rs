@@ -30,7 +30,6 @@ pub struct SensorDelay {
     pub kind: ConstantError,
     /// Delay, s: what the time stamps are late.
     pub delay_s: f64,
-    /// Its standard error, s.
     pub standard_error_s: f64,
 }
 

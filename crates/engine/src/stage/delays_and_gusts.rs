@@ -13,7 +13,6 @@ use crate::session::Session;
 pub struct DelaysAndGusts {
     /// Delays of the measurements.
     pub delays: Option<SensorDelays>,
-    /// Gusts.
     pub gusts: Option<Gusts>,
 }
 

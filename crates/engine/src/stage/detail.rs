@@ -28,7 +28,6 @@ const AVERAGED_S: f64 = 1.0;
 /// The residual of one coefficient over one window.
 #[derive(Clone, Debug)]
 pub struct ResidualStudy {
-    /// Coefficient.
     pub coefficient: Coefficient,
     /// Time from one lag to the next, s.
     pub step_s: f64,
@@ -43,7 +42,6 @@ pub struct ResidualStudy {
 /// What each term adds to a coefficient over one window.
 #[derive(Clone, Debug)]
 pub struct Contributions {
-    /// Coefficient.
     pub coefficient: Coefficient,
     /// Derivative and its term's part, `derivative * term`.
     pub terms: Vec<(String, Series)>,
@@ -52,7 +50,6 @@ pub struct Contributions {
 /// The terms of one coefficient and candidates beside them.
 #[derive(Clone, Debug)]
 pub struct CoefficientStudy {
-    /// Coefficient.
     pub coefficient: Coefficient,
     /// What each tells, or one line why that is not known.
     pub study: StageResult<TermStudy>,

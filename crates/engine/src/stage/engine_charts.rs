@@ -14,7 +14,6 @@ const POINTS: usize = 60;
 /// A propeller map at one engine speed and pressure altitude (thesis Fig. 6.17).
 #[derive(Clone, Debug, PartialEq)]
 pub struct PropellerCurves {
-    /// Name of the propeller.
     pub name: String,
     /// Where its numbers come from.
     pub origin: String,

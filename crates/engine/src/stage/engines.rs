@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use doublet_core::message;
+use doublet_core::message::{Message, quoted};
 use doublet_core::model::{Engine, Position};
 use doublet_core::propulsion::{EngineColumns, OffRange};
 use doublet_core::quantity::Role;
@@ -35,7 +37,6 @@ pub(super) const ENGINES: [EngineRoles; 2] = [
 
 /// Air the propellers work in, one value per sample.
 pub struct Air<'a> {
-    /// Time, s.
     pub time_s: &'a [f64],
     /// True airspeed, m/s.
     pub airspeed_m_s: &'a [f64],
@@ -59,13 +60,12 @@ pub struct Engines {
     /// Engines whose thrust a chart or map extrapolates.
     pub extrapolated: Vec<ExtrapolatedThrust>,
     /// Findings, one line each.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Message>,
 }
 
 /// Thrust beyond the range of an engine chart or propeller map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExtrapolatedThrust {
-    /// Engine.
     pub engine: String,
     /// Each input that left the range with its furthest excursion, and the number of its samples outside.
     pub off_range: Vec<(OffRange, usize)>,
@@ -95,7 +95,12 @@ pub fn engines(window: &WindowContext, aircraft: &AircraftData, air: &Air<'_>) -
             };
             let history = model.history(&columns).map_err(|error| error.to_string())?;
             for (finding, samples) in &history.off_range {
-                result.warnings.push(format!("engine '{}': {finding}, {samples} samples", engine.station.name));
+                result.warnings.push(message!(
+                    "engine {}: {}, {} samples",
+                    quoted(&engine.station.name),
+                    finding.message(),
+                    *samples
+                ));
             }
             rises.push(history.total_pressure_rise);
             if thrust.is_none() && !history.off_range.is_empty() {
@@ -124,8 +129,9 @@ pub fn engines(window: &WindowContext, aircraft: &AircraftData, air: &Air<'_>) -
         for roles in &ENGINES {
             if let Some(thrust_n) = window.values(roles.thrust)? {
                 let name = roles.thrust.name();
-                result.warnings.push(format!(
-                    "{name} is assumed along body x through the centre of gravity: the aircraft file has no engine"
+                result.warnings.push(message!(
+                    "{} is assumed along body x through the centre of gravity: the aircraft file has no engine",
+                    name
                 ));
                 result.engines.push(along_x(thrust_n));
             }

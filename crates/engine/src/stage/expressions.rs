@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use doublet_core::message;
+use doublet_core::message::quoted;
 use doublet_core::prep::{Operand, between_samples, did_you_mean};
 use doublet_core::series::{Channel, Recording, Series};
 
@@ -38,12 +40,12 @@ pub fn add_expressions(flight: &LoadedFlight, settings: &[ExpressionSetting]) ->
         let replaced = setting.role.and_then(|role| recording.roles.insert(role, place));
         if let (Some(role), Some(recorded)) = (setting.role, replaced) {
             let recorded = &recording.channels[recorded];
-            recording.warnings.push(format!(
-                "{} is the expression '{}', not the channel '{}' of {}",
+            recording.warnings.push(message!(
+                "{} is the expression {}, not the channel {} of {}",
                 role.name(),
-                setting.name,
-                recorded.name,
-                recorded.source
+                quoted(&setting.name),
+                quoted(&recorded.name),
+                &recorded.source
             ));
         }
         expressions.push(ExpressedChannel { setting: setting.clone(), channel: place, replaced });

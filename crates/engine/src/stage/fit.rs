@@ -25,10 +25,8 @@ pub struct DroppedTerm {
     pub reason: String,
 }
 
-/// Fit of one coefficient.
 #[derive(Clone, Debug)]
 pub struct CoefficientFit {
-    /// Coefficient.
     pub coefficient: Coefficient,
     /// Windows whose samples it used, in the order they were stacked, with their number of samples.
     pub windows: Vec<(String, usize)>,
@@ -99,7 +97,6 @@ pub struct VaneScale {
     pub measurement: Measurement,
     /// Scale error.
     pub value: f64,
-    /// Its standard error.
     pub standard_error: f64,
 }
 
@@ -418,7 +415,6 @@ fn weighted(measured: &PooledRegression, weights: ResidualWeights) -> StageResul
 /// The regression of one coefficient over windows.
 #[derive(Clone, Debug)]
 pub struct Regression {
-    /// Coefficient.
     pub coefficient: Coefficient,
     /// Derivatives, regressors and observations.
     pub pooled: PooledRegression,

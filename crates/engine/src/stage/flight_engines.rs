@@ -3,6 +3,8 @@
 use std::sync::Arc;
 
 use doublet_core::atmos::{Atmosphere, AtmosphereError, density_kg_m3};
+use doublet_core::message;
+use doublet_core::message::{Message, quoted};
 use doublet_core::propulsion::{
     Correlation, Engine, EngineColumns, EngineModel, EnginePoint, PhaseOfFlight, PhaseRow, PowerComparison, Powerplant,
     compare_power, difference_correlation, phase_table,
@@ -32,8 +34,8 @@ pub struct FlightEngines {
     pub engines: Vec<EngineOverFlight>,
     /// Phases of the flight in their order in time.
     pub phases: Vec<PhaseOfFlight>,
-    /// Findings, one line each.
-    pub warnings: Vec<String>,
+    /// Findings, one line each, with the engine where it is about one.
+    pub warnings: Vec<(Option<String>, Message)>,
 }
 
 /// One engine over a flight; all series share one time and are not a number where an input pauses.
@@ -130,16 +132,18 @@ pub fn flight_engines(recording: &Recording, powerplant: &Powerplant) -> StageRe
         return Ok(None);
     }
     let time_s = grid(recording, known.iter().map(|(_, _, roles)| roles.speed))?;
-    let mut warnings = Vec::new();
-    let Some(air) = air(recording, time_s, &mut warnings) else { return Ok(None) };
+    let mut of_air = Vec::new();
+    let Some(air) = air(recording, time_s, &mut of_air) else { return Ok(None) };
+    let mut warnings: Vec<(Option<String>, Message)> = of_air.into_iter().map(|warning| (None, warning)).collect();
     let phases = phases(&air.time_s, &air.altitude_m, &air.airspeed_m_s);
     let found = known.into_par_iter().map(|known| {
-        let mut warnings = Vec::new();
-        over_flight(recording, known, &air, &phases, &mut warnings).map(|engine| (engine, warnings))
+        let mut own = Vec::new();
+        let engine = over_flight(recording, known, &air, &phases, &mut own)?;
+        let name = &known.0.station.name;
+        Ok((engine, own.into_iter().map(|warning| (Some(name.clone()), warning)).collect::<Vec<_>>()))
     });
     let mut engines = Vec::new();
-    for found in found.collect::<Vec<_>>() {
-        let (engine, own) = found?;
+    for (engine, own) in found.collect::<StageResult<Vec<_>>>()? {
         engines.extend(engine);
         warnings.extend(own);
     }
@@ -168,7 +172,7 @@ fn grid(recording: &Recording, roles: impl Iterator<Item = Role>) -> StageResult
     Ok((0..samples).map(|k| STEP_S * (first + k as f64)).collect())
 }
 
-fn air(recording: &Recording, time_s: Arc<[f64]>, warnings: &mut Vec<String>) -> Option<FlightAir> {
+fn air(recording: &Recording, time_s: Arc<[f64]>, warnings: &mut Vec<Message>) -> Option<FlightAir> {
     let recorded = |role: Role| values_where_recorded(recording, role, &time_s);
     let standard = Atmosphere::STANDARD;
     let airspeed_m_s = recorded(Role::TrueAirspeed)?;
@@ -182,9 +186,9 @@ fn air(recording: &Recording, time_s: Arc<[f64]>, warnings: &mut Vec<String>) ->
         pressure.unwrap_or_else(|| property_at_each(&altitude_m, |altitude| standard.pressure_pa(altitude)));
     let temperature = recorded(Role::AirTemperature);
     if temperature.is_none() {
-        warnings.push("engines: air temperature not recorded; the standard atmosphere is used".to_owned());
+        warnings.push(message!("engines: air temperature not recorded; the standard atmosphere is used"));
     } else if !pressure_is_recorded {
-        warnings.push("engines: static pressure not recorded; it is computed from pressure altitude".to_owned());
+        warnings.push(message!("engines: static pressure not recorded; it is computed from pressure altitude"));
     }
     let temperature_k =
         temperature.unwrap_or_else(|| property_at_each(&altitude_m, |altitude| standard.temperature_k(altitude)));
@@ -206,12 +210,12 @@ fn over_flight(
     (engine, model, roles): (&Engine, &EngineModel, &EngineRoles),
     air: &FlightAir,
     phases: &[PhaseOfFlight],
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Message>,
 ) -> StageResult<Option<EngineOverFlight>> {
     let name = &engine.station.name;
     let recorded = |role: Role| values_where_recorded(recording, role, &air.time_s);
     let (Some(speed), Some(pressure)) = (recorded(roles.speed), recorded(roles.manifold_pressure)) else {
-        warnings.push(format!("engine '{name}': its speed or manifold pressure has no finite sample"));
+        warnings.push(message!("engine {}: its speed or manifold pressure has no finite sample", quoted(name)));
         return Ok(None);
     };
     let history = model
@@ -226,19 +230,22 @@ fn over_flight(
         .map_err(|error| format!("engine '{name}': {error}"))?;
     let missing = history.thrust_n.iter().filter(|thrust| !thrust.is_finite()).count();
     if missing == history.thrust_n.len() {
-        warnings.push(format!(
-            "engine '{name}': speed, manifold pressure and air data are never recorded at the same time"
+        warnings.push(message!(
+            "engine {}: speed, manifold pressure and air data are never recorded at the same time",
+            quoted(name)
         ));
         return Ok(None);
     }
     if missing > 0 {
-        warnings.push(format!(
-            "engine '{name}': {missing} of {} samples omitted because an input is missing",
+        warnings.push(message!(
+            "engine {}: {} of {} samples omitted because an input is missing",
+            quoted(name),
+            missing,
             history.thrust_n.len()
         ));
     }
     for (finding, samples) in &history.off_range {
-        warnings.push(format!("engine '{name}': {finding}, {samples} samples"));
+        warnings.push(message!("engine {}: {}, {} samples", quoted(name), finding.message(), *samples));
     }
     let monitor = recorded(roles.power);
     let agreement =

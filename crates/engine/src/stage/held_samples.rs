@@ -1,5 +1,7 @@
 //! Values that a recorder repeats because the sensor is slower than it, used once.
 
+use doublet_core::message;
+use doublet_core::message::Message;
 use doublet_core::prep::{HeldSamples, held_samples};
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::Input;
@@ -7,7 +9,7 @@ use doublet_core::series::{Channel, Recording};
 use rayon::prelude::*;
 
 use super::signals::{SOURCE, TreatedSignal};
-use crate::session::{Finding, Level};
+use crate::session::{Finding, Level, Place};
 
 /// Takes the first sample of every hold of each role as the measurement. The recorded channels stay; the roles move to what is used.
 ///
@@ -27,12 +29,12 @@ pub(crate) fn use_held_once(recording: &mut Recording, flight: &str) -> (Vec<Tre
         treated.push(TreatedSignal {
             role,
             recorded,
-            steps: vec![text.clone()],
+            steps: vec![text.to_string()],
             samples,
             stretches: 1,
             max_gap_s: None,
         });
-        recording.warnings.push(format!("{}: {text}", role.name()));
+        recording.warnings.push(message!("{}: {}", role.name(), text));
         findings.push(finding);
         recording.roles.insert(role, recording.channels.len());
         recording.channels.push(Channel { source: SOURCE.to_owned(), name, unit, series });
@@ -41,18 +43,23 @@ pub(crate) fn use_held_once(recording: &mut Recording, flight: &str) -> (Vec<Tre
 }
 
 /// What was found of a channel and done about it.
-fn describe(flight: &str, role: Role, channel: &Channel, held: &HeldSamples, drives: bool) -> (String, Finding) {
+fn describe(flight: &str, role: Role, channel: &Channel, held: &HeldSamples, drives: bool) -> (Message, Finding) {
     let (own, all) = (held.own.values.len(), held.samples);
     let (percent, rate_hz) = (100.0 * (1.0 - own as f64 / all as f64), held.rate_hz());
     let done = if drives { "interpolated linearly" } else { "used once" };
-    let text = format!(
-        "{} of {all} samples are repeats ({percent:.0} %, {:.1} samples per value); the other {own} ({rate_hz:.3} Hz) are {done}",
+    let text = message!(
+        "{} of {} samples are repeats ({:.0} %, {:.1} samples per value); the other {} ({:.3} Hz) are {}",
         all - own,
-        held.period
+        all,
+        percent,
+        held.period,
+        own,
+        rate_hz,
+        done
     );
     // What drives the filter is no longer what was recorded.
     let level = if drives { Level::Caution } else { Level::Good };
-    let place = format!("flight '{flight}', {} ({})", role.name(), channel.full_name());
+    let place = Place::in_flight(flight, format!("{} ({})", role.name(), channel.full_name()));
     let finding = Finding::new(level, "held-samples", place, text.clone())
         .with_figure(rate_hz, f64::NAN)
         .with_fix_text("record the sensor at its own rate, or use every sample")

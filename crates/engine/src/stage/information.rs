@@ -16,7 +16,6 @@ const SHORTEST_S: f64 = 0.1;
 /// Which seconds of one window tell which derivative of one coefficient.
 #[derive(Clone, Debug)]
 pub struct Information {
-    /// Coefficient.
     pub coefficient: Coefficient,
     /// Edges of the parts the window is divided into, s.
     pub edges_s: Vec<f64>,
@@ -27,7 +26,6 @@ pub struct Information {
 /// Correlation of the regressors of one coefficient (thesis 4.4.3).
 #[derive(Clone, Debug)]
 pub struct RegressorCorrelation {
-    /// Coefficient.
     pub coefficient: Coefficient,
     /// Derivatives whose regressors they are.
     pub derivatives: Vec<String>,

@@ -8,6 +8,8 @@ use doublet_core::airframe::instruments::{
 };
 use doublet_core::atmos::{Atmosphere, STANDARD_GRAVITY_M_S2};
 use doublet_core::load::instruments as file;
+use doublet_core::message;
+use doublet_core::message::Message;
 use doublet_core::prep::{
     ColumnFormula, DeflectionSettings, Differentiation, FuelSettings, Interpolation, SensorAttitude, SensorReference,
     aileron_deflection, attitude_turn, deflection_noise, elevator_deflection, fuel_history, integrated_turn,
@@ -60,10 +62,10 @@ pub fn derive(
     }
     for (role, series) in derived {
         if let Some(recorded) = recording.role(role) {
-            warnings.push(format!(
+            warnings.push(message!(
                 "{} is recorded in {}; the recorded channel is used, not the computed one",
                 role.name(),
-                recorded.source
+                &recorded.source
             ));
             continue;
         }
@@ -133,7 +135,7 @@ fn deflections(
     pattern: &str,
     thesis: bool,
     linkage: &ControlLinkage,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Message>,
 ) -> StageResult<Vec<(Role, Series)>> {
     let source = |sensor: &str| pattern.replace('*', sensor);
     let panel = Attitude::read(recording, &source(&linkage.reference_sensor))?;
@@ -170,8 +172,8 @@ fn deflections(
         noise.push(("rudder", of_turn(&|angle| rudder_deflection(linkage, pedal, angle).0)));
         derived.push((Role::Rudder, Series { time_s: Arc::clone(&turned.time_s), values: values.into() }));
     }
-    let stated: Vec<_> = noise.iter().map(|(surface, deg)| format!("{surface} {deg:.3} deg")).collect();
-    warnings.push(format!("1-sigma deflection error near neutral: {} (Eq. 4.6-4.7)", stated.join(", ")));
+    let stated = Message::join(noise.iter().map(|(surface, deg)| message!("{} {:.3} deg", *surface, *deg)), ", ");
+    warnings.push(message!("1-sigma deflection error near neutral: {} (Eq. 4.6-4.7)", stated));
     Ok(derived)
 }
 
@@ -220,13 +222,13 @@ fn flow_angles(
     pod: &str,
     setting: &InstrumentSetting,
     instruments: &Instruments,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Message>,
 ) -> StageResult<Vec<(Role, Series)>> {
     let air_data = &instruments.air_data;
     let calibration = &calibration(air_data, setting)?;
     let number = channel(recording, &format!("{pod}/AOA"))?;
     let history = pod_history(calibration, &number.series.values, POD_MARGIN);
-    warnings.extend(history.warnings.into_iter().map(|warning| format!("angle of attack: {warning}")));
+    warnings.extend(history.warnings.into_iter().map(|warning| message!("angle of attack: {}", warning)));
     let alpha = Series { time_s: Arc::clone(&number.series.time_s), values: history.alpha_rad.into() };
     let measured = si(channel(recording, &format!("{pod}/beta"))?)?;
     let offset = air_data.sideslip_offset_rad;
@@ -291,7 +293,7 @@ fn fuel(
     recording: &Recording,
     setting: &InstrumentSetting,
     instruments: &Instruments,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Message>,
 ) -> StageResult<Fuel> {
     let mut shown = Vec::new();
     for (tank, path) in &setting.fuel {
@@ -327,13 +329,17 @@ fn fuel(
         if blind_s > 0.0 {
             // A reading above the last point of the calibration is that of a full tank.
             let effect = if width_kg < 0.5 {
-                "its last calibrated point is used".to_owned()
+                message!("its last calibrated point is used")
             } else {
-                format!("fuel there is uncertain by up to {width_kg:.0} kg")
+                message!("fuel there is uncertain by up to {:.0} kg", width_kg)
             };
             let tank = &probe.tank;
-            warnings
-                .push(format!("{tank} fuel probe insensitive or beyond its calibration for {blind_s:.0} s; {effect}"));
+            warnings.push(message!(
+                "{} fuel probe insensitive or beyond its calibration for {:.0} s; {}",
+                tank,
+                blind_s,
+                effect
+            ));
         }
     }
     Ok(Fuel { total: Series { time_s, values: total.into() }, tanks })

@@ -10,7 +10,6 @@ use crate::session::Manoeuvre;
 /// The aircraft at one time of a flight.
 #[derive(Clone, Debug)]
 pub struct FlownState {
-    /// Time, s.
     pub time_s: f64,
     /// What was on board.
     pub loading: Loading,
@@ -25,7 +24,6 @@ pub enum FuelRecord {
     Tanks,
     /// Fuel in all.
     Total,
-    /// Fuel flow.
     Flow,
     /// Nothing.
     None,

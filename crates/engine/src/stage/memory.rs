@@ -3,6 +3,8 @@
 use std::sync::LazyLock;
 
 use doublet_core::load::{available_memory, memory};
+use doublet_core::message;
+use doublet_core::message::quoted;
 
 use crate::graph::StageResult;
 use crate::session::{Finding, Level};
@@ -59,8 +61,12 @@ fn shortage<'a>(
     let available = available().filter(|available| needed > *available)?;
     let (longest, _) = manoeuvres.iter().max_by_key(|(_, samples)| *samples)?;
     let (needed_gb, available_gb) = (needed as f64 / GIGABYTE, available as f64 / GIGABYTE);
-    let text = format!(
-        "{samples} samples need about {needed_gb:.1} GB (available {available_gb:.1} GB); the longest manoeuvre is '{longest}'."
+    let text = message!(
+        "{} samples need about {:.1} GB (available {:.1} GB); the longest manoeuvre is {}.",
+        samples,
+        needed_gb,
+        available_gb,
+        quoted(longest)
     );
     let finding = Finding::new(Level::Caution, "memory", "session", text)
         .with_figure(needed_gb, available_gb)
@@ -92,7 +98,7 @@ mod tests {
         let finding = shortage(manoeuvres(), || Some(2_000_000_000)).unwrap();
         assert_eq!((finding.code, finding.level), ("memory", Level::Caution));
         assert_eq!((finding.figure, finding.limit), (Some(2.9), Some(2.0)));
-        assert!(finding.text.contains("'long'"), "{}", finding.text);
+        assert!(finding.text.to_string().contains("'long'"), "{}", finding.text);
         // A small need does not depend on the machine.
         assert_eq!(shortage([("small", 60_000)].into_iter(), || Some(0)), None);
     }

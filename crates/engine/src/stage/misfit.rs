@@ -26,7 +26,6 @@ const UNEVEN: f64 = 1.5;
 /// Where a residual is looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MisfitPlace {
-    /// Coefficient.
     pub coefficient: Coefficient,
     /// Instant, s.
     pub time_s: f64,

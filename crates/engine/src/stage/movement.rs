@@ -16,7 +16,6 @@ const REST_S: f64 = 0.5;
 /// The input of a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Movement {
-    /// Surface.
     pub surface: Surface,
     /// Steady flight before it, s.
     pub before_s: f64,

@@ -20,7 +20,6 @@ const TREND_DEGREE: usize = 2;
 /// Noise of a session's flights, shown beside one of them.
 #[derive(Clone, Debug, Default)]
 pub struct FlightNoise {
-    /// Windows of this flight.
     pub windows: Vec<SteadyWindow>,
     /// Whether they were marked by hand; otherwise they were found.
     pub marked: bool,
@@ -98,7 +97,6 @@ impl NoiseRow {
 /// A flight whose noise is taken.
 #[derive(Clone, Copy, Debug)]
 pub struct NoiseFlight<'a> {
-    /// Its name.
     pub name: &'a str,
     /// Its content.
     pub loaded: &'a LoadedFlight,

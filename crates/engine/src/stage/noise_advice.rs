@@ -39,7 +39,6 @@ pub enum NoiseStep {
 /// Advice on the noise of one measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NoiseAdvice {
-    /// Measurement.
     pub measurement: Measurement,
     /// Value in use.
     pub used: NoiseEstimate,

@@ -1,5 +1,7 @@
 //! What a window cannot tell of the states.
 
+use doublet_core::message;
+use doublet_core::message::Message;
 use doublet_core::reconstruct::consistency::{WeakState, observability, weak_states};
 use doublet_core::reconstruct::{FilterData, FilterSettings, Reconstruction, State};
 
@@ -18,15 +20,15 @@ pub struct Observability {
 
 impl Observability {
     /// What is worth a finding, one line each. Nothing depends on the horizontal position.
-    pub(super) fn lines(&self) -> Vec<String> {
+    pub(super) fn lines(&self) -> Vec<Message> {
         let matters = |state: &&State| !matches!(state, State::PositionNorth | State::PositionEast);
         let names: Vec<_> = self.hidden.iter().filter(matters).map(|state| state.name()).collect();
         let hidden = (!names.is_empty()).then(|| {
             let (rank, open, names) = (self.rank, self.open, names.join(", "));
-            format!("observability rank {rank} of {open}: {names} not observable")
+            message!("observability rank {} of {}: {} not observable", rank, open, names)
         });
         let weak = self.weak.iter().map(|weak| {
-            format!(
+            message!(
                 "{} is weakly observable: {:.0} % of its initial standard deviation remains, correlated with {} ({:.2})",
                 weak.state.name(),
                 100.0 * weak.remaining,

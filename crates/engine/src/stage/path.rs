@@ -5,6 +5,8 @@ use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::sync::{Arc, OnceLock};
 
+use doublet_core::message;
+use doublet_core::message::Message;
 use doublet_core::quantity::Dimension;
 use doublet_core::reconstruct::consistency::{Consistency, Disagreement, consistency, filter_smoother_disagreement};
 use doublet_core::reconstruct::{
@@ -18,7 +20,6 @@ use super::observability::{Observability, assess_observability};
 use super::truth::{TruthError, truth_errors};
 use super::window_samples::Samples;
 use crate::graph::{Context, Control, Footprint, Keyed, Stage, StageError, StageResult};
-use crate::notation::plural;
 use crate::session::PathSource;
 
 /// What the filter was given and what it made of it.
@@ -37,7 +38,7 @@ pub struct WindowPath {
     /// What reconstructed it; none where it is as measured.
     filter: Option<FilterSettings>,
     /// What the samples alone gave reason to say.
-    of_samples: Vec<String>,
+    of_samples: Vec<Message>,
     /// How far it may be believed, once that was asked for.
     assessment: OnceLock<PathAssessment>,
 }
@@ -52,7 +53,7 @@ pub struct PathAssessment {
     /// States the window tells nothing or little of.
     pub observability: Observability,
     /// Findings, one line each: gaps, resampled channels, the filter's own.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Message>,
 }
 
 /// Measurements that tell the horizontal wind.
@@ -158,7 +159,6 @@ pub struct PathSeries {
     pub outliers: [Series; MEASUREMENTS],
     /// What the smoothed states say each measurement was, at their samples; the filtered ones where nothing is smoothed.
     pub reconstructed: [Series; MEASUREMENTS],
-    /// Innovations.
     pub innovations: [Series; MEASUREMENTS],
     /// Predicted standard deviation of each innovation, held from one of its samples to the next.
     pub innovation_deviations: [Arc<[f64]>; MEASUREMENTS],
@@ -171,7 +171,6 @@ pub struct PathSeries {
 /// Smoothed states and their standard deviations.
 #[derive(Clone, Debug)]
 pub struct SmoothedSeries {
-    /// Smoothed states.
     pub states: [Series; STATES],
     /// Standard deviation of each, at its samples.
     pub deviations: [Arc<[f64]>; STATES],
@@ -228,29 +227,29 @@ pub fn reconstructions(
 }
 
 /// One line about the outliers of a measurement.
-fn left_out(reconstruction: &Reconstruction, measurement: Measurement) -> Option<String> {
+fn left_out(reconstruction: &Reconstruction, measurement: Measurement) -> Option<Message> {
     let outliers = &reconstruction.outliers[measurement as usize];
     let first = outliers.first()?;
-    let (name, count) = (measurement.name(), plural(outliers.len(), "sample"));
-    Some(format!("{count} samples of {name} rejected as outliers, the first at {:.2} s", first.time_s))
+    let samples = message!("{} {}", outliers.len(), if outliers.len() == 1 { "sample" } else { "samples" });
+    Some(message!("{} of {} rejected as outliers, the first at {:.2} s", samples, measurement.name(), first.time_s))
 }
 
 /// One line where filter and smoother contradict each other, with the worst states.
-fn contradiction(reconstruction: &Reconstruction) -> Option<String> {
+fn contradiction(reconstruction: &Reconstruction) -> Option<Message> {
     const NAMED: usize = 3;
     let found = filter_smoother_disagreement(reconstruction);
     let words = |state: &Disagreement| {
         let (name, inside) = (state.state.name(), 100.0 * state.inside);
-        format!("{name} (within for {inside:.0} % of the samples, up to {:.1})", state.largest)
+        message!("{} (within for {:.0} % of the samples, up to {:.1})", name, inside, state.largest)
     };
-    let named: Vec<String> = found.iter().take(NAMED).map(words).collect();
-    let more = found.len() - named.len();
-    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-    (!named.is_empty()).then(|| {
-        format!(
-            "filter and smoother differ by over three standard deviations in {}{more}: check process noise, random walks and \
+    let more = found.len().saturating_sub(NAMED);
+    let more = if more > 0 { message!(" and {} more", more) } else { Message::default() };
+    (!found.is_empty()).then(|| {
+        message!(
+            "filter and smoother differ by over three standard deviations in {}{}: check process noise, random walks and \
              unmodelled sensor errors",
-            named.join(", ")
+            Message::join(found.iter().take(NAMED).map(words), ", "),
+            more
         )
     })
 }

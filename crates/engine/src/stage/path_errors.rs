@@ -36,9 +36,7 @@ pub enum ConstantError {
     AltitudeDelay,
     /// Delay of both flow angles.
     FlowDelay,
-    /// Delay of the airspeed.
     AirspeedDelay,
-    /// Delay of the attitude.
     AttitudeDelay,
     /// Scale error of the recorded angle of attack, upwash included.
     AlphaScale,
@@ -47,7 +45,6 @@ pub enum ConstantError {
 }
 
 impl ConstantError {
-    /// Offsets and delays.
     pub const OFFSETS_AND_DELAYS: [Self; 7] = [
         Self::AlphaOffset,
         Self::BetaOffset,

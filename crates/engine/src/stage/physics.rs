@@ -3,6 +3,8 @@
 use doublet_core::compatibility::{
     AccelerometerPlace, Agreement, ChannelFix, Compatibility, CompatibilityRow, Curves, RateErrors, Trace, check,
 };
+use doublet_core::message;
+use doublet_core::message::{Message, detail};
 use doublet_core::prep::airborne;
 use doublet_core::quantity::Role;
 use doublet_core::series::Recording;
@@ -11,7 +13,7 @@ use serde::Serialize;
 use super::LoadedFlight;
 use crate::graph::{Context, Footprint, Keyed, Stage, StageResult};
 use crate::notation::significant;
-use crate::session::{Finding, Fix, Level, RecordingRef, Session};
+use crate::session::{Finding, Fix, Level, Place, RecordingRef, Session};
 
 /// What the channels of a flight say of each other.
 #[derive(Clone, Debug, Default)]
@@ -64,7 +66,7 @@ pub struct PhysicsRow {
     pub needed: Vec<Role>,
     /// `az: sign reversed (correlation -0.999)`.
     #[serde(skip)]
-    pub headline: String,
+    pub headline: Message,
     /// The same for [`crate::begin::apply_fix`].
     #[serde(skip)]
     pub change: Option<ChannelFix>,
@@ -95,8 +97,8 @@ impl FlightPhysics {
     /// The same as findings about `flight` of `session`.
     pub fn findings(&self, session: &Session, flight: &str) -> Vec<Finding> {
         let finding = |row: &PhysicsRow| {
-            let place = format!("flight '{flight}', {}", row.channel);
-            let text = format!("{}: {}.", row.headline, row.evidence);
+            let place = Place::in_flight(flight, row.channel.as_str());
+            let text = message!("{}: {}.", &row.headline, detail(&row.evidence));
             let finding = Finding::new(row.level, "physics", place, text).with_fix_text(row.fix_text.clone());
             let finding = finding.with_setting("Channels", "").with_fix(self.fix(session, flight, row));
             match row.slope {

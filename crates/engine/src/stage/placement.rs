@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use doublet_core::message;
+use doublet_core::message::Message;
 use doublet_core::prep::{
     FlowVane, Interpolation, acceleration_at_cg, differentiate, flow_angles_at_cg, resample, satellite_fix_at_cg,
 };
@@ -11,7 +13,6 @@ use super::samples::short_differentiation;
 use crate::graph::StageResult;
 use crate::session::Preparation;
 
-/// The measurements of one window.
 pub type Measurements = [MeasurementSeries; MEASUREMENTS];
 
 const RATES: [Input; 3] = [Input::RollRate, Input::PitchRate, Input::YawRate];
@@ -66,7 +67,6 @@ fn rates_at(inputs: &InputSeries, time_s: &[f64]) -> Option<[Vec<f64>; 3]> {
     Some([p?, q?, r?])
 }
 
-/// A measurement at `time_s`.
 fn measured_at(measurements: &Measurements, measurement: Measurement, time_s: &[f64]) -> Option<Vec<f64>> {
     let series = &measurements[measurement as usize];
     at_times(&series.time_s, &series.values, time_s)
@@ -77,7 +77,7 @@ pub(crate) fn move_vanes(
     measurements: &mut Measurements,
     inputs: &InputSeries,
     positions_m: [[f64; 3]; 2],
-) -> Option<String> {
+) -> Option<Message> {
     let recorded = measurements.clone();
     for (angle, position_m) in [Measurement::AngleOfAttack, Measurement::Sideslip].into_iter().zip(positions_m) {
         let vane = FlowVane::at(position_m);
@@ -90,7 +90,10 @@ pub(crate) fn move_vanes(
             measured_at(&recorded, Measurement::AngleOfAttack, time_s),
             rates_at(inputs, time_s),
         ) else {
-            return Some(format!("{} not moved to the centre of gravity: airspeed and alpha are needed", angle.name()));
+            return Some(message!(
+                "{} not moved to the centre of gravity: airspeed and alpha are needed",
+                angle.name()
+            ));
         };
         let beta = measured_at(&recorded, Measurement::Sideslip, time_s).unwrap_or_else(|| vec![0.0; time_s.len()]);
         for (k, value) in Arc::make_mut(&mut measurements[angle as usize].values).iter_mut().enumerate() {
@@ -108,7 +111,7 @@ pub(crate) fn move_antenna(
     measurements: &mut Measurements,
     inputs: &InputSeries,
     position_m: [f64; 3],
-) -> Option<String> {
+) -> Option<Message> {
     let recorded = measurements.clone();
     let position = [Measurement::PositionNorth, Measurement::PositionEast, Measurement::PositionDown];
     let velocity = [Measurement::VelocityNorth, Measurement::VelocityEast, Measurement::VelocityDown];
@@ -120,7 +123,7 @@ pub(crate) fn move_antenna(
             }
             let attitude = ATTITUDE.map(|angle| measured_at(&recorded, angle, time_s));
             let ([Some(phi), Some(theta), Some(psi)], Some(rates)) = (attitude, rates_at(inputs, time_s)) else {
-                return Some(format!("{} not moved to the centre of gravity: attitude is needed", measurement.name()));
+                return Some(message!("{} not moved to the centre of gravity: attitude is needed", measurement.name()));
             };
             for (k, value) in Arc::make_mut(&mut measurements[measurement as usize].values).iter_mut().enumerate() {
                 let rates = [rates[0][k], rates[1][k], rates[2][k]];
@@ -211,7 +214,7 @@ mod tests {
         }
         let mut blind = at_cg.clone();
         blind[Measurement::HeadingAngle as usize] = MeasurementSeries::default();
-        assert!(move_antenna(&mut blind, &inputs, antenna).is_some_and(|line| line.contains("attitude")));
+        assert!(move_antenna(&mut blind, &inputs, antenna).is_some_and(|line| line.to_string().contains("attitude")));
 
         // the accelerometer of a body that only spins up feels its lever arm and nothing else
         let mut arm = inputs.clone();

@@ -13,11 +13,9 @@ use crate::session::{Estimation, Manoeuvre, PredictionParameters, WindowRole};
 /// How well the identification predicts one coefficient over one window.
 #[derive(Clone, Debug)]
 pub struct Prediction {
-    /// Manoeuvre.
     pub window: String,
     /// Use of the manoeuvre.
     pub role: WindowRole,
-    /// Coefficient.
     pub coefficient: Coefficient,
     /// Agreement of the observation with the prediction by derivatives and constant of the identification: nothing of this window
     /// enters unless it is one of the identification windows. A constant that each of these has to itself counts with its mean over

@@ -51,9 +51,7 @@ impl Stage for FlightProposals {
 /// Spectrum of the signal of a role.
 #[derive(Clone, Debug)]
 pub struct SignalSpectrum {
-    /// Role.
     pub role: Role,
-    /// As recorded.
     pub recorded: Spectrum,
     /// As smoothed and resampled, where it was.
     pub treated: Option<Spectrum>,

@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use doublet_core::airframe::instruments::StatedNoise;
 use doublet_core::load::{ChannelMap, read_all};
+use doublet_core::message;
+use doublet_core::message::{Message, file, quoted};
 use doublet_core::quantity::Role;
 use doublet_core::series::{ClockRestart, Recording};
 use rayon::prelude::*;
@@ -16,7 +18,7 @@ use super::instruments::derive;
 use super::signals::{TreatedSignal, treat_signals};
 use super::stalls::{Stall, find_stalls};
 use crate::graph::{Context, Footprint, Stage, StageError, StageResult};
-use crate::session::{Finding, Flight, HeldSampleUse, Level, MapRef, RecordingRef, content_hash};
+use crate::session::{Finding, Flight, HeldSampleUse, Level, MapRef, Place, RecordingRef, content_hash};
 
 /// A flight as read.
 #[derive(Clone, Debug, Default)]
@@ -100,7 +102,7 @@ pub fn read_flight(context: &Context<'_>, recordings: &[RecordingRef]) -> StageR
     let changes = recordings.iter().zip(&hashes).filter_map(|(entry, hash)| describe_change(entry, hash));
     merged.warnings.splice(0..0, changes);
     let mut seen = BTreeSet::new();
-    merged.warnings.retain(|warning| seen.insert(warning.clone()));
+    merged.warnings.retain(|warning| seen.insert(warning.to_string()));
     Ok(LoadedFlight { recording: merged, hashes, utc_start_s, ..LoadedFlight::default() })
 }
 
@@ -131,9 +133,9 @@ fn merge_all(context: &Context<'_>, recordings: &[RecordingRef]) -> StageResult<
 pub fn restart_findings(recording: &Recording, flight: &str) -> Vec<Finding> {
     let one = |(source, restart): (&String, &ClockRestart)| {
         let (before_s, time_s) = (restart.before_s, restart.time_s);
-        let text =
-            format!("Recorder '{source}' restarted after {before_s:.3} s; its later samples begin at {time_s:.3} s.");
-        Finding::new(Level::Caution, "clock", format!("flight '{flight}'"), text)
+        let (source, begin) = (quoted(source), "its later samples begin at");
+        let text = message!("Recorder {} restarted after {:.3} s; {} {:.3} s.", source, before_s, begin, time_s);
+        Finding::new(Level::Caution, "clock", Place::flight(flight), text)
             .with_fix_text("Mark no manoeuvre across it; split the file if these are two flights.")
             .with_setting("Preprocess", "")
     };
@@ -143,9 +145,10 @@ pub fn restart_findings(recording: &Recording, flight: &str) -> Vec<Finding> {
 }
 
 /// What to say of a recording whose content is not what it was when it was added.
-pub fn describe_change(entry: &RecordingRef, hash: &str) -> Option<String> {
+pub fn describe_change(entry: &RecordingRef, hash: &str) -> Option<Message> {
     let known = entry.sha256.as_ref().filter(|known| *known != hash)?;
-    Some(format!("{} has changed since it was added: its SHA-256 was {known}, now it is {hash}", entry.path))
+    let path = file(entry.path.as_ref());
+    Some(message!("{} has changed since it was added: its SHA-256 was {}, now it is {}", path, known.as_str(), hash))
 }
 
 /// Puts a flight as read on its time line, adds what its instruments give, and smooths and resamples what the session says.
@@ -241,11 +244,11 @@ fn merge(merged: &mut Recording, added: Recording, only: Option<&[Role]>) {
     for (role, index) in roles {
         let channel = &added.channels[index];
         match merged.role(role) {
-            Some(first) => merged.warnings.push(format!(
+            Some(first) => merged.warnings.push(message!(
                 "{} is recorded in {} and in {}: the first is used; limit the roles of one recording to choose",
                 role.name(),
-                first.source,
-                channel.source
+                &first.source,
+                &channel.source
             )),
             None => {
                 merged.roles.insert(role, offset + index);

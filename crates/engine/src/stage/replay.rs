@@ -37,7 +37,6 @@ pub struct WindowReplay {
 /// One signal to draw.
 #[derive(Clone, Debug)]
 pub struct ReplaySeries {
-    /// Signal.
     pub signal: Signal,
     /// As reconstructed.
     pub measured: Series,
@@ -51,7 +50,6 @@ pub struct ReplaySeries {
 /// All windows flown again: the replay, or one line why there is none.
 #[derive(Clone, Debug, Default)]
 pub struct ProofOfMatch {
-    /// Name of the tolerances.
     pub tolerances: String,
     /// Window and replay, in the order of the session.
     pub windows: Vec<(String, StageResult<Arc<WindowReplay>>)>,
@@ -60,13 +58,11 @@ pub struct ProofOfMatch {
 /// A window with everything computed from it.
 #[derive(Clone, Debug, Hash)]
 pub struct StudyWindow<'a> {
-    /// Manoeuvre.
     pub manoeuvre: &'a Manoeuvre,
     /// Flight it lies in.
     pub flight: Keyed<LoadedFlight>,
     /// The aircraft with what was on board in that flight.
     pub aircraft: Keyed<AircraftData>,
-    /// Path.
     pub path: Keyed<WindowPath>,
     /// Coefficients and variables.
     pub aero: Keyed<WindowAero>,
@@ -118,7 +114,6 @@ impl ProofOfMatch {
         Self { tolerances: tolerances.name.clone(), windows: self.windows.iter().map(one).collect() }
     }
 
-    /// The replay of a window.
     pub fn window(&self, name: &str) -> Option<&StageResult<Arc<WindowReplay>>> {
         self.windows.iter().find(|(window, _)| window == name).map(|(_, replay)| replay)
     }
@@ -138,7 +133,6 @@ impl WindowReplay {
 /// What a window brings to its replay.
 #[derive(Clone, Copy)]
 pub struct ReplayWindow<'a> {
-    /// The window.
     pub manoeuvre: &'a Manoeuvre,
     /// Its reconstructed path.
     pub path: &'a WindowPath,

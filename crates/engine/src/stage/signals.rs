@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use doublet_core::message;
+use doublet_core::message::quoted;
 use doublet_core::prep::{Interpolation, Resampling, Smoothing, Treatment, position_from_velocity, stretches, treat};
 use doublet_core::quantity::Role;
 use doublet_core::series::{Channel, Recording, Series, gap_threshold_s};
@@ -15,7 +17,6 @@ pub(crate) const SOURCE: &str = "prepared";
 /// What was done to the signal of one role.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TreatedSignal {
-    /// Role.
     pub role: Role,
     /// Channel it was recorded in, an index into the recording's channels.
     pub recorded: usize,
@@ -42,12 +43,13 @@ pub(crate) fn treat_signals(recording: &mut Recording, setting: &SignalSetting) 
             let Some(&recorded) = recording.roles.get(&role) else { continue };
             let channel = &recording.channels[recorded];
             let treatment = treatment(rule, role, setting.max_gap_s);
-            let place = || format!("signal of {} (channel '{}' of {})", role.name(), channel.name, channel.source);
-            let treated = treat(&channel.series, &treatment).map_err(|error| format!("{}: {error}", place()))?;
+            let (name, source) = (quoted(&channel.name), channel.source.as_str());
+            let place = message!("signal of {} (channel {} of {})", role.name(), name, source);
+            let treated = treat(&channel.series, &treatment).map_err(|error| format!("{place}: {error}"))?;
             if treated.short > 0 {
                 let (short, all) = (treated.short, treated.stretches);
                 let fate = if rule.resampling.is_some() { "partly treated or left out" } else { "left as recorded" };
-                let warning = format!("{}: {short} of {all} segments between gaps are too short, {fate}", place());
+                let warning = message!("{}: {} of {} segments between gaps are too short, {}", place, short, all, fate);
                 recording.warnings.push(warning);
             }
             let samples = [channel.series.values.len(), treated.series.values.len()];
@@ -82,10 +84,10 @@ pub(crate) fn treat_signals(recording: &mut Recording, setting: &SignalSetting) 
 fn position(recording: &mut Recording, max_gap_s: Option<f64>) -> StageResult<Vec<TreatedSignal>> {
     let axes = [(Role::PositionNorth, Role::VelocityNorth), (Role::PositionEast, Role::VelocityEast)];
     if let Some((role, channel)) = axes.iter().find_map(|(role, _)| Some((role, recording.role(*role)?))) {
-        let kept = format!(
+        let kept = message!(
             "{} is recorded in {}; the recorded channel is used, not the integrated velocity",
             role.name(),
-            channel.source
+            &channel.source
         );
         recording.warnings.push(kept);
         return Ok(Vec::new());
@@ -117,7 +119,7 @@ fn position(recording: &mut Recording, max_gap_s: Option<f64>) -> StageResult<Ve
         let gaps = ranges.len() - 1;
         recording
             .warnings
-            .push(format!("x and y restart after {gaps} gaps of the velocity: mark manoeuvres between the gaps"));
+            .push(message!("x and y restart after {} gaps of the velocity: mark manoeuvres between the gaps", gaps));
     }
     let shared: Arc<[f64]> = time_s.into();
     let mut done = Vec::new();

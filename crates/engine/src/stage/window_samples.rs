@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use doublet_core::message;
+use doublet_core::message::Message;
 use doublet_core::quantity::{Role, in_words};
 use doublet_core::reconstruct::{
     FilterData, INPUTS, Input, InputSeries, MEASUREMENTS, Measurement, MeasurementSeries, STATES, State,
@@ -28,7 +30,7 @@ pub struct Samples {
     /// Truth of each state over the window, where the recording carries it.
     pub(super) truth: Arc<[Option<Series>; STATES]>,
     /// Findings on the way.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Message>,
 }
 
 impl Footprint for Samples {
@@ -115,14 +117,18 @@ fn leaves_enough(time_s: &[f64], excluded: &[TimeRange]) -> StageResult<()> {
 const OUTSIDE_S: f64 = 0.5;
 
 /// What to say of a window of which a part lies outside the inertial samples, and the part inside.
-pub fn partly_outside(recording: &Recording, window: TimeRange) -> Option<(String, TimeRange)> {
+pub fn partly_outside(recording: &Recording, window: TimeRange) -> Option<(Message, TimeRange)> {
     let (first, last) = span(&recording.role(Input::RollRate.role())?.series.time_s);
     let TimeRange { start_s, end_s } = window;
     let outside_s = (first - start_s).max(end_s - last);
     let overlaps = start_s < last && end_s > first;
     (overlaps && outside_s > OUTSIDE_S).then(|| {
-        let text = format!(
-            "the manoeuvre lasts from {start_s} s to {end_s} s, inertial samples only from {first:.2} s to {last:.2} s"
+        let text = message!(
+            "the manoeuvre lasts from {} s to {} s, inertial samples only from {:.2} s to {:.2} s",
+            start_s,
+            end_s,
+            first,
+            last
         );
         (text, TimeRange { start_s: start_s.max(first), end_s: end_s.min(last) })
     })
@@ -134,7 +140,7 @@ fn move_sensors(
     measurements: &mut [MeasurementSeries; MEASUREMENTS],
     aircraft: &AircraftData,
     preparation: &Preparation,
-) -> StageResult<Vec<String>> {
+) -> StageResult<Vec<Message>> {
     let mut warnings = Vec::new();
     let cg_from_datum_m = aircraft.mass.cg_from_datum_m;
     if preparation.correct_accelerometer
@@ -158,7 +164,7 @@ fn move_sensors(
 /// Identity of the samples of a window and of what its path carries with them: what changes none of it leaves the path as it is.
 fn content(
     data: &FilterData,
-    (truth, warnings): (&[Option<Series>; STATES], &[String]),
+    (truth, warnings): (&[Option<Series>; STATES], &[Message]),
     excluded: &[TimeRange],
 ) -> Key {
     let mut key = KeyBuilder::new("samples of a manoeuvre").column(&data.inputs.time_s);
@@ -184,12 +190,12 @@ fn input_series(
     recording: &Recording,
     window: TimeRange,
     source: PathSource,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Message>,
 ) -> StageResult<InputSeries> {
     let missing: Vec<_> =
         Input::ALL.into_iter().filter(|input| recording.role(input.role()).is_none()).map(Input::name).collect();
     if !missing.is_empty() && source == PathSource::Measured {
-        warnings.push(format!("not recorded and assumed zero: {}", missing.join(", ")));
+        warnings.push(message!("not recorded and assumed zero: {}", missing.join(", ")));
     } else if !missing.is_empty() {
         return Err(
             format!("the recording has no {}, which the filter needs: map the channels", missing.join(", ")).into()
@@ -229,11 +235,11 @@ fn input_series(
         if let Some(channel) = recording.role(input.role())
             && channel.source != base.source
         {
-            warnings.push(format!(
+            warnings.push(message!(
                 "{} is recorded by {}; resampled to the clock of {}",
                 input.name(),
-                channel.source,
-                base.source
+                &channel.source,
+                &base.source
             ));
         }
         columns[input as usize] = values;
@@ -268,7 +274,7 @@ fn measurement_series(
     recording: &Recording,
     (window, excluded): (TimeRange, &[TimeRange]),
     inputs_s: &Arc<[f64]>,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Message>,
 ) -> [MeasurementSeries; MEASUREMENTS] {
     let mut clocks = vec![Arc::clone(inputs_s)];
     let mut shared = |time_s: Arc<[f64]>| match clocks.iter().find(|clock| **clock == time_s) {
@@ -284,7 +290,12 @@ fn measurement_series(
         };
         let Series { time_s, values } = channel.series.within(window).finite();
         for (at, length) in gaps(recording, &time_s) {
-            warnings.push(format!("{} has a gap of {length:.2} s at {at:.2} s; not interpolated", measurement.name()));
+            warnings.push(message!(
+                "{} has a gap of {:.2} s at {:.2} s; not interpolated",
+                measurement.name(),
+                length,
+                at
+            ));
         }
         let (time_s, values) = outside(excluded, time_s, values);
         let values = if sign == 1.0 { values } else { values.iter().map(|value| sign * value).collect() };
@@ -318,7 +329,7 @@ mod tests {
         let alone = content(&data, (&none, &[]), &[]);
         assert_eq!(alone, content(&data, (&none, &[]), &[]));
         assert_ne!(alone, content(&data, (&known, &[]), &[]));
-        assert_ne!(alone, content(&data, (&none, &["another source".to_owned()]), &[]));
+        assert_ne!(alone, content(&data, (&none, &["another source".into()]), &[]));
         assert_ne!(alone, content(&data, (&none, &[]), &[TimeRange { start_s: 1.0, end_s: 2.0 }]));
     }
 }

@@ -8,7 +8,7 @@ use super::estimators::{
     Estimator, EstimatorSet, FollowedFlight, MethodEstimates, ModelPart, PartEstimates, WindowEstimation,
 };
 use crate::graph::{Context, Footprint, Stage, StageError, StageResult};
-use crate::session::{Finding, Level};
+use crate::session::{Finding, Level, Place};
 use crate::stage::StudyWindow;
 
 /// What is checked.
@@ -31,16 +31,13 @@ impl CheckRequest {
 /// MethodEstimates of one window by one estimator.
 #[derive(Clone, Debug)]
 pub struct MethodChecks {
-    /// Estimator.
     pub method: &'static Estimator,
     /// What it found, part by part of the model.
     pub parts: Vec<PartEstimates>,
 }
 
-/// Checks of one window.
 #[derive(Clone, Debug)]
 pub struct WindowChecks {
-    /// Manoeuvre.
     pub window: String,
     /// One entry per estimator, in their order.
     pub methods: Vec<MethodChecks>,
@@ -91,7 +88,7 @@ impl WindowChecks {
                 }
                 // An estimator that starts from output error fails with it.
                 Err(error) if !part.axis().is_empty() && !method.on_request => {
-                    let place = format!("manoeuvre '{}', {} ({})", self.window, method.name, part.axis());
+                    let place = Place::in_manoeuvre(&self.window, format!("{} ({})", method.name, part.axis()));
                     let text = format!("Output error failed: {error}.");
                     let finding = Finding::new(Level::Caution, "follows", place, text);
                     let fix_text = "Remove a term or shorten the manoeuvre.";

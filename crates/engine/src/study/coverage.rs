@@ -19,9 +19,7 @@ const MARGIN_S: f64 = 0.2;
 /// One derivative over all realisations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DerivativeCoverage {
-    /// Derivative.
     pub name: String,
-    /// Truth.
     pub truth: f64,
     /// Mean of the estimates.
     pub mean: f64,
@@ -45,7 +43,6 @@ pub struct DerivativeCoverage {
 pub struct Coverage {
     /// Flights flown and identified.
     pub realisations: usize,
-    /// Manoeuvres of each.
     pub manoeuvres: usize,
     /// Derivatives in the order of the session's structure.
     pub derivatives: Vec<DerivativeCoverage>,
@@ -140,7 +137,6 @@ fn designed_window(
 /// A flight through both steps: its windows with their coefficients, and the pooled fits.
 pub(crate) struct Realisation<'a> {
     pub flight: Flight,
-    /// Paths of the windows.
     pub paths: Vec<Reconstruction>,
     /// Manoeuvres.
     pub aero: Vec<AeroWindow<'a>>,

@@ -96,13 +96,11 @@ impl EquationStudy {
 /// Why equations could not be fitted to a table.
 #[derive(Debug, Error)]
 pub enum EquationError {
-    /// The file of equations.
     #[error("{reason}")]
     File {
         /// What is wrong.
         reason: String,
     },
-    /// The table.
     #[error(transparent)]
     Table(#[from] TableError),
     /// Equations or records.
@@ -114,7 +112,6 @@ pub enum EquationError {
     /// Time that does not increase.
     #[error("time does not increase at {time_s} s (row {row}): choose rows by --window, or another column by --time")]
     Time {
-        /// Time, s.
         time_s: f64,
         /// Row, from 0.
         row: usize,
@@ -124,7 +121,6 @@ pub enum EquationError {
     Window {
         /// Beginning, s.
         start_s: f64,
-        /// End, s.
         end_s: f64,
         /// Rows found.
         rows: usize,

@@ -32,7 +32,6 @@ pub struct EquivalentStudy {
     pub input: usize,
     /// What it was fitted to.
     pub method: FitMethod,
-    /// The fit.
     pub fit: EquivalentSystem,
     /// Its distance from the response.
     pub mismatch: Mismatch,

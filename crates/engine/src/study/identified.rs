@@ -23,7 +23,6 @@ pub struct Parameter {
 /// One coefficient of the model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IdentifiedCoefficient {
-    /// Coefficient.
     pub coefficient: Coefficient,
     /// Its derivatives.
     pub parameters: Vec<Parameter>,
@@ -31,7 +30,6 @@ pub struct IdentifiedCoefficient {
     pub correlation: DMatrix<f64>,
     /// Derivatives as sums of the estimated parameters of the fit: derivatives by parameters.
     pub shares: DMatrix<f64>,
-    /// Windows it was identified from.
     pub windows: Vec<String>,
     /// Whether its constant is the mean of one constant per window.
     pub mean_constant: bool,

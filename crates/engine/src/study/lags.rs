@@ -23,7 +23,6 @@ pub enum LagKind {
 /// Lag or delay of one control.
 #[derive(Clone, Debug)]
 pub struct ControlLag {
-    /// Control.
     pub surface: Surface,
     /// What was looked for.
     pub kind: LagKind,

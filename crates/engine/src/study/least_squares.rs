@@ -22,10 +22,8 @@ pub struct FormRequest {
     pub order: usize,
 }
 
-/// Estimates by one form.
 #[derive(Clone, Debug)]
 pub struct FormEstimates {
-    /// Form.
     pub form: &'static str,
     /// The fit, and its standard errors corrected for correlated residuals; none where there is no such correction.
     pub found: StageResult<(Fit, Vec<f64>)>,
@@ -34,7 +32,6 @@ pub struct FormEstimates {
 /// One coefficient by every form that applies.
 #[derive(Clone, Debug)]
 pub struct CoefficientForms {
-    /// Coefficient.
     pub coefficient: Coefficient,
     /// Derivatives that all windows share.
     pub derivatives: Vec<String>,

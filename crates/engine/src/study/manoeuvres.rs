@@ -15,7 +15,6 @@ use crate::stage::{self, CoefficientFit, StudyWindow};
 /// The pooled estimate of one coefficient without each of its windows.
 #[derive(Clone, Debug)]
 pub struct CoefficientLeftOut {
-    /// Coefficient.
     pub coefficient: Coefficient,
     /// Derivatives all windows share, in the order of the entries of each [`LeftOut`].
     pub derivatives: Vec<String>,
@@ -26,7 +25,6 @@ pub struct CoefficientLeftOut {
 /// Derivatives from manoeuvres of two kinds of input (thesis Fig. 6.12).
 #[derive(Clone, Debug)]
 pub struct KindComparison {
-    /// Coefficient.
     pub coefficient: Coefficient,
     /// Names of the two kinds.
     pub kinds: [String; 2],
@@ -37,7 +35,6 @@ pub struct KindComparison {
 /// What one term adds to a coefficient over a window.
 #[derive(Clone, Debug)]
 pub struct TermContribution {
-    /// Derivative.
     pub derivative: String,
     /// Root mean square about its mean over that of the observed coefficient.
     pub share: f64,
@@ -48,9 +45,7 @@ pub struct TermContribution {
 /// What the terms add up to over one window (thesis Fig. 6.13).
 #[derive(Clone, Debug)]
 pub struct WindowContributions {
-    /// Manoeuvre.
     pub window: String,
-    /// Coefficient.
     pub coefficient: Coefficient,
     /// One entry per term, in the order of the structure.
     pub terms: Vec<TermContribution>,
@@ -59,7 +54,6 @@ pub struct WindowContributions {
 /// A derivative as a linear function of the flight condition (thesis 2.3.4).
 #[derive(Clone, Debug)]
 pub struct ConditionRegression {
-    /// Derivative.
     pub derivative: String,
     /// Variables of the condition, `V` in m/s, `h` in m, `alpha` in rad.
     pub variables: Vec<&'static str>,

@@ -133,7 +133,6 @@ impl Study {
 /// What a study looks at: settings of the session and all that was computed from it.
 #[derive(Clone, Copy, Debug, Hash)]
 pub struct StudyInput<'a> {
-    /// Settings of the session.
     pub settings: Settings<'a>,
     /// Aircraft and loading.
     pub aircraft: &'a Keyed<AircraftData>,

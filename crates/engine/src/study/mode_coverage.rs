@@ -19,9 +19,7 @@ const SAMPLES: usize = 400;
 /// One figure of one mode over all realisations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FigureCoverage {
-    /// Mode.
     pub mode: &'static str,
-    /// Figure.
     pub figure: Figure,
     /// Mean of the truth's values at the trims.
     pub truth: f64,
@@ -39,12 +37,10 @@ pub struct FigureCoverage {
     pub flights: usize,
 }
 
-/// Coverage of every mode.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModeCoverage {
     /// Flights flown and identified.
     pub realisations: usize,
-    /// Manoeuvres of each.
     pub manoeuvres: usize,
     /// Figures of the modes, fastest mode first.
     pub figures: Vec<FigureCoverage>,

@@ -12,7 +12,6 @@ use crate::stage::{self, AeroWindow, StudyWindow};
 /// Fresh noise to compute with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MonteCarloRequest {
-    /// Number of realisations.
     pub realisations: usize,
     /// Seed of their noise: the same seed gives the same numbers, whatever the number of threads.
     pub seed: u64,

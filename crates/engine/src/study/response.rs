@@ -25,7 +25,6 @@ use crate::stage::{WindowAero, WindowPath, states_of, values_at};
 pub struct ResponseRequest {
     /// Inputs: each response is the one with the others held.
     pub inputs: Vec<String>,
-    /// Output.
     pub output: String,
     /// Lowest and highest frequency, rad/s; those the windows and the sampling allow without it, 20 rad/s at most.
     pub band_rad_s: Option<[f64; 2]>,
@@ -56,7 +55,6 @@ impl Default for ResponseRequest {
 pub struct ResponseStudy {
     /// Inputs and output as they were asked for.
     pub inputs: Vec<String>,
-    /// Output.
     pub output: String,
     /// Windows, or stretches of the table, with the seconds each gave.
     pub records: Vec<(String, f64)>,
@@ -82,11 +80,9 @@ impl ResponseStudy {
 /// One window of a session.
 #[derive(Clone, Copy, Debug)]
 pub struct ResponseWindow<'a> {
-    /// Name of the window.
     pub name: &'a str,
     /// Recording of its flight.
     pub recording: &'a Recording,
-    /// Its path.
     pub path: &'a WindowPath,
     /// Which of the paths is used.
     pub source: PathSource,
@@ -109,7 +105,6 @@ pub enum ResponseError {
     /// The table has no time.
     #[error("{file}: '{column}' has no time vector of its length: give the interval of the rows (--dt)")]
     NoTime {
-        /// File.
         file: String,
         /// Column of the output.
         column: String,

@@ -38,7 +38,6 @@ pub struct TableRegression {
     pub choice: TermChoice,
 }
 
-/// A fit of a table.
 #[derive(Clone, Debug)]
 pub struct TableFit {
     /// The fit; parameters are named as derivatives, `Cm_alpha`, and the constant `Cm_0`.
@@ -51,13 +50,11 @@ pub struct TableFit {
     pub dropped: Vec<String>,
     /// Rows used, from 0; rows without a value in any column used are left out.
     pub rows: Vec<usize>,
-    /// Rows of the table.
     pub rows_in_table: usize,
     /// Measured values of the rows used.
     pub measured: Vec<f64>,
     /// Predicted residual sum of squares.
     pub press: f64,
-    /// Predicted squared error.
     pub predicted_squared_error: f64,
 }
 

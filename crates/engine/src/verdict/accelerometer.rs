@@ -2,10 +2,12 @@
 
 use doublet_core::airframe::SensorStations;
 use doublet_core::compatibility::{AccelerometerPlace, RateErrors, TellingVelocity};
+use doublet_core::message;
+use doublet_core::message::Message;
 use doublet_core::model::Position;
 
 use super::{Finding, Level};
-use crate::session::{AircraftEdit, ChangedValue, Edit, EstimationEdit, Fix, Preparation, Session};
+use crate::session::{AircraftEdit, ChangedValue, Edit, EstimationEdit, Fix, Place, Preparation, Session};
 use crate::snapshot::Snapshot;
 
 /// Difference between the place found and the place taken, in standard errors.
@@ -113,20 +115,20 @@ fn position_finding(session: &Session, snapshot: &Snapshot, flight: &str) -> Opt
     let most_m = elsewhere.iter().map(|axis| (place[*axis] - taken[*axis]).abs()).reduce(f64::max)?;
     let one = |axis: &usize| {
         let direction = DIRECTIONS[*axis][usize::from(place[*axis] < 0.0)];
-        format!("{:.2} ± {:.2} m {direction}", place[*axis].abs(), found.errors_m[*axis])
+        message!("{:.2} ± {:.2} m {}", place[*axis].abs(), found.errors_m[*axis], direction)
     };
-    let words: Vec<String> = elsewhere.iter().map(one).collect();
     let taken_at = match taken {
-        [0.0, 0.0, 0.0] => "at it".to_owned(),
-        [x, y, z] => format!("{x:.2}, {y:.2}, {z:.2} m forward, right and down of it"),
+        [0.0, 0.0, 0.0] => message!("at it"),
+        [x, y, z] => message!("{:.2}, {:.2}, {:.2} m forward, right and down of it", x, y, z),
     };
-    let text = format!(
-        "Accelerometers are {} the centre of gravity by {}, not {taken_at}.",
-        words.join(" and "),
+    let text = message!(
+        "Accelerometers are {} the centre of gravity by {}, not {}.",
+        Message::join(elsewhere.iter().map(one), " and "),
         match found.by {
             TellingVelocity::Ground => "ground velocity",
             TellingVelocity::Air => "airspeed and vanes",
-        }
+        },
+        taken_at
     );
     // Without an aircraft there is a path, and no force that could be wrong.
     let is_confirmed = elsewhere.iter().all(|axis| is_confirmed(&found, *axis));
@@ -134,7 +136,7 @@ fn position_finding(session: &Session, snapshot: &Snapshot, flight: &str) -> Opt
         true => Level::Bad,
         false => Level::Caution,
     };
-    let finding = Finding::new(level, "accelerometer", format!("flight '{flight}'"), text);
+    let finding = Finding::new(level, "accelerometer", Place::flight(flight), text);
     let finding = finding.with_figure(most_m, worth_saying_m).with_fix_text(fix_text(place, cg_m));
     let fix = cg_m.map(|cg_m| place_fix(session, datum_m(place, cg_m)));
     Some(finding.with_setting("Airframe", "aircraft").with_fix(fix))

@@ -1,11 +1,12 @@
 //! Fits all of whose manoeuvres have sensors that are saturated or stuck: no other manoeuvre shows what that changes.
 
+use doublet_core::message;
 use doublet_core::model::{Coefficient, Term, Variable};
 use doublet_core::quantity::Role;
 
-use super::judge::{Evidence, derivative_label};
+use super::judge::Evidence;
 use super::{Finding, Level, saturated, stuck};
-use crate::session::Manoeuvre;
+use crate::session::{Manoeuvre, Place};
 use crate::snapshot::Cause;
 use crate::stage::CoefficientFit;
 
@@ -40,8 +41,8 @@ pub(super) fn finding(evidence: Evidence<'_>, fit: &CoefficientFit) -> Option<Fi
     if !evidence.consequences.is_empty() && !is_known(evidence, fit) && !saturated_of(evidence, fit).is_empty() {
         level = Level::Bad;
     }
-    let text = format!("All its manoeuvres have saturated or stuck channels: {}.", names.join(", "));
-    let finding = Finding::new(level, "windows", derivative_label(fit.coefficient.name(), None), text);
+    let text = message!("All its manoeuvres have saturated or stuck channels: {}.", names.join(", "));
+    let finding = Finding::new(level, "windows", Place::derivative(fit.coefficient.name(), None), text);
     let fix_text = "Fly again with smaller inputs or wider-range sensors.";
     Some(finding.with_fix_text(fix_text).with_setting("Manoeuvres", "manoeuvre.role"))
 }

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use super::{Finding, FitVerdict, Level, Verdicts, fly_and_judge};
 use crate::graph::{Context, StageResult};
-use crate::session::Session;
+use crate::session::{Place, Session};
 use crate::stage::PooledFits;
 
 /// An estimate is right within this part of the truth, or within so many of its corrected standard errors.
@@ -50,13 +50,13 @@ const CASES: [Case; 11] = [
         name: "ground velocity 0.3 s late",
         gusts_m_s: None,
         spoil: |recording| later(recording, &[Role::VelocityNorth, Role::VelocityEast, Role::VelocityDown], 0.3),
-        names: |finding| finding.text.contains("late") || finding.text.contains("shift"),
+        names: is_about_ground_velocity,
     },
     Case {
         name: "gyros behind a filter of 3 Hz",
         gusts_m_s: None,
         spoil: |recording| filtered(recording, &[Role::RollRate, Role::PitchRate, Role::YawRate]),
-        names: |finding| finding.code == "timing" && finding.place == "gyros",
+        names: |finding| finding.code == "timing" && finding.place.is_named("gyros"),
     },
     Case {
         name: "accelerometers behind a filter of 3 Hz",
@@ -64,7 +64,7 @@ const CASES: [Case; 11] = [
         spoil: |recording| {
             filtered(recording, &[Role::SpecificForceX, Role::SpecificForceY, Role::SpecificForceZ]);
         },
-        names: |finding| finding.code == "timing" && finding.place == "accelerometers",
+        names: |finding| finding.code == "timing" && finding.place.is_named("accelerometers"),
     },
     Case {
         name: "pitch rate reversed",
@@ -101,7 +101,6 @@ const CASES: [Case; 11] = [
 /// What became of the flights of one case.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct CaseCounts {
-    /// Case.
     pub name: &'static str,
     /// Flights flown.
     pub flights: usize,
@@ -190,8 +189,14 @@ fn level_of(judged: &FitVerdict, name: &str) -> Level {
     own.max(judged.verdict.level)
 }
 
+/// Whether a finding is about the velocity over the ground.
+fn is_about_ground_velocity(finding: &Finding) -> bool {
+    [Role::VelocityNorth, Role::VelocityEast, Role::VelocityDown].into_iter().any(|role| is_about(finding, role))
+}
+
 fn is_about(finding: &Finding, role: Role) -> bool {
-    finding.code == "physics" && finding.place.ends_with(role.name())
+    let is_part = |place: &Place| matches!(place, Place::Flight { part: Some(part), .. } if part == role.name());
+    finding.code == "physics" && is_part(&finding.place)
 }
 
 fn changed(recording: &mut Recording, role: Role, change: impl FnOnce(&Series) -> Series) {

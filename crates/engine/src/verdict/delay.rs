@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use doublet_core::message;
+use doublet_core::message::Message;
 use doublet_core::model::{Coefficient, Term, Variable, regressors};
 use doublet_core::reconstruct::{Input, Measurement};
 use doublet_core::series::{Series, TimeRange};
@@ -205,8 +207,8 @@ pub(super) fn findings(
             changed if changed > CHANGE_CAUTION => Level::Caution,
             _ => return None,
         };
-        let changed = format!("{} becomes {is:.4} (was {was:.4})", term.derivative_name(coefficient));
-        Some(finding(evidence, delay, level.min(worst), &changed))
+        let changed = message!("{} becomes {:.4} (was {:.4})", term.derivative_name(coefficient), is, was);
+        Some(finding(evidence, delay, level.min(worst), changed))
     };
     CONTROLS.into_iter().filter_map(of_control).max_by_key(|finding| finding.level)
 }
@@ -235,7 +237,7 @@ pub(super) fn find_late_inertial(evidence: Evidence<'_>, coefficient: Coefficien
         Some((late.delay_s, "accelerometers", late.text))
     };
     let (late_s, sensors, text) = ground().or_else(attitude).or_else(flow).or_else(force)?;
-    let text = format!("{text} by {late_s:.3} s (limit {AHEAD_S:.3} s).");
+    let text = message!("{} by {:.3} s (limit {:.3} s).", text, late_s, AHEAD_S);
     let finding = Finding::new(Level::Caution, "timing", sensors, text).with_figure(late_s, AHEAD_S);
     let fix_text = format!("Record the {sensors} without a filter; check their clock.");
     let inputs = if sensors == "gyros" { &Input::ALL[3..] } else { &Input::ALL[..3] };
@@ -251,13 +253,16 @@ fn find_lead(evidence: Evidence<'_>, kind: ConstantError, measurement: Measureme
     (ahead_s > AHEAD_S).then_some(ahead_s)
 }
 
-fn finding(evidence: Evidence<'_>, delay: &ControlDelay, level: Level, changed: &str) -> Finding {
+fn finding(evidence: Evidence<'_>, delay: &ControlDelay, level: Level, changed: Message) -> Finding {
     let ControlDelay { surface, moment, delay_s, sample_s, left } = *delay;
     let name = surface.name();
-    let text = format!(
-        "{name} delay must change by {delay_s:+.3} s: this leaves {:.0} % of the {} residual; {changed}.",
+    let text = message!(
+        "{} delay must change by {:+.3} s: this leaves {:.0} % of the {} residual; {}.",
+        name,
+        delay_s,
         100.0 * left,
-        moment.name()
+        moment.name(),
+        changed
     );
     let finding = Finding::new(level, "timing", name, text).with_figure(delay_s, SAMPLES * sample_s);
     let stated_s = evidence.session.preparation.control_lags.get(surface).delay_s;

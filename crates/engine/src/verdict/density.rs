@@ -1,7 +1,8 @@
 //! That no derivative is good whose air density is assumed: all are inversely proportional to it.
 
 use super::Finding;
-use super::judge::{Evidence, derivative_label};
+use super::judge::Evidence;
+use crate::session::Place;
 use crate::stage::CoefficientFit;
 
 /// The finding for the derivative `name` of a fit in whose windows the density is assumed.
@@ -13,5 +14,5 @@ pub(super) fn finding(
 ) -> Option<Finding> {
     let mut formed = fit.windows.iter().filter_map(|(window, _)| evidence.snapshot.windows.get(window)?.aero.ready());
     let found = formed.find_map(|aero| aero.air_density.finding())?;
-    Some(Finding { place: derivative_label(name, window), ..found })
+    Some(Finding { place: Place::derivative(name, window), ..found })
 }

@@ -1,12 +1,14 @@
 //! Findings about one derivative: whether it is determined, plausible and the same in every window.
 
+use doublet_core::message;
+use doublet_core::message::{Message, quoted, written};
 use doublet_core::model::{Term, is_constant_name};
 
-use super::judge::{Evidence, derivative_label};
+use super::judge::Evidence;
 use super::plausible::{Outside, Range};
 use super::{Finding, Level, made_of, remedies, weigh};
 use crate::notation::{decimals_of_error, significant};
-use crate::session::{Fix, Surface, WindowRole};
+use crate::session::{Fix, Place, Surface, WindowRole};
 use crate::snapshot::Cause;
 use crate::stage::{CoefficientFit, significance};
 
@@ -39,9 +41,8 @@ pub(super) fn findings(
     index: usize,
 ) -> Vec<Finding> {
     let Ok(estimate) = &fit.fit else { return Vec::new() };
-    let (name, value) = (&estimate.names[index], estimate.estimates[index]);
-    let error = fit.corrected_errors.get(index).copied().filter(|_| estimate.origins[index].is_estimated());
-    let at = derivative_label(name, window);
+    let name = &estimate.names[index];
+    let at = Place::derivative(name, window);
     let mut findings = Vec::new();
     if !is_constant_name(name) {
         let open = determined(&at, fit, index);
@@ -56,10 +57,10 @@ pub(super) fn findings(
             findings.extend(of_channels.map(|finding| Finding { level: Level::Caution, ..finding }));
         }
     }
-    if let Some(range) = evidence.plausible.range(name, fit, evidence) {
-        let is_reversed = window.is_none() && range.outside(value).is_some_and(|outside| outside.wrong_sign);
-        let fix = || remedies::reverse_control(evidence, fit, name).filter(|_| is_reversed);
-        findings.extend(implausible(&at, name, (value, error), &range).map(|finding| finding.with_fix(fix())));
+    if let Some(implausible) = Implausible::judge(evidence, fit, index) {
+        let is_reversed = window.is_none() && implausible.outside.wrong_sign;
+        let fix = is_reversed.then(|| remedies::reverse_control(evidence, fit, name)).flatten();
+        findings.push(implausible.finding(&at, name).with_fix(fix));
     }
     findings
 }
@@ -71,41 +72,68 @@ pub(super) fn is_determined(fit: &CoefficientFit, index: usize) -> bool {
     relative.is_nan() || relative <= RELATIVE_ERROR
 }
 
-fn determined(at: &str, fit: &CoefficientFit, index: usize) -> Option<Finding> {
+fn determined(at: &Place, fit: &CoefficientFit, index: usize) -> Option<Finding> {
     if is_determined(fit, index) {
         return None;
     }
     let (relative, _) = significance(fit.fit.as_ref().ok()?, &fit.corrected_errors, index);
-    let text = format!("Poorly determined: standard error {relative:.0} % of the value (limit {RELATIVE_ERROR:.0} %).");
+    let text =
+        message!("Poorly determined: standard error {:.0} % of the value (limit {:.0} %).", relative, RELATIVE_ERROR);
     let finding = Finding::new(Level::Caution, DETERMINED, at, text).with_figure(relative, RELATIVE_ERROR);
     let fix_text = "Remove or fix the term, or fly a manoeuvre that excites it.";
     Some(finding.with_fix_text(fix_text).with_setting("Model", "estimation.constraint"))
 }
 
-fn implausible(at: &str, name: &str, (value, error): (f64, Option<f64>), range: &Range) -> Option<Finding> {
-    let Outside { beyond, widths, wrong_sign } = range.outside(value)?;
-    let t = error.map_or(f64::INFINITY, |error| beyond / error);
-    let is_unusual = range.is_stated || widths > WIDTHS_UNUSUAL || wrong_sign;
-    let is_far = widths > WIDTHS_BAD || wrong_sign;
-    let is_absurd = widths > WIDTHS_ABSURD;
-    let level = if t > PLAUSIBLE_BAD && is_far || t > PLAUSIBLE_CAUTION && is_absurd {
-        Level::Bad
-    } else if is_absurd || t > PLAUSIBLE_CAUTION && is_unusual {
-        Level::Caution
-    } else {
-        return None;
-    };
-    let problem = if wrong_sign { "has the wrong sign: plausible range" } else { "is outside its plausible range" };
-    let error = error.map_or(String::new(), |error| format!(" ± {error:.2}"));
-    let text = format!("{value:.4}{error} {problem} {:.3} to {:.3} ({}).", range.low, range.high, range.source);
-    let limit = if value > range.high { range.high } else { range.low };
-    let finding = Finding::new(level, "plausible", at, text).with_figure(value, limit);
-    let fix_text = "Check signs, units, mass and inertia, or state a plausible range.";
-    Some(finding.with_fix_text(fix_text).with_setting("Derivatives", format!("verdict.plausible.{name}")))
+/// A derivative outside its plausible range.
+struct Implausible {
+    value: f64,
+    error: Option<f64>,
+    range: Range,
+    outside: Outside,
+    level: Level,
+}
+
+impl Implausible {
+    /// None of a value inside its range, or no farther outside than its error and an unusual aircraft explain.
+    fn judge(evidence: Evidence<'_>, fit: &CoefficientFit, index: usize) -> Option<Self> {
+        let estimate = fit.fit.as_ref().ok()?;
+        let value = estimate.estimates[index];
+        let range = evidence.plausible.range(&estimate.names[index], fit, evidence)?;
+        let error = fit.corrected_errors.get(index).copied().filter(|_| estimate.origins[index].is_estimated());
+        let outside = range.outside(value)?;
+        let Outside { beyond, widths, wrong_sign } = outside;
+        let t = error.map_or(f64::INFINITY, |error| beyond / error);
+        let is_unusual = range.is_stated || widths > WIDTHS_UNUSUAL || wrong_sign;
+        let is_far = widths > WIDTHS_BAD || wrong_sign;
+        let is_absurd = widths > WIDTHS_ABSURD;
+        let level = if t > PLAUSIBLE_BAD && is_far || t > PLAUSIBLE_CAUTION && is_absurd {
+            Level::Bad
+        } else if is_absurd || t > PLAUSIBLE_CAUTION && is_unusual {
+            Level::Caution
+        } else {
+            return None;
+        };
+        Some(Self { value, error, range, outside, level })
+    }
+
+    fn finding(&self, at: &Place, name: &str) -> Finding {
+        let Self { value, range, .. } = self;
+        let problem = match self.outside.wrong_sign {
+            true => "has the wrong sign: plausible range",
+            false => "is outside its plausible range",
+        };
+        let error = self.error.map_or(Message::default(), |error| message!(" ± {:.2}", error));
+        let estimate = message!("{:.4}{} {}", *value, error, problem);
+        let text = message!("{} {:.3} to {:.3} ({}).", estimate, range.low, range.high, range.source);
+        let limit = if *value > range.high { range.high } else { range.low };
+        let finding = Finding::new(self.level, "plausible", at, text).with_figure(*value, limit);
+        let fix_text = "Check signs, units, mass and inertia, or state a plausible range.";
+        finding.with_fix_text(fix_text).with_setting("Derivatives", format!("verdict.plausible.{name}"))
+    }
 }
 
 /// A derivative by a control whose own moment has the wrong sign: with the wrong sign or delay of that channel it is as wrong.
-fn reversed_control(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, name: &str) -> Option<Finding> {
+fn reversed_control(evidence: Evidence<'_>, at: &Place, fit: &CoefficientFit, name: &str) -> Option<Finding> {
     let by_name = |term: &&Term| term.derivative_name(fit.coefficient) == name;
     let term = evidence.session.structure.terms(fit.coefficient)?.iter().find(by_name)?;
     let surface = Surface::ALL.into_iter().find(|surface| term.factors() == [(surface.variable(), 1)])?;
@@ -117,12 +145,11 @@ fn reversed_control(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, name
     }
     let estimate = own.fit.as_ref().ok()?;
     let index = estimate.names.iter().position(|name| *name == own_name)?;
-    let value = estimate.estimates[index];
-    let range = evidence.plausible.range(&own_name, own, evidence)?;
-    let error = own.corrected_errors.get(index).copied().filter(|_| estimate.origins[index].is_estimated());
-    implausible(at, &own_name, (value, error), &range).filter(|finding| finding.level == Level::Bad)?;
-    range.outside(value).filter(|outside| outside.wrong_sign)?;
-    let text = format!("{own_name} has the wrong sign, and this is a derivative of the same control.");
+    let found = Implausible::judge(evidence, own, index)?;
+    if found.level != Level::Bad || !found.outside.wrong_sign {
+        return None;
+    }
+    let text = message!("{} has the wrong sign, and this is a derivative of the same control.", &own_name);
     let finding = Finding::new(Level::Bad, "plausible", at, text);
     let fix = remedies::reverse_control(evidence, own, &own_name);
     let finding = finding.with_fix_text("Check the sign and the delay of this control.");
@@ -137,7 +164,7 @@ struct Single<'a> {
 }
 
 /// Whether the estimates of single windows contradict each other: `Q = sum (x_i - x)^2 / s_i^2` about their weighted mean, over n - 1.
-fn scatter(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, index: usize) -> Option<Finding> {
+fn scatter(evidence: Evidence<'_>, at: &Place, fit: &CoefficientFit, index: usize) -> Option<Finding> {
     let estimate = fit.fit.as_ref().ok()?;
     let name = &estimate.names[index];
     // The corrected errors hold the scatter between windows already.
@@ -167,11 +194,13 @@ fn scatter(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, index: usize)
     let error = fit.corrected_errors.get(index).copied().unwrap_or(f64::NAN);
     // A poorly determined estimate is marked as such: it is no worse for a manoeuvre that is less certain than all together.
     let level = if is_determined(fit, index) || worst.error < error { level } else { Level::Caution };
-    let text = format!(
-        "Manoeuvres disagree: '{}' gives {}, all together {}; scatter {q:.1} times the standard errors (limit {limit:.0}).",
-        worst.window,
+    let text = message!(
+        "Manoeuvres disagree: {} gives {}, all together {}; scatter {:.1} times the standard errors (limit {:.0}).",
+        quoted(worst.window),
         with_error(worst.estimate, worst.error),
-        with_error(pooled, error)
+        with_error(pooled, error),
+        q,
+        limit
     );
     let finding = Finding::new(level, "scatter", at, text).with_figure(q, limit);
     // The manoeuvre that determines the term best is not the one to leave out.
@@ -190,12 +219,13 @@ fn scatter(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit, index: usize)
 }
 
 /// An estimate and its error, to two digits of the error.
-fn with_error(estimate: f64, error: f64) -> String {
+fn with_error(estimate: f64, error: f64) -> Message {
     if !(error > 0.0 && error.is_finite()) {
-        return significant(estimate, 4);
+        return message!("{}", written(estimate, significant(estimate, 4)));
     }
     let decimals = decimals_of_error(error).min(8);
-    format!("{estimate:.decimals$} ± {error:.decimals$}")
+    let shown = |value: f64| written(value, format!("{value:.decimals$}"));
+    message!("{} ± {}", shown(estimate), shown(error))
 }
 
 /// The worst that leaving out one manoeuvre changes of a derivative; none where that was not formed, or where one is left out that alone

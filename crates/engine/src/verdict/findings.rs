@@ -1,12 +1,14 @@
 //! Everything found on the way to the results: what the verdict rests on, then what was merely noted.
 
+use doublet_core::message;
+use doublet_core::message::Message;
 use doublet_core::reconstruct::consistency::WORTH_CHANGING;
 
 use super::fold::{Folded, fold};
 use super::noise::MeasurementNoise;
 use super::{Finding, Level, sideslip};
 use crate::notation::significant;
-use crate::session::{Session, path_warning};
+use crate::session::{Place, Session, path_warning};
 use crate::snapshot::Snapshot;
 use crate::stage::NoiseStep;
 
@@ -20,18 +22,18 @@ pub fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
         let only_theirs = derivatives.flat_map(|derivative| &derivative.verdict.reasons);
         found.extend(only_theirs.filter(|reason| !verdicts.session.reasons.contains(reason)).cloned());
     }
-    let mut note = |place: &str, text: &str| found.push(Finding::new(Level::Good, "note", place, text));
-    path_warning(session).iter().for_each(|text| note("session", text));
+    let mut note = |place: &Place, text: &Message| found.push(Finding::new(Level::Good, "note", place, text.clone()));
+    path_warning(session).into_iter().for_each(|text| note(&"session".into(), &text.into()));
     for flight in &session.flights {
-        let place = format!("flight '{}'", flight.name);
+        let place = Place::flight(&flight.name);
         let loaded = snapshot.flights.get(&flight.name).and_then(|slot| slot.ready());
         loaded.iter().flat_map(|loaded| &loaded.recording.warnings).for_each(|text| note(&place, text));
         let engines = snapshot.engines.get(&flight.name).and_then(|slot| slot.ready());
-        engines.iter().flat_map(|engines| &engines.warnings).for_each(|text| note(&place, text));
+        engines.iter().flat_map(|engines| &engines.warnings).for_each(|(_, text)| note(&place, text));
     }
     for window in &session.windows {
         let Some(results) = snapshot.windows.get(&window.name) else { continue };
-        let place = format!("manoeuvre '{}'", window.name);
+        let place = Place::manoeuvre(&window.name);
         let path = results.path.ready();
         path.iter().flat_map(|path| &path.assessment().warnings).for_each(|text| note(&place, text));
         results.aero.ready().iter().flat_map(|aero| &aero.warnings).for_each(|text| note(&place, text));
@@ -63,8 +65,8 @@ fn advice(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
                 None => advice.reason,
             };
             let name = measurement.name();
-            let text = format!("{name} innovations are {ratio:.2} of predicted");
-            let finding = Finding::new(Level::Good, "innovation-advice", format!("manoeuvre '{}'", window.name), text);
+            let text = message!("{} innovations are {:.2} of predicted", name, ratio);
+            let finding = Finding::new(Level::Good, "innovation-advice", Place::manoeuvre(&window.name), text);
             let setting = format!("filter.measurement_noise.{name}");
             let finding = finding.with_figure(ratio, 1.0).with_fix_text(fix_text);
             let fix = factor.filter(|factor| !is_as_predicted(*factor)).and_then(|_| noise.fix(measurement));

@@ -1,6 +1,8 @@
 //! Findings about the fit of one coefficient: excitation, condition and what it predicts.
 
 use doublet_core::estimate::Fit;
+use doublet_core::message;
+use doublet_core::message::{Message, quoted};
 use doublet_core::model::{Coefficient, Term, Variable, is_constant_name, regressors};
 use doublet_core::reconstruct::{Input, Measurement, State};
 use doublet_core::series::TimeRange;
@@ -8,9 +10,9 @@ use doublet_core::statistics;
 use nalgebra::DMatrix;
 
 use super::derivative::is_determined;
-use super::judge::{Evidence, derivative_label};
+use super::judge::Evidence;
 use super::{Finding, Level, delay, propulsion, remedies, vane};
-use crate::session::{Fix, Manoeuvre, Session, Surface, WindowRole};
+use crate::session::{Fix, Manoeuvre, Place, Session, Surface, WindowRole};
 use crate::snapshot::Snapshot;
 use crate::stage::{CoefficientFit, Prediction, WindowAero};
 
@@ -65,7 +67,7 @@ fn without_terms(evidence: Evidence<'_>, coefficient: Coefficient, variables: &[
 /// What speaks against a fit; `window` is none for the pooled one.
 pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &CoefficientFit) -> Vec<Finding> {
     let name = fit.coefficient.name();
-    let at = derivative_label(name, window);
+    let at = Place::derivative(name, window);
     let without_all = || remedies::without_coefficient(evidence.session, fit.coefficient).filter(|_| window.is_none());
     let estimate = match &fit.fit {
         Ok(estimate) => estimate,
@@ -73,13 +75,13 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
             let absent = absent(evidence, fit);
             if !absent.is_empty() {
                 let text =
-                    format!("No estimate: the model has terms of {}, which the recording lacks.", absent.join(", "));
+                    message!("No estimate: the model has terms of {}, which the recording lacks.", absent.join(", "));
                 let finding = Finding::new(Level::Bad, "failed", at, text);
                 let fix_text = "Add a recording with that channel, or remove its terms.";
                 let finding = finding.with_fix_text(fix_text).with_setting("Channels", format!("model.{name}"));
                 return vec![finding.with_fix(without_terms(evidence, fit.coefficient, &absent))];
             }
-            let finding = Finding::new(Level::Bad, "rank", at, format!("No estimate: {error}."));
+            let finding = Finding::new(Level::Bad, "rank", at, message!("No estimate: {}.", error.to_string()));
             let fix_text = "Remove a term, or add manoeuvres that separate the regressors.";
             let finding = finding.with_fix_text(fix_text).with_setting("Model", format!("model.{name}"));
             let dependent = remedies::without_dependent(evidence.session, fit.coefficient, error);
@@ -115,7 +117,7 @@ pub(super) fn findings(evidence: Evidence<'_>, window: Option<&str>, fit: &Coeff
     }
     if estimate.quality.r_squared < R2_FIT {
         let r2 = estimate.quality.r_squared;
-        let text = format!(
+        let text = message!(
             "The fit explains {:.0} % of the variation of the coefficient (limit {:.0} %).",
             100.0 * r2,
             100.0 * R2_FIT
@@ -184,7 +186,7 @@ fn without_vane(evidence: Evidence<'_>, term: &Term, used: &[Used<'_>]) -> bool 
 /// Regressors of a single variable that move no more than what is unknown of them.
 fn unmoved(
     evidence: Evidence<'_>,
-    (coefficient, at): (Coefficient, &str),
+    (coefficient, at): (Coefficient, &Place),
     moved: &[(&Term, Motion)],
     used: &[Used<'_>],
 ) -> Option<Finding> {
@@ -204,10 +206,12 @@ fn unmoved(
     {
         return Some(vane::missing(at, name, (*times, EXCITATION)));
     }
-    let text = format!(
-        "{} {} barely excited: {least:.1} times the noise (limit {EXCITATION}).",
+    let text = message!(
+        "{} {} barely excited: {:.1} times the noise (limit {}).",
         names.join(", "),
-        if names.len() == 1 { "is" } else { "are" }
+        if names.len() == 1 { "is" } else { "are" },
+        least,
+        EXCITATION
     );
     let finding = Finding::new(Level::Caution, "excitation", at, text).with_figure(least, EXCITATION);
     let fix = of_name(&weak[0].0).map(|term| Fix::set_term(coefficient, term, false));
@@ -255,12 +259,12 @@ fn recorded_noise(series: &doublet_core::series::Series, window: TimeRange) -> O
     Some(median / MEDIAN_OF_NORMAL / 6.0_f64.sqrt())
 }
 
-fn condition(at: &str, name: &str, estimate: &Fit) -> Option<Finding> {
+fn condition(at: &Place, name: &str, estimate: &Fit) -> Option<Finding> {
     let found = estimate.condition_number;
     if found <= CONDITION {
         return None;
     }
-    let text = format!("Regressors are nearly collinear: condition number {found:.0} (limit {CONDITION:.0}).");
+    let text = message!("Regressors are nearly collinear: condition number {:.0} (limit {:.0}).", found, CONDITION);
     let finding = Finding::new(Level::Caution, "condition", at, text).with_figure(found, CONDITION);
     Some(
         finding
@@ -283,13 +287,18 @@ fn most_inflated(fit: &CoefficientFit, estimate: &Fit, moved: &[(&Term, Motion)]
 }
 
 /// That a derivative is nearly collinear with another, by its variance inflation.
-fn inflated(at: &str, coefficient: Coefficient, estimate: &Fit, (name, factor): &(String, f64)) -> Option<Finding> {
+fn inflated(at: &Place, coefficient: Coefficient, estimate: &Fit, (name, factor): &(String, f64)) -> Option<Finding> {
     if *factor <= INFLATION {
         return None;
     }
     let partner = partner(estimate, name);
-    let text =
-        format!("{name} is nearly collinear with {partner}: variance inflation {factor:.0} (limit {INFLATION:.0}).");
+    let text = message!(
+        "{} is nearly collinear with {}: variance inflation {:.0} (limit {:.0}).",
+        name,
+        partner,
+        *factor,
+        INFLATION
+    );
     let finding = Finding::new(Level::Caution, "vif", at, text).with_figure(*factor, INFLATION);
     let fix_text = "Remove one of the two, or add manoeuvres that separate them.";
     Some(finding.with_fix_text(fix_text).with_setting("Correlation", format!("model.{}", coefficient.name())))
@@ -312,7 +321,7 @@ fn partner(estimate: &Fit, name: &str) -> String {
 }
 
 /// The validation window predicted worst.
-fn prediction(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit) -> Option<Finding> {
+fn prediction(evidence: Evidence<'_>, at: &Place, fit: &CoefficientFit) -> Option<Finding> {
     let pooled = evidence.snapshot.pooled.ready()?;
     let of_fit = |prediction: &&Prediction| {
         prediction.coefficient == fit.coefficient && prediction.role == WindowRole::Validation
@@ -331,12 +340,17 @@ fn prediction(evidence: Evidence<'_>, at: &str, fit: &CoefficientFit) -> Option<
     let limit = if level == Level::Bad { R2_BAD } else { R2_CAUTION };
     let name = fit.coefficient.name();
     let why = if variation > VARIES {
-        String::new()
+        Message::default()
     } else {
-        format!("; its variation is only {variation:.1} times the residual")
+        message!("; its variation is only {:.1} times the residual", variation)
     };
-    let text =
-        format!("Prediction of '{}', constant not refitted: R2 {r2:.2} (limit {limit}){why}.", prediction.window);
+    let text = message!(
+        "Prediction of {}, constant not refitted: R2 {:.2} (limit {}){}.",
+        quoted(&prediction.window),
+        r2,
+        limit,
+        why
+    );
     let finding = Finding::new(level, "r2", at, text).with_figure(r2, limit);
     let fix_text = "Check the predictions, or add manoeuvres that excite the coefficient more.";
     Some(finding.with_fix_text(fix_text).with_setting("Fits and residuals", format!("model.{name}")))

@@ -1,12 +1,12 @@
 //! The fixes of a session's findings.
 
 use super::Finding;
-use crate::session::{Edit, Fix, WindowEdit};
+use crate::session::{Edit, Fix, Place, WindowEdit};
 use crate::snapshot::Verdicts;
 
 /// The fixes of the findings of a session and of its pooled derivatives, in their order, each with the place of its first finding. Those
 /// of one kind that shorten manoeuvres or exclude parts of them are one.
-pub fn fixes(verdicts: &Verdicts) -> Vec<(Fix, &str)> {
+pub fn fixes(verdicts: &Verdicts) -> Vec<(Fix, &Place)> {
     let fits = verdicts.pooled.iter();
     let of_fits = fits.flat_map(|fit| {
         let derivatives = fit.derivatives.iter().flat_map(|derivative| &derivative.verdict.reasons);
@@ -26,7 +26,7 @@ pub fn fixes(verdicts: &Verdicts) -> Vec<(Fix, &str)> {
         }
     }
     let join = |kind: &Vec<(&'_ Finding, &'_ Fix)>| Fix::join(&kind.iter().map(|(_, fix)| *fix).collect::<Vec<_>>());
-    kinds.iter().filter_map(|kind| Some((join(kind)?, kind.first()?.0.place.as_str()))).collect()
+    kinds.iter().filter_map(|kind| Some((join(kind)?, &kind.first()?.0.place))).collect()
 }
 
 /// Whether a fix only places manoeuvres or excludes parts of them.
@@ -56,7 +56,8 @@ mod tests {
             finding("stuck", "f", exclude("a")),
         ];
         let verdicts = Verdicts { session: Verdict { level: Level::Caution, reasons }, ..Verdicts::default() };
-        let found: Vec<_> = fixes(&verdicts).into_iter().map(|(fix, place)| (fix.edits.len(), place)).collect();
-        assert_eq!(found, [(2, "a"), (1, "c"), (1, "d"), (1, "e")]);
+        let found: Vec<_> =
+            fixes(&verdicts).into_iter().map(|(fix, place)| (fix.edits.len(), place.to_string())).collect();
+        assert_eq!(found, [(2, "a"), (1, "c"), (1, "d"), (1, "e")].map(|(edits, place)| (edits, place.to_owned())));
     }
 }

@@ -1,5 +1,6 @@
 //! Findings about how a window is flown: on its wheels, too slow for its wing, across a turn.
 
+use doublet_core::message;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::State;
 use doublet_core::series::{Recording, Series, TimeRange};
@@ -7,7 +8,7 @@ use doublet_core::statistics;
 
 use super::judge::{Evidence, level_above};
 use super::{Finding, Level};
-use crate::session::{Edit, Fix, Manoeuvre, Session, WindowEdit};
+use crate::session::{Edit, Fix, Manoeuvre, Place, Session, WindowEdit};
 use crate::snapshot::Snapshot;
 use crate::stage::{LEAST_PRESSURE_SHARE, WindowAero, WindowPath};
 
@@ -34,7 +35,7 @@ const CURE: &str = "Ignore the manoeuvre, or check airspeed: unit, zero, weight 
 /// Weight on the wheels; an airspeed at which the wing does not carry the aircraft, or that is far below that of the other windows or
 /// of the flight. The first that holds.
 pub(super) fn dynamic_pressure(
-    place: &str,
+    place: &Place,
     evidence: Evidence<'_>,
     manoeuvre: &Manoeuvre,
     aero: &WindowAero,
@@ -52,7 +53,7 @@ pub(super) fn dynamic_pressure(
     })
 }
 
-fn on_wheels(place: &str, recording: &Recording, manoeuvre: &Manoeuvre) -> Option<Finding> {
+fn on_wheels(place: &Place, recording: &Recording, manoeuvre: &Manoeuvre) -> Option<Finding> {
     let weight = &recording.role(Role::WeightOnWheels)?.series;
     let is_counted = |index: &usize| manoeuvre.excluded_at(weight.time_s[*index]).is_none();
     let counted: Vec<usize> = manoeuvre.window.indices(&weight.time_s).filter(is_counted).collect();
@@ -60,7 +61,7 @@ fn on_wheels(place: &str, recording: &Recording, manoeuvre: &Manoeuvre) -> Optio
     let part = on_wheels.len() as f64 / counted.len().max(1) as f64;
     let (level, limit) = level_above(part, WHEELS_CAUTION, WHEELS_BAD)?;
     let text =
-        format!("Weight is on the wheels in {:.0} % of the samples (limit {:.0} %).", 100.0 * part, 100.0 * limit);
+        message!("Weight is on the wheels in {:.0} % of the samples (limit {:.0} %).", 100.0 * part, 100.0 * limit);
     let finding = Finding::new(level, "dynamic-pressure", place, text).with_figure(part, limit);
     Some(finding.with_fix((part < MOST_EXCLUDED).then(|| exclude(weight, &on_wheels, manoeuvre))))
 }
@@ -80,7 +81,7 @@ fn exclude(series: &Series, samples: &[usize], manoeuvre: &Manoeuvre) -> Fix {
 }
 
 /// By the stall of the aircraft where its file states one: `V / V_s = (CL_max / CN)^(1/2)` at the same load factor.
-fn too_slow_to_fly(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Finding> {
+fn too_slow_to_fly(place: &Place, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Finding> {
     let (pressure, airspeed) = (mean_pressure(aero), mean(&aero.data.airspeed_m_s));
     let weight = mean(&aero.data.specific_force_m_s2[2]).abs() * aero.data.mass.first()?.mass_kg;
     let area_m2 = aero.settings.reference.area_m2;
@@ -90,9 +91,13 @@ fn too_slow_to_fly(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Op
         if lift <= LARGEST_LIFT {
             return None;
         }
-        let text = format!(
-            "Dynamic pressure {pressure:.1} Pa (airspeed {airspeed:.1} m/s) needs a normal-force coefficient of {lift:.1} \
-             (limit {LARGEST_LIFT})."
+        let text = message!(
+            "Dynamic pressure {:.1} Pa (airspeed {:.1} m/s) needs a normal-force coefficient of {:.1} \
+             (limit {}).",
+            pressure,
+            airspeed,
+            lift,
+            LARGEST_LIFT
         );
         return Some(Finding::new(Level::Bad, "dynamic-pressure", place, text).with_figure(lift, LARGEST_LIFT));
     };
@@ -102,32 +107,45 @@ fn too_slow_to_fly(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Op
         part if part >= STALL_BAD => (Level::Caution, STALL_CAUTION),
         _ => (Level::Bad, STALL_BAD),
     };
-    let text = format!(
-        "Airspeed {airspeed:.1} m/s (dynamic pressure {pressure:.0} Pa) is {part:.2} times the stall speed (limit {limit})."
+    let text = message!(
+        "Airspeed {:.1} m/s (dynamic pressure {:.0} Pa) is {:.2} times the stall speed (limit {}).",
+        airspeed,
+        pressure,
+        part,
+        limit
     );
     Some(Finding::new(level, "dynamic-pressure", place, text).with_figure(part, limit))
 }
 
-fn below_other_windows(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Finding> {
+fn below_other_windows(place: &Place, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Finding> {
     let (pressure, airspeed) = (mean_pressure(aero), mean(&aero.data.airspeed_m_s));
     let median = evidence.median_pressure_pa?;
     let part = pressure / median;
     let (level, limit) = level_below(part, PRESSURE_CAUTION)?;
-    let text = format!(
-        "Dynamic pressure {pressure:.0} Pa (airspeed {airspeed:.1} m/s) is {part:.2} times the manoeuvres' median {median:.0} Pa \
-         (limit {limit})."
+    let text = message!(
+        "Dynamic pressure {:.0} Pa (airspeed {:.1} m/s) is {:.2} times the manoeuvres' median {:.0} Pa \
+         (limit {}).",
+        pressure,
+        airspeed,
+        part,
+        median,
+        limit
     );
     Some(Finding::new(level, "dynamic-pressure", place, text).with_figure(part, limit))
 }
 
 /// Against the median airspeed of the whole flight: all windows may be on the ground.
-fn below_flight(place: &str, median_m_s: f64, aero: &WindowAero) -> Option<Finding> {
+fn below_flight(place: &Place, median_m_s: f64, aero: &WindowAero) -> Option<Finding> {
     let airspeed = mean(&aero.data.airspeed_m_s);
     let part = (airspeed / median_m_s).powi(2);
     let (level, limit) = level_below(part, LEAST_PRESSURE_SHARE)?;
-    let text = format!(
-        "Dynamic pressure is {part:.2} times that of the flight: airspeed {airspeed:.1} m/s, median {median_m_s:.1} m/s \
-         (limit {limit})."
+    let text = message!(
+        "Dynamic pressure is {:.2} times that of the flight: airspeed {:.1} m/s, median {:.1} m/s \
+         (limit {}).",
+        part,
+        airspeed,
+        median_m_s,
+        limit
     );
     Some(Finding::new(level, "dynamic-pressure", place, text).with_figure(part, limit))
 }
@@ -142,7 +160,7 @@ fn level_below(part: f64, caution: f64) -> Option<(Level, f64)> {
 }
 
 /// Whether the heading changes as in a turn: the coefficients are then not those of small motion about straight flight.
-pub(super) fn turn(place: &str, manoeuvre: &Manoeuvre, path: &WindowPath) -> Option<Finding> {
+pub(super) fn turn(place: &Place, manoeuvre: &Manoeuvre, path: &WindowPath) -> Option<Finding> {
     let run = &path.reconstruction;
     let states = run.smoothed.as_ref().map_or(&run.states, |smoothed| &smoothed.states);
     let heading = &states[State::HeadingAngle as usize];
@@ -152,7 +170,8 @@ pub(super) fn turn(place: &str, manoeuvre: &Manoeuvre, path: &WindowPath) -> Opt
     }
     let (before, _) = turned_deg(heading.iter().copied(), TURN_DEG);
     let (after, _) = turned_deg(heading.iter().rev().copied(), TURN_DEG);
-    let text = format!("The manoeuvre includes a turn: heading changes by {turned:.0} deg (limit {TURN_DEG:.0} deg).");
+    let text =
+        message!("The manoeuvre includes a turn: heading changes by {:.0} deg (limit {:.0} deg).", turned, TURN_DEG);
     let finding = Finding::new(Level::Caution, "turn", place, text).with_figure(turned, TURN_DEG);
     let fix_text = "End the manoeuvre before the turn, or start it after.";
     let finding = finding.with_fix_text(fix_text).with_setting("Manoeuvres", "manoeuvre.end_s");

@@ -1,13 +1,15 @@
 //! A bias of az that a wrong gravity explains.
 
 use doublet_core::compatibility::gravity_explains;
+use doublet_core::message;
+use doublet_core::message::Message;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::State;
 use doublet_core::series::Recording;
 
 use super::judge::Evidence;
 use super::{Finding, Level};
-use crate::session::{Edit, FilterEdit, Fix};
+use crate::session::{Edit, FilterEdit, Fix, Place};
 use crate::stage::{BIAS_STATES, bias_table};
 
 /// Least difference of gravity that is worth a word, m/s².
@@ -27,7 +29,7 @@ pub(super) fn findings(evidence: Evidence<'_>, used_m_s2: f64) -> Vec<Finding> {
         let at = BIAS_STATES.iter().position(|state| *state == State::BiasAz)?;
         let bias = bias_table(paths).summary[0][at];
         let found = judge_gravity(&flight.recording, bias, used_m_s2)?;
-        let finding = Finding::new(Level::Caution, "gravity", format!("flight '{name}', bias_az"), found.text);
+        let finding = Finding::new(Level::Caution, "gravity", Place::in_flight(name, "bias_az"), found.text);
         let finding = finding.with_figure(found.off_m_s2, WORTH_SAYING_M_S2).with_fix_text(found.fix);
         let fix = found.gravity_m_s2.map(|gravity_m_s2| {
             let edit = Edit::Filter(FilterEdit::Gravity(gravity_m_s2));
@@ -40,7 +42,7 @@ pub(super) fn findings(evidence: Evidence<'_>, used_m_s2: f64) -> Vec<Finding> {
 
 /// What is wrong with a gravity.
 struct Found {
-    text: String,
+    text: Message,
     off_m_s2: f64,
     fix: String,
     /// Gravity of the place, m/s², where it is recorded; by the bias otherwise, where a place has it.
@@ -52,9 +54,11 @@ fn judge_gravity(recording: &Recording, bias: f64, used_m_s2: f64) -> Option<Fou
         let altitude_m = [Role::GpsAltitude, Role::Altitude].into_iter().find_map(|role| mean(recording, role));
         let altitude_m = altitude_m.unwrap_or_default();
         let found = gravity_explains(bias, used_m_s2, latitude, altitude_m)?;
-        let text = format!(
-            "The gravity used, {used_m_s2:.5} m/s2, is off by {:+.4} m/s2, which explains the az bias of {bias:+.4} m/s2.",
-            found.difference_m_s2
+        let text = message!(
+            "The gravity used, {:.5} m/s2, is off by {:+.4} m/s2, which explains the az bias of {:+.4} m/s2.",
+            used_m_s2,
+            found.difference_m_s2,
+            bias
         );
         let fix = format!("Use {:.5} m/s2, from latitude and altitude.", found.gravity_m_s2);
         let gravity_m_s2 = Some(found.gravity_m_s2);
@@ -65,8 +69,12 @@ fn judge_gravity(recording: &Recording, bias: f64, used_m_s2: f64) -> Option<Fou
     if off_m_s2 <= WORTH_SAYING_M_S2 {
         return None;
     }
-    let text = format!(
-        "The gravity used, {used_m_s2:.5} m/s2, is outside {least} to {most}; the az bias {bias:+.4} m/s2 suggests {:.4} m/s2.",
+    let text = message!(
+        "The gravity used, {:.5} m/s2, is outside {} to {}; the az bias {:+.4} m/s2 suggests {:.4} m/s2.",
+        used_m_s2,
+        least,
+        most,
+        bias,
         used_m_s2 - bias
     );
     let fix = "State the local gravity, or the latitude.".to_owned();

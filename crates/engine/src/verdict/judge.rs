@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use doublet_core::message;
 use doublet_core::model::{Coefficient, is_constant_name};
 use rayon::prelude::*;
 
@@ -14,7 +15,7 @@ use super::{
     Finding, Level, Verdict, biased, delay, density, derivative, fit, flight, late_force, made_of, remedies, session,
     studies, vane, weigh, window,
 };
-use crate::session::{Manoeuvre, Session};
+use crate::session::{Manoeuvre, Place, Session};
 use crate::snapshot::{Consequence, DerivativeVerdict, FitVerdict, Snapshot, Verdicts, WindowVerdict};
 use crate::stage::CoefficientFit;
 
@@ -114,7 +115,7 @@ fn by_effect(evidence: Evidence<'_>, findings: Vec<Finding>) -> Vec<Finding> {
             // Why a derivative is not determined, or how much a model explains: the fit is marked by it, what else was asked is not.
             ("vif" | "condition" | "r2", Level::Caution) => (Level::Good, 0.0),
             // What a coefficient contains is said of it and of its derivatives.
-            ("propulsion", Level::Caution) if finding.place.ends_with("(pooled)") => (Level::Good, 0.0),
+            ("propulsion", Level::Caution) if finding.place.pooled().is_some() => (Level::Good, 0.0),
             _ => weigh::weighed(evidence, &finding, &pooled.fits),
         };
         (part, Finding { level, ..finding })
@@ -133,7 +134,7 @@ fn with_unused(evidence: Evidence<'_>, mut pooled: Vec<FitVerdict>) -> Vec<FitVe
     let mut one = |coefficient: Coefficient| {
         let known = pooled.iter().position(|fit| fit.coefficient == coefficient).map(|index| pooled.remove(index));
         known.unwrap_or_else(|| {
-            let finding = not_computed(Level::Caution, derivative_label(coefficient.name(), None), NO_WINDOW);
+            let finding = not_computed(Level::Caution, Place::derivative(coefficient.name(), None), NO_WINDOW);
             let fix_text = "Mark an identification manoeuvre that excites it, or remove the coefficient.";
             let finding = finding.with_fix_text(fix_text).with_setting("Manoeuvres", "manoeuvre.role");
             let finding = finding.with_fix(remedies::without_coefficient(evidence.session, coefficient));
@@ -183,7 +184,7 @@ fn fit_verdict(
         let consequence = evidence.consequence(fit.coefficient, name).filter(|_| window.is_none()).cloned();
         // The fit has this finding once, by what it is made of.
         found.extend(density::finding(evidence, name, window, fit));
-        let place = derivative_label(name, window);
+        let place = Place::derivative(name, window);
         let of_vanes = of_vanes.iter().filter(|_| !is_constant_name(name));
         found.extend(of_vanes.map(|finding| Finding { place: place.clone(), ..finding.clone() }));
         derivatives.push(DerivativeVerdict { name: name.clone(), verdict: Verdict::from_findings(found), consequence });
@@ -193,14 +194,6 @@ fn fit_verdict(
         verdict: Verdict::from_findings(findings),
         derivatives,
         is_unused: false,
-    }
-}
-
-/// Place of a coefficient or derivative: `Cm_q (pooled)` or `Cm_q (manoeuvre '03 elevator')`.
-pub(super) fn derivative_label(name: &str, window: Option<&str>) -> String {
-    match window {
-        None => format!("{name} (pooled)"),
-        Some(window) => format!("{name} (manoeuvre '{window}')"),
     }
 }
 
@@ -216,6 +209,6 @@ pub(super) fn level_above(figure: f64, caution: f64, bad: f64) -> Option<(Level,
 }
 
 /// A finding about something that could not be computed.
-pub(super) fn not_computed(level: Level, place: String, error: &str) -> Finding {
-    Finding::new(level, "failed", place, format!("Not computed: {error}."))
+pub(super) fn not_computed(level: Level, place: impl Into<Place>, error: &str) -> Finding {
+    Finding::new(level, "failed", place, message!("Not computed: {}.", error))
 }

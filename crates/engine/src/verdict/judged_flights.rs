@@ -19,7 +19,6 @@ use crate::study::{flown_loading, record_flight, windows};
 pub struct JudgedFlights {
     /// Flights flown and judged.
     pub flights: usize,
-    /// Manoeuvres of each.
     pub manoeuvres: usize,
     /// Flights by the level of the session: good, caution, bad.
     pub sessions: [usize; 3],

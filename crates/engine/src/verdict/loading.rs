@@ -2,15 +2,17 @@
 
 use doublet_core::airframe::Aircraft;
 use doublet_core::airframe::MassProperties;
+use doublet_core::message;
+use doublet_core::message::{Message, quoted};
 
 use super::judge::Evidence;
 use super::{Finding, Level};
-use crate::session::{Edit, Fix, LoadingEdit, Manoeuvre, Session};
+use crate::session::{Edit, Fix, LoadingEdit, Manoeuvre, Place, Session};
 use crate::stage::{FlownMass, FuelRecord, FuelSource, WindowAero};
 
 /// What speaks against the mass properties of a window.
 pub(super) fn loading_findings(
-    place: &str,
+    place: &Place,
     evidence: Evidence<'_>,
     manoeuvre: &Manoeuvre,
     aero: &WindowAero,
@@ -22,7 +24,7 @@ pub(super) fn loading_findings(
 }
 
 /// Whether the loading flown lies in the envelope, where the aircraft has one.
-fn envelope(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Finding> {
+fn envelope(place: &Place, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Finding> {
     let aircraft = evidence.snapshot.aircraft.ready()?;
     let MassProperties { mass_kg, cg_from_datum_m: [x_m, ..], .. } = *aero.data.mass.first()?;
     let margin = aircraft.aircraft.envelope.as_ref()?.margin(mass_kg, x_m)?;
@@ -32,37 +34,41 @@ fn envelope(place: &str, evidence: Evidence<'_>, aero: &WindowAero) -> Option<Fi
     let (text, figure) = if margin.nearest_m() < 0.0 {
         let beyond_m = -margin.nearest_m();
         (
-            format!("The centre of gravity is {beyond_m:.3} m beyond the {} limit of the envelope.", margin.side),
+            message!(
+                "The centre of gravity is {:.3} m beyond the {} limit of the envelope.",
+                beyond_m,
+                margin.side.to_string()
+            ),
             beyond_m,
         )
     } else {
-        (format!("The mass of {mass_kg:.0} kg is outside the envelope."), mass_kg)
+        (message!("The mass of {:.0} kg is outside the envelope.", mass_kg), mass_kg)
     };
     let finding = Finding::new(Level::Caution, "loading", place, text).with_figure(figure, 0.0);
     Some(finding.with_fix_text("Check the loading: seats, luggage, fuel.").with_setting("Loading", "loading"))
 }
 
 /// Whether mass and inertia are those of no body.
-fn impossible(place: &str, aero: &WindowAero) -> Option<Finding> {
+fn impossible(place: &Place, aero: &WindowAero) -> Option<Finding> {
     let MassProperties { mass_kg, inertia, .. } = *aero.data.mass.first()?;
     let text = if mass_kg.is_nan() || mass_kg <= 0.0 {
-        format!("The mass is {mass_kg:.1} kg; it must be above zero.")
+        message!("The mass is {:.1} kg; it must be above zero.", mass_kg)
     } else {
-        format!("Impossible inertia: {}.", inertia.check().err()?)
+        message!("Impossible inertia: {}.", inertia.check().err()?.to_string())
     };
     let finding = Finding::new(Level::Bad, "loading", place, text);
     Some(finding.with_fix_text("Check the aircraft file and the loading.").with_setting("Loading", "aircraft"))
 }
 
 /// Whether the session changes the fuel that was recorded.
-fn shifted(place: &str, (session, flight): (&Session, &str), fuel: &FuelSource) -> Option<Finding> {
+fn shifted(place: &Place, (session, flight): (&Session, &str), fuel: &FuelSource) -> Option<Finding> {
     let (_, most_kg) = fuel.shifts_kg.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     let one = |(tank, shift_kg): &(Option<String>, f64)| match tank {
-        Some(tank) => format!("'{tank}' by {shift_kg:+.1} kg"),
-        None => format!("all by {shift_kg:+.1} kg"),
+        Some(tank) => message!("{} by {:+.1} kg", quoted(tank), *shift_kg),
+        None => message!("all by {:+.1} kg", *shift_kg),
     };
-    let all: Vec<String> = fuel.shifts_kg.iter().map(one).collect();
-    let text = format!("The session shifts the recorded fuel: {}.", all.join(", "));
+    let all = Message::join(fuel.shifts_kg.iter().map(one), ", ");
+    let text = message!("The session shifts the recorded fuel: {}.", all);
     let finding = Finding::new(Level::Caution, "loading", place, text).with_figure(*most_kg, 0.0);
     let fix_text = "Use the recorded fuel, unless the load was measured otherwise.";
     let finding = finding.with_fix_text(fix_text).with_setting("Loading", "loading.fuel_kg");
@@ -100,18 +106,18 @@ fn assumed_in(flight: &str, session: &Session, aircraft: &Aircraft, flown: &Flow
     let full = if fuel_kg >= full_kg * (1.0 - 1e-9) { ", all tanks full" } else { "" };
     let mut parts = Vec::new();
     if session.loading_in(flight).is_none() && on_board_kg > 0.0 {
-        parts.push(format!("standard seats and luggage of {on_board_kg:.0} kg (loading not stated)"));
+        parts.push(message!("standard seats and luggage of {:.0} kg (loading not stated)", on_board_kg));
     }
     match (flown.fuel.record, flown.fuel.is_stated) {
         _ if fuel_kg <= 0.0 => {}
         (FuelRecord::None, false) => {
-            parts.push(format!("standard fuel of {fuel_kg:.0} kg{full}, constant (fuel not recorded)"));
+            parts.push(message!("standard fuel of {:.0} kg{}, constant (fuel not recorded)", fuel_kg, full));
         }
         (FuelRecord::None, true) => {
-            parts.push(format!("fuel of {fuel_kg:.0} kg, constant (burn not recorded)"));
+            parts.push(message!("fuel of {:.0} kg, constant (burn not recorded)", fuel_kg));
         }
         (FuelRecord::Flow, false) => {
-            parts.push(format!("standard fuel of {fuel_kg:.0} kg{full} at the start (only flow recorded)"));
+            parts.push(message!("standard fuel of {:.0} kg{} at the start (only flow recorded)", fuel_kg, full));
         }
         (FuelRecord::Flow, true) | (FuelRecord::Tanks | FuelRecord::Total, _) => {}
     }
@@ -119,8 +125,8 @@ fn assumed_in(flight: &str, session: &Session, aircraft: &Aircraft, flown: &Flow
         return None;
     }
     let mass_kg = flown.start.state.properties.mass_kg;
-    let text = format!("The initial mass of {mass_kg:.0} kg is assumed: {}.", parts.join("; "));
-    let finding = Finding::new(Level::Caution, "loading", format!("flight '{flight}'"), text);
+    let text = message!("The initial mass of {:.0} kg is assumed: {}.", mass_kg, Message::join(parts, "; "));
+    let finding = Finding::new(Level::Caution, "loading", Place::flight(flight), text);
     let fix_text = "State occupants, luggage and initial fuel, or map a fuel channel.";
     Some(finding.with_fix_text(fix_text).with_setting("Loading", "loading"))
 }

@@ -1,17 +1,18 @@
 //! What speaks against a pooled fit because of what it is made of: channels that contradict others, an impossible aircraft, air
 //! whose density is only assumed.
 
+use doublet_core::message;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::Measurement;
 
-use super::judge::{Evidence, derivative_label};
+use super::judge::Evidence;
 use super::{Finding, Level, shape, weigh};
-use crate::session::{Fix, Surface};
+use crate::session::{Fix, Place, Surface};
 use crate::stage::CoefficientFit;
 
 /// Findings about what a pooled fit is made of; each is said of the window, the flight or the aircraft as well.
 pub(super) fn findings(evidence: Evidence<'_>, fit: &CoefficientFit) -> Vec<Finding> {
-    let at = derivative_label(fit.coefficient.name(), None);
+    let at = Place::derivative(fit.coefficient.name(), None);
     let aircraft = shape::findings_of(evidence.snapshot, fit.coefficient);
     let aircraft = aircraft.into_iter().map(|found| Finding { place: at.clone(), ..found });
     let formed = fit.windows.iter().filter_map(|(window, _)| evidence.snapshot.windows.get(window)?.aero.ready());
@@ -30,14 +31,14 @@ pub(super) fn airspeed<'w>(evidence: Evidence<'_>, mut windows: impl Iterator<It
     let path = |window: &str| evidence.snapshot.windows.get(window)?.path.ready();
     windows.find(|window| path(window).is_some_and(|path| path.missing.contains(&Measurement::Airspeed)))?;
     let text = "Airspeed not recorded: dynamic pressure, flow angles and derivatives depend on an assumed wind.";
-    let finding = Finding::new(Level::Caution, "assumed", "airspeed", text.to_owned());
+    let finding = Finding::new(Level::Caution, "assumed", "airspeed", text);
     let fix_text = "Map a true airspeed, or a calibrated one with pressure or altitude.";
     Some(finding.with_fix_text(fix_text).with_setting("Channels", "airspeed"))
 }
 
 /// That channels it is made of contradict others beyond doubt and that the fit with them corrected could not be formed; a control speaks
 /// against the coefficients with a term of it alone.
-pub(super) fn contradicted(at: &str, evidence: Evidence<'_>, fit: &CoefficientFit) -> Option<Finding> {
+pub(super) fn contradicted(at: &Place, evidence: Evidence<'_>, fit: &CoefficientFit) -> Option<Finding> {
     let terms = evidence.session.structure.terms(fit.coefficient).unwrap_or_default();
     let enters = |role: Role| match Surface::ALL.into_iter().find(|surface| surface.role() == role) {
         Some(surface) => {
@@ -64,7 +65,7 @@ pub(super) fn contradicted(at: &str, evidence: Evidence<'_>, fit: &CoefficientFi
     if names.is_empty() {
         return None;
     }
-    let text = format!("Computed from inconsistent channels: {}.", names.join(", "));
+    let text = message!("Computed from inconsistent channels: {}.", names.join(", "));
     let finding = Finding::new(Level::Bad, "physics", at, text);
     let finding = finding.with_fix_text("Correct these channels in the channel map.");
     let fix = Fix::join(&fixes.iter().flatten().collect::<Vec<_>>());

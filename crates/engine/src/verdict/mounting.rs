@@ -2,10 +2,12 @@
 
 use doublet_core::compatibility::RateErrors;
 use doublet_core::estimate::{Sensor, SensorError};
+use doublet_core::message;
+use doublet_core::message::Message;
 use doublet_core::reconstruct::Input;
 
 use super::{Finding, Level};
-use crate::session::{Edit, ErrorValues, EstimationEdit, Fix, Preparation, Session};
+use crate::session::{Edit, ErrorValues, EstimationEdit, Fix, Place, Preparation, Session};
 use crate::snapshot::Snapshot;
 
 /// A difference counts beyond this many standard errors, and beyond 1 deg or 3 %.
@@ -32,27 +34,27 @@ struct Excess {
 pub(crate) fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     let of_flight = |name: &str| {
         let found = snapshot.physics.get(name)?.ready()?.rates.as_ref()?;
-        let place = format!("flight '{name}', rates");
+        let place = Place::in_flight(name, "rates");
         Some([mounting_finding(session, found, &place), scale_finding(session, found, &place)])
     };
     session.flights.iter().filter_map(|flight| of_flight(&flight.name)).flatten().flatten().collect()
 }
 
-fn mounting_finding(session: &Session, found: &RateErrors, place: &str) -> Option<Finding> {
+fn mounting_finding(session: &Session, found: &RateErrors, place: &Place) -> Option<Finding> {
     let error = SensorError::Misalignment;
     let excesses = excesses(session, error, (found.mounting_rad, found.mounting_errors_rad), MOUNTING_RAD);
     let worst = worst(&excesses)?;
-    let one = |excess: &Excess| format!("{:.1} deg in {}", excess.off.abs().to_degrees(), AXES[excess.axis]);
-    let differences: Vec<String> = excesses.iter().map(one).collect();
-    let (differences, limit_deg) = (differences.join(", "), worst.limit.to_degrees());
-    let text = format!("Rates and attitude differ by {differences} (limit {limit_deg:.1} deg).");
+    let one = |excess: &Excess| message!("{:.1} deg in {}", excess.off.abs().to_degrees(), AXES[excess.axis]);
+    let differences = Message::join(excesses.iter().map(one), ", ");
+    let limit_deg = worst.limit.to_degrees();
+    let text = message!("Rates and attitude differ by {} (limit {:.1} deg).", differences, limit_deg);
     let finding = Finding::new(Level::Caution, "physics", place, text);
     let finding = finding.with_figure(worst.off.to_degrees(), limit_deg);
     let finding = finding.with_fix_text("Correct the misalignment of the inertial unit, or align the attitude.");
     Some(with_fix(finding, session, "correct the misalignment of the inertial unit", &excesses))
 }
 
-fn scale_finding(session: &Session, found: &RateErrors, place: &str) -> Option<Finding> {
+fn scale_finding(session: &Session, found: &RateErrors, place: &Place) -> Option<Finding> {
     let error = |axis: usize| SensorError::Scale(Sensor::Input(RATES[axis]));
     let delay_s = found.delay_s.iter().fold(0.0_f64, |most, delay_s| most.max(delay_s.abs()));
     // A rotation reduces the diagonal by the cosine.
@@ -60,10 +62,10 @@ fn scale_finding(session: &Session, found: &RateErrors, place: &str) -> Option<F
     let least = SCALE.max(0.5 * (FAST_RAD_S * delay_s).powi(2)).max(2.0 * rotation);
     let excesses = excesses(session, error, (found.scale, found.scale_errors), least);
     let worst = worst(&excesses)?;
-    let one = |excess: &Excess| format!("{:+.1} % in {}", 100.0 * excess.off, AXES[excess.axis]);
-    let differences: Vec<String> = excesses.iter().map(one).collect();
-    let (differences, limit) = (differences.join(", "), 100.0 * worst.limit);
-    let text = format!("Rates and attitude differ in scale: {differences} (limit {limit:.1} %).");
+    let one = |excess: &Excess| message!("{:+.1} % in {}", 100.0 * excess.off, AXES[excess.axis]);
+    let differences = Message::join(excesses.iter().map(one), ", ");
+    let limit = 100.0 * worst.limit;
+    let text = message!("Rates and attitude differ in scale: {} (limit {:.1} %).", differences, limit);
     let finding = Finding::new(Level::Caution, "physics", place, text);
     let finding = finding.with_figure(100.0 * worst.off, limit);
     let finding = finding.with_fix_text("Correct the scale factors of the gyros.");
@@ -120,7 +122,7 @@ pub(super) fn with_known_errors(
 mod tests {
     use super::{mounting_finding, scale_finding};
     use crate::begin::empty_session;
-    use crate::session::{Edit, EstimationEdit, Level};
+    use crate::session::{Edit, EstimationEdit, Level, Place};
     use doublet_core::compatibility::RateErrors;
 
     const FOUND: RateErrors = RateErrors {
@@ -134,11 +136,11 @@ mod tests {
     #[test]
     fn mounting_and_scale_beyond_their_limits_are_cautions_until_the_session_corrects_them() {
         let mut session = empty_session("", None);
-        let mounting = mounting_finding(&session, &FOUND, "flight 'a', rates").unwrap();
+        let mounting = mounting_finding(&session, &FOUND, &Place::in_flight("a", "rates")).unwrap();
         assert_eq!((mounting.level, mounting.code), (Level::Caution, "physics"));
-        assert_eq!(mounting.text, "Rates and attitude differ by 3.9 deg in pitch (limit 1.0 deg).");
+        assert_eq!(mounting.text.to_string(), "Rates and attitude differ by 3.9 deg in pitch (limit 1.0 deg).");
         assert_eq!(mounting.value.as_deref(), Some("{ misalignment_y = 0.0689 }"));
-        let scale = scale_finding(&session, &FOUND, "flight 'a', rates").unwrap();
+        let scale = scale_finding(&session, &FOUND, &Place::in_flight("a", "rates")).unwrap();
         assert_eq!(scale.value.as_deref(), Some("{ scale_p = 0.05 }"), "3.1 % are within five standard errors");
         for fix in [mounting.fix.unwrap(), scale.fix.unwrap()] {
             let [Edit::Estimation(EstimationEdit::Preparation(preparation))] = &fix.edits[..] else {
@@ -148,11 +150,11 @@ mod tests {
         }
         let filtered = RateErrors { delay_s: [0.06; 3], ..FOUND };
         assert_eq!(
-            scale_finding(&empty_session("", None), &filtered, ""),
+            scale_finding(&empty_session("", None), &filtered, &"".into()),
             None,
             "a filter of 0.06 s may look the same"
         );
-        assert_eq!(mounting_finding(&session, &FOUND, ""), None);
-        assert_eq!(scale_finding(&session, &FOUND, ""), None);
+        assert_eq!(mounting_finding(&session, &FOUND, &"".into()), None);
+        assert_eq!(scale_finding(&session, &FOUND, &"".into()), None);
     }
 }

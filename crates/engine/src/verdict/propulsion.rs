@@ -1,10 +1,12 @@
 //! Findings about the thrust that coefficients are freed of: extrapolated, or not known.
 
+use doublet_core::message;
+use doublet_core::message::{Message, quoted};
 use doublet_core::model::{Coefficient, Term, ThrustTreatment, Variable};
 
 use super::judge::Evidence;
 use super::{Finding, Level};
-use crate::session::{Fix, Manoeuvre};
+use crate::session::{Fix, Manoeuvre, Place};
 use crate::stage::{CoefficientFit, WindowAero};
 
 /// Coefficients that the thrust enters as it is.
@@ -12,7 +14,7 @@ pub(super) const ALONG_THRUST: [Coefficient; 2] = [Coefficient::CX, Coefficient:
 
 /// Whether what a map extrapolates changes the axial force of a window by more than its fit leaves over.
 pub(super) fn extrapolated(
-    place: &str,
+    place: &Place,
     evidence: Evidence<'_>,
     manoeuvre: &Manoeuvre,
     aero: &WindowAero,
@@ -31,9 +33,12 @@ pub(super) fn extrapolated(
         return None;
     }
     let (thrust, (off_range, _)) = furthest;
-    let text = format!(
-        "Thrust of engine '{}' is extrapolated: CX changes by {change:.4}, residual {residual:.4} ({off_range}).",
-        thrust.engine
+    let text = message!(
+        "Thrust of engine {} is extrapolated: CX changes by {:.4}, residual {:.4} ({}).",
+        quoted(&thrust.engine),
+        change,
+        residual,
+        off_range.message()
     );
     let finding = Finding::new(Level::Caution, "propulsion", place, text).with_figure(change, residual);
     let fix_text = "Extend the engine chart and propeller map, or record the thrust.";
@@ -71,13 +76,18 @@ pub(super) fn airspeed_term(evidence: Evidence<'_>, coefficient: Coefficient) ->
 }
 
 /// Whether the thrust is not known in a window of a fit along it.
-pub(super) fn unknown(at: &str, evidence: Evidence<'_>, fit: &CoefficientFit, used: &[&WindowAero]) -> Option<Finding> {
+pub(super) fn unknown(
+    at: &Place,
+    evidence: Evidence<'_>,
+    fit: &CoefficientFit,
+    used: &[&WindowAero],
+) -> Option<Finding> {
     if !ALONG_THRUST.contains(&fit.coefficient) {
         return None;
     }
     let name = fit.coefficient.name();
     let fix_text = "Record the thrust, or engine speed and manifold pressure.";
-    let finding = |level: Level, text: String| {
+    let finding = |level: Level, text: Message| {
         Some(
             Finding::new(level, "propulsion", at, text)
                 .with_fix_text(fix_text)
@@ -89,7 +99,7 @@ pub(super) fn unknown(at: &str, evidence: Evidence<'_>, fit: &CoefficientFit, us
     if let Some(engine) = partly {
         return finding(
             Level::Bad,
-            format!("Thrust of engine '{engine}' is neither recorded nor modelled; {name} contains it."),
+            message!("Thrust of engine {} is neither recorded nor modelled; {} contains it.", quoted(engine), name),
         );
     }
     let with_thrust = used.iter().all(|aero| aero.settings.thrust == ThrustTreatment::Included);
@@ -97,6 +107,6 @@ pub(super) fn unknown(at: &str, evidence: Evidence<'_>, fit: &CoefficientFit, us
     if !(with_thrust && none_known) {
         return None;
     }
-    let text = format!("Thrust is unknown: {name} contains it and its change with airspeed.");
+    let text = message!("Thrust is unknown: {} contains it and its change with airspeed.", name);
     Some(finding(Level::Caution, text)?.with_fix(airspeed_term(evidence, fit.coefficient)))
 }

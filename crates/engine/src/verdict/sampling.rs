@@ -1,12 +1,13 @@
 //! Findings about how fast a window was recorded: between two samples of a control nobody knows when it moved.
 
+use doublet_core::message;
 use doublet_core::model::Coefficient;
 use doublet_core::quantity::Role;
 use doublet_core::series::{Series, TimeRange};
 
 use super::judge::Evidence;
 use super::{Finding, Level, flight, remedies};
-use crate::session::Manoeuvre;
+use crate::session::{Manoeuvre, Place};
 use crate::stage::WindowAero;
 
 /// Part of its travel in the window that a control moves between two samples before that is sudden.
@@ -59,7 +60,7 @@ fn moment_per_rate(aero: &WindowAero) -> f64 {
 
 /// A control that moves between two samples, in a motion fast enough to make that matter: the worst.
 pub(super) fn sudden_control(
-    place: &str,
+    place: &Place,
     evidence: Evidence<'_>,
     manoeuvre: &Manoeuvre,
     aero: &WindowAero,
@@ -74,8 +75,8 @@ pub(super) fn sudden_control(
     if part <= PART_OF_TIME_CONSTANT {
         return None;
     }
-    let text = format!(
-        "{} moves {:.0} % of its travel per {:.3} s sample: timing error {:.3} s, {:.0} % of the {} time constant {time_constant_s:.2} s \
+    let text = message!(
+        "{} moves {:.0} % of its travel per {:.3} s sample: timing error {:.3} s, {:.0} % of the {} time constant {:.2} s \
          (limit {:.0} %).",
         motion.control.name(),
         100.0 * jump.part,
@@ -83,6 +84,7 @@ pub(super) fn sudden_control(
         0.5 * jump.apart_s,
         100.0 * part,
         motion.name,
+        time_constant_s,
         100.0 * PART_OF_TIME_CONSTANT
     );
     let finding = Finding::new(Level::Caution, "sampling", place, text).with_figure(part, PART_OF_TIME_CONSTANT);

@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 
+use doublet_core::message;
 use doublet_core::reconstruct::Input;
 use doublet_core::series::{Series, TimeRange};
 
 use super::judge::Evidence;
 use super::{Finding, Level, spoilt};
-use crate::session::Manoeuvre;
+use crate::session::{Manoeuvre, Place};
 use crate::snapshot::Snapshot;
 
 /// Samples in a row at the largest or least value of the recording that count as one rest there.
@@ -56,10 +57,11 @@ fn at_end(series: &Series, inside: Range<usize>, manoeuvre: &Manoeuvre, end: f64
 }
 
 /// The sensor that rests longest at the end of its range in a manoeuvre.
-pub(super) fn finding(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Option<Finding> {
+pub(super) fn finding(place: &Place, evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Option<Finding> {
     let Rest { input, end, samples, .. } =
         rests(evidence.snapshot, manoeuvre).into_iter().max_by_key(|rest| rest.samples)?;
-    let text = format!("{} is saturated at {end:.4} for {samples} samples (limit {IN_A_ROW}).", input.role().name());
+    let text =
+        message!("{} is saturated at {:.4} for {} samples (limit {}).", input.role().name(), end, samples, IN_A_ROW);
     let finding = Finding::new(Level::Caution, "saturated", place, text).with_figure(samples as f64, IN_A_ROW as f64);
     let fix_text = "Exclude these samples, use smaller inputs, or use a wider-range sensor.";
     let finding = finding.with_fix_text(fix_text).with_setting("Manoeuvres", "manoeuvre.exclude");

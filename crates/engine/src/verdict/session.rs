@@ -4,6 +4,9 @@ use std::collections::BTreeMap;
 
 use super::judge::{Evidence, not_computed};
 use super::{Finding, Level, WindowVerdict, accelerometer, gravity, loading, made_of, mounting, shape};
+use crate::graph::Stage;
+use crate::session::Place;
+use crate::stage::{LoadedAircraft, PooledFits};
 
 /// What speaks against the session besides its windows, fits and studies.
 pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
@@ -19,7 +22,7 @@ pub(super) fn findings(evidence: Evidence<'_>) -> Vec<Finding> {
     });
     let failures = snapshot.failures().into_iter();
     // Failures of windows are theirs.
-    let others = failures.filter(|(place, _)| !place.starts_with("manoeuvre '"));
+    let others = failures.filter(|(place, _)| place.manoeuvre_name().is_none());
     let failed = others.map(|(place, error)| {
         let panel = panel_of(&place);
         not_computed(weight(&place), place, &error).with_setting(panel, "")
@@ -64,17 +67,17 @@ pub(super) fn find_no_good_manoeuvre(windows: &BTreeMap<String, WindowVerdict>) 
 }
 
 /// The panel in which a stage that failed is set.
-fn panel_of(place: &str) -> &'static str {
+fn panel_of(place: &Place) -> &'static str {
     match place {
-        "aircraft" => "Loading",
-        "pooled estimate" => "Model",
-        _ if place.starts_with("flight '") => "Channels",
+        Place::Flight { .. } => "Channels",
+        _ if place.is_named(LoadedAircraft::NAME) => "Loading",
+        _ if place.is_named(PooledFits::NAME) => "Model",
         _ => "Studies",
     }
 }
 
 /// Whether derivatives hang on a stage.
-fn weight(place: &str) -> Level {
-    let needed = place == "aircraft" || place == "pooled estimate" || place.starts_with("flight '");
-    if needed { Level::Bad } else { Level::Caution }
+fn weight(place: &Place) -> Level {
+    let is_needed = [LoadedAircraft::NAME, PooledFits::NAME].iter().any(|name| place.is_named(name));
+    if is_needed || matches!(place, Place::Flight { .. }) { Level::Bad } else { Level::Caution }
 }

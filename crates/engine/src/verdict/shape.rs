@@ -1,10 +1,12 @@
 //! Findings about an aircraft whose numbers do not belong together: areas, lengths, masses and inertia in different units.
 
 use doublet_core::airframe::{MassProperties, ReferenceGeometry};
+use doublet_core::message;
+use doublet_core::message::Message;
 use doublet_core::model::Coefficient;
 
 use super::{Finding, Level};
-use crate::session::{AircraftEdit, ChangedValue, Edit, Fix};
+use crate::session::{AircraftEdit, ChangedValue, Edit, Fix, Place};
 use crate::snapshot::Snapshot;
 
 /// Reference area over span times mean chord: 1 of a rectangle, 3/4 of a triangle, 0.5 of an ogive whose chord is that of its root.
@@ -18,7 +20,6 @@ const FLATNESS: [f64; 2] = [0.55, 1.0];
 /// with all their mass in the fuselage.
 const LATERAL_RADIUS: f64 = 0.08;
 
-/// Square foot, m2.
 const SQUARE_FOOT_M2: f64 = 0.092_903_04;
 
 /// Takes an area that is too large for span and chord as one in square feet, to four digits; none where that does not fit them either.
@@ -35,16 +36,17 @@ fn area_in_feet(area_m2: f64, filled: f64) -> Option<Fix> {
 /// What speaks against the numbers of the aircraft of a session, with the mass of the first flight that has one.
 pub(crate) fn geometry_findings(snapshot: &Snapshot) -> Vec<Finding> {
     let Some(loaded) = snapshot.aircraft.ready() else { return Vec::new() };
-    findings("aircraft", &loaded.aircraft.reference, flown(snapshot).as_ref())
+    findings(&"aircraft".into(), &loaded.aircraft.reference, flown(snapshot).as_ref())
 }
 
 /// What of it speaks against a coefficient: moments of inertia against the moments alone.
 pub(super) fn findings_of(snapshot: &Snapshot, coefficient: Coefficient) -> Vec<Finding> {
     let Some(loaded) = snapshot.aircraft.ready() else { return Vec::new() };
     let (reference, mass) = (&loaded.aircraft.reference, flown(snapshot));
-    let mut found = units("aircraft", reference, mass.as_ref());
+    let place = "aircraft".into();
+    let mut found = units(&place, reference, mass.as_ref());
     if matches!(coefficient, Coefficient::Cl | Coefficient::Cm | Coefficient::Cn) {
-        found.extend(mass.iter().flat_map(|mass| inertia("aircraft", reference, mass)));
+        found.extend(mass.iter().flat_map(|mass| inertia(&place, reference, mass)));
     }
     found
 }
@@ -55,26 +57,29 @@ fn flown(snapshot: &Snapshot) -> Option<MassProperties> {
 }
 
 /// What speaks against the numbers of an aircraft, as far as they tell of each other.
-pub(crate) fn findings(place: &str, reference: &ReferenceGeometry, mass: Option<&MassProperties>) -> Vec<Finding> {
+pub(crate) fn findings(place: &Place, reference: &ReferenceGeometry, mass: Option<&MassProperties>) -> Vec<Finding> {
     let mut found = units(place, reference, mass);
     found.extend(mass.iter().flat_map(|mass| inertia(place, reference, mass)));
     found
 }
 
 /// Area, lengths, mass and inertia in units that do not belong together.
-fn units(place: &str, reference: &ReferenceGeometry, mass: Option<&MassProperties>) -> Vec<Finding> {
+fn units(place: &Place, reference: &ReferenceGeometry, mass: Option<&MassProperties>) -> Vec<Finding> {
     let ReferenceGeometry { area_m2, span_m, chord_m, .. } = *reference;
     let filled = area_m2 / (span_m * chord_m);
     let outline = finding(place, filled, FILLED, |part| {
-        let text = format!("Area {area_m2:.4} m2 is {part:.3} times span {span_m:.4} m by chord {chord_m:.4} m");
+        let text =
+            message!("Area {:.4} m2 is {:.3} times span {:.4} m by chord {:.4} m", area_m2, part, span_m, chord_m);
         (text, "Check the units of area, span and chord: m2 and m.")
     });
     let roll = mass.filter(|mass| mass.mass_kg > 0.0).and_then(|&MassProperties { mass_kg, inertia, .. }| {
         let radius = (inertia.xx / mass_kg).sqrt() / (0.5 * span_m);
         finding(place, radius, ROLL_RADIUS, |radius| {
-            let text = format!(
-                "Ixx {:.4} kg m2 at mass {mass_kg:.4} kg gives a roll radius of gyration of {radius:.3} half-spans",
-                inertia.xx
+            let text = message!(
+                "Ixx {:.4} kg m2 at mass {:.4} kg gives a roll radius of gyration of {:.3} half-spans",
+                inertia.xx,
+                mass_kg,
+                radius
             );
             (text, "Check the units of mass, inertia and span: kg, kg m2 and m.")
         })
@@ -84,31 +89,34 @@ fn units(place: &str, reference: &ReferenceGeometry, mass: Option<&MassPropertie
 }
 
 /// Moments of inertia that no aeroplane has: those of a body far from flat, of none at all, or of one without width.
-fn inertia(place: &str, reference: &ReferenceGeometry, mass: &MassProperties) -> Vec<Finding> {
+fn inertia(place: &Place, reference: &ReferenceGeometry, mass: &MassProperties) -> Vec<Finding> {
     let MassProperties { mass_kg, inertia, .. } = *mass;
     if mass_kg <= 0.0 {
         return Vec::new();
     }
     let flatness = finding(place, inertia.zz / (inertia.xx + inertia.yy), FLATNESS, |part| {
-        let text = format!("Izz is {part:.3} times Ixx + Iyy");
+        let text = message!("Izz is {:.3} times Ixx + Iyy", part);
         (text, "Check the moments of inertia.")
     });
-    let caution = |text: String, figure: f64, limit: f64| {
+    let caution = |text: Message, figure: f64, limit: f64| {
         let finding = Finding::new(Level::Caution, "aircraft", place, text).with_figure(figure, limit);
         finding.with_setting("Airframe", "aircraft")
     };
     let triangle = inertia.triangle_excess().filter(|_| flatness.is_none()).map(|excess| {
         let percent = 100.0 * excess;
-        let text = format!(
-            "The largest principal inertia exceeds the sum of the others by {percent:.1} %, which is impossible."
+        let text = message!(
+            "The largest principal inertia exceeds the sum of the others by {:.1} %, which is impossible.",
+            percent
         );
         caution(text, excess, 0.0).with_fix_text("Check the loading that the published moments belong to.")
     });
     let width = 0.5 * (inertia.xx + inertia.zz - inertia.yy) / mass_kg;
     let radius = width.max(0.0).sqrt() / (0.5 * reference.span_m);
     let lateral = (radius < LATERAL_RADIUS && flatness.is_none() && triangle.is_none()).then(|| {
-        let text = format!(
-            "Ixx + Izz - Iyy gives a lateral radius of gyration of {radius:.3} half-spans (limit {LATERAL_RADIUS})."
+        let text = message!(
+            "Ixx + Izz - Iyy gives a lateral radius of gyration of {:.3} half-spans (limit {}).",
+            radius,
+            LATERAL_RADIUS
         );
         caution(text, radius, LATERAL_RADIUS).with_fix_text("Check the moments of inertia, Iyy above all.")
     });
@@ -119,7 +127,12 @@ fn inertia(place: &str, reference: &ReferenceGeometry, mass: &MassProperties) ->
 const BAD_TIMES: f64 = 1.25;
 
 /// A finding where `figure` is outside `limits`, with the text and the fix of `say`.
-fn finding(place: &str, figure: f64, limits: [f64; 2], say: impl Fn(f64) -> (String, &'static str)) -> Option<Finding> {
+fn finding(
+    place: &Place,
+    figure: f64,
+    limits: [f64; 2],
+    say: impl Fn(f64) -> (Message, &'static str),
+) -> Option<Finding> {
     let [low, high] = limits;
     if (low..=high).contains(&figure) {
         return None;
@@ -127,7 +140,7 @@ fn finding(place: &str, figure: f64, limits: [f64; 2], say: impl Fn(f64) -> (Str
     let (text, fix_text) = say(figure);
     let (limit, times) = if figure > high { (high, figure / high) } else { (low, low / figure) };
     let level = if times > BAD_TIMES { Level::Bad } else { Level::Caution };
-    let text = format!("{text} (limits {low} to {high}).");
+    let text = message!("{} (limits {} to {}).", text, low, high);
     let finding = Finding::new(level, "aircraft", place, text).with_figure(figure, limit);
     Some(finding.with_fix_text(fix_text).with_setting("Airframe", "aircraft"))
 }
@@ -144,7 +157,7 @@ mod tests {
         let reference = ReferenceGeometry::conventional(area_m2, span_m, chord_m);
         let mut mass = MassProperties { mass_kg, ..MassProperties::default() };
         (mass.inertia.xx, mass.inertia.yy, mass.inertia.zz) = (xx, yy, zz);
-        findings("aircraft", &reference, Some(&mass)).into_iter().map(|finding| finding.text).collect()
+        findings(&"aircraft".into(), &reference, Some(&mass)).iter().map(|finding| finding.text.to_string()).collect()
     }
 
     #[test]

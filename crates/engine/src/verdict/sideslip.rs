@@ -1,5 +1,6 @@
 //! The zero of the sideslip vane, by the constants of the lateral coefficients.
 
+use doublet_core::message;
 use doublet_core::model::{Coefficient, Term, Variable};
 use doublet_core::quantity::Role;
 use doublet_core::statistics::median;
@@ -33,7 +34,8 @@ pub(super) fn offset(session: &Session, snapshot: &Snapshot) -> Option<Finding> 
         None => "CY and Cn",
     };
     let offset_deg = offset.to_degrees();
-    let text = format!("Constants of {coefficients} show a sideslip offset of {offset_deg:+.1} deg (limit 1 deg).");
+    let text =
+        message!("Constants of {} show a sideslip offset of {:+.1} deg (limit 1 deg).", coefficients, offset_deg);
     let fix_text = format!("Check the zero of the sideslip vane, or set its offset to {:+.1} deg.", -offset_deg);
     let finding = Finding::new(Level::Good, "sideslip-offset", "session", text).with_figure(offset, LEAST_RAD);
     let finding = finding.with_fix_text(fix_text).with_setting("Channels", "");

@@ -1,8 +1,10 @@
 //! Findings about recorders that stall.
 
+use doublet_core::message;
+
 use super::judge::Evidence;
 use super::{Finding, Level, spoilt};
-use crate::session::Manoeuvre;
+use crate::session::{Manoeuvre, Place};
 use crate::stage::Stall;
 
 /// The stalls inside a manoeuvre that are not excluded from it.
@@ -13,7 +15,7 @@ pub(super) fn inside<'a>(evidence: Evidence<'a>, manoeuvre: &'a Manoeuvre) -> im
 }
 
 /// The stalls of the recorder in a manoeuvre.
-pub(super) fn finding(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Option<Finding> {
+pub(super) fn finding(place: &Place, evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Option<Finding> {
     let (mut count, mut longest_s, mut channels) = (0_usize, 0.0_f64, 0);
     for stall in inside(evidence, manoeuvre) {
         count += 1;
@@ -23,9 +25,12 @@ pub(super) fn finding(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre
     if count == 0 {
         return None;
     }
-    let text = format!(
-        "Recording stalls: {count} {} of up to {longest_s:.2} s in {channels} channels.",
-        if count == 1 { "block" } else { "blocks" }
+    let text = message!(
+        "Recording stalls: {} {} of up to {:.2} s in {} channels.",
+        count,
+        if count == 1 { "block" } else { "blocks" },
+        longest_s,
+        channels
     );
     let finding = Finding::new(Level::Caution, "stuck", place, text).with_figure(longest_s, 0.0);
     let finding = finding.with_fix_text(FIX).with_setting("Manoeuvres", "manoeuvre.exclude");

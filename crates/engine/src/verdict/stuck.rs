@@ -1,12 +1,13 @@
 //! Findings about channels that stand still in a window while they move elsewhere in the recording.
 
+use doublet_core::message;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Input, Measurement};
 use doublet_core::series::Series;
 
 use super::judge::Evidence;
 use super::{Finding, Level};
-use crate::session::{Fix, Manoeuvre};
+use crate::session::{Fix, Manoeuvre, Place};
 use crate::snapshot::Snapshot;
 
 /// Shortest standstill, s, and part of the window it takes at least.
@@ -45,18 +46,22 @@ fn least_s(manoeuvre: &Manoeuvre) -> f64 {
 }
 
 /// The channel of the filter that stands still longest in a manoeuvre.
-pub(super) fn finding(place: &str, evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Option<Finding> {
+pub(super) fn finding(place: &Place, evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Option<Finding> {
     let standing = standstills(evidence.snapshot, manoeuvre);
     let Standstill { role, value, length_s } = standing.into_iter().max_by(|a, b| a.length_s.total_cmp(&b.length_s))?;
     let finding = stuck_finding(place, role, value, length_s, least_s(manoeuvre));
     Some(finding.with_fix(Fix::ignore([manoeuvre.name.as_str()])))
 }
 
-fn stuck_finding(place: &str, role: Role, value: f64, length_s: f64, least_s: f64) -> Finding {
+fn stuck_finding(place: &Place, role: Role, value: f64, length_s: f64, least_s: f64) -> Finding {
     let name = role.name();
-    let text = format!(
-        "{name} is stuck at {value:.4} {} for {length_s:.1} s (limit {least_s:.1} s).",
-        role.dimension().si_symbol()
+    let text = message!(
+        "{} is stuck at {:.4} {} for {:.1} s (limit {:.1} s).",
+        name,
+        value,
+        role.dimension().si_symbol(),
+        length_s,
+        least_s
     );
     let finding = Finding::new(Level::Bad, "stuck", place, text).with_figure(length_s, least_s);
     let fix_text = "Ignore the manoeuvre, or leave the channel out.";

@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::judge::{Evidence, derivative_label, level_above};
+use doublet_core::message;
+
+use super::judge::{Evidence, level_above};
 use super::{Finding, Level, delay};
-use crate::session::Fix;
+use crate::session::{Fix, Place};
 use crate::stage::{WindowFits, WindowReplay};
 use crate::study::{CheckedDerivative, FollowedFlight, LagKind};
 
@@ -82,12 +84,18 @@ fn apart(window: &str, fits: &WindowFits, method: &str, twin: &CheckedDerivative
     }
     let times = difference / error.hypot(twin.standard_error);
     let (level, limit) = level_above(times, TWIN_CAUTION, TWIN_BAD)?;
-    let text = format!(
-        "Equation error {estimate:.4} ± {error:.2}, {method} {:.4} ± {:.2}: {times:.1} joint standard errors apart (limit {limit}).",
-        twin.estimate, twin.standard_error
+    let text = message!(
+        "Equation error {:.4} ± {:.2}, {} {:.4} ± {:.2}: {:.1} joint standard errors apart (limit {}).",
+        estimate,
+        error,
+        method,
+        twin.estimate,
+        twin.standard_error,
+        times,
+        limit
     );
     let finding =
-        Finding::new(level, "twin", derivative_label(&twin.name, Some(window)), text).with_figure(times, limit);
+        Finding::new(level, "twin", Place::derivative(&twin.name, Some(window)), text).with_figure(times, limit);
     let fix_text = "Check the fit of output error, the delays and the frequency band.";
     Some(finding.with_fix_text(fix_text).with_setting("Derivatives", "model"))
 }
@@ -109,7 +117,8 @@ fn timing(evidence: Evidence<'_>, found: &mut StudyFindings) {
         }
         let limit_s = if level == Level::Bad { DELAY_BAD_S } else { DELAY_SAMPLES * step_s };
         let name = lag.surface.name();
-        let text = format!("{name} delay must change by {left_s:+.3} ± {error_s:.3} s (limit {limit_s:.3} s).");
+        let text =
+            message!("{} delay must change by {:+.3} ± {:.3} s (limit {:.3} s).", name, left_s, error_s, limit_s);
         let finding = Finding::new(level, "timing", name, text).with_figure(left_s, limit_s);
         let fix_text = format!("Correct the delay, or check the clock of the {name}.");
         let fix = Fix::control_delay(evidence.session, lag.surface, delay_s);
@@ -144,13 +153,14 @@ fn missed(window: &str, replay: &WindowReplay, tolerances: &str) -> Option<Findi
             .filter_map(move |bands| Some((test, bands.iter().min_by(|a, b| a.worst_ratio.total_cmp(&b.worst_ratio))?)))
     });
     let (test, band) = failed.max_by(|a, b| a.1.worst_ratio.total_cmp(&b.1.worst_ratio))?;
-    let text = format!(
-        "Simulated {} misses test {}: {:.2} times its tolerance ({tolerances}, limit 1).",
+    let text = message!(
+        "Simulated {} misses test {}: {:.2} times its tolerance ({}, limit 1).",
         band.tolerance.signal.name(),
-        test.id,
-        band.worst_ratio
+        &test.id,
+        band.worst_ratio,
+        tolerances
     );
-    let finding = Finding::new(Level::Caution, "match", format!("manoeuvre '{window}'"), text);
+    let finding = Finding::new(Level::Caution, "match", Place::manoeuvre(window), text);
     let finding = finding.with_figure(band.worst_ratio, 1.0);
     Some(
         finding

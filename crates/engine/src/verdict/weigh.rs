@@ -1,14 +1,16 @@
 //! Findings by what they change: what a suspect manoeuvre, channel or place does to a derivative, and a finding about the flight path or
 //! a channel by the worst it does.
 
+use doublet_core::message;
+use doublet_core::message::{Message, quoted, written};
 use doublet_core::model::Coefficient;
 
 use super::derivative::is_determined;
 use super::effect::CAUTION;
-use super::judge::{Evidence, derivative_label};
+use super::judge::Evidence;
 use super::{Finding, Level, Verdict, accelerometer, biased, propulsion, spoilt};
 use crate::notation::significant;
-use crate::session::{Edit, EstimationEdit, Fix, PathSource};
+use crate::session::{Edit, EstimationEdit, Fix, PathSource, Place};
 use crate::snapshot::{Cause, Effect};
 use crate::stage::CoefficientFit;
 
@@ -42,7 +44,7 @@ pub(super) fn weighed(evidence: Evidence<'_>, finding: &Finding, fits: &[Coeffic
         "nis" | "innovation" | "smoother" => {
             Box::new(|effect| matches!(effect.cause, Cause::PathMeasured | Cause::SuspectsLeftOut))
         }
-        "saturated" | "stuck" if finding.level == Level::Caution || finding.place.ends_with("(pooled)") => {
+        "saturated" | "stuck" if finding.level == Level::Caution || finding.place.pooled().is_some() => {
             Box::new(|effect| matches!(effect.cause, Cause::SpoiltLeftOut | Cause::SuspectsLeftOut))
         }
         "saturated" | "stuck" | "turn" | "dynamic-pressure" | "sampling" => {
@@ -52,7 +54,7 @@ pub(super) fn weighed(evidence: Evidence<'_>, finding: &Finding, fits: &[Coeffic
         "propulsion" if finding.level == Level::Caution => Box::new(|effect| effect.cause == Cause::Thrust),
         "physics" => Box::new(|effect| {
             let [flight, channel] = &effect.of[..] else { return false };
-            effect.cause == Cause::Channel && finding.place == format!("flight '{flight}', {channel}")
+            effect.cause == Cause::Channel && finding.place == Place::in_flight(flight, channel)
         }),
         // A bias of az is in the constant of CZ alone; output error of one manoeuvre is a check of its own fit.
         "gravity" | "follows" => return (Level::Good, 0.0),
@@ -76,7 +78,7 @@ pub(super) fn weighed(evidence: Evidence<'_>, finding: &Finding, fits: &[Coeffic
 
 /// Part of its coefficient's motion that the derivative a finding is about makes; of a finding about something else all of it.
 fn own_part(finding: &Finding, fits: &[CoefficientFit], evidence: Evidence<'_>) -> f64 {
-    let Some(name) = finding.place.strip_suffix(" (pooled)") else { return 1.0 };
+    let Some(name) = finding.place.pooled() else { return 1.0 };
     let found = fits.iter().find_map(|fit| evidence.consequence(fit.coefficient, name));
     found.map_or(1.0, |consequence| consequence.share)
 }
@@ -167,16 +169,16 @@ impl<'a> Judged<'a> {
         let (code, cause, fix, panel, setting) = match effect.cause {
             Cause::PathMeasured => (
                 "path",
-                "with the path as measured".to_owned(),
+                message!("with the path as measured"),
                 "Check the noise and the delays of the measurements in turbulence.".to_owned(),
                 "Noise and filter",
                 "preparation.path".to_owned(),
             ),
             Cause::SuspectsLeftOut => (
                 "windows",
-                format!(
+                message!(
                     "without {}",
-                    self.suspects.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ")
+                    Message::join(self.suspects.iter().map(|name| message!("{}", quoted(name))), ", ")
                 ),
                 "Fix the findings on these manoeuvres, or ignore them.".to_owned(),
                 "Manoeuvres",
@@ -184,28 +186,28 @@ impl<'a> Judged<'a> {
             ),
             Cause::SpoiltLeftOut => (
                 if self.is_of_saturated() { "saturated" } else { "stuck" },
-                "without saturated and stalled samples".to_owned(),
+                message!("without saturated and stalled samples"),
                 "Exclude these samples, or fly again with smaller inputs or wider-range sensors.".to_owned(),
                 "Manoeuvres",
                 "manoeuvre.exclude".to_owned(),
             ),
             Cause::Channel => (
                 "physics",
-                format!("with {} corrected", effect.of.last()?),
+                message!("with {} corrected", effect.of.last()?),
                 "Apply the fix of the channel.".to_owned(),
                 "Channels",
                 String::new(),
             ),
             Cause::Accelerometer => (
                 "accelerometer",
-                "with the accelerometers at their estimated position".to_owned(),
+                message!("with the accelerometers at their estimated position"),
                 "State the position of the accelerometers.".to_owned(),
                 "Airframe",
                 "aircraft".to_owned(),
             ),
             Cause::Thrust => (
                 "propulsion",
-                "with a term of airspeed".to_owned(),
+                message!("with a term of airspeed"),
                 "Record the thrust, or add a term of airspeed.".to_owned(),
                 "Propulsion",
                 "preparation.remove_thrust".to_owned(),
@@ -213,19 +215,15 @@ impl<'a> Judged<'a> {
             Cause::PathFiltered | Cause::LeftOut => return None,
         };
         let times = (effect.estimate - self.estimate).abs() / self.error;
+        let estimate = message!("{:.4} ± {}", self.estimate, written(self.error, significant(self.error, 2)));
         let text = if self.is_lost(effect) {
-            let estimate = format!("{:.4} ± {}", self.estimate, significant(self.error, 2));
-            format!("{estimate} is determined only by saturated or stalled samples.")
+            message!("{} is determined only by saturated or stalled samples.", estimate)
         } else {
-            format!(
-                "{:.4} ± {} becomes {:.4} {cause}: {times:.1} standard errors (limit {}).",
-                self.estimate,
-                significant(self.error, 2),
-                effect.estimate,
-                CAUTION.0
-            )
+            let changed = message!("{} becomes {:.4} {}", estimate, effect.estimate, cause);
+            message!("{}: {:.1} standard errors (limit {}).", changed, times, CAUTION.0)
         };
-        let finding = Finding::new(level, code, derivative_label(self.name, None), text).with_figure(times, CAUTION.0);
+        let place = Place::derivative(self.name, None);
+        let finding = Finding::new(level, code, place, text).with_figure(times, CAUTION.0);
         let finding = finding.with_fix_text(fix).with_setting(panel, setting);
         let finding = finding.with_fix(self.fix(effect));
         Some(if effect.cause == Cause::PathMeasured { finding.with_value("\"measured\"") } else { finding })

@@ -1,5 +1,6 @@
 //! Findings about the flight path of one window.
 
+use doublet_core::message;
 use doublet_core::reconstruct::consistency::{ChannelConsistency, Consistency};
 use doublet_core::reconstruct::{Reconstruction, State};
 use doublet_core::series::TimeRange;
@@ -7,7 +8,7 @@ use doublet_core::series::TimeRange;
 use super::judge::{Evidence, level_above, not_computed};
 use super::noise::NOISE_EXPLAINS;
 use super::{Finding, Level, flight, loading, propulsion, remedies, sampling, saturated, spoilt, stalls, stuck};
-use crate::session::{Edit, EstimationEdit, Fix, Manoeuvre, PathSource, Session, WindowEdit};
+use crate::session::{Edit, EstimationEdit, Fix, Manoeuvre, PathSource, Place, Session, WindowEdit};
 use crate::stage::{NoiseStep, WindowPath};
 
 /// Mean NIS over its expectation: outside its 95 % band and beyond these it is a caution, above the last bad. Noise stated too large
@@ -33,7 +34,7 @@ const COMPARED: [State; 5] =
 
 /// What speaks against the samples, the flight path and the loading of a window.
 pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Finding> {
-    let place = format!("manoeuvre '{}'", manoeuvre.name);
+    let place = Place::manoeuvre(&manoeuvre.name);
     let Some(results) = evidence.snapshot.windows.get(&manoeuvre.name) else { return Vec::new() };
     if let Some(error) = results.path.error().or(results.aero.error()) {
         let finding = not_computed(Level::Bad, place, error).with_setting("Flight", "");
@@ -48,7 +49,7 @@ pub(super) fn findings(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> Vec<Fin
     if let Some(path) = results.path.ready() {
         if evidence.session.preparation.path == PathSource::Measured {
             let text = "Path as measured: sensor errors bias the coefficients, without innovations as a check.";
-            let finding = Finding::new(Level::Caution, "as-measured", place.clone(), text.to_owned());
+            let finding = Finding::new(Level::Caution, "as-measured", place.clone(), text);
             let edit = Edit::Estimation(EstimationEdit::Path(PathSource::Smoothed));
             let finding = finding.with_fix_text("Use the smoothed path, except for comparisons.");
             let finding = finding.with_setting("Noise and filter", "preparation.path");
@@ -92,19 +93,21 @@ fn channels_fit(evidence: Evidence<'_>, manoeuvre: &Manoeuvre) -> bool {
 }
 
 fn innovations(
-    place: &str,
+    place: &Place,
     consistency: &Consistency,
     (evidence, manoeuvre): (Evidence<'_>, &Manoeuvre),
     channels_fit: bool,
 ) -> Vec<Finding> {
     let mut found: Vec<Finding> = nis(place, consistency, (evidence, manoeuvre), channels_fit).into_iter().collect();
-    found.extend(consistency.channels.iter().filter_map(|channel| offset(place, evidence.session, channel)));
-    found.extend(consistency.channels.iter().filter_map(|channel| correlated(place, evidence.session, channel)));
+    found.extend(consistency.channels.iter().filter_map(|channel| offset(&manoeuvre.name, evidence.session, channel)));
+    found.extend(
+        consistency.channels.iter().filter_map(|channel| correlated(&manoeuvre.name, evidence.session, channel)),
+    );
     found
 }
 
 fn nis(
-    place: &str,
+    place: &Place,
     consistency: &Consistency,
     (evidence, manoeuvre): (Evidence<'_>, &Manoeuvre),
     channels_fit: bool,
@@ -130,8 +133,8 @@ fn nis(
         found.map_or(("a measurement", f64::NAN), |found| (found.measurement.name(), found.deviation_ratio));
     let advice = found.and_then(|found| evidence.noise.advise(manoeuvre, found));
     let explanation = match ratio > 1.0 {
-        true => format!("innovations exceed the noise, most in {name} ({times:.1} times predicted)"),
-        false => format!("noise set too high, most in {name} ({times:.2} times predicted)"),
+        true => message!("innovations exceed the noise, most in {} ({:.1} times predicted)", name, times),
+        false => message!("noise set too high, most in {} ({:.2} times predicted)", name, times),
     };
     let is_noise = ratio < NOISE_EXPLAINS && channels_fit;
     let fix_text = match advice.as_ref().map(|advice| advice.step) {
@@ -141,8 +144,14 @@ fn nis(
         _ => format!("Set the noise of {name} by its innovations."),
     };
     let (mean, expected) = (consistency.nis_mean, consistency.nis_mean / ratio);
-    let text =
-        format!("Mean NIS {mean:.3}, expected {expected:.3} (ratio {ratio:.2}, limit {limit:.2}): {explanation}.");
+    let text = message!(
+        "Mean NIS {:.3}, expected {:.3} (ratio {:.2}, limit {:.2}): {}.",
+        mean,
+        expected,
+        ratio,
+        limit,
+        explanation
+    );
     let setting = found
         .filter(|_| ratio > 1.0)
         .map_or("filter.measurement_noise".to_owned(), |_| format!("filter.measurement_noise.{name}"));
@@ -152,38 +161,43 @@ fn nis(
     Some(finding.with_fix_text(fix_text).with_setting("Noise and filter", setting).with_fix(fix))
 }
 
-fn offset(place: &str, session: &Session, channel: &ChannelConsistency) -> Option<Finding> {
+fn offset(manoeuvre: &str, session: &Session, channel: &ChannelConsistency) -> Option<Finding> {
     let (level, limit) = level_above(channel.mean.abs(), OFFSET_CAUTION, OFFSET_BAD)?;
     let name = channel.measurement.name();
     if !channel.has_offset() {
         return None;
     }
-    let text = format!("Mean innovation of {name} is {:+.2} standard deviations (limit {limit}).", channel.mean);
+    let text = message!("Mean innovation of {} is {:+.2} standard deviations (limit {}).", name, channel.mean, limit);
     let fix_text = format!("Check {name} for an offset, a wrong sign or a clock error.");
-    let finding = Finding::new(level, "innovation", format!("{place}, {name}"), text).with_figure(channel.mean, limit);
+    let finding =
+        Finding::new(level, "innovation", Place::in_manoeuvre(manoeuvre, name), text).with_figure(channel.mean, limit);
     let finding =
         finding.with_fix_text(fix_text).with_setting("Innovations", format!("filter.measurement_noise.{name}"));
     Some(finding.with_fix(remedies::estimate_offset(session, channel.measurement)))
 }
 
-fn correlated(place: &str, session: &Session, channel: &ChannelConsistency) -> Option<Finding> {
+fn correlated(manoeuvre: &str, session: &Session, channel: &ChannelConsistency) -> Option<Finding> {
     let (lag_one, ratio) = (channel.lag_one(), channel.deviation_ratio);
     if lag_one <= LAG_ONE || channel.is_white || ratio <= LARGER_THAN_PREDICTED {
         return None;
     }
     let name = channel.measurement.name();
-    let text = format!(
-        "{name} innovations are {ratio:.2} times predicted and correlated (lag one {lag_one:.2}, limit {LAG_ONE})."
+    let text = message!(
+        "{} innovations are {:.2} times predicted and correlated (lag one {:.2}, limit {}).",
+        name,
+        ratio,
+        lag_one,
+        LAG_ONE
     );
     let fix_text = format!("Check {name} for a delay, a filter or repeated samples.");
-    let finding = Finding::new(Level::Caution, "innovation", format!("{place}, {name}"), text);
+    let finding = Finding::new(Level::Caution, "innovation", Place::in_manoeuvre(manoeuvre, name), text);
     let finding = finding.with_figure(lag_one, LAG_ONE).with_fix_text(fix_text);
     let finding = finding.with_setting("Innovations", format!("filter.measurement_delay_s.{name}"));
     Some(finding.with_fix(remedies::estimate_delays(session)))
 }
 
 /// Filter against smoother: the worst state.
-fn smoother(place: &str, (session, manoeuvre): (&Session, &Manoeuvre), path: &WindowPath) -> Option<Finding> {
+fn smoother(place: &Place, (session, manoeuvre): (&Session, &Manoeuvre), path: &WindowPath) -> Option<Finding> {
     let run = &path.reconstruction;
     let apart: Vec<(State, Apart)> =
         COMPARED.into_iter().filter_map(|state| Some((state, Apart::measure(run, manoeuvre, state)?))).collect();
@@ -193,16 +207,19 @@ fn smoother(place: &str, (session, manoeuvre): (&Session, &Manoeuvre), path: &Wi
     let outside = apart.iter().max_by(|a, b| a.1.outside.total_cmp(&b.1.outside));
     let (state, level, text, figure, limit) = match (lasting, outside) {
         (Some((state, it)), _) => {
-            let text = format!(
-                "Filter and smoother differ by {:.0} standard deviations in {} (limit {SMOOTHER_BAD} for {SMOOTHER_BAD_S} s).",
+            let text = message!(
+                "Filter and smoother differ by {:.0} standard deviations in {} (limit {} for {} s).",
                 it.largest,
-                state.name()
+                state.name(),
+                SMOOTHER_BAD,
+                SMOOTHER_BAD_S
             );
             (state, Level::Bad, text, it.largest, SMOOTHER_BAD)
         }
         (None, Some((state, it))) if it.outside > SMOOTHER_OUTSIDE => {
-            let text = format!(
-                "Filter and smoother differ by over {SMOOTHER_BAND} standard deviations in {} at {:.0} % of samples (limit {:.0} %).",
+            let text = message!(
+                "Filter and smoother differ by over {} standard deviations in {} at {:.0} % of samples (limit {:.0} %).",
+                SMOOTHER_BAND,
                 state.name(),
                 100.0 * it.outside,
                 100.0 * SMOOTHER_OUTSIDE

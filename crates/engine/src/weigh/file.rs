@@ -5,12 +5,11 @@ use std::path::Path;
 
 use doublet_core::airframe::weighing::{WeighingResult, without_items};
 use doublet_core::airframe::{Aircraft, FixedItem, FuelBookkeeping};
-use doublet_core::load::read_text;
-use doublet_core::toml_error;
 use serde::{Deserialize, Serialize};
 
 use super::{ScaleReadings, weigh};
 use crate::aircraft::{AircraftChanges, ChangedValue};
+use crate::toml_file;
 
 /// Value of the `format` key.
 const FORMAT: &str = "doublet weighing";
@@ -52,7 +51,6 @@ struct Reading {
 /// What a weighing gives; positions in datum axes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Weighed {
-    /// Attitudes.
     pub attitudes: usize,
     /// Mean of the totals, kg.
     pub mass_kg: f64,
@@ -74,7 +72,6 @@ pub struct Weighed {
     pub r_squared: f64,
     /// Fuel and items taken off, kg.
     pub taken_off_kg: f64,
-    /// Empty mass, kg.
     pub empty_mass_kg: f64,
     /// Centre of gravity of the empty aircraft, m.
     pub empty_cg_datum_m: [f64; 3],
@@ -90,8 +87,7 @@ impl WeighingFile {
     /// # Errors
     /// One line: what cannot be read or is not understood.
     pub fn open(path: &Path) -> Result<Self, String> {
-        let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-        Self::parse(&read_text(path).map_err(|error| named(&error))?).map_err(|error| named(&error))
+        toml_file::open(path, Self::parse)
     }
 
     /// Reads the text of a file.
@@ -99,12 +95,7 @@ impl WeighingFile {
     /// # Errors
     /// One line: place in the file and what is wrong.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let file: Self = toml::from_str(text).map_err(|error| toml_error::one_line(text, &error))?;
-        if file.format != FORMAT || file.version != VERSION {
-            let (format, version) = (&file.format, file.version);
-            return Err(format!("format '{format}' version {version} is not '{FORMAT}' version {VERSION}"));
-        }
-        Ok(file)
+        toml_file::parse(text, (FORMAT, VERSION), |file: &Self| (&file.format, file.version))
     }
 
     /// Mass and centre of gravity as weighed and of the empty aircraft.

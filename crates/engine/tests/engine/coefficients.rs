@@ -236,10 +236,14 @@ fn assumed_density_is_called_so_and_smoothed_states_are_written_with_their_devia
     let snapshot = compute(session, folder);
     let aero = snapshot.windows.values().next().unwrap().aero.ready().unwrap();
     assert_eq!(aero.air_density, AirDensity::AssumedAltitude(1000.0));
-    assert!(aero.warnings.iter().any(|line| line.contains("air density is assumed")), "{:?}", aero.warnings);
+    assert!(
+        aero.warnings.iter().any(|line| line.to_string().contains("air density is assumed")),
+        "{:?}",
+        aero.warnings
+    );
     let reasons = judge(session, &snapshot).session.reasons;
     let found = reasons.iter().find(|finding| finding.code == "assumed").unwrap();
-    assert!(found.level == Level::Caution && found.text.contains("1000 m above the sea"), "{found:?}");
+    assert!(found.level == Level::Caution && found.text.to_string().contains("1000 m above the sea"), "{found:?}");
     let folder = tempfile::tempdir().unwrap();
     let outputs = Outputs { tables: Vec::new(), histories: vec![HistoryFormat::Csv], recordings: false };
     let out = folder.path().join("out");
@@ -291,7 +295,11 @@ fn a_warm_day_lowers_the_density_of_a_recording_without_static_pressure() {
     }
     assert_eq!(sensor.air_density, AirDensity::RecordedAltitude);
     assert!((sensor.data.density_kg_m3[0] / standard.data.density_kg_m3[0] - 1.0).abs() < 1e-9);
-    assert!(sensor.warnings.iter().any(|line| line.contains("which is implausible")), "{:?}", sensor.warnings);
+    assert!(
+        sensor.warnings.iter().any(|line| line.to_string().contains("which is implausible")),
+        "{:?}",
+        sensor.warnings
+    );
 }
 
 /// A channel by expression is a term of the model: with the elevator's values it has the elevator's derivative, predicts and flies as

@@ -15,7 +15,7 @@ use doublet_core::simulate::scenario;
 use doublet_engine::graph::{Context, StageError};
 use doublet_engine::run::{Slot, Snapshot, WindowResults};
 use doublet_engine::session::{
-    self, AngularAcceleration, DelaySource, Edit, Fix, GustSource, PathSource, PlausibleRange, Session, Surface,
+    self, AngularAcceleration, DelaySource, Edit, Fix, GustSource, PathSource, Place, PlausibleRange, Session, Surface,
     WindowEdit, WindowRole,
 };
 use doublet_engine::stage::{self, CoefficientFit, ConstantError, SensorDelay, SensorDelays};
@@ -112,7 +112,9 @@ fn manoeuvre_that_cannot_be_computed_is_ignored() {
     let at = elevator(&session);
     assert_eq!(fixed.windows[at].role, WindowRole::Ignored);
     let name = format!("'{}'", session.windows[at].name);
-    assert!(found(&fixed, &snapshot, "failed").iter().all(|finding| !finding.place.contains(&name)));
+    assert!(
+        found(&fixed, &snapshot, "failed").iter().all(|finding| finding.place.manoeuvre_name() != Some(name.as_str()))
+    );
 }
 
 #[test]
@@ -212,7 +214,7 @@ fn late_gyros_lead_to_a_shift_of_their_recorder_where_it_records_nothing_else() 
     let delay = SensorDelay { kind: ConstantError::AttitudeDelay, delay_s: -0.08, standard_error_s: 0.002 };
     snapshot.delays_and_gusts.delays = Some(SensorDelays(vec![delay]));
     let gyros = |snapshot: &Snapshot| -> Vec<Finding> {
-        found(&session, snapshot, "timing").into_iter().filter(|finding| finding.place == "gyros").collect()
+        found(&session, snapshot, "timing").into_iter().filter(|finding| finding.place.is_named("gyros")).collect()
     };
     let recorded_by = |snapshot: &mut Snapshot, roles: &[Role]| {
         changed(snapshot.flights.values_mut().next().unwrap(), |flight| {
@@ -285,8 +287,15 @@ fn collinear_and_undetermined_terms_are_removed_the_worst_first() {
     };
     for (of_rate, of_alpha, removed) in [(0.6, 0.1, "Cm_q"), (0.6, 0.8, "Cm_alpha"), (0.9, 0.8, "Cm_q")] {
         let all = found(&session, &open(of_rate, of_alpha), "determined");
-        let fixes: Vec<&Finding> = all.iter().filter(|one| one.place.starts_with("Cm_") && one.fix.is_some()).collect();
-        assert!(!fixes.is_empty() && fixes.iter().all(|one| one.place.starts_with(removed)), "{removed}: {all:?}");
+        let fixes: Vec<&Finding> = all
+            .iter()
+            .filter(|one| one.place.pooled().is_some_and(|name| name.starts_with("Cm_")) && one.fix.is_some())
+            .collect();
+        assert!(
+            !fixes.is_empty()
+                && fixes.iter().all(|one| one.place.pooled().is_some_and(|name| name.starts_with(removed))),
+            "{removed}: {all:?}"
+        );
         let fixed = fixes[0].fix.as_ref().unwrap().apply(&session).unwrap();
         let kept: Vec<String> = terms_of_cm(&session).into_iter().filter(|name| name != removed).collect();
         assert_eq!(terms_of_cm(&fixed), kept);
@@ -300,7 +309,7 @@ fn collinear_and_undetermined_terms_are_removed_the_worst_first() {
     });
     let fix = |code| {
         let all = found(&session, &snapshot, code);
-        let of_cm = all.into_iter().find(|finding| finding.place.starts_with("Cm ")).unwrap();
+        let of_cm = all.into_iter().find(|finding| finding.place.pooled() == Some("Cm")).unwrap();
         of_cm.fix.unwrap()
     };
     assert_eq!(fix("condition"), fix("vif"));
@@ -324,7 +333,7 @@ fn dependent_terms_and_a_coefficient_with_no_excited_term_are_removed() {
         terms.retain(Term::is_constant);
     });
     let found = found(&resting, &sound, "excitation");
-    let of_cm = found.iter().find(|finding| finding.place.starts_with("Cm ")).unwrap();
+    let of_cm = found.iter().find(|finding| finding.place.pooled() == Some("Cm")).unwrap();
     let fixed = of_cm.fix.as_ref().unwrap().apply(&resting).unwrap();
     assert!(fixed.structure.terms(Coefficient::Cm).is_none());
 }
@@ -342,10 +351,10 @@ fn derivative_of_a_control_with_the_wrong_sign_leads_to_its_reversed_channel() {
         fit.corrected_errors[index] = 0.01;
     });
     // The other derivatives of the elevator are as bad, those of the motion are not.
-    let places: Vec<String> =
-        found(&session, &snapshot, "plausible").into_iter().map(|finding| finding.place).collect();
-    assert!(places.contains(&"CZ_delta_e (pooled)".to_owned()), "{places:?}");
-    assert!(!places.iter().any(|place| place.starts_with("CZ_alpha")), "{places:?}");
+    let places: Vec<Place> = found(&session, &snapshot, "plausible").into_iter().map(|finding| finding.place).collect();
+    assert!(places.contains(&Place::derivative("CZ_delta_e", None)), "{places:?}");
+    let of_alpha = |place: &Place| place.pooled().is_some_and(|name| name.starts_with("CZ_alpha"));
+    assert!(!places.iter().any(of_alpha), "{places:?}");
     let fixed = fix_of(&session, &snapshot, "plausible").apply(&session).unwrap();
     let [expression] = &fixed.flights[0].expressions[..] else { panic!("{:?}", fixed.flights[0].expressions) };
     assert_eq!((expression.role, expression.expression.as_str()), (Some(Role::Elevator), "-delta_e"));

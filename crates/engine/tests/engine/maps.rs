@@ -225,7 +225,7 @@ fn unit_that_no_channel_states_is_the_one_that_the_motion_tells() {
     assert_eq!(channel(Role::Aileron), "/fdm/jsbsim/fcs/right-aileron-pos-deg");
     let plan = begin::plan_by_hand(&found.probes, &found.guess).unwrap();
     let physics = begin::compare(&plan).unwrap();
-    let against: Vec<_> = physics.contradictions().map(|row| row.headline.clone()).collect();
+    let against: Vec<_> = physics.contradictions().map(|row| row.headline.to_string()).collect();
     assert!(against.is_empty(), "{against:?}");
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use doublet_core::airframe::Loading;
 use doublet_engine::report::{self, MassRow, Results};
 use doublet_engine::run::Snapshot;
-use doublet_engine::session::{self, Edit, Flight, LoadingEdit, Manoeuvre, Session, WindowRole};
+use doublet_engine::session::{self, Edit, Flight, LoadingEdit, Manoeuvre, Place, Session, WindowRole};
 use doublet_engine::verdict::Finding;
 
 use crate::compute;
@@ -164,7 +164,7 @@ fn touched_tank_shifts_its_own_record_and_no_others() {
     assert_eq!(loading(&before), []);
     let told = loading(&touched);
     assert_eq!(told.len(), 3);
-    assert!(told.iter().all(|finding| finding.text.contains("'main right' by -20.0 kg")), "{told:?}");
+    assert!(told.iter().all(|finding| finding.text.to_string().contains("'main right' by -20.0 kg")), "{told:?}");
     assert!(told.iter().all(|finding| (finding.figure.unwrap() + LESS_KG).abs() < 1e-9));
 }
 
@@ -173,8 +173,8 @@ fn mass_that_nobody_stated_and_nothing_recorded_is_called_assumed() {
     let assumed = |session: &Session| -> Vec<String> {
         let (snapshot, _) = computed(session);
         let reasons = &snapshot.verdicts.ready().unwrap().session.reasons;
-        let told = reasons.iter().filter(|reason| reason.code == "loading" && reason.place == "flight 'FT1'");
-        told.map(|reason| reason.text.clone()).collect()
+        let told = reasons.iter().filter(|reason| reason.code == "loading" && reason.place == Place::flight("FT1"));
+        told.map(|reason| reason.text.to_string()).collect()
     };
     let plain = demo();
     assert_eq!(assumed(&plain), Vec::<String>::new());

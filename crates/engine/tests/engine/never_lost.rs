@@ -335,7 +335,17 @@ fn a_changed_or_missing_recording_is_named_with_its_hashes_and_the_rest_goes_on(
     let now = session::content_hash(&log).unwrap();
     let opened = session::open(&desk.session).unwrap();
     let snapshot = compute(&opened.session, &opened.folder);
-    let warnings = |name: &str| snapshot.flights[name].latest().unwrap().recording.warnings.join("\n");
+    let warnings = |name: &str| {
+        snapshot.flights[name]
+            .latest()
+            .unwrap()
+            .recording
+            .warnings
+            .iter()
+            .map(ToString::to_string)
+            .collect::<Vec<_>>()
+            .join("\n")
+    };
     let message = warnings(&session.flights[0].name);
     assert!(message.contains("log.csv") && message.contains(&was) && message.contains(&now), "{message}");
     let error = snapshot.flights["lost"].error().unwrap();

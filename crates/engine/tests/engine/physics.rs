@@ -189,7 +189,7 @@ fn wrong_maps_are_named_by_channel_and_hypothesis() {
         let raised: Vec<_> = found.contradictions().collect();
         let is_named = matches!(&raised[..], [row] if row.channel == *channel && row.hypothesis == *hypothesis
             && row.level == Level::Bad && !row.fix_text.is_empty());
-        let headlines: Vec<_> = raised.iter().map(|row| row.headline.as_str()).collect();
+        let headlines: Vec<_> = raised.iter().map(|row| row.headline.to_string()).collect();
         println!("{recording:18} {channel:9} {hypothesis:45} {}", headlines.join("; "));
         if is_named { named += 1 } else { missed.push(format!("{recording}, {channel}: {headlines:?}")) }
     }

@@ -288,7 +288,7 @@ fn check_names_the_field_of_every_problem() {
     session.windows[0].flight = "two".to_owned();
     session.filter.measurement_noise[Measurement::AngleOfAttack as usize] = -1.0;
     session.preparation.settle_s = f64::NAN;
-    let fields: Vec<_> = session::check(&session).into_iter().map(|finding| finding.place).collect();
+    let fields: Vec<_> = session::check(&session).into_iter().map(|finding| finding.place.to_string()).collect();
     assert_eq!(fields, ["manoeuvre 'e1'", "manoeuvre 'e1'", "filter.measurement_noise.alpha", "preparation.settle_s"]);
 }
 

@@ -8,7 +8,7 @@ use doublet_core::series::TimeRange;
 use doublet_engine::aircraft::ChangedValue;
 use doublet_engine::graph::Cache;
 use doublet_engine::run::{Control, Scope, Snapshot, run};
-use doublet_engine::session::{self, AircraftEdit, Edit, Session};
+use doublet_engine::session::{self, AircraftEdit, Edit, Place, Session};
 use doublet_engine::verdict::{Finding, Level, Verdicts, dependences, judge};
 
 fn builtin(name: &str) -> Session {
@@ -93,7 +93,10 @@ fn window_across_a_turn_of_the_shipped_flight_says_so() {
     let snapshot = computed(&session);
     let verdicts = snapshot.verdicts.ready().unwrap();
     let found = reasons(verdicts, "turn");
-    assert!(found.len() == 1 && found[0].level == Level::Caution && found[0].place.contains("across"), "{found:?}");
+    assert!(
+        found.len() == 1 && found[0].level == Level::Caution && found[0].place.manoeuvre_name() == Some("across"),
+        "{found:?}"
+    );
 }
 
 /// The inertial unit of the shipped flight is ahead of the centre of gravity: taken where it is, nothing is said; taken at the centre of
@@ -105,14 +108,15 @@ fn accelerometers_that_are_not_where_they_are_taken_are_named_with_their_place()
     let judge_position = |session: &Session| {
         let snapshot = computed(session);
         let verdicts = judge(session, &snapshot);
-        let is_of_flight = |finding: &&Finding| finding.code == "accelerometer" && finding.place.starts_with("flight");
+        let is_of_flight =
+            |finding: &&Finding| finding.code == "accelerometer" && matches!(finding.place, Place::Flight { .. });
         let finding = verdicts.session.reasons.iter().find(is_of_flight).cloned();
         (snapshot, finding)
     };
     assert_eq!(judge_position(&session).1, None);
     session.preparation.correct_accelerometer = false;
     let (snapshot, finding) = judge_position(&session);
-    let (text, fix_text) = finding.map(|finding| (finding.text, finding.fix_text)).unwrap();
+    let (text, fix_text) = finding.map(|finding| (finding.text.to_string(), finding.fix_text)).unwrap();
     println!("{text}: {fix_text}");
     let sensors = snapshot.aircraft.ready().unwrap().aircraft.sensors;
     let [x, ..] = sensors.accelerometer_from_datum_m.unwrap();

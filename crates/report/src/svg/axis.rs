@@ -8,7 +8,6 @@ pub const TITLE_UNDER: f64 = 10.0;
 /// A stretch of values, and where ticks lie in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ticks {
-    /// Values.
     pub values: Vec<f64>,
     /// Distance between them.
     pub step: f64,

@@ -9,6 +9,8 @@ use crate::load::budget::{Budget, NUMBER_BYTES};
 use crate::load::contents::{ChannelInfo, Source, one_line};
 use crate::load::error::LoadError;
 use crate::load::format::Format;
+use crate::message;
+use crate::message::{Message, quoted};
 
 /// First bytes of every packet.
 const MARK: [u8; 2] = [0xa3, 0x95];
@@ -149,7 +151,7 @@ struct Log {
     /// Letters of units and of multipliers for every field of a type.
     meanings: BTreeMap<u8, (Vec<u8>, Vec<u8>)>,
     notes: Vec<(String, String)>,
-    warnings: Vec<String>,
+    warnings: Vec<Message>,
     /// Bytes that the latest message takes in memory.
     taken: u64,
     /// Whether numbers are scaled by their format already.
@@ -161,7 +163,7 @@ pub(crate) fn sources(
     path: &Path,
     contents: &[u8],
     budget: &Budget<'_>,
-) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+) -> Result<(Vec<Source>, Vec<Message>), LoadError> {
     let mut log = Log::default();
     if contents.starts_with(&MARK) {
         log.read_packets(contents, budget)?;
@@ -199,8 +201,10 @@ impl Log {
         }
         skipped += contents.len() - at;
         if skipped > 0 {
-            self.warnings.push(format!(
-                "{skipped} bytes, the first at byte {first_skipped}, belong to no complete message of a known type and are left out"
+            self.warnings.push(message!(
+                "{} bytes, the first at byte {}, belong to no complete message of a known type and are left out",
+                skipped,
+                first_skipped
             ));
         }
         Ok(())
@@ -264,8 +268,10 @@ impl Log {
             }
         }
         if skipped > 0 {
-            self.warnings.push(format!(
-                "{skipped} lines, the first line {first_skipped}, are not complete messages and are left out"
+            self.warnings.push(message!(
+                "{} lines, the first line {}, are not complete messages and are left out",
+                skipped,
+                first_skipped
             ));
         }
         Ok(())
@@ -274,7 +280,7 @@ impl Log {
     fn describe(&mut self, of: u8, length: usize, name: &str, format: &str, columns: &str) {
         match Layout::new(name.to_owned(), length, format, columns) {
             Ok(layout) => _ = self.layouts.entry(of).or_insert(layout),
-            Err(what) => self.warnings.push(format!("messages '{name}' are left out: {what}")),
+            Err(what) => self.warnings.push(message!("messages {} are left out: {}", quoted(name), what)),
         }
     }
 
@@ -334,7 +340,7 @@ impl Log {
         }
     }
 
-    fn into_sources(mut self) -> (Vec<Source>, Vec<String>) {
+    fn into_sources(mut self) -> (Vec<Source>, Vec<Message>) {
         let mut sources = Vec::new();
         for (kind, mut collected) in std::mem::take(&mut self.collected) {
             let Some(layout) = self.layouts.get(&kind).cloned() else { continue };
@@ -375,8 +381,11 @@ impl Log {
         let late = samples.windows(2).filter(|pair| stamps[pair[1]] < stamps[pair[0]]).count();
         if late > 0 && late * 10 < samples.len() {
             samples.sort_by(|&a, &b| stamps[a].total_cmp(&stamps[b]));
-            self.warnings
-                .push(format!("'{name}': {late} messages were written late and are put in the order of their stamps"));
+            self.warnings.push(message!(
+                "{}: {} messages were written late and are put in the order of their stamps",
+                quoted(name),
+                late
+            ));
         }
         samples
     }

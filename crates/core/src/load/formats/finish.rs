@@ -1,8 +1,11 @@
 //! What every recording goes through once its sources are known: the units of its times, and what is odd about them.
 
+use crate::load::clock::TimeFault;
 use crate::load::clocks::time_unit::{UNREAD_CURE, settle_units};
 use crate::load::contents::{Probe, Source};
 use crate::load::error::LoadError;
+use crate::message;
+use crate::message::{Message, quoted};
 
 /// Refuses a recording without a channel and lists what is odd about time.
 pub(crate) fn finish(mut probe: Probe) -> Result<Probe, LoadError> {
@@ -15,28 +18,33 @@ pub(crate) fn finish(mut probe: Probe) -> Result<Probe, LoadError> {
     for source in &probe.sources {
         for clock in &source.clocks {
             probe.warnings.extend(clock.restarts.iter().map(|restart| {
-                format!(
-                    "source '{}': time channel '{}' goes back from {} s to {} s: the recorder restarted",
-                    source.name, clock.channel, restart.before_s, restart.stamp_s
+                message!(
+                    "source {}: time channel {} goes back from {} s to {} s: the recorder restarted",
+                    quoted(&source.name),
+                    quoted(&clock.channel),
+                    restart.before_s,
+                    restart.stamp_s
                 )
             }));
             if clock.question.is_some() && clock.fault_count > 0 {
                 continue;
             }
-            probe.warnings.extend(
-                clock
-                    .faults
-                    .iter()
-                    .map(|fault| format!("source '{}': time channel '{}' {fault}", source.name, clock.channel)),
-            );
+            let fault_of_clock = |fault: &TimeFault| {
+                let fault = fault.to_string();
+                message!("source {}: time channel {} {}", quoted(&source.name), quoted(&clock.channel), fault)
+            };
+            probe.warnings.extend(clock.faults.iter().map(fault_of_clock));
             if clock.fault_count > clock.faults.len() {
                 let more = clock.fault_count - clock.faults.len();
-                probe
-                    .warnings
-                    .push(format!("source '{}': {more} more such samples of '{}'", source.name, clock.channel));
+                probe.warnings.push(message!(
+                    "source {}: {} more such samples of {}",
+                    quoted(&source.name),
+                    more,
+                    quoted(&clock.channel)
+                ));
             }
         }
-        probe.warnings.extend(source.missing_time());
+        probe.warnings.extend(source.missing_time().map(Message::from));
     }
     Ok(probe)
 }
@@ -55,6 +63,11 @@ fn take_noted_unit(source: &mut Source) {
 impl Source {
     /// What is to be done about the time of a source that has none, in one line.
     pub fn missing_time(&self) -> Option<String> {
+        Some(format!("source '{}': {}", self.name, self.describe_missing_time()?))
+    }
+
+    /// The same without the name of the source.
+    pub fn describe_missing_time(&self) -> Option<String> {
         if !self.clocks.is_empty() || self.channels.iter().all(|channel| channel.samples <= 1) {
             return None;
         }
@@ -67,7 +80,7 @@ impl Source {
             (None, None) => "state the time channel or the sample rate in the channel map".to_owned(),
         };
         let what = unread.unwrap_or_else(|| "no time channel recognised".to_owned());
-        Some(format!("source '{}': {what}; {fix_text}", self.name))
+        Some(format!("{what}; {fix_text}"))
     }
 
     /// Which column is a time that was not understood, and what would be.

@@ -17,6 +17,8 @@ use crate::load::file::stem;
 use crate::load::format::Format;
 use crate::load::formats::finish::finish;
 use crate::load::formats::hdf5_decode::{Column, Layout, layout, read};
+use crate::message;
+use crate::message::{Message, quoted};
 
 /// Deepest nesting of groups that is followed.
 const MAX_DEPTH: usize = 32;
@@ -256,7 +258,7 @@ struct Walk<'f> {
     left: u64,
     file: &'f Hdf5File,
     sources: Vec<Source>,
-    warnings: Vec<String>,
+    warnings: Vec<Message>,
     seen: BTreeSet<u64>,
     /// Addresses of the objects whose header is of a kind that is not read.
     hidden: Vec<u64>,
@@ -270,7 +272,7 @@ impl Walk<'_> {
         let (groups, datasets) = self.members(group, path)?;
         let attributes = group.attributes().unwrap_or_default();
         if find(&attributes, &["MATLAB_sparse"]).is_some() {
-            self.warnings.push(format!("'{path}' is sparse and is not read; save it as full(...)"));
+            self.warnings.push(message!("{} is sparse and is not read; save it as full(...)", quoted(path)));
             return Ok(());
         }
         let mut source = Source::new(path);
@@ -319,13 +321,13 @@ impl Walk<'_> {
             Error::UnsupportedLayoutClass(VIRTUAL) => "it is virtual: store its values as a plain data set".to_owned(),
             other => one_line(&other.to_string()),
         };
-        self.warnings.push(format!("'{}' is not read ({reason}) and is left out", one_line(object)));
+        self.warnings.push(message!("{} is not read ({}) and is left out", quoted(one_line(object)), reason));
     }
 
     /// Whether a data set can be read; if not, it is named.
     fn is_readable(&mut self, dataset: &Dataset, object: &str) -> Result<bool, LoadError> {
         if dataset.shape().is_empty() && dataset.num_elements().is_ok_and(|count| count == 0) {
-            self.warnings.push(format!("'{object}' is empty and is left out"));
+            self.warnings.push(message!("{} is empty and is left out", quoted(object)));
             return Ok(false);
         }
         let Some(chunk) = dataset.chunks() else { return Ok(true) };
@@ -341,7 +343,7 @@ impl Walk<'_> {
         match first {
             Ok(Some(_)) => Ok(true),
             Ok(None) => {
-                self.warnings.push(format!("'{object}' was never written and is left out"));
+                self.warnings.push(message!("{} was never written and is left out", quoted(object)));
                 Ok(false)
             }
             Err(error) if is_unsupported(&error) => {
@@ -368,8 +370,11 @@ impl Walk<'_> {
             Some("cell") => return self.cells(at, path, &name, dataset),
             Some("function_handle" | "table" | "timetable" | "datetime" | "string") => {
                 let kind = class.unwrap_or_default();
-                self.warnings
-                    .push(format!("'{object}' is a MATLAB {kind} and is not read; save its columns as arrays"));
+                self.warnings.push(message!(
+                    "{} is a MATLAB {} and is not read; save its columns as arrays",
+                    quoted(&object),
+                    kind
+                ));
                 return Ok(());
             }
             _ => {}
@@ -392,7 +397,7 @@ impl Walk<'_> {
                 let text = dataset.read_strings().unwrap_or_default().join(", ");
                 self.sources[at].notes.push((name, text.chars().take(MAX_NOTE).collect()));
             }
-            Layout::Other(reason) => self.warnings.push(format!("'{object}' is {reason} and is left out")),
+            Layout::Other(reason) => self.warnings.push(message!("{} is {} and is left out", quoted(&object), reason)),
         }
         Ok(())
     }
@@ -415,10 +420,10 @@ impl Walk<'_> {
                 true
             }
             None => {
-                self.warnings.push(format!(
-                    "'{}' claims {:?} elements, more than the file can hold: most of it was never written, it is left out",
-                    one_line(object),
-                    dataset.shape()
+                self.warnings.push(message!(
+                    "{} claims {} elements, more than the file can hold: most of it was never written, it is left out",
+                    quoted(one_line(object)),
+                    format!("{:?}", dataset.shape())
                 ));
                 false
             }
@@ -467,7 +472,11 @@ impl Walk<'_> {
         for (index, address) in bytes.as_chunks::<8>().0.iter().enumerate() {
             let Ok(Some(target)) = refs.child_name_by_address(u64::from_le_bytes(*address)) else { continue };
             let Ok(cell) = refs.dataset(&target) else {
-                self.warnings.push(format!("cell {} of '{path}/{name}' is not an array and is left out", index + 1));
+                self.warnings.push(message!(
+                    "cell {} of {} is not an array and is left out",
+                    index + 1,
+                    quoted(format!("{path}/{name}"))
+                ));
                 continue;
             };
             let before = self.sources[at].channels.len();

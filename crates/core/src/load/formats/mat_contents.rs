@@ -9,6 +9,8 @@ use crate::load::error::LoadError;
 use crate::load::file::stem;
 use crate::load::formats::mat::{Fields, Value, variables};
 use crate::load::names::stated_unit::{bare, split_unit};
+use crate::message;
+use crate::message::{Message, quoted};
 
 /// Most columns a matrix may have and still count as channels.
 pub(crate) const MAX_COLUMNS: usize = 4096;
@@ -19,7 +21,7 @@ pub(crate) const MAX_COLUMNS: usize = 4096;
 /// of text, beside it (as SIDPAC's `fdata` with its labels) has its columns called so; a second such text whose name says `unit` has
 /// their units. A struct of one row of numbers and its units (FTIS: `data`, `units`, `description`) is a channel of the struct it
 /// stands in.
-pub(crate) fn sources(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+pub(crate) fn sources(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<Message>), LoadError> {
     let mut tree = Tree { sources: vec![Source::new(stem(path))], warnings: Vec::new() };
     // An array without a name is the store of objects that the format keeps at its end.
     let named = variables(path, budget)?.into_iter().filter(|variable| !variable.name.is_empty());
@@ -32,7 +34,7 @@ pub(crate) fn sources(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, 
 
 struct Tree {
     sources: Vec<Source>,
-    warnings: Vec<String>,
+    warnings: Vec<Message>,
 }
 
 /// Names and units of the columns of a matrix.
@@ -66,8 +68,12 @@ impl Tree {
             Value::Numbers { rows, columns, values } => {
                 let channels = rows.min(columns);
                 if channels > MAX_COLUMNS {
-                    self.warnings
-                        .push(format!("'{full}' is {rows} x {columns}, not a set of channels; it is left out"));
+                    self.warnings.push(message!(
+                        "{} is {} x {}, not a set of channels; it is left out",
+                        quoted(&full),
+                        rows,
+                        columns
+                    ));
                 } else if !values.is_empty() {
                     self.sources[at].push_columns(name, None, split(rows, columns, values));
                 }
@@ -95,7 +101,7 @@ impl Tree {
             }
             Value::Unread(kind) => {
                 let fix_text = "save it as a full, real array";
-                self.warnings.push(format!("'{full}' is {kind} and is not read; {fix_text}"));
+                self.warnings.push(message!("{} is {} and is not read; {}", quoted(&full), kind, fix_text));
             }
         }
     }

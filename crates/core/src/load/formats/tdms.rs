@@ -10,6 +10,8 @@ use crate::load::contents::{ChannelInfo, Source, one_line};
 use crate::load::error::LoadError;
 use crate::load::format::Format;
 use crate::load::pieces::Pieces;
+use crate::message;
+use crate::message::Message;
 
 /// First bytes of a file and of every segment in it.
 pub(crate) const SIGNATURE: &[u8] = b"TDSm";
@@ -162,11 +164,11 @@ struct File<'b> {
     objects: BTreeMap<String, Object>,
     /// Paths of the channels with data in the present segment, in their order.
     present: Vec<String>,
-    warnings: Vec<String>,
+    warnings: Vec<Message>,
 }
 
 /// Sources of a file, and warnings.
-pub(crate) fn sources(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+pub(crate) fn sources(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<Message>), LoadError> {
     let damaged = |what: String| LoadError::Damaged { path: path.to_owned(), format: Format::Tdms, what };
     let pieces = &mut budget.pieces()?;
     let mut file = File { budget: Some(budget), ..File::default() };
@@ -178,8 +180,11 @@ pub(crate) fn sources(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, 
             Ok(Some(next)) => at = next,
             Ok(None) => {
                 let left = pieces.len() - at;
-                file.warnings
-                    .push(format!("the file is cut off: {left} bytes from byte {at} on are not a whole segment"));
+                file.warnings.push(message!(
+                    "the file is cut off: {} bytes from byte {} on are not a whole segment",
+                    left,
+                    at
+                ));
                 break;
             }
             Err(what) => {
@@ -233,7 +238,7 @@ impl File<'_> {
             self.data(pieces, Samples { at: raw_at, end, is_big }, contains & INTERLEAVED != 0)?;
         }
         if is_open {
-            self.warnings.push("the last segment was not closed; its complete part is used".to_owned());
+            self.warnings.push(message!("the last segment was not closed; its complete part is used"));
         }
         Ok(Some(end.max(start + LEAD_IN)))
     }
@@ -363,7 +368,7 @@ impl File<'_> {
         }
     }
 
-    fn into_sources(mut self) -> (Vec<Source>, Vec<String>) {
+    fn into_sources(mut self) -> (Vec<Source>, Vec<Message>) {
         let first = self.first_stamp();
         // A source per group and time axis, in the order of the file.
         let mut sources: Vec<GroupSource> = Vec::new();
@@ -399,7 +404,7 @@ impl File<'_> {
             }
         }
         if !texts.is_empty() {
-            self.warnings.push(format!("channels of text are left out: {}", texts.join(", ")));
+            self.warnings.push(message!("channels of text are left out: {}", texts.join(", ")));
         }
         let mut sources: Vec<Source> =
             sources.into_iter().map(|(.., source)| source).filter(|source| !source.channels.is_empty()).collect();

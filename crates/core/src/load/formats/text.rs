@@ -18,6 +18,8 @@ use crate::load::formats::tall::Tall;
 use crate::load::formats::text_layout::{Separator, TextLayout, number, opens_quote};
 use crate::load::formats::vbox;
 use crate::load::formats::xplane_fdr;
+use crate::message;
+use crate::message::{Message, quoted};
 use crate::statistics::extent;
 
 /// Part of the filled cells of a column that must be numbers for it to be a channel.
@@ -32,7 +34,7 @@ const TEXT_BYTES: usize = 8192;
 const UNIX_TIMES: [&str; 3] = ["unix time", "unix", "epoch"];
 
 /// What a file is read as: its format, its sources and what was noticed.
-pub(crate) type Contents = (Format, Vec<Source>, Vec<String>);
+pub(crate) type Contents = (Format, Vec<Source>, Vec<Message>);
 
 /// The one source of a text file.
 pub(crate) fn sources(path: &Path, contents: &[u8], budget: &Budget<'_>) -> Result<Contents, LoadError> {
@@ -101,7 +103,7 @@ fn read_table(
     (path, budget): (&Path, &Budget<'_>),
     (layout, lines): (&TextLayout, &[u8]),
     source: &mut Source,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Message>,
 ) -> Result<(), LoadError> {
     let mut table = Table::new((path, budget), layout);
     table.read(lines)?;
@@ -148,7 +150,7 @@ pub(crate) fn probe_folder(path: &Path) -> Result<Probe, LoadError> {
         let contents = Budget::for_file(&file, Format::Folder).read_whole()?;
         match sources(&file, &contents, &budget) {
             Ok((_, sources, found_warnings)) => {
-                warnings.extend(found_warnings.into_iter().map(|warning| format!("{}: {warning}", stem(&file))));
+                warnings.extend(found_warnings.into_iter().map(|warning| message!("{}: {}", stem(&file), warning)));
                 for mut source in sources {
                     join_row(&mut source);
                     if let [channel] = &mut source.channels[..] {
@@ -160,7 +162,7 @@ pub(crate) fn probe_folder(path: &Path) -> Result<Probe, LoadError> {
                 }
             }
             Err(error @ LoadError::TooLarge { .. }) => return Err(error),
-            Err(error) => warnings.push(format!("left out {error}")),
+            Err(error) => warnings.push(message!("left out {}", error.to_string())),
         }
     }
     if !folder.channels.is_empty() {
@@ -291,15 +293,19 @@ impl<'l> Table<'l> {
         Ok(())
     }
 
-    fn into_channels(self, source: &mut Source, warnings: &mut Vec<String>) {
+    fn into_channels(self, source: &mut Source, warnings: &mut Vec<Message>) {
         if let Some((line, cells)) = self.first_odd {
             let (wanted, count) = (self.columns.len(), self.odd_rows);
-            warnings.push(format!(
-                "line {line} has {cells} cells where {wanted} are expected ({count} such lines); missing ones are NaN"
+            warnings.push(message!(
+                "line {} has {} cells where {} are expected ({} such lines); missing ones are NaN",
+                line,
+                cells,
+                wanted,
+                count
             ));
         }
         if self.empty_rows > 0 {
-            warnings.push(format!("{} lines without a value are left out", self.empty_rows));
+            warnings.push(message!("{} lines without a value are left out", self.empty_rows));
         }
         let single = self.columns.len() == 1;
         for (index, column) in self.columns.into_iter().enumerate() {
@@ -317,15 +323,14 @@ impl<'l> Table<'l> {
                 source.notes.push((name, format!("text, for example '{word}'")));
                 continue;
             }
-            if let Some((line, word)) = column.first_word {
-                let count = column.words;
-                warnings.push(format!(
-                    "'{name}': {count} cells are not numbers and count as missing, the first '{word}' in line {line}"
-                ));
-            }
+            warnings.extend(column.describe_words(&name));
             if source.channels.iter().any(|channel| channel.name == name) {
                 let unique = format!("{name} (column {})", index + 1);
-                warnings.push(format!("two columns are called '{name}'; the later one is listed as '{unique}'"));
+                warnings.push(message!(
+                    "two columns are called {}; the later one is listed as {}",
+                    quoted(&name),
+                    quoted(&unique)
+                ));
                 name = unique;
             }
             let mut unit = self.layout.units.get(index).cloned().flatten();
@@ -333,8 +338,12 @@ impl<'l> Table<'l> {
             let is_time_of_day = stamps > 0 && stamps + column.words == column.filled;
             let mut values = column.values;
             if let Some((mark, count, largest)) = take_marks(&mut values) {
-                warnings.push(format!(
-                    "'{name}': {count} cells are {mark}, all others within +-{largest:.4}: they count as missing"
+                warnings.push(message!(
+                    "{}: {} cells are {}, all others within +-{:.4}: they count as missing",
+                    quoted(&name),
+                    count,
+                    mark,
+                    largest
                 ));
             }
             let may_be_digits = !is_time_of_day && is_time_name(&name);
@@ -344,14 +353,14 @@ impl<'l> Table<'l> {
             let states_none = unit.as_deref().is_none_or(|unit| unit.to_lowercase().starts_with("hhmmss"));
             let is_digits = may_be_digits && states_none && read_digits(&mut values);
             if is_digits {
-                warnings.push(format!("'{name}' is written as hhmmss: it is read as times of day"));
+                warnings.push(message!("{} is written as hhmmss: it is read as times of day", quoted(&name)));
             }
             let is_time_of_day = is_time_of_day || is_digits;
             if is_time_of_day {
                 unit = Some("s".to_owned());
                 let midnights = if column.dated > 0 { 0 } else { pass_midnight(&mut values) };
                 if midnights > 0 {
-                    warnings.push(format!("'{name}' passes midnight: a day is added to the times after it"));
+                    warnings.push(message!("{} passes midnight: a day is added to the times after it", quoted(&name)));
                 }
             }
             if index == 0 && !single {
@@ -363,6 +372,18 @@ impl<'l> Table<'l> {
 }
 
 impl Column {
+    /// Which cells of the column `name` are not numbers; none where all are.
+    fn describe_words(&self, name: &str) -> Option<Message> {
+        let (line, word) = self.first_word.as_ref()?;
+        Some(message!(
+            "{}: {} cells are not numbers and count as missing, the first {} in line {}",
+            quoted(name),
+            self.words,
+            quoted(word),
+            *line
+        ))
+    }
+
     fn push(&mut self, cell: &[u8], decimal_comma: bool, line: usize) {
         if cell.is_empty() {
             self.values.push(f64::NAN);

@@ -10,6 +10,8 @@ use crate::load::contents::{ChannelInfo, Source, one_line};
 use crate::load::error::LoadError;
 use crate::load::format::Format;
 use crate::load::formats::stored_number::StoredNumber;
+use crate::message;
+use crate::message::{Message, quoted};
 
 const HEADER_BYTES: usize = 16;
 /// Deepest nesting of message formats that is followed.
@@ -74,7 +76,7 @@ pub(crate) fn sources(
     path: &Path,
     contents: &[u8],
     budget: &Budget<'_>,
-) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+) -> Result<(Vec<Source>, Vec<Message>), LoadError> {
     // Every number that is logged takes a byte, so the topics of a file have no more of them than it has bytes.
     let mut log = Log { fields_left: contents.len() + MAX_FIELDS, ..Log::default() };
     let mut at = HEADER_BYTES;
@@ -98,8 +100,12 @@ pub(crate) fn sources(
         match (on, failed) {
             (Some(on), _) => {
                 log.forget_latest();
-                log.warnings
-                    .push(format!("damage at byte {at}: {left} bytes are left out, reading continues at byte {on}"));
+                log.warnings.push(message!(
+                    "damage at byte {}: {} bytes are left out, reading continues at byte {}",
+                    at,
+                    left,
+                    on
+                ));
                 at = on;
             }
             (None, Some(what)) if log.latest.is_none() => {
@@ -108,8 +114,10 @@ pub(crate) fn sources(
             }
             (None, _) => {
                 // A log ends where the power went off: what is complete counts.
-                log.warnings.push(format!(
-                    "the log is cut off at byte {at}, {left} bytes of an incomplete message are left out"
+                log.warnings.push(message!(
+                    "the log is cut off at byte {}, {} bytes of an incomplete message are left out",
+                    at,
+                    left
                 ));
                 break;
             }
@@ -143,7 +151,7 @@ struct Log {
     formats: BTreeMap<String, Vec<Field>>,
     topics: BTreeMap<u16, Topic>,
     notes: Vec<(String, String)>,
-    warnings: Vec<String>,
+    warnings: Vec<Message>,
     dropouts: usize,
     dropout_ms: u64,
     unknown: usize,
@@ -319,19 +327,23 @@ impl Log {
         }
     }
 
-    fn into_sources(mut self) -> (Vec<Source>, Vec<String>) {
+    fn into_sources(mut self) -> (Vec<Source>, Vec<Message>) {
         if self.dropouts > 0 {
             let (count, length) = (self.dropouts, self.dropout_ms);
-            self.warnings.push(format!("the logger dropped data {count} times, {length} ms in all; see the gaps"));
+            self.warnings.push(message!("the logger dropped data {} times, {} ms in all; see the gaps", count, length));
         }
         if self.unknown > 0 {
-            self.warnings.push(format!("{} messages of unknown topics are left out", self.unknown));
+            self.warnings.push(message!("{} messages of unknown topics are left out", self.unknown));
         }
         let mut sources = Vec::new();
         for topic in self.topics.into_values() {
             if topic.short > 0 {
                 let (count, name) = (topic.short, &topic.name);
-                self.warnings.push(format!("topic '{name}': {count} messages are too short and are left out"));
+                self.warnings.push(message!(
+                    "topic {}: {} messages are too short and are left out",
+                    quoted(name),
+                    count
+                ));
             }
             let mut source = Source::new(topic.name);
             for (number, values) in topic.numbers.into_iter().zip(topic.values).filter(|(_, values)| !values.is_empty())

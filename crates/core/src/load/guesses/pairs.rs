@@ -1,6 +1,7 @@
 //! Surfaces in pairs: of a left and a right deflection recorded in two channels, the role is their mean, or half their difference.
 
 use crate::load::guesses::candidates::{Candidate, LEFT, RIGHT};
+use crate::load::guesses::motion::fit_line;
 use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap, OtherSide};
 use crate::quantity::Role;
 
@@ -58,15 +59,9 @@ fn are_opposite(one: &str, other: &str) -> bool {
 
 /// Correlation of two channels sample by sample, and the ratio of their deviations.
 fn compare(one: &[f64], other: &[f64]) -> Option<(f64, f64)> {
-    let both = || one.iter().zip(other).filter(|(a, b)| a.is_finite() && b.is_finite());
-    let count = both().count() as f64;
-    let (sum_a, sum_b) = both().fold((0.0, 0.0), |(a, b), pair| (a + pair.0, b + pair.1));
-    let (mut aa, mut ab, mut bb) = (0.0, 0.0, 0.0);
-    for (a, b) in both() {
-        let (a, b) = (a - sum_a / count, b - sum_b / count);
-        (aa, ab, bb) = (aa + a * a, ab + a * b, bb + b * b);
-    }
-    (aa > 0.0 && bb > 0.0).then(|| (ab / (aa * bb).sqrt(), (aa / bb).sqrt()))
+    let pairs: Vec<(f64, f64)> = other.iter().copied().zip(one.iter().copied()).collect();
+    let (slope, correlation) = fit_line(&pairs)?;
+    Some((correlation, slope / correlation))
 }
 
 #[cfg(test)]

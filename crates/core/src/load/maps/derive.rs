@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::load::maps::attitude::QuaternionAxes;
 use crate::load::maps::map::{ATTITUDE, FlatEarth, VELOCITY};
+use crate::message;
 use crate::quantity::{Role, Unit};
 use crate::series::{Channel, DERIVED, Recording, Series};
 
@@ -66,10 +67,13 @@ pub(crate) fn add_position(recording: &mut Recording, derive: &FlatEarth) {
         add(recording, role, &latitude.time_s, values);
     }
     let (time, text) = (latitude.time_s[first], "position is relative to the fix");
-    recording.warnings.push(format!(
-        "{text} at {time:.3} s: {:.6} deg, {:.6} deg, {h0:.1} m",
+    recording.warnings.push(message!(
+        "{} at {:.3} s: {:.6} deg, {:.6} deg, {:.1} m",
+        text,
+        time,
         lat0.to_degrees(),
-        lon0.to_degrees()
+        lon0.to_degrees(),
+        h0
     ));
 }
 

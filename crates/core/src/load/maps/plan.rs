@@ -25,6 +25,8 @@ pub struct Assignment {
     pub target: String,
     /// Channels with their files, sources and weights, as shown to the user.
     pub description: String,
+    /// The same without files.
+    pub channels: String,
     /// Unit of the raw value.
     pub unit: Unit,
     /// Samples there will be, before any are left out for their time.
@@ -294,9 +296,10 @@ impl Planner<'_> {
             self.check_lengths(target, part)?;
         }
         let samples = parts.iter().filter_map(|part| part.first()).map(|&(at, _)| self.channel(at).samples).sum();
-        let description = self.describe(&parts[0], parts.len());
+        let description = self.describe(&parts[0], parts.len(), |at| self.channel_path(at));
+        let channels = self.describe(&parts[0], parts.len(), |at| self.channel_name(at));
         let (factor, offset) = (entry.factor, entry.offset);
-        Some(Assignment { target: target.to_owned(), description, unit, samples, factor, offset, parts })
+        Some(Assignment { target: target.to_owned(), description, channels, unit, samples, factor, offset, parts })
     }
 
     fn channel(&self, at: At) -> &ChannelInfo {
@@ -307,20 +310,23 @@ impl Planner<'_> {
         &self.probes[at.probe].sources[at.source]
     }
 
-    /// `file: source/channel`.
-    fn channel_path(&self, at: At) -> String {
-        let (source, channel) = (&self.source(at).name, &self.channel(at).name);
-        format!("{}: {source}/{channel}", self.probes[at.probe].path.display())
+    /// `source/channel`.
+    fn channel_name(&self, at: At) -> String {
+        format!("{}/{}", self.source(at).name, self.channel(at).name)
     }
 
-    fn describe(&self, terms: &[(At, f64)], parts: usize) -> String {
-        let listed: Vec<String> =
-            terms
-                .iter()
-                .map(|&(at, weight)| {
-                    if weight == 1.0 { self.channel_path(at) } else { format!("{weight} x {}", self.channel_path(at)) }
-                })
-                .collect();
+    /// `file: source/channel`.
+    fn channel_path(&self, at: At) -> String {
+        format!("{}: {}", self.probes[at.probe].path.display(), self.channel_name(at))
+    }
+
+    /// Channels with their weights, each as `shown`.
+    fn describe(&self, terms: &[(At, f64)], parts: usize, shown: impl Fn(At) -> String) -> String {
+        let term = |&(at, weight): &(At, f64)| match weight {
+            1.0 => shown(at),
+            _ => format!("{weight} x {}", shown(at)),
+        };
+        let listed: Vec<String> = terms.iter().map(term).collect();
         let parts = if parts > 1 { format!(" and {} more parts", parts - 1) } else { String::new() };
         listed.join(" + ") + &parts
     }

@@ -17,6 +17,8 @@ use crate::load::maps::derive::{add_attitude, add_position, add_velocity};
 use crate::load::maps::map::ChannelMap;
 use crate::load::maps::plan::{Assignment, At, Plan, plan_all};
 use crate::load::restart::follow_restarts;
+use crate::message;
+use crate::message::{Message, file, quoted};
 use crate::series::{Channel, ClockRestart, Recording, Series};
 
 /// Reads what `plan` says: mapped channels in SI first, then every other channel that has a time vector, as recorded.
@@ -41,10 +43,9 @@ fn read_probes(plan: &Plan, mut probes: Vec<Probe>) -> Result<Recording, LoadErr
     let mut reader = Reader { plan, probes, uses, stamps: maps.0, shifts: maps.1, joined: maps.2 };
     let mut recording = Recording::default();
     for probe in &reader.probes {
-        let name = probe.path.display();
-        recording.warnings.extend(probe.warnings.iter().map(|warning| format!("{name}: {warning}")));
+        recording.warnings.extend(probe.warnings.iter().map(|warning| message!("{}: {}", file(&probe.path), warning)));
     }
-    recording.warnings.extend(plan.problems.iter().map(ToString::to_string));
+    recording.warnings.extend(plan.problems.iter().map(|problem| problem.to_string().into()));
     reader.lay_end_to_end(&mut recording.warnings)?;
     let mut used = BTreeSet::new();
     for (&role, assignment) in &plan.roles {
@@ -211,7 +212,7 @@ impl Reader<'_> {
     }
 
     /// Shifts the sources of a recording in parts so that each starts after the one before.
-    fn lay_end_to_end(&mut self, warnings: &mut Vec<String>) -> Result<(), LoadError> {
+    fn lay_end_to_end(&mut self, warnings: &mut Vec<Message>) -> Result<(), LoadError> {
         let Some(gap_s) = self.plan.end_to_end_gap_s else { return Ok(()) };
         let mut end_s: Option<f64> = None;
         for &(probe, source) in &self.plan.sequence {
@@ -221,7 +222,13 @@ impl Reader<'_> {
             self.shifts.insert((probe, source), shift);
             end_s = Some(last + shift);
             let (name, start, end) = (&self.probes[probe].sources[source].name, first + shift, last + shift);
-            warnings.push(format!("source '{name}' covers {start:.3} s to {end:.3} s: its clock plus {shift:.3} s"));
+            warnings.push(message!(
+                "source {} covers {:.3} s to {:.3} s: its clock plus {:.3} s",
+                quoted(name),
+                start,
+                end,
+                shift
+            ));
         }
         Ok(())
     }
@@ -333,7 +340,7 @@ impl Reader<'_> {
                         continue;
                     }
                     if let Err(error) = self.stamps(clock) {
-                        recording.warnings.push(format!("{error}; its channels are left out"));
+                        recording.warnings.push(message!("{}; its channels are left out", error.to_string()));
                         refused.insert(clock);
                         continue;
                     }
@@ -360,27 +367,39 @@ impl Reader<'_> {
         for (&(probe, source, clock), stamps) in &self.stamps {
             let contents = &self.probes[probe].sources[source];
             let clock = &contents.clocks[clock];
-            let place = format!("{}: source '{}'", self.probes[probe].path.display(), contents.name);
+            let place = message!("{}: source {}", file(&self.probes[probe].path), quoted(&contents.name));
             if let Some(kept) = &stamps.kept {
                 let (lost, all) = (clock.samples - kept.len(), clock.samples);
                 let why =
                     clock.faults.first().map(|fault| format!(", the first because it {fault}")).unwrap_or_default();
-                recording.warnings.push(format!("{place}: {lost} of {all} samples omitted for their time stamps{why}"));
+                let omitted = message!("{}: {} of {} samples omitted for their time stamps{}", &place, lost, all, why);
+                recording.warnings.push(omitted);
             }
             if !stamps.restarts.is_empty() {
                 recording.restarts.insert(contents.name.clone(), stamps.restarts.clone());
             }
             if stamps.is_continued {
-                let text = format!("{place}: time counter '{}' begins again at zero, continued", clock.channel);
-                recording.warnings.push(text);
+                let channel = quoted(&clock.channel);
+                recording.warnings.push(message!(
+                    "{}: time counter {} begins again at zero, continued",
+                    &place,
+                    channel
+                ));
             }
             if let Some(longest) =
                 clock.gaps.iter().max_by(|a, b| (a.end_s - a.start_s).total_cmp(&(b.end_s - b.start_s)))
             {
                 let (count, length) = (clock.gaps.len(), longest.end_s - longest.start_s);
-                let text =
-                    format!("{place}: {count} gaps in time, the longest {length:.3} s after {:.3} s", longest.start_s);
-                recording.warnings.push(text);
+                let after_s = longest.start_s;
+                let gaps = "gaps in time, the longest";
+                recording.warnings.push(message!(
+                    "{}: {} {} {:.3} s after {:.3} s",
+                    &place,
+                    count,
+                    gaps,
+                    length,
+                    after_s
+                ));
             }
             if let Some(utc) = self.plan.time.get(&(probe, source)).and_then(|entry| entry.utc_start_s) {
                 recording.utc_start_s.insert(contents.name.clone(), utc);
@@ -390,14 +409,14 @@ impl Reader<'_> {
 }
 
 /// Says how many samples are not finite, unless blanks between those of a slower sensor are meant.
-fn note_non_finite(target: &str, series: &Series, warnings: &mut Vec<String>) {
+fn note_non_finite(target: &str, series: &Series, warnings: &mut Vec<Message>) {
     let Some(first) = series.values.iter().position(|value| !value.is_finite()) else { return };
     if is_of_slower_sensor(&series.values) {
         return;
     }
     let count = series.values.iter().filter(|value| !value.is_finite()).count();
     let (all, time) = (series.values.len(), series.time_s[first]);
-    warnings.push(format!("{target}: {count} of {all} samples are not finite, the first at {time:.3} s"));
+    warnings.push(message!("{}: {} of {} samples are not finite, the first at {:.3} s", target, count, all, time));
 }
 
 /// Whether the finite values come every so many rows.

@@ -1,5 +1,7 @@
 //! Initial state from the first measurements.
 
+use crate::message;
+use crate::message::Message;
 use crate::quantity::Dimension;
 use crate::reconstruct::data::{FilterData, MeasurementSeries};
 use crate::reconstruct::model::layout::{Measurement, STATES, State};
@@ -9,7 +11,7 @@ use crate::reconstruct::settings::FilterSettings;
 /// measured is level and along the ground track; flow angles that were not measured are zero; airspeed that was not
 /// measured is ground speed. Biases and wind start at zero. One line for the states that were neither given nor measured, except the
 /// horizontal position, on which nothing depends.
-pub fn initial_state(data: &FilterData, settings: &FilterSettings, warnings: &mut Vec<String>) -> [f64; STATES] {
+pub fn initial_state(data: &FilterData, settings: &FilterSettings, warnings: &mut Vec<Message>) -> [f64; STATES] {
     let first = |measurement: Measurement| first_value(&data.measurements[measurement as usize]);
     let mut assumed: Vec<State> = Vec::new();
     let mut or_assume = |value: Option<f64>, otherwise: f64, state: State| {
@@ -46,11 +48,11 @@ pub fn initial_state(data: &FilterData, settings: &FilterSettings, warnings: &mu
     }
     if !assumed.is_empty() {
         let one = |state: &State| match state.dimension() {
-            Dimension::Angle => format!("{} {:.1} deg", state.name(), x[*state as usize].to_degrees()),
-            dimension => format!("{} {:.1} {}", state.name(), x[*state as usize], dimension.si_symbol()),
+            Dimension::Angle => message!("{} {:.1} deg", state.name(), x[*state as usize].to_degrees()),
+            dimension => message!("{} {:.1} {}", state.name(), x[*state as usize], dimension.si_symbol()),
         };
-        let all: Vec<String> = assumed.iter().map(one).collect();
-        warnings.push(format!("initial {} assumed: neither given nor measured", all.join(", ")));
+        let all = Message::join(assumed.iter().map(one), ", ");
+        warnings.push(message!("initial {} assumed: neither given nor measured", all));
     }
     x
 }

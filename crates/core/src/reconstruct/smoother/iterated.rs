@@ -2,6 +2,8 @@
 
 use std::rc::Rc;
 
+use crate::message;
+use crate::message::written;
 use crate::reconstruct::data::{Reconstruction, Smoothed};
 use crate::reconstruct::error::ReconstructError;
 use crate::reconstruct::model::augmented::AugmentedState;
@@ -44,8 +46,10 @@ pub(crate) fn iterate(
             break;
         }
         if k + 1 == passes {
-            result.warnings.push(format!(
-                "the iterated smoother still moves by {movement:.1e} standard deviations after {passes} passes: allow more"
+            result.warnings.push(message!(
+                "the iterated smoother still moves by {} standard deviations after {} passes: allow more",
+                written(movement, format!("{movement:.1e}")),
+                passes
             ));
         }
     }

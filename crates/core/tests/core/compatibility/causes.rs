@@ -106,7 +106,7 @@ fn a_magnetic_heading_is_named_with_its_variation() {
             let side = if degrees > 0.0 { "west" } else { "east" };
             let variation = format!("variation is {:.1} deg {side}", offset.abs().to_degrees());
             assert!(row.agreement == Agreement::Contradicts && row.evidence.contains(&variation), "{}", row.evidence);
-            assert!(row.headline().ends_with(" deg"), "{}", row.headline());
+            assert!(row.headline().to_string().ends_with(" deg"), "{}", row.headline());
         }
         assert_eq!(mistakes(&turned(2.0, kept)), Vec::<String>::new(), "{which}: as much as a mounting");
     }

@@ -112,7 +112,7 @@ fn an_offset_of_a_flow_angle_is_named_in_degrees() {
         println!("{}: {}", row.headline(), row.evidence);
         // The flight path is taken without sideslip and bank: some tenths of a degree.
         assert!((offset.to_degrees() + degrees).abs() < 0.4, "{}", offset.to_degrees());
-        assert!(row.headline().starts_with(&format!("alpha: offset {:+.1} deg", -offset.to_degrees())));
+        assert!(row.headline().to_string().starts_with(&format!("alpha: offset {:+.1} deg", -offset.to_degrees())));
     }
     // A small one is said with what else may be meant.
     let small = shifted(AngleOfAttack, -3.0);

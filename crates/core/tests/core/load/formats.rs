@@ -56,7 +56,7 @@ fn mat_v5_of_big_endian_with_short_tags_is_read() {
 fn mat_v5_names_what_it_leaves_out() {
     let probe = inspect(&fixture("v5_sparse.mat")).unwrap();
     assert_values(channel(&probe, "v5_sparse", "kept").values(), &made(50, |_, t| t.sin()));
-    let warnings = probe.warnings.join("\n");
+    let warnings = probe.warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
     assert!(warnings.contains("'s' is sparse") && warnings.contains("'z' is complex"), "{warnings}");
 }
 
@@ -151,7 +151,10 @@ fn csv_reports_units_metadata_gaps_and_words() {
     let gaps = &source.clocks[0].gaps;
     assert_eq!((gaps.len(), gaps[0].start_s, gaps[0].end_s), (1, 2.0, 5.0));
     assert!(
-        probe.warnings.iter().any(|warning| warning.contains("'alpha'") && warning.contains("line 5")),
+        probe
+            .warnings
+            .iter()
+            .any(|warning| warning.to_string().contains("'alpha'") && warning.to_string().contains("line 5")),
         "{:?}",
         probe.warnings
     );

@@ -24,7 +24,7 @@ fn marks_of_no_value_are_none_and_values_as_large_stay() {
     assert_eq!((alpha[0], alpha[2]), (2.5, 2.7));
     assert!(alpha[1].is_nan() && alpha[3].is_nan(), "{alpha:?}");
     assert_eq!(values(&probe, "alt"), [8000.0, 9999.0, 8100.0, 8200.0]);
-    let count = probe.warnings.iter().filter(|line| line.contains("count as missing")).count();
+    let count = probe.warnings.iter().filter(|line| line.to_string().contains("count as missing")).count();
     assert_eq!(count, 2, "{:?}", probe.warnings);
 }
 

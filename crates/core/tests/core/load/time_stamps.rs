@@ -53,7 +53,7 @@ fn told(probe: &Probe) -> (Option<(f64, f64)>, String) {
     let map = ChannelMap::parse(&guess(std::slice::from_ref(probe)).text().unwrap()).unwrap();
     let plan = plan(probe, &map);
     let mut lines: Vec<String> =
-        probe.warnings.iter().cloned().chain(plan.problems.iter().map(ToString::to_string)).collect();
+        probe.warnings.iter().map(ToString::to_string).chain(plan.problems.iter().map(ToString::to_string)).collect();
     let read = read(&plan);
     lines.extend(read.as_ref().err().map(ToString::to_string));
     let times = probe.sources[0].clocks.first().zip(read.ok()).and_then(|(clock, recording)| {
@@ -98,7 +98,10 @@ fn stamps(text: &str, map: &str) -> (Vec<f64>, String) {
         "format = \"doublet channel map\"\nversion = 1\nname = \"m\"\n{map}\n[roles]\nq = {{ channel = \"q\", unit = \"rad/s\" }}\n"
     );
     let recording = read(&plan(&probe, &ChannelMap::parse(&map).unwrap())).unwrap();
-    (recording.role(Role::PitchRate).unwrap().series.time_s.to_vec(), recording.warnings.join("\n"))
+    (
+        recording.role(Role::PitchRate).unwrap().series.time_s.to_vec(),
+        recording.warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"),
+    )
 }
 
 #[test]

@@ -56,7 +56,7 @@ fn errors_of_the_air_data_are_recovered_by_the_iterated_smoother_with_their_devi
     // one pass says that it may not be enough; left out, the errors end up in wind and velocity
     settings.smoother_passes = 1;
     let once = run(&window(&data, 0, 200), &settings);
-    assert!(once.warnings.iter().any(|warning| warning.contains("air-data states")), "{:?}", once.warnings);
+    assert!(once.warnings.iter().any(|warning| warning.to_string().contains("air-data states")), "{:?}", once.warnings);
     assert_eq!(once.air_data.unwrap().states[0].len(), 200);
     settings.air_data_deviation = [0.0; 5];
     result = run(&data, &settings);

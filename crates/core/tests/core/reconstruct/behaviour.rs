@@ -167,7 +167,8 @@ fn extreme_noise_settings_fall_back_smoothed_and_say_so_or_name_an_error() {
                 let smoothed = result.smoothed.as_ref().unwrap();
                 assert!(smoothed.states.iter().chain(&smoothed.deviations).flatten().all(|value| value.is_finite()));
                 println!("{factor}: {:?}", result.warnings);
-                fallen_back += usize::from(result.warnings.iter().any(|warning| warning.contains("Joseph")));
+                fallen_back +=
+                    usize::from(result.warnings.iter().any(|warning| warning.to_string().contains("Joseph")));
             }
             Err(error) => println!("{factor}: {error}"),
         }

@@ -157,7 +157,11 @@ fn the_packed_form_equals_the_specification_over_random_windows_masks_and_settin
         let packed: Vec<Vec<Reconstruction>> = widths.map(|width| run(width, &valid)).collect();
         for packed in &packed {
             for (specified, packed) in specified.iter().zip(packed) {
-                assert!(packed.warnings.iter().all(|warning| !warning.contains("Joseph")), "{:?}", packed.warnings);
+                assert!(
+                    packed.warnings.iter().all(|warning| !warning.to_string().contains("Joseph")),
+                    "{:?}",
+                    packed.warnings
+                );
                 let difference = largest_difference(specified, packed);
                 println!("{seed}: {difference:.1e}");
                 assert!(difference < FORMS_SIGMA, "{seed}: {difference}");

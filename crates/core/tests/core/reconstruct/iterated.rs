@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use doublet_core::message::Message;
 use doublet_core::reconstruct::{
     FilterData, FilterSettings, InputSeries, MeasurementSeries, Reconstruction, SMOOTHER_TOLERANCE, Smoothed,
 };
@@ -11,7 +12,7 @@ use super::behaviour::window;
 use super::citation::{self, TRUE_GRAVITY};
 use super::reference::run;
 
-fn smoothed(data: &FilterData, settings: &FilterSettings, passes: usize) -> (Smoothed, Vec<String>) {
+fn smoothed(data: &FilterData, settings: &FilterSettings, passes: usize) -> (Smoothed, Vec<Message>) {
     let settings = FilterSettings { smooth: true, smoother_passes: passes, ..settings.clone() };
     let Reconstruction { smoothed, warnings, .. } = run(data, &settings);
     (smoothed.unwrap(), warnings)
@@ -53,10 +54,10 @@ fn passes_reduce_the_cost_and_end() {
     let (plain, _) = smoothed(&data, &settings, 1);
     assert!(plain.costs.is_empty());
     let (first, warnings) = smoothed(&data, &settings, 2);
-    assert!(warnings.iter().any(|warning| warning.contains("iterated smoother")), "{warnings:?}");
+    assert!(warnings.iter().any(|warning| warning.to_string().contains("iterated smoother")), "{warnings:?}");
     let (last, warnings) = smoothed(&data, &settings, 20);
     println!("{:?}, moved {:.2} sigma", last.costs, largest_movement(&plain, &last));
-    assert!(!warnings.iter().any(|warning| warning.contains("iterated smoother")), "{warnings:?}");
+    assert!(!warnings.iter().any(|warning| warning.to_string().contains("iterated smoother")), "{warnings:?}");
     assert_eq!(first.costs, last.costs[..2]);
     assert!(last.costs.len() > 2 && last.costs.len() < 20);
     assert!(last.costs.windows(2).all(|pair| pair[1] <= pair[0] * (1.0 + COST_ROUNDING)));

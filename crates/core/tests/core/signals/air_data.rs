@@ -59,7 +59,7 @@ fn working_range_leaves_out_where_a_calibration_falls() {
     assert_eq!(known, [false, false, true, true, false]);
     assert_eq!(history.warnings.len(), 3);
     assert!(
-        history.warnings[0].contains("2 of 5") && history.warnings[2].contains("below 33"),
+        history.warnings[0].to_string().contains("2 of 5") && history.warnings[2].to_string().contains("below 33"),
         "{:?}",
         history.warnings
     );

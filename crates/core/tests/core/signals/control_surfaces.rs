@@ -71,7 +71,7 @@ fn linkage_matches_tables_4_2_to_4_4() {
     let pedal = linkage.pedal("right_pedal").unwrap();
     let (values, warning) = rudder_history(&linkage, pedal, &[0.0, 6.0, 9.0]);
     assert_eq!(values[1], values[2]);
-    assert!(warning.unwrap().contains("2 of 3 samples"));
+    assert!(warning.unwrap().to_string().contains("2 of 3 samples"));
 }
 
 /// A sensor whose control turns it by `turn` on an aircraft at `euler`, with the mount `rows`.

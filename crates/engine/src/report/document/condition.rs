@@ -12,7 +12,6 @@ use crate::study::ConditionRegression;
 
 /// Variables of the regression that is shown.
 const VARIABLES: &str = "V h";
-/// Their axes.
 const AXES: [(&str, &str); 2] = [("V", "m/s"), ("h", "m")];
 /// What the panels show.
 const LINES: &str = "manoeuvres with 95 % interval, and the regression at the mean of the other variable.";

@@ -2,7 +2,6 @@
 
 use crate::study::Study;
 
-/// The sections there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum SectionKind {
     /// What the flights were for, and the derivatives asked for.
@@ -13,7 +12,6 @@ pub enum SectionKind {
     Aircraft,
     /// Sensors, channels by role, and clocks.
     Channels,
-    /// Manoeuvre windows.
     Windows,
     /// Settings of the filter and its consistency.
     Filter,
@@ -21,11 +19,9 @@ pub enum SectionKind {
     Path,
     /// Wind and biases.
     WindAndBias,
-    /// Innovations.
     Innovations,
     /// Structure of the model and correlation of its parameters.
     Model,
-    /// Derivatives.
     Derivatives,
     /// Fits and residuals of every manoeuvre.
     Fits,

@@ -46,7 +46,6 @@ use crate::snapshot::Snapshot;
 /// A report.
 #[derive(Clone, Debug)]
 pub struct Document {
-    /// Title of the session.
     pub title: String,
     /// Aircraft.
     pub subtitle: String,
@@ -97,7 +96,6 @@ fn letters(mut place: usize) -> String {
     found.iter().rev().collect()
 }
 
-/// One section.
 #[derive(Clone, Debug)]
 pub struct Section {
     /// Name, unique in the document, for links.
@@ -133,7 +131,6 @@ impl Section {
 pub enum Block {
     /// Heading of a part.
     Heading(String),
-    /// A paragraph.
     Paragraph(String),
     /// Short answers to short questions.
     Facts(Vec<(String, String)>),
@@ -141,9 +138,7 @@ pub enum Block {
     List(Vec<String>),
     /// What came out, in one line, and how good that is.
     Outcome(Level, String),
-    /// A table.
     Table(Table),
-    /// A figure.
     Figure(Figure),
     /// So many empty lines, to be written on by hand.
     Lines(usize),

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use doublet_core::load::read_text;
 use serde::Deserialize;
 
 use super::{Block, Document, Figure, Mark, Panel, Plot, SectionKind};
 use crate::report::table::{Cell, Table};
+use crate::toml_file;
 
 /// Value of the `format` key.
 const FORMAT: &str = "doublet report style";
@@ -99,9 +99,7 @@ impl Style {
     /// # Errors
     /// One line: file, key and what is wrong.
     pub fn open(path: &Path) -> Result<Self, String> {
-        let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-        let text = read_text(path).map_err(|error| named(&error))?;
-        Self::parse(&text, path.parent().unwrap_or(Path::new(""))).map_err(|error| named(&error))
+        toml_file::open(path, |text| Self::parse(text, path.parent().unwrap_or(Path::new(""))))
     }
 
     /// Reads the text of a file whose logo lies in `folder`.
@@ -109,11 +107,7 @@ impl Style {
     /// # Errors
     /// One line: key and what is wrong.
     pub fn parse(text: &str, folder: &Path) -> Result<Self, String> {
-        let file: StyleFile = toml::from_str(text).map_err(|error| error.to_string().trim().replace('\n', " "))?;
-        if file.format != FORMAT || file.version != VERSION {
-            let (format, version) = (&file.format, file.version);
-            return Err(format!("format '{format}' version {version} is not '{FORMAT}' version {VERSION}"));
-        }
+        let file = toml_file::parse(text, (FORMAT, VERSION), |file: &StyleFile| (&file.format, file.version))?;
         let units = match file.units.as_deref() {
             None | Some("si") => UnitSystem::Si,
             Some("aviation") => UnitSystem::Aviation,

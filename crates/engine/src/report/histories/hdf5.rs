@@ -143,7 +143,6 @@ struct ObjectHeader {
     messages: Range<usize>,
 }
 
-/// The object header at `at`.
 fn object_header(file: &[u8], at: usize) -> Option<ObjectHeader> {
     let [b'O', b'H', b'D', b'R', 2, flags] = *file.get(at..at + 6)? else { return None };
     // The flags say how many bytes the size has.

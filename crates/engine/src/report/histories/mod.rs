@@ -37,18 +37,15 @@ pub struct History<'a> {
     pub kind: String,
     /// Where its time goes below the group, in files that hold everything.
     pub time_paths: Vec<String>,
-    /// Time, s.
     pub time_s: Cow<'a, [f64]>,
     /// Columns, each as long as the time.
     pub columns: Vec<HistoryColumn<'a>>,
 }
 
-/// One column.
 #[derive(Clone, Debug)]
 pub struct HistoryColumn<'a> {
     /// Path below the group.
     pub path: String,
-    /// Unit.
     pub unit: String,
     /// One line.
     pub description: String,

@@ -2,7 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
+use doublet_core::message::Message;
+
 use crate::session::Fix;
+
+mod place;
+
+pub use place::Place;
 
 /// What a derivative may be, as stated in a session or a file.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,15 +50,14 @@ impl Level {
 /// Something found in a session, its recordings or its results: what, where, by how much, and what to do.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
-    /// Level.
     pub level: Level,
     /// Kind, for example `nis` or `held-samples`; findings of one kind are folded into one line.
     pub code: &'static str,
     /// Its object, for example `manoeuvre '03 elevator'`, `flight 'demo', az` or `Cm_q (pooled)`.
     #[serde(rename = "where")]
-    pub place: String,
+    pub place: Place,
     /// One sentence: the finding with its value.
-    pub text: String,
+    pub text: Message,
     /// The judged value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub figure: Option<f64>,
@@ -78,7 +83,7 @@ pub struct Finding {
 
 impl Finding {
     /// A finding without figure and fix.
-    pub fn new(level: Level, code: &'static str, place: impl Into<String>, text: impl Into<String>) -> Self {
+    pub fn new(level: Level, code: &'static str, place: impl Into<Place>, text: impl Into<Message>) -> Self {
         Self {
             level,
             code,
@@ -136,7 +141,7 @@ impl std::fmt::Display for Finding {
     /// Where, what and what to do, in one line.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}: {}", self.place, self.text)?;
-        write_fix(f, &self.text, &self.fix_text)
+        write_fix(f, &self.text.to_string(), &self.fix_text)
     }
 }
 
@@ -168,11 +173,11 @@ impl Verdict {
 
 #[cfg(test)]
 mod tests {
-    use super::{Finding, Level, Verdict};
+    use super::{Finding, Level, Place, Verdict};
 
     #[test]
     fn verdict_is_the_worst_of_its_findings_and_names_it_first() {
-        let finding = |level, text| Finding::new(level, "nis", "manoeuvre 'a'", text);
+        let finding = |level, text: &str| Finding::new(level, "nis", Place::manoeuvre("a"), text);
         let verdict = Verdict::from_findings([
             finding(Level::Good, "fine"),
             finding(Level::Caution, "high"),
@@ -180,14 +185,14 @@ mod tests {
             finding(Level::Caution, "low"),
         ]);
         assert_eq!(verdict.level, Level::Bad);
-        let texts: Vec<_> = verdict.reasons.iter().map(|reason| reason.text.as_str()).collect();
+        let texts: Vec<_> = verdict.reasons.iter().map(|reason| reason.text.to_string()).collect();
         assert_eq!(texts, ["far too high", "high", "low"]);
         assert_eq!(Verdict::from_findings([finding(Level::Good, "fine")]), Verdict::default());
     }
 
     #[test]
     fn finding_serialises_by_the_documented_keys() {
-        let finding = Finding::new(Level::Bad, "nis", "manoeuvre 'a'", "mean NIS 40")
+        let finding = Finding::new(Level::Bad, "nis", Place::manoeuvre("a"), "mean NIS 40")
             .with_figure(40.0, f64::INFINITY)
             .with_fix_text("raise the noise of alpha")
             .with_setting("Noise and filter", "filter.measurement_noise.alpha");

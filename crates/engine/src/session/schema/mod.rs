@@ -90,7 +90,6 @@ pub enum SessionError {
     /// The file cannot be read or written.
     #[error("{path}: {source}")]
     File {
-        /// Path.
         path: String,
         /// Cause.
         source: std::io::Error,

@@ -18,7 +18,6 @@ pub struct NoiseTable {
 }
 
 impl NoiseTable {
-    /// The table of these reasons.
     pub fn from_reasons(reasons: &BTreeMap<String, String>) -> Self {
         Self { reason: reasons.clone() }
     }

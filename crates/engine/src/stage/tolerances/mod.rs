@@ -37,7 +37,6 @@ pub struct Tolerances {
 pub struct OutsideTest {
     /// Number in the rule, or the first and last of several.
     pub id: String,
-    /// Name.
     pub name: String,
     /// Why not.
     pub reason: String,
@@ -101,7 +100,6 @@ impl PercentRule {
 /// How the percentages of a file are taken.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reading {
-    /// Rule.
     pub percent: PercentRule,
     /// Largest values within the normal operating range, SI.
     pub normal_range: BTreeMap<Signal, f64>,
@@ -112,7 +110,6 @@ pub struct Reading {
 pub struct ObjectiveTest {
     /// Number in the rule, for example `2.c.10`.
     pub id: String,
-    /// Name.
     pub name: String,
     /// Flight condition the rule asks for.
     pub condition: String,
@@ -168,7 +165,6 @@ pub enum Judgement {
         at_s: f64,
         /// Whether the direction of the change must be the flight's.
         trend: bool,
-        /// Tolerances.
         requirements: Vec<Vec<ValueTolerance>>,
         /// The same tolerances as bands over the whole record.
         bands: ToleranceTest,
@@ -177,7 +173,6 @@ pub enum Judgement {
     FreeResponse {
         /// Signals between whose peaks a lag is read.
         lag: Option<[Signal; 2]>,
-        /// Tolerances.
         requirements: Vec<Vec<ValueTolerance>>,
     },
 }
@@ -198,7 +193,6 @@ impl Judgement {
 /// How far one number of the model may be from that of the flight: the larger of the two parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ValueTolerance {
-    /// Quantity.
     pub quantity: Quantity,
     /// Fixed part, SI.
     pub absolute: f64,
@@ -229,7 +223,6 @@ pub enum Quantity {
     TrimSurface,
     /// Period of the free response.
     Period,
-    /// Its damping ratio.
     DampingRatio,
     /// Its time to half or, undamped, to double amplitude.
     HalfOrDouble,
@@ -237,7 +230,6 @@ pub enum Quantity {
     PeakLag,
     /// Sum of the thrusts.
     NetThrust,
-    /// Rate of climb.
     ClimbRate,
 }
 
@@ -269,7 +261,6 @@ impl Quantity {
         }
     }
 
-    /// All of them.
     pub fn all() -> impl Iterator<Item = Self> {
         let surfaces = Surface::ALL.into_iter().map(Self::Surface);
         let others = [

@@ -16,9 +16,7 @@ const NEAR: [f64; 2] = [3.0, 150.0];
 pub struct MapPoint {
     /// True airspeed of the trim, m/s.
     pub airspeed_m_s: f64,
-    /// Its altitude, m.
     pub altitude_m: f64,
-    /// Its mass, kg.
     pub mass_kg: f64,
     /// Manoeuvres flown there.
     pub windows: Vec<String>,

@@ -18,7 +18,6 @@ const NEAR: f64 = 0.5;
 /// Modes in the free response of one window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredWindow {
-    /// Manoeuvre.
     pub window: String,
     /// Ends of the free response, s.
     pub span_s: [f64; 2],

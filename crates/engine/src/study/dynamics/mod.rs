@@ -46,7 +46,6 @@ pub enum Standard {
 }
 
 impl Standard {
-    /// All of them.
     pub const ALL: [Self; 2] = [Self::MilF8785c, Self::MilStd1797a];
 
     /// Name of its file.
@@ -66,11 +65,9 @@ const BESIDE: [&str; 4] = ["mil_std_1797a", "gibson", "smith_geddes", "pio_phase
 pub struct DynamicsRequest {
     /// True airspeed, m/s.
     pub airspeed_m_s: Option<f64>,
-    /// Altitude, m.
     pub altitude_m: Option<f64>,
     /// Angle of the flight path, rad; level unless given.
     pub gamma_rad: Option<f64>,
-    /// Load factor.
     pub load_factor: Option<f64>,
     /// Whether that of a pull-up with the wings level; else of a turn.
     pub pull_up: bool,
@@ -167,7 +164,6 @@ pub struct DynamicsStudy {
     pub limits: Arc<Limits>,
     /// Measures of the flying qualities.
     pub measures: Measures,
-    /// The same of every sample.
     pub sampled: Vec<Measures>,
     /// Their levels.
     pub judgement: Judgement,

@@ -13,7 +13,6 @@ use crate::study::{IdentifiedCoefficient, identified};
 /// The pooled estimate of a study with the covariance of its derivatives, the same about every trim.
 #[derive(Clone, Debug)]
 pub struct ModelToTrim {
-    /// The model.
     pub model: UncertainModel,
     /// What of it is left out, one line each.
     pub notes: Vec<String>,

@@ -20,7 +20,6 @@ use crate::graph::{Context, StageResult};
 use crate::session::Surface;
 use crate::stage::StudyWindow;
 
-/// An estimator.
 #[derive(Debug)]
 pub struct Estimator {
     /// Name in tables, findings and `results.json`.
@@ -137,9 +136,7 @@ impl ModelPart {
 /// A derivative by one estimator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckedDerivative {
-    /// Derivative.
     pub name: String,
-    /// Estimate.
     pub estimate: f64,
     /// Standard error: of independent frequencies, or corrected for correlated residuals.
     pub standard_error: f64,
@@ -148,7 +145,6 @@ pub struct CheckedDerivative {
 /// What an estimator found for one part of the model in one manoeuvre.
 #[derive(Clone, Debug)]
 pub struct PartEstimates {
-    /// Part of the model.
     pub part: ModelPart,
     /// Estimates, or one line why there are none.
     pub result: StageResult<MethodEstimates>,
@@ -157,7 +153,6 @@ pub struct PartEstimates {
 /// Estimates of one part of the model.
 #[derive(Clone, Debug, Default)]
 pub struct MethodEstimates {
-    /// Derivatives.
     pub derivatives: Vec<CheckedDerivative>,
     /// Their covariance: of independent frequencies, or corrected for correlated residuals.
     pub covariance: DMatrix<f64>,

@@ -16,7 +16,7 @@ use nalgebra::DMatrix;
 
 use super::{CheckedDerivative, MethodEstimates, PartEstimates, WindowEstimation};
 use crate::graph::{Context, StageResult};
-use crate::session::{Finding, Level, PathSource};
+use crate::session::{Finding, Level, PathSource, Place};
 use crate::stage::{self, StudyWindow, WindowAero, WindowFlight};
 use crate::study::StudyInput;
 
@@ -32,7 +32,6 @@ const AWAY: f64 = 5.0;
 /// One output of the followed flight.
 #[derive(Clone, Debug)]
 pub struct FollowedOutput {
-    /// Output.
     pub output: FlightOutput,
     /// As reconstructed.
     pub measured: Series,
@@ -52,7 +51,6 @@ pub struct FollowedOutput {
 /// One state the followed flight starts from, beside the path.
 #[derive(Clone, Copy, Debug)]
 pub struct FollowedStart {
-    /// State.
     pub state: InitialState,
     /// Estimate, SI.
     pub estimate: f64,
@@ -65,9 +63,7 @@ pub struct FollowedStart {
 /// The flight of the estimates over one window.
 #[derive(Clone, Debug)]
 pub struct FollowedFlight {
-    /// Motion that was followed.
     pub axis: MotionAxis,
-    /// Outputs.
     pub outputs: Vec<FollowedOutput>,
     /// Initial states against the path.
     pub starts: Vec<FollowedStart>,
@@ -78,7 +74,7 @@ pub struct FollowedFlight {
 impl FollowedFlight {
     /// Outputs it does not follow and starts away from the path (`follows`): its derivatives are then those of another flight.
     pub fn findings(&self, window: &str) -> Vec<Finding> {
-        let place = format!("manoeuvre '{window}', output error ({})", self.axis.name());
+        let place = Place::in_manoeuvre(window, format!("output error ({})", self.axis.name()));
         let fix_text = "Do not use these derivatives: add a term or shorten the manoeuvre.";
         let mut found = Vec::new();
         for output in self.outputs.iter().filter(|output| output.rms > WITHIN * output.deviation) {

@@ -59,7 +59,6 @@ impl Consequences {
     }
 }
 
-/// A regression and its fit.
 type Fitted = (Regression, PooledFit);
 
 /// A cause, what it concerns, and the worst level its effect can give.

@@ -33,5 +33,5 @@ fn check_names_what_is_wrong_with_an_expression() {
     }
     let mut many = example();
     many.flights[0].expressions = (0..101).map(|k| expression(&format!("n{k}"), "-", "q")).collect();
-    assert!(session::check(&many).iter().any(|found| found.text.contains("101 expressions (limit 100)")));
+    assert!(session::check(&many).iter().any(|found| found.text.to_string().contains("101 expressions (limit 100)")));
 }

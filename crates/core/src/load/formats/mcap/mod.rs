@@ -13,6 +13,8 @@ use std::rc::Rc;
 use crate::load::budget::{Budget, NUMBER_BYTES};
 use crate::load::contents::{ChannelInfo, Source, one_line};
 use crate::load::error::LoadError;
+use crate::message;
+use crate::message::quoted;
 use cdr::Layout;
 use records::{Channel, File, Message};
 
@@ -78,7 +80,7 @@ pub(crate) fn sources(
     path: &Path,
     contents: &[u8],
     budget: &Budget<'_>,
-) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+) -> Result<(Vec<Source>, Vec<message::Message>), LoadError> {
     let mut file = File::read(path, contents, budget)?;
     let mut topics = Vec::new();
     let mut left_out = Vec::new();
@@ -97,7 +99,7 @@ pub(crate) fn sources(
         });
     }
     if !left_out.is_empty() {
-        file.warnings.push(format!("topics left out: {}", left_out.join(", ")));
+        file.warnings.push(message!("topics left out: {}", left_out.join(", ")));
     }
     Ok((into_sources(topics), file.warnings))
 }
@@ -122,7 +124,7 @@ fn decode(
     (channel, decoder): (&Channel, &Decoder),
     messages: &[Message<'_>],
     budget: &Budget<'_>,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<message::Message>,
 ) -> Result<Option<Topic>, LoadError> {
     let what = || format!("topic '{}'", channel.topic);
     let mut places = BTreeMap::<Rc<str>, usize>::new();
@@ -157,7 +159,11 @@ fn decode(
     }
     if stamps.len() < messages.len() {
         let undecoded = messages.len() - stamps.len();
-        warnings.push(format!("'{}': {undecoded} messages cannot be decoded and are left out", channel.topic));
+        warnings.push(message!(
+            "{}: {} messages cannot be decoded and are left out",
+            quoted(&channel.topic),
+            undecoded
+        ));
     }
     let is_told = |which: &usize| stamps.iter().any(|stamp| stamp[*which] != stamps[0][*which]);
     let which = (0..2).find(is_told).unwrap_or(2);

@@ -10,6 +10,7 @@ use crate::load::budget::Budget;
 use crate::load::contents::one_line;
 use crate::load::error::LoadError;
 use crate::load::format::Format;
+use crate::message;
 
 /// Kinds of records that are looked at.
 const FOOTER: u8 = 2;
@@ -45,7 +46,7 @@ pub struct File<'a> {
     pub schemas: BTreeMap<u16, Schema>,
     pub channels: BTreeMap<u16, Channel>,
     pub messages: BTreeMap<u16, Vec<Message<'a>>>,
-    pub warnings: Vec<String>,
+    pub warnings: Vec<message::Message>,
 }
 
 /// Reads little-endian numbers and fails where the bytes end.
@@ -107,7 +108,7 @@ impl<'a> File<'a> {
             }
         };
         if damaged > 0 {
-            file.warnings.push(format!("{damaged} chunks are damaged or of unknown compression and are left out"));
+            file.warnings.push(message!("{} chunks are damaged or of unknown compression and are left out", damaged));
         }
         if !is_closed {
             let at = contents.len() - reader.0.len();
@@ -115,7 +116,7 @@ impl<'a> File<'a> {
                 let what = format!("no message before byte {at}, where its records end");
                 return Err(LoadError::Damaged { path: path.to_owned(), format: Format::Mcap, what });
             }
-            file.warnings.push(format!("the file is cut off or damaged at byte {at}; only the part before is used"));
+            file.warnings.push(message!("the file is cut off or damaged at byte {}; only the part before is used", at));
         }
         Ok(file)
     }

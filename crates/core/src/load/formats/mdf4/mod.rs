@@ -18,6 +18,8 @@ use crate::load::contents::Source;
 use crate::load::error::LoadError;
 use crate::load::format::Format;
 use crate::load::pieces::Pieces;
+use crate::message;
+use crate::message::{Message, quoted};
 
 /// First bytes of a file that its recorder did not close.
 const UNFINISHED: &[u8] = b"UnFinMF ";
@@ -30,7 +32,7 @@ const MOST_CHANNELS: usize = 100_000;
 const VARIABLE_LENGTH: u16 = 1;
 
 /// Sources of a file, and warnings.
-pub(crate) fn sources(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+pub(crate) fn sources(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<Message>), LoadError> {
     let file = &mut budget.pieces()?;
     let read = read_sources(path, file, budget);
     file.check()?;
@@ -41,7 +43,7 @@ fn read_sources(
     path: &Path,
     file: &mut Pieces<'_>,
     budget: &Budget<'_>,
-) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+) -> Result<(Vec<Source>, Vec<Message>), LoadError> {
     let damaged =
         |what: &str| LoadError::Damaged { path: path.to_owned(), format: Format::Mdf4, what: what.to_owned() };
     if file.get(0, UNFINISHED.len()).is_some_and(|mark| mark == UNFINISHED) {
@@ -63,7 +65,7 @@ fn read_sources(
         read.map_err(|what| damaged(&format!("data group {}: {what}", number + 1)))?;
         let left = numbers.left();
         if left > 0 {
-            warnings.push(format!("data group {}: {left} bytes at its end are not a whole record", number + 1));
+            warnings.push(message!("data group {}: {} bytes at its end are not a whole record", number + 1, left));
         }
         sources.extend(numbers.into_sources());
     }
@@ -78,7 +80,7 @@ fn data_groups(
     file: &mut Pieces<'_>,
     header: Block,
     budget: &Budget<'_>,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Message>,
 ) -> Result<Result<Vec<DataGroup>, String>, LoadError> {
     // No block belongs to two others, so that none counts twice.
     let visited = &mut HashSet::new();
@@ -117,7 +119,7 @@ fn group(
     file: &mut Pieces<'_>,
     (block, number): (Block, usize),
     (visited, budget): (&mut HashSet<u64>, &Budget<'_>),
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Message>,
 ) -> Result<Result<Group, String>, LoadError> {
     let name = block.text(file, 2).filter(|name| !name.is_empty()).unwrap_or_else(|| format!("group {number}"));
     let data_bytes = u32_at(block.data(), 24).unwrap_or(0) as usize;
@@ -136,8 +138,8 @@ fn group(
                 fields.push(field);
             }
             Err((channel, why)) => {
-                let line = format!("'{name}/{channel}' is left out: {why}");
-                budget.take(line.len() as u64, || format!("the description of group '{name}'"))?;
+                let line = message!("{} is left out: {}", quoted(format!("{name}/{channel}")), why);
+                budget.take(line.to_string().len() as u64, || format!("the description of group '{name}'"))?;
                 warnings.push(line);
             }
         }

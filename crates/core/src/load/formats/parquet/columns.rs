@@ -21,6 +21,8 @@ use crate::load::error::LoadError;
 use crate::load::file::stem;
 use crate::load::format::Format;
 use crate::load::names::stated_unit::split_unit;
+use crate::message;
+use crate::message::Message;
 
 /// Rows read at a time.
 const ROWS_AT_A_TIME: usize = 65_536;
@@ -47,7 +49,7 @@ thread_local! {
 static QUIET: Once = Once::new();
 
 /// Sources of a file, and warnings.
-pub fn sources(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+pub fn sources(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<Message>), LoadError> {
     QUIET.call_once(|| {
         let report = std::panic::take_hook();
         std::panic::set_hook(Box::new(move |panic| {
@@ -67,7 +69,7 @@ pub fn sources(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<Str
 }
 
 /// Reads the table; the crate panics at some damage.
-fn read_table(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+fn read_table(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<Message>), LoadError> {
     let damaged = |cause: &dyn std::fmt::Display| LoadError::Damaged {
         path: path.to_owned(),
         format: Format::Parquet,
@@ -107,7 +109,7 @@ fn read_table(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<Stri
     }
     let mut warnings = Vec::new();
     if !left_out.is_empty() {
-        warnings.push(format!("columns of text or lists are left out: {}", left_out.join(", ")));
+        warnings.push(message!("columns of text or lists are left out: {}", left_out.join(", ")));
     }
     Ok((vec![source], warnings))
 }

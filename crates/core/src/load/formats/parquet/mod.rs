@@ -19,7 +19,10 @@ use crate::load::error::LoadError;
 
 /// Refuses the file in a build that cannot read it.
 #[cfg(not(feature = "parquet"))]
-pub(crate) fn sources(path: &std::path::Path, _budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<String>), LoadError> {
+pub(crate) fn sources(
+    path: &std::path::Path,
+    _budget: &Budget<'_>,
+) -> Result<(Vec<Source>, Vec<crate::message::Message>), LoadError> {
     Err(LoadError::Unsupported {
         path: path.to_owned(),
         what: "a Parquet table".to_owned(),
