@@ -155,7 +155,13 @@ fn ask_roles(guessed: &ManualChannelMap) -> Option<Question> {
     let has_none = guessed.rows.is_empty() && guessed.attitude.is_none() && guessed.velocity.is_none();
     let text = "no channel is recognised: state the channels of roles";
     let option = Some("--role ROLE=CHANNEL".to_owned());
-    has_none.then(|| Question { must_be_answered: true, option, ..Question::new(text.to_owned(), About::Role) })
+    let sources = Vec::new();
+    has_none.then(|| Question {
+        sources,
+        must_be_answered: true,
+        option,
+        ..Question::new("", text.to_owned(), About::Role)
+    })
 }
 
 /// Roles of a table without names, by the order of its columns: one question for all of them.

@@ -235,7 +235,9 @@ pub(crate) fn time_word(name: &str) -> Option<TimeWord> {
     let all = tokens(&name);
     let has = |words: &[&str]| all.iter().any(|token| words.contains(&token.as_str()));
     let last = all.last()?;
-    if has(NO_TIMES) || COUNTERS.contains(&last.as_str()) {
+    // `timestamp_sample` is the stamp of the sample.
+    let is_count = COUNTERS.contains(&last.as_str()) && !(last == "sample" && has(&["timestamp", "stamp"]));
+    if has(NO_TIMES) || is_count {
         return None;
     }
     let stated = UNITS.iter().find(|(ending, _)| last == ending).and_then(|(_, unit)| Unit::parse(unit).ok());
@@ -288,6 +290,7 @@ mod tests {
             ("gps_ms", Some((false, Some("ms")))),
             ("t_rel", Some((false, None))),
             ("window_t", Some((false, None))),
+            ("timestamp_sample", Some((false, None))),
             ("propagation_index", None),
             ("time_constant", None),
             ("bat_time", None),
