@@ -217,7 +217,7 @@ fn in_words(kind: &str) -> String {
     let core = kind.replace("Option<", "").replace("Vec<", "").replace('>', "");
     let word = known.iter().find(|(name, _)| core == *name).map(|(_, word)| (*word).to_owned());
     let word = word.unwrap_or_else(|| match core.as_str() {
-        "String" | "&'static str" | "Fix" => "text".to_owned(),
+        "String" | "&'static str" | "Fix" | "Message" | "Place" => "text".to_owned(),
         "Level" => "good, caution or bad".to_owned(),
         "TimeRange" => "times `start_s`, `end_s`".to_owned(),
         other if other.starts_with('[') => "list of numbers".to_owned(),

@@ -24,7 +24,9 @@ pub struct Finished {
 /// One derivative of a run; numbers that do not exist are left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
+    /// Coefficient.
     pub coefficient: String,
+    /// Derivative.
     pub derivative: String,
     /// Estimate; per radian where the variable is an angle.
     pub estimate: Option<f64>,

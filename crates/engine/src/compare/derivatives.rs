@@ -36,7 +36,9 @@ struct Estimate {
 /// One derivative in two runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DerivativeDifference {
+    /// Coefficient.
     pub coefficient: String,
+    /// Derivative.
     pub name: String,
     /// In the first run; `None` where it has none.
     pub first: Option<Interval>,

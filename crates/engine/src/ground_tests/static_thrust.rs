@@ -86,6 +86,7 @@ pub struct PulledReading {
 /// What a static thrust test gives.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Pulled {
+    /// Readings.
     pub readings: Vec<PulledReading>,
     /// Factor of the thrust of the models, by weighted least squares through the origin.
     pub factor: f64,

@@ -107,6 +107,7 @@ fn gravity() -> f64 {
 /// One swing evaluated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SwungRow {
+    /// Name.
     pub name: String,
     /// Axis in body axes.
     pub axis: [f64; 3],
@@ -125,6 +126,7 @@ pub struct SwungRow {
 /// An element of the inertia tensor.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct InertiaRow {
+    /// Name.
     pub name: &'static str,
     /// Value, kg m².
     pub value_kg_m2: f64,
@@ -137,6 +139,7 @@ pub struct InertiaRow {
 /// What the swings give.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Swung {
+    /// Swings.
     pub swings: Vec<SwungRow>,
     /// Elements that the swings determine: by least squares over all of them.
     pub tensor: Vec<InertiaRow>,

@@ -29,6 +29,7 @@ pub struct Limit {
 /// A limit against what was flown since the update before.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LimitReading {
+    /// Name of the quantity.
     pub quantity: String,
     /// Least and greatest value, SI.
     pub range: [f64; 2],

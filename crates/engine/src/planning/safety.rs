@@ -20,7 +20,9 @@ const RAISED_STEP_M_S: f64 = 0.1;
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Risk {
+    /// Hazard.
     pub hazard: String,
+    /// Mitigation.
     pub mitigation: String,
 }
 

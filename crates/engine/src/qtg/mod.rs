@@ -51,9 +51,11 @@ pub struct Qualification {
     pub date: String,
     /// Title of the guide.
     pub title: String,
+    /// Aircraft of the session.
     pub aircraft: String,
     /// SHA-256 of the session in its saved form.
     pub session_sha256: String,
+    /// Rule.
     pub rule: String,
     /// Date of its edition.
     pub edition: String,
@@ -141,15 +143,18 @@ impl QualificationTest {
     }
 }
 
+/// One test on one window.
 #[derive(Clone, Debug, Serialize)]
 pub struct QualificationTest {
     /// Number in the rule, with a running number behind it where several windows serve it.
     pub id: String,
     /// Number in the rule.
     pub rule_id: String,
+    /// Title.
     pub title: String,
     /// How sure its tolerance is.
     pub certainty: &'static str,
+    /// Kind of test.
     pub kind: &'static str,
     /// Flight condition the test file states of its record.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -159,6 +164,7 @@ pub struct QualificationTest {
     /// What the record lacks of the rule though it is judged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub departure: Option<String>,
+    /// Manoeuvre.
     pub window: Option<String>,
     /// Whether it passed; none where it was not judged.
     pub passed: Option<bool>,
@@ -186,6 +192,7 @@ pub struct QualificationTest {
 pub struct ChannelRow {
     /// Requirement it belongs to, counted from 1: one band of each must hold.
     pub requirement: usize,
+    /// Parameter.
     pub parameter: &'static str,
     /// Tolerance in the units of the page.
     pub tolerance: String,
@@ -195,6 +202,7 @@ pub struct ChannelRow {
     pub worst: f64,
     /// That over the half width there: up to 1 is inside.
     pub worst_ratio: f64,
+    /// Time of it, s.
     pub worst_time_s: f64,
     /// Share of the samples inside.
     pub share_inside: f64,
@@ -207,6 +215,7 @@ pub struct ChannelRow {
 pub struct ValueRow {
     /// Requirement it belongs to, counted from 1; 0 for a number that is not judged.
     pub requirement: usize,
+    /// Parameter.
     pub parameter: String,
     /// Tolerance in the units of the page; empty for a number that is not judged.
     pub tolerance: String,

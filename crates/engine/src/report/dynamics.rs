@@ -17,6 +17,7 @@ use crate::study::dynamics::{MapPoint, MeasuredWindow};
 pub struct DynamicsRow {
     /// Manoeuvres whose median conditions are the defaults.
     pub windows: Vec<String>,
+    /// The trim.
     pub trim: TrimRow,
     /// Meaning of the signs.
     pub signs: &'static str,
@@ -28,9 +29,11 @@ pub struct DynamicsRow {
     pub measured: Vec<MeasuredRow>,
     /// Draws of the derivatives behind the sampled intervals and the probabilities.
     pub samples: usize,
+    /// Their seed.
     pub seed: u64,
     /// Levels of flying qualities.
     pub qualities: QualitiesRow,
+    /// Notes.
     pub notes: Vec<String>,
 }
 
@@ -106,6 +109,7 @@ pub struct FigureRow {
 /// A natural mode.
 #[derive(Clone, Debug, Serialize)]
 pub struct ModeRow {
+    /// Name.
     pub name: &'static str,
     /// Why its values are not judged.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -141,9 +145,11 @@ pub struct ModeRow {
 /// A mode measured in the free response of a window.
 #[derive(Clone, Debug, Serialize)]
 pub struct MeasuredRow {
+    /// Manoeuvre.
     pub window: String,
     /// Start of the free response.
     pub start_s: f64,
+    /// Its end.
     pub end_s: f64,
     /// Nearest mode of the model.
     pub name: Option<&'static str>,
@@ -166,7 +172,9 @@ pub struct MeasuredRow {
 /// Levels of flying qualities.
 #[derive(Clone, Debug, Serialize)]
 pub struct QualitiesRow {
+    /// Standard.
     pub standard: String,
+    /// Its date.
     pub date: String,
     /// Class of the aircraft.
     pub class: &'static str,
@@ -182,6 +190,7 @@ pub struct QualitiesRow {
     pub level: Option<&'static str>,
     /// Probability of each level: Level 1, 2, 3, worse.
     pub probabilities: Option<[f64; 4]>,
+    /// Criteria.
     pub criteria: Vec<QualityRow>,
     /// Note on the definitions.
     pub note: String,
@@ -195,7 +204,9 @@ pub struct QualitiesRow {
 pub struct LevelMapRow {
     /// True airspeed.
     pub airspeed_m_s: f64,
+    /// Altitude.
     pub altitude_m: f64,
+    /// Mass.
     pub mass_kg: f64,
     /// Manoeuvres flown there.
     pub windows: Vec<String>,
@@ -208,6 +219,7 @@ pub struct LevelMapRow {
 /// One criterion.
 #[derive(Clone, Debug, Serialize)]
 pub struct QualityRow {
+    /// Criterion.
     pub criterion: String,
     /// Its level, or `not judged`.
     pub level: &'static str,

@@ -28,6 +28,7 @@ pub const CANDIDATE: &str = "candidate";
 pub struct MapRow {
     /// Name; of a candidate the proposed name.
     pub name: String,
+    /// Flight.
     pub flight: String,
     /// Use; `candidate` if it is not in the session.
     #[serde(rename = "use")]
@@ -43,6 +44,7 @@ pub struct MapRow {
     pub level: Option<Level>,
     /// First instant, s.
     pub start_s: f64,
+    /// Duration, s.
     pub duration_s: f64,
     /// Mean true airspeed, m/s.
     #[serde(skip_serializing_if = "Option::is_none")]

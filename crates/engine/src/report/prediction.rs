@@ -6,9 +6,11 @@ use serde::Serialize;
 /// Prediction of one coefficient over one window, with the constant the identification gave and with the window's own.
 #[derive(Clone, Debug, Serialize)]
 pub struct PredictionRow {
+    /// Manoeuvre.
     pub window: String,
     /// Use of the manoeuvre.
     pub role: &'static str,
+    /// Coefficient.
     pub coefficient: &'static str,
     /// Agreement with the observation.
     #[serde(flatten)]
@@ -44,6 +46,7 @@ impl PredictionAgreement {
 /// Prediction of one coefficient over the validation windows.
 #[derive(Clone, Debug, Serialize)]
 pub struct ValidationRow {
+    /// Coefficient.
     pub coefficient: &'static str,
     /// Validation manoeuvres.
     pub windows: usize,

@@ -10,6 +10,7 @@ use crate::stage::{ProofOfMatch, WindowReplay};
 /// Validation windows flown again.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct ProofRow {
+    /// Name of the tolerances.
     pub tolerances: String,
     /// One entry per validation manoeuvre.
     pub windows: Vec<ReplayRow>,
@@ -18,6 +19,7 @@ pub struct ProofRow {
 /// One window flown again.
 #[derive(Clone, Debug, Serialize)]
 pub struct ReplayRow {
+    /// Manoeuvre.
     pub window: String,
     /// Why the simulation failed.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -28,13 +30,16 @@ pub struct ReplayRow {
     pub theil: Vec<TheilRow>,
 }
 
+/// One test.
 #[derive(Clone, Debug, Serialize)]
 pub struct TestRow {
     /// Number in the rule.
     pub id: String,
+    /// Name.
     pub name: String,
     /// Whether every requirement is met by one of its bands.
     pub passed: bool,
+    /// Bands.
     pub bands: Vec<BandRow>,
 }
 
@@ -43,6 +48,7 @@ pub struct TestRow {
 pub struct BandRow {
     /// Its requirement, counted from 1: one band of each must hold.
     pub requirement: usize,
+    /// Signal.
     pub signal: &'static str,
     /// Its SI unit.
     pub unit: &'static str,
@@ -52,6 +58,7 @@ pub struct BandRow {
     pub worst_ratio: f64,
     /// Simulated minus measured there, SI.
     pub worst_error: f64,
+    /// Time of it, s.
     pub worst_time_s: f64,
     /// Share of the samples inside.
     pub share_inside: f64,
@@ -60,6 +67,7 @@ pub struct BandRow {
 /// Theil's coefficient and the parts of the mean square error.
 #[derive(Clone, Debug, Serialize)]
 pub struct TheilRow {
+    /// Signal.
     pub signal: &'static str,
     /// Coefficient: 0 perfect, 1 none.
     pub coefficient: f64,

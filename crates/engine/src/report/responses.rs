@@ -9,7 +9,9 @@ use crate::study::{EquivalentStudy, FlightResponses, ResponseStudy};
 /// A frequency response at one frequency; gain and phase are missing where the coherence does not make them a value.
 #[derive(Clone, Debug, Serialize)]
 pub struct ResponseRow {
+    /// Input.
     pub input: String,
+    /// Output.
     pub output: String,
     /// Angular frequency, rad/s.
     pub frequency_rad_s: f64,
@@ -42,8 +44,11 @@ pub struct ResponseRow {
 /// A parameter of an equivalent system, or what follows from it.
 #[derive(Clone, Debug, Serialize)]
 pub struct SystemRow {
+    /// Input.
     pub input: String,
+    /// Output.
     pub output: String,
+    /// Form.
     pub form: String,
     /// Data of the fit.
     pub method: &'static str,
@@ -52,6 +57,7 @@ pub struct SystemRow {
     /// Value, SI.
     #[serde(serialize_with = "where_finite")]
     pub value: f64,
+    /// Its standard error.
     #[serde(serialize_with = "where_finite")]
     pub standard_error: f64,
     /// Lower end of the 95 % interval.
@@ -63,6 +69,7 @@ pub struct SystemRow {
     /// Cost of the mismatch of the system and the response: a caution above 50, bad above 100.
     #[serde(serialize_with = "where_finite")]
     pub cost: f64,
+    /// Level of the verdict on the system.
     pub verdict: &'static str,
     /// Why the system is missing.
     pub error: Option<String>,

@@ -32,9 +32,11 @@ pub struct Results {
     pub version: u32,
     /// Program and its version.
     pub app: String,
+    /// Title of the session.
     pub title: String,
     /// SHA-256 of the session in its saved form.
     pub session_sha256: String,
+    /// Name of the aircraft.
     pub aircraft: String,
     /// How roll, pitch and yaw rate are made dimensionless.
     pub rate_normalisation: String,
@@ -137,6 +139,7 @@ pub struct SpreadRow {
 /// Innovations of one measurement over the windows.
 #[derive(Clone, Debug, Serialize)]
 pub struct InnovationSummaryRow {
+    /// Measurement.
     pub measurement: &'static str,
     /// Manoeuvres with this measurement.
     pub windows: usize,
@@ -153,6 +156,7 @@ pub struct InnovationSummaryRow {
 /// Relative residual of the fits of single identification windows.
 #[derive(Clone, Debug, Serialize)]
 pub struct ResidualSummaryRow {
+    /// Coefficient.
     pub coefficient: &'static str,
     /// Number of manoeuvres.
     pub windows: usize,
@@ -167,7 +171,9 @@ pub struct ResidualSummaryRow {
 /// One derivative, pooled and over the identification windows.
 #[derive(Clone, Debug, Serialize)]
 pub struct DerivativeSummaryRow {
+    /// Coefficient.
     pub coefficient: &'static str,
+    /// Derivative.
     pub name: String,
     /// Estimate from all identification manoeuvres together.
     pub pooled: Option<f64>,
@@ -199,6 +205,7 @@ pub struct DerivativeSummaryRow {
 /// A recording that was read.
 #[derive(Clone, Debug, Serialize)]
 pub struct RecordingRow {
+    /// Flight.
     pub flight: String,
     /// Path as in the session.
     pub path: String,
@@ -209,6 +216,7 @@ pub struct RecordingRow {
 /// A flight: what its recordings gave together.
 #[derive(Clone, Debug, Serialize)]
 pub struct FlightRow {
+    /// Name.
     pub name: String,
     /// Day it was flown, as the session states it; otherwise that of its first sample in UTC, if recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -246,12 +254,16 @@ pub struct FlightRow {
 /// A channel by expression.
 #[derive(Clone, Debug, Serialize)]
 pub struct ExpressionRow {
+    /// Name.
     pub name: String,
     /// Unit of the values below: SI with a role, otherwise as stated in the session.
     pub unit: String,
+    /// Expression.
     pub expression: String,
+    /// Role.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub role: Option<&'static str>,
+    /// Samples.
     pub samples: usize,
     /// Samples with a value.
     pub values: usize,
@@ -263,6 +275,7 @@ pub struct ExpressionRow {
 /// A channel that plays a role.
 #[derive(Clone, Debug, Serialize)]
 pub struct ChannelRow {
+    /// Role.
     pub role: &'static str,
     /// Recorder or file group.
     pub source: String,
@@ -270,6 +283,7 @@ pub struct ChannelRow {
     pub name: String,
     /// SI unit.
     pub unit: String,
+    /// Samples.
     pub samples: usize,
     /// Samples per second between the first and the last.
     pub rate_hz: f64,
@@ -309,6 +323,7 @@ pub struct ClockRow {
 /// One engine over a whole flight.
 #[derive(Clone, Debug, Serialize)]
 pub struct EngineRow {
+    /// Flight.
     pub flight: String,
     /// Name of the engine's station on the aircraft.
     pub engine: String,
@@ -316,6 +331,7 @@ pub struct EngineRow {
     pub samples: usize,
     /// Mean of the modelled power, W.
     pub mean_power_w: f64,
+    /// Mean of the thrust, N.
     pub mean_thrust_n: f64,
     /// Agreement with the power its monitor reports, where recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -354,7 +370,9 @@ pub struct AgreementRow {
 /// Correlation of modelled less monitor power with one variable.
 #[derive(Clone, Debug, Serialize)]
 pub struct CorrelationRow {
+    /// Variable.
     pub variable: String,
+    /// Correlation coefficient.
     pub coefficient: f64,
 }
 
@@ -367,13 +385,17 @@ pub struct PhaseRow {
     pub start_s: f64,
     /// Last instant, s.
     pub end_s: f64,
+    /// Agreement.
     #[serde(flatten)]
     pub agreement: AgreementRow,
 }
 
+/// One window.
 #[derive(Clone, Debug, Serialize)]
 pub struct WindowRow {
+    /// Name.
     pub name: String,
+    /// Flight.
     pub flight: String,
     /// First instant, s.
     pub start_s: f64,
@@ -385,6 +407,7 @@ pub struct WindowRow {
     pub surface: Option<&'static str>,
     /// Kind of input in words.
     pub kind: String,
+    /// Note.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub note: String,
     /// Parts excluded from filter updates, fits and scores; absent if empty.
@@ -430,11 +453,13 @@ pub struct WindowRow {
 /// One state at the end of a window.
 #[derive(Clone, Debug, Serialize)]
 pub struct StateRow {
+    /// State.
     pub state: &'static str,
     /// SI unit.
     pub unit: &'static str,
     /// Filtered estimate at the last sample.
     pub estimate: f64,
+    /// Its standard deviation.
     pub deviation: f64,
     /// Mean of the filtered estimates over the last second (thesis 6.1).
     pub last_second_mean: f64,
@@ -449,6 +474,7 @@ pub struct StateRow {
 /// Innovations of one measurement.
 #[derive(Clone, Debug, Serialize)]
 pub struct InnovationRow {
+    /// Measurement.
     pub measurement: &'static str,
     /// Updates.
     pub samples: usize,
@@ -464,27 +490,33 @@ pub struct InnovationRow {
     pub advice: String,
 }
 
+/// One fit.
 #[derive(Clone, Debug, Serialize)]
 pub struct FitRow {
+    /// Coefficient.
     pub coefficient: &'static str,
     /// Manoeuvres of its samples.
     pub windows: Vec<String>,
+    /// Verdict on the fit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verdict: Option<Verdict>,
     /// Why the fit failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
+    /// Samples.
     pub samples: usize,
     /// Coefficient of determination.
     pub r_squared: f64,
     /// Root mean square of the residual relative to the range of the observation, per cent.
     pub rms_relative_percent: f64,
+    /// Standard deviation of the residual.
     pub residual_deviation: f64,
     /// Condition number of the scaled regressor matrix.
     pub condition_number: f64,
     /// Stated value to which all its derivatives are proportional.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub follows: Option<StatedQuantity>,
+    /// Derivatives.
     pub derivatives: Vec<DerivativeRow>,
     /// Correlation of the estimates, row by row.
     pub parameter_correlation: Vec<Vec<f64>>,
@@ -506,10 +538,12 @@ impl FitRow {
     }
 }
 
+/// One derivative.
 #[derive(Clone, Debug, Serialize)]
 pub struct DerivativeRow {
     /// Name, for example `Cm_q`.
     pub name: String,
+    /// Its verdict.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verdict: Option<Verdict>,
     /// Its part of the coefficient's motion, and its estimate without suspect causes; of pooled fits only.
@@ -539,7 +573,9 @@ pub struct DerivativeRow {
 /// Correlation of the regressors of one coefficient.
 #[derive(Clone, Debug, Serialize)]
 pub struct RegressorRow {
+    /// Coefficient.
     pub coefficient: &'static str,
+    /// Derivatives of the regressors.
     pub derivatives: Vec<String>,
     /// Correlation, row by row.
     pub correlation: Vec<Vec<f64>>,
@@ -550,5 +586,6 @@ pub struct RegressorRow {
 pub struct DroppedRow {
     /// Derivative.
     pub name: String,
+    /// Reason.
     pub reason: String,
 }

@@ -17,6 +17,7 @@ pub struct SensorErrorsRow {
     pub outputs: Vec<SensorOutputRow>,
 }
 
+/// One error.
 #[derive(Clone, Debug, Serialize)]
 pub struct SensorErrorRow {
     /// Error, `scale_alpha`.
@@ -24,7 +25,9 @@ pub struct SensorErrorRow {
     /// Manoeuvre, if each has its own value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub window: Option<String>,
+    /// Unit.
     pub unit: &'static str,
+    /// Estimate.
     pub estimate: f64,
     /// Standard error for white residuals.
     pub standard_error: f64,
@@ -32,6 +35,7 @@ pub struct SensorErrorRow {
     pub corrected_standard_error: f64,
     /// Estimate with the highest correlation of errors.
     pub partner: String,
+    /// Their correlation.
     #[serde(serialize_with = "where_finite")]
     pub correlation: f64,
     /// Result of each manoeuvre alone.
@@ -42,6 +46,7 @@ pub struct SensorErrorRow {
 /// What a window alone says of an error.
 #[derive(Clone, Debug, Serialize)]
 pub struct SensorWindowRow {
+    /// Manoeuvre.
     pub window: String,
     /// Whether it determines the error.
     pub told: bool,
@@ -50,6 +55,7 @@ pub struct SensorWindowRow {
     pub standard_error: f64,
     /// Estimate with the highest correlation of errors there.
     pub partner: String,
+    /// Their correlation.
     #[serde(serialize_with = "where_finite")]
     pub correlation: f64,
 }
@@ -61,13 +67,16 @@ pub struct InitialRow {
     pub name: String,
     /// Estimate, SI.
     pub estimate: f64,
+    /// Standard error.
     pub standard_error: f64,
 }
 
 /// What a measurement is left with.
 #[derive(Clone, Debug, Serialize)]
 pub struct SensorOutputRow {
+    /// Measurement.
     pub measurement: &'static str,
+    /// Samples.
     pub samples: usize,
     /// Root mean square of the residual, of filter error the innovation, SI.
     pub rms: f64,

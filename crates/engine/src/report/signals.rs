@@ -9,11 +9,13 @@ use crate::stage::{FlightNoise, FlightProposals, LoadedFlight, TreatedSignal};
 /// A signal that was smoothed or resampled.
 #[derive(Clone, Debug, Serialize)]
 pub struct SignalRow {
+    /// Role.
     pub role: &'static str,
     /// Recorded channel, `source/name`.
     pub recorded: String,
     /// Treatment, in order.
     pub steps: Vec<String>,
+    /// Samples as recorded.
     pub samples_recorded: usize,
     /// Samples as used.
     pub samples: usize,
@@ -55,6 +57,7 @@ pub struct NoiseRow {
 /// A manoeuvre found in the control deflections.
 #[derive(Clone, Debug, Serialize)]
 pub struct ProposalRow {
+    /// Proposed name.
     pub name: String,
     /// First instant, s.
     pub start_s: f64,

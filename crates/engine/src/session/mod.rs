@@ -230,6 +230,7 @@ pub struct InstrumentSetting {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LevelFlight {
+    /// Mass, kg.
     pub mass_kg: f64,
     /// True airspeed at the numbers 0, 85 and 100, m/s.
     pub airspeed_m_s: [f64; 3],
@@ -324,6 +325,7 @@ pub enum Surface {
     Rudder,
 }
 
+/// A manoeuvre window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "WindowTable", into = "WindowTable")]
 pub struct Manoeuvre {

@@ -8,6 +8,7 @@ use super::{EditError, Manoeuvre, Session};
 /// Most that either end of a candidate may move before it is another one: filters and resampling of the channels move it a little, s.
 const SAME_S: f64 = 0.5;
 
+/// A candidate that was refused.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RefusedCandidate {

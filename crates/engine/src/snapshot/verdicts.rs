@@ -73,6 +73,7 @@ pub enum Cause {
 /// What an estimate becomes without a suspect cause.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Effect {
+    /// Cause.
     pub cause: Cause,
     /// Object: manoeuvres, or a flight and its channel; empty for all manoeuvres.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -94,6 +95,7 @@ pub struct Consequence {
     /// Motion of its regressor over that of the coefficient: times a change of the estimate, the part of the motion this moves.
     #[serde(skip)]
     pub motion_ratio: f64,
+    /// Effects.
     pub effects: Vec<Effect>,
 }
 
@@ -158,10 +160,13 @@ impl FitVerdict {
 /// A verdict in numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct VerdictCounts {
+    /// Level of the session.
     pub level: Level,
     /// Derivatives of the pooled fits that are good.
     pub good: usize,
+    /// Those that are a caution.
     pub caution: usize,
+    /// Those that are bad.
     pub bad: usize,
 }
 

@@ -101,6 +101,7 @@ const CASES: [Case; 11] = [
 /// What became of the flights of one case.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct CaseCounts {
+    /// Case.
     pub name: &'static str,
     /// Flights flown.
     pub flights: usize,

@@ -13,6 +13,7 @@ pub struct StatedQuantity {
     pub quantity: &'static str,
     /// Its value in the first manoeuvre of the fit.
     pub value: f64,
+    /// Unit.
     pub unit: &'static str,
     /// Source: `aircraft file`, or `aircraft file and recorded fuel`.
     pub source: &'static str,

@@ -51,6 +51,7 @@ struct Reading {
 /// What a weighing gives; positions in datum axes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Weighed {
+    /// Attitudes.
     pub attitudes: usize,
     /// Mean of the totals, kg.
     pub mass_kg: f64,
@@ -72,6 +73,7 @@ pub struct Weighed {
     pub r_squared: f64,
     /// Fuel and items taken off, kg.
     pub taken_off_kg: f64,
+    /// Empty mass, kg.
     pub empty_mass_kg: f64,
     /// Centre of gravity of the empty aircraft, m.
     pub empty_cg_datum_m: [f64; 3],

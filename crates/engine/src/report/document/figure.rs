@@ -64,6 +64,7 @@ pub struct Axis {
 /// Correlations or the like.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Matrix {
+    /// Title.
     pub title: String,
     /// Name of each row and column.
     pub names: Vec<String>,
@@ -117,6 +118,7 @@ pub enum Mark {
     Line {
         /// What it is, for the legend.
         label: Cow<'static, str>,
+        /// Colour.
         colour: Colour,
         /// Joined or not.
         style: LineStyle,
@@ -130,7 +132,9 @@ pub enum Mark {
     Band {
         /// What it is, for the legend.
         label: Cow<'static, str>,
+        /// Colour.
         colour: Colour,
+        /// Centre.
         #[serde(with = "samples")]
         centre: Series,
         /// Half width at each sample.
@@ -142,6 +146,7 @@ pub enum Mark {
     Points {
         /// What they are, for the legend.
         label: Cow<'static, str>,
+        /// Colour.
         colour: Colour,
         /// Joined or not.
         style: LineStyle,
@@ -152,6 +157,7 @@ pub enum Mark {
     Bars {
         /// What they are, for the legend.
         label: Cow<'static, str>,
+        /// Colour.
         colour: Colour,
         /// Width on the horizontal axis.
         width: f64,
@@ -162,7 +168,9 @@ pub enum Mark {
     Level {
         /// What it is, for the legend.
         label: Cow<'static, str>,
+        /// Colour.
         colour: Colour,
+        /// Value.
         value: f64,
         /// Ends of the band.
         band: [f64; 2],
@@ -171,6 +179,7 @@ pub enum Mark {
     Span {
         /// What it is, for the legend.
         label: Cow<'static, str>,
+        /// Colour.
         colour: Colour,
         /// First and last value.
         ends: [f64; 2],
