@@ -474,7 +474,7 @@ mod tests {
         assert_eq!((layout.names.len(), layout.columns, layout.has_open_end, layout.data_line), (4, 4, true, 2));
         let probe = crate::load::probe_of(&open.replace(",1.5,", ",1.5,STALL,"));
         assert_eq!(probe.sources[0].channels[2].values(), [1.5; 4]);
-        assert_eq!(probe.warnings, Vec::<String>::new());
+        assert!(probe.warnings.is_empty(), "{:?}", probe.warnings);
         let longer = TextLayout::find(b"t,roll,pitch,yaw\n0.1,2,3,4,5\n0.2,2,3,4,5\n0.3,2,3,4,5\n").unwrap();
         assert_eq!((longer.columns, longer.has_open_end), (5, false));
     }
