@@ -82,14 +82,15 @@ fn kind_of_motion(map: &ManualChannelMap, probes: &[Probe]) -> Option<&'static s
         let has_fixes = map.row(Role::Latitude).is_some();
         return (fast as f64 / count as f64 * span_s > 1.0 && !has_fixes).then_some("rocket");
     };
-    if turns_from_track(map, probes) {
+    let fastest = speed.values.iter().copied().filter(|value| value.is_finite()).fold(0.0, f64::max);
+    let is_slow = fastest < 3.0 * FLIGHT_M_S;
+    if is_slow && turns_from_track(map, probes) {
         return Some("multirotor or helicopter, which flies sideways or backwards");
     }
     let hovers = height.values.iter().zip(&speed.values);
     let hovers = hovers.filter(|(height, speed)| **height - lowest > HOVER_M && **speed < HOVER_M_S).count();
-    let fastest = speed.values.iter().copied().filter(|value| value.is_finite()).fold(0.0, f64::max);
     let part = hovers as f64 / count as f64;
-    let is_hover = part > HOVER_PART && part * span_s > 10.0 && fastest < 3.0 * FLIGHT_M_S;
+    let is_hover = part > HOVER_PART && part * span_s > 10.0 && is_slow;
     is_hover.then_some("multirotor or helicopter, which hovers")
 }
 

@@ -208,7 +208,11 @@ fn settle_velocity(map: &mut ManualChannelMap, probes: &[Probe]) {
     if slopes.iter().any(|other| (other / slope).abs() < 1.0 / RATIO) {
         return;
     }
-    for role in [Role::VelocityNorth, Role::VelocityEast, Role::VelocityDown] {
+    // A climb of another name has a unit of its own.
+    let is_vector = |row: &ManualChannel| map.row(Role::VelocityNorth).is_some_and(|north| north.by == row.by);
+    let has_part = map.row(Role::VelocityDown).is_some_and(is_vector);
+    let parts = [Role::VelocityNorth, Role::VelocityEast, Role::VelocityDown];
+    for role in parts.into_iter().filter(|role| *role != Role::VelocityDown || has_part) {
         let Some(row) = map.row(role).filter(|row| row.is_unit_open(probes)).cloned() else { continue };
         match unit_of(&row, 1.0 / slope, &["m/s", "ft/s", "kt", "km/h"], RATIO) {
             Some(unit) => give(map, role, unit),
@@ -239,6 +243,11 @@ fn settle_speed_by_mach(map: &mut ManualChannelMap, probes: &[Probe]) {
         ["m/s", "kt", "ft/s", "km/h"].iter().filter_map(|symbol| Unit::parse(symbol).ok()).filter(is_sound);
     if let (Some(unit), None) = (fitting.next(), fitting.next()) {
         give(map, Role::TrueAirspeed, unit);
+        // The other airspeed of the recorder is hardly in another one.
+        let is_beside = |(role, other): &&mut (Role, ManualChannel)| {
+            *role == Role::CalibratedAirspeed && other.from.source == row.from.source && other.is_unit_open(probes)
+        };
+        map.rows.iter_mut().find(is_beside).into_iter().for_each(|(_, other)| other.unit = Some(unit));
     }
 }
 

@@ -95,7 +95,6 @@ const VECTORS: &[Vector] = &[
             "vg",
             "gnssvelned",
             "twistlinear",
-            "worldvelocity",
         ],
     ),
     (
@@ -111,7 +110,6 @@ const VECTORS: &[Vector] = &[
             "localpos",
             "local",
             "odom",
-            "world",
             "positionned",
             "poseposition",
         ],

@@ -70,12 +70,24 @@ fn of_two_load_factors_the_one_near_one_is_normal() {
 
 #[test]
 fn a_mach_number_gives_the_unit_of_the_airspeed_beside_it() {
-    let map = guess_of("TAS,Mach", |now| {
+    let map = guess_of("TAS,IAS,Mach", |now| {
         let mach = 0.55 + 0.02 * now.pitch;
-        vec![631.0 * mach, mach]
+        vec![631.0 * mach, 500.0 * mach, mach]
     });
-    let row = map.row(Role::TrueAirspeed).unwrap();
-    assert_eq!((row.unit.map(|unit| unit.symbol), row.is_unit_known), (Some("kt"), true));
+    let [air, calibrated] = [Role::TrueAirspeed, Role::CalibratedAirspeed].map(|role| map.row(role).unwrap());
+    assert_eq!((air.unit.map(|unit| unit.symbol), air.is_unit_known), (Some("kt"), true));
+    assert_eq!((calibrated.unit.map(|unit| unit.symbol), calibrated.is_unit_known), (Some("kt"), false));
+}
+
+#[test]
+fn a_climb_of_another_name_keeps_its_unit_beside_speeds_in_centimetres() {
+    let map = guess_of("lat [deg],lon [deg],vx,vy,ClimbSpeed,Altitude [m]", |now| {
+        let [north, east, down] = now.speeds;
+        let (x, y) = (north * now.time_s / 111_195.0, east * now.time_s / 111_195.0);
+        vec![1.0 + x, 1.0 + y, 100.0 * north, 100.0 * east, -down, now.height]
+    });
+    let scale = |role: Role| map.row(role).map(|row| row.scale);
+    assert_eq!(scale(Role::VelocityDown), Some(1.0));
 }
 
 #[test]

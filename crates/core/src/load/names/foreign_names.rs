@@ -249,6 +249,8 @@ pub(crate) const NEEDS: &[(&str, Need)] = &[
     ("dl", Need::AllOf(&DELTA_CONTROLS)),
     ("dm", Need::AllOf(&DELTA_CONTROLS)),
     ("dn", Need::AllOf(&DELTA_CONTROLS)),
+    // In g it is the load factor.
+    ("load", Need::Unit),
     // Elevator beside the other controls, elevation beside fixes.
     ("ele", Need::ByRole(&[(Role::Elevator, &["ail", "rud"]), (Role::GpsAltitude, &["lat", "lon"])])),
     // Width and length of anything.

@@ -25,7 +25,7 @@ pub(crate) const NAMES: &[RoleNames] = &[
         "az", "accz", "accelz", "zacc", "zaccel", "normacc", "bnormacc", "imuaz", "nz", "fz", "linearaccelerationz",
         "normalacceleration", "normaccel", "normalaccel", "normac", "vertac", "vertaccel", "vertacc", "verticalaccel",
         "verticalacceleration", "accelvert", "accvert", "accelnorm", "accelerationnormal", "accelerationvertical",
-        "zaxisacceleration", "zbodyaxisacceleration", "bodyaccelz", "bodyaccelerationz", "verticalacc", "vrtg", "apilotz", "gforce", "gload", "loadfactor", "nzg",
+        "zaxisacceleration", "zbodyaxisacceleration", "bodyaccelz", "bodyaccelerationz", "verticalacc", "vrtg", "apilotz", "gforce", "gload", "loadfactor", "load", "nzg",
         "accelerationz", "normalacc", "normalg", "verticalg", "vertg", "loadg", "gloadnormal", "gnormal", "nz1", "nzminus1", "deltanz", "nzcg", "azcg", "azb", "bz", "gz", "an", "g",
     ]),
     (Role::RollRate, &[
@@ -98,7 +98,7 @@ pub(crate) const NAMES: &[RoleNames] = &[
     ]),
     (Role::ElevatorTrim, &["deltate", "dte", "elevatortrim", "elevtrim", "elevatordte", "trimtab"]),
     (Role::Stabiliser, &["stabiliser", "stabilizer", "stab", "ih", "ths"]),
-    (Role::Flap, &["flap", "flaps", "df", "deltaf", "flappos", "flapangle", "dfr", "dfl", "flapposition"]),
+    (Role::Flap, &["flap", "flaps", "df", "deltaf", "flappos", "flapangle", "dfr", "dfl", "flapposition", "flapc"]),
     (Role::StaticPressure, &[
         "staticpressure", "ps", "pstat", "pstatic", "static", "staticpress", "baro", "ambientpressure", "airpressure",
         "baropressure", "baropress", "barometricpressure", "atmpressure", "pressurestatic", "pressstatic", "pressurebaro", "pressabs", "pressureabs", "abspressure", "absolutepressure", "absolutepress", "barometer", "barompressure",
@@ -107,7 +107,7 @@ pub(crate) const NAMES: &[RoleNames] = &[
     (Role::AirTemperature, &[
         "airtemperature", "sat", "oat", "staticairtemperature", "airtemp", "airtc", "outsideairtemperature",
         "ambienttemperature", "tempambient", "outsideairtemp", "ambienttemp", "tair", "ts", "tamb", "tstatic", "tstat",
-        "statictemperature", "statictemp",
+        "statictemperature", "statictemp", "satr",
     ]),
     (Role::TotalTemperature, &["totaltemperature", "tat", "tt", "totalairtemperature", "totalairtemp", "temptotal"]),
     (Role::AirDensity, &["rho", "airdensity", "density"]),
@@ -122,16 +122,16 @@ pub(crate) const NAMES: &[RoleNames] = &[
         "diffpressure", "diffpress", "pressdiff", "dpress", "differentialpress", "pdiff", "pitotpressure", "pitotdiff",
     ]),
     (Role::Altitude, &[
-        "altitude", "alt", "pressurealtitude", "hp", "hpc", "palt", "altp", "h", "baroalt", "altitudeasl", "altitudestd", "altstd", "zp",
+        "altitude", "alt", "pressurealtitude", "hp", "hpc", "palt", "altp", "h", "baroalt", "altitudeasl", "altitudestd", "altstdc", "altstd", "zp",
         "altitudesealevel", "altitudemeansealevel", "altitudeabovesealevel", "altind", "altitudeind", "heightabovesealevel", "hbaro", "altbaro",
         "pressurealt", "pressalt", "altitudepressure", "altitudepress", "altpressure", "altpress", "altitudeqne", "altqne", "altb",
         "altitudebaro", "baroaltitude", "barometricaltitude", "altbarometric", "baroheight", "height", "altitudeabsolute",
         "altitudeamsl", "altamsl", "hasl", "altasl", "fl", "flightlevel",
     ]),
-    (Role::Latitude, &["latitudegeodetic", "latitude", "lat", "gpslat", "latgps", "latitudegps", "gpslatitude", "latp"]),
+    (Role::Latitude, &["latitudegeodetic", "latitude", "lat", "gpslat", "latgps", "latitudegps", "gpslatitude", "latp", "latpc"]),
     (Role::Longitude, &[
         "longitude", "lon", "long", "lng", "gpslon", "gpslong", "gpslng", "longps", "lnggps", "longgps", "longitudegps",
-        "gpslongitude", "lonp",
+        "gpslongitude", "lonp", "lonpc",
     ]),
     (Role::GpsAltitude, &[
         "gpsaltitude", "gpsalt", "geoaltitude", "altgps", "hgps", "gpsheight", "altitudemsl", "altmsl", "hmsl", "heightmsl",
