@@ -156,12 +156,7 @@ fn ask_roles(guessed: &ManualChannelMap) -> Option<Question> {
     let text = "no channel is recognised: state the channels of roles";
     let option = Some("--role ROLE=CHANNEL".to_owned());
     let sources = Vec::new();
-    has_none.then(|| Question {
-        sources,
-        must_be_answered: true,
-        option,
-        ..Question::new("", text.to_owned(), About::Role)
-    })
+    has_none.then(|| Question { sources, option, ..Question::new("", text.to_owned(), About::Role) })
 }
 
 /// Roles of a table without names, by the order of its columns: one question for all of them.

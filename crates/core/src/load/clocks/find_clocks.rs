@@ -81,11 +81,13 @@ fn add_named_by_word(source: &mut Source, fetch: &mut impl FnMut(&mut Source, us
     let mut found: Vec<(TimeWord, usize)> = Vec::new();
     for index in 0..source.channels.len() {
         let channel = &source.channels[index];
-        let has_clock = source.clocks.iter().any(|clock| clock.samples == channel.samples);
+        if source.clocks.iter().any(|clock| clock.samples == channel.samples) {
+            continue;
+        }
         // `_ms` is also metres per second.
         let is_other =
             || stated_unit(channel).is_some_and(|unit| unit.dimension != Dimension::Time && unit.symbol != "m/s");
-        let Some(word) = time_word(channel.label()).filter(|_| !has_clock && !is_other()) else { continue };
+        let Some(word) = time_word(channel.label()).filter(|_| !is_other()) else { continue };
         fetch(source, index);
         if increases(source.channels[index].values()) {
             found.push((word, index));

@@ -9,8 +9,9 @@ use crate::load::names::role_names::is_known;
 use crate::load::names::stated_unit::{is_count, name_and_unit, parse_loosely};
 use crate::load::names::tokens::{forbidden, tokens};
 
-/// Fewest channels of a source that show what is common, and the part of them that have it.
+/// Fewest channels of a source that show what is common, most of which names are compared, and the part of them that have it.
 const LEAST_CHANNELS: usize = 3;
+const MOST_CHANNELS: usize = 5000;
 const COMMON_SHARE: f64 = 0.8;
 /// What parts the words of a name.
 const SIGNS: [char; 5] = ['_', ' ', '-', '.', ':'];
@@ -19,11 +20,14 @@ const SIGNS: [char; 5] = ['_', ' ', '-', '.', ':'];
 /// without that. What is a unit, or forbids every role, stays.
 pub(crate) fn label_channels(source: &mut Source) {
     let names: Vec<&str> = source.channels.iter().map(|channel| channel.name.as_str()).collect();
-    if names.len() < LEAST_CHANNELS {
+    if !(LEAST_CHANNELS..=MOST_CHANNELS).contains(&names.len()) {
         return;
     }
     let end = common(&names, |name| name.match_indices(SIGNS).map(|(at, _)| &name[at..]).collect());
     let begin = common(&names, |name| name.match_indices(SIGNS).map(|(at, sign)| &name[..at + sign.len()]).collect());
+    if end.is_empty() && begin.is_empty() {
+        return;
+    }
     let without_end: Vec<&str> = names.iter().map(|name| name.strip_suffix(&end).unwrap_or(name)).collect();
     let labels: Vec<&str> = without_end.iter().map(|name| name.strip_prefix(&begin).unwrap_or(name)).collect();
     let count = |names: &[&str]| names.iter().filter(|name| is_recognised(name)).count();
