@@ -96,7 +96,7 @@ def test_what_cannot_be_designed_is_refused(fit):
     for wrong, text in (
         (dict(surfaces=["flaps"]), "'flaps' is not a surface: use one of aileron, elevator, rudder"),
         (dict(surfaces=[]), "no surface is named"),
-        (dict(kind="step"), "'step' is not a kind of input: use one of"),
+        (dict(kind="square"), "'square' is not a kind of input: use one of"),
         (dict(criterion="e"), "'e' is not a criterion: use one of"),
         (dict(duration=1.0, kind="3-2-1-1"), "takes at least"),
         (dict(duration=float("nan")), "duration NaN must be above zero"),
