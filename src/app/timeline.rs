@@ -33,7 +33,11 @@ const WHEEL_GAIN: f64 = 0.004;
 /// The first role of each line that the recording has is drawn, and whether it is turned over.
 const CURVES: [&[(ChannelRole, bool)]; 2] = [
     &[(ChannelRole::Altitude, false), (ChannelRole::GpsAltitude, false), (ChannelRole::PositionDown, true)],
-    &[(ChannelRole::TrueAirspeed, false), (ChannelRole::CalibratedAirspeed, false)],
+    &[
+        (ChannelRole::TrueAirspeed, false),
+        (ChannelRole::CalibratedAirspeed, false),
+        (ChannelRole::EquivalentAirspeed, false),
+    ],
 ];
 
 /// A curve as drawn, from 0 to 1 over its own range.

@@ -104,6 +104,7 @@ pub fn role(role: Role) -> &'static str {
         Role::AirTemperature => "air temperature",
         Role::TotalTemperature => "total temperature",
         Role::CalibratedAirspeed => "calibrated airspeed",
+        Role::EquivalentAirspeed => "equivalent airspeed",
         Role::ImpactPressure => "impact pressure",
         Role::GpsAltitude => "GPS altitude",
         Role::FuelMass => "fuel mass",

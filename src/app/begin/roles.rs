@@ -28,11 +28,12 @@ const TRAVEL: &str = "travel";
 /// Controls, after what the filter needs.
 const CONTROLS: [Role; 3] = [Role::Elevator, Role::Aileron, Role::Rudder];
 /// What density and speed come from where they are not measured.
-const AIR: [Role; 7] = [
+const AIR: [Role; 8] = [
     Role::Altitude,
     Role::StaticPressure,
     Role::AirTemperature,
     Role::CalibratedAirspeed,
+    Role::EquivalentAirspeed,
     Role::ImpactPressure,
     Role::Latitude,
     Role::Longitude,

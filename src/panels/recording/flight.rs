@@ -23,7 +23,7 @@ use crate::widgets::time_plot::{PlotCache, SpanMark, TimePlot, Trace, step_marke
 /// Roles of the usual plots; of each inner list the first role the recording has is taken, all of them where `true`.
 const USUAL: [(&[Role], bool); 6] = [
     (&[Role::Altitude, Role::GpsAltitude, Role::PositionDown], false),
-    (&[Role::TrueAirspeed, Role::CalibratedAirspeed], false),
+    (&Role::AIRSPEEDS, false),
     (&[Role::AngleOfAttack, Role::PitchAngle, Role::BankAngle], true),
     (&[Role::RollRate, Role::PitchRate, Role::YawRate], true),
     (&[Role::Elevator, Role::Aileron, Role::Rudder], true),

@@ -1,4 +1,4 @@
-//! True airspeed of a calibrated one or of a Mach number, static temperature of a total one.
+//! True airspeed of a calibrated or equivalent one or of a Mach number, static temperature of a total one.
 
 use super::isa::{GAS_CONSTANT_AIR_J_KG_K, HEAT_CAPACITY_RATIO_AIR};
 
@@ -12,6 +12,11 @@ pub fn mach_of_calibrated(calibrated_m_s: f64, pressure_pa: f64) -> f64 {
     let sea_level = 1.0 + 0.2 * (calibrated_m_s / SEA_LEVEL_SOUND_M_S).powi(2);
     let impact_pa = SEA_LEVEL_PRESSURE_PA * (sea_level.powf(3.5) - 1.0);
     mach_of_impact(impact_pa, pressure_pa)
+}
+
+/// Mach number of an equivalent airspeed at a static pressure: `M = (V_e / a0) (p0 / p)^(1/2)`, as `rho0 V_e^2 = gamma p M^2`.
+pub fn mach_of_equivalent(equivalent_m_s: f64, pressure_pa: f64) -> f64 {
+    equivalent_m_s / SEA_LEVEL_SOUND_M_S * (SEA_LEVEL_PRESSURE_PA / pressure_pa).sqrt()
 }
 
 /// Mach number of an impact pressure at a static pressure in subsonic flow; not a number below zero.

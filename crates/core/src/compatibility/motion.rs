@@ -296,7 +296,7 @@ fn segments(stamps: &[f64], step_s: f64, series: impl Fn(Role) -> Option<Series>
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive and far below the limits")]
     let steps_of = |length_s: f64| (length_s / step_s).floor() as usize;
     let (longest, shortest) = (steps_of(LONGEST_SEGMENT_S).max(200), steps_of(SHORTEST_SEGMENT_S).max(50));
-    let speed = [Role::TrueAirspeed, Role::CalibratedAirspeed].into_iter().find_map(&series);
+    let speed = Role::AIRSPEEDS.into_iter().find_map(&series);
     let mut found = Vec::new();
     for stretch in stretches(stamps, gap_threshold_s(stamps).max(4.0 * step_s)) {
         let (start_s, end_s) = (stamps[stretch.start], stamps[stretch.end - 1]);
@@ -397,7 +397,11 @@ pub(super) fn in_north_east_down(motion: &Motion, step: usize, [x, y, z]: [f64; 
 /// Whether a role's sign can be turned at all: speeds, pressures and temperatures are never below zero.
 pub(super) fn is_signed(role: Role) -> bool {
     match role {
-        Role::TrueAirspeed | Role::CalibratedAirspeed | Role::Altitude | Role::GpsAltitude => false,
+        Role::TrueAirspeed
+        | Role::CalibratedAirspeed
+        | Role::EquivalentAirspeed
+        | Role::Altitude
+        | Role::GpsAltitude => false,
         _ => matches!(
             role.dimension(),
             Dimension::Angle | Dimension::AngularRate | Dimension::Acceleration | Dimension::Speed | Dimension::Length

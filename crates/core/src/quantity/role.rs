@@ -38,6 +38,7 @@ named_quantities! {
     AirDensity, "air_density", Density, "air density";
     Mach, "mach", Dimensionless, "Mach number";
     CalibratedAirspeed, "calibrated_airspeed", Speed, "calibrated or indicated airspeed";
+    EquivalentAirspeed, "equivalent_airspeed", Speed, "equivalent airspeed: the true one times the root of the density ratio";
     ImpactPressure, "impact_pressure", Pressure, "impact pressure: total less static pressure";
     Altitude, "altitude", Length, "pressure altitude";
     Latitude, "latitude", Angle, "geodetic latitude";
@@ -59,6 +60,11 @@ named_quantities! {
     Other3, "other_3", Dimensionless, "any third quantity, taken as it is";
     Other4, "other_4", Dimensionless, "any fourth quantity, taken as it is";
     WeightOnWheels, "weight_on_wheels", Dimensionless, "above one half while the weight is on the wheels";
+}
+
+impl Role {
+    /// Speeds through the air, the one that needs no other quantity first.
+    pub const AIRSPEEDS: [Self; 3] = [Self::TrueAirspeed, Self::CalibratedAirspeed, Self::EquivalentAirspeed];
 }
 
 #[cfg(test)]

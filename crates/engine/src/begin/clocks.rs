@@ -26,7 +26,7 @@ const SHARED: [(&[Role], f64); 14] = [
     (&[Role::Elevator], FAST_S),
     (&[Role::Rudder], FAST_S),
     (&[Role::HeadingAngle], SLOW_S),
-    (&[Role::TrueAirspeed, Role::CalibratedAirspeed], SLOW_S),
+    (&Role::AIRSPEEDS, SLOW_S),
     (&[Role::VelocityDown], SLOW_S),
     (&[Role::Altitude, Role::GpsAltitude], SLOW_S),
 ];

@@ -1,9 +1,9 @@
-//! Air data that follow from others: calibrated airspeed from the impact pressure, true airspeed from a calibrated one or a Mach number,
-//! static temperature from a total one.
+//! Air data that follow from others: calibrated airspeed from the impact pressure, true airspeed from a calibrated or an
+//! equivalent one or a Mach number, static temperature from a total one.
 
 use doublet_core::atmos::{
-    Atmosphere, calibrated_of_impact_m_s, mach_of_calibrated, static_at_airspeed_k, static_of_total_temperature_k,
-    true_of_mach_m_s,
+    Atmosphere, calibrated_of_impact_m_s, mach_of_calibrated, mach_of_equivalent, static_at_airspeed_k,
+    static_of_total_temperature_k, true_of_mach_m_s,
 };
 use doublet_core::message;
 use doublet_core::quantity::Role;
@@ -19,12 +19,13 @@ const PRESSURES: [(Role, &str); 3] = [
     (Role::GpsAltitude, "the standard pressure at the GPS altitude"),
 ];
 
-/// Whether a recording with these roles has a true airspeed, its own or one that follows from a Mach number, the calibrated one or the impact
-/// pressure.
+/// Whether a recording with these roles has a true airspeed, its own or one that follows from a Mach number, the calibrated or equivalent one
+/// or the impact pressure.
 pub(crate) fn has_airspeed(has: impl Fn(Role) -> bool) -> bool {
     let has_pressure = PRESSURES.iter().any(|(role, _)| has(*role));
     has(Role::TrueAirspeed)
-        || (has(Role::CalibratedAirspeed) || has(Role::ImpactPressure)) && has_pressure
+        || [Role::CalibratedAirspeed, Role::EquivalentAirspeed, Role::ImpactPressure].into_iter().any(&has)
+            && has_pressure
         || has(Role::Mach) && (has_pressure || has(Role::AirTemperature) || has(Role::TotalTemperature))
 }
 
@@ -59,7 +60,7 @@ fn calibrated_airspeed(recording: &Recording) -> Option<(Series, String)> {
     values.iter().any(|value| value.is_finite()).then(|| (Series { time_s, values: values.into() }, text))
 }
 
-/// True airspeed at the samples of the calibrated one or of the Mach number, and from what it is.
+/// True airspeed at the samples of the calibrated or equivalent one or of the Mach number, and from what it is.
 fn airspeed(recording: &Recording) -> Option<(Series, String)> {
     let at = |role: Role, time_s: &[f64]| values_where_recorded(recording, role, time_s);
     let pressure_at = |time_s: &[f64]| {
@@ -71,18 +72,19 @@ fn airspeed(recording: &Recording) -> Option<(Series, String)> {
         }
         Some((pressure_pa, name))
     };
-    let mach_of = |role: Role| {
+    let find_mach = |role: Role| {
         let Series { time_s, values } = recording.role(role)?.series.finite();
         let pressure = pressure_at(&time_s);
         if role == Role::Mach {
             return Some((time_s, values.to_vec(), pressure, role));
         }
+        let mach_of = if role == Role::CalibratedAirspeed { mach_of_calibrated } else { mach_of_equivalent };
         let pairs = values.iter().zip(&pressure.as_ref()?.0);
-        let mach = pairs.map(|(speed, pressure)| mach_of_calibrated(*speed, *pressure)).collect();
+        let mach = pairs.map(|(speed, pressure)| mach_of(*speed, *pressure)).collect();
         Some((time_s, mach, pressure, role))
     };
     let (time_s, mach, pressure, role): (_, Vec<f64>, _, _) =
-        [Role::CalibratedAirspeed, Role::Mach].into_iter().find_map(mach_of)?;
+        [Role::CalibratedAirspeed, Role::EquivalentAirspeed, Role::Mach].into_iter().find_map(find_mach)?;
     let (temperature_k, temperature_name) = if let Some(recorded) = at(Role::AirTemperature, &time_s) {
         (recorded, "air temperature".to_owned())
     } else if let Some(total) = at(Role::TotalTemperature, &time_s) {
@@ -100,7 +102,7 @@ fn airspeed(recording: &Recording) -> Option<(Series, String)> {
     let pairs = mach.iter().zip(&temperature_k);
     let values: Vec<f64> = pairs.map(|(mach, temperature)| true_of_mach_m_s(*mach, *temperature)).collect();
     let sources = match pressure {
-        Some((_, name)) if role == Role::CalibratedAirspeed => format!("{}, {name}", role.name()),
+        Some((_, name)) if role != Role::Mach => format!("{}, {name}", role.name()),
         _ => role.name().to_owned(),
     };
     let text = format!("{sources} and {temperature_name}");
@@ -199,6 +201,21 @@ mod tests {
         assert_eq!(derived(&[calibrated, recorded, (Role::Altitude, 2000.0)]), Some(70.0));
         assert_eq!(derived(&[calibrated]), None);
         assert_eq!(derived(&[(Role::Altitude, 2000.0)]), None);
+    }
+
+    /// By the definition of the equivalent airspeed: `rho V^2 = rho0 V_e^2`.
+    #[test]
+    fn true_airspeed_of_an_equivalent_one_has_the_same_dynamic_pressure() {
+        let (equivalent_m_s, pressure_pa, temperature_k) = (130.0_f64, 41_060.0, 251.4);
+        let density = pressure_pa / (287.053 * temperature_k);
+        let channels = [
+            (Role::EquivalentAirspeed, equivalent_m_s),
+            (Role::StaticPressure, pressure_pa),
+            (Role::AirTemperature, temperature_k),
+        ];
+        let found = derived(&channels).unwrap();
+        assert!((found / (equivalent_m_s * (1.225 / density).sqrt()) - 1.0).abs() < 1e-5, "{found}");
+        assert_eq!(derived(&channels[..1]), None);
     }
 
     /// Isentropic flow tables (NACA 1135): at Mach 0.78 T / T_t = 0.8915.

@@ -3,7 +3,7 @@
 use crate::load::clock::Clock;
 use crate::load::clocks::counter::unwrap_counter;
 use crate::load::clocks::labels::label_channels;
-use crate::load::clocks::time_names::{TimeWord, is_counter, plain_name, time_name, time_word};
+use crate::load::clocks::time_names::{TimeWord, is_counter, plain_name, read_time_word, time_name};
 use crate::load::contents::{ChannelInfo, Source};
 use crate::load::names::foreign_names::is_role_name;
 use crate::load::names::stated_unit::stated_unit;
@@ -87,7 +87,7 @@ fn add_named_by_word(source: &mut Source, fetch: &mut impl FnMut(&mut Source, us
         // `_ms` is also metres per second.
         let is_other =
             || stated_unit(channel).is_some_and(|unit| unit.dimension != Dimension::Time && unit.symbol != "m/s");
-        let Some(word) = time_word(channel.label()).filter(|_| !is_other()) else { continue };
+        let Some(word) = read_time_word(channel.label()).filter(|_| !is_other()) else { continue };
         fetch(source, index);
         if increases(source.channels[index].values()) {
             found.push((word, index));
@@ -126,14 +126,14 @@ fn add_first_column(source: &mut Source, fetch: &mut impl FnMut(&mut Source, usi
         return;
     }
     let is_nameless = source.channels[first].column().is_some();
-    let later = is_nameless.then(|| more_even(source, first)).flatten();
+    let later = is_nameless.then(|| find_more_even(source, first)).flatten();
     add_clock(source, later.unwrap_or(first), unit);
     let which = if later.is_some() { "its steps are the most even" } else { "it is the first column" };
     ask_about_last(source, &format!("{which} and increases"));
 }
 
 /// The column of a table whose median interval is that of the column `first` and whose steps are more even.
-fn more_even(source: &Source, first: usize) -> Option<usize> {
+fn find_more_even(source: &Source, first: usize) -> Option<usize> {
     let steps = |index: usize| {
         let values = source.channels[index].values();
         let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();

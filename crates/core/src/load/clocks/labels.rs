@@ -23,8 +23,9 @@ pub(crate) fn label_channels(source: &mut Source) {
     if !(LEAST_CHANNELS..=MOST_CHANNELS).contains(&names.len()) {
         return;
     }
-    let end = common(&names, |name| name.match_indices(SIGNS).map(|(at, _)| &name[at..]).collect());
-    let begin = common(&names, |name| name.match_indices(SIGNS).map(|(at, sign)| &name[..at + sign.len()]).collect());
+    let end = find_common(&names, |name| name.match_indices(SIGNS).map(|(at, _)| &name[at..]).collect());
+    let begin =
+        find_common(&names, |name| name.match_indices(SIGNS).map(|(at, sign)| &name[..at + sign.len()]).collect());
     if end.is_empty() && begin.is_empty() {
         return;
     }
@@ -41,7 +42,7 @@ pub(crate) fn label_channels(source: &mut Source) {
 }
 
 /// The longest of the parts of names that most names have and that may be taken off; empty where none is.
-fn common(names: &[&str], parts: impl Fn(&str) -> Vec<&str>) -> String {
+fn find_common(names: &[&str], parts: impl Fn(&str) -> Vec<&str>) -> String {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     for name in names {
         for part in parts(name).into_iter().filter(|part| leaves_a_name(name, part)) {

@@ -216,7 +216,7 @@ pub(crate) struct TimeWord {
 }
 
 /// What the words of a name say of time; nothing where none is one of time or another makes a duration of it.
-pub(crate) fn time_word(name: &str) -> Option<TimeWord> {
+pub(crate) fn read_time_word(name: &str) -> Option<TimeWord> {
     /// Ends of names that state the unit: `timeUS`, `t_rel_ms`.
     const UNITS: [(&str, &str); 11] = [
         ("ms", "ms"),
@@ -297,7 +297,7 @@ mod tests {
             ("vel_n_ms", None),
             ("alpha_t_deg", None),
         ] {
-            let found = time_word(name).map(|word| (word.is_last, word.unit.map(|unit| unit.symbol)));
+            let found = read_time_word(name).map(|word| (word.is_last, word.unit.map(|unit| unit.symbol)));
             assert_eq!(found, wanted, "{name}");
         }
         for (name, wanted) in [("millis", "ms"), ("Micros", "us"), ("seconds/t", "s"), ("GMS", "ms"), ("us", "us")] {

@@ -19,7 +19,7 @@ const SENSORS: [&str; 26] = [
 const FIRST: [&str; 5] = ["voted", "vote", "primary", "pri", "main"];
 const STANDBY: [&str; 9] = ["aux", "auxiliary", "secondary", "sec", "backup", "standby", "stby", "spare", "redundant"];
 /// Quantities of which an aircraft has one.
-const ROLES: [Role; 22] = [
+const ROLES: [Role; 23] = [
     Role::SpecificForceX,
     Role::SpecificForceY,
     Role::SpecificForceZ,
@@ -34,6 +34,7 @@ const ROLES: [Role; 22] = [
     Role::HeadingAngle,
     Role::TrueAirspeed,
     Role::CalibratedAirspeed,
+    Role::EquivalentAirspeed,
     Role::Mach,
     Role::AngleOfAttack,
     Role::Sideslip,

@@ -15,6 +15,9 @@ use crate::statistics::median;
 /// Names that stand for a role as a whole name alone: behind other words they are other quantities.
 const WHOLE: [&str; 5] = ["pressure", "press", "height", "alf", "bet"];
 
+/// Roles of which only a recording without an airspeed has use, the best first.
+const INSTEAD_OF_AIRSPEED: [Role; 2] = [Role::EquivalentAirspeed, Role::ImpactPressure];
+
 impl NameFit {
     fn names(self) -> &'static [RoleNames] {
         match self {
@@ -47,8 +50,7 @@ impl NameFit {
 pub(crate) fn add_names(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &mut Vec<usize>) {
     for fit in NameFit::ALL {
         for &(role, _) in fit.names() {
-            // Only a recording without an airspeed has use of one: `add_impact_pressure`.
-            if map.row(role).is_some() || role == Role::ImpactPressure {
+            if map.row(role).is_some() || INSTEAD_OF_AIRSPEED.contains(&role) {
                 continue;
             }
             if let Some(index) = named(fit, role, map, candidates, taken) {
@@ -103,13 +105,23 @@ pub(crate) fn named_by_any(
     NameFit::ALL.into_iter().find_map(|fit| Some((named(fit, role, map, candidates, taken)?, fit)))
 }
 
-/// Gives a recording without an airspeed the impact pressure that goes by its name: beside an airspeed it plays no role.
-pub(crate) fn add_impact_pressure(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &mut Vec<usize>) {
-    let (role, speeds) = (Role::ImpactPressure, [Role::TrueAirspeed, Role::CalibratedAirspeed, Role::Mach]);
-    if map.row(role).is_some() || speeds.iter().any(|speed| map.row(*speed).is_some()) {
-        return;
+/// Gives a recording without an airspeed what goes by the name of an equivalent one, or of the impact pressure: beside an airspeed they play
+/// no role.
+pub(crate) fn add_instead_of_airspeed(
+    map: &mut ManualChannelMap,
+    candidates: &[Candidate<'_>],
+    taken: &mut Vec<usize>,
+) {
+    for role in INSTEAD_OF_AIRSPEED {
+        if !has_airspeed(map) {
+            give_named(role, map, candidates, taken);
+        }
     }
-    give_named(role, map, candidates, taken);
+}
+
+fn has_airspeed(map: &ManualChannelMap) -> bool {
+    let speeds = [Role::TrueAirspeed, Role::CalibratedAirspeed, Role::Mach].into_iter().chain(INSTEAD_OF_AIRSPEED);
+    speeds.into_iter().any(|speed| map.row(speed).is_some())
 }
 
 /// Gives a role the best channel, but for those taken, of all fits of names.
@@ -133,7 +145,6 @@ pub(crate) fn add_total_pressure(map: &mut ManualChannelMap, candidates: &[Candi
     ];
     /// Largest impact pressure, in parts of the static one: at Mach 1.2.
     const MOST: f64 = 1.4;
-    let speeds = [Role::TrueAirspeed, Role::CalibratedAirspeed, Role::Mach, Role::ImpactPressure];
     let Some(below) = map.row(Role::StaticPressure).cloned() else { return };
     let Some(other) = candidates.iter().find(|candidate| candidate.from == below.from) else { return };
     let is_beside = |candidate: &Candidate<'_>| {
@@ -151,7 +162,7 @@ pub(crate) fn add_total_pressure(map: &mut ManualChannelMap, candidates: &[Candi
             && is_beside(candidate)
             && median(&mut parts).is_some_and(|part| (0.0..MOST).contains(&part))
     };
-    if speeds.iter().any(|speed| map.row(*speed).is_some()) {
+    if has_airspeed(map) {
         return;
     }
     if let Some((index, candidate)) = candidates.iter().enumerate().find(is_total) {

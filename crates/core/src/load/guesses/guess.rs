@@ -9,7 +9,7 @@ use crate::load::file::stem;
 use crate::load::guesses::alike;
 use crate::load::guesses::by_physics;
 use crate::load::guesses::by_words::{
-    add_impact_pressure, add_names, add_rates_in_their_unit, add_total_pressure, give_named, leave_out_signals,
+    add_instead_of_airspeed, add_names, add_rates_in_their_unit, add_total_pressure, give_named, leave_out_signals,
     take_vectors_from_one_source,
 };
 use crate::load::guesses::candidates::{Candidate, best, candidates, row};
@@ -70,7 +70,7 @@ pub fn guess_with(probes: &[Probe], names: &UserNames) -> ManualChannelMap {
     add_rates_in_their_unit(&mut map, &candidates, &mut taken);
     take_vectors_from_one_source(&mut map, &candidates, &mut taken);
     add_other_sides(&mut map, &candidates, &mut taken);
-    add_impact_pressure(&mut map, &candidates, &mut taken);
+    add_instead_of_airspeed(&mut map, &candidates, &mut taken);
     add_total_pressure(&mut map, &candidates, &mut taken);
     leave_out_signals(&mut map, &candidates);
     names.add(&mut map, probes, false);

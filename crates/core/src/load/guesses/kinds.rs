@@ -46,7 +46,7 @@ fn find_kind(probes: &[Probe], map: &ManualChannelMap) -> Option<String> {
     if sources().any(is_copter) {
         return Some("multirotor".to_owned());
     }
-    let has_airspeed = [Role::TrueAirspeed, Role::CalibratedAirspeed].into_iter().any(|role| {
+    let has_airspeed = Role::AIRSPEEDS.into_iter().any(|role| {
         Trace::for_role(map, role, probes).is_none_or(|speed| speed.values.iter().any(|value| *value > FLIGHT_M_S))
             && map.row(role).is_some()
     });
@@ -141,7 +141,7 @@ fn is_rotary(source: &Source) -> bool {
 }
 
 /// Number or corner of a motor, where a name is one of a motor; `RPM0` is one where nothing stands before.
-fn motor(name: &str) -> Option<String> {
+fn find_motor(name: &str) -> Option<String> {
     let all = tokens(name);
     let is = |words: &[&str], token: &String| words.contains(&token.as_str());
     let of_motor = all.iter().position(|token| is(&MOTORS, token));
@@ -154,12 +154,12 @@ fn motor(name: &str) -> Option<String> {
 
 /// Motors of a source that are told apart by a number or by their corner.
 fn count_motors(source: &Source) -> usize {
-    source.channels.iter().filter_map(|channel| motor(channel.label())).collect::<BTreeSet<_>>().len()
+    source.channels.iter().filter_map(|channel| find_motor(channel.label())).collect::<BTreeSet<_>>().len()
 }
 
 /// Takes the speeds of the motors of a multirotor from the engines.
 fn free_engines(map: &mut ManualChannelMap) {
-    let is_of_motor = |row: &ManualChannel| row.by != By::File && motor(&row.from.channel).is_some();
+    let is_of_motor = |row: &ManualChannel| row.by != By::File && find_motor(&row.from.channel).is_some();
     for role in [Role::EngineSpeed1, Role::EngineSpeed2] {
         if let Some(row) = map.row(role).filter(|row| is_of_motor(row)).cloned() {
             map.left_out.push((row.from, "a motor of a multirotor".to_owned()));

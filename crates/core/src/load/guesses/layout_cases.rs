@@ -129,6 +129,11 @@ fn an_equivalent_airspeed_is_no_true_one_and_a_vane_in_volts_no_angle() {
         vec![50.0 + now.pitch, 2.5 + now.pitch, 2.5, now.bank]
     });
     assert!(map.row(Role::TrueAirspeed).is_none() && map.row(Role::AngleOfAttack).is_none());
+    assert_eq!(read(&map, Role::EquivalentAirspeed), Some(("Equivalent airspeed", "m/s", false)));
+    let beside = guess_of("KEAS,KCAS,phi [deg]", |now| vec![116.0, 117.0, now.bank * DEG]);
+    assert!(beside.row(Role::EquivalentAirspeed).is_none(), "a calibrated airspeed is recorded");
+    let alone = guess_of("KEAS,phi [deg]", |now| vec![116.0, now.bank * DEG]);
+    assert_eq!(read(&alone, Role::EquivalentAirspeed), Some(("KEAS", "kt", false)));
     assert_eq!(read(&map, Role::Sideslip), Some(("Flank angle", "deg", false)));
     assert!(map.left_out.iter().any(|(from, why)| from.channel == "AOA vane" && why.starts_with("in V")));
 }

@@ -198,7 +198,7 @@ pub(crate) fn speed(map: &ManualChannelMap, probes: &[Probe]) -> Option<f64> {
         all.retain(|value| value.is_finite());
         median(&mut all)
     };
-    middle(Role::TrueAirspeed).or_else(|| middle(Role::CalibratedAirspeed)).or_else(over_earth)
+    Role::AIRSPEEDS.into_iter().find_map(middle).or_else(over_earth)
 }
 
 /// Speed over the Earth, of velocities, whose unit is known where it must be, or of places.

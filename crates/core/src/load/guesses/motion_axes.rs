@@ -129,7 +129,7 @@ fn compare_side(map: &ManualChannelMap, probes: &[Probe]) -> Option<f64> {
 /// Airspeed, or speed over ground where there is none, m/s.
 fn airspeed(map: &ManualChannelMap, probes: &[Probe], time_s: &[f64]) -> Option<Trace> {
     let at = |role: Role| Trace::for_role(map, role, probes).and_then(|trace| trace.at(time_s));
-    let of_air = [Role::TrueAirspeed, Role::CalibratedAirspeed].into_iter().find_map(at);
+    let of_air = Role::AIRSPEEDS.into_iter().find_map(at);
     of_air.or_else(|| ground_speed(map, probes, false)?.at(time_s))
 }
 

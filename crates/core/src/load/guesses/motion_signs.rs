@@ -61,7 +61,7 @@ fn settle_down(map: &mut ManualChannelMap, probes: &[Probe]) -> bool {
         };
         let by_pitch = || {
             let pitch = Trace::for_role(map, Role::PitchAngle, probes)?;
-            map.row(Role::TrueAirspeed).or(map.row(Role::CalibratedAirspeed))?;
+            Role::AIRSPEEDS.into_iter().find_map(|role| map.row(role))?;
             let (_, correlation) = slope_of(place.as_ref()?, pitch)?;
             (correlation.abs() > ANGLE_CORRELATION).then_some(correlation.signum())
         };

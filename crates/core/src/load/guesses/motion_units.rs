@@ -39,8 +39,7 @@ pub(crate) fn settle(map: &mut ManualChannelMap, probes: &[Probe]) {
 /// Product of an airspeed and the pitch, whose units are known: the climb but for the angle of attack.
 fn climb_of_pitch(map: &ManualChannelMap, probes: &[Probe], pitch: &ManualChannel) -> Option<Trace> {
     let is_known = |role: &Role| map.row(*role).is_some_and(|row| !row.is_unit_open(probes));
-    let speed =
-        Trace::for_role(map, [Role::TrueAirspeed, Role::CalibratedAirspeed].into_iter().find(is_known)?, probes)?;
+    let speed = Trace::for_role(map, Role::AIRSPEEDS.into_iter().find(is_known)?, probes)?;
     let mut climb = Trace::read(pitch, probes)?.at(&speed.time_s)?;
     climb.values.iter_mut().zip(&speed.values).for_each(|(pitch, speed)| *pitch *= speed);
     Some(climb)
@@ -69,8 +68,7 @@ fn settle_places(map: &mut ManualChannelMap, probes: &[Probe]) {
         return;
     }
     let read = || {
-        let speed =
-            Trace::for_role(map, [Role::TrueAirspeed, Role::CalibratedAirspeed].into_iter().find(is_known)?, probes)?;
+        let speed = Trace::for_role(map, Role::AIRSPEEDS.into_iter().find(is_known)?, probes)?;
         let north = Trace::for_role(map, Role::PositionNorth, probes)?;
         let east = Trace::for_role(map, Role::PositionEast, probes)?.at(&north.time_s)?;
         let mut ground = way_of(&[north, east])?.values;
@@ -272,7 +270,7 @@ fn settle_speeds(map: &mut ManualChannelMap, probes: &[Probe]) {
     let is_open_height = [Role::Altitude, Role::GpsAltitude].iter().any(|role| is_open(map, *role, probes));
     let lowest = if is_open_height { 0.3048 } else { 1.0 };
     let is_low = middle(height(map, probes)).is_some_and(|height| lowest * height < LOW_M);
-    for role in [Role::TrueAirspeed, Role::CalibratedAirspeed] {
+    for role in Role::AIRSPEEDS {
         let Some(row) = map.row(role).filter(|row| row.is_unit_open(probes)).cloned() else { continue };
         let Some(air) = middle(Trace::read(&row, probes)).filter(|speed| *speed > 0.0) else { continue };
         let found = unit_of(&row, air / reference, units, ratio);

@@ -102,7 +102,7 @@ const OF_TEMPERATURE: [&str; 8] = ["n", "num", "gps", "gnss", "used", "01", "02"
 const OF_POWER: [&str; 8] = ["percent", "pct", "tx", "rf", "signal", "radio", "rx", "level"];
 
 /// Words that make another quantity of a name of `role`.
-fn words_of(role: Role) -> &'static [&'static str] {
+fn list_words_of(role: Role) -> &'static [&'static str] {
     match role {
         Role::BankAngle | Role::PitchAngle | Role::HeadingAngle => &OF_ATTITUDE,
         Role::PositionNorth | Role::PositionEast | Role::PositionDown => &OF_POSITION,
@@ -126,7 +126,7 @@ pub(crate) fn is_other_quantity(role: Role, tokens: &[String], name: &str) -> bo
         && ["roll", "pitch", "yaw"].iter().any(|axis| name.contains(axis));
     // A directional gyro shows the heading.
     let is_compass = |token: &str| token == "gyro" && (name.contains("head") || name.contains("hdg"));
-    let of_role = words_of(role);
+    let of_role = list_words_of(role);
     let is_of = |words: &[&str]| {
         tokens
             .iter()

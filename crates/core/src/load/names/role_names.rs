@@ -117,6 +117,10 @@ pub(crate) const NAMES: &[RoleNames] = &[
         "computedairspeed", "airspeedcomputed", "airspeedcomp", "airspeedind", "indairspeed", "calairspeed",
         "airspeedcal", "airspeedcalibrated", "indicatedspeed", "speedindicated", "iasspeed",
     ]),
+    (Role::EquivalentAirspeed, &[
+        "equivalentairspeed", "eas", "keas", "veas", "vequiv", "airspeedequivalent", "equivalentspeed", "speedequivalent",
+        "equivairspeed", "airspeedequiv", "eqairspeed",
+    ]),
     (Role::ImpactPressure, &[
         "impactpressure", "qc", "qci", "pdyn", "pdynamic", "dynamicpressure", "dynpressure", "dynpress", "differentialpressure",
         "diffpressure", "diffpress", "pressdiff", "dpress", "differentialpress", "pdiff", "pitotpressure", "pitotdiff",

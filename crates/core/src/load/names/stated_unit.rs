@@ -234,7 +234,7 @@ pub(crate) fn name_and_unit(name: &str) -> (String, Option<Unit>) {
         return (name.trim_end_matches(['_', ' ', '-']).to_owned(), Some(unit));
     }
     // The k of these is the unit.
-    if ["ktas", "kcas", "kias"].contains(&plain_letters(&name).as_str()) {
+    if ["ktas", "kcas", "kias", "keas"].contains(&plain_letters(&name).as_str()) {
         return (name, Unit::parse("kt").ok());
     }
     if ends_on_g(&name) {
