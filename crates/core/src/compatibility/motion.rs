@@ -343,17 +343,18 @@ fn flying_only(found: &mut Vec<(f64, usize)>, step_s: f64, speed: &Series) {
     let most = sizes.len() * 9 / 10;
     let Some(usual) = ranked(&mut sizes, most) else { return };
     let level = FLYING * usual;
-    let flies = |(start_s, steps): &(f64, usize)| {
-        let first = speed.time_s.partition_point(|t| t < start_s);
-        let end = speed.time_s.partition_point(|t| *t <= start_s + step_s * *steps as f64);
-        let inside = speed.values[first..end].iter().filter(|value| value.is_finite());
-        let (above, all) =
-            inside.fold((0, 0), |(above, all), value| (above + usize::from(value.abs() > level), all + 1));
-        all == 0 || above * 10 >= all * 9
-    };
+    let flies = |&(start_s, steps): &(f64, usize)| is_flying(speed, level, start_s, start_s + step_s * steps as f64);
     if found.iter().any(flies) {
         found.retain(flies);
     }
+}
+
+fn is_flying(speed: &Series, level: f64, start_s: f64, end_s: f64) -> bool {
+    let first = speed.time_s.partition_point(|t| *t < start_s);
+    let end = speed.time_s.partition_point(|t| *t <= end_s);
+    let inside = speed.values[first..end].iter().filter(|value| value.is_finite());
+    let (above, all) = inside.fold((0, 0), |(above, all), value| (above + usize::from(value.abs() > level), all + 1));
+    all == 0 || above * 10 >= all * 9
 }
 
 /// An angle that runs on where it is recorded within one turn, whichever unit its turn is in.
