@@ -195,20 +195,27 @@ fn study_terms(
         return Err("no manoeuvre is used for this coefficient".into());
     }
     let fixed: Vec<Option<f64>> = terms.iter().map(|term| fixed_value(estimation.known(coefficient, term))).collect();
-    let window = |(window, aero): &&AeroWindow<'_>| {
-        let x = regressors(terms, &aero.variables).map_err(|error| format!("manoeuvre '{}': {error}", window.name))?;
-        let mut z = aero.coefficients.get(coefficient).to_vec();
-        for (column, value) in fixed.iter().enumerate().filter_map(|(column, value)| Some((column, (*value)?))) {
-            z.iter_mut().zip(x.column(column).iter()).for_each(|(z, x)| *z -= value * x);
-        }
-        Ok(PooledWindow { label: window.name.clone(), x, z })
-    };
-    let windows = used.iter().map(window).collect::<StageResult<Vec<_>>>()?;
+    let windows = used.iter().map(|used| form_window(coefficient, terms, &fixed, used));
+    let windows = windows.collect::<StageResult<Vec<_>>>()?;
     let names: Vec<_> = terms.iter().map(|term| term.derivative_name(coefficient)).collect();
     let in_model: Vec<_> = (0..terms.len()).map(|at| at < own && fixed[at].is_none()).collect();
     let is_constant: Vec<_> = terms.iter().map(Term::is_constant).collect();
     let own_constants = estimation.constants == PooledConstants::PerManoeuvre && windows.len() > 1;
     Ok(term_study(&names, &in_model, &is_constant, own_constants, &windows)?)
+}
+
+fn form_window(
+    coefficient: Coefficient,
+    terms: &[Term],
+    fixed: &[Option<f64>],
+    (window, aero): &AeroWindow<'_>,
+) -> StageResult<PooledWindow> {
+    let x = regressors(terms, &aero.variables).map_err(|error| format!("manoeuvre '{}': {error}", window.name))?;
+    let mut z = aero.coefficients.get(coefficient).to_vec();
+    for (column, value) in fixed.iter().enumerate().filter_map(|(column, value)| Some((column, (*value)?))) {
+        z.iter_mut().zip(x.column(column).iter()).for_each(|(z, x)| *z -= value * x);
+    }
+    Ok(PooledWindow { label: window.name.clone(), x, z })
 }
 
 fn fixed_value(known: Constraint) -> Option<f64> {
