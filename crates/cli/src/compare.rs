@@ -175,20 +175,21 @@ fn print_coefficient(name: &str, rows: &[(&ExperimentRow, &CoefficientOutcome)])
             fit.and_then(|fit| fit.honest_r_squared),
             fit.and_then(|fit| fit.delta_akaike),
         ];
-        let interval = |name: &&str| {
-            let found = outcome.derivatives.iter().find(|derivative| derivative.name == *name);
-            found.map_or("-".to_owned(), |found| {
-                let half = found.interval.high - found.interval.estimate;
-                format!("{} ± {}", text::number(found.interval.estimate, 4), text::number(half, 2))
-            })
-        };
         std::iter::once(row.name.clone())
             .chain(figures.into_iter().map(|value| number(value, 4)))
-            .chain(names.iter().map(interval))
+            .chain(names.iter().map(|name| describe_interval(outcome, name)))
             .collect()
     });
     let mut header = vec![name, "R2", "honest R2", "dAIC"];
     header.extend(&names);
     text::line("");
     text::table(&header, &cells.collect::<Vec<Vec<String>>>());
+}
+
+fn describe_interval(outcome: &CoefficientOutcome, name: &str) -> String {
+    let found = outcome.derivatives.iter().find(|derivative| derivative.name == name);
+    found.map_or("-".to_owned(), |found| {
+        let half = found.interval.high - found.interval.estimate;
+        format!("{} ± {}", text::number(found.interval.estimate, 4), text::number(half, 2))
+    })
 }

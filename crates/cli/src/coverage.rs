@@ -119,19 +119,6 @@ pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
         "{} flights of scenario '{}', {} manoeuvres each: fraction of the 95 % intervals that contain the truth",
         found.realisations, arguments.scenario, found.manoeuvres
     ));
-    let row = |derivative: &study::DerivativeCoverage| {
-        vec![
-            derivative.name.clone(),
-            text::number(derivative.truth, 4),
-            text::number(derivative.mean, 4),
-            text::number(derivative.scatter, 3),
-            format!("{:+.2}", derivative.bias),
-            text::number(derivative.standard_error, 3),
-            text::number(derivative.corrected_error, 3),
-            format!("{:.1}", 100.0 * derivative.conventional),
-            format!("{:.1}", 100.0 * derivative.corrected),
-        ]
-    };
     let header = [
         "derivative",
         "truth",
@@ -143,13 +130,27 @@ pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
         "conventional %",
         "corrected %",
     ];
-    text::table(&header, &found.derivatives.iter().map(row).collect::<Vec<_>>());
+    text::table(&header, &found.derivatives.iter().map(describe_derivative).collect::<Vec<_>>());
     let mean = |part: fn(&study::DerivativeCoverage) -> f64| {
         100.0 * found.derivatives.iter().map(part).sum::<f64>() / found.derivatives.len() as f64
     };
     let [conventional, corrected] = [mean(|row| row.conventional), mean(|row| row.corrected)];
     text::line(&format!("all derivatives: conventional {conventional:.1} %, corrected {corrected:.1} %"));
     Ok(())
+}
+
+fn describe_derivative(derivative: &study::DerivativeCoverage) -> Vec<String> {
+    vec![
+        derivative.name.clone(),
+        text::number(derivative.truth, 4),
+        text::number(derivative.mean, 4),
+        text::number(derivative.scatter, 3),
+        format!("{:+.2}", derivative.bias),
+        text::number(derivative.standard_error, 3),
+        text::number(derivative.corrected_error, 3),
+        format!("{:.1}", 100.0 * derivative.conventional),
+        format!("{:.1}", 100.0 * derivative.corrected),
+    ]
 }
 
 /// Flies sound flights, flights in gusts and flights with one fault each and prints how the levels fit the truth.
@@ -168,23 +169,24 @@ pub fn calibrate(arguments: &CalibrateArguments) -> Result<(), String> {
         text::document(&serde_json::to_string_pretty(&found).map_err(|error| error.to_string())?);
         return Ok(());
     }
-    let counts = |counts: [usize; 3]| counts.map(|count| count.to_string()).join(" / ");
-    let row = |row: &verdict::CaseCounts| {
-        let pair = |level: usize| format!("{} right {} wrong", row.right[level], row.wrong[level]);
-        vec![
-            row.name.to_owned(),
-            counts(row.sessions),
-            pair(0),
-            row.wrong_that_matter.to_string(),
-            pair(1),
-            pair(2),
-            counts(row.faults),
-        ]
-    };
     let header =
         ["case", "good / caution / bad", "good", "wrong that matter", "caution", "bad", "named / noticed / silent"];
-    text::table(&header, &found.iter().map(row).collect::<Vec<_>>());
+    text::table(&header, &found.iter().map(describe_case).collect::<Vec<_>>());
     Ok(())
+}
+
+fn describe_case(row: &verdict::CaseCounts) -> Vec<String> {
+    let counts = |counts: [usize; 3]| counts.map(|count| count.to_string()).join(" / ");
+    let pair = |level: usize| format!("{} right {} wrong", row.right[level], row.wrong[level]);
+    vec![
+        row.name.to_owned(),
+        counts(row.sessions),
+        pair(0),
+        row.wrong_that_matter.to_string(),
+        pair(1),
+        pair(2),
+        counts(row.faults),
+    ]
 }
 
 /// What a design promised beside what its flights gave.
@@ -232,22 +234,23 @@ fn print_modes(arguments: &CoverageArguments, found: &study::ModeCoverage) {
         "{} flights of scenario '{}', {} manoeuvres each: fraction of the 95 % mode intervals that contain the true mode at the same trim",
         found.realisations, arguments.scenario, found.manoeuvres
     ));
-    let row = |row: &study::FigureCoverage| {
-        vec![
-            row.mode.to_owned(),
-            format!("{:?}", row.figure).to_lowercase(),
-            text::number(row.truth, 4),
-            text::number(row.scatter, 3),
-            format!("{:+.2}", row.bias),
-            text::number(row.standard_error, 3),
-            format!("{:.1}", 100.0 * row.delta),
-            format!("{:.1}", 100.0 * row.sampled),
-            row.flights.to_string(),
-        ]
-    };
     let header =
         ["mode", "figure", "truth", "scatter", "bias/scatter", "std error", "by slopes %", "by samples %", "flights"];
-    text::table(&header, &found.figures.iter().map(row).collect::<Vec<_>>());
+    text::table(&header, &found.figures.iter().map(describe_figure).collect::<Vec<_>>());
+}
+
+fn describe_figure(row: &study::FigureCoverage) -> Vec<String> {
+    vec![
+        row.mode.to_owned(),
+        format!("{:?}", row.figure).to_lowercase(),
+        text::number(row.truth, 4),
+        text::number(row.scatter, 3),
+        format!("{:+.2}", row.bias),
+        text::number(row.standard_error, 3),
+        format!("{:.1}", 100.0 * row.delta),
+        format!("{:.1}", 100.0 * row.sampled),
+        row.flights.to_string(),
+    ]
 }
 
 /// How often flights with which nothing is wrong are judged to be less than good, and why.

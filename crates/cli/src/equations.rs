@@ -142,14 +142,7 @@ fn describe_filter(result: &Result<FilterErrorFit, EquationFault>) -> Value {
 /// Parameters, initial states up to `end`, and outputs.
 fn describe_fit(found: &EquationFit, end: usize) -> Value {
     let fit = &found.fit;
-    let row = |index: usize| {
-        json!({
-            "name": fit.names[index],
-            "estimate": fit.estimates[index],
-            "standard_error": fit.standard_errors[index],
-            "corrected_standard_error": found.corrected_errors[index],
-        })
-    };
+    let row = |index: usize| describe_parameter(found, index);
     let outputs = found
         .compared
         .iter()
@@ -165,6 +158,15 @@ fn describe_fit(found: &EquationFit, end: usize) -> Value {
         "initial": (found.parameters..end).map(row).collect::<Vec<_>>(),
         "outputs": outputs,
         "samples": found.time_s.len(),
+    })
+}
+
+fn describe_parameter(found: &EquationFit, index: usize) -> Value {
+    json!({
+        "name": found.fit.names[index],
+        "estimate": found.fit.estimates[index],
+        "standard_error": found.fit.standard_errors[index],
+        "corrected_standard_error": found.corrected_errors[index],
     })
 }
 

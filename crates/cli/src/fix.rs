@@ -78,21 +78,23 @@ fn list(opened: &Opened, now: VerdictCounts, found: &[(Fix, &Place)], progress: 
     });
     progress.finish();
     text::line(&format!("now: verdict {}", describe(now)));
-    let row = |(index, fix, place, after): (usize, &Fix, &Place, Result<VerdictCounts, String>)| {
-        let [level, good, caution, bad] = match after {
-            Ok(VerdictCounts { level, good, caution, bad }) => {
-                [level.name().to_owned(), good.to_string(), caution.to_string(), bad.to_string()]
-            }
-            Err(error) => [error, String::new(), String::new(), String::new()],
-        };
-        vec![(index + 1).to_string(), fix.label.clone(), level, good, caution, bad, place.to_string()]
-    };
-    let rows: Vec<Vec<String>> = tried.into_iter().map(row).collect();
+    let tried = tried.into_iter();
+    let rows: Vec<_> = tried.map(|(index, fix, place, after)| describe_tried(index, fix, place, after)).collect();
     match rows.is_empty() {
         true => text::line("no fix to apply"),
         false => text::table(&["#", "fix", "verdict", "good", "caution", "bad", "finding"], &rows),
     }
     Ok(())
+}
+
+fn describe_tried(index: usize, fix: &Fix, place: &Place, after: Result<VerdictCounts, String>) -> Vec<String> {
+    let [level, good, caution, bad] = match after {
+        Ok(VerdictCounts { level, good, caution, bad }) => {
+            [level.name().to_owned(), good.to_string(), caution.to_string(), bad.to_string()]
+        }
+        Err(error) => [error, String::new(), String::new(), String::new()],
+    };
+    vec![(index + 1).to_string(), fix.label.clone(), level, good, caution, bad, place.to_string()]
 }
 
 /// The session after fixes by their numbers, in this order.

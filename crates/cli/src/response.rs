@@ -305,16 +305,17 @@ fn describe(study: &ResponseStudy) -> Value {
 }
 
 fn describe_parameters(parameters: &[FittedParameter]) -> Vec<Value> {
-    let row = |parameter: &FittedParameter| {
-        json!({
-            "name": parameter.name,
-            "value": parameter.value,
-            "standard_error": parameter.standard_error,
-            "low": parameter.low,
-            "high": parameter.high,
-        })
-    };
-    parameters.iter().map(row).collect()
+    parameters.iter().map(describe_parameter).collect()
+}
+
+fn describe_parameter(parameter: &FittedParameter) -> Value {
+    json!({
+        "name": parameter.name,
+        "value": parameter.value,
+        "standard_error": parameter.standard_error,
+        "low": parameter.low,
+        "high": parameter.high,
+    })
 }
 
 fn describe_fit(study: &ResponseStudy, found: &EquivalentStudy, qualities: Option<QualitiesRow>) -> Value {
@@ -407,30 +408,14 @@ fn print_fit(study: &ResponseStudy, found: &EquivalentStudy) {
         found.method.name(),
         fit.frequencies
     ));
-    let number = |value: f64| text::number(value, 5);
-    let other = |name: &str| match &found.other {
-        Some((_, Ok(other))) => other.parameter(name).map(|row| (row.value, row.standard_error)),
-        _ => None,
-    };
-    let row = |parameter: &FittedParameter| {
-        let (value, error) = other(&parameter.name).unwrap_or((f64::NAN, f64::NAN));
-        vec![
-            format!("  {}", parameter.name),
-            number(parameter.value),
-            text::number(parameter.standard_error, 3),
-            number(parameter.low),
-            number(parameter.high),
-            number(value),
-            text::number(error, 3),
-        ]
-    };
-    let rows: Vec<Vec<String>> = fit.parameters.iter().chain(&found.derived).map(row).collect();
+    let rows: Vec<Vec<String>> =
+        fit.parameters.iter().chain(&found.derived).map(|parameter| parameter_cells(parameter, found)).collect();
     let beside = found.other.as_ref().map_or("", |(method, _)| method.name());
     text::table(&["  parameter", "value", "std error", "low", "high", beside, "std error"], &rows);
     if fit.is_delay_at_zero {
         let end = fit.parameter("tau").map_or(f64::NAN, |delay| delay.high);
         let interval = if end.is_finite() {
-            format!("one-sided 95 % interval up to {} s", number(end))
+            format!("one-sided 95 % interval up to {} s", text::number(end, 5))
         } else {
             "no interval".to_owned()
         };
@@ -450,4 +435,22 @@ fn print_fit(study: &ResponseStudy, found: &EquivalentStudy) {
     if let Some((method, Err(error))) = &found.other {
         text::line(&format!("{}: {error}", method.name()));
     }
+}
+
+fn parameter_cells(parameter: &FittedParameter, found: &EquivalentStudy) -> Vec<String> {
+    let number = |value: f64| text::number(value, 5);
+    let other = match &found.other {
+        Some((_, Ok(other))) => other.parameter(&parameter.name).map(|row| (row.value, row.standard_error)),
+        _ => None,
+    };
+    let (value, error) = other.unwrap_or((f64::NAN, f64::NAN));
+    vec![
+        format!("  {}", parameter.name),
+        number(parameter.value),
+        text::number(parameter.standard_error, 3),
+        number(parameter.low),
+        number(parameter.high),
+        number(value),
+        text::number(error, 3),
+    ]
 }

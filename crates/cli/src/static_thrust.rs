@@ -39,17 +39,8 @@ pub fn static_thrust(arguments: &StaticThrustArguments) -> Result<(), String> {
 }
 
 fn print(found: &Pulled) {
-    let row = |own: &doublet_engine::ground_tests::PulledReading| {
-        vec![
-            format!("{} ± {}", number(own.thrust_n, 5), number(own.standard_error_n, 2)),
-            number(own.model_n, 5),
-            number(own.ratio, 4),
-            number(own.thrust_coefficient, 4),
-            number(own.density_kg_m3, 4),
-        ]
-    };
     let header = ["thrust, N", "of the models, N", "ratio", "CT", "density, kg/m³"];
-    text::table(&header, &found.readings.iter().map(row).collect::<Vec<_>>());
+    text::table(&header, &found.readings.iter().map(describe_reading).collect::<Vec<_>>());
     let beyond =
         found.readings.iter().enumerate().flat_map(|(place, own)| own.off_range.iter().map(move |text| (place, text)));
     beyond.for_each(|(place, own)| text::line(&format!("reading {}: {own}", place + 1)));
@@ -68,4 +59,14 @@ fn print(found: &Pulled) {
     } else {
         "the models differ from the pull by more than its error"
     });
+}
+
+fn describe_reading(own: &doublet_engine::ground_tests::PulledReading) -> Vec<String> {
+    vec![
+        format!("{} ± {}", number(own.thrust_n, 5), number(own.standard_error_n, 2)),
+        number(own.model_n, 5),
+        number(own.ratio, 4),
+        number(own.thrust_coefficient, 4),
+        number(own.density_kg_m3, 4),
+    ]
 }

@@ -131,38 +131,32 @@ pub fn table(header: &[&str], rows: &[Vec<String>]) {
             *width = (*width).max(cell.chars().count());
         }
     }
-    let print = |cells: Vec<&str>| {
-        let mut text = String::new();
-        for (column, (cell, width)) in cells.iter().zip(&widths).enumerate() {
-            let padding = " ".repeat(width.saturating_sub(cell.chars().count()));
-            if column == 0 {
-                text.push_str(cell);
-                text.push_str(&padding);
-            } else {
-                text.push_str("  ");
-                text.push_str(&padding);
-                text.push_str(cell);
-            }
-        }
-        line(text.trim_end());
-    };
-    print(header.to_vec());
+    print_row(header, &widths);
     for row in rows {
-        print(row.iter().map(String::as_str).collect());
+        print_row(&row.iter().map(String::as_str).collect::<Vec<_>>(), &widths);
     }
+}
+
+fn print_row(cells: &[&str], widths: &[usize]) {
+    let mut text = String::new();
+    for (column, (cell, width)) in cells.iter().zip(widths).enumerate() {
+        let padding = " ".repeat(width.saturating_sub(cell.chars().count()));
+        if column == 0 {
+            text.push_str(cell);
+            text.push_str(&padding);
+        } else {
+            text.push_str("  ");
+            text.push_str(&padding);
+            text.push_str(cell);
+        }
+    }
+    line(text.trim_end());
 }
 
 /// Prints a table of the engine under its headings, derivatives by their plain names; as JSON under its keys, with every digit.
 pub fn show(table: &Table) {
-    let value = |cell: &Cell| match cell {
-        Cell::Empty => Value::Null,
-        Cell::Text(text) | Cell::Symbol(text) => Value::from(text.as_str()),
-        Cell::Count(count) => Value::from(*count),
-        Cell::Number(number) => Value::from(*number),
-        Cell::Flag(flag) => Value::from(*flag),
-    };
     let columns = || table.columns.iter().map(|column| column.key.as_str()).collect::<Vec<_>>();
-    let rows = || table.rows.iter().map(|row| row.iter().map(value).collect::<Vec<_>>()).collect::<Vec<_>>();
+    let rows = || table.rows.iter().map(|row| row.iter().map(json_value).collect::<Vec<_>>()).collect::<Vec<_>>();
     if collected(|all| all.tables.push(json!({ "columns": columns(), "rows": rows() }))).is_some() {
         return;
     }
@@ -174,6 +168,16 @@ pub fn show(table: &Table) {
     };
     let rows = table.rows.iter().map(|row| row.iter().zip(&table.columns).map(readable).collect());
     self::table(&titles.iter().map(String::as_str).collect::<Vec<_>>(), &rows.collect::<Vec<_>>());
+}
+
+fn json_value(cell: &Cell) -> Value {
+    match cell {
+        Cell::Empty => Value::Null,
+        Cell::Text(text) | Cell::Symbol(text) => Value::from(text.as_str()),
+        Cell::Count(count) => Value::from(*count),
+        Cell::Number(number) => Value::from(*number),
+        Cell::Flag(flag) => Value::from(*flag),
+    }
 }
 
 /// Prints rows of a name and a description, the descriptions in one column.

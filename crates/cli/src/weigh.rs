@@ -55,20 +55,10 @@ pub fn weigh(arguments: &WeighArguments) -> Result<(), String> {
 }
 
 fn print(found: &Weighed) {
-    let error = |error: Option<f64>| error.map_or_else(String::new, |error| format!(" ± {}", number(error, 2)));
-    let row = |name: &str, mass: f64, [x, y, z]: [f64; 3], errors: [Option<f64>; 2]| {
-        vec![
-            name.to_owned(),
-            number(mass, 5),
-            format!("{}{}", number(x, 4), error(errors[0])),
-            number(y, 2),
-            format!("{}{}", number(z, 4), error(errors[1])),
-        ]
-    };
     let cells = [
-        row("as weighed", found.mass_kg, found.cg_datum_m, [found.x_error_m, found.z_error_m]),
-        row("empty", found.empty_mass_kg, found.empty_cg_datum_m, [None; 2]),
-        row("aircraft file", found.stated_mass_kg, found.stated_cg_datum_m, [None; 2]),
+        describe_mass("as weighed", found.mass_kg, found.cg_datum_m, [found.x_error_m, found.z_error_m]),
+        describe_mass("empty", found.empty_mass_kg, found.empty_cg_datum_m, [None; 2]),
+        describe_mass("aircraft file", found.stated_mass_kg, found.stated_cg_datum_m, [None; 2]),
     ];
     text::table(&["", "mass, kg", "x, m", "y, m", "z, m"], &cells);
     text::line(&format!(
@@ -79,4 +69,15 @@ fn print(found: &Weighed) {
         number(found.strut_pitch_rad.to_degrees(), 2),
         number(found.taken_off_kg, 4)
     ));
+}
+
+fn describe_mass(name: &str, mass: f64, [x, y, z]: [f64; 3], errors: [Option<f64>; 2]) -> Vec<String> {
+    let error = |error: Option<f64>| error.map_or_else(String::new, |error| format!(" ± {}", number(error, 2)));
+    vec![
+        name.to_owned(),
+        number(mass, 5),
+        format!("{}{}", number(x, 4), error(errors[0])),
+        number(y, 2),
+        format!("{}{}", number(z, 4), error(errors[1])),
+    ]
 }

@@ -57,23 +57,8 @@ pub fn propagate(
     samples: &[DVector<f64>],
     function: impl Fn(&DVector<f64>) -> f64,
 ) -> Propagated {
-    /// Step as a fraction of the error.
-    const FRACTION: f64 = 1e-3;
     let value = function(values);
-    let slope = |index: usize| {
-        let error = covariance[(index, index)].max(0.0).sqrt();
-        if error == 0.0 {
-            return 0.0;
-        }
-        let side = |step: f64| {
-            let mut moved = values.clone();
-            moved[index] += step;
-            function(&moved)
-        };
-        let step = FRACTION * error;
-        (side(step) - side(-step)) / (2.0 * step)
-    };
-    let slopes = DVector::from_fn(values.len(), |index, _| slope(index));
+    let slopes = DVector::from_fn(values.len(), |index, _| slope(values, covariance, index, &function));
     let variance = (slopes.transpose() * covariance * &slopes)[0];
     let mut shares: Vec<(usize, f64)> =
         (0..values.len()).map(|index| (index, slopes[index].powi(2) * covariance[(index, index)])).collect();
@@ -87,6 +72,27 @@ pub fn propagate(
         sampled: Interval::of_samples(samples.iter().map(&function).collect()),
         shares,
     }
+}
+
+fn slope(
+    values: &DVector<f64>,
+    covariance: &DMatrix<f64>,
+    index: usize,
+    function: &impl Fn(&DVector<f64>) -> f64,
+) -> f64 {
+    /// Step as a fraction of the error.
+    const FRACTION: f64 = 1e-3;
+    let error = covariance[(index, index)].max(0.0).sqrt();
+    if error == 0.0 {
+        return 0.0;
+    }
+    let side = |step: f64| {
+        let mut moved = values.clone();
+        moved[index] += step;
+        function(&moved)
+    };
+    let step = FRACTION * error;
+    (side(step) - side(-step)) / (2.0 * step)
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::graph::{Context, Footprint, Stage, StageResult};
 use crate::notation::significant;
-use crate::study::{IdentifiedCoefficient, Parameter, StudyInput, identified};
+use crate::study::{IdentifiedCoefficient, StudyInput, identified};
 
 /// Probability below which a difference counts as a contradiction.
 const CONTRADICTION: f64 = 0.01;
@@ -150,18 +150,19 @@ impl PriorStudy {
             degrees_of_freedom: found.distance.1,
             probability: found.probability,
         });
-        let row = |(index, row): (usize, &Parameter)| PriorRow {
-            name: row.name.clone(),
-            prior: priors[index].map(ValueRow::from),
-            flight: ValueRow { value: row.value, standard_error: row.standard_error },
-            combined: ValueRow {
-                value: found.values[index],
-                standard_error: found.covariance[(index, index)].max(0.0).sqrt(),
-            },
-            deviations: found.conflicts[index],
-            probability: found.probabilities[index],
-        };
-        self.derivatives.extend(rows.iter().enumerate().map(row));
+        for (index, row) in rows.iter().enumerate() {
+            self.derivatives.push(PriorRow {
+                name: row.name.clone(),
+                prior: priors[index].map(ValueRow::from),
+                flight: ValueRow { value: row.value, standard_error: row.standard_error },
+                combined: ValueRow {
+                    value: found.values[index],
+                    standard_error: found.covariance[(index, index)].max(0.0).sqrt(),
+                },
+                deviations: found.conflicts[index],
+                probability: found.probabilities[index],
+            });
+        }
         Ok(())
     }
 }

@@ -44,14 +44,7 @@ unsafe fn instantiate(
     let (token, resources) = unsafe { (text(token), text(resources)) };
     let resources = resources.strip_prefix("file://").unwrap_or(resources);
     let path = Path::new(resources).join("model.json");
-    let read = || {
-        if !token.starts_with(TOKEN_PREFIX) {
-            return Err(format!("the instantiation token '{token}' is not one of a flight model of this library"));
-        }
-        let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-        Instance::new(&text).map_err(|error| format!("{}: {error}", path.display()))
-    };
-    match read() {
+    match read_instance(token, &path) {
         Ok(instance) => Box::into_raw(Box::new(instance)).cast(),
         Err(line) => {
             if let (Some(log), Ok(line)) = (log, std::ffi::CString::new(line)) {
@@ -61,6 +54,14 @@ unsafe fn instantiate(
             std::ptr::null_mut()
         }
     }
+}
+
+fn read_instance(token: &str, path: &Path) -> Result<Instance, String> {
+    if !token.starts_with(TOKEN_PREFIX) {
+        return Err(format!("the instantiation token '{token}' is not one of a flight model of this library"));
+    }
+    let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    Instance::new(&text).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 /// Version of the interface.

@@ -136,16 +136,17 @@ impl Coefficients {
 
 /// A structure as Python gives it: each coefficient with its terms.
 fn structure(models: Vec<(String, Vec<String>)>) -> PyResult<Structure> {
-    let model = |(name, terms): (String, Vec<String>)| {
-        let known = || Coefficient::ALL.map(Coefficient::name).join(", ");
-        let coefficient = Coefficient::from_name(&name)
-            .ok_or_else(|| refuse(format!("'{name}' is not a coefficient: use one of {}", known())))?;
-        let terms = terms.iter().map(|term| Term::parse(term).map_err(|error| refuse(format!("{name}: {error}"))));
-        Ok((coefficient, terms.collect::<PyResult<Vec<_>>>()?))
-    };
-    let structure = Structure { models: models.into_iter().map(model).collect::<PyResult<_>>()? };
+    let structure = Structure { models: models.into_iter().map(parse_model).collect::<PyResult<_>>()? };
     structure.check().map_err(refuse)?;
     Ok(structure)
+}
+
+fn parse_model((name, terms): (String, Vec<String>)) -> PyResult<(Coefficient, Vec<Term>)> {
+    let known = || Coefficient::ALL.map(Coefficient::name).join(", ");
+    let coefficient = Coefficient::from_name(&name)
+        .ok_or_else(|| refuse(format!("'{name}' is not a coefficient: use one of {}", known())))?;
+    let terms = terms.iter().map(|term| Term::parse(term).map_err(|error| refuse(format!("{name}: {error}"))));
+    Ok((coefficient, terms.collect::<PyResult<Vec<_>>>()?))
 }
 
 /// Each term as it is written in full, with the name of the derivative of a coefficient by it.
@@ -340,6 +341,34 @@ impl Fit {
         let used = fit.windows.iter().filter_map(|(name, _)| self.window(name));
         used.flat_map(|window| window.aero.coefficients.get(fit.coefficient)).copied().collect()
     }
+
+    /// Estimates of a coefficient and what is said about them, or why there are none.
+    fn row<'py>(&self, py: Python<'py>, fit: &doublet_engine::stage::CoefficientFit) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        all.set_item("coefficient", fit.coefficient.name())?;
+        all.set_item("windows", fit.windows.iter().map(|(name, _)| name).collect::<Vec<_>>())?;
+        let dropped = fit.dropped.iter().map(|term| (&*term.derivative, &*term.reason)).collect::<Vec<_>>();
+        all.set_item("dropped", dropped)?;
+        match &fit.fit {
+            Err(error) => all.set_item("error", error.to_string())?,
+            Ok(found) => {
+                all.set_item("names", &found.names)?;
+                all.set_item("estimates", owned(py, found.estimates.clone()))?;
+                all.set_item("white", owned(py, found.standard_errors.clone()))?;
+                all.set_item("coloured", owned(py, fit.corrected_errors.clone()))?;
+                all.set_item("held", found.origins.iter().map(|&origin| describe_origin(origin)).collect::<Vec<_>>())?;
+                all.set_item("covariance", matrix(py, &found.covariance))?;
+                all.set_item("correlation", matrix(py, &found.correlation))?;
+                all.set_item("residuals", shared(py, &found.residuals)?)?;
+                all.set_item("fitted", owned(py, found.fitted(&self.observed(fit))))?;
+                all.set_item("r2", found.quality.r_squared)?;
+                all.set_item("rms_relative_percent", found.quality.rms_relative_percent)?;
+                all.set_item("residual_std", found.residual_std)?;
+                all.set_item("condition", found.condition_number)?;
+            }
+        }
+        Ok(all)
+    }
 }
 
 #[pymethods]
@@ -420,36 +449,7 @@ impl Fit {
 
     /// Each coefficient: its estimates and what is said about them, or why there are none.
     fn rows<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let row = |fit: &doublet_engine::stage::CoefficientFit| -> PyResult<Bound<'py, PyDict>> {
-            let all = PyDict::new(py);
-            all.set_item("coefficient", fit.coefficient.name())?;
-            all.set_item("windows", fit.windows.iter().map(|(name, _)| name).collect::<Vec<_>>())?;
-            let dropped = fit.dropped.iter().map(|term| (&*term.derivative, &*term.reason)).collect::<Vec<_>>();
-            all.set_item("dropped", dropped)?;
-            match &fit.fit {
-                Err(error) => all.set_item("error", error.to_string())?,
-                Ok(found) => {
-                    all.set_item("names", &found.names)?;
-                    all.set_item("estimates", owned(py, found.estimates.clone()))?;
-                    all.set_item("white", owned(py, found.standard_errors.clone()))?;
-                    all.set_item("coloured", owned(py, fit.corrected_errors.clone()))?;
-                    all.set_item(
-                        "held",
-                        found.origins.iter().map(|&origin| describe_origin(origin)).collect::<Vec<_>>(),
-                    )?;
-                    all.set_item("covariance", matrix(py, &found.covariance))?;
-                    all.set_item("correlation", matrix(py, &found.correlation))?;
-                    all.set_item("residuals", shared(py, &found.residuals)?)?;
-                    all.set_item("fitted", owned(py, found.fitted(&self.observed(fit))))?;
-                    all.set_item("r2", found.quality.r_squared)?;
-                    all.set_item("rms_relative_percent", found.quality.rms_relative_percent)?;
-                    all.set_item("residual_std", found.residual_std)?;
-                    all.set_item("condition", found.condition_number)?;
-                }
-            }
-            Ok(all)
-        };
-        self.inner.pooled.fits.iter().map(row).collect()
+        self.inner.pooled.fits.iter().map(|fit| self.row(py, fit)).collect()
     }
 
     /// How well the estimate predicts each window: window, role, coefficient, R2 with the constants of the identification and with its own.

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use doublet_core::load::{ChannelMap, Plan, plan_all, read_text};
 use doublet_engine::begin;
 use doublet_engine::check::check_session;
 use doublet_engine::export::{Format, IdentifiedModel, write as write_model};
@@ -94,25 +95,7 @@ impl Session {
                 Some(_) => begin::inspect_for_map(&paths, control, show)?,
                 None => begin::inspect(&paths, control, show)?,
             };
-            let (map, plan, own) = match (channel_map, inspected.fitting.first()) {
-                (Some(map), _) => {
-                    let text = match doublet_engine::builtin::text("channel_maps", &map) {
-                        Some(text) => text.to_owned(),
-                        None => {
-                            doublet_core::load::read_text(Path::new(&map)).map_err(|error| format!("{map}: {error}"))?
-                        }
-                    };
-                    let parsed =
-                        doublet_core::load::ChannelMap::parse(&text).map_err(|error| format!("{map}: {error}"))?;
-                    let plan = doublet_core::load::plan_all(&inspected.probes, &parsed);
-                    (MapRef::Own(text.into()), plan, None)
-                }
-                (None, Some(fitting)) => (fitting.reference(), fitting.plan.clone(), fitting.aircraft.clone()),
-                (None, None) => {
-                    let text = inspected.guess.text().map_err(|error| error.to_string())?;
-                    (MapRef::Own(text.into()), begin::plan_by_hand(&inspected.probes, &inspected.guess)?, None)
-                }
-            };
+            let (map, plan, own) = choose_map(channel_map.as_deref(), &inspected)?;
             let order = begin::Order { name, aircraft: aircraft.or(own), map };
             begin::begin(&order, &inspected, &plan, control, show)
         };
@@ -199,6 +182,24 @@ impl Session {
         let snapshot = attend_with(py, "run", (progress, &notices), work)?;
         Ok(Results { settings: Arc::clone(&self.settings), snapshot })
     }
+}
+
+/// The map that is named, else the one that fits best, else the guess; with its plan and the aircraft it states.
+fn choose_map(name: Option<&str>, inspected: &begin::Inspected) -> Result<(MapRef, Plan, Option<String>), String> {
+    let Some(name) = name else {
+        if let Some(fitting) = inspected.fitting.first() {
+            return Ok((fitting.reference(), fitting.plan.clone(), fitting.aircraft.clone()));
+        }
+        let text = inspected.guess.text().map_err(|error| error.to_string())?;
+        return Ok((MapRef::Own(text.into()), begin::plan_by_hand(&inspected.probes, &inspected.guess)?, None));
+    };
+    let fault = |error: &dyn std::fmt::Display| format!("{name}: {error}");
+    let text = match doublet_engine::builtin::text("channel_maps", name) {
+        Some(text) => text.to_owned(),
+        None => read_text(Path::new(name)).map_err(|error| fault(&error))?,
+    };
+    let plan = plan_all(&inspected.probes, &ChannelMap::parse(&text).map_err(|error| fault(&error))?);
+    Ok((MapRef::Own(text.into()), plan, None))
 }
 
 fn computed(

@@ -182,37 +182,45 @@ impl Loading {
     /// Masses that cannot be, exceed what their place holds, or name a place the aircraft has not.
     fn place_issues(&self, aircraft: &Aircraft) -> Vec<LoadingIssue> {
         let mut issues = Vec::new();
-        let mut examine = |kind: &str, name: &str, mass_kg: f64, capacity_kg: Option<Option<f64>>| {
-            let field = || format!("{kind}.{name}");
-            if !(mass_kg.is_finite() && mass_kg >= 0.0) {
-                issues.push(LoadingIssue::NotAMass { field: field(), mass_kg });
-            }
-            match capacity_kg {
-                None => issues.push(LoadingIssue::UnknownPlace { field: field() }),
-                Some(Some(capacity_kg)) if mass_kg > capacity_kg => {
-                    issues.push(LoadingIssue::OverCapacity { field: field(), mass_kg, capacity_kg });
-                }
-                Some(_) => {}
-            }
-        };
         for (name, &mass_kg) in &self.fuel_kg {
             let tank = aircraft.tanks.iter().find(|tank| tank.name == *name);
-            examine("fuel_kg", name, mass_kg, tank.map(|tank| Some(tank.capacity_kg)));
+            Self::examine_mass(&mut issues, "fuel_kg", name, mass_kg, tank.map(|tank| Some(tank.capacity_kg)));
         }
         for (kind, stations, masses) in
             [("seats_kg", &aircraft.seats, &self.seats_kg), ("luggage_kg", &aircraft.luggage, &self.luggage_kg)]
         {
             for (name, &mass_kg) in masses {
                 let station = stations.iter().find(|station| station.name == *name);
-                examine(kind, name, mass_kg, station.map(|station| station.capacity_kg));
+                Self::examine_mass(&mut issues, kind, name, mass_kg, station.map(|station| station.capacity_kg));
             }
         }
         for item in &self.added_items {
-            examine("added_items", &item.name, item.mass_kg, Some(None));
+            Self::examine_mass(&mut issues, "added_items", &item.name, item.mass_kg, Some(None));
         }
         let misplaced = self.added_items.iter().filter(|item| !item.cg_from_datum_m.iter().all(|x| x.is_finite()));
         issues.extend(misplaced.map(|item| LoadingIssue::NotAPosition { field: format!("added_items.{}", item.name) }));
         issues
+    }
+
+    /// `capacity_kg` is none of a place that the aircraft has not, and holds none where anything may be loaded.
+    fn examine_mass(
+        issues: &mut Vec<LoadingIssue>,
+        kind: &str,
+        name: &str,
+        mass_kg: f64,
+        capacity_kg: Option<Option<f64>>,
+    ) {
+        let field = || format!("{kind}.{name}");
+        if !(mass_kg.is_finite() && mass_kg >= 0.0) {
+            issues.push(LoadingIssue::NotAMass { field: field(), mass_kg });
+        }
+        match capacity_kg {
+            None => issues.push(LoadingIssue::UnknownPlace { field: field() }),
+            Some(Some(capacity_kg)) if mass_kg > capacity_kg => {
+                issues.push(LoadingIssue::OverCapacity { field: field(), mass_kg, capacity_kg });
+            }
+            Some(_) => {}
+        }
     }
 }
 

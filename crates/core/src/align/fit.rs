@@ -254,19 +254,20 @@ impl<'a> Prepared<'a> {
         let edge = |chunk: usize| from + span * chunk as i64 / count as i64;
         let both = Pair::new(reference, &other, self.band);
         let peaks = (0..count).into_par_iter().filter_map(|chunk| both.peak(edge(chunk)..edge(chunk + 1), max_lag));
-        let chunk = |peak: Peak| {
-            let own_s = model.own_s(peak.centre_s);
-            ClockChunk {
-                pair: index,
-                own_s,
-                lag_s: peak.centre_s - peak.lag_s - own_s,
-                lag_sd_s: peak.lag_sd_s,
-                correlation: peak.correlation,
-                residual_s: 0.0,
-                used: false,
-            }
-        };
-        Ok(peaks.map(chunk).collect())
+        Ok(peaks.map(|peak| Self::describe_chunk(&peak, index, model)).collect())
+    }
+
+    fn describe_chunk(peak: &Peak, pair: usize, model: &ClockModel) -> ClockChunk {
+        let own_s = model.own_s(peak.centre_s);
+        ClockChunk {
+            pair,
+            own_s,
+            lag_s: peak.centre_s - peak.lag_s - own_s,
+            lag_sd_s: peak.lag_sd_s,
+            correlation: peak.correlation,
+            residual_s: 0.0,
+            used: false,
+        }
     }
 }
 

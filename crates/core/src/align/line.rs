@@ -44,18 +44,10 @@ pub(super) fn agreeing(points: &[Point], agreement_s: f64, max_slope: f64, slope
             best = (merit, inside);
         }
     };
-    let spread = |inside: &[bool], intercept: f64, slope: f64, from: f64| -> f64 {
-        points
-            .iter()
-            .zip(inside)
-            .filter(|(_, used)| **used)
-            .map(|(p, _)| (p.value_s - intercept - slope * (p.own_s - from)).abs())
-            .sum()
-    };
     for (i, p) in points.iter().enumerate() {
         if !sloped {
             let inside = near(p.value_s, 0.0, 0.0);
-            let distance = spread(&inside, p.value_s, 0.0, 0.0);
+            let distance = sum_distances(points, &inside, p.value_s, 0.0, 0.0);
             offer(inside, distance);
             continue;
         }
@@ -63,12 +55,21 @@ pub(super) fn agreeing(points: &[Point], agreement_s: f64, max_slope: f64, slope
             let slope = (q.value_s - p.value_s) / (q.own_s - p.own_s);
             if slope.abs() <= max_slope {
                 let inside = near(p.value_s, slope, p.own_s);
-                let distance = spread(&inside, p.value_s, slope, p.own_s);
+                let distance = sum_distances(points, &inside, p.value_s, slope, p.own_s);
                 offer(inside, distance);
             }
         }
     }
     best.1
+}
+
+fn sum_distances(points: &[Point], inside: &[bool], intercept: f64, slope: f64, from: f64) -> f64 {
+    points
+        .iter()
+        .zip(inside)
+        .filter(|(_, used)| **used)
+        .map(|(p, _)| (p.value_s - intercept - slope * (p.own_s - from)).abs())
+        .sum()
 }
 
 /// Points beyond the line's own unknowns from which their scatter tells their variance.

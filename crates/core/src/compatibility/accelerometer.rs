@@ -401,19 +401,25 @@ struct SegmentVelocity {
 impl SegmentVelocity {
     /// Of each segment: over the ground the samples as they were recorded, for straight lines between them are not what was flown.
     fn of_segments(motion: &Motion, by: TellingVelocity) -> Vec<Self> {
-        let one = |segment: &std::ops::Range<usize>| {
-            let times = &motion.time_s[segment.clone()];
-            let within = |axis: usize| -> Vec<[f64; 2]> {
-                match by {
-                    TellingVelocity::Ground => motion.ground_velocity(axis, (times[0], times[times.len() - 1])),
-                    TellingVelocity::Air => {
-                        segment.clone().map(|k| [motion.time_s[k], air_over_ground(motion, k)[axis]]).collect()
-                    }
+        motion
+            .segments
+            .iter()
+            .filter(|segment| !segment.is_empty())
+            .map(|segment| Self::of_segment(motion, by, segment))
+            .collect()
+    }
+
+    fn of_segment(motion: &Motion, by: TellingVelocity, segment: &std::ops::Range<usize>) -> Self {
+        let times = &motion.time_s[segment.clone()];
+        let within = |axis: usize| -> Vec<[f64; 2]> {
+            match by {
+                TellingVelocity::Ground => motion.ground_velocity(axis, (times[0], times[times.len() - 1])),
+                TellingVelocity::Air => {
+                    segment.clone().map(|k| [motion.time_s[k], air_over_ground(motion, k)[axis]]).collect()
                 }
-            };
-            Self { inertial: Inertial::new(motion, by, segment.clone()), samples: std::array::from_fn(within) }
+            }
         };
-        motion.segments.iter().filter(|segment| !segment.is_empty()).map(one).collect()
+        Self { inertial: Inertial::new(motion, by, segment.clone()), samples: std::array::from_fn(within) }
     }
 }
 

@@ -394,14 +394,15 @@ pub(super) fn candidates(motion: &Motion, suspects: &[Role]) -> Vec<Candidate> {
 pub(super) fn turned_together(opposite: &[Role]) -> Vec<Candidate> {
     let count = opposite.len().min(MOST_COMBINED);
     let combinations = (0_u32..1 << count).filter(|set| set.count_ones() > 1);
-    let turned = |set: u32| {
-        let chosen = opposite[..count].iter().enumerate().filter(|(index, _)| set >> index & 1 == 1);
-        let fixes: Vec<ChannelFix> =
-            chosen.map(|(_, role)| ChannelFix::Scale { role: *role, factor: -1.0, offset: 0.0, units: None }).collect();
-        let cost = 1.0 + 0.1 * fixes.len() as f64;
-        Candidate::new(fixes, cost)
-    };
-    combinations.map(turned).collect()
+    combinations.map(|set| turn_chosen(&opposite[..count], set)).collect()
+}
+
+fn turn_chosen(opposite: &[Role], set: u32) -> Candidate {
+    let chosen = opposite.iter().enumerate().filter(|(index, _)| set >> index & 1 == 1);
+    let fixes: Vec<ChannelFix> =
+        chosen.map(|(_, role)| ChannelFix::Scale { role: *role, factor: -1.0, offset: 0.0, units: None }).collect();
+    let cost = 1.0 + 0.1 * fixes.len() as f64;
+    Candidate::new(fixes, cost)
 }
 
 /// Units of all channels of a box, and of those an air-data computer gives.

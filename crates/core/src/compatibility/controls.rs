@@ -228,18 +228,20 @@ fn deviation(motion: &Motion, role: Role, steps: &std::ops::Range<usize>) -> Opt
 fn share(rows: &[Vec<f64>]) -> Option<(f64, f64)> {
     let width = rows[0].len() - 1;
     let effect = DVector::from_iterator(rows.len(), rows.iter().map(|row| row[width]));
-    let residual = |columns: &[usize]| -> Option<(DVector<f64>, f64)> {
-        let matrix = DMatrix::from_fn(rows.len(), columns.len(), |row, column| rows[row][columns[column]]);
-        let normal = matrix.tr_mul(&matrix);
-        let scale = DVector::from_fn(columns.len(), |k, _| 1.0 / normal[(k, k)].sqrt().max(f64::MIN_POSITIVE));
-        let scaled = DMatrix::from_fn(columns.len(), columns.len(), |a, b| normal[(a, b)] * scale[a] * scale[b]);
-        let right = matrix.tr_mul(&effect).component_mul(&scale);
-        let solved = scaled.cholesky()?.solve(&right).component_mul(&scale);
-        let sum = (&effect - &matrix * &solved).norm_squared();
-        Some((solved, sum))
-    };
     let all: Vec<usize> = (0..width).collect();
     let without: Vec<usize> = (0..width).filter(|column| *column != width - 2).collect();
-    let ((solved, left), (_, before)) = (residual(&all)?, residual(&without)?);
+    let ((solved, left), (_, before)) = (fit_columns(rows, &effect, &all)?, fit_columns(rows, &effect, &without)?);
     Some((solved[width - 2], 1.0 - left / before))
+}
+
+/// Coefficients of these columns against the effect, and the sum of squares they leave.
+fn fit_columns(rows: &[Vec<f64>], effect: &DVector<f64>, columns: &[usize]) -> Option<(DVector<f64>, f64)> {
+    let matrix = DMatrix::from_fn(rows.len(), columns.len(), |row, column| rows[row][columns[column]]);
+    let normal = matrix.tr_mul(&matrix);
+    let scale = DVector::from_fn(columns.len(), |k, _| 1.0 / normal[(k, k)].sqrt().max(f64::MIN_POSITIVE));
+    let scaled = DMatrix::from_fn(columns.len(), columns.len(), |a, b| normal[(a, b)] * scale[a] * scale[b]);
+    let right = matrix.tr_mul(effect).component_mul(&scale);
+    let solved = scaled.cholesky()?.solve(&right).component_mul(&scale);
+    let sum = (effect - &matrix * &solved).norm_squared();
+    Some((solved, sum))
 }

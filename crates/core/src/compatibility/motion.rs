@@ -317,23 +317,24 @@ fn segments(stamps: &[f64], step_s: f64, series: impl Fn(Role) -> Option<Series>
 fn most_moving(columns: &[Option<Arc<[f64]>>], segments: &[Range<usize>]) -> Vec<Range<usize>> {
     let mut kept = vec![false; segments.len()];
     for column in columns.iter().flatten() {
-        let spread = |segment: &Range<usize>| {
-            let mut values: Vec<f64> = column[segment.clone()].iter().copied().filter(|v| v.is_finite()).collect();
-            if values.len() * 2 < segment.len() {
-                return 0.0;
-            }
-            let (low, high) = (values.len() / 20, values.len() * 19 / 20);
-            let mut at = |rank| ranked(&mut values, rank).unwrap_or(0.0);
-            let lowest = at(low);
-            at(high) - lowest
-        };
         let mut ranked: Vec<(f64, usize)> =
-            segments.iter().enumerate().map(|(index, segment)| (spread(segment), index)).collect();
+            segments.iter().enumerate().map(|(index, segment)| (measure_spread(column, segment), index)).collect();
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
         let moving = ranked.iter().filter(|(spread, _)| *spread > 0.0);
         moving.take(KEPT_PER_CHANNEL).for_each(|(_, index)| kept[*index] = true);
     }
     segments.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(segment, _)| segment.clone()).collect()
+}
+
+fn measure_spread(column: &[f64], segment: &Range<usize>) -> f64 {
+    let mut values: Vec<f64> = column[segment.clone()].iter().copied().filter(|v| v.is_finite()).collect();
+    if values.len() * 2 < segment.len() {
+        return 0.0;
+    }
+    let (low, high) = (values.len() / 20, values.len() * 19 / 20);
+    let mut at = |rank| ranked(&mut values, rank).unwrap_or(0.0);
+    let lowest = at(low);
+    at(high) - lowest
 }
 
 /// Leaves out the segments in which the aircraft stands or rolls; all stay where that would leave none.
@@ -342,17 +343,18 @@ fn flying_only(found: &mut Vec<(f64, usize)>, step_s: f64, speed: &Series) {
     let most = sizes.len() * 9 / 10;
     let Some(usual) = ranked(&mut sizes, most) else { return };
     let level = FLYING * usual;
-    let flies = |(start_s, steps): &(f64, usize)| {
-        let first = speed.time_s.partition_point(|t| t < start_s);
-        let end = speed.time_s.partition_point(|t| *t <= start_s + step_s * *steps as f64);
-        let inside = speed.values[first..end].iter().filter(|value| value.is_finite());
-        let (above, all) =
-            inside.fold((0, 0), |(above, all), value| (above + usize::from(value.abs() > level), all + 1));
-        all == 0 || above * 10 >= all * 9
-    };
+    let flies = |&(start_s, steps): &(f64, usize)| is_flying(speed, level, start_s, start_s + step_s * steps as f64);
     if found.iter().any(flies) {
         found.retain(flies);
     }
+}
+
+fn is_flying(speed: &Series, level: f64, start_s: f64, end_s: f64) -> bool {
+    let first = speed.time_s.partition_point(|t| *t < start_s);
+    let end = speed.time_s.partition_point(|t| *t <= end_s);
+    let inside = speed.values[first..end].iter().filter(|value| value.is_finite());
+    let (above, all) = inside.fold((0, 0), |(above, all), value| (above + usize::from(value.abs() > level), all + 1));
+    all == 0 || above * 10 >= all * 9
 }
 
 /// An angle that runs on where it is recorded within one turn, whichever unit its turn is in.
@@ -364,16 +366,17 @@ fn unwrapped(values: &[f64]) -> Vec<f64> {
         return values.to_vec();
     };
     let (mut added, mut last) = (0.0, f64::NAN);
-    let mut run_on = |value: f64| {
+    let mut unwrapped = Vec::with_capacity(values.len());
+    for &value in values {
         if value.is_finite() {
             if (value - last).abs() > 0.5 * turn {
                 added -= turn.copysign(value - last);
             }
             last = value;
         }
-        value + added
-    };
-    values.iter().map(|value| run_on(*value)).collect()
+        unwrapped.push(value + added);
+    }
+    unwrapped
 }
 
 /// Velocity relative to the air in body axes at a step: `u, v, w` of airspeed, angle of attack and sideslip, m/s.

@@ -405,21 +405,12 @@ struct Turn {
     r2: f64,
 }
 
+type Regressors = SMatrix<f64, 2, UNKNOWNS>;
+
 /// The angle by which `says` is turned beyond `by`, by least squares with the other vectors; its error is that of blocks (sandwich).
 fn turn_of(directions: &[Directions], by: f64) -> Option<Turn> {
-    type Regressors = SMatrix<f64, 2, UNKNOWNS>;
-    let (sin, cos) = by.sin_cos();
-    let back = |[north, east]: [f64; 2]| SVector::from([cos * north + sin * east, cos * east - sin * north]);
-    let row = |one: &Directions| -> (Regressors, SVector<f64, 2>) {
-        let says = back(one.says);
-        let others: [SVector<f64, 2>; UNKNOWNS - 1] = std::array::from_fn(|index| {
-            let other = one.others[index];
-            if index < one.turning { back(other) } else { SVector::from(other) }
-        });
-        let across = SVector::from([says[1], -says[0]]);
-        (Regressors::from_columns(&[across, others[0], others[1], others[2]]), SVector::from(one.is) - says)
-    };
-    let rows: Vec<_> = directions.iter().map(row).collect();
+    let turned = by.sin_cos();
+    let rows: Vec<_> = directions.iter().map(|one| linearise(one, turned)).collect();
     let (mut normal, mut right) = (SMatrix::<f64, UNKNOWNS, UNKNOWNS>::zeros(), SVector::<f64, UNKNOWNS>::zeros());
     for (regressors, apart) in &rows {
         normal += regressors.tr_mul(regressors);
@@ -444,6 +435,18 @@ fn turn_of(directions: &[Directions], by: f64) -> Option<Turn> {
         directions.iter().map(|one| SVector::<f64, 2>::from(one.is)).sum::<SVector<f64, 2>>() / directions.len() as f64;
     let all: f64 = directions.iter().map(|one| (SVector::<f64, 2>::from(one.is) - mean).norm_squared()).sum();
     Some(Turn { angle: found[0], error: covariance[(0, 0)].max(0.0).sqrt(), r2: 1.0 - left / all })
+}
+
+/// Regressors of one pair of directions and what is left of it, both turned back by an angle with this sine and cosine.
+fn linearise(one: &Directions, (sin, cos): (f64, f64)) -> (Regressors, SVector<f64, 2>) {
+    let back = |[north, east]: [f64; 2]| SVector::from([cos * north + sin * east, cos * east - sin * north]);
+    let says = back(one.says);
+    let others: [SVector<f64, 2>; UNKNOWNS - 1] = std::array::from_fn(|index| {
+        let other = one.others[index];
+        if index < one.turning { back(other) } else { SVector::from(other) }
+    });
+    let across = SVector::from([says[1], -says[0]]);
+    (Regressors::from_columns(&[across, others[0], others[1], others[2]]), SVector::from(one.is) - says)
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds over steps of more than 0.01 s")]

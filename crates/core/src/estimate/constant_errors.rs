@@ -141,18 +141,6 @@ mod tests {
 
     #[test]
     fn errors_come_back_from_windows_whose_innovations_they_explain() {
-        let evidence = |seed: f64, noise: f64| {
-            let (mut information, mut gradient) = (DMatrix::zeros(2, 2), DVector::zeros(2));
-            for k in 0..400 {
-                let t = 0.05 * f64::from(k) + seed;
-                let slopes = DVector::from_vec(vec![t.sin(), (1.7 * t).cos() + 0.3]);
-                // Freed of the errors (0.2, -0.1) the innovation is noise.
-                let innovation = -(0.2 * slopes[0] - 0.1 * slopes[1]) + noise * (97.0 * t).sin();
-                information += &slopes * slopes.transpose();
-                gradient += slopes * innovation;
-            }
-            InnovationEvidence { information, gradient }
-        };
         let windows: Vec<_> = (0..5).map(|w| evidence(f64::from(w), 0.05)).collect();
         let found = constant_errors(&windows, &[1.0, 1.0]).unwrap();
         approx::assert_relative_eq!(found.estimates[0], 0.2, epsilon = 0.01);
@@ -164,5 +152,18 @@ mod tests {
         assert_eq!(open.estimates, [0.0, 0.0]);
         assert!(open.deviations()[0] >= 0.3 && open.deviations()[1] >= 0.4);
         assert!(constant_errors(&windows, &[0.0, 1.0]).is_err());
+    }
+
+    fn evidence(seed: f64, noise: f64) -> InnovationEvidence {
+        let (mut information, mut gradient) = (DMatrix::zeros(2, 2), DVector::zeros(2));
+        for k in 0..400 {
+            let t = 0.05 * f64::from(k) + seed;
+            let slopes = DVector::from_vec(vec![t.sin(), (1.7 * t).cos() + 0.3]);
+            // Freed of the errors (0.2, -0.1) the innovation is noise.
+            let innovation = -(0.2 * slopes[0] - 0.1 * slopes[1]) + noise * (97.0 * t).sin();
+            information += &slopes * slopes.transpose();
+            gradient += slopes * innovation;
+        }
+        InnovationEvidence { information, gradient }
     }
 }

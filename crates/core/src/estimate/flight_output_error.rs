@@ -463,30 +463,37 @@ pub(super) fn corrected_covariance(
 ) -> Result<DMatrix<f64>, EstimateError> {
     let columns: Vec<usize> = (0..fit.names.len()).collect();
     // Both in deviations of the noise: the information is then that of plain least squares.
-    let parts: Vec<Vec<(DMatrix<f64>, Vec<f64>)>> = (0..measured.ncols())
-        .map(|output| {
-            let weight = fit.noise[output].recip();
-            let present = measured.column(output).iter().filter(|value| value.is_finite()).count();
-            let filling = (measured.nrows() as f64 / present.max(1) as f64).sqrt();
-            let window = |window: &Range<usize>| {
-                let residual = |row: usize| {
-                    let z = measured[(row, output)];
-                    if z.is_finite() { filling * weight * (z - fit.outputs[(row, output)]) } else { 0.0 }
-                };
-                let sensitivities = DMatrix::from_fn(window.len(), fit.names.len(), |row, parameter| {
-                    let row = window.start + row;
-                    let is_measured = measured[(row, output)].is_finite();
-                    if is_measured { weight * fit.sensitivities[parameter][(row, output)] } else { 0.0 }
-                });
-                (sensitivities, window.clone().map(residual).collect())
-            };
-            samples.iter().map(window).collect()
-        })
-        .collect();
+    let parts: Vec<Vec<(DMatrix<f64>, Vec<f64>)>> =
+        (0..measured.ncols()).map(|output| weigh_output(fit, measured, samples, output)).collect();
     let mut outputs: Vec<Output<'_>> = Vec::with_capacity(parts.len());
     for parts in &parts {
         let window = |(sensitivities, residuals)| Some(OutputWindow { sensitivities, columns: &columns, residuals });
         outputs.push(parts.iter().map(|(sensitivities, residuals)| window((sensitivities, residuals))).collect());
     }
     covariance_of_outputs(&Unit::without_priors(&fit.covariance), &outputs)
+}
+
+/// Sensitivities and residuals of one output window by window, in deviations of its noise.
+fn weigh_output(
+    fit: &OutputErrorFit,
+    measured: &DMatrix<f64>,
+    samples: &[Range<usize>],
+    output: usize,
+) -> Vec<(DMatrix<f64>, Vec<f64>)> {
+    let weight = fit.noise[output].recip();
+    let present = measured.column(output).iter().filter(|value| value.is_finite()).count();
+    let filling = (measured.nrows() as f64 / present.max(1) as f64).sqrt();
+    let residual = |row: usize| {
+        let z = measured[(row, output)];
+        if z.is_finite() { filling * weight * (z - fit.outputs[(row, output)]) } else { 0.0 }
+    };
+    let sensitivity = |row: usize, parameter: usize| {
+        let is_measured = measured[(row, output)].is_finite();
+        if is_measured { weight * fit.sensitivities[parameter][(row, output)] } else { 0.0 }
+    };
+    let window = |rows: &Range<usize>| {
+        let of_row = |row, parameter| sensitivity(rows.start + row, parameter);
+        (DMatrix::from_fn(rows.len(), fit.names.len(), of_row), rows.clone().map(residual).collect())
+    };
+    samples.iter().map(window).collect()
 }

@@ -55,18 +55,7 @@ pub fn search_nonlinear<E: From<EstimateError>>(
     upper: f64,
     mut regressions_at: impl FnMut(f64) -> Result<Vec<PooledRegression>, E>,
 ) -> Result<NonlinearSearch, E> {
-    let mut cost = |value: f64| -> Result<f64, E> {
-        let regressions = regressions_at(value)?;
-        if regressions.is_empty() {
-            return Err(EstimateError::NoParameters.into());
-        }
-        let mut sum = 0.0;
-        for regression in &regressions {
-            let fit = regression.fit()?.fit;
-            sum += 2.0 * fit.samples() as f64 * fit.quality.rms.ln();
-        }
-        Ok(sum)
-    };
+    let mut cost = |value: f64| -> Result<f64, E> { Ok(sum_costs(&regressions_at(value)?)?) };
     let (value, mut profile) = minimise(lower, upper, &mut cost)?;
     let smallest = cost(value)?;
     profile.iter_mut().for_each(|(_, cost)| *cost -= smallest);
@@ -85,6 +74,18 @@ pub fn search_nonlinear<E: From<EstimateError>>(
     }
     let standard_error = if inside { information.sqrt().recip() } else { f64::INFINITY };
     Ok(NonlinearSearch { value, standard_error, by_regression, profile, fits })
+}
+
+fn sum_costs(regressions: &[PooledRegression]) -> Result<f64, EstimateError> {
+    if regressions.is_empty() {
+        return Err(EstimateError::NoParameters);
+    }
+    let mut sum = 0.0;
+    for regression in regressions {
+        let fit = regression.fit()?.fit;
+        sum += 2.0 * fit.samples() as f64 * fit.quality.rms.ln();
+    }
+    Ok(sum)
 }
 
 /// Change of the value that one regression wants, and its corrected standard error.

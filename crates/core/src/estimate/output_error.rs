@@ -1,6 +1,6 @@
 //! Output error in the time domain: parameters of a simulation that follows the measurement.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, DVectorView, SymmetricEigen};
 
 use super::fit::{correlation, standard_errors};
 use super::{EstimateError, FitQuality};
@@ -183,14 +183,15 @@ fn check_parameters(parameters: &[OutputParameter]) -> Result<(), EstimateError>
 
 /// Standard deviation of the residual of each output, over the samples measured.
 fn noise_of(measured: &DMatrix<f64>, outputs: &DMatrix<f64>) -> Vec<f64> {
-    let column = |(z, y): (nalgebra::DVectorView<'_, f64>, nalgebra::DVectorView<'_, f64>)| {
-        let residuals = z.iter().zip(y.iter()).filter(|(z, _)| z.is_finite()).map(|(z, y)| (z - y).powi(2));
-        let (sum, count) = residuals.fold((0.0, 0_usize), |(sum, count), square| (sum + square, count + 1));
-        // An output that fits exactly would weigh infinitely: its noise is at least what rounding leaves.
-        let largest = z.iter().filter(|z| z.is_finite()).fold(f64::MIN_POSITIVE, |largest, z| largest.max(z.abs()));
-        (sum / count.max(1) as f64).sqrt().max(largest * f64::EPSILON)
-    };
-    measured.column_iter().zip(outputs.column_iter()).map(column).collect()
+    measured.column_iter().zip(outputs.column_iter()).map(|(z, y)| deviation_of(z, y)).collect()
+}
+
+fn deviation_of(z: DVectorView<'_, f64>, y: DVectorView<'_, f64>) -> f64 {
+    let residuals = z.iter().zip(y.iter()).filter(|(z, _)| z.is_finite()).map(|(z, y)| (z - y).powi(2));
+    let (sum, count) = residuals.fold((0.0, 0_usize), |(sum, count), square| (sum + square, count + 1));
+    // An output that fits exactly would weigh infinitely: its noise is at least what rounding leaves.
+    let largest = z.iter().filter(|z| z.is_finite()).fold(f64::MIN_POSITIVE, |largest, z| largest.max(z.abs()));
+    (sum / count.max(1) as f64).sqrt().max(largest * f64::EPSILON)
 }
 
 /// `ln |R|`; infinite where the simulation is not finite.

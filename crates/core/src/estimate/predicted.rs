@@ -138,27 +138,28 @@ mod tests {
 
     /// A regression of two windows by a slow and a fast sine, each with its constant; the noise is correlated in time.
     fn regression(samples: usize) -> PooledRegression {
-        let window = |shift: usize| {
-            let x = DMatrix::from_fn(samples, 3, |row, column| match column {
-                0 => 1.0,
-                1 => (0.05 * (row + shift) as f64).sin(),
-                _ => (0.4 * (row + 2 * shift) as f64).sin(),
-            });
-            let mut state = 0.0;
-            let mut seed = 17 + shift as u64;
-            let z = (0..samples).map(|row| {
-                seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                state = 0.8 * state + (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
-                2.0 * x[(row, 1)] - x[(row, 2)] + state
-            });
-            PooledWindow { label: shift.to_string(), z: z.collect(), x: x.clone() }
-        };
         PooledRegression {
             names: ["c_0", "c_a", "c_b"].map(str::to_owned).to_vec(),
             per_window: vec![true, false, false],
             constraints: vec![Constraint::Free; 3],
-            windows: vec![window(0), window(40)],
+            windows: vec![window(samples, 0), window(samples, 40)],
         }
+    }
+
+    fn window(samples: usize, shift: usize) -> PooledWindow {
+        let x = DMatrix::from_fn(samples, 3, |row, column| match column {
+            0 => 1.0,
+            1 => (0.05 * (row + shift) as f64).sin(),
+            _ => (0.4 * (row + 2 * shift) as f64).sin(),
+        });
+        let mut state = 0.0;
+        let mut seed = 17 + shift as u64;
+        let z = (0..samples).map(|row| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state = 0.8 * state + (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+            2.0 * x[(row, 1)] - x[(row, 2)] + state
+        });
+        PooledWindow { label: shift.to_string(), z: z.collect(), x: x.clone() }
     }
 
     #[test]

@@ -25,22 +25,23 @@ pub fn summarise(fits: &[&Fit]) -> Vec<ParameterSummary> {
             names.push(name);
         }
     }
-    let summary = |name: &String| {
-        let found: Vec<(f64, f64)> = fits.iter().filter_map(|fit| fit.parameter(name)).collect();
-        let estimates: Vec<f64> = found.iter().map(|(estimate, _)| *estimate).collect();
-        let variances: Vec<f64> = found.iter().map(|(_, error)| error * error).collect();
-        let estimate = mean_and_range(&estimates);
-        let square: f64 = estimates.iter().map(|value| (value - estimate[0]).powi(2)).sum();
-        let scatter = if found.len() > 1 { (square / (found.len() - 1) as f64).sqrt() } else { f64::NAN };
-        ParameterSummary {
-            name: name.clone(),
-            fits: found.len(),
-            estimate,
-            variance: mean_and_range(&variances),
-            scatter,
-        }
-    };
-    names.into_iter().map(summary).collect()
+    names.into_iter().map(|name| summarise_parameter(fits, name)).collect()
+}
+
+fn summarise_parameter(fits: &[&Fit], name: &str) -> ParameterSummary {
+    let found: Vec<(f64, f64)> = fits.iter().filter_map(|fit| fit.parameter(name)).collect();
+    let estimates: Vec<f64> = found.iter().map(|(estimate, _)| *estimate).collect();
+    let variances: Vec<f64> = found.iter().map(|(_, error)| error * error).collect();
+    let estimate = mean_and_range(&estimates);
+    let square: f64 = estimates.iter().map(|value| (value - estimate[0]).powi(2)).sum();
+    let scatter = if found.len() > 1 { (square / (found.len() - 1) as f64).sqrt() } else { f64::NAN };
+    ParameterSummary {
+        name: name.to_owned(),
+        fits: found.len(),
+        estimate,
+        variance: mean_and_range(&variances),
+        scatter,
+    }
 }
 
 /// Mean, smallest and largest of some values.

@@ -173,20 +173,21 @@ mod tests {
 
     /// Two windows; the last column stands still inside each.
     fn windows() -> Vec<PooledWindow> {
-        let one = |index: usize, count: usize| {
-            let wave = |row: usize, rate: f64| (row as f64 * rate + index as f64).sin();
-            let x = DMatrix::from_fn(count, 5, |row, column| match column {
-                0 => 1.0,
-                1 => wave(row, 0.3),
-                2 => 0.7 * wave(row, 0.3) + 0.4 * wave(row, 1.1),
-                3 => wave(row, 2.3) + 1.0,
-                _ => 2.0 + index as f64,
-            });
-            let z = (0..count)
-                .map(|row| index as f64 + 2.0 * x[(row, 1)] - x[(row, 2)] + 0.2 * x[(row, 3)] + 0.1 * wave(row, 5.7));
-            PooledWindow { label: format!("w{index}"), z: z.collect(), x: x.clone() }
-        };
-        vec![one(0, 120), one(1, 150)]
+        vec![window(0, 120), window(1, 150)]
+    }
+
+    fn window(index: usize, count: usize) -> PooledWindow {
+        let wave = |row: usize, rate: f64| (row as f64 * rate + index as f64).sin();
+        let x = DMatrix::from_fn(count, 5, |row, column| match column {
+            0 => 1.0,
+            1 => wave(row, 0.3),
+            2 => 0.7 * wave(row, 0.3) + 0.4 * wave(row, 1.1),
+            3 => wave(row, 2.3) + 1.0,
+            _ => 2.0 + index as f64,
+        });
+        let z = (0..count)
+            .map(|row| index as f64 + 2.0 * x[(row, 1)] - x[(row, 2)] + 0.2 * x[(row, 3)] + 0.1 * wave(row, 5.7));
+        PooledWindow { label: format!("w{index}"), z: z.collect(), x: x.clone() }
     }
 
     /// The fit of the terms `kept` over the windows, as the estimate makes it, with its regressors.

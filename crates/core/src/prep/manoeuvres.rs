@@ -331,16 +331,17 @@ struct TypicalInput {
 impl TypicalInputs {
     fn new<'a>(activities: &[Activity<'_>], candidates: impl Iterator<Item = &'a Candidate> + Clone) -> Self {
         let surfaces = activities.iter().map(|activity| activity.surface);
-        let typical = |surface: Role| {
-            let own = candidates.clone().filter(|one| one.manoeuvre.surfaces[0] == surface);
-            let shaped = own.clone().filter(|one| {
-                let shape = one.manoeuvre.shape;
-                matches!(shape, ManoeuvreShape::Doublet | ManoeuvreShape::ThreeTwoOneOne)
-            });
-            let several = own.filter(|one| one.manoeuvre.pulses.len() > 1);
-            TypicalInput { surface, shaped: typical_height(shaped, 0.5), any: typical_height(several, 0.2) }
-        };
-        Self(surfaces.map(typical).collect())
+        Self(surfaces.map(|surface| Self::find_typical(surface, candidates.clone())).collect())
+    }
+
+    fn find_typical<'a>(surface: Role, candidates: impl Iterator<Item = &'a Candidate> + Clone) -> TypicalInput {
+        let own = candidates.filter(|one| one.manoeuvre.surfaces[0] == surface);
+        let shaped = own.clone().filter(|one| {
+            let shape = one.manoeuvre.shape;
+            matches!(shape, ManoeuvreShape::Doublet | ManoeuvreShape::ThreeTwoOneOne)
+        });
+        let several = own.filter(|one| one.manoeuvre.pulses.len() > 1);
+        TypicalInput { surface, shaped: typical_height(shaped, 0.5), any: typical_height(several, 0.2) }
     }
 
     fn of_surface(&self, surface: Role) -> Option<&TypicalInput> {

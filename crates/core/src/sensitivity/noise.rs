@@ -59,27 +59,29 @@ impl NoiseEffect {
 /// Effects from the estimates of many realisations; each of `realisations` has one entry per entry of `nominal` (name and
 /// estimate). Fewer than two realisations give none.
 pub fn noise_effects(nominal: &[(String, f64)], realisations: &[Vec<f64>]) -> Vec<NoiseEffect> {
-    let count = realisations.len();
-    if count < 2 {
+    if realisations.len() < 2 {
         return Vec::new();
     }
-    let effect = |(index, (name, estimate)): (usize, &(String, f64))| {
-        let mut values: Vec<f64> = realisations.iter().map(|realisation| realisation[index]).collect();
-        let mean = values.iter().sum::<f64>() / count as f64;
-        values.iter_mut().for_each(|value| *value -= mean);
-        let square: f64 = values.iter().map(|value| value * value).sum();
-        let scatter = (square / (count - 1) as f64).sqrt();
-        values.sort_by(f64::total_cmp);
-        NoiseEffect {
-            derivative: name.clone(),
-            estimate: *estimate,
-            scatter,
-            shift: mean - estimate,
-            shift_error: scatter / (count as f64).sqrt(),
-            quantiles: [quantile(&values, 0.025), quantile(&values, 0.975)],
-        }
-    };
-    nominal.iter().enumerate().map(effect).collect()
+    let values = |index: usize| realisations.iter().map(|realisation| realisation[index]).collect();
+    let nominal = nominal.iter().enumerate();
+    nominal.map(|(index, (name, estimate))| summarise_estimates(name, *estimate, values(index))).collect()
+}
+
+fn summarise_estimates(name: &str, estimate: f64, mut values: Vec<f64>) -> NoiseEffect {
+    let count = values.len();
+    let mean = values.iter().sum::<f64>() / count as f64;
+    values.iter_mut().for_each(|value| *value -= mean);
+    let square: f64 = values.iter().map(|value| value * value).sum();
+    let scatter = (square / (count - 1) as f64).sqrt();
+    values.sort_by(f64::total_cmp);
+    NoiseEffect {
+        derivative: name.to_owned(),
+        estimate,
+        scatter,
+        shift: mean - estimate,
+        shift_error: scatter / (count as f64).sqrt(),
+        quantiles: [quantile(&values, 0.025), quantile(&values, 0.975)],
+    }
 }
 
 #[cfg(test)]

@@ -123,18 +123,11 @@ impl Quantity {
     pub fn mass_change(&self, aircraft: &Aircraft, loading: &Loading, change: f64) -> Option<MassProperties> {
         let nothing = MassProperties::default();
         let of_tensor = |inertia| MassProperties { inertia, ..nothing };
-        let shifted = |axis: usize| {
-            let properties = loading.mass_properties(aircraft);
-            let mut shift = [0.0; 3];
-            shift[axis] = change / 100.0 * aircraft.reference.chord_m;
-            let point = std::array::from_fn(|axis| properties.cg_from_datum_m[axis] + shift[axis]);
-            let (there, here) = (loading.inertia_about(aircraft, point), properties.inertia);
-            MassProperties { inertia: there + here.scaled(-1.0), cg_from_datum_m: shift, ..nothing }
-        };
+        let shift_cg = |axis: usize| Self::shift_cg(aircraft, loading, change, axis);
         Some(match self {
-            Self::CgX => shifted(0),
-            Self::CgY => shifted(1),
-            Self::CgZ => shifted(2),
+            Self::CgX => shift_cg(0),
+            Self::CgY => shift_cg(1),
+            Self::CgZ => shift_cg(2),
             Self::Ixx => of_tensor(InertiaTensor { xx: change, ..nothing.inertia }),
             Self::Iyy => of_tensor(InertiaTensor { yy: change, ..nothing.inertia }),
             Self::Izz => of_tensor(InertiaTensor { zz: change, ..nothing.inertia }),
@@ -151,6 +144,15 @@ impl Quantity {
             }
             _ => return None,
         })
+    }
+
+    fn shift_cg(aircraft: &Aircraft, loading: &Loading, change: f64, axis: usize) -> MassProperties {
+        let properties = loading.mass_properties(aircraft);
+        let mut shift = [0.0; 3];
+        shift[axis] = change / 100.0 * aircraft.reference.chord_m;
+        let point = std::array::from_fn(|axis| properties.cg_from_datum_m[axis] + shift[axis]);
+        let (there, here) = (loading.inertia_about(aircraft, point), properties.inertia);
+        MassProperties { inertia: there + here.scaled(-1.0), cg_from_datum_m: shift, ..MassProperties::default() }
     }
 
     /// `data` with the recorded signal scaled by `1 + change / 100`; unchanged for a quantity that is not a scale.

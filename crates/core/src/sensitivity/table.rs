@@ -49,22 +49,25 @@ pub type Estimate = (String, f64, f64);
 /// Central difference of every derivative in `nominal` (name, estimate, standard error); `low` and `high` hold the estimates one
 /// step below and above, by name. Derivatives that either side lacks are left out.
 pub fn central(step: Step, nominal: &[Estimate], low: &[Estimate], high: &[Estimate]) -> SensitivityTable {
-    let find =
-        |side: &[Estimate], name: &str| side.iter().find(|(other, ..)| other == name).map(|(_, value, _)| *value);
-    let partial = |(name, value, error): &Estimate| {
-        let (low, high) = (find(low, name)?, find(high, name)?);
-        let half = 0.5 * (high - low);
-        Some(Partial {
-            derivative: name.clone(),
-            nominal: *value,
-            low,
-            high,
-            partial: half / step.half_width,
-            relative_percent: 100.0 * half / value.abs(),
-            in_standard_errors: half / error,
-        })
-    };
-    SensitivityTable { partials: nominal.iter().filter_map(partial).collect(), step }
+    SensitivityTable {
+        partials: nominal.iter().filter_map(|estimate| difference(&step, estimate, low, high)).collect(),
+        step,
+    }
+}
+
+fn difference(step: &Step, (name, value, error): &Estimate, low: &[Estimate], high: &[Estimate]) -> Option<Partial> {
+    let find = |side: &[Estimate]| side.iter().find(|(other, ..)| other == name).map(|(_, value, _)| *value);
+    let (low, high) = (find(low)?, find(high)?);
+    let half = 0.5 * (high - low);
+    Some(Partial {
+        derivative: name.clone(),
+        nominal: *value,
+        low,
+        high,
+        partial: half / step.half_width,
+        relative_percent: 100.0 * half / value.abs(),
+        in_standard_errors: half / error,
+    })
 }
 
 /// Bars of a tornado chart: derivative by derivative in the order of the first table, widest bar first.
@@ -72,22 +75,23 @@ pub fn tornado(tables: &[SensitivityTable]) -> Vec<TornadoBar> {
     let Some(first) = tables.first() else { return Vec::new() };
     let mut bars = Vec::new();
     for Partial { derivative, .. } in &first.partials {
-        let of_table = |table: &SensitivityTable| {
-            let found = table.partials.iter().find(|partial| partial.derivative == *derivative)?;
-            let percent = |value: f64| 100.0 * (value - found.nominal) / found.nominal.abs();
-            Some(TornadoBar {
-                derivative: derivative.clone(),
-                quantity: table.step.quantity.name(),
-                change_percent: [percent(found.low), percent(found.high)],
-                in_standard_errors: found.in_standard_errors,
-            })
-        };
-        let mut own: Vec<TornadoBar> = tables.iter().filter_map(of_table).collect();
+        let mut own: Vec<TornadoBar> = tables.iter().filter_map(|table| measure_bar(table, derivative)).collect();
         let width = |bar: &TornadoBar| (bar.change_percent[1] - bar.change_percent[0]).abs();
         own.sort_by(|a, b| width(b).total_cmp(&width(a)));
         bars.extend(own);
     }
     bars
+}
+
+fn measure_bar(table: &SensitivityTable, derivative: &str) -> Option<TornadoBar> {
+    let found = table.partials.iter().find(|partial| partial.derivative == derivative)?;
+    let percent = |value: f64| 100.0 * (value - found.nominal) / found.nominal.abs();
+    Some(TornadoBar {
+        derivative: derivative.to_owned(),
+        quantity: table.step.quantity.name(),
+        change_percent: [percent(found.low), percent(found.high)],
+        in_standard_errors: found.in_standard_errors,
+    })
 }
 
 #[cfg(test)]

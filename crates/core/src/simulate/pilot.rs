@@ -210,29 +210,31 @@ impl Pilot {
 
     /// Engine inputs of the task.
     fn engines(&mut self, segment: &Segment, view: &View<'_>) -> [EngineInput; 2] {
+        match segment.task {
+            Task::Ground { engines, .. } | Task::TakeOff { engines, .. } | Task::Climb { engines, .. } => engines,
+            Task::Level { power: Power::Fixed(engines), .. } => engines,
+            Task::Level { power: Power::Airspeed { airspeed_m_s, speed_rad_s }, .. } => {
+                self.hold_airspeed(view, airspeed_m_s, speed_rad_s)
+            }
+            Task::Land { airspeed_m_s, engines, .. } if height_m(view) > FLARE_M => {
+                self.hold_airspeed(view, airspeed_m_s, engines[1].speed_rad_s)
+            }
+            Task::Land { engines, .. } => engines,
+        }
+    }
+
+    fn hold_airspeed(&mut self, view: &View<'_>, airspeed_m_s: f64, speed_rad_s: f64) -> [EngineInput; 2] {
         /// Manifold pressure per airspeed error, Pa s/m.
         const PROPORTIONAL: f64 = 4000.0;
         /// And per its integral, Pa/m.
         const INTEGRAL: f64 = 120.0;
-        let airspeed = view.loads.air.airspeed_m_s;
-        let mut hold = |airspeed_m_s: f64, speed_rad_s: f64| {
-            let error = airspeed_m_s - airspeed;
-            let highest = view.full_throttle_pa;
-            // Far from the airspeed the integral would only run away.
-            let near = if error.abs() < 3.0 { error } else { 0.0 };
-            self.manifold_pa = (self.manifold_pa + INTEGRAL * near * self.step_s).clamp(LOWEST_MANIFOLD_PA, highest);
-            let manifold_pressure_pa = (self.manifold_pa + PROPORTIONAL * error).clamp(LOWEST_MANIFOLD_PA, highest);
-            [EngineInput { speed_rad_s, manifold_pressure_pa }; 2]
-        };
-        match segment.task {
-            Task::Ground { engines, .. } | Task::TakeOff { engines, .. } | Task::Climb { engines, .. } => engines,
-            Task::Level { power: Power::Fixed(engines), .. } => engines,
-            Task::Level { power: Power::Airspeed { airspeed_m_s, speed_rad_s }, .. } => hold(airspeed_m_s, speed_rad_s),
-            Task::Land { airspeed_m_s, engines, .. } if height_m(view) > FLARE_M => {
-                hold(airspeed_m_s, engines[1].speed_rad_s)
-            }
-            Task::Land { engines, .. } => engines,
-        }
+        let error = airspeed_m_s - view.loads.air.airspeed_m_s;
+        let highest = view.full_throttle_pa;
+        // Far from the airspeed the integral would only run away.
+        let near = if error.abs() < 3.0 { error } else { 0.0 };
+        self.manifold_pa = (self.manifold_pa + INTEGRAL * near * self.step_s).clamp(LOWEST_MANIFOLD_PA, highest);
+        let manifold_pressure_pa = (self.manifold_pa + PROPORTIONAL * error).clamp(LOWEST_MANIFOLD_PA, highest);
+        [EngineInput { speed_rad_s, manifold_pressure_pa }; 2]
     }
 
     /// Pitch to fly, rad, and whether the wheels are on the ground.

@@ -51,21 +51,24 @@ pub fn orthogonal_multisines(period_s: f64, first: usize, last: usize, tilts: &[
     if surfaces == 0 || first == 0 || last + 1 < first + surfaces {
         return Vec::new();
     }
-    let one = |(surface, tilt): (usize, &f64)| {
-        let numbers: Vec<usize> = (first..=last).skip(surface).step_by(surfaces).collect();
-        let weights: Vec<f64> = numbers.iter().map(|&k| (k as f64 / first as f64).powf(*tilt)).collect();
-        let total: f64 = weights.iter().sum();
-        let powers: Vec<f64> = weights.iter().map(|weight| weight / total).collect();
-        let phases = schroeder(&powers);
-        let lines = numbers.iter().zip(&powers).zip(phases).map(|((&k, power), phase)| (k, power.sqrt(), phase));
-        let mut signal = Multisine { period_s, lines: lines.collect() };
-        flatten(&mut signal);
-        begin_at_zero(&mut signal);
-        let peak = signal.samples().iter().fold(0.0, |peak: f64, value| peak.max(value.abs()));
-        signal.lines.iter_mut().for_each(|line| line.1 /= peak);
-        signal
-    };
-    tilts.iter().enumerate().map(one).collect()
+    let numbers = |surface: usize| (first..=last).skip(surface).step_by(surfaces).collect::<Vec<usize>>();
+    let tilts = tilts.iter().enumerate();
+    tilts.map(|(surface, tilt)| shape_multisine(period_s, first, &numbers(surface), *tilt)).collect()
+}
+
+/// Of the harmonics `numbers`, with peak one.
+fn shape_multisine(period_s: f64, first: usize, numbers: &[usize], tilt: f64) -> Multisine {
+    let weights: Vec<f64> = numbers.iter().map(|&k| (k as f64 / first as f64).powf(tilt)).collect();
+    let total: f64 = weights.iter().sum();
+    let powers: Vec<f64> = weights.iter().map(|weight| weight / total).collect();
+    let phases = schroeder(&powers);
+    let lines = numbers.iter().zip(&powers).zip(phases).map(|((&k, power), phase)| (k, power.sqrt(), phase));
+    let mut signal = Multisine { period_s, lines: lines.collect() };
+    flatten(&mut signal);
+    begin_at_zero(&mut signal);
+    let peak = signal.samples().iter().fold(0.0, |peak: f64, value| peak.max(value.abs()));
+    signal.lines.iter_mut().for_each(|line| line.1 /= peak);
+    signal
 }
 
 /// Schroeder's phases for relative powers that sum to one (IEEE Trans. Information Theory 16, 1970).

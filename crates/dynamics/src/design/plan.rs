@@ -210,17 +210,18 @@ impl Recipe {
             }
         }
         let spare_s = left_s / order.len() as f64;
-        let window = |(place, sign): (usize, f64)| {
-            let surface = self.surfaces[place];
-            PlannedManoeuvre {
-                name: format!("{} {}", SURFACE_NAMES[surface], self.kind.name()),
-                kind: self.kind,
-                surfaces: vec![surface],
-                input: Input::of_surfaces(&[(surface, signal(place, sign))]),
-                duration_s: lengths[place] + spare_s,
-            }
-        };
+        let window = |(place, sign)| self.move_one(self.surfaces[place], signal(place, sign), lengths[place] + spare_s);
         Ok(order.into_iter().map(window).collect())
+    }
+
+    fn move_one(&self, surface: usize, signal: Nodes, duration_s: f64) -> PlannedManoeuvre {
+        PlannedManoeuvre {
+            name: format!("{} {}", SURFACE_NAMES[surface], self.kind.name()),
+            kind: self.kind,
+            surfaces: vec![surface],
+            input: Input::of_surfaces(&[(surface, signal)]),
+            duration_s,
+        }
     }
 
     /// Pulses or sums of sines of the surface at `place`.
@@ -295,13 +296,7 @@ impl Recipe {
         let kind = self.kind.input().unwrap_or(InputKind::LogarithmicSweep);
         let sweep = |&surface: &usize| {
             let range = (amplitudes[surface], self.rates[surface]);
-            PlannedManoeuvre {
-                name: format!("{} {}", SURFACE_NAMES[surface], self.kind.name()),
-                kind: self.kind,
-                surfaces: vec![surface],
-                input: Input::of_surfaces(&[(surface, named(kind, RUN_IN_S, base_s, range, self.step_s))]),
-                duration_s,
-            }
+            self.move_one(surface, named(kind, RUN_IN_S, base_s, range, self.step_s), duration_s)
         };
         Ok(self.surfaces.iter().map(sweep).collect())
     }

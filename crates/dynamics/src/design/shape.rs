@@ -43,7 +43,7 @@ pub(super) type Nodes = Vec<(f64, f64)>;
 pub(super) fn pulses(onset_s: f64, pulses: impl IntoIterator<Item = (f64, f64)>, rate_rad_s: f64) -> Nodes {
     let (mut time, mut value) = (onset_s, 0.0);
     let mut nodes = vec![(time, value)];
-    let mut go = |duration_s: f64, level: f64, nodes: &mut Nodes| {
+    for (duration_s, level) in pulses {
         let reach_s = (level - value).abs() / rate_rad_s;
         if reach_s < duration_s {
             nodes.push((time + reach_s, level));
@@ -53,9 +53,6 @@ pub(super) fn pulses(onset_s: f64, pulses: impl IntoIterator<Item = (f64, f64)>,
         }
         time += duration_s;
         nodes.push((time, value));
-    };
-    for (duration_s, level) in pulses {
-        go(duration_s, level, &mut nodes);
     }
     let back_s = nodes.last().map_or(0.0, |node| node.1.abs()) / rate_rad_s;
     if back_s > 0.0 {

@@ -32,21 +32,22 @@ impl Input {
         times.dedup();
         let mut nodes = Vec::with_capacity(times.len());
         for time in times {
-            let side = |after: bool| {
-                let mut deflections = [0.0; CONTROLS];
-                for (surface, nodes) in signals {
-                    if let Some(deflection) = deflections.get_mut(*surface) {
-                        *deflection += value(nodes, time, after);
-                    }
-                }
-                (time, deflections)
-            };
             if steps(time) {
-                nodes.push(side(false));
+                nodes.push(Self::sum_at(signals, time, false));
             }
-            nodes.push(side(true));
+            nodes.push(Self::sum_at(signals, time, true));
         }
         Self::new(nodes)
+    }
+
+    fn sum_at(signals: &[(usize, Vec<(f64, f64)>)], time: f64, after: bool) -> (f64, [f64; CONTROLS]) {
+        let mut deflections = [0.0; CONTROLS];
+        for (surface, nodes) in signals {
+            if let Some(deflection) = deflections.get_mut(*surface) {
+                *deflection += value(nodes, time, after);
+            }
+        }
+        (time, deflections)
     }
 
     /// Nodes in order of time.

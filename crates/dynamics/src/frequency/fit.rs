@@ -139,23 +139,10 @@ pub fn fit_response(response: &FrequencyResponse, settings: &FitSettings) -> Res
     };
     let samples: Vec<Sample> = points.iter().map(sample).collect();
     let start = start(&samples, settings)?;
-    let evaluate = |parameters: &[f64]| {
-        let model = start.with_parameters(parameters);
-        let mut residuals = DVector::from_element(points.len(), Complex::new(0.0, 0.0));
-        let mut slopes = DMatrix::from_element(points.len(), parameters.len(), Complex::new(0.0, 0.0));
-        for (row, (point, sample)) in points.iter().zip(&samples).enumerate() {
-            let seen = point.through_windows(|omega| model.at(omega));
-            let ratio = sample.response / seen;
-            residuals[row] = Complex::new(ratio.norm().ln(), ratio.arg()) * sample.weight;
-            for column in 0..parameters.len() {
-                let slope = point.through_windows(|omega| model.at(omega) * model.log_derivatives(omega)[column]);
-                slopes[(row, column)] = slope / seen * sample.weight;
-            }
-        }
-        Evaluation { residuals, slopes }
-    };
     let bounds = Bounds::new(&start, settings, 0);
-    let (parameters, found) = minimise(&start.parameters(), &bounds.lower, &bounds.free, evaluate);
+    let (parameters, found) = minimise(&start.parameters(), &bounds.lower, &bounds.free, |parameters: &[f64]| {
+        evaluate(&start, &points, &samples, parameters)
+    });
     let Information { free, slopes, inverse } = Information::new(&found.slopes, &bounds, &parameters, settings)?;
     let correlation = response.error_correlation.as_ref();
     let correlation = correlation.map(|matrix| matrix.select_rows(&kept).select_columns(&kept));
@@ -170,6 +157,22 @@ pub fn fit_response(response: &FrequencyResponse, settings: &FitSettings) -> Res
     let (error_ratio, frequencies) = (Some(error_ratio), samples.len());
     let outcome = Outcome { covariance, free, independent, error_ratio, frequencies, is_delay_at_zero };
     Ok(EquivalentSystem::new(settings, start.with_parameters(&parameters), outcome))
+}
+
+fn evaluate(start: &TransferFunction, points: &[ResponsePoint], samples: &[Sample], parameters: &[f64]) -> Evaluation {
+    let model = start.with_parameters(parameters);
+    let mut residuals = DVector::from_element(points.len(), Complex::new(0.0, 0.0));
+    let mut slopes = DMatrix::from_element(points.len(), parameters.len(), Complex::new(0.0, 0.0));
+    for (row, (point, sample)) in points.iter().zip(samples).enumerate() {
+        let seen = point.through_windows(|omega| model.at(omega));
+        let ratio = sample.response / seen;
+        residuals[row] = Complex::new(ratio.norm().ln(), ratio.arg()) * sample.weight;
+        for column in 0..parameters.len() {
+            let slope = point.through_windows(|omega| model.at(omega) * model.log_derivatives(omega)[column]);
+            slopes[(row, column)] = slope / seen * sample.weight;
+        }
+    }
+    Evaluation { residuals, slopes }
 }
 
 /// Starting values for samples that are enough.

@@ -135,14 +135,7 @@ fn transform(record: &FrequencyRecord, band: &OutputErrorBand) -> Result<Transfo
     let plan = ChirpZ::new(samples, record.step_s, first, spacing, count as usize);
     let scale = length_s.sqrt().recip();
     let scaled = |values: &[f64]| plan.integrals(values).into_iter().map(|value| value * scale).collect();
-    let correlation = |apart: usize| {
-        let angle = spacing * record.step_s * apart as f64;
-        if apart == 0 {
-            return Complex::new(1.0, 0.0);
-        }
-        let sum = (0.5 * angle * samples as f64).sin() / (samples as f64 * (0.5 * angle).sin());
-        Complex::from_polar(sum.abs(), -0.5 * angle * (samples - 1) as f64) * sum.signum()
-    };
+    let correlation = |apart: usize| correlate_lines(spacing * record.step_s, apart, samples);
     let harmonics = band.step_rad_s.is_none();
     Ok(Transformed {
         omega: plan.omega_rad_s().to_vec(),
@@ -151,6 +144,16 @@ fn transform(record: &FrequencyRecord, band: &OutputErrorBand) -> Result<Transfo
         correlation: if harmonics { Vec::new() } else { (0..count as usize).map(correlation).collect() },
         independent: (count * spacing / harmonic).min(count),
     })
+}
+
+/// Correlation of the noise of two lines so many spacings apart, each a turn of `turn` per sample.
+fn correlate_lines(turn: f64, apart: usize, samples: usize) -> Complex<f64> {
+    let angle = turn * apart as f64;
+    if apart == 0 {
+        return Complex::new(1.0, 0.0);
+    }
+    let sum = (0.5 * angle * samples as f64).sin() / (samples as f64 * (0.5 * angle).sin());
+    Complex::from_polar(sum.abs(), -0.5 * angle * (samples - 1) as f64) * sum.signum()
 }
 
 /// Responses over bands of frequency, by the cross spectra in them, to start from.

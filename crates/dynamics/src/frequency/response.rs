@@ -118,15 +118,16 @@ impl FrequencyResponse {
     /// Phases, rad, without jumps between neighbouring points that are values; those of others as they are found.
     pub fn phases_rad(&self) -> Vec<f64> {
         let mut last: Option<f64> = None;
-        let unwrapped = |point: &ResponsePoint| {
+        let mut phases = Vec::with_capacity(self.points.len());
+        for point in &self.points {
             let phase = point.response.arg();
             let phase = phase - TAU * last.map_or(0.0, |last| ((phase - last) / TAU).round());
             if point.is_value() {
                 last = Some(phase);
             }
-            phase
-        };
-        self.points.iter().map(unwrapped).collect()
+            phases.push(phase);
+        }
+        phases
     }
 }
 
@@ -365,16 +366,8 @@ fn solve(matrix: &DMatrix<Complex<f64>>, inverse: &DMatrix<Complex<f64>>, inputs
 
 fn merge(windowings: &[Windowing], inputs: usize, omega: f64, m: usize) -> Merged {
     let matrices: Vec<_> = windowings.iter().map(|windowing| spectral_matrix(windowing, m, false)).collect();
-    let quality = |(windowing, matrix): (&Windowing, &DMatrix<Complex<f64>>)| {
-        if omega * windowing.length_s < CYCLES * TAU * (1.0 - 1e-9) {
-            return None;
-        }
-        let output = matrix[(inputs, inputs)].re;
-        let unexplained = invert_inputs(matrix, inputs).map_or(output, |inverse| solve(matrix, &inverse, inputs).1);
-        let coherence = if output > 0.0 { 1.0 - unexplained / output } else { 0.0 };
-        Some(WindowQuality { coherence, averages: windowing.averages })
-    };
-    let qualities: Vec<_> = windowings.iter().zip(&matrices).map(quality).collect();
+    let both = windowings.iter().zip(&matrices);
+    let qualities: Vec<_> = both.map(|(windowing, matrix)| assess_window(windowing, matrix, inputs, omega)).collect();
     let shares = composite_weights(&qualities);
     let matrix = weigh(&matrices, &shares);
     let output = matrix[(inputs, inputs)].re;
@@ -403,6 +396,21 @@ fn merge(windowings: &[Windowing], inputs: usize, omega: f64, m: usize) -> Merge
         noise: noise.flatten(),
         output,
     }
+}
+
+fn assess_window(
+    windowing: &Windowing,
+    matrix: &DMatrix<Complex<f64>>,
+    inputs: usize,
+    omega: f64,
+) -> Option<WindowQuality> {
+    if omega * windowing.length_s < CYCLES * TAU * (1.0 - 1e-9) {
+        return None;
+    }
+    let output = matrix[(inputs, inputs)].re;
+    let unexplained = invert_inputs(matrix, inputs).map_or(output, |inverse| solve(matrix, &inverse, inputs).1);
+    let coherence = if output > 0.0 { 1.0 - unexplained / output } else { 0.0 };
+    Some(WindowQuality { coherence, averages: windowing.averages })
 }
 
 /// Moments of the windows at one frequency, `j Sxx^-1 mean conj(X) X_w'` and `-Sxx^-1 mean conj(X) X_w'' / 2` of each input by itself.

@@ -79,17 +79,18 @@ impl ChirpZ {
 
 /// Fourier sums `sum x_k e^(-j w k h)` at any frequencies, each by turning one phasor from sample to sample.
 pub(super) fn fourier_sums(values: &[f64], step_s: f64, omega_rad_s: &[f64]) -> Vec<Complex<f64>> {
-    let sum = |omega: &f64| {
-        let turn = Complex::from_polar(1.0, -omega * step_s);
-        let mut phasor = Complex::new(1.0, 0.0);
-        let mut sum = Complex::new(0.0, 0.0);
-        for value in values {
-            sum += phasor * *value;
-            phasor *= turn;
-        }
-        sum
-    };
-    omega_rad_s.iter().map(sum).collect()
+    omega_rad_s.iter().map(|&omega| fourier_sum(values, step_s, omega)).collect()
+}
+
+fn fourier_sum(values: &[f64], step_s: f64, omega_rad_s: f64) -> Complex<f64> {
+    let turn = Complex::from_polar(1.0, -omega_rad_s * step_s);
+    let mut phasor = Complex::new(1.0, 0.0);
+    let mut sum = Complex::new(0.0, 0.0);
+    for value in values {
+        sum += phasor * *value;
+        phasor *= turn;
+    }
+    sum
 }
 
 #[cfg(test)]

@@ -141,21 +141,27 @@ fn differences(equations: &Equations<'_>, state: &StateVector, input: &InputVect
     /// Steps of the states and inputs: m/s, rad/s, rad, m, rad, N.
     const STEPS: [f64; STATES + INPUTS] =
         [1e-3, 1e-3, 1e-3, 1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 1.0, 1.0, 1.0, 1e-5, 1e-5, 1e-5, 1.0];
-    let rates = |column: usize, step: f64| {
-        let (mut state, mut input) = (*state, *input);
-        if column < STATES {
-            state[column] += step;
-        } else {
-            input[column - STATES] += step;
-        }
-        equations.rates(&state, &input).0
-    };
     let mut slopes = analytic::Slopes::zeros();
     for (column, step) in STEPS.into_iter().enumerate() {
-        let slope: StateVector = (rates(column, step) - rates(column, -step)) / (2.0 * step);
+        let rates = |step: f64| rates_beside(equations, (*state, *input), column, step);
+        let slope: StateVector = (rates(step) - rates(-step)) / (2.0 * step);
         slopes.set_column(column, &slope);
     }
     slopes
+}
+
+fn rates_beside(
+    equations: &Equations<'_>,
+    (mut state, mut input): (StateVector, InputVector),
+    column: usize,
+    step: f64,
+) -> StateVector {
+    if column < STATES {
+        state[column] += step;
+    } else {
+        input[column - STATES] += step;
+    }
+    equations.rates(&state, &input).0
 }
 
 /// Appends airspeed, flow angles and specific force. The specific force is the acceleration less gravity plus `w x V`.

@@ -210,19 +210,8 @@ fn estimate(
         };
         sensitivities.changes.iter().zip(sides).map(slope).collect()
     };
-    let covariance = |first: &[f64], second: &[f64]| {
-        let mut sum = 0.0;
-        for (a, one) in sensitivities.changes.iter().zip(first) {
-            for (b, other) in sensitivities.changes.iter().zip(second) {
-                let value = model.covariance[(a.index, b.index)];
-                if value != 0.0 {
-                    sum += one * other * value;
-                }
-            }
-        }
-        sum
-    };
     let (real, imaginary) = (gradient(Figure::Real), gradient(Figure::Imaginary));
+    let covariance = |first: &[f64], second: &[f64]| covariance(sensitivities, model, first, second);
     let variances = [covariance(&real, &real), covariance(&imaginary, &imaginary), covariance(&real, &imaginary)];
     let figures = Figure::ALL.into_iter().filter_map(|figure| {
         let value = figure.value(mode)?;
@@ -250,6 +239,20 @@ fn estimate(
         (share(&|value| value.im > 0.0), share(&|value| value.re < 0.0))
     };
     ModeEstimate { mode: mode.clone(), figures: figures.collect(), covariance: variances, oscillating, stable }
+}
+
+/// Of two figures with these slopes over each derivative.
+fn covariance(sensitivities: &Sensitivities, model: &UncertainModel, first: &[f64], second: &[f64]) -> f64 {
+    let mut sum = 0.0;
+    for (a, one) in sensitivities.changes.iter().zip(first) {
+        for (b, other) in sensitivities.changes.iter().zip(second) {
+            let value = model.covariance[(a.index, b.index)];
+            if value != 0.0 {
+                sum += one * other * value;
+            }
+        }
+    }
+    sum
 }
 
 /// Interval of the time to half or double from that of the real part; none where it holds zero.

@@ -264,26 +264,27 @@ pub fn judge_samples<'a>(
     samples: impl IntoIterator<Item = &'a Measures>,
 ) -> Vec<LevelShares> {
     let mut found: Vec<LevelShares> = Vec::new();
-    let mut count = |criterion: &str, level: Option<QualityLevel>| {
-        let place = found.iter().position(|row| row.criterion == criterion).unwrap_or_else(|| {
-            found.push(LevelShares { criterion: criterion.to_owned(), ..LevelShares::default() });
-            found.len() - 1
-        });
-        if let Some(level) = level {
-            found[place].shares[level as usize] += 1.0;
-            found[place].judged += 1;
-        }
-    };
     for sample in samples {
         let judgement = judge(limits, airplane, sample);
-        judgement.qualities.iter().for_each(|quality| count(&quality.criterion, quality.level));
-        count("all", judgement.level);
+        judgement.qualities.iter().for_each(|quality| count_level(&mut found, &quality.criterion, quality.level));
+        count_level(&mut found, "all", judgement.level);
     }
     for row in &mut found {
         let judged = row.judged.max(1) as f64;
         row.shares.iter_mut().for_each(|share| *share /= judged);
     }
     found
+}
+
+fn count_level(found: &mut Vec<LevelShares>, criterion: &str, level: Option<QualityLevel>) {
+    let place = found.iter().position(|row| row.criterion == criterion).unwrap_or_else(|| {
+        found.push(LevelShares { criterion: criterion.to_owned(), ..LevelShares::default() });
+        found.len() - 1
+    });
+    if let Some(level) = level {
+        found[place].shares[level as usize] += 1.0;
+        found[place].judged += 1;
+    }
 }
 
 /// Interval of 95 % of a measure from samples; none where fewer than nine in ten have a finite value.

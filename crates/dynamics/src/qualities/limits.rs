@@ -125,18 +125,19 @@ pub struct Along {
 impl Along {
     /// Least and greatest value where the other measure is `at`: constant before the first point; nothing meets the limit beyond the last.
     pub fn bounds(&self, at: f64) -> (Option<f64>, Option<f64>) {
-        let bound = |points: &[[f64; 2]], beyond: f64| {
-            let (first, last) = points.first().zip(points.last())?;
-            if at <= first[0] {
-                return Some(first[1]);
-            }
-            let pair = points.windows(2).find(|pair| at <= pair[1][0]);
-            let Some([[left, low], [right, high]]) = pair.map(|pair| [pair[0], pair[1]]) else {
-                return Some(if at <= last[0] { last[1] } else { beyond });
-            };
-            Some(low + (high - low) * (at - left) / (right - left))
+        (Self::bound(&self.minimum, at, f64::INFINITY), Self::bound(&self.maximum, at, f64::NEG_INFINITY))
+    }
+
+    fn bound(points: &[[f64; 2]], at: f64, beyond: f64) -> Option<f64> {
+        let (first, last) = points.first().zip(points.last())?;
+        if at <= first[0] {
+            return Some(first[1]);
+        }
+        let pair = points.windows(2).find(|pair| at <= pair[1][0]);
+        let Some([[left, low], [right, high]]) = pair.map(|pair| [pair[0], pair[1]]) else {
+            return Some(if at <= last[0] { last[1] } else { beyond });
         };
-        (bound(&self.minimum, f64::INFINITY), bound(&self.maximum, f64::NEG_INFINITY))
+        Some(low + (high - low) * (at - left) / (right - left))
     }
 
     /// First and last value of the other measure in the figure where `at` lies outside it; none inside, and of a boundary without ends.

@@ -59,14 +59,7 @@ pub fn compute(jobs: &[BatchJob], store: &Store, progress: &(dyn Fn(usize, &str)
     let cache = Cache::new(CACHE_BYTES);
     let done = AtomicUsize::new(0);
     let one = |job: &BatchJob| -> Result<Tally, String> {
-        let known = store.get(job).is_some_and(|finished| finished.error.is_none());
-        let tally = if known {
-            Tally { found: 1, ..Tally::default() }
-        } else {
-            let finished = finish(job, &cache);
-            store.put(job, &finished)?;
-            Tally { computed: 1, failed: usize::from(finished.error.is_some()), found: 0 }
-        };
+        let tally = find_or_compute(job, store, &cache)?;
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, &job.name);
         Ok(tally)
     };
@@ -76,6 +69,15 @@ pub fn compute(jobs: &[BatchJob], store: &Store, progress: &(dyn Fn(usize, &str)
         failed: a.failed + b.failed,
     };
     jobs.par_iter().map(one).try_reduce(Tally::default, |a, b| Ok(add(a, b)))
+}
+
+fn find_or_compute(job: &BatchJob, store: &Store, cache: &Cache) -> Result<Tally, String> {
+    if store.get(job).is_some_and(|finished| finished.error.is_none()) {
+        return Ok(Tally { found: 1, ..Tally::default() });
+    }
+    let finished = finish(job, cache);
+    store.put(job, &finished)?;
+    Ok(Tally { computed: 1, failed: usize::from(finished.error.is_some()), found: 0 })
 }
 
 /// What one run finds, and what failed in it.

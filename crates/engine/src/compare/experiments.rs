@@ -53,27 +53,34 @@ fn finite_median(values: impl Iterator<Item = f64>) -> Option<f64> {
 }
 
 fn coefficients(pooled: &PooledFits, verdicts: &[FitVerdict]) -> Vec<CoefficientOutcome> {
-    let one = |(fit, score): (&CoefficientFit, _)| {
-        let verdict = verdicts.iter().find(|verdict| verdict.coefficient == fit.coefficient);
-        CoefficientOutcome {
-            coefficient: fit.coefficient.name(),
-            level: verdict.map(|verdict| verdict.verdict.level),
-            fit: Result::ok(score).map(|score: StructureScore| FitOutcome {
-                parameters: score.parameters,
-                samples: score.samples,
-                r_squared: score.r_squared,
-                honest_r_squared: score.validation_r_squared,
-                validation_rms: validation_rms(pooled, fit),
-                predicted_squared_error: score.predicted_squared_error,
-                akaike: score.akaike,
-                delta_akaike: None,
-                bayes: score.bayes,
-                delta_bayes: None,
-            }),
-            derivatives: derivatives(fit, verdict),
-        }
-    };
-    pooled.fits.iter().zip(StructureScore::all(pooled)).map(one).collect()
+    let scored = pooled.fits.iter().zip(StructureScore::all(pooled));
+    scored.map(|(fit, score)| describe_coefficient(pooled, fit, score.ok(), verdicts)).collect()
+}
+
+fn describe_coefficient(
+    pooled: &PooledFits,
+    fit: &CoefficientFit,
+    score: Option<StructureScore>,
+    verdicts: &[FitVerdict],
+) -> CoefficientOutcome {
+    let verdict = verdicts.iter().find(|verdict| verdict.coefficient == fit.coefficient);
+    CoefficientOutcome {
+        coefficient: fit.coefficient.name(),
+        level: verdict.map(|verdict| verdict.verdict.level),
+        fit: score.map(|score| FitOutcome {
+            parameters: score.parameters,
+            samples: score.samples,
+            r_squared: score.r_squared,
+            honest_r_squared: score.validation_r_squared,
+            validation_rms: validation_rms(pooled, fit),
+            predicted_squared_error: score.predicted_squared_error,
+            akaike: score.akaike,
+            delta_akaike: None,
+            bayes: score.bayes,
+            delta_bayes: None,
+        }),
+        derivatives: derivatives(fit, verdict),
+    }
 }
 
 fn validation_rms(pooled: &PooledFits, fit: &CoefficientFit) -> Option<f64> {

@@ -270,23 +270,33 @@ fn expression(node: Node<'_, '_>, depth: usize) -> Result<Expression, DaveMlErro
 
 /// A check case; its signals go by the names of variables.
 fn case(shot: Node<'_, '_>, by_name: &HashMap<String, String>) -> Result<Case, DaveMlError> {
-    let signals = |element: &'static str| -> Result<Vec<(String, f64, f64)>, DaveMlError> {
-        let part = elements(shot).find(|child| child.tag_name().name() == element);
-        let signals = part.into_iter().flat_map(elements).filter(|node| node.tag_name().name() == "signal");
-        let one = |signal: Node<'_, '_>| {
-            let text = |name: &'static str| {
-                let child = elements(signal).find(|child| child.tag_name().name() == name);
-                child.and_then(|child| child.text()).map(str::trim)
-            };
-            let missing = |what| DaveMlError::Missing { line: line(signal), element: "signal".to_owned(), what };
-            let name = text("signalName").ok_or_else(|| missing("signalName"))?;
-            let id = by_name.get(name).ok_or_else(|| DaveMlError::Undefined(name.to_owned()))?;
-            let value = number(signal, text("signalValue").ok_or_else(|| missing("signalValue"))?)?;
-            let tolerance = text("tol").map_or(Ok(0.0), |text| number(signal, text))?;
-            Ok((id.clone(), value, tolerance))
-        };
-        signals.map(one).collect()
+    let inputs = signals(shot, "checkInputs", by_name)?.into_iter().map(|(id, value, _)| (id, value)).collect();
+    Ok(Case {
+        name: attribute(shot, "name", "name")?.to_owned(),
+        inputs,
+        outputs: signals(shot, "checkOutputs", by_name)?,
+    })
+}
+
+fn signals(
+    shot: Node<'_, '_>,
+    element: &'static str,
+    by_name: &HashMap<String, String>,
+) -> Result<Vec<(String, f64, f64)>, DaveMlError> {
+    let part = elements(shot).find(|child| child.tag_name().name() == element);
+    let signals = part.into_iter().flat_map(elements).filter(|node| node.tag_name().name() == "signal");
+    signals.map(|node| signal(node, by_name)).collect()
+}
+
+fn signal(signal: Node<'_, '_>, by_name: &HashMap<String, String>) -> Result<(String, f64, f64), DaveMlError> {
+    let text = |name: &'static str| {
+        let child = elements(signal).find(|child| child.tag_name().name() == name);
+        child.and_then(|child| child.text()).map(str::trim)
     };
-    let inputs = signals("checkInputs")?.into_iter().map(|(id, value, _)| (id, value)).collect();
-    Ok(Case { name: attribute(shot, "name", "name")?.to_owned(), inputs, outputs: signals("checkOutputs")? })
+    let missing = |what| DaveMlError::Missing { line: line(signal), element: "signal".to_owned(), what };
+    let name = text("signalName").ok_or_else(|| missing("signalName"))?;
+    let id = by_name.get(name).ok_or_else(|| DaveMlError::Undefined(name.to_owned()))?;
+    let value = number(signal, text("signalValue").ok_or_else(|| missing("signalValue"))?)?;
+    let tolerance = text("tol").map_or(Ok(0.0), |text| number(signal, text))?;
+    Ok((id.clone(), value, tolerance))
 }

@@ -184,25 +184,27 @@ fn term(d: &mut Document, value: f64, term: &Term) -> Result<(), ExportError> {
         for &(variable, power) in term.factors() {
             // Every variable was checked before the first line was written.
             let Ok((name, factor)) = property(variable) else { continue };
-            let base = |d: &mut Document| {
-                if factor == 1.0 {
-                    return d.text("property", &[], &name);
-                }
-                product(d, |d| {
-                    d.text("property", &[], &name)?;
-                    d.number("value", factor)
-                })
-            };
             if power == 1 {
-                base(d)?;
+                scaled(d, &name, factor)?;
             } else {
                 d.element("pow", &[], |d| {
-                    base(d)?;
+                    scaled(d, &name, factor)?;
                     d.number("value", f64::from(power))
                 })?;
             }
         }
         Ok(())
+    })
+}
+
+/// A property, times a factor that is not one.
+fn scaled(d: &mut Document, name: &str, factor: f64) -> Result<(), ExportError> {
+    if factor == 1.0 {
+        return d.text("property", &[], name);
+    }
+    product(d, |d| {
+        d.text("property", &[], name)?;
+        d.number("value", factor)
     })
 }
 

@@ -359,16 +359,15 @@ fn tensor(rows: &[SwungRow], by_mass: &[f64]) -> (Vec<InertiaRow>, Option<f64>) 
     let found = &inverse * (weighted * &z);
     let residual = z - x * &found;
     let chi_squared = (residual.transpose() * weight * &residual)[(0, 0)];
+    let elements = elements.iter().enumerate();
     let row = |(place, element): (usize, &usize)| {
-        let (value, error) = (found[place], inverse[(place, place)].sqrt());
-        InertiaRow {
-            name: ELEMENTS[*element],
-            value_kg_m2: value,
-            standard_error_kg_m2: error,
-            interval_kg_m2: interval_95(value, error),
-        }
+        inertia_row(ELEMENTS[*element], found[place], inverse[(place, place)].sqrt())
     };
-    (elements.iter().enumerate().map(row).collect(), Some(chi_squared))
+    (elements.map(row).collect(), Some(chi_squared))
+}
+
+fn inertia_row(name: &'static str, value: f64, error: f64) -> InertiaRow {
+    InertiaRow { name, value_kg_m2: value, standard_error_kg_m2: error, interval_kg_m2: interval_95(value, error) }
 }
 
 #[cfg(test)]

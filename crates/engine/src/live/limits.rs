@@ -73,25 +73,7 @@ impl FromStr for Limit {
                 "'{quantity}' is not a known quantity: use {LOAD_FACTOR} or a role of the channel maps, such as airspeed"
             ));
         }
-        let bound = |text: &str| -> Result<Option<f64>, String> {
-            let text = text.trim();
-            if text.is_empty() {
-                return Ok(None);
-            }
-            let digits =
-                text.find(|letter: char| letter.is_alphabetic() && !"eE".contains(letter)).unwrap_or(text.len());
-            let (number, unit) = text.split_at(digits);
-            let number: f64 = number.trim().parse().map_err(|_| form())?;
-            if unit.is_empty() {
-                return Ok(Some(number));
-            }
-            let parsed = Unit::parse(unit.trim()).map_err(|error| error.to_string())?;
-            match role {
-                Some(role) if role.dimension() == parsed.dimension => Ok(Some(parsed.to_si(number))),
-                _ => Err(format!("'{unit}' is not a unit of {quantity}")),
-            }
-        };
-        let (low, high) = (bound(low)?, bound(high)?);
+        let (low, high) = (parse_bound(low, (role, quantity), form)?, parse_bound(high, (role, quantity), form)?);
         match (low, high) {
             (None, None) => Err(form()),
             (Some(low), Some(high)) if low >= high => {
@@ -99,6 +81,29 @@ impl FromStr for Limit {
             }
             _ => Ok(Self { quantity: quantity.to_owned(), low, high }),
         }
+    }
+}
+
+/// A bound in SI; none where `text` is empty, `form` what is said of text that is not a number.
+fn parse_bound(
+    text: &str,
+    (role, quantity): (Option<Role>, &str),
+    form: impl Fn() -> String,
+) -> Result<Option<f64>, String> {
+    let text = text.trim();
+    if text.is_empty() {
+        return Ok(None);
+    }
+    let digits = text.find(|letter: char| letter.is_alphabetic() && !"eE".contains(letter)).unwrap_or(text.len());
+    let (number, unit) = text.split_at(digits);
+    let number: f64 = number.trim().parse().map_err(|_| form())?;
+    if unit.is_empty() {
+        return Ok(Some(number));
+    }
+    let parsed = Unit::parse(unit.trim()).map_err(|error| error.to_string())?;
+    match role {
+        Some(role) if role.dimension() == parsed.dimension => Ok(Some(parsed.to_si(number))),
+        _ => Err(format!("'{unit}' is not a unit of {quantity}")),
     }
 }
 

@@ -165,6 +165,10 @@ struct Motion {
 }
 
 impl Motion {
+    fn first(&self, quantity: Quantity, other: f64) -> f64 {
+        self.first.get(&quantity).copied().unwrap_or(other)
+    }
+
     fn measure((window, path): &FlownWindow<'_>, gravity_m_s2: f64) -> Option<Self> {
         let aero: &WindowAero = &window.1;
         let data = &aero.data;
@@ -229,9 +233,8 @@ fn negated(values: &[f64]) -> Arc<[f64]> {
 fn starts(flown: &[Motion], model: &UncertainModel, condition: &Condition) -> Vec<Start> {
     /// How far from the condition a window still counts: part of the airspeed, and m.
     const NEAR: (f64, f64) = (0.05, 100.0);
-    let first = |motion: &Motion, quantity, other| motion.first.get(&quantity).copied().unwrap_or(other);
-    let speed = |motion: &Motion| first(motion, Quantity::Airspeed, condition.airspeed_m_s);
-    let altitude = |motion: &Motion| first(motion, Quantity::Altitude, condition.altitude_m);
+    let speed = |motion: &Motion| motion.first(Quantity::Airspeed, condition.airspeed_m_s);
+    let altitude = |motion: &Motion| motion.first(Quantity::Altitude, condition.altitude_m);
     let near = |motion: &&Motion| {
         (speed(motion) / condition.airspeed_m_s - 1.0).abs() < NEAR.0
             && (altitude(motion) - condition.altitude_m).abs() < NEAR.1
@@ -241,26 +244,7 @@ fn starts(flown: &[Motion], model: &UncertainModel, condition: &Condition) -> Ve
     if !is_near {
         used = flown.iter().collect();
     }
-    let start = |motion: &&Motion| -> Option<Start> {
-        let mut there = condition.at_altitude(altitude(motion));
-        there.airspeed_m_s = speed(motion);
-        there.mass = motion.mass;
-        let trim = doublet_dynamics::linear::trim(&model.model, &there).ok()?;
-        let [p, q, r] = motion.rates_rad_s;
-        let alpha = first(motion, Quantity::Alpha, trim.alpha_rad);
-        let (beta, phi) = (first(motion, Quantity::Beta, 0.0), first(motion, Quantity::Bank, 0.0));
-        let path = motion.pitch_less_alpha_rad.unwrap_or(0.0);
-        let w = there.airspeed_m_s * (alpha - trim.alpha_rad);
-        Some(Start {
-            airspeed_m_s: there.airspeed_m_s - condition.airspeed_m_s,
-            altitude_m: there.altitude_m - condition.altitude_m,
-            path_rad: path,
-            state: [0.0, there.airspeed_m_s * beta, w, p, q, r, phi, 0.0, 0.0, 0.0, 0.0, 0.0],
-            controls_rad: [0, 1, 2].map(|surface| motion.controls_rad[surface] - trim.controls_rad[surface]),
-            thrust_n: motion.thrust_n.filter(|_| model.model.has_thrust()).map(|thrust_n| thrust_n - trim.thrust_n),
-        })
-    };
-    let mut starts: Vec<Start> = used.iter().filter_map(start).collect();
+    let mut starts: Vec<Start> = used.iter().filter_map(|motion| start_of(motion, model, condition)).collect();
     let count = starts.len().max(1) as f64;
     for state in [1, 2, 6] {
         let mean = starts.iter().map(|start| start.state[state]).sum::<f64>() / count;
@@ -282,6 +266,26 @@ fn starts(flown: &[Motion], model: &UncertainModel, condition: &Condition) -> Ve
         }
     }
     starts
+}
+
+fn start_of(motion: &Motion, model: &UncertainModel, condition: &Condition) -> Option<Start> {
+    let mut there = condition.at_altitude(motion.first(Quantity::Altitude, condition.altitude_m));
+    there.airspeed_m_s = motion.first(Quantity::Airspeed, condition.airspeed_m_s);
+    there.mass = motion.mass;
+    let trim = doublet_dynamics::linear::trim(&model.model, &there).ok()?;
+    let [p, q, r] = motion.rates_rad_s;
+    let alpha = motion.first(Quantity::Alpha, trim.alpha_rad);
+    let (beta, phi) = (motion.first(Quantity::Beta, 0.0), motion.first(Quantity::Bank, 0.0));
+    let path = motion.pitch_less_alpha_rad.unwrap_or(0.0);
+    let w = there.airspeed_m_s * (alpha - trim.alpha_rad);
+    Some(Start {
+        airspeed_m_s: there.airspeed_m_s - condition.airspeed_m_s,
+        altitude_m: there.altitude_m - condition.altitude_m,
+        path_rad: path,
+        state: [0.0, there.airspeed_m_s * beta, w, p, q, r, phi, 0.0, 0.0, 0.0, 0.0, 0.0],
+        controls_rad: [0, 1, 2].map(|surface| motion.controls_rad[surface] - trim.controls_rad[surface]),
+        thrust_n: motion.thrust_n.filter(|_| model.model.has_thrust()).map(|thrust_n| thrust_n - trim.thrust_n),
+    })
 }
 
 /// Limits about the trim: the motion and deflections that the windows had about their starts, where nothing else is asked for.

@@ -488,22 +488,12 @@ impl Campaign {
         snapshot: &Snapshot,
         taken: &mut Vec<&'s str>,
     ) {
-        let near = |window: &Manoeuvre| {
-            let condition = match is_acceleration(&row.kind) {
-                true => entry_of(window, snapshot),
-                false => condition_of(window, snapshot),
-            };
-            condition.is_some_and(|(airspeed, altitude, _)| {
-                let speed = (airspeed - row.airspeed_m_s).abs() <= self.tolerance.airspeed_m_s;
-                speed && altitude.is_none_or(|own| (own - row.altitude_m).abs() <= self.tolerance.altitude_m)
-            })
-        };
         let fits = |window: &&Manoeuvre| {
             let surfaces: Vec<&str> = window.surface.into_iter().chain(window.also).map(Surface::name).collect();
             surfaces.join(" and ") == row.surface_of_window()
                 && window.kind.eq_ignore_ascii_case(&row.kind_of_window())
                 && !taken.contains(&window.name.as_str())
-                && near(window)
+                && self.is_near(row, window, snapshot)
         };
         let found: Vec<&Manoeuvre> = session.windows.iter().filter(fits).take(row.repeats).collect();
         taken.extend(found.iter().map(|window| window.name.as_str()));
@@ -519,6 +509,17 @@ impl Campaign {
             _ => Flown::Repeat,
         };
         row.windows = found.into_iter().map(|window| window.name.clone()).collect();
+    }
+
+    fn is_near(&self, row: &PlannedPoint, window: &Manoeuvre, snapshot: &Snapshot) -> bool {
+        let condition = match is_acceleration(&row.kind) {
+            true => entry_of(window, snapshot),
+            false => condition_of(window, snapshot),
+        };
+        condition.is_some_and(|(airspeed, altitude, _)| {
+            let speed = (airspeed - row.airspeed_m_s).abs() <= self.tolerance.airspeed_m_s;
+            speed && altitude.is_none_or(|own| (own - row.altitude_m).abs() <= self.tolerance.altitude_m)
+        })
     }
 }
 
@@ -562,23 +563,26 @@ pub fn flown_points(session: &Session, snapshot: &Snapshot) -> Vec<FlownPoint> {
             }
         }
     }
-    let row = |window: &Manoeuvre| {
-        let (airspeed_m_s, altitude_m, mass_kg) = condition_of(window, snapshot)?;
-        let aero = snapshot.windows.get(&window.name)?.aero.ready()?;
-        let density = median(&mut aero.data.density_kg_m3.to_vec())?;
-        let force = doublet_core::model::specific_force_at_cg(&aero.data, &aero.settings).ok()?;
-        let loads = force[2].iter().map(|z| -z / session.filter.gravity_m_s2);
-        let (low, high) = loads.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
-        Some(FlownPoint {
-            window: window.name.clone(),
-            airspeed_m_s,
-            calibrated_m_s: calibrated_m_s(airspeed_m_s, density),
-            altitude_m: altitude_m?,
-            load_factor_low: low,
-            load_factor_high: high,
-            mass_kg,
-            share_of_information: shares.get(window.name.as_str()).map_or(0.0, |(sum, count)| sum / *count as f64),
-        })
-    };
-    session.windows.iter().filter_map(row).collect()
+    let share = |name: &str| shares.get(name).map_or(0.0, |(sum, count)| sum / *count as f64);
+    let point = |own: &Manoeuvre| flown_point(own, snapshot, session.filter.gravity_m_s2, share(&own.name));
+    session.windows.iter().filter_map(point).collect()
+}
+
+fn flown_point(window: &Manoeuvre, snapshot: &Snapshot, gravity_m_s2: f64, share: f64) -> Option<FlownPoint> {
+    let (airspeed_m_s, altitude_m, mass_kg) = condition_of(window, snapshot)?;
+    let aero = snapshot.windows.get(&window.name)?.aero.ready()?;
+    let density = median(&mut aero.data.density_kg_m3.to_vec())?;
+    let force = doublet_core::model::specific_force_at_cg(&aero.data, &aero.settings).ok()?;
+    let loads = force[2].iter().map(|z| -z / gravity_m_s2);
+    let (low, high) = loads.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+    Some(FlownPoint {
+        window: window.name.clone(),
+        airspeed_m_s,
+        calibrated_m_s: calibrated_m_s(airspeed_m_s, density),
+        altitude_m: altitude_m?,
+        load_factor_low: low,
+        load_factor_high: high,
+        mass_kg,
+        share_of_information: share,
+    })
 }

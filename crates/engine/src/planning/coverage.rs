@@ -180,20 +180,11 @@ fn derivatives(
 /// Extremes of the true motion within the windows, in the order of [`Quantity::ALL`]; of the altitude what is gained or lost since the start of
 /// each window, about that of the trim.
 fn extremes(flight: &doublet_core::simulate::Flight, windows: &[Manoeuvre], trim: &Trim) -> Extremes {
-    let column = |quantity: Quantity| match quantity {
-        Quantity::Alpha => ("alpha", 1.0),
-        Quantity::Beta => ("beta", 1.0),
-        Quantity::LoadFactor => ("az", -1.0 / trim.condition.gravity_m_s2),
-        Quantity::RollRate => ("p", 1.0),
-        Quantity::Airspeed => ("airspeed", 1.0),
-        Quantity::Altitude => ("z", -1.0),
-        Quantity::Bank => ("phi", 1.0),
-    };
     let truth = &flight.truth;
     Quantity::ALL
         .into_iter()
         .map(|quantity| {
-            let (name, factor) = column(quantity);
+            let (name, factor) = truth_column(quantity, trim.condition.gravity_m_s2);
             let values = truth.column(name).unwrap_or_default();
             let of_window = |own: &Manoeuvre| {
                 let first = truth.time_s.partition_point(|time_s| *time_s < own.window.start_s);
@@ -208,4 +199,17 @@ fn extremes(flight: &doublet_core::simulate::Flight, windows: &[Manoeuvre], trim
             each.fold((f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)))
         })
         .collect()
+}
+
+/// Column of the truth that shows a quantity, and its factor.
+fn truth_column(quantity: Quantity, gravity_m_s2: f64) -> (&'static str, f64) {
+    match quantity {
+        Quantity::Alpha => ("alpha", 1.0),
+        Quantity::Beta => ("beta", 1.0),
+        Quantity::LoadFactor => ("az", -1.0 / gravity_m_s2),
+        Quantity::RollRate => ("p", 1.0),
+        Quantity::Airspeed => ("airspeed", 1.0),
+        Quantity::Altitude => ("z", -1.0),
+        Quantity::Bank => ("phi", 1.0),
+    }
 }

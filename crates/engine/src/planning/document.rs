@@ -2,7 +2,7 @@
 
 use doublet_core::quantity::Role;
 use doublet_core::series::Series;
-use doublet_dynamics::design::{CONTROLS, Designed, SURFACE_NAMES, THROTTLE};
+use doublet_dynamics::design::{CONTROLS, Designed, PlannedManoeuvre, SURFACE_NAMES, THROTTLE};
 
 use super::rows::{ComparedKind, DesignRow, ExcursionRow};
 use crate::notation::significant;
@@ -62,28 +62,12 @@ fn input(row: &DesignRow, designed: &Designed) -> Vec<Block> {
             continue;
         }
         shown.push(index);
-        let panel = |&surface: &usize| {
-            let nodes = [(0.0, [0.0; CONTROLS])].into_iter().chain(manoeuvre.input.nodes());
-            let nodes: Vec<(f64, [f64; CONTROLS])> = nodes.chain([(manoeuvre.duration_s, [0.0; CONTROLS])]).collect();
-            let time_s: Vec<f64> = nodes.iter().map(|node| node.0).collect();
-            let values: Vec<f64> = nodes.iter().map(|node| node.1[surface]).collect();
-            let series = Series { time_s: time_s.into(), values: values.into() };
-            let (name, unit, factor) = match surface {
-                THROTTLE => ("change of thrust", "N", 1.0),
-                _ => (SURFACE_NAMES[surface], "deg", 180.0 / std::f64::consts::PI),
-            };
-            Panel::Plot(Plot {
-                x: Axis::time(),
-                y: Axis::new(name, unit),
-                marks: vec![line("", surface, &series, factor)],
-            })
-        };
         blocks.push(Block::Figure(Figure {
             name: format!("input-{}", index + 1),
             caption: format!("Manoeuvre {}: {}.", index + 1, manoeuvre.name),
             columns: 1,
             panel_height_mm: 24.0,
-            panels: manoeuvre.surfaces.iter().map(panel).collect(),
+            panels: manoeuvre.surfaces.iter().map(|&surface| draw_stick(manoeuvre, surface)).collect(),
         }));
     }
     let order = row.manoeuvres.iter().map(|own| {
@@ -94,6 +78,19 @@ fn input(row: &DesignRow, designed: &Designed) -> Vec<Block> {
     });
     blocks.push(Block::List(order.collect()));
     blocks
+}
+
+fn draw_stick(manoeuvre: &PlannedManoeuvre, surface: usize) -> Panel {
+    let nodes = [(0.0, [0.0; CONTROLS])].into_iter().chain(manoeuvre.input.nodes());
+    let nodes: Vec<(f64, [f64; CONTROLS])> = nodes.chain([(manoeuvre.duration_s, [0.0; CONTROLS])]).collect();
+    let time_s: Vec<f64> = nodes.iter().map(|node| node.0).collect();
+    let values: Vec<f64> = nodes.iter().map(|node| node.1[surface]).collect();
+    let series = Series { time_s: time_s.into(), values: values.into() };
+    let (name, unit, factor) = match surface {
+        THROTTLE => ("change of thrust", "N", 1.0),
+        _ => (SURFACE_NAMES[surface], "deg", 180.0 / std::f64::consts::PI),
+    };
+    Panel::Plot(Plot { x: Axis::time(), y: Axis::new(name, unit), marks: vec![line("", surface, &series, factor)] })
 }
 
 /// Excursions in the units people read, angles in degrees.

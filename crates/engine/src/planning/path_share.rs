@@ -147,15 +147,8 @@ mod tests {
         }
     }
 
-    #[test]
-    fn the_share_of_the_path_falls_with_the_time_of_all_manoeuvres() {
-        let part = |excited_by| Part { variance: 4.0, windows: 8, excited_by };
-        let parts = [
-            ("Cm_q".to_owned(), part([false, true, false, true])),
-            ("Cl_p".to_owned(), part([true, false, true, false])),
-        ];
-        let share = PathShare { parts: parts.into(), time_s: 100.0 };
-        let manoeuvre = |surface: &'static str, duration_s| ManoeuvreRow {
+    fn manoeuvre(surface: &'static str, duration_s: f64) -> ManoeuvreRow {
+        ManoeuvreRow {
             number: 1,
             name: String::new(),
             surfaces: vec![surface],
@@ -164,7 +157,17 @@ mod tests {
             rate_rad_s: BTreeMap::new(),
             peak_thrust_n: None,
             relative_peak_factor: BTreeMap::new(),
-        };
+        }
+    }
+
+    #[test]
+    fn the_share_of_the_path_falls_with_the_time_of_all_manoeuvres() {
+        let part = |excited_by| Part { variance: 4.0, windows: 8, excited_by };
+        let parts = [
+            ("Cm_q".to_owned(), part([false, true, false, true])),
+            ("Cl_p".to_owned(), part([true, false, true, false])),
+        ];
+        let share = PathShare { parts: parts.into(), time_s: 100.0 };
         let mut row = DesignRow {
             kind: "doublet",
             surfaces: Vec::new(),

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use doublet_core::model::regressors;
 use doublet_dynamics::design::{
-    Basis, CONTROLS, Criterion, DesignKind, Designed, Limit, Request, SURFACE_NAMES, THROTTLE, design,
-    relative_peak_factor, window_variables,
+    Basis, CONTROLS, Criterion, DesignKind, Designed, Limit, PlannedManoeuvre, Request, SURFACE_NAMES, THROTTLE,
+    design, relative_peak_factor, window_variables,
 };
+use nalgebra::DMatrix;
 use serde::Serialize;
 
 use crate::graph::StageResult;
@@ -271,31 +272,38 @@ fn excursion(own: &doublet_dynamics::design::Excursion, limit: Option<&Limit>) -
 }
 
 fn manoeuvres(designed: &Designed) -> Vec<ManoeuvreRow> {
-    let row = |(index, manoeuvre): (usize, &doublet_dynamics::design::PlannedManoeuvre)| {
-        let moved = |values: [f64; CONTROLS]| {
-            let surfaces = manoeuvre.surfaces.iter().filter(|&&control| control != THROTTLE);
-            surfaces.map(|&surface| (SURFACE_NAMES[surface], values[surface])).collect()
-        };
-        let factor = |&surface: &usize| {
-            // Even samples over the input itself, run-in and rest left out.
-            let start_s = manoeuvre.input.times_s().first().copied().unwrap_or(0.0);
-            let length_s = manoeuvre.input.end_s() - start_s;
-            let samples: Vec<f64> =
-                (0..4000).map(|k| manoeuvre.input.at(start_s + length_s * f64::from(k) / 4000.0)[surface]).collect();
-            (SURFACE_NAMES[surface], relative_peak_factor(&samples))
-        };
-        ManoeuvreRow {
-            number: index + 1,
-            name: manoeuvre.name.clone(),
-            surfaces: names(&manoeuvre.surfaces),
-            duration_s: manoeuvre.duration_s,
-            peak_rad: moved(manoeuvre.input.peaks()),
-            rate_rad_s: moved(manoeuvre.input.rates()),
-            peak_thrust_n: manoeuvre.surfaces.contains(&THROTTLE).then(|| manoeuvre.input.peaks()[THROTTLE]),
-            relative_peak_factor: manoeuvre.surfaces.iter().map(factor).collect(),
-        }
+    let planned = designed.manoeuvres.iter().enumerate();
+    planned.map(|(index, manoeuvre)| describe_manoeuvre(index, manoeuvre)).collect()
+}
+
+fn describe_manoeuvre(index: usize, manoeuvre: &PlannedManoeuvre) -> ManoeuvreRow {
+    let moved = |values: [f64; CONTROLS]| {
+        let surfaces = manoeuvre.surfaces.iter().filter(|&&control| control != THROTTLE);
+        surfaces.map(|&surface| (SURFACE_NAMES[surface], values[surface])).collect()
     };
-    designed.manoeuvres.iter().enumerate().map(row).collect()
+    ManoeuvreRow {
+        number: index + 1,
+        name: manoeuvre.name.clone(),
+        surfaces: names(&manoeuvre.surfaces),
+        duration_s: manoeuvre.duration_s,
+        peak_rad: moved(manoeuvre.input.peaks()),
+        rate_rad_s: moved(manoeuvre.input.rates()),
+        peak_thrust_n: manoeuvre.surfaces.contains(&THROTTLE).then(|| manoeuvre.input.peaks()[THROTTLE]),
+        relative_peak_factor: manoeuvre
+            .surfaces
+            .iter()
+            .map(|&surface| (SURFACE_NAMES[surface], measure_peak_factor(manoeuvre, surface)))
+            .collect(),
+    }
+}
+
+fn measure_peak_factor(manoeuvre: &PlannedManoeuvre, surface: usize) -> f64 {
+    // Even samples over the input itself, run-in and rest left out.
+    let start_s = manoeuvre.input.times_s().first().copied().unwrap_or(0.0);
+    let length_s = manoeuvre.input.end_s() - start_s;
+    let samples: Vec<f64> =
+        (0..4000).map(|k| manoeuvre.input.at(start_s + length_s * f64::from(k) / 4000.0)[surface]).collect();
+    relative_peak_factor(&samples)
 }
 
 fn signal(designed: &Designed) -> Vec<SignalRow> {
@@ -326,16 +334,7 @@ fn correlations(basis: &Basis, designed: &Designed) -> Vec<CorrelationRow> {
     for known in &basis.coefficients {
         let terms: Vec<_> = known.terms.iter().filter(|term| !term.is_constant()).cloned().collect();
         let windows: Vec<_> = variables.iter().filter_map(|own| regressors(&terms, own).ok()).collect();
-        let centred = |column: usize| -> Vec<f64> {
-            windows
-                .iter()
-                .flat_map(|x| {
-                    let mean = x.column(column).mean();
-                    x.column(column).iter().map(move |value| value - mean).collect::<Vec<_>>()
-                })
-                .collect()
-        };
-        let columns: Vec<Vec<f64>> = (0..terms.len()).map(centred).collect();
+        let columns: Vec<Vec<f64>> = (0..terms.len()).map(|column| centre_column(&windows, column)).collect();
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         for first in 0..terms.len() {
             for second in first + 1..terms.len() {
@@ -352,4 +351,15 @@ fn correlations(basis: &Basis, designed: &Designed) -> Vec<CorrelationRow> {
         }
     }
     rows
+}
+
+/// A column over all windows, about its mean in each.
+fn centre_column(windows: &[DMatrix<f64>], column: usize) -> Vec<f64> {
+    windows
+        .iter()
+        .flat_map(|x| {
+            let mean = x.column(column).mean();
+            x.column(column).iter().map(move |value| value - mean).collect::<Vec<_>>()
+        })
+        .collect()
 }

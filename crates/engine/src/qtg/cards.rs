@@ -163,20 +163,22 @@ pub(super) fn cards(
 
 /// Fuel burnt over the manoeuvres of each flight, kg/s; none where the mass does not fall.
 fn burn_kg_s(session: &Session, snapshot: &Snapshot) -> Option<f64> {
-    let rate = |flight: &str| {
-        let of_flight = session.windows.iter().filter(|window| window.flight == flight);
-        let masses = of_flight.filter_map(|window| {
-            let aero = snapshot.windows.get(&window.name)?.aero.ready()?;
-            Some((window.window.start_s, aero.data.mass.first()?.mass_kg))
-        });
-        let masses: Vec<(f64, f64)> = masses.collect();
-        let first = masses.iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let last = masses.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let rate = (first.1 - last.1) / (last.0 - first.0);
-        (rate.is_finite() && rate > 0.0).then_some(rate)
-    };
-    let mut rates: Vec<f64> = session.flights.iter().filter_map(|flight| rate(&flight.name)).collect();
+    let mut rates: Vec<f64> =
+        session.flights.iter().filter_map(|flight| burn_of_flight(session, snapshot, &flight.name)).collect();
     median(&mut rates)
+}
+
+fn burn_of_flight(session: &Session, snapshot: &Snapshot, flight: &str) -> Option<f64> {
+    let of_flight = session.windows.iter().filter(|window| window.flight == flight);
+    let masses = of_flight.filter_map(|window| {
+        let aero = snapshot.windows.get(&window.name)?.aero.ready()?;
+        Some((window.window.start_s, aero.data.mass.first()?.mass_kg))
+    });
+    let masses: Vec<(f64, f64)> = masses.collect();
+    let first = masses.iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let last = masses.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let rate = (first.1 - last.1) / (last.0 - first.0);
+    (rate.is_finite() && rate > 0.0).then_some(rate)
 }
 
 /// A manoeuvre with its median airspeed and altitude.

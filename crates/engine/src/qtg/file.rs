@@ -255,20 +255,24 @@ fn constants(name: Option<&str>) -> StageResult<Constants> {
 }
 
 fn ranges(tables: &BTreeMap<String, RangeTable>) -> StageResult<BTreeMap<Signal, f64>> {
-    let one = |(name, table): (&String, &RangeTable)| -> StageResult<(Signal, f64)> {
-        let names = || Signal::ALL.map(Signal::name).join(", ");
-        let signal = Signal::from_name(name).ok_or_else(|| format!("it is not a signal: one of {}", names()))?;
-        let unit = Unit::parse(&table.unit)?;
-        if unit.dimension != signal.dimension() {
-            return Err(format!("'{}' is not a unit of it", unit.symbol).into());
-        }
-        let largest = unit.to_si(table.value);
-        if !(largest > 0.0 && largest.is_finite()) {
-            return Err("the largest value must be positive".into());
-        }
-        Ok((signal, largest))
+    let range = |(name, table): (&String, &RangeTable)| {
+        parse_range(name, table).map_err(|error| error.at(format!("normal_range.{name}")))
     };
-    tables.iter().map(|entry| one(entry).map_err(|error| error.at(format!("normal_range.{}", entry.0)))).collect()
+    tables.iter().map(range).collect()
+}
+
+fn parse_range(name: &str, table: &RangeTable) -> StageResult<(Signal, f64)> {
+    let names = || Signal::ALL.map(Signal::name).join(", ");
+    let signal = Signal::from_name(name).ok_or_else(|| format!("it is not a signal: one of {}", names()))?;
+    let unit = Unit::parse(&table.unit)?;
+    if unit.dimension != signal.dimension() {
+        return Err(format!("'{}' is not a unit of it", unit.symbol).into());
+    }
+    let largest = unit.to_si(table.value);
+    if !(largest > 0.0 && largest.is_finite()) {
+        return Err("the largest value must be positive".into());
+    }
+    Ok((signal, largest))
 }
 
 fn rule(name: Option<&str>, reading: &Reading, folder: &Path) -> StageResult<Tolerances> {

@@ -254,9 +254,8 @@ mod tests {
         assert!(row(&tests, "2.d.2").1.contains("flight condition of the records not stated"));
     }
 
-    #[test]
-    fn what_a_pass_rests_on_is_stated() {
-        let value = |requirement, parameter: &str, passed| ValueRow {
+    fn value(requirement: usize, parameter: &str, passed: Option<bool>) -> ValueRow {
+        ValueRow {
             requirement,
             parameter: parameter.to_owned(),
             tolerance: String::new(),
@@ -266,7 +265,11 @@ mod tests {
             model: None,
             model_error: None,
             passed,
-        };
+        }
+    }
+
+    #[test]
+    fn what_a_pass_rests_on_is_stated() {
         let mut trim = test("2.c.5-1", "2.c.5", Outcome::Passed, "cruise");
         trim.values = vec![
             value(1, "elevator", Some(true)),

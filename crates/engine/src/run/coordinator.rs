@@ -227,17 +227,7 @@ fn coordinate(shared: &Shared, cache: &Cache) {
     while let Some((job, control)) = next(shared, Inbox::next) {
         let previous = Arc::clone(&lock(&shared.snapshot));
         let is_run = matches!(job, Job::Run(..));
-        let publish = |mut snapshot: Snapshot| {
-            // An older generation never overwrites a newer one: requests are run one at a time, in order.
-            let mut shown = lock(&shared.snapshot);
-            if !is_run {
-                // Experiments go on beside a closer look.
-                snapshot.inquiries.experiments.clone_from(&shown.inquiries.experiments);
-            }
-            *shown = Arc::new(snapshot);
-            drop(shown);
-            (shared.wake)();
-        };
+        let publish = |snapshot: Snapshot| publish(shared, snapshot, is_run);
         let work = || match (job, &done) {
             (Job::Run(generation, request), _) => {
                 let scope = Scope {
@@ -287,6 +277,18 @@ fn coordinate(shared: &Shared, cache: &Cache) {
         shared.arrived.notify_all();
         (shared.wake)();
     }
+}
+
+fn publish(shared: &Shared, mut snapshot: Snapshot, is_run: bool) {
+    // An older generation never overwrites a newer one: requests are run one at a time, in order.
+    let mut shown = lock(&shared.snapshot);
+    if !is_run {
+        // Experiments go on beside a closer look.
+        snapshot.inquiries.experiments.clone_from(&shown.inquiries.experiments);
+    }
+    *shown = Arc::new(snapshot);
+    drop(shown);
+    (shared.wake)();
 }
 
 /// Computes the experiments of the run done last, whenever they are due.

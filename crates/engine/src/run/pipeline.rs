@@ -298,23 +298,28 @@ impl<'a> Run<'a> {
             own.map_or(Ok(loaded.clone()), |own| self.context.get::<AircraftData>(Some(own), aircraft)).map(Some)
         };
         let one = |flight: &'a Flight| -> Result<Option<ReadFlight<'a>>, Cancelled> {
-            let loaded = self.context.get::<LoadedFlight>(&flight.as_read(), ());
-            let loaded = self.store_result(loaded, |snapshot| flight_slot_mut(&mut snapshot.flights, flight))?;
-            if loaded.is_none() {
-                self.builder.update(|snapshot| {
-                    flight_slot_mut(&mut snapshot.flown, flight).fail(&"the flight could not be read".into());
-                    *flight_slot_mut(&mut snapshot.engines, flight) = Slot::NotRequested;
-                    *flight_slot_mut(&mut snapshot.physics, flight) = Slot::NotRequested;
-                    *flight_slot_mut(&mut snapshot.proposals, flight) = Slot::NotRequested;
-                    *flight_slot_mut(&mut snapshot.noise, flight) = Slot::NotRequested;
-                })?;
-            }
+            let loaded = self.load_flight(flight)?;
             // Every loading has mass properties: nothing but a stop fails here.
             let aircraft = on_board(flight).map_err(|_| Cancelled)?;
             Ok(loaded.map(|loaded| ReadFlight { flight, loaded, aircraft }))
         };
         let flights: Vec<_> = self.scope.session.flights.par_iter().map(one).collect::<Result<_, _>>()?;
         Ok(flights.into_iter().flatten().collect())
+    }
+
+    fn load_flight(&self, flight: &Flight) -> Result<Option<Keyed<LoadedFlight>>, Cancelled> {
+        let loaded = self.context.get::<LoadedFlight>(&flight.as_read(), ());
+        let loaded = self.store_result(loaded, |snapshot| flight_slot_mut(&mut snapshot.flights, flight))?;
+        if loaded.is_none() {
+            self.builder.update(|snapshot| {
+                flight_slot_mut(&mut snapshot.flown, flight).fail(&"the flight could not be read".into());
+                *flight_slot_mut(&mut snapshot.engines, flight) = Slot::NotRequested;
+                *flight_slot_mut(&mut snapshot.physics, flight) = Slot::NotRequested;
+                *flight_slot_mut(&mut snapshot.proposals, flight) = Slot::NotRequested;
+                *flight_slot_mut(&mut snapshot.noise, flight) = Slot::NotRequested;
+            })?;
+        }
+        Ok(loaded)
     }
 
     /// Mass properties over every flight that was read.

@@ -87,21 +87,22 @@ fn fault(known: Constraint) -> Option<(f64, &'static str)> {
 
 /// What is wrong with the constraints of a session.
 pub(super) fn findings(session: &Session) -> Vec<Finding> {
-    let constraints = &session.estimation.constraints;
-    let one = |(index, known): (usize, &TermConstraint)| {
-        let name = known.derivative();
-        let again = |other: &&TermConstraint| other.coefficient == known.coefficient && other.term == known.term;
-        let (text, fix_text) = if let Some((value, allowed)) = fault(known.known) {
-            (format!("{value} is not allowed, expected {allowed}"), "change it")
-        } else if !session.has_term(known.coefficient, &known.term) {
-            let text = format!("{} has no term '{}'", known.coefficient.name(), known.term);
-            (text, "add the term or remove the constraint")
-        } else if constraints[..index].iter().any(|other| again(&other)) {
-            ("stated twice".to_owned(), "remove one")
-        } else {
-            return None;
-        };
-        Some(contradiction(format!("estimation.constraint of {name}"), text, fix_text).with_setting("Model", ""))
+    let constraints = session.estimation.constraints.iter().enumerate();
+    constraints.filter_map(|(index, known)| judge_constraint(session, index, known)).collect()
+}
+
+fn judge_constraint(session: &Session, index: usize, known: &TermConstraint) -> Option<Finding> {
+    let name = known.derivative();
+    let again = |other: &&TermConstraint| other.coefficient == known.coefficient && other.term == known.term;
+    let (text, fix_text) = if let Some((value, allowed)) = fault(known.known) {
+        (format!("{value} is not allowed, expected {allowed}"), "change it")
+    } else if !session.has_term(known.coefficient, &known.term) {
+        let text = format!("{} has no term '{}'", known.coefficient.name(), known.term);
+        (text, "add the term or remove the constraint")
+    } else if session.estimation.constraints[..index].iter().any(|other| again(&other)) {
+        ("stated twice".to_owned(), "remove one")
+    } else {
+        return None;
     };
-    constraints.iter().enumerate().filter_map(one).collect()
+    Some(contradiction(format!("estimation.constraint of {name}"), text, fix_text).with_setting("Model", ""))
 }

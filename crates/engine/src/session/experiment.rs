@@ -288,15 +288,18 @@ pub fn noise_experiments(session: &Session) -> Vec<Experiment> {
 /// The present configuration with every second manoeuvre: those of odd number, then those of even number identify, the others validate.
 /// Manoeuvres that are ignored stay so.
 pub fn manoeuvre_experiments(session: &Session) -> Vec<Experiment> {
-    let one = |(name, first): (&str, usize)| {
-        let mut configuration = Configuration::from_session(session);
-        let used = configuration.manoeuvres.iter_mut().filter(|used| used.role != WindowRole::Ignored);
-        for (place, used) in used.enumerate() {
-            used.role = if place % 2 == first { WindowRole::Identification } else { WindowRole::Validation };
-        }
-        Experiment { name: name.to_owned(), configuration: configuration.into() }
-    };
-    [("Odd manoeuvres", 0), ("Even manoeuvres", 1)].map(one).into()
+    [("Odd manoeuvres", 0), ("Even manoeuvres", 1)]
+        .map(|(name, first)| identify_every_second(session, name, first))
+        .into()
+}
+
+fn identify_every_second(session: &Session, name: &str, first: usize) -> Experiment {
+    let mut configuration = Configuration::from_session(session);
+    let used = configuration.manoeuvres.iter_mut().filter(|used| used.role != WindowRole::Ignored);
+    for (place, used) in used.enumerate() {
+        used.role = if place % 2 == first { WindowRole::Identification } else { WindowRole::Validation };
+    }
+    Experiment { name: name.to_owned(), configuration: configuration.into() }
 }
 
 /// Every configuration with every set of manoeuvres: each of `configurations` with the manoeuvres of each of `sets`.

@@ -70,15 +70,18 @@ impl Fix {
 
     /// Whether it changes nothing but the configuration: no recording, channel, clock or aircraft.
     pub fn is_of_configuration(&self) -> bool {
-        let has = |edit: &Edit| match edit {
+        self.edits.iter().all(Self::is_configuration)
+    }
+
+    fn is_configuration(edit: &Edit) -> bool {
+        match edit {
             Edit::Window(edit) => {
                 matches!(edit, WindowEdit::Role { .. } | WindowEdit::Place { .. } | WindowEdit::Exclude { .. })
             }
             Edit::Noise(_) | Edit::Filter(_) | Edit::Estimation(_) => true,
             Edit::Model(edit) => matches!(edit, ModelEdit::SetTerm { .. } | ModelEdit::Structure(_)),
             _ => false,
-        };
-        self.edits.iter().all(has)
+        }
     }
 
     /// The fixed session as an experiment called by the label.

@@ -180,31 +180,34 @@ pub(super) fn findings(preparation: &Preparation) -> Vec<Finding> {
     const LONGEST_S: f64 = 10.0;
     let mut found = Vec::new();
     let lags = &preparation.control_lags;
-    let mut usable = |field: String, value: f64, [lowest, highest]: [f64; 2]| {
-        if !(value.is_finite() && (lowest..=highest).contains(&value)) {
-            let upper = if highest.is_finite() { format!("to {highest}") } else { "up".to_owned() };
-            let field = format!("preparation.{field}");
-            let fix_text = format!("enter a number from {lowest} {upper}");
-            let finding = contradiction(field.clone(), format!("{value} is out of range"), &fix_text);
-            found.push(finding.with_setting("Noise and filter", field));
-        }
-    };
     match lags.shared_s() {
-        Some(lag_s) => usable("actuator_lag_s".to_owned(), lag_s, [0.0, f64::INFINITY]),
+        Some(lag_s) => check_range(&mut found, "actuator_lag_s".to_owned(), lag_s, [0.0, f64::INFINITY]),
         None => {
             for surface in Surface::ALL {
                 let (name, lag) = (surface.name(), lags.get(surface));
-                usable(format!("control_lag.{name}.lag_s"), lag.time_constant_s, [0.0, f64::INFINITY]);
-                usable(format!("control_lag.{name}.delay_s"), lag.delay_s, [-LONGEST_S, LONGEST_S]);
+                check_range(&mut found, format!("control_lag.{name}.lag_s"), lag.time_constant_s, [0.0, f64::INFINITY]);
+                check_range(&mut found, format!("control_lag.{name}.delay_s"), lag.delay_s, [-LONGEST_S, LONGEST_S]);
             }
         }
     }
-    usable("settle_s".to_owned(), preparation.settle_s, [0.0, f64::INFINITY]);
-    usable("origin_altitude_m".to_owned(), preparation.origin_altitude_m, [-1000.0, f64::INFINITY]);
+    check_range(&mut found, "settle_s".to_owned(), preparation.settle_s, [0.0, f64::INFINITY]);
+    check_range(&mut found, "origin_altitude_m".to_owned(), preparation.origin_altitude_m, [-1000.0, f64::INFINITY]);
     let half_width_s = preparation.differentiation_half_width_s.unwrap_or(1.0);
-    usable("differentiation_half_width_s".to_owned(), half_width_s, [1e-6, f64::INFINITY]);
+    check_range(&mut found, "differentiation_half_width_s".to_owned(), half_width_s, [1e-6, f64::INFINITY]);
     if let MomentReference::Datum(point) = preparation.moment_reference {
-        point.iter().for_each(|&value| usable("moment_reference".to_owned(), value, [f64::MIN, f64::MAX]));
+        point
+            .iter()
+            .for_each(|&value| check_range(&mut found, "moment_reference".to_owned(), value, [f64::MIN, f64::MAX]));
     }
     found
+}
+
+fn check_range(found: &mut Vec<Finding>, field: String, value: f64, [lowest, highest]: [f64; 2]) {
+    if !(value.is_finite() && (lowest..=highest).contains(&value)) {
+        let upper = if highest.is_finite() { format!("to {highest}") } else { "up".to_owned() };
+        let field = format!("preparation.{field}");
+        let fix_text = format!("enter a number from {lowest} {upper}");
+        let finding = contradiction(field.clone(), format!("{value} is out of range"), &fix_text);
+        found.push(finding.with_setting("Noise and filter", field));
+    }
 }

@@ -30,19 +30,9 @@ pub struct UsedClock {
 /// # Errors
 /// One line: a channel that is not there, or channels that do not agree on a clock.
 pub fn align(recording: &Recording, flight: &Flight) -> StageResult<(Recording, Vec<UsedClock>, Vec<Finding>)> {
-    let settings = &flight.clocks;
-    let one = |setting: &ClockSetting| -> StageResult<(UsedClock, Option<Finding>)> {
-        let (clock, finding) = match clock(recording, setting) {
-            Ok(clock) => (clock, None),
-            Err(error) if stamps_engines_alone(recording, setting, flight) => {
-                (clock_as_set(setting)?, Some(describe_unfitted(setting, flight, &error)))
-            }
-            Err(error) => return Err(format!("clock of {}: {error}", setting.source).into()),
-        };
-        Ok((UsedClock { model: clock.model.shifted(setting.shift_s), shift_s: setting.shift_s, ..clock }, finding))
-    };
     // Each is fitted to the recording as read and knows nothing of the others; the first error is that of the session's order.
-    let clocks: Vec<StageResult<_>> = settings.par_iter().map(one).collect();
+    let clocks: Vec<StageResult<_>> =
+        flight.clocks.par_iter().map(|setting| find_clock(recording, flight, setting)).collect();
     let (clocks, findings): (Vec<UsedClock>, Vec<Option<Finding>>) =
         clocks.into_iter().collect::<StageResult<Vec<_>>>()?.into_iter().unzip();
     let mut aligned = recording.clone();
@@ -62,6 +52,21 @@ pub fn align(recording: &Recording, flight: &Flight) -> StageResult<(Recording, 
         channel.series.time_s = Arc::clone(on_line);
     }
     Ok((aligned, clocks, findings.into_iter().flatten().collect()))
+}
+
+fn find_clock(
+    recording: &Recording,
+    flight: &Flight,
+    setting: &ClockSetting,
+) -> StageResult<(UsedClock, Option<Finding>)> {
+    let (clock, finding) = match clock(recording, setting) {
+        Ok(clock) => (clock, None),
+        Err(error) if stamps_engines_alone(recording, setting, flight) => {
+            (clock_as_set(setting)?, Some(describe_unfitted(setting, flight, &error)))
+        }
+        Err(error) => return Err(format!("clock of {}: {error}", setting.source).into()),
+    };
+    Ok((UsedClock { model: clock.model.shifted(setting.shift_s), shift_s: setting.shift_s, ..clock }, finding))
 }
 
 /// Whether a source is one of those a clock stamps: its name is `pattern`, or begins with it where it ends in `*`.

@@ -44,24 +44,25 @@ type SharedFit = (Coefficient, usize, PooledFit);
 
 /// The delay of each surface that the windows record and the structure has.
 pub fn control_delays(windows: &[AeroWindow<'_>], structure: &Structure, estimation: &Estimation) -> Vec<ControlDelay> {
-    let fits = |windows: &[AeroWindow<'_>]| -> Vec<SharedFit> {
-        let found = pooled_regressions(windows, structure, estimation).into_iter().flatten();
-        let fit = |regression: super::Regression| {
-            Some((regression.coefficient, regression.pooled.shared().count(), regression.pooled.fit().ok()?))
-        };
-        found.filter_map(fit).collect()
-    };
     let Some(step_s) = windows.first().and_then(|(_, aero)| median_step(&aero.data.time_s)) else { return Vec::new() };
-    let nominal = fits(windows);
+    let nominal = fit_shared(windows, structure, estimation);
     let delay = |surface: &Surface| {
         let moved = |by_s: f64| -> Option<Vec<SharedFit>> {
             let windows: Option<Vec<AeroWindow<'_>>> =
                 windows.iter().map(|(window, aero)| Some((*window, taken_later(aero, *surface, by_s)?))).collect();
-            Some(fits(&windows?))
+            Some(fit_shared(&windows?, structure, estimation))
         };
         control_delay(*surface, &nominal, [&moved(-step_s)?, &moved(step_s)?], step_s)
     };
     Surface::ALL.par_iter().filter_map(delay).collect()
+}
+
+fn fit_shared(windows: &[AeroWindow<'_>], structure: &Structure, estimation: &Estimation) -> Vec<SharedFit> {
+    let found = pooled_regressions(windows, structure, estimation).into_iter().flatten();
+    let fit = |regression: super::Regression| {
+        Some((regression.coefficient, regression.pooled.shared().count(), regression.pooled.fit().ok()?))
+    };
+    found.filter_map(fit).collect()
 }
 
 /// The window with the deflection of a surface as recorded `by_s` later, straight lines between the samples; the same where it has none.

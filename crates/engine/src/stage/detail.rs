@@ -90,20 +90,21 @@ pub struct KindSummary {
 
 /// Residuals of the fits of one window.
 pub fn residual_studies(fits: &WindowFits) -> Vec<ResidualStudy> {
-    let one = |fit: &CoefficientFit| {
-        let series = fit.series.as_ref()?;
-        let residual = &series.residual;
-        let samples = residual.values.len();
-        let lags = (samples / LAG_PART).min(MOST_LAGS);
-        (lags > 0).then(|| ResidualStudy {
-            coefficient: fit.coefficient,
-            step_s: series.step_s,
-            whiteness: whiteness(&residual.values, lags),
-            histogram: histogram(&residual.values, BINS),
-            spectrum: spectrum(residual),
-        })
-    };
-    fits.fits.iter().filter_map(one).collect()
+    fits.fits.iter().filter_map(study_residual).collect()
+}
+
+fn study_residual(fit: &CoefficientFit) -> Option<ResidualStudy> {
+    let series = fit.series.as_ref()?;
+    let residual = &series.residual;
+    let samples = residual.values.len();
+    let lags = (samples / LAG_PART).min(MOST_LAGS);
+    (lags > 0).then(|| ResidualStudy {
+        coefficient: fit.coefficient,
+        step_s: series.step_s,
+        whiteness: whiteness(&residual.values, lags),
+        histogram: histogram(&residual.values, BINS),
+        spectrum: spectrum(residual),
+    })
 }
 
 /// Parts of the fitted coefficients of one window (thesis Fig. 6.13).
@@ -113,20 +114,26 @@ pub fn contributions(
     structure: &Structure,
     estimation: &Estimation,
 ) -> Vec<Contributions> {
-    let one = |fit: &CoefficientFit| {
-        let estimate = fit.fit.as_ref().ok()?;
-        let terms = structure.terms(fit.coefficient)?;
-        let (terms, _) = window_terms(fit.coefficient, terms, aero, estimation);
-        let part = |term: &Term| {
-            let name = term.derivative_name(fit.coefficient);
-            let (derivative, _) = estimate.parameter(&name)?;
-            let column = regressors(std::slice::from_ref(term), &aero.variables).ok()?;
-            let time_s = aero.series[fit.coefficient as usize].time_s.clone();
-            Some((name, Series { time_s, values: column.iter().map(|value| derivative * value).collect() }))
-        };
-        Some(Contributions { coefficient: fit.coefficient, terms: terms.iter().filter_map(part).collect() })
+    fits.fits.iter().filter_map(|fit| split_fit(fit, aero, structure, estimation)).collect()
+}
+
+fn split_fit(
+    fit: &CoefficientFit,
+    aero: &WindowAero,
+    structure: &Structure,
+    estimation: &Estimation,
+) -> Option<Contributions> {
+    let estimate = fit.fit.as_ref().ok()?;
+    let terms = structure.terms(fit.coefficient)?;
+    let (terms, _) = window_terms(fit.coefficient, terms, aero, estimation);
+    let part = |term: &Term| {
+        let name = term.derivative_name(fit.coefficient);
+        let (derivative, _) = estimate.parameter(&name)?;
+        let column = regressors(std::slice::from_ref(term), &aero.variables).ok()?;
+        let time_s = aero.series[fit.coefficient as usize].time_s.clone();
+        Some((name, Series { time_s, values: column.iter().map(|value| derivative * value).collect() }))
     };
-    fits.fits.iter().filter_map(one).collect()
+    Some(Contributions { coefficient: fit.coefficient, terms: terms.iter().filter_map(part).collect() })
 }
 
 /// North and east position from the ground velocity of a recording without positions, m from where it begins; by the trapezoidal
@@ -156,20 +163,26 @@ pub fn model_study(
     candidates: &[Term],
     estimation: &Estimation,
 ) -> Vec<CoefficientStudy> {
-    let one = |(coefficient, own): &(Coefficient, Vec<Term>)| {
-        let used = windows.iter().filter(|(window, _)| {
-            window.role == WindowRole::Identification && identifies(window, *coefficient, estimation)
-        });
-        let known = |term: &Term, aero: &WindowAero| regressors(std::slice::from_ref(term), &aero.variables).is_ok();
-        let used: Vec<_> = used.filter(|(_, aero)| own.iter().all(|term| known(term, aero))).collect();
-        let beside = candidates.iter().filter(|term| !own.contains(term));
-        let beside = beside.filter(|term| !used.is_empty() && used.iter().all(|(_, aero)| known(term, aero)));
-        let terms: Vec<Term> = own.iter().chain(beside).cloned().collect();
-        let study = study_terms(*coefficient, (&terms, own.len()), &used, estimation);
-        let terms = terms.into_iter().filter(|term| !term.is_constant()).collect();
-        CoefficientStudy { coefficient: *coefficient, study, terms }
-    };
-    structure.models.iter().map(one).collect()
+    structure.models.iter().map(|model| study_coefficient(model, windows, candidates, estimation)).collect()
+}
+
+fn study_coefficient(
+    (coefficient, own): &(Coefficient, Vec<Term>),
+    windows: &[AeroWindow<'_>],
+    candidates: &[Term],
+    estimation: &Estimation,
+) -> CoefficientStudy {
+    let used = windows.iter().filter(|(window, _)| {
+        window.role == WindowRole::Identification && identifies(window, *coefficient, estimation)
+    });
+    let known = |term: &Term, aero: &WindowAero| regressors(std::slice::from_ref(term), &aero.variables).is_ok();
+    let used: Vec<_> = used.filter(|(_, aero)| own.iter().all(|term| known(term, aero))).collect();
+    let beside = candidates.iter().filter(|term| !own.contains(term));
+    let beside = beside.filter(|term| !used.is_empty() && used.iter().all(|(_, aero)| known(term, aero)));
+    let terms: Vec<Term> = own.iter().chain(beside).cloned().collect();
+    let study = study_terms(*coefficient, (&terms, own.len()), &used, estimation);
+    let terms = terms.into_iter().filter(|term| !term.is_constant()).collect();
+    CoefficientStudy { coefficient: *coefficient, study, terms }
 }
 
 fn study_terms(
@@ -182,20 +195,27 @@ fn study_terms(
         return Err("no manoeuvre is used for this coefficient".into());
     }
     let fixed: Vec<Option<f64>> = terms.iter().map(|term| fixed_value(estimation.known(coefficient, term))).collect();
-    let window = |(window, aero): &&AeroWindow<'_>| {
-        let x = regressors(terms, &aero.variables).map_err(|error| format!("manoeuvre '{}': {error}", window.name))?;
-        let mut z = aero.coefficients.get(coefficient).to_vec();
-        for (column, value) in fixed.iter().enumerate().filter_map(|(column, value)| Some((column, (*value)?))) {
-            z.iter_mut().zip(x.column(column).iter()).for_each(|(z, x)| *z -= value * x);
-        }
-        Ok(PooledWindow { label: window.name.clone(), x, z })
-    };
-    let windows = used.iter().map(window).collect::<StageResult<Vec<_>>>()?;
+    let windows = used.iter().map(|used| form_window(coefficient, terms, &fixed, used));
+    let windows = windows.collect::<StageResult<Vec<_>>>()?;
     let names: Vec<_> = terms.iter().map(|term| term.derivative_name(coefficient)).collect();
     let in_model: Vec<_> = (0..terms.len()).map(|at| at < own && fixed[at].is_none()).collect();
     let is_constant: Vec<_> = terms.iter().map(Term::is_constant).collect();
     let own_constants = estimation.constants == PooledConstants::PerManoeuvre && windows.len() > 1;
     Ok(term_study(&names, &in_model, &is_constant, own_constants, &windows)?)
+}
+
+fn form_window(
+    coefficient: Coefficient,
+    terms: &[Term],
+    fixed: &[Option<f64>],
+    (window, aero): &AeroWindow<'_>,
+) -> StageResult<PooledWindow> {
+    let x = regressors(terms, &aero.variables).map_err(|error| format!("manoeuvre '{}': {error}", window.name))?;
+    let mut z = aero.coefficients.get(coefficient).to_vec();
+    for (column, value) in fixed.iter().enumerate().filter_map(|(column, value)| Some((column, (*value)?))) {
+        z.iter_mut().zip(x.column(column).iter()).for_each(|(z, x)| *z -= value * x);
+    }
+    Ok(PooledWindow { label: window.name.clone(), x, z })
 }
 
 fn fixed_value(known: Constraint) -> Option<f64> {
@@ -204,16 +224,7 @@ fn fixed_value(known: Constraint) -> Option<f64> {
 
 /// Biases and wind of the windows by name.
 pub fn bias_table<'a>(paths: impl Iterator<Item = (&'a str, &'a WindowPath)>) -> BiasTable {
-    let row = |(name, path): (&str, &WindowPath)| {
-        let time_s = &path.reconstruction.time_s;
-        let from = time_s.partition_point(|&t| t <= time_s.last().copied().unwrap_or(0.0) - AVERAGED_S);
-        let values = BIAS_STATES.map(|state| {
-            let last = &path.reconstruction.states[state as usize][from..];
-            last.iter().sum::<f64>() / last.len() as f64
-        });
-        (name.to_owned(), values)
-    };
-    let rows: Vec<(String, [f64; 9])> = paths.map(row).collect();
+    let rows: Vec<(String, [f64; 9])> = paths.map(|(name, path)| (name.to_owned(), mean_biases(path))).collect();
     let over = |value: fn(&[f64]) -> f64| {
         std::array::from_fn(|at| value(&rows.iter().map(|(_, values)| values[at]).collect::<Vec<_>>()))
     };
@@ -227,6 +238,15 @@ pub fn bias_table<'a>(paths: impl Iterator<Item = (&'a str, &'a WindowPath)>) ->
     let summary =
         if rows.is_empty() { [[f64::NAN; 9]; 4] } else { [over(mean), over(deviation), over(smallest), over(largest)] };
     BiasTable { rows, summary }
+}
+
+fn mean_biases(path: &WindowPath) -> [f64; 9] {
+    let time_s = &path.reconstruction.time_s;
+    let from = time_s.partition_point(|&t| t <= time_s.last().copied().unwrap_or(0.0) - AVERAGED_S);
+    BIAS_STATES.map(|state| {
+        let last = &path.reconstruction.states[state as usize][from..];
+        last.iter().sum::<f64>() / last.len() as f64
+    })
 }
 
 /// Derivatives over all identification windows, then over those of each kind of input.

@@ -283,21 +283,28 @@ pub fn pooled_fits(windows: &[AeroWindow<'_>], structure: &Structure, estimation
     let models: Vec<Model<'_, '_>> = models.filter(|(_, _, used)| !used.is_empty()).collect();
     let fit =
         |(coefficient, terms, used): &Model<'_, '_>| coefficient_fit(*coefficient, terms, used, estimation, Vec::new());
-    let predictions = |((coefficient, terms, used), fit): (&Model<'_, '_>, &CoefficientFit)| {
-        let Ok(fit) = &fit.fit else { return Vec::new() };
-        let parameters = Parameters::choose(*coefficient, terms, fit, used, estimation);
-        let applying = windows.iter().filter(|(window, _)| identifies(window, *coefficient, estimation));
-        let predicted =
-            |(window, aero): &AeroWindow<'_>| predict(*coefficient, terms, &parameters, (window, aero), estimation);
-        applying.filter_map(predicted).collect()
-    };
     let longest = windows.iter().map(|(_, aero)| aero.coefficients.time_s.len()).max().unwrap_or(0);
     let together = if longest > LONG_WINDOW { models.len() } else { 1 };
     // The coefficients know nothing of each other; their order is that of the structure.
     let each = || models.par_iter().with_min_len(together);
     let fits: Vec<CoefficientFit> = each().map(fit).collect();
-    let predictions: Vec<Vec<Prediction>> = each().zip(&fits).map(predictions).collect();
+    let predictions = each().zip(&fits).map(|(model, fit)| predict_windows(model, fit, windows, estimation));
+    let predictions: Vec<Vec<Prediction>> = predictions.collect();
     PooledFits { fits, predictions: predictions.into_iter().flatten().collect(), vane_scales: Vec::new() }
+}
+
+fn predict_windows(
+    (coefficient, terms, used): &Model<'_, '_>,
+    fit: &CoefficientFit,
+    windows: &[AeroWindow<'_>],
+    estimation: &Estimation,
+) -> Vec<Prediction> {
+    let Ok(fit) = &fit.fit else { return Vec::new() };
+    let parameters = Parameters::choose(*coefficient, terms, fit, used, estimation);
+    let applying = windows.iter().filter(|(window, _)| identifies(window, *coefficient, estimation));
+    let predicted =
+        |(window, aero): &AeroWindow<'_>| predict(*coefficient, terms, &parameters, (window, aero), estimation);
+    applying.filter_map(predicted).collect()
 }
 
 /// Conventional and corrected standard error of an estimate; NaN where it is held, fixed or at a bound.

@@ -21,20 +21,10 @@ pub fn gravity<'a>(session: &Session, recording: impl Fn(&str) -> Option<&'a Rec
     if session.gravity == GravitySource::Stated {
         return Gravity { m_s2: session.filter.gravity_m_s2, origin: "stated in the session".to_owned() };
     }
-    let mean = |roles: &[Role]| {
-        let active = session.active_windows();
-        let means = active.filter_map(|window| {
-            let channels = recording(&window.flight)?;
-            let channel = roles.iter().find_map(|role| channels.role(*role))?;
-            let found = channel.series.statistics(window.window)?;
-            Some((found.mean * found.samples as f64, found.samples as f64))
-        });
-        let (sum, count) = means.fold((0.0, 0.0), |(sum, count), (add, n)| (sum + add, count + n));
-        (count > 0.0).then_some(sum / count)
-    };
-    let altitude_m = mean(&[Role::GpsAltitude, Role::Altitude]);
+    let altitude_m = mean_over_windows(session, &recording, &[Role::GpsAltitude, Role::Altitude]);
     let above = altitude_m.unwrap_or(session.preparation.origin_altitude_m);
-    let here = mean(&[Role::Latitude]).and_then(|latitude| Some((latitude, gravity_m_s2(latitude, above).ok()?)));
+    let latitude = mean_over_windows(session, &recording, &[Role::Latitude]);
+    let here = latitude.and_then(|latitude| Some((latitude, gravity_m_s2(latitude, above).ok()?)));
     match here {
         Some((latitude, m_s2)) => {
             let assumed = if altitude_m.is_some() { "" } else { " (assumed)" };
@@ -43,6 +33,22 @@ pub fn gravity<'a>(session: &Session, recording: impl Fn(&str) -> Option<&'a Rec
         }
         None => Gravity { m_s2: STANDARD_GRAVITY_M_S2, origin: "standard: latitude not recorded".to_owned() },
     }
+}
+
+fn mean_over_windows<'a>(
+    session: &Session,
+    recording: impl Fn(&str) -> Option<&'a Recording>,
+    roles: &[Role],
+) -> Option<f64> {
+    let active = session.active_windows();
+    let means = active.filter_map(|window| {
+        let channels = recording(&window.flight)?;
+        let channel = roles.iter().find_map(|role| channels.role(*role))?;
+        let found = channel.series.statistics(window.window)?;
+        Some((found.mean * found.samples as f64, found.samples as f64))
+    });
+    let (sum, count) = means.fold((0.0, 0.0), |(sum, count), (add, n)| (sum + add, count + n));
+    (count > 0.0).then_some(sum / count)
 }
 
 /// The session with this gravity in its filter.

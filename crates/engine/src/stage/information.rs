@@ -40,30 +40,36 @@ pub fn information(
     structure: &Structure,
     estimation: &Estimation,
 ) -> Vec<Information> {
-    let one = |found: &CoefficientFit| {
-        let fit = found.fit.as_ref().ok()?;
-        let x = own_regressors(found, aero, structure, estimation)?;
-        let time_s = &aero.series[found.coefficient as usize].time_s;
-        let (first, last) = (*time_s.first()?, *time_s.last()?);
-        if x.nrows() != time_s.len() {
-            return None;
-        }
-        let step_s = ((last - first) / MOST).max(SHORTEST_S);
-        let count = (((last - first) / step_s).ceil() as usize).max(1);
-        let bin = |time: f64| (((time - first) / step_s) as usize).min(count - 1);
-        let shares = information_shares(fit, &x);
-        let of_derivative = |(column, name): (usize, &String)| {
-            let mut binned = vec![0.0; count];
-            time_s.iter().zip(shares.column(column).iter()).for_each(|(time, share)| binned[bin(*time)] += share);
-            (name.clone(), binned)
-        };
-        Some(Information {
-            coefficient: found.coefficient,
-            edges_s: (0..=count).map(|at| (first + at as f64 * step_s).min(last)).collect(),
-            shares: fit.names.iter().enumerate().map(of_derivative).collect(),
-        })
+    fits.fits.iter().filter_map(|found| share_information(found, aero, structure, estimation)).collect()
+}
+
+fn share_information(
+    found: &CoefficientFit,
+    aero: &WindowAero,
+    structure: &Structure,
+    estimation: &Estimation,
+) -> Option<Information> {
+    let fit = found.fit.as_ref().ok()?;
+    let x = own_regressors(found, aero, structure, estimation)?;
+    let time_s = &aero.series[found.coefficient as usize].time_s;
+    let (first, last) = (*time_s.first()?, *time_s.last()?);
+    if x.nrows() != time_s.len() {
+        return None;
+    }
+    let step_s = ((last - first) / MOST).max(SHORTEST_S);
+    let count = (((last - first) / step_s).ceil() as usize).max(1);
+    let bin = |time: f64| (((time - first) / step_s) as usize).min(count - 1);
+    let shares = information_shares(fit, &x);
+    let of_derivative = |(column, name): (usize, &String)| {
+        let mut binned = vec![0.0; count];
+        time_s.iter().zip(shares.column(column).iter()).for_each(|(time, share)| binned[bin(*time)] += share);
+        (name.clone(), binned)
     };
-    fits.fits.iter().filter_map(one).collect()
+    Some(Information {
+        coefficient: found.coefficient,
+        edges_s: (0..=count).map(|at| (first + at as f64 * step_s).min(last)).collect(),
+        shares: fit.names.iter().enumerate().map(of_derivative).collect(),
+    })
 }
 
 /// Correlation of the regressors of every coefficient: of `window` alone, or over all identification windows, about the mean of each
@@ -74,40 +80,42 @@ pub fn regressor_correlations(
     structure: &Structure,
     estimation: &Estimation,
 ) -> Vec<RegressorCorrelation> {
-    let one = |(coefficient, terms): &(Coefficient, Vec<Term>)| {
-        let terms: Vec<Term> = terms.iter().filter(|term| !term.is_constant()).cloned().collect();
-        let used = windows.iter().filter(|(manoeuvre, _)| match window {
-            Some(name) => manoeuvre.name == name,
-            None => manoeuvre.role == WindowRole::Identification,
-        });
-        let used = used.filter(|(manoeuvre, _)| identifies(manoeuvre, *coefficient, estimation));
-        let mut parts = Vec::new();
-        for (_, aero) in used {
-            let mut x = regressors(&terms, &aero.variables).ok()?;
-            if estimation.constants == PooledConstants::PerManoeuvre {
-                for mut column in x.column_iter_mut() {
-                    let mean = column.mean();
-                    column.add_scalar_mut(-mean);
-                }
+    structure.models.iter().filter_map(|model| correlate_regressors(model, windows, window, estimation)).collect()
+}
+
+fn correlate_regressors(
+    (coefficient, terms): &(Coefficient, Vec<Term>),
+    windows: &[AeroWindow<'_>],
+    window: Option<&str>,
+    estimation: &Estimation,
+) -> Option<RegressorCorrelation> {
+    let terms: Vec<Term> = terms.iter().filter(|term| !term.is_constant()).cloned().collect();
+    let used = windows.iter().filter(|(manoeuvre, _)| match window {
+        Some(name) => manoeuvre.name == name,
+        None => manoeuvre.role == WindowRole::Identification,
+    });
+    let used = used.filter(|(manoeuvre, _)| identifies(manoeuvre, *coefficient, estimation));
+    let mut parts = Vec::new();
+    for (_, aero) in used {
+        let mut x = regressors(&terms, &aero.variables).ok()?;
+        if estimation.constants == PooledConstants::PerManoeuvre {
+            for mut column in x.column_iter_mut() {
+                let mean = column.mean();
+                column.add_scalar_mut(-mean);
             }
-            parts.push(x);
         }
-        let rows: usize = parts.iter().map(DMatrix::nrows).sum();
-        if rows <= terms.len() || terms.is_empty() {
-            return None;
-        }
-        let mut stacked = DMatrix::zeros(rows, terms.len());
-        let mut at = 0;
-        for part in &parts {
-            stacked.rows_mut(at, part.nrows()).copy_from(part);
-            at += part.nrows();
-        }
-        let derivatives = terms.iter().map(|term| term.derivative_name(*coefficient)).collect();
-        Some(RegressorCorrelation {
-            coefficient: *coefficient,
-            derivatives,
-            correlation: regressor_correlation(&stacked),
-        })
-    };
-    structure.models.iter().filter_map(one).collect()
+        parts.push(x);
+    }
+    let rows: usize = parts.iter().map(DMatrix::nrows).sum();
+    if rows <= terms.len() || terms.is_empty() {
+        return None;
+    }
+    let mut stacked = DMatrix::zeros(rows, terms.len());
+    let mut at = 0;
+    for part in &parts {
+        stacked.rows_mut(at, part.nrows()).copy_from(part);
+        at += part.nrows();
+    }
+    let derivatives = terms.iter().map(|term| term.derivative_name(*coefficient)).collect();
+    Some(RegressorCorrelation { coefficient: *coefficient, derivatives, correlation: regressor_correlation(&stacked) })
 }

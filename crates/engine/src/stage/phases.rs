@@ -16,21 +16,7 @@ const SHORTEST_S: f64 = 60.0;
 
 /// Phases of the flight in their order in time, none overlapping; the three columns have one length.
 pub fn phases(time_s: &[f64], altitude_m: &[f64], airspeed_m_s: &[f64]) -> Vec<PhaseOfFlight> {
-    let name_at = |k: usize| {
-        if airspeed_m_s[k] < GROUND_AIRSPEED_M_S {
-            return Some("ground");
-        }
-        let from = time_s.partition_point(|&time| time < time_s[k] - HALF_MEAN_S);
-        let to = time_s.partition_point(|&time| time <= time_s[k] + HALF_MEAN_S) - 1;
-        let climb_m_s = (altitude_m[to] - altitude_m[from]) / (time_s[to] - time_s[from]);
-        match climb_m_s {
-            climb if climb > LEVEL_M_S => Some("climb"),
-            climb if climb < -LEVEL_M_S => Some("descent"),
-            climb if climb.is_finite() => Some("level"),
-            _ => None,
-        }
-    };
-    let names: Vec<_> = (0..time_s.len()).map(name_at).collect();
+    let names: Vec<_> = (0..time_s.len()).map(|k| name_phase(k, time_s, altitude_m, airspeed_m_s)).collect();
     let mut runs: Vec<(&str, Range<usize>)> = Vec::new();
     let mut first = 0;
     for run in names.chunk_by(|a, b| a == b) {
@@ -50,6 +36,21 @@ pub fn phases(time_s: &[f64], altitude_m: &[f64], airspeed_m_s: &[f64]) -> Vec<P
             window: TimeRange { start_s: time_s[range.start], end_s: time_s[range.end - 1] },
         })
         .collect()
+}
+
+fn name_phase(k: usize, time_s: &[f64], altitude_m: &[f64], airspeed_m_s: &[f64]) -> Option<&'static str> {
+    if airspeed_m_s[k] < GROUND_AIRSPEED_M_S {
+        return Some("ground");
+    }
+    let from = time_s.partition_point(|&time| time < time_s[k] - HALF_MEAN_S);
+    let to = time_s.partition_point(|&time| time <= time_s[k] + HALF_MEAN_S) - 1;
+    let climb_m_s = (altitude_m[to] - altitude_m[from]) / (time_s[to] - time_s[from]);
+    match climb_m_s {
+        climb if climb > LEVEL_M_S => Some("climb"),
+        climb if climb < -LEVEL_M_S => Some("descent"),
+        climb if climb.is_finite() => Some("level"),
+        _ => None,
+    }
 }
 
 #[cfg(test)]

@@ -96,17 +96,18 @@ impl FlightPhysics {
 
     /// The same as findings about `flight` of `session`.
     pub fn findings(&self, session: &Session, flight: &str) -> Vec<Finding> {
-        let finding = |row: &PhysicsRow| {
-            let place = Place::in_flight(flight, row.channel.as_str());
-            let text = message!("{}: {}.", &row.headline, detail(&row.evidence));
-            let finding = Finding::new(row.level, "physics", place, text).with_fix_text(row.fix_text.clone());
-            let finding = finding.with_setting("Channels", "").with_fix(self.fix(session, flight, row));
-            match row.slope {
-                Some(slope) if row.hypothesis.is_empty() => finding.with_figure(slope, f64::NAN),
-                _ => finding,
-            }
-        };
-        self.contradictions().map(finding).collect()
+        self.contradictions().map(|row| self.describe(session, flight, row)).collect()
+    }
+
+    fn describe(&self, session: &Session, flight: &str, row: &PhysicsRow) -> Finding {
+        let place = Place::in_flight(flight, row.channel.as_str());
+        let text = message!("{}: {}.", &row.headline, detail(&row.evidence));
+        let finding = Finding::new(row.level, "physics", place, text).with_fix_text(row.fix_text.clone());
+        let finding = finding.with_setting("Channels", "").with_fix(self.fix(session, flight, row));
+        match row.slope {
+            Some(slope) if row.hypothesis.is_empty() => finding.with_figure(slope, f64::NAN),
+            _ => finding,
+        }
     }
 }
 
@@ -143,7 +144,21 @@ fn median_airspeed_m_s(recording: &Recording) -> Option<f64> {
 }
 
 fn compared(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> FlightPhysics {
-    let row = |found: CompatibilityRow| PhysicsRow {
+    let without_copy = without_copy(recording);
+    let Compatibility { rows, accelerometer, rates } = check(without_copy.as_ref().unwrap_or(recording));
+    let airspeed_m_s = median_airspeed_m_s(recording);
+    let has_down_of_altitude = without_copy.is_some();
+    FlightPhysics {
+        rows: rows.into_iter().map(|row| describe_row(row, &map)).collect(),
+        accelerometer,
+        rates,
+        airspeed_m_s,
+        has_down_of_altitude,
+    }
+}
+
+fn describe_row(found: CompatibilityRow, map: impl Fn(Option<Role>) -> String) -> PhysicsRow {
+    PhysicsRow {
         level: match found.agreement {
             Agreement::Fits | Agreement::Undetermined => Level::Good,
             Agreement::Doubtful => Level::Caution,
@@ -166,17 +181,6 @@ fn compared(recording: &Recording, map: impl Fn(Option<Role>) -> String) -> Flig
         evidence: found.evidence,
         change: found.fix,
         curves: found.curves,
-    };
-    let without_copy = without_copy(recording);
-    let Compatibility { rows, accelerometer, rates } = check(without_copy.as_ref().unwrap_or(recording));
-    let airspeed_m_s = median_airspeed_m_s(recording);
-    let has_down_of_altitude = without_copy.is_some();
-    FlightPhysics {
-        rows: rows.into_iter().map(row).collect(),
-        accelerometer,
-        rates,
-        airspeed_m_s,
-        has_down_of_altitude,
     }
 }
 

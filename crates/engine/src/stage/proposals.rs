@@ -4,8 +4,8 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use doublet_core::prep::{
-    Manoeuvre as Found, ManoeuvreSearch, ManoeuvreSettings, PassedOver, Spectrum, SteadySearch, SteadySettings,
-    SteadySignal, airborne, find_manoeuvres, find_steady, intersect, spectrum,
+    Manoeuvre as Found, ManoeuvreSearch, ManoeuvreSettings, PassedOver, PrepError, Spectrum, SteadySearch,
+    SteadySettings, SteadySignal, airborne, find_manoeuvres, find_steady, intersect, spectrum,
 };
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::{Input, Measurement};
@@ -272,27 +272,14 @@ fn steady(
 ) -> StageResult<(Vec<SteadyWindow>, Option<String>)> {
     let [flying, parked] = spans(recording);
     let settings = SteadySettings::default();
-    let look = |roles: &[Role], within: &[TimeRange]| {
-        let still = STILL.iter().filter(|(role, ..)| roles.contains(role));
-        let signals: Vec<SteadySignal<'_>> = still
-            .filter_map(|&(role, max_deviation, max_drift)| {
-                Some(SteadySignal { series: &recording.role(role)?.series, max_deviation, max_drift })
-            })
-            .collect();
-        // Bank and pitch alone tell no motion.
-        if signals.iter().all(|signal| signal.max_deviation.is_infinite()) {
-            return Ok(SteadySearch::default());
-        }
-        find_steady(&signals, within, &settings)
-    };
     let rates = [Role::RollRate, Role::PitchRate, Role::YawRate];
     let [airborne, ground] = [
         [Role::SpecificForceZ, Role::BankAngle, Role::PitchAngle].as_slice(),
         [Role::VelocityNorth, Role::VelocityEast].as_slice(),
     ]
     .map(|others| [&rates[..], others].concat());
-    let in_flight = look(&airborne, &intersect(&flying, &between(inputs)))?;
-    let on_ground = look(&ground, &parked)?;
+    let in_flight = find_rest(recording, &airborne, &intersect(&flying, &between(inputs)), &settings)?;
+    let on_ground = find_rest(recording, &ground, &parked, &settings)?;
     let reason = (in_flight.found.is_empty() && on_ground.found.is_empty()).then(|| no_steady(&in_flight, &settings));
     let steady_roles = |measurements: bool| -> Vec<Role> {
         let wanted = Measurement::ALL.into_iter().filter(|m| is_ground_role(*m) == measurements);
@@ -307,6 +294,25 @@ fn steady(
         .extend(in_flight.found.iter().map(|s| window(s.window, if whole { Vec::new() } else { steady_roles(false) })));
     found.sort_by(|a, b| a.window.start_s.total_cmp(&b.window.start_s));
     Ok((found, reason))
+}
+
+fn find_rest(
+    recording: &Recording,
+    roles: &[Role],
+    within: &[TimeRange],
+    settings: &SteadySettings,
+) -> Result<SteadySearch, PrepError> {
+    let still = STILL.iter().filter(|(role, ..)| roles.contains(role));
+    let signals: Vec<SteadySignal<'_>> = still
+        .filter_map(|&(role, max_deviation, max_drift)| {
+            Some(SteadySignal { series: &recording.role(role)?.series, max_deviation, max_drift })
+        })
+        .collect();
+    // Bank and pitch alone tell no motion.
+    if signals.iter().all(|signal| signal.max_deviation.is_infinite()) {
+        return Ok(SteadySearch::default());
+    }
+    find_steady(&signals, within, settings)
 }
 
 /// Why no window is steady.

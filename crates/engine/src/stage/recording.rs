@@ -131,17 +131,18 @@ fn merge_all(context: &Context<'_>, recordings: &[RecordingRef]) -> StageResult<
 
 /// Where the recorder of a flight restarted, and where its later samples were put.
 pub fn restart_findings(recording: &Recording, flight: &str) -> Vec<Finding> {
-    let one = |(source, restart): (&String, &ClockRestart)| {
-        let (before_s, time_s) = (restart.before_s, restart.time_s);
-        let (source, begin) = (quoted(source), "its later samples begin at");
-        let text = message!("Recorder {} restarted after {:.3} s; {} {:.3} s.", source, before_s, begin, time_s);
-        Finding::new(Level::Caution, "clock", Place::flight(flight), text)
-            .with_fix_text("Mark no manoeuvre across it; split the file if these are two flights.")
-            .with_setting("Preprocess", "")
-    };
     let all =
         recording.restarts.iter().flat_map(|(source, restarts)| restarts.iter().map(move |restart| (source, restart)));
-    all.map(one).collect()
+    all.map(|(source, restart)| restart_finding(source, restart, flight)).collect()
+}
+
+fn restart_finding(source: &str, restart: &ClockRestart, flight: &str) -> Finding {
+    let (before_s, time_s) = (restart.before_s, restart.time_s);
+    let (source, begin) = (quoted(source), "its later samples begin at");
+    let text = message!("Recorder {} restarted after {:.3} s; {} {:.3} s.", source, before_s, begin, time_s);
+    Finding::new(Level::Caution, "clock", Place::flight(flight), text)
+        .with_fix_text("Mark no manoeuvre across it; split the file if these are two flights.")
+        .with_setting("Preprocess", "")
 }
 
 /// What to say of a recording whose content is not what it was when it was added.

@@ -304,12 +304,16 @@ fn start(states: &[Vec<f64>; STATES], first: usize, aero: &WindowAero) -> Start 
 
 /// The reconstructed motion.
 pub(crate) fn measured_histories(motion: &Motion, aero: &WindowAero) -> Histories {
-    let negated = |values: &[f64]| values.iter().map(|value| -value).collect::<Vec<_>>();
+    let columns = Signal::ALL.map(|signal| measured_column(signal, motion, aero));
+    Histories { time_s: aero.data.time_s.to_vec(), columns }
+}
+
+fn measured_column(signal: Signal, motion: &Motion, aero: &WindowAero) -> Vec<f64> {
     let data = &aero.data;
     let ([ax, ay, az], [phi, theta, psi]) = (&motion.specific_force_m_s2, &motion.euler_rad);
-    let column = |signal: Signal| match signal {
+    match signal {
         Signal::Airspeed => data.airspeed_m_s.to_vec(),
-        Signal::Altitude => negated(&motion.position_ned_m[2]),
+        Signal::Altitude => negate(&motion.position_ned_m[2]),
         Signal::AngleOfAttack => data.alpha_rad.to_vec(),
         Signal::Sideslip => data.beta_rad.to_vec(),
         Signal::BankAngle => phi.clone(),
@@ -320,20 +324,23 @@ pub(crate) fn measured_histories(motion: &Motion, aero: &WindowAero) -> Historie
         Signal::YawRate => data.rates_rad_s[2].clone(),
         Signal::SpecificForceX => ax.clone(),
         Signal::SpecificForceY => ay.clone(),
-        Signal::NormalAcceleration => negated(az),
-    };
-    Histories { time_s: data.time_s.to_vec(), columns: Signal::ALL.map(column) }
+        Signal::NormalAcceleration => negate(az),
+    }
 }
 
 /// The motion of the model, its heading on the same turn as the measured one, since both start alike.
 fn simulated_histories(response: &Response) -> Histories {
-    let negated = |values: &[f64]| values.iter().map(|value| -value).collect::<Vec<_>>();
+    let columns = Signal::ALL.map(|signal| simulated_column(signal, response));
+    Histories { time_s: response.time_s.clone(), columns }
+}
+
+fn simulated_column(signal: Signal, response: &Response) -> Vec<f64> {
     let [ax, ay, az] = &response.specific_force_m_s2;
     let [phi, theta, psi] = &response.euler_rad;
     let [p, q, r] = &response.rates_rad_s;
-    let column = |signal: Signal| match signal {
+    match signal {
         Signal::Airspeed => response.airspeed_m_s.clone(),
-        Signal::Altitude => negated(&response.position_ned_m[2]),
+        Signal::Altitude => negate(&response.position_ned_m[2]),
         Signal::AngleOfAttack => response.alpha_rad.clone(),
         Signal::Sideslip => response.beta_rad.clone(),
         Signal::BankAngle => phi.clone(),
@@ -344,9 +351,12 @@ fn simulated_histories(response: &Response) -> Histories {
         Signal::YawRate => r.clone(),
         Signal::SpecificForceX => ax.clone(),
         Signal::SpecificForceY => ay.clone(),
-        Signal::NormalAcceleration => negated(az),
-    };
-    Histories { time_s: response.time_s.clone(), columns: Signal::ALL.map(column) }
+        Signal::NormalAcceleration => negate(az),
+    }
+}
+
+fn negate(values: &[f64]) -> Vec<f64> {
+    values.iter().map(|value| -value).collect()
 }
 
 /// Takes the jumps out of an angle, its first value brought to (-pi, pi].

@@ -118,15 +118,22 @@ impl Stage for CheckStudy {
 
     fn run(request: CheckRequest, input: &StudyInput<'_>, context: &Context<'_>) -> StageResult<Self> {
         let context = context.parts(input.windows.len());
-        let one = |window: &StudyWindow<'_>| {
-            context.checkpoint()?;
-            let estimation = WindowEstimation::new(input, window, request, &context);
-            let by = |method: &'static Estimator| MethodChecks { method, parts: estimation.by(method) };
-            let methods = request.estimators.running().map(by).collect();
-            context.checkpoint()?;
-            context.step();
-            Ok(WindowChecks { window: window.manoeuvre.name.clone(), methods })
-        };
-        Ok(CheckStudy { request, windows: input.windows.par_iter().map(one).collect::<StageResult<_>>()? })
+        let windows = input.windows.par_iter().map(|window| check_window(window, input, request, &context));
+        Ok(CheckStudy { request, windows: windows.collect::<StageResult<_>>()? })
     }
+}
+
+fn check_window<'a>(
+    window: &'a StudyWindow<'a>,
+    input: &'a StudyInput<'a>,
+    request: CheckRequest,
+    context: &'a Context<'a>,
+) -> StageResult<WindowChecks> {
+    context.checkpoint()?;
+    let estimation = WindowEstimation::new(input, window, request, context);
+    let by = |method: &'static Estimator| MethodChecks { method, parts: estimation.by(method) };
+    let methods = request.estimators.running().map(by).collect();
+    context.checkpoint()?;
+    context.step();
+    Ok(WindowChecks { window: window.manoeuvre.name.clone(), methods })
 }

@@ -93,23 +93,25 @@ pub(crate) fn summarise(scenario: &Scenario, manoeuvres: usize, found: &[Vec<Est
 
 /// Windows over the manoeuvres of a scenario.
 pub(crate) fn windows(scenario: &Scenario) -> Vec<Manoeuvre> {
-    let window = |(number, flown): (usize, &simulate::Manoeuvre)| {
-        if let Some(input) = &flown.designed {
-            return designed_window(number, flown, input, scenario);
-        }
-        let name = format!("{:02} {} {}", number + 1, flown.surface.name(), flown.kind.name());
-        let held = TimeRange { start_s: flown.held_from_s() - MARGIN_S, end_s: flown.held_to_s() + MARGIN_S };
-        Manoeuvre {
-            surface: Some(match flown.surface {
-                Control::Aileron => Surface::Aileron,
-                Control::Elevator => Surface::Elevator,
-                Control::Rudder => Surface::Rudder,
-            }),
-            kind: flown.kind.name().to_owned(),
-            ..Manoeuvre::new(name, scenario.name.to_owned(), held)
-        }
-    };
-    scenario.manoeuvres.iter().filter(|manoeuvre| !manoeuvre.spoilt).enumerate().map(window).collect()
+    let flown = scenario.manoeuvres.iter().filter(|manoeuvre| !manoeuvre.spoilt).enumerate();
+    flown.map(|(number, flown)| mark_input(number, flown, scenario)).collect()
+}
+
+fn mark_input(number: usize, flown: &simulate::Manoeuvre, scenario: &Scenario) -> Manoeuvre {
+    if let Some(input) = &flown.designed {
+        return designed_window(number, flown, input, scenario);
+    }
+    let name = format!("{:02} {} {}", number + 1, flown.surface.name(), flown.kind.name());
+    let held = TimeRange { start_s: flown.held_from_s() - MARGIN_S, end_s: flown.held_to_s() + MARGIN_S };
+    Manoeuvre {
+        surface: Some(match flown.surface {
+            Control::Aileron => Surface::Aileron,
+            Control::Elevator => Surface::Elevator,
+            Control::Rudder => Surface::Rudder,
+        }),
+        kind: flown.kind.name().to_owned(),
+        ..Manoeuvre::new(name, scenario.name.to_owned(), held)
+    }
 }
 
 /// Window over a designed input: from its onset for as long as it was designed for.

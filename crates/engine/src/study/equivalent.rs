@@ -127,33 +127,14 @@ fn model_grid(model: &TransferFunction) -> Vec<f64> {
 }
 
 fn derive(fit: &EquivalentSystem, attitude: Option<Attitude>) -> Vec<FittedParameter> {
-    let zero = |model: &TransferFunction| match model.numerator[..] {
-        [Section::First(rate)] if rate > 0.0 => Some(rate),
-        _ => None,
-    };
-    let pair = |model: &TransferFunction| match model.denominator[..] {
-        [Section::Second { c1, c0 }] if c0 > 0.0 => Some((c1, c0)),
-        _ => None,
-    };
-    // The only real pole, of a form that holds an oscillation as well.
-    let pole = |model: &TransferFunction| {
-        let rates = model.denominator.iter().filter_map(|section| match section {
-            Section::First(rate) => Some(*rate),
-            Section::Second { .. } => None,
-        });
-        match rates.collect::<Vec<f64>>()[..] {
-            [rate] if rate > 0.0 => Some(rate.recip()),
-            _ => None,
-        }
-    };
     let is_pitch = fit.form == Form::ShortPeriod;
     let mut derived = Vec::new();
     if is_pitch {
-        derived.push(fit.propagate("T_theta2", |model| zero(model).map(f64::recip)));
-        derived.push(fit.propagate("omega_Ttheta2", |model| Some(pair(model)?.1.sqrt() / zero(model)?)));
+        derived.push(fit.propagate("T_theta2", |model| real_zero(model).map(f64::recip)));
+        derived.push(fit.propagate("omega_Ttheta2", |model| Some(oscillation(model)?.1.sqrt() / real_zero(model)?)));
     }
-    derived.push(fit.propagate("zeta_omega", |model| pair(model).map(|(c1, _)| 0.5 * c1)));
-    derived.push(fit.propagate("T_R", pole));
+    derived.push(fit.propagate("zeta_omega", |model| oscillation(model).map(|(c1, _)| 0.5 * c1)));
+    derived.push(fit.propagate("T_R", real_pole));
     if let Some(attitude) = attitude {
         let grid = model_grid(&fit.model);
         let bandwidth = |model: &TransferFunction| {
@@ -165,4 +146,30 @@ fn derive(fit: &EquivalentSystem, attitude: Option<Attitude>) -> Vec<FittedParam
         derived.push(fit.propagate("omega_180", |model| Some(bandwidth(model)?.omega_180_rad_s)));
     }
     derived.into_iter().flatten().collect()
+}
+
+fn real_zero(model: &TransferFunction) -> Option<f64> {
+    match model.numerator[..] {
+        [Section::First(rate)] if rate > 0.0 => Some(rate),
+        _ => None,
+    }
+}
+
+fn oscillation(model: &TransferFunction) -> Option<(f64, f64)> {
+    match model.denominator[..] {
+        [Section::Second { c1, c0 }] if c0 > 0.0 => Some((c1, c0)),
+        _ => None,
+    }
+}
+
+/// Time constant of the only real pole, of a form that holds an oscillation as well.
+fn real_pole(model: &TransferFunction) -> Option<f64> {
+    let rates = model.denominator.iter().filter_map(|section| match section {
+        Section::First(rate) => Some(*rate),
+        Section::Second { .. } => None,
+    });
+    match rates.collect::<Vec<f64>>()[..] {
+        [rate] if rate > 0.0 => Some(rate.recip()),
+        _ => None,
+    }
 }

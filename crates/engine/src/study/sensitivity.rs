@@ -48,23 +48,31 @@ impl Stage for SensitivityStudy {
             .flatten()
             .collect();
         let context = context.parts(2 * steps.len());
-        let side = |step: &Step, change: f64| -> StageResult<Vec<Estimate>> {
-            context.checkpoint()?;
-            let windows = perturb(input, (&step.quantity, &loading), change, &context);
-            let found = windows.and_then(|windows| estimates(input, &windows)).map_err(|error| {
-                let Step { quantity, .. } = step;
-                error.at(format!("with {} changed by {change:.4} {}", quantity.name(), quantity.unit()))
-            })?;
-            context.step();
-            Ok(found)
-        };
         let table = |step: Step| {
-            let (low, high) = (side(&step, -step.half_width)?, side(&step, step.half_width)?);
+            let side = |change: f64| estimate_changed(input, &loading, &step, change, &context);
+            let (low, high) = (side(-step.half_width)?, side(step.half_width)?);
             Ok(central(step, &nominal, &low, &high))
         };
         let tables = steps.into_par_iter().map(table).collect::<StageResult<Vec<_>>>()?;
         Ok(SensitivityStudy { tornado: tornado(&tables), tables })
     }
+}
+
+fn estimate_changed(
+    input: &StudyInput<'_>,
+    loading: &Loading,
+    step: &Step,
+    change: f64,
+    context: &Context<'_>,
+) -> StageResult<Vec<Estimate>> {
+    context.checkpoint()?;
+    let windows = perturb(input, (&step.quantity, loading), change, context);
+    let found = windows.and_then(|windows| estimates(input, &windows)).map_err(|error| {
+        let Step { quantity, .. } = step;
+        error.at(format!("with {} changed by {change:.4} {}", quantity.name(), quantity.unit()))
+    })?;
+    context.step();
+    Ok(found)
 }
 
 /// What was on board on the average of the identification windows' middles: the loading a quantity's value and its step are of.

@@ -144,40 +144,44 @@ pub(crate) fn judge_equations(
 
 /// Outputs of which a method explains too little.
 fn judge_explained(name: &str, found: &EquationFit) -> Vec<Finding> {
-    let judge = |(output, quality): (&String, &FitQuality)| {
-        let level = match quality.r_squared {
-            r2 if r2 >= R2[0] => return None,
-            r2 if r2 >= R2[1] => Level::Caution,
-            _ => Level::Bad,
-        };
-        let place = format!("{name}, {output}");
-        let text = format!("R2 of {output} is {:.2} (limit {}).", quality.r_squared, R2[0]);
-        let fix = "Check columns, signs and units, or add a term.";
-        Some(finding(level, "r2", &place, text, fix).with_figure(quality.r_squared, R2[0]))
+    let outputs = found.compared.iter().zip(&found.fit.quality);
+    outputs.filter_map(|(output, quality)| judge_output(name, output, quality)).collect()
+}
+
+fn judge_output(name: &str, output: &str, quality: &FitQuality) -> Option<Finding> {
+    let level = match quality.r_squared {
+        r2 if r2 >= R2[0] => return None,
+        r2 if r2 >= R2[1] => Level::Caution,
+        _ => Level::Bad,
     };
-    found.compared.iter().zip(&found.fit.quality).filter_map(judge).collect()
+    let place = format!("{name}, {output}");
+    let text = format!("R2 of {output} is {:.2} (limit {}).", quality.r_squared, R2[0]);
+    let fix = "Check columns, signs and units, or add a term.";
+    Some(finding(level, "r2", &place, text, fix).with_figure(quality.r_squared, R2[0]))
 }
 
 /// Parameters that differ between equation error and another method.
 fn compare_methods(first: &EquationFit, (name, second): (&str, &EquationFit)) -> Vec<Finding> {
-    let row = |found: &EquationFit, index: usize| FittedParameter {
+    let both = first.parameters.min(second.parameters);
+    (0..both).filter_map(|index| compare_parameter(first, (name, second), index)).collect()
+}
+
+fn compare_parameter(first: &EquationFit, (name, second): (&str, &EquationFit), index: usize) -> Option<Finding> {
+    let row = |found: &EquationFit| FittedParameter {
         name: found.fit.names[index].clone(),
         value: found.fit.estimates[index],
         standard_error: found.corrected_errors[index],
         low: f64::NAN,
         high: f64::NAN,
     };
-    let compare = |index: usize| {
-        let (first, second) = (row(first, index), row(second, index));
-        let (level, times) = apart(&first, &second)?;
-        let text = format!(
-            "{} is {:.4} by equation error, {:.4} by {name}: {times:.1} standard errors (limit {:.0}).",
-            first.name, first.value, second.value, APART[0]
-        );
-        let fix = "Check delays, noise of the states and the band.";
-        Some(finding(level, "twin", &first.name, text, fix).with_figure(times, APART[0]))
-    };
-    (0..first.parameters.min(second.parameters)).filter_map(compare).collect()
+    let (first, second) = (row(first), row(second));
+    let (level, times) = apart(&first, &second)?;
+    let text = format!(
+        "{} is {:.4} by equation error, {:.4} by {name}: {times:.1} standard errors (limit {:.0}).",
+        first.name, first.value, second.value, APART[0]
+    );
+    let fix = "Check delays, noise of the states and the band.";
+    Some(finding(level, "twin", &first.name, text, fix).with_figure(times, APART[0]))
 }
 
 fn finding(level: Level, code: &'static str, place: &str, text: String, fix: &str) -> Finding {

@@ -197,18 +197,19 @@ mod tests {
         folded.iter().map(ToString::to_string).collect()
     }
 
+    fn engine(manoeuvre: &str, name: &str, speed: f64) -> (Place, Message) {
+        let text = message!(
+            "engine {}: speed {:.0} rpm is {:.0} rpm below 2400 rpm, {} samples",
+            quoted(name),
+            speed,
+            2400.0 - speed,
+            648_usize
+        );
+        (Place::manoeuvre(manoeuvre), text)
+    }
+
     #[test]
     fn findings_that_differ_in_numbers_and_names_are_one_line() {
-        let engine = |manoeuvre: &str, name: &str, speed: f64| {
-            let text = message!(
-                "engine {}: speed {:.0} rpm is {:.0} rpm below 2400 rpm, {} samples",
-                quoted(name),
-                speed,
-                2400.0 - speed,
-                648_usize
-            );
-            (Place::manoeuvre(manoeuvre), text)
-        };
         let found = folded(vec![
             engine("01 a", "front", 2344.0),
             engine("01 a", "rear", 2350.0),

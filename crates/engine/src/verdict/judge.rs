@@ -110,19 +110,21 @@ fn by_effect(evidence: Evidence<'_>, findings: Vec<Finding>) -> Vec<Finding> {
     let Some(pooled) = evidence.snapshot.pooled.ready().filter(|_| !evidence.consequences.is_empty()) else {
         return findings;
     };
-    let weigh = |finding: Finding| {
-        let (level, part) = match (finding.code, finding.level) {
-            // Why a derivative is not determined, or how much a model explains: the fit is marked by it, what else was asked is not.
-            ("vif" | "condition" | "r2", Level::Caution) => (Level::Good, 0.0),
-            // What a coefficient contains is said of it and of its derivatives.
-            ("propulsion", Level::Caution) if finding.place.pooled().is_some() => (Level::Good, 0.0),
-            _ => weigh::weighed(evidence, &finding, &pooled.fits),
-        };
-        (part, Finding { level, ..finding })
-    };
-    let mut weighed: Vec<(f64, Finding)> = findings.into_iter().map(weigh).collect();
+    let mut weighed: Vec<(f64, Finding)> =
+        findings.into_iter().map(|finding| weigh_finding(evidence, &pooled.fits, finding)).collect();
     weighed.sort_by(|a, b| b.0.total_cmp(&a.0));
     weighed.into_iter().map(|(_, finding)| finding).collect()
+}
+
+fn weigh_finding(evidence: Evidence<'_>, fits: &[CoefficientFit], finding: Finding) -> (f64, Finding) {
+    let (level, part) = match (finding.code, finding.level) {
+        // Why a derivative is not determined, or how much a model explains: the fit is marked by it, what else was asked is not.
+        ("vif" | "condition" | "r2", Level::Caution) => (Level::Good, 0.0),
+        // What a coefficient contains is said of it and of its derivatives.
+        ("propulsion", Level::Caution) if finding.place.pooled().is_some() => (Level::Good, 0.0),
+        _ => weigh::weighed(evidence, &finding, fits),
+    };
+    (part, Finding { level, ..finding })
 }
 
 /// The verdicts in the order of the structure, with one on each coefficient that the session models and no window is used for.
@@ -133,20 +135,17 @@ fn with_unused(evidence: Evidence<'_>, mut pooled: Vec<FitVerdict>) -> Vec<FitVe
     let coefficients = evidence.session.structure.models.iter().map(|(coefficient, _)| *coefficient);
     let mut one = |coefficient: Coefficient| {
         let known = pooled.iter().position(|fit| fit.coefficient == coefficient).map(|index| pooled.remove(index));
-        known.unwrap_or_else(|| {
-            let finding = not_computed(Level::Caution, Place::derivative(coefficient.name(), None), NO_WINDOW);
-            let fix_text = "Mark an identification manoeuvre that excites it, or remove the coefficient.";
-            let finding = finding.with_fix_text(fix_text).with_setting("Manoeuvres", "manoeuvre.role");
-            let finding = finding.with_fix(remedies::without_coefficient(evidence.session, coefficient));
-            FitVerdict {
-                coefficient,
-                verdict: Verdict::from_findings([finding]),
-                derivatives: Vec::new(),
-                is_unused: true,
-            }
-        })
+        known.unwrap_or_else(|| judge_unused(evidence.session, coefficient))
     };
     coefficients.map(&mut one).collect()
+}
+
+fn judge_unused(session: &Session, coefficient: Coefficient) -> FitVerdict {
+    let finding = not_computed(Level::Caution, Place::derivative(coefficient.name(), None), NO_WINDOW);
+    let fix_text = "Mark an identification manoeuvre that excites it, or remove the coefficient.";
+    let finding = finding.with_fix_text(fix_text).with_setting("Manoeuvres", "manoeuvre.role");
+    let finding = finding.with_fix(remedies::without_coefficient(session, coefficient));
+    FitVerdict { coefficient, verdict: Verdict::from_findings([finding]), derivatives: Vec::new(), is_unused: true }
 }
 
 fn window_verdict(evidence: Evidence<'_>, manoeuvre: &Manoeuvre, study: &studies::StudyFindings) -> WindowVerdict {

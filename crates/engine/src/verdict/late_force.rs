@@ -6,7 +6,7 @@
 
 use doublet_core::model::{Coefficient, Term, Variable, regressors};
 use doublet_core::statistics::median_step;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::delay::is_one;
 use super::fit::{Used, moving_terms, used_windows};
@@ -122,21 +122,23 @@ fn estimate_delay(windows: &[(DMatrix<f64>, &[f64])], step_s: f64) -> Option<(f6
         rows.push((columns, *values));
     }
     let normal = normal.cholesky()?;
-    let squares_at = |shift: usize| {
-        let (mut projected, mut squares) = (DVector::zeros(terms), 0.0);
-        for (columns, values) in &rows {
-            let late = DVector::from_column_slice(&values[shift..shift + columns.nrows()]);
-            projected += columns.tr_mul(&late);
-            squares += late.norm_squared() - late.sum() * late.mean();
-        }
-        squares - projected.dot(&normal.solve(&projected))
-    };
-    let squares: Vec<f64> = (0..=2 * most).map(squares_at).collect();
+    let squares: Vec<f64> = (0..=2 * most).map(|shift| sum_squares(&rows, &normal, shift)).collect();
     let best = (0..squares.len()).min_by(|a, b| squares[*a].total_cmp(&squares[*b]))?;
     let (before, after) = (squares.get(best.checked_sub(1)?)?, squares.get(best + 1)?);
     let bend = before - 2.0 * squares[best] + after;
     let tip = if bend > 0.0 { 0.5 * (before - after) / bend } else { 0.0 };
     Some(((best as f64 - most as f64 + tip) * step_s, squares[best] / squares[most].max(f64::MIN_POSITIVE)))
+}
+
+/// What the regressors leave of the coefficients `shift` samples on.
+fn sum_squares(rows: &[(DMatrix<f64>, &[f64])], normal: &Cholesky<f64, Dyn>, shift: usize) -> f64 {
+    let (mut projected, mut squares) = (DVector::zeros(rows[0].0.ncols()), 0.0);
+    for (columns, values) in rows {
+        let late = DVector::from_column_slice(&values[shift..shift + columns.nrows()]);
+        projected += columns.tr_mul(&late);
+        squares += late.norm_squared() - late.sum() * late.mean();
+    }
+    squares - projected.dot(&normal.solve(&projected))
 }
 
 #[cfg(test)]

@@ -126,17 +126,20 @@ pub(super) fn iterate_smoother(session: &Session) -> Option<Fix> {
 
 /// Shifts the recorder of inertial sensors whose stamps are late, in all flights; none where it records anything else, which is on time.
 pub(super) fn shift_inertial(session: &Session, snapshot: &Snapshot, inputs: &[Input], late_s: f64) -> Option<Fix> {
-    let of_flight = |flight: &Flight| {
-        let loaded = snapshot.flights.get(&flight.name)?.ready()?;
-        let source = source(loaded, inputs.first()?.role()).filter(|source| !source.is_empty())?;
-        let is_of_source = |role: Role| self::source(loaded, role) == Some(source);
-        let is_alone = loaded.recording.roles.keys().all(|role| !is_of_source(*role) || is_inertial(*role));
-        let is_all = inputs.iter().all(|input| is_of_source(input.role()));
-        let fix = ChannelFix::Shift { source: source.to_owned(), late_s };
-        (is_alone && is_all && source != EXPRESSION_SOURCE).then(|| Fix::channel(flight, &fix, false)).flatten()
-    };
-    let fixes: Vec<Fix> = session.flights.iter().map(of_flight).collect::<Option<_>>()?;
+    let flights = session.flights.iter();
+    let fixes: Vec<Fix> =
+        flights.map(|flight| shift_flight(flight, snapshot, inputs, late_s)).collect::<Option<_>>()?;
     Fix::join(&fixes.iter().collect::<Vec<_>>())
+}
+
+fn shift_flight(flight: &Flight, snapshot: &Snapshot, inputs: &[Input], late_s: f64) -> Option<Fix> {
+    let loaded = snapshot.flights.get(&flight.name)?.ready()?;
+    let source = source(loaded, inputs.first()?.role()).filter(|source| !source.is_empty())?;
+    let is_of_source = |role: Role| self::source(loaded, role) == Some(source);
+    let is_alone = loaded.recording.roles.keys().all(|role| !is_of_source(*role) || is_inertial(*role));
+    let is_all = inputs.iter().all(|input| is_of_source(input.role()));
+    let fix = ChannelFix::Shift { source: source.to_owned(), late_s };
+    (is_alone && is_all && source != EXPRESSION_SOURCE).then(|| Fix::channel(flight, &fix, false)).flatten()
 }
 
 /// The source that a role was recorded by, before any treatment.

@@ -10,6 +10,7 @@ use super::judge::Evidence;
 use super::{Finding, Level, spoilt};
 use crate::session::{Manoeuvre, Place};
 use crate::snapshot::Snapshot;
+use crate::stage::LoadedFlight;
 
 /// Samples in a row at the largest or least value of the recording that count as one rest there.
 const IN_A_ROW: usize = 4;
@@ -31,19 +32,20 @@ pub(super) struct Rest {
 /// The accelerometers and gyroscopes that rest at the end of their range in a manoeuvre, outside its excluded parts.
 pub(super) fn rests(snapshot: &Snapshot, manoeuvre: &Manoeuvre) -> Vec<Rest> {
     let Some(flight) = snapshot.flights.get(&manoeuvre.flight).and_then(|slot| slot.ready()) else { return Vec::new() };
-    let of_input = |input: Input| {
-        let series = &flight.recording.role(input.role())?.series;
-        let inside = manoeuvre.window.indices(&series.time_s);
-        // The whole recording is looked at only where the window stays at its own end.
-        let ends = extremes(&series.values[inside.clone()]).into_iter().filter_map(|end| {
-            let (samples, parts) = at_end(series, inside.clone(), manoeuvre, end);
-            (samples >= IN_A_ROW).then_some(Rest { input, end, samples, parts })
-        });
-        let ends: Vec<Rest> = ends.filter(|rest| rests_at_end(series, rest.end)).collect();
-        let parts = ends.iter().flat_map(|rest| rest.parts.iter().copied()).collect();
-        ends.into_iter().max_by_key(|rest| rest.samples).map(|longest| Rest { parts, ..longest })
-    };
-    Input::ALL.into_iter().filter_map(of_input).collect()
+    Input::ALL.into_iter().filter_map(|input| longest_rest(flight, manoeuvre, input)).collect()
+}
+
+fn longest_rest(flight: &LoadedFlight, manoeuvre: &Manoeuvre, input: Input) -> Option<Rest> {
+    let series = &flight.recording.role(input.role())?.series;
+    let inside = manoeuvre.window.indices(&series.time_s);
+    // The whole recording is looked at only where the window stays at its own end.
+    let ends = extremes(&series.values[inside.clone()]).into_iter().filter_map(|end| {
+        let (samples, parts) = at_end(series, inside.clone(), manoeuvre, end);
+        (samples >= IN_A_ROW).then_some(Rest { input, end, samples, parts })
+    });
+    let ends: Vec<Rest> = ends.filter(|rest| rests_at_end(series, rest.end)).collect();
+    let parts = ends.iter().flat_map(|rest| rest.parts.iter().copied()).collect();
+    ends.into_iter().max_by_key(|rest| rest.samples).map(|longest| Rest { parts, ..longest })
 }
 
 /// How many samples at `end` are not excluded, and where they are.

@@ -136,19 +136,20 @@ impl WeighingFile {
 
     /// Fuel as items in the places of the tanks; what counts in the empty mass stays on board.
     fn fuel(&self, aircraft: &Aircraft) -> Result<Vec<FixedItem>, String> {
-        let item = |(name, fuel_kg): (&String, &f64)| {
-            let tank = aircraft.tanks.iter().find(|tank| tank.name == *name);
-            let tank = tank.ok_or_else(|| {
-                let known: Vec<&str> = aircraft.tanks.iter().map(|tank| tank.name.as_str()).collect();
-                format!("fuel_kg: the aircraft has no tank '{name}': use one of {}", known.join(", "))
-            })?;
-            let mass_kg = match aircraft.fuel_bookkeeping {
-                FuelBookkeeping::AddAll => *fuel_kg,
-                FuelBookkeeping::AddUsable => (fuel_kg - tank.unusable_kg).max(0.0),
-            };
-            Ok(FixedItem { name: format!("fuel {name}"), mass_kg, cg_from_datum_m: tank.cg_from_datum_m })
+        self.fuel_kg.iter().map(|(name, &fuel_kg)| Self::fuel_item(aircraft, name, fuel_kg)).collect()
+    }
+
+    fn fuel_item(aircraft: &Aircraft, name: &str, fuel_kg: f64) -> Result<FixedItem, String> {
+        let tank = aircraft.tanks.iter().find(|tank| tank.name == name);
+        let tank = tank.ok_or_else(|| {
+            let known: Vec<&str> = aircraft.tanks.iter().map(|tank| tank.name.as_str()).collect();
+            format!("fuel_kg: the aircraft has no tank '{name}': use one of {}", known.join(", "))
+        })?;
+        let mass_kg = match aircraft.fuel_bookkeeping {
+            FuelBookkeeping::AddAll => fuel_kg,
+            FuelBookkeeping::AddUsable => (fuel_kg - tank.unusable_kg).max(0.0),
         };
-        self.fuel_kg.iter().map(item).collect()
+        Ok(FixedItem { name: format!("fuel {name}"), mass_kg, cg_from_datum_m: tank.cg_from_datum_m })
     }
 }
 

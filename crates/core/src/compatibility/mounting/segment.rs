@@ -88,15 +88,16 @@ impl Segment {
             let at_s: Vec<f64> = self.time_s.iter().map(|time_s| time_s + delay_s[angle]).collect();
             between_samples(&self.angles[angle], &at_s, self.max_gap_s, false)
         });
-        let one = |((phi, theta), rates): ((&f64, &f64), &[f64; 3])| {
-            let is_usable = phi.is_finite() && theta.abs() < STEEPEST_RAD && rates.iter().all(|rate| rate.is_finite());
-            let ((sin, cos), tan, secant) = (phi.sin_cos(), theta.tan(), 1.0 / theta.cos());
-            let rows = [[1.0, tan * sin, tan * cos], [0.0, cos, -sin], [0.0, secant * sin, secant * cos]];
-            let terms =
-                |row: [f64; 3]| SVector::from_fn(|k, _| if k < 9 { row[k / 3] * rates[k % 3] } else { row[k - 9] });
-            is_usable.then(|| rows.map(terms))
-        };
-        phi.iter().zip(&theta).zip(&self.rates).map(one).collect()
+        let angles = phi.iter().zip(&theta).zip(&self.rates);
+        angles.map(|((phi, theta), rates)| Self::form_terms(*phi, *theta, rates)).collect()
+    }
+
+    fn form_terms(phi: f64, theta: f64, rates: &[f64; 3]) -> Option<Terms> {
+        let is_usable = phi.is_finite() && theta.abs() < STEEPEST_RAD && rates.iter().all(|rate| rate.is_finite());
+        let ((sin, cos), tan, secant) = (phi.sin_cos(), theta.tan(), 1.0 / theta.cos());
+        let rows = [[1.0, tan * sin, tan * cos], [0.0, cos, -sin], [0.0, secant * sin, secant * cos]];
+        let terms = |row: [f64; 3]| SVector::from_fn(|k, _| if k < 9 { row[k / 3] * rates[k % 3] } else { row[k - 9] });
+        is_usable.then(|| rows.map(terms))
     }
 
     /// Adds the rows of every angle, between its own samples, `overlap` of them per lag.

@@ -129,21 +129,17 @@ impl EquationModel {
             ("a constant", constants.iter().map(String::as_str).collect()),
         ];
         let names = check_names((&states, text.outputs.len()), kinds)?;
-        let side = |kind: &str, (name, text): &(String, String)| -> Result<Side, EquationFault> {
-            let fault = |error| EquationFault::Expression { place: format!("{kind} '{name}'"), error };
-            let expression = Expression::parse_names(text, "state, input or parameter", &names).map_err(fault)?;
-            let place = |(operand, _): &(Operand, usize)| {
-                let name = match operand {
-                    Operand::Channel(name) => name.as_str(),
-                    Operand::Role(role) => role.name(),
-                };
-                names.iter().position(|other| *other == name).unwrap_or(usize::MAX)
-            };
-            Ok(Side { places: expression.operands().iter().map(place).collect(), expression })
-        };
-        let shown = text.outputs.iter().map(|output| side("output", output)).collect::<Result<Vec<_>, _>>()?;
+        let shown = text
+            .outputs
+            .iter()
+            .map(|output| Self::parse_side("output", output, &names))
+            .collect::<Result<Vec<_>, _>>()?;
         let sides = Expressions {
-            rates: text.states.iter().map(|state| side("state", state)).collect::<Result<_, _>>()?,
+            rates: text
+                .states
+                .iter()
+                .map(|state| Self::parse_side("state", state, &names))
+                .collect::<Result<_, _>>()?,
             constants: text.constants.iter().map(|(_, value)| *value).collect(),
             shown,
         };
@@ -158,6 +154,19 @@ impl EquationModel {
             inputs: text.inputs.clone(),
             parameters: text.parameters.clone(),
         })
+    }
+
+    fn parse_side(kind: &str, (name, text): &(String, String), names: &[&str]) -> Result<Side, EquationFault> {
+        let fault = |error| EquationFault::Expression { place: format!("{kind} '{name}'"), error };
+        let expression = Expression::parse_names(text, "state, input or parameter", names).map_err(fault)?;
+        let place = |(operand, _): &(Operand, usize)| {
+            let name = match operand {
+                Operand::Channel(name) => name.as_str(),
+                Operand::Role(role) => role.name(),
+            };
+            names.iter().position(|other| *other == name).unwrap_or(usize::MAX)
+        };
+        Ok(Side { places: expression.operands().iter().map(place).collect(), expression })
     }
 
     /// Equations whose right-hand sides are a function.

@@ -191,15 +191,16 @@ pub(super) fn fly_pieces(
         Sides::Expressions(sides) => flights.iter().map(|flight| integrate(sides, flight)).collect(),
         Sides::Function(_) => super::together::fly(model, &flights),
     };
+    flown.chunks(pieces.len().max(1)).map(|own| stack_pieces(pieces, model.outputs.len(), own)).collect()
+}
+
+fn stack_pieces(pieces: &[Piece], outputs: usize, own: &[DMatrix<f64>]) -> DMatrix<f64> {
     let rows = pieces.iter().map(|piece| piece.samples.len()).sum();
-    let below = |own: &[DMatrix<f64>]| {
-        let mut all = DMatrix::zeros(rows, model.outputs.len());
-        for (piece, flown) in pieces.iter().zip(own) {
-            all.rows_mut(piece.first_row, flown.nrows()).copy_from(flown);
-        }
-        all
-    };
-    flown.chunks(pieces.len().max(1)).map(below).collect()
+    let mut all = DMatrix::zeros(rows, outputs);
+    for (piece, flown) in pieces.iter().zip(own) {
+        all.rows_mut(piece.first_row, flown.nrows()).copy_from(flown);
+    }
+    all
 }
 
 /// Outputs of a flight by expressions.

@@ -29,16 +29,17 @@ impl Errors {
 
     /// Specific force and rate in body axes of what the inertial unit shows: `s + e x s` with `s = (shown - bias) / (1 + scale)`.
     pub(super) fn inertial(&self, shown: &[[f64; 3]; 2]) -> [[f64; 3]; 2] {
+        [0, 1].map(|group| self.correct(group, &shown[group]))
+    }
+
+    fn correct(&self, group: usize, shown: &[f64; 3]) -> [f64; 3] {
         let [ex, ey, ez] = self.turn;
-        let corrected = |group: usize| {
-            let at = |axis: usize| {
-                let k = 3 * group + axis;
-                (shown[group][axis] - self.bias[k]) / (1.0 + self.scale[k])
-            };
-            let [x, y, z] = [at(0), at(1), at(2)];
-            [x + ey * z - ez * y, y + ez * x - ex * z, z + ex * y - ey * x]
+        let at = |axis: usize| {
+            let k = 3 * group + axis;
+            (shown[axis] - self.bias[k]) / (1.0 + self.scale[k])
         };
-        [corrected(0), corrected(1)]
+        let [x, y, z] = [at(0), at(1), at(2)];
+        [x + ey * z - ez * y, y + ez * x - ex * z, z + ex * y - ey * x]
     }
 
     /// What sensor `m` shows of the value `truth`.

@@ -395,14 +395,16 @@ impl Log {
 fn line_values(layout: &Layout, rest: &str) -> Option<Vec<Value>> {
     let count = layout.kinds.len();
     let cells: Vec<&str> = rest.splitn(count, ',').map(str::trim).collect();
-    let value = |(cell, kind): (&&str, &char)| {
-        if ['n', 'N', 'Z', 'a'].contains(kind) {
-            Some(Value::Text(one_line(cell)))
-        } else {
-            Some(Value::Number(cell.parse().ok()?))
-        }
-    };
-    (cells.len() == count).then(|| cells.iter().zip(&layout.kinds).map(value).collect())?
+    (cells.len() == count)
+        .then(|| cells.iter().zip(&layout.kinds).map(|(cell, kind)| parse_value(cell, *kind)).collect())?
+}
+
+fn parse_value(cell: &str, kind: char) -> Option<Value> {
+    if ['n', 'N', 'Z', 'a'].contains(&kind) {
+        Some(Value::Text(one_line(cell)))
+    } else {
+        Some(Value::Number(cell.parse().ok()?))
+    }
 }
 
 /// Name and samples of every instance of a message, numbered in `numbers`; all `count` of them where it has none.

@@ -189,22 +189,25 @@ const DELIMITED: [(Separator, bool); 6] = [
 fn decide(lines: &[&[u8]]) -> Option<(Separator, bool, usize)> {
     let blanks = [(Separator::Blanks, false), (Separator::Blanks, true)];
     let candidates: Vec<_> = DELIMITED.into_iter().chain(blanks).collect();
-    let score = |&(separator, comma): &(Separator, bool)| {
-        let rows: Vec<Vec<String>> = lines.iter().map(|line| cells(line, separator)).collect();
-        let mut counts: Vec<usize> = rows.iter().map(Vec::len).collect();
-        counts.sort_unstable();
-        // The most frequent width; a last line that was cut off does not decide.
-        let width = counts.iter().copied().max_by_key(|width| counts.iter().filter(|other| *other == width).count())?;
-        let data = rows.iter().filter(|cells| cells.len() == width && is_data(cells, comma)).count();
-        let is_number = |cell: &&String| number(cell.as_bytes(), comma).is_some() && !has_other_mark(cell, comma);
-        let numbers = rows.iter().flatten().filter(is_number).count();
-        (data > 0 && 2 * data >= rows.len()).then_some((numbers, width))
-    };
-    let scored = candidates.iter().filter_map(|candidate| Some((score(candidate)?, candidate)));
+    let scored =
+        candidates.iter().filter_map(|candidate| Some((score_layout(lines, candidate.0, candidate.1)?, candidate)));
     // The first of the best: an earlier candidate wins a tie.
     let best = scored.rev().max_by_key(|((numbers, _), _)| *numbers)?;
     let ((_, width), &(separator, comma)) = best;
     Some((separator, comma, width))
+}
+
+/// Numbers that are read by this layout and its number of columns, where it makes data of at least half of the lines.
+fn score_layout(lines: &[&[u8]], separator: Separator, comma: bool) -> Option<(usize, usize)> {
+    let rows: Vec<Vec<String>> = lines.iter().map(|line| cells(line, separator)).collect();
+    let mut counts: Vec<usize> = rows.iter().map(Vec::len).collect();
+    counts.sort_unstable();
+    // The most frequent width; a last line that was cut off does not decide.
+    let width = counts.iter().copied().max_by_key(|width| counts.iter().filter(|other| *other == width).count())?;
+    let data = rows.iter().filter(|cells| cells.len() == width && is_data(cells, comma)).count();
+    let is_number = |cell: &&String| number(cell.as_bytes(), comma).is_some() && !has_other_mark(cell, comma);
+    let numbers = rows.iter().flatten().filter(is_number).count();
+    (data > 0 && 2 * data >= rows.len()).then_some((numbers, width))
 }
 
 /// Whether a cell is a time whose seconds have the mark that numbers do not: it does not tell the mark of numbers.

@@ -72,15 +72,6 @@ mod tests {
 
     #[test]
     fn datarefs_name_the_columns_behind_the_first_seven() {
-        let row = |k: u32| {
-            let t = f64::from(k);
-            format!(
-                "12:00:{t:04.1}, 8.5{k:03}, 47.1{k:03}, {}, {}, 2.5, -1.5, {}, 0.4,\n",
-                9000 + k,
-                80 + k,
-                150 + k % 5
-            )
-        };
         let rows: String = (0..40).map(row).collect();
         let probe = probe_of(&format!(
             "I\r\n4\r\n\r\nACFT, Aircraft/mine.acf\nTAIL, ABC\n\
@@ -100,5 +91,10 @@ mod tests {
             let row = map.row(role).unwrap_or_else(|| panic!("{}", role.name()));
             assert_eq!((row.from.channel.as_str(), row.unit.map(|unit| unit.symbol)), (channel, Some(unit)));
         }
+    }
+
+    fn row(k: u32) -> String {
+        let t = f64::from(k);
+        format!("12:00:{t:04.1}, 8.5{k:03}, 47.1{k:03}, {}, {}, 2.5, -1.5, {}, 0.4,\n", 9000 + k, 80 + k, 150 + k % 5)
     }
 }

@@ -117,18 +117,21 @@ pub fn stem_and_unit(name: &str) -> (&str, Option<Unit>) {
     let lower = name.to_ascii_lowercase().replace('-', "_");
     let is_unit = !NO_UNITS.iter().any(|name| lower.ends_with(name));
     let known = |(ending, _): &&(&str, &str)| lower.len() > ending.len() && lower.ends_with(ending);
-    // A direction, unless it is a force; a side, unless it is a temperature.
-    let is_meant = |ending: &str| match ending {
-        "_n" => is_force(&lower),
+    let ending = UNIT_ENDINGS.iter().find(known).filter(|(ending, _)| is_unit && is_meant(ending, &lower));
+    ending.map_or((name, None), |(ending, unit)| {
+        (&name[..name.len() - ending.len()], Unit::parse(unit).ok().map(|unit| as_force(&lower, unit)))
+    })
+}
+
+/// A direction, unless it is a force; a side, unless it is a temperature.
+fn is_meant(ending: &str, lower: &str) -> bool {
+    match ending {
+        "_n" => is_force(lower),
         "_r" => {
             lower.contains("temp") || lower.split(['_', ' ']).any(|word| ["atmosphere", "oat", "tat"].contains(&word))
         }
         _ => true,
-    };
-    let ending = UNIT_ENDINGS.iter().find(known).filter(|(ending, _)| is_unit && is_meant(ending));
-    ending.map_or((name, None), |(ending, unit)| {
-        (&name[..name.len() - ending.len()], Unit::parse(unit).ok().map(|unit| as_force(&lower, unit)))
-    })
+    }
 }
 
 /// Whether a name in small letters is one of a force.

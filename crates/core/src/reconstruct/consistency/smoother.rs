@@ -1,6 +1,6 @@
 //! Consistency of filter and smoother: does the smoother move the path as far as the two covariances allow?
 
-use crate::reconstruct::data::Reconstruction;
+use crate::reconstruct::data::{Reconstruction, Smoothed};
 use crate::reconstruct::model::layout::State;
 
 /// Half width of the band of the difference, in its standard deviations.
@@ -30,24 +30,26 @@ pub struct Disagreement {
 /// its width again is let through.
 pub fn filter_smoother_disagreement(run: &Reconstruction) -> Vec<Disagreement> {
     let Some(smoothed) = &run.smoothed else { return Vec::new() };
-    let disagreement = |state: State| {
-        let k = state as usize;
-        let paths = run.states[k].iter().zip(&smoothed.states[k]);
-        let deviations = run.deviations[k].iter().zip(&smoothed.deviations[k]);
-        let (mut inside, mut largest) = (0_usize, 0.0_f64);
-        for ((filtered, smoothed), (before, after)) in paths.zip(deviations) {
-            let square = (filtered - smoothed).powi(2);
-            let allowed = (before * before - after * after).max(0.0) + (ROUNDING * before).powi(2);
-            inside += usize::from(square <= BAND * BAND * allowed);
-            if allowed > 0.0 {
-                largest = largest.max(square / allowed);
-            }
-        }
-        let inside = inside as f64 / run.time_s.len().max(1) as f64;
-        Disagreement { state, inside, largest: largest.sqrt() }
-    };
-    let mut found: Vec<Disagreement> = State::ALL.into_iter().map(disagreement).collect();
+    let mut found: Vec<Disagreement> =
+        State::ALL.into_iter().map(|state| compare_state(run, smoothed, state)).collect();
     found.retain(|state| state.inside < INSIDE && state.largest > 1.5 * BAND);
     found.sort_by(|a, b| a.inside.total_cmp(&b.inside));
     found
+}
+
+fn compare_state(run: &Reconstruction, smoothed: &Smoothed, state: State) -> Disagreement {
+    let k = state as usize;
+    let paths = run.states[k].iter().zip(&smoothed.states[k]);
+    let deviations = run.deviations[k].iter().zip(&smoothed.deviations[k]);
+    let (mut inside, mut largest) = (0_usize, 0.0_f64);
+    for ((filtered, smoothed), (before, after)) in paths.zip(deviations) {
+        let square = (filtered - smoothed).powi(2);
+        let allowed = (before * before - after * after).max(0.0) + (ROUNDING * before).powi(2);
+        inside += usize::from(square <= BAND * BAND * allowed);
+        if allowed > 0.0 {
+            largest = largest.max(square / allowed);
+        }
+    }
+    let inside = inside as f64 / run.time_s.len().max(1) as f64;
+    Disagreement { state, inside, largest: largest.sqrt() }
 }

@@ -13,7 +13,7 @@ use crate::reconstruct::data::FilterData;
 use crate::reconstruct::error::ReconstructError;
 use crate::reconstruct::model::layout::State;
 use crate::reconstruct::run::{lane_groups, reconstruct_many};
-use crate::reconstruct::settings::FilterSettings;
+use crate::reconstruct::settings::{FilterSettings, ValidSettings};
 
 /// Gusts over windows: the wind's random walk that makes their measurements most likely.
 #[derive(Clone, Debug, PartialEq)]
@@ -148,19 +148,24 @@ pub fn clean_windows(
     let mut data: Vec<FilterData> = select_windows(data).into_iter().cloned().collect();
     let plain = FilterSettings { outlier_limit: settings.outlier_limit, ..settings.simplified(false) };
     let Some(settings) = plain.check().ok().filter(|settings| settings.outlier_limit > 0.0) else { return Ok(data) };
-    let each = |window: &mut FilterData| {
-        let mut watch = |_| if is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-        match reconstruct_many(&[&*window], &settings, &mut watch).pop() {
-            Some(Err(ReconstructError::Cancelled)) => return Err(ReconstructError::Cancelled),
-            Some(Ok(run)) if run.outliers.iter().any(|outliers| !outliers.is_empty()) => {
-                *window = window.without(&run.outliers);
-            }
-            _ => {}
-        }
-        Ok(())
-    };
-    data.par_iter_mut().try_for_each(each)?;
+    data.par_iter_mut().try_for_each(|window| remove_outliers(window, &settings, is_stopped))?;
     Ok(data)
+}
+
+fn remove_outliers(
+    window: &mut FilterData,
+    settings: &ValidSettings,
+    is_stopped: &(dyn Fn() -> bool + Sync),
+) -> Result<(), ReconstructError> {
+    let mut watch = |_| if is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+    match reconstruct_many(&[&*window], settings, &mut watch).pop() {
+        Some(Err(ReconstructError::Cancelled)) => return Err(ReconstructError::Cancelled),
+        Some(Ok(run)) if run.outliers.iter().any(|outliers| !outliers.is_empty()) => {
+            *window = window.without(&run.outliers);
+        }
+        _ => {}
+    }
+    Ok(())
 }
 
 /// Logarithm of the likelihood of each window with gusts of this walk; not a number where the filter fails.
@@ -173,15 +178,7 @@ fn likelihoods(
     let Ok(settings) = with_walk(settings, walk).check() else { return Ok(None) };
     let groups = lane_groups(data, rayon::current_num_threads());
     let of_group = |group: &Vec<usize>| {
-        let windows: Vec<&FilterData> = group.iter().map(|&index| data[index]).collect();
-        let mut watch = |_| if is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-        let found = reconstruct_many(&windows, &settings, &mut watch);
-        let values = found.into_iter().map(|found| match found {
-            Ok(path) => Ok(path.log_likelihood),
-            Err(ReconstructError::Cancelled) => Err(ReconstructError::Cancelled),
-            Err(_) => Ok(f64::NAN),
-        });
-        values.collect::<Result<Vec<f64>, _>>()
+        likelihoods_of_lanes(&group.iter().map(|&index| data[index]).collect::<Vec<_>>(), &settings, is_stopped)
     };
     let found: Vec<Vec<f64>> = groups.par_iter().map(of_group).collect::<Result<_, _>>()?;
     let mut values = vec![f64::NAN; data.len()];
@@ -191,4 +188,19 @@ fn likelihoods(
         }
     }
     Ok(Some(values))
+}
+
+fn likelihoods_of_lanes(
+    windows: &[&FilterData],
+    settings: &ValidSettings,
+    is_stopped: &(dyn Fn() -> bool + Sync),
+) -> Result<Vec<f64>, ReconstructError> {
+    let mut watch = |_| if is_stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+    let found = reconstruct_many(windows, settings, &mut watch);
+    let values = found.into_iter().map(|found| match found {
+        Ok(path) => Ok(path.log_likelihood),
+        Err(ReconstructError::Cancelled) => Err(ReconstructError::Cancelled),
+        Err(_) => Ok(f64::NAN),
+    });
+    values.collect()
 }

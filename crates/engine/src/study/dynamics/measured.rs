@@ -46,16 +46,18 @@ fn measured(window: &StudyWindow<'_>, model: &[Mode]) -> Option<MeasuredWindow> 
     let symmetric = window.manoeuvre.surface? == Surface::Elevator;
     let found =
         if symmetric { fit_free_response(&[q, alpha], step_s, 2) } else { fit_free_response(&[p, r, beta], step_s, 3) };
-    let named = |mode: MeasuredMode| {
-        let off = |known: &&Mode| {
-            (known.real_1_s - mode.real_1_s).hypot(known.imaginary_rad_s - mode.imaginary_rad_s)
-                / known.frequency_rad_s()
-        };
-        let nearest = model.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
-        (nearest.filter(|known| off(known) < NEAR).map(|known| known.name), mode)
-    };
-    let modes = found.map(|found| found.modes.into_iter().map(named).collect()).map_err(|error| error.to_string());
+    let modes = found
+        .map(|found| found.modes.into_iter().map(|mode| name_mode(mode, model)).collect())
+        .map_err(|error| error.to_string());
     Some(MeasuredWindow { window: window.manoeuvre.name.clone(), span_s: [start_s, end_s], modes })
+}
+
+fn name_mode(mode: MeasuredMode, model: &[Mode]) -> (Option<&'static str>, MeasuredMode) {
+    let off = |known: &&Mode| {
+        (known.real_1_s - mode.real_1_s).hypot(known.imaginary_rad_s - mode.imaginary_rad_s) / known.frequency_rad_s()
+    };
+    let nearest = model.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+    (nearest.filter(|known| off(known) < NEAR).map(|known| known.name), mode)
 }
 
 /// Samples of the free response: behind the last motion of the controls, up to an excluded part, or behind it where more is left.

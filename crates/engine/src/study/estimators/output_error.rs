@@ -194,27 +194,33 @@ impl<'a> OutputErrorFlight<'a> {
     /// the nearest instant, moved by the path between the two, less the mean difference from the path. Outputs without a sensor stay those of
     /// the path.
     pub(super) fn recorded(&self) -> Vec<Vec<f64>> {
+        self.axis
+            .outputs()
+            .iter()
+            .zip(&self.measured)
+            .map(|(&output, column)| self.move_to_recorded(output, column))
+            .collect()
+    }
+
+    fn move_to_recorded(&self, output: FlightOutput, column: &[f64]) -> Vec<f64> {
         let (time_s, path) = (&*self.window.aero.data.time_s, &self.window.path);
-        let of_output = |(&output, column): (&FlightOutput, &Vec<f64>)| {
-            let Some((series, delay_s)) = sensor(output).and_then(|measurement| path.recorded(measurement)) else {
-                return column.clone();
-            };
-            let step_s = median_step(time_s).unwrap_or(f64::NAN);
-            let mut differences: Vec<Option<f64>> = vec![None; time_s.len()];
-            for (&stamp_s, &value) in series.time_s.iter().zip(series.values.iter()) {
-                let Some(path) = value_at(time_s, column, f64::INFINITY, stamp_s - delay_s) else { continue };
-                let turns = if output.unit() == "rad" { ((value - path) / TAU).round() } else { 0.0 };
-                let after = time_s.partition_point(|&time| time < stamp_s - delay_s - 0.5 * step_s);
-                if let Some(difference) = differences.get_mut(after) {
-                    *difference = Some(value - path - TAU * turns).filter(|difference| difference.is_finite());
-                }
-            }
-            let known: Vec<f64> = differences.iter().copied().flatten().collect();
-            let mean = known.iter().sum::<f64>() / known.len() as f64;
-            let moved = |(path, difference): (&f64, Option<f64>)| difference.map_or(f64::NAN, |own| path + own - mean);
-            column.iter().zip(differences).map(moved).collect()
+        let Some((series, delay_s)) = sensor(output).and_then(|measurement| path.recorded(measurement)) else {
+            return column.to_vec();
         };
-        self.axis.outputs().iter().zip(&self.measured).map(of_output).collect()
+        let step_s = median_step(time_s).unwrap_or(f64::NAN);
+        let mut differences: Vec<Option<f64>> = vec![None; time_s.len()];
+        for (&stamp_s, &value) in series.time_s.iter().zip(series.values.iter()) {
+            let Some(path) = value_at(time_s, column, f64::INFINITY, stamp_s - delay_s) else { continue };
+            let turns = if output.unit() == "rad" { ((value - path) / TAU).round() } else { 0.0 };
+            let after = time_s.partition_point(|&time| time < stamp_s - delay_s - 0.5 * step_s);
+            if let Some(difference) = differences.get_mut(after) {
+                *difference = Some(value - path - TAU * turns).filter(|difference| difference.is_finite());
+            }
+        }
+        let known: Vec<f64> = differences.iter().copied().flatten().collect();
+        let mean = known.iter().sum::<f64>() / known.len() as f64;
+        let moved = |(path, difference): (&f64, Option<f64>)| difference.map_or(f64::NAN, |own| path + own - mean);
+        column.iter().zip(differences).map(moved).collect()
     }
 
     /// Smallest deviation that the noise of an output can have: that of the path where no sensor records it.
@@ -239,16 +245,21 @@ impl<'a> OutputErrorFlight<'a> {
         let rest = |coefficient: Coefficient| {
             let observed = aero.coefficients.get(coefficient).iter();
             let rest: Vec<f64> = observed.zip(&modelled).map(|(z, y)| z - y[coefficient as usize]).collect();
-            let Some(left) = &left else {
-                let mean = rest.iter().sum::<f64>() / rest.len() as f64;
-                return (coefficient, rest.into_iter().map(|value| value - mean).collect());
-            };
-            let mean = left.iter().map(|&sample| rest[sample]).sum::<f64>() / left.len() as f64;
-            let mut compared = vec![0.0; rest.len()];
-            left.iter().for_each(|&sample| compared[sample] = rest[sample] - mean);
-            (coefficient, compared)
+            (coefficient, Self::subtract_mean(rest, left.as_deref()))
         };
         Ok(moves.map(rest).collect())
+    }
+
+    /// Without the mean of all samples, or of those left, the others then zero.
+    fn subtract_mean(values: Vec<f64>, left: Option<&[usize]>) -> Vec<f64> {
+        let Some(left) = left else {
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            return values.into_iter().map(|value| value - mean).collect();
+        };
+        let mean = left.iter().map(|&sample| values[sample]).sum::<f64>() / left.len() as f64;
+        let mut compared = vec![0.0; values.len()];
+        left.iter().for_each(|&sample| compared[sample] = values[sample] - mean);
+        compared
     }
 
     /// Standard deviation of a state of the path where the flight begins.
@@ -347,31 +358,32 @@ fn flight_window<'f>(
 
 /// Recorded outputs of the axis, a column each, not a number in excluded stretches; specific forces where the accelerometers are.
 fn measurements(axis: MotionAxis, aero: &WindowAero, motion: &Motion) -> Vec<Vec<f64>> {
-    let data = &aero.data;
-    let column = |output: &FlightOutput| -> &[f64] {
-        match output {
-            FlightOutput::Airspeed => &data.airspeed_m_s,
-            FlightOutput::Alpha => &data.alpha_rad,
-            FlightOutput::Beta => &data.beta_rad,
-            FlightOutput::RollRate => &motion.rates_rad_s[0],
-            FlightOutput::PitchRate => &motion.rates_rad_s[1],
-            FlightOutput::YawRate => &motion.rates_rad_s[2],
-            FlightOutput::BankAngle => &motion.euler_rad[0],
-            FlightOutput::PitchAngle => &motion.euler_rad[1],
-            FlightOutput::SpecificForceX => &data.specific_force_m_s2[0],
-            FlightOutput::SpecificForceY => &data.specific_force_m_s2[1],
-            FlightOutput::SpecificForceZ => &data.specific_force_m_s2[2],
-        }
-    };
     let compared = |output: &FlightOutput| match aero.left() {
-        None => column(output).to_vec(),
+        None => recorded_column(*output, aero, motion).to_vec(),
         Some(left) => {
-            let mut values = vec![f64::NAN; data.time_s.len()];
-            left.iter().for_each(|&sample| values[sample] = column(output)[sample]);
+            let mut values = vec![f64::NAN; aero.data.time_s.len()];
+            left.iter().for_each(|&sample| values[sample] = recorded_column(*output, aero, motion)[sample]);
             values
         }
     };
     axis.outputs().iter().map(compared).collect()
+}
+
+fn recorded_column<'a>(output: FlightOutput, aero: &'a WindowAero, motion: &'a Motion) -> &'a [f64] {
+    let data = &aero.data;
+    match output {
+        FlightOutput::Airspeed => &data.airspeed_m_s,
+        FlightOutput::Alpha => &data.alpha_rad,
+        FlightOutput::Beta => &data.beta_rad,
+        FlightOutput::RollRate => &motion.rates_rad_s[0],
+        FlightOutput::PitchRate => &motion.rates_rad_s[1],
+        FlightOutput::YawRate => &motion.rates_rad_s[2],
+        FlightOutput::BankAngle => &motion.euler_rad[0],
+        FlightOutput::PitchAngle => &motion.euler_rad[1],
+        FlightOutput::SpecificForceX => &data.specific_force_m_s2[0],
+        FlightOutput::SpecificForceY => &data.specific_force_m_s2[1],
+        FlightOutput::SpecificForceZ => &data.specific_force_m_s2[2],
+    }
 }
 
 /// The measurement that records an output; inertial samples record the others.

@@ -170,20 +170,21 @@ fn left_out(regression: &Regression) -> Vec<(Suspect, PooledFit)> {
     if groups < 2 {
         return Vec::new();
     }
-    let without = |group: usize| {
-        let mut pooled = regression.pooled.clone();
-        let (mut names, mut index) = (Vec::new(), 0);
-        pooled.windows.retain(|window| {
-            let stays = index % groups != group;
-            if !stays {
-                names.push(window.label.clone());
-            }
-            index += 1;
-            stays
-        });
-        Some((Suspect::new(Cause::LeftOut, names), pooled.fit().ok()?))
-    };
-    (0..groups).into_par_iter().filter_map(without).collect()
+    (0..groups).into_par_iter().filter_map(|group| fit_without(regression, group, groups)).collect()
+}
+
+fn fit_without(regression: &Regression, group: usize, groups: usize) -> Option<(Suspect, PooledFit)> {
+    let mut pooled = regression.pooled.clone();
+    let (mut names, mut index) = (Vec::new(), 0);
+    pooled.windows.retain(|window| {
+        let stays = index % groups != group;
+        if !stays {
+            names.push(window.label.clone());
+        }
+        index += 1;
+        stays
+    });
+    Some((Suspect::new(Cause::LeftOut, names), pooled.fit().ok()?))
 }
 
 fn consequence(name: &str, (regression, fit): &Fitted, others: &[(Suspect, PooledFit)]) -> Consequence {

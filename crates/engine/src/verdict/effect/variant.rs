@@ -54,20 +54,21 @@ impl<'a> Used<'a> {
 
 /// The windows with the path taken from another source; none where one of them does not have it.
 pub(super) fn along<'a>(session: &Session, used: &[Used<'a>], source: PathSource) -> Option<Vec<AeroWindow<'a>>> {
-    let one = |used: &Used<'a>| {
-        let data = &*used.path.data;
-        let measured;
-        let path: &Reconstruction = match source {
-            PathSource::Measured => {
-                measured = measured_path(data).ok()?;
-                &measured
-            }
-            _ => &used.path.reconstruction,
-        };
-        let by = (&session.preparation, source);
-        Some(used.formed(stage::aero_along_from(used.aero, used.nominal(), (data, path), by).ok()?))
+    used.par_iter().map(|used| form_along(session, used, source)).collect()
+}
+
+fn form_along<'a>(session: &Session, used: &Used<'a>, source: PathSource) -> Option<AeroWindow<'a>> {
+    let data = &*used.path.data;
+    let measured;
+    let path: &Reconstruction = match source {
+        PathSource::Measured => {
+            measured = measured_path(data).ok()?;
+            &measured
+        }
+        _ => &used.path.reconstruction,
     };
-    used.par_iter().map(one).collect()
+    let by = (&session.preparation, source);
+    Some(used.formed(stage::aero_along_from(used.aero, used.nominal(), (data, path), by).ok()?))
 }
 
 /// The windows of `flight` with what a row says of its channel changed, or without the channel where it says nothing; none where
