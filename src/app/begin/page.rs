@@ -285,13 +285,15 @@ fn maps(choosing: &mut Choosing, ui: &mut Ui) {
     }
 }
 
-/// Roles the plan lacks.
+/// Roles that no channel is given; of those whose channel cannot be read the problems of the plan say why.
 fn missing_roles(choosing: &Choosing) -> Vec<Missing> {
     let Ok(plan) = choosing.plan() else { return Vec::new() };
     let derived = choosing.derives_position();
     let position = Measurement::ALL[..3].iter().map(|measurement| measurement.role());
     let position: Vec<_> = position.collect();
-    missing(|role| plan.roles.contains_key(&role) || (derived && position.contains(&role)))
+    let is_by_hand = choosing.choice == Choice::ByHand;
+    let is_given = |role| plan.roles.contains_key(&role) || (is_by_hand && choosing.hand.row(role).is_some());
+    missing(|role| is_given(role) || (derived && position.contains(&role)))
 }
 
 /// What is wrong with the plan, and the roles there are not with what they block.

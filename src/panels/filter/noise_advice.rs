@@ -83,7 +83,7 @@ pub fn buttons(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, advice: &Noi
         ui.set_min_width(PROPOSAL);
         ui.spacing_mut().item_spacing.y = 1.0;
         for (estimate, label, short) in shown {
-            let Some(estimate) = estimate else { continue };
+            let Some(estimate) = estimate.filter(|estimate| advice.is_no_worse(*estimate)) else { continue };
             let (_, scale) = ctx.unit(advice.measurement.dimension());
             let is_recommended = recommended == Some(estimate);
             let is_other = advice.step == NoiseStep::Differ && label == "recorded";
@@ -102,7 +102,7 @@ pub fn buttons(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, advice: &Noi
                 if take.clicked() {
                     ctx.edit(Edit::noise(NoiseChannel::Measurement(advice.measurement), estimate.std));
                 }
-                let beside = if advice.step == NoiseStep::Differ { short } else { "" };
+                let beside = if matches!(advice.step, NoiseStep::Differ | NoiseStep::NotNoise) { short } else { "" };
                 let nis_text = format!("{beside} NIS {}", nis(estimate));
                 let response =
                     ui.add(egui::Label::new(RichText::new(nis_text.trim()).size(10.5).weak()).selectable(false));

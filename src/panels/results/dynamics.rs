@@ -3,6 +3,8 @@
 
 use std::ops::RangeInclusive;
 
+use doublet_core::airframe::Loading;
+use doublet_core::statistics::median;
 use doublet_engine::report::document::level_map;
 use doublet_engine::report::{AnticipationChart, ModeRow, QualityRow, anticipation_chart, mode_rows, qualities_row};
 use doublet_engine::run::Slot;
@@ -11,6 +13,7 @@ use doublet_engine::study::{DynamicsRequest, DynamicsStudy};
 use eframe::egui::{ComboBox, Grid, Label, RichText, ScrollArea, Slider, Ui};
 
 use crate::notation;
+use crate::panels::aircraft::loading::selected_mass;
 use crate::panels::{Panel, PanelContext, awaiting, choices, dim_if, trouble};
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
@@ -137,15 +140,15 @@ impl Dynamics {
     }
 }
 
-/// Fuel on board in the chosen flight, as its loading states it, and what the tanks hold, kg.
+/// Fuel in the manoeuvres of the chosen flight (median), as the analysis takes it, or of its loading, and what the tanks hold, kg.
 fn fuel(ctx: &PanelContext<'_>) -> Option<(f64, f64)> {
     let aircraft = ctx.snapshot.aircraft.latest()?;
-    let flight = ctx.selection().flight.as_deref().and_then(|name| ctx.session.flight(name));
-    let loading = flight.and_then(|flight| flight.loading.as_ref()).or(ctx.session.loading.as_ref());
-    let aboard: f64 = loading.map_or(0.0, |loading| loading.fuel_kg.values().sum());
-    let standard: f64 = aircraft.aircraft.standard_loading.fuel_kg.values().sum();
+    let sum = |loading: &Loading| loading.fuel_kg.values().sum::<f64>();
+    let flown = selected_mass(ctx)
+        .and_then(|flown| median(&mut flown.windows.iter().map(|(_, state)| sum(&state.loading)).collect::<Vec<_>>()));
+    let aboard = flown.unwrap_or_else(|| sum(&aircraft.aircraft.standard_loading));
     let room: f64 = aircraft.aircraft.tanks.iter().map(|tank| tank.capacity_kg).sum();
-    (room > 0.0).then_some((if aboard > 0.0 { aboard } else { standard }, room))
+    (room > 0.0).then_some((aboard, room))
 }
 
 /// Eigenvalues of the upper half plane with their confidence ellipses.

@@ -14,7 +14,7 @@ use super::conditions::initial;
 use super::document::document;
 use super::free_response::{self, FreeResponse, free_response};
 use super::index::{certainty, index};
-use super::judge::{at_time, channels, met, over_bands, over_values, values};
+use super::judge::{at_time, channels, lacks_data, met, over_bands, over_values, values};
 use super::snapshot::{self, snapshot};
 use super::trimmed::{LEAST_STEADY_S, TrimmedStart, trimmed};
 use super::{
@@ -385,6 +385,7 @@ impl Evaluation<'_> {
         test.outcome = match (lacks.is_empty() && !unread, &self.entry.deviation, holds) {
             (false, None, _) => Outcome::RecordTooShort,
             (false, Some(_), _) if unread => Outcome::RecordTooShort,
+            (_, _, true) if lacks_data(&test.values) => Outcome::PassedInPart,
             (_, _, true) => Outcome::Passed,
             (_, _, false) => Outcome::Failed,
         };
@@ -488,7 +489,11 @@ impl Evaluation<'_> {
         let rows = values(requirements, &|quantity| value_of(&found.flight, quantity), &|quantity| {
             value_of(&found.model, quantity)
         });
-        test.outcome = if met(&rows, requirements.len()) { Outcome::Passed } else { Outcome::Failed };
+        test.outcome = match met(&rows, requirements.len()) {
+            true if lacks_data(&rows) => Outcome::PassedInPart,
+            true => Outcome::Passed,
+            false => Outcome::Failed,
+        };
         test.reason = over_values(&rows, requirements.len());
         test.values = rows;
         test.page.facts.extend(pages::snapshot_facts(manoeuvre, span_s, trim));

@@ -78,6 +78,12 @@ pub fn met(rows: &[ValueRow], requirements: usize) -> bool {
     !judged.is_empty() && judged.iter().all(|passed| *passed)
 }
 
+/// Whether a requirement has no number that could be judged.
+pub fn lacks_data(rows: &[ValueRow]) -> bool {
+    let is_judged = |requirement| rows.iter().any(|row| row.requirement == requirement && row.passed.is_some());
+    rows.iter().any(|row| !is_judged(row.requirement))
+}
+
 /// Which requirements are met, missed or without numbers, in words.
 pub(crate) fn over_values(rows: &[ValueRow], requirements: usize) -> String {
     let words = (1..=requirements).map(|requirement| {
@@ -156,6 +162,7 @@ mod tests {
                 _ => Some(0.0),
             };
             let rows = values(&requirements, &flight, &model);
+            assert!(lacks_data(&rows) && !lacks_data(&rows[..2]));
             (met(&rows, 2), over_values(&rows, 2))
         };
         let inside = "time to half or double or damping ratio inside, trim surface not judged: no data";

@@ -83,9 +83,11 @@ impl Qualification {
     /// How many pass, fail and are not judged, in words.
     pub fn tally(&self) -> String {
         let Self { passed, failed, not_judged, tests, .. } = self;
+        let in_part = tests.iter().filter(|test| test.outcome == Outcome::PassedInPart).count();
+        let in_part = if in_part > 0 { format!(" ({in_part} in part)") } else { String::new() };
         let meant = tests.iter().filter(|test| test.model_changed && test.passed == Some(false)).count();
         let meant = if meant > 0 { format!(" ({meant} on purpose)") } else { String::new() };
-        format!("{passed} of {} tests pass, {failed} fail{meant}, {not_judged} are not judged", tests.len())
+        format!("{passed} of {} tests pass{in_part}, {failed} fail{meant}, {not_judged} are not judged", tests.len())
     }
 }
 
@@ -95,6 +97,8 @@ impl Qualification {
 pub enum Outcome {
     /// Every requirement is met.
     Passed,
+    /// Every requirement of which the record has data is met, and another has none.
+    PassedInPart,
     /// One is not, or the model cannot fly the record.
     Failed,
     /// The session has no window for it.
@@ -110,6 +114,7 @@ impl Outcome {
     pub fn label(self) -> &'static str {
         match self {
             Self::Passed => "PASS",
+            Self::PassedInPart => "PASS IN PART",
             Self::Failed => "FAIL",
             Self::NoRecording => "NO RECORDING",
             Self::RecordTooShort => "RECORD TOO SHORT",
@@ -120,7 +125,7 @@ impl Outcome {
     /// Whether it passed; none where it was not judged.
     pub fn passed(self) -> Option<bool> {
         match self {
-            Self::Passed => Some(true),
+            Self::Passed | Self::PassedInPart => Some(true),
             Self::Failed => Some(false),
             Self::NoRecording | Self::RecordTooShort | Self::NotComputed => None,
         }
@@ -131,7 +136,7 @@ impl Outcome {
         match self {
             Self::Passed => Level::Good,
             Self::Failed => Level::Bad,
-            Self::NoRecording | Self::RecordTooShort | Self::NotComputed => Level::Caution,
+            Self::PassedInPart | Self::NoRecording | Self::RecordTooShort | Self::NotComputed => Level::Caution,
         }
     }
 }

@@ -53,6 +53,11 @@ pub struct NoiseAdvice {
 }
 
 impl NoiseAdvice {
+    /// Whether an estimate leaves the NIS as near to its expectation as the value in use does.
+    pub fn is_no_worse(&self, estimate: NoiseEstimate) -> bool {
+        estimate.nis.ln().abs() <= self.used.nis.ln().abs().max(2.0 * WORTH_CHANGING.ln())
+    }
+
     /// The one deviation to set, SI, by the innovations of the manoeuvre; none where the value in use is right or they are not noise.
     pub fn recommended(&self) -> Option<NoiseEstimate> {
         let is_right = (WORTH_CHANGING.powi(-2)..=WORTH_CHANGING.powi(2)).contains(&self.used.nis);
@@ -105,7 +110,9 @@ pub fn pooled_noise(advice: &[NoiseAdvice]) -> Option<f64> {
 fn advise(channel: &ChannelConsistency, used: f64, predicted: f64, row: Option<&NoiseRow>) -> NoiseAdvice {
     let (found, variance) = (channel.deviation_ratio.powi(2), used * used);
     let estimate = |std: f64| NoiseEstimate { std, nis: found * predicted / (predicted - variance + std * std) };
-    let is_noise = !channel.has_offset() && !channel.is_correlated();
+    // Too high a noise makes innovations small and, by its low gain, correlated too.
+    let is_small = channel.deviation_ratio < 1.0 / WORTH_CHANGING;
+    let is_noise = !channel.has_offset() && (is_small || !channel.is_correlated());
     let explained = variance + (found - 1.0) * predicted;
     let innovations = (is_noise && explained > 0.0).then(|| estimate(explained.sqrt()));
     let steady = row.and_then(NoiseRow::proposed).map(estimate);
@@ -236,5 +243,17 @@ mod tests {
         let found = advise(&correlated, 2.0, 5.0, Some(&row(1.0, 0.0)));
         assert_eq!((found.step, found.innovations), (NoiseStep::NotNoise, None));
         assert_eq!(found.recommended(), None);
+    }
+
+    #[test]
+    fn small_innovations_ask_for_less_noise_though_correlated() {
+        let mut small = channel(0.5);
+        (small.is_white, small.autocorrelation[0]) = (false, 0.8);
+        // R = 4 of S = 4.4: innovations of half the predicted deviation ask for R = 4 - 0.75 * 4.4 = 0.7.
+        let found = advise(&small, 2.0, 4.4, Some(&row(20.0, 0.6)));
+        let asked = found.innovations.unwrap();
+        assert!((asked.std - 0.7_f64.sqrt()).abs() < 1e-12 && (asked.nis - 1.0).abs() < 1e-12);
+        assert_eq!(found.recommended(), Some(asked));
+        assert!(found.is_no_worse(asked) && !found.is_no_worse(found.steady.unwrap()));
     }
 }

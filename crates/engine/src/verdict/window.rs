@@ -134,7 +134,9 @@ fn nis(
     let advice = found.and_then(|found| evidence.noise.advise(manoeuvre, found));
     let explanation = match ratio > 1.0 {
         true => message!("innovations exceed the noise, most in {} ({:.1} times predicted)", name, times),
-        false => message!("noise set too high, most in {} ({:.2} times predicted)", name, times),
+        false => {
+            message!("noise set too high, most in {} (predicted {:.1} times the innovations)", name, times.recip())
+        }
     };
     let is_noise = ratio < NOISE_EXPLAINS && channels_fit;
     let fix_text = match advice.as_ref().map(|advice| advice.step) {
