@@ -31,6 +31,12 @@ const OTHER: [f64; 2] = [0.93, 0.1];
 /// Least segments of such a relation, and most that its factor may be off the median.
 const SEGMENTS: usize = 2;
 const SPREAD: f64 = 0.06;
+/// The same of north and east over turns, which the wind leaves alone: squared correlation, change, segments and spread.
+const OVER_TURNS: [((Role, &str), bool); 2] = [OF_SCALE[3], OF_SCALE[4]];
+const TURNS_R2: f64 = 0.995;
+const TURNS_CHANGE: f64 = 0.025;
+const TURNS_SEGMENTS: usize = 3;
+const TURNS_SPREAD: f64 = 0.01;
 /// Air data that say what the true airspeed is, and least that their factor is off one found otherwise before the two disagree.
 const OF_AIR_DATA: [((Role, &str), bool); 2] = [
     ((Role::TrueAirspeed, "Mach number and temperature"), true),
@@ -114,7 +120,7 @@ pub(super) fn scaled(rows: &[CompatibilityRow], motion: &Motion) -> Option<Compa
     if rows.iter().any(|row| row.agreement == Agreement::Contradicts && row.channel == role.name()) {
         return None;
     }
-    let (factor, factors) = agreed(rows, CLEAR).or_else(|| agreed(rows, OTHER))?;
+    let (factor, factors) = agreed(rows, CLEAR).or_else(|| agreed(rows, OTHER)).or_else(|| over_turns(rows))?;
     let percent = 100.0 * (1.0 - 1.0 / factor).abs();
     let too = if factor > 1.0 { "small" } else { "large" };
     let (hypothesis, fix) = match calibrated(motion).filter(|ratio| (factor / ratio - 1.0).abs() < AS_CALIBRATED) {
@@ -169,6 +175,17 @@ fn agreed(rows: &[CompatibilityRow], [least_r2, least_change]: [f64; 2]) -> Opti
     (is_shown && against(rows, factor).len() < factors.len()).then_some((factor, factors))
 }
 
+/// The factor that the velocities north and east over turns agree on, with theirs; none where air data contradict it.
+fn over_turns(rows: &[CompatibilityRow]) -> Option<(f64, Vec<f64>)> {
+    let factors = factors(rows, &OVER_TURNS, TURNS_R2, TURNS_SEGMENTS);
+    let [north, east] = factors[..] else { return None };
+    let factor = (north * east).sqrt();
+    let is_shown = (north / east).ln().abs() < TURNS_SPREAD && (factor - 1.0).abs() > TURNS_CHANGE;
+    let by_air_data = self::factors(rows, &OF_AIR_DATA, LEAST_R2, 1);
+    let is_contradicted = by_air_data.iter().any(|other| (other / factor).ln().abs() > APART);
+    (is_shown && !is_contradicted).then_some((factor, factors))
+}
+
 /// Median of true over calibrated airspeed at the recorded height, where that makes a difference.
 fn calibrated(motion: &Motion) -> Option<f64> {
     let speeds =
@@ -198,5 +215,18 @@ mod tests {
         assert_eq!((factor, shown.len()), (1.139, 2));
         rows.push(row(OF_AIR_DATA[1], 0.903));
         assert_eq!(agreed(&rows, CLEAR), None);
+    }
+
+    #[test]
+    fn a_few_per_cent_are_shown_by_both_velocities_over_turns() {
+        let mut rows: Vec<_> = [0.962, 0.964].into_iter().zip(OVER_TURNS).map(|(factor, of)| row(of, factor)).collect();
+        assert!(over_turns(&rows).is_none(), "correlation of 0.98");
+        rows.iter_mut().for_each(|row| row.r2 = Some(0.999));
+        assert!((over_turns(&rows).unwrap().0 - 0.963).abs() < 1e-4);
+        rows.push(row(OF_AIR_DATA[0], 1.0));
+        assert!(over_turns(&rows).is_none(), "the Mach number shows none");
+        rows.truncate(2);
+        rows[1].slope = Some(1.0 / 0.98);
+        assert!(over_turns(&rows).is_none(), "the two disagree");
     }
 }

@@ -22,6 +22,8 @@ const SLOWEST_S: f64 = 0.025;
 const LEFT: f64 = 0.95;
 /// Standard errors of the derivative by the pitch rate beyond which it has the wrong sign.
 const SIGNIFICANT: f64 = 3.0;
+/// Standard errors of the derivative by the angle of attack beyond which it is clear.
+const CLEAR: f64 = 10.0;
 
 /// A force behind its regressors.
 #[derive(Clone, Copy, Debug)]
@@ -49,12 +51,14 @@ fn find_late_normal_force(evidence: Evidence<'_>) -> Option<f64> {
     let terms = moving_terms(evidence.session, fit);
     let find = |variable: Variable| terms.iter().find(|term| is_one(term, variable));
     let pitching = find(Variable::PitchRate).or_else(|| find(Variable::HalfPitchRate))?;
-    let (of_alpha, _) = read_estimate(fit, find(Variable::Alpha)?)?;
+    let (of_alpha, alpha_error) = read_estimate(fit, find(Variable::Alpha)?)?;
     let (of_pitching, error) = read_estimate(fit, pitching)?;
     let used = used_windows(evidence.session, evidence.snapshot, fit);
     let seconds = -fit_regressor_to_rate(pitching, &used)? / of_alpha;
     let (delay_s, error_s) = (of_pitching * seconds, error * seconds.abs());
-    (delay_s > SIGNIFICANT * error_s).then_some(delay_s)
+    // Where the angle of attack is hardly excited, both derivatives are those of what else moves.
+    let is_excited = of_alpha.abs() > CLEAR * alpha_error;
+    (is_excited && delay_s > SIGNIFICANT * error_s && delay_s <= RANGE_S).then_some(delay_s)
 }
 
 /// Estimate and corrected standard error of a term of a fit.

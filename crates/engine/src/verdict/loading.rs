@@ -4,11 +4,15 @@ use doublet_core::airframe::Aircraft;
 use doublet_core::airframe::MassProperties;
 use doublet_core::message;
 use doublet_core::message::{Message, quoted};
+use doublet_core::quantity::Role;
 
 use super::judge::Evidence;
 use super::{Finding, Level};
 use crate::session::{Edit, Fix, LoadingEdit, Manoeuvre, Place, Session};
 use crate::stage::{FlownMass, FuelRecord, FuelSource, WindowAero};
+
+/// Largest change of a recorded fuel over the mass that may stay out of the mass.
+const UNUSED_FUEL: f64 = 0.02;
 
 /// What speaks against the mass properties of a window.
 pub(super) fn loading_findings(
@@ -20,7 +24,36 @@ pub(super) fn loading_findings(
     let flown = evidence.snapshot.flown.get(&manoeuvre.flight).and_then(|slot| slot.ready());
     let shifted = flown.and_then(|flown| shifted(place, (evidence.session, &manoeuvre.flight), &flown.fuel));
     let possible = impossible(place, aero).or_else(|| envelope(place, evidence, aero));
-    possible.into_iter().chain(shifted).collect()
+    let unused = flown.and_then(|flown| unused(place, (evidence, &manoeuvre.flight), aero, &flown.fuel));
+    possible.into_iter().chain(shifted).chain(unused).collect()
+}
+
+/// Whether fuel is recorded whose change matters, and the aircraft file gives it no place.
+fn unused(
+    place: &Place,
+    (evidence, flight): (Evidence<'_>, &str),
+    aero: &WindowAero,
+    fuel: &FuelSource,
+) -> Option<Finding> {
+    if fuel.record != FuelRecord::None {
+        return None;
+    }
+    let recording = &evidence.snapshot.flights.get(flight)?.ready()?.recording;
+    let recorded = recording.role(Role::FuelMass)?.series.values.iter().filter(|value| value.is_finite());
+    let (low, high) = recorded.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+    let part = (high - low) / aero.data.mass.first()?.mass_kg;
+    if part.is_nan() || part <= UNUSED_FUEL {
+        return None;
+    }
+    let text = message!(
+        "The recorded fuel falls by {:.0} kg, {:.1} % of the mass (limit {:.0} %), and is not used.",
+        high - low,
+        100.0 * part,
+        100.0 * UNUSED_FUEL
+    );
+    let finding = Finding::new(Level::Caution, "loading", place, text).with_figure(part, UNUSED_FUEL);
+    let fix_text = "State the tanks and their fuel in the aircraft file.";
+    Some(finding.with_fix_text(fix_text).with_setting("Loading", "aircraft"))
 }
 
 /// Whether the loading flown lies in the envelope, where the aircraft has one.
