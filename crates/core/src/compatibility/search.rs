@@ -149,16 +149,19 @@ fn suspects(outcomes: &[(Relation, Outcome)]) -> Vec<Role> {
 
 /// Channels with a sign that run against what they are compared with.
 fn opposite(outcomes: &[(Relation, Outcome)]) -> Vec<Role> {
-    let runs_against = |relation: &Relation, outcome: &Outcome| match outcome {
-        Outcome::Differs(figures) if relation.is_of_lines() => {
-            OPPOSITE_SLOPE.contains(&figures.slope) && figures.r2 > OPPOSITE_R2
-        }
-        _ => false,
-    };
     let runs = |role: &Role| {
         outcomes.iter().any(|(relation, outcome)| relation.compared() == *role && runs_against(relation, outcome))
     };
     COMPARED.into_iter().filter(|role| is_signed(*role)).filter(runs).collect()
+}
+
+fn runs_against(relation: &Relation, outcome: &Outcome) -> bool {
+    match outcome {
+        Outcome::Differs(figures) if relation.is_of_lines() => {
+            OPPOSITE_SLOPE.contains(&figures.slope) && figures.r2 > OPPOSITE_R2
+        }
+        _ => false,
+    }
 }
 
 /// What a candidate does to the relations its channels enter; `None` where it repairs none or breaks as much.

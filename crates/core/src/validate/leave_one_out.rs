@@ -37,14 +37,6 @@ pub fn leave_one_out(regression: &PooledRegression, full: &PooledFit) -> Result<
         let left = rest.windows.remove(index);
         let PooledFit { fit, parameters, .. } = rest.fit()?;
         let estimates: Vec<f64> = fit.estimates[..shared.len()].to_vec();
-        let shift = |(parameter, estimate): (usize, &f64)| {
-            let change = estimate - full.fit.estimates[parameter];
-            if full.fit.origins[parameter] == Origin::Fixed {
-                0.0
-            } else {
-                change / full.fit.standard_errors[parameter]
-            }
-        };
         let columns: Vec<usize> = (0..shared.len()).collect();
         let prediction = validate(&fit, Some(&columns), &left.x.select_columns(&shared), &left.z)?;
         let mean = |term: usize| {
@@ -54,9 +46,10 @@ pub fn leave_one_out(regression: &PooledRegression, full: &PooledFit) -> Result<
         let values = DVector::from_fn(names.len(), |term, _| mean(term));
         let identified: Vec<f64> = (&left.x * values).iter().copied().collect();
         let has_own = shared.len() < names.len();
+        let shifts = estimates.iter().enumerate().map(|(at, estimate)| shift_in_errors(full, at, *estimate));
         results.push(LeftOut {
             label: left.label.clone(),
-            shift_in_errors: estimates.iter().enumerate().map(shift).collect(),
+            shift_in_errors: shifts.collect(),
             quality_identified: FitQuality::compare(&left.z, &identified),
             quality_own_constant: if has_own { prediction.quality_without_offset } else { prediction.quality },
             estimates,
@@ -64,6 +57,11 @@ pub fn leave_one_out(regression: &PooledRegression, full: &PooledFit) -> Result<
         rest.windows.insert(index, left);
     }
     Ok(results)
+}
+
+fn shift_in_errors(full: &PooledFit, parameter: usize, estimate: f64) -> f64 {
+    let change = estimate - full.fit.estimates[parameter];
+    if full.fit.origins[parameter] == Origin::Fixed { 0.0 } else { change / full.fit.standard_errors[parameter] }
 }
 
 #[cfg(test)]

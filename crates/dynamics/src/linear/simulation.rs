@@ -288,14 +288,7 @@ impl Air {
 
 impl File {
     fn read(self) -> Result<Simulation, String> {
-        let derivative = |entry: &Entry| {
-            let Entry { coefficient, term, value } = entry;
-            let known =
-                Coefficient::from_name(coefficient).ok_or_else(|| format!("unknown coefficient '{coefficient}'"))?;
-            let term = Term::parse(term).map_err(|error| error.to_string())?;
-            Ok((known, term, *value))
-        };
-        let derivatives = self.derivatives.iter().map(derivative).collect::<Result<Derivatives, String>>()?;
+        let derivatives = self.derivatives.iter().map(read_entry).collect::<Result<Derivatives, String>>()?;
         let thrust = THRUSTS.iter().find(|(name, _)| *name == self.thrust).map(|(_, treatment)| *treatment);
         let engine = |line: Line| ThrustLine {
             position: line.position.into(),
@@ -315,4 +308,11 @@ impl File {
         simulation.rates(&simulation.state, &simulation.input).map_err(|error| error.to_string())?;
         Ok(simulation)
     }
+}
+
+fn read_entry(entry: &Entry) -> Result<(Coefficient, Term, f64), String> {
+    let Entry { coefficient, term, value } = entry;
+    let known = Coefficient::from_name(coefficient).ok_or_else(|| format!("unknown coefficient '{coefficient}'"))?;
+    let term = Term::parse(term).map_err(|error| error.to_string())?;
+    Ok((known, term, *value))
 }
