@@ -165,13 +165,17 @@ impl Session {
 
     /// Whether it has this configuration under this name, or under the name with a number.
     fn has_experiment(&self, experiment: &Experiment) -> bool {
-        let is_called = |name: &str| {
-            let rest = name.strip_prefix(experiment.name.as_str());
-            rest.is_some_and(|rest| {
-                rest.is_empty() || rest.strip_prefix(' ').is_some_and(|number| number.parse::<u32>().is_ok())
-            })
-        };
-        self.experiments.iter().any(|one| is_called(&one.name) && one.configuration == experiment.configuration)
+        self.experiments
+            .iter()
+            .any(|one| Self::is_numbered(&one.name, &experiment.name) && one.configuration == experiment.configuration)
+    }
+
+    /// Whether it is the name, or the name with a number behind it.
+    fn is_numbered(name: &str, base: &str) -> bool {
+        let rest = name.strip_prefix(base);
+        rest.is_some_and(|rest| {
+            rest.is_empty() || rest.strip_prefix(' ').is_some_and(|number| number.parse::<u32>().is_ok())
+        })
     }
 
     fn keep(&mut self, experiment: Experiment) -> Result<(), EditError> {
