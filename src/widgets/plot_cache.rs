@@ -101,17 +101,7 @@ impl PlotCache {
         frame: u64,
     ) {
         let Trace { series, sigma, scale, .. } = *trace;
-        let fresh = || Drawn {
-            series: series.clone(),
-            sigma: sigma.cloned(),
-            pyramid: Pyramid::new(&series.time_s, &series.values),
-            key: None,
-            line: Decimated::default(),
-            band: Band::default(),
-            band_extent: None,
-            frame,
-            between: None,
-        };
+        let fresh = || Drawn::new(series, sigma, frame);
         let drawn = self.drawn.entry(at).or_insert_with(fresh);
         if !same(&drawn.series, series) {
             *drawn = fresh();
@@ -139,6 +129,20 @@ impl PlotCache {
 }
 
 impl Drawn {
+    fn new(series: &Series, sigma: Option<&Arc<[f64]>>, frame: u64) -> Self {
+        Self {
+            series: series.clone(),
+            sigma: sigma.cloned(),
+            pyramid: Pyramid::new(&series.time_s, &series.values),
+            key: None,
+            line: Decimated::default(),
+            band: Band::default(),
+            band_extent: None,
+            frame,
+            between: None,
+        }
+    }
+
     /// Statistics of the samples of `part`, in SI; read once while the part stays.
     pub(super) fn statistics(&mut self, part: TimeRange) -> Option<Statistics> {
         if let Some((of, found)) = self.between
