@@ -76,11 +76,6 @@ mod tests {
 
     #[test]
     fn a_manoeuvre_that_differs_is_the_one_the_others_do_not_predict() {
-        let window = |label: &str, constant: f64, slope: f64| {
-            let x = DMatrix::from_fn(100, 2, |row, column| if column == 0 { 1.0 } else { (row as f64 * 0.1).sin() });
-            let z = x.row_iter().map(|row| constant + slope * row[1]).collect();
-            PooledWindow { label: label.to_owned(), x, z }
-        };
         let mut regression = PooledRegression {
             names: vec!["c".to_owned(), "s".to_owned()],
             per_window: vec![true, false],
@@ -107,5 +102,11 @@ mod tests {
         approx::assert_relative_eq!(found[2].quality_identified.r_squared, expected, epsilon = ROUNDING);
         regression.windows.truncate(1);
         assert!(leave_one_out(&regression, &full).is_err());
+    }
+
+    fn window(label: &str, constant: f64, slope: f64) -> PooledWindow {
+        let x = DMatrix::from_fn(100, 2, |row, column| if column == 0 { 1.0 } else { (row as f64 * 0.1).sin() });
+        let z = x.row_iter().map(|row| constant + slope * row[1]).collect();
+        PooledWindow { label: label.to_owned(), x, z }
     }
 }
