@@ -381,10 +381,13 @@ fn regressor_correlation(session: &Session, snapshot: &Snapshot) -> Vec<Regresso
         return Vec::new();
     }
     let found = stage::regressor_correlations(&windows, None, &session.structure, &session.estimation);
-    let row = |found: RegressorCorrelation| RegressorRow {
+    found.into_iter().map(correlation_row).collect()
+}
+
+fn correlation_row(found: RegressorCorrelation) -> RegressorRow {
+    RegressorRow {
         coefficient: found.coefficient.name(),
         correlation: found.correlation.row_iter().map(|row| row.iter().copied().collect()).collect(),
         derivatives: found.derivatives,
-    };
-    found.into_iter().map(row).collect()
+    }
 }

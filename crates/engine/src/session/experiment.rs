@@ -308,12 +308,13 @@ fn identify_every_second(session: &Session, name: &str, first: usize) -> Experim
 
 /// Every configuration with every set of manoeuvres: each of `configurations` with the manoeuvres of each of `sets`.
 pub fn cross_experiments(configurations: &[Experiment], sets: &[Experiment]) -> Vec<Experiment> {
-    let one = |configuration: &Experiment, set: &Experiment| {
-        let manoeuvres = set.configuration.manoeuvres.clone();
-        let crossed = Configuration { manoeuvres, ..Configuration::clone(&configuration.configuration) };
-        Experiment { name: format!("{}, {}", configuration.name, set.name), configuration: crossed.into() }
-    };
-    configurations.iter().flat_map(|configuration| sets.iter().map(move |set| one(configuration, set))).collect()
+    configurations.iter().flat_map(|configuration| sets.iter().map(move |set| cross(configuration, set))).collect()
+}
+
+fn cross(configuration: &Experiment, set: &Experiment) -> Experiment {
+    let manoeuvres = set.configuration.manoeuvres.clone();
+    let crossed = Configuration { manoeuvres, ..Configuration::clone(&configuration.configuration) };
+    Experiment { name: format!("{}, {}", configuration.name, set.name), configuration: crossed.into() }
 }
 
 /// The present configuration without one term of a coefficient each; the constant stays.

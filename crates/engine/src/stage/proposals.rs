@@ -281,11 +281,6 @@ fn steady(
     let in_flight = find_rest(recording, &airborne, &intersect(&flying, &between(inputs)), &settings)?;
     let on_ground = find_rest(recording, &ground, &parked, &settings)?;
     let reason = (in_flight.found.is_empty() && on_ground.found.is_empty()).then(|| no_steady(&in_flight, &settings));
-    let steady_roles = |measurements: bool| -> Vec<Role> {
-        let wanted = Measurement::ALL.into_iter().filter(|m| is_ground_role(*m) == measurements);
-        let inputs = Input::ALL.into_iter().filter(|_| !measurements).map(Input::role);
-        inputs.chain(wanted.map(Measurement::role)).collect()
-    };
     let whole = on_ground.found.is_empty();
     let window = |window: TimeRange, roles: Vec<Role>| SteadyWindow { flight: flight.to_owned(), window, roles };
     let mut found: Vec<SteadyWindow> =
@@ -294,6 +289,12 @@ fn steady(
         .extend(in_flight.found.iter().map(|s| window(s.window, if whole { Vec::new() } else { steady_roles(false) })));
     found.sort_by(|a, b| a.window.start_s.total_cmp(&b.window.start_s));
     Ok((found, reason))
+}
+
+fn steady_roles(measurements: bool) -> Vec<Role> {
+    let wanted = Measurement::ALL.into_iter().filter(|m| is_ground_role(*m) == measurements);
+    let inputs = Input::ALL.into_iter().filter(|_| !measurements).map(Input::role);
+    inputs.chain(wanted.map(Measurement::role)).collect()
 }
 
 fn find_rest(

@@ -138,10 +138,10 @@ fn position(recording: &mut Recording, max_gap_s: Option<f64>) -> StageResult<Ve
     Ok(done)
 }
 
-fn velocity(recording: &Recording, role: Role) -> Result<Series, String> {
+fn velocity(recording: &Recording, role: Role) -> StageResult<Series> {
     let channel = recording.role(role);
     channel.map(|channel| channel.series.clone()).ok_or_else(|| {
-        format!("position from velocity: {} is not recorded: map its channel, or switch it off", role.name())
+        format!("position from velocity: {} is not recorded: map its channel, or switch it off", role.name()).into()
     })
 }
 
