@@ -158,12 +158,13 @@ impl Drawn {
 
 /// Edges of a band without its widest parts, such as the uncertainty a filter starts from: they may leave the plot.
 fn usual_extent(band: &Band) -> Option<(f64, f64)> {
-    let edge = |values: &[f64], part: f64| {
-        let mut values = values.to_vec();
-        let at = (part * values.len().checked_sub(1)? as f64).round() as usize;
-        statistics::ranked(&mut values, at)
-    };
     edge(&band.low, BAND_LEFT_OUT).zip(edge(&band.high, 1.0 - BAND_LEFT_OUT))
+}
+
+fn edge(values: &[f64], part: f64) -> Option<f64> {
+    let mut values = values.to_vec();
+    let at = (part * values.len().checked_sub(1)? as f64).round() as usize;
+    statistics::ranked(&mut values, at)
 }
 
 /// Whether both hold the very same samples.
