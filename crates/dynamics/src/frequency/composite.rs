@@ -21,16 +21,17 @@ const LEAST: f64 = 1e-3;
 /// independent, so that the weights are the square of those for independent ones: the better window prevails.
 pub(super) fn composite_weights(windows: &[Option<WindowQuality>]) -> Vec<f64> {
     let best = windows.iter().flatten().map(|window| move_coherence(window, -1.0)).fold(LEAST, f64::max);
-    let weight = |window: &Option<WindowQuality>| {
-        let Some(window) = window else { return 0.0 };
-        let random = (1.0 - best) / (2.0 * window.averages * best);
-        let coherence = move_coherence(window, 1.0);
-        let lost = (best - coherence).max(0.0) / coherence;
-        (random + lost).powi(-2)
-    };
-    let weights: Vec<f64> = windows.iter().map(weight).collect();
+    let weights: Vec<f64> =
+        windows.iter().map(|window| window.as_ref().map_or(0.0, |window| weigh(window, best))).collect();
     let sum: f64 = weights.iter().sum();
     weights.iter().map(|weight| if sum > 0.0 { weight / sum } else { 0.0 }).collect()
+}
+
+fn weigh(window: &WindowQuality, best: f64) -> f64 {
+    let random = (1.0 - best) / (2.0 * window.averages * best);
+    let coherence = move_coherence(window, 1.0);
+    let lost = (best - coherence).max(0.0) / coherence;
+    (random + lost).powi(-2)
 }
 
 /// The coherence so many standard deviations above the one estimated.
