@@ -320,12 +320,13 @@ fn cross(configuration: &Experiment, set: &Experiment) -> Experiment {
 /// The present configuration without one term of a coefficient each; the constant stays.
 pub fn structure_experiments(session: &Session, coefficient: Coefficient) -> Vec<Experiment> {
     let terms = session.structure.terms(coefficient).unwrap_or_default();
-    let without = |term: &Term| {
-        let mut next = session.clone();
-        super::edit::set_term(&mut next.structure, coefficient, term, false);
-        next.forget_lost_terms();
-        let name = format!("Without {}", term.derivative_name(coefficient));
-        Experiment { name, configuration: Configuration::from_session(&next).into() }
-    };
-    terms.iter().filter(|term| !term.is_constant()).map(without).collect()
+    terms.iter().filter(|term| !term.is_constant()).map(|term| leave_out(session, coefficient, term)).collect()
+}
+
+fn leave_out(session: &Session, coefficient: Coefficient, term: &Term) -> Experiment {
+    let mut next = session.clone();
+    super::edit::set_term(&mut next.structure, coefficient, term, false);
+    next.forget_lost_terms();
+    let name = format!("Without {}", term.derivative_name(coefficient));
+    Experiment { name, configuration: Configuration::from_session(&next).into() }
 }

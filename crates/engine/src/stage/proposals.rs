@@ -206,18 +206,19 @@ fn none_found(search: &ManoeuvreSearch, least_airspeed_m_s: Option<f64>) -> Opti
 }
 
 fn spectra(loaded: &LoadedFlight) -> Vec<SignalSpectrum> {
-    let recording = &loaded.recording;
     let measured = Measurement::ALL.into_iter().map(Measurement::role);
     let controls = [Role::Aileron, Role::Elevator, Role::Rudder];
     let roles = Input::ALL.into_iter().map(Input::role).chain(measured).chain(controls);
-    let one = |role: Role| {
-        let used = &recording.role(role)?.series;
-        let treated = loaded.treated.iter().find(|signal| signal.role == role);
-        let recorded = treated.map_or(used, |signal| &recording.channels[signal.recorded].series);
-        let after = treated.and_then(|_| spectrum(used));
-        Some(SignalSpectrum { role, recorded: spectrum(recorded)?, treated: after })
-    };
-    roles.filter_map(one).collect()
+    roles.filter_map(|role| signal_spectrum(loaded, role)).collect()
+}
+
+fn signal_spectrum(loaded: &LoadedFlight, role: Role) -> Option<SignalSpectrum> {
+    let recording = &loaded.recording;
+    let used = &recording.role(role)?.series;
+    let treated = loaded.treated.iter().find(|signal| signal.role == role);
+    let recorded = treated.map_or(used, |signal| &recording.channels[signal.recorded].series);
+    let after = treated.and_then(|_| spectrum(used));
+    Some(SignalSpectrum { role, recorded: spectrum(recorded)?, treated: after })
 }
 
 fn series<'a>(recording: &'a Recording, roles: &[Role]) -> Vec<(Role, &'a Series)> {
