@@ -134,20 +134,21 @@ fn add_first_column(source: &mut Source, fetch: &mut impl FnMut(&mut Source, usi
 
 /// The column of a table whose median interval is that of the column `first` and whose steps are more even.
 fn more_even(source: &Source, first: usize) -> Option<usize> {
-    let steps = |index: usize| {
-        let values = source.channels[index].values();
-        let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let interval = median(&mut steps)?;
-        let spread = steps.iter().map(|step| (step - interval).abs()).sum::<f64>() / steps.len() as f64;
-        Some((interval, spread))
-    };
-    let (interval, spread) = steps(first)?;
+    let (interval, spread) = measure_steps(source.channels[first].values())?;
     (0..source.channels.len()).filter(|index| *index != first && increases(source.channels[*index].values())).find(
         |index| {
-            steps(*index)
+            measure_steps(source.channels[*index].values())
                 .is_some_and(|(other, even)| (other - interval).abs() < SAME_INTERVAL * interval && even < 0.5 * spread)
         },
     )
+}
+
+/// Median interval and mean distance from it.
+fn measure_steps(values: &[f64]) -> Option<(f64, f64)> {
+    let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let interval = median(&mut steps)?;
+    let spread = steps.iter().map(|step| (step - interval).abs()).sum::<f64>() / steps.len() as f64;
+    Some((interval, spread))
 }
 
 /// Adds the clocks of lengths that have none yet: `motor_time` of a struct in which motors have stamps of their own.
