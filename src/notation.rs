@@ -29,12 +29,15 @@ pub fn derivative_unit(term: &Term) -> String {
             None => units.push((unit, power)),
         }
     }
-    let written = |(unit, power): &(&str, i32)| match power {
+    units.iter().map(write_power).collect::<Vec<_>>().join(" ")
+}
+
+fn write_power((unit, power): &(&str, i32)) -> String {
+    match power {
         1 => format!("per {unit}"),
         2 => format!("per {unit}²"),
         power => format!("per {unit}^{power}"),
-    };
-    units.iter().map(written).collect::<Vec<_>>().join(" ")
+    }
 }
 
 /// Units quantities are shown and typed in; files and the engine keep SI and radians.

@@ -204,16 +204,7 @@ pub struct Spot<'a> {
 pub fn menu(ui: &mut Ui, spot: &Spot<'_>) -> Option<UiCommand> {
     let mut chosen = None;
     let mut entry = |ui: &mut Ui, command: UiCommand, is_on: bool| {
-        let Some(row) = spot.table.iter().find(|row| row.command == command) else { return };
-        let button = egui::Button::new(&row.name).shortcut_text(row.keys(ui.ctx()));
-        let mut button = ui.add_enabled(is_on, button);
-        if command == UiCommand::Mark(MarkCommand::Exclude) {
-            button = button.on_hover_text(EXCLUDE_BY_DRAG).on_disabled_hover_text(EXCLUDE_BY_MARKERS);
-        }
-        if button.clicked() {
-            chosen = Some(command);
-            ui.close();
-        }
+        chosen = show_entry(ui, spot.table, command, is_on).or(chosen);
     };
     let (edit, mark) = (UiCommand::Edit, UiCommand::Mark);
     let between = match spot.markers_s {
@@ -266,6 +257,19 @@ pub fn menu(ui: &mut Ui, spot: &Spot<'_>) -> Option<UiCommand> {
     entry(ui, edit(EditCommand::AddWindow), between.is_some());
     entry(ui, mark(MarkCommand::NewShown), true);
     chosen
+}
+
+/// The command where its entry was chosen.
+fn show_entry(ui: &mut Ui, table: &[CommandInfo], command: UiCommand, is_on: bool) -> Option<UiCommand> {
+    let row = table.iter().find(|row| row.command == command)?;
+    let mut button = ui.add_enabled(is_on, egui::Button::new(&row.name).shortcut_text(row.keys(ui.ctx())));
+    if command == UiCommand::Mark(MarkCommand::Exclude) {
+        button = button.on_hover_text(EXCLUDE_BY_DRAG).on_disabled_hover_text(EXCLUDE_BY_MARKERS);
+    }
+    button.clicked().then(|| {
+        ui.close();
+        command
+    })
 }
 
 impl PanelContext<'_> {

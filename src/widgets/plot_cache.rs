@@ -101,17 +101,7 @@ impl PlotCache {
         frame: u64,
     ) {
         let Trace { series, sigma, scale, .. } = *trace;
-        let fresh = || Drawn {
-            series: series.clone(),
-            sigma: sigma.cloned(),
-            pyramid: Pyramid::new(&series.time_s, &series.values),
-            key: None,
-            line: Decimated::default(),
-            band: Band::default(),
-            band_extent: None,
-            frame,
-            between: None,
-        };
+        let fresh = || Drawn::new(series, sigma, frame);
         let drawn = self.drawn.entry(at).or_insert_with(fresh);
         if !same(&drawn.series, series) {
             *drawn = fresh();
@@ -139,6 +129,20 @@ impl PlotCache {
 }
 
 impl Drawn {
+    fn new(series: &Series, sigma: Option<&Arc<[f64]>>, frame: u64) -> Self {
+        Self {
+            series: series.clone(),
+            sigma: sigma.cloned(),
+            pyramid: Pyramid::new(&series.time_s, &series.values),
+            key: None,
+            line: Decimated::default(),
+            band: Band::default(),
+            band_extent: None,
+            frame,
+            between: None,
+        }
+    }
+
     /// Statistics of the samples of `part`, in SI; read once while the part stays.
     pub(super) fn statistics(&mut self, part: TimeRange) -> Option<Statistics> {
         if let Some((of, found)) = self.between
@@ -154,12 +158,13 @@ impl Drawn {
 
 /// Edges of a band without its widest parts, such as the uncertainty a filter starts from: they may leave the plot.
 fn usual_extent(band: &Band) -> Option<(f64, f64)> {
-    let edge = |values: &[f64], part: f64| {
-        let mut values = values.to_vec();
-        let at = (part * values.len().checked_sub(1)? as f64).round() as usize;
-        statistics::ranked(&mut values, at)
-    };
     edge(&band.low, BAND_LEFT_OUT).zip(edge(&band.high, 1.0 - BAND_LEFT_OUT))
+}
+
+fn edge(values: &[f64], part: f64) -> Option<f64> {
+    let mut values = values.to_vec();
+    let at = (part * values.len().checked_sub(1)? as f64).round() as usize;
+    statistics::ranked(&mut values, at)
 }
 
 /// Whether both hold the very same samples.

@@ -258,16 +258,12 @@ pub fn modes(arguments: &ModesArguments) -> Result<(), String> {
 
 fn print_locus(name: &str, parameter: &LocusParameter, points: &[LocusPoint], as_json: bool) -> Result<(), String> {
     if as_json {
-        let mode = |mode: &doublet_dynamics::modes::Mode| {
-            json!({
-                "name": mode.name, "real_1_s": mode.real_1_s, "imaginary_rad_s": mode.imaginary_rad_s,
-                "frequency_rad_s": mode.frequency_rad_s(), "damping": mode.damping(),
-            })
-        };
         let rows: Vec<Value> = points
             .iter()
             .map(|point| match &point.modes {
-                Ok(modes) => json!({ "value": point.value, "modes": modes.iter().map(mode).collect::<Vec<_>>() }),
+                Ok(modes) => {
+                    json!({ "value": point.value, "modes": modes.iter().map(describe_mode).collect::<Vec<_>>() })
+                }
                 Err(error) => json!({ "value": point.value, "error": error.to_string() }),
             })
             .collect();
@@ -288,6 +284,13 @@ fn print_locus(name: &str, parameter: &LocusParameter, points: &[LocusPoint], as
     }
     text::table(&[name, "mode", "real, 1/s", "imaginary, rad/s", "frequency, rad/s", "damping"], &cells);
     Ok(())
+}
+
+fn describe_mode(mode: &doublet_dynamics::modes::Mode) -> serde_json::Value {
+    json!({
+        "name": mode.name, "real_1_s": mode.real_1_s, "imaginary_rad_s": mode.imaginary_rad_s,
+        "frequency_rad_s": mode.frequency_rad_s(), "damping": mode.damping(),
+    })
 }
 
 /// Prints the levels of the flying qualities about a trim.

@@ -121,12 +121,13 @@ fn entry(text: &str) -> Entry {
 fn parse_word_table(conventions: &str) -> Vec<(Vec<String>, String)> {
     let table = conventions.split("\n## ").find(|part| part.starts_with("Words\n")).unwrap_or_default();
     let rows = table.lines().filter(|line| line.starts_with("| ") && !line.starts_with("| word"));
-    let row = |line: &str| {
-        let mut cells = line.trim_matches('|').split(" | ").map(|cell| plain(cell.trim()));
-        let forms = cells.next()?.split(", ").map(str::to_owned).collect();
-        Some((forms, cells.next()?))
-    };
-    rows.filter_map(row).collect()
+    rows.filter_map(parse_row).collect()
+}
+
+fn parse_row(line: &str) -> Option<(Vec<String>, String)> {
+    let mut cells = line.trim_matches('|').split(" | ").map(|cell| plain(cell.trim()));
+    let forms = cells.next()?.split(", ").map(str::to_owned).collect();
+    Some((forms, cells.next()?))
 }
 
 /// Text without the marks of code, emphasis and links.

@@ -115,17 +115,18 @@ fn read(arguments: &PriorArguments) -> Result<Vec<PriorValue>, String> {
 /// Rows `name, mean, standard error` under a header.
 fn read_table(path: &Path) -> Result<Vec<PriorValue>, String> {
     let content = doublet_core::load::read_text(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let row = |(index, line): (usize, &str)| {
-        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-        let [name, mean, deviation] = cells[..] else { return Err(index + 1) };
-        let number = |cell: &str| cell.parse::<f64>().map_err(|_| index + 1);
-        Ok(PriorValue { name: name.to_owned(), mean: number(mean)?, deviation: number(deviation)? })
-    };
     let lines = content.lines().enumerate().skip(1).filter(|(_, line)| !line.trim().is_empty());
     lines
-        .map(row)
+        .map(|(index, line)| parse_row(index, line))
         .collect::<Result<_, _>>()
         .map_err(|line| format!("{}: line {line} is not `name,mean,std error` with two numbers", path.display()))
+}
+
+fn parse_row(index: usize, line: &str) -> Result<PriorValue, usize> {
+    let cells: Vec<&str> = line.split(',').map(str::trim).collect();
+    let [name, mean, deviation] = cells[..] else { return Err(index + 1) };
+    let number = |cell: &str| cell.parse::<f64>().map_err(|_| index + 1);
+    Ok(PriorValue { name: name.to_owned(), mean: number(mean)?, deviation: number(deviation)? })
 }
 
 fn print(study: &PriorStudy) {

@@ -161,13 +161,16 @@ pub fn show(table: &Table) {
         return;
     }
     let titles: Vec<String> = table.columns.iter().map(Column::title).collect();
-    let readable = |(cell, column): (&Cell, &Column)| match cell {
+    let rows = table.rows.iter().map(|row| row.iter().zip(&table.columns).map(readable).collect());
+    self::table(&titles.iter().map(String::as_str).collect::<Vec<_>>(), &rows.collect::<Vec<_>>());
+}
+
+fn readable((cell, column): (&Cell, &Column)) -> String {
+    match cell {
         Cell::Symbol(name) => name.clone(),
         Cell::Number(value) => number(*value, column.digits),
         cell => cell.readable(column.digits),
-    };
-    let rows = table.rows.iter().map(|row| row.iter().zip(&table.columns).map(readable).collect());
-    self::table(&titles.iter().map(String::as_str).collect::<Vec<_>>(), &rows.collect::<Vec<_>>());
+    }
 }
 
 fn json_value(cell: &Cell) -> Value {

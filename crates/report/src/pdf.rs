@@ -62,14 +62,15 @@ pub struct Page {
 /// As [`pdf`].
 pub fn pages(document: &Document, control: &Control, progress: &dyn Fn(f32)) -> Result<Vec<Page>, String> {
     let typeset = typeset(document, control, progress)?;
-    let draw = |page: &typst_layout::Page| {
-        let size = page.frame.size();
-        let size_pt = [size.x.to_pt() as f32, size.y.to_pt() as f32];
-        Page { size_pt, svg: typst_svg::svg(page, &SvgOptions::default()) }
-    };
-    let pages = typeset.pages().iter().map(draw).collect();
+    let pages = typeset.pages().iter().map(draw_page).collect();
     typst::comemo::evict(0);
     Ok(pages)
+}
+
+fn draw_page(page: &typst_layout::Page) -> Page {
+    let size = page.frame.size();
+    let size_pt = [size.x.to_pt() as f32, size.y.to_pt() as f32];
+    Page { size_pt, svg: typst_svg::svg(page, &SvgOptions::default()) }
 }
 
 /// What the typesetter refuses, in one line.

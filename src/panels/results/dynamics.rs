@@ -92,31 +92,24 @@ impl Dynamics {
         let condition = &study.condition;
         let mut moved = false;
         ui.horizontal_wrapped(|ui| {
-            let mut slide = |ui: &mut Ui, value: f64, ends: RangeInclusive<f64>, text: &str, decimals: usize| {
-                let mut chosen = value;
-                // A slider does not break: it begins the next line where it would end beyond this one.
-                if ui.available_size_before_wrap().x < SLIDER_ROOM {
-                    ui.end_row();
-                }
-                let slider = ui.add(Slider::new(&mut chosen, ends).text(text).fixed_decimals(decimals));
-                moved |= slider.dragged();
-                // A slider rounds what it is given: that is no choice.
-                (slider.changed() && (slider.dragged() || slider.has_focus())).then_some(chosen)
-            };
             let request = &mut self.request;
             let speed = request.airspeed_m_s.unwrap_or(condition.airspeed_m_s);
             let ends = 0.5 * condition.airspeed_m_s..=2.0 * condition.airspeed_m_s;
-            request.airspeed_m_s = slide(ui, speed, ends, "airspeed [m/s]", 1).or(request.airspeed_m_s);
+            request.airspeed_m_s =
+                Self::slide(ui, &mut moved, speed, ends, "airspeed [m/s]", 1).or(request.airspeed_m_s);
             let altitude = request.altitude_m.unwrap_or(condition.altitude_m);
-            request.altitude_m = slide(ui, altitude, 0.0..=10_000.0, "altitude [m]", 0).or(request.altitude_m);
+            request.altitude_m =
+                Self::slide(ui, &mut moved, altitude, 0.0..=10_000.0, "altitude [m]", 0).or(request.altitude_m);
             let delay_s = request.stick_delay_s.unwrap_or(0.0);
-            request.stick_delay_s = slide(ui, delay_s, 0.0..=0.5, "stick delay [s]", 3).or(request.stick_delay_s);
+            request.stick_delay_s =
+                Self::slide(ui, &mut moved, delay_s, 0.0..=0.5, "stick delay [s]", 3).or(request.stick_delay_s);
             let aileron = request.aileron_rad.unwrap_or(0.0).to_degrees();
-            let chosen = slide(ui, aileron, 0.0..=30.0, "full aileron [deg]", 1).filter(|chosen| *chosen > 0.0);
+            let chosen = Self::slide(ui, &mut moved, aileron, 0.0..=30.0, "full aileron [deg]", 1)
+                .filter(|chosen| *chosen > 0.0);
             request.aileron_rad = chosen.map(f64::to_radians).or(request.aileron_rad);
             if let Some((aboard, room)) = fuel(ctx) {
                 let fuel = request.fuel_kg.unwrap_or(aboard);
-                request.fuel_kg = slide(ui, fuel, 0.0..=room, "fuel [kg]", 1).or(request.fuel_kg);
+                request.fuel_kg = Self::slide(ui, &mut moved, fuel, 0.0..=room, "fuel [kg]", 1).or(request.fuel_kg);
             }
             for (name, chosen, all, shown) in [
                 ("class", &mut request.class, &CLASSES[..], study.airplane.class),
@@ -137,6 +130,25 @@ impl Dynamics {
             }
         });
         moved
+    }
+
+    fn slide(
+        ui: &mut Ui,
+        moved: &mut bool,
+        value: f64,
+        ends: RangeInclusive<f64>,
+        text: &str,
+        decimals: usize,
+    ) -> Option<f64> {
+        let mut chosen = value;
+        // A slider does not break: it begins the next line where it would end beyond this one.
+        if ui.available_size_before_wrap().x < SLIDER_ROOM {
+            ui.end_row();
+        }
+        let slider = ui.add(Slider::new(&mut chosen, ends).text(text).fixed_decimals(decimals));
+        *moved |= slider.dragged();
+        // A slider rounds what it is given: that is no choice.
+        (slider.changed() && (slider.dragged() || slider.has_focus())).then_some(chosen)
     }
 }
 

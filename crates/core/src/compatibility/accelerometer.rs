@@ -314,15 +314,19 @@ fn felt(motion: &Motion, arm: [f64; 3]) -> [Vec<f64>; 3] {
 /// Deviation of what accelerometers at `arm` feel of the turning over that of the specific force, of the two axes across the flight the
 /// larger.
 fn felt_part(motion: &Motion, arm: [f64; 3]) -> f64 {
-    let deviation = |values: &[f64]| {
-        let steps = motion.segments.iter().flat_map(Clone::clone).map(|k| values[k]).filter(|value| value.is_finite());
-        let values: Vec<f64> = steps.collect();
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
-    };
     let felt = felt(motion, arm);
-    let part = |axis: usize| deviation(&felt[axis]) / deviation(motion.column(FORCES[axis]).unwrap_or_default());
+    let part = |axis: usize| {
+        deviation_in_flight(motion, &felt[axis])
+            / deviation_in_flight(motion, motion.column(FORCES[axis]).unwrap_or_default())
+    };
     (1..3).map(part).fold(0.0, f64::max)
+}
+
+fn deviation_in_flight(motion: &Motion, values: &[f64]) -> f64 {
+    let steps = motion.segments.iter().flat_map(Clone::clone).map(|k| values[k]).filter(|value| value.is_finite());
+    let values: Vec<f64> = steps.collect();
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
 }
 
 /// Rows of the regression: what the velocity changed by beyond the specific force, and what that hangs on.

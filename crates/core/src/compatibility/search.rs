@@ -100,15 +100,10 @@ pub(super) fn search(mut motion: Motion, relations: &[Relation]) -> Found {
         trials.sort_by(|a, b| rounded(b.score).total_cmp(&rounded(a.score)).then(rank(a).total_cmp(&rank(b))));
         let mut trials = trials.into_iter();
         let Some(best) = trials.next() else { break };
-        let mends = |trial: &Trial| -> Vec<(Role, &'static str)> {
-            let mut names: Vec<_> = trial.repaired.iter().map(|(one, ..)| (one.compared(), one.with())).collect();
-            names.sort_unstable();
-            names
-        };
         let as_good = trials.filter(|other| {
             other.score > best.score - SAME_SCORE
                 && other.candidate.cost <= best.candidate.cost
-                && mends(other) == mends(&best)
+                && list_mended(other) == list_mended(&best)
         });
         let rivals = as_good.flat_map(|other| other.candidate.fixes).collect();
         let before = std::mem::replace(&mut motion, best.motion);
@@ -119,6 +114,12 @@ pub(super) fn search(mut motion: Motion, relations: &[Relation]) -> Found {
         mistakes.push(Mistake { fixes, is_linear, repaired, sharpened, rivals, motions });
     }
     Found { mistakes, outcomes }
+}
+
+fn list_mended(trial: &Trial) -> Vec<(Role, &'static str)> {
+    let mut names: Vec<_> = trial.repaired.iter().map(|(one, ..)| (one.compared(), one.with())).collect();
+    names.sort_unstable();
+    names
 }
 
 /// What every relation says of `motion`.
@@ -149,16 +150,19 @@ fn suspects(outcomes: &[(Relation, Outcome)]) -> Vec<Role> {
 
 /// Channels with a sign that run against what they are compared with.
 fn opposite(outcomes: &[(Relation, Outcome)]) -> Vec<Role> {
-    let runs_against = |relation: &Relation, outcome: &Outcome| match outcome {
-        Outcome::Differs(figures) if relation.is_of_lines() => {
-            OPPOSITE_SLOPE.contains(&figures.slope) && figures.r2 > OPPOSITE_R2
-        }
-        _ => false,
-    };
     let runs = |role: &Role| {
         outcomes.iter().any(|(relation, outcome)| relation.compared() == *role && runs_against(relation, outcome))
     };
     COMPARED.into_iter().filter(|role| is_signed(*role)).filter(runs).collect()
+}
+
+fn runs_against(relation: &Relation, outcome: &Outcome) -> bool {
+    match outcome {
+        Outcome::Differs(figures) if relation.is_of_lines() => {
+            OPPOSITE_SLOPE.contains(&figures.slope) && figures.r2 > OPPOSITE_R2
+        }
+        _ => false,
+    }
 }
 
 /// What a candidate does to the relations its channels enter; `None` where it repairs none or breaks as much.
@@ -257,12 +261,15 @@ fn is_swap(candidate: &Candidate) -> bool {
 
 /// Whether channels are exchanged or signs turned and nothing else is done: a factor can be chosen for what it sharpens, these cannot.
 fn is_turn(candidate: &Candidate) -> bool {
-    let is_one = |fix: &ChannelFix| match fix {
+    candidate.fixes.iter().all(is_turn_fix)
+}
+
+fn is_turn_fix(fix: &ChannelFix) -> bool {
+    match fix {
         ChannelFix::Swap { .. } => true,
         ChannelFix::Scale { factor, offset, units: None, .. } => *factor == -1.0 && *offset == 0.0,
         _ => false,
-    };
-    candidate.fixes.iter().all(is_one)
+    }
 }
 
 fn weight(relation: &Relation) -> f64 {

@@ -120,12 +120,8 @@ mod tests {
         // Windows of the same regressor, each with a slope of its own: the pooled slope is their mean, its error their scatter.
         let slopes = [0.9, 1.2, 1.1, 0.7, 1.3, 0.8];
         let count = slopes.len() as f64;
-        let window = |(index, slope): (usize, &f64)| {
-            let x = DMatrix::from_fn(50, 2, |k, column| if column == 0 { 1.0 } else { (0.2 * k as f64).sin() });
-            let z = x.column(1).iter().map(|x| 3.0 + slope * x).collect();
-            PooledWindow { label: format!("{index}"), x, z }
-        };
-        let windows: Vec<PooledWindow> = slopes.iter().enumerate().map(window).collect();
+        let windows: Vec<PooledWindow> =
+            slopes.iter().enumerate().map(|(index, slope)| window(index, *slope)).collect();
         let names = ["constant".to_owned(), "slope".to_owned()];
         let fit = pooled(&names, &[true, false], &windows).unwrap();
         let errors = fit.errors_between_windows(&windows).unwrap();
@@ -135,5 +131,11 @@ mod tests {
         approx::assert_relative_eq!(errors[0], expected, max_relative = 1e-9);
         assert_eq!(&errors[1..], &[0.0; 6]);
         assert!(fit.errors_between_windows(&windows[..2]).is_none());
+    }
+
+    fn window(index: usize, slope: f64) -> PooledWindow {
+        let x = DMatrix::from_fn(50, 2, |k, column| if column == 0 { 1.0 } else { (0.2 * k as f64).sin() });
+        let z = x.column(1).iter().map(|x| 3.0 + slope * x).collect();
+        PooledWindow { label: format!("{index}"), x, z }
     }
 }

@@ -129,18 +129,21 @@ pub(super) fn solve_constrained(
             break;
         }
     }
-    let origin = |(&held, constraint): (&bool, &Constraint)| match constraint {
-        Constraint::Fixed(_) => Origin::Fixed,
-        Constraint::Prior { .. } => Origin::DataAndPrior,
-        Constraint::Bounds { .. } if held => Origin::Bound,
-        _ => Origin::Data,
-    };
     Ok(ConstrainedSolution {
-        origins: outcome.held.iter().zip(constraints).map(origin).collect(),
+        origins: outcome.held.iter().zip(constraints).map(|(&held, constraint)| origin(held, constraint)).collect(),
         prior_information: constraints.iter().map(|constraint| information(constraint, variance)).collect(),
         solution: outcome.solution,
         variance,
     })
+}
+
+fn origin(held: bool, constraint: &Constraint) -> Origin {
+    match constraint {
+        Constraint::Fixed(_) => Origin::Fixed,
+        Constraint::Prior { .. } => Origin::DataAndPrior,
+        Constraint::Bounds { .. } if held => Origin::Bound,
+        _ => Origin::Data,
+    }
 }
 
 /// Information of a prior beside that of samples of a residual variance.

@@ -91,15 +91,16 @@ pub fn predicted_squared_error(fit: &Fit, noise_variance_max: Option<f64>) -> f6
 /// Contribution of each term: root mean square of `estimate * (regressor - its mean)` over that of the measurement less
 /// its mean. Terms below 0.005 are candidates to drop.
 pub fn contributions(fit: &Fit, x: &DMatrix<f64>) -> Vec<f64> {
-    let deviation = |values: &mut dyn Iterator<Item = f64>| {
-        let values: Vec<f64> = values.collect();
-        let mean = values.iter().sum::<f64>() / values.len() as f64;
-        (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
-    };
     let fitted = x * DVector::from_column_slice(&fit.estimates);
-    let measured = deviation(&mut fitted.iter().zip(fit.residuals.iter()).map(|(y, v)| y + v));
+    let measured = deviation(fitted.iter().zip(fit.residuals.iter()).map(|(y, v)| y + v));
     let terms = fit.estimates.iter().zip(x.column_iter());
-    terms.map(|(estimate, column)| estimate.abs() * deviation(&mut column.iter().copied()) / measured).collect()
+    terms.map(|(estimate, column)| estimate.abs() * deviation(column.iter().copied()) / measured).collect()
+}
+
+fn deviation(values: impl Iterator<Item = f64>) -> f64 {
+    let values: Vec<f64> = values.collect();
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
 }
 
 #[cfg(test)]

@@ -89,14 +89,16 @@ fn states_of(axis: MotionAxis) -> Result<[&'static str; 4], FlightFitError> {
 
 /// Standard deviation of the white noise of each output, the largest of the windows.
 fn first_noise(problem: &Problem<'_>) -> Vec<f64> {
-    let of_output = |(index, output): (usize, &FlightOutput)| {
-        let deviations = problem
-            .windows
-            .iter()
-            .map(|window| first_deviation(window.replay.time_s(), &window.measured[index], output.scale()));
-        deviations.fold(0.0, f64::max)
-    };
-    problem.axis.outputs().iter().enumerate().map(of_output).collect()
+    let outputs = problem.axis.outputs().iter().enumerate();
+    outputs.map(|(index, output)| largest_deviation(problem, index, *output)).collect()
+}
+
+fn largest_deviation(problem: &Problem<'_>, index: usize, output: FlightOutput) -> f64 {
+    let deviations = problem
+        .windows
+        .iter()
+        .map(|window| first_deviation(window.replay.time_s(), &window.measured[index], output.scale()));
+    deviations.fold(0.0, f64::max)
 }
 
 /// Logarithms of the process noise as parameters.

@@ -337,15 +337,9 @@ impl Problem<'_> {
     fn parameters(&self, first: &FlightWindow<'_>) -> Vec<OutputParameter> {
         /// Smallest change of a derivative that matters.
         const DERIVATIVE: f64 = 0.01;
-        let free = |name: String, start: f64, scale: f64| OutputParameter {
-            name,
-            start,
-            scale,
-            bounds: (f64::NEG_INFINITY, f64::INFINITY),
-        };
         let entry = |model: &Derivatives, index: usize, suffix: &str| {
             let entry = &model.entries()[index];
-            free(format!("{}{suffix}", entry.term.derivative_name(entry.coefficient)), entry.value, DERIVATIVE)
+            Self::free(format!("{}{suffix}", entry.term.derivative_name(entry.coefficient)), entry.value, DERIVATIVE)
         };
         let mut all: Vec<_> = self.freedom.shared.iter().map(|&index| entry(&first.model, index, "")).collect();
         for window in self.windows {
@@ -353,13 +347,21 @@ impl Problem<'_> {
             all.extend(self.freedom.own.iter().map(|&index| entry(&window.model, index, &suffix)));
             let mut start = window.start;
             for &initial in self.axis.initial() {
-                all.push(free(format!("{}{suffix}", initial.name()), *initial.value_in(&mut start), initial.scale()));
+                all.push(Self::free(
+                    format!("{}{suffix}", initial.name()),
+                    *initial.value_in(&mut start),
+                    initial.scale(),
+                ));
             }
             for &output in &self.freedom.biases {
-                all.push(free(format!("{} bias{suffix}", output.name()), 0.0, output.scale()));
+                all.push(Self::free(format!("{} bias{suffix}", output.name()), 0.0, output.scale()));
             }
         }
         all
+    }
+
+    fn free(name: String, start: f64, scale: f64) -> OutputParameter {
+        OutputParameter { name, start, scale, bounds: (f64::NEG_INFINITY, f64::INFINITY) }
     }
 
     /// Shared parameters and those of window `index`.

@@ -19,13 +19,14 @@ pub struct KindDifference {
 /// Fig. 6.12). Parameters that only one kind has are left out.
 pub fn compare_kinds(first: &[&Fit], second: &[&Fit]) -> Vec<KindDifference> {
     let others = summarise(second);
-    let pair = |first: ParameterSummary| {
-        let second = others.iter().find(|other| other.name == first.name)?.clone();
-        let variance = |summary: &ParameterSummary| summary.scatter.powi(2) / summary.fits as f64;
-        let error = (variance(&first) + variance(&second)).sqrt();
-        Some(KindDifference { difference_in_errors: (second.estimate[0] - first.estimate[0]) / error, first, second })
-    };
-    summarise(first).into_iter().filter_map(pair).collect()
+    summarise(first).into_iter().filter_map(|first| compare(first, &others)).collect()
+}
+
+fn compare(first: ParameterSummary, others: &[ParameterSummary]) -> Option<KindDifference> {
+    let second = others.iter().find(|other| other.name == first.name)?.clone();
+    let variance = |summary: &ParameterSummary| summary.scatter.powi(2) / summary.fits as f64;
+    let error = (variance(&first) + variance(&second)).sqrt();
+    Some(KindDifference { difference_in_errors: (second.estimate[0] - first.estimate[0]) / error, first, second })
 }
 
 #[cfg(test)]

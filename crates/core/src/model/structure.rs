@@ -83,16 +83,17 @@ impl Structure {
 
     /// Constant and linear terms for the longitudinal and the lateral coefficients of body axes.
     fn symmetric_and_lateral(longitudinal: &[Variable], lateral: &[Variable]) -> Self {
-        let terms = |variables: &[Variable]| {
-            let mut terms = vec![Term::constant()];
-            terms.extend(variables.iter().map(|&variable| Term::from(variable)));
-            terms
-        };
         let models = Coefficient::ALL[..6].iter().map(|&coefficient| {
             let variables = if LATERAL.contains(&coefficient) { lateral } else { longitudinal };
-            (coefficient, terms(variables))
+            (coefficient, Self::terms_with_constant(variables))
         });
         Self { models: models.collect() }
+    }
+
+    fn terms_with_constant(variables: &[Variable]) -> Vec<Term> {
+        let mut terms = vec![Term::constant()];
+        terms.extend(variables.iter().map(|&variable| Term::from(variable)));
+        terms
     }
 
     /// Adds `term` to the given coefficients.

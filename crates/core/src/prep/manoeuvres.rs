@@ -516,19 +516,23 @@ fn window(
             }
         }
     }
-    let rate = |surface: &Role| match surface {
-        Role::Aileron => Role::RollRate,
-        Role::Elevator => Role::PitchRate,
-        _ => Role::YawRate,
+    let response = |surface: &Role| {
+        responses.iter().find(|(role, _)| *role == commanded_rate(*surface)).map(|(_, series)| *series)
     };
-    let response =
-        |surface: &Role| responses.iter().find(|(role, _)| *role == rate(surface)).map(|(_, series)| *series);
     let ends = found.surfaces.iter().map(|surface| {
         response(surface).and_then(|response| settled(response, start_s, found, limit, settings.settled_share))
     });
     // Of several surfaces the motion that lasts longest; without a response of one of them the longest allowed.
     let settled = ends.reduce(|a, b| a.zip(b).map(|(a, b)| a.max(b))).flatten();
     TimeRange { start_s, end_s: settled.unwrap_or(limit).max(found.input_end_s).min(limit.max(found.input_end_s)) }
+}
+
+fn commanded_rate(surface: Role) -> Role {
+    match surface {
+        Role::Aileron => Role::RollRate,
+        Role::Elevator => Role::PitchRate,
+        _ => Role::YawRate,
+    }
 }
 
 /// Time from which a rate stays within a share of its greatest, about its mean before the onset.

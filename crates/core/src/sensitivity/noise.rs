@@ -16,19 +16,20 @@ pub fn with_noise(data: &FilterData, settings: &FilterSettings, seed: u64, strea
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(stream);
     let mut noisy = data.clone();
-    let mut add = |values: &mut [f64], deviation: f64| {
-        for value in values {
-            let draw: f64 = StandardNormal.sample(&mut rng);
-            *value += deviation * draw;
-        }
-    };
     for (column, deviation) in noisy.inputs.columns.iter_mut().zip(settings.process_noise) {
-        add(Arc::make_mut(column), deviation);
+        add_noise(Arc::make_mut(column), deviation, &mut rng);
     }
     for (series, deviation) in noisy.measurements.iter_mut().zip(settings.measurement_noise) {
-        add(Arc::make_mut(&mut series.values), deviation);
+        add_noise(Arc::make_mut(&mut series.values), deviation, &mut rng);
     }
     noisy
+}
+
+fn add_noise(values: &mut [f64], deviation: f64, rng: &mut ChaCha8Rng) {
+    for value in values {
+        let draw: f64 = StandardNormal.sample(rng);
+        *value += deviation * draw;
+    }
 }
 
 /// What noise of the recording does to one derivative.

@@ -335,23 +335,13 @@ fn segments() -> Vec<Segment> {
     let heading = 25f64.to_radians();
     let idle = engines([1100.0, 1080.0], [17.1, 17.0]);
     let climb = engines([2509.0, 2510.0], [24.8, 24.6]);
-    let level = |altitude_ft: f64, airspeed_kt: f64| Task::Level {
-        altitude_m: altitude_ft * FT,
-        rate_m_s: 4.0,
-        power: Power::Airspeed { airspeed_m_s: airspeed_kt * KT, speed_rad_s: LEVEL_RPM * RPM },
-    };
-    let fixed = |altitude_ft: f64, rate_m_s: f64, engines: [EngineInput; 2]| Task::Level {
-        altitude_m: altitude_ft * FT,
-        rate_m_s,
-        power: Power::Fixed(engines),
-    };
     let climb_to = |altitude_ft: f64| Task::Climb { altitude_m: altitude_ft * FT, airspeed_m_s: 58.0, engines: climb };
     let taxi = Task::Ground { speed_m_s: 6.0, engines: engines([1180.0, 1180.0], [17.2, 16.2]) };
     let run_up = Task::Ground { speed_m_s: 0.0, engines: engines([1770.0, 1780.0], [18.9, 16.6]) };
     let stand = Task::Ground { speed_m_s: 0.0, engines: idle };
     let take_off = Task::TakeOff { engines: engines([2770.0, 2730.0], [27.9, 27.9]), rotate_m_s: 37.0 };
-    let cruise = fixed(2500.0, 2.5, engines([2330.0, 2340.0], [24.7, 24.5]));
-    let descent = fixed(1000.0, 2.5, engines([2300.0, 2290.0], [24.7, 24.8]));
+    let cruise = level_at_power(2500.0, 2.5, engines([2330.0, 2340.0], [24.7, 24.5]));
+    let descent = level_at_power(1000.0, 2.5, engines([2300.0, 2290.0], [24.7, 24.8]));
     let landing = Task::Land { airspeed_m_s: 46.0, rate_m_s: 3.0, engines: engines([1960.0, 2174.0], [12.7, 15.2]) };
     [
         (0.0, "idle", stand, 0.0),
@@ -380,4 +370,16 @@ fn segments() -> Vec<Segment> {
         Segment { start_s, phase, task, heading_rad }
     })
     .collect()
+}
+
+fn level_at_power(altitude_ft: f64, rate_m_s: f64, engines: [EngineInput; 2]) -> Task {
+    Task::Level { altitude_m: altitude_ft * FT, rate_m_s, power: Power::Fixed(engines) }
+}
+
+fn level(altitude_ft: f64, airspeed_kt: f64) -> Task {
+    Task::Level {
+        altitude_m: altitude_ft * FT,
+        rate_m_s: 4.0,
+        power: Power::Airspeed { airspeed_m_s: airspeed_kt * KT, speed_rad_s: LEVEL_RPM * RPM },
+    }
 }

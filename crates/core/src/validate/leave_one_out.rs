@@ -37,14 +37,6 @@ pub fn leave_one_out(regression: &PooledRegression, full: &PooledFit) -> Result<
         let left = rest.windows.remove(index);
         let PooledFit { fit, parameters, .. } = rest.fit()?;
         let estimates: Vec<f64> = fit.estimates[..shared.len()].to_vec();
-        let shift = |(parameter, estimate): (usize, &f64)| {
-            let change = estimate - full.fit.estimates[parameter];
-            if full.fit.origins[parameter] == Origin::Fixed {
-                0.0
-            } else {
-                change / full.fit.standard_errors[parameter]
-            }
-        };
         let columns: Vec<usize> = (0..shared.len()).collect();
         let prediction = validate(&fit, Some(&columns), &left.x.select_columns(&shared), &left.z)?;
         let mean = |term: usize| {
@@ -54,9 +46,10 @@ pub fn leave_one_out(regression: &PooledRegression, full: &PooledFit) -> Result<
         let values = DVector::from_fn(names.len(), |term, _| mean(term));
         let identified: Vec<f64> = (&left.x * values).iter().copied().collect();
         let has_own = shared.len() < names.len();
+        let shifts = estimates.iter().enumerate().map(|(at, estimate)| shift_in_errors(full, at, *estimate));
         results.push(LeftOut {
             label: left.label.clone(),
-            shift_in_errors: estimates.iter().enumerate().map(shift).collect(),
+            shift_in_errors: shifts.collect(),
             quality_identified: FitQuality::compare(&left.z, &identified),
             quality_own_constant: if has_own { prediction.quality_without_offset } else { prediction.quality },
             estimates,
@@ -64,6 +57,11 @@ pub fn leave_one_out(regression: &PooledRegression, full: &PooledFit) -> Result<
         rest.windows.insert(index, left);
     }
     Ok(results)
+}
+
+fn shift_in_errors(full: &PooledFit, parameter: usize, estimate: f64) -> f64 {
+    let change = estimate - full.fit.estimates[parameter];
+    if full.fit.origins[parameter] == Origin::Fixed { 0.0 } else { change / full.fit.standard_errors[parameter] }
 }
 
 #[cfg(test)]
@@ -78,11 +76,6 @@ mod tests {
 
     #[test]
     fn a_manoeuvre_that_differs_is_the_one_the_others_do_not_predict() {
-        let window = |label: &str, constant: f64, slope: f64| {
-            let x = DMatrix::from_fn(100, 2, |row, column| if column == 0 { 1.0 } else { (row as f64 * 0.1).sin() });
-            let z = x.row_iter().map(|row| constant + slope * row[1]).collect();
-            PooledWindow { label: label.to_owned(), x, z }
-        };
         let mut regression = PooledRegression {
             names: vec!["c".to_owned(), "s".to_owned()],
             per_window: vec![true, false],
@@ -109,5 +102,11 @@ mod tests {
         approx::assert_relative_eq!(found[2].quality_identified.r_squared, expected, epsilon = ROUNDING);
         regression.windows.truncate(1);
         assert!(leave_one_out(&regression, &full).is_err());
+    }
+
+    fn window(label: &str, constant: f64, slope: f64) -> PooledWindow {
+        let x = DMatrix::from_fn(100, 2, |row, column| if column == 0 { 1.0 } else { (row as f64 * 0.1).sin() });
+        let z = x.row_iter().map(|row| constant + slope * row[1]).collect();
+        PooledWindow { label: label.to_owned(), x, z }
     }
 }

@@ -102,14 +102,15 @@ impl Limits {
     /// The part of the room between trim and limits that a flight uses: one where it just reaches a limit. A quantity without room of
     /// its own counts as soon as it moves.
     pub fn usage(&self, flown: &FlownInput, trim: &Trim) -> f64 {
-        let part_used = |limit: &Limit| {
-            let about = limit.quantity.at_trim(trim);
-            limit.quantity.values(flown, trim).fold(0.0, |worst: f64, value| {
-                let room = if value >= about { limit.high - about } else { about - limit.low };
-                worst.max((value - about).abs() / room.max(1e-9))
-            })
-        };
-        self.motion.iter().map(part_used).fold(0.0, f64::max)
+        self.motion.iter().map(|limit| Self::part_used(limit, flown, trim)).fold(0.0, f64::max)
+    }
+
+    fn part_used(limit: &Limit, flown: &FlownInput, trim: &Trim) -> f64 {
+        let about = limit.quantity.at_trim(trim);
+        limit.quantity.values(flown, trim).fold(0.0, |worst: f64, value| {
+            let room = if value >= about { limit.high - about } else { about - limit.low };
+            worst.max((value - about).abs() / room.max(1e-9))
+        })
     }
 }
 

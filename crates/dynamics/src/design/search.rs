@@ -193,13 +193,14 @@ fn check_thrust(plant: &Plant, controls: &[usize]) -> Result<(), DesignError> {
 
 /// Of each derivative the error that 95 % of the predictions stay below.
 fn high_errors(prediction: &Prediction, samples: &[Prediction]) -> Vec<Option<f64>> {
-    let high = |index: usize| {
-        let all: Option<Vec<f64>> = samples.iter().map(|sample| sample.derivatives.get(index)?.corrected).collect();
-        let mut all = all.filter(|all| !all.is_empty())?;
-        all.sort_by(f64::total_cmp);
-        all.get(((all.len() as f64 * 0.95).ceil() as usize).saturating_sub(1)).copied()
-    };
-    (0..prediction.derivatives.len()).map(high).collect()
+    (0..prediction.derivatives.len()).map(|index| high_error(samples, index)).collect()
+}
+
+fn high_error(samples: &[Prediction], index: usize) -> Option<f64> {
+    let all: Option<Vec<f64>> = samples.iter().map(|sample| sample.derivatives.get(index)?.corrected).collect();
+    let mut all = all.filter(|all| !all.is_empty())?;
+    all.sort_by(f64::total_cmp);
+    all.get(((all.len() as f64 * 0.95).ceil() as usize).saturating_sub(1)).copied()
 }
 
 /// Flies every manoeuvre from the trim.

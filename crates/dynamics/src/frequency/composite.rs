@@ -9,6 +9,9 @@ pub(super) struct WindowQuality {
     pub averages: f64,
 }
 
+/// Coherence below which the error is bounded.
+const LEAST: f64 = 1e-3;
+
 /// Weights that sum to one, from the mean square relative error of each window's response, `w = error^-2`.
 ///
 /// The random part is `(1 - g) / (2 n g)` (Bendat and Piersol) with the windows' averages `n` and the best coherence `g`. A window too short
@@ -17,25 +20,25 @@ pub(super) struct WindowQuality {
 /// other's side, `z = artanh(gamma) - 1/(2 (n - 1))` with variance `1/(2 (n - 1))`. Estimates by windows of the same record are far from
 /// independent, so that the weights are the square of those for independent ones: the better window prevails.
 pub(super) fn composite_weights(windows: &[Option<WindowQuality>]) -> Vec<f64> {
-    /// Coherence below which the error is bounded.
-    const LEAST: f64 = 1e-3;
-    // The coherence so many standard deviations above the one estimated.
-    let moved = |window: &WindowQuality, deviations: f64| {
-        let free = (window.averages - 1.0).max(1e-3);
-        let z = window.coherence.clamp(0.0, 1.0 - 1e-12).sqrt().atanh() - 0.5 / free + deviations * (0.5 / free).sqrt();
-        z.max(0.0).tanh().powi(2).clamp(LEAST, 1.0 - 1e-12)
-    };
-    let best = windows.iter().flatten().map(|window| moved(window, -1.0)).fold(LEAST, f64::max);
-    let weight = |window: &Option<WindowQuality>| {
-        let Some(window) = window else { return 0.0 };
-        let random = (1.0 - best) / (2.0 * window.averages * best);
-        let coherence = moved(window, 1.0);
-        let lost = (best - coherence).max(0.0) / coherence;
-        (random + lost).powi(-2)
-    };
-    let weights: Vec<f64> = windows.iter().map(weight).collect();
+    let best = windows.iter().flatten().map(|window| move_coherence(window, -1.0)).fold(LEAST, f64::max);
+    let weights: Vec<f64> =
+        windows.iter().map(|window| window.as_ref().map_or(0.0, |window| weigh(window, best))).collect();
     let sum: f64 = weights.iter().sum();
     weights.iter().map(|weight| if sum > 0.0 { weight / sum } else { 0.0 }).collect()
+}
+
+fn weigh(window: &WindowQuality, best: f64) -> f64 {
+    let random = (1.0 - best) / (2.0 * window.averages * best);
+    let coherence = move_coherence(window, 1.0);
+    let lost = (best - coherence).max(0.0) / coherence;
+    (random + lost).powi(-2)
+}
+
+/// The coherence so many standard deviations above the one estimated.
+fn move_coherence(window: &WindowQuality, deviations: f64) -> f64 {
+    let free = (window.averages - 1.0).max(1e-3);
+    let z = window.coherence.clamp(0.0, 1.0 - 1e-12).sqrt().atanh() - 0.5 / free + deviations * (0.5 / free).sqrt();
+    z.max(0.0).tanh().powi(2).clamp(LEAST, 1.0 - 1e-12)
 }
 
 #[cfg(test)]

@@ -132,11 +132,6 @@ impl Mismatch {
 pub fn fit_response(response: &FrequencyResponse, settings: &FitSettings) -> Result<EquivalentSystem, FrequencyError> {
     let kept: Vec<usize> = (0..response.points.len()).filter(|&k| response.points[k].is_value()).collect();
     let points: Vec<ResponsePoint> = kept.iter().map(|&k| response.points[k]).collect();
-    let sample = |point: &ResponsePoint| Sample {
-        omega: point.omega_rad_s,
-        response: point.response,
-        weight: (std::f64::consts::SQRT_2 * point.noise_sd).recip(),
-    };
     let samples: Vec<Sample> = points.iter().map(sample).collect();
     let start = start(&samples, settings)?;
     let bounds = Bounds::new(&start, settings, 0);
@@ -157,6 +152,14 @@ pub fn fit_response(response: &FrequencyResponse, settings: &FitSettings) -> Res
     let (error_ratio, frequencies) = (Some(error_ratio), samples.len());
     let outcome = Outcome { covariance, free, independent, error_ratio, frequencies, is_delay_at_zero };
     Ok(EquivalentSystem::new(settings, start.with_parameters(&parameters), outcome))
+}
+
+fn sample(point: &ResponsePoint) -> Sample {
+    Sample {
+        omega: point.omega_rad_s,
+        response: point.response,
+        weight: (std::f64::consts::SQRT_2 * point.noise_sd).recip(),
+    }
 }
 
 fn evaluate(start: &TransferFunction, points: &[ResponsePoint], samples: &[Sample], parameters: &[f64]) -> Evaluation {

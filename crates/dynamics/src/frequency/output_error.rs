@@ -171,12 +171,11 @@ fn group(transformed: &[Transformed], band: &OutputErrorBand) -> Vec<Sample> {
         }
     }
     let filled = sums.into_iter().filter(|(cross, power, _)| *power > 0.0 && cross.norm() > 0.0);
-    let sample = |(cross, power, at): (Complex<f64>, f64, f64)| Sample {
-        omega: at / power,
-        response: cross / power,
-        weight: cross.norm() / power.sqrt(),
-    };
     filled.map(sample).collect()
+}
+
+fn sample((cross, power, at): (Complex<f64>, f64, f64)) -> Sample {
+    Sample { omega: at / power, response: cross / power, weight: cross.norm() / power.sqrt() }
 }
 
 /// `Re J* S R S J / 2` with the local power of the residuals.

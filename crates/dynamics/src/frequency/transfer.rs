@@ -120,16 +120,17 @@ impl TransferFunction {
     /// Derivatives of `ln H(j omega)` with respect to every parameter.
     pub(super) fn log_derivatives(&self, omega_rad_s: f64) -> Vec<Complex<f64>> {
         let s = Complex::new(0.0, omega_rad_s);
-        let slopes = |section: &Section, sign: f64| {
-            let inverse = section.at(s).inv() * sign;
-            match section {
-                Section::First(_) => vec![inverse],
-                Section::Second { .. } => vec![inverse * s, inverse],
-            }
-        };
-        let over = self.numerator.iter().flat_map(|section| slopes(section, 1.0));
-        let under = self.denominator.iter().flat_map(|section| slopes(section, -1.0));
+        let over = self.numerator.iter().flat_map(|section| Self::section_slopes(section, s, 1.0));
+        let under = self.denominator.iter().flat_map(|section| Self::section_slopes(section, s, -1.0));
         std::iter::once(Complex::new(self.gain.recip(), 0.0)).chain(over).chain(under).chain([-s]).collect()
+    }
+
+    fn section_slopes(section: &Section, s: Complex<f64>, sign: f64) -> Vec<Complex<f64>> {
+        let inverse = section.at(s).inv() * sign;
+        match section {
+            Section::First(_) => vec![inverse],
+            Section::Second { .. } => vec![inverse * s, inverse],
+        }
     }
 
     /// Product of the factors of the denominator at `j omega`.

@@ -115,30 +115,28 @@ impl Simulation {
 
     fn file(&self) -> File {
         let Self { model, condition, state, input } = self;
-        let entry = |entry: &doublet_core::model::Derivative| Entry {
-            coefficient: entry.coefficient.name().to_owned(),
-            term: entry.term.to_string(),
-            value: entry.value,
-        };
-        let engine = |line: &ThrustLine| Line {
-            position: line.position.into(),
-            direction_body: line.direction_body,
-            share: line.share,
-        };
         File {
             format: FORMAT.to_owned(),
             version: VERSION,
-            derivatives: model.derivatives.entries().iter().map(entry).collect(),
+            derivatives: model.derivatives.entries().iter().map(write_entry).collect(),
             reference: model.reference,
             stability_axes: model.axes == Axes::Stability,
             moment_reference: model.moment_reference.map(Into::into),
             thrust: thrust_name(model.thrust).to_owned(),
-            engines: model.engines.iter().map(engine).collect(),
+            engines: model.engines.iter().map(write_engine).collect(),
             condition: condition.into(),
             state: *state,
             input: *input,
         }
     }
+}
+
+fn write_engine(line: &ThrustLine) -> Line {
+    Line { position: line.position.into(), direction_body: line.direction_body, share: line.share }
+}
+
+fn write_entry(entry: &doublet_core::model::Derivative) -> Entry {
+    Entry { coefficient: entry.coefficient.name().to_owned(), term: entry.term.to_string(), value: entry.value }
 }
 
 /// Rates and outputs.
@@ -288,31 +286,30 @@ impl Air {
 
 impl File {
     fn read(self) -> Result<Simulation, String> {
-        let derivative = |entry: &Entry| {
-            let Entry { coefficient, term, value } = entry;
-            let known =
-                Coefficient::from_name(coefficient).ok_or_else(|| format!("unknown coefficient '{coefficient}'"))?;
-            let term = Term::parse(term).map_err(|error| error.to_string())?;
-            Ok((known, term, *value))
-        };
-        let derivatives = self.derivatives.iter().map(derivative).collect::<Result<Derivatives, String>>()?;
+        let derivatives = self.derivatives.iter().map(read_entry).collect::<Result<Derivatives, String>>()?;
         let thrust = THRUSTS.iter().find(|(name, _)| *name == self.thrust).map(|(_, treatment)| *treatment);
-        let engine = |line: Line| ThrustLine {
-            position: line.position.into(),
-            direction_body: line.direction_body,
-            share: line.share,
-        };
         let model = FlightModel {
             derivatives,
             reference: self.reference,
             axes: if self.stability_axes { Axes::Stability } else { Axes::Body },
             moment_reference: self.moment_reference.map(Into::into),
             thrust: thrust.ok_or_else(|| format!("unknown treatment of the thrust '{}'", self.thrust))?,
-            engines: self.engines.into_iter().map(engine).collect(),
+            engines: self.engines.into_iter().map(read_engine).collect(),
         };
         let simulation =
             Simulation { model, condition: self.condition.condition(), state: self.state, input: self.input };
         simulation.rates(&simulation.state, &simulation.input).map_err(|error| error.to_string())?;
         Ok(simulation)
     }
+}
+
+fn read_engine(line: Line) -> ThrustLine {
+    ThrustLine { position: line.position.into(), direction_body: line.direction_body, share: line.share }
+}
+
+fn read_entry(entry: &Entry) -> Result<(Coefficient, Term, f64), String> {
+    let Entry { coefficient, term, value } = entry;
+    let known = Coefficient::from_name(coefficient).ok_or_else(|| format!("unknown coefficient '{coefficient}'"))?;
+    let term = Term::parse(term).map_err(|error| error.to_string())?;
+    Ok((known, term, *value))
 }

@@ -93,18 +93,26 @@ impl Estimates {
 
 /// Every derivative either run has: those of the first in its order, then those only the second has.
 pub fn differences(first: &Estimates, second: &Estimates) -> Vec<DerivativeDifference> {
-    let row = |coefficient: &str, name: &str, first: Option<Interval>, second: Option<Interval>| {
-        let z = first.zip(second).map(|(a, b)| (b.estimate - a.estimate) / a.standard_error.hypot(b.standard_error));
-        let z = z.filter(|z| z.is_finite());
-        let p = z.map(|z| libm::erfc(z.abs() / std::f64::consts::SQRT_2));
-        DerivativeDifference { coefficient: coefficient.to_owned(), name: name.to_owned(), first, second, z, p }
-    };
     let find = |run: &Estimates, coefficient: &str, name: &str| {
         run.derivatives().find(|(c, n, _)| (*c, *n) == (coefficient, name)).map(|(_, _, interval)| interval)
     };
-    let mut rows: Vec<_> =
-        first.derivatives().map(|(c, name, interval)| row(c, name, Some(interval), find(second, c, name))).collect();
+    let mut rows: Vec<_> = first
+        .derivatives()
+        .map(|(c, name, interval)| difference(c, name, Some(interval), find(second, c, name)))
+        .collect();
     let only_second = second.derivatives().filter(|(c, name, _)| find(first, c, name).is_none());
-    rows.extend(only_second.map(|(c, name, interval)| row(c, name, None, Some(interval))));
+    rows.extend(only_second.map(|(c, name, interval)| difference(c, name, None, Some(interval))));
     rows
+}
+
+fn difference(
+    coefficient: &str,
+    name: &str,
+    first: Option<Interval>,
+    second: Option<Interval>,
+) -> DerivativeDifference {
+    let z = first.zip(second).map(|(a, b)| (b.estimate - a.estimate) / a.standard_error.hypot(b.standard_error));
+    let z = z.filter(|z| z.is_finite());
+    let p = z.map(|z| libm::erfc(z.abs() / std::f64::consts::SQRT_2));
+    DerivativeDifference { coefficient: coefficient.to_owned(), name: name.to_owned(), first, second, z, p }
 }

@@ -246,13 +246,6 @@ fn axes(d: &mut Document, model: &IdentifiedModel) -> Result<(), ExportError> {
 
 /// `CX = CL sin(alpha) - CD cos(alpha)`, `CZ = -CL cos(alpha) - CD sin(alpha)`.
 fn body_from_lift(d: &mut Document, coefficient: Coefficient) -> Result<(), ExportError> {
-    let times = |d: &mut Document, sign: f64, of: Coefficient, function: &str| {
-        product(d, |d| {
-            d.number("value", sign)?;
-            d.text("property", &[], &coefficient_name(of))?;
-            d.element(function, &[], |d| d.text("property", &[], "aero/alpha-rad"))
-        })
-    };
     d.element("sum", &[], |d| match coefficient {
         Coefficient::CX => {
             times(d, 1.0, Coefficient::CL, "sin")?;
@@ -262,6 +255,14 @@ fn body_from_lift(d: &mut Document, coefficient: Coefficient) -> Result<(), Expo
             times(d, -1.0, Coefficient::CL, "cos")?;
             times(d, -1.0, Coefficient::CD, "sin")
         }
+    })
+}
+
+fn times(d: &mut Document, sign: f64, of: Coefficient, function: &str) -> Result<(), ExportError> {
+    product(d, |d| {
+        d.number("value", sign)?;
+        d.text("property", &[], &coefficient_name(of))?;
+        d.element(function, &[], |d| d.text("property", &[], "aero/alpha-rad"))
     })
 }
 

@@ -89,15 +89,16 @@ impl PrivateFolder {
     pub fn new(home: &Path) -> io::Result<Self> {
         sweep(home);
         // The lock comes before the folder, so that nobody takes the folder for that of a dead program.
-        let make = |place: &Path| {
-            let LockResult::Acquired(lock) = Lock::try_lock(place)? else {
-                return Err(io::ErrorKind::AlreadyExists.into());
-            };
-            std::fs::create_dir(place).map(|()| lock)
-        };
-        let made = tempfile::Builder::new().prefix(STAGING).make_in(home, make)?;
+        let made = tempfile::Builder::new().prefix(STAGING).make_in(home, Self::make_locked)?;
         let (lock, place) = made.keep().map_err(|error| error.error)?;
         Ok(Self { place, _lock: lock })
+    }
+
+    fn make_locked(place: &Path) -> io::Result<Lock> {
+        let LockResult::Acquired(lock) = Lock::try_lock(place)? else {
+            return Err(io::ErrorKind::AlreadyExists.into());
+        };
+        std::fs::create_dir(place).map(|()| lock)
     }
 
     /// Where it is.

@@ -546,19 +546,14 @@ pub fn flown_points(session: &Session, snapshot: &Snapshot) -> Vec<FlownPoint> {
     let mut shares: std::collections::BTreeMap<&str, (f64, usize)> = std::collections::BTreeMap::new();
     for regression in regressions.iter().flatten() {
         let pooled = &regression.pooled;
-        let square = |window: &doublet_core::estimate::PooledWindow, column: usize| {
-            let values = window.x.column(column);
-            let mean = values.mean();
-            values.iter().map(|value| (value - mean).powi(2)).sum::<f64>()
-        };
         for column in 0..pooled.names.len() {
-            let all: f64 = pooled.windows.iter().map(|window| square(window, column)).sum();
+            let all: f64 = pooled.windows.iter().map(|window| square_about_mean(window, column)).sum();
             if all <= 0.0 {
                 continue;
             }
             for window in &pooled.windows {
                 let (sum, count) = shares.entry(&window.label).or_insert((0.0, 0));
-                *sum += square(window, column) / all;
+                *sum += square_about_mean(window, column) / all;
                 *count += 1;
             }
         }
@@ -566,6 +561,12 @@ pub fn flown_points(session: &Session, snapshot: &Snapshot) -> Vec<FlownPoint> {
     let share = |name: &str| shares.get(name).map_or(0.0, |(sum, count)| sum / *count as f64);
     let point = |own: &Manoeuvre| flown_point(own, snapshot, session.filter.gravity_m_s2, share(&own.name));
     session.windows.iter().filter_map(point).collect()
+}
+
+fn square_about_mean(window: &doublet_core::estimate::PooledWindow, column: usize) -> f64 {
+    let values = window.x.column(column);
+    let mean = values.mean();
+    values.iter().map(|value| (value - mean).powi(2)).sum::<f64>()
 }
 
 fn flown_point(window: &Manoeuvre, snapshot: &Snapshot, gravity_m_s2: f64, share: f64) -> Option<FlownPoint> {

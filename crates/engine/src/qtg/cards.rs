@@ -190,15 +190,17 @@ struct Condition<'a> {
 
 /// Conditions of the manoeuvres, the slowest first.
 fn conditions<'a>(session: &'a Session, snapshot: &Snapshot) -> Vec<Condition<'a>> {
-    let one = |window: &'a Manoeuvre| {
-        let aero = snapshot.windows.get(&window.name)?.aero.ready()?;
-        let airspeed_m_s = median(&mut aero.data.airspeed_m_s.to_vec())?.round();
-        let altitude = aero.data.altitude_m.as_ref().and_then(|altitude| median(&mut altitude.to_vec()));
-        Some(Condition { window, airspeed_m_s, altitude_m: altitude.unwrap_or(0.0).round() })
-    };
-    let mut found: Vec<Condition<'a>> = session.windows.iter().filter_map(one).collect();
+    let mut found: Vec<Condition<'a>> =
+        session.windows.iter().filter_map(|window| condition(window, snapshot)).collect();
     found.sort_by(|a, b| a.airspeed_m_s.total_cmp(&b.airspeed_m_s));
     found
+}
+
+fn condition<'a>(window: &'a Manoeuvre, snapshot: &Snapshot) -> Option<Condition<'a>> {
+    let aero = snapshot.windows.get(&window.name)?.aero.ready()?;
+    let airspeed_m_s = median(&mut aero.data.airspeed_m_s.to_vec())?.round();
+    let altitude = aero.data.altitude_m.as_ref().and_then(|altitude| median(&mut altitude.to_vec()));
+    Some(Condition { window, airspeed_m_s, altitude_m: altitude.unwrap_or(0.0).round() })
 }
 
 /// What was flown, and by which aircraft.

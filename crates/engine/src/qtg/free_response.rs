@@ -35,13 +35,6 @@ pub(crate) fn free_response(
 ) -> FreeResponse {
     let flight = part(measured, span_s, signal);
     let model = part(simulated, span_s, signal);
-    let lag_of = |histories: &Histories, found: &Result<Oscillation, ReadError>, [first, second]: [Signal; 2]| {
-        let oscillation = found.as_ref().ok()?;
-        let (time_s, first) = between(histories, span_s, first);
-        let (_, second) = between(histories, span_s, second);
-        let value = oscillation.lag_s(time_s, first, second).ok()?;
-        Some(Read { value, standard_error: f64::NAN })
-    };
     let ok = |found: &Result<Oscillation, ReadError>, of: fn(&Oscillation) -> Read| found.as_ref().ok().map(of);
     let pair = |quantity, of| Pair { quantity, flight: ok(&flight, of), model: ok(&model, of) };
     let mut pairs = vec![
@@ -51,12 +44,25 @@ pub(crate) fn free_response(
     ];
     pairs.extend(lag.map(|signals| Pair {
         quantity: Quantity::PeakLag,
-        flight: lag_of(measured, &flight, signals),
-        model: lag_of(simulated, &model, signals),
+        flight: read_lag(measured, span_s, &flight, signals),
+        model: read_lag(simulated, span_s, &model, signals),
     }));
     let unread = [("flight", &flight), ("model", &model)];
     let unread = unread.iter().filter_map(|(whose, found)| Some(format!("{whose}: {}", found.as_ref().err()?)));
     FreeResponse { pairs, cycles: flight.as_ref().ok().map(|oscillation| oscillation.cycles), unread: unread.collect() }
+}
+
+fn read_lag(
+    histories: &Histories,
+    span_s: [f64; 2],
+    found: &Result<Oscillation, ReadError>,
+    [first, second]: [Signal; 2],
+) -> Option<Read> {
+    let oscillation = found.as_ref().ok()?;
+    let (time_s, first) = between(histories, span_s, first);
+    let (_, second) = between(histories, span_s, second);
+    let value = oscillation.lag_s(time_s, first, second).ok()?;
+    Some(Read { value, standard_error: f64::NAN })
 }
 
 /// Samples between two times.

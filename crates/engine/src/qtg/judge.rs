@@ -28,14 +28,16 @@ pub fn channels(result: &TestResult) -> Vec<ChannelRow> {
 
 /// How much of each requirement is used, in words.
 pub(crate) fn over_bands(requirements: usize, result: &TestResult) -> String {
-    let best = |bands: &Vec<BandResult>| {
-        bands.iter().min_by(|a, b| a.worst_ratio.total_cmp(&b.worst_ratio)).map(|best| {
-            let symbol = notation::signal(best.tolerance.signal);
-            format!("{symbol} uses {:.0} % of its band", 100.0 * best.worst_ratio)
-        })
-    };
-    let used: Vec<String> = result.requirements.iter().take(requirements).filter_map(best).collect();
+    let used: Vec<String> =
+        result.requirements.iter().take(requirements).filter_map(|bands| describe_best(bands)).collect();
     used.join(", ")
+}
+
+fn describe_best(bands: &[BandResult]) -> Option<String> {
+    bands.iter().min_by(|a, b| a.worst_ratio.total_cmp(&b.worst_ratio)).map(|best| {
+        let symbol = notation::signal(best.tolerance.signal);
+        format!("{symbol} uses {:.0} % of its band", 100.0 * best.worst_ratio)
+    })
 }
 
 /// Rows of the tolerances of single numbers.

@@ -181,15 +181,8 @@ fn automatic(constants: Constants) -> &'static str {
 
 /// What the model is given of the recording.
 fn driven(aero: &WindowAero, recording: Option<&Recording>, constants: Constants) -> String {
-    let channel = |surface: Surface| {
-        let found = recording.and_then(|recording| recording.role(surface.role()));
-        found.map_or_else(
-            || surface.name().to_owned(),
-            |channel| format!("{} (channel {})", surface.name(), channel.name),
-        )
-    };
     let recorded = Surface::ALL.into_iter().filter(|surface| deflection(*surface, aero).is_some());
-    let surfaces: Vec<String> = recorded.map(channel).collect();
+    let surfaces: Vec<String> = recorded.map(|surface| name_channel(recording, surface)).collect();
     let surfaces = if surfaces.is_empty() { "no deflection".to_owned() } else { surfaces.join(", ") };
     let thrust = if aero.data.engines.is_empty() { "no thrust" } else { "thrust" };
     match constants {
@@ -200,6 +193,11 @@ fn driven(aero: &WindowAero, recording: Option<&Recording>, constants: Constants
             "{surfaces} as recorded; {thrust}, air density, mass properties and reconstructed wind over the record"
         ),
     }
+}
+
+fn name_channel(recording: Option<&Recording>, surface: Surface) -> String {
+    let found = recording.and_then(|recording| recording.role(surface.role()));
+    found.map_or_else(|| surface.name().to_owned(), |channel| format!("{} (channel {})", surface.name(), channel.name))
 }
 
 /// Flight and model over each other with the bands of the test, and the deflections.

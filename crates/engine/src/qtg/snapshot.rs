@@ -28,14 +28,15 @@ pub struct Snapshot {
 impl Snapshot {
     /// What changed since another trim.
     pub fn since(&self, trim: &Self) -> Self {
-        let changes = |now: &Values, before: &Values| {
-            let change = |(quantity, value): &(Quantity, f64)| {
-                let (_, before) = before.iter().find(|(known, _)| known == quantity)?;
-                Some((*quantity, value - before))
-            };
-            now.iter().filter_map(change).collect()
+        Self { flight: Self::changes(&self.flight, &trim.flight), model: Self::changes(&self.model, &trim.model) }
+    }
+
+    fn changes(now: &Values, before: &Values) -> Values {
+        let change = |(quantity, value): &(Quantity, f64)| {
+            let (_, before) = before.iter().find(|(known, _)| known == quantity)?;
+            Some((*quantity, value - before))
         };
-        Self { flight: changes(&self.flight, &trim.flight), model: changes(&self.model, &trim.model) }
+        now.iter().filter_map(change).collect()
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use doublet_core::airframe::instruments::StatedNoise;
 use doublet_core::model::LONG_WINDOW;
 use doublet_core::quantity::Role;
-use doublet_core::reconstruct::{AirState, Method, State};
+use doublet_core::reconstruct::{AirData, AirState, Method, State};
 use doublet_core::series::{Recording, TimeRange};
 use doublet_core::statistics::{NORMAL_95, sample_rate_hz};
 
@@ -32,14 +32,6 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
     let active = session.active_windows();
     let pooled = snapshot.pooled.ready();
     let verdicts = snapshot.verdicts.ready();
-    let pooled_row = |fit: &CoefficientFit| {
-        let mut row = fit_row(fit, verdicts.and_then(|found| found.fit(None, fit.coefficient)));
-        row.follows = verdict::stated_quantity(snapshot, fit);
-        for derivative in &mut row.derivatives {
-            derivative.depends_on = verdict::dependences(session, snapshot, fit, &derivative.name);
-        }
-        row
-    };
     let mut results = Results {
         format: FORMAT,
         version: VERSION,
@@ -70,7 +62,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         manoeuvre_map: manoeuvre_map(session, snapshot, MapOf::Ready),
         pooled: pooled
             .iter()
-            .flat_map(|pooled| pooled.fits.iter().map(pooled_row))
+            .flat_map(|pooled| pooled.fits.iter().map(|fit| pooled_row(session, snapshot, fit)))
             .chain(verdicts.into_iter().flat_map(|found| found.unused().map(unused_row)))
             .collect(),
         regressor_correlation: regressor_correlation(session, snapshot),
@@ -99,6 +91,16 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
     };
     summary::complete(&mut results);
     results
+}
+
+fn pooled_row(session: &Session, snapshot: &Snapshot, fit: &CoefficientFit) -> FitRow {
+    let verdicts = snapshot.verdicts.ready();
+    let mut row = fit_row(fit, verdicts.and_then(|found| found.fit(None, fit.coefficient)));
+    row.follows = verdict::stated_quantity(snapshot, fit);
+    for derivative in &mut row.derivatives {
+        derivative.depends_on = verdict::dependences(session, snapshot, fit, &derivative.name);
+    }
+    row
 }
 
 /// What there is to say of the session itself.
@@ -268,22 +270,23 @@ fn air_data_rows(path: &WindowPath) -> Vec<StateRow> {
     let reconstruction = &path.reconstruction;
     let smoothed = reconstruction.smoothed.as_ref().map(|smoothed| &smoothed.air_data);
     let Some(air_data) = smoothed.unwrap_or(&reconstruction.air_data) else { return Vec::new() };
-    let row = |state: AirState| {
-        let (estimate, deviation) =
-            (*air_data.states[state as usize].last()?, *air_data.deviations[state as usize].last()?);
-        let unit = state.dimension().si_symbol();
-        let row = StateRow {
-            state: state.name(),
-            unit,
-            estimate,
-            deviation,
-            last_second_mean: last_second_mean(&reconstruction.time_s, &air_data.states[state as usize]),
-            truth: None,
-            mean_squared_normalised_error: None,
-        };
-        (deviation > 0.0).then_some(row)
+    AirState::ALL.into_iter().filter_map(|state| air_data_row(state, air_data, &reconstruction.time_s)).collect()
+}
+
+fn air_data_row(state: AirState, air_data: &AirData, time_s: &[f64]) -> Option<StateRow> {
+    let (estimate, deviation) =
+        (*air_data.states[state as usize].last()?, *air_data.deviations[state as usize].last()?);
+    let unit = state.dimension().si_symbol();
+    let row = StateRow {
+        state: state.name(),
+        unit,
+        estimate,
+        deviation,
+        last_second_mean: last_second_mean(time_s, &air_data.states[state as usize]),
+        truth: None,
+        mean_squared_normalised_error: None,
     };
-    AirState::ALL.into_iter().filter_map(row).collect()
+    (deviation > 0.0).then_some(row)
 }
 
 fn innovation_rows(path: &WindowPath) -> Vec<InnovationRow> {
@@ -378,10 +381,13 @@ fn regressor_correlation(session: &Session, snapshot: &Snapshot) -> Vec<Regresso
         return Vec::new();
     }
     let found = stage::regressor_correlations(&windows, None, &session.structure, &session.estimation);
-    let row = |found: RegressorCorrelation| RegressorRow {
+    found.into_iter().map(correlation_row).collect()
+}
+
+fn correlation_row(found: RegressorCorrelation) -> RegressorRow {
+    RegressorRow {
         coefficient: found.coefficient.name(),
         correlation: found.correlation.row_iter().map(|row| row.iter().copied().collect()).collect(),
         derivatives: found.derivatives,
-    };
-    found.into_iter().map(row).collect()
+    }
 }

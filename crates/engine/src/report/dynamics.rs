@@ -423,27 +423,32 @@ fn mode_row(estimate: &ModeEstimate, motion: &StateSpace, speed_not_judged: Opti
 }
 
 fn measured_rows(found: &MeasuredWindow) -> Vec<MeasuredRow> {
-    let [start_s, end_s] = found.span_s;
-    let row = |mode: Option<&(Option<&'static str>, MeasuredMode)>, error: Option<String>| {
-        let finite_value =
-            |value: &dyn Fn(&MeasuredMode) -> f64| mode.map(|(_, mode)| value(mode)).filter(|value| value.is_finite());
-        MeasuredRow {
-            window: found.window.clone(),
-            start_s,
-            end_s,
-            name: mode.and_then(|(name, _)| *name),
-            frequency_rad_s: finite_value(&MeasuredMode::frequency_rad_s),
-            damping: finite_value(&MeasuredMode::damping),
-            real_1_s: finite_value(&|mode| mode.real_1_s),
-            real_standard_error: finite_value(&|mode| mode.real_error),
-            imaginary_rad_s: finite_value(&|mode| mode.imaginary_rad_s),
-            imaginary_standard_error: finite_value(&|mode| mode.imaginary_error),
-            error,
-        }
-    };
     match &found.modes {
-        Ok(modes) => modes.iter().map(|mode| row(Some(mode), None)).collect(),
-        Err(error) => vec![row(None, Some(error.clone()))],
+        Ok(modes) => modes.iter().map(|mode| measured_row(found, Some(mode), None)).collect(),
+        Err(error) => vec![measured_row(found, None, Some(error.clone()))],
+    }
+}
+
+fn measured_row(
+    found: &MeasuredWindow,
+    mode: Option<&(Option<&'static str>, MeasuredMode)>,
+    error: Option<String>,
+) -> MeasuredRow {
+    let [start_s, end_s] = found.span_s;
+    let finite_value =
+        |value: &dyn Fn(&MeasuredMode) -> f64| mode.map(|(_, mode)| value(mode)).filter(|value| value.is_finite());
+    MeasuredRow {
+        window: found.window.clone(),
+        start_s,
+        end_s,
+        name: mode.and_then(|(name, _)| *name),
+        frequency_rad_s: finite_value(&MeasuredMode::frequency_rad_s),
+        damping: finite_value(&MeasuredMode::damping),
+        real_1_s: finite_value(&|mode| mode.real_1_s),
+        real_standard_error: finite_value(&|mode| mode.real_error),
+        imaginary_rad_s: finite_value(&|mode| mode.imaginary_rad_s),
+        imaginary_standard_error: finite_value(&|mode| mode.imaginary_error),
+        error,
     }
 }
 

@@ -94,13 +94,16 @@ pub fn applied_delays(rows: &[DelayRow]) -> Option<String> {
 
 /// Delays of a run that estimated them.
 pub fn delays(snapshot: &Snapshot) -> Vec<DelayRow> {
-    let row = |found: &SensorDelay| DelayRow {
+    snapshot.delays_and_gusts.delays.iter().flat_map(|found| found.0.iter().map(delay_row)).collect()
+}
+
+fn delay_row(found: &SensorDelay) -> DelayRow {
+    DelayRow {
         measurements: found.kind.measurements().iter().map(|measurement| measurement.name()).collect(),
         delay_s: found.delay_s,
         standard_error_s: found.standard_error_s,
         applied: found.is_significant(),
-    };
-    snapshot.delays_and_gusts.delays.iter().flat_map(|found| found.0.iter().map(row)).collect()
+    }
 }
 
 /// Mean square about the mean.

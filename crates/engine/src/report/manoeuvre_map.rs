@@ -16,7 +16,7 @@ use super::table::{Table, TableOf};
 use crate::session::{Level, Manoeuvre, Session};
 use crate::snapshot::{Slot, Snapshot};
 use crate::stage::{
-    Candidate, FlownMass, WindowAero, WindowFits, WindowPath, find_open_candidates, measure_steadiness, movement,
+    FlownMass, WindowAero, WindowFits, WindowPath, WindowProposal, find_open_candidates, measure_steadiness, movement,
     significance,
 };
 
@@ -360,41 +360,46 @@ impl MapOf {
 
 /// Every manoeuvre of a session in its order, then the candidates of each flight.
 pub fn manoeuvre_map(session: &Session, snapshot: &Snapshot, of: MapOf) -> Vec<MapRow> {
-    let recording = |flight: &str| of.get(snapshot.flights.get(flight)?).map(|loaded| &loaded.recording);
-    let verdicts = of.get(&snapshot.verdicts);
-    let of_window = |window: &Manoeuvre| {
-        let mut row = MapRow::new(window, window.role.name());
-        if let Some(recording) = recording(&window.flight) {
-            row.add_recorded(recording, window.window);
-        }
-        row.level = verdicts.and_then(|found| Some(found.windows.get(&window.name)?.verdict.level));
-        if let Some(flown) = snapshot.flown.get(&window.flight).and_then(|slot| of.get(slot)) {
-            row.add_mass(flown);
-        }
-        let Some(results) = snapshot.windows.get(&window.name) else { return row };
-        if let Some(path) = of.get(&results.path) {
-            row.add_path(path);
-        }
-        if let Some(aero) = of.get(&results.aero) {
-            row.add_aero(window, aero);
-        }
-        if let Some(fits) = of.get(&results.fits) {
-            row.add_fits(fits);
-        }
-        row
-    };
-    let of_candidate = |(window, found): Candidate<'_>| {
-        let mut row = MapRow::new(&window, CANDIDATE);
-        if let Some(recording) = recording(&window.flight) {
-            row.add_recorded(recording, window.window);
-        }
-        row.deflection_rad = Some(found.amplitude_rad.abs());
-        row.confidence = Some(found.confidence);
-        row
-    };
     let proposals = session.flights.iter().filter_map(|flight| of.get(snapshot.proposals.get(&flight.name)?));
     let candidates = proposals.flat_map(|found| find_open_candidates(session, found));
-    session.windows.iter().map(of_window).chain(candidates.map(of_candidate)).collect()
+    let manoeuvres = session.windows.iter().map(|window| manoeuvre_row(window, snapshot, of));
+    manoeuvres.chain(candidates.map(|(window, found)| candidate_row(&window, found, snapshot, of))).collect()
+}
+
+fn candidate_row(window: &Manoeuvre, found: &WindowProposal, snapshot: &Snapshot, of: MapOf) -> MapRow {
+    let mut row = MapRow::new(window, CANDIDATE);
+    if let Some(recording) = recording(&window.flight, snapshot, of) {
+        row.add_recorded(recording, window.window);
+    }
+    row.deflection_rad = Some(found.amplitude_rad.abs());
+    row.confidence = Some(found.confidence);
+    row
+}
+
+fn manoeuvre_row(window: &Manoeuvre, snapshot: &Snapshot, of: MapOf) -> MapRow {
+    let mut row = MapRow::new(window, window.role.name());
+    if let Some(recording) = recording(&window.flight, snapshot, of) {
+        row.add_recorded(recording, window.window);
+    }
+    row.level = of.get(&snapshot.verdicts).and_then(|found| Some(found.windows.get(&window.name)?.verdict.level));
+    if let Some(flown) = snapshot.flown.get(&window.flight).and_then(|slot| of.get(slot)) {
+        row.add_mass(flown);
+    }
+    let Some(results) = snapshot.windows.get(&window.name) else { return row };
+    if let Some(path) = of.get(&results.path) {
+        row.add_path(path);
+    }
+    if let Some(aero) = of.get(&results.aero) {
+        row.add_aero(window, aero);
+    }
+    if let Some(fits) = of.get(&results.fits) {
+        row.add_fits(fits);
+    }
+    row
+}
+
+fn recording<'s>(flight: &str, snapshot: &'s Snapshot, of: MapOf) -> Option<&'s Recording> {
+    of.get(snapshot.flights.get(flight)?).map(|loaded| &loaded.recording)
 }
 
 /// The rows as a table, without innovations and fits one by one.

@@ -80,14 +80,16 @@ pub struct TheilRow {
 }
 
 pub fn rows(proof: &ProofOfMatch) -> ProofRow {
-    let one = |(window, replay): &(String, StageResult<std::sync::Arc<WindowReplay>>)| {
-        let (tests, theil) = match replay {
-            Ok(replay) => (replay.tests.iter().map(test_row).collect(), theil_rows(replay)),
-            Err(_) => Default::default(),
-        };
-        ReplayRow { window: window.clone(), error: replay.as_ref().err().map(ToString::to_string), tests, theil }
+    let windows = proof.windows.iter().map(|(window, replay)| replay_row(window, replay));
+    ProofRow { tolerances: proof.tolerances.clone(), windows: windows.collect() }
+}
+
+fn replay_row(window: &str, replay: &StageResult<std::sync::Arc<WindowReplay>>) -> ReplayRow {
+    let (tests, theil) = match replay {
+        Ok(replay) => (replay.tests.iter().map(test_row).collect(), theil_rows(replay)),
+        Err(_) => Default::default(),
     };
-    ProofRow { tolerances: proof.tolerances.clone(), windows: proof.windows.iter().map(one).collect() }
+    ReplayRow { window: window.to_owned(), error: replay.as_ref().err().map(ToString::to_string), tests, theil }
 }
 
 fn test_row(test: &TestResult) -> TestRow {
@@ -111,14 +113,17 @@ fn band_row(requirement: usize, band: &BandResult) -> BandRow {
 }
 
 fn theil_rows(replay: &WindowReplay) -> Vec<TheilRow> {
-    let row = |(signal, theil): &(doublet_core::validate::Signal, doublet_core::validate::Theil)| TheilRow {
+    replay.theil.iter().map(theil_row).collect()
+}
+
+fn theil_row((signal, theil): &(doublet_core::validate::Signal, doublet_core::validate::Theil)) -> TheilRow {
+    TheilRow {
         signal: signal.name(),
         coefficient: theil.coefficient,
         bias: theil.bias,
         variance: theil.variance,
         covariance: theil.covariance,
-    };
-    replay.theil.iter().map(row).collect()
+    }
 }
 
 /// Bands of every test, and Theil's coefficients.

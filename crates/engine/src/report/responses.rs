@@ -1,5 +1,6 @@
 //! Frequency responses and equivalent systems as flat rows.
 
+use doublet_dynamics::frequency::FittedParameter;
 use serde::Serialize;
 
 use super::studies::{table, where_finite};
@@ -104,7 +105,11 @@ pub fn response_table(rows: &[ResponseRow]) -> Option<Table> {
 
 fn system_rows(study: &ResponseStudy, system: &EquivalentStudy) -> Vec<SystemRow> {
     let parameters = system.fit.parameters.iter().chain(&system.derived);
-    let row = |parameter: &doublet_dynamics::frequency::FittedParameter| SystemRow {
+    parameters.map(|parameter| system_row(study, system, parameter)).collect()
+}
+
+fn system_row(study: &ResponseStudy, system: &EquivalentStudy, parameter: &FittedParameter) -> SystemRow {
+    SystemRow {
         input: study.inputs.get(system.input).cloned().unwrap_or_default(),
         output: study.output.clone(),
         form: system.fit.form.to_string(),
@@ -117,8 +122,7 @@ fn system_rows(study: &ResponseStudy, system: &EquivalentStudy) -> Vec<SystemRow
         cost: system.mismatch.cost,
         verdict: system.verdict.level.name(),
         error: None,
-    };
-    parameters.map(row).collect()
+    }
 }
 
 /// Rows of the responses of a session: points, then parameters.

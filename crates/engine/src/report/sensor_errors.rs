@@ -89,26 +89,6 @@ pub struct SensorOutputRow {
 
 /// Rows of an estimation.
 pub fn rows(fit: &SensorErrorFit) -> SensorErrorsRow {
-    let paired = |partner: &Option<(String, f64)>| partner.clone().unwrap_or((String::new(), f64::NAN));
-    let error = |found: &EstimatedError| {
-        let (partner, correlation) = paired(&found.partner);
-        let windows = found.windows.iter().map(|share| {
-            let (partner, correlation) = paired(&share.partner);
-            let (window, told) = (share.window.clone(), share.standard_error.is_finite());
-            SensorWindowRow { window, told, standard_error: share.standard_error, partner, correlation }
-        });
-        SensorErrorRow {
-            error: found.error.to_string(),
-            window: found.window.clone(),
-            unit: found.error.unit(),
-            estimate: found.value,
-            standard_error: found.standard_error,
-            corrected_standard_error: found.corrected_error,
-            partner,
-            correlation,
-            windows: windows.collect(),
-        }
-    };
     let initial = |(name, estimate, standard_error): &(String, f64, f64)| InitialRow {
         name: name.clone(),
         estimate: *estimate,
@@ -122,9 +102,30 @@ pub fn rows(fit: &SensorErrorFit) -> SensorErrorsRow {
         r_squared: output.r_squared,
     });
     SensorErrorsRow {
-        errors: fit.errors.iter().map(error).collect(),
+        errors: fit.errors.iter().map(describe_error).collect(),
         initial: fit.initial.iter().map(initial).collect(),
         outputs: outputs.collect(),
+    }
+}
+
+fn describe_error(found: &EstimatedError) -> SensorErrorRow {
+    let paired = |partner: &Option<(String, f64)>| partner.clone().unwrap_or((String::new(), f64::NAN));
+    let (partner, correlation) = paired(&found.partner);
+    let windows = found.windows.iter().map(|share| {
+        let (partner, correlation) = paired(&share.partner);
+        let (window, told) = (share.window.clone(), share.standard_error.is_finite());
+        SensorWindowRow { window, told, standard_error: share.standard_error, partner, correlation }
+    });
+    SensorErrorRow {
+        error: found.error.to_string(),
+        window: found.window.clone(),
+        unit: found.error.unit(),
+        estimate: found.value,
+        standard_error: found.standard_error,
+        corrected_standard_error: found.corrected_error,
+        partner,
+        correlation,
+        windows: windows.collect(),
     }
 }
 

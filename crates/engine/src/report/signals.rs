@@ -89,18 +89,19 @@ pub fn differentiation(preparation: &Preparation) -> String {
 
 /// One row per treated signal.
 pub(crate) fn signal_rows(loaded: &LoadedFlight) -> Vec<SignalRow> {
-    let row = |signal: &TreatedSignal| {
-        let recorded = loaded.recording.channels.get(signal.recorded)?;
-        Some(SignalRow {
-            role: signal.role.name(),
-            recorded: recorded.full_name(),
-            steps: signal.steps.clone(),
-            samples_recorded: signal.samples[0],
-            samples: signal.samples[1],
-            stretches: signal.stretches,
-        })
-    };
-    loaded.treated.iter().filter_map(row).collect()
+    loaded.treated.iter().filter_map(|signal| signal_row(loaded, signal)).collect()
+}
+
+fn signal_row(loaded: &LoadedFlight, signal: &TreatedSignal) -> Option<SignalRow> {
+    let recorded = loaded.recording.channels.get(signal.recorded)?;
+    Some(SignalRow {
+        role: signal.role.name(),
+        recorded: recorded.full_name(),
+        steps: signal.steps.clone(),
+        samples_recorded: signal.samples[0],
+        samples: signal.samples[1],
+        stretches: signal.stretches,
+    })
 }
 
 /// One row per entry of the noise.

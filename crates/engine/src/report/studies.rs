@@ -414,7 +414,11 @@ pub fn kind_rows(study: &ManoeuvreStudy) -> Vec<KindRow> {
 
 /// What noise of the recording does to each derivative.
 pub fn monte_carlo_rows(study: &MonteCarloStudy) -> Vec<MonteCarloRow> {
-    let row = |effect: &NoiseEffect| MonteCarloRow {
+    study.effects.iter().map(|effect| monte_carlo_row(study, effect)).collect()
+}
+
+fn monte_carlo_row(study: &MonteCarloStudy, effect: &NoiseEffect) -> MonteCarloRow {
+    MonteCarloRow {
         derivative: effect.derivative.clone(),
         estimate: effect.estimate,
         noise_error: effect.scatter,
@@ -425,8 +429,7 @@ pub fn monte_carlo_rows(study: &MonteCarloStudy) -> Vec<MonteCarloRow> {
         high: effect.quantiles[1],
         realisations: study.request.realisations - study.failed,
         seed: study.request.seed,
-    };
-    study.effects.iter().map(row).collect()
+    }
 }
 
 fn check_rows(snapshot: &Snapshot, checks: &WindowChecks) -> Vec<CheckRow> {
@@ -488,26 +491,53 @@ pub fn lag_rows(study: &LagStudy) -> Vec<LagRow> {
 }
 
 fn rows_of_lag(lag: &ControlLag) -> Vec<LagRow> {
-    let row = |coefficient: &'static str, found: StageResult<(f64, f64)>, r_squared: Option<f64>| {
-        let (value_s, standard_error_s) = *found.as_ref().unwrap_or(&(f64::NAN, f64::NAN));
-        LagRow {
-            control: lag.surface.variable().name(),
-            kind: lag.kind.name(),
-            coefficient,
-            value_s,
-            standard_error_s,
-            r_squared: r_squared.unwrap_or(f64::NAN),
-            error: found.err().map(String::from),
-        }
-    };
     let fits = lag.result.iter().flat_map(|search| &search.fits).map(|fit| fit.fit.quality.r_squared);
     let single = lag.by_coefficient().into_iter().zip(fits);
-    let single = single.map(|((coefficient, found), r_squared)| row(coefficient.name(), found, Some(r_squared)));
-    std::iter::once(row("", lag.found_s(), lag.r_squared())).chain(single).collect()
+    let single =
+        single.map(|((coefficient, found), r_squared)| lag_row(lag, coefficient.name(), found, Some(r_squared)));
+    std::iter::once(lag_row(lag, "", lag.found_s(), lag.r_squared())).chain(single).collect()
+}
+
+fn lag_row(
+    lag: &ControlLag,
+    coefficient: &'static str,
+    found: StageResult<(f64, f64)>,
+    r_squared: Option<f64>,
+) -> LagRow {
+    let (value_s, standard_error_s) = *found.as_ref().unwrap_or(&(f64::NAN, f64::NAN));
+    LagRow {
+        control: lag.surface.variable().name(),
+        kind: lag.kind.name(),
+        coefficient,
+        value_s,
+        standard_error_s,
+        r_squared: r_squared.unwrap_or(f64::NAN),
+        error: found.err().map(String::from),
+    }
 }
 
 fn condition_rows(found: &ConditionRegression) -> Vec<ConditionRow> {
-    let row = |parameter: &str, numbers: [f64; 4], error: Option<String>| ConditionRow {
+    match &found.result {
+        Err(error) => vec![condition_row(found, "value", [f64::NAN; 4], Some(error.to_string()))],
+        Ok(result) => {
+            let means = std::iter::once(&f64::NAN).chain(&result.mean);
+            let fit = &result.fit;
+            let values = fit.names.iter().zip(means).zip(fit.estimates.iter().zip(&fit.standard_errors));
+            let rows = values.map(|((name, &mean), (&estimate, &error))| {
+                condition_row(found, name, [mean, estimate, error, result.scatter_ratio], None)
+            });
+            rows.collect()
+        }
+    }
+}
+
+fn condition_row(
+    found: &ConditionRegression,
+    parameter: &str,
+    numbers: [f64; 4],
+    error: Option<String>,
+) -> ConditionRow {
+    ConditionRow {
         derivative: found.derivative.clone(),
         variables: found.variables.join(" "),
         parameter: parameter.to_owned(),
@@ -517,18 +547,6 @@ fn condition_rows(found: &ConditionRegression) -> Vec<ConditionRow> {
         scatter_ratio: numbers[3],
         manoeuvres: found.points.len(),
         error,
-    };
-    match &found.result {
-        Err(error) => vec![row("value", [f64::NAN; 4], Some(error.to_string()))],
-        Ok(result) => {
-            let means = std::iter::once(&f64::NAN).chain(&result.mean);
-            let fit = &result.fit;
-            let values = fit.names.iter().zip(means).zip(fit.estimates.iter().zip(&fit.standard_errors));
-            let rows = values.map(|((name, &mean), (&estimate, &error))| {
-                row(name, [mean, estimate, error, result.scatter_ratio], None)
-            });
-            rows.collect()
-        }
     }
 }
 

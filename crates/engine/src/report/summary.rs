@@ -43,17 +43,18 @@ pub fn complete(results: &mut Results) {
 
 /// Noise and all varied quantities together, each of them wrong by its step.
 fn total_errors(results: &Results) -> Vec<TotalErrorRow> {
-    let row = |summary: &DerivativeSummaryRow| {
-        let (estimate, standard_error) = (summary.pooled?, summary.corrected_standard_error?);
-        let changes = results.studies.sensitivity.iter().filter(|row| row.derivative == summary.name);
-        let squares: Vec<f64> = changes.map(|row| (0.5 * (row.high - row.low)).powi(2)).collect();
-        let by_quantities = squares.iter().sum::<f64>().sqrt();
-        let total = standard_error.hypot(by_quantities);
-        let derivative = summary.name.clone();
-        let known = !squares.is_empty() && total.is_finite();
-        known.then_some(TotalErrorRow { derivative, estimate, standard_error, by_quantities, total })
-    };
-    results.derivative_summary.iter().filter_map(row).collect()
+    results.derivative_summary.iter().filter_map(|summary| total_error(results, summary)).collect()
+}
+
+fn total_error(results: &Results, summary: &DerivativeSummaryRow) -> Option<TotalErrorRow> {
+    let (estimate, standard_error) = (summary.pooled?, summary.corrected_standard_error?);
+    let changes = results.studies.sensitivity.iter().filter(|row| row.derivative == summary.name);
+    let squares: Vec<f64> = changes.map(|row| (0.5 * (row.high - row.low)).powi(2)).collect();
+    let by_quantities = squares.iter().sum::<f64>().sqrt();
+    let total = standard_error.hypot(by_quantities);
+    let derivative = summary.name.clone();
+    let known = !squares.is_empty() && total.is_finite();
+    known.then_some(TotalErrorRow { derivative, estimate, standard_error, by_quantities, total })
 }
 
 fn wind_and_bias(windows: &[WindowRow]) -> Vec<SpreadRow> {

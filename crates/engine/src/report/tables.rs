@@ -346,34 +346,40 @@ fn engine_rows(engine: &EngineRow) -> Vec<Vec<Cell>> {
         row[7] = Cell::Number(engine.mean_power_w);
         return vec![row];
     };
-    let row = |phase: &str, [start_s, end_s]: [f64; 2], agreement: &AgreementRow, (quantity, value, unit)| {
-        let mut row = named.to_vec();
-        row.extend([
-            Cell::text(phase),
-            Cell::Text(quantity),
-            Cell::Number(start_s),
-            Cell::Number(end_s),
-            Cell::Count(agreement.samples),
-            Cell::Number(agreement.mean_modelled_w),
-            Cell::Number(agreement.mean_monitor_w),
-            Cell::Number(value),
-            Cell::text(unit),
-        ]);
-        row
-    };
     let both = |phase: &str, span: [f64; 2], agreement: &AgreementRow| {
         let square = ("r²".to_owned(), agreement.r_squared, "");
         let rms = ("RMS of the difference".to_owned(), agreement.rms_w, "W");
-        [row(phase, span, agreement, square), row(phase, span, agreement, rms)]
+        [square, rms].map(|figure| agreement_row(&named, (phase, span), agreement, figure))
     };
     let (whole, flight) = ("whole flight", [f64::NAN; 2]);
     let mut rows = Vec::from(both(whole, flight, &monitor.whole));
     for correlation in &monitor.correlations {
         let name = format!("correlation of the difference with {}", correlation.variable.replace('_', " "));
-        rows.push(row(whole, flight, &monitor.whole, (name, correlation.coefficient, "")));
+        rows.push(agreement_row(&named, (whole, flight), &monitor.whole, (name, correlation.coefficient, "")));
     }
     for phase in &monitor.phases {
         rows.extend(both(&phase.phase, [phase.start_s, phase.end_s], &phase.agreement));
     }
     rows
+}
+
+fn agreement_row(
+    named: &[Cell],
+    (phase, [start_s, end_s]): (&str, [f64; 2]),
+    agreement: &AgreementRow,
+    (quantity, value, unit): (String, f64, &str),
+) -> Vec<Cell> {
+    let mut row = named.to_vec();
+    row.extend([
+        Cell::text(phase),
+        Cell::Text(quantity),
+        Cell::Number(start_s),
+        Cell::Number(end_s),
+        Cell::Count(agreement.samples),
+        Cell::Number(agreement.mean_modelled_w),
+        Cell::Number(agreement.mean_monitor_w),
+        Cell::Number(value),
+        Cell::text(unit),
+    ]);
+    row
 }

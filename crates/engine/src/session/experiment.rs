@@ -165,13 +165,17 @@ impl Session {
 
     /// Whether it has this configuration under this name, or under the name with a number.
     fn has_experiment(&self, experiment: &Experiment) -> bool {
-        let is_called = |name: &str| {
-            let rest = name.strip_prefix(experiment.name.as_str());
-            rest.is_some_and(|rest| {
-                rest.is_empty() || rest.strip_prefix(' ').is_some_and(|number| number.parse::<u32>().is_ok())
-            })
-        };
-        self.experiments.iter().any(|one| is_called(&one.name) && one.configuration == experiment.configuration)
+        self.experiments
+            .iter()
+            .any(|one| Self::is_numbered(&one.name, &experiment.name) && one.configuration == experiment.configuration)
+    }
+
+    /// Whether it is the name, or the name with a number behind it.
+    fn is_numbered(name: &str, base: &str) -> bool {
+        let rest = name.strip_prefix(base);
+        rest.is_some_and(|rest| {
+            rest.is_empty() || rest.strip_prefix(' ').is_some_and(|number| number.parse::<u32>().is_ok())
+        })
     }
 
     fn keep(&mut self, experiment: Experiment) -> Result<(), EditError> {
@@ -304,23 +308,25 @@ fn identify_every_second(session: &Session, name: &str, first: usize) -> Experim
 
 /// Every configuration with every set of manoeuvres: each of `configurations` with the manoeuvres of each of `sets`.
 pub fn cross_experiments(configurations: &[Experiment], sets: &[Experiment]) -> Vec<Experiment> {
-    let one = |configuration: &Experiment, set: &Experiment| {
-        let manoeuvres = set.configuration.manoeuvres.clone();
-        let crossed = Configuration { manoeuvres, ..Configuration::clone(&configuration.configuration) };
-        Experiment { name: format!("{}, {}", configuration.name, set.name), configuration: crossed.into() }
-    };
-    configurations.iter().flat_map(|configuration| sets.iter().map(move |set| one(configuration, set))).collect()
+    configurations.iter().flat_map(|configuration| sets.iter().map(move |set| cross(configuration, set))).collect()
+}
+
+fn cross(configuration: &Experiment, set: &Experiment) -> Experiment {
+    let manoeuvres = set.configuration.manoeuvres.clone();
+    let crossed = Configuration { manoeuvres, ..Configuration::clone(&configuration.configuration) };
+    Experiment { name: format!("{}, {}", configuration.name, set.name), configuration: crossed.into() }
 }
 
 /// The present configuration without one term of a coefficient each; the constant stays.
 pub fn structure_experiments(session: &Session, coefficient: Coefficient) -> Vec<Experiment> {
     let terms = session.structure.terms(coefficient).unwrap_or_default();
-    let without = |term: &Term| {
-        let mut next = session.clone();
-        super::edit::set_term(&mut next.structure, coefficient, term, false);
-        next.forget_lost_terms();
-        let name = format!("Without {}", term.derivative_name(coefficient));
-        Experiment { name, configuration: Configuration::from_session(&next).into() }
-    };
-    terms.iter().filter(|term| !term.is_constant()).map(without).collect()
+    terms.iter().filter(|term| !term.is_constant()).map(|term| leave_out(session, coefficient, term)).collect()
+}
+
+fn leave_out(session: &Session, coefficient: Coefficient, term: &Term) -> Experiment {
+    let mut next = session.clone();
+    super::edit::set_term(&mut next.structure, coefficient, term, false);
+    next.forget_lost_terms();
+    let name = format!("Without {}", term.derivative_name(coefficient));
+    Experiment { name, configuration: Configuration::from_session(&next).into() }
 }

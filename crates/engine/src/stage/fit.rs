@@ -512,14 +512,15 @@ fn moves(
 
 /// Median deviation of each surface in the identification windows named after it, of those that have any.
 fn named_motion(windows: &[AeroWindow<'_>]) -> Vec<(Surface, f64)> {
-    let usual = |surface: Surface| {
-        let named = windows
-            .iter()
-            .filter(|(window, _)| window.role == WindowRole::Identification && window.surface == Some(surface));
-        let mut own: Vec<f64> = named.filter_map(|(_, aero)| motion(surface, aero)).collect();
-        Some((surface, median(&mut own)?))
-    };
-    Surface::ALL.into_iter().filter_map(usual).collect()
+    Surface::ALL.into_iter().filter_map(|surface| usual_motion(windows, surface)).collect()
+}
+
+fn usual_motion(windows: &[AeroWindow<'_>], surface: Surface) -> Option<(Surface, f64)> {
+    let named = windows
+        .iter()
+        .filter(|(window, _)| window.role == WindowRole::Identification && window.surface == Some(surface));
+    let mut own: Vec<f64> = named.filter_map(|(_, aero)| motion(surface, aero)).collect();
+    Some((surface, median(&mut own)?))
 }
 
 /// Standard deviation of a surface over a window.

@@ -70,17 +70,6 @@ mod tests {
     fn gravity_is_stated_or_that_of_the_place_or_standard() {
         let mut session = empty_session("t", Some("a"));
         session.windows.push(Manoeuvre::new("w".to_owned(), "f".to_owned(), TimeRange { start_s: 1.0, end_s: 2.0 }));
-        let channel = |value: f64| Channel {
-            source: String::new(),
-            name: String::new(),
-            unit: String::new(),
-            series: Series { time_s: (0..4).map(f64::from).collect(), values: [0.0, value, value, 0.0].into() },
-        };
-        let at = |roles: &[(Role, f64)]| Recording {
-            channels: roles.iter().map(|(_, value)| channel(*value)).collect(),
-            roles: roles.iter().enumerate().map(|(index, (role, _))| (*role, index)).collect(),
-            ..Recording::default()
-        };
         let delft = at(&[(Role::Latitude, 52f64.to_radians()), (Role::Altitude, 3000.0)]);
         let found = gravity(&session, |_| Some(&delft));
         // Somigliana at 52 deg: 9.81247 m/s2, less 3.086e-6 a metre.
@@ -91,5 +80,22 @@ mod tests {
         session.gravity = GravitySource::Stated;
         session.filter.gravity_m_s2 = 9.79;
         assert_eq!(gravity(&session, |_| Some(&delft)).m_s2, 9.79);
+    }
+
+    fn at(roles: &[(Role, f64)]) -> Recording {
+        Recording {
+            channels: roles.iter().map(|(_, value)| channel(*value)).collect(),
+            roles: roles.iter().enumerate().map(|(index, (role, _))| (*role, index)).collect(),
+            ..Recording::default()
+        }
+    }
+
+    fn channel(value: f64) -> Channel {
+        Channel {
+            source: String::new(),
+            name: String::new(),
+            unit: String::new(),
+            series: Series { time_s: (0..4).map(f64::from).collect(), values: [0.0, value, value, 0.0].into() },
+        }
     }
 }

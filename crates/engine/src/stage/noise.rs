@@ -107,13 +107,7 @@ pub struct NoiseFlight<'a> {
 /// Noise of all flights together, each over the windows marked in the session for it, or over those found; one result per flight with
 /// its own windows and the rows they share.
 pub fn noise(flights: &[NoiseFlight<'_>], marked: &[SteadyWindow]) -> Vec<FlightNoise> {
-    let own = |flight: &NoiseFlight<'_>| {
-        let own: Vec<SteadyWindow> = marked.iter().filter(|steady| steady.flight == flight.name).cloned().collect();
-        let marked = !own.is_empty();
-        let windows = if marked { own } else { flight.proposals.steady.clone() };
-        FlightNoise { windows, marked, rows: Vec::new() }
-    };
-    let mut found: Vec<FlightNoise> = flights.iter().map(own).collect();
+    let mut found: Vec<FlightNoise> = flights.iter().map(|flight| windows_of(flight, marked)).collect();
     // Of several flights that state a role's noise the first counts.
     let stated = flights.iter().rev().flat_map(|flight| &flight.loaded.stated_noise);
     let stated: BTreeMap<Role, &StatedNoise> = stated.map(|(role, noise)| (*role, noise)).collect();
@@ -127,6 +121,13 @@ pub fn noise(flights: &[NoiseFlight<'_>], marked: &[SteadyWindow]) -> Vec<Flight
     let rows: Vec<NoiseRow> = NoiseChannel::all().map(row).collect();
     found.iter_mut().for_each(|noise| noise.rows.clone_from(&rows));
     found
+}
+
+fn windows_of(flight: &NoiseFlight<'_>, marked: &[SteadyWindow]) -> FlightNoise {
+    let own: Vec<SteadyWindow> = marked.iter().filter(|steady| steady.flight == flight.name).cloned().collect();
+    let marked = !own.is_empty();
+    let windows = if marked { own } else { flight.proposals.steady.clone() };
+    FlightNoise { windows, marked, rows: Vec::new() }
 }
 
 /// Part of the built-in deviation below which second differences do not show the error of a channel: what an instrument filters is smooth

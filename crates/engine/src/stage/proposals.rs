@@ -206,18 +206,19 @@ fn none_found(search: &ManoeuvreSearch, least_airspeed_m_s: Option<f64>) -> Opti
 }
 
 fn spectra(loaded: &LoadedFlight) -> Vec<SignalSpectrum> {
-    let recording = &loaded.recording;
     let measured = Measurement::ALL.into_iter().map(Measurement::role);
     let controls = [Role::Aileron, Role::Elevator, Role::Rudder];
     let roles = Input::ALL.into_iter().map(Input::role).chain(measured).chain(controls);
-    let one = |role: Role| {
-        let used = &recording.role(role)?.series;
-        let treated = loaded.treated.iter().find(|signal| signal.role == role);
-        let recorded = treated.map_or(used, |signal| &recording.channels[signal.recorded].series);
-        let after = treated.and_then(|_| spectrum(used));
-        Some(SignalSpectrum { role, recorded: spectrum(recorded)?, treated: after })
-    };
-    roles.filter_map(one).collect()
+    roles.filter_map(|role| signal_spectrum(loaded, role)).collect()
+}
+
+fn signal_spectrum(loaded: &LoadedFlight, role: Role) -> Option<SignalSpectrum> {
+    let recording = &loaded.recording;
+    let used = &recording.role(role)?.series;
+    let treated = loaded.treated.iter().find(|signal| signal.role == role);
+    let recorded = treated.map_or(used, |signal| &recording.channels[signal.recorded].series);
+    let after = treated.and_then(|_| spectrum(used));
+    Some(SignalSpectrum { role, recorded: spectrum(recorded)?, treated: after })
 }
 
 fn series<'a>(recording: &'a Recording, roles: &[Role]) -> Vec<(Role, &'a Series)> {
@@ -281,11 +282,6 @@ fn steady(
     let in_flight = find_rest(recording, &airborne, &intersect(&flying, &between(inputs)), &settings)?;
     let on_ground = find_rest(recording, &ground, &parked, &settings)?;
     let reason = (in_flight.found.is_empty() && on_ground.found.is_empty()).then(|| no_steady(&in_flight, &settings));
-    let steady_roles = |measurements: bool| -> Vec<Role> {
-        let wanted = Measurement::ALL.into_iter().filter(|m| is_ground_role(*m) == measurements);
-        let inputs = Input::ALL.into_iter().filter(|_| !measurements).map(Input::role);
-        inputs.chain(wanted.map(Measurement::role)).collect()
-    };
     let whole = on_ground.found.is_empty();
     let window = |window: TimeRange, roles: Vec<Role>| SteadyWindow { flight: flight.to_owned(), window, roles };
     let mut found: Vec<SteadyWindow> =
@@ -294,6 +290,12 @@ fn steady(
         .extend(in_flight.found.iter().map(|s| window(s.window, if whole { Vec::new() } else { steady_roles(false) })));
     found.sort_by(|a, b| a.window.start_s.total_cmp(&b.window.start_s));
     Ok((found, reason))
+}
+
+fn steady_roles(measurements: bool) -> Vec<Role> {
+    let wanted = Measurement::ALL.into_iter().filter(|m| is_ground_role(*m) == measurements);
+    let inputs = Input::ALL.into_iter().filter(|_| !measurements).map(Input::role);
+    inputs.chain(wanted.map(Measurement::role)).collect()
 }
 
 fn find_rest(

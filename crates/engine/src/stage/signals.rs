@@ -92,13 +92,7 @@ fn position(recording: &mut Recording, max_gap_s: Option<f64>) -> StageResult<Ve
         recording.warnings.push(kept);
         return Ok(Vec::new());
     }
-    let velocity = |role: Role| {
-        let channel = recording.role(role);
-        channel.map(|channel| channel.series.clone()).ok_or_else(|| {
-            format!("position from velocity: {} is not recorded: map its channel, or switch it off", role.name())
-        })
-    };
-    let [north, east] = [velocity(Role::VelocityNorth)?, velocity(Role::VelocityEast)?];
+    let [north, east] = [velocity(recording, Role::VelocityNorth)?, velocity(recording, Role::VelocityEast)?];
     if north.time_s != east.time_s {
         return Err(
             "position from velocity: v_north and v_east have different time stamps: resample both to one rate".into()
@@ -142,6 +136,13 @@ fn position(recording: &mut Recording, max_gap_s: Option<f64>) -> StageResult<Ve
         });
     }
     Ok(done)
+}
+
+fn velocity(recording: &Recording, role: Role) -> StageResult<Series> {
+    let channel = recording.role(role);
+    channel.map(|channel| channel.series.clone()).ok_or_else(|| {
+        format!("position from velocity: {} is not recorded: map its channel, or switch it off", role.name()).into()
+    })
 }
 
 fn treatment(rule: &SignalRule, role: Role, max_gap_s: Option<f64>) -> Treatment {

@@ -167,14 +167,7 @@ fn compare_methods(first: &EquationFit, (name, second): (&str, &EquationFit)) ->
 }
 
 fn compare_parameter(first: &EquationFit, (name, second): (&str, &EquationFit), index: usize) -> Option<Finding> {
-    let row = |found: &EquationFit| FittedParameter {
-        name: found.fit.names[index].clone(),
-        value: found.fit.estimates[index],
-        standard_error: found.corrected_errors[index],
-        low: f64::NAN,
-        high: f64::NAN,
-    };
-    let (first, second) = (row(first), row(second));
+    let (first, second) = (parameter(first, index), parameter(second, index));
     let (level, times) = apart(&first, &second)?;
     let text = format!(
         "{} is {:.4} by equation error, {:.4} by {name}: {times:.1} standard errors (limit {:.0}).",
@@ -182,6 +175,16 @@ fn compare_parameter(first: &EquationFit, (name, second): (&str, &EquationFit), 
     );
     let fix = "Check delays, noise of the states and the band.";
     Some(finding(level, "twin", &first.name, text, fix).with_figure(times, APART[0]))
+}
+
+fn parameter(found: &EquationFit, index: usize) -> FittedParameter {
+    FittedParameter {
+        name: found.fit.names[index].clone(),
+        value: found.fit.estimates[index],
+        standard_error: found.corrected_errors[index],
+        low: f64::NAN,
+        high: f64::NAN,
+    }
 }
 
 fn finding(level: Level, code: &'static str, place: &str, text: String, fix: &str) -> Finding {

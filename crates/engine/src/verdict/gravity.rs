@@ -97,16 +97,19 @@ mod tests {
     use super::*;
 
     fn at(place: &[(Role, f64)]) -> Recording {
-        let channel = |value: f64| Channel {
-            source: String::new(),
-            name: String::new(),
-            unit: String::new(),
-            series: Series { time_s: [0.0, 1.0].into(), values: [value, value].into() },
-        };
         Recording {
             channels: place.iter().map(|(_, value)| channel(*value)).collect(),
             roles: place.iter().enumerate().map(|(index, (role, _))| (*role, index)).collect(),
             ..Recording::default()
+        }
+    }
+
+    fn channel(value: f64) -> Channel {
+        Channel {
+            source: String::new(),
+            name: String::new(),
+            unit: String::new(),
+            series: Series { time_s: [0.0, 1.0].into(), values: [value, value].into() },
         }
     }
 

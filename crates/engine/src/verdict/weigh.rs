@@ -152,14 +152,17 @@ impl<'a> Judged<'a> {
 
     /// Those of causes that something speaks for.
     fn effects(&self) -> Vec<(Level, &'a Effect)> {
-        let counts = |(_, effect): &(Level, &Effect)| match effect.cause {
+        self.all_effects().filter(|(_, effect)| self.counts(effect.cause)).collect()
+    }
+
+    fn counts(&self, cause: Cause) -> bool {
+        match cause {
             Cause::PathMeasured => self.inconsistent_part >= INCONSISTENT_PART,
             Cause::SuspectsLeftOut => !self.suspects.is_empty() && self.suspects.len() < self.fit.windows.len(),
             Cause::Channel | Cause::Accelerometer | Cause::SpoiltLeftOut => true,
             Cause::Thrust => self.thrust_unknown,
             Cause::PathFiltered | Cause::LeftOut => false,
-        };
-        self.all_effects().filter(counts).collect()
+        }
     }
 
     fn finding(&self, level: Level, effect: &Effect) -> Option<Finding> {

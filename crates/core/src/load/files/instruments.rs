@@ -317,16 +317,6 @@ impl File {
 impl ControlTable {
     fn into_si(self) -> ControlLinkage {
         const CM: f64 = 0.01;
-        let pedal = |table: PedalTable| PedalCurve {
-            sensor: table.sensor,
-            coefficients: table.deflection_deg_per_m.map(f64::to_radians),
-            range_m: table.range_m,
-        };
-        let mount = |table: MountTable| SensorMount {
-            sensor: table.sensor,
-            sensor_from_reference: table.sensor_from_reference,
-            rest_rad: table.rest_rad,
-        };
         ControlLinkage {
             reference_sensor: self.reference_sensor,
             latency_s: self.latency_s,
@@ -339,9 +329,21 @@ impl ControlTable {
             string_m: self.elevator.string_cm * CM,
             offset_m: self.elevator.offset_cm * CM,
             outboard_ratio: self.outboard_ratio,
-            pedals: self.pedal.into_iter().map(pedal).collect(),
-            mounts: self.mount.into_iter().map(mount).collect(),
+            pedals: self.pedal.into_iter().map(read_pedal).collect(),
+            mounts: self.mount.into_iter().map(read_mount).collect(),
         }
+    }
+}
+
+fn read_mount(table: MountTable) -> SensorMount {
+    SensorMount { sensor: table.sensor, sensor_from_reference: table.sensor_from_reference, rest_rad: table.rest_rad }
+}
+
+fn read_pedal(table: PedalTable) -> PedalCurve {
+    PedalCurve {
+        sensor: table.sensor,
+        coefficients: table.deflection_deg_per_m.map(f64::to_radians),
+        range_m: table.range_m,
     }
 }
 

@@ -266,12 +266,6 @@ pub fn parse_engine_chart(text: &str, path: &Path) -> Result<EngineChart, MapErr
 /// [`MapError`] naming `path` and, for syntax, the line.
 pub fn parse_propeller_map(text: &str, path: &Path) -> Result<PropellerMap, MapError> {
     let file: MapFile = parse(text, path, MAP_FORMAT)?;
-    let table = |map: MapTable| PropellerMapTable {
-        flight_level_m: map.flight_level * M_PER_FLIGHT_LEVEL,
-        speed_rad_s: map.speed_rpm * RAD_S_PER_RPM,
-        efficiency: map.efficiency,
-        thrust_coefficient: map.thrust_coefficient,
-    };
     let data = PropellerMapData {
         name: file.propeller,
         origin: file.origin,
@@ -281,9 +275,18 @@ pub fn parse_propeller_map(text: &str, path: &Path) -> Result<PropellerMap, MapE
         speed_rad_s: scaled(&file.speed_rpm, RAD_S_PER_RPM),
         advance_ratio: file.advance_ratio,
         power_coefficient: file.power_coefficient,
-        tables: file.map.into_iter().map(table).collect(),
+        tables: file.map.into_iter().map(read_table).collect(),
     };
     PropellerMap::new(data).map_err(|source| MapError::Table { path: path.to_owned(), source })
+}
+
+fn read_table(map: MapTable) -> PropellerMapTable {
+    PropellerMapTable {
+        flight_level_m: map.flight_level * M_PER_FLIGHT_LEVEL,
+        speed_rad_s: map.speed_rpm * RAD_S_PER_RPM,
+        efficiency: map.efficiency,
+        thrust_coefficient: map.thrust_coefficient,
+    }
 }
 
 impl PropulsionSection {

@@ -47,19 +47,21 @@ mod tests {
     #[test]
     fn hours_minutes_and_seconds_in_columns_are_one_time() {
         for (head, with_thousandths) in [("Year,Hour,Min,Sec", false), ("year,HH,MM,SS,ms", true)] {
-            let row = |k: u32| {
-                let t = 86_390.0 + 0.02 * f64::from(k);
-                let (hour, minute, second) = ((t / 3600.0).floor() % 24.0, (t / 60.0).floor() % 60.0, t % 60.0);
-                match with_thousandths {
-                    true => format!("2026,{hour},{minute},{},{:.0},{k}\n", second.floor(), 1e3 * second.fract()),
-                    false => format!("2026,{hour},{minute},{second:.2},{k}\n"),
-                }
-            };
-            let text = format!("{head},Roll [deg]\n{}", (0..1000).map(row).collect::<String>());
+            let text =
+                format!("{head},Roll [deg]\n{}", (0..1000).map(|k| row(k, with_thousandths)).collect::<String>());
             let probe = probe_of(&text);
             let clock = &probe.sources[0].clocks[0];
             assert!((clock.start_s - 86_390.0).abs() < 1e-9 && (clock.rate_hz - 50.0).abs() < 0.1, "{head}: {clock:?}");
             assert!((clock.end_s - 86_409.98).abs() < 2e-3, "past midnight: {}", clock.end_s);
+        }
+    }
+
+    fn row(k: u32, with_thousandths: bool) -> String {
+        let t = 86_390.0 + 0.02 * f64::from(k);
+        let (hour, minute, second) = ((t / 3600.0).floor() % 24.0, (t / 60.0).floor() % 60.0, t % 60.0);
+        match with_thousandths {
+            true => format!("2026,{hour},{minute},{},{:.0},{k}\n", second.floor(), 1e3 * second.fract()),
+            false => format!("2026,{hour},{minute},{second:.2},{k}\n"),
         }
     }
 }

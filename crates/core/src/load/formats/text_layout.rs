@@ -273,11 +273,6 @@ fn header(
     // Loggers of Campbell Scientific (TOA5) write the units between names and kinds of aggregation.
     let has_aggregation = before.iter().any(|cells| is_aggregation(cells));
     let mut rows: Vec<usize> = (0..before.len()).filter(|&line| is_row(&&before[line])).rev().take(3).collect();
-    let is_unit = |cell: &String| {
-        let is_bracketed =
-            (cell.starts_with('(') && cell.ends_with(')')) || (cell.starts_with('[') && cell.ends_with(']'));
-        cell.is_empty() || cell == "-" || is_bracketed || Unit::parse(cell).is_ok_and(|unit| unit.symbol != "-")
-    };
     let filled = |line: usize| before[line].iter().filter(|cell| !cell.is_empty()).count();
     let known = |line: usize| before[line].iter().filter(|cell| !cell.is_empty() && is_unit(cell)).count();
     if let [last, above, names] = rows[..] {
@@ -331,6 +326,11 @@ fn header(
         names.push(name);
     }
     (names, units, notes(before, at, separator))
+}
+
+fn is_unit(cell: &str) -> bool {
+    let is_bracketed = (cell.starts_with('(') && cell.ends_with(')')) || (cell.starts_with('[') && cell.ends_with(']'));
+    cell.is_empty() || cell == "-" || is_bracketed || Unit::parse(cell).is_ok_and(|unit| unit.symbol != "-")
 }
 
 /// Whether a line says how each value was aggregated.

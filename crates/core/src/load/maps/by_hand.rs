@@ -384,13 +384,7 @@ fn row_table(row: &ManualChannel) -> Table {
     match &row.other_side {
         Some(other) => {
             let terms = [(row.from.channel.as_str(), 0.5), (other.channel.as_str(), 0.5 * other.sign)];
-            let term = |(channel, weight): (&str, f64)| {
-                Value::Table(Table::from_iter([
-                    ("channel".to_owned(), channel.into()),
-                    ("weight".to_owned(), weight.into()),
-                ]))
-            };
-            table.insert("sum".to_owned(), Value::Array(terms.into_iter().map(term).collect()));
+            table.insert("sum".to_owned(), Value::Array(terms.into_iter().map(term_table).collect()));
         }
         None => {
             table.insert("channel".to_owned(), row.from.channel.as_str().into());
@@ -409,4 +403,8 @@ fn row_table(row: &ManualChannel) -> Table {
         table.insert("offset".to_owned(), row.offset.into());
     }
     table
+}
+
+fn term_table((channel, weight): (&str, f64)) -> Value {
+    Value::Table(Table::from_iter([("channel".to_owned(), channel.into()), ("weight".to_owned(), weight.into())]))
 }

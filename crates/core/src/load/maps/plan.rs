@@ -257,19 +257,16 @@ impl Planner<'_> {
                 (before.end_s >= after.start_s).then(|| (pair[0], before.end_s, pair[1], after.start_s))
             });
             if let Some((before, end, after, start)) = overlap {
-                let name = |(probe, source): (usize, usize)| {
-                    format!(
-                        "{}: source '{}'",
-                        self.probes[probe].path.display(),
-                        self.probes[probe].sources[source].name
-                    )
-                };
-                let (before, after) = (name(before), name(after));
+                let (before, after) = (self.name_source(before), self.name_source(after));
                 let fix = "read them as separate recordings, or correct their time in the map";
                 self.error(format!("{before} ends at {end} s, after {after} starts at {start} s; {fix}"));
             }
         }
         sequence
+    }
+
+    fn name_source(&self, (probe, source): (usize, usize)) -> String {
+        format!("{}: source '{}'", self.probes[probe].path.display(), self.probes[probe].sources[source].name)
     }
 
     /// Finds the channels of one entry, or says why it cannot.

@@ -284,15 +284,8 @@ impl StreamSource {
 
 /// What the rows of the source at `index` of a plan give, and its clock.
 fn makers(plan: &Plan, index: usize) -> (Vec<Maker>, Option<RowClock>) {
-    let linear = |assignment: &Assignment| {
-        let terms = assignment.parts.first()?;
-        let own = terms.iter().all(|(at, _)| at.source == index);
-        let terms = terms.iter().map(|(at, weight)| (at.channel, *weight)).collect();
-        let Assignment { offset, factor, unit, .. } = *assignment;
-        own.then_some(Linear { terms, offset, factor, unit })
-    };
     let roles: BTreeMap<Role, Linear> =
-        plan.roles.iter().filter_map(|(role, assignment)| Some((*role, linear(assignment)?))).collect();
+        plan.roles.iter().filter_map(|(role, assignment)| Some((*role, form_linear(assignment, index)?))).collect();
     let mut makers = Vec::new();
     if let (Some(position), Some(lat), Some(lon)) =
         (&plan.position, roles.get(&Role::Latitude), roles.get(&Role::Longitude))
@@ -301,12 +294,12 @@ fn makers(plan: &Plan, index: usize) -> (Vec<Maker>, Option<RowClock>) {
         makers.push(Maker::Position { fix: [lat.clone(), lon.clone()], altitude });
     }
     if let Some((parts, axes)) = &plan.derived.attitude
-        && let Some(parts) = parts.iter().map(linear).collect::<Option<Vec<_>>>()
+        && let Some(parts) = parts.iter().map(|part| form_linear(part, index)).collect::<Option<Vec<_>>>()
     {
         makers.push(Maker::Attitude(parts, *axes));
     }
     if let Some([speed, track]) = &plan.derived.velocity
-        && let (Some(speed), Some(track)) = (linear(speed), linear(track))
+        && let (Some(speed), Some(track)) = (form_linear(speed, index), form_linear(track, index))
     {
         makers.push(Maker::Velocity([speed, track]));
     }
@@ -317,4 +310,12 @@ fn makers(plan: &Plan, index: usize) -> (Vec<Maker>, Option<RowClock>) {
         None => RowClock::Even { start_s: clock.start_s, rate_hz: clock.rate_hz },
     });
     (makers, clock)
+}
+
+fn form_linear(assignment: &Assignment, index: usize) -> Option<Linear> {
+    let terms = assignment.parts.first()?;
+    let own = terms.iter().all(|(at, _)| at.source == index);
+    let terms = terms.iter().map(|(at, weight)| (at.channel, *weight)).collect();
+    let Assignment { offset, factor, unit, .. } = *assignment;
+    own.then_some(Linear { terms, offset, factor, unit })
 }

@@ -37,22 +37,15 @@ pub struct FilterParameters<T> {
 impl<T: Real> FilterParameters<T> {
     /// Of the settings; `noise_moments` as in the field.
     pub fn new(settings: &FilterSettings, noise_moments: bool) -> Self {
-        let square = |values: &[f64], g: usize| {
-            let mut squares = [T::zero(); 3];
-            for i in 0..3 {
-                squares[i] = T::splat(values[3 * g + i].powi(2));
-            }
-            squares
-        };
         let (max_iterations, tolerance) = match settings.method {
             Method::Ekf | Method::Ukf { .. } => (1, 1.0),
             Method::Iekf { max_iterations, tolerance } => (max_iterations, tolerance),
         };
         Self {
             noise: NoiseVariances {
-                process: [0, 1].map(|g| square(&settings.process_noise, g)),
-                measurement: [0, 1, 2, 3].map(|m| square(&settings.measurement_noise, m)),
-                random_walk: [0, 1, 2, 3, 4, 5].map(|g| square(&settings.random_walk, g)),
+                process: [0, 1].map(|g| Self::squares(&settings.process_noise, g)),
+                measurement: [0, 1, 2, 3].map(|m| Self::squares(&settings.measurement_noise, m)),
+                random_walk: [0, 1, 2, 3, 4, 5].map(|g| Self::squares(&settings.random_walk, g)),
             },
             gravity: T::splat(settings.gravity_m_s2),
             robust_limit: settings.robust_limit,
@@ -61,5 +54,13 @@ impl<T: Real> FilterParameters<T> {
             at_prediction: settings.linearisation == Linearisation::Predicted,
             noise_moments,
         }
+    }
+
+    fn squares(values: &[f64], g: usize) -> [T; 3] {
+        let mut squares = [T::zero(); 3];
+        for i in 0..3 {
+            squares[i] = T::splat(values[3 * g + i].powi(2));
+        }
+        squares
     }
 }

@@ -22,16 +22,7 @@ impl BodeModel {
     /// A transfer function at the frequencies of a response, and what the windows of the response show of it, which it is to be compared with.
     pub fn pair(label: &str, model: &TransferFunction, response: &FrequencyResponse) -> [Self; 2] {
         let turn = if model.gain < 0.0 { 180.0 } else { 0.0 };
-        let points = |seen: bool| {
-            let point = |found: &ResponsePoint| {
-                let omega = found.omega_rad_s;
-                let exact = model.at(omega);
-                let shown = if seen { found.through_windows(|omega| model.at(omega)) } else { exact };
-                let phase = model.phase_rad(omega) + (shown / exact).arg();
-                [omega, 20.0 * shown.norm().log10(), phase.to_degrees() + turn]
-            };
-            response.points.iter().map(point).collect()
-        };
+        let points = |seen: bool| model_points(model, response, turn, seen);
         let through = format!("{label}, through the windows");
         [Self::aligned(label, points(false), response), Self::aligned(&through, points(true), response)]
     }
@@ -64,6 +55,17 @@ impl BodeModel {
         points.iter_mut().for_each(|point| point[2] += 360.0 * turns);
         Self { label: label.to_owned(), points }
     }
+}
+
+fn model_points(model: &TransferFunction, response: &FrequencyResponse, turn: f64, seen: bool) -> Vec<[f64; 3]> {
+    let point = |found: &ResponsePoint| {
+        let omega = found.omega_rad_s;
+        let exact = model.at(omega);
+        let shown = if seen { found.through_windows(|omega| model.at(omega)) } else { exact };
+        let phase = model.phase_rad(omega) + (shown / exact).arg();
+        [omega, 20.0 * shown.norm().log10(), phase.to_degrees() + turn]
+    };
+    response.points.iter().map(point).collect()
 }
 
 /// The response of a study to one input with its error bars, models over it, and its coherences.

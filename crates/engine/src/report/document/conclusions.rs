@@ -17,27 +17,28 @@ pub fn conclusions(contents: &Contents<'_>) -> Vec<Block> {
     let found = verdict::folded(contents.session, contents.snapshot);
     let mut blocks = Vec::new();
     let contradictory = |line: &&Folded| CONTRADICTIONS.contains(&line.code) && line.level > Level::Good;
-    let listed = |heading: &str, lines: Vec<&Folded>, blocks: &mut Vec<Block>| {
-        if lines.is_empty() {
-            return;
-        }
-        let mut text: Vec<String> = lines.iter().take(FINDINGS).map(ToString::to_string).collect();
-        if lines.len() > FINDINGS {
-            text.push(format!("{} more, less important.", lines.len() - FINDINGS));
-        }
-        blocks.extend([Block::Heading(heading.to_owned()), Block::List(text)]);
-    };
-    listed("Contradictions", found.iter().filter(contradictory).collect(), &mut blocks);
+    list_findings("Contradictions", found.iter().filter(contradictory).collect(), &mut blocks);
     let lines_of_level =
         |level: Level| found.iter().filter(|line| line.level == level && !contradictory(line)).collect();
-    listed("Results that must not be used", lines_of_level(Level::Bad), &mut blocks);
+    list_findings("Results that must not be used", lines_of_level(Level::Bad), &mut blocks);
     blocks.extend(usable(contents));
-    listed("Cautions", lines_of_level(Level::Caution), &mut blocks);
+    list_findings("Cautions", lines_of_level(Level::Caution), &mut blocks);
     let next = cover::next_steps(contents);
     if !next.is_empty() {
         blocks.extend([Block::Heading("Recommendations".to_owned()), Block::List(next)]);
     }
     blocks
+}
+
+fn list_findings(heading: &str, lines: Vec<&Folded>, blocks: &mut Vec<Block>) {
+    if lines.is_empty() {
+        return;
+    }
+    let mut text: Vec<String> = lines.iter().take(FINDINGS).map(ToString::to_string).collect();
+    if lines.len() > FINDINGS {
+        text.push(format!("{} more, less important.", lines.len() - FINDINGS));
+    }
+    blocks.extend([Block::Heading(heading.to_owned()), Block::List(text)]);
 }
 
 /// How well manoeuvres that were not fitted are predicted; none without an estimate.

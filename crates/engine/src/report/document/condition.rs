@@ -81,23 +81,28 @@ fn flown(all: &[&ConditionRegression], index: usize) -> Option<[f64; 2]> {
 
 /// A figure per coefficient with each of its derivatives over the variables that were varied.
 fn each(contents: &Contents<'_>, all: &[&ConditionRegression], is_varied: [bool; 2]) -> Vec<Block> {
-    let figure = |(coefficient, terms): &(Coefficient, Vec<Term>)| {
-        let names: Vec<String> = terms.iter().map(|term| term.derivative_name(*coefficient)).collect();
-        let own = all.iter().filter(|found| names.contains(&found.derivative));
-        let varied = || (0..AXES.len()).filter(|index| is_varied[*index]);
-        let panels: Vec<Panel> = own.flat_map(|found| varied().map(|index| panel(found, index))).collect();
-        let name = coefficient.name();
-        (!panels.is_empty()).then(|| {
-            Block::Figure(Figure {
-                name: format!("condition {name}"),
-                caption: format!("Derivatives of {name} over the flight condition: {LINES}"),
-                columns: 4,
-                panel_height_mm: 22.0,
-                panels,
-            })
+    contents.session.structure.models.iter().filter_map(|model| draw_coefficient(model, all, is_varied)).collect()
+}
+
+fn draw_coefficient(
+    (coefficient, terms): &(Coefficient, Vec<Term>),
+    all: &[&ConditionRegression],
+    is_varied: [bool; 2],
+) -> Option<Block> {
+    let names: Vec<String> = terms.iter().map(|term| term.derivative_name(*coefficient)).collect();
+    let own = all.iter().filter(|found| names.contains(&found.derivative));
+    let varied = || (0..AXES.len()).filter(|index| is_varied[*index]);
+    let panels: Vec<Panel> = own.flat_map(|found| varied().map(|index| panel(found, index))).collect();
+    let name = coefficient.name();
+    (!panels.is_empty()).then(|| {
+        Block::Figure(Figure {
+            name: format!("condition {name}"),
+            caption: format!("Derivatives of {name} over the flight condition: {LINES}"),
+            columns: 4,
+            panel_height_mm: 22.0,
+            panels,
         })
-    };
-    contents.session.structure.models.iter().filter_map(figure).collect()
+    })
 }
 
 /// One row per derivative.

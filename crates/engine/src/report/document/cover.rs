@@ -171,16 +171,16 @@ fn doubtful_coefficients<'r>(fits: &[FitRow], criteria: impl Iterator<Item = &'r
     let is_lateral = |key: &&str| LATERAL_MEASURES.iter().any(|begin| key.starts_with(begin));
     let (lateral, longitudinal) = (keys.iter().any(is_lateral), keys.iter().any(|key| !is_lateral(key)));
     let rests = |fit: &&FitRow| if LATERAL.contains(&fit.coefficient) { lateral } else { longitudinal };
-    let one = |fit: &FitRow| {
-        let level = fit.verdict.as_ref().map(|verdict| verdict.level).filter(|level| *level > Level::Good)?;
-        let is_doubtful =
-            |row: &&DerivativeRow| row.verdict.as_ref().is_some_and(|verdict| verdict.level > Level::Good);
-        let rows = fit.derivatives.iter().filter(is_doubtful).filter(|row| !is_constant_name(&row.name));
-        let names: Vec<&str> = rows.map(|row| row.name.as_str()).collect();
-        let names = if names.is_empty() { String::new() } else { format!(": {}", names.join(", ")) };
-        Some(format!("{} ({}{names})", fit.coefficient, level.name()))
-    };
-    fits.iter().filter(rests).filter_map(one).collect()
+    fits.iter().filter(rests).filter_map(describe_doubt).collect()
+}
+
+fn describe_doubt(fit: &FitRow) -> Option<String> {
+    let level = fit.verdict.as_ref().map(|verdict| verdict.level).filter(|level| *level > Level::Good)?;
+    let is_doubtful = |row: &&DerivativeRow| row.verdict.as_ref().is_some_and(|verdict| verdict.level > Level::Good);
+    let rows = fit.derivatives.iter().filter(is_doubtful).filter(|row| !is_constant_name(&row.name));
+    let names: Vec<&str> = rows.map(|row| row.name.as_str()).collect();
+    let names = if names.is_empty() { String::new() } else { format!(": {}", names.join(", ")) };
+    Some(format!("{} ({}{names})", fit.coefficient, level.name()))
 }
 
 /// Fixes of the worst findings.

@@ -78,17 +78,9 @@ pub fn model(contents: &Contents<'_>) -> Vec<Block> {
 
 /// Correlation of the regressors of every coefficient (thesis 4.4.3).
 fn regressors(contents: &Contents<'_>) -> Option<Block> {
-    let matrix = |row: &RegressorRow| {
-        Panel::Matrix(Matrix {
-            title: row.coefficient.to_owned(),
-            names: row.derivatives.iter().map(|name| notation::derivative(name)).collect(),
-            values: row.correlation.clone(),
-            full_scale: 1.0,
-        })
-    };
     // A single regressor has nothing to be correlated with.
     let several = contents.results.regressor_correlation.iter().filter(|row| row.derivatives.len() > 1);
-    let panels: Vec<Panel> = several.map(matrix).collect();
+    let panels: Vec<Panel> = several.map(draw_matrix).collect();
     (!panels.is_empty()).then(|| {
         Block::Figure(Figure {
             name: "regressors".to_owned(),
@@ -98,6 +90,15 @@ fn regressors(contents: &Contents<'_>) -> Option<Block> {
             panel_height_mm: 36.0,
             panels,
         })
+    })
+}
+
+fn draw_matrix(row: &RegressorRow) -> Panel {
+    Panel::Matrix(Matrix {
+        title: row.coefficient.to_owned(),
+        names: row.derivatives.iter().map(|name| notation::derivative(name)).collect(),
+        values: row.correlation.clone(),
+        full_scale: 1.0,
     })
 }
 

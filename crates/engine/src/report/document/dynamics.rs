@@ -113,24 +113,6 @@ fn modes(row: &DynamicsRow) -> Table {
 
 /// Eigenvalues in the upper half plane with their 95 % ellipses, the slow ones again at their own scale.
 fn roots(study: &DynamicsStudy) -> Figure {
-    let plot = |slow: bool| {
-        let mut marks = Vec::new();
-        for (index, estimate) in study.modes.modes.iter().enumerate() {
-            let mode = &estimate.mode;
-            if slow != (mode.frequency_rad_s() < SLOW_RAD_S) {
-                continue;
-            }
-            let place = [mode.real_1_s, mode.imaginary_rad_s];
-            marks.push(points(mode.name, index, LineStyle::Dots, vec![place]));
-            marks.push(points("", index, LineStyle::Solid, estimate.ellipse(OUTLINE)));
-            if !mode.oscillates() {
-                let half = NORMAL_95 * estimate.covariance[0].max(0.0).sqrt();
-                let ends = vec![[place[0] - half, 0.0], [place[0] + half, 0.0]];
-                marks.push(points("", index, LineStyle::Solid, ends));
-            }
-        }
-        Panel::Plot(Plot { x: Axis::new("real part", "1/s"), y: Axis::new("imaginary part", "rad/s"), marks })
-    };
     Figure {
         name: "roots".to_owned(),
         caption:
@@ -138,8 +120,27 @@ fn roots(study: &DynamicsStudy) -> Figure {
                 .to_owned(),
         columns: 2,
         panel_height_mm: HEIGHT_MM,
-        panels: vec![plot(false), plot(true)],
+        panels: vec![plot_roots(study, false), plot_roots(study, true)],
     }
+}
+
+fn plot_roots(study: &DynamicsStudy, slow: bool) -> Panel {
+    let mut marks = Vec::new();
+    for (index, estimate) in study.modes.modes.iter().enumerate() {
+        let mode = &estimate.mode;
+        if slow != (mode.frequency_rad_s() < SLOW_RAD_S) {
+            continue;
+        }
+        let place = [mode.real_1_s, mode.imaginary_rad_s];
+        marks.push(points(mode.name, index, LineStyle::Dots, vec![place]));
+        marks.push(points("", index, LineStyle::Solid, estimate.ellipse(OUTLINE)));
+        if !mode.oscillates() {
+            let half = NORMAL_95 * estimate.covariance[0].max(0.0).sqrt();
+            let ends = vec![[place[0] - half, 0.0], [place[0] + half, 0.0]];
+            marks.push(points("", index, LineStyle::Solid, ends));
+        }
+    }
+    Panel::Plot(Plot { x: Axis::new("real part", "1/s"), y: Axis::new("imaginary part", "rad/s"), marks })
 }
 
 /// Frequency below which a mode is drawn among the slow ones.

@@ -229,15 +229,18 @@ impl Figure {
     /// The figure with no more samples than can be told apart on paper, each to as many digits.
     #[must_use]
     pub fn thinned(&self) -> Self {
-        let thin = |panel: &Panel| match panel {
+        Self { panels: self.panels.iter().map(Self::thin).collect(), ..self.clone() }
+    }
+
+    fn thin(panel: &Panel) -> Panel {
+        match panel {
             Panel::Plot(plot) => {
                 let [start, end] = plot.x.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
                 let marks = plot.marks.iter().map(|mark| mark.thinned((start, end))).collect();
                 Panel::Plot(Plot { marks, ..plot.clone() })
             }
             Panel::Matrix(matrix) => Panel::Matrix(matrix.clone()),
-        };
-        Self { panels: self.panels.iter().map(thin).collect(), ..self.clone() }
+        }
     }
 }
 

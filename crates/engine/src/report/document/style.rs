@@ -118,11 +118,6 @@ impl Style {
         if digits.len() != 6 || !digits.bytes().all(|byte| byte.is_ascii_hexdigit()) {
             return Err(format!("accent: '{accent}' is not a colour: give #rrggbb"));
         }
-        let section = |name: &String| {
-            let known = || SectionKind::ALL.map(SectionKind::name).join(", ");
-            let found = SectionKind::ALL.into_iter().find(|kind| kind.name() == name);
-            found.ok_or_else(|| format!("sections: '{name}' is not one of {}", known()))
-        };
         Ok(Self {
             header: file.header,
             footer: file.footer,
@@ -132,7 +127,7 @@ impl Style {
                 .map(|name| Logo::open(&folder.join(name)).map_err(|error| format!("logo: {error}")))
                 .transpose()?,
             units,
-            sections: file.sections.iter().map(section).collect::<Result<_, _>>()?,
+            sections: file.sections.iter().map(|name| find_section(name)).collect::<Result<_, _>>()?,
             signatures: file.signatures,
             is_compact: false,
         })
@@ -149,6 +144,12 @@ impl Style {
         }
         document.style = self.clone();
     }
+}
+
+fn find_section(name: &str) -> Result<SectionKind, String> {
+    let known = || SectionKind::ALL.map(SectionKind::name).join(", ");
+    let found = SectionKind::ALL.into_iter().find(|kind| kind.name() == name);
+    found.ok_or_else(|| format!("sections: '{name}' is not one of {}", known()))
 }
 
 impl Logo {
@@ -211,17 +212,12 @@ fn table_in_knots_and_feet(table: &mut Table) {
 fn figure_in_knots_and_feet(figure: &mut Figure) {
     for panel in &mut figure.panels {
         let Panel::Plot(Plot { x, y, marks }) = panel else { continue };
-        let of = |label: &str, unit: &str| {
-            let label = label.to_lowercase();
-            let is_airspeed = label == "v" || label.contains("airspeed");
-            aviation(unit, is_airspeed, label == "h" || label.contains("altitude"))
-        };
-        if let Some((unit, factor)) = of(&y.label, &y.unit) {
+        if let Some((unit, factor)) = aviation_unit(&y.label, &y.unit) {
             y.unit = unit.to_owned();
             y.range = y.range.map(|range| range.map(|end| end * factor));
             marks.iter_mut().for_each(|mark| stretch(mark, factor));
         }
-        if let Some((unit, factor)) = of(&x.label, &x.unit)
+        if let Some((unit, factor)) = aviation_unit(&x.label, &x.unit)
             && marks.iter().all(|mark| matches!(mark, Mark::Points { .. }))
         {
             x.unit = unit.to_owned();
@@ -233,6 +229,12 @@ fn figure_in_knots_and_feet(figure: &mut Figure) {
             points.flatten().for_each(|[x, ..]| *x *= factor);
         }
     }
+}
+
+fn aviation_unit(label: &str, unit: &str) -> Option<(&'static str, f64)> {
+    let label = label.to_lowercase();
+    let is_airspeed = label == "v" || label.contains("airspeed");
+    aviation(unit, is_airspeed, label == "h" || label.contains("altitude"))
 }
 
 /// The mark with its vertical values times a factor.

@@ -113,57 +113,60 @@ fn channel(measurement: Measurement, path: &WindowPath) -> Option<Panel> {
 
 /// Biases that have an uncertainty, smoothed where the path is.
 fn bias_panels(path: &WindowPath) -> Vec<Panel> {
+    BIASES.into_iter().filter_map(|state| bias_panel(path, state)).collect()
+}
+
+fn bias_panel(path: &WindowPath, state: State) -> Option<Panel> {
     let series = path.series();
     let (states, deviations) = match &series.smoothed {
         Some(smoothed) => (&smoothed.states, &smoothed.deviations),
         None => (&series.states, &series.deviations),
     };
-    let panel = |state: State| {
-        let (found, deviation) = (&states[state as usize], &deviations[state as usize]);
-        if deviation.iter().all(|deviation| *deviation == 0.0) {
-            return None;
-        }
-        let (unit, scale) = notation::unit(state.dimension());
-        let band = Mark::Band {
-            label: "±2σ".into(),
-            colour: Colour::by_index(1),
-            centre: found.clone(),
-            half_width: deviation.iter().map(|deviation| 2.0 * deviation).collect(),
-            scale,
-        };
-        let mut marks = vec![band, line("bias", 0, found, scale)];
-        marks.extend(series.truth[state as usize].as_ref().map(|truth| Mark::Line {
-            label: "true".into(),
-            colour: Colour::by_index(2),
-            style: LineStyle::Dashed,
-            series: truth.clone(),
-            scale,
-        }));
-        let label = state.name().replace('_', " ");
-        Some(Panel::Plot(Plot { x: Axis::time(), y: Axis::new(label, unit), marks }))
+    let (found, deviation) = (&states[state as usize], &deviations[state as usize]);
+    if deviation.iter().all(|deviation| *deviation == 0.0) {
+        return None;
+    }
+    let (unit, scale) = notation::unit(state.dimension());
+    let band = Mark::Band {
+        label: "±2σ".into(),
+        colour: Colour::by_index(1),
+        centre: found.clone(),
+        half_width: deviation.iter().map(|deviation| 2.0 * deviation).collect(),
+        scale,
     };
-    BIASES.into_iter().filter_map(panel).collect()
+    let mut marks = vec![band, line("bias", 0, found, scale)];
+    marks.extend(series.truth[state as usize].as_ref().map(|truth| Mark::Line {
+        label: "true".into(),
+        colour: Colour::by_index(2),
+        style: LineStyle::Dashed,
+        series: truth.clone(),
+        scale,
+    }));
+    let label = state.name().replace('_', " ");
+    Some(Panel::Plot(Plot { x: Axis::time(), y: Axis::new(label, unit), marks }))
 }
 
 /// Measured less reconstructed, at the times of the measurement within the path.
 fn residual(measured: &Series, reconstructed: &Series) -> Series {
-    let (times, values) = (&reconstructed.time_s, &reconstructed.values);
-    let at = |time_s: f64| {
-        let after = times.partition_point(|&time| time < time_s);
-        if times.get(after) == Some(&time_s) {
-            return values.get(after).copied();
-        }
-        let before = after.checked_sub(1)?;
-        let (from, to) = (*times.get(before)?, *times.get(after)?);
-        let (low, high) = (*values.get(before)?, *values.get(after)?);
-        Some(low + (high - low) * (time_s - from) / (to - from))
-    };
     let pairs = measured.time_s.iter().zip(&*measured.values);
-    let left: Vec<(f64, f64)> = pairs.filter_map(|(&time, value)| Some((time, value - at(time)?))).collect();
+    let left: Vec<(f64, f64)> =
+        pairs.filter_map(|(&time, value)| Some((time, value - interpolate(reconstructed, time)?))).collect();
     Series {
         time_s: left.iter().map(|(time, _)| *time).collect::<Vec<_>>().into(),
         values: left.iter().map(|(_, value)| *value).collect::<Arc<[f64]>>(),
     }
+}
+
+fn interpolate(series: &Series, time_s: f64) -> Option<f64> {
+    let (times, values) = (&series.time_s, &series.values);
+    let after = times.partition_point(|&time| time < time_s);
+    if times.get(after) == Some(&time_s) {
+        return values.get(after).copied();
+    }
+    let before = after.checked_sub(1)?;
+    let (from, to) = (*times.get(before)?, *times.get(after)?);
+    let (low, high) = (*values.get(before)?, *values.get(after)?);
+    Some(low + (high - low) * (time_s - from) / (to - from))
 }
 
 #[cfg(test)]

@@ -25,18 +25,19 @@ pub fn write(histories: &[History<'_>], title: &str, path: &Path) -> Result<(), 
     headers.truncate(headers.len().saturating_sub(VALUE * columns.len()));
     let lengths = columns.iter().map(|column| column.values.len());
     lengthen(&mut headers, lengths).ok_or_else(|| formed(&"its headers are not as expected"))?;
-    let put = || -> std::io::Result<()> {
-        let mut file = BufWriter::new(std::fs::File::create(path)?);
-        file.write_all(&headers)?;
-        let mut bytes = Vec::new();
-        for column in &columns {
-            bytes.clear();
-            bytes.extend(column.values.iter().flat_map(|value| value.to_le_bytes()));
-            file.write_all(&bytes)?;
-        }
-        file.flush()
-    };
-    put().map_err(file_error(path))
+    put_values(path, &headers, &columns).map_err(file_error(path))
+}
+
+fn put_values(path: &Path, headers: &[u8], columns: &[Column<'_>]) -> std::io::Result<()> {
+    let mut file = BufWriter::new(std::fs::File::create(path)?);
+    file.write_all(headers)?;
+    let mut bytes = Vec::new();
+    for column in columns {
+        bytes.clear();
+        bytes.extend(column.values.iter().flat_map(|value| value.to_le_bytes()));
+        file.write_all(&bytes)?;
+    }
+    file.flush()
 }
 
 /// A data set of the file.
@@ -177,15 +178,17 @@ mod tests {
     use super::super::HistoryColumn;
     use super::*;
 
-    #[test]
-    fn a_file_written_value_by_value_is_that_of_the_library_to_the_byte() {
-        let column = |path: &str, values: Vec<f64>| HistoryColumn {
+    fn column(path: &str, values: Vec<f64>) -> HistoryColumn<'static> {
+        HistoryColumn {
             path: path.to_owned(),
             unit: "rad/s".to_owned(),
             description: "d".repeat(300),
             values: Cow::Owned(values),
-        };
-        let history = |group: &str, samples: u32| History {
+        }
+    }
+
+    fn history(group: &str, samples: u32) -> History<'static> {
+        History {
             group: group.to_owned(),
             kind: "path".to_owned(),
             time_paths: vec!["path/time".to_owned(), "innovations/time".to_owned()],
@@ -194,7 +197,11 @@ mod tests {
                 column("path/states/p", (0..samples).map(|k| f64::from(k).sin()).collect()),
                 column("innovations/p", vec![f64::NAN; samples as usize]),
             ],
-        };
+        }
+    }
+
+    #[test]
+    fn a_file_written_value_by_value_is_that_of_the_library_to_the_byte() {
         let histories = [history("elevator 1", 700), history("empty", 0), history("é", 1)];
         let folder = tempfile::tempdir().unwrap();
         for (histories, title) in [(&histories[..], "a flight"), (&histories[..1], ""), (&[], "none")] {

@@ -52,16 +52,10 @@ pub(super) fn sensor_error_table(errors: &SensorErrors, known: &ErrorValues) -> 
 
 /// The errors asked for and those known, of a saved form.
 pub(super) fn sensor_errors_from(table: &SensorErrorTable) -> Result<(SensorErrors, ErrorValues), SessionError> {
-    let error = |key: &str, name: &String| {
-        SensorError::from_name(name).ok_or_else(|| {
-            let known: Vec<String> = SensorError::all().map(|error| error.to_string()).collect();
-            let known: Vec<&str> = known.iter().map(String::as_str).collect();
-            unknown(&format!("sensor_errors.{key}"), "error", name, &known)
-        })
-    };
-    let list = |key: &str, names: &[String]| names.iter().map(|name| error(key, name)).collect::<Result<Vec<_>, _>>();
+    let list =
+        |key: &str, names: &[String]| names.iter().map(|name| find_error(key, name)).collect::<Result<Vec<_>, _>>();
     let values = |key: &str, table: &BTreeMap<String, f64>| -> Result<ErrorValues, SessionError> {
-        let one = |(name, value): (&String, &f64)| Ok((error(key, name)?, *value));
+        let one = |(name, value): (&String, &f64)| Ok((find_error(key, name)?, *value));
         Ok(ErrorValues(table.iter().map(one).collect::<Result<_, SessionError>>()?))
     };
     let errors = SensorErrors {
@@ -73,4 +67,12 @@ pub(super) fn sensor_errors_from(table: &SensorErrorTable) -> Result<(SensorErro
         wind: table.wind,
     };
     Ok((errors, values("known", &table.known)?))
+}
+
+fn find_error(key: &str, name: &str) -> Result<SensorError, SessionError> {
+    SensorError::from_name(name).ok_or_else(|| {
+        let known: Vec<String> = SensorError::all().map(|error| error.to_string()).collect();
+        let known: Vec<&str> = known.iter().map(String::as_str).collect();
+        unknown(&format!("sensor_errors.{key}"), "error", name, &known)
+    })
 }

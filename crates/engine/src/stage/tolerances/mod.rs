@@ -350,29 +350,31 @@ impl ObjectiveTest {
     }
 
     fn scale(&mut self, factor: f64) {
-        let bands = |test: &mut ToleranceTest| {
-            test.requirements.iter_mut().flatten().for_each(|band| {
-                band.absolute *= factor;
-                band.of_value *= factor;
-                band.of_peak *= factor;
-            });
-        };
-        let values = |requirements: &mut Vec<Vec<ValueTolerance>>| {
-            requirements.iter_mut().flatten().for_each(|value| {
-                value.absolute *= factor;
-                value.of_value *= factor;
-            });
-        };
         match &mut self.judgement {
-            Judgement::History(test) => bands(test),
+            Judgement::History(test) => Self::scale_bands(test, factor),
             Judgement::Snapshot(requirements)
             | Judgement::TrimChange(requirements)
-            | Judgement::FreeResponse { requirements, .. } => values(requirements),
+            | Judgement::FreeResponse { requirements, .. } => Self::scale_values(requirements, factor),
             Judgement::Value { requirements, bands: test, .. } => {
-                values(requirements);
-                bands(test);
+                Self::scale_values(requirements, factor);
+                Self::scale_bands(test, factor);
             }
         }
+    }
+
+    fn scale_values(requirements: &mut [Vec<ValueTolerance>], factor: f64) {
+        requirements.iter_mut().flatten().for_each(|value| {
+            value.absolute *= factor;
+            value.of_value *= factor;
+        });
+    }
+
+    fn scale_bands(test: &mut ToleranceTest, factor: f64) {
+        test.requirements.iter_mut().flatten().for_each(|band| {
+            band.absolute *= factor;
+            band.of_value *= factor;
+            band.of_peak *= factor;
+        });
     }
 }
 

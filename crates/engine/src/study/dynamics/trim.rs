@@ -157,25 +157,26 @@ impl Flown<'_> {
 
     /// Median of each mass property.
     fn mass(&self) -> MassProperties {
-        let median_of = |value: &dyn Fn(&MassProperties) -> f64| {
-            let each = self
-                .windows
-                .iter()
-                .flat_map(|aero| (0..aero.data.time_s.len()).map(|k| value(aero.data.mass.at(k))).collect::<Vec<_>>());
-            median(&mut each.collect::<Vec<_>>()).unwrap_or(0.0)
-        };
         MassProperties {
-            mass_kg: median_of(&|mass| mass.mass_kg),
-            cg_from_datum_m: [0, 1, 2].map(|axis| median_of(&|mass| mass.cg_from_datum_m[axis])),
+            mass_kg: self.median_of(&|mass| mass.mass_kg),
+            cg_from_datum_m: [0, 1, 2].map(|axis| self.median_of(&|mass| mass.cg_from_datum_m[axis])),
             inertia: InertiaTensor {
-                xx: median_of(&|mass| mass.inertia.xx),
-                yy: median_of(&|mass| mass.inertia.yy),
-                zz: median_of(&|mass| mass.inertia.zz),
-                xz: median_of(&|mass| mass.inertia.xz),
-                xy: median_of(&|mass| mass.inertia.xy),
-                yz: median_of(&|mass| mass.inertia.yz),
+                xx: self.median_of(&|mass| mass.inertia.xx),
+                yy: self.median_of(&|mass| mass.inertia.yy),
+                zz: self.median_of(&|mass| mass.inertia.zz),
+                xz: self.median_of(&|mass| mass.inertia.xz),
+                xy: self.median_of(&|mass| mass.inertia.xy),
+                yz: self.median_of(&|mass| mass.inertia.yz),
             },
         }
+    }
+
+    fn median_of(&self, value: &dyn Fn(&MassProperties) -> f64) -> f64 {
+        let each = self
+            .windows
+            .iter()
+            .flat_map(|aero| (0..aero.data.time_s.len()).map(|k| value(aero.data.mass.at(k))).collect::<Vec<_>>());
+        median(&mut each.collect::<Vec<_>>()).unwrap_or(0.0)
     }
 
     /// Median of the total-pressure rise through the propellers, Pa; zero where it is not known.
@@ -261,16 +262,8 @@ impl Flown<'_> {
 fn slope_at_constant_power(model: &EngineModel, speed_rad_s: f64, condition: &Condition, thrust_n: f64) -> Option<f64> {
     /// Half the interval of the slope, m/s.
     const HALF_M_S: f64 = 0.5;
-    let ambient = |airspeed_m_s: f64| -> Option<Ambient> {
-        Some(Ambient {
-            airspeed_m_s,
-            pressure_altitude_m: condition.altitude_m,
-            air_temperature_k: Atmosphere::STANDARD.temperature_k(condition.altitude_m).ok()?,
-            density_kg_m3: condition.density_kg_m3,
-        })
-    };
     let thrust = |power_w: f64, airspeed_m_s: f64| -> Option<f64> {
-        Some(model.state_at_power(power_w, speed_rad_s, &ambient(airspeed_m_s)?).thrust_n)
+        Some(model.state_at_power(power_w, speed_rad_s, &ambient(condition, airspeed_m_s)?).thrust_n)
     };
     let speed = condition.airspeed_m_s;
     // Thrust grows with power: bisection from none to what would be thrust at an efficiency of a tenth.
@@ -281,4 +274,13 @@ fn slope_at_constant_power(model: &EngineModel, speed_rad_s: f64, condition: &Co
     }
     let slope = (thrust(high, speed + HALF_M_S)? - thrust(high, speed - HALF_M_S)?) / (2.0 * HALF_M_S);
     slope.is_finite().then_some(slope)
+}
+
+fn ambient(condition: &Condition, airspeed_m_s: f64) -> Option<Ambient> {
+    Some(Ambient {
+        airspeed_m_s,
+        pressure_altitude_m: condition.altitude_m,
+        air_temperature_k: Atmosphere::STANDARD.temperature_k(condition.altitude_m).ok()?,
+        density_kg_m3: condition.density_kg_m3,
+    })
 }

@@ -142,13 +142,14 @@ fn with_airspeed(structure: &Structure) -> Structure {
 }
 
 fn fits(session: &Session, windows: &[AeroWindow<'_>], structure: &Structure) -> Vec<Fitted> {
-    let fitted = |found: StageResult<Regression>| {
-        let regression = found.ok()?;
-        let fit = regression.pooled.fit().ok()?;
-        Some((regression, fit))
-    };
     let regressions = stage::pooled_regressions(windows, structure, &session.estimation);
-    regressions.into_par_iter().filter_map(fitted).collect()
+    regressions.into_par_iter().filter_map(fit).collect()
+}
+
+fn fit(found: StageResult<Regression>) -> Option<Fitted> {
+    let regression = found.ok()?;
+    let fit = regression.pooled.fit().ok()?;
+    Some((regression, fit))
 }
 
 fn fit_consequences(fitted: &Fitted, variants: &[Variant]) -> Consequences {

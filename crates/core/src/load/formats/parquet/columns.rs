@@ -142,14 +142,17 @@ fn check_places(metadata: &ParquetMetaData, length: u64) -> Result<(), String> {
 
 /// What the numbers of a column mean, by the table's own type or by that of Arrow.
 fn meaning(column: &ColumnDescriptor, field: Option<&Field>) -> Meaning {
-    let ticks = |unit: &TimeUnit| match unit {
-        TimeUnit::MILLIS => Meaning::Ticks(1000),
-        TimeUnit::MICROS => Meaning::Ticks(1_000_000),
-        TimeUnit::NANOS => Meaning::Ticks(1_000_000_000),
-    };
     match column.logical_type_ref() {
         Some(LogicalType::Timestamp(time) | LogicalType::Time(time)) => ticks(&time.unit),
         _ => field.and_then(|field| field.ticks).map_or(Meaning::Number, Meaning::Ticks),
+    }
+}
+
+fn ticks(unit: &TimeUnit) -> Meaning {
+    match unit {
+        TimeUnit::MILLIS => Meaning::Ticks(1000),
+        TimeUnit::MICROS => Meaning::Ticks(1_000_000),
+        TimeUnit::NANOS => Meaning::Ticks(1_000_000_000),
     }
 }
 
