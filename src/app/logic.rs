@@ -130,9 +130,7 @@ fn edit(app: &mut Workbench, request: EditRequest) {
                     if !history.is_open() {
                         app.cause = label;
                     }
-                    if app.message.as_ref().is_some_and(|message| message.is_error) {
-                        app.message = None;
-                    }
+                    app.forget_error();
                 }
                 Err(error) => app.complain(error.to_string()),
             }
@@ -231,6 +229,7 @@ impl Workbench {
         {
             self.cause = format!("undo {label}");
             self.undone = true;
+            self.forget_error();
         }
     }
 
@@ -241,6 +240,7 @@ impl Workbench {
         {
             self.cause = format!("redo {label}");
             self.undone = true;
+            self.forget_error();
         }
     }
 

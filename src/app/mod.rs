@@ -326,6 +326,13 @@ impl Workbench {
         self.message = Some(Message { text: text.into(), is_error: true, written: None });
     }
 
+    /// Closes what was said to be wrong.
+    fn forget_error(&mut self) {
+        if self.message.as_ref().is_some_and(|message| message.is_error) {
+            self.message = None;
+        }
+    }
+
     pub fn show_start_page(&mut self) {
         self.keep_thumbnail();
         self.leave_beginning();

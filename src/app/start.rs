@@ -67,8 +67,11 @@ impl Workbench {
         document
     }
 
-    /// Keeps what the session on screen looks like, for the start page of the next time.
+    /// Keeps what the session on screen looks like, for the start page of the next time; not with edits that no file holds.
     pub(super) fn keep_thumbnail(&mut self) {
+        if self.document.history.is_modified() {
+            return;
+        }
         let key = match (&self.document.path, self.document.shipped) {
             (Some(path), _) => path.canonicalize().unwrap_or_else(|_| path.clone()),
             (None, Some(name)) => PathBuf::from(format!("{}{name}", builtin::PREFIX)),

@@ -140,7 +140,7 @@ impl<'a> QuantityEdit<'a> {
 
     /// Draws the field, its unit and its problem.
     pub fn show(self, ui: &mut Ui) -> Option<QuantityEdited> {
-        let complaint = self.problem.map(str::to_owned).or_else(|| {
+        let complaint = self.refused(ui).or_else(|| self.problem.map(str::to_owned)).or_else(|| {
             let range = self.allowed.as_ref()?;
             range_message(self.value, range, self.unit, self.scale)
         });
@@ -158,6 +158,22 @@ impl<'a> QuantityEdit<'a> {
         .inner
     }
 
+    fn refused_id(&self) -> Id {
+        Id::unique(("refused", self.name))
+    }
+
+    /// What was typed last and is not a number, for some seconds.
+    fn refused(&self, ui: &Ui) -> Option<String> {
+        let (text, until_s) = ui.data(|data| data.get_temp::<(String, f64)>(self.refused_id()))?;
+        let left_s = until_s - ui.input(|input| input.time);
+        if left_s <= 0.0 {
+            ui.data_mut(|data| data.remove::<(String, f64)>(self.refused_id()));
+            return None;
+        }
+        ui.ctx().request_repaint_after(Duration::from_secs_f64(left_s));
+        Some(format!("'{text}' is not a number"))
+    }
+
     /// The field itself.
     fn field(&self, ui: &mut Ui, wrong: bool) -> Option<QuantityEdited> {
         let shown = self.value * self.scale;
@@ -165,6 +181,7 @@ impl<'a> QuantityEdit<'a> {
         let before = if logarithmic { shown.log10() } else { shown };
         let after = Cell::new(before);
         let typed: Cell<Option<f64>> = Cell::new(None);
+        let refused: Cell<Option<String>> = Cell::new(None);
         let decimals = self.decimals;
         let text = move |value: f64| decimals.map_or_else(|| short(value), |decimals| fixed(value, decimals));
         let text_before = text(shown);
@@ -181,9 +198,12 @@ impl<'a> QuantityEdit<'a> {
             if text == text_before {
                 return Some(before);
             }
-            let value: f64 = text.parse().ok()?;
-            typed.set(value.is_finite().then_some(value));
-            Some(before + 1.0).filter(|_| value.is_finite())
+            let value = parse_typed(&text);
+            typed.set(value);
+            if value.is_none() {
+                refused.set(Some(text));
+            }
+            value.map(|_| before + 1.0)
         });
         let steady = UiBuilder::new().scope_id(Id::unique(("quantity", self.name)));
         let response = ui
@@ -203,6 +223,11 @@ impl<'a> QuantityEdit<'a> {
             }
         });
         self.mark_sought(ui, &response);
+        let is_given_up = ui.data(|data| data.get_temp::<()>(response.id.with("given up"))).is_some();
+        if let Some(text) = refused.take().filter(|_| !is_given_up) {
+            let until_s = ui.input(|input| input.time) + MARKED_S;
+            ui.data_mut(|data| data.insert_temp(self.refused_id(), (text, until_s)));
+        }
         self.outcome(ui, &response, typed.get(), before, after.get(), logarithmic)
     }
 
@@ -284,6 +309,13 @@ impl<'a> QuantityEdit<'a> {
     }
 }
 
+/// A number as typed, with a point or one comma before its decimals.
+fn parse_typed(text: &str) -> Option<f64> {
+    let is_comma = !text.contains('.') && text.matches(',').count() == 1;
+    let value: f64 = if is_comma { text.replace(',', ".").parse() } else { text.parse() }.ok()?;
+    Some(value).filter(|value| value.is_finite())
+}
+
 pub fn to_decimals(value: f64, decimals: usize) -> f64 {
     fixed(value, decimals).parse().unwrap_or(value)
 }
@@ -333,6 +365,15 @@ mod tests {
         assert_eq!(concise(5.73e-5), "5.73e-5");
         assert_eq!(concise(-2.0), "-2");
         assert_eq!(concise(0.0), "0");
+    }
+
+    #[test]
+    fn typed_numbers_have_a_point_or_a_comma() {
+        for (text, value) in [("0,05", Some(0.05)), ("-1.5e-3", Some(-1.5e-3)), ("1,000,000", None), ("1,000.5", None)]
+        {
+            assert_eq!(parse_typed(text), value, "{text}");
+        }
+        assert_eq!(["abc", "", "inf"].map(parse_typed), [None; 3]);
     }
 
     #[test]

@@ -387,7 +387,7 @@ impl Workbench {
         self.state.show_layout(crate::layouts::LayoutKey::Step(crate::step::Step::Manoeuvres));
         self.set_message(if found {
             let found = crate::notation::plural(windows, "manoeuvre");
-            format!("New session: {found} manoeuvres found. Save it with Ctrl+S")
+            format!("New session: {found} found. Save it with Ctrl+S")
         } else {
             "New session: no manoeuvre found; one covers the whole recording. Draw others above the plots".to_owned()
         });

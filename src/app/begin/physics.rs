@@ -162,7 +162,8 @@ pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui) {
             ui.weak("Comparing the channels with each other");
         });
     } else if comparison.found.contradictions().next().is_none() {
-        ui.weak("All channels are consistent.");
+        let is_compared = !comparison.found.rows.is_empty();
+        ui.weak(if is_compared { "All channels are consistent." } else { "No channels could be compared." });
     }
     for (at, row) in comparison.found.contradictions().enumerate() {
         ui.horizontal_top(|ui| {

@@ -79,14 +79,16 @@ pub fn buttons(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, advice: &Noi
         NoiseStep::Set => *label == "innovations",
         NoiseStep::Keep | NoiseStep::NotNoise => *label == "recorded",
     });
+    let is_both = advice.step == NoiseStep::Differ;
     ui.vertical(|ui| {
         ui.set_min_width(PROPOSAL);
         ui.spacing_mut().item_spacing.y = 1.0;
         for (estimate, label, short) in shown {
-            let Some(estimate) = estimate.filter(|estimate| advice.is_no_worse(*estimate)) else { continue };
+            let is_offered = |estimate: &NoiseEstimate| is_both || advice.is_no_worse(*estimate);
+            let Some(estimate) = estimate.filter(is_offered) else { continue };
             let (_, scale) = ctx.unit(advice.measurement.dimension());
             let is_recommended = recommended == Some(estimate);
-            let is_other = advice.step == NoiseStep::Differ && label == "recorded";
+            let is_other = is_both && label == "recorded";
             let mut text = RichText::new(format!("⇐ {}", notation::number(scale * estimate.std))).size(11.0);
             if is_other {
                 text = text.weak();
@@ -102,7 +104,7 @@ pub fn buttons(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, advice: &Noi
                 if take.clicked() {
                     ctx.edit(Edit::noise(NoiseChannel::Measurement(advice.measurement), estimate.std));
                 }
-                let beside = if matches!(advice.step, NoiseStep::Differ | NoiseStep::NotNoise) { short } else { "" };
+                let beside = if is_both || advice.step == NoiseStep::NotNoise { short } else { "" };
                 let nis_text = format!("{beside} NIS {}", nis(estimate));
                 let response =
                     ui.add(egui::Label::new(RichText::new(nis_text.trim()).size(10.5).weak()).selectable(false));
