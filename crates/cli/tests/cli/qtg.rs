@@ -46,7 +46,7 @@ fn with_constants_refitted_the_shipped_flight_passes_what_it_can_and_fails_what_
     let outcomes: Vec<_> =
         tests.iter().map(|test| (test["id"].as_str().unwrap(), test["outcome"].as_str().unwrap())).collect();
     let expected = [
-        ("2.c.5-1", "passed"),
+        ("2.c.5-1", "passed_in_part"),
         // The vane is not recorded at 117 kt.
         ("2.c.5-2", "not_computed"),
         ("2.c.7", "not_computed"),
@@ -69,7 +69,7 @@ fn with_constants_refitted_the_shipped_flight_passes_what_it_can_and_fails_what_
     assert_eq!(outcomes, expected);
     for test in tests {
         let passed = match test["outcome"].as_str().unwrap() {
-            "passed" => Value::Bool(true),
+            "passed" | "passed_in_part" => Value::Bool(true),
             "failed" => Value::Bool(false),
             _ => Value::Null,
         };

@@ -120,7 +120,9 @@ pub(super) fn scaled(rows: &[CompatibilityRow], motion: &Motion) -> Option<Compa
     if rows.iter().any(|row| row.agreement == Agreement::Contradicts && row.channel == role.name()) {
         return None;
     }
-    let (factor, factors) = agreed(rows, CLEAR).or_else(|| agreed(rows, OTHER)).or_else(|| over_turns(rows))?;
+    let agreed = agreed(rows, CLEAR).or_else(|| agreed(rows, OTHER));
+    let is_over_turns = agreed.is_none();
+    let (factor, factors) = agreed.or_else(|| over_turns(rows))?;
     let percent = 100.0 * (1.0 - 1.0 / factor).abs();
     let too = if factor > 1.0 { "small" } else { "large" };
     let (hypothesis, fix) = match calibrated(motion).filter(|ratio| (factor / ratio - 1.0).abs() < AS_CALIBRATED) {
@@ -131,7 +133,12 @@ pub(super) fn scaled(rows: &[CompatibilityRow], motion: &Motion) -> Option<Compa
         None => (format!("{percent:.0} % too {too}"), ChannelFix::Scale { role, factor, offset: 0.0, units: None }),
     };
     let listed: Vec<String> = factors.iter().map(|factor| format!("{factor:.3}")).collect();
-    let others: Vec<String> = against(rows, factor).iter().map(|other| format!("{other:.3}")).collect();
+    let others = if is_over_turns { Vec::new() } else { against(rows, factor) };
+    let others: Vec<String> = others.iter().map(|other| format!("{other:.3}")).collect();
+    let measured = match is_over_turns {
+        true => "recorded ground velocity over turns matches",
+        false => "recorded ground velocity, climb and normal acceleration match",
+    };
     let disagreeing = match others.is_empty() {
         true => String::new(),
         false => format!("; other comparisons disagree: {} times", others.join(", ")),
@@ -145,10 +152,7 @@ pub(super) fn scaled(rows: &[CompatibilityRow], motion: &Motion) -> Option<Compa
         slope: Some(1.0 / factor),
         r2: None,
         segments: factors.len(),
-        evidence: format!(
-            "recorded ground velocity, climb and normal acceleration match {} times this airspeed{disagreeing}",
-            listed.join(", ")
-        ),
+        evidence: format!("{measured} {} times this airspeed{disagreeing}", listed.join(", ")),
         fix: Some(fix),
         curves: None,
     })

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::notation::significant;
 use crate::session::{AngularAcceleration, Preparation, Session};
 use crate::snapshot::Snapshot;
 use crate::stage::{FlightNoise, FlightProposals, LoadedFlight, TreatedSignal};
@@ -83,7 +84,7 @@ pub fn differentiation(preparation: &Preparation) -> String {
     }
     preparation.differentiation_half_width_s.map_or_else(
         || "central difference of order four".to_owned(),
-        |half| format!("local quadratic fit over ±{half} s"),
+        |half| format!("local quadratic fit over ±{} s", significant(half, 3)),
     )
 }
 

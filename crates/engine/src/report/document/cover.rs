@@ -1,6 +1,7 @@
 //! The first page: what was analysed, what came out, and whether to believe it.
 
-use doublet_core::model::is_constant_name;
+use doublet_core::model::{AeroData, is_constant_name};
+use doublet_core::quantity::Role;
 
 use super::{Block, Contents};
 use super::{findings, purpose};
@@ -85,7 +86,9 @@ fn summary<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
         used(WindowRole::Validation),
         used(WindowRole::Ignored)
     );
-    let mut summary = vec![("Manoeuvres", windows), ("Filter", consistency(&results.windows))];
+    let mut summary = vec![("Manoeuvres", windows)];
+    summary.extend(validity(contents).map(|ranges| ("Identified within", ranges)));
+    summary.push(("Filter", consistency(&results.windows)));
     if !results.proof_of_match.windows.is_empty() {
         summary.push(("Proof of match", proof(contents)));
     }
@@ -98,6 +101,44 @@ fn summary<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
         ));
     }
     summary
+}
+
+/// Ranges of the motion and the mass in the manoeuvres of the identification: the model is not known outside them.
+fn validity(contents: &Contents<'_>) -> Option<String> {
+    let used = contents.session.windows.iter().filter(|window| window.role == WindowRole::Identification);
+    let aero = used.filter_map(|window| contents.snapshot.windows.get(&window.name)?.aero.ready());
+    let data: Vec<&AeroData> = aero.map(|aero| &aero.data).collect();
+    let degrees = 180.0 / std::f64::consts::PI;
+    let control = |role: Role| move |data: &AeroData| data.controls.get(&role).map_or(Vec::new(), |one| one.to_vec());
+    let ranges = [
+        describe_range(&data, ("V", " m/s", 1.0), &|data| data.airspeed_m_s.to_vec()),
+        describe_range(&data, ("h", " m", 1.0), &|data| {
+            data.altitude_m.as_ref().map_or(Vec::new(), |one| one.to_vec())
+        }),
+        describe_range(&data, ("α", "°", degrees), &|data| data.alpha_rad.to_vec()),
+        describe_range(&data, ("β", "°", degrees), &|data| data.beta_rad.to_vec()),
+        describe_range(&data, ("δe", "°", degrees), &control(Role::Elevator)),
+        describe_range(&data, ("δa", "°", degrees), &control(Role::Aileron)),
+        describe_range(&data, ("δr", "°", degrees), &control(Role::Rudder)),
+        describe_range(&data, ("mass", " kg", 1.0), &|data| {
+            data.mass.first().map_or(Vec::new(), |mass| vec![mass.mass_kg])
+        }),
+    ];
+    let found: Vec<String> = ranges.into_iter().flatten().collect();
+    (!found.is_empty()).then(|| found.join(", "))
+}
+
+/// A quantity by its symbol with its least and greatest value over some manoeuvres, in a unit of SI times `scale`.
+fn describe_range(
+    data: &[&AeroData],
+    (name, unit, scale): (&str, &str, f64),
+    values: &dyn Fn(&AeroData) -> Vec<f64>,
+) -> Option<String> {
+    let all = data.iter().flat_map(|data| values(data)).filter(|value| value.is_finite());
+    let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+    let digits = if scale == 1.0 { 4 } else { 2 };
+    let [from, to] = [low, high].map(|value| significant(scale * value, digits));
+    (low <= high).then(|| format!("{name} {from} to {to}{unit}"))
 }
 
 /// The derivatives that matter, with their intervals; all of a model that has none of these.
@@ -128,9 +169,10 @@ fn levels<'a>(contents: &Contents<'_>) -> Option<(&'a str, String)> {
     let mut rows: Vec<&QualityRow> =
         qualities.criteria.iter().filter(|row| row.counts && share(row).is_some()).collect();
     rows.sort_by(|a, b| share(a).unwrap_or(0.0).total_cmp(&share(b).unwrap_or(0.0)));
-    let parts = rows.iter().map(|row| {
-        let share = share(row).unwrap_or(0.0);
-        format!("{} {} ({} %)", row.criterion.replace('_', " "), row.level, significant(share, 3))
+    let parts = rows.iter().filter_map(|row| {
+        let level: usize = row.level.strip_prefix("Level ")?.parse().ok()?;
+        let share = 100.0 * row.probabilities?.get(level.checked_sub(1)?)?;
+        Some(format!("{} {} ({} %)", row.criterion.replace('_', " "), row.level, significant(share, 3)))
     });
     let parts: Vec<String> = parts.collect();
     let (class, category) = (qualities.class, qualities.category);
@@ -139,7 +181,7 @@ fn levels<'a>(contents: &Contents<'_>) -> Option<(&'a str, String)> {
     let of_parts = if parts.is_empty() {
         String::new()
     } else {
-        format!(". Criteria, with the probability of Level 1: {}", parts.join("; "))
+        format!(". Criteria, with the probability of their level: {}", parts.join("; "))
     };
     Some(("Flying qualities", format!("{standard}{of_parts}.")))
 }

@@ -10,7 +10,7 @@ const BY_ROW: [(&str, &[&str]); 5] = [
     ("noise", &["used", "proposed", "deviation"]),
     ("wind_and_bias", &["mean", "standard_deviation", "minimum", "maximum"]),
     ("match", &["worst_error"]),
-    ("sensors", &["minimum", "maximum", "noise", "bias"]),
+    ("sensors", &["minimum", "maximum", "accuracy", "noise", "bias"]),
     ("quantities", &["value", "step"]),
 ];
 

@@ -57,6 +57,9 @@ fn total_errors(study: &StudyResults) -> Table {
                    the dominant quantity and the change over one step of it, down and up.";
     let rows = study.total_errors.iter().filter(|row| !row.derivative.ends_with("_0"));
     let rows = rows.map(|row| (row, study.tornado.iter().find(|bar| bar.derivative == row.derivative)));
+    // What only rounding moved was not moved.
+    let is_moved = |bar: &&TornadoRow| bar.low_percent.abs().max(bar.high_percent.abs()) > ROUNDING_PERCENT;
+    let rows = rows.map(|(row, bar)| (row, bar.filter(is_moved)));
     let rows: Vec<(&TotalErrorRow, Option<&TornadoRow>)> = rows.collect();
     TableOf::new("total_errors", caption, rows)
         .symbol("derivative", "Derivative", |(row, _)| &row.derivative)

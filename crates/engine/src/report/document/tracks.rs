@@ -24,11 +24,16 @@ pub fn tracks(contents: &Contents<'_>) -> Parts {
     let ratio = |path: &WindowPath| path.assessment().consistency.as_ref().map_or(0.0, |found| found.nis_ratio);
     let Some(worst) = paths.iter().max_by(|a, b| ratio(a.1).total_cmp(&ratio(b.1))) else { return Parts::default() };
     let (window, path) = *worst;
-    let mut body = vec![paragraph(&format!(
-        "Manoeuvre {} has the largest innovations: {} times their predicted mean square. The appendix has its biases and all other manoeuvres.",
-        window.name,
-        significant(ratio(path), 3)
-    ))];
+    let (name, times) = (&window.name, significant(ratio(path), 3));
+    let mut body = vec![paragraph(&match paths.len() {
+        1 => format!(
+            "The innovations of {name} are {times} times their predicted mean square. The appendix has its biases."
+        ),
+        _ => format!(
+            "Manoeuvre {name} has the largest innovations: {times} times their predicted mean square. The appendix has its biases and all \
+             other manoeuvres."
+        ),
+    })];
     body.extend(with_residuals(window, path).map(Block::Figure));
     let others = paths.iter().filter(|(other, _)| other.name != window.name);
     let others = others.filter_map(|(window, path)| compact(window, path));
