@@ -87,7 +87,7 @@ fn summary<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
         used(WindowRole::Ignored)
     );
     let mut summary = vec![("Manoeuvres", windows)];
-    summary.extend(validity(contents).map(|ranges| ("Identified within", ranges)));
+    summary.extend(list_ranges(contents).map(|ranges| ("Identified within", ranges)));
     summary.push(("Filter", consistency(&results.windows)));
     if !results.proof_of_match.windows.is_empty() {
         summary.push(("Proof of match", proof(contents)));
@@ -104,7 +104,7 @@ fn summary<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
 }
 
 /// Ranges of the motion and the mass in the manoeuvres of the identification: the model is not known outside them.
-fn validity(contents: &Contents<'_>) -> Option<String> {
+fn list_ranges(contents: &Contents<'_>) -> Option<String> {
     let used = contents.session.windows.iter().filter(|window| window.role == WindowRole::Identification);
     let aero = used.filter_map(|window| contents.snapshot.windows.get(&window.name)?.aero.ready());
     let data: Vec<&AeroData> = aero.map(|aero| &aero.data).collect();
