@@ -309,9 +309,11 @@ impl<'a> QuantityEdit<'a> {
     }
 }
 
-/// A number as typed, with a point or one comma before its decimals.
+/// A number as typed, with a point or one comma before its decimals. A comma before three digits may be one of thousands: no number.
 fn parse_typed(text: &str) -> Option<f64> {
-    let is_comma = !text.contains('.') && text.matches(',').count() == 1;
+    let is_clear =
+        text.split_once(',').is_some_and(|(before, after)| after.len() != 3 || before.trim_start_matches('-') == "0");
+    let is_comma = is_clear && !text.contains('.') && text.matches(',').count() == 1;
     let value: f64 = if is_comma { text.replace(',', ".").parse() } else { text.parse() }.ok()?;
     Some(value).filter(|value| value.is_finite())
 }
@@ -369,8 +371,14 @@ mod tests {
 
     #[test]
     fn typed_numbers_have_a_point_or_a_comma() {
-        for (text, value) in [("0,05", Some(0.05)), ("-1.5e-3", Some(-1.5e-3)), ("1,000,000", None), ("1,000.5", None)]
-        {
+        for (text, value) in [
+            ("0,05", Some(0.05)),
+            ("-1.5e-3", Some(-1.5e-3)),
+            ("1,000,000", None),
+            ("1,000.5", None),
+            ("1,000", None),
+            ("0,125", Some(0.125)),
+        ] {
             assert_eq!(parse_typed(text), value, "{text}");
         }
         assert_eq!(["abc", "", "inf"].map(parse_typed), [None; 3]);

@@ -122,7 +122,7 @@ pub(super) fn scaled(rows: &[CompatibilityRow], motion: &Motion) -> Option<Compa
     }
     let agreed = agreed(rows, CLEAR).or_else(|| agreed(rows, OTHER));
     let is_over_turns = agreed.is_none();
-    let (factor, factors) = agreed.or_else(|| over_turns(rows))?;
+    let (factor, factors) = agreed.or_else(|| find_factor_over_turns(rows))?;
     let percent = 100.0 * (1.0 - 1.0 / factor).abs();
     let too = if factor > 1.0 { "small" } else { "large" };
     let (hypothesis, fix) = match calibrated(motion).filter(|ratio| (factor / ratio - 1.0).abs() < AS_CALIBRATED) {
@@ -180,7 +180,7 @@ fn agreed(rows: &[CompatibilityRow], [least_r2, least_change]: [f64; 2]) -> Opti
 }
 
 /// The factor that the velocities north and east over turns agree on, with theirs; none where air data contradict it.
-fn over_turns(rows: &[CompatibilityRow]) -> Option<(f64, Vec<f64>)> {
+fn find_factor_over_turns(rows: &[CompatibilityRow]) -> Option<(f64, Vec<f64>)> {
     let factors = factors(rows, &OVER_TURNS, TURNS_R2, TURNS_SEGMENTS);
     let [north, east] = factors[..] else { return None };
     let factor = (north * east).sqrt();
@@ -224,13 +224,13 @@ mod tests {
     #[test]
     fn a_few_per_cent_are_shown_by_both_velocities_over_turns() {
         let mut rows: Vec<_> = [0.962, 0.964].into_iter().zip(OVER_TURNS).map(|(factor, of)| row(of, factor)).collect();
-        assert!(over_turns(&rows).is_none(), "correlation of 0.98");
+        assert!(find_factor_over_turns(&rows).is_none(), "correlation of 0.98");
         rows.iter_mut().for_each(|row| row.r2 = Some(0.999));
-        assert!((over_turns(&rows).unwrap().0 - 0.963).abs() < 1e-4);
+        assert!((find_factor_over_turns(&rows).unwrap().0 - 0.963).abs() < 1e-4);
         rows.push(row(OF_AIR_DATA[0], 1.0));
-        assert!(over_turns(&rows).is_none(), "the Mach number shows none");
+        assert!(find_factor_over_turns(&rows).is_none(), "the Mach number shows none");
         rows.truncate(2);
         rows[1].slope = Some(1.0 / 0.98);
-        assert!(over_turns(&rows).is_none(), "the two disagree");
+        assert!(find_factor_over_turns(&rows).is_none(), "the two disagree");
     }
 }

@@ -24,12 +24,12 @@ pub(super) fn loading_findings(
     let flown = evidence.snapshot.flown.get(&manoeuvre.flight).and_then(|slot| slot.ready());
     let shifted = flown.and_then(|flown| shifted(place, (evidence.session, &manoeuvre.flight), &flown.fuel));
     let possible = impossible(place, aero).or_else(|| envelope(place, evidence, aero));
-    let unused = flown.and_then(|flown| unused(place, (evidence, &manoeuvre.flight), aero, &flown.fuel));
+    let unused = flown.and_then(|flown| find_unused_fuel(place, (evidence, &manoeuvre.flight), aero, &flown.fuel));
     possible.into_iter().chain(shifted).chain(unused).collect()
 }
 
 /// Whether fuel is recorded whose change matters, and the aircraft file gives it no place.
-fn unused(
+fn find_unused_fuel(
     place: &Place,
     (evidence, flight): (Evidence<'_>, &str),
     aero: &WindowAero,

@@ -77,7 +77,7 @@ pub(super) fn sudden_control(
     });
     let worst = judged.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(part, ..)| *part > PART_OF_TIME_CONSTANT);
     let Some((part, motion, jump, time_constant_s)) = worst else {
-        return coarse_pulse(place, recording, manoeuvre.window);
+        return find_coarse_pulse(place, recording, manoeuvre.window);
     };
     let text = message!(
         "{} moves {:.0} % of its travel per {:.3} s sample: timing error {:.3} s, {:.0} % of the {} time constant {:.2} s \
@@ -98,10 +98,10 @@ pub(super) fn sudden_control(
 }
 
 /// A control of which a pulse holds hardly more than a sample: when it moved, and so how far it moved the aircraft, is not known.
-fn coarse_pulse(place: &Place, recording: &Recording, window: TimeRange) -> Option<Finding> {
+fn find_coarse_pulse(place: &Place, recording: &Recording, window: TimeRange) -> Option<Finding> {
     let controls = [Role::Aileron, Role::Elevator, Role::Rudder].into_iter();
     let judged = controls.filter_map(|control| {
-        let (apart_s, pulse_s) = shortest_pulse(&recording.role(control)?.series, window)?;
+        let (apart_s, pulse_s) = measure_shortest_pulse(&recording.role(control)?.series, window)?;
         Some((0.5 * apart_s / pulse_s, control, apart_s, pulse_s))
     });
     let (part, control, apart_s, pulse_s) = judged.max_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -122,10 +122,10 @@ fn coarse_pulse(place: &Place, recording: &Recording, window: TimeRange) -> Opti
 }
 
 /// Median time between samples of a control, and from one of its movements within a sample to the next the other way, s.
-fn shortest_pulse(control: &Series, window: TimeRange) -> Option<(f64, f64)> {
+fn measure_shortest_pulse(control: &Series, window: TimeRange) -> Option<(f64, f64)> {
     let range = window.indices(&control.time_s);
     let (time_s, values) = (&control.time_s[range.clone()], &control.values[range]);
-    let travel = travel_of(values);
+    let travel = measure_travel(values);
     let steps = values.windows(2).map(|pair| pair[1] - pair[0]).enumerate();
     let sudden: Vec<(usize, f64)> = steps.filter(|(_, step)| step.abs() > PULSE * travel).collect();
     let pulses = sudden.windows(2).filter(|pair| pair[0].1.signum() != pair[1].1.signum());
@@ -134,7 +134,7 @@ fn shortest_pulse(control: &Series, window: TimeRange) -> Option<(f64, f64)> {
 }
 
 /// Largest less smallest value.
-fn travel_of(values: &[f64]) -> f64 {
+fn measure_travel(values: &[f64]) -> f64 {
     let (low, high) =
         values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
     high - low
@@ -160,7 +160,7 @@ impl Jump {
     fn find(control: &Series, window: TimeRange) -> Option<Self> {
         let range = window.indices(&control.time_s);
         let (time_s, values) = (&control.time_s[range.clone()], &control.values[range]);
-        let travel = travel_of(values);
+        let travel = measure_travel(values);
         let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).enumerate();
         let (at, largest) = steps.filter(|(_, step)| step.is_finite()).max_by(|a, b| a.1.total_cmp(&b.1))?;
         let is_sudden = travel > LEAST_TRAVEL_RAD && largest > SUDDEN * travel;
@@ -186,9 +186,9 @@ mod tests {
     #[test]
     fn a_pulse_is_measured_where_it_takes_one_sample_and_where_it_takes_many() {
         let window = TimeRange { start_s: 0.0, end_s: 10.0 };
-        let (apart_s, pulse_s) = shortest_pulse(&doublet(0.25, 0.25), window).unwrap();
+        let (apart_s, pulse_s) = measure_shortest_pulse(&doublet(0.25, 0.25), window).unwrap();
         assert!((apart_s - 0.25).abs() < 1e-12 && (pulse_s - 0.25).abs() < 1e-12);
-        let (apart_s, pulse_s) = shortest_pulse(&doublet(0.02, 0.3), window).unwrap();
+        let (apart_s, pulse_s) = measure_shortest_pulse(&doublet(0.02, 0.3), window).unwrap();
         assert!((apart_s - 0.02).abs() < 1e-12 && (pulse_s - 0.3).abs() < 0.021, "{pulse_s}");
     }
 }
