@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-use crate::prep::{between_samples, stretches};
+use crate::prep::{between_samples, finest_step, stretches};
 use crate::quantity::{Dimension, Role};
 use crate::series::{Channel, Recording, Series, TimeRange, gap_threshold_s};
 use crate::statistics::{median_step, ranked};
@@ -74,6 +74,9 @@ const FAST: [Role; 15] = [
 /// Angles whose sine and cosine enter the relations.
 const ANGLES: [Role; 5] = [Role::BankAngle, Role::PitchAngle, Role::HeadingAngle, Role::AngleOfAttack, Role::Sideslip];
 
+/// Finest step between samples, as a part of the range of a column, from which the rounding of a recorder matters.
+const COARSE: f64 = 1.0 / 256.0;
+
 /// A number of steps this near to a whole one is that.
 const WHOLE_STEP: f64 = 1e-9;
 
@@ -93,6 +96,8 @@ pub(super) struct Motion {
     columns: Vec<Option<Arc<[f64]>>>,
     /// Those of [`ANGLES`].
     sines: [Sines; ANGLES.len()],
+    /// Finest step between samples by role, where it is more than [`COARSE`] of the range of the column; zero elsewhere.
+    resolutions: Vec<f64>,
     /// Velocity over the ground as it was recorded, north, east and down.
     ground_velocity: [Option<Series>; 3],
 }
@@ -147,6 +152,7 @@ impl Motion {
             return None;
         }
         let mut columns = vec![None; Role::ALL.len()];
+        let mut resolutions = vec![0.0; Role::ALL.len()];
         for role in COMPARED {
             let Some(channel) = recording.role(role) else { continue };
             let mut series = scaled(&channel.series);
@@ -155,6 +161,7 @@ impl Motion {
             }
             let column = between_samples(&series, &at_s, recording.max_gap_s, false);
             if column.iter().any(|value| value.is_finite()) {
+                resolutions[role as usize] = coarse_step(&series.values, &column);
                 columns[role as usize] = Some(column.into());
             }
         }
@@ -162,7 +169,13 @@ impl Motion {
         let segments = if moving.is_empty() { ranges } else { moving };
         let ground_velocity = [Role::VelocityNorth, Role::VelocityEast, Role::VelocityDown];
         let ground_velocity = ground_velocity.map(|role| recording.role(role).map(|channel| scaled(&channel.series)));
-        Some(Self { step_s, segments, time_s: at_s.into(), columns, sines: Default::default(), ground_velocity })
+        let (time_s, sines) = (at_s.into(), Default::default());
+        Some(Self { step_s, segments, time_s, columns, sines, resolutions, ground_velocity })
+    }
+
+    /// Finest step between samples of a role that a recorder rounds coarsely; zero of any other.
+    pub(super) fn resolution(&self, role: Role) -> f64 {
+        self.resolutions[role as usize]
     }
 
     /// Time, s, and value, m/s, of the samples of a component of the velocity over the ground between two times, as it was recorded.
@@ -217,6 +230,8 @@ impl Motion {
     pub(super) fn changed(mut self, role: Role, change: impl Fn(f64) -> f64) -> Self {
         let column = self.column(role).map(|column| column.iter().map(|value| change(*value)).collect());
         self.set(role, column);
+        let step = &mut self.resolutions[role as usize];
+        *step = (change(*step) - change(0.0)).abs();
         self
     }
 
@@ -242,6 +257,7 @@ impl Motion {
             time_s: select(&self.time_s),
             columns: self.columns.iter().map(|column| column.as_deref().map(select)).collect(),
             sines: Default::default(),
+            resolutions: self.resolutions.clone(),
             ground_velocity: [const { None }; 3],
         };
         // What is moved against the rest many times shares the sines of the rest.
@@ -287,8 +303,17 @@ impl Motion {
         let [of_one, of_other] = [one, other].map(|role| self.columns[role as usize].take());
         self.set(one, of_other);
         self.set(other, of_one);
+        self.resolutions.swap(one as usize, other as usize);
         self
     }
+}
+
+/// Finest step between samples where it is coarse against the range of the column; zero elsewhere.
+fn coarse_step(samples: &[f64], column: &[f64]) -> f64 {
+    let finite = || column.iter().copied().filter(|value| value.is_finite());
+    let range = finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min);
+    let step = finest_step(samples);
+    if step.is_finite() && step > COARSE * range { step } else { 0.0 }
 }
 
 /// Starts and numbers of steps of the segments of a flight.

@@ -491,13 +491,30 @@ impl Kinematic {
     }
 
     /// Standard deviation of a comparison in one segment: that of ordinary sensors, or the noise its levels have at both ends of a lag
-    /// where that is larger.
+    /// where that is larger, or what the rounding of a coarse recorder does to both sides.
     fn noise_in(&self, motion: &Motion, segment: &std::ops::Range<usize>) -> f64 {
         let lag = self.lag(motion);
         let length_s = motion.step_s * lag as f64;
         let slope_noise =
             |(_, level): Side| std::f64::consts::SQRT_2 * level_noise(motion, segment, level, lag) / length_s;
-        self.noise.max(slope_noise(self.x).hypot(slope_noise(self.y)))
+        let middle = segment.start + segment.len() / 2;
+        let rounding = self.measure_rounding(motion, middle, length_s);
+        self.noise.max(slope_noise(self.x).hypot(slope_noise(self.y))).max(rounding)
+    }
+
+    /// Standard deviation of a comparison by the rounding of coarse channels: a step over the root of twelve, in a mean and at both ends
+    /// of a lag, with the effect that the channels have at one time.
+    fn measure_rounding(&self, motion: &Motion, at: usize, length_s: f64) -> f64 {
+        let of_side = |coarse: &Motion, (mean, level): Side| {
+            let moved = |value: Value| value(coarse, at) - value(motion, at);
+            moved(mean).powi(2) + 2.0 * (moved(level) / length_s).powi(2)
+        };
+        let involved = self.needs.iter().chain(self.uses).filter(|role| motion.resolution(**role) > 0.0);
+        let squares = involved.map(|role| {
+            let coarse = motion.clone().changed(*role, |value| value + motion.resolution(*role));
+            of_side(&coarse, self.x) + of_side(&coarse, self.y)
+        });
+        (squares.filter(|square| square.is_finite()).sum::<f64>() / 12.0).sqrt()
     }
 
     /// Compares over all segments; `None` where none tells.

@@ -59,6 +59,7 @@ pub use manoeuvres::{
 };
 pub use matched::MatchedSmoothing;
 pub use navigation::{position_from_velocity, satellite_fix_at_cg};
+pub(crate) use noise_statistics::finest_step;
 pub use noise_statistics::{NoiseChoice, NoiseOrigin, NoiseStatistics, NoiseSums, noise_proposal, noise_statistics};
 pub use position::{FlowVane, acceleration_at_cg, accelerometer_at, flow_angles_at_cg, flow_angles_at_vanes};
 pub use rate_smoother::{SmoothedRate, smoothed_rate};

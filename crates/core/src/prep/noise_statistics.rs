@@ -155,7 +155,7 @@ pub fn noise_statistics(series: &Series, windows: &[TimeRange], degree: usize) -
 }
 
 /// Finest step between successive samples, without bound where there is none.
-fn finest_step(values: &[f64]) -> f64 {
+pub(crate) fn finest_step(values: &[f64]) -> f64 {
     let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
     steps.filter(|&step| step > 0.0).fold(f64::INFINITY, f64::min)
 }

@@ -60,6 +60,8 @@ pub enum Cause {
     LeftOut,
     /// All manoeuvres with findings left out.
     SuspectsLeftOut,
+    /// The manoeuvres that the model of the coefficient does not describe left out.
+    OutlyingLeftOut,
     /// Samples left out at which a sensor is at the end of its range or the recorder stalls.
     SpoiltLeftOut,
     /// A channel that others contradict, corrected or left out.

@@ -192,8 +192,8 @@ fn scatter(evidence: Evidence<'_>, at: &Place, fit: &CoefficientFit, index: usiz
     let apart = |single: &Single<'_>| ((single.estimate - pooled) / single.error).abs();
     let worst = singles.iter().max_by(|a, b| apart(a).total_cmp(&apart(b)))?;
     let error = fit.corrected_errors.get(index).copied().unwrap_or(f64::NAN);
-    // A poorly determined estimate is marked as such: it is no worse for a manoeuvre that is less certain than all together.
-    let level = if is_determined(fit, index) || worst.error < error { level } else { Level::Caution };
+    // A poorly determined estimate is marked as such: a manoeuvre that is less certain than all together says nothing against it.
+    let level = if is_determined(fit, index) || worst.error < error { level } else { Level::Good };
     let text = message!(
         "Manoeuvres disagree: {} gives {}, all together {}; scatter {:.1} times the standard errors (limit {:.0}).",
         quoted(worst.window),

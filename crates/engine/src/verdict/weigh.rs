@@ -6,16 +6,19 @@ use doublet_core::message::{Message, quoted, written};
 use doublet_core::model::Coefficient;
 
 use super::derivative::is_determined;
-use super::effect::CAUTION;
+use super::effect::{self, CAUTION, LEAST_PART};
 use super::judge::Evidence;
 use super::{Finding, Level, Verdict, accelerometer, biased, propulsion, spoilt};
 use crate::notation::significant;
 use crate::session::{Edit, EstimationEdit, Fix, PathSource, Place};
-use crate::snapshot::{Cause, Effect};
+use crate::snapshot::{Cause, Consequence, Effect};
 use crate::stage::CoefficientFit;
 
 /// Part of the samples of a fit in manoeuvres with an inconsistent flight path from which the path of all of them is suspect.
 const INCONSISTENT_PART: f64 = 0.5;
+
+/// Code of manoeuvres that the model does not describe.
+const OUTLYING: &str = "outlying";
 
 /// Standard error without the spoilt samples over that with them, and over the estimate, from which these determine the derivative.
 const LOST: (f64, f64) = (2.0, 0.5);
@@ -90,7 +93,7 @@ struct Judged<'a> {
     name: &'a str,
     estimate: f64,
     error: f64,
-    consequence: &'a super::Consequence,
+    consequence: &'a Consequence,
     /// Part of the samples in manoeuvres with an inconsistent flight path.
     inconsistent_part: f64,
     /// Whether the coefficient contains a thrust that is not known.
@@ -159,7 +162,7 @@ impl<'a> Judged<'a> {
         match cause {
             Cause::PathMeasured => self.inconsistent_part >= INCONSISTENT_PART,
             Cause::SuspectsLeftOut => !self.suspects.is_empty() && self.suspects.len() < self.fit.windows.len(),
-            Cause::Channel | Cause::Accelerometer | Cause::SpoiltLeftOut => true,
+            Cause::Channel | Cause::Accelerometer | Cause::SpoiltLeftOut | Cause::OutlyingLeftOut => true,
             Cause::Thrust => self.thrust_unknown,
             Cause::PathFiltered | Cause::LeftOut => false,
         }
@@ -179,11 +182,15 @@ impl<'a> Judged<'a> {
             ),
             Cause::SuspectsLeftOut => (
                 "windows",
-                message!(
-                    "without {}",
-                    Message::join(self.suspects.iter().map(|name| message!("{}", quoted(name))), ", ")
-                ),
+                message!("without {}", quote_all(self.suspects.iter().copied())),
                 "Fix the findings on these manoeuvres, or ignore them.".to_owned(),
+                "Manoeuvres",
+                "manoeuvre.role".to_owned(),
+            ),
+            Cause::OutlyingLeftOut => (
+                OUTLYING,
+                message!("without {}", quote_all(effect.of.iter().map(String::as_str))),
+                "Check these manoeuvres, or ignore them.".to_owned(),
                 "Manoeuvres",
                 "manoeuvre.role".to_owned(),
             ),
@@ -241,6 +248,7 @@ impl<'a> Judged<'a> {
                 Some(Fix::new("use the path as measured", edit))
             }
             Cause::SuspectsLeftOut => Some(Fix::ignore(self.suspects.iter().copied())),
+            Cause::OutlyingLeftOut => Some(Fix::ignore(effect.of.iter().map(String::as_str))),
             Cause::SpoiltLeftOut => {
                 let windows = self.fit.windows.iter().filter_map(|(window, _)| session.window(window));
                 let fixes: Vec<Fix> = windows.filter_map(|window| spoilt::fix(self.evidence, window)).collect();
@@ -257,6 +265,45 @@ impl<'a> Judged<'a> {
             Cause::PathFiltered | Cause::LeftOut => None,
         }
     }
+}
+
+/// Names of manoeuvres in quotation marks.
+fn quote_all<'a>(names: impl Iterator<Item = &'a str>) -> Message {
+    Message::join(names.map(|name| message!("{}", quoted(name))), ", ")
+}
+
+/// That the model of a fit does not describe some of its manoeuvres, where leaving them out changes a derivative that the others
+/// determine as well.
+pub(super) fn find_outlying(evidence: Evidence<'_>, fit: &CoefficientFit) -> Option<Finding> {
+    let found = evidence.consequences.iter().find(|one| one.coefficient == fit.coefficient)?;
+    let worst = found.outlying.first()?;
+    let changes = |(name, consequence): &(String, Consequence)| {
+        let estimate = fit.fit.as_ref().ok()?;
+        let now = estimate.estimates[estimate.names.iter().position(|other| other == name)?];
+        let effect = consequence.effects.iter().find(|effect| effect.cause == Cause::OutlyingLeftOut)?;
+        let change = (effect.estimate - now).abs();
+        let is_changed = change > CAUTION.1 * now.abs() && consequence.motion_ratio * change > LEAST_PART;
+        Some(is_changed && effect.error_ratio < LOST.0)
+    };
+    if !found.derivatives.iter().filter_map(changes).any(|is_changed| is_changed) {
+        return None;
+    }
+    let others = match found.outlying.len() - 1 {
+        0 => Message::default(),
+        others => message!(" and {} more", others),
+    };
+    let text = message!(
+        "{}{}: residual {:.1} times that of most manoeuvres (limit {}).",
+        quoted(&worst.name),
+        others,
+        worst.ratio,
+        effect::OUTLYING
+    );
+    let place = Place::derivative(fit.coefficient.name(), None);
+    let finding = Finding::new(Level::Caution, OUTLYING, place, text).with_figure(worst.ratio, effect::OUTLYING);
+    let finding = finding.with_fix_text("Check configuration, contact with the ground and stall; or ignore them.");
+    let fix = Fix::ignore(found.outlying.iter().map(|manoeuvre| manoeuvre.name.as_str()));
+    Some(finding.with_setting("Manoeuvres", "manoeuvre.role").with_fix(Some(fix)))
 }
 
 /// Whether a manoeuvre is tried without: something of it is bad, or wrong besides its flight path.

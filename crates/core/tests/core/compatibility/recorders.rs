@@ -195,3 +195,21 @@ fn a_deflection_that_is_a_part_of_full_travel_is_named() {
     assert_eq!(mistakes(&pitched(full, 1.0)), Vec::<String>::new());
     assert_eq!(mistakes(&pitched(1.2 * degree, 1.0 / degree)), ["delta_e: degrees, not radians"]);
 }
+
+#[test]
+fn altitude_of_few_bits_does_not_contradict_the_vertical_velocity() {
+    let rounded = |step_m: f64| {
+        found(|columns| {
+            for role in [Altitude, PositionDown] {
+                columns
+                    .get_mut(&role)
+                    .unwrap()
+                    .iter_mut()
+                    .for_each(|value| *value = (*value / step_m).round() * step_m);
+            }
+        })
+    };
+    for step_m in [5.0, 20.0, 40.0] {
+        assert_eq!(mistakes(&rounded(step_m)), Vec::<String>::new(), "step of {step_m} m");
+    }
+}

@@ -1,6 +1,7 @@
 //! What a suspect cause changes of the derivatives: the fits with the path taken another way, with manoeuvres left out, with channels
 //! and places corrected.
 
+mod outlying;
 mod variant;
 
 use doublet_core::estimate::PooledFit;
@@ -14,6 +15,7 @@ use crate::graph::StageResult;
 use crate::session::{PathSource, Session};
 use crate::snapshot::{Cause, Consequence, Effect};
 use crate::stage::{self, AeroWindow, Regression};
+pub(super) use outlying::{OUTLYING, Outlying};
 use variant::Used;
 pub(super) use variant::outside;
 
@@ -50,6 +52,8 @@ impl Consequence {
 pub(super) struct Consequences {
     pub(super) coefficient: Coefficient,
     pub(super) derivatives: Vec<(String, Consequence)>,
+    /// Manoeuvres that the model does not describe.
+    pub(super) outlying: Vec<Outlying>,
 }
 
 impl Consequences {
@@ -153,15 +157,18 @@ fn fit(found: StageResult<Regression>) -> Option<Fitted> {
 }
 
 fn fit_consequences(fitted: &Fitted, variants: &[Variant]) -> Consequences {
-    let (regression, _) = fitted;
+    let (regression, fit) = fitted;
     let same = |variant: &'_ Variant| -> Option<(Suspect, PooledFit)> {
         let (_, fit) = variant.fits.iter().find(|(other, _)| other.coefficient == regression.coefficient)?;
         Some((variant.suspect.clone(), fit.clone()))
     };
     let mut others: Vec<(Suspect, PooledFit)> = variants.iter().filter_map(same).collect();
     others.extend(left_out(regression));
+    let outlying = outlying::find_outlying(&regression.pooled, fit);
+    let names: Vec<String> = outlying.iter().map(|manoeuvre| manoeuvre.name.clone()).collect();
+    others.extend(fit_without(regression, Suspect::new(Cause::OutlyingLeftOut, names)));
     let derivatives = regression.pooled.shared().map(|name| (name.clone(), consequence(name, fitted, &others)));
-    Consequences { coefficient: regression.coefficient, derivatives: derivatives.collect() }
+    Consequences { coefficient: regression.coefficient, derivatives: derivatives.collect(), outlying }
 }
 
 /// The fit without each manoeuvre, or each group of them where there are many.
@@ -171,21 +178,18 @@ fn left_out(regression: &Regression) -> Vec<(Suspect, PooledFit)> {
     if groups < 2 {
         return Vec::new();
     }
-    (0..groups).into_par_iter().filter_map(|group| fit_without(regression, group, groups)).collect()
+    let names = |group: usize| regression.pooled.windows.iter().skip(group).step_by(groups);
+    let suspect =
+        |group: usize| Suspect::new(Cause::LeftOut, names(group).map(|window| window.label.clone()).collect());
+    (0..groups).into_par_iter().filter_map(|group| fit_without(regression, suspect(group))).collect()
 }
 
-fn fit_without(regression: &Regression, group: usize, groups: usize) -> Option<(Suspect, PooledFit)> {
+/// The fit without the manoeuvres of a suspect; none where there are none, or the others do not suffice.
+fn fit_without(regression: &Regression, suspect: Suspect) -> Option<(Suspect, PooledFit)> {
     let mut pooled = regression.pooled.clone();
-    let (mut names, mut index) = (Vec::new(), 0);
-    pooled.windows.retain(|window| {
-        let stays = index % groups != group;
-        if !stays {
-            names.push(window.label.clone());
-        }
-        index += 1;
-        stays
-    });
-    Some((Suspect::new(Cause::LeftOut, names), pooled.fit().ok()?))
+    pooled.windows.retain(|window| !suspect.of.contains(&window.label));
+    let fit = pooled.fit().ok().filter(|_| !suspect.of.is_empty())?;
+    Some((suspect, fit))
 }
 
 fn consequence(name: &str, (regression, fit): &Fitted, others: &[(Suspect, PooledFit)]) -> Consequence {
