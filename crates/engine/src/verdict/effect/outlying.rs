@@ -1,14 +1,17 @@
 //! Manoeuvres that a model does not describe while it describes the others: another configuration, contact with the ground, a stall.
 
-use doublet_core::estimate::{PooledFit, PooledRegression};
+use doublet_core::estimate::{Constraint, PooledFit, PooledRegression};
 use doublet_core::statistics::median;
 
 /// Root mean square residual of a manoeuvre over the median of all, from which the model does not describe it.
 pub(in crate::verdict) const OUTLYING: f64 = 4.0;
-/// The same in the ordinary fit, from which such manoeuvres are looked for: one of them raises the residual of all.
+/// Root mean square residual of a manoeuvre in the ordinary fit, over the median or over that of its own fit, from which such manoeuvres are
+/// looked for: one of them raises the residual of all.
 const UNEVEN: f64 = 2.0;
 /// Least deviation of a manoeuvre by which it is weighted, as a part of the median: one that fits by chance shall not decide alone.
 const LEAST: f64 = 0.5;
+/// Most manoeuvres whose own estimates the weights start from: most manoeuvres are sound.
+const STARTS: usize = 8;
 /// Passes of the weights.
 const PASSES: usize = 8;
 /// Fewest manoeuvres of which one can differ from most.
@@ -25,12 +28,16 @@ pub(in crate::verdict) struct Outlying {
 
 /// Manoeuvres whose residual is many times that of most, the largest first. Each manoeuvre is weighted by its own residual, `min sum_w n_w
 /// ln(s_w)` with its root mean square `s_w`: the maximum likelihood for noise that differs from one to the other, by repeated weights
-/// `1 / s_w`.
+/// `1 / s_w`. They start from the estimate of a single manoeuvre, or of all, that leaves the least median residual.
 pub(super) fn find_outlying(pooled: &PooledRegression, fit: &PooledFit) -> Vec<Outlying> {
-    let mut sizes = measure_residuals(fit, &vec![1.0; pooled.windows.len()]);
-    if sizes.len() < FEWEST || ratios(&sizes).is_none_or(|ratios| ratios.iter().all(|ratio| *ratio < UNEVEN)) {
+    let ordinary = measure_residuals(fit, &vec![1.0; pooled.windows.len()]);
+    if ordinary.len() < FEWEST || is_even(pooled, &ordinary) {
         return Vec::new();
     }
+    let middle = |sizes: &Vec<f64>| median(&mut sizes.clone()).unwrap_or(f64::INFINITY);
+    let alone = (0..pooled.windows.len()).step_by(pooled.windows.len().div_ceil(STARTS));
+    let starts = alone.filter_map(|index| measure_by_estimate_of(pooled, index)).chain([ordinary]);
+    let Some(mut sizes) = starts.min_by(|a, b| middle(a).total_cmp(&middle(b))) else { return Vec::new() };
     for _ in 0..PASSES {
         let Some(ratios) = ratios(&sizes) else { return Vec::new() };
         let scales: Vec<f64> = ratios.iter().map(|ratio| ratio.max(LEAST)).collect();
@@ -43,6 +50,34 @@ pub(super) fn find_outlying(pooled: &PooledRegression, fit: &PooledFit) -> Vec<O
         found.map(|(ratio, window)| Outlying { name: window.label.clone(), ratio }).collect();
     found.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
     found
+}
+
+/// Whether the ordinary fit describes every manoeuvre about as well as most, and as well as its own fit does.
+fn is_even(pooled: &PooledRegression, ordinary: &[f64]) -> bool {
+    let is_near_own = |(index, size): (usize, &f64)| {
+        fit_alone(pooled, index).is_none_or(|own| *size < UNEVEN * measure_residuals(&own, &[1.0])[0])
+    };
+    ratios(ordinary).is_none_or(|ratios| ratios.iter().all(|ratio| *ratio < UNEVEN))
+        && ordinary.iter().enumerate().all(is_near_own)
+}
+
+/// The fit of one manoeuvre; none where that does not determine the derivatives.
+fn fit_alone(pooled: &PooledRegression, index: usize) -> Option<PooledFit> {
+    let windows = vec![pooled.windows[index].clone()];
+    let (names, per_window) = (pooled.names.clone(), pooled.per_window.clone());
+    PooledRegression { names, per_window, constraints: pooled.constraints.clone(), windows }.fit().ok()
+}
+
+/// Residuals of all manoeuvres, each with its own parameters fitted, by the estimates that one of them gives alone.
+fn measure_by_estimate_of(pooled: &PooledRegression, index: usize) -> Option<Vec<f64>> {
+    let own = fit_alone(pooled, index)?;
+    let constraint = |(term, per_window): (usize, &bool)| match per_window {
+        true => Constraint::Free,
+        false => Constraint::Fixed(own.fit.estimates[own.parameters[0][term]]),
+    };
+    let constraints = pooled.per_window.iter().enumerate().map(constraint).collect();
+    let fit = PooledRegression { constraints, ..pooled.clone() }.fit().ok()?;
+    Some(measure_residuals(&fit, &vec![1.0; pooled.windows.len()]))
 }
 
 /// Root mean square residual of every manoeuvre of a fit whose samples were divided by `scales`.
@@ -102,6 +137,11 @@ mod tests {
     fn manoeuvres_of_another_slope_are_found_even_where_they_pull_the_fit_of_all() {
         assert_eq!(find(&[1.0, 1.0, 2.0, 1.0, 1.0]), ["2"]);
         assert_eq!(find(&[1.0, 3.0, 2.0, 1.0, 1.0, 1.0, 1.0, 4.0]), ["7", "1", "2"]);
+        assert_eq!(
+            find(&[1.0, 2.0, 2.0, 1.0, 2.0, 1.0, 1.0]).len(),
+            3,
+            "which share the residual of the ordinary fit evenly"
+        );
     }
 
     #[test]
