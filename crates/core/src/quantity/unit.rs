@@ -169,10 +169,10 @@ const UNITS: &[Row] = &[
     Row("kgf", &["kp"], D::Force, STANDARD_GRAVITY_M_S2, 0.0),
     Row("Pa", &["pascal", "N/m^2", "N/m2"], D::Pressure, 1.0, 0.0),
     Row("hPa", &["hectopascal"], D::Pressure, 1e2, 0.0),
-    Row("mbar", &["mb", "millibar"], D::Pressure, 1e2, 0.0),
+    Row("mbar", &["mb", "millibar", "millibars"], D::Pressure, 1e2, 0.0),
     Row("kPa", &["kilopascal"], D::Pressure, 1e3, 0.0),
     Row("bar", &["bars"], D::Pressure, 1e5, 0.0),
-    Row("inHg", &["in Hg", "\"Hg", "inches Hg", "in.Hg"], D::Pressure, INCH_OF_MERCURY_PA, 0.0),
+    Row("inHg", &["in Hg", "\"Hg", "inches Hg", "inches of mercury", "in.Hg"], D::Pressure, INCH_OF_MERCURY_PA, 0.0),
     Row("psi", &["lbf/in^2", "lbf/in2", "psia"], D::Pressure, PSI_PA, 0.0),
     Row("psf", &["lbf/ft^2", "lbf/ft2", "lb/ft^2", "lb/ft2"], D::Pressure, PSI_PA / 144.0, 0.0),
     Row("K", &["kelvin", "degK", "deg K"], D::Temperature, 1.0, 0.0),
@@ -218,6 +218,26 @@ fn plain(name: &str) -> String {
     plain
 }
 
+/// A quotient in words by its symbols: `feet per second squared` -> `ft/s^2`, `pounds per square foot` -> `lb/ft^2`; none of other names.
+fn abbreviate(name: &str) -> Option<String> {
+    let name = name.replace(" per second per second", " per second squared");
+    let (above, below) = name.split_once(" per ")?;
+    let powers = [("square ", "^2"), ("cubic ", "^3")];
+    let (below, power) = match below.strip_suffix(" squared") {
+        Some(base) => (base, "^2"),
+        None => {
+            powers.iter().find_map(|(word, power)| Some((below.strip_prefix(word)?, *power))).unwrap_or((below, ""))
+        }
+    };
+    Some(format!("{}/{}{power}", symbol_of(above)?, symbol_of(below)?))
+}
+
+/// Symbol of a unit in words, of one or of many.
+fn symbol_of(word: &str) -> Option<&'static str> {
+    let word = word.trim();
+    [word, word.trim_end_matches('s')].into_iter().find_map(|word| Unit::parse(word).ok()).map(|unit| unit.symbol)
+}
+
 impl Unit {
     /// The unit called `name`, by its symbol or a common spelling (`kts`, `lbs`, `°/s`, `m/s²`, `[ft]`).
     ///
@@ -230,6 +250,9 @@ impl Unit {
         let wanted = plain(name);
         if let Some(row) = UNITS.iter().find(|row| row.spellings().any(|spelling| spelling == wanted)) {
             return Ok(row.unit());
+        }
+        if let Some(written) = abbreviate(&wanted) {
+            return Self::parse(&written).map_err(|unknown| UnknownUnit { name: name.to_owned(), ..unknown });
         }
         let folded = wanted.to_lowercase();
         let mut similar = UNITS.iter().filter(|row| row.spellings().any(|spelling| spelling.to_lowercase() == folded));
@@ -294,6 +317,12 @@ mod tests {
         for (spelling, symbol) in [
             ("knots", "kt"),
             ("KTS", "kt"),
+            ("radians per second", "rad/s"),
+            ("Feet per second squared", "ft/s^2"),
+            ("degrees per second per second", "deg/s^2"),
+            ("kilometers per hour", "km/h"),
+            ("slugs per cubic foot", "slug/ft^3"),
+            ("pounds per square foot", "psf"),
             ("kn", "kt"),
             ("kN", "kN"),
             ("[m/s²]", "m/s^2"),

@@ -173,13 +173,44 @@ fn settle_climb(map: &mut ManualChannelMap, probes: &[Probe]) {
             }
         }
         (true, true) => {
-            let feet = (slope.abs() * 60.0).ln().abs() < RATIO.ln();
-            if let (true, Ok(length), Ok(speed)) = (feet, Unit::parse("ft"), Unit::parse("ft/min")) {
-                open.into_iter().for_each(|height| give(map, height, length));
-                give(map, role, speed);
-            }
+            let Some((length, speed)) = find_length_and_speed(map, &row, open[0], slope) else { return };
+            open.into_iter().for_each(|height| give(map, height, length));
+            give(map, role, speed);
+            give_to_parts(map, &row, speed, probes);
         }
         (false, false) => {}
+    }
+}
+
+/// Units of a height and of a climb whose ratio is that of the numbers recorded, where `slope` is the change of the height as read on the
+/// climb as read; none where two pairs have that ratio: metres with m/s, feet with ft/s.
+fn find_length_and_speed(
+    map: &ManualChannelMap,
+    climb: &ManualChannel,
+    height: Role,
+    slope: f64,
+) -> Option<(Unit, Unit)> {
+    let recorded = slope.abs() * climb.unit?.scale / map.row(height)?.unit?.scale;
+    let parse = |symbols: &[&str]| -> Vec<Unit> { symbols.iter().filter_map(|one| Unit::parse(one).ok()).collect() };
+    let (lengths, speeds) = (parse(&["m", "ft"]), parse(&["m/s", "ft/s", "ft/min", "kt", "km/h"]));
+    let pairs = lengths.iter().flat_map(|length| speeds.iter().map(move |speed| (*length, *speed)));
+    let fits = |(length, speed): &(Unit, Unit)| (recorded * length.scale / speed.scale).ln().abs() < RATIO.ln();
+    let mut fitting = pairs.filter(fits);
+    fitting.next().filter(|_| fitting.next().is_none())
+}
+
+/// Gives the velocities north and east the unit of the climb, where their names differ from its name by one letter.
+fn give_to_parts(map: &mut ManualChannelMap, climb: &ManualChannel, unit: Unit, probes: &[Probe]) {
+    let is_part = |row: &ManualChannel| {
+        let (one, other) = (&row.from.channel, &climb.from.channel);
+        row.from.source == climb.from.source
+            && one.chars().count() == other.chars().count()
+            && one.chars().zip(other.chars()).filter(|(a, b)| a != b).count() == 1
+    };
+    for role in [Role::VelocityNorth, Role::VelocityEast] {
+        if is_open(map, role, probes) && map.row(role).is_some_and(is_part) {
+            give(map, role, unit);
+        }
     }
 }
 

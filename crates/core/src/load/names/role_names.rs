@@ -50,14 +50,14 @@ pub(crate) const NAMES: &[RoleNames] = &[
     ]),
     (Role::VelocityNorth, &[
         "vnorth", "vn", "veln", "velnorth", "velocitynorth", "speednorth", "gpsvn", "vngps", "northvelocity", "northspeed",
-        "nvel", "ndot", "xdot", "northvel", "vned0", "nsvelocity", "nsvel", "northsouthvelocity",
+        "nvel", "ndot", "xdot", "northvel", "nsvelocity", "nsvel", "northsouthvelocity",
     ]),
     (Role::VelocityEast, &[
         "veast", "ve", "vele", "veleast", "velocityeast", "speedeast", "gpsve", "vegps", "eastvelocity", "eastspeed",
-        "evel", "edot", "ydot", "eastvel", "vned1", "ewvelocity", "ewvel", "eastwestvelocity",
+        "evel", "edot", "ydot", "eastvel", "ewvelocity", "ewvel", "eastwestvelocity",
     ]),
     (Role::VelocityDown, &[
-        "vdown", "vd", "veld", "dvel", "downvel", "veldown", "velocitydown", "speeddown", "gpsvd", "vdgps", "downvelocity", "vned2", "velup", "velu",
+        "vdown", "vd", "veld", "dvel", "downvel", "veldown", "velocitydown", "speeddown", "gpsvd", "vdgps", "downvelocity", "velup", "velu",
         "vup", "velocityup", "upvelocity", "speedup", "climb", "climbspeed", "verticalvelocity", "vertspeed", "vertvel",
         "vertspd", "vspeed", "verticalspd", "vsi", "altdot", "rateofclimbordescent", "vertrate", "inertialverticalspeed", "inertialvertspeed",
         "climbrate", "verticalspeed", "vspd", "rateofclimb", "vs", "vvi", "ivv", "roc", "hdot", "altituderate", "altrate", "vu",
