@@ -165,6 +165,14 @@ pub fn show(table: &Table) {
     self::table(&titles.iter().map(String::as_str).collect::<Vec<_>>(), &rows.collect::<Vec<_>>());
 }
 
+/// Prints tables, each behind an empty line.
+pub fn show_all(tables: &[Table]) {
+    for table in tables {
+        line("");
+        show(table);
+    }
+}
+
 fn readable((cell, column): (&Cell, &Column)) -> String {
     match cell {
         Cell::Symbol(name) => name.clone(),
