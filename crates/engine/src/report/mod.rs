@@ -103,12 +103,7 @@ impl Default for Outputs {
 pub enum ReportError {
     /// A file or folder could not be written.
     #[error("{path}: {source}")]
-    File {
-        path: String,
-        /// Cause.
-        source: std::io::Error,
-    },
-    /// The folder holds something else.
+    File { path: String, source: std::io::Error },
     #[error("{0} is not empty and was not written by doublet: choose another folder for --out")]
     Occupied(String),
     /// The results could not be put in place.
@@ -116,13 +111,7 @@ pub enum ReportError {
     Put(#[from] PutError),
     /// A table could not be formed.
     #[error("{what}: {reason}")]
-    Form {
-        /// File.
-        what: &'static str,
-        /// Cause.
-        reason: String,
-    },
-    /// Writing was stopped.
+    Form { what: &'static str, reason: String },
     #[error("cancelled: nothing was written")]
     Cancelled,
 }
