@@ -13,7 +13,7 @@ mod peak;
 use thiserror::Error;
 
 pub use clock::ClockModel;
-pub use fit::{ClockChunk, ClockEstimate, ClockFitSettings, ClockPair, ClockSearch, clock_fit, clock_fit_pairs};
+pub use fit::{ClockChunk, ClockEstimate, ClockFitSettings, ClockPair, ClockSearch, clock_fit_pairs};
 pub use onset::{OnsetAlignment, OnsetSettings, onset_alignment};
 
 /// Why clocks cannot be aligned.

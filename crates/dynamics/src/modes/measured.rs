@@ -8,10 +8,9 @@ use thiserror::Error;
 
 /// A number with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct Read {
-    /// Value.
     pub value: f64,
-    /// Standard error.
     pub standard_error: f64,
 }
 

@@ -77,6 +77,8 @@ pub use fit::{
 };
 pub(crate) use fit::{applies, constant_name};
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
+#[cfg(test)]
+pub(crate) use gravity::tests::recording_of;
 pub use gravity::{Gravity, gravity, with_gravity};
 pub use gusts::SessionGusts;
 pub use information::{Information, RegressorCorrelation, information, regressor_correlations};

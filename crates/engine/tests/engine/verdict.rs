@@ -10,6 +10,7 @@ use doublet_core::estimate::NonlinearSearch;
 use doublet_core::model::{Coefficient, Term, ThrustTreatment};
 use doublet_core::propulsion::{MapVariable, OffRange};
 use doublet_core::quantity::Role;
+use doublet_core::reconstruct::consistency::Consistency;
 use doublet_core::reconstruct::{Input, State};
 use doublet_core::series::{Channel, Recording, Series};
 use doublet_core::simulate::scenario;
@@ -17,7 +18,7 @@ use doublet_core::validate::{BandResult, Histories, Signal, TestResult, Toleranc
 use doublet_engine::graph::Context;
 use doublet_engine::run::{Slot, Snapshot, WindowResults};
 use doublet_engine::session::{self, Session, Surface, WindowRole};
-use doublet_engine::stage::{self, AeroWindow, CoefficientFit, ExtrapolatedThrust, PooledFits};
+use doublet_engine::stage::{self, AeroWindow, CoefficientFit, ExtrapolatedThrust, PooledFits, WindowPath};
 use doublet_engine::study::{
     CheckStudy, CheckedDerivative, ControlLag, ESTIMATORS, LagKind, LagStudy, MethodChecks, MethodEstimates, ModelPart,
     PartEstimates, WindowChecks,
@@ -91,10 +92,16 @@ impl Sound {
 }
 
 /// The content of a slot, changed.
-fn changed<T: Clone>(slot: &mut Slot<T>, change: impl FnOnce(&mut T)) {
+pub fn changed<T: Clone>(slot: &mut Slot<T>, change: impl FnOnce(&mut T)) {
     let mut content = T::clone(slot.ready().unwrap());
     change(&mut content);
     *slot = content.into();
+}
+
+/// Consistency of a path, to be changed.
+pub fn consistency(path: &mut WindowPath) -> &mut Consistency {
+    path.assessment();
+    path.assessment.get_mut().unwrap().consistency.as_mut().unwrap()
 }
 
 /// The window that moves the elevator first.
@@ -123,22 +130,22 @@ fn reasons_about_the_flight_path_fire_beyond_their_limits_only() {
         &[(1.2, NONE), (0.5, NONE), (1.7, CAUTION), (0.2, CAUTION), (3.5, BAD), (0.05, CAUTION)],
         |s, snapshot, ratio| {
             changed(&mut elevator(s, snapshot).path, |path| {
-                let consistency = path.assessment_mut().unwrap().consistency.as_mut().unwrap();
-                let expected = consistency.nis_mean / consistency.nis_ratio;
-                (consistency.nis_ratio, consistency.nis_mean) = (ratio, ratio * expected);
+                let found = consistency(path);
+                let expected = found.nis_mean / found.nis_ratio;
+                (found.nis_ratio, found.nis_mean) = (ratio, ratio * expected);
             });
         },
     );
     sound.expect("innovation", &[(0.4, NONE), (-0.9, CAUTION), (6.0, BAD)], |s, snapshot, mean| {
         let path = &mut elevator(s, snapshot).path;
-        changed(path, |path| path.assessment_mut().unwrap().consistency.as_mut().unwrap().channels[0].mean = mean);
+        changed(path, |path| consistency(path).channels[0].mean = mean);
     });
     sound.expect(
         "innovation",
         &[((0.9, 0.8), NONE), ((1.4, 0.2), NONE), ((1.4, 0.8), CAUTION)],
         |s, snapshot, (ratio, lag_one)| {
             changed(&mut elevator(s, snapshot).path, |path| {
-                let channel = &mut path.assessment_mut().unwrap().consistency.as_mut().unwrap().channels[0];
+                let channel = &mut consistency(path).channels[0];
                 (channel.deviation_ratio, channel.autocorrelation[0], channel.is_white) = (ratio, lag_one, false);
             });
         },
