@@ -12,7 +12,6 @@ use crate::dynamics::JudgedArguments;
 /// Forms of a report that this build writes.
 pub const REPORTS: &str = if cfg!(feature = "pdf") { "html,pdf" } else { "html" };
 
-/// Arguments of `report`.
 #[derive(Debug, Args)]
 pub struct ReportArguments {
     /// Session file.

@@ -12,7 +12,6 @@ use crate::progress::Progress;
 use crate::run::{compute_session, open_to_run};
 use crate::text;
 
-/// Arguments of `compatibility`.
 #[derive(Debug, Args)]
 pub struct CompatibilityArguments {
     /// Session file.

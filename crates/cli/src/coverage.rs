@@ -20,7 +20,6 @@ use doublet_engine::verdict::{self, JudgedFlights};
 use crate::progress::Progress;
 use crate::text;
 
-/// Arguments of `coverage`.
 #[derive(Debug, Args)]
 pub struct CoverageArguments {
     /// Session whose settings identify the flights [default: the shipped one].
@@ -60,7 +59,6 @@ pub struct CoverageArguments {
     pub time: f64,
 }
 
-/// Arguments of `calibrate`.
 #[derive(Debug, Args)]
 pub struct CalibrateArguments {
     /// Session for the settings [default: shipped one, gusts by likelihood].

@@ -67,7 +67,6 @@ pub struct BasisArguments {
     json: bool,
 }
 
-/// Arguments of `design`.
 #[derive(Debug, Args)]
 pub struct DesignArguments {
     /// Options of every design.
@@ -102,7 +101,6 @@ pub struct DesignArguments {
     travel: f64,
 }
 
-/// Arguments of `enough`.
 #[derive(Debug, Args)]
 pub struct EnoughArguments {
     /// Options of every design.

@@ -11,7 +11,6 @@ use doublet_engine::session::{self, Session};
 
 use crate::{run, text};
 
-/// Arguments of `diff`.
 #[derive(Debug, Args)]
 pub struct DiffArguments {
     /// Session (will be run) or folder of results.

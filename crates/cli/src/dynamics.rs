@@ -61,7 +61,6 @@ pub struct TrimArguments {
     pub json: bool,
 }
 
-/// Arguments of `linear`.
 #[derive(Debug, Args)]
 pub struct LinearArguments {
     /// The trim.
@@ -72,7 +71,6 @@ pub struct LinearArguments {
     out: Option<PathBuf>,
 }
 
-/// Arguments of `modes`.
 #[derive(Debug, Args)]
 pub struct ModesArguments {
     /// The trim.
@@ -124,7 +122,6 @@ impl JudgedArguments {
     }
 }
 
-/// Arguments of `qualities`.
 #[derive(Debug, Args)]
 pub struct QualitiesArguments {
     /// The trim.

@@ -19,7 +19,6 @@ use crate::text;
 /// Time without a change after which a file has ended, s.
 const FILE_WAIT_S: f64 = 10.0;
 
-/// Arguments of `live`.
 #[derive(Debug, Args)]
 pub struct LiveArguments {
     /// Recording, growing text file, telemetry log (.tlog), or session to replay.

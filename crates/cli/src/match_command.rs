@@ -11,7 +11,6 @@ use doublet_engine::stage::{PercentRule, Reading, Tolerances};
 use crate::run::computed;
 use crate::text;
 
-/// Arguments of `match`.
 #[derive(Debug, Args)]
 pub struct MatchArguments {
     /// Session file.

@@ -11,7 +11,6 @@ use doublet_engine::stage::{self, FlightNoise, FlightProposals, LoadedFlight, No
 
 use crate::text;
 
-/// Arguments of `propose`.
 #[derive(Debug, Args)]
 pub struct ProposeArguments {
     /// Kind of proposal.

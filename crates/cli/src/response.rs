@@ -24,7 +24,6 @@ use crate::outcome::Outcome;
 use crate::run::computed;
 use crate::text;
 
-/// Arguments of `response`, and the first ones of `loes`.
 #[derive(Debug, Args)]
 pub struct ResponseArguments {
     /// Session (.toml), or a table: text, or any recording, unconverted.
@@ -64,7 +63,6 @@ pub struct ResponseArguments {
     pub json: bool,
 }
 
-/// Arguments of `loes`.
 #[derive(Debug, Args)]
 pub struct LoesArguments {
     /// Input, output and band.

@@ -17,7 +17,6 @@ use crate::text;
 /// Memory for intermediate results.
 const CACHE_BYTES: usize = 1 << 30;
 
-/// Arguments of `tune`.
 #[derive(Debug, Args)]
 pub struct TuneArguments {
     /// Session file.

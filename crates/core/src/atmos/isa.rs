@@ -71,9 +71,7 @@ fn within(
 /// temperature enters the pressure law too, as in thesis section 3.2.4. Source: ISO 2533.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Atmosphere {
-    /// Pressure at sea level, Pa.
     sea_level_pressure_pa: f64,
-    /// Temperature at sea level, K.
     sea_level_temperature_k: f64,
 }
 

@@ -170,6 +170,7 @@ pub struct AileronTable {
 
 /// What a listing says about one configuration at one flight condition. Where pages repeat a table the first counts.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct DatcomListing {
     /// Name of the case, without ornament.
     pub title: String,
@@ -183,9 +184,7 @@ pub struct DatcomListing {
     pub downwash: Option<DownwashTable>,
     /// Dynamic derivatives.
     pub dynamic: Option<DynamicTable>,
-    /// Elevator.
     pub elevator: Option<ElevatorTable>,
-    /// Ailerons.
     pub aileron: Option<AileronTable>,
     /// Lift coefficient of level flight, `W / (q S)`, from the weight and the first page's air.
     pub level_flight_cl: Option<f64>,
