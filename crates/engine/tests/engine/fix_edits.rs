@@ -21,7 +21,7 @@ use doublet_engine::session::{
 use doublet_engine::stage::{self, CoefficientFit, ConstantError, SensorDelay, SensorDelays};
 use doublet_engine::verdict::{self, Finding, fly_and_judge, judge};
 
-use crate::verdict::{changed, consistency};
+use crate::verdict_causes::{changed, consistency};
 
 /// A flight with which nothing is wrong, to change one thing of.
 fn flown() -> (Session, Snapshot) {

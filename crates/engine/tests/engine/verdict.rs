@@ -10,7 +10,6 @@ use doublet_core::estimate::NonlinearSearch;
 use doublet_core::model::{Coefficient, Term, ThrustTreatment};
 use doublet_core::propulsion::{MapVariable, OffRange};
 use doublet_core::quantity::Role;
-use doublet_core::reconstruct::consistency::Consistency;
 use doublet_core::reconstruct::{Input, State};
 use doublet_core::series::{Channel, Recording, Series};
 use doublet_core::simulate::scenario;
@@ -18,12 +17,14 @@ use doublet_core::validate::{BandResult, Histories, Signal, TestResult, Toleranc
 use doublet_engine::graph::Context;
 use doublet_engine::run::{Slot, Snapshot, WindowResults};
 use doublet_engine::session::{self, Session, Surface, WindowRole};
-use doublet_engine::stage::{self, AeroWindow, CoefficientFit, ExtrapolatedThrust, PooledFits, WindowPath};
+use doublet_engine::stage::{self, AeroWindow, CoefficientFit, ExtrapolatedThrust, PooledFits};
 use doublet_engine::study::{
     CheckStudy, CheckedDerivative, ControlLag, ESTIMATORS, LagKind, LagStudy, MethodChecks, MethodEstimates, ModelPart,
     PartEstimates, WindowChecks,
 };
 use doublet_engine::verdict::{Finding, Level, PlausibleRange, Verdicts, fly_and_judge, judge, judged_flights};
+
+use crate::verdict_causes::{changed, consistency};
 
 fn builtin(name: &str) -> Session {
     session::parse(doublet_engine::builtin::session(name).unwrap()).unwrap()
@@ -89,19 +90,6 @@ impl Sound {
             assert!(is_explained, "{code} says what to do and where");
         }
     }
-}
-
-/// The content of a slot, changed.
-pub fn changed<T: Clone>(slot: &mut Slot<T>, change: impl FnOnce(&mut T)) {
-    let mut content = T::clone(slot.ready().unwrap());
-    change(&mut content);
-    *slot = content.into();
-}
-
-/// Consistency of a path, to be changed.
-pub fn consistency(path: &mut WindowPath) -> &mut Consistency {
-    path.assessment();
-    path.assessment.get_mut().unwrap().consistency.as_mut().unwrap()
 }
 
 /// The window that moves the elevator first.
