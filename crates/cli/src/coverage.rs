@@ -17,6 +17,7 @@ use doublet_engine::study::{self, Coverage};
 use doublet_engine::verdict::Level;
 use doublet_engine::verdict::{self, JudgedFlights};
 
+use crate::arguments::not_negative;
 use crate::progress::Progress;
 use crate::text;
 
@@ -249,10 +250,4 @@ fn fly_many<T>(
         StageError::Cancelled => "stopped".to_owned(),
         error => error.to_string(),
     })
-}
-
-/// A number from zero up.
-fn not_negative(text: &str) -> Result<f64, String> {
-    let value: Option<f64> = text.parse().ok().filter(|value: &f64| value.is_finite() && *value >= 0.0);
-    value.ok_or_else(|| "give a number from zero up".to_owned())
 }

@@ -13,7 +13,7 @@ use doublet_engine::session::Session;
 use doublet_engine::study::{DynamicsRequest, Study};
 use doublet_report::{DocumentSet, ReportFormat};
 
-use crate::arguments::report_format;
+use crate::arguments::{not_negative, positive, report_format};
 use crate::progress::Progress;
 use crate::run::{computed, named, rebase};
 use crate::text::{self, number};
@@ -121,16 +121,6 @@ pub struct EnoughArguments {
 pub fn kind(text: &str) -> Result<DesignKind, String> {
     let names = || DesignKind::ALL.map(|kind| kind.name().replace(' ', "-")).join(", ");
     DesignKind::from_name(text).ok_or_else(|| format!("'{text}' is not a kind of input: use one of {}", names()))
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    let value = text.parse::<f64>().ok().filter(|value| value.is_finite() && *value > 0.0);
-    value.ok_or_else(|| format!("'{text}' must be a number above zero"))
-}
-
-fn not_negative(text: &str) -> Result<f64, String> {
-    let value = text.parse::<f64>().ok().filter(|value| value.is_finite() && *value >= 0.0);
-    value.ok_or_else(|| format!("'{text}' must be a number, zero or more"))
 }
 
 fn limit(text: &str) -> Result<(Quantity, f64, f64), String> {

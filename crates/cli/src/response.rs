@@ -19,6 +19,7 @@ use doublet_engine::study::{
 };
 use serde_json::{Value, json};
 
+use crate::arguments::{not_negative, positive};
 use crate::dynamics::{CLASS_NAMES, print_qualities};
 use crate::outcome::Outcome;
 use crate::run::computed;
@@ -41,7 +42,7 @@ pub struct ResponseArguments {
     #[arg(long, value_name = "LOW..HIGH", value_parser = band)]
     pub band: Option<[f64; 2]>,
     /// Lengths of the spectral windows, s [default: five that the records allow].
-    #[arg(long, value_name = "S,S", value_delimiter = ',', value_parser = above_zero)]
+    #[arg(long, value_name = "S,S", value_delimiter = ',', value_parser = positive)]
     pub window_length: Vec<f64>,
     /// Overlap of the spectral windows, fraction.
     #[arg(long, default_value_t = ResponseRequest::default().overlap)]
@@ -50,7 +51,7 @@ pub struct ResponseArguments {
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u16).range(2..=400))]
     pub points: u16,
     /// Row interval, s, of a table without time.
-    #[arg(long, value_name = "S", value_parser = above_zero)]
+    #[arg(long, value_name = "S", value_parser = positive)]
     pub dt: Option<f64>,
     /// CSV file for the responses.
     #[arg(long, value_name = "FILE")]
@@ -99,16 +100,6 @@ pub enum LoesMethod {
 
 fn form(text: &str) -> Result<Form, String> {
     Form::parse(text).map_err(|error| error.to_string())
-}
-
-fn above_zero(text: &str) -> Result<f64, String> {
-    let value: Option<f64> = text.trim().parse().ok().filter(|value: &f64| value.is_finite() && *value > 0.0);
-    value.ok_or_else(|| "give a number above 0 s".to_owned())
-}
-
-fn not_negative(text: &str) -> Result<f64, String> {
-    let value: Option<f64> = text.trim().parse().ok().filter(|value: &f64| value.is_finite() && *value >= 0.0);
-    value.ok_or_else(|| "give a number from 0 s up".to_owned())
 }
 
 /// Reads `LOW..HIGH`.
