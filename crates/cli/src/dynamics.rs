@@ -318,6 +318,7 @@ pub fn print_qualities(found: &QualitiesRow) {
     text::line(&format!("worst: {worst}{} ({})", share.unwrap_or_default(), found.extent()));
     text::line(&found.note);
     text::line("");
+    text::line("not judged:");
     text::show(&criterion_table(found).only("needed", |needed| *needed != Cell::text("judged")));
 }
 
