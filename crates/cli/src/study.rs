@@ -73,17 +73,8 @@ fn axis(text: &str) -> Result<MotionAxis, String> {
 
 /// Columns of the manoeuvre map that fit on a terminal.
 const MAP_COLUMNS: [&str; 11] = [
-    "name",
-    "use",
-    "level",
-    "start_s",
-    "duration_s",
-    "airspeed_m_s",
-    "altitude_m",
-    "alpha_rad",
-    "deflection_rad",
-    "nis_ratio",
-    "worst_r_squared",
+    "name", "use", "level", "start_s", "duration_s", "airspeed_m_s", "altitude_m", "alpha_rad", "deflection_rad",
+    "nis_ratio", "worst_r_squared",
 ];
 
 /// Computes one study of a session and prints it.

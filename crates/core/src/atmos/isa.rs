@@ -94,10 +94,7 @@ impl Atmosphere {
         Ok(Self {
             sea_level_pressure_pa: within("sea-level pressure", sea_level_pressure_pa, "Pa", PRESSURE_RANGE_PA)?,
             sea_level_temperature_k: within(
-                "sea-level temperature",
-                sea_level_temperature_k,
-                "K",
-                TEMPERATURE_RANGE_K,
+                "sea-level temperature", sea_level_temperature_k, "K", TEMPERATURE_RANGE_K,
             )?,
         })
     }

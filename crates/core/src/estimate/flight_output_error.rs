@@ -141,17 +141,8 @@ impl MotionAxis {
             Self::Longitudinal => &[Airspeed, Alpha, PitchRate, PitchAngle, SpecificForceX, SpecificForceZ],
             Self::Lateral => &[Beta, RollRate, YawRate, BankAngle, SpecificForceY],
             Self::Both => &[
-                Airspeed,
-                Alpha,
-                PitchRate,
-                PitchAngle,
-                SpecificForceX,
-                SpecificForceZ,
-                Beta,
-                RollRate,
-                YawRate,
-                BankAngle,
-                SpecificForceY,
+                Airspeed, Alpha, PitchRate, PitchAngle, SpecificForceX, SpecificForceZ, Beta, RollRate, YawRate,
+                BankAngle, SpecificForceY,
             ],
         }
     }

@@ -138,15 +138,7 @@ pub fn shown_tables(proof: &ProofRow) -> [Table; 3] {
 
 /// Columns of the bands that people read.
 const BANDS: [&str; 10] = [
-    "window",
-    "test",
-    "requirement",
-    "signal",
-    "unit",
-    "band_passed",
-    "worst_ratio",
-    "worst_error",
-    "worst_time_s",
+    "window", "test", "requirement", "signal", "unit", "band_passed", "worst_ratio", "worst_error", "worst_time_s",
     "share_inside",
 ];
 

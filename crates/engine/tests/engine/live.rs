@@ -97,16 +97,7 @@ fn estimates_converge_within_two_dutch_roll_periods_of_the_onset() {
     let updates = watch(&samples, settings);
     // What two periods of the Dutch roll can tell: within a tenth of the truth, and within three of the errors stated.
     let names = [
-        "Cl_beta",
-        "Cl_p",
-        "Cl_r",
-        "Cl_delta_a",
-        "Cn_beta",
-        "Cn_p",
-        "Cn_r",
-        "Cn_delta_r",
-        "CY_beta",
-        "Cm_alpha",
+        "Cl_beta", "Cl_p", "Cl_r", "Cl_delta_a", "Cn_beta", "Cn_p", "Cn_r", "Cn_delta_r", "CY_beta", "Cm_alpha",
         "Cm_delta_e",
     ];
     let truth = |name: &str| scenario.vehicle.aero.value(name).unwrap();

@@ -27,22 +27,8 @@ const FIX_DEG: f64 = 1e-7;
 /// Names of ground speed and of the direction of flight over the ground.
 const GROUND_SPEEDS: [&str; 8] = ["groundspeed", "gs", "gndspd", "gspd", "speedoverground", "sog", "spd", "gpsspeed"];
 const TRACKS: [&str; 16] = [
-    "track",
-    "trk",
-    "groundtrack",
-    "trackangle",
-    "truetrack",
-    "course",
-    "cog",
-    "gcrs",
-    "courseoverground",
-    "gpsheading",
-    "headinggps",
-    "headmot",
-    "crs",
-    "gpscourse",
-    "gpstrack",
-    "headingofmotion",
+    "track", "trk", "groundtrack", "trackangle", "truetrack", "course", "cog", "gcrs", "courseoverground",
+    "gpsheading", "headinggps", "headmot", "crs", "gpscourse", "gpstrack", "headingofmotion",
 ];
 
 /// Whether a name in small letters is one of the direction of flight over the ground.

@@ -13,18 +13,8 @@ use crate::study::DynamicsStudy;
 const OUTLINE: usize = 73;
 /// Columns of the modes that are on paper.
 const MODES: [&str; 12] = [
-    "mode",
-    "real",
-    "real_error",
-    "frequency",
-    "frequency_error",
-    "damping",
-    "damping_error",
-    "period",
-    "half",
-    "double",
-    "low",
-    "high",
+    "mode", "real", "real_error", "frequency", "frequency_error", "damping", "damping_error", "period", "half",
+    "double", "low", "high",
 ];
 /// Height of a figure, mm.
 const HEIGHT_MM: f64 = 50.0;
