@@ -26,7 +26,7 @@ ORDER = {
 
 def product_code(text):
     """The code of a file without comments and without its tests at the end."""
-    tests = re.search(r"^#\[cfg\(test\)\]\s*\nmod ", text, re.M)
+    tests = re.search(r"^#\[cfg\(test\)\]\s*\n(?:pub\S* )?mod ", text, re.M)
     return re.sub(r"//[^\n]*", "", text[: tests.start()] if tests else text)
 
 

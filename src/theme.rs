@@ -232,10 +232,7 @@ fn visuals(theme: Theme) -> egui::Visuals {
     widgets.active.fg_stroke = Stroke::new(1.0, rgb(strong));
     widgets.open.weak_bg_fill = rgb(hover);
     for state in [
-        &mut widgets.noninteractive,
-        &mut widgets.inactive,
-        &mut widgets.hovered,
-        &mut widgets.active,
+        &mut widgets.noninteractive, &mut widgets.inactive, &mut widgets.hovered, &mut widgets.active,
         &mut widgets.open,
     ] {
         state.corner_radius = CornerRadius::same(4);

@@ -11,7 +11,6 @@ use serde_json::json;
 
 use crate::text;
 
-/// Arguments of `aircraft`.
 #[derive(Debug, Args)]
 pub struct AircraftArguments {
     #[command(subcommand)]

@@ -1,4 +1,4 @@
-//! Arguments of reports.
+//! Arguments of reports, and numbers as arguments.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,6 @@ use crate::dynamics::JudgedArguments;
 /// Forms of a report that this build writes.
 pub const REPORTS: &str = if cfg!(feature = "pdf") { "html,pdf" } else { "html" };
 
-/// Arguments of `report`.
 #[derive(Debug, Args)]
 pub struct ReportArguments {
     /// Session file.
@@ -47,4 +46,16 @@ pub fn report_format() -> PossibleValuesParser {
 /// Names of report sections.
 fn section() -> PossibleValuesParser {
     SectionKind::ALL.map(SectionKind::name).into()
+}
+
+/// A number above zero.
+pub fn positive(text: &str) -> Result<f64, String> {
+    let value = text.trim().parse::<f64>().ok().filter(|value| value.is_finite() && *value > 0.0);
+    value.ok_or_else(|| format!("'{text}' must be a number above zero"))
+}
+
+/// A number from zero up.
+pub fn not_negative(text: &str) -> Result<f64, String> {
+    let value = text.trim().parse::<f64>().ok().filter(|value| value.is_finite() && *value >= 0.0);
+    value.ok_or_else(|| format!("'{text}' must be a number, zero or more"))
 }

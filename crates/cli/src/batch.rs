@@ -8,7 +8,6 @@ use doublet_engine::batch::{Store, compute, jobs, write};
 use crate::progress::Progress;
 use crate::text;
 
-/// Arguments of `batch`.
 #[derive(Debug, Args)]
 pub struct BatchArguments {
     /// Folder of sessions and sweeps, or one of them.

@@ -18,7 +18,6 @@ use crate::progress::Progress;
 use crate::run::{computed, named, rebase};
 use crate::text::{self, number};
 
-/// Arguments of `campaign`.
 #[derive(Debug, Args)]
 pub struct CampaignArguments {
     /// Campaign file, or one that comes with the program, `builtin:c337f`.

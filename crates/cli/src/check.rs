@@ -9,7 +9,6 @@ use doublet_engine::verdict::{Finding, Level};
 use crate::outcome::Outcome;
 use crate::text;
 
-/// Arguments of `check`.
 #[derive(Debug, Args)]
 pub struct CheckArguments {
     /// Session or aircraft file.

@@ -17,7 +17,6 @@ use crate::progress::Progress;
 use crate::run::{CACHE_BYTES, open_to_run, print_error, rebase};
 use crate::text;
 
-/// Arguments of `compare`.
 #[derive(Debug, Args)]
 pub struct CompareArguments {
     /// Session file.

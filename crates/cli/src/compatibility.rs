@@ -5,14 +5,13 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use doublet_core::estimate::SensorError;
 use doublet_core::reconstruct::Measurement;
-use doublet_engine::report::{self, SensorErrorsRow};
+use doublet_engine::report;
 use doublet_engine::session::{self, SensorErrorMethod, Session};
 
 use crate::progress::Progress;
 use crate::run::{compute_session, open_to_run};
 use crate::text;
 
-/// Arguments of `compatibility`.
 #[derive(Debug, Args)]
 pub struct CompatibilityArguments {
     /// Session file.
@@ -88,7 +87,9 @@ pub fn compatibility(arguments: &CompatibilityArguments) -> Result<(), String> {
     if arguments.json {
         text::document(&serde_json::to_string_pretty(&rows).map_err(|error| error.to_string())?);
     } else {
-        print(&rows);
+        text::show(&report::error_table(&rows));
+        text::line("");
+        text::show(&report::sensor_output_table(&rows));
     }
     if arguments.take {
         let mut next = opened.session;
@@ -137,52 +138,3 @@ fn ask(session: &mut Session, arguments: &CompatibilityArguments) -> Result<(), 
         false => Ok(()),
     }
 }
-
-fn print(rows: &SensorErrorsRow) {
-    let number = text::number;
-    let strong_correlation = |correlation: f64, partner: &str| match correlation.abs() > STRONG {
-        true => format!("{} with {partner}", number(correlation, 2)),
-        false => String::new(),
-    };
-    let mut cells = Vec::new();
-    for row in &rows.errors {
-        cells.push(vec![
-            row.error.clone(),
-            row.window.clone().unwrap_or_else(|| "all".to_owned()),
-            number(row.estimate, 5),
-            number(row.standard_error, 2),
-            number(row.corrected_standard_error, 2),
-            row.unit.to_owned(),
-            strong_correlation(row.correlation, &row.partner),
-        ]);
-        cells.extend(row.windows.iter().filter(|_| rows.errors.len() > 1 || row.windows.len() > 1).map(|share| {
-            let error = if share.told { number(share.standard_error, 2) } else { "not determined".to_owned() };
-            let words = strong_correlation(share.correlation, &share.partner);
-            vec![
-                String::new(),
-                format!("{} alone", share.window),
-                String::new(),
-                error,
-                String::new(),
-                String::new(),
-                words,
-            ]
-        }));
-    }
-    text::table(&["error", "manoeuvre", "estimate", "std error", "corrected", "", "correlation above 0.9"], &cells);
-    let cells = rows.outputs.iter().map(|row| {
-        let normalised = if row.normalised.is_finite() { number(row.normalised, 3) } else { String::new() };
-        vec![
-            row.measurement.to_owned(),
-            row.samples.to_string(),
-            number(row.rms, 3),
-            normalised,
-            number(row.r_squared, 5),
-        ]
-    });
-    text::line("");
-    text::table(&["measurement", "samples", "residual", "over expected", "R2"], &cells.collect::<Vec<_>>());
-}
-
-/// Correlation from which on two estimates are said to hang together.
-const STRONG: f64 = 0.9;

@@ -8,18 +8,19 @@ use doublet_core::simulate::Scenario;
 use doublet_dynamics::design::{Criterion, DesignKind, Request};
 use doublet_engine::builtin;
 use doublet_engine::graph::{Context, StageError};
-use doublet_engine::planning::{DesignCoverage, design_coverage};
+use doublet_engine::planning::{DesignCoverage, design_coverage, design_coverage_tables};
 use doublet_engine::recorded_coverage::recorded_coverage;
+use doublet_engine::report::{case_table, coverage_table, mode_coverage_table};
 use doublet_engine::run::Control;
 use doublet_engine::session::{self, GustSource, Session};
 use doublet_engine::study::{self, Coverage};
 use doublet_engine::verdict::Level;
 use doublet_engine::verdict::{self, JudgedFlights};
 
+use crate::arguments::not_negative;
 use crate::progress::Progress;
 use crate::text;
 
-/// Arguments of `coverage`.
 #[derive(Debug, Args)]
 pub struct CoverageArguments {
     /// Session whose settings identify the flights [default: the shipped one].
@@ -59,7 +60,6 @@ pub struct CoverageArguments {
     pub time: f64,
 }
 
-/// Arguments of `calibrate`.
 #[derive(Debug, Args)]
 pub struct CalibrateArguments {
     /// Session for the settings [default: shipped one, gusts by likelihood].
@@ -119,38 +119,13 @@ pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
         "{} flights of scenario '{}', {} manoeuvres each: fraction of the 95 % intervals that contain the truth",
         found.realisations, arguments.scenario, found.manoeuvres
     ));
-    let header = [
-        "derivative",
-        "truth",
-        "mean",
-        "scatter",
-        "bias/scatter",
-        "std error",
-        "corrected",
-        "conventional %",
-        "corrected %",
-    ];
-    text::table(&header, &found.derivatives.iter().map(describe_derivative).collect::<Vec<_>>());
+    text::show(&coverage_table(&found));
     let mean = |part: fn(&study::DerivativeCoverage) -> f64| {
         100.0 * found.derivatives.iter().map(part).sum::<f64>() / found.derivatives.len() as f64
     };
     let [conventional, corrected] = [mean(|row| row.conventional), mean(|row| row.corrected)];
     text::line(&format!("all derivatives: conventional {conventional:.1} %, corrected {corrected:.1} %"));
     Ok(())
-}
-
-fn describe_derivative(derivative: &study::DerivativeCoverage) -> Vec<String> {
-    vec![
-        derivative.name.clone(),
-        text::number(derivative.truth, 4),
-        text::number(derivative.mean, 4),
-        text::number(derivative.scatter, 3),
-        format!("{:+.2}", derivative.bias),
-        text::number(derivative.standard_error, 3),
-        text::number(derivative.corrected_error, 3),
-        format!("{:.1}", 100.0 * derivative.conventional),
-        format!("{:.1}", 100.0 * derivative.corrected),
-    ]
 }
 
 /// Flies sound flights, flights in gusts and flights with one fault each and prints how the levels fit the truth.
@@ -169,24 +144,8 @@ pub fn calibrate(arguments: &CalibrateArguments) -> Result<(), String> {
         text::document(&serde_json::to_string_pretty(&found).map_err(|error| error.to_string())?);
         return Ok(());
     }
-    let header =
-        ["case", "good / caution / bad", "good", "wrong that matter", "caution", "bad", "named / noticed / silent"];
-    text::table(&header, &found.iter().map(describe_case).collect::<Vec<_>>());
+    text::show(&case_table(&found));
     Ok(())
-}
-
-fn describe_case(row: &verdict::CaseCounts) -> Vec<String> {
-    let counts = |counts: [usize; 3]| counts.map(|count| count.to_string()).join(" / ");
-    let pair = |level: usize| format!("{} right {} wrong", row.right[level], row.wrong[level]);
-    vec![
-        row.name.to_owned(),
-        counts(row.sessions),
-        pair(0),
-        row.wrong_that_matter.to_string(),
-        pair(1),
-        pair(2),
-        counts(row.faults),
-    ]
 }
 
 /// What a design promised beside what its flights gave.
@@ -200,24 +159,9 @@ fn print_design(arguments: &CoverageArguments, found: &DesignCoverage) {
         arguments.known,
         arguments.scenario
     ));
-    let cells = found.derivatives.iter().map(|row| {
-        vec![
-            row.name.clone(),
-            text::number(row.predicted, 3),
-            text::number(row.scatter, 3),
-            text::number(row.corrected, 3),
-            format!("{:.3}", row.predicted / row.scatter),
-            format!("{:.3}", row.predicted / row.corrected),
-        ]
-    });
-    let header = ["derivative", "predicted", "scatter", "corrected", "over scatter", "over corrected"];
-    text::table(&header, &cells.collect::<Vec<_>>());
-    let cells = found.excursions.iter().map(|row| {
-        let pair = |(low, high): (f64, f64)| format!("{} to {}", text::number(low, 3), text::number(high, 3));
-        vec![row.name.to_owned(), pair(row.predicted), pair(row.flown), format!("{:.1}", 100.0 * row.inside)]
-    });
-    let header = ["excursion", "predicted", "flown", "% of flights inside"];
-    text::table(&header, &cells.collect::<Vec<_>>());
+    let [errors, excursions] = design_coverage_tables(found);
+    text::show(&errors);
+    text::show(&excursions);
     text::line(&format!("all excursions within limits in {:.1} % of the flights", 100.0 * found.inside));
     text::line(&format!(
         "largest scatter {} % of the true derivative",
@@ -234,23 +178,7 @@ fn print_modes(arguments: &CoverageArguments, found: &study::ModeCoverage) {
         "{} flights of scenario '{}', {} manoeuvres each: fraction of the 95 % mode intervals that contain the true mode at the same trim",
         found.realisations, arguments.scenario, found.manoeuvres
     ));
-    let header =
-        ["mode", "figure", "truth", "scatter", "bias/scatter", "std error", "by slopes %", "by samples %", "flights"];
-    text::table(&header, &found.figures.iter().map(describe_figure).collect::<Vec<_>>());
-}
-
-fn describe_figure(row: &study::FigureCoverage) -> Vec<String> {
-    vec![
-        row.mode.to_owned(),
-        format!("{:?}", row.figure).to_lowercase(),
-        text::number(row.truth, 4),
-        text::number(row.scatter, 3),
-        format!("{:+.2}", row.bias),
-        text::number(row.standard_error, 3),
-        format!("{:.1}", 100.0 * row.delta),
-        format!("{:.1}", 100.0 * row.sampled),
-        row.flights.to_string(),
-    ]
+    text::show(&mode_coverage_table(found));
 }
 
 /// How often flights with which nothing is wrong are judged to be less than good, and why.
@@ -322,10 +250,4 @@ fn fly_many<T>(
         StageError::Cancelled => "stopped".to_owned(),
         error => error.to_string(),
     })
-}
-
-/// A number from zero up.
-fn not_negative(text: &str) -> Result<f64, String> {
-    let value: Option<f64> = text.parse().ok().filter(|value: &f64| value.is_finite() && *value >= 0.0);
-    value.ok_or_else(|| "give a number from zero up".to_owned())
 }

@@ -16,7 +16,6 @@ use serde_json::Value;
 
 use crate::{new, text};
 
-/// Arguments of `datcom`.
 #[derive(Debug, Args)]
 pub struct DatcomArguments {
     /// Output listing of Digital DATCOM.

@@ -19,7 +19,6 @@ use crate::text::{self, number};
 /// File of the truth of a simulated flight.
 const TRUTH: &str = "truth.toml";
 
-/// Arguments of `debrief`.
 #[derive(Debug, Args)]
 pub struct DebriefArguments {
     /// Folder of the design: design.json and design_session.toml.

@@ -13,7 +13,7 @@ use doublet_engine::session::Session;
 use doublet_engine::study::{DynamicsRequest, Study};
 use doublet_report::{DocumentSet, ReportFormat};
 
-use crate::arguments::report_format;
+use crate::arguments::{not_negative, positive, report_format};
 use crate::progress::Progress;
 use crate::run::{computed, named, rebase};
 use crate::text::{self, number};
@@ -67,7 +67,6 @@ pub struct BasisArguments {
     json: bool,
 }
 
-/// Arguments of `design`.
 #[derive(Debug, Args)]
 pub struct DesignArguments {
     /// Options of every design.
@@ -102,7 +101,6 @@ pub struct DesignArguments {
     travel: f64,
 }
 
-/// Arguments of `enough`.
 #[derive(Debug, Args)]
 pub struct EnoughArguments {
     /// Options of every design.
@@ -123,16 +121,6 @@ pub struct EnoughArguments {
 pub fn kind(text: &str) -> Result<DesignKind, String> {
     let names = || DesignKind::ALL.map(|kind| kind.name().replace(' ', "-")).join(", ");
     DesignKind::from_name(text).ok_or_else(|| format!("'{text}' is not a kind of input: use one of {}", names()))
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    let value = text.parse::<f64>().ok().filter(|value| value.is_finite() && *value > 0.0);
-    value.ok_or_else(|| format!("'{text}' must be a number above zero"))
-}
-
-fn not_negative(text: &str) -> Result<f64, String> {
-    let value = text.parse::<f64>().ok().filter(|value| value.is_finite() && *value >= 0.0);
-    value.ok_or_else(|| format!("'{text}' must be a number, zero or more"))
 }
 
 fn limit(text: &str) -> Result<(Quantity, f64, f64), String> {
@@ -264,47 +252,7 @@ fn print(row: &DesignRow) {
         number(row.trim["altitude_m"], 4),
         number(row.gust_m_s, 2)
     ));
-    text::line("");
-    let some =
-        |value: Option<f64>, digits| value.map_or_else(|| "not determined".to_owned(), |value| number(value, digits));
-    let cells = row.predicted.iter().map(|own| {
-        vec![
-            own.name.clone(),
-            number(own.estimate, 4),
-            some(own.standard_error, 2),
-            some(own.corrected, 2),
-            some(own.promised, 2),
-            own.relative_error_percent.map_or_else(String::new, |percent| number(percent, 2)),
-            own.corrected_high.map_or_else(String::new, |error| number(error, 2)),
-            number(own.present, 2),
-        ]
-    });
-    let header = [
-        "derivative",
-        "estimate",
-        "std error",
-        "corrected",
-        "with path",
-        "relative %",
-        "95 % of draws below",
-        "corrected now",
-    ];
-    text::table(&header, &cells.collect::<Vec<_>>());
-    text::line("");
-    let cells = row.excursions.iter().map(|own| {
-        let limit = own.limit_low.zip(own.limit_high);
-        vec![
-            own.name.to_owned(),
-            own.unit.to_owned(),
-            format!("{} to {}", number(own.nominal_low, 3), number(own.nominal_high, 3)),
-            format!("{} to {}", number(own.low, 3), number(own.high, 3)),
-            limit.map_or_else(String::new, |(low, high)| format!("{} to {}", number(low, 3), number(high, 3))),
-            own.limit_source.clone().unwrap_or_default(),
-            own.margin.map_or_else(String::new, |margin| number(margin, 2)),
-        ]
-    });
-    let header = ["excursion", "unit", "nominal", "expected", "limit", "", "margin"];
-    text::table(&header, &cells.collect::<Vec<_>>());
+    text::show_all(&planning::design_tables(row));
     text::line("");
     let degrees = |rad: &f64| number(rad.to_degrees(), 3);
     for own in &row.manoeuvres {
@@ -324,10 +272,6 @@ fn print(row: &DesignRow) {
     let close = row.correlations.iter().filter(|own| own.correlation.abs() > 0.6);
     for own in close {
         text::line(&format!("{} and {}: correlation {:+.2}", own.first, own.second, own.correlation));
-    }
-    if !row.comparison.is_empty() {
-        text::line("");
-        text::show(&planning::comparison_table(row));
     }
     row.notes.iter().for_each(|note| text::line(note));
 }
@@ -353,13 +297,6 @@ pub fn enough(arguments: &EnoughArguments) -> Result<(), String> {
     }
     let word = if found.enough { "enough" } else { "not enough" };
     text::line(&format!("{word}: {} of {} goals are met", found.met, found.of));
-    text::line("");
-    text::show(&planning::goals_table(&found));
-    text::line("");
-    text::show(&planning::windows_table(&found));
-    if let Some(next) = planning::next_table(&found) {
-        text::line("");
-        text::show(&next);
-    }
+    text::show_all(&planning::enough_tables(&found));
     Ok(())
 }

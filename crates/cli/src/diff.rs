@@ -6,12 +6,11 @@ use clap::Args;
 use doublet_engine::compare::{
     DerivativeDifference, Estimates, Interval, SettingDifference, differences, estimates_of, read_estimates, settings,
 };
-use doublet_engine::report;
+use doublet_engine::report::{self, Cell, Column, Table, TableOf};
 use doublet_engine::session::{self, Session};
 
 use crate::{run, text};
 
-/// Arguments of `diff`.
 #[derive(Debug, Args)]
 pub struct DiffArguments {
     /// Session (will be run) or folder of results.
@@ -58,7 +57,7 @@ pub fn diff(arguments: &DiffArguments) -> Result<(), String> {
         let all = serde_json::json!({ "settings": differing, "derivatives": derivatives, "note": CAVEAT });
         text::document(&serde_json::to_string_pretty(&all).map_err(|error| error.to_string())?);
     } else if arguments.csv {
-        csv(differing.as_deref().unwrap_or_default(), derivatives.as_deref().unwrap_or_default());
+        csv(differing.as_deref().unwrap_or_default(), derivatives.as_deref().unwrap_or_default())?;
     } else {
         print_settings(differing.as_deref());
         derivatives.as_deref().into_iter().for_each(print_derivatives);
@@ -90,52 +89,54 @@ fn print_settings(differing: Option<&[SettingDifference]>) {
         None => text::line("settings are not compared: a folder of results has no session.toml"),
         Some([]) => text::line("no setting differs"),
         Some(rows) => {
-            let value = |value: &Option<String>| value.clone().unwrap_or_else(|| "-".to_owned());
-            let rows: Vec<_> = rows
-                .iter()
-                .map(|row| vec![row.setting.clone(), row.unit.clone(), value(&row.first), value(&row.second)])
-                .collect();
-            text::table(&["setting", "unit", "first", "second"], &rows);
+            let table = TableOf::new("settings", "Settings that differ.", rows)
+                .text("setting", "setting", |row| &row.setting)
+                .text("unit", "unit", |row| &row.unit)
+                .optional("first", "first", |row| row.first.as_deref())
+                .optional("second", "second", |row| row.second.as_deref());
+            text::show(&table.done());
         }
     }
 }
 
 fn print_derivatives(rows: &[DerivativeDifference]) {
-    let interval = |interval: &Option<Interval>| match interval {
-        Some(it) => [text::number(it.estimate, 5), format!("± {}", text::number(it.high - it.estimate, 2))],
-        None => ["-".to_owned(), String::new()],
-    };
-    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| text::number(value, 3));
-    let cells = rows.iter().map(|row| {
-        let ([first, first_half], [second, second_half]) = (interval(&row.first), interval(&row.second));
-        vec![row.name.clone(), first, first_half, second, second_half, number(row.z), number(row.p)]
-    });
+    let half = |interval: Option<Interval>| interval.map(|it| it.high - it.estimate);
+    let table = TableOf::new("derivatives", "Derivatives side by side.", rows)
+        .symbol("derivative", "derivative", |row| &row.name)
+        .maybe("first", "first", "", 5, |row| Some(row.first?.estimate))
+        .maybe("first_half", "± 95 %", "", 2, |row| half(row.first))
+        .maybe("second", "second", "", 5, |row| Some(row.second?.estimate))
+        .maybe("second_half", "± 95 %", "", 2, |row| half(row.second))
+        .maybe("z", "z", "", 3, |row| row.z)
+        .maybe("p", "p", "", 3, |row| row.p);
     text::line("");
-    text::table(&["derivative", "first", "95 %", "second", "95 %", "z", "p"], &cells.collect::<Vec<_>>());
+    text::show(&table.done());
     text::line(CAVEAT);
 }
 
+/// Columns of the CSV.
+const COLUMNS: [&str; 11] =
+    ["kind", "name", "unit", "first", "first_low", "first_high", "second", "second_low", "second_high", "z", "p"];
+
 /// One table for both: settings first, then derivatives.
-fn csv(differing: &[SettingDifference], derivatives: &[DerivativeDifference]) {
-    let quoted = |cell: &str| {
-        if cell.contains([',', '"', '\n']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.to_owned() }
-    };
-    let print =
-        |cells: Vec<String>| text::document(&cells.iter().map(|cell| quoted(cell)).collect::<Vec<_>>().join(","));
-    let header =
-        ["kind", "name", "unit", "first", "first_low", "first_high", "second", "second_low", "second_high", "z", "p"];
-    print(header.map(str::to_owned).to_vec());
-    let none = String::new;
-    for row in differing {
-        let [first, second] = [&row.first, &row.second].map(|value| value.clone().unwrap_or_default());
-        let (setting, unit) = (row.setting.clone(), row.unit.clone());
-        print(vec!["setting".into(), setting, unit, first, none(), none(), second, none(), none(), none(), none()]);
-    }
-    let number = |value: Option<f64>| value.filter(|value| value.is_finite()).map_or_else(none, |v| v.to_string());
-    for row in derivatives {
+fn csv(differing: &[SettingDifference], derivatives: &[DerivativeDifference]) -> Result<(), String> {
+    let word = |value: &Option<String>| value.as_ref().map_or(Cell::Empty, Cell::text);
+    let settings = differing.iter().map(|row| {
+        let [first, second] = [&row.first, &row.second].map(word);
+        let words = [Cell::text("setting"), Cell::text(&row.setting), Cell::text(&row.unit), first];
+        let rest = [Cell::Empty, Cell::Empty, second, Cell::Empty, Cell::Empty, Cell::Empty, Cell::Empty];
+        words.into_iter().chain(rest).collect()
+    });
+    let derivatives = derivatives.iter().map(|row| {
         let three = |it: Option<Interval>| [it.map(|it| it.estimate), it.map(|it| it.low), it.map(|it| it.high)];
-        let mut cells = vec!["derivative".to_owned(), row.name.clone(), none()];
-        cells.extend(three(row.first).into_iter().chain(three(row.second)).chain([row.z, row.p]).map(number));
-        print(cells);
-    }
+        let numbers = three(row.first).into_iter().chain(three(row.second)).chain([row.z, row.p]);
+        let words = [Cell::text("derivative"), Cell::text(&row.name), Cell::Empty];
+        words.into_iter().chain(numbers.map(|number| number.map_or(Cell::Empty, Cell::Number))).collect()
+    });
+    let (name, caption) = ("diff".to_owned(), String::new());
+    let columns = COLUMNS.map(|key| Column::new(key, "")).into();
+    let table = Table { name, caption, columns, rows: settings.chain(derivatives).collect() };
+    let bytes = report::csv(&table).map_err(|error| error.to_string())?;
+    text::document(String::from_utf8_lossy(&bytes).trim_end());
+    Ok(())
 }

@@ -4,9 +4,12 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use doublet_dynamics::modes::{LocusParameter, LocusPoint, locus};
+use doublet_dynamics::modes::{LocusParameter, LocusPoint, Mode, locus};
 use doublet_engine::export::{linear_json, write_linear};
-use doublet_engine::report::{DynamicsRow, IntervalRow, ModeRow, QualitiesRow, QualityRow, dynamics_row};
+use doublet_engine::report::{
+    Cell, Column, DynamicsRow, QualitiesRow, TableOf, criterion_table, dynamics_row, level_table, matrix_tables,
+    measured_table, mode_table,
+};
 use doublet_engine::session;
 use doublet_engine::study::dynamics::{CATEGORIES, CLASSES, Standard, window_key};
 use doublet_engine::study::{DynamicsRequest, DynamicsStudy, Study};
@@ -58,7 +61,6 @@ pub struct TrimArguments {
     pub json: bool,
 }
 
-/// Arguments of `linear`.
 #[derive(Debug, Args)]
 pub struct LinearArguments {
     /// The trim.
@@ -69,7 +71,6 @@ pub struct LinearArguments {
     out: Option<PathBuf>,
 }
 
-/// Arguments of `modes`.
 #[derive(Debug, Args)]
 pub struct ModesArguments {
     /// The trim.
@@ -121,7 +122,6 @@ impl JudgedArguments {
     }
 }
 
-/// Arguments of `qualities`.
 #[derive(Debug, Args)]
 pub struct QualitiesArguments {
     /// The trim.
@@ -200,23 +200,12 @@ pub fn linear(arguments: &LinearArguments) -> Result<(), String> {
         return Ok(());
     }
     print_trim(&row);
-    for (name, model) in &row.systems {
-        if model.states.len() > 4 {
-            continue;
+    for (name, model) in row.systems.iter().filter(|(_, model)| model.states.len() <= 4) {
+        for table in matrix_tables(name, name, model) {
+            text::line("");
+            text::line(&table.caption);
+            text::show(&table);
         }
-        text::line("");
-        text::line(&format!("{name}: A and B, with standard errors"));
-        let heads = model.states.iter().chain(&model.inputs).map(String::as_str);
-        let header: Vec<&str> = std::iter::once("").chain(heads).collect();
-        let cells = model.states.iter().enumerate().map(|(i, state)| {
-            let values = model.A[i].iter().chain(&model.B[i]);
-            let errors = model.A_standard_error[i].iter().chain(&model.B_standard_error[i]);
-            let cell = |(value, error): (&f64, &f64)| {
-                if *error > 0.0 { format!("{} +- {}", number(*value, 4), number(*error, 2)) } else { number(*value, 4) }
-            };
-            std::iter::once(format!("{state}'")).chain(values.zip(errors).map(cell)).collect()
-        });
-        text::table(&header, &cells.collect::<Vec<_>>());
     }
     print_notes(&row);
     if let Some((format, out)) = written {
@@ -270,23 +259,24 @@ fn print_locus(name: &str, parameter: &LocusParameter, points: &[LocusPoint], as
         text::document(&json!({ "parameter": name, "unit": parameter.unit(), "points": rows }).to_string());
         return Ok(());
     }
-    let mut cells: Vec<Vec<String>> = Vec::new();
-    for point in points {
-        let value = number(point.value, 5);
-        match &point.modes {
-            Ok(modes) => cells.extend(modes.iter().map(|mode| {
-                let figures = [mode.real_1_s, mode.imaginary_rad_s, mode.frequency_rad_s(), mode.damping()];
-                let figures = figures.map(|figure| number(figure, 4));
-                [vec![value.clone(), mode.name.to_owned()], figures.to_vec()].concat()
-            })),
-            Err(error) => cells.push(vec![value, error.to_string()]),
-        }
-    }
-    text::table(&[name, "mode", "real, 1/s", "imaginary, rad/s", "frequency, rad/s", "damping"], &cells);
+    let rows = points.iter().flat_map(|point| match &point.modes {
+        Ok(modes) => modes.iter().map(|mode| (point.value, Ok(mode))).collect(),
+        Err(error) => vec![(point.value, Err(error.to_string()))],
+    });
+    let figure =
+        |of: fn(&Mode) -> f64| move |row: &(f64, Result<&Mode, String>)| row.1.as_ref().ok().map(|mode| of(mode));
+    let table = TableOf::new("locus", "Root locus.", rows)
+        .column(Column::number("value", name, "", 5), |row| Cell::Number(row.0))
+        .text("mode", "Mode", |row| row.1.as_ref().map_or_else(String::as_str, |mode| mode.name))
+        .maybe("real", "Real", "1/s", 4, figure(|mode| mode.real_1_s))
+        .maybe("imaginary", "Imaginary", "rad/s", 4, figure(|mode| mode.imaginary_rad_s))
+        .maybe("frequency", "Frequency", "rad/s", 4, figure(Mode::frequency_rad_s))
+        .maybe("damping", "Damping", "", 4, figure(Mode::damping));
+    text::show(&table.done());
     Ok(())
 }
 
-fn describe_mode(mode: &doublet_dynamics::modes::Mode) -> serde_json::Value {
+fn describe_mode(mode: &Mode) -> serde_json::Value {
     json!({
         "name": mode.name, "real_1_s": mode.real_1_s, "imaginary_rad_s": mode.imaginary_rad_s,
         "frequency_rad_s": mode.frequency_rad_s(), "damping": mode.damping(),
@@ -319,9 +309,7 @@ pub fn qualities(arguments: &QualitiesArguments) -> Result<(), String> {
 pub fn print_qualities(found: &QualitiesRow) {
     text::line("");
     text::line(&format!("{} ({}), {}", found.standard, found.date, found.airplane_from));
-    let judged = found.criteria.iter().filter(|row| row.is_judged());
-    let cells: Vec<Vec<String>> = judged.map(quality_cells).collect();
-    text::table(&["criterion", "level", "probability", "values [95 %]", "not Level 1 because", "paragraph"], &cells);
+    text::show(&level_table(found));
     let worst = found.level.unwrap_or("not judged");
     let share = found.level.and_then(|level| {
         let place = LEVELS.iter().position(|known| *known == level)?;
@@ -329,55 +317,20 @@ pub fn print_qualities(found: &QualitiesRow) {
     });
     text::line(&format!("worst: {worst}{} ({})", share.unwrap_or_default(), found.extent()));
     text::line(&found.note);
-    let open = found.criteria.iter().filter_map(|row| {
-        let values = row.value_texts(|value| number(value, 3)).join(", ");
-        Some(vec![row.criterion.clone(), row.needed.clone()?, values, paragraph(row)])
-    });
-    let open: Vec<Vec<String>> = open.collect();
-    if !open.is_empty() {
-        text::line("");
-        text::table(&["not judged", "needed", "values [95 %]", "paragraph"], &open);
-    }
+    text::line("");
+    text::line("not judged:");
+    text::show(&criterion_table(found).only("needed", |needed| *needed != Cell::text("judged")));
 }
 
 /// Names of the levels, the best first.
 const LEVELS: [&str; 4] = ["Level 1", "Level 2", "Level 3", "worse than Level 3"];
 
-fn paragraph(row: &QualityRow) -> String {
-    format!("{}, {}", row.standard, row.source)
-}
-
-fn quality_cells(row: &QualityRow) -> Vec<String> {
-    vec![
-        row.criterion.clone(),
-        row.level_text(),
-        row.probability().map_or_else(String::new, |share| format!("{:.0} %", 100.0 * share)),
-        row.value_texts(|value| number(value, 3)).join(", "),
-        row.reasons.join("; "),
-        paragraph(row),
-    ]
-}
-
 /// Prints the trim, the modes and what is to be known of them.
 pub fn print_modes(row: &DynamicsRow) {
     print_trim(row);
     text::line("");
-    let cells: Vec<Vec<String>> = row.modes.iter().map(mode_cells).collect();
-    text::table(
-        &[
-            "mode",
-            "real, 1/s",
-            "imaginary, rad/s",
-            "frequency, rad/s",
-            "damping",
-            "period, s",
-            "half (double), s",
-            "95 % of real or frequency",
-            "by samples",
-        ],
-        &cells,
-    );
-    text::line(&format!("+- are standard errors by linearisation; {} samples, seed {}", row.samples, row.seed));
+    text::show(&mode_table(row));
+    text::line(&format!("± are standard errors by linearisation; {} samples, seed {}", row.samples, row.seed));
     print_notes(row);
 }
 
@@ -388,55 +341,7 @@ fn print_measured(row: &DynamicsRow) {
     }
     text::line("");
     text::line("measured in the free response at the end of each manoeuvre, without the model");
-    let cells = row.measured.iter().map(|found| {
-        let figure = |value: Option<f64>, digits| value.map_or_else(String::new, |value| number(value, digits));
-        let with_error = |value: Option<f64>, error: Option<f64>| match (value, error) {
-            (Some(value), Some(error)) => format!("{} +- {}", number(value, 4), number(error, 2)),
-            _ => String::new(),
-        };
-        vec![
-            found.window.clone(),
-            format!("{} to {}", number(found.start_s, 6), number(found.end_s, 6)),
-            found.name.unwrap_or_default().to_owned(),
-            with_error(found.real_1_s, found.real_standard_error),
-            with_error(found.imaginary_rad_s, found.imaginary_standard_error),
-            figure(found.frequency_rad_s, 4),
-            figure(found.damping, 4),
-            found.error.clone().unwrap_or_default(),
-        ]
-    });
-    let header = ["manoeuvre", "s", "near", "real, 1/s", "imaginary, rad/s", "frequency, rad/s", "damping", ""];
-    text::table(&header, &cells.collect::<Vec<_>>());
-}
-
-fn mode_cells(row: &ModeRow) -> Vec<String> {
-    let with_error = |key: &str, value: f64| {
-        let error = row.intervals.get(key).and_then(|figure| figure.delta).map(|interval| interval.standard_error);
-        error
-            .filter(|error| *error > 0.0)
-            .map_or_else(|| number(value, 4), |error| format!("{} +- {}", number(value, 4), number(error, 2)))
-    };
-    let oscillates = row.period_s.is_some();
-    let shown = row.intervals.get(if oscillates { "frequency_rad_s" } else { "real_1_s" });
-    let ends = |interval: Option<IntervalRow>| {
-        interval.map_or_else(String::new, |row| format!("{} to {}", number(row.low, 4), number(row.high, 4)))
-    };
-    let time = match (row.time_to_half_s, row.time_to_double_s) {
-        (Some(half), _) => with_error("time_to_half_s", half),
-        (_, Some(double)) => format!("({})", with_error("time_to_double_s", double)),
-        _ => String::new(),
-    };
-    vec![
-        row.not_judged.map_or_else(|| row.name.to_owned(), |_| format!("({}, not judged)", row.name)),
-        with_error("real_1_s", row.real_1_s),
-        if oscillates { with_error("imaginary_rad_s", row.imaginary_rad_s) } else { String::new() },
-        with_error("frequency_rad_s", row.frequency_rad_s),
-        with_error("damping", row.damping),
-        row.period_s.map_or_else(String::new, |period| with_error("period_s", period)),
-        time,
-        ends(shown.and_then(|figure| figure.delta)),
-        ends(shown.and_then(|figure| figure.sampled)),
-    ]
+    text::show(&measured_table(&row.measured));
 }
 
 fn print_trim(row: &DynamicsRow) {

@@ -14,7 +14,6 @@ use doublet_engine::stage;
 
 use crate::{new, text};
 
-/// Arguments of `engine`.
 #[derive(Debug, Args)]
 pub struct EngineArguments {
     /// Aircraft (file or name).

@@ -15,7 +15,6 @@ use serde_json::{Value, json};
 use crate::outcome::Outcome;
 use crate::text;
 
-/// Arguments of `equations`.
 #[derive(Debug, Args)]
 pub struct EquationArguments {
     /// Table: text, or any recording whose channels are the columns, unconverted.

@@ -9,7 +9,6 @@ use doublet_engine::export::{Format, IdentifiedModel, write};
 use crate::run::computed;
 use crate::text;
 
-/// Arguments of `export`.
 #[derive(Debug, Args)]
 pub struct ExportArguments {
     /// Session file.

@@ -17,7 +17,6 @@ use crate::run::compute_session;
 use crate::text::{self, number};
 use crate::thesis::{self, Run};
 
-/// Arguments of `fidelity`.
 #[derive(Debug, Args)]
 pub struct FidelityArguments {
     /// Document whose tables are rewritten below its marker line.

@@ -17,7 +17,6 @@ use crate::text;
 /// Part of the progress bar for the session as it is.
 const COMPUTED: f32 = 0.3;
 
-/// Arguments of `fix`.
 #[derive(Debug, Args)]
 pub struct FixArguments {
     /// Session file.

@@ -10,7 +10,6 @@ use serde_json::json;
 use crate::dynamics::{JudgedArguments, TrimArguments, study};
 use crate::text;
 
-/// Arguments of `fmu`.
 #[derive(Debug, Args)]
 pub struct FmuArguments {
     /// Initial trim of the flight.

@@ -13,7 +13,6 @@ use serde_json::{Value, json};
 use crate::questions::list_questions;
 use crate::{new, text};
 
-/// Arguments of `inspect`.
 #[derive(Debug, Args)]
 pub struct InspectArguments {
     /// File, or folder of one file per channel.

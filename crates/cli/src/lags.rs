@@ -8,7 +8,6 @@ use crate::run::computed;
 use crate::study::{StudyArguments, shown};
 use crate::text;
 
-/// Arguments of `lags`.
 #[derive(Debug, Args)]
 pub struct LagArguments {
     /// Options of every study.

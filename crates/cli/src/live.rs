@@ -19,7 +19,6 @@ use crate::text;
 /// Time without a change after which a file has ended, s.
 const FILE_WAIT_S: f64 = 10.0;
 
-/// Arguments of `live`.
 #[derive(Debug, Args)]
 pub struct LiveArguments {
     /// Recording, growing text file, telemetry log (.tlog), or session to replay.
@@ -218,22 +217,13 @@ fn goal(texts: &[String]) -> Result<Goal, String> {
 /// One update in words.
 fn print(update: &LiveUpdate) {
     let state_value = |name: &str| update.state.get(name).copied().unwrap_or(f64::NAN);
-    let counts = update.counts;
     let mut parts = vec![format!(
-        "{:9.2} s  V {:.1} m/s  alpha {:.1} deg  lag {:.2} s  lost {}  late {}  reordered {}  duplicate {}  stray {}  skipped {}  \
-         filter restarts {}  clock restarts {}",
+        "{:9.2} s  V {:.1} m/s  alpha {:.1} deg  lag {:.2} s  {}",
         update.time_s,
         state_value("airspeed"),
         state_value("alpha").to_degrees(),
         update.lag_s,
-        counts.lost,
-        counts.late,
-        counts.reordered,
-        counts.doubled,
-        counts.stray,
-        counts.skipped,
-        counts.restarts,
-        counts.clock_restarts
+        update.counts
     )];
     let known = update.derivatives.iter().filter(|derivative| derivative.level == Level::Good).count();
     if !update.derivatives.is_empty() {

@@ -12,7 +12,6 @@ use crate::{glossary, text};
 /// Lines that a search prints at most.
 const MOST_LINES: usize = 60;
 
-/// Arguments of `help`.
 #[derive(Debug, Args)]
 pub struct HelpArguments {
     /// A command or a page, such as run or conventions [default: list].

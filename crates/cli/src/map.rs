@@ -19,7 +19,6 @@ use crate::questions::{Question, changes, group, list_questions};
 use crate::role_option::{FORM, says_unit, set_roles};
 use crate::{text, time_option};
 
-/// Arguments of `map`.
 #[derive(Debug, Args)]
 pub struct MapArguments {
     /// Recordings of one flight.

@@ -5,13 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use doublet_core::load::read_text;
-use doublet_engine::report::{ProofRow, ReplayRow, proof_rows};
+use doublet_engine::report::{ProofRow, proof_rows, proof_tables};
 use doublet_engine::stage::{PercentRule, Reading, Tolerances};
 
 use crate::run::computed;
 use crate::text;
 
-/// Arguments of `match`.
 #[derive(Debug, Args)]
 pub struct MatchArguments {
     /// Session file.
@@ -62,46 +61,15 @@ pub fn match_command(arguments: &MatchArguments) -> Result<(), String> {
 fn print(rows: &ProofRow, rule: PercentRule) {
     text::line(&format!("tolerances: {}; percentages {}", rows.tolerances, rule.reference_description()));
     for window in &rows.windows {
-        text::line("");
-        text::line(&window.window);
-        if let Some(error) = &window.error {
-            text::line(&format!("  not flown: {error}"));
-            continue;
+        match &window.error {
+            Some(error) => text::line(&format!("{}: not simulated: {error}", window.window)),
+            None if window.tests.is_empty() => {
+                text::line(&format!("{}: no test applies: state its surface or kind of input", window.window));
+            }
+            None => {}
         }
-        tests(window);
-        theil(window);
     }
-}
-
-fn tests(window: &ReplayRow) {
-    if window.tests.is_empty() {
-        text::line("  no test applies: state the surface or the kind of input of the manoeuvre");
-        return;
-    }
-    for test in &window.tests {
-        text::line(&format!("  {} {}: {}", test.id, test.name, if test.passed { "pass" } else { "FAIL" }));
-        let rows = test.bands.iter().map(|band| {
-            vec![
-                format!("  requirement {}: {}", band.requirement, band.signal),
-                if band.passed { "inside" } else { "outside" }.to_owned(),
-                text::number(band.worst_ratio, 3),
-                text::number(band.worst_error, 3),
-                band.unit.to_owned(),
-                text::number(band.worst_time_s, 6),
-                text::number(100.0 * band.share_inside, 3),
-            ]
-        });
-        let header = ["  band", "", "error / tolerance", "worst error", "unit", "time, s", "% inside"];
-        text::table(&header, &rows.collect::<Vec<_>>());
-    }
-}
-
-fn theil(window: &ReplayRow) {
-    let rows = window.theil.iter().map(|row| {
-        let parts = [row.coefficient, row.bias, row.variance, row.covariance].map(|part| text::number(part, 3));
-        [vec![format!("  {}", row.signal)], parts.to_vec()].concat()
-    });
-    text::table(&["  signal", "Theil U", "bias", "variance", "covariance"], &rows.collect::<Vec<_>>());
+    text::show_all(&proof_tables(rows));
 }
 
 /// Names of the rules for percentages.

@@ -23,7 +23,6 @@ use crate::role_option::set_roles;
 use crate::text;
 use crate::time_option::set_times;
 
-/// Arguments of `new`.
 #[derive(Debug, Args)]
 pub struct NewArguments {
     /// Recordings: one flight each, unless merged.

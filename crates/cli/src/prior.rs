@@ -17,7 +17,6 @@ use crate::{datcom, text};
 /// Relative standard deviation of derivatives stated without one.
 const RELATIVE: f64 = 0.2;
 
-/// Arguments of `prior`.
 #[derive(Debug, Args)]
 pub struct PriorArguments {
     /// Session file.

@@ -10,7 +10,6 @@ use serde_json::json;
 use crate::run::computed;
 use crate::text::{self, number};
 
-/// Arguments of `propagate`.
 #[derive(Debug, Args)]
 pub struct PropagateArguments {
     /// Session file.

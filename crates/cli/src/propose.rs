@@ -3,18 +3,14 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use doublet_core::align::{OnsetSettings, onset_alignment};
-use doublet_core::prep::{Differentiation, differentiate};
-use doublet_core::quantity::Role;
-use doublet_core::series::{Series, TimeRange};
 use doublet_engine::graph::{Context, Keyed};
 use doublet_engine::keep::Lock;
-use doublet_engine::session::{self, Edit, NoiseChannel, NoiseEdit, Opened, Session, Surface, WindowEdit};
+use doublet_engine::report::{manoeuvre_table, onset_table, steady_noise_table};
+use doublet_engine::session::{self, Edit, NoiseEdit, Opened, Session, WindowEdit};
 use doublet_engine::stage::{self, FlightNoise, FlightProposals, LoadedFlight, NoiseFlight};
 
 use crate::text;
 
-/// Arguments of `propose`.
 #[derive(Debug, Args)]
 pub struct ProposeArguments {
     /// Kind of proposal.
@@ -108,74 +104,21 @@ fn load(opened: &Opened, flight: &session::Flight) -> Result<Keyed<LoadedFlight>
         .map_err(|error| format!("flight '{}': {error}", flight.name))
 }
 
-/// Shift each manoeuvre asks for so that the angular acceleration answers its control at once (thesis 4.4.3), and their mean.
 fn onsets(flight: &str, loaded: &LoadedFlight, proposals: &FlightProposals) {
-    /// Steady flight before the onset and response after it that are looked at, s.
-    const AROUND_S: [f64; 2] = [1.0, 2.5];
-    let series = |role: Role| loaded.recording.role(role).map(|channel| &channel.series);
-    let motion = [Role::RollRate, Role::PitchRate, Role::YawRate, Role::BankAngle, Role::PitchAngle];
-    let method = Differentiation::LocalPolynomial { degree: 2, half_width: 2 };
-    let answers = Surface::ALL.map(|surface| {
-        let (control, rate) = (series(surface.role())?, series(surface.rate())?);
-        let slope = differentiate(&rate.time_s, &rate.values, method).map_err(|error| error.to_string());
-        let response = slope.map(|slope| Series { time_s: rate.time_s.clone(), values: slope.into() });
-        Some((surface, control, response))
-    });
-    let (mut rows, mut sum, mut weights) = (Vec::new(), 0.0, 0.0);
-    for proposal in &proposals.windows {
-        let moved = |(surface, ..): &&(Surface, &Series, _)| Some(*surface) == proposal.manoeuvre.surface;
-        let Some((_, control, response)) = answers.iter().flatten().find(moved) else { continue };
-        let window = TimeRange { start_s: proposal.onset_s - AROUND_S[0], end_s: proposal.onset_s + AROUND_S[1] };
-        let found = response.as_ref().map_err(Clone::clone).and_then(|response| {
-            let companions: Vec<&Series> =
-                motion.into_iter().filter_map(series).filter(|other| other.time_s == response.time_s).collect();
-            onset_alignment(control, response, &companions, window, &OnsetSettings::default())
-                .map_err(|error| error.to_string())
-        });
-        let cells = match found {
-            Ok(found) => {
-                let weight = found.shift_sd_s.powi(-2);
-                (sum, weights) = (sum + weight * found.shift_s, weights + weight);
-                [found.shift_s, found.shift_sd_s, found.share].map(|value| text::number(value, 3)).to_vec()
-            }
-            Err(error) => {
-                text::line(&format!("  {}: {error}", proposal.manoeuvre.name));
-                continue;
-            }
-        };
-        rows.push([vec![format!("  {}", proposal.manoeuvre.name)], cells].concat());
-    }
+    let shifts = stage::onset_shifts(loaded, proposals);
     text::line(&format!(
         "{flight}: shift of the control sensors by the first response (add it to shift_s of their clock)"
     ));
-    text::table(&["  manoeuvre", "shift s", "std error s", "share"], &rows);
-    if weights > 0.0 {
-        let (mean, error) = (text::number(sum / weights, 3), text::number(weights.powf(-0.5), 2));
+    text::show(&onset_table(&shifts));
+    if let Some((mean, error)) = stage::mean_shift(&shifts) {
+        let (mean, error) = (text::number(mean, 3), text::number(error, 2));
         text::line(&format!("  all: {mean} s, standard error {error} s; includes the lag of the actuator"));
     }
 }
 
 fn windows(session: &Session, flight: &str, proposals: &FlightProposals) -> Edit {
     text::line(&format!("{flight}: {} manoeuvres", proposals.windows.len()));
-    let rows = proposals.windows.iter().map(|proposal| {
-        let window = proposal.manoeuvre.window;
-        vec![
-            format!("  {}", proposal.manoeuvre.name),
-            text::number(window.start_s, 6),
-            text::number(window.end_s, 6),
-            text::number(proposal.onset_s, 6),
-            text::number(proposal.amplitude_rad.to_degrees(), 3),
-            text::number(proposal.base_time_s, 3),
-            format!("{:.2}", proposal.confidence),
-            match proposal.covering_window(session) {
-                Some(window) => window.name.clone(),
-                None if session.has_refused(&proposal.manoeuvre) => "refused".to_owned(),
-                None => "-".to_owned(),
-            },
-        ]
-    });
-    let header = ["  manoeuvre", "from s", "to s", "onset s", "deg", "base s", "confidence", "in the session as"];
-    text::table(&header, &rows.collect::<Vec<_>>());
+    text::show(&manoeuvre_table(session, proposals));
     Edit::Window(WindowEdit::AddAll(stage::open_windows(session, proposals)))
 }
 
@@ -195,39 +138,6 @@ fn steady(flight: &str, proposals: &FlightProposals) -> Edit {
 
 fn noise_table(session: &Session, noise: &FlightNoise) -> Edit {
     text::line("noise over the steady parts of all flights");
-    let rows = noise.rows.iter().map(|row| {
-        let statistics = |value: &dyn Fn(&doublet_core::prep::NoiseStatistics) -> String| {
-            row.statistics.as_ref().map_or_else(|| "-".to_owned(), value)
-        };
-        vec![
-            format!("  {}", row.channel.name()),
-            text::number(row.channel.std(session), 3),
-            row.proposed().map_or_else(|| "-".to_owned(), |proposed| text::number(proposed, 3)),
-            statistics(&|found| text::number(found.std, 3)),
-            statistics(&|found| text::number(found.difference_std, 3)),
-            statistics(&|found| text::number(found.resolution, 3)),
-            statistics(&|found| found.samples.to_string()),
-            statistics(&|found| format!("{:.2}", found.lag_one)),
-            statistics(&|found| format!("{:.3}", found.whiteness)),
-            origin(session, row.channel).unwrap_or_else(|| row.origin()),
-        ]
-    });
-    let header = [
-        "  entry",
-        "session",
-        "proposed",
-        "std deviation",
-        "of differences",
-        "step",
-        "samples",
-        "lag one",
-        "whiteness",
-        "from",
-    ];
-    text::table(&header, &rows.collect::<Vec<_>>());
+    text::show(&steady_noise_table(session, noise));
     Edit::Noise(NoiseEdit::Set { entries: stage::open_entries(session, noise), reason: String::new() })
-}
-
-fn origin(session: &Session, channel: NoiseChannel) -> Option<String> {
-    session.noise_reasons.get(channel.name()).map(|reason| format!("kept as set: {reason}"))
 }

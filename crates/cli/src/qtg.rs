@@ -13,7 +13,6 @@ use crate::progress::Progress;
 use crate::run::{named, open_to_run};
 use crate::text;
 
-/// Arguments of `qtg`.
 #[derive(Debug, Args)]
 pub struct QtgArguments {
     /// Session file.

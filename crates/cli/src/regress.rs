@@ -9,7 +9,6 @@ use serde_json::{Value, json};
 
 use crate::text;
 
-/// Arguments of `regress`.
 #[derive(Debug, Args)]
 pub struct RegressArguments {
     /// Table: text, or any recording whose channels are the columns, unconverted.

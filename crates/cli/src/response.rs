@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
-use doublet_dynamics::frequency::{Delay, EquivalentSystem, FittedParameter, Form, FrequencyResponse};
+use doublet_dynamics::frequency::{Delay, EquivalentSystem, FittedParameter, Form};
 use doublet_dynamics::qualities::{Airplane, Limits};
 use doublet_engine::builtin;
 use doublet_engine::keep;
 use doublet_engine::report::document::{Block, BodeModel, Document, Figure, Style, bode_figure};
-use doublet_engine::report::{self, QualitiesRow, equivalent_levels, response_rows, response_table};
+use doublet_engine::report::{self, QualitiesRow, equivalent_levels, parameter_table, response_rows, response_table};
 use doublet_engine::run::{Control, Snapshot};
 use doublet_engine::session::{Manoeuvre, Session, Surface};
 use doublet_engine::study::dynamics::{self, CATEGORIES};
@@ -19,12 +19,12 @@ use doublet_engine::study::{
 };
 use serde_json::{Value, json};
 
+use crate::arguments::{not_negative, positive};
 use crate::dynamics::{CLASS_NAMES, print_qualities};
 use crate::outcome::Outcome;
 use crate::run::computed;
 use crate::text;
 
-/// Arguments of `response`, and the first ones of `loes`.
 #[derive(Debug, Args)]
 pub struct ResponseArguments {
     /// Session (.toml), or a table: text, or any recording, unconverted.
@@ -42,7 +42,7 @@ pub struct ResponseArguments {
     #[arg(long, value_name = "LOW..HIGH", value_parser = band)]
     pub band: Option<[f64; 2]>,
     /// Lengths of the spectral windows, s [default: five that the records allow].
-    #[arg(long, value_name = "S,S", value_delimiter = ',', value_parser = above_zero)]
+    #[arg(long, value_name = "S,S", value_delimiter = ',', value_parser = positive)]
     pub window_length: Vec<f64>,
     /// Overlap of the spectral windows, fraction.
     #[arg(long, default_value_t = ResponseRequest::default().overlap)]
@@ -51,7 +51,7 @@ pub struct ResponseArguments {
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u16).range(2..=400))]
     pub points: u16,
     /// Row interval, s, of a table without time.
-    #[arg(long, value_name = "S", value_parser = above_zero)]
+    #[arg(long, value_name = "S", value_parser = positive)]
     pub dt: Option<f64>,
     /// CSV file for the responses.
     #[arg(long, value_name = "FILE")]
@@ -64,7 +64,6 @@ pub struct ResponseArguments {
     pub json: bool,
 }
 
-/// Arguments of `loes`.
 #[derive(Debug, Args)]
 pub struct LoesArguments {
     /// Input, output and band.
@@ -103,16 +102,6 @@ fn form(text: &str) -> Result<Form, String> {
     Form::parse(text).map_err(|error| error.to_string())
 }
 
-fn above_zero(text: &str) -> Result<f64, String> {
-    let value: Option<f64> = text.trim().parse().ok().filter(|value: &f64| value.is_finite() && *value > 0.0);
-    value.ok_or_else(|| "give a number above 0 s".to_owned())
-}
-
-fn not_negative(text: &str) -> Result<f64, String> {
-    let value: Option<f64> = text.trim().parse().ok().filter(|value: &f64| value.is_finite() && *value >= 0.0);
-    value.ok_or_else(|| "give a number from 0 s up".to_owned())
-}
-
 /// Reads `LOW..HIGH`.
 fn band(text: &str) -> Result<[f64; 2], String> {
     let wrong = || format!("'{text}' is not a band: write it as LOW..HIGH in rad/s, for example 0.3..10");
@@ -135,7 +124,7 @@ pub fn response(arguments: &ResponseArguments) -> Result<(), String> {
         return print_json(&describe(&study));
     }
     print_study(&study);
-    study.responses.iter().for_each(|response| print_response(&study, response));
+    print_responses(&study);
     Ok(())
 }
 
@@ -380,21 +369,19 @@ fn print_study(study: &ResponseStudy) {
     study.left_out.iter().for_each(|line| text::line(&format!("left out: {line}")));
 }
 
-fn print_response(study: &ResponseStudy, response: &FrequencyResponse) {
-    text::line("");
-    text::line(&format!("{} / {}", study.output, study.inputs[response.input]));
-    let phases = response.phases_rad();
-    let rows = response.points.iter().zip(phases).map(|(point, phase)| {
-        let [gain, angle] = if point.is_value() { [point.gain_db(), phase.to_degrees()] } else { [f64::NAN, f64::NAN] };
-        let sd = point.relative_sd.to_degrees();
-        [point.omega_rad_s, gain, point.gain_sd_db(), angle, sd, point.coherence, point.multiple_coherence]
-            .map(|value| text::number(value, 4))
-            .to_vec()
-    });
-    let header = ["  rad/s", "gain dB", "sd", "phase deg", "sd", "coherence", "multiple"];
-    let header = if study.inputs.len() > 1 { &header[..] } else { &header[..6] };
-    let rows: Vec<Vec<String>> = rows.map(|row| row[..header.len()].to_vec()).collect();
-    text::table(header, &rows);
+/// Columns that fit on a terminal; the last of several inputs alone.
+const COLUMNS: [&str; 7] =
+    ["frequency_rad_s", "gain_db", "gain_sd_db", "phase_deg", "phase_sd_deg", "coherence", "multiple_coherence"];
+
+fn print_responses(study: &ResponseStudy) {
+    let rows = response_rows(study);
+    let shown = if study.inputs.len() > 1 { &COLUMNS[..] } else { &COLUMNS[..6] };
+    for input in &study.inputs {
+        text::line("");
+        text::line(&format!("{} / {input}", study.output));
+        let own: Vec<_> = rows.iter().filter(|row| row.input == *input).cloned().collect();
+        response_table(&own).into_iter().for_each(|table| text::show(&table.select(shown)));
+    }
 }
 
 fn print_fit(study: &ResponseStudy, found: &EquivalentStudy) {
@@ -408,10 +395,7 @@ fn print_fit(study: &ResponseStudy, found: &EquivalentStudy) {
         found.method.name(),
         fit.frequencies
     ));
-    let rows: Vec<Vec<String>> =
-        fit.parameters.iter().chain(&found.derived).map(|parameter| parameter_cells(parameter, found)).collect();
-    let beside = found.other.as_ref().map_or("", |(method, _)| method.name());
-    text::table(&["  parameter", "value", "std error", "low", "high", beside, "std error"], &rows);
+    text::show(&parameter_table(found));
     if fit.is_delay_at_zero {
         let end = fit.parameter("tau").map_or(f64::NAN, |delay| delay.high);
         let interval = if end.is_finite() {
@@ -435,22 +419,4 @@ fn print_fit(study: &ResponseStudy, found: &EquivalentStudy) {
     if let Some((method, Err(error))) = &found.other {
         text::line(&format!("{}: {error}", method.name()));
     }
-}
-
-fn parameter_cells(parameter: &FittedParameter, found: &EquivalentStudy) -> Vec<String> {
-    let number = |value: f64| text::number(value, 5);
-    let other = match &found.other {
-        Some((_, Ok(other))) => other.parameter(&parameter.name).map(|row| (row.value, row.standard_error)),
-        _ => None,
-    };
-    let (value, error) = other.unwrap_or((f64::NAN, f64::NAN));
-    vec![
-        format!("  {}", parameter.name),
-        number(parameter.value),
-        text::number(parameter.standard_error, 3),
-        number(parameter.low),
-        number(parameter.high),
-        number(value),
-        text::number(error, 3),
-    ]
 }

@@ -16,7 +16,6 @@ use crate::outcome::Outcome;
 use crate::progress::Progress;
 use crate::{summary, text};
 
-/// Arguments of `run`.
 #[derive(Debug, Args)]
 pub struct RunArguments {
     /// Session file.

@@ -8,7 +8,6 @@ use doublet_engine::study::equation_schema;
 
 use crate::text;
 
-/// Arguments of `schema`.
 #[derive(Debug, Args)]
 pub struct SchemaArguments {
     /// Kind of file.

@@ -11,7 +11,6 @@ use crate::text;
 /// Name the pages and completions are for.
 const PROGRAM: &str = "doublet";
 
-/// Arguments of `completions`.
 #[derive(Debug, Args)]
 pub struct CompletionArguments {
     /// Shell.
@@ -19,7 +18,6 @@ pub struct CompletionArguments {
     pub shell: Shell,
 }
 
-/// Arguments of `man`.
 #[derive(Debug, Args)]
 pub struct ManArguments {
     /// Folder for the pages, one per command: doublet.1, doublet-run.1 and so on.

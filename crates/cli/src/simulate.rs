@@ -10,7 +10,6 @@ use doublet_engine::keep::Staging;
 use crate::progress::Progress;
 use crate::text;
 
-/// Arguments of `simulate`.
 #[derive(Debug, Args)]
 pub struct SimulateArguments {
     /// Scenario to simulate: a shipped name, or a file of `doublet design`.

@@ -9,7 +9,6 @@ use doublet_engine::stage::load_aircraft;
 
 use crate::text::{self, number};
 
-/// Arguments of `static-thrust`.
 #[derive(Debug, Args)]
 pub struct StaticThrustArguments {
     /// Static thrust file (TOML): pull, engine settings and air.

@@ -14,7 +14,6 @@ use crate::text;
 const SYMMETRIC: [&str; 6] = ["alpha", "alpha^2", "alpha_dot", "qc/V", "delta_e", "alpha*delta_e"];
 const ASYMMETRIC: [&str; 6] = ["beta", "beta_dot", "pb/2V", "rb/2V", "delta_a", "delta_r"];
 
-/// Arguments of `structure`.
 #[derive(Debug, Args)]
 pub struct StructureArguments {
     /// Session file.

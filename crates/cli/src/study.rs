@@ -18,7 +18,6 @@ use doublet_engine::study::{CheckRequest, Estimator, Study};
 use crate::run::computed;
 use crate::text;
 
-/// Arguments of a study.
 #[derive(Debug, Args)]
 pub struct StudyArguments {
     /// Session file.
@@ -28,7 +27,6 @@ pub struct StudyArguments {
     pub out: Option<PathBuf>,
 }
 
-/// Arguments of `monte-carlo`.
 #[derive(Debug, Args)]
 pub struct MonteCarloArguments {
     /// Options of every study.
@@ -42,7 +40,6 @@ pub struct MonteCarloArguments {
     pub seed: u64,
 }
 
-/// Arguments of `checks`.
 #[derive(Debug, Args)]
 pub struct CheckStudyArguments {
     /// Options of every study.
@@ -76,17 +73,8 @@ fn axis(text: &str) -> Result<MotionAxis, String> {
 
 /// Columns of the manoeuvre map that fit on a terminal.
 const MAP_COLUMNS: [&str; 11] = [
-    "name",
-    "use",
-    "level",
-    "start_s",
-    "duration_s",
-    "airspeed_m_s",
-    "altitude_m",
-    "alpha_rad",
-    "deflection_rad",
-    "nis_ratio",
-    "worst_r_squared",
+    "name", "use", "level", "start_s", "duration_s", "airspeed_m_s", "altitude_m", "alpha_rad", "deflection_rad",
+    "nis_ratio", "worst_r_squared",
 ];
 
 /// Computes one study of a session and prints it.

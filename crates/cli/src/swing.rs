@@ -7,7 +7,6 @@ use doublet_engine::ground_tests::{SwingFile, Swung};
 
 use crate::text::{self, number};
 
-/// Arguments of `swing`.
 #[derive(Debug, Args)]
 pub struct SwingArguments {
     /// Swing file (TOML): mass, lengths and times of each swing.

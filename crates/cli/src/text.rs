@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::io::{ErrorKind, Write};
 use std::sync::{Mutex, PoisonError};
 
-use doublet_engine::notation::is_direction_mark;
+use doublet_engine::notation::{format_number, is_direction_mark};
 use doublet_engine::report::{Cell, Column, Table};
 use doublet_engine::verdict::Verdict;
 use serde_json::{Value, json};
@@ -165,6 +165,14 @@ pub fn show(table: &Table) {
     self::table(&titles.iter().map(String::as_str).collect::<Vec<_>>(), &rows.collect::<Vec<_>>());
 }
 
+/// Prints tables, each behind an empty line.
+pub fn show_all(tables: &[Table]) {
+    for table in tables {
+        line("");
+        show(table);
+    }
+}
+
 fn readable((cell, column): (&Cell, &Column)) -> String {
     match cell {
         Cell::Symbol(name) => name.clone(),
@@ -223,20 +231,7 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
 
 /// A number with `digits` significant digits, without needless zeros or exponents.
 pub fn number(value: f64, digits: usize) -> String {
-    if !value.is_finite() {
-        return "-".to_owned();
-    }
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    // The exponent of the rounded number: 9.9996 is 10.00 in four digits.
-    let rounded = format!("{value:.*e}", digits.saturating_sub(1));
-    let exponent: i32 = rounded.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0);
-    if !(-5..7).contains(&exponent) {
-        return rounded;
-    }
-    let decimals = usize::try_from(digits as i32 - 1 - exponent).unwrap_or(0);
-    format!("{value:.decimals$}")
+    format_number(value, digits, -5..7).unwrap_or_else(|| "-".to_owned())
 }
 
 #[cfg(test)]

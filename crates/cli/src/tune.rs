@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use doublet_core::reconstruct::tuning::noise::{NoiseMethod, NoiseProposal, NoiseProposalSettings, ProposedDeviation};
-use doublet_core::reconstruct::{Input, Measurement};
+use doublet_core::reconstruct::Measurement;
+use doublet_core::reconstruct::tuning::noise::{NoiseMethod, NoiseProposal, NoiseProposalSettings};
 use doublet_engine::graph::Cache;
+use doublet_engine::report::tuned_noise_table;
 use doublet_engine::run::{Control, Scope, Snapshot, run, tune_delay, tune_noise};
 use doublet_engine::session::{self, Session};
 use doublet_engine::stage::WindowPath;
@@ -16,7 +17,6 @@ use crate::text;
 /// Memory for intermediate results.
 const CACHE_BYTES: usize = 1 << 30;
 
-/// Arguments of `tune`.
 #[derive(Debug, Args)]
 pub struct TuneArguments {
     /// Session file.
@@ -117,14 +117,7 @@ fn choose_windows(session: &mut Session, names: &[String]) -> Result<(), String>
 }
 
 fn print(found: &NoiseProposal, windows: usize) {
-    let inputs = Input::ALL.into_iter().filter_map(|input| {
-        Some(describe_deviation(input.name(), input.dimension().si_symbol(), found.process[input as usize].as_ref()?))
-    });
-    let measurements = Measurement::ALL.into_iter().filter_map(|measurement| {
-        let proposed = found.measurement[measurement as usize].as_ref()?;
-        Some(describe_deviation(measurement.name(), measurement.dimension().si_symbol(), proposed))
-    });
-    text::table(&["noise", "unit", "set", "proposed", "std error"], &inputs.chain(measurements).collect::<Vec<_>>());
+    text::show(&tuned_noise_table(found));
     let gain = found.log_likelihood.last().zip(found.log_likelihood.first()).map_or(0.0, |(last, first)| last - first);
     let outliers: usize = found.outliers.iter().sum();
     text::line(&format!(
@@ -133,15 +126,4 @@ fn print(found: &NoiseProposal, windows: usize) {
         if found.converged { "" } else { " (not converged: increase --steps)" },
         text::number(gain, 5)
     ));
-}
-
-fn describe_deviation(name: &str, unit: &str, proposed: &ProposedDeviation) -> Vec<String> {
-    let error = match proposed.log_standard_error.map(f64::exp) {
-        _ if proposed.at_bound => "not determined: the likelihood has no maximum here, settings unchanged".to_owned(),
-        Some(factor) if factor < 2.0 => format!("{} %", text::number(100.0 * (factor - 1.0), 2)),
-        Some(factor) => format!("factor {}", text::number(factor, 3)),
-        None => "not determined".to_owned(),
-    };
-    let value = if proposed.at_bound { "-".to_owned() } else { text::number(proposed.proposed, 4) };
-    vec![name.to_owned(), unit.to_owned(), text::number(proposed.present, 4), value, error]
 }

@@ -10,7 +10,6 @@ use doublet_engine::study::{FormEstimates, FormRequest, least_squares_forms};
 use crate::run::{self, computed};
 use crate::text;
 
-/// Arguments of `variants`.
 #[derive(Debug, Args)]
 pub struct VariantArguments {
     /// Session file.

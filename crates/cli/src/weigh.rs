@@ -11,7 +11,6 @@ use doublet_engine::weigh::{Weighed, WeighingFile};
 
 use crate::text::{self, number};
 
-/// Arguments of `weigh`.
 #[derive(Debug, Args)]
 pub struct WeighArguments {
     /// Weighing file (TOML): scale readings, fuel and items on board.

@@ -9,28 +9,22 @@ pub fn plural(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
-/// Magnitudes below this, or from `LARGE` on, are written with a power of ten.
-const SMALL: f64 = 1e-3;
-/// See [`SMALL`].
-const LARGE: f64 = 1e6;
-
 /// `value` with so many significant digits and a true minus sign; a dash where there is no number.
 pub fn significant(value: f64, digits: usize) -> String {
-    if !value.is_finite() {
-        return "–".to_owned();
-    }
+    format_number(value, digits, -3..6).map_or_else(|| "–".to_owned(), |text| text.replace('-', "\u{2212}"))
+}
+
+/// `value` with so many significant digits, with a power of ten where that is not among `plain`; `None` where there is no number.
+pub fn format_number(value: f64, digits: usize, plain: std::ops::Range<i32>) -> Option<String> {
+    // The exponent of the rounded number: 9.9996 is 10.00 in four digits.
     let rounded = format!("{value:.*e}", digits.saturating_sub(1));
-    let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
-    let exponent: i32 = exponent.parse().unwrap_or(0);
-    let text = if value == 0.0 {
-        "0".to_owned()
-    } else if (SMALL..LARGE).contains(&value.abs()) {
-        let decimals = usize::try_from(digits as i32 - 1 - exponent).unwrap_or(0);
-        format!("{value:.decimals$}")
-    } else {
-        format!("{mantissa}e{exponent}")
-    };
-    text.replace('-', "\u{2212}")
+    let exponent: i32 = rounded.split_once('e')?.1.parse().ok()?;
+    let decimals = usize::try_from(digits as i32 - 1 - exponent).unwrap_or(0);
+    Some(match value {
+        0.0 => "0".to_owned(),
+        _ if plain.contains(&exponent) => format!("{value:.decimals$}"),
+        _ => rounded,
+    })
 }
 
 /// Decimals of a number with this error: the error has two digits.

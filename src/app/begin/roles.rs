@@ -190,20 +190,8 @@ fn channels(choosing: &Choosing) -> Vec<ChannelName> {
 fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mut Ui) {
     let single = choosing.inspected.probes.iter().map(|probe| probe.sources.len()).sum::<usize>() == 1;
     let names_of_columns = [
-        "",
-        "role",
-        "what it is",
-        "channel",
-        "evidence",
-        "unit",
-        "sign",
-        "scale",
-        "added",
-        TRAVEL,
-        "first",
-        "smallest",
-        "largest",
-        "shape",
+        "", "role", "what it is", "channel", "evidence", "unit", "sign", "scale", "added", TRAVEL, "first", "smallest",
+        "largest", "shape",
     ];
     // Tables without controls keep the column, so that all tables align.
     let has_travel = roles.iter().any(|role| CONTROLS.contains(role));

@@ -1,5 +1,6 @@
 //! The numbers of one part of the aircraft, each typed or dragged with its unit.
 
+use doublet_core::airframe::AircraftError;
 use doublet_core::quantity::Dimension;
 use doublet_engine::aircraft::{AircraftField, ChangedValue, FieldUnit, PlaceKind, Section};
 use doublet_engine::session::{AircraftEdit, Edit};
@@ -104,9 +105,10 @@ fn row(ctx: &mut PanelContext<'_>, ui: &mut Ui, field: &AircraftField, is_chosen
 
 /// What the check of the aircraft says of a field: the range that is allowed.
 fn problem(ctx: &PanelContext<'_>, field: &AircraftField) -> Option<String> {
-    let error = ctx.snapshot.aircraft.error()?;
-    let line = error.lines().find(|line| line.contains(&field.key))?;
-    Some(line.split_once("allowed is ").map_or_else(|| "see above".to_owned(), |(_, range)| format!("must be {range}")))
+    Some(match ctx.snapshot.aircraft_errors.iter().find(|error| error.to_string().contains(&field.key))? {
+        AircraftError::OutOfRange { allowed, .. } => format!("must be {allowed}"),
+        _ => "see above".to_owned(),
+    })
 }
 
 /// Unit and factor of a field on screen.

@@ -116,17 +116,8 @@ fn derivatives(ui: &mut Ui, names: [&str; 2], both: [&ExperimentRow; 2]) {
 /// Scores of every coefficient of every row, for other programs.
 pub fn scores_csv(rows: &ExperimentRows) -> String {
     let titles = [
-        "experiment",
-        "coefficient",
-        "parameters",
-        "samples",
-        "r_squared",
-        "honest_r_squared",
-        "pse",
-        "aic",
-        "delta_aic",
-        "bic",
-        "delta_bic",
+        "experiment", "coefficient", "parameters", "samples", "r_squared", "honest_r_squared", "pse", "aic",
+        "delta_aic", "bic", "delta_bic",
     ];
     let rows = rows.0.iter().filter_map(|(name, slot)| Some((name, slot.latest()?)));
     let scores = rows.flat_map(|(name, row)| {

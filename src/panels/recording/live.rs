@@ -259,20 +259,11 @@ impl Live {
 
 /// Time, counts, correlation, limits, findings.
 fn lamps(ctx: &PanelContext<'_>, ui: &mut Ui, latest: &LiveUpdate) {
-    let counts = latest.counts;
     ui.label(format!(
-        "{:.1} s, {:.2} s behind; {} samples, {} lost, {} late, {} reordered, {} duplicate, {} stray, {} skipped; restarts: filter {}, clock {}{}",
+        "{:.1} s, {:.2} s behind; {}{}",
         latest.time_s,
         latest.lag_s,
-        counts.samples,
-        counts.lost,
-        counts.late,
-        counts.reordered,
-        counts.doubled,
-        counts.stray,
-        counts.skipped,
-        counts.restarts,
-        counts.clock_restarts,
+        latest.counts,
         if latest.is_airborne { "" } else { "; not in flight: no estimates" }
     ));
     ui.horizontal_wrapped(|ui| {

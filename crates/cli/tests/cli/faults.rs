@@ -81,18 +81,8 @@ impl Case {
 const LIVE: Case = Case {
     name: "live",
     arguments: &[
-        "live",
-        "--file",
-        "flight.csv",
-        "--map",
-        "map.toml",
-        "--aircraft",
-        "attas_vfw614",
-        "--wait",
-        "0.2",
-        "--record",
-        "day",
-        "--json",
+        "live", "--file", "flight.csv", "--map", "map.toml", "--aircraft", "attas_vfw614", "--wait", "0.2", "--record",
+        "day", "--json",
     ],
     target: "day",
 };

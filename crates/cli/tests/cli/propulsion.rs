@@ -132,18 +132,8 @@ fn a_recording_without_engine_channels_has_no_engines_and_no_failure() {
 
 /// The condition of thesis Table 7.14 in the units of the command line: 1219 m, 46 m/s, 296.65 K at sea level.
 const TABLE_7_14: [&str; 12] = [
-    "engine",
-    "c337f",
-    "--rpm",
-    "2350",
-    "--manifold-inhg",
-    "17.5",
-    "--altitude-ft",
-    "3999.344",
-    "--oat-c",
-    "15.5765",
-    "--airspeed-kt",
-    "89.41685",
+    "engine", "c337f", "--rpm", "2350", "--manifold-inhg", "17.5", "--altitude-ft", "3999.344", "--oat-c", "15.5765",
+    "--airspeed-kt", "89.41685",
 ];
 
 #[test]

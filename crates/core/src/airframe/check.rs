@@ -13,41 +13,19 @@ use crate::quantity::in_words;
 
 /// Something impossible in the data of an aircraft.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum AircraftError {
     /// A number is outside its range.
     #[error("{field} is {}, allowed is {allowed}", in_words(*.value))]
-    OutOfRange {
-        /// Dotted name of the field.
-        field: String,
-        /// Value found.
-        value: f64,
-        /// Range in words.
-        allowed: String,
-    },
-    /// A name is empty or given twice.
+    OutOfRange { field: String, value: f64, allowed: String },
     #[error("{field} is '{name}', allowed is a name that is not empty and not used twice")]
-    Name {
-        /// Dotted name of the field.
-        field: String,
-        /// Name found.
-        name: String,
-    },
+    Name { field: String, name: String },
     /// No body can have this inertia.
     #[error("{field} is impossible: {reason}")]
-    Inertia {
-        /// Dotted name of the field.
-        field: String,
-        /// Why.
-        reason: InertiaError,
-    },
+    Inertia { field: String, reason: InertiaError },
     /// Something needed is missing.
     #[error("{field} is missing: {needed}")]
-    Missing {
-        /// Dotted name of the field.
-        field: String,
-        /// What it is needed for.
-        needed: &'static str,
-    },
+    Missing { field: String, needed: &'static str },
     /// The standard loading is impossible.
     #[error("loading: {0}")]
     Loading(LoadingIssue),

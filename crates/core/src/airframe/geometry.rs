@@ -2,20 +2,16 @@
 
 /// A wing panel of constant taper. Stations are in datum axes, m.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct WingPanel {
-    /// Name.
     pub name: String,
-    /// y of its root.
     pub root_y_m: f64,
     /// Distance along y from root to tip.
     pub semispan_m: f64,
-    /// Chord at its root.
     pub root_chord_m: f64,
     /// Tip chord over root chord.
     pub taper: f64,
-    /// x of the leading edge at its root.
     pub root_leading_edge_x_m: f64,
-    /// x of the leading edge at its tip.
     pub tip_leading_edge_x_m: f64,
 }
 

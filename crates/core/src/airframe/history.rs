@@ -28,47 +28,17 @@ pub enum FuelSplit {
 
 /// Why there are no mass properties over time.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum HistoryError {
-    /// Two columns differ in length, or there is nothing in them.
     #[error("{field} has {found} samples, the time vector has {expected}: one value for each time is needed")]
-    Length {
-        /// Column.
-        field: String,
-        /// Its length.
-        found: usize,
-        /// Length of the time vector.
-        expected: usize,
-    },
-    /// Time is not a number or does not increase.
+    Length { field: String, found: usize, expected: usize },
     #[error("time at sample {index} is {time_s} s, allowed is a finite time after the sample before it")]
-    Time {
-        /// Sample, from 0.
-        index: usize,
-        /// Its time, s.
-        time_s: f64,
-    },
+    Time { index: usize, time_s: f64 },
     /// A fuel mass is negative, not a number, or more than the tanks hold or the split can place.
     #[error("{field} at {time_s} s is {fuel_kg} kg, allowed is {lowest_kg} to {highest_kg} kg")]
-    Fuel {
-        /// Column.
-        field: String,
-        /// Time, s.
-        time_s: f64,
-        /// Fuel mass, kg.
-        fuel_kg: f64,
-        /// Lowest possible, kg.
-        lowest_kg: f64,
-        /// Highest possible, kg.
-        highest_kg: f64,
-    },
-    /// A name is not that of a tank.
+    Fuel { field: String, time_s: f64, fuel_kg: f64, lowest_kg: f64, highest_kg: f64 },
     #[error("tank '{name}' not found, the tanks are {}", tanks.join(", "))]
-    UnknownTank {
-        /// Name given.
-        name: String,
-        /// Names of the tanks.
-        tanks: Vec<String>,
-    },
+    UnknownTank { name: String, tanks: Vec<String> },
 }
 
 /// Slack on the fuel a recording may hold beyond the tanks' capacity, kg: rounding of printed capacities.

@@ -78,12 +78,10 @@ impl OwnInertia {
 
 /// A component group of the empty aircraft.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct InertiaGroup {
-    /// Name.
     pub name: String,
-    /// Mass, kg.
     pub mass_kg: f64,
-    /// Centroid, m from the datum.
     pub centroid_from_datum_m: [f64; 3],
     /// Inertia about the centroid.
     pub inertia: OwnInertia,

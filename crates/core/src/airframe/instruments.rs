@@ -6,8 +6,8 @@ use crate::quantity::Role;
 
 /// The instruments of one installation, in SI.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct Instruments {
-    /// Name.
     pub name: String,
     /// Where the numbers come from, and their limits.
     pub notes: Vec<String>,
@@ -15,7 +15,6 @@ pub struct Instruments {
     pub control: ControlLinkage,
     /// Air-data pod.
     pub air_data: AirDataCalibration,
-    /// Fuel probes.
     pub fuel_probes: Vec<FuelProbe>,
     /// Noise that signals of this installation are known to have.
     pub noise: BTreeMap<Role, StatedNoise>,

@@ -31,63 +31,24 @@ crate::hash_fields!(Loading { added_items; fuel_kg, seats_kg, luggage_kg });
 
 /// Something wrong with a loading, bound to the field it shows beside.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum LoadingIssue {
     /// A mass is negative or not a number; it counts as zero.
     #[error("{field} is {mass_kg} kg, allowed is 0 or more; it counts as 0")]
-    NotAMass {
-        /// Dotted name of the field.
-        field: String,
-        /// Mass given, kg.
-        mass_kg: f64,
-    },
+    NotAMass { field: String, mass_kg: f64 },
     /// A tank, seat or bay holds more than it can.
     #[error("{field} is {mass_kg} kg, allowed is at most {capacity_kg} kg")]
-    OverCapacity {
-        /// Dotted name of the field.
-        field: String,
-        /// Mass given, kg.
-        mass_kg: f64,
-        /// Largest mass, kg.
-        capacity_kg: f64,
-    },
-    /// The aircraft has no such tank, seat or bay; its mass does not count.
+    OverCapacity { field: String, mass_kg: f64, capacity_kg: f64 },
     #[error("{field} has a mass but the aircraft has no such place; it does not count")]
-    UnknownPlace {
-        /// Dotted name of the field.
-        field: String,
-    },
-    /// An added item's position is not finite; it does not count.
+    UnknownPlace { field: String },
     #[error("the position of {field} is not a number; the item does not count")]
-    NotAPosition {
-        /// Dotted name of the field.
-        field: String,
-    },
-    /// The aircraft is heavier than its maximum take-off mass.
+    NotAPosition { field: String },
     #[error("mass is {mass_kg:.1} kg, the maximum take-off mass is {limit_kg:.1} kg: {:.1} kg too much", mass_kg - limit_kg)]
-    OverTakeoffMass {
-        /// Mass, kg.
-        mass_kg: f64,
-        /// Maximum take-off mass, kg.
-        limit_kg: f64,
-    },
-    /// The aircraft is heavier than its maximum landing mass.
+    OverTakeoffMass { mass_kg: f64, limit_kg: f64 },
     #[error("mass is {mass_kg:.1} kg, the maximum landing mass is {limit_kg:.1} kg: {:.1} kg to burn before landing", mass_kg - limit_kg)]
-    OverLandingMass {
-        /// Mass, kg.
-        mass_kg: f64,
-        /// Maximum landing mass, kg.
-        limit_kg: f64,
-    },
-    /// The centre of gravity lies outside the envelope.
+    OverLandingMass { mass_kg: f64, limit_kg: f64 },
     #[error("centre of gravity is {x_m:.3} m aft of the datum, {:.1} cm beyond the {side} limit of {limit_m:.3} m", (x_m - limit_m).abs() * 100.0)]
-    OutsideEnvelope {
-        /// Side that is exceeded.
-        side: EnvelopeSide,
-        /// Centre of gravity, x from the datum, m.
-        x_m: f64,
-        /// Limit at this mass, x from the datum, m.
-        limit_m: f64,
-    },
+    OutsideEnvelope { side: EnvelopeSide, x_m: f64, limit_m: f64 },
 }
 
 impl LoadingIssue {

@@ -32,27 +32,17 @@ pub struct InertiaTensor {
 
 /// Why no body can have this inertia tensor.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum InertiaError {
-    /// An entry is not a finite number.
     #[error("an entry of the inertia tensor is not a finite number")]
     NotFinite,
-    /// The tensor has a principal moment that is zero or negative.
     #[error("smallest principal moment of inertia is {smallest_kg_m2:.3} kg m2, allowed is above 0")]
-    NotPositive {
-        /// Smallest principal moment, kg m².
-        smallest_kg_m2: f64,
-    },
-    /// The largest principal moment exceeds the sum of the other two.
+    NotPositive { smallest_kg_m2: f64 },
     #[error(
         "largest principal moment of inertia is {largest_kg_m2:.1} kg m2, \
          allowed is at most the sum of the other two, {others_kg_m2:.1} kg m2"
     )]
-    Triangle {
-        /// Largest principal moment, kg m².
-        largest_kg_m2: f64,
-        /// Sum of the other two, kg m².
-        others_kg_m2: f64,
-    },
+    Triangle { largest_kg_m2: f64, others_kg_m2: f64 },
 }
 
 /// Principal moments of inertia and their axes.

@@ -67,39 +67,17 @@ pub struct WeighingResult {
 
 /// Why a series of weighings gives no centre of gravity.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum WeighingError {
-    /// Too few attitudes for a line.
     #[error("weighings at different pitch attitudes: {count}; the height of the centre of gravity needs at least 2")]
-    TooFew {
-        /// Number given.
-        count: usize,
-    },
+    TooFew { count: usize },
     /// A reading or angle that cannot be.
     #[error("weighing {index}: {field} is {value}, allowed is {allowed}")]
-    OutOfRange {
-        /// Row, from 1.
-        index: usize,
-        /// Field.
-        field: &'static str,
-        /// Value.
-        value: f64,
-        /// Range.
-        allowed: &'static str,
-    },
-    /// All attitudes are one.
+    OutOfRange { index: usize, field: &'static str, value: f64, allowed: &'static str },
     #[error("ground pitch spans {spread_rad} rad over the weighings, at least {SMALLEST_SPREAD_RAD} rad are needed")]
-    NoSpread {
-        /// Largest less smallest ground pitch, rad.
-        spread_rad: f64,
-    },
-    /// What is taken off weighs as much as what was weighed.
+    NoSpread { spread_rad: f64 },
     #[error("the items to take off weigh {items_kg} kg of {mass_kg} kg weighed: nothing is left")]
-    NothingLeft {
-        /// Mass of the items, kg.
-        items_kg: f64,
-        /// Mass weighed, kg.
-        mass_kg: f64,
-    },
+    NothingLeft { items_kg: f64, mass_kg: f64 },
 }
 
 /// Smallest spread of ground pitch accepted, rad: the resolution of an inclinometer, 0.1 deg.

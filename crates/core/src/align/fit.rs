@@ -109,14 +109,6 @@ pub struct ClockEstimate {
     pub chunks: Vec<ClockChunk>,
 }
 
-/// Clock of the recorder of `other` against that of `reference`, from one quantity both have; see [`clock_fit_pairs`].
-///
-/// # Errors
-/// As [`clock_fit_pairs`].
-pub fn clock_fit(reference: &Series, other: &Series, settings: &ClockFitSettings) -> Result<ClockEstimate, AlignError> {
-    clock_fit_pairs(&[ClockPair { name: "shared channel", reference, other, inverted: false }], settings)
-}
-
 /// Clock of a recorder against the reference from all quantities both have.
 ///
 /// Derivatives smoothed by a Gaussian are correlated: first the whole record at every lag, which gives the first guess, then

@@ -27,19 +27,14 @@ const LOWEST_M: f64 = -1_000.0;
 
 /// Latitude or altitude outside the range of the gravity formula.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum GravityError {
     /// Latitude beyond a pole, or not a number.
     #[error("latitude is {latitude_rad} rad, allowed is -pi/2 to pi/2")]
-    Latitude {
-        /// Geodetic latitude given, rad.
-        latitude_rad: f64,
-    },
+    Latitude { latitude_rad: f64 },
     /// Altitude outside the range of the free-air expansion, or not a number.
     #[error("altitude is {altitude_m} m, allowed is {LOWEST_M} to {HIGHEST_M} m")]
-    Altitude {
-        /// Altitude given, m.
-        altitude_m: f64,
-    },
+    Altitude { altitude_m: f64 },
 }
 
 /// Normal gravity at a geodetic latitude and a height above the ellipsoid, m/s²: the default of a flight's gravity.

@@ -71,9 +71,7 @@ fn within(
 /// temperature enters the pressure law too, as in thesis section 3.2.4. Source: ISO 2533.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Atmosphere {
-    /// Pressure at sea level, Pa.
     sea_level_pressure_pa: f64,
-    /// Temperature at sea level, K.
     sea_level_temperature_k: f64,
 }
 
@@ -96,10 +94,7 @@ impl Atmosphere {
         Ok(Self {
             sea_level_pressure_pa: within("sea-level pressure", sea_level_pressure_pa, "Pa", PRESSURE_RANGE_PA)?,
             sea_level_temperature_k: within(
-                "sea-level temperature",
-                sea_level_temperature_k,
-                "K",
-                TEMPERATURE_RANGE_K,
+                "sea-level temperature", sea_level_temperature_k, "K", TEMPERATURE_RANGE_K,
             )?,
         })
     }

@@ -12,6 +12,7 @@ use crate::statistics::extent;
 
 /// What removes a contradiction, for one channel.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub enum ChannelFix {
     /// SI values become `factor * value + offset`; `unit` is the unit the recorded numbers are in, where that is what was wrong, and
     /// `was` the one they were taken for.
@@ -26,12 +27,7 @@ pub enum ChannelFix {
         units: Option<(&'static str, &'static str)>,
     },
     /// The channels of two roles are exchanged.
-    Swap {
-        /// One.
-        one: Role,
-        /// The other.
-        other: Role,
-    },
+    Swap { one: Role, other: Role },
     /// The channel plays another role.
     Reassign {
         /// Role it was given.
@@ -48,7 +44,6 @@ pub enum ChannelFix {
     },
     /// The stamps of one source are shifted against those of the others.
     Shift {
-        /// The source.
         source: String,
         /// Its stamps are late by this, s.
         late_s: f64,

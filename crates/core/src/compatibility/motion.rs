@@ -86,7 +86,6 @@ type Sines = OnceLock<Arc<[(f64, f64)]>>;
 /// Compared channels on even steps, segment after segment.
 #[derive(Clone, Debug)]
 pub(super) struct Motion {
-    /// Step, s.
     pub step_s: f64,
     /// Steps of each segment.
     pub segments: Vec<Range<usize>>,

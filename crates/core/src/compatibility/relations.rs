@@ -38,7 +38,6 @@ pub(super) struct Kinematic {
     pub needs: &'static [Role],
     /// Roles that enter where they are recorded; zero where not.
     pub uses: &'static [Role],
-    /// Lag, s.
     lag_s: f64,
     /// Standard deviation of a comparison in flight with ordinary sensors, unit of the channel or of its mean slope.
     noise: f64,

@@ -6,10 +6,9 @@ use super::{EstimateError, Fit, weighted_least_squares};
 
 /// A derivative from one manoeuvre and the condition it was flown at.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct ConditionPoint {
-    /// Estimate.
     pub estimate: f64,
-    /// Its standard error.
     pub standard_error: f64,
     /// Condition: one value per variable of the regression, for example airspeed and altitude.
     pub condition: Vec<f64>,

@@ -25,65 +25,26 @@ impl fmt::Display for Dependence {
 
 /// What can be wrong with an estimation.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum EstimateError {
-    /// Fewer samples than parameters and one.
     #[error("{samples} samples are too few for {parameters} parameters: at least {} are needed", parameters + 1)]
-    TooFewSamples {
-        /// Samples.
-        samples: usize,
-        /// Parameters.
-        parameters: usize,
-    },
-    /// There is nothing to estimate.
+    TooFewSamples { samples: usize, parameters: usize },
     #[error("no parameter to estimate: the model has no terms, or all are fixed")]
     NoParameters,
     /// Regressors, measurements or names differ in number.
     #[error("{quantity}: {found} given, {expected} expected")]
-    Size {
-        /// What is counted.
-        quantity: &'static str,
-        /// Number expected.
-        expected: usize,
-        /// Number found.
-        found: usize,
-    },
+    Size { quantity: &'static str, expected: usize, found: usize },
     /// A regressor or the measurement is not a number.
     #[error("'{name}' is not finite at sample {sample}")]
-    NotFinite {
-        /// Name of the column.
-        name: String,
-        /// Index of the sample in the window.
-        sample: usize,
-    },
-    /// Regressors are linearly dependent, so that the data cannot tell their parameters apart.
+    NotFinite { name: String, sample: usize },
     #[error(
         "the regressors have rank {rank} of {parameters}: {}; remove terms or add manoeuvres that excite them",
         dependent.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
     )]
-    RankDeficient {
-        /// Rank of the regressor matrix.
-        rank: usize,
-        /// Number of parameters.
-        parameters: usize,
-        /// Regressors that depend on others.
-        dependent: Vec<Dependence>,
-    },
-    /// An iteration did not come to an end.
+    RankDeficient { rank: usize, parameters: usize, dependent: Vec<Dependence> },
     #[error("{method} did not settle in {iterations} iterations")]
-    NotConverged {
-        /// The iteration in words.
-        method: &'static str,
-        /// Iterations spent.
-        iterations: usize,
-    },
+    NotConverged { method: &'static str, iterations: usize },
     /// A setting is outside its range.
     #[error("{setting} is {value}, allowed is {allowed}")]
-    Setting {
-        /// Name of the setting.
-        setting: String,
-        /// Value found.
-        value: f64,
-        /// Range in words.
-        allowed: &'static str,
-    },
+    Setting { setting: String, value: f64, allowed: &'static str },
 }

@@ -141,17 +141,8 @@ impl MotionAxis {
             Self::Longitudinal => &[Airspeed, Alpha, PitchRate, PitchAngle, SpecificForceX, SpecificForceZ],
             Self::Lateral => &[Beta, RollRate, YawRate, BankAngle, SpecificForceY],
             Self::Both => &[
-                Airspeed,
-                Alpha,
-                PitchRate,
-                PitchAngle,
-                SpecificForceX,
-                SpecificForceZ,
-                Beta,
-                RollRate,
-                YawRate,
-                BankAngle,
-                SpecificForceY,
+                Airspeed, Alpha, PitchRate, PitchAngle, SpecificForceX, SpecificForceZ, Beta, RollRate, YawRate,
+                BankAngle, SpecificForceY,
             ],
         }
     }
@@ -207,6 +198,7 @@ pub struct FlightFreedom {
 
 /// Why a flight cannot be followed.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what the variants are")]
 pub enum FlightFitError {
     /// The estimation.
     #[error(transparent)]
@@ -214,7 +206,6 @@ pub enum FlightFitError {
     /// The simulation.
     #[error(transparent)]
     Replay(#[from] ReplayError),
-    /// Filter error of both axes at once.
     #[error("filter error takes one axis at a time: choose longitudinal or lateral")]
     OneAxis,
     /// The caller stopped it.

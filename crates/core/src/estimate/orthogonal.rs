@@ -24,14 +24,13 @@ impl Default for OrthogonalSettings {
 
 /// One orthogonal function of the search.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct OrthogonalRecord {
     /// The ordinary term it is the new part of.
     pub name: String,
     /// Its gain `(p'z)^2 / (p'p)` over the sum of squares of the measurement about its mean.
     pub gain: f64,
-    /// R2 with it.
     pub r_squared: f64,
-    /// Predicted squared error with it.
     pub predicted_squared_error: f64,
     /// False after the minimum of the predicted squared error, and for terms that contribute too little.
     pub kept: bool,

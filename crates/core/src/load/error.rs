@@ -10,119 +10,31 @@ use crate::load::format::{Format, readable};
 
 /// A recording or channel map could not be taken in.
 #[derive(Debug, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum LoadError {
-    /// The file or folder could not be opened or read.
     #[error("{}: {cause}; check the path and the permissions", path.display())]
-    Open {
-        /// File or folder.
-        path: PathBuf,
-        /// What the operating system said.
-        cause: std::io::Error,
-    },
-    /// The file holds no bytes, or no numbers.
+    Open { path: PathBuf, cause: std::io::Error },
     #[error("{}: empty ({what}); check that the recorder or the copy finished", path.display())]
-    Empty {
-        /// File or folder.
-        path: PathBuf,
-        /// What was looked for.
-        what: &'static str,
-    },
-    /// The content belongs to no format that is read.
+    Empty { path: PathBuf, what: &'static str },
     #[error("{}: not a recording ({reason}); give {}", path.display(), readable())]
-    NotRecognised {
-        /// File.
-        path: PathBuf,
-        /// What gave it away.
-        reason: String,
-    },
-    /// The file ends before what it promises.
+    NotRecognised { path: PathBuf, reason: String },
     #[error("{}: {format} file cut off at byte {at}: {what} needs {needed} bytes, {left} are left; copy it again", path.display())]
-    Truncated {
-        /// File.
-        path: PathBuf,
-        /// Its format.
-        format: Format,
-        /// Offset into the file, or into its decompressed variable.
-        at: usize,
-        /// What was being read.
-        what: &'static str,
-        /// Bytes it needs.
-        needed: u64,
-        /// Bytes there are.
-        left: u64,
-    },
-    /// The content contradicts its format.
+    Truncated { path: PathBuf, format: Format, at: usize, what: &'static str, needed: u64, left: u64 },
     #[error("{}: damaged {format} file, {what}; copy it again or export it again", path.display())]
-    Damaged {
-        /// File.
-        path: PathBuf,
-        /// Its format.
-        format: Format,
-        /// What is wrong and where.
-        what: String,
-    },
-    /// The content is valid and needs more memory than a recording may take.
+    Damaged { path: PathBuf, format: Format, what: String },
     #[error("{}: {format} file too large when unpacked: {what} (limit {budget_mb} MB); export fewer channels or a shorter part, or set DOUBLET_UNPACK_MB to more", path.display())]
-    TooLarge {
-        /// File.
-        path: PathBuf,
-        /// Its format.
-        format: Format,
-        /// What would take more.
-        what: String,
-        /// What it may take, in megabytes.
-        budget_mb: u64,
-    },
-    /// The content is valid but of a kind that is not read.
+    TooLarge { path: PathBuf, format: Format, what: String, budget_mb: u64 },
     #[error("{}: {what} is not read; {fix}", path.display())]
-    Unsupported {
-        /// File.
-        path: PathBuf,
-        /// What was met.
-        what: String,
-        /// What to do instead.
-        fix: &'static str,
-    },
-    /// The time vector of a source is not strictly increasing.
+    Unsupported { path: PathBuf, what: String, fix: &'static str },
     #[error("{}: time channel '{channel}' of source '{source_name}' {fault}; {fix}", path.display())]
-    Time {
-        /// File.
-        path: PathBuf,
-        /// Source the time belongs to.
-        source_name: String,
-        /// Time channel.
-        channel: String,
-        /// What is wrong, with index and time.
-        fault: TimeFault,
-        /// What to do.
-        fix: Box<str>,
-    },
-    /// A channel map could not be understood.
+    Time { path: PathBuf, source_name: String, channel: String, fault: TimeFault, fix: Box<str> },
     #[error("channel map{}, line {line}: {what}", path.as_ref().map(|path| format!(" {}", path.display())).unwrap_or_default())]
-    Map {
-        /// File, when it was read from one.
-        path: Option<PathBuf>,
-        /// Line, from 1.
-        line: usize,
-        /// What is wrong and what would be right.
-        what: String,
-    },
-    /// A file of names could not be understood.
+    Map { path: Option<PathBuf>, line: usize, what: String },
     #[error("names file{}, line {line}: {what}", path.as_ref().map(|path| format!(" {}", path.display())).unwrap_or_default())]
-    Names {
-        /// File, when it was read from one.
-        path: Option<PathBuf>,
-        /// Line, from 1.
-        line: usize,
-        /// What is wrong and what would be right.
-        what: String,
-    },
+    Names { path: Option<PathBuf>, line: usize, what: String },
     /// The plan has problems that make reading pointless.
     #[error("{}", join(problems))]
-    Plan {
-        /// Every problem, errors and warnings.
-        problems: Vec<Problem>,
-    },
+    Plan { problems: Vec<Problem> },
 }
 
 fn join(problems: &[Problem]) -> String {

@@ -32,10 +32,9 @@ pub enum Format {
 }
 
 /// What is known of a file format before a file of it is read.
+#[expect(missing_docs, reason = "names say it")]
 pub struct FormatInfo {
-    /// The format.
     pub format: Format,
-    /// Its name.
     pub name: &'static str,
     /// Endings that its files usually have, without the dot.
     pub endings: &'static [&'static str],

@@ -6,6 +6,7 @@ use crate::decompose::eigenvalues;
 
 /// What a state of a linear motion is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[expect(missing_docs, reason = "names say it")]
 pub enum MotionState {
     /// Velocity along body x, or airspeed.
     Speed,
@@ -13,21 +14,16 @@ pub enum MotionState {
     Heave,
     /// Velocity along body y, or sideslip.
     Sideslip,
-    /// Roll rate.
     RollRate,
-    /// Pitch rate.
     PitchRate,
-    /// Yaw rate.
     YawRate,
     /// Bank angle.
     Bank,
     /// Pitch angle.
     Pitch,
-    /// Heading.
     Heading,
     /// Horizontal position.
     Position,
-    /// Altitude.
     Altitude,
 }
 

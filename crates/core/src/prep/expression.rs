@@ -52,54 +52,21 @@ fn larger(a: f64, b: f64) -> f64 {
 
 /// What is wrong with an expression. Positions count characters from 1.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum ExpressionError {
-    /// Too much text.
     #[error("the expression has {bytes} bytes: write at most {LONGEST}")]
-    TooLong {
-        /// Bytes found.
-        bytes: usize,
-    },
-    /// Too many brackets, signs or powers within each other.
+    TooLong { bytes: usize },
     #[error("at character {position}: more than {DEEPEST} brackets, signs and powers within each other: split it")]
-    TooDeep {
-        /// Where.
-        position: usize,
-    },
+    TooDeep { position: usize },
     /// Something else should stand here.
     #[error("at character {position}: {found} where {expected} should be")]
-    Unexpected {
-        /// Where.
-        position: usize,
-        /// What stands there.
-        found: String,
-        /// What should.
-        expected: &'static str,
-    },
+    Unexpected { position: usize, found: String, expected: &'static str },
     /// Neither a role, nor a constant, nor a function.
     #[error("at character {position}: no {kind} is called '{name}': {hint}")]
-    Unknown {
-        /// Where.
-        position: usize,
-        /// Role or function.
-        kind: &'static str,
-        /// Name as written.
-        name: String,
-        /// The nearest names there are.
-        hint: String,
-    },
+    Unknown { position: usize, kind: &'static str, name: String, hint: String },
     /// A function of another number of values.
     #[error("at character {position}: {function} takes {needed}, not {found}")]
-    Arguments {
-        /// Where.
-        position: usize,
-        /// Function.
-        function: &'static str,
-        /// Values it takes.
-        needed: usize,
-        /// Values it was given.
-        found: usize,
-    },
-    /// Only numbers.
+    Arguments { position: usize, function: &'static str, needed: usize, found: usize },
     #[error("it names no channel, so it has no samples: name a role, or a channel in quotes")]
     NoChannel,
 }

@@ -75,71 +75,25 @@ pub(crate) use whiteness::{white_noise_probability, whiteness_lags, whiteness_pr
 
 /// What can be wrong with a signal or the way it is to be treated.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum PrepError {
-    /// Columns differ in length.
     #[error("time has {time} samples, the values have {values}")]
-    Length {
-        /// Samples of the time vector.
-        time: usize,
-        /// Samples of the values.
-        values: usize,
-    },
-    /// Too few samples for the method.
+    Length { time: usize, values: usize },
     #[error("{found} samples are too few: {method} needs {needed}")]
-    TooFewSamples {
-        /// The method in words.
-        method: &'static str,
-        /// Samples needed.
-        needed: usize,
-        /// Samples found.
-        found: usize,
-    },
-    /// The method needs a constant step.
+    TooFewSamples { method: &'static str, needed: usize, found: usize },
     #[error(
         "the step changes from {step_s:.6} s to {found_s:.6} s at {time_s:.3} s: resample first, or use a local polynomial"
     )]
-    UnevenStep {
-        /// Mean step, s.
-        step_s: f64,
-        /// Step found, s.
-        found_s: f64,
-        /// Where, s.
-        time_s: f64,
-    },
-    /// Time does not increase.
+    UnevenStep { step_s: f64, found_s: f64, time_s: f64 },
     #[error("time does not increase after {time_s:.3} s")]
-    TimeNotIncreasing {
-        /// Last good time, s.
-        time_s: f64,
-    },
-    /// A local polynomial cannot have that degree over that many samples.
+    TimeNotIncreasing { time_s: f64 },
     #[error("a polynomial of degree {degree} needs more than {degree} samples, the window has {width}")]
-    Degree {
-        /// Degree asked for.
-        degree: usize,
-        /// Samples of the window.
-        width: usize,
-    },
+    Degree { degree: usize, width: usize },
     /// A setting is outside its range.
     #[error("{setting} is {value}, allowed is {allowed}")]
-    Setting {
-        /// Name of the setting.
-        setting: &'static str,
-        /// Value found.
-        value: f64,
-        /// Range in words.
-        allowed: &'static str,
-    },
-    /// Interpolation would have to extrapolate.
+    Setting { setting: &'static str, value: f64, allowed: &'static str },
     #[error("{time_s:.3} s lies outside the recorded {start_s:.3} to {end_s:.3} s")]
-    OutsideRange {
-        /// Time asked for, s.
-        time_s: f64,
-        /// First recorded time, s.
-        start_s: f64,
-        /// Last recorded time, s.
-        end_s: f64,
-    },
+    OutsideRange { time_s: f64, start_s: f64, end_s: f64 },
 }
 
 /// Checks that time and values have one length, at least `needed` samples, and that time increases.

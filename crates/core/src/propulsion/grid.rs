@@ -4,61 +4,21 @@ use thiserror::Error;
 
 /// A chart or map whose tables do not fit together.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum TableError {
-    /// Too few grid values to interpolate.
     #[error("{field} has {found} values, at least {needed} are needed")]
-    TooShort {
-        /// Name of the field.
-        field: &'static str,
-        /// Number of values found.
-        found: usize,
-        /// Number needed.
-        needed: usize,
-    },
-    /// A table or row whose length does not match its grid.
+    TooShort { field: &'static str, found: usize, needed: usize },
     #[error("{field} has {found} values where its grid has {expected}")]
-    Shape {
-        /// Name of the field.
-        field: String,
-        /// Number of values found.
-        found: usize,
-        /// Number its grid asks for.
-        expected: usize,
-    },
-    /// A grid that does not increase or decrease strictly, or holds a value that is not finite.
+    Shape { field: String, found: usize, expected: usize },
     #[error("{field}[{index}] is {value}: values must be finite and {order} strictly")]
-    Order {
-        /// Name of the field.
-        field: String,
-        /// First offending index.
-        index: usize,
-        /// Value there.
-        value: f64,
-        /// `increase` or `decrease`.
-        order: &'static str,
-    },
+    Order { field: String, index: usize, value: f64, order: &'static str },
     /// A value that is not allowed.
     #[error("{field} is {value}, allowed is {allowed}")]
-    Value {
-        /// Name of the field.
-        field: String,
-        /// Value found.
-        value: f64,
-        /// Range in words.
-        allowed: &'static str,
-    },
-    /// A map given twice or not at all.
+    Value { field: String, value: f64, allowed: &'static str },
     #[error(
         "the propeller map for flight level {flight_level_m} m and {speed_rad_s} rad/s is given {count} times, once is needed"
     )]
-    MapCount {
-        /// Pressure altitude of the map, m.
-        flight_level_m: f64,
-        /// Engine speed of the map, rad/s.
-        speed_rad_s: f64,
-        /// How often it occurs.
-        count: usize,
-    },
+    MapCount { flight_level_m: f64, speed_rad_s: f64, count: usize },
 }
 
 /// Lower index and weight of the upper neighbour for `value` on the strictly increasing `grid` of two values or more.

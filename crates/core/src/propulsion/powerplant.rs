@@ -150,10 +150,7 @@ impl EngineModel {
     /// thesis. An engine that does not turn delivers nothing (windmilling drag is not modelled).
     pub fn state(&self, input: EngineInput, ambient: &Ambient) -> EngineState {
         let power = self.chart.power_w(
-            input.speed_rad_s,
-            input.manifold_pressure_pa,
-            ambient.pressure_altitude_m,
-            ambient.air_temperature_k,
+            input.speed_rad_s, input.manifold_pressure_pa, ambient.pressure_altitude_m, ambient.air_temperature_k,
         );
         let stopped = input.speed_rad_s <= 0.0;
         let power_w = if stopped { 0.0 } else { power.value_w };

@@ -108,10 +108,7 @@ impl EnginePoint {
     /// Values in the order of [`PointInput::ALL`].
     fn values(&self) -> [f64; 5] {
         [
-            self.speed_rad_s,
-            self.manifold_pressure_pa,
-            self.sea_level_temperature_k,
-            self.pressure_altitude_m,
+            self.speed_rad_s, self.manifold_pressure_pa, self.sea_level_temperature_k, self.pressure_altitude_m,
             self.airspeed_m_s,
         ]
     }

@@ -89,10 +89,7 @@ impl Motion {
     /// Length of the shortest and of the longest column.
     fn lengths(&self) -> (usize, usize) {
         let columns = [
-            &self.position_ned_m,
-            &self.air_velocity_body_m_s,
-            &self.euler_rad,
-            &self.rates_rad_s,
+            &self.position_ned_m, &self.air_velocity_body_m_s, &self.euler_rad, &self.rates_rad_s,
             &self.specific_force_m_s2,
         ];
         let lengths = columns.into_iter().flatten().map(Vec::len);

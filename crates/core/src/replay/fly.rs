@@ -14,8 +14,8 @@ const SLOWEST_M_S: f64 = 5.0;
 const FASTEST_RATE_RAD_S: f64 = 20.0;
 /// Simulated motion at the times of the window.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct Response {
-    /// Time, s.
     pub time_s: Vec<f64>,
     /// Position in local Earth axes, m.
     pub position_ned_m: [Vec<f64>; 3],
@@ -33,7 +33,6 @@ pub struct Response {
     pub beta_rad: Vec<f64>,
     /// Specific force at the centre of gravity in body axes, m/s².
     pub specific_force_m_s2: [Vec<f64>; 3],
-    /// Angular acceleration, rad/s².
     pub angular_acceleration_rad_s2: [Vec<f64>; 3],
     /// Coefficients `CX CY CZ Cl Cm Cn` of the model, in the axes and about the reference it was identified in.
     pub coefficients: [Vec<f64>; 6],

@@ -10,6 +10,7 @@ use crate::motion::FactoredInertia;
 
 /// Controls, air, engines and loading at one instant.
 #[derive(Clone, Copy, Debug)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct Sample {
     /// Aileron, elevator, rudder after their lags, rad; zero where not recorded.
     pub controls_rad: [f64; 3],
@@ -19,11 +20,9 @@ pub struct Sample {
     pub density_kg_m3: f64,
     /// Speed of sound, m/s; infinite where not recorded.
     pub speed_of_sound_m_s: f64,
-    /// Wind, m/s.
     pub wind_ned_m_s: Vector3<f64>,
     /// Sum of the thrusts, N.
     pub thrust_n: f64,
-    /// Force of the thrust, N.
     pub thrust_force_n: Vector3<f64>,
     /// Moment of the thrust about the centre of gravity, N m.
     pub thrust_moment_n_m: Vector3<f64>,
@@ -33,7 +32,6 @@ pub struct Sample {
     pub rotor_momentum_n_m_s: Vector3<f64>,
     /// Moment reference from the centre of gravity in body axes, m.
     pub reference_arm_m: Vector3<f64>,
-    /// Mass, kg.
     pub mass_kg: f64,
     /// Inertia about the centre of gravity.
     pub inertia: FactoredInertia,

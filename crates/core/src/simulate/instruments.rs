@@ -61,7 +61,6 @@ pub type Quantities = [f64; QUANTITIES];
 /// Everything known about one instant.
 #[derive(Clone, Copy, Debug)]
 pub struct Instant {
-    /// Time, s.
     pub time_s: f64,
     /// Motion.
     pub state: State,
@@ -78,7 +77,6 @@ pub struct Instant {
     pub static_pressure_pa: f64,
     /// Static temperature, K.
     pub temperature_k: f64,
-    /// Pressure altitude, m.
     pub pressure_altitude_m: f64,
     /// Heading without jumps, rad.
     pub heading_unwrapped_rad: f64,

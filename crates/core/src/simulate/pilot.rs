@@ -21,7 +21,6 @@ pub struct Command {
 /// What the pilot sees.
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
-    /// Time, s.
     pub time_s: f64,
     /// Motion.
     pub state: &'a State,
@@ -31,7 +30,6 @@ pub struct View<'a> {
     pub ground_m: f64,
     /// Manifold pressure at full throttle, Pa.
     pub full_throttle_pa: f64,
-    /// Gravity, m/s².
     pub gravity_m_s2: f64,
 }
 

@@ -23,6 +23,7 @@ pub struct Segment {
 
 /// What the pilot does.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub enum Task {
     /// Rolls at a speed, or stands on the brakes at zero.
     Ground {
@@ -40,7 +41,6 @@ pub enum Task {
     },
     /// Climbs, pitch holding the airspeed, until the altitude is near; then levels.
     Climb {
-        /// Altitude, m.
         altitude_m: f64,
         /// True airspeed, m/s.
         airspeed_m_s: f64,
@@ -49,11 +49,9 @@ pub enum Task {
     },
     /// Holds an altitude, or goes to it.
     Level {
-        /// Altitude, m.
         altitude_m: f64,
         /// Greatest rate of climb or descent, m/s.
         rate_m_s: f64,
-        /// Power.
         power: Power,
     },
     /// Comes down to the ground, flares, brakes.

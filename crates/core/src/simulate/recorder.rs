@@ -10,10 +10,9 @@ use crate::propulsion::EngineInput;
 
 /// A recorder's clock: `t_bus = offset + (1 + drift) t_own` (thesis Table 4.14).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct Clock {
-    /// Offset, s.
     pub offset_s: f64,
-    /// Drift, -.
     pub drift: f64,
 }
 
@@ -74,10 +73,10 @@ pub struct ChannelSpec {
 
 /// A stream: channels sampled together.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct StreamSpec {
     /// Name of its group or file.
     pub name: &'static str,
-    /// Clock.
     pub clock: Clock,
     /// Samples per second of its own clock, Hz.
     pub rate_hz: f64,
@@ -87,7 +86,6 @@ pub struct StreamSpec {
     pub stamp_noise_s: f64,
     /// Records only around the manoeuvres.
     pub only_manoeuvres: bool,
-    /// Channels.
     pub channels: &'static [ChannelSpec],
 }
 

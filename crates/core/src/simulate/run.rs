@@ -32,10 +32,9 @@ const FUEL_KG_PER_J: f64 = 0.27 / 3.6e6;
 
 /// A flight as flown and recorded.
 #[derive(Clone, Debug)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct Flight {
-    /// Scenario.
     pub scenario: Scenario,
-    /// Seed.
     pub seed: u64,
     /// Manoeuvres with their inputs as flown.
     pub manoeuvres: Vec<Flown>,
@@ -43,11 +42,9 @@ pub struct Flight {
     pub bus: Vec<Stream>,
     /// The air-data pod.
     pub pod: Stream,
-    /// Control sensors.
     pub control_sensors: Vec<Stream>,
     /// Delay of each recording of the control sensors from the stated start to its first sample, s.
     pub start_delays_s: Vec<f64>,
-    /// The truth.
     pub truth: Truth,
 }
 

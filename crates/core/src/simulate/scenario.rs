@@ -36,8 +36,8 @@ pub enum TruthExtent {
 
 /// Everything that makes a flight, but the seed.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct Scenario {
-    /// Name.
     pub name: &'static str,
     /// One line on it.
     pub description: &'static str,
@@ -53,7 +53,6 @@ pub struct Scenario {
     pub gust_m_s: f64,
     /// Altitude of the ground, m.
     pub ground_m: f64,
-    /// Start.
     pub start: Start,
     /// Segments in order of time.
     pub segments: Vec<Segment>,

@@ -116,14 +116,13 @@ pub(crate) fn scalars(flight: &Flight) -> Result<String, SimulateError> {
 
 /// Modes of the aircraft at the condition and loading of the manoeuvres of a segment.
 #[derive(Clone, Debug)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct TrueModes {
     /// True airspeed, m/s.
     pub airspeed_m_s: f64,
-    /// Altitude, m.
     pub altitude_m: f64,
     /// Mass, centre of gravity and inertia at the onset of the middle manoeuvre.
     pub mass: MassProperties,
-    /// The trim.
     pub trim: Trim,
     /// Modes, fastest first.
     pub modes: Vec<Mode>,

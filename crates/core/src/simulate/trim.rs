@@ -24,16 +24,14 @@ const EQUATIONS: [(&str, &str); 6] = [
 
 /// A condition to trim at.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct TrimCondition {
     /// True airspeed, m/s.
     pub airspeed_m_s: f64,
-    /// Altitude, m.
     pub altitude_m: f64,
-    /// Heading, rad.
     pub heading_rad: f64,
     /// Engine speed of both engines, rad/s.
     pub engine_speed_rad_s: f64,
-    /// Wind, m/s.
     pub wind_ned_m_s: Vector3<f64>,
 }
 

@@ -15,23 +15,19 @@ use crate::toml_error;
 
 /// Deflections of the three controls, rad, signs of `docs/conventions.md`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct Controls {
-    /// Aileron.
     pub aileron: f64,
-    /// Elevator.
     pub elevator: f64,
-    /// Rudder.
     pub rudder: f64,
 }
 
 /// A control surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "names say it")]
 pub enum Surface {
-    /// Aileron.
     Aileron,
-    /// Elevator.
     Elevator,
-    /// Rudder.
     Rudder,
 }
 
@@ -79,12 +75,10 @@ impl Controls {
 
 /// Stops of the controls: least and greatest deflection, rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct Stops {
-    /// Aileron.
     pub aileron: (f64, f64),
-    /// Elevator.
     pub elevator: (f64, f64),
-    /// Rudder.
     pub rudder: (f64, f64),
 }
 
@@ -358,6 +352,7 @@ impl Thrust {
 
 /// What acts on the aircraft beside its own motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct Environment {
     /// Deflections.
     pub controls: Controls,
@@ -371,9 +366,7 @@ pub struct Environment {
     pub wind_ned_m_s: Vector3<f64>,
     /// Air density, kg/m³.
     pub density_kg_m3: f64,
-    /// Speed of sound, m/s.
     pub speed_of_sound_m_s: f64,
-    /// Gravity, m/s².
     pub gravity_m_s2: f64,
     /// Altitude of the ground, m.
     pub ground_m: f64,
@@ -434,6 +427,7 @@ impl Environment {
 
 /// Forces and moments on the aircraft in body axes about the centre of gravity, and what they do.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct Loads {
     /// Flow.
     pub air: Airflow,
@@ -445,17 +439,13 @@ pub struct Loads {
     pub aero_moment_n_m: Vector3<f64>,
     /// Thrust of each engine, N.
     pub thrust_n: [f64; 2],
-    /// Moment of the thrust, N m.
     pub thrust_moment_n_m: Vector3<f64>,
-    /// Force of the ground, N.
     pub ground_force_n: Vector3<f64>,
-    /// Moment of the ground, N m.
     pub ground_moment_n_m: Vector3<f64>,
     /// Specific force at the centre of gravity, m/s².
     pub specific_force_m_s2: Vector3<f64>,
     /// Acceleration over the ground, m/s².
     pub acceleration_ned_m_s2: Vector3<f64>,
-    /// Angular acceleration, rad/s².
     pub angular_acceleration_rad_s2: Vector3<f64>,
 }
 

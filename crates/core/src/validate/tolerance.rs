@@ -62,8 +62,8 @@ pub struct ToleranceTest {
 
 /// One tolerance judged.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct BandResult {
-    /// Tolerance.
     pub tolerance: Tolerance,
     /// Half width of the band about the measurement at each sample, SI.
     pub half_width: Vec<f64>,
@@ -71,7 +71,6 @@ pub struct BandResult {
     pub worst_ratio: f64,
     /// Difference there, simulated less measured, SI.
     pub worst_error: f64,
-    /// Time of it, s.
     pub worst_time_s: f64,
     /// Share of the samples inside.
     pub share_inside: f64,

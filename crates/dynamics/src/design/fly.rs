@@ -53,8 +53,8 @@ pub struct Disturbance {
 
 /// A flight through an input, at even intervals.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct FlownInput {
-    /// Time, s.
     pub time_s: Vec<f64>,
     /// States `u v w p q r phi theta psi north east h`.
     pub states: Vec<[f64; STATES]>,
@@ -66,7 +66,6 @@ pub struct FlownInput {
     pub inputs: Vec<[f64; INPUTS]>,
     /// Air density, kg/m³.
     pub density_kg_m3: Vec<f64>,
-    /// Speed of sound, m/s.
     pub speed_of_sound_m_s: Vec<f64>,
 }
 

@@ -112,10 +112,9 @@ impl DesignKind {
 
 /// A manoeuvre to fly: one window.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct PlannedManoeuvre {
-    /// Name.
     pub name: String,
-    /// Kind.
     pub kind: DesignKind,
     /// Surfaces it moves.
     pub surfaces: Vec<usize>,

@@ -19,10 +19,9 @@ use crate::linear::{Condition, UncertainModel};
 
 /// A coefficient with its model, the noise its earlier fit left, and the windows of that fit.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct KnownCoefficient {
-    /// Coefficient.
     pub coefficient: Coefficient,
-    /// Terms.
     pub terms: Vec<Term>,
     /// Whether each term has a parameter of its own in every window.
     pub per_window: Vec<bool>,

@@ -91,10 +91,9 @@ impl Request {
 
 /// A design and what it promises.
 #[derive(Clone, Debug)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct Designed {
-    /// Kind.
     pub kind: DesignKind,
-    /// Manoeuvres.
     pub manoeuvres: Vec<PlannedManoeuvre>,
     /// The trim they begin in.
     pub plant: Plant,

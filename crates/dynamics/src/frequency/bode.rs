@@ -1,6 +1,5 @@
 //! Bandwidth, phase delay and margins of a response or a model.
 
-use super::response::FrequencyResponse;
 use super::transfer::TransferFunction;
 
 /// Step of the phase rate as a fraction of the frequency.
@@ -64,21 +63,6 @@ impl BodeCurve {
             omega_rad_s: omega_rad_s.to_vec(),
             gain_db: omega_rad_s.iter().map(|&omega| 20.0 * model.at(omega).norm().log10()).collect(),
             phase_rad: omega_rad_s.iter().map(|&omega| model.phase_rad(omega)).collect(),
-        }
-    }
-
-    /// Curve of the points of a response that are values; with `is_negative` of minus the response, whole turns of the phase such that the
-    /// first point lies nearest to zero.
-    pub fn of_response(response: &FrequencyResponse, is_negative: bool) -> Self {
-        use std::f64::consts::{PI, TAU};
-        let phases = response.phases_rad();
-        let kept: Vec<_> = response.points.iter().zip(phases).filter(|(point, _)| point.is_value()).collect();
-        let sign = if is_negative { PI } else { 0.0 };
-        let turn = kept.first().map_or(0.0, |(_, phase)| TAU * ((phase - sign) / TAU).round() + sign);
-        Self {
-            omega_rad_s: kept.iter().map(|(point, _)| point.omega_rad_s).collect(),
-            gain_db: kept.iter().map(|(point, _)| point.gain_db()).collect(),
-            phase_rad: kept.iter().map(|(_, phase)| phase - turn).collect(),
         }
     }
 

@@ -38,14 +38,13 @@ pub struct LongitudinalDerivatives {
 
 /// Trim of a symmetric flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct SymmetricTrim {
-    /// Airspeed, m/s.
     pub airspeed_m_s: f64,
     /// Angle between body x and the flight path, rad.
     pub alpha_rad: f64,
     /// Pitch angle, rad.
     pub theta_rad: f64,
-    /// Gravity, m/s².
     pub gravity_m_s2: f64,
 }
 

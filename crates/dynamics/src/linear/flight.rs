@@ -37,8 +37,8 @@ pub struct ThrustLine {
 
 /// An aircraft with derivatives: everything about it that does not change with the condition.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct FlightModel {
-    /// Derivatives.
     pub derivatives: Derivatives,
     /// Reference area and lengths.
     pub reference: ReferenceGeometry,
@@ -48,7 +48,6 @@ pub struct FlightModel {
     pub moment_reference: Option<Position>,
     /// What of the thrust is inside the coefficients.
     pub thrust: ThrustTreatment,
-    /// Engines.
     pub engines: Vec<ThrustLine>,
 }
 
@@ -88,16 +87,15 @@ pub enum SteadyFlight {
 
 /// A condition to trim and linearise at.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct Condition {
     /// True airspeed, m/s.
     pub airspeed_m_s: f64,
-    /// Altitude, m.
     pub altitude_m: f64,
     /// Air density there, kg/m³; about it the density changes as that of the standard atmosphere.
     pub density_kg_m3: f64,
     /// Speed of sound there, m/s.
     pub speed_of_sound_m_s: f64,
-    /// Gravity, m/s².
     pub gravity_m_s2: f64,
     /// Angle of the flight path, rad; none where it follows from the power the coefficients contain.
     pub gamma_rad: Option<f64>,

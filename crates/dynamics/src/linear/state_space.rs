@@ -26,14 +26,12 @@ pub const SIGNS: &str = "perturbations from the trim; body axes x forward, y rig
 
 /// `x' = A x + B u`, `y = C x + D u` of perturbations from a trim.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct StateSpace {
     /// What motion it is, for example `longitudinal`.
     pub name: String,
-    /// States.
     pub states: Vec<Quantity>,
-    /// Inputs.
     pub inputs: Vec<Quantity>,
-    /// Outputs.
     pub outputs: Vec<Quantity>,
     /// System matrix.
     pub a: DMatrix<f64>,

@@ -52,10 +52,9 @@ impl Figure {
 /// Interval of a figure by both ways; none where the figure has no bounded one, as the time of a mode that may be neutral, or no own
 /// one, as the frequency of an aperiodic mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct FigureInterval {
-    /// Figure.
     pub figure: Figure,
-    /// Its value.
     pub value: f64,
     /// By the slopes of the eigenvalue over the derivatives.
     pub delta: Option<Interval>,

@@ -67,20 +67,26 @@ pub fn locus(
         }
         _ => None,
     };
-    let at = |&value: &f64| {
-        let mut condition = *condition;
-        let mut changed = model.model.clone();
-        match parameter {
-            LocusParameter::Derivative(_) => {
-                derivative.into_iter().for_each(|index| changed.derivatives.set(index, value));
-            }
-            LocusParameter::CentreOfGravity => condition.mass.cg_from_datum_m[0] = value,
-            LocusParameter::Mass => condition.mass.mass_kg = value,
-            LocusParameter::Airspeed => condition.airspeed_m_s = value,
-            LocusParameter::Altitude => condition = condition.at_altitude(value),
+    Ok(values.iter().map(|value| find_modes_at(model, *condition, (parameter, derivative), *value)).collect())
+}
+
+/// Modes at one value, trimmed there.
+fn find_modes_at(
+    model: &UncertainModel,
+    mut condition: Condition,
+    (parameter, derivative): (&LocusParameter, Option<usize>),
+    value: f64,
+) -> LocusPoint {
+    let mut changed = model.model.clone();
+    match parameter {
+        LocusParameter::Derivative(_) => {
+            derivative.into_iter().for_each(|index| changed.derivatives.set(index, value));
         }
-        let found = linearise(&changed, &condition, Method::Analytic);
-        LocusPoint { value, modes: found.map(|linearised| modes(&linearised.motion())) }
-    };
-    Ok(values.iter().map(at).collect())
+        LocusParameter::CentreOfGravity => condition.mass.cg_from_datum_m[0] = value,
+        LocusParameter::Mass => condition.mass.mass_kg = value,
+        LocusParameter::Airspeed => condition.airspeed_m_s = value,
+        LocusParameter::Altitude => condition = condition.at_altitude(value),
+    }
+    let found = linearise(&changed, &condition, Method::Analytic);
+    LocusPoint { value, modes: found.map(|linearised| modes(&linearised.motion())) }
 }

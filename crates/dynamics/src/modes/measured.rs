@@ -8,10 +8,9 @@ use thiserror::Error;
 
 /// A number with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct Read {
-    /// Value.
     pub value: f64,
-    /// Standard error.
     pub standard_error: f64,
 }
 
@@ -35,22 +34,14 @@ pub struct Oscillation {
 
 /// Why no oscillation can be read.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum ReadError {
-    /// Too few samples.
     #[error("{samples} samples are too few for an oscillation: {needed} are needed")]
-    TooFew {
-        /// Samples there are.
-        samples: usize,
-        /// Samples needed.
-        needed: usize,
-    },
-    /// A value or a time that is not a number, or times that do not increase.
+    TooFew { samples: usize, needed: usize },
     #[error("a sample is not a number, or its time is not later than the one before")]
     NotNumbers,
-    /// Less than a cycle.
     #[error("less than a cycle of an oscillation lies in the record")]
     LessThanACycle,
-    /// Nothing oscillates, or it dies before its period can be told.
     #[error("no oscillation found in the record")]
     NoOscillation,
 }

@@ -44,26 +44,14 @@ pub struct FreeResponse {
 
 /// Why a free response cannot be fitted.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum PencilError {
-    /// Too few samples.
     #[error(
         "{samples} samples are too few for {order} eigenvalues in {signals} signals: lengthen the record or lower the order"
     )]
-    TooShort {
-        /// Samples.
-        samples: usize,
-        /// Eigenvalues asked for.
-        order: usize,
-        /// Signals.
-        signals: usize,
-    },
-    /// Columns of different length or a signal that is not finite.
+    TooShort { samples: usize, order: usize, signals: usize },
     #[error("signal {signal} is not finite or has another length than the others")]
-    Signal {
-        /// Number of the signal, from 1.
-        signal: usize,
-    },
-    /// No fit.
+    Signal { signal: usize },
     #[error("the modes cannot be separated: not a free response, or too short for its slowest mode")]
     NoFit,
 }

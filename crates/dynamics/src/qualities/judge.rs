@@ -46,10 +46,9 @@ impl QualityLevel {
 
 /// A limit that keeps a measure from the next better level.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct Reason {
-    /// Measure.
     pub measure: Measure,
-    /// Its value.
     pub value: f64,
     /// Whether it is below a minimum; else above a maximum.
     pub below: bool,

@@ -15,33 +15,14 @@ const CATEGORIES: [&str; 3] = ["A", "B", "C"];
 
 /// Why limits cannot be used.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum LimitsError {
-    /// Not a limits file.
     #[error("not a file of flying-quality limits: {reason}")]
-    File {
-        /// What is wrong.
-        reason: String,
-    },
-    /// A class or category that is not one.
+    File { reason: String },
     #[error("'{given}' is not a known {what}: use one of {}", known.join(", "))]
-    Unknown {
-        /// Class or category.
-        what: &'static str,
-        /// As given.
-        given: String,
-        /// Those there are.
-        known: Vec<&'static str>,
-    },
-    /// Limits for other classes.
+    Unknown { what: &'static str, given: String, known: Vec<&'static str> },
     #[error("{name} has limits for class {}, not {class}", classes.join(", "))]
-    OtherClass {
-        /// Name of the limits.
-        name: String,
-        /// Their classes.
-        classes: Vec<String>,
-        /// Class asked for.
-        class: String,
-    },
+    OtherClass { name: String, classes: Vec<String>, class: String },
 }
 
 /// An aircraft and its flight phase, as limits tell them apart.

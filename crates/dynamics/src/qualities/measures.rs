@@ -161,12 +161,11 @@ impl Measures {
 
 /// Low-order equivalent system `K (s + 1/T_theta2) exp(-tau s) / (s^2 + 2 zeta omega s + omega^2)` of pitch rate by stick.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct EquivalentSystem {
     /// Damping ratio.
     pub damping: f64,
-    /// Frequency, rad/s.
     pub frequency_rad_s: f64,
-    /// `1 / T_theta2`, 1/s.
     pub inverse_t_theta2_1_s: f64,
     /// Equivalent delay, s.
     pub delay_s: f64,

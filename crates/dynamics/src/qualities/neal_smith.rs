@@ -71,9 +71,7 @@ struct OpenLoop {
     points: Vec<(f64, Complex<f64>)>,
     /// Number of the point at the bandwidth.
     place: usize,
-    /// Its gain.
     gain: f64,
-    /// Its phase, rad.
     phase_rad: f64,
 }
 

@@ -13,21 +13,14 @@ pub enum DaveMlError {
     Xml(String),
     /// An element that is not there.
     #[error("line {line}: '{element}' has no {what}")]
-    Missing {
-        line: u32,
-        element: String,
-        /// What is missing.
-        what: &'static str,
-    },
+    Missing { line: u32, element: String, what: &'static str },
     /// A number that is none.
     #[error("line {line}: '{text}' is not a number")]
     Number { line: u32, text: String },
-    /// An element this reader does not know.
     #[error(
         "line {line}: '{element}' is not read: only variable definitions with MathML of plus, minus, times, divide, power, sin and cos are"
     )]
     Unknown { line: u32, element: String },
-    /// A variable without definition, value or calculation, or defined by itself.
     #[error("variable '{0}' has no value: it is not defined, or defined in terms of itself")]
     Undefined(String),
 }

@@ -51,24 +51,13 @@ pub enum ExportError {
     NoModel(String),
     /// A term the format has no counterpart for.
     #[error("{format} cannot express '{term}' of {coefficient}: {reason}")]
-    Term {
-        format: &'static str,
-        term: String,
-        coefficient: &'static str,
-        /// Why, and what to do.
-        reason: &'static str,
-    },
+    Term { format: &'static str, term: String, coefficient: &'static str, reason: &'static str },
     /// The files could not be put in place.
     #[error(transparent)]
     Put(#[from] PutError),
     /// A file could not be written.
     #[error("{path}: {source}")]
-    File {
-        path: String,
-        /// Cause.
-        source: std::io::Error,
-    },
-    /// A file whose ending names no form of linear models.
+    File { path: String, source: std::io::Error },
     #[error("{path}: linear models are written as .mat, .json or .csv: give one of these endings")]
     Ending { path: String },
     /// XML could not be formed.
@@ -76,12 +65,7 @@ pub enum ExportError {
     Xml(String),
     /// A written file does not give its own check points.
     #[error("{path}: {reason}; nothing was written")]
-    Check {
-        /// File.
-        path: String,
-        /// What differs.
-        reason: String,
-    },
+    Check { path: String, reason: String },
 }
 
 /// Mark of every file written here, looked for before one is replaced.

@@ -4,7 +4,7 @@ use std::hash::{Hash, Hasher};
 use std::ops::Deref;
 use std::sync::Arc;
 
-use doublet_core::airframe::HistoryError;
+use doublet_core::airframe::{AircraftError, HistoryError};
 use doublet_core::align::AlignError;
 use doublet_core::atmos::AtmosphereError;
 use doublet_core::estimate::EstimateError;
@@ -55,6 +55,9 @@ pub enum StageError {
     /// The session, a recording or a file does not allow it: what, where, what to do, in one line.
     #[error("{0}")]
     Failed(String),
+    /// The data of an aircraft are impossible.
+    #[error("{named}: {}", errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+    Aircraft { named: String, errors: Vec<AircraftError> },
     /// A clock cannot be fitted.
     #[error(transparent)]
     Align(#[from] AlignError),

@@ -46,23 +46,13 @@ impl Put {
 /// Why a set of files was not put into its folder.
 #[derive(Debug, Error)]
 pub enum PutError {
-    /// A file of that name is the user's.
     #[error("{0} exists and was not written by doublet: choose another folder for --out")]
     Foreign(String),
-    /// Another program is putting files there.
     #[error("{folder}: {owner} is writing there: try again when it is done, or choose another folder for --out")]
-    Busy {
-        folder: String,
-        /// Program.
-        owner: String,
-    },
+    Busy { folder: String, owner: String },
     /// A file could not be read, written or moved.
     #[error("{path}: {source}")]
-    File {
-        path: String,
-        /// Cause.
-        source: io::Error,
-    },
+    File { path: String, source: io::Error },
 }
 
 /// What becomes of files of an earlier set that the new one does not have.

@@ -61,6 +61,17 @@ pub struct Counts {
     pub clock_restarts: u64,
 }
 
+impl std::fmt::Display for Counts {
+    fn fmt(&self, text: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { samples, lost, late, doubled, reordered, stray, skipped, restarts, clock_restarts } = self;
+        write!(
+            text,
+            "{samples} samples, {lost} lost, {late} late, {reordered} reordered, {doubled} duplicate, {stray} stray, \
+             {skipped} skipped; restarts: filter {restarts}, clock {clock_restarts}"
+        )
+    }
+}
+
 /// A derivative as estimated so far.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LiveDerivative {

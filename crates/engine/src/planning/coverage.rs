@@ -9,6 +9,7 @@ use super::basis::{DesignOptions, FlownWindow, basis};
 use super::files::{aircraft_name, design_scenario};
 use super::rows::{DesignRow, design_row};
 use crate::graph::{Context, StageResult};
+use crate::report::{Table, TableOf};
 use crate::session::{Manoeuvre, Session};
 use crate::stage::pooled_fits;
 use crate::study::dynamics::{Flown, pooled_model};
@@ -54,6 +55,25 @@ pub struct DesignCoverage {
     pub worst_relative_error: f64,
     /// Correlations of regressors above 0.6.
     pub correlations: Vec<(String, String, f64)>,
+}
+
+/// Predicted errors over the scatter of the estimates, and excursions.
+pub fn design_coverage_tables(found: &DesignCoverage) -> [Table; 2] {
+    let derivatives = TableOf::new("designed_errors", "Predicted errors over the scatter.", &found.derivatives)
+        .symbol("derivative", "derivative", |row| &row.name)
+        .number("predicted", "predicted", "", 3, |row| row.predicted)
+        .number("scatter", "scatter", "", 3, |row| row.scatter)
+        .number("corrected", "corrected", "", 3, |row| row.corrected)
+        .number("over_scatter", "over scatter", "", 3, |row| row.predicted / row.scatter)
+        .number("over_corrected", "over corrected", "", 3, |row| row.predicted / row.corrected);
+    let excursions = TableOf::new("designed_excursions", "Predicted and flown excursions.", &found.excursions)
+        .text("excursion", "excursion", |row| row.name)
+        .number("predicted_low", "predicted least", "", 3, |row| row.predicted.0)
+        .number("predicted_high", "greatest", "", 3, |row| row.predicted.1)
+        .number("flown_low", "flown least", "", 3, |row| row.flown.0)
+        .number("flown_high", "greatest", "", 3, |row| row.flown.1)
+        .number("inside_percent", "flights inside", "%", 3, |row| 100.0 * row.inside);
+    [derivatives.done(), excursions.done()]
 }
 
 /// Least and greatest value of each quantity over the windows of a flight.

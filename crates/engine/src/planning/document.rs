@@ -29,8 +29,8 @@ pub fn design_document(session: &Session, row: &DesignRow, designed: &Designed) 
         style: Style::default(),
         sections: vec![
             section("input", "Input", input(row, designed)),
-            section("excursions", "Expected excursions", vec![Block::Table(excursions(row))]),
-            section("errors", "Expected standard errors", vec![Block::Table(predicted(row))]),
+            section("excursions", "Expected excursions", vec![Block::Table(excursions(row).select(&EXCURSIONS))]),
+            section("errors", "Expected standard errors", vec![Block::Table(predicted(row).select(&PREDICTED))]),
             section("notes", "Crew notes", vec![Block::Lines(6)]),
         ],
     }
@@ -93,6 +93,17 @@ fn draw_stick(manoeuvre: &PlannedManoeuvre, surface: usize) -> Panel {
     Panel::Plot(Plot { x: Axis::time(), y: Axis::new(name, unit), marks: vec![line("", surface, &series, factor)] })
 }
 
+/// Columns of the excursions that are on a card.
+const EXCURSIONS: [&str; 7] = ["name", "unit", "low", "high", "limit_low", "limit_high", "margin"];
+/// Columns of the predicted errors that are on a card.
+const PREDICTED: [&str; 6] = ["name", "estimate", "corrected", "promised", "relative_error_percent", "present"];
+
+/// Errors and excursions to expect of a design; kinds of input side by side where they were compared.
+pub fn design_tables(row: &DesignRow) -> Vec<Table> {
+    let compared = (!row.comparison.is_empty()).then(|| comparison_table(row));
+    [predicted(row), excursions(row)].into_iter().chain(compared).collect()
+}
+
 /// Excursions in the units people read, angles in degrees.
 fn excursions(row: &DesignRow) -> Table {
     let caption = "Mean extremes ± 3 standard deviations, over random gusts, initial states and derivatives.";
@@ -100,10 +111,13 @@ fn excursions(row: &DesignRow) -> Table {
     TableOf::new("excursions", caption, &row.excursions)
         .text("name", "quantity", |own| Role::from_name(own.name).map_or(own.name, notation::role))
         .text("unit", "unit", |own| notation::shown(own.unit).map_or(own.unit, |shown| shown.0))
+        .number("nominal_low", "nominal least", "", 4, |own| factor(own) * own.nominal_low)
+        .number("nominal_high", "greatest", "", 4, |own| factor(own) * own.nominal_high)
         .number("low", "least", "", 4, |own| factor(own) * own.low)
         .number("high", "greatest", "", 4, |own| factor(own) * own.high)
         .maybe("limit_low", "least limit", "", 4, |own| Some(factor(own) * own.limit_low?))
         .maybe("limit_high", "greatest limit", "", 4, |own| Some(factor(own) * own.limit_high?))
+        .optional("limit_source", "limit from", |own| own.limit_source.as_deref())
         .maybe("margin", "margin", "", 3, |own| Some(factor(own) * own.margin?))
         .done()
 }
@@ -113,15 +127,17 @@ fn predicted(row: &DesignRow) -> Table {
     TableOf::new("predicted", caption, &row.predicted)
         .symbol("name", "derivative", |own| &own.name)
         .number("estimate", "estimate", "", 4, |own| own.estimate)
+        .maybe("standard_error", "std error", "", 2, |own| own.standard_error)
         .maybe("corrected", "error from noise", "", 2, |own| own.corrected)
         .maybe("promised", "error to expect", "", 2, |own| own.promised)
         .maybe("relative_error_percent", "relative", "%", 2, |own| own.relative_error_percent)
+        .maybe("corrected_high", "95 % of draws below", "", 2, |own| own.corrected_high)
         .number("present", "error now", "", 2, |own| own.present)
         .done()
 }
 
 /// Kinds of input side by side: cost by each criterion, and the derivative with the greatest relative error.
-pub fn comparison_table(design: &DesignRow) -> Table {
+pub(super) fn comparison_table(design: &DesignRow) -> Table {
     let cost = |name: &'static str| move |own: &&ComparedKind| own.costs.get(name).copied();
     let caption = format!(
         "Kinds of input within the same limits and time, the one with the smallest cost {} first. The card below is of the {}. Cost d: \
@@ -152,8 +168,13 @@ pub fn enough_blocks(found: &Enough) -> Vec<Block> {
     blocks
 }
 
+/// Each derivative against its goal, goals met after each manoeuvre, and what to fly next where goals are not met.
+pub fn enough_tables(found: &Enough) -> Vec<Table> {
+    [goals_table(found), windows_table(found)].into_iter().chain(next_table(found)).collect()
+}
+
 /// The manoeuvres to fly next, best first; none where the goals are met.
-pub fn next_table(found: &Enough) -> Option<Table> {
+fn next_table(found: &Enough) -> Option<Table> {
     let caption = "Next manoeuvre, best first: errors of all manoeuvres flown plus this one.";
     let peaks = |own: &&NextRow| {
         let peaks: Vec<String> = own.signal_peak_rad.iter().map(|rad| significant(rad.to_degrees(), 3)).collect();
@@ -172,7 +193,7 @@ pub fn next_table(found: &Enough) -> Option<Table> {
 }
 
 /// Each derivative against its goal.
-pub fn goals_table(found: &Enough) -> Table {
+fn goals_table(found: &Enough) -> Table {
     let caption = "Standard error of all manoeuvres together against the goal of each derivative.";
     TableOf::new("goals", caption, &found.derivatives)
         .symbol("name", "derivative", |own| &own.name)
@@ -184,7 +205,7 @@ pub fn goals_table(found: &Enough) -> Table {
 }
 
 /// Goals met after each manoeuvre.
-pub fn windows_table(found: &Enough) -> Table {
+fn windows_table(found: &Enough) -> Table {
     TableOf::new("windows", "Combined errors up to each manoeuvre.", &found.windows)
         .text("window", "after manoeuvre", |own| &own.window)
         .number("time_s", "time flown", "s", 4, |own| own.time_s)

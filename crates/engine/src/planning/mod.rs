@@ -24,10 +24,10 @@ pub use campaign::{Campaign, Flown, FlownPoint, Fuel, Order, PlannedPoint, TestP
 pub(crate) use campaign::{FORMAT as CAMPAIGN_FORMAT, VERSION as CAMPAIGN_VERSION};
 pub use card_flight::{CampaignFlight, campaign_flight};
 pub use cards::{campaign_document, envelope_figure};
-pub use coverage::{DesignCoverage, DesignedDerivative, DesignedExcursion, design_coverage};
+pub use coverage::{DesignCoverage, DesignedDerivative, DesignedExcursion, design_coverage, design_coverage_tables};
 pub use debrief::{Debrief, DebriefRow, Promise, debrief, debrief_document, debrief_table, true_derivatives};
 pub use designed_session::{FLIGHT_FOLDER, designed_session, loading_of_mass, with_recordings_in};
-pub use document::{comparison_table, design_document, enough_blocks, goals_table, next_table, windows_table};
+pub use document::{design_document, design_tables, enough_blocks, enough_tables};
 pub use doublet_dynamics::design::{Criterion, DesignKind, SURFACE_NAMES, THROTTLE};
 pub use enough::{EnoughOptions, EnoughRequest, Goal, enough};
 pub use evaluation::SlopeRow;

@@ -2,8 +2,10 @@
 
 mod anticipation;
 mod build;
+mod coverage_tables;
 pub mod document;
 mod dynamics;
+mod dynamics_tables;
 mod engines;
 mod equivalent_levels;
 mod formats;
@@ -13,6 +15,7 @@ mod manoeuvre_map;
 mod mass;
 mod prediction;
 mod proof;
+mod proposal_tables;
 mod reference;
 mod report_figure;
 mod responses;
@@ -35,10 +38,12 @@ use thiserror::Error;
 
 pub use anticipation::{AnticipationChart, anticipation_chart};
 pub use build::build;
+pub use coverage_tables::{case_table, coverage_table, mode_coverage_table};
 pub use dynamics::{
     DynamicsRow, FigureRow, IntervalRow, LevelMapRow, LinearRow, MeasuredRow, ModeRow, QualitiesRow, QualityRow,
     TrimRow, dynamics_row, mode_rows, qualities_row,
 };
+pub use dynamics_tables::{criterion_table, level_table, matrix_tables, measured_table, mode_table};
 pub use equivalent_levels::equivalent_levels;
 pub use formats::{TableFormat, alignments, csv, latex, markdown};
 pub use gusts::{DelayRow, GustRow, applied_delays};
@@ -47,9 +52,10 @@ pub use histories::{History, HistoryColumn, HistoryFormat};
 pub use manoeuvre_map::{CANDIDATE, MapOf, MapQuantity, MapRow, manoeuvre_map};
 pub use mass::{FlownMassRow, ItemRow, MassRow};
 pub use prediction::{PredictionAgreement, PredictionRow, ValidationRow};
-pub use proof::{BandRow, ProofRow, ReplayRow, TestRow, TheilRow, rows as proof_rows};
+pub use proof::{BandRow, ProofRow, ReplayRow, TestRow, TheilRow, rows as proof_rows, shown_tables as proof_tables};
+pub use proposal_tables::{manoeuvre_table, onset_table, steady_noise_table, tuned_noise_table};
 pub use reference::{Reference, reference};
-pub use responses::{ResponseRow, SystemRow, response_rows, response_table};
+pub use responses::{ResponseRow, SystemRow, parameter_table, response_rows, response_table};
 pub use results::{
     AgreementRow, ChannelRow, ClockRow, CorrelationRow, DerivativeRow, DerivativeSummaryRow, DroppedRow, EngineRow,
     ExpressionRow, FORMAT, FitRow, FlightRow, InnovationRow, InnovationSummaryRow, MonitorRow, PhaseRow, RecordingRow,
@@ -57,7 +63,7 @@ pub use results::{
 };
 pub use sensor_errors::{
     InitialRow, SensorErrorRow, SensorErrorsRow, SensorOutputRow, SensorWindowRow, error_table,
-    rows as sensor_error_rows,
+    output_table as sensor_output_table, rows as sensor_error_rows,
 };
 pub(crate) use setup::session_sha256;
 pub use signals::{NoiseRow, ProposalRow, SignalRow};
@@ -97,12 +103,7 @@ impl Default for Outputs {
 pub enum ReportError {
     /// A file or folder could not be written.
     #[error("{path}: {source}")]
-    File {
-        path: String,
-        /// Cause.
-        source: std::io::Error,
-    },
-    /// The folder holds something else.
+    File { path: String, source: std::io::Error },
     #[error("{0} is not empty and was not written by doublet: choose another folder for --out")]
     Occupied(String),
     /// The results could not be put in place.
@@ -110,13 +111,7 @@ pub enum ReportError {
     Put(#[from] PutError),
     /// A table could not be formed.
     #[error("{what}: {reason}")]
-    Form {
-        /// File.
-        what: &'static str,
-        /// Cause.
-        reason: String,
-    },
-    /// Writing was stopped.
+    Form { what: &'static str, reason: String },
     #[error("cancelled: nothing was written")]
     Cancelled,
 }

@@ -131,8 +131,42 @@ pub fn tables(proof: &ProofRow) -> [Table; 2] {
     [bands(proof), theil(proof)]
 }
 
+/// Every test, the bands of every test as people read them, and Theil's coefficients.
+pub fn shown_tables(proof: &ProofRow) -> [Table; 3] {
+    [tests(proof), bands(proof).select(&BANDS), theil(proof)]
+}
+
+/// Columns of the bands that people read.
+const BANDS: [&str; 10] = [
+    "window", "test", "requirement", "signal", "unit", "band_passed", "worst_ratio", "worst_error", "worst_time_s",
+    "share_inside",
+];
+
+/// One row per test.
+fn tests(proof: &ProofRow) -> Table {
+    let rows = proof.windows.iter().flat_map(|window| window.tests.iter().map(move |test| (window, test)));
+    let caption = "Tests: largest difference as a fraction of the half-width of the band (limit 1).";
+    TableOf::new("match_tests", caption, rows)
+        .text("window", "Manoeuvre", |(window, _)| &window.window)
+        .text("test", "Test", |(_, test)| &test.id)
+        .text("name", "Name", |(_, test)| &test.name)
+        .text("verdict", "Verdict", |(_, test)| if test.passed { "pass" } else { "fail" })
+        .number("used", "Over half width", "", 3, |(_, test)| used(test))
+        .done()
+}
+
+/// Largest ratio over the requirements, of the best band of each.
+fn used(test: &TestRow) -> f64 {
+    let last = test.bands.iter().map(|band| band.requirement).max().unwrap_or(0);
+    let best = (1..=last).map(|requirement| {
+        let bands = test.bands.iter().filter(|band| band.requirement == requirement);
+        bands.map(|band| band.worst_ratio).fold(f64::NAN, f64::min)
+    });
+    best.fold(f64::NAN, f64::max)
+}
+
 /// Every band of every test.
-pub fn bands(proof: &ProofRow) -> Table {
+fn bands(proof: &ProofRow) -> Table {
     let tests = proof.windows.iter().flat_map(|window| window.tests.iter().map(move |test| (window, test)));
     let rows = tests.flat_map(|(window, test)| test.bands.iter().map(move |band| (window, test, band)));
     let caption = "Bands of every test: largest difference (simulated minus measured) and its time.";
@@ -153,7 +187,7 @@ pub fn bands(proof: &ProofRow) -> Table {
 }
 
 /// Theil's coefficient of each signal of each window.
-pub fn theil(proof: &ProofRow) -> Table {
+fn theil(proof: &ProofRow) -> Table {
     let rows = proof.windows.iter().flat_map(|window| window.theil.iter().map(move |row| (window, row)));
     let caption = "Theil's inequality coefficient, 0 perfect and 1 none, and the shares of the mean square error.";
     TableOf::new("match_theil", caption, rows)

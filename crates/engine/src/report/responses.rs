@@ -3,8 +3,8 @@
 use doublet_dynamics::frequency::FittedParameter;
 use serde::Serialize;
 
-use super::studies::{table, where_finite};
-use super::table::Table;
+use super::studies::where_finite;
+use super::table::{Table, TableOf, table};
 use crate::study::{EquivalentStudy, FlightResponses, ResponseStudy};
 
 /// A frequency response at one frequency; gain and phase are missing where the coherence does not make them a value.
@@ -99,8 +99,32 @@ pub fn response_rows(study: &ResponseStudy) -> Vec<ResponseRow> {
     rows
 }
 
+/// A frequency response, one row per frequency.
 pub fn response_table(rows: &[ResponseRow]) -> Option<Table> {
     table("responses", "Frequency responses of the rates to the controls.", rows)
+}
+
+/// Parameters of an equivalent system and what follows from them, beside those by the other method.
+pub fn parameter_table(found: &EquivalentStudy) -> Table {
+    let other = |row: &FittedParameter| found.other.as_ref()?.1.as_ref().ok()?.parameter(&row.name);
+    let method = found.other.as_ref().map_or("", |(method, _)| method.name());
+    let caption = "Parameters of the low-order equivalent system, SI and rad.";
+    TableOf::new("equivalent_system", caption, found.fit.parameters.iter().chain(&found.derived))
+        .text("name", "Parameter", |row| &row.name)
+        .number("value", "Value", "", 5, |row| row.value)
+        .number("standard_error", "Std error", "", 3, |row| row.standard_error)
+        .number("low", "Low", "", 5, |row| row.low)
+        .number("high", "High", "", 5, |row| row.high)
+        .when(!method.is_empty(), |table| {
+            table.maybe("other_value", method, "", 5, |row| Some(other(row)?.value)).maybe(
+                "other_standard_error",
+                "Std error",
+                "",
+                3,
+                |row| Some(other(row)?.standard_error),
+            )
+        })
+        .done()
 }
 
 fn system_rows(study: &ResponseStudy, system: &EquivalentStudy) -> Vec<SystemRow> {

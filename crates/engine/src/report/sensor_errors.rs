@@ -155,3 +155,14 @@ pub fn error_table(found: &SensorErrorsRow) -> Table {
         .number("correlation", "Correlation", "", 2, |(.., correlation)| *correlation)
         .done()
 }
+
+/// What every measurement is left with.
+pub fn output_table(found: &SensorErrorsRow) -> Table {
+    TableOf::new("sensor_outputs", "Residuals of the measurements over the estimated sensor errors.", &found.outputs)
+        .text("measurement", "Measurement", |row| row.measurement)
+        .count("samples", "Samples", |row| row.samples)
+        .number("rms", "Residual", "", 3, |row| row.rms)
+        .maybe("normalised", "Over expected", "", 3, |row| Some(row.normalised).filter(|share| share.is_finite()))
+        .number("r_squared", "R²", "", 5, |row| row.r_squared)
+        .done()
+}

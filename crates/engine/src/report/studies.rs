@@ -4,7 +4,7 @@ use doublet_core::sensitivity::NoiseEffect;
 use serde::{Serialize, Serializer};
 
 use super::responses::{ResponseRow, SystemRow, flight_rows, response_table};
-use super::table::{Cell, Column, Table};
+use super::table::{Table, table};
 use crate::graph::StageResult;
 use crate::session::Finding;
 use crate::snapshot::{ExperimentRow, Snapshot};
@@ -567,26 +567,4 @@ pub fn tables(results: &StudyResults) -> Vec<Table> {
         table("monte_carlo", "Effect of measurement noise on each pooled derivative.", &results.monte_carlo),
     ];
     tables.into_iter().flatten().collect()
-}
-
-/// Rows under the names of their fields; none where there are no rows.
-pub(super) fn table(name: &str, caption: &str, rows: &[impl Serialize]) -> Option<Table> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for row in rows {
-        writer.serialize(row).ok()?;
-    }
-    let bytes = writer.into_inner().ok()?;
-    let mut reader = csv::Reader::from_reader(bytes.as_slice());
-    let keys: Vec<String> = reader.headers().ok()?.iter().map(str::to_owned).collect();
-    let cell = |(key, text): (&String, &str)| match (key.as_str(), text.parse::<f64>()) {
-        (_, _) if text.is_empty() => Cell::Empty,
-        ("derivative" | "coefficient", _) => Cell::Symbol(text.to_owned()),
-        ("first_count" | "second_count" | "manoeuvres" | "realisations", Ok(count)) => Cell::Count(count as usize),
-        ("window" | "quantity" | "seed", _) | (_, Err(_)) => Cell::text(text),
-        (_, Ok(value)) => Cell::Number(value),
-    };
-    let rows: Vec<Vec<Cell>> =
-        reader.records().map_while(Result::ok).map(|row| keys.iter().zip(row.iter()).map(cell).collect()).collect();
-    let columns = keys.iter().map(|key| Column::number(key, &key.replace('_', " "), "", 4)).collect();
-    (!rows.is_empty()).then(|| Table { name: name.to_owned(), caption: caption.to_owned(), columns, rows })
 }

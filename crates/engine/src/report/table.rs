@@ -1,5 +1,7 @@
 //! Tables as data: what every form of table is written from.
 
+use serde::Serialize;
+
 use crate::notation::significant;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -123,6 +125,47 @@ pub(super) fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value)
 }
 
+/// Ends of the keys of numbers with a unit, longest first.
+const UNITS: [(&str, &str); 8] = [
+    ("_rad_s", "rad/s"),
+    ("_percent", "%"),
+    ("_kg_m3", "kg/m³"),
+    ("_m_s", "m/s"),
+    ("_deg", "deg"),
+    ("_db", "dB"),
+    ("_rad", "rad"),
+    ("_s", "s"),
+];
+
+/// The column of a key: its words, and the unit it ends on.
+fn column(key: &str) -> Column {
+    let split = UNITS.into_iter().find_map(|(end, unit)| Some((key.strip_suffix(end)?, unit)));
+    let (name, unit) = split.unwrap_or((key, ""));
+    Column::number(key, &name.replace('_', " "), unit, 4)
+}
+
+/// Rows under the names of their fields; none where there are no rows.
+pub(super) fn table(name: &str, caption: &str, rows: &[impl Serialize]) -> Option<Table> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        writer.serialize(row).ok()?;
+    }
+    let bytes = writer.into_inner().ok()?;
+    let mut reader = csv::Reader::from_reader(bytes.as_slice());
+    let keys: Vec<String> = reader.headers().ok()?.iter().map(str::to_owned).collect();
+    let cell = |(key, text): (&String, &str)| match (key.as_str(), text.parse::<f64>()) {
+        (_, _) if text.is_empty() => Cell::Empty,
+        ("derivative" | "coefficient", _) => Cell::Symbol(text.to_owned()),
+        ("first_count" | "second_count" | "manoeuvres" | "realisations", Ok(count)) => Cell::Count(count as usize),
+        ("window" | "quantity" | "seed", _) | (_, Err(_)) => Cell::text(text),
+        (_, Ok(value)) => Cell::Number(value),
+    };
+    let rows: Vec<Vec<Cell>> =
+        reader.records().map_while(Result::ok).map(|row| keys.iter().zip(row.iter()).map(cell).collect()).collect();
+    let columns = keys.iter().map(|key| column(key)).collect();
+    (!rows.is_empty()).then(|| Table { name: name.to_owned(), caption: caption.to_owned(), columns, rows })
+}
+
 /// A table of one row per item of a list, made column by column: what heads a column and what stands in it are one thing.
 pub struct TableOf<R> {
     table: Table,
@@ -180,7 +223,7 @@ impl<R> TableOf<R> {
     }
 
     /// As [`Self::number`], of items that may have none.
-    pub(crate) fn maybe(
+    pub fn maybe(
         self,
         key: &str,
         heading: &str,

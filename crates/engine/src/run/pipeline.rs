@@ -268,6 +268,8 @@ impl<'a> Run<'a> {
             Keyed::new(state.into(), loaded.key())
         });
         self.store_result(state.map_err(Clone::clone), |snapshot| &mut snapshot.loaded)?;
+        let errors = if let Err(StageError::Aircraft { errors, .. }) = &aircraft { errors.clone() } else { Vec::new() };
+        self.builder.update(|snapshot| snapshot.aircraft_errors = errors)?;
         Ok(self.store_result(aircraft, |snapshot| &mut snapshot.aircraft)?.zip(loaded.ok()))
     }
 

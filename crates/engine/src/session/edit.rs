@@ -145,7 +145,6 @@ pub enum ModelEdit {
 pub enum EditError {
     #[error("no manoeuvre is called '{0}'")]
     NoWindow(String),
-    /// The name is taken.
     #[error("manoeuvre '{0}' exists already: choose another name")]
     WindowExists(String),
     /// A name that no file of results can have.
@@ -156,10 +155,8 @@ pub enum EditError {
     NoFlight(String),
     #[error("no experiment is called '{0}'")]
     NoExperiment(String),
-    /// An interval that ends before it begins.
     #[error("manoeuvre from {start_s} s to {end_s} s: set its end after its start")]
     EmptyWindow { start_s: f64, end_s: f64 },
-    /// An excluded part that ends before it begins.
     #[error("excluded part from {start_s} s to {end_s} s: set its end after its start")]
     EmptyPart { start_s: f64, end_s: f64 },
     /// Smoothing or resampling that cannot be done.
@@ -170,14 +167,7 @@ pub enum EditError {
     Expression(String),
     /// A value that is not a usable number.
     #[error("{field} cannot be {value}: {allowed}")]
-    Value {
-        /// Setting.
-        field: String,
-        /// Value refused.
-        value: f64,
-        /// Range in words.
-        allowed: &'static str,
-    },
+    Value { field: String, value: f64, allowed: &'static str },
 }
 
 impl Edit {

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use doublet_core::airframe::LoadedState;
+use doublet_core::airframe::{AircraftError, LoadedState};
 
 use crate::graph::{FileStamp, Keyed, Stage, StageError};
 use crate::prior::PriorStudy;
@@ -115,6 +115,8 @@ slots! {
         pub gravity: Option<Gravity>,
         /// Delays of the measurements and gusts over the windows; `None` where the session states them or they cannot be estimated.
         pub delays_and_gusts: DelaysAndGusts,
+        /// What is impossible in the data of the aircraft.
+        pub aircraft_errors: Vec<AircraftError>,
         /// Files and folders the run read, as they were then.
         pub files: Arc<BTreeMap<PathBuf, FileStamp>>,
         /// That the manoeuvres under way need more memory than is available; it is published before they are computed.

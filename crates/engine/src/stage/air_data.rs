@@ -1,6 +1,8 @@
 //! Air data that follow from others: calibrated airspeed from the impact pressure, true airspeed from a calibrated or an
 //! equivalent one or a Mach number, static temperature from a total one.
 
+use std::sync::Arc;
+
 use doublet_core::atmos::{
     Atmosphere, calibrated_of_impact_m_s, mach_of_calibrated, mach_of_equivalent, static_at_airspeed_k,
     static_of_total_temperature_k, true_of_mach_m_s,
@@ -63,28 +65,9 @@ fn calibrated_airspeed(recording: &Recording) -> Option<(Series, String)> {
 /// True airspeed at the samples of the calibrated or equivalent one or of the Mach number, and from what it is.
 fn airspeed(recording: &Recording) -> Option<(Series, String)> {
     let at = |role: Role, time_s: &[f64]| values_where_recorded(recording, role, time_s);
-    let pressure_at = |time_s: &[f64]| {
-        let (mut pressure_pa, role, name) =
-            PRESSURES.iter().find_map(|&(role, name)| Some((at(role, time_s)?, role, name)))?;
-        if role != Role::StaticPressure {
-            let standard = |altitude_m: f64| Atmosphere::STANDARD.pressure_pa(altitude_m).unwrap_or(f64::NAN);
-            pressure_pa.iter_mut().for_each(|value| *value = standard(*value));
-        }
-        Some((pressure_pa, name))
-    };
-    let find_mach = |role: Role| {
-        let Series { time_s, values } = recording.role(role)?.series.finite();
-        let pressure = pressure_at(&time_s);
-        if role == Role::Mach {
-            return Some((time_s, values.to_vec(), pressure, role));
-        }
-        let mach_of = if role == Role::CalibratedAirspeed { mach_of_calibrated } else { mach_of_equivalent };
-        let pairs = values.iter().zip(&pressure.as_ref()?.0);
-        let mach = pairs.map(|(speed, pressure)| mach_of(*speed, *pressure)).collect();
-        Some((time_s, mach, pressure, role))
-    };
-    let (time_s, mach, pressure, role): (_, Vec<f64>, _, _) =
-        [Role::CalibratedAirspeed, Role::EquivalentAirspeed, Role::Mach].into_iter().find_map(find_mach)?;
+    let (time_s, mach, pressure, role) = [Role::CalibratedAirspeed, Role::EquivalentAirspeed, Role::Mach]
+        .into_iter()
+        .find_map(|role| find_mach(recording, role))?;
     let (temperature_k, temperature_name) = if let Some(recorded) = at(Role::AirTemperature, &time_s) {
         (recorded, "air temperature".to_owned())
     } else if let Some(total) = at(Role::TotalTemperature, &time_s) {
@@ -107,6 +90,34 @@ fn airspeed(recording: &Recording) -> Option<(Series, String)> {
     };
     let text = format!("{sources} and {temperature_name}");
     values.iter().any(|value| value.is_finite()).then(|| (Series { time_s, values: values.into() }, text))
+}
+
+/// Static pressure at samples, Pa, and from what it is.
+fn find_pressure(recording: &Recording, time_s: &[f64]) -> Option<(Vec<f64>, &'static str)> {
+    let (mut pressure_pa, role, name) = PRESSURES
+        .iter()
+        .find_map(|&(role, name)| Some((values_where_recorded(recording, role, time_s)?, role, name)))?;
+    if role != Role::StaticPressure {
+        let standard = |altitude_m: f64| Atmosphere::STANDARD.pressure_pa(altitude_m).unwrap_or(f64::NAN);
+        pressure_pa.iter_mut().for_each(|value| *value = standard(*value));
+    }
+    Some((pressure_pa, name))
+}
+
+/// Times, Mach numbers at them, static pressure with what it is from, and the role that gave them.
+type MachNumbers = (Arc<[f64]>, Vec<f64>, Option<(Vec<f64>, &'static str)>, Role);
+
+/// Mach number at the samples of a role that gives it.
+fn find_mach(recording: &Recording, role: Role) -> Option<MachNumbers> {
+    let Series { time_s, values } = recording.role(role)?.series.finite();
+    let pressure = find_pressure(recording, &time_s);
+    if role == Role::Mach {
+        return Some((time_s, values.to_vec(), pressure, role));
+    }
+    let mach_of = if role == Role::CalibratedAirspeed { mach_of_calibrated } else { mach_of_equivalent };
+    let pairs = values.iter().zip(&pressure.as_ref()?.0);
+    let mach = pairs.map(|(speed, pressure)| mach_of(*speed, *pressure)).collect();
+    Some((time_s, mach, pressure, role))
 }
 
 /// Static temperature at the samples of the total one, by the true airspeed, and from what it is.

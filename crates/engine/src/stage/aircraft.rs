@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use doublet_core::airframe::{Aircraft, FuelSplit, Loading, MassHistory, MassProperties, Tank};
-use doublet_core::load::aircraft as aircraft_file;
+use doublet_core::load::aircraft::{self as aircraft_file, AircraftFileError};
 use doublet_core::load::propulsion_maps::parse_propulsion_section;
 use doublet_core::model::Position;
 use doublet_core::prep::{Interpolation, fuel_from_flow, resample};
@@ -81,7 +81,12 @@ impl LoadedAircraft {
         } else {
             Cow::Owned(changes.apply(text).map_err(|error| named(&error))?)
         };
-        let mut aircraft = aircraft_file::parse(&text).map_err(|error| named(&error))?;
+        let mut aircraft = aircraft_file::parse(&text).map_err(|error| match error {
+            AircraftFileError::Impossible { errors } => {
+                StageError::Aircraft { named: format!("{path}{edited}"), errors }
+            }
+            error => named(&error).into(),
+        })?;
         aircraft.notes.extend(note(changes));
         let section = parse_propulsion_section(&text, file).map_err(|error| named(&error))?;
         let powerplant = section.powerplant(&aircraft.engines, maps, |map| context.read_text(map));

@@ -59,7 +59,7 @@ pub fn with_gravity(session: &Session, gravity: &Gravity) -> Session {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use doublet_core::series::{Channel, Series, TimeRange};
 
     use super::*;
@@ -82,20 +82,23 @@ mod tests {
         assert_eq!(gravity(&session, |_| Some(&delft)).m_s2, 9.79);
     }
 
+    /// Zero before and behind the manoeuvre.
     fn at(roles: &[(Role, f64)]) -> Recording {
-        Recording {
-            channels: roles.iter().map(|(_, value)| channel(*value)).collect(),
-            roles: roles.iter().enumerate().map(|(index, (role, _))| (*role, index)).collect(),
-            ..Recording::default()
-        }
+        recording_of(roles, |value| [0.0, value, value, 0.0].to_vec())
     }
 
-    fn channel(value: f64) -> Channel {
-        Channel {
+    /// A recording of a channel each second of each role.
+    pub(crate) fn recording_of(roles: &[(Role, f64)], values: impl Fn(f64) -> Vec<f64>) -> Recording {
+        let channel = |values: Vec<f64>| Channel {
             source: String::new(),
             name: String::new(),
             unit: String::new(),
-            series: Series { time_s: (0..4).map(f64::from).collect(), values: [0.0, value, value, 0.0].into() },
+            series: Series { time_s: (0..4).map(f64::from).collect(), values: values.into() },
+        };
+        Recording {
+            channels: roles.iter().map(|(_, value)| channel(values(*value))).collect(),
+            roles: roles.iter().enumerate().map(|(index, (role, _))| (*role, index)).collect(),
+            ..Recording::default()
         }
     }
 }

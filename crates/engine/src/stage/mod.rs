@@ -30,6 +30,7 @@ mod movement;
 mod noise;
 mod noise_advice;
 mod observability;
+mod onsets;
 mod path;
 mod path_errors;
 mod phases;
@@ -76,6 +77,8 @@ pub use fit::{
 };
 pub(crate) use fit::{applies, constant_name};
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};
+#[cfg(test)]
+pub(crate) use gravity::tests::recording_of;
 pub use gravity::{Gravity, gravity, with_gravity};
 pub use gusts::SessionGusts;
 pub use information::{Information, RegressorCorrelation, information, regressor_correlations};
@@ -88,6 +91,7 @@ pub use movement::{Movement, deflection, movement};
 pub use noise::{FlightNoise, NoiseFlight, NoiseRow, SessionNoise, noise, open_entries};
 pub use noise_advice::{NoiseAdvice, NoiseEstimate, NoiseStep, channel_advice, noise_advice, pooled_noise};
 pub use observability::Observability;
+pub use onsets::{OnsetShift, mean_shift, onset_shifts};
 pub use path::{PathAssessment, PathSeries, SmoothedSeries, WindowPath, paths, reconstructions};
 pub(crate) use path_errors::MOST_SAMPLES;
 pub use path_errors::{ConstantError, ErrorWindow, PathErrors, WidenedFits, path_errors};

@@ -40,7 +40,7 @@ pub struct WindowPath {
     /// What the samples alone gave reason to say.
     of_samples: Vec<Message>,
     /// How far it may be believed, once that was asked for.
-    assessment: OnceLock<PathAssessment>,
+    pub assessment: OnceLock<PathAssessment>,
 }
 
 /// How far a reconstructed path may be believed.
@@ -116,12 +116,6 @@ impl WindowPath {
     /// The assessment, where it was formed.
     pub fn assessed(&self) -> Option<&PathAssessment> {
         self.assessment.get()
-    }
-
-    /// The assessment, to put another in its place.
-    pub fn assessment_mut(&mut self) -> Option<&mut PathAssessment> {
-        self.assessment();
-        self.assessment.get_mut()
     }
 
     /// Whether velocity over ground or position is measured, without which the wind stays what it was taken for.

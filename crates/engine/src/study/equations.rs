@@ -97,34 +97,18 @@ impl EquationStudy {
 #[derive(Debug, Error)]
 pub enum EquationError {
     #[error("{reason}")]
-    File {
-        /// What is wrong.
-        reason: String,
-    },
+    File { reason: String },
     #[error(transparent)]
     Table(#[from] TableError),
     /// Equations or records.
     #[error(transparent)]
     Equations(#[from] EquationFault),
-    /// There is no time.
     #[error("the table has no time: name its column by --time, or the interval of its rows by --dt")]
     NoTime,
-    /// Time that does not increase.
     #[error("time does not increase at {time_s} s (row {row}): choose rows by --window, or another column by --time")]
-    Time {
-        time_s: f64,
-        /// Row, from 0.
-        row: usize,
-    },
-    /// No rows.
+    Time { time_s: f64, row: usize },
     #[error("between {start_s} s and {end_s} s the table has {rows} rows: choose another manoeuvre")]
-    Window {
-        /// Beginning, s.
-        start_s: f64,
-        end_s: f64,
-        /// Rows found.
-        rows: usize,
-    },
+    Window { start_s: f64, end_s: f64, rows: usize },
 }
 
 /// Equations that come with the program, by name: their text.

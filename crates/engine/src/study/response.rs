@@ -102,33 +102,16 @@ pub enum ResponseError {
     /// The file is not understood.
     #[error(transparent)]
     Load(#[from] LoadError),
-    /// The table has no time.
     #[error("{file}: '{column}' has no time vector of its length: give the interval of the rows (--dt)")]
-    NoTime {
-        file: String,
-        /// Column of the output.
-        column: String,
-    },
+    NoTime { file: String, column: String },
     /// No signal is called so.
     #[error("no signal is called '{name}': {hint}")]
-    NoSignal {
-        /// As written.
-        name: String,
-        /// The nearest names.
-        hint: String,
-    },
-    /// Input and output are one.
+    NoSignal { name: String, hint: String },
     #[error("'{name}' is given twice: inputs and output must differ")]
-    Twice {
-        /// As written.
-        name: String,
-    },
+    Twice { name: String },
     /// No window gives samples.
     #[error("no manoeuvre gives samples: {reasons}")]
-    NoWindow {
-        /// Of each window, the reason.
-        reasons: String,
-    },
+    NoWindow { reasons: String },
 }
 
 /// Shortest record, samples.

@@ -66,48 +66,16 @@ pub enum TableError {
     Load(#[from] LoadError),
     /// No column is called so.
     #[error("no column is called '{name}': {hint}")]
-    NoColumn {
-        /// Name as written.
-        name: String,
-        /// The nearest names.
-        hint: String,
-    },
-    /// Several columns are called so.
+    NoColumn { name: String, hint: String },
     #[error("several columns are called '{name}': {candidates}; write one of them in full")]
-    Ambiguous {
-        /// Name as written.
-        name: String,
-        /// Their full names.
-        candidates: String,
-    },
+    Ambiguous { name: String, candidates: String },
     /// A term is no column and no expression of columns.
     #[error("term '{term}': {error}")]
-    Term {
-        /// Term as written.
-        term: String,
-        /// What is wrong with it.
-        error: ExpressionError,
-    },
-    /// Columns of different lengths.
+    Term { term: String, error: ExpressionError },
     #[error("'{name}' has {found} rows, '{output}' {expected}: they are not of one table")]
-    Length {
-        /// Column.
-        name: String,
-        /// Its rows.
-        found: usize,
-        /// Column that is fitted.
-        output: String,
-        /// Its rows.
-        expected: usize,
-    },
-    /// A column that cannot be put on the clock of the others.
+    Length { name: String, found: usize, output: String, expected: usize },
     #[error("'{name}' on the clock of the others: {error}")]
-    Clock {
-        /// Column.
-        name: String,
-        /// What is wrong with its time.
-        error: PrepError,
-    },
+    Clock { name: String, error: PrepError },
     /// The fit failed.
     #[error(transparent)]
     Fit(#[from] EstimateError),

@@ -38,22 +38,8 @@ impl std::fmt::Display for Folded {
 
 /// Kinds in the order in which one explains the next: what is wrong with channels and settings shows in windows, then in fits.
 const CAUSES: [&str; 16] = [
-    "physics",
-    "accelerometer",
-    "gravity",
-    "aircraft",
-    "timing",
-    "saturated",
-    "stuck",
-    "dynamic-pressure",
-    "turn",
-    "sampling",
-    "loading",
-    "propulsion",
-    "failed",
-    "nis",
-    "innovation",
-    "smoother",
+    "physics", "accelerometer", "gravity", "aircraft", "timing", "saturated", "stuck", "dynamic-pressure", "turn",
+    "sampling", "loading", "propulsion", "failed", "nis", "innovation", "smoother",
 ];
 
 /// Folds findings by level, kind and sentence; the worst first, of one level causes before what follows from them, then those found

@@ -92,25 +92,11 @@ fn mean(recording: &Recording, role: Role) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use doublet_core::series::{Channel, Series};
-
     use super::*;
+    use crate::stage::recording_of;
 
     fn at(place: &[(Role, f64)]) -> Recording {
-        Recording {
-            channels: place.iter().map(|(_, value)| channel(*value)).collect(),
-            roles: place.iter().enumerate().map(|(index, (role, _))| (*role, index)).collect(),
-            ..Recording::default()
-        }
-    }
-
-    fn channel(value: f64) -> Channel {
-        Channel {
-            source: String::new(),
-            name: String::new(),
-            unit: String::new(),
-            series: Series { time_s: [0.0, 1.0].into(), values: [value, value].into() },
-        }
+        recording_of(place, |value| vec![value; 4])
     }
 
     #[test]

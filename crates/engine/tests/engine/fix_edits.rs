@@ -21,6 +21,8 @@ use doublet_engine::session::{
 use doublet_engine::stage::{self, CoefficientFit, ConstantError, SensorDelay, SensorDelays};
 use doublet_engine::verdict::{self, Finding, fly_and_judge, judge};
 
+use crate::verdict_causes::{changed, consistency};
+
 /// A flight with which nothing is wrong, to change one thing of.
 fn flown() -> (Session, Snapshot) {
     let session = session::parse(doublet_engine::builtin::session("demo").unwrap()).unwrap();
@@ -48,13 +50,6 @@ fn fix_of(session: &Session, snapshot: &Snapshot, code: &str) -> Fix {
     found.iter().find_map(|finding| finding.fix.clone()).unwrap_or_else(|| panic!("{code} has a fix: {found:?}"))
 }
 
-/// The content of a slot, changed.
-fn changed<T: Clone>(slot: &mut Slot<T>, change: impl FnOnce(&mut T)) {
-    let mut content = T::clone(slot.ready().unwrap());
-    change(&mut content);
-    *slot = content.into();
-}
-
 /// Place of the first manoeuvre of the elevator in the session.
 fn elevator(session: &Session) -> usize {
     session.windows.iter().position(|window| window.surface == Some(Surface::Elevator)).unwrap()
@@ -67,7 +62,7 @@ fn results<'a>(session: &Session, snapshot: &'a mut Snapshot) -> &'a mut WindowR
 fn change_channels(snapshot: &mut Snapshot, change: impl Fn(&mut ChannelConsistency)) {
     for results in snapshot.windows.values_mut() {
         changed(&mut results.path, |path| {
-            path.assessment_mut().unwrap().consistency.as_mut().unwrap().channels.iter_mut().for_each(&change);
+            consistency(path).channels.iter_mut().for_each(&change);
         });
     }
 }

@@ -97,16 +97,7 @@ fn estimates_converge_within_two_dutch_roll_periods_of_the_onset() {
     let updates = watch(&samples, settings);
     // What two periods of the Dutch roll can tell: within a tenth of the truth, and within three of the errors stated.
     let names = [
-        "Cl_beta",
-        "Cl_p",
-        "Cl_r",
-        "Cl_delta_a",
-        "Cn_beta",
-        "Cn_p",
-        "Cn_r",
-        "Cn_delta_r",
-        "CY_beta",
-        "Cm_alpha",
+        "Cl_beta", "Cl_p", "Cl_r", "Cl_delta_a", "Cn_beta", "Cn_p", "Cn_r", "Cn_delta_r", "CY_beta", "Cm_alpha",
         "Cm_delta_e",
     ];
     let truth = |name: &str| scenario.vehicle.aero.value(name).unwrap();
@@ -317,24 +308,28 @@ fn follow(live: &mut LiveWatch, enough: usize, mut between: impl FnMut(usize)) -
     updates
 }
 
+/// Roles that are sent; the altitude by MAVLink alone.
+const ROLES: [Role; 13] = [
+    Role::SpecificForceX,
+    Role::SpecificForceY,
+    Role::SpecificForceZ,
+    Role::RollRate,
+    Role::PitchRate,
+    Role::YawRate,
+    Role::TrueAirspeed,
+    Role::AngleOfAttack,
+    Role::Sideslip,
+    Role::Elevator,
+    Role::Aileron,
+    Role::Rudder,
+    Role::Altitude,
+];
+
 /// The first seconds of the flight as text by role names in SI, inertial channels and what comes with them.
 pub fn text() -> Vec<String> {
     let (samples, _) = samples();
     let mut lines = vec!["time,ax,ay,az,p,q,r,airspeed,alpha,beta,delta_e,delta_a,delta_r".to_owned()];
-    let roles = [
-        Role::SpecificForceX,
-        Role::SpecificForceY,
-        Role::SpecificForceZ,
-        Role::RollRate,
-        Role::PitchRate,
-        Role::YawRate,
-        Role::TrueAirspeed,
-        Role::AngleOfAttack,
-        Role::Sideslip,
-        Role::Elevator,
-        Role::Aileron,
-        Role::Rudder,
-    ];
+    let roles = &ROLES[..12];
     let mut latest = [f64::NAN; 12];
     for sample in samples.iter().filter(|sample| sample.time_s < 12.0) {
         if let Some(at) = roles.iter().position(|role| *role == sample.role) {
@@ -430,24 +425,9 @@ const SENT_S: std::ops::Range<f64> = 17.0..40.0;
 /// The flight as MAVLink 2, the packets of one moment together, servo steps of 0.025 deg.
 fn telemetry() -> Vec<(f64, Vec<u8>)> {
     let (samples, _) = samples();
-    let roles = [
-        Role::SpecificForceX,
-        Role::SpecificForceY,
-        Role::SpecificForceZ,
-        Role::RollRate,
-        Role::PitchRate,
-        Role::YawRate,
-        Role::TrueAirspeed,
-        Role::AngleOfAttack,
-        Role::Sideslip,
-        Role::Elevator,
-        Role::Aileron,
-        Role::Rudder,
-        Role::Altitude,
-    ];
     let (mut latest, mut sequence, mut sent) = ([f64::NAN; 13], 0_u8, Vec::new());
     for sample in samples.iter().filter(|sample| SENT_S.contains(&sample.time_s)) {
-        let Some(at) = roles.iter().position(|role| *role == sample.role) else { continue };
+        let Some(at) = ROLES.iter().position(|role| *role == sample.role) else { continue };
         latest[at] = sample.value;
         if sample.role != Role::YawRate || latest.iter().any(|value| !value.is_finite()) {
             continue;

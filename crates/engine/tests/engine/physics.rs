@@ -115,18 +115,8 @@ fn read(recording: &str, wrong: &Wrong) -> Option<(Flight, LoadedFlight)> {
 
 /// Every reference recording with a shipped map.
 const RECORDINGS: [&str; 12] = [
-    "attas",
-    "attas elevator",
-    "attas aileron",
-    "attas rudder",
-    "citation aileron",
-    "citation elevator",
-    "citation rudder",
-    "citation doublet",
-    "citation noisy",
-    "phlab",
-    "uav",
-    "demo",
+    "attas", "attas elevator", "attas aileron", "attas rudder", "citation aileron", "citation elevator",
+    "citation rudder", "citation doublet", "citation noisy", "phlab", "uav", "demo",
 ];
 
 #[test]

@@ -24,6 +24,8 @@ use doublet_engine::study::{
 };
 use doublet_engine::verdict::{Finding, Level, PlausibleRange, Verdicts, fly_and_judge, judge, judged_flights};
 
+use crate::verdict_causes::{changed, consistency};
+
 fn builtin(name: &str) -> Session {
     session::parse(doublet_engine::builtin::session(name).unwrap()).unwrap()
 }
@@ -90,13 +92,6 @@ impl Sound {
     }
 }
 
-/// The content of a slot, changed.
-fn changed<T: Clone>(slot: &mut Slot<T>, change: impl FnOnce(&mut T)) {
-    let mut content = T::clone(slot.ready().unwrap());
-    change(&mut content);
-    *slot = content.into();
-}
-
 /// The window that moves the elevator first.
 fn elevator<'a>(session: &Session, snapshot: &'a mut Snapshot) -> &'a mut WindowResults {
     let window = session.windows.iter().find(|window| window.surface == Some(Surface::Elevator)).unwrap();
@@ -123,22 +118,22 @@ fn reasons_about_the_flight_path_fire_beyond_their_limits_only() {
         &[(1.2, NONE), (0.5, NONE), (1.7, CAUTION), (0.2, CAUTION), (3.5, BAD), (0.05, CAUTION)],
         |s, snapshot, ratio| {
             changed(&mut elevator(s, snapshot).path, |path| {
-                let consistency = path.assessment_mut().unwrap().consistency.as_mut().unwrap();
-                let expected = consistency.nis_mean / consistency.nis_ratio;
-                (consistency.nis_ratio, consistency.nis_mean) = (ratio, ratio * expected);
+                let found = consistency(path);
+                let expected = found.nis_mean / found.nis_ratio;
+                (found.nis_ratio, found.nis_mean) = (ratio, ratio * expected);
             });
         },
     );
     sound.expect("innovation", &[(0.4, NONE), (-0.9, CAUTION), (6.0, BAD)], |s, snapshot, mean| {
         let path = &mut elevator(s, snapshot).path;
-        changed(path, |path| path.assessment_mut().unwrap().consistency.as_mut().unwrap().channels[0].mean = mean);
+        changed(path, |path| consistency(path).channels[0].mean = mean);
     });
     sound.expect(
         "innovation",
         &[((0.9, 0.8), NONE), ((1.4, 0.2), NONE), ((1.4, 0.8), CAUTION)],
         |s, snapshot, (ratio, lag_one)| {
             changed(&mut elevator(s, snapshot).path, |path| {
-                let channel = &mut path.assessment_mut().unwrap().consistency.as_mut().unwrap().channels[0];
+                let channel = &mut consistency(path).channels[0];
                 (channel.deviation_ratio, channel.autocorrelation[0], channel.is_white) = (ratio, lag_one, false);
             });
         },

@@ -9,13 +9,27 @@ use std::path::Path;
 use doublet_core::model::{Coefficient, Lag, is_constant_name};
 use doublet_core::prep::first_order_lag;
 use doublet_core::quantity::Role;
+use doublet_core::reconstruct::consistency::Consistency;
 use doublet_core::series::{Recording, Series};
 use doublet_core::simulate::scenario;
 use doublet_engine::graph::Context;
 use doublet_engine::run::{Slot, Snapshot};
 use doublet_engine::session::{self, GustSource, Place, Session, Surface};
-use doublet_engine::stage::LoadedAircraft;
+use doublet_engine::stage::{LoadedAircraft, WindowPath};
 use doublet_engine::verdict::{self, Finding, Level, Verdicts, fly_and_judge, judge};
+
+/// The content of a slot, changed.
+pub fn changed<T: Clone>(slot: &mut Slot<T>, change: impl FnOnce(&mut T)) {
+    let mut content = T::clone(slot.ready().unwrap());
+    change(&mut content);
+    *slot = content.into();
+}
+
+/// Consistency of a path, to be changed.
+pub fn consistency(path: &mut WindowPath) -> &mut Consistency {
+    path.assessment();
+    path.assessment.get_mut().unwrap().consistency.as_mut().unwrap()
+}
 
 /// The manoeuvres of a test point of the shipped flight with a recording that `spoil` changed, and a session that `change` did.
 fn flown(spoil: &(dyn Fn(&mut Recording) + Sync), change: impl Fn(&mut Session)) -> (Session, Snapshot) {
@@ -49,13 +63,6 @@ fn shift(recording: &mut Recording, role: Role, offset: f64) {
     let channel = &mut recording.channels[recording.roles[&role]];
     let values = channel.series.values.iter().map(|value| value + offset).collect();
     channel.series = Series { time_s: channel.series.time_s.clone(), values };
-}
-
-/// The content of a slot, changed.
-fn changed<T: Clone>(slot: &mut Slot<T>, change: impl FnOnce(&mut T)) {
-    let mut content = T::clone(slot.ready().unwrap());
-    change(&mut content);
-    *slot = content.into();
 }
 
 #[test]
@@ -129,8 +136,8 @@ fn bad_flight_path_counts_by_what_it_changes_of_the_derivatives() {
     let of_elevator: Vec<&str> = of_elevator.map(|window| window.name.as_str()).collect();
     for name in &of_elevator {
         changed(&mut snapshot.windows.get_mut(*name).unwrap().path, |path| {
-            let consistency = path.assessment_mut().unwrap().consistency.as_mut().unwrap();
-            (consistency.nis_mean, consistency.nis_ratio) = (4.0 * consistency.nis_mean / consistency.nis_ratio, 4.0);
+            let found = consistency(path);
+            (found.nis_mean, found.nis_ratio) = (4.0 * found.nis_mean / found.nis_ratio, 4.0);
         });
     }
     let verdicts = judge(&session, &snapshot);

@@ -17,42 +17,14 @@ use super::flight::oscillation;
 const PATIENCE: Duration = Duration::from_secs(120);
 /// Columns of the recording, as its header has them.
 const HEADER: [&str; 17] = [
-    "time [s]",
-    "ax [m/s^2]",
-    "ay [m/s^2]",
-    "az [m/s^2]",
-    "p [deg/s]",
-    "q [deg/s]",
-    "r [deg/s]",
-    "phi [deg]",
-    "theta [deg]",
-    "psi [deg]",
-    "airspeed [m/s]",
-    "altitude [m]",
-    "alpha [deg]",
-    "beta [deg]",
-    "delta_e [deg]",
-    "delta_a [deg]",
-    "delta_r [deg]",
+    "time [s]", "ax [m/s^2]", "ay [m/s^2]", "az [m/s^2]", "p [deg/s]", "q [deg/s]", "r [deg/s]", "phi [deg]",
+    "theta [deg]", "psi [deg]", "airspeed [m/s]", "altitude [m]", "alpha [deg]", "beta [deg]", "delta_e [deg]",
+    "delta_a [deg]", "delta_r [deg]",
 ];
 /// Names and units that a header may have in the place of its own.
 const NAMES: [&str; 16] = [
-    "",
-    "time",
-    "GPS time",
-    "lat [deg]",
-    "lon [deg]",
-    "vn [m/s]",
-    "ve [m/s]",
-    "vd [m/s]",
-    "ias [kt]",
-    "baro [hPa]",
-    "oat [degC]",
-    "q [rad/s]",
-    "q",
-    "x [m]",
-    "rpm",
-    "\u{feff}\"",
+    "", "time", "GPS time", "lat [deg]", "lon [deg]", "vn [m/s]", "ve [m/s]", "vd [m/s]", "ias [kt]", "baro [hPa]",
+    "oat [degC]", "q [rad/s]", "q", "x [m]", "rpm", "\u{feff}\"",
 ];
 /// Units that a header may have in the place of its own.
 const UNITS: [&str; 8] = [" [rad]", " [g]", " [ft]", " [kt]", " [hPa]", "", " [V]", " [%]"];

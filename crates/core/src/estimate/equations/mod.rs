@@ -30,69 +30,27 @@ pub struct EquationRecord {
 
 /// What can be wrong with equations of motion.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum EquationFault {
     /// A right-hand side that is not understood.
     #[error("{place}: {error}")]
-    Expression {
-        /// Equation.
-        place: String,
-        /// What is wrong.
-        error: ExpressionError,
-    },
-    /// One name for two things.
+    Expression { place: String, error: ExpressionError },
     #[error("'{name}' is both {first} and {second}: give one of them another name")]
-    Twice {
-        /// Name.
-        name: String,
-        /// What it is.
-        first: &'static str,
-        /// What else it is.
-        second: &'static str,
-    },
-    /// Nothing to integrate or to compare.
+    Twice { name: String, first: &'static str, second: &'static str },
     #[error("the equations have no {what}: state at least one")]
-    Without {
-        /// What is missing.
-        what: &'static str,
-    },
-    /// Equation error needs every state.
+    Without { what: &'static str },
     #[error(
         "equation error needs every state measured, and no output is '{state}' alone: add it to the outputs, or give every parameter a start and use output error only"
     )]
-    NotMeasured {
-        /// State.
-        state: String,
-    },
+    NotMeasured { state: String },
     /// A record that does not fit the model.
     #[error("record '{record}': {found} {what}, {expected} expected")]
-    Columns {
-        /// Record.
-        record: String,
-        /// What was counted.
-        what: &'static str,
-        /// Number found.
-        found: usize,
-        /// Number expected.
-        expected: usize,
-    },
-    /// An input without a value.
+    Columns { record: String, what: &'static str, found: usize, expected: usize },
     #[error("record '{record}': input '{input}' is not finite at {time_s:.3} s: end the manoeuvre before it")]
-    Input {
-        /// Record.
-        record: String,
-        /// Input.
-        input: String,
-        /// Time, s.
-        time_s: f64,
-    },
+    Input { record: String, input: String, time_s: f64 },
     /// Slopes of the record.
     #[error("record '{record}': {error}")]
-    Slopes {
-        /// Record.
-        record: String,
-        /// What is wrong.
-        error: PrepError,
-    },
+    Slopes { record: String, error: PrepError },
     /// The estimation.
     #[error(transparent)]
     Estimate(#[from] EstimateError),

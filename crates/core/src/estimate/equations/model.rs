@@ -47,10 +47,9 @@ pub trait EquationFunction: Debug + Send + Sync {
 
 /// Names of equations of motion whose right-hand sides are a function. An output with the name of a state is this state.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct EquationNames {
-    /// States.
     pub states: Vec<String>,
-    /// Outputs.
     pub outputs: Vec<String>,
     /// Recorded columns.
     pub inputs: Vec<String>,

@@ -177,37 +177,19 @@ pub struct SensorErrorWindow<'a> {
 
 /// Why sensor errors were not found.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum SensorErrorFault {
     /// Samples of a window that cannot be integrated.
     #[error("manoeuvre '{window}': {error}")]
-    Window {
-        /// Window.
-        window: String,
-        /// What is wrong.
-        error: ReconstructError,
-    },
-    /// Nothing to compare with.
+    Window { window: String, error: ReconstructError },
     #[error(
         "none of the outputs {outputs} is measured in any manoeuvre: choose others, or name their channels in the channel map"
     )]
-    NoOutput {
-        /// Outputs asked for.
-        outputs: String,
-    },
-    /// An error of a measurement that is not compared.
+    NoOutput { outputs: String },
     #[error("{error} is free, but {sensor} is not a measured output: add it to the outputs, or fix the error")]
-    NotCompared {
-        /// Error.
-        error: SensorError,
-        /// Its sensor.
-        sensor: &'static str,
-    },
-    /// A random walk needs stated noise.
+    NotCompared { error: SensorError, sensor: &'static str },
     #[error("{error} has a random walk, which output error cannot follow: use the method filter_error")]
-    RandomWalk {
-        /// Error.
-        error: SensorError,
-    },
+    RandomWalk { error: SensorError },
     /// The estimation.
     #[error(transparent)]
     Estimate(#[from] EstimateError),

@@ -300,15 +300,7 @@ mod tests {
             format!("{name},q\n{}", (0..50).map(row).collect::<String>())
         };
         for name in [
-            "GPS SOW [s]",
-            "GPS TOW",
-            "TOW [s]",
-            "GPS_TOW",
-            "Zeit [s]",
-            "temps",
-            "Temps (s)",
-            "UTC",
-            "timestamp",
+            "GPS SOW [s]", "GPS TOW", "TOW [s]", "GPS_TOW", "Zeit [s]", "temps", "Temps (s)", "UTC", "timestamp",
             "GPSTime",
         ] {
             let (_, start_s, rate_hz, question) = time_of(&text(name, 0.02)).unwrap();

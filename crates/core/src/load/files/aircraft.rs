@@ -42,41 +42,19 @@ const VERSION: u32 = 1;
 
 /// Why an aircraft file cannot be used.
 #[derive(Debug, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum AircraftFileError {
-    /// The file cannot be read.
     #[error("cannot read {}: {source}", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// The file does not say that it is an aircraft file.
+    Unreadable { path: PathBuf, source: std::io::Error },
     #[error("not an aircraft file: format is '{found}', expected '{FORMAT}'")]
-    Format {
-        /// What it says; empty for nothing.
-        found: String,
-    },
-    /// The file has a version this program does not know.
+    Format { found: String },
     #[error("version of the aircraft file is {found}, this program reads {VERSION}: use a newer program")]
-    Version {
-        /// What it says.
-        found: u32,
-    },
+    Version { found: u32 },
     /// A key is unknown, missing or of the wrong kind.
     #[error("line {line}: {message}")]
-    Syntax {
-        /// Line in the file, from 1.
-        line: usize,
-        /// What is wrong.
-        message: String,
-    },
-    /// The data are impossible.
+    Syntax { line: usize, message: String },
     #[error("{}", errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
-    Impossible {
-        /// Every finding.
-        errors: Vec<AircraftError>,
-    },
+    Impossible { errors: Vec<AircraftError> },
 }
 
 /// Reads and checks an aircraft file.

@@ -25,63 +25,26 @@ const POUND_KG: f64 = 0.453_592_37;
 
 /// Why an instrument file cannot be used.
 #[derive(Debug, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum InstrumentError {
-    /// The file cannot be read.
     #[error("cannot read {}: {source}", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// The file says it is something else, or of another version.
+    Unreadable { path: PathBuf, source: std::io::Error },
     #[error(
         "not an instrument file of version {VERSION}: format is '{format}', version {version}; expected '{FORMAT}'"
     )]
-    Format {
-        /// Format found.
-        format: String,
-        /// Version found.
-        version: u32,
-    },
+    Format { format: String, version: u32 },
     /// A key is unknown, missing or of the wrong kind.
     #[error("line {line}: {message}")]
-    Syntax {
-        /// Line in the file, from 1.
-        line: usize,
-        /// What is wrong.
-        message: String,
-    },
+    Syntax { line: usize, message: String },
     /// A value that cannot be.
     #[error("{key} is {value}, allowed is {allowed}")]
-    Value {
-        /// Where, as a path of keys.
-        key: String,
-        /// Value found.
-        value: f64,
-        /// Range in words.
-        allowed: &'static str,
-    },
-    /// Noise of a role that does not exist.
+    Value { key: String, value: f64, allowed: &'static str },
     #[error("noise '{source_name}': role '{role}' not found, use the names of a channel map")]
-    Role {
-        /// Source of the entry.
-        source_name: String,
-        /// Name found.
-        role: String,
-    },
-    /// Two columns of a table differ in length.
+    Role { source_name: String, role: String },
     #[error(
         "fuel_probe '{tank}': {actual} values of actual_lb, {displayed} of displayed_lb: give equally many, at least 2"
     )]
-    Columns {
-        /// Tank.
-        tank: String,
-        /// Values of one column.
-        actual: usize,
-        /// Values of the other.
-        displayed: usize,
-    },
+    Columns { tank: String, actual: usize, displayed: usize },
 }
 
 /// Reads an instrument file.

@@ -36,87 +36,31 @@ const M_PER_FLIGHT_LEVEL: f64 = 30.48;
 
 /// A chart, map or propulsion section that cannot be used.
 #[derive(Debug, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum MapError {
     /// The file cannot be read.
     #[error("{}: {source}", path.display())]
-    Read {
-        /// File.
-        path: PathBuf,
-        /// Reason.
-        source: std::io::Error,
-    },
+    Read { path: PathBuf, source: std::io::Error },
     /// The text is not the TOML this format asks for.
     #[error("{}, line {line}: {message}", path.display())]
-    Syntax {
-        /// File.
-        path: PathBuf,
-        /// Line, counted from 1.
-        line: usize,
-        /// Reason.
-        message: String,
-    },
-    /// The file says it is something else.
+    Syntax { path: PathBuf, line: usize, message: String },
     #[error("{}: format is '{found}', expected '{expected}'", path.display())]
-    Format {
-        /// File.
-        path: PathBuf,
-        /// Format found.
-        found: String,
-        /// Format expected.
-        expected: &'static str,
-    },
-    /// The file was made for another version.
+    Format { path: PathBuf, found: String, expected: &'static str },
     #[error("{}: version {found} of the format, this program reads version {VERSION}", path.display())]
-    Version {
-        /// File.
-        path: PathBuf,
-        /// Version found.
-        found: i64,
-    },
+    Version { path: PathBuf, found: i64 },
     /// The tables do not fit together.
     #[error("{}: {source}", path.display())]
-    Table {
-        /// File.
-        path: PathBuf,
-        /// Reason.
-        source: TableError,
-    },
-    /// A rotor inertia that is not allowed.
+    Table { path: PathBuf, source: TableError },
     #[error("propulsion.engine '{name}': rotor_inertia_kg_m2 is {value}, allowed is a finite number, 0 or more")]
-    RotorInertia {
-        /// Name of the engine.
-        name: String,
-        /// Value found.
-        value: f64,
-    },
-    /// A propulsion entry for an engine the aircraft does not have, or the second for one.
+    RotorInertia { name: String, value: f64 },
     #[error("propulsion.engine '{name}' {reason}: the aircraft has the engines {}", known.join(", "))]
-    Name {
-        /// Name of the engine.
-        name: String,
-        /// What is wrong with it.
-        reason: &'static str,
-        /// Names of the engines of the aircraft.
-        known: Vec<String>,
-    },
-    /// A chart or propeller map that is not a plain file name.
+    Name { name: String, reason: &'static str, known: Vec<String> },
     #[error(
         "propulsion.engine '{name}': '{file}' is not a file name: put charts and maps into the folder of the aircraft file"
     )]
-    Place {
-        /// Name of the engine.
-        name: String,
-        /// Name found.
-        file: String,
-    },
-    /// An engine with a chart but no propeller map, or the reverse.
+    Place { name: String, file: String },
     #[error("propulsion.engine '{name}' has no {missing}: give both chart and propeller, or neither")]
-    Incomplete {
-        /// Name of the engine.
-        name: String,
-        /// Missing file.
-        missing: &'static str,
-    },
+    Incomplete { name: String, missing: &'static str },
 }
 
 /// First keys of every file, read before the rest.

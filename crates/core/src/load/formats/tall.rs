@@ -13,20 +13,8 @@ use crate::load::formats::text_layout::{Separator, TextLayout, number};
 use crate::load::names::words::plain_letters;
 
 const NAMES: [&str; 14] = [
-    "name",
-    "parameter",
-    "parametername",
-    "param",
-    "signal",
-    "signalname",
-    "channel",
-    "channelname",
-    "variable",
-    "mnemonic",
-    "measurement",
-    "sensor",
-    "tag",
-    "field",
+    "name", "parameter", "parametername", "param", "signal", "signalname", "channel", "channelname", "variable",
+    "mnemonic", "measurement", "sensor", "tag", "field",
 ];
 const VALUES: [&str; 5] = ["value", "val", "values", "engineeringvalue", "euvalue"];
 const UNITS: [&str; 3] = ["unit", "units", "engineeringunit"];

@@ -424,21 +424,8 @@ fn memchr_quote(data: &[u8]) -> bool {
 
 /// Numbers that recorders write where there is no value, without their sign.
 const MARKS: [f64; 15] = [
-    999.0,
-    999.9,
-    9999.0,
-    9999.9,
-    32_767.0,
-    32_768.0,
-    65_535.0,
-    99_999.0,
-    999_999.0,
-    9_999_999.0,
-    2_147_483_647.0,
-    2_147_483_648.0,
-    1e20,
-    1e30,
-    3.402_823_5e38,
+    999.0, 999.9, 9999.0, 9999.9, 32_767.0, 32_768.0, 65_535.0, 99_999.0, 999_999.0, 9_999_999.0, 2_147_483_647.0,
+    2_147_483_648.0, 1e20, 1e30, 3.402_823_5e38,
 ];
 /// How many times larger than all other values such a number is, or how many times their range it is away from them.
 const MARK_TIMES: f64 = 10.0;

@@ -134,13 +134,7 @@ pub(crate) fn give_named(role: Role, map: &mut ManualChannelMap, candidates: &[C
 /// Gives a recording without an airspeed the total pressure less the static one beside it.
 pub(crate) fn add_total_pressure(map: &mut ManualChannelMap, candidates: &[Candidate<'_>], taken: &mut Vec<usize>) {
     const NAMES: [&str; 8] = [
-        "pt",
-        "ptot",
-        "ptotal",
-        "totalpressure",
-        "totalpress",
-        "pressuretotal",
-        "pitottotalpressure",
+        "pt", "ptot", "ptotal", "totalpressure", "totalpress", "pressuretotal", "pitottotalpressure",
         "totalpressurepitot",
     ];
     /// Largest impact pressure, in parts of the static one: at Mach 1.2.

@@ -161,23 +161,8 @@ pub(crate) const RIGHT: [&str; 5] = ["right", "rechts", "rechtes", "droit", "des
 
 /// Parts and ends of names of vertical speeds that are positive upwards.
 const CLIMBS: [&str; 17] = [
-    "vsi",
-    "vertspeed",
-    "vertvel",
-    "vertspd",
-    "climb",
-    "vertical",
-    "vertikal",
-    "vspd",
-    "vvi",
-    "ivv",
-    "hdot",
-    "altituderate",
-    "altrate",
-    "steig",
-    "vario",
-    "ascension",
-    "montee",
+    "vsi", "vertspeed", "vertvel", "vertspd", "climb", "vertical", "vertikal", "vspd", "vvi", "ivv", "hdot",
+    "altituderate", "altrate", "steig", "vario", "ascension", "montee",
 ];
 const CLIMB_ENDS: [&str; 12] = [
     "vs",

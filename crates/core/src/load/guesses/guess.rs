@@ -172,27 +172,8 @@ const CALIBRATED_SOURCES: [&str; 2] = ["arsp", "vfrhud"];
 
 /// Words of what a vehicle records and no simulation of one does.
 const VEHICLE_WORDS: [&str; 21] = [
-    "utm",
-    "nav",
-    "ch",
-    "wp",
-    "groundspeed",
-    "hdop",
-    "sats",
-    "satellites",
-    "numsv",
-    "armed",
-    "rssi",
-    "voltage",
-    "volt",
-    "volts",
-    "current",
-    "pwm",
-    "servo",
-    "rc",
-    "out",
-    "fix",
-    "batt",
+    "utm", "nav", "ch", "wp", "groundspeed", "hdop", "sats", "satellites", "numsv", "armed", "rssi", "voltage", "volt",
+    "volts", "current", "pwm", "servo", "rc", "out", "fix", "batt",
 ];
 
 /// How many of these words the channels of a source hold.

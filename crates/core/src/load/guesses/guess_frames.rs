@@ -27,22 +27,8 @@ const FIX_DEG: f64 = 1e-7;
 /// Names of ground speed and of the direction of flight over the ground.
 const GROUND_SPEEDS: [&str; 8] = ["groundspeed", "gs", "gndspd", "gspd", "speedoverground", "sog", "spd", "gpsspeed"];
 const TRACKS: [&str; 16] = [
-    "track",
-    "trk",
-    "groundtrack",
-    "trackangle",
-    "truetrack",
-    "course",
-    "cog",
-    "gcrs",
-    "courseoverground",
-    "gpsheading",
-    "headinggps",
-    "headmot",
-    "crs",
-    "gpscourse",
-    "gpstrack",
-    "headingofmotion",
+    "track", "trk", "groundtrack", "trackangle", "truetrack", "course", "cog", "gcrs", "courseoverground",
+    "gpsheading", "headinggps", "headmot", "crs", "gpscourse", "gpstrack", "headingofmotion",
 ];
 
 /// Whether a name in small letters is one of the direction of flight over the ground.
@@ -146,30 +132,36 @@ pub(crate) fn add_attitude(map: &mut ManualChannelMap, candidates: &[Candidate<'
 
 /// Source and channels of the quaternion that begins with a channel: four of one source whose squares add up to one.
 fn find_quaternion(first: &Candidate<'_>, candidates: &[Candidate<'_>]) -> Option<(String, [String; 4])> {
-    let quaternion = |parts: &[&str; 4]| {
-        // Of `quat_w` the end is no unit.
-        let stem = first.full.strip_suffix(parts[0])?;
-        QUATERNIONS.iter().find(|name| stem.ends_with(**name))?;
-        let part = |end: &str| {
-            let name = format!("{stem}{end}");
-            candidates.iter().find(|other| other.from.source == first.from.source && other.full == name)
-        };
-        let all = [Some(first), part(parts[1]), part(parts[2]), part(parts[3])];
-        let [Some(w), Some(x), Some(y), Some(z)] = all else { return None };
-        let all = [w, x, y, z];
-        let count = all.iter().map(|part| part.channel.samples).min()?;
-        let length =
-            |k: usize| all.iter().map(|part| part.channel.values().get(k).map_or(f64::NAN, |v| v * v)).sum::<f64>();
-        let mut finite = (0..count).map(length).filter(|length| length.is_finite()).peekable();
-        let is_unit = finite.peek().is_some() && finite.all(|length| (length.sqrt() - 1.0).abs() < LENGTH_TOLERANCE);
-        // Numbers do not say which part is the scalar: first, or last where the aircraft is tilted much less so.
-        let [a, b, c, d] = all;
-        let (first_rad, last_rad) = (median_tilt_rad(all, count), median_tilt_rad([d, a, b, c], count));
-        let is_last = parts[0] != "w" && last_rad < UPRIGHT_RAD && last_rad < LESS_TILTED * first_rad;
-        let all = if is_last { [d, a, b, c] } else { all };
-        is_unit.then(|| (first.from.source.clone(), all.map(|part| part.from.channel.clone())))
+    PARTS.iter().find_map(|parts| read_quaternion(parts, first, candidates))
+}
+
+/// The same where the four have these ends.
+fn read_quaternion(
+    parts: &[&str; 4],
+    first: &Candidate<'_>,
+    candidates: &[Candidate<'_>],
+) -> Option<(String, [String; 4])> {
+    // Of `quat_w` the end is no unit.
+    let stem = first.full.strip_suffix(parts[0])?;
+    QUATERNIONS.iter().find(|name| stem.ends_with(**name))?;
+    let part = |end: &str| {
+        let name = format!("{stem}{end}");
+        candidates.iter().find(|other| other.from.source == first.from.source && other.full == name)
     };
-    PARTS.iter().find_map(quaternion)
+    let all = [Some(first), part(parts[1]), part(parts[2]), part(parts[3])];
+    let [Some(w), Some(x), Some(y), Some(z)] = all else { return None };
+    let all = [w, x, y, z];
+    let count = all.iter().map(|part| part.channel.samples).min()?;
+    let length =
+        |k: usize| all.iter().map(|part| part.channel.values().get(k).map_or(f64::NAN, |v| v * v)).sum::<f64>();
+    let mut finite = (0..count).map(length).filter(|length| length.is_finite()).peekable();
+    let is_unit = finite.peek().is_some() && finite.all(|length| (length.sqrt() - 1.0).abs() < LENGTH_TOLERANCE);
+    // Numbers do not say which part is the scalar: first, or last where the aircraft is tilted much less so.
+    let [a, b, c, d] = all;
+    let (first_rad, last_rad) = (median_tilt_rad(all, count), median_tilt_rad([d, a, b, c], count));
+    let is_last = parts[0] != "w" && last_rad < UPRIGHT_RAD && last_rad < LESS_TILTED * first_rad;
+    let all = if is_last { [d, a, b, c] } else { all };
+    is_unit.then(|| (first.from.source.clone(), all.map(|part| part.from.channel.clone())))
 }
 
 /// Median of the larger of bank and pitch, rad, by the quaternion `w, x, y, z` over `count` samples.

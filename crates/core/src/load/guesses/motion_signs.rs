@@ -199,18 +199,22 @@ fn pitch_sign(map: &ManualChannelMap, probes: &[Probe]) -> Option<f64> {
         let (slope, correlation) = slope_of(&height(map, probes)?, pitch.clone())?;
         (0.25..4.0).contains(&(slope.abs() / speed)).then_some(correlation)
     };
-    let by_force = || {
-        let force = Trace::for_role(map, Role::SpecificForceX, probes)?.at(&pitch.time_s)?;
-        let step = (pitch.values.len() / MOST_PAIRS).max(1);
-        let pairs: Vec<(f64, f64)> = pitch
-            .values
-            .iter()
-            .zip(&force.values)
-            .step_by(step)
-            .map(|(pitch, force)| (STANDARD_GRAVITY_M_S2 * pitch.sin(), *force))
-            .collect();
-        let (slope, correlation) = fit_line(&pairs)?;
-        (0.5..2.0).contains(&slope.abs()).then_some(correlation)
-    };
-    by_climb().filter(|correlation| correlation.abs() > ANGLE_CORRELATION).or_else(by_force)
+    by_climb()
+        .filter(|correlation| correlation.abs() > ANGLE_CORRELATION)
+        .or_else(|| correlate_with_force(map, probes, &pitch))
+}
+
+/// Correlation of the pitch with the specific force along x.
+fn correlate_with_force(map: &ManualChannelMap, probes: &[Probe], pitch: &Trace) -> Option<f64> {
+    let force = Trace::for_role(map, Role::SpecificForceX, probes)?.at(&pitch.time_s)?;
+    let step = (pitch.values.len() / MOST_PAIRS).max(1);
+    let pairs: Vec<(f64, f64)> = pitch
+        .values
+        .iter()
+        .zip(&force.values)
+        .step_by(step)
+        .map(|(pitch, force)| (STANDARD_GRAVITY_M_S2 * pitch.sin(), *force))
+        .collect();
+    let (slope, correlation) = fit_line(&pairs)?;
+    (0.5..2.0).contains(&slope.abs()).then_some(correlation)
 }

@@ -63,21 +63,12 @@ fn settle_heights_by_pitch(map: &mut ManualChannelMap, probes: &[Probe]) {
 /// Positions in metres or feet by an airspeed whose unit is known.
 fn settle_places(map: &mut ManualChannelMap, probes: &[Probe]) {
     let roles = [Role::PositionNorth, Role::PositionEast];
-    let is_known = |role: &Role| map.row(*role).is_some_and(|row| !row.is_unit_open(probes));
     if !roles.iter().all(|role| is_open(map, *role, probes)) {
         return;
     }
-    let read = || {
-        let speed = Trace::for_role(map, Role::AIRSPEEDS.into_iter().find(is_known)?, probes)?;
-        let north = Trace::for_role(map, Role::PositionNorth, probes)?;
-        let east = Trace::for_role(map, Role::PositionEast, probes)?.at(&north.time_s)?;
-        let mut ground = way_of(&[north, east])?.values;
-        let mut air = speed.values;
-        air.retain(|value| value.is_finite());
-        ground.retain(|value| value.is_finite());
-        Some((median(&mut ground)?, median(&mut air).filter(|speed| *speed > 5.0)?))
+    let (Some((ground, air)), Some(row)) = (read_speeds(map, probes), map.row(Role::PositionNorth).cloned()) else {
+        return;
     };
-    let (Some((ground, air)), Some(row)) = (read(), map.row(Role::PositionNorth).cloned()) else { return };
     if let Some(unit) = unit_of(&row, ground / air, &["m", "ft"], SPEED_RATIO) {
         for role in [Role::PositionNorth, Role::PositionEast, Role::PositionDown] {
             if is_open(map, role, probes) {
@@ -85,6 +76,19 @@ fn settle_places(map: &mut ManualChannelMap, probes: &[Probe]) {
             }
         }
     }
+}
+
+/// Median speed of the positions, in their unit, and of the air, m/s.
+fn read_speeds(map: &ManualChannelMap, probes: &[Probe]) -> Option<(f64, f64)> {
+    let is_known = |role: &Role| map.row(*role).is_some_and(|row| !row.is_unit_open(probes));
+    let speed = Trace::for_role(map, Role::AIRSPEEDS.into_iter().find(is_known)?, probes)?;
+    let north = Trace::for_role(map, Role::PositionNorth, probes)?;
+    let east = Trace::for_role(map, Role::PositionEast, probes)?.at(&north.time_s)?;
+    let mut ground = way_of(&[north, east])?.values;
+    let mut air = speed.values;
+    air.retain(|value| value.is_finite());
+    ground.retain(|value| value.is_finite());
+    Some((median(&mut ground)?, median(&mut air).filter(|speed| *speed > 5.0)?))
 }
 
 fn is_open(map: &ManualChannelMap, role: Role, probes: &[Probe]) -> bool {

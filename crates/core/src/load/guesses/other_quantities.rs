@@ -4,46 +4,13 @@ use crate::quantity::Role;
 
 /// Words that make another quantity of any name.
 const OF_ANY: [&str; 22] = [
-    "engine",
-    "equivalent",
-    "prop",
-    "propeller",
-    "rotor",
-    "servo",
-    "gear",
-    "trim",
-    "tail",
-    "nose",
-    "fuel",
-    "surface",
-    "skin",
-    "cabin",
-    "density",
-    "cl",
-    "cd",
-    "cm",
-    "cn",
-    "cx",
-    "cy",
-    "cz",
+    "engine", "equivalent", "prop", "propeller", "rotor", "servo", "gear", "trim", "tail", "nose", "fuel", "surface",
+    "skin", "cabin", "density", "cl", "cd", "cm", "cn", "cx", "cy", "cz",
 ];
 /// Words that make a rate of an angle of attitude.
 const OF_ATTITUDE: [&str; 15] = [
-    "gyro",
-    "gyr",
-    "rate",
-    "rates",
-    "omega",
-    "vel",
-    "velocity",
-    "angvel",
-    "angular",
-    "dot",
-    "speed",
-    "acc",
-    "accel",
-    "acceleration",
-    "derivative",
+    "gyro", "gyr", "rate", "rates", "omega", "vel", "velocity", "angvel", "angular", "dot", "speed", "acc", "accel",
+    "acceleration", "derivative",
 ];
 /// Words that make of roll, pitch and yaw what a controller puts in and out, or the attitude of something else.
 const OF_AXIS: [&str; 28] = [
@@ -60,40 +27,15 @@ const OF_POSITION: [&str; 10] =
 const OF_PLACE: [&str; 8] = ["acc", "accel", "acceleration", "g", "lin", "vel", "velocity", "load"];
 /// Words that make an extreme, a height above something else or of something else of an altitude.
 const OF_ALTITUDE: [&str; 17] = [
-    "peak",
-    "apogee",
-    "start",
-    "initial",
-    "init",
-    "ground",
-    "gnd",
-    "takeoff",
-    "base",
-    "next",
-    "fence",
-    "cruise",
-    "range",
-    "rangefinder",
-    "lidar",
-    "sonar",
-    "tof",
+    "peak", "apogee", "start", "initial", "init", "ground", "gnd", "takeoff", "base", "next", "fence", "cruise",
+    "range", "rangefinder", "lidar", "sonar", "tof",
 ];
 /// Words that make a constant of a filter or a rate of a flow angle.
 const OF_FLOW: [&str; 12] =
     ["baro", "lpf", "filter", "ema", "kalman", "madgwick", "comp", "complementary", "rate", "iir", "fusion", "dot"];
 /// Words that make another pressure of a static one.
 const OF_PRESSURE: [&str; 12] = [
-    "pitot",
-    "diff",
-    "differential",
-    "total",
-    "impact",
-    "dynamic",
-    "tire",
-    "tyre",
-    "brake",
-    "hydraulic",
-    "manifold",
+    "pitot", "diff", "differential", "total", "impact", "dynamic", "tire", "tyre", "brake", "hydraulic", "manifold",
     "water",
 ];
 /// Words that make a count of satellites of a static air temperature.

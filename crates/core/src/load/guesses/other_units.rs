@@ -65,13 +65,8 @@ mod tests {
             assert_eq!(signal_of(head), Some((name.to_owned(), unit.to_owned())), "{head}");
         }
         for head in [
-            "Elevator pot [deg]",
-            "Elevator supply [V]",
-            "Elevator [deg]",
-            "Elevator",
-            "Elevator stick [%]",
-            "Elevator trim [%]",
-            "Elevator [N]",
+            "Elevator pot [deg]", "Elevator supply [V]", "Elevator [deg]", "Elevator", "Elevator stick [%]",
+            "Elevator trim [%]", "Elevator [N]",
         ] {
             assert_eq!(signal_of(head), None, "{head}");
         }

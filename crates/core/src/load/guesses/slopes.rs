@@ -1,6 +1,6 @@
 //! Roles and signs that the change of one channel shows in another: velocity by position, climb by altitude, airspeed by the velocity's length.
 
-use crate::load::contents::Probe;
+use crate::load::contents::{ChannelInfo, Probe};
 use crate::load::guesses::candidates::{Candidate, row};
 use crate::load::maps::by_hand::{By, ChannelName, ManualChannel, ManualChannelMap};
 use crate::load::names::stated_unit::{is_count, name_and_unit};
@@ -196,20 +196,22 @@ pub(crate) fn settle_airspeed(map: &mut ManualChannelMap, probes: &[Probe]) {
     let Some(source) = sources.into_iter().find(|source| source.name == speed.from.source) else { return };
     let Some(channel) = speed.from.find(probes) else { return };
     let column = |name: &str| source.channels.iter().find(|other| name_and_unit(&other.name).0 == name);
-    let is_length = |stem: &str| {
-        let axes = [0, 1, 2].map(|axis| column(&format!("{stem}[{axis}]")));
-        let [Some(x), Some(y), Some(z)] = axes else { return false };
-        let count = [x, y, z, channel].iter().map(|one| one.samples.min(one.values().len())).min().unwrap_or(0);
-        let length = |k: usize| x.values()[k].hypot(y.values()[k]).hypot(z.values()[k]);
-        let apart = |k: usize| (length(k) - channel.values()[k]).abs() / channel.values()[k].abs();
-        let mut all: Vec<f64> = (0..count).map(apart).filter(|apart| apart.is_finite()).collect();
-        all.len() >= FEWEST_PAIRS && median(&mut all).is_some_and(|apart| apart < SAME_LENGTH)
-    };
     let stems = source.channels.iter().filter_map(|other| other.name.strip_suffix("[0]"));
-    if stems.into_iter().any(is_length) {
+    let axes = |stem: &str| [0, 1, 2].map(|axis| column(&format!("{stem}[{axis}]")));
+    if stems.into_iter().any(|stem| is_length(channel, axes(stem))) {
         map.set(Role::CalibratedAirspeed, None);
         map.set(Role::TrueAirspeed, Some(ManualChannel { by: By::Physics, ..speed }));
     }
+}
+
+/// Whether a channel is the length of the vector with these components.
+fn is_length(channel: &ChannelInfo, axes: [Option<&ChannelInfo>; 3]) -> bool {
+    let [Some(x), Some(y), Some(z)] = axes else { return false };
+    let count = [x, y, z, channel].iter().map(|one| one.samples.min(one.values().len())).min().unwrap_or(0);
+    let length = |k: usize| x.values()[k].hypot(y.values()[k]).hypot(z.values()[k]);
+    let apart = |k: usize| (length(k) - channel.values()[k]).abs() / channel.values()[k].abs();
+    let mut all: Vec<f64> = (0..count).map(apart).filter(|apart| apart.is_finite()).collect();
+    all.len() >= FEWEST_PAIRS && median(&mut all).is_some_and(|apart| apart < SAME_LENGTH)
 }
 
 #[cfg(test)]

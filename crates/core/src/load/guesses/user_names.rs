@@ -199,6 +199,17 @@ impl UserNames {
         }
     }
 
+    /// Part of the tokens of a channel's name that a word covers.
+    fn word_coverage(&self, word: &[String], candidate: &Candidate<'_>) -> f64 {
+        if word.concat() == candidate.plain || word.concat() == plain_letters(&candidate.channel.name) {
+            return 1.0;
+        }
+        let all = &candidate.tokens;
+        let Some(at) = all.windows(word.len()).position(|part| *part == *word) else { return 0.0 };
+        let rest: Vec<&str> = all[..at].iter().chain(&all[at + word.len()..]).map(String::as_str).collect();
+        if self.forbidden(&rest.join(" ")).is_some() { 0.0 } else { word.len() as f64 / all.len() as f64 }
+    }
+
     /// Part of the tokens of a channel's name that one of the words covers; none where another token forbids it.
     fn coverage(&self, name: &UserName, candidate: &Candidate<'_>) -> f64 {
         let fits_unit =
@@ -206,16 +217,7 @@ impl UserNames {
         if !fits_unit {
             return 0.0;
         }
-        let of_word = |word: &Vec<String>| {
-            if word.concat() == candidate.plain || word.concat() == plain_letters(&candidate.channel.name) {
-                return 1.0;
-            }
-            let all = &candidate.tokens;
-            let Some(at) = all.windows(word.len()).position(|part| part == &word[..]) else { return 0.0 };
-            let rest: Vec<&str> = all[..at].iter().chain(&all[at + word.len()..]).map(String::as_str).collect();
-            if self.forbidden(&rest.join(" ")).is_some() { 0.0 } else { word.len() as f64 / all.len() as f64 }
-        };
-        name.words.iter().map(of_word).fold(0.0, f64::max)
+        name.words.iter().map(|word| self.word_coverage(word, candidate)).fold(0.0, f64::max)
     }
 }
 

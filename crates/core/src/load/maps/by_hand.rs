@@ -12,10 +12,9 @@ use crate::quantity::{Role, Unit};
 
 /// A channel by the names of its source and its own.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct ChannelName {
-    /// Source.
     pub source: String,
-    /// Channel.
     pub channel: String,
 }
 
@@ -192,14 +191,12 @@ impl ManualChannel {
 
 /// Values of a row with its sign, scale and offset, in the unit of its channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct RowValues {
-    /// The unit.
     pub unit: Unit,
     /// First finite value.
     pub first: f64,
-    /// Least.
     pub least: f64,
-    /// Greatest.
     pub greatest: f64,
 }
 
@@ -249,12 +246,11 @@ pub struct ManualChannelMap {
 
 /// The parts `w, x, y, z` of a quaternion in a source, and the axes it turns into each other.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct ManualQuaternion {
-    /// Source.
     pub source: String,
     /// Channels.
     pub parts: [String; 4],
-    /// Axes.
     pub axes: QuaternionAxes,
 }
 

@@ -346,12 +346,7 @@ macro_rules! shipped {
 }
 
 const SHIPPED: &[(&str, &str)] = shipped![
-    "citation_simulated_truth",
-    "citation_simulated_clean",
-    "attas",
-    "phlab_citation",
-    "uav_oat",
-    "demo_flight"
+    "citation_simulated_truth", "citation_simulated_clean", "attas", "phlab_citation", "uav_oat", "demo_flight"
 ];
 
 /// The text of a map, to tell lines by offsets.

@@ -279,22 +279,8 @@ pub(crate) fn is_role_name(name: &str) -> bool {
 const LEAST_ENDING: usize = 7;
 /// Words before a name that make another quantity of it: a rate, a force, a trim tab, the wind.
 const OTHER_QUANTITIES: [&str; 16] = [
-    "angul",
-    "winkel",
-    "dreh",
-    "vitesse",
-    "velocidad",
-    "taux",
-    "trim",
-    "compens",
-    "tab",
-    "kraft",
-    "effort",
-    "moment",
-    "servo",
-    "wind",
-    "vent",
-    "viento",
+    "angul", "winkel", "dreh", "vitesse", "velocidad", "taux", "trim", "compens", "tab", "kraft", "effort", "moment",
+    "servo", "wind", "vent", "viento",
 ];
 
 /// Whether a channel's name ends on `name`, behind words that leave it what it is: `imurollrate`.

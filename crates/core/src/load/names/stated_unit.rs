@@ -156,26 +156,8 @@ pub fn stated_unit(channel: &ChannelInfo) -> Option<Unit> {
 
 /// Words that follow the unit of a name and say which of several quantities or sensors it is: `heading_deg_true`, `altitude_ft_msl`.
 const QUALIFIERS: [&str; 20] = [
-    "true",
-    "mag",
-    "magnetic",
-    "msl",
-    "baro",
-    "barometric",
-    "gps",
-    "std",
-    "standard",
-    "left",
-    "right",
-    "l",
-    "r",
-    "1",
-    "2",
-    "3",
-    "4",
-    "indicated",
-    "sl",
-    "wgs84",
+    "true", "mag", "magnetic", "msl", "baro", "barometric", "gps", "std", "standard", "left", "right", "l", "r", "1",
+    "2", "3", "4", "indicated", "sl", "wgs84",
 ];
 /// Words before a last letter G that is the unit g.
 const BEFORE_G: [&str; 8] = ["lateral", "vertical", "forward", "normal", "longitudinal", "axial", "side", "vert"];

@@ -4,8 +4,6 @@ pub mod innovations;
 pub mod observability;
 pub mod smoother;
 
-pub use innovations::{
-    ChannelConsistency, Consistency, LAGS, WORTH_CHANGING, consistency, final_nees, mean_band, normalised_errors,
-};
+pub use innovations::{ChannelConsistency, Consistency, LAGS, WORTH_CHANGING, consistency};
 pub use observability::{Observability, WeakState, observability, weak_states};
 pub use smoother::{Disagreement, filter_smoother_disagreement};

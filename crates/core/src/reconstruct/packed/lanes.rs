@@ -160,17 +160,8 @@ mod x86 {
     }
 
     real!(
-        Four,
-        4,
-        _mm256_set1_pd,
-        _mm256_loadu_pd,
-        _mm256_storeu_pd,
-        _mm256_fmadd_pd,
-        _mm256_fnmadd_pd,
-        _mm256_sqrt_pd,
-        _mm256_cmp_pd::<_CMP_GT_OQ>,
-        _mm256_blendv_pd,
-        _mm256_movemask_pd
+        Four, 4, _mm256_set1_pd, _mm256_loadu_pd, _mm256_storeu_pd, _mm256_fmadd_pd, _mm256_fnmadd_pd, _mm256_sqrt_pd,
+        _mm256_cmp_pd::<_CMP_GT_OQ>, _mm256_blendv_pd, _mm256_movemask_pd
     );
     real!(
         Eight,

@@ -22,6 +22,7 @@ pub struct DelayEstimate {
 
 /// Why there is no delay.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum DelayError {
     /// The filter failed.
     #[error(transparent)]
@@ -29,14 +30,10 @@ pub enum DelayError {
     /// Settings outside their range.
     #[error("{0}")]
     Setting(#[from] SettingError),
-    /// The likelihood has no maximum inside the range.
     #[error(
         "no delay within {range_s} s of the one that is set makes the measurements most likely: search a wider range"
     )]
-    NoMaximum {
-        /// Range searched either way, s.
-        range_s: f64,
-    },
+    NoMaximum { range_s: f64 },
 }
 
 /// Delays on the first, coarse scan.

@@ -101,11 +101,11 @@ pub struct NoiseProposal {
 
 /// Why there is no proposal.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what the variants are")]
 pub enum NoiseProposalError {
     /// The filter failed at the present settings.
     #[error(transparent)]
     Filter(#[from] ReconstructError),
-    /// The smoother needed the form over whole matrices, which does not give the moments of the noises.
     #[error(
         "the filter needed a more robust form at the present noise settings; bring them closer to what is known first"
     )]

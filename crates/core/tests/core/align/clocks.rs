@@ -1,7 +1,7 @@
 //! Offset and drift recovered.
 
 use doublet_core::align::{
-    AlignError, ClockFitSettings, ClockModel, ClockPair, ClockSearch, clock_fit, clock_fit_pairs,
+    AlignError, ClockEstimate, ClockFitSettings, ClockModel, ClockPair, ClockSearch, clock_fit_pairs,
 };
 use doublet_core::series::Series;
 
@@ -22,6 +22,11 @@ fn recorded(clock: ClockModel, rate_hz: f64, seed: u64) -> (Series, Series) {
     let reference = motion.record(ClockModel::REFERENCE, 50.0, DURATION_S, [6e-4, 2.7e-4], seed + 1000);
     let other = motion.record(clock, rate_hz, DURATION_S, [9e-4, 1.7e-3], seed + 2000);
     (reference, other)
+}
+
+/// Clock from one quantity that both recorders have.
+fn clock_fit(reference: &Series, other: &Series, settings: &ClockFitSettings) -> Result<ClockEstimate, AlignError> {
+    clock_fit_pairs(&[ClockPair { name: "shared channel", reference, other, inverted: false }], settings)
 }
 
 #[test]

@@ -168,18 +168,8 @@ fn a_clear_line_of_another_slope_is_no_matter_of_gusts() {
 /// Motion by inertial sensors, attitude and ground velocity alone, which is noisy.
 fn inertial(columns: &mut BTreeMap<Role, Vec<f64>>) {
     let kept = [
-        RollRate,
-        PitchRate,
-        YawRate,
-        SpecificForceX,
-        SpecificForceY,
-        SpecificForceZ,
-        BankAngle,
-        PitchAngle,
-        HeadingAngle,
-        VelocityNorth,
-        VelocityEast,
-        VelocityDown,
+        RollRate, PitchRate, YawRate, SpecificForceX, SpecificForceY, SpecificForceZ, BankAngle, PitchAngle,
+        HeadingAngle, VelocityNorth, VelocityEast, VelocityDown,
     ];
     columns.retain(|role, _| kept.contains(role));
     for (index, role) in [VelocityNorth, VelocityEast, VelocityDown].into_iter().enumerate() {

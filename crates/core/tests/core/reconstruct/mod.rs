@@ -1,6 +1,8 @@
 //! Flight path reconstruction against a plain dense filter, a published result and known truth.
 
 #[cfg(test)]
+mod against_truth;
+#[cfg(test)]
 mod air_data;
 #[cfg(test)]
 mod behaviour;

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use doublet_core::prep::cumulative_trapezoid;
-use doublet_core::reconstruct::consistency::{filter_smoother_disagreement, final_nees, mean_band};
+use doublet_core::reconstruct::consistency::filter_smoother_disagreement;
 use doublet_core::reconstruct::tuning::noise::{FURTHEST, NoiseProposalSettings, likelihood, propose_noise};
 use doublet_core::reconstruct::{FilterData, FilterSettings, InputSeries, MeasurementSeries, State, reconstruct_many};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
+use super::against_truth::{final_nees, mean_band};
 use super::citation::{self, TRUE_GRAVITY};
 use crate::shared::shared;
 

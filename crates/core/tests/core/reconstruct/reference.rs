@@ -2,11 +2,11 @@
 
 use std::ops::ControlFlow;
 
-use doublet_core::reconstruct::consistency::normalised_errors;
 use doublet_core::reconstruct::{
     FilterData, FilterSettings, InputHold, Linearisation, Method, Reconstruction, State, reconstruct,
 };
 
+use super::against_truth::normalised_errors;
 use super::citation::{self, TRUE_GRAVITY};
 use super::dense::{self, Dense, Discretisation, P, Step, X, Z};
 use crate::shared::shared;

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use doublet_core::reconstruct::consistency::normalised_errors;
 use doublet_core::reconstruct::{FilterData, FilterSettings, Measurement, Method, Reconstruction, STATES};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
+use super::against_truth::normalised_errors;
 use super::behaviour::window;
 use super::citation::{self, TRUE_GRAVITY};
 use super::reference::run;

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use doublet_core::reconstruct::consistency::normalised_errors;
 use doublet_core::reconstruct::{FilterData, FilterSettings, State};
 
+use super::against_truth::normalised_errors;
 use super::behaviour::window;
 use super::citation::{self, TRUE_GRAVITY};
 use super::dense::{Discretisation, P, X};

@@ -63,12 +63,7 @@ pub fn model(contents: &Contents<'_>) -> Vec<Block> {
         Block::Table(pairs)
     });
     let quality = tables::fits(results).only("window", |cell| *cell == Cell::text("pooled")).select(&[
-        "coefficient",
-        "samples",
-        "r_squared",
-        "rms_relative_percent",
-        "residual_deviation",
-        "condition_number",
+        "coefficient", "samples", "r_squared", "rms_relative_percent", "residual_deviation", "condition_number",
     ]);
     if !quality.rows.is_empty() {
         blocks.push(Block::Table(quality.captioned("Quality of the pooled fits.")));
@@ -193,18 +188,8 @@ fn one_coefficient(contents: &Contents<'_>, coefficient: &str) -> Vec<Block> {
     let table = tables::derivative_summary(results)
         .only("coefficient", |cell| *cell == Cell::Symbol(coefficient.to_owned()))
         .select(&[
-            "derivative",
-            "pooled",
-            "standard_error",
-            "corrected_standard_error",
-            "scatter",
-            "windows",
-            "mean",
-            "minimum",
-            "maximum",
-            "mean_variance",
-            "minimum_variance",
-            "maximum_variance",
+            "derivative", "pooled", "standard_error", "corrected_standard_error", "scatter", "windows", "mean",
+            "minimum", "maximum", "mean_variance", "minimum_variance", "maximum_variance",
         ]);
     let held = results.derivative_summary.iter().filter(|row| row.coefficient == coefficient);
     let held = held.filter_map(|row| Some(format!(" {}: {}.", notation::derivative(&row.name), row.held?)));

@@ -4,13 +4,18 @@ use doublet_core::statistics::NORMAL_95;
 
 use super::level_map::level_map;
 use super::{Axis, Block, Contents, Figure, LineStyle, Panel, Parts, Plot, paragraph, points};
-use crate::notation::significant;
-use crate::report::table::{Cell, Column, Table, TableOf};
-use crate::report::{AnticipationChart, DynamicsRow, LinearRow, ModeRow, QualityRow, anticipation_chart};
+use crate::report::{
+    AnticipationChart, DynamicsRow, anticipation_chart, criterion_table, level_table, matrix_tables, mode_table,
+};
 use crate::study::DynamicsStudy;
 
 /// Points of an ellipse.
 const OUTLINE: usize = 73;
+/// Columns of the modes that are on paper.
+const MODES: [&str; 12] = [
+    "mode", "real", "real_error", "frequency", "frequency_error", "damping", "damping_error", "period", "half",
+    "double", "low", "high",
+];
 /// Height of a figure, mm.
 const HEIGHT_MM: f64 = 50.0;
 
@@ -28,11 +33,12 @@ pub fn dynamics(contents: &Contents<'_>) -> Parts {
         Block::Facts(trim(row)),
     ];
     for (key, name) in [("longitudinal", "Longitudinal motion"), ("lateral", "Lateral motion")] {
-        blocks.extend(row.systems.get(key).map(|model| Block::Table(matrices(key, name, model))));
+        let tables = row.systems.get(key).map(|model| matrix_tables(key, name, model));
+        blocks.extend(tables.map(|[matrices, _]| Block::Table(matrices)));
     }
-    blocks.push(Block::Table(modes(row)));
+    blocks.push(Block::Table(mode_table(row).select(&MODES)));
     blocks.push(Block::Figure(roots(study)));
-    blocks.push(Block::Table(levels(row)));
+    blocks.push(Block::Table(level_table(&row.qualities)));
     blocks.extend(anticipation(study).map(Block::Figure));
     let qualities = &row.qualities;
     blocks.push(Block::Paragraph(format!(
@@ -46,7 +52,7 @@ pub fn dynamics(contents: &Contents<'_>) -> Parts {
     if !row.notes.is_empty() {
         blocks.push(Block::List(row.notes.clone()));
     }
-    let mut appendix = vec![sources(row)];
+    let mut appendix = vec![Block::Table(criterion_table(&row.qualities))];
     appendix.extend(level_map(&row.qualities));
     Parts { body: blocks, appendix }
 }
@@ -66,49 +72,6 @@ fn trim(row: &DynamicsRow) -> Vec<(String, String)> {
         fact("Elevator", degrees(trim.delta_e_rad)),
         fact("Thrust", format!("{:.0} N", trim.thrust_n)),
     ]
-}
-
-fn matrices(key: &str, name: &str, model: &LinearRow) -> Table {
-    let heads = model.states.iter().chain(&model.inputs);
-    let mut columns = vec![Column::new("row", "")];
-    columns.extend(heads.map(|head| Column::number(head, head, "", 4)));
-    let rows = model.states.iter().enumerate().map(|(index, state)| {
-        let values = model.A[index].iter().chain(&model.B[index]).map(|value| Cell::Number(*value));
-        std::iter::once(Cell::text(format!("{state}'"))).chain(values).collect()
-    });
-    Table {
-        name: format!("matrices_{key}"),
-        caption: format!("{name}: A and B in m, s, rad, N; more digits and standard errors in the results."),
-        columns,
-        rows: rows.collect(),
-    }
-}
-
-fn modes(row: &DynamicsRow) -> Table {
-    let error = |mode: &ModeRow, key: &str| Some(mode.intervals.get(key)?.delta?.standard_error);
-    let sampled = |mode: &ModeRow| {
-        let shown = if mode.period_s.is_some() { "frequency_rad_s" } else { "real_1_s" };
-        mode.intervals.get(shown).and_then(|figure| figure.sampled)
-    };
-    let name = |mode: &ModeRow| match mode.not_judged {
-        Some(_) => format!("{} (not judged)", mode.name),
-        None => mode.name.to_owned(),
-    };
-    let caption = "Natural modes with standard errors; the sampled 95 % interval is that of the frequency, or of the real part of aperiodic modes.";
-    TableOf::new("modes", caption, &row.modes)
-        .column(Column::new("mode", "Mode"), |mode| Cell::text(name(mode)))
-        .number("real", "Real", "1/s", 3, |mode| mode.real_1_s)
-        .maybe("real_error", "±", "1/s", 2, |mode| error(mode, "real_1_s"))
-        .number("frequency", "Frequency", "rad/s", 4, |mode| mode.frequency_rad_s)
-        .maybe("frequency_error", "±", "rad/s", 2, |mode| error(mode, "frequency_rad_s"))
-        .number("damping", "Damping", "", 3, |mode| mode.damping)
-        .maybe("damping_error", "±", "", 2, |mode| error(mode, "damping"))
-        .maybe("period", "Period", "s", 3, |mode| mode.period_s)
-        .maybe("half", "Time to half", "s", 3, |mode| mode.time_to_half_s)
-        .maybe("double", "Time to double", "s", 3, |mode| mode.time_to_double_s)
-        .maybe("low", "95 % from", "", 4, |mode| Some(sampled(mode)?.low))
-        .maybe("high", "to", "", 4, |mode| Some(sampled(mode)?.high))
-        .done()
 }
 
 /// Eigenvalues in the upper half plane with their 95 % ellipses, the slow ones again at their own scale.
@@ -145,31 +108,6 @@ fn plot_roots(study: &DynamicsStudy, slow: bool) -> Panel {
 
 /// Frequency below which a mode is drawn among the slow ones.
 const SLOW_RAD_S: f64 = 0.6;
-
-fn levels(row: &DynamicsRow) -> Table {
-    let percent =
-        |share: Option<f64>| share.map_or_else(String::new, |share| format!("{} %", significant(100.0 * share, 3)));
-    let values = |criterion: &QualityRow| criterion.value_texts(|value| significant(value, 3)).join("; ");
-    let caption = "Levels of flying qualities with 95 % intervals and probabilities; levels in brackets do not count.";
-    TableOf::new("levels", caption, row.qualities.criteria.iter().filter(|row| row.is_judged()))
-        .text("criterion", "Criterion", |row| &row.criterion)
-        .column(Column::new("values", "Values [95 % interval]"), |row| Cell::text(values(row)))
-        .column(Column::new("level", "Level"), |row| Cell::text(row.level_text()))
-        .column(Column::new("probability", "Probability"), |row| Cell::text(percent(row.probability())))
-        .column(Column::new("reasons", "Not Level 1 because"), |row| Cell::text(row.reasons.join("; ")))
-        .done()
-}
-
-/// Standard and paragraph of every criterion, and what is needed to judge those that are not judged.
-fn sources(row: &DynamicsRow) -> Block {
-    let caption = "Paragraphs of the flying-quality criteria, and the data needed for those not judged.";
-    let paragraph = |row: &QualityRow| Cell::text(format!("{}, {}", row.standard, row.source));
-    let table = TableOf::new("levels_sources", caption, &row.qualities.criteria)
-        .text("criterion", "Criterion", |row| &row.criterion)
-        .column(Column::new("paragraph", "Standard and paragraph"), |row| paragraph(row))
-        .text("needed", "Needed", |row| row.needed.as_deref().unwrap_or("judged"));
-    Block::Table(table.done())
-}
 
 /// Control anticipation over short-period damping with the boundaries of the levels, the estimate and its samples.
 fn anticipation(study: &DynamicsStudy) -> Option<Figure> {

@@ -17,13 +17,7 @@ pub fn fits(contents: &Contents<'_>) -> Parts {
     }
     let mut blocks = Vec::new();
     let quality = tables::fits(results).only("window", |cell| *cell != Cell::text("pooled")).select(&[
-        "window",
-        "coefficient",
-        "samples",
-        "r_squared",
-        "rms_relative_percent",
-        "residual_deviation",
-        "error",
+        "window", "coefficient", "samples", "r_squared", "rms_relative_percent", "residual_deviation", "error",
     ]);
     if !quality.rows.is_empty() {
         blocks.push(Block::Table(quality.captioned("Quality of the fits of single manoeuvres.")));

@@ -21,13 +21,8 @@ pub fn filter(contents: &Contents<'_>) -> Parts {
     let mut facts: Vec<(String, String)> = method(contents).into_iter().map(fact).collect();
     let method = Block::Facts(facts.clone());
     facts.extend(corrections(contents).into_iter().map(fact));
-    let consistency = tables::windows(results).select(&[
-        "window",
-        "mean_nis",
-        "expected_nis",
-        "nis_band_correlated_low",
-        "nis_band_correlated_high",
-    ]);
+    let consistency = tables::windows(results)
+        .select(&["window", "mean_nis", "expected_nis", "nis_band_correlated_low", "nis_band_correlated_high"]);
     let body = vec![method, Block::Paragraph(format!("Innovations: {}.", cover::consistency(&results.windows)))];
     let appendix = vec![
         Block::Facts(facts),

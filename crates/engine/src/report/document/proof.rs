@@ -3,8 +3,7 @@
 use super::figure::line;
 use super::{Axis, Block, Colour, Contents, Figure, Mark, Panel, Parts, Plot, table_or};
 use crate::notation;
-use crate::report::proof::{self, TestRow};
-use crate::report::table::{Table, TableOf};
+use crate::report::proof::shown_tables;
 use crate::stage::{ReplaySeries, WindowReplay};
 
 /// Validation manoeuvres simulated by the pooled model, with tolerances.
@@ -23,21 +22,10 @@ pub fn proof_of_match(contents: &Contents<'_>) -> Parts {
     if !unflown.is_empty() {
         blocks.push(Block::List(unflown));
     }
-    blocks.push(table_or(verdicts(contents), "No test of these tolerances applies to a manoeuvre."));
-    let bands = proof::bands(found).select(&[
-        "window",
-        "test",
-        "requirement",
-        "signal",
-        "unit",
-        "band_passed",
-        "worst_ratio",
-        "worst_error",
-        "worst_time_s",
-        "share_inside",
-    ]);
+    let [tests, bands, theil] = shown_tables(found);
+    blocks.push(table_or(tests, "No test of these tolerances applies to a manoeuvre."));
     let mut appendix: Vec<Block> = (!bands.rows.is_empty()).then_some(Block::Table(bands)).into_iter().collect();
-    appendix.push(Block::Table(proof::theil(found)));
+    appendix.push(Block::Table(theil));
     let replays = contents.snapshot.proof.ready().into_iter().flat_map(|proof| &proof.windows);
     let excluded = |window: &str| contents.session.window(window).map_or(&[][..], |window| &window.excluded);
     let mut figures = replays
@@ -46,30 +34,6 @@ pub fn proof_of_match(contents: &Contents<'_>) -> Parts {
     blocks.extend(figures.next());
     appendix.extend(figures);
     Parts { body: blocks, appendix }
-}
-
-/// One row per test.
-fn verdicts(contents: &Contents<'_>) -> Table {
-    let windows = contents.results.proof_of_match.windows.iter();
-    let rows = windows.flat_map(|window| window.tests.iter().map(move |test| (window, test)));
-    let caption = "Tests: largest difference as a fraction of the half-width of the band (limit 1).";
-    TableOf::new("match_tests", caption, rows)
-        .text("window", "Manoeuvre", |(window, _)| &window.window)
-        .text("test", "Test", |(_, test)| &test.id)
-        .text("name", "Name", |(_, test)| &test.name)
-        .text("verdict", "Verdict", |(_, test)| if test.passed { "pass" } else { "fail" })
-        .number("used", "Over half width", "", 3, |(_, test)| used(test))
-        .done()
-}
-
-/// Largest ratio over the requirements, of the best band of each.
-fn used(test: &TestRow) -> f64 {
-    let last = test.bands.iter().map(|band| band.requirement).max().unwrap_or(0);
-    let best = (1..=last).map(|requirement| {
-        let bands = test.bands.iter().filter(|band| band.requirement == requirement);
-        bands.map(|band| band.worst_ratio).fold(f64::NAN, f64::min)
-    });
-    best.fold(f64::NAN, f64::max)
 }
 
 /// Measured with its band, simulated on top: the signals that have a band, or all where none has.

@@ -116,17 +116,7 @@ fn weighing(contents: &Contents<'_>) -> Option<[Block; 2]> {
 /// Flight condition of every manoeuvre, and the manoeuvres on each flight.
 pub fn windows(contents: &Contents<'_>) -> Parts {
     let times = tables::windows(contents.results).select(&[
-        "window",
-        "flight",
-        "start_s",
-        "end_s",
-        "role",
-        "surface",
-        "kind",
-        "samples",
-        "excluded_s",
-        "note",
-        "error",
+        "window", "flight", "start_s", "end_s", "role", "surface", "kind", "samples", "excluded_s", "note", "error",
     ]);
     if times.rows.is_empty() {
         return Parts::default();
@@ -245,15 +235,9 @@ pub fn engines(contents: &Contents<'_>) -> Parts {
     let by_phase = tables::engines(results);
     let whole = by_phase.clone().only("phase", |cell| *cell == Cell::text("whole flight"));
     let agreement = |cell: &Cell| *cell == Cell::text("r²") || *cell == Cell::text("RMS of the difference");
-    let whole = whole.only("quantity", agreement).select(&[
-        "flight",
-        "engine",
-        "quantity",
-        "mean_modelled_w",
-        "mean_monitor_w",
-        "value",
-        "unit",
-    ]);
+    let whole = whole
+        .only("quantity", agreement)
+        .select(&["flight", "engine", "quantity", "mean_modelled_w", "mean_monitor_w", "value", "unit"]);
     blocks.push(Block::Table(whole));
     Parts { body: blocks, appendix: vec![Block::Table(by_phase)] }
 }

@@ -47,53 +47,21 @@ pub use self::migrate::VERSION;
 /// A session file that cannot be used.
 #[derive(Debug, Error)]
 pub enum SessionError {
-    /// Not TOML, or keys that do not belong.
     #[error("{}{message}", .line.map(|line| format!("line {line}: ")).unwrap_or_default())]
-    Syntax {
-        /// Line of the file, from 1; none where the values come from no file.
-        line: Option<usize>,
-        /// What is wrong.
-        message: String,
-    },
-    /// Another kind of file.
+    Syntax { line: Option<usize>, message: String },
     #[error("this is not a doublet session: its format is '{found}', expected '{FORMAT}'")]
-    Format {
-        /// Value of the `format` key, empty when there is none.
-        found: String,
-    },
-    /// Written by a newer program.
+    Format { found: String },
     #[error("session version {found} is newer than this program understands ({VERSION}): update doublet to open it")]
-    Newer {
-        /// Version of the file.
-        found: u32,
-    },
+    Newer { found: u32 },
     /// A name that is not known.
     #[error("{place}: unknown {what} '{name}': use one of {known}")]
-    Name {
-        /// Key of the file.
-        place: String,
-        /// Kind of name.
-        what: &'static str,
-        /// Name found.
-        name: String,
-        /// Names understood.
-        known: String,
-    },
+    Name { place: String, what: &'static str, name: String, known: String },
     /// A term that cannot be read.
     #[error("{place}: {reason}")]
-    Term {
-        /// Key of the file.
-        place: String,
-        /// What is wrong.
-        reason: String,
-    },
+    Term { place: String, reason: String },
     /// The file cannot be read or written.
     #[error("{path}: {source}")]
-    File {
-        path: String,
-        /// Cause.
-        source: std::io::Error,
-    },
+    File { path: String, source: std::io::Error },
 }
 
 #[derive(Serialize, Deserialize)]

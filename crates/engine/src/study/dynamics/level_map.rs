@@ -29,30 +29,39 @@ pub struct MapPoint {
 pub(super) fn level_map(
     input: &StudyInput<'_>,
     model: &FlightModel,
-    (limits, airplane): (&Limits, &Airplane),
+    judged_by: (&Limits, &Airplane),
     measured: &dyn Fn(&Linearised) -> Measures,
 ) -> Vec<MapPoint> {
-    let point = |group: &Vec<&StudyWindow<'_>>| {
-        let flown = Flown { windows: group.iter().map(|window| &*window.aero).collect() };
-        let engines = &input.aircraft.loaded.powerplant.engines;
-        let gravity = input.settings.filter.gravity_m_s2;
-        let condition = if model.has_thrust() {
-            flown.level_condition(model, engines, gravity).ok()?
-        } else {
-            flown.condition(gravity, None).ok()?
-        };
-        let linearised = linearise(model, &condition, Method::Analytic).ok()?;
-        Some(MapPoint {
-            airspeed_m_s: condition.airspeed_m_s,
-            altitude_m: condition.altitude_m,
-            mass_kg: condition.mass.mass_kg,
-            windows: group.iter().map(|window| window.manoeuvre.name.clone()).collect(),
-            judgement: judge(limits, airplane, &measured(&linearised)),
-        })
-    };
-    let mut points: Vec<MapPoint> = groups(input).iter().filter_map(point).collect();
+    let mut points: Vec<MapPoint> =
+        groups(input).iter().filter_map(|group| judge_group(group, input, model, judged_by, measured)).collect();
     points.sort_by(|a, b| a.airspeed_m_s.total_cmp(&b.airspeed_m_s));
     points
+}
+
+/// Levels of the model at the median condition of a group; none without a trim.
+fn judge_group(
+    group: &[&StudyWindow<'_>],
+    input: &StudyInput<'_>,
+    model: &FlightModel,
+    (limits, airplane): (&Limits, &Airplane),
+    measured: &dyn Fn(&Linearised) -> Measures,
+) -> Option<MapPoint> {
+    let flown = Flown { windows: group.iter().map(|window| &*window.aero).collect() };
+    let engines = &input.aircraft.loaded.powerplant.engines;
+    let gravity = input.settings.filter.gravity_m_s2;
+    let condition = if model.has_thrust() {
+        flown.level_condition(model, engines, gravity).ok()?
+    } else {
+        flown.condition(gravity, None).ok()?
+    };
+    let linearised = linearise(model, &condition, Method::Analytic).ok()?;
+    Some(MapPoint {
+        airspeed_m_s: condition.airspeed_m_s,
+        altitude_m: condition.altitude_m,
+        mass_kg: condition.mass.mass_kg,
+        windows: group.iter().map(|window| window.manoeuvre.name.clone()).collect(),
+        judgement: judge(limits, airplane, &measured(&linearised)),
+    })
 }
 
 /// Manoeuvres by condition: each joins the first group whose first manoeuvre is near.

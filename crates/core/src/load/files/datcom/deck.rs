@@ -193,41 +193,16 @@ pub struct DatcomDeck {
 
 /// A deck the program would not accept.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum DeckError {
-    /// A list the program has no room for, or an empty one.
     #[error("datcom.{field} has {found} values, allowed are 1 to {most}")]
-    Length {
-        /// Field.
-        field: &'static str,
-        /// Number of values.
-        found: usize,
-        /// Most the program takes.
-        most: usize,
-    },
-    /// Lists that belong together and differ in length.
+    Length { field: &'static str, found: usize, most: usize },
     #[error("datcom.{field} has {found} values where its stations have {expected}")]
-    Mismatch {
-        /// Field.
-        field: &'static str,
-        /// Number of values.
-        found: usize,
-        /// Number of stations.
-        expected: usize,
-    },
-    /// A value that is not a finite number.
+    Mismatch { field: &'static str, found: usize, expected: usize },
     #[error("datcom: {card} is {value}, allowed is a finite number")]
-    Value {
-        /// Name on the card.
-        card: String,
-        /// Value.
-        value: f64,
-    },
-    /// Text that does not fit on a card of 80 characters of ASCII.
+    Value { card: String, value: f64 },
     #[error("datcom: '{text}' does not fit on a card of 80 ASCII characters without '$'")]
-    Text {
-        /// Text.
-        text: String,
-    },
+    Text { text: String },
 }
 
 /// The cards written so far.

@@ -23,76 +23,34 @@ pub use derivatives::{
 
 /// A listing that cannot be used.
 #[derive(Debug, Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum DatcomError {
     /// The file cannot be read.
     #[error("{}: {source}", path.display())]
-    Read {
-        /// File.
-        path: PathBuf,
-        /// Reason.
-        source: std::io::Error,
-    },
+    Read { path: PathBuf, source: std::io::Error },
     /// The `[datcom]` section of an aircraft file cannot be used.
     #[error("{}, line {line}: {message}", path.display())]
-    Section {
-        /// File.
-        path: PathBuf,
-        /// Line, counted from 1.
-        line: usize,
-        /// Reason.
-        message: String,
-    },
+    Section { path: PathBuf, line: usize, message: String },
     /// The file is no usable listing.
     #[error("{}: {source}", path.display())]
-    Listing {
-        /// File.
-        path: PathBuf,
-        /// Reason.
-        source: ListingError,
-    },
+    Listing { path: PathBuf, source: ListingError },
 }
 
 /// What is wrong with a listing. Lines count from 1.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[expect(missing_docs, reason = "the messages say what variants and fields are")]
 pub enum ListingError {
     /// A line that should hold numbers does not.
     #[error("line {line}: {table}: {reason}")]
-    Row {
-        /// Line.
-        line: usize,
-        /// Table it belongs to.
-        table: &'static str,
-        /// Reason.
-        reason: String,
-    },
-    /// Units this reader does not convert.
+    Row { line: usize, table: &'static str, reason: String },
     #[error("line {line}: lengths are in '{unit}', only M and FT are read: run the deck with DIM M")]
-    Units {
-        /// Line.
-        line: usize,
-        /// Unit of length found.
-        unit: String,
-    },
-    /// Derivatives without their unit.
+    Units { line: usize, unit: String },
     #[error("line {line}: {table} without a heading PER RADIAN or PER DEGREE before it")]
-    AngleUnit {
-        /// Line.
-        line: usize,
-        /// Table it belongs to.
-        table: &'static str,
-    },
-    /// The listing stops early.
+    AngleUnit { line: usize, table: &'static str },
     #[error("line {line} is the last and no END OF JOB came: the listing is cut off")]
-    Truncated {
-        /// Number of lines.
-        line: usize,
-    },
-    /// A table every listing has is not there.
+    Truncated { line: usize },
     #[error("no {table} in the listing: is it the output of Digital DATCOM?")]
-    Missing {
-        /// Table.
-        table: &'static str,
-    },
+    Missing { table: &'static str },
 }
 
 /// Flight condition and reference dimensions at the head of a page.
@@ -212,6 +170,7 @@ pub struct AileronTable {
 
 /// What a listing says about one configuration at one flight condition. Where pages repeat a table the first counts.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "names say it")]
 pub struct DatcomListing {
     /// Name of the case, without ornament.
     pub title: String,
@@ -225,9 +184,7 @@ pub struct DatcomListing {
     pub downwash: Option<DownwashTable>,
     /// Dynamic derivatives.
     pub dynamic: Option<DynamicTable>,
-    /// Elevator.
     pub elevator: Option<ElevatorTable>,
-    /// Ailerons.
     pub aileron: Option<AileronTable>,
     /// Lift coefficient of level flight, `W / (q S)`, from the weight and the first page's air.
     pub level_flight_cl: Option<f64>,

@@ -63,23 +63,12 @@ pub fn triples(
     most: usize,
 ) -> Vec<Triple> {
     let step = windows.count.div_ceil(COARSE).max(1);
-    let thin = |values: &[f64]| -> Vec<f64> { values.iter().copied().step_by(step).collect() };
-    let units: Vec<Unit> = rates.iter().map(|j| Unit::normalise(thin(&windows.columns[*j].mean))).collect();
+    let units: Vec<Unit> = rates.iter().map(|j| Unit::normalise(thin(&windows.columns[*j].mean, step))).collect();
     let mut all: Vec<Triple> = Vec::new();
     for (unit, columns) in angles.into_iter().enumerate() {
         let scale = 1.0 / ANGLES[unit].1;
-        let angle = |&column: &usize| {
-            let (mean, slope) = (thin(&windows.columns[column].mean), thin(&windows.columns[column].slope));
-            let plain = Unit::normalise(slope.clone());
-            Angle {
-                column,
-                sin: mean.iter().map(|value| (scale * value).sin()).collect(),
-                cos: mean.iter().map(|value| (scale * value).cos()).collect(),
-                slope: slope.iter().map(|value| scale * value).collect(),
-                plain: units.iter().map(|rate| plain.correlate(rate).powi(2)).collect(),
-            }
-        };
-        let angles: Vec<Angle> = columns.iter().map(angle).collect();
+        let angles: Vec<Angle> =
+            columns.iter().map(|column| form_angle(windows, *column, (step, scale), &units)).collect();
         for phi in angles.iter().filter(|phi| can_bank(phi.column, unit)) {
             for theta in angles.iter().filter(|theta| theta.column != phi.column && can_pitch(theta.column, unit)) {
                 for psi in angles.iter().filter(|psi| psi.column != phi.column && psi.column != theta.column) {
@@ -94,6 +83,23 @@ pub fn triples(
     all.sort_by(|a, b| b.score.total_cmp(&a.score));
     all.truncate(most);
     all
+}
+
+fn thin(values: &[f64], step: usize) -> Vec<f64> {
+    values.iter().copied().step_by(step).collect()
+}
+
+/// A column as an angle in a unit, and what its slope has of each rate.
+fn form_angle(windows: &Windows, column: usize, (step, scale): (usize, f64), units: &[Unit]) -> Angle {
+    let (mean, slope) = (thin(&windows.columns[column].mean, step), thin(&windows.columns[column].slope, step));
+    let plain = Unit::normalise(slope.clone());
+    Angle {
+        column,
+        sin: mean.iter().map(|value| (scale * value).sin()).collect(),
+        cos: mean.iter().map(|value| (scale * value).cos()).collect(),
+        slope: slope.iter().map(|value| scale * value).collect(),
+        plain: units.iter().map(|rate| plain.correlate(rate).powi(2)).collect(),
+    }
 }
 
 /// What the best rates of a triple are worth; nothing where one has none.

@@ -22,18 +22,9 @@ const SLOPES: std::ops::Range<f64> = 0.9..1.1;
 pub fn prefer_recorded(found: &mut [Found], windows: &Windows) {
     for vector in VECTORS {
         let places = vector.map(|role| found.iter().position(|one| one.role == role));
-        let is_record = |first: &usize| {
-            let (mut alike, mut all) = (0, true);
-            for (column, place) in (*first..).zip(places) {
-                let Some(place) = place else { continue };
-                let r2 = r2_of_alike(windows, column, found[place].column);
-                let is_other = found.iter().enumerate().any(|(at, one)| one.column == column && at != place);
-                all &= r2 > THIRD_R2 && !is_other;
-                alike += usize::from(r2 > ALIKE_R2);
-            }
-            all && alike >= 2
+        let Some(first) = (0..windows.columns.len()).find(|first| is_record(found, windows, *first, places)) else {
+            continue;
         };
-        let Some(first) = (0..windows.columns.len()).find(is_record) else { continue };
         for (column, place) in (first..).zip(places) {
             if let Some(one) = place.map(|place| &mut found[place]).filter(|one| one.column != column) {
                 one.runner_up = Some((one.column, "follows the recorded channel".to_owned()));
@@ -41,6 +32,19 @@ pub fn prefer_recorded(found: &mut [Found], windows: &Windows) {
             }
         }
     }
+}
+
+/// Whether columns side by side record what was found at these places.
+fn is_record(found: &[Found], windows: &Windows, first: usize, places: [Option<usize>; 3]) -> bool {
+    let (mut alike, mut all) = (0, true);
+    for (column, place) in (first..).zip(places) {
+        let Some(place) = place else { continue };
+        let r2 = r2_of_alike(windows, column, found[place].column);
+        let is_other = found.iter().enumerate().any(|(at, one)| one.column == column && at != place);
+        all &= r2 > THIRD_R2 && !is_other;
+        alike += usize::from(r2 > ALIKE_R2);
+    }
+    all && alike >= 2
 }
 
 /// R2 of two channels that record one quantity in one unit; zero of others.
