@@ -321,7 +321,9 @@ fn experiments_are_added_computed_compared_and_one_is_made_current_in_one_step()
     assert_eq!(bench.session(), &before, "one step");
     // A second row beside it: what differs is named.
     bench.click("Measurement noise x 2");
-    assert!(bench.harness.query_all_by_label("model.Cm").next().is_some());
+    assert!(bench.harness.query_all_by_label("Terms of Cm").next().is_some());
+    assert!(bench.harness.query_all_by_label("Measurement noise of α").next().is_some());
+    assert!(bench.harness.query_all_by_label_contains("model.").next().is_none(), "no key of the session file");
     picture(&mut bench.harness, "experiments_compared");
 }
 

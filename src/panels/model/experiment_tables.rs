@@ -8,6 +8,7 @@ use eframe::egui::{Grid, Label, RichText, Ui};
 use crate::notation;
 use crate::panels::PanelContext;
 use crate::panels::model::experiment_intervals::interval;
+use crate::panels::model::setting_words::{setting_words, value_words};
 use crate::theme;
 use crate::widgets::csv_text::csv_text;
 
@@ -45,9 +46,10 @@ impl Differences {
             }
             ui.end_row();
             for difference in settings {
-                ui.add(Label::new(&difference.setting).extend());
+                ui.add(Label::new(notation::typeset(&setting_words(&difference.setting), 13.0)).extend());
                 for value in [&difference.first, &difference.second] {
-                    ui.add(Label::new(difference.written(value.as_deref())).wrap());
+                    let text = value_words(difference, value.as_deref());
+                    ui.add(Label::new(notation::typeset(&text, 13.0)).wrap());
                 }
                 ui.end_row();
             }

@@ -16,7 +16,7 @@ use crate::panels::model::experiment_intervals::{Axis, interval};
 use crate::panels::model::experiment_tables::{Differences, scores_csv};
 use crate::panels::model::terms::PRESETS;
 use crate::panels::overlaid;
-use crate::panels::{Panel, PanelContext, choices};
+use crate::panels::{EditRequest, Panel, PanelContext, choices};
 use crate::theme;
 use crate::widgets::level_mark::level_mark;
 use crate::widgets::term::{column_title, column_title_called};
@@ -94,9 +94,13 @@ impl Panel for Experiments {
         let axes = Axis::all(session, &known, coefficient);
         let fitting = Fitting::new(ui, axes.len());
         let (all, fits) = (axes.len(), fitting.intervals);
-        if fits < all && ui.small_button("Next derivatives").on_hover_text(format!("{fits} of {all} fit")).clicked() {
-            self.first += fits;
-        }
+        ui.horizontal_wrapped(|ui| {
+            if fits < all && ui.small_button("Next derivatives").on_hover_text(format!("{fits} of {all} fit")).clicked()
+            {
+                self.first += fits;
+            }
+            fitting.name_hidden(ui);
+        });
         self.first = if fits < all { self.first % all } else { 0 };
         let axes = &axes[self.first..all.min(self.first + fits)];
         let part = if self.chosen.is_empty() { 1.0 } else { TABLE_PART };
@@ -142,6 +146,17 @@ impl Fitting {
     /// Titles and widths of the columns of numbers.
     fn columns(self) -> impl Iterator<Item = (&'static str, f32)> {
         columns(self.narrow)
+    }
+
+    /// Names the columns that have no room.
+    fn name_hidden(self, ui: &mut Ui) {
+        let hidden: Vec<&str> =
+            COLUMNS.into_iter().filter(|(.., last)| self.narrow > *last).map(|(title, ..)| title).collect();
+        if !hidden.is_empty() {
+            let count = notation::plural(hidden.len(), "more column");
+            let text = RichText::new(format!("{count}: {} (widen the panel)", hidden.join(", "))).size(11.0).weak();
+            ui.label(text);
+        }
     }
 }
 
@@ -320,9 +335,18 @@ impl Experiments {
                 self.chosen = vec![to];
                 self.new_name.clear();
             }
-            if ui.button("Remove").clicked() {
+            if ui.button("Remove").on_hover_text("One undo step restores it").clicked() {
                 ctx.edit(Edit::Experiment(ExperimentEdit::Drop(name)));
                 self.chosen.clear();
+            }
+            if ui.button("Remove all").on_hover_text("One undo step restores them").clicked() {
+                self.chosen.clear();
+                ctx.edits.push(EditRequest::Begin("remove all experiments".to_owned()));
+                let session = ctx.session;
+                for experiment in &session.experiments {
+                    ctx.edit(Edit::Experiment(ExperimentEdit::Drop(experiment.name.clone())));
+                }
+                ctx.edits.push(EditRequest::Commit);
             }
         });
     }

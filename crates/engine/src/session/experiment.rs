@@ -139,6 +139,19 @@ impl Session {
         Self { experiments: Vec::new(), ..self.clone() }
     }
 
+    /// The session with further experiments, for its own manoeuvres; those it has already or has no room for are left out.
+    #[must_use]
+    pub(crate) fn with_experiments(&self, added: &[Experiment]) -> Self {
+        let mut next = self.clone();
+        for experiment in added {
+            if !next.has_experiment(experiment) {
+                let _ = next.keep(experiment.clone());
+            }
+        }
+        next.follow_manoeuvres();
+        next
+    }
+
     /// Gives every experiment the manoeuvres of the session: those marked since as they are, those removed no more.
     pub(super) fn follow_manoeuvres(&mut self) {
         let present = Configuration::from_session(self).manoeuvres;
