@@ -24,7 +24,7 @@ use crate::widgets::term::{column_title, column_title_called};
 /// Titles and widths of the columns behind the name, and how narrow a panel still has them: 0 for one with room for all.
 const COLUMNS: [(&str, f32, u8); 8] = [
     ("Verdict", 98.0, 3),
-    ("NIS", 46.0, 1),
+    ("NIS ratio", 58.0, 1),
     ("R²", 50.0, 1),
     ("honest R²", 58.0, 2),
     ("PSE", 66.0, 0),
@@ -456,7 +456,7 @@ fn number(row: &ExperimentRow, coefficient: &str, title: &str) -> Option<f64> {
             let level = [Level::Good, Level::Caution, Level::Bad].into_iter().position(|other| other == level)?;
             Some(1e6 * level as f64 + 1e3 * bad as f64 + caution as f64)
         }
-        "NIS" => row.outcome.nis,
+        "NIS ratio" => row.outcome.nis,
         "R²" => fit.map(|fit| fit.r_squared),
         "honest R²" => fit?.honest_r_squared,
         "PSE" => fit.map(|fit| fit.predicted_squared_error),
@@ -472,7 +472,7 @@ fn written(title: &str, value: f64) -> String {
     let decimals = match title {
         "PSE" => return notation::number(value),
         "ΔAIC" | "ΔBIC" => 0,
-        "NIS" => 2,
+        "NIS ratio" => 2,
         "validation error" => 3,
         _ => 4,
     };
