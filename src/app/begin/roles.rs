@@ -5,12 +5,11 @@ use doublet_core::quantity::{Dimension, Role, Unit};
 use doublet_core::reconstruct::{Input, Measurement};
 use doublet_engine::begin::unit_reason;
 use doublet_engine::confidence::WeighedRole;
-use doublet_engine::verdict::Level;
 use eframe::egui::{self, CollapsingHeader, ComboBox, DragValue, Grid, RichText, ScrollArea, Ui};
 
 use super::{Choice, Choosing, channel_choice, travel};
 use crate::notation::Units;
-use crate::widgets::level_mark::level_mark;
+use crate::widgets::level_mark::{channel_words, level_mark};
 use crate::widgets::term::column_title;
 use crate::{notation, theme};
 
@@ -97,13 +96,8 @@ fn planned(choosing: &Choosing, index: usize, ui: &mut Ui) {
 /// What the other channels say of that of `role`.
 fn mark(choosing: &Choosing, role: Role, ui: &mut Ui) {
     let level = choosing.comparison.level(role);
-    let word = match level {
-        Some(Level::Good) => "fits the other channels",
-        Some(Level::Caution) => "doubtful: see below",
-        Some(Level::Bad) => "contradicts the other channels: see below",
-        None => "no other channel for comparison",
-    };
-    level_mark(ui, level).on_hover_text(word);
+    let text = format!("{}: {}", role.name(), channel_words(level));
+    level_mark(ui, level).on_hover_text(text);
 }
 
 fn header(ui: &mut Ui, names: &[&str]) {
@@ -324,7 +318,9 @@ fn unit(row: &mut ManualChannel, role: Role, ui: &mut Ui) {
     let combo = ComboBox::from_id_salt(("unit", role.name())).selected_text(symbol).width(64.0);
     let combo = combo.show_ui(ui, |ui| {
         for unit in Unit::all().filter(|unit| unit.dimension == role.dimension()) {
-            ui.selectable_value(&mut row.unit, Some(unit), notation::unit_symbol(unit.symbol));
+            if ui.selectable_value(&mut row.unit, Some(unit), notation::unit_symbol(unit.symbol)).clicked() {
+                row.is_unit_known = true;
+            }
         }
     });
     ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label(format!("unit of {}", role.name())));
