@@ -19,7 +19,9 @@ const DOUBTFUL: f64 = 0.8;
 const USUAL_RATE_HZ: f64 = 50.0;
 
 /// Widths of the columns with what a role is, and with the evidence for its channel.
-const MEANING: f32 = 152.0;
+const MEANING: std::ops::RangeInclusive<f32> = 152.0..=236.0;
+/// Width of the other columns.
+const OTHERS: f32 = 1020.0;
 const EVIDENCE: f32 = 118.0;
 
 /// Title of the column with the travel of controls.
@@ -201,6 +203,7 @@ fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mu
     ];
     // Tables without controls keep the column, so that all tables align.
     let has_travel = roles.iter().any(|role| CONTROLS.contains(role));
+    let meaning = (ui.available_width() - OTHERS).clamp(*MEANING.start(), *MEANING.end());
     let columns = names_of_columns.map(|name| if has_travel || name != TRAVEL { name } else { "" });
     Grid::new(("by hand", roles.first())).num_columns(columns.len()).striped(true).spacing([10.0, 2.0]).show(
         ui,
@@ -209,7 +212,7 @@ fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mu
             for &role in roles {
                 mark(choosing, role, ui);
                 ui.label(notation::role(role));
-                cell(ui, MEANING, RichText::new(role.description()).weak(), role.description());
+                cell(ui, meaning, RichText::new(role.description()).weak(), role.description());
                 row(choosing, names, (role, single), ui);
                 ui.end_row();
             }

@@ -85,9 +85,8 @@ impl Panel for Experiments {
         let mut coefficient = self.coefficient.filter(|name| coefficients.contains(name)).unwrap_or(first);
         let all: Vec<_> = coefficients.iter().map(|name| (*name, *name)).collect();
         choices(ui, &mut coefficient, &all);
-        ui.weak(
-            "Click a row to choose it, two rows to compare them, a title to order them; Overlay draws it in the plots.",
-        );
+        let hint = "Click a row, or two to compare; a title orders them; Overlay draws it in the plots.";
+        ui.add(Label::new(RichText::new(hint).size(11.0).weak()).truncate()).on_hover_text(hint);
         self.coefficient = Some(coefficient);
         let known: Vec<&ExperimentRow> =
             rows.0.iter().filter_map(|(_, slot)| slot.latest()).map(AsRef::as_ref).collect();

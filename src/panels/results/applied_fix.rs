@@ -56,6 +56,11 @@ impl HeldFindings {
         Arc::clone(self.held.as_ref().unwrap_or(latest))
     }
 
+    /// Whether the findings listed are those of an earlier moment.
+    pub fn is_holding(&self) -> bool {
+        self.held.is_some()
+    }
+
     /// The fix as it was applied, if it was.
     pub fn applied(&self, fix: &Fix) -> Option<&AppliedFix> {
         self.applied.iter().find(|applied| applied.fix == *fix)

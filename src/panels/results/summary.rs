@@ -290,7 +290,8 @@ impl Summary {
         ui.add_space(4.0);
         ui.horizontal(|ui| {
             level_mark(ui, Some(level));
-            let title = format!("{}: {}", self.chosen.title(), level.name());
+            let then = if self.held.is_holding() { ", before the fix" } else { "" };
+            let title = format!("{}: {}{then}", self.chosen.title(), level.name());
             ui.label(notation::typeset_in(&title, 13.0, ui.visuals().strong_text_color()));
             if self.chosen != Place::default() && ui.small_button("Session").clicked() {
                 self.held.release();
