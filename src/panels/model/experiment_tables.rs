@@ -42,7 +42,7 @@ impl Differences {
         }
         Grid::new("settings that differ").num_columns(3).striped(true).show(ui, |ui| {
             for title in ["Setting", first, second] {
-                ui.label(RichText::new(title).size(11.0).weak());
+                ui.label(notation::typeset_in(title, 11.0, ui.visuals().weak_text_color()));
             }
             ui.end_row();
             for difference in settings {
@@ -95,7 +95,7 @@ fn derivatives(ui: &mut Ui, names: [&str; 2], both: [&ExperimentRow; 2]) {
     }
     Grid::new("derivatives that differ").num_columns(6).striped(true).show(ui, |ui| {
         for title in ["Derivative", names[0], "±", names[1], "±", "Difference"] {
-            ui.label(RichText::new(title).size(11.0).weak());
+            ui.label(notation::typeset_in(title, 11.0, ui.visuals().weak_text_color()));
         }
         ui.end_row();
         for (name, values) in &rows {

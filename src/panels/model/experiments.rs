@@ -494,7 +494,8 @@ fn cells(
             ui.painter().circle_filled(dot.center(), 4.0, color(ui, index));
             let is_current = index > 0 && latest.is_some_and(|row| row.is_current);
             let text = if is_current { format!("{name} (current)") } else { name.to_owned() };
-            let label = ui.add(Label::new(RichText::new(&text)).truncate().selectable(false));
+            let label = ui.add(Label::new(notation::typeset(&text, 13.0)).truncate().selectable(false));
+            ui.ctx().accesskit_node_builder(label.id, |node| node.set_label(text.as_str()));
             if let Some(error) = slot.error() {
                 label.on_hover_text(error);
             }

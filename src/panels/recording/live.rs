@@ -260,13 +260,15 @@ impl Live {
     }
 }
 
-/// A field behind its name; it goes to the next row with it.
+/// A field behind its name; both go to the next row where they do not fit this one.
 fn named_field(ui: &mut Ui, (shown, name): (&str, &str), text: &mut String, hint: &str, width: f32) {
-    ui.horizontal(|ui| {
-        ui.spacing_mut().item_spacing.x = 4.0;
-        ui.weak(shown);
-        text_field(ui, name, text, hint, width);
-    });
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    let named = ui.painter().layout_no_wrap(shown.to_owned(), font, ui.visuals().text_color()).size().x;
+    if named + width + 3.0 * ui.spacing().item_spacing.x > ui.available_size_before_wrap().x {
+        ui.end_row();
+    }
+    ui.weak(shown);
+    text_field(ui, name, text, hint, width);
 }
 
 /// Time, counts, correlation, limits, findings.

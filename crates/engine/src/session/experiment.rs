@@ -297,7 +297,7 @@ pub fn noise_experiments(session: &Session) -> Vec<Experiment> {
     let one = |factor: f64| {
         let mut configuration = Configuration::from_session(session);
         configuration.filter.measurement_noise.iter_mut().for_each(|noise| *noise *= factor);
-        Experiment { name: format!("Measurement noise x {factor}"), configuration: configuration.into() }
+        Experiment { name: format!("{factor} x measurement noise"), configuration: configuration.into() }
     };
     NOISE_FACTORS.map(one).into()
 }
