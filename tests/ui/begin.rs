@@ -463,7 +463,7 @@ fn numbers_of_an_aircraft_that_are_not_typed_are_named_as_guesses() {
     click(&mut bench.harness, "Describe aircraft…", 4);
     let guessed = |bench: &Bench<'_>, name: &str| {
         let line = bench.harness.query_by_label_contains("Guesses, not values");
-        line.is_some_and(|line| line.accesskit_node().label().unwrap_or_default().contains(name))
+        line.is_some_and(|line| line.accesskit_node().value().unwrap_or_default().contains(name))
     };
     assert!(guessed(&bench, "Span") && guessed(&bench, "Ixz") && !guessed(&bench, "Length"));
     picture(&mut bench.harness, "begin_guesses");
@@ -503,7 +503,7 @@ fn a_session_is_created_once_the_unit_of_a_control_is_confirmed() {
     assert!(!is_open(&bench), "degrees or per cent is not known");
     bench.step("Check");
     picture(&mut bench.harness, "begin_unit");
-    bench.harness.get_by_label("confirm the unit of elevator").click();
+    bench.harness.get_by_label("confirm the unit of delta_e").click();
     bench.harness.run_steps(3);
     assert!(is_open(&bench));
 }

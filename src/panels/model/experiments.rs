@@ -495,7 +495,7 @@ fn cells(
             let is_current = index > 0 && latest.is_some_and(|row| row.is_current);
             let text = if is_current { format!("{name} (current)") } else { name.to_owned() };
             let label = ui.add(Label::new(notation::typeset(&text, 13.0)).truncate().selectable(false));
-            ui.ctx().accesskit_node_builder(label.id, |node| node.set_label(text.as_str()));
+            ui.ctx().accesskit_node_builder(label.id, |node| node.set_value(text.as_str()));
             if let Some(error) = slot.error() {
                 label.on_hover_text(error);
             }
