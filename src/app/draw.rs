@@ -48,7 +48,7 @@ pub fn draw(app: &mut Workbench, ui: &mut Ui) {
         egui::CentralPanel::default().frame(ground).show(ui, |ui| start::show(app, ui));
     } else {
         let strip = Frame::new().fill(ui.visuals().panel_fill);
-        Bar::top("timeline").resizable(false).frame(strip).exact_size(timeline::HEIGHT).show(ui, |ui| {
+        Bar::top("timeline").resizable(false).frame(strip).exact_size(timeline::height(ui.ctx())).show(ui, |ui| {
             timeline::show(app, ui);
         });
         app.show_second(ui);

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use doublet_engine::run::Snapshot;
-use doublet_engine::session::{Manoeuvre, Session};
+use doublet_engine::session::{Edit, Manoeuvre, Session, WindowEdit};
 use doublet_engine::study::Study;
 use eframe::egui::{self, KeyboardShortcut, Modifiers, ViewportCommand};
 
@@ -131,10 +131,29 @@ fn edit(app: &mut Workbench, request: EditRequest) {
                         app.cause = label;
                     }
                     app.forget_error();
+                    announce_overlap(app, &edit);
                 }
                 Err(error) => app.complain(error.to_string()),
             }
         }
+    }
+}
+
+/// How the message on manoeuvres that share time ends.
+const SHARED_SAMPLES: &str = "samples they share count twice";
+
+/// Says which manoeuvres share time with one that was added or moved; takes that back once none does.
+fn announce_overlap(app: &mut Workbench, edit: &Edit) {
+    let Edit::Window(WindowEdit::Add(Manoeuvre { name, .. }) | WindowEdit::Place { name, .. }) = edit else { return };
+    let session = app.document.session();
+    let Some(window) = session.window(name) else { return };
+    let shared = panels::overlapping(session, &window.flight, window.window, name);
+    let line = panels::overlap_text(&shared).map(|shared| format!("{name} {shared}: {SHARED_SAMPLES}"));
+    let was_said = app.message.as_ref().is_some_and(|message| message.text.ends_with(SHARED_SAMPLES));
+    match line {
+        Some(line) => app.set_message(line),
+        None if was_said => app.message = None,
+        None => {}
     }
 }
 

@@ -166,7 +166,11 @@ fn entry(ui: &mut Ui, step: Step, mark: Mark, chosen: bool, snapshot: &Snapshot)
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
     let response = response.on_hover_ui(|ui| {
         ui.set_max_width(420.0);
-        ui.strong(step.title());
+        ui.horizontal(|ui| {
+            let (rect, _) = ui.allocate_exact_size(vec2(MARK, HEIGHT), Sense::hover());
+            draw_mark(ui, rect.center(), mark);
+            ui.strong(format!("{}: {}", step.title(), mark.name()));
+        });
         ui.weak(step.done_when());
         for finding in findings(step, snapshot).take(TOLD) {
             ui.add(egui::Label::new(format!("{}: {}", finding.place, finding.text)).wrap());
@@ -184,13 +188,13 @@ fn draw_mark(ui: &Ui, center: egui::Pos2, mark: Mark) {
     let palette = theme::palette(ui);
     match mark {
         Mark::Open => {
-            ui.painter().circle_stroke(center, 3.5, Stroke::new(1.2, ui.visuals().weak_text_color()));
+            ui.painter().circle_stroke(center, 4.0, Stroke::new(1.4, ui.visuals().text_color()));
         }
         Mark::Done => {
             let rect = Rect::from_center_size(center, vec2(9.0, 7.0));
             let tick = vec![rect.left_center(), pos2(rect.left() + 3.2, rect.bottom()), rect.right_top()];
             ui.painter().line(tick, Stroke::new(1.8, palette.good));
         }
-        Mark::Look(level) => level_mark::paint(ui.painter(), center, 4.0, Some(level), palette.of_level(level)),
+        Mark::Look(level) => level_mark::paint(ui.painter(), center, 5.0, Some(level), palette.of_level(level)),
     }
 }

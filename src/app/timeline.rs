@@ -20,7 +20,10 @@ use crate::theme::{self, Palette};
 use crate::widgets::level_mark;
 use crate::widgets::time_plot::{time_at, x_at};
 
-pub(super) const HEIGHT: f32 = 58.0;
+const HEIGHT: f32 = 58.0;
+/// Its height in a window lower than this, where the plots need the room.
+const LOW: f32 = 38.0;
+const LOW_WINDOW: f32 = 780.0;
 /// Height of the lane of windows at its foot, and of a window in it.
 const LANE: f32 = 19.0;
 const BLOCK: f32 = 11.0;
@@ -137,9 +140,14 @@ fn unread(app: &mut Workbench, ui: &mut Ui, frame: Rect, failed: bool) {
     }
 }
 
+/// Height of the strip.
+pub(super) fn height(ctx: &egui::Context) -> f32 {
+    if ctx.content_rect().height() < LOW_WINDOW { LOW } else { HEIGHT }
+}
+
 /// Draws the strip and carries out what is done to it.
 pub(super) fn show(app: &mut Workbench, ui: &mut Ui) {
-    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::hover());
+    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), height(ui.ctx())), Sense::hover());
     let frame = rect.shrink2(vec2(6.0, 2.0));
     let palette = theme::palette(ui);
     ui.painter().rect_filled(frame, CornerRadius::same(3), palette.plot_background);

@@ -34,6 +34,22 @@ fn shown<'a>(ctx: &PanelContext<'a>, view: View) -> impl Iterator<Item = &'a Man
     })
 }
 
+/// The manoeuvres of a flight that share time with `part`, without the one called `own`.
+pub fn overlapping<'s>(session: &'s Session, flight: &str, part: TimeRange, own: &str) -> Vec<&'s str> {
+    let of_flight = session.windows.iter().filter(|window| window.flight == flight && window.name != own);
+    let shares = |window: &&Manoeuvre| window.window.start_s < part.end_s && window.window.end_s > part.start_s;
+    of_flight.filter(shares).map(|window| window.name.as_str()).collect()
+}
+
+/// The manoeuvres that one overlaps, in words.
+pub fn overlap_text(names: &[&str]) -> Option<String> {
+    match names {
+        [] => None,
+        [one] => Some(format!("overlaps {one}")),
+        [first, more @ ..] => Some(format!("overlaps {first} and {} more", more.len())),
+    }
+}
+
 /// The manoeuvre at a time: the chosen one where it lies there.
 pub fn at<'a>(ctx: &PanelContext<'a>, view: View, time_s: f64) -> Option<&'a Manoeuvre> {
     let here = |window: &&Manoeuvre| window.window.contains(time_s);
@@ -143,8 +159,12 @@ fn meaning(ctx: &PanelContext<'_>, ui: &Ui, view: View, marked: Marked) -> (Stri
     let palette = theme::palette(ui);
     let length = format!("{:.2} s", marked.part.length_s());
     let window_name = at(ctx, view, marked.from_s).map(|window| window.name.as_str());
+    let flight = ctx.selection().flight.as_deref().unwrap_or_default();
     match (marked.kind, window_name) {
-        (MarkKind::Manoeuvre, _) => (format!("New manoeuvre, {length}"), palette.identification),
+        (MarkKind::Manoeuvre, _) => match overlap_text(&overlapping(ctx.session, flight, marked.part, "")) {
+            Some(shared) => (format!("New manoeuvre, {length}, {shared}"), palette.warning),
+            None => (format!("New manoeuvre, {length}"), palette.identification),
+        },
         (MarkKind::Excluded, Some(name)) => (format!("Exclude {length} of {name}"), palette.cursor),
         (MarkKind::Included, Some(name)) => (format!("Include {length} of {name} again"), palette.cursor),
         (_, None) => ("No manoeuvre here".to_owned(), palette.ignored),

@@ -1,7 +1,7 @@
 //! How far something may be believed, as a shape and a colour: a dot, a triangle, a square.
 
 use doublet_engine::verdict::Level;
-use eframe::egui::{Color32, Painter, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, pos2, vec2};
+use eframe::egui::{Color32, Painter, Pos2, Rect, Response, RichText, Sense, Shape, Stroke, Ui, pos2, vec2};
 
 use crate::theme;
 
@@ -39,4 +39,33 @@ pub fn level_mark(ui: &mut Ui, level: Option<Level>) -> Response {
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     paint(ui.painter(), rect.center(), RADIUS, level, color(ui, level));
     response
+}
+
+/// What the mark of a channel means: how it fits the other channels.
+pub fn channel_words(level: Option<Level>) -> &'static str {
+    match level {
+        Some(Level::Good) => "consistent with the other channels",
+        Some(Level::Caution) => "doubtful against the other channels",
+        Some(Level::Bad) => "contradicts the other channels",
+        None => "no other channel for comparison",
+    }
+}
+
+/// The marks of channels with what they mean, in one line.
+pub fn channel_legend(ui: &mut Ui) {
+    let levels = [Some(Level::Good), Some(Level::Caution), Some(Level::Bad), None];
+    let words = ["consistent", "doubtful", "contradicts others", "no comparison"];
+    legend(ui, levels.into_iter().zip(words));
+}
+
+/// Marks with words, in one line.
+pub fn legend<'t>(ui: &mut Ui, marks: impl Iterator<Item = (Option<Level>, &'t str)>) {
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 2.0;
+        for (level, words) in marks {
+            level_mark(ui, level);
+            ui.label(RichText::new(words).size(11.0).weak());
+            ui.add_space(10.0);
+        }
+    });
 }

@@ -310,7 +310,7 @@ impl<'a> QuantityEdit<'a> {
 }
 
 /// A number as typed, with a point or one comma before its decimals. A comma before three digits may be one of thousands: no number.
-fn parse_typed(text: &str) -> Option<f64> {
+pub fn parse_typed(text: &str) -> Option<f64> {
     let is_clear =
         text.split_once(',').is_some_and(|(before, after)| after.len() != 3 || before.trim_start_matches('-') == "0");
     let is_comma = is_clear && !text.contains('.') && text.matches(',').count() == 1;

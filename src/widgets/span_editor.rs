@@ -11,9 +11,12 @@ use super::pointer::box_part;
 use super::snap::{SNAP_REACH, SnapPoint, to_point};
 use super::time_plot::{time_at, x_at};
 use super::time_view::TimeRange;
+use crate::theme;
 
 /// Height of the lane the spans lie in.
 pub const LANE_HEIGHT: f32 = 24.0;
+/// Height of the strip on a span that shares time with another.
+const OVERLAP_HEIGHT: f32 = 3.0;
 /// Half the width in which an edge can be caught.
 const EDGE_REACH: f32 = 5.0;
 /// A span narrower than this can be selected but neither moved nor resized: a drag would do more than it seems.
@@ -38,6 +41,8 @@ pub struct SpanItem<'a> {
     pub locked: bool,
     /// Drawn strongly; its edges can be caught in the plots too.
     pub selected: bool,
+    /// It shares time with another span.
+    pub overlaps: bool,
 }
 
 /// What the user did to the spans this frame.
@@ -159,6 +164,10 @@ fn draw_span(ui: &Ui, clip: Rect, shown: Rect, span: &SpanItem<'_>) {
     let corner = CornerRadius::same(3);
     painter.rect_filled(shown, corner, span.color.gamma_multiply(fill));
     painter.rect_stroke(shown, corner, Stroke::new(1.0, span.color.gamma_multiply(line)), StrokeKind::Inside);
+    if span.overlaps {
+        let strip = Rect::from_x_y_ranges(shown.x_range(), shown.top()..=shown.top() + OVERLAP_HEIGHT);
+        painter.rect_filled(strip, CornerRadius::ZERO, theme::palette(ui).error);
+    }
     let text = ui.visuals().strong_text_color();
     let visible = shown.intersect(clip);
     let label = format!("{}{}", if span.locked { "🔒 " } else { "" }, span.label);

@@ -454,6 +454,60 @@ fn described_aircraft_is_saved_under_its_own_name() {
     assert_eq!(name.as_deref(), Some("Trainer_II.toml"));
 }
 
+#[test]
+fn numbers_of_an_aircraft_that_are_not_typed_are_named_as_guesses() {
+    let mut bench = Bench::open();
+    let path = foreign(bench.folder.path());
+    bench.drop_file(path);
+    bench.wait_for("Create session");
+    click(&mut bench.harness, "Describe aircraft…", 4);
+    let guessed = |bench: &Bench<'_>, name: &str| {
+        let line = bench.harness.query_by_label_contains("Guesses, not values");
+        line.is_some_and(|line| line.accesskit_node().value().unwrap_or_default().contains(name))
+    };
+    assert!(guessed(&bench, "Span") && guessed(&bench, "Ixz") && !guessed(&bench, "Length"));
+    picture(&mut bench.harness, "begin_guesses");
+    bench.enter("Span", "11,7");
+    assert!(!guessed(&bench, "Span") && guessed(&bench, "Mean chord"));
+    bench.enter("Span", "eleven");
+    assert!(bench.harness.query_by_label_contains("'eleven'").is_some(), "what is no number is said");
+}
+
+/// The foreign recording with an elevator whose values can be degrees or per cent, without a unit.
+fn without_unit(folder: &Path) -> PathBuf {
+    let text = std::fs::read_to_string(foreign(folder)).expect("it was written");
+    let mut lines = text.lines();
+    let head = lines.next().expect("it has a header");
+    let at = head.split(',').position(|name| name == "elevator_rad").expect("it has an elevator");
+    let rows = lines.map(|line| {
+        let cells = line.split(',').enumerate().map(|(column, cell)| match cell.parse::<f64>() {
+            Ok(value) if column == at => (300.0 * value.to_degrees()).clamp(-80.0, 80.0).to_string(),
+            _ => cell.to_owned(),
+        });
+        cells.collect::<Vec<_>>().join(",")
+    });
+    let head = head.replace("elevator_rad", "elevator");
+    let path = folder.join("two units.csv");
+    std::fs::write(&path, std::iter::once(head).chain(rows).collect::<Vec<_>>().join("\n")).expect("it can be written");
+    path
+}
+
+#[test]
+fn a_session_is_created_once_the_unit_of_a_control_is_confirmed() {
+    let mut bench = Bench::open();
+    let path = without_unit(bench.folder.path());
+    bench.drop_file(path);
+    bench.wait_for("Create session");
+    bench.choose_entry("aircraft", "none: flight path only");
+    let is_open = |bench: &Bench<'_>| !bench.harness.get_by_label("Create session").accesskit_node().is_disabled();
+    assert!(!is_open(&bench), "degrees or per cent is not known");
+    bench.step("Check");
+    picture(&mut bench.harness, "begin_unit");
+    bench.harness.get_by_label("confirm the unit of delta_e").click();
+    bench.harness.run_steps(3);
+    assert!(is_open(&bench));
+}
+
 /// How late the clock of the second recorder is, s.
 const LATE_S: f64 = 1.5;
 

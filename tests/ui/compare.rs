@@ -320,8 +320,10 @@ fn experiments_are_added_computed_compared_and_one_is_made_current_in_one_step()
     bench.request(UiCommand::Edit(EditCommand::Undo));
     assert_eq!(bench.session(), &before, "one step");
     // A second row beside it: what differs is named.
-    bench.click("Measurement noise x 2");
-    assert!(bench.harness.query_all_by_label("model.Cm").next().is_some());
+    bench.click("2 x measurement noise");
+    assert!(bench.harness.query_all_by_label("Terms of Cm").next().is_some());
+    assert!(bench.harness.query_all_by_label("Measurement noise of α").next().is_some());
+    assert!(bench.harness.query_all_by_label_contains("model.").next().is_none(), "no key of the session file");
     picture(&mut bench.harness, "experiments_compared");
 }
 

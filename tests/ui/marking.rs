@@ -3,7 +3,7 @@
 use doublet::command::{EditCommand, MarkCommand, UiCommand};
 use doublet::panels::Pane;
 use doublet_core::series::TimeRange;
-use doublet_engine::session::Manoeuvre;
+use doublet_engine::session::{Edit, Manoeuvre, WindowEdit};
 use egui::{Key, Modifiers, Pos2, vec2};
 use egui_kittest::kittest::Queryable;
 
@@ -202,4 +202,25 @@ fn insert_without_markers_adds_nothing_and_says_why() {
     bench.settle();
     assert_eq!(bench.session().windows.len(), before);
     assert!(bench.harness.state().message.as_ref().is_some_and(|message| message.is_error));
+}
+
+#[test]
+fn a_manoeuvre_that_overlaps_another_is_announced_until_it_is_moved_away() {
+    let mut bench = bench();
+    let first = bench.window(0);
+    let said =
+        |bench: &Bench<'_>| bench.harness.state().message.as_ref().is_some_and(|one| one.text.contains(&first.name));
+    bench.mark(CTRL, 36.0, 42.0);
+    assert!(!said(&bench), "nothing is shared");
+    let name = bench.window(1).name;
+    let place = |window| Edit::Window(WindowEdit::Place { name: name.clone(), window });
+    let TimeRange { start_s, end_s } = first.window;
+    let shared = TimeRange { start_s: 0.5 * (start_s + end_s), end_s: end_s + 1.0 };
+    bench.harness.state_mut().apply(&place(shared));
+    bench.settle();
+    assert!(said(&bench), "{:?}", bench.harness.state().message);
+    picture(&mut bench.harness, "marking_overlap");
+    bench.harness.state_mut().apply(&place(TimeRange { start_s: end_s, end_s: end_s + 1.0 }));
+    bench.settle();
+    assert!(!said(&bench), "manoeuvres that touch share nothing");
 }

@@ -77,6 +77,7 @@ impl Bench {
         ];
         let marks = spans.map(|(_, part, _, color, selected)| SpanMark { part, color, selected });
         let items = spans.map(|(id, part, label, color, selected)| SpanItem {
+            overlaps: false,
             id,
             part,
             label,

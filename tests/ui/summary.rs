@@ -104,13 +104,17 @@ fn fix_is_applied_by_a_click_shown_with_the_verdict_before_and_after_and_undone(
     let fix = reason.fix.as_ref().expect("its delay can be stated");
     let tried = bench.snapshot().inquiries.fixes.row(fix).and_then(|slot| slot.ready().map(|outcome| outcome.verdict));
     let tried = tried.expect("the fix is tried before it is applied");
-    bench.harness.get_by_role_and_label(Role::Button, &format!("Apply: {}", fix.label)).click();
+    let label = format!("Apply: {}", fix.label);
+    let place = bench.harness.get_by_role_and_label(Role::Button, &label).rect().center();
+    bench.harness.get_by_role_and_label(Role::Button, &label).click();
     bench.settle();
+    let applied = bench.harness.get_by_label_contains("Applied:").rect();
+    assert!(applied.contains(place), "its row stays under the pointer: {applied:?} {place:?}");
     assert!(delay_s(&bench).abs() < 0.02, "{}", delay_s(&bench));
     assert_eq!(VerdictCounts::count(&bench.verdicts()), tried, "the verdict is the promised one");
     let shown = |bench: &Bench<'_>, counts: VerdictCounts| {
         let VerdictCounts { level, good, caution, bad } = counts;
-        let text = format!("{} (derivatives: {good} good, {caution} caution, {bad} bad)", level.name());
+        let text = format!("{} ({good} good, {caution} caution, {bad} bad)", level.name());
         bench.harness.query_all_by_label(&text).next().is_some()
     };
     assert!(shown(&bench, before) && shown(&bench, VerdictCounts::count(&bench.verdicts())));
@@ -119,6 +123,15 @@ fn fix_is_applied_by_a_click_shown_with_the_verdict_before_and_after_and_undone(
     bench.settle();
     assert_eq!(delay_s(&bench), 0.15);
     assert!(bench.harness.query_by_label_contains("Applied:").is_none());
+    // The finding goes once the pointer leaves the list.
+    let is_listed =
+        |bench: &Bench<'_>| bench.has_button(&label) || bench.harness.query_by_label_contains("Applied:").is_some();
+    bench.harness.get_by_role_and_label(Role::Button, &label).click();
+    bench.settle();
+    assert!(is_listed(&bench));
+    bench.harness.hover_at(egui::pos2(2.0, 2.0));
+    bench.harness.run_steps(3);
+    assert!(!is_listed(&bench), "the fixed finding is gone");
 }
 
 #[test]

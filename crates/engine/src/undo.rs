@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::session::{Edit, EditError, Session};
+use crate::session::{Edit, EditError, Experiment, Session};
 
 /// How many steps are kept.
 pub const MAX_STEPS: usize = 200;
@@ -17,6 +17,7 @@ struct Step {
 /// The session with its past and future.
 ///
 /// A drag is one step: [`History::begin`] it, apply edits freely, [`History::commit`] it. An edit that changes nothing is no step.
+/// Kept experiments are results: keeping one is no step either, and it stays through every undo and redo.
 #[derive(Clone, Debug)]
 pub struct History {
     present: Arc<Session>,
@@ -76,11 +77,19 @@ impl History {
         if next == *self.present {
             return Ok(());
         }
-        if self.open.is_none() {
+        if edit.keeps_experiments() {
+            self.keep_in_all_steps(&next.experiments[self.present.experiments.len()..]);
+        } else if self.open.is_none() {
             self.push(Step { label: edit.label(), session: Arc::clone(&self.present) });
         }
         self.present = Arc::new(next);
         Ok(())
+    }
+
+    /// Adds kept experiments to every session that undo and redo lead to.
+    fn keep_in_all_steps(&mut self, kept: &[Experiment]) {
+        let steps = self.past.iter_mut().chain(&mut self.future).chain(&mut self.open);
+        steps.for_each(|step| step.session = Arc::new(step.session.with_experiments(kept)));
     }
 
     /// One step to another session.

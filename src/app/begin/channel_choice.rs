@@ -19,7 +19,7 @@ pub(super) fn show(
 ) -> Option<Option<ChannelName>> {
     let text = now.map_or_else(|| "–".to_owned(), &shown);
     let mut chosen = None;
-    let combo = ComboBox::from_id_salt(("channel", key)).selected_text(text).width(172.0).truncate().height(HEIGHT);
+    let combo = ComboBox::from_id_salt(("channel", key)).selected_text(&text).width(172.0).truncate().height(HEIGHT);
     let combo = combo.close_behavior(PopupCloseBehavior::CloseOnClickOutside).show_ui(ui, |ui| {
         let typed = if names.len() > MANY { narrowing(ui, key) } else { Typed::default() };
         let fits = |name: &&ChannelName| shown(name).to_lowercase().contains(&typed.text.to_lowercase());
@@ -41,6 +41,9 @@ pub(super) fn show(
         }
     });
     ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label(format!("channel of {key}")));
+    if now.is_some() {
+        combo.response.on_hover_text(text);
+    }
     chosen
 }
 

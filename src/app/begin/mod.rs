@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use doublet_cli::questions::{Question, list_questions};
 use doublet_core::load::{ManualChannel, ManualChannelMap, Plan, RowValues};
-use doublet_core::quantity::Role;
+use doublet_core::quantity::{Role, Unit};
 use doublet_engine::begin::{self, Inspected, Order};
 use doublet_engine::run::{Control, Job};
 use doublet_engine::session::{MapRef, Session};
@@ -159,7 +159,19 @@ impl Choosing {
 
     /// What is still to be done before the session can be made.
     fn lacks(&self) -> Option<&'static str> {
-        self.lacks_aircraft_or_name().or(self.lacks_roles())
+        self.lacks_aircraft_or_name().or(self.lacks_roles()).or(self.lacks_units())
+    }
+
+    /// A control whose values can be read in two units: nothing in the motion shows which.
+    fn lacks_units(&self) -> Option<&'static str> {
+        let is_asked = |question: &Question| question.must_be_answered && self.open_unit(question).is_some();
+        self.questions().iter().any(is_asked).then_some("confirm the unit of each control in step Check")
+    }
+
+    /// The role and the unit that a question asks for, where a click can confirm it.
+    fn open_unit(&self, question: &Question) -> Option<(Role, Unit)> {
+        let role = question.role?;
+        Some((role, self.hand.row(role)?.unit?))
     }
 
     fn lacks_aircraft_or_name(&self) -> Option<&'static str> {

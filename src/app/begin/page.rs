@@ -8,7 +8,7 @@ use eframe::egui::{self, Align, Button, Key, Label, Layout, Modifiers, ProgressB
 use super::{Choice, Choosing, Step, physics, recording, roles};
 use crate::notation;
 use crate::theme;
-use crate::widgets::level_mark::level_mark;
+use crate::widgets::level_mark::{channel_legend, level_mark};
 
 /// Height of the foot: what is to be done first, the buttons.
 const FOOT: f32 = 62.0;
@@ -68,9 +68,19 @@ impl Page {
                 missing_roles(choosing).iter().map(|lack| lack.level).max().unwrap_or_default()
             }
             Self::Channels => Level::Good,
+            Self::Check if choosing.lacks_units().is_some() => Level::Bad,
             Self::Check if !choosing.questions().is_empty() => choosing.comparison.worst().max(Level::Caution),
             Self::Check => choosing.comparison.worst(),
         }
+    }
+}
+
+/// What the mark of a step means.
+fn step_words(level: Level) -> &'static str {
+    match level {
+        Level::Good => "complete",
+        Level::Caution => "something is in doubt: look here",
+        Level::Bad => "incomplete: Create needs it",
     }
 }
 
@@ -156,12 +166,12 @@ fn steps(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
         ui.add_space(12.0);
         for (at, page) in Page::ALL.into_iter().enumerate() {
             let level = page.level(choosing);
-            level_mark(ui, Some(level));
+            level_mark(ui, Some(level)).on_hover_text(step_words(level));
             let text = format!("{} {}", at + 1, page.title());
             let button = ui.add(Button::selectable(choosing.page == page, text).min_size(vec2(0.0, STEP.y)));
             let label = format!("new session step {}: {}", page.title(), level.name());
             ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(label));
-            if button.clicked() {
+            if button.on_hover_text(step_words(level)).clicked() {
                 choosing.page = page;
             }
         }
@@ -179,13 +189,18 @@ fn steps(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
 fn foot(choosing: &mut Choosing, below: bool, ui: &mut Ui) -> Answer {
     let mut answer = Answer::Open;
     let lacks = choosing.lacks();
-    let about = "The recording is neither changed nor copied. Save the session yourself.";
+    let open = choosing.questions().len();
     if let Some(line) = &choosing.complaint {
         ui.add(Label::new(RichText::new(line).color(theme::palette(ui).error)).truncate());
     } else {
         let text = match lacks {
             Some(lacks) => RichText::new(format!("First: {lacks}")).color(theme::palette(ui).warning),
-            None => RichText::new(about).weak(),
+            None if open > 0 => {
+                let count = notation::plural(open, "open question");
+                let text = format!("{count}: Create assumes what step Check lists");
+                RichText::new(text).color(theme::palette(ui).warning)
+            }
+            None => RichText::new("The recording is neither changed nor copied. Save the session yourself.").weak(),
         };
         ui.add(Label::new(text).truncate());
     }
@@ -245,10 +260,8 @@ fn open_questions(choosing: &mut Choosing, ui: &mut Ui) {
     let mut confirmed = None;
     for question in choosing.questions() {
         ui.horizontal_top(|ui| {
-            level_mark(ui, Some(Level::Caution));
-            let role = question.role.filter(|_| !question.must_be_answered);
-            let unit = role.and_then(|role| choosing.hand.row(role)?.unit);
-            if let (Some(role), Some(unit)) = (role, unit) {
+            level_mark(ui, Some(if question.must_be_answered { Level::Bad } else { Level::Caution }));
+            if let Some((role, unit)) = choosing.open_unit(question) {
                 let button = ui.small_button(format!("Confirm {}", notation::unit_symbol(unit.symbol)));
                 let name = format!("confirm the unit of {}", role.name());
                 ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(name.as_str()));
@@ -279,6 +292,8 @@ fn maps(choosing: &mut Choosing, ui: &mut Ui) {
         let text = format!("By hand ({} roles)", choosing.hand.rows.len());
         let about = "Role by role, initially guessed from names, units and values. Stored in the session.";
         ui.radio_value(&mut choosing.choice, Choice::ByHand, text).on_hover_text(about);
+        ui.separator();
+        channel_legend(ui);
     });
     if choosing.inspected.fitting.is_empty() {
         ui.weak("No shipped map fits: the roles below are guessed. Check each role before you continue.");

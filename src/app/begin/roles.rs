@@ -5,12 +5,11 @@ use doublet_core::quantity::{Dimension, Role, Unit};
 use doublet_core::reconstruct::{Input, Measurement};
 use doublet_engine::begin::unit_reason;
 use doublet_engine::confidence::WeighedRole;
-use doublet_engine::verdict::Level;
 use eframe::egui::{self, CollapsingHeader, ComboBox, DragValue, Grid, RichText, ScrollArea, Ui};
 
 use super::{Choice, Choosing, channel_choice, travel};
 use crate::notation::Units;
-use crate::widgets::level_mark::level_mark;
+use crate::widgets::level_mark::{channel_words, level_mark};
 use crate::widgets::term::column_title;
 use crate::{notation, theme};
 
@@ -20,7 +19,9 @@ const DOUBTFUL: f64 = 0.8;
 const USUAL_RATE_HZ: f64 = 50.0;
 
 /// Widths of the columns with what a role is, and with the evidence for its channel.
-const MEANING: f32 = 152.0;
+const MEANING: std::ops::RangeInclusive<f32> = 152.0..=236.0;
+/// Width of the other columns.
+const OTHERS: f32 = 1020.0;
 const EVIDENCE: f32 = 118.0;
 
 /// Title of the column with the travel of controls.
@@ -97,13 +98,8 @@ fn planned(choosing: &Choosing, index: usize, ui: &mut Ui) {
 /// What the other channels say of that of `role`.
 fn mark(choosing: &Choosing, role: Role, ui: &mut Ui) {
     let level = choosing.comparison.level(role);
-    let word = match level {
-        Some(Level::Good) => "fits the other channels",
-        Some(Level::Caution) => "doubtful: see below",
-        Some(Level::Bad) => "contradicts the other channels: see below",
-        None => "no other channel for comparison",
-    };
-    level_mark(ui, level).on_hover_text(word);
+    let text = format!("{}: {}", role.name(), channel_words(level));
+    level_mark(ui, level).on_hover_text(text);
 }
 
 fn header(ui: &mut Ui, names: &[&str]) {
@@ -195,6 +191,7 @@ fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mu
     ];
     // Tables without controls keep the column, so that all tables align.
     let has_travel = roles.iter().any(|role| CONTROLS.contains(role));
+    let meaning = (ui.available_width() - OTHERS).clamp(*MEANING.start(), *MEANING.end());
     let columns = names_of_columns.map(|name| if has_travel || name != TRAVEL { name } else { "" });
     Grid::new(("by hand", roles.first())).num_columns(columns.len()).striped(true).spacing([10.0, 2.0]).show(
         ui,
@@ -203,7 +200,7 @@ fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mu
             for &role in roles {
                 mark(choosing, role, ui);
                 ui.label(notation::role(role));
-                cell(ui, MEANING, RichText::new(role.description()).weak(), role.description());
+                cell(ui, meaning, RichText::new(role.description()).weak(), role.description());
                 row(choosing, names, (role, single), ui);
                 ui.end_row();
             }
@@ -312,7 +309,9 @@ fn unit(row: &mut ManualChannel, role: Role, ui: &mut Ui) {
     let combo = ComboBox::from_id_salt(("unit", role.name())).selected_text(symbol).width(64.0);
     let combo = combo.show_ui(ui, |ui| {
         for unit in Unit::all().filter(|unit| unit.dimension == role.dimension()) {
-            ui.selectable_value(&mut row.unit, Some(unit), notation::unit_symbol(unit.symbol));
+            if ui.selectable_value(&mut row.unit, Some(unit), notation::unit_symbol(unit.symbol)).clicked() {
+                row.is_unit_known = true;
+            }
         }
     });
     ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label(format!("unit of {}", role.name())));

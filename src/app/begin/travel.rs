@@ -44,6 +44,7 @@ impl Travel {
         let per_unit = self.deflection_deg / (self.at - self.neutral);
         if per_unit.is_finite() && per_unit != 0.0 {
             row.unit = Some(deg);
+            row.is_unit_known = true;
             row.turned = false;
             row.scale = per_unit;
             row.offset = 0.0 - self.neutral;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use doublet_core::airframe::{Aircraft, LoadedState, Loading};
+use doublet_core::airframe::{Aircraft, LoadedState, Loading, LoadingIssue};
 use doublet_core::quantity::Dimension;
 use doublet_engine::aircraft::{AircraftChanges, instant};
 use doublet_engine::session::{Edit, Flight, LoadingEdit, Manoeuvre, WindowRole};
@@ -89,7 +89,7 @@ impl Panel for LoadingPanel {
             numbers(ctx, ui, loaded);
             choices(ui, &mut self.changes, &[(false, "Envelope"), (true, "Change of derivatives")]);
             // Below the choice, which stays where it is when a warning comes or goes.
-            warnings(ui, selected_mass(ctx).map_or(loaded, |flown| &flown.start.state));
+            warnings(ui, &limit_issues(selected_mass(ctx), loaded));
             match self.changes {
                 true => self.changes(ctx, ui),
                 false => envelope(ctx, ui, aircraft, loaded),
@@ -372,10 +372,18 @@ fn right(ui: &mut Ui, content: impl FnOnce(&mut Ui)) {
     ui.allocate_ui_with_layout(size, Layout::right_to_left(Align::Center), content);
 }
 
-/// What is wrong with a loading.
-fn warnings(ui: &mut Ui, loaded: &LoadedState) {
+/// What is wrong with a loading: at the start of the flight, the landing mass at its end.
+fn limit_issues<'a>(flown: Option<&'a FlownMass>, loaded: &'a LoadedState) -> Vec<&'a LoadingIssue> {
+    let Some(flown) = flown else { return loaded.warnings.iter().collect() };
+    let is_of_landing = |issue: &&LoadingIssue| matches!(issue, LoadingIssue::OverLandingMass { .. });
+    let of_start = flown.start.state.warnings.iter().filter(|issue| !is_of_landing(issue));
+    of_start.chain(flown.end.state.warnings.iter().filter(is_of_landing)).collect()
+}
+
+/// Lists what is wrong with a loading.
+fn warnings(ui: &mut Ui, issues: &[&LoadingIssue]) {
     let palette = theme::palette(ui);
-    for warning in &loaded.warnings {
+    for warning in issues {
         // In a column every line would be stretched to its width.
         ui.horizontal_wrapped(|ui| ui.colored_label(palette.warning, format!("⚠ {warning}")));
     }

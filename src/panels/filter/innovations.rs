@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use doublet_engine::stage::WindowPath;
-use eframe::egui::{RichText, Ui};
+use eframe::egui::{Label, RichText, Ui};
 use egui_extras::Column;
 
 use crate::notation;
@@ -36,10 +36,11 @@ impl Panel for Innovations {
                 let [mean, ratio] =
                     [consistency.nis_mean, consistency.nis_ratio].map(|value| notation::fixed(value, 2));
                 ui.separator();
-                ui.label(format!("mean NIS {mean} ({ratio} of expected)"))
-                    .on_hover_text(format!(
-                        "NIS: normalised innovation squared. For a consistent filter the mean is between {low} and {high} with 95 % probability."
-                    ));
+                let expected = notation::fixed(consistency.nis_mean / consistency.nis_ratio, 2);
+                let text = format!("mean NIS {mean}, expected {expected} (ratio {ratio}, 95 % limits {low} to {high})");
+                ui.add(Label::new(text).truncate()).on_hover_text(
+                    "NIS: normalised innovation squared of all measurements of an update; its expectation is their number",
+                );
             }
         });
         trouble(ui, error.as_deref());
@@ -60,7 +61,7 @@ impl Panel for Innovations {
         let mut nis = vec![Trace { stale, ..Trace::new("NIS", &path.series().nis, palette.series[4]) }];
         nis.extend(others.iter().map(|(other, series)| other.trace(&series.nis, 1.0)));
         let levels = vec![consistency.nis_mean / consistency.nis_ratio];
-        let mut plots = vec![TimePlot { levels, ..TimePlot::new("NIS", "", nis) }];
+        let mut plots = vec![TimePlot { levels, ..TimePlot::new("NIS of all", "", nis) }];
         for channel in &consistency.channels {
             let measurement = channel.measurement;
             let index = measurement as usize;

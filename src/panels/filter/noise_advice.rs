@@ -21,14 +21,17 @@ fn with_unit(ctx: &PanelContext<'_>, measurement: Measurement, std: f64) -> Stri
     format!("{} {unit}", notation::number(scale * std))
 }
 
-/// An estimate with its unit and its NIS.
+/// An estimate with its unit and the NIS ratio of its measurement.
 fn with_nis(ctx: &PanelContext<'_>, advice: &NoiseAdvice, estimate: NoiseEstimate) -> String {
-    format!("{} (NIS {})", with_unit(ctx, advice.measurement, estimate.std), nis(estimate))
+    format!("{} (NIS ratio {})", with_unit(ctx, advice.measurement, estimate.std), nis(estimate))
 }
 
 fn nis(estimate: NoiseEstimate) -> String {
     doublet_engine::notation::significant(estimate.nis, 2)
 }
+
+/// What the NIS ratio of a measurement is.
+const NIS_RATIO: &str = "NIS ratio: squared innovation of this measurement over its prediction; 1 is ideal";
 
 /// What to do, and why.
 pub fn advice_text(ctx: &PanelContext<'_>, advice: &NoiseAdvice) -> String {
@@ -45,13 +48,13 @@ pub fn advice_text(ctx: &PanelContext<'_>, advice: &NoiseAdvice) -> String {
         }
         (NoiseStep::Set, Some(one), Some(other)) => {
             format!(
-                "Set {}; now NIS {}. Steady flight agrees: {}.",
+                "Set {}; now NIS ratio {}. Steady flight agrees: {}.",
                 estimate_text(one),
                 nis(advice.used),
                 estimate_text(other)
             )
         }
-        (NoiseStep::Set, Some(one), None) => format!("Set {}; now NIS {}.", estimate_text(one), nis(advice.used)),
+        (NoiseStep::Set, Some(one), None) => format!("Set {}; now NIS ratio {}.", estimate_text(one), nis(advice.used)),
         (NoiseStep::NotNoise, _, Some(other)) => {
             format!("{}. Steady flight gives {}.", capitalised(reason), estimate_text(other))
         }
@@ -105,10 +108,10 @@ pub fn buttons(ctx: &mut PanelContext<'_>, ui: &mut Ui, name: &str, advice: &Noi
                     ctx.edit(Edit::noise(NoiseChannel::Measurement(advice.measurement), estimate.std));
                 }
                 let beside = if is_both || advice.step == NoiseStep::NotNoise { short } else { "" };
-                let nis_text = format!("{beside} NIS {}", nis(estimate));
+                let nis_text = format!("{beside} NIS ratio {}", nis(estimate));
                 let response =
                     ui.add(egui::Label::new(RichText::new(nis_text.trim()).size(10.5).weak()).selectable(false));
-                response.on_hover_text(&hint);
+                response.on_hover_text(format!("{hint}\n{NIS_RATIO}"));
             });
         }
     });

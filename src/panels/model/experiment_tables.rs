@@ -8,6 +8,7 @@ use eframe::egui::{Grid, Label, RichText, Ui};
 use crate::notation;
 use crate::panels::PanelContext;
 use crate::panels::model::experiment_intervals::interval;
+use crate::panels::model::setting_words::{setting_words, value_words};
 use crate::theme;
 use crate::widgets::csv_text::csv_text;
 
@@ -41,13 +42,14 @@ impl Differences {
         }
         Grid::new("settings that differ").num_columns(3).striped(true).show(ui, |ui| {
             for title in ["Setting", first, second] {
-                ui.label(RichText::new(title).size(11.0).weak());
+                ui.label(notation::typeset_in(title, 11.0, ui.visuals().weak_text_color()));
             }
             ui.end_row();
             for difference in settings {
-                ui.add(Label::new(&difference.setting).extend());
+                ui.add(Label::new(notation::typeset(&setting_words(&difference.setting), 13.0)).extend());
                 for value in [&difference.first, &difference.second] {
-                    ui.add(Label::new(difference.written(value.as_deref())).wrap());
+                    let text = value_words(difference, value.as_deref());
+                    ui.add(Label::new(notation::typeset(&text, 13.0)).wrap());
                 }
                 ui.end_row();
             }
@@ -93,7 +95,7 @@ fn derivatives(ui: &mut Ui, names: [&str; 2], both: [&ExperimentRow; 2]) {
     }
     Grid::new("derivatives that differ").num_columns(6).striped(true).show(ui, |ui| {
         for title in ["Derivative", names[0], "±", names[1], "±", "Difference"] {
-            ui.label(RichText::new(title).size(11.0).weak());
+            ui.label(notation::typeset_in(title, 11.0, ui.visuals().weak_text_color()));
         }
         ui.end_row();
         for (name, values) in &rows {

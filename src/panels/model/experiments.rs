@@ -16,7 +16,7 @@ use crate::panels::model::experiment_intervals::{Axis, interval};
 use crate::panels::model::experiment_tables::{Differences, scores_csv};
 use crate::panels::model::terms::PRESETS;
 use crate::panels::overlaid;
-use crate::panels::{Panel, PanelContext, choices};
+use crate::panels::{EditRequest, Panel, PanelContext, choices};
 use crate::theme;
 use crate::widgets::level_mark::level_mark;
 use crate::widgets::term::{column_title, column_title_called};
@@ -24,7 +24,7 @@ use crate::widgets::term::{column_title, column_title_called};
 /// Titles and widths of the columns behind the name, and how narrow a panel still has them: 0 for one with room for all.
 const COLUMNS: [(&str, f32, u8); 8] = [
     ("Verdict", 98.0, 3),
-    ("NIS", 46.0, 1),
+    ("NIS ratio", 58.0, 1),
     ("R²", 50.0, 1),
     ("honest R²", 58.0, 2),
     ("PSE", 66.0, 0),
@@ -85,18 +85,21 @@ impl Panel for Experiments {
         let mut coefficient = self.coefficient.filter(|name| coefficients.contains(name)).unwrap_or(first);
         let all: Vec<_> = coefficients.iter().map(|name| (*name, *name)).collect();
         choices(ui, &mut coefficient, &all);
-        ui.weak(
-            "Click a row to choose it, two rows to compare them, a title to order them; Overlay draws it in the plots.",
-        );
+        let hint = "Click a row, or two to compare; a title orders them; Overlay draws it in the plots.";
+        ui.add(Label::new(RichText::new(hint).size(11.0).weak()).truncate()).on_hover_text(hint);
         self.coefficient = Some(coefficient);
         let known: Vec<&ExperimentRow> =
             rows.0.iter().filter_map(|(_, slot)| slot.latest()).map(AsRef::as_ref).collect();
         let axes = Axis::all(session, &known, coefficient);
         let fitting = Fitting::new(ui, axes.len());
         let (all, fits) = (axes.len(), fitting.intervals);
-        if fits < all && ui.small_button("Next derivatives").on_hover_text(format!("{fits} of {all} fit")).clicked() {
-            self.first += fits;
-        }
+        ui.horizontal_wrapped(|ui| {
+            if fits < all && ui.small_button("Next derivatives").on_hover_text(format!("{fits} of {all} fit")).clicked()
+            {
+                self.first += fits;
+            }
+            fitting.name_hidden(ui);
+        });
         self.first = if fits < all { self.first % all } else { 0 };
         let axes = &axes[self.first..all.min(self.first + fits)];
         let part = if self.chosen.is_empty() { 1.0 } else { TABLE_PART };
@@ -142,6 +145,17 @@ impl Fitting {
     /// Titles and widths of the columns of numbers.
     fn columns(self) -> impl Iterator<Item = (&'static str, f32)> {
         columns(self.narrow)
+    }
+
+    /// Names the columns that have no room.
+    fn name_hidden(self, ui: &mut Ui) {
+        let hidden: Vec<&str> =
+            COLUMNS.into_iter().filter(|(.., last)| self.narrow > *last).map(|(title, ..)| title).collect();
+        if !hidden.is_empty() {
+            let count = notation::plural(hidden.len(), "more column");
+            let text = RichText::new(format!("{count}: {} (widen the panel)", hidden.join(", "))).size(11.0).weak();
+            ui.label(text);
+        }
     }
 }
 
@@ -320,9 +334,18 @@ impl Experiments {
                 self.chosen = vec![to];
                 self.new_name.clear();
             }
-            if ui.button("Remove").clicked() {
+            if ui.button("Remove").on_hover_text("One undo step restores it").clicked() {
                 ctx.edit(Edit::Experiment(ExperimentEdit::Drop(name)));
                 self.chosen.clear();
+            }
+            if ui.button("Remove all").on_hover_text("One undo step restores them").clicked() {
+                self.chosen.clear();
+                ctx.edits.push(EditRequest::Begin("remove all experiments".to_owned()));
+                let session = ctx.session;
+                for experiment in &session.experiments {
+                    ctx.edit(Edit::Experiment(ExperimentEdit::Drop(experiment.name.clone())));
+                }
+                ctx.edits.push(EditRequest::Commit);
             }
         });
     }
@@ -432,7 +455,7 @@ fn number(row: &ExperimentRow, coefficient: &str, title: &str) -> Option<f64> {
             let level = [Level::Good, Level::Caution, Level::Bad].into_iter().position(|other| other == level)?;
             Some(1e6 * level as f64 + 1e3 * bad as f64 + caution as f64)
         }
-        "NIS" => row.outcome.nis,
+        "NIS ratio" => row.outcome.nis,
         "R²" => fit.map(|fit| fit.r_squared),
         "honest R²" => fit?.honest_r_squared,
         "PSE" => fit.map(|fit| fit.predicted_squared_error),
@@ -448,7 +471,7 @@ fn written(title: &str, value: f64) -> String {
     let decimals = match title {
         "PSE" => return notation::number(value),
         "ΔAIC" | "ΔBIC" => 0,
-        "NIS" => 2,
+        "NIS ratio" => 2,
         "validation error" => 3,
         _ => 4,
     };
@@ -471,7 +494,8 @@ fn cells(
             ui.painter().circle_filled(dot.center(), 4.0, color(ui, index));
             let is_current = index > 0 && latest.is_some_and(|row| row.is_current);
             let text = if is_current { format!("{name} (current)") } else { name.to_owned() };
-            let label = ui.add(Label::new(RichText::new(&text)).truncate().selectable(false));
+            let label = ui.add(Label::new(notation::typeset(&text, 13.0)).truncate().selectable(false));
+            ui.ctx().accesskit_node_builder(label.id, |node| node.set_value(text.as_str()));
             if let Some(error) = slot.error() {
                 label.on_hover_text(error);
             }

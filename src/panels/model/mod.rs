@@ -9,5 +9,6 @@ pub(super) mod fits;
 pub(super) mod match_panel;
 pub(super) mod misfit;
 pub(super) mod residuals;
+pub(super) mod setting_words;
 pub(super) mod term_effects;
 pub(super) mod terms;

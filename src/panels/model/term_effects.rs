@@ -18,6 +18,8 @@ const SIGNIFICANT: f64 = 4.0;
 const INFLATED: f64 = 10.0;
 /// Fall of the predicted squared error that makes a term worth adding.
 const WORTHWHILE: f64 = -0.01;
+/// Radius of the dot of a judgement, points.
+pub const DOT: f32 = 3.0;
 const TITLES: [&str; 7] = ["", "Term", "VIF", "Partial F", "ΔR²", "ΔPSE", ""];
 
 /// One line of judgement, with its colour; `None` where nothing needs to be said.
@@ -31,6 +33,23 @@ pub fn judgement(effect: &TermEffect, palette: &Palette) -> Option<(&'static str
         false if effect.predicted_error_change < WORTHWHILE => Some(("would improve prediction", palette.good)),
         _ => None,
     }
+}
+
+/// What the dots beside ticks mean.
+pub fn legend(ui: &mut Ui) {
+    let palette = theme::palette(ui);
+    let meanings = [
+        (palette.warning, "not significant, or nearly collinear"),
+        (palette.error, "collinear"),
+        (palette.good, "would improve prediction"),
+    ];
+    ui.horizontal(|ui| {
+        for (color, meaning) in meanings {
+            let (rect, _) = ui.allocate_exact_size(egui::vec2(2.0 * DOT, 2.0 * DOT), egui::Sense::hover());
+            ui.painter().circle_filled(rect.center(), DOT, color);
+            ui.label(RichText::new(meaning).size(11.0).weak());
+        }
+    });
 }
 
 /// The effect of a tick, if it was studied.

@@ -135,7 +135,10 @@ impl Panel for Model {
         ScrollArea::both().auto_shrink(false).show(ui, |ui| {
             match self.studied {
                 Some(studied) => term_effects::show(ctx, ui, studied),
-                None => self.matrix(ctx, ui),
+                None => {
+                    self.matrix(ctx, ui);
+                    term_effects::legend(ui);
+                }
             }
             ui.add_space(6.0);
             warnings(ctx, ui);
@@ -191,6 +194,11 @@ impl Model {
                         effect.map(|effect| format!("\n{}", term_effects::effect_text(effect))).unwrap_or_default();
                     let tick = tick.on_hover_ui(|ui| {
                         ui.label(format!("{derivative}{words}"));
+                        if let Some((text, color)) =
+                            effect.and_then(|effect| term_effects::judgement(effect, theme::palette(ui)))
+                        {
+                            ui.label(RichText::new(text).color(color));
+                        }
                         let known = session.estimation.constraints.iter();
                         for known in known.filter(|known| known.coefficient == coefficient && known.term == term) {
                             ui.label(known.summary());
@@ -258,7 +266,7 @@ fn mark(ui: &Ui, cell: &egui::Rect, effect: Option<&TermEffect>, known: Constrai
     let Some((_, color)) = effect.and_then(|effect| term_effects::judgement(effect, theme::palette(ui))) else {
         return;
     };
-    ui.painter().circle_filled(cell.left_top() + egui::vec2(26.0, 11.0), 3.0, color);
+    ui.painter().circle_filled(cell.left_top() + egui::vec2(26.0, 11.0), term_effects::DOT, color);
 }
 
 /// Coefficients that could not be estimated, and why; how well conditioned the others are.

@@ -15,7 +15,7 @@ use crate::panels::{Panel, PanelContext, chosen_flight, trouble};
 use crate::theme;
 use crate::widgets::curves;
 use crate::widgets::grid::texts_grid;
-use crate::widgets::level_mark::level_mark;
+use crate::widgets::level_mark::{channel_legend, channel_words, level_mark};
 use crate::widgets::sparkline::Sparkline;
 use crate::widgets::term::column_titles;
 
@@ -28,7 +28,7 @@ const WIDE: f32 = 720.0;
 const POINTS: usize = 64;
 /// Part of the height that the comparison has where something contradicts, and where nothing does.
 const COMPARED: f32 = 0.4;
-const AGREED: f32 = 34.0;
+const AGREED: f32 = 54.0;
 
 /// One channel as the table shows it.
 struct Row {
@@ -125,11 +125,11 @@ fn figure(ui: &mut Ui, text: RichText) -> egui::Response {
 fn cells(ctx: &PanelContext<'_>, line: &mut TableRow<'_, '_>, row: &Row, level: Option<Level>) {
     let (unit, scale) = ctx.state.units.of_role(row.role);
     line.col(|ui| {
-        let word = level.map_or("no other channel for comparison", |level| level.name());
-        level_mark(ui, level).on_hover_text(format!("{}: {word}", row.role.name()));
+        level_mark(ui, level).on_hover_text(format!("{}: {}", row.role.name(), channel_words(level)));
     });
     line.col(|ui| {
-        ui.add(Label::new(notation::role(row.role)).truncate()).on_hover_text(row.role.description());
+        let about = format!("{}: {}", row.role.name(), row.role.description());
+        ui.add(Label::new(notation::role(row.role)).truncate()).on_hover_text(about);
     });
     line.col(|ui| {
         shortened(ui, &row.source);
@@ -187,6 +187,7 @@ impl Row {
 /// What contradicts, with the curves over each other.
 fn compared(ui: &mut Ui, is_compared: bool, contradictions: &[&PhysicsRow]) {
     ui.add_space(4.0);
+    channel_legend(ui);
     if contradictions.is_empty() {
         ui.weak(if is_compared { "All channels are consistent." } else { "Comparing channels…" });
         return;

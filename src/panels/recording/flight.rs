@@ -39,6 +39,32 @@ const LONGEST_SOURCE: usize = 18;
 /// A channel being dragged from the list onto a plot.
 struct Carried(String);
 
+/// Which parts share time with another one.
+fn overlaps(parts: impl Iterator<Item = TimeRange>) -> Vec<bool> {
+    let parts: Vec<TimeRange> = parts.collect();
+    let mut order: Vec<usize> = (0..parts.len()).collect();
+    order.sort_by(|a, b| parts[*a].start_s.total_cmp(&parts[*b].start_s));
+    let mut found = vec![false; parts.len()];
+    let mut last: Option<usize> = None;
+    for at in order {
+        if let Some(before) = last.filter(|before| parts[at].start_s < parts[*before].end_s) {
+            (found[before], found[at]) = (true, true);
+        }
+        last = last.filter(|before| parts[*before].end_s > parts[at].end_s).or(Some(at));
+    }
+    found
+}
+
+/// What a pause over a manoeuvre in the bar says: its note, and the manoeuvres it overlaps.
+fn note(ctx: &PanelContext<'_>, window: &Manoeuvre, is_shared: bool) -> String {
+    if !is_shared {
+        return window.note.clone();
+    }
+    let names = marking::overlapping(ctx.session, &window.flight, window.window, &window.name);
+    let text = marking::overlap_text(&names).unwrap_or_default();
+    format!("{}\n{} {text}", window.note, window.name).trim_start().to_owned()
+}
+
 #[derive(Default)]
 pub struct Flight {
     cache: PlotCache,
@@ -204,18 +230,23 @@ impl Flight {
         let chosen = ctx.selection().window.clone();
         let windows: Vec<_> =
             ctx.session.windows.iter().enumerate().filter(|(_, window)| window.flight == flight).collect();
+        let shared = overlaps(windows.iter().map(|(_, window)| window.window));
+        let notes: Vec<String> =
+            windows.iter().zip(&shared).map(|((_, window), shared)| note(ctx, window, *shared)).collect();
         let items: Vec<SpanItem<'_>> = windows
             .iter()
-            .map(|(at, window)| SpanItem {
+            .zip(notes.iter().zip(&shared))
+            .map(|((at, window), (note, &overlaps))| SpanItem {
                 id: *at as u64,
                 part: TimeRange::new(window.window.start_s, window.window.end_s),
                 label: &window.name,
-                note: &window.note,
+                note,
                 color: role_color(palette, window.role),
                 // Only the chosen one can be dragged: none is moved by accident where many lie close.
                 still: chosen.as_deref() != Some(window.name.as_str()),
                 locked: window.flags.locked,
                 selected: ctx.selection().is_selected(&window.name),
+                overlaps,
             })
             .collect();
         let marks: Vec<SpanMark> =

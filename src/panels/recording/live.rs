@@ -5,7 +5,7 @@ use std::net::IpAddr;
 use std::sync::Arc;
 
 use doublet_core::quantity::Role;
-use doublet_engine::live::{Feed, LimitReading, LineFormat, LiveDerivative, LiveUpdate, Opening};
+use doublet_engine::live::{Feed, Limit, LimitReading, LineFormat, LiveDerivative, LiveUpdate, Opening};
 use doublet_engine::run::{LiveOrder, LiveThread, LiveView};
 use doublet_engine::verdict::Level;
 use eframe::egui::{self, CollapsingHeader, Label, ScrollArea, Ui, WidgetText};
@@ -121,20 +121,24 @@ impl Live {
                 ui.selectable_value(&mut self.from, from, name).on_hover_text(hint);
             }
             if self.from != From::Session {
-                let hint = if self.from == From::File { "file" } else { "address:port" };
-                text_field(ui, "Live source", &mut self.place, hint, 220.0);
+                let (name, hint) = match self.from {
+                    From::File => ("File", "flight.csv"),
+                    _ => ("Address", "127.0.0.1:9000"),
+                };
+                named_field(ui, (name, "Live source"), &mut self.place, hint, 220.0);
                 if self.is_by_udp() {
-                    text_field(ui, "Live sender", &mut self.sender, "sender address (any)", 150.0);
+                    named_field(ui, ("Sender", "Live sender"), &mut self.sender, "any, or 192.168.1.10", 150.0);
                 }
-                text_field(ui, "Live channel map", &mut self.map, "channel map (best fitting)", 170.0);
+                named_field(ui, ("Channel map", "Live channel map"), &mut self.map, "best fitting", 140.0);
             }
             if matches!(self.from, From::Session | From::File) {
                 ui.add(egui::DragValue::new(&mut self.speed).range(0.1..=1000.0).prefix("× ").speed(0.1))
                     .on_hover_text("Times real time");
             }
-            text_field(ui, "Live limits", &mut self.limits, "limits: alpha=:14deg n_z=0.2:3.5", 220.0);
-            text_field(ui, "Live campaign", &mut self.campaign, "campaign: its limits", 140.0);
-            text_field(ui, "Live record", &mut self.record, "new folder to record into", 170.0);
+            let hint = "alpha < 14 deg, 0.2 < n_z < 3.5";
+            named_field(ui, ("Limits", "Live limits"), &mut self.limits, hint, 220.0);
+            named_field(ui, ("Campaign", "Live campaign"), &mut self.campaign, "file with its limits", 140.0);
+            named_field(ui, ("Record into", "Live record"), &mut self.record, "new folder", 140.0);
         });
     }
 
@@ -157,8 +161,7 @@ impl Live {
             Ok(from) => from,
             Err(line) => return self.error = Some(line),
         };
-        let limits = self.limits.split_whitespace().map(str::parse).collect::<Result<Vec<_>, _>>();
-        let limits = match limits {
+        let limits = match Limit::parse_list(&self.limits) {
             Ok(limits) => limits,
             Err(line) => return self.error = Some(line),
         };
@@ -255,6 +258,17 @@ impl Live {
         ui.weak(format!("± {}", number(derivative.standard_error)));
         ui.weak(derivative.relative_error_percent.map_or_else(String::new, |percent| format!("{percent:.0} %")));
     }
+}
+
+/// A field behind its name; both go to the next row where they do not fit this one.
+fn named_field(ui: &mut Ui, (shown, name): (&str, &str), text: &mut String, hint: &str, width: f32) {
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    let named = ui.painter().layout_no_wrap(shown.to_owned(), font, ui.visuals().text_color()).size().x;
+    if named + width + 3.0 * ui.spacing().item_spacing.x > ui.available_size_before_wrap().x {
+        ui.end_row();
+    }
+    ui.weak(shown);
+    text_field(ui, name, text, hint, width);
 }
 
 /// Time, counts, correlation, limits, findings.

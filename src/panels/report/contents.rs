@@ -73,7 +73,7 @@ impl Panel for Report {
                 ctx.commands.push(UiCommand::File(FileCommand::Report));
             }
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                sections(&mut choice, &mut ctx.state.house, ui);
+                sections(&mut choice, &mut ctx.state.house, &self.pages, ui);
                 ui.separator();
                 house_style(&mut ctx.state.house, ui);
                 self.purpose(ctx, ui);
@@ -278,7 +278,7 @@ fn house_style(house: &mut HouseStyle, ui: &mut Ui) {
 }
 
 /// Sections to tick and to move, and the one that is shown.
-fn sections(choice: &mut ReportChoice, house: &mut HouseStyle, ui: &mut Ui) {
+fn sections(choice: &mut ReportChoice, house: &mut HouseStyle, pages: &Pages, ui: &mut Ui) {
     for kind in house.sections() {
         ui.horizontal(|ui| {
             let up = ui.small_button("↑").on_hover_text("Move up");
@@ -296,7 +296,15 @@ fn sections(choice: &mut ReportChoice, house: &mut HouseStyle, ui: &mut Ui) {
                     choice.left_out.insert(kind)
                 };
             }
-            if ui.selectable_label(!choice.as_pages && choice.shown == kind, kind.title()).clicked() {
+            let is_empty = pages.is_empty(kind);
+            let title = RichText::new(kind.title());
+            let title = if is_empty { title.weak().italics() } else { title };
+            let mut label = ui.selectable_label(!choice.as_pages && choice.shown == kind, title);
+            if is_empty {
+                label = label.on_hover_text("Empty: the report omits this section");
+                ui.label(RichText::new("empty").size(11.0).weak());
+            }
+            if label.clicked() {
                 (choice.shown, choice.as_pages) = (kind, false);
             }
         });

@@ -53,11 +53,10 @@ impl Design {
         });
         ui.add(DragValue::new(&mut request.time_s).range(6.0..=1800.0).prefix("time ").suffix(" s"))
             .on_hover_text("Total time of the manoeuvres");
-        let written = |criterion: Criterion| format!("criterion {}", criterion.name());
-        let combo = ComboBox::from_id_salt("criterion").selected_text(written(request.criterion)).width(110.0);
+        let combo = ComboBox::from_id_salt("criterion").selected_text(ranking(request.criterion)).width(210.0);
         let combo = combo.show_ui(ui, |ui| {
             for criterion in Criterion::ALL {
-                ui.selectable_value(&mut request.criterion, criterion, written(criterion));
+                ui.selectable_value(&mut request.criterion, criterion, ranking(criterion));
             }
         });
         explained(combo.response, request.criterion.name());
@@ -96,6 +95,15 @@ impl Design {
         };
         let repaint = ui.ctx().clone();
         self.writing.take(Job::start("doublet-card", move || repaint.request_repaint(), work));
+    }
+}
+
+/// What a criterion ranks inputs by; the smallest is best.
+fn ranking(criterion: Criterion) -> &'static str {
+    match criterion {
+        Criterion::A => "least squared relative errors (a)",
+        Criterion::D => "least volume of the errors (d)",
+        Criterion::MaxRelative => "least of the largest error",
     }
 }
 

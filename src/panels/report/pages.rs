@@ -33,12 +33,16 @@ struct Source {
     house: HouseStyle,
 }
 
+/// Pages, and the names of the sections that are on them.
+type Typeset = (Vec<Page>, BTreeSet<String>);
+
 /// The pages of the report on screen.
 #[derive(Default)]
 pub struct Pages {
-    typesetting: Option<(Source, Job<Vec<Page>>)>,
+    typesetting: Option<(Source, Job<Typeset>)>,
     source: Option<Source>,
     pages: Arc<[Page]>,
+    sections: BTreeSet<String>,
     error: Option<String>,
     /// The page being drawn, with its width in pixels.
     drawing: Option<(usize, u32, Job<ColorImage>)>,
@@ -127,8 +131,8 @@ impl Pages {
     fn take(&mut self, ctx: &egui::Context) {
         if let Some((source, job)) = self.typesetting.take_if(|(_, job)| job.is_finished()) {
             match job.finish() {
-                Ok(pages) => {
-                    self.pages = pages.into();
+                Ok((pages, sections)) => {
+                    (self.pages, self.sections) = (pages.into(), sections);
                     self.pictures.clear();
                     self.error = None;
                 }
@@ -168,7 +172,8 @@ impl Pages {
         let wake = egui.clone();
         let work = move |control: &Control, progress: &(dyn Fn(f32) + Sync)| {
             let document = doublet_report::assemble(&session, &snapshot, &order);
-            doublet_report::pages(&document, control, progress)
+            let sections = document.sections.iter().map(|section| section.name.clone()).collect();
+            Ok((doublet_report::pages(&document, control, progress)?, sections))
         };
         match Job::start::<String>("typesetting", move || wake.request_repaint(), work) {
             Ok(job) => self.typesetting = Some((source, job)),
@@ -186,6 +191,13 @@ impl Pages {
             Ok(job) => self.drawing = Some((at, width, job)),
             Err(error) => self.error = Some(error.to_string()),
         }
+    }
+
+    /// Whether a section was asked for and has no contents.
+    pub fn is_empty(&self, kind: SectionKind) -> bool {
+        let is_of_kind = |name: &String| name == kind.name() || name.strip_prefix("appendix-") == Some(kind.name());
+        let is_asked = self.source.as_ref().is_some_and(|source| !source.left_out.contains(&kind));
+        is_asked && !self.pages.is_empty() && !self.sections.iter().any(is_of_kind)
     }
 
     /// How many pages there are, and what is being done about them.

@@ -53,8 +53,14 @@ impl Panel for Derivatives {
             if selection.scope == Scope::All {
                 ui.checkbox(&mut selection.constants, "constants").on_hover_text("Constant of every manoeuvre");
             }
-            selection.scope != Scope::Intervals
-                && ui.button("Copy as CSV").on_hover_text("Copy the table to the clipboard").clicked()
+            let scope = selection.scope;
+            let is_copied = scope != Scope::Intervals
+                && ui.button("Copy as CSV").on_hover_text("Copy the table to the clipboard").clicked();
+            if matches!(scope, Scope::All | Scope::Chosen) {
+                let unit = RichText::new("per rad, rates non-dimensional").size(11.0).weak();
+                ui.label(unit).on_hover_text("Rates are non-dimensional with the reference geometry");
+            }
+            is_copied
         });
         let (error, fits, stale) = match ctx.selection().scope {
             Scope::Each => return by_window::show(ctx, ui, copied.inner),
@@ -70,7 +76,6 @@ impl Panel for Derivatives {
                 (slot.error(), slot.latest().map(|pooled| pooled.fits.as_slice()), slot.is_stale())
             }
         };
-        ui.label(RichText::new("per rad; rates non-dimensional with the reference geometry").size(11.0).weak());
         trouble(ui, error);
         let Some(fits) = fits.filter(|fits| !fits.is_empty()) else {
             return awaiting(ctx, ui, "the derivatives", "No identification manoeuvre.");

@@ -5,12 +5,12 @@ use std::collections::BTreeSet;
 
 use doublet_core::model::Coefficient;
 use doublet_engine::session::{Edit, ExperimentEdit, Fix, Place, Session};
-use doublet_engine::verdict::Finding;
+use doublet_engine::verdict::{Finding, VerdictCounts};
 use eframe::egui::{Button, Label, RichText, Ui};
 
-use crate::command::{UiCommand, ViewCommand};
+use crate::command::{EditCommand, UiCommand, ViewCommand};
 use crate::notation;
-use crate::panels::results::applied_fix::describe;
+use crate::panels::results::applied_fix::{HeldFindings, describe};
 use crate::panels::{Pane, PanelContext};
 use crate::ui_state::Scope;
 use crate::widgets::level_mark::level_mark;
@@ -60,10 +60,10 @@ impl<'a> FindingKind<'a> {
     }
 }
 
-/// Findings of one kind; whether their fix is to be applied.
-pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, kind: &FindingKind<'_>) -> bool {
+/// Findings of one kind; the height of the row of their fix where that is to be applied.
+pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, kind: &FindingKind<'_>, held: &HeldFindings) -> Option<f32> {
     let (finding, alike) = (kind.first, kind.places.len());
-    let mut is_wanted = false;
+    let mut wanted = None;
     ui.add_space(2.0);
     ui.horizontal_top(|ui| {
         level_mark(ui, Some(finding.level));
@@ -77,7 +77,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, kind: &FindingKind<'_>) -> 
                 ui.add(Label::new(notation::typeset_in(&finding.fix_text, 11.5, weak)).wrap());
             }
             if let Some(fix) = &kind.fix {
-                is_wanted = fix_row(ctx, ui, fix);
+                wanted = fix_row(ctx, ui, fix, held);
             }
             ui.horizontal_wrapped(|ui| {
                 ui.spacing_mut().item_spacing.x = 8.0;
@@ -90,41 +90,73 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, kind: &FindingKind<'_>) -> 
             });
         });
     });
+    wanted
+}
+
+/// The fix with the verdict before and after it; its height where it is to be applied.
+fn fix_row(ctx: &mut PanelContext<'_>, ui: &mut Ui, fix: &Fix, held: &HeldFindings) -> Option<f32> {
+    let mut is_wanted = false;
+    let applied = held.applied(fix);
+    let row = ui.vertical(|ui| {
+        if let Some(applied) = applied {
+            ui.set_min_height(applied.height);
+            ui.horizontal_wrapped(|ui| applied_actions(ctx, ui, fix));
+            return change(ui, Some(applied.before), applied.after(ctx).ok_or("computing"));
+        }
+        let tried = &mut ctx.wanted.inquiry.fixes;
+        tried.0 = ctx.snapshot.generation;
+        tried.1.push(fix.clone());
+        ui.horizontal_wrapped(|ui| is_wanted = actions(ctx, ui, fix));
+        let slot = ctx.snapshot.inquiries.fixes.row(fix);
+        let after = match slot.map(|slot| (slot.ready(), slot.error())) {
+            Some((Some(outcome), _)) => Ok(outcome.verdict),
+            Some((None, Some(error))) => Err(error),
+            _ => Err("computing"),
+        };
+        let before = ctx.snapshot.verdicts.latest().map(|verdicts| VerdictCounts::count(verdicts));
+        change(ui, before, after);
+    });
+    is_wanted.then_some(row.response.rect.height())
+}
+
+/// What can be done with a fix: apply it, or keep it as an experiment; whether it is to be applied.
+fn actions(ctx: &mut PanelContext<'_>, ui: &mut Ui, fix: &Fix) -> bool {
+    ui.spacing_mut().item_spacing.x = 8.0;
+    let button = ui.add(Button::new(notation::typeset(&format!("Apply: {}", fix.label), 12.5)).small());
+    ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(format!("Apply: {}", fix.label)));
+    let is_wanted = button.on_hover_text("Applies the fix as one undo step").clicked();
+    if fix.is_of_configuration() {
+        let button = ui.small_button("Add as experiment");
+        let hint = "Keeps the session with this fix as an experiment, to compare it with others";
+        if button.on_hover_text(hint).clicked()
+            && let Some(experiment) = fix.to_experiment(ctx.session)
+        {
+            ctx.edit(Edit::Experiment(ExperimentEdit::Add(vec![experiment])));
+            ctx.commands.push(UiCommand::View(ViewCommand::Show(Pane::Experiments)));
+        }
+    }
     is_wanted
 }
 
-/// The fix with the verdict it leads to, and the way to keep it as an experiment; whether it is to be applied.
-fn fix_row(ctx: &mut PanelContext<'_>, ui: &mut Ui, fix: &Fix) -> bool {
-    let mut is_wanted = false;
-    let tried = &mut ctx.wanted.inquiry.fixes;
-    tried.0 = ctx.snapshot.generation;
-    tried.1.push(fix.clone());
+/// A fix that was applied, and its undo.
+fn applied_actions(ctx: &mut PanelContext<'_>, ui: &mut Ui, fix: &Fix) {
+    let text = format!("Applied: {}", fix.label);
+    ui.label(notation::typeset_in(&text, 12.5, ui.visuals().strong_text_color()));
+    if ui.small_button("Undo").clicked() {
+        ctx.commands.push(UiCommand::Edit(EditCommand::Undo));
+    }
+}
+
+/// The verdict before and after a fix, or why the latter is not there.
+fn change(ui: &mut Ui, before: Option<VerdictCounts>, after: Result<VerdictCounts, &str>) {
     ui.horizontal_wrapped(|ui| {
-        ui.spacing_mut().item_spacing.x = 8.0;
-        let button = ui.add(Button::new(notation::typeset(&format!("Apply: {}", fix.label), 12.5)).small());
-        ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(format!("Apply: {}", fix.label)));
-        is_wanted = button.on_hover_text("Applies the fix as one undo step").clicked();
-        if fix.is_of_configuration() {
-            let button = ui.small_button("Add as experiment");
-            let hint = "Keeps the session with this fix as an experiment, to compare it with others";
-            if button.on_hover_text(hint).clicked()
-                && let Some(experiment) = fix.to_experiment(ctx.session)
-            {
-                ctx.edit(Edit::Experiment(ExperimentEdit::Add(vec![experiment])));
-                ctx.commands.push(UiCommand::View(ViewCommand::Show(Pane::Experiments)));
-            }
+        before.into_iter().for_each(|before| describe(ui, before));
+        ui.label("→");
+        match after {
+            Ok(after) => describe(ui, after),
+            Err(reason) => drop(ui.weak(reason)),
         }
     });
-    let slot = ctx.snapshot.inquiries.fixes.row(fix);
-    ui.horizontal_wrapped(|ui| match slot.map(|slot| (slot.ready(), slot.error())) {
-        Some((Some(outcome), _)) => {
-            ui.label("→");
-            describe(ui, outcome.verdict);
-        }
-        Some((None, Some(error))) => drop(ui.weak(error)),
-        _ => drop(ui.weak("→ computing")),
-    });
-    is_wanted
 }
 
 /// The link that selects manoeuvres.

@@ -11,7 +11,7 @@ use egui_extras::Column;
 
 use crate::command::{RunCommand, UiCommand, ViewCommand};
 use crate::notation;
-use crate::panels::{Pane, Panel, PanelContext, choices, empty, trouble};
+use crate::panels::{Pane, Panel, PanelContext, choices, empty, offer, trouble};
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::document_view::draw_table;
@@ -90,10 +90,17 @@ impl Panel for Studies {
 }
 
 impl Studies {
+    fn checks(&self) -> Study {
+        Study::Checks(CheckRequest { axis: None, estimators: self.estimators })
+    }
+
+    fn monte_carlo(&self) -> Study {
+        Study::MonteCarlo(MonteCarloRequest { realisations: self.realisations, seed: SEED })
+    }
+
     /// Every study: what it says, how far it is, the button that computes it.
     fn list(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let studies = &ctx.snapshot.studies;
-        let monte_carlo = Study::MonteCarlo(MonteCarloRequest { realisations: self.realisations, seed: SEED });
         let manoeuvres = [
             (Chosen::Condition, "Over airspeed and altitude"),
             (Chosen::LeftOut, "Each manoeuvre left out"),
@@ -101,8 +108,7 @@ impl Studies {
         ];
         entry(ctx, ui, "manoeuvres", (Study::Manoeuvres, state(&studies.manoeuvres)));
         self.aspects(ui, &manoeuvres);
-        let checks = Study::Checks(CheckRequest { axis: None, estimators: self.estimators });
-        entry(ctx, ui, "checks", (checks, state(&studies.checks)));
+        entry(ctx, ui, "checks", (self.checks(), state(&studies.checks)));
         for estimator in Estimator::on_request() {
             ui.horizontal(|ui| {
                 ui.add_space(10.0);
@@ -117,7 +123,7 @@ impl Studies {
             });
         }
         self.aspects(ui, &[(Chosen::Checks, "By manoeuvre")]);
-        entry(ctx, ui, "monte-carlo", (monte_carlo, state(&studies.monte_carlo)));
+        entry(ctx, ui, "monte-carlo", (self.monte_carlo(), state(&studies.monte_carlo)));
         ui.horizontal(|ui| {
             ui.add_space(10.0);
             ui.add(DragValue::new(&mut self.realisations).range(10..=2000)).on_hover_text("Realisations");
@@ -151,15 +157,16 @@ impl Studies {
 
     fn results(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
         let studies = &ctx.snapshot.studies;
+        let manoeuvres = (Study::Manoeuvres, &studies.manoeuvres);
         match self.chosen {
-            Chosen::Condition => shown(ctx, ui, &studies.manoeuvres, |ctx, ui, study| self.condition(ctx, ui, study)),
-            Chosen::LeftOut => shown(ctx, ui, &studies.manoeuvres, left_out),
-            Chosen::Kinds => shown(ctx, ui, &studies.manoeuvres, |_, ui, study| match study.kinds.is_empty() {
+            Chosen::Condition => shown(ctx, ui, manoeuvres, |ctx, ui, study| self.condition(ctx, ui, study)),
+            Chosen::LeftOut => shown(ctx, ui, manoeuvres, left_out),
+            Chosen::Kinds => shown(ctx, ui, manoeuvres, |_, ui, study| match study.kinds.is_empty() {
                 true => empty(ui, "All manoeuvres have the same kind of input."),
                 false => draw_table(&kind_table(&kind_rows(study)), ui),
             }),
-            Chosen::Checks => shown(ctx, ui, &studies.checks, checks),
-            Chosen::MonteCarlo => shown(ctx, ui, &studies.monte_carlo, |_, ui, study| {
+            Chosen::Checks => shown(ctx, ui, (self.checks(), &studies.checks), checks),
+            Chosen::MonteCarlo => shown(ctx, ui, (self.monte_carlo(), &studies.monte_carlo), |_, ui, study| {
                 let done = study.request.realisations - study.failed;
                 ui.weak(format!(
                     "{done} realisations; {} failed. The scatter contains measurement noise only.",
@@ -167,7 +174,7 @@ impl Studies {
                 ));
                 draw_table(&monte_carlo_table(&monte_carlo_rows(study), &[]), ui);
             }),
-            Chosen::Lags => shown(ctx, ui, &studies.lags, |_, ui, study| {
+            Chosen::Lags => shown(ctx, ui, (Study::Lags, &studies.lags), |_, ui, study| {
                 ui.weak("A negative delay means a late recording (recorder clock). Set it in Model ▸ Axes, reference, thrust and lags.");
                 draw_table(&lag_table(&lag_rows(study)), ui);
             }),
@@ -271,25 +278,30 @@ fn entry(ctx: &mut PanelContext<'_>, ui: &mut Ui, key: &str, (study, state): (St
     });
 }
 
-/// What a study found, pale where it is out of date.
+/// What a study found, pale where it is out of date; what it would find, and the button that computes it, where it is not computed.
 fn shown<T>(
     ctx: &mut PanelContext<'_>,
     ui: &mut Ui,
-    slot: &Slot<T>,
+    (study, slot): (Study, &Slot<T>),
     show: impl FnOnce(&mut PanelContext<'_>, &mut Ui, &T),
 ) {
     trouble(ui, slot.error());
-    let Some(study) = slot.latest() else {
+    let Some(found) = slot.latest() else {
         if let Slot::Running { progress, .. } = slot {
             ui.add(ProgressBar::new(*progress).desired_width(220.0).desired_height(8.0));
             return;
         }
-        return empty(ui, "Press Compute on the left.");
+        let row = STUDIES.iter().find(|row| std::mem::discriminant(&(row.make)()) == std::mem::discriminant(&study));
+        let text = row.map_or_else(String::new, |row| format!("{}: {} Not computed yet.", row.title, row.about));
+        if offer(ui, &text, "Compute now") {
+            ctx.commands.push(UiCommand::Run(RunCommand::Study(study)));
+        }
+        return;
     };
     if slot.is_stale() {
         ui.multiply_opacity(0.5);
     }
-    show(ctx, ui, study);
+    show(ctx, ui, found);
 }
 
 /// A table whose first column is as wide as there is room for; it scrolls sideways where there is little.

@@ -1,5 +1,7 @@
 //! Which results can be trusted: the verdict, its level for every manoeuvre and coefficient, and the findings with their fixes.
 
+use std::sync::Arc;
+
 use doublet_core::model::Coefficient;
 use doublet_engine::session::Session;
 use doublet_engine::verdict::{Finding, Level, Verdicts};
@@ -12,7 +14,7 @@ use egui_extras::{Column, TableBuilder, TableRow};
 use crate::command::{UiCommand, ViewCommand};
 use crate::notation;
 use crate::panels::manoeuvres::manoeuvre_list::menu;
-use crate::panels::results::applied_fix::AppliedFix;
+use crate::panels::results::applied_fix::HeldFindings;
 use crate::panels::results::finding_rows::{self, FindingKind};
 use crate::panels::{Pane, Panel, PanelContext, awaiting};
 use crate::widgets::level_mark::{self, level_mark};
@@ -108,7 +110,7 @@ impl Place {
 #[derive(Default)]
 pub struct Summary {
     chosen: Place,
-    applied: Option<AppliedFix>,
+    held: HeldFindings,
 }
 
 impl Panel for Summary {
@@ -116,7 +118,9 @@ impl Panel for Summary {
         let Some(verdicts) = ctx.snapshot.verdicts.latest().cloned() else {
             return awaiting(ctx, ui, "the verdict", "No verdict yet: compute again (F5).");
         };
-        if self.chosen.judged(&verdicts).is_none() {
+        self.held.follow(ctx);
+        let listed = self.held.listed(&verdicts);
+        if self.chosen.judged(&listed).is_none() {
             self.chosen = Place::default();
         }
         ui.horizontal(|ui| {
@@ -126,11 +130,7 @@ impl Panel for Summary {
             ui.add(Label::new(text).wrap());
         });
         if nothing_estimated(ctx.session).is_some() {
-            return self.first_step(ctx, ui, &verdicts);
-        }
-        self.applied.take_if(|applied| !applied.is_current(ctx.session) && ctx.edits.is_empty());
-        if let Some(applied) = &self.applied {
-            applied.show(ctx, ui);
+            return self.first_step(ctx, ui, &listed);
         }
         ui.add_space(2.0);
         if ctx.snapshot.verdicts.is_stale() {
@@ -143,16 +143,16 @@ impl Panel for Summary {
             let most = (room.x - NAMES - (fits + 1) as f32 * (CELL + GAP) - RIGHT_ROOM).max(LEAST_REASONS);
             let bar = Bar::right("reasons beside").default_size(most.min(0.5 * room.x));
             let bar = bar.size_range(LEAST_REASONS..=most);
-            bar.show(ui, |ui| self.reasons(ctx, ui, &verdicts));
-        } else if !self.has_findings(&verdicts) {
+            bar.show(ui, |ui| self.reasons(ctx, ui, &listed));
+        } else if !self.has_findings(&listed) {
             // In a low panel the grid needs the room.
             if room.y > LOW {
                 let bar = Bar::bottom("no reasons below").default_size(NO_REASONS).size_range(NO_REASONS..=NO_REASONS);
-                bar.show(ui, |ui| self.reasons(ctx, ui, &verdicts));
+                bar.show(ui, |ui| self.reasons(ctx, ui, &listed));
             }
         } else {
             let bar = Bar::bottom("reasons below").default_size(0.4 * room.y).size_range(64.0..=0.7 * room.y);
-            bar.show(ui, |ui| self.reasons(ctx, ui, &verdicts));
+            bar.show(ui, |ui| self.reasons(ctx, ui, &listed));
         }
         let ground = egui::Frame::new().inner_margin(egui::Margin { right: 6, ..Default::default() });
         egui::CentralPanel::default().frame(ground).show(ui, |ui| self.grid(ctx, ui, &verdicts));
@@ -161,7 +161,7 @@ impl Panel for Summary {
 
 impl Summary {
     /// What there is to do before anything can be estimated, and what is known of the session so far.
-    fn first_step(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, verdicts: &Verdicts) {
+    fn first_step(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, verdicts: &Arc<Verdicts>) {
         ui.horizontal_wrapped(|ui| {
             for (text, pane) in [("Show the flight", Pane::Flight), ("Show the manoeuvres found", Pane::Manoeuvres)] {
                 if ui.button(text).clicked() {
@@ -170,9 +170,10 @@ impl Summary {
             }
         });
         let kinds = FindingKind::group(&verdicts.session.reasons.iter().collect::<Vec<_>>());
-        ScrollArea::vertical().id_salt("reasons").auto_shrink(false).show(ui, |ui| {
-            self.findings(ctx, ui, &Place::default().title(), &kinds);
+        let list = ScrollArea::vertical().id_salt("reasons").auto_shrink(false).show(ui, |ui| {
+            self.findings(ctx, ui, verdicts, (&Place::default().title(), &kinds));
         });
+        self.held.release_left(ui, list.inner_rect);
     }
 
     /// Whether there are findings to show.
@@ -279,25 +280,28 @@ impl Summary {
         if let Some(window) = &place.window {
             ctx.choose(window);
         }
+        self.held.release();
         self.chosen = if place == self.chosen { Place::default() } else { place };
     }
 
     /// Why the chosen cell is what it is.
-    fn reasons(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, verdicts: &Verdicts) {
+    fn reasons(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, verdicts: &Arc<Verdicts>) {
         let Some((level, reasons)) = self.chosen.judged(verdicts) else { return };
         ui.add_space(4.0);
         ui.horizontal(|ui| {
             level_mark(ui, Some(level));
-            let title = format!("{}: {}", self.chosen.title(), level.name());
+            let then = if self.held.is_holding() { ", before the fix" } else { "" };
+            let title = format!("{}: {}{then}", self.chosen.title(), level.name());
             ui.label(notation::typeset_in(&title, 13.0, ui.visuals().strong_text_color()));
             if self.chosen != Place::default() && ui.small_button("Session").clicked() {
+                self.held.release();
                 self.chosen = Place::default();
             }
         });
-        ScrollArea::vertical().id_salt("reasons").auto_shrink(false).show(ui, |ui| {
+        let list = ScrollArea::vertical().id_salt("reasons").auto_shrink(false).show(ui, |ui| {
             let kinds = FindingKind::group(&reasons);
             if !kinds.is_empty() {
-                return self.findings(ctx, ui, &self.chosen.title(), &kinds);
+                return self.findings(ctx, ui, verdicts, (&self.chosen.title(), &kinds));
             }
             let worst = if self.chosen == Place::default() { worst_fits(verdicts) } else { Vec::new() };
             if worst.is_empty() {
@@ -314,18 +318,26 @@ impl Summary {
                         self.chosen = place;
                     }
                 });
-                self.findings(ctx, ui, &title, &FindingKind::group(&reasons));
+                self.findings(ctx, ui, verdicts, (&title, &FindingKind::group(&reasons)));
             }
         });
+        self.held.release_left(ui, list.inner_rect);
     }
 
     /// Findings of a place, the worst first; the rest is asked for.
-    fn findings(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, title: &str, kinds: &[FindingKind<'_>]) {
+    fn findings(
+        &mut self,
+        ctx: &mut PanelContext<'_>,
+        ui: &mut Ui,
+        verdicts: &Arc<Verdicts>,
+        (title, kinds): (&str, &[FindingKind<'_>]),
+    ) {
         let (worst, more) = kinds.split_at(WORST.min(kinds.len()));
         let mut show_all = |ui: &mut Ui, kinds: &[FindingKind<'_>]| {
             for kind in kinds {
-                if finding_rows::show(ctx, ui, kind) {
-                    self.applied = kind.fix.as_ref().and_then(|fix| AppliedFix::apply(ctx, fix));
+                let wanted = finding_rows::show(ctx, ui, kind, &self.held);
+                if let Some(wanted) = kind.fix.as_ref().zip(wanted) {
+                    self.held.apply(ctx, verdicts, wanted);
                 }
             }
         };

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::str::FromStr;
 
 use doublet_core::airframe::FlightEnvelope;
-use doublet_core::quantity::{Role, Unit};
+use doublet_core::quantity::{Dimension, Role, Unit};
 use serde::Serialize;
 
 use crate::session::Level;
@@ -66,13 +66,74 @@ impl FromStr for Limit {
         let form = || format!("'{text}': write QUANTITY=LOW:HIGH, for example airspeed=75kt:150kt or alpha=:14deg");
         let (quantity, range) = text.split_once('=').ok_or_else(form)?;
         let (low, high) = range.split_once(':').ok_or_else(form)?;
-        let quantity = quantity.trim();
-        let role = Role::from_name(quantity);
-        if role.is_none() && quantity != LOAD_FACTOR {
-            return Err(format!(
-                "'{quantity}' is not a known quantity: use {LOAD_FACTOR} or a role of the channel maps, such as airspeed"
-            ));
+        Self::between(text, quantity.trim(), [low, high], form)
+    }
+}
+
+impl Limit {
+    /// Limits as they are written on a card, separated by commas: `alpha < 14 deg, 0.2 < n_z < 3.5, 75 < airspeed < 150 kt`; those of
+    /// [`Limit::from_str`] as well, separated by spaces. A bound without a unit has that of the other one.
+    ///
+    /// # Errors
+    /// One line: what cannot be read, an unknown quantity, a unit of another quantity, an angle without a unit.
+    pub fn parse_list(text: &str) -> Result<Vec<Self>, String> {
+        let items = text.split([',', ';', '\n']).map(str::trim).filter(|item| !item.is_empty());
+        let is_card = |item: &str| item.contains(['<', '>', '≤', '≥']);
+        let mut limits = Vec::new();
+        for item in items {
+            if is_card(item) {
+                limits.push(Self::parse_inequality(item)?);
+            } else {
+                limits.extend(item.split_whitespace().map(str::parse).collect::<Result<Vec<Self>, String>>()?);
+            }
         }
+        Ok(limits)
+    }
+
+    /// One limit written by `<` or `>`.
+    fn parse_inequality(text: &str) -> Result<Self, String> {
+        let form = || format!("'{text}': write for example alpha < 14 deg, n_z > 0.2 or 75 < airspeed < 150 kt");
+        let plain = text.replace("<=", "<").replace(">=", ">").replace('≤', "<").replace('≥', ">");
+        let is_less = match (plain.contains('<'), plain.contains('>')) {
+            (true, false) => true,
+            (false, true) => false,
+            _ => return Err(form()),
+        };
+        let mut parts: Vec<&str> = plain.split(['<', '>']).map(str::trim).collect();
+        if !is_less {
+            parts.reverse();
+        }
+        // From the least to the greatest.
+        let (low, quantity, high) = match parts[..] {
+            [low, quantity, high] if find_quantity(quantity).is_some() => (low, quantity, high),
+            [quantity, high] if find_quantity(quantity).is_some() => ("", quantity, high),
+            [low, quantity] if find_quantity(quantity).is_some() => (low, quantity, ""),
+            _ => return Err(form()),
+        };
+        let unit = |bound: &str| bound[split_number(bound)..].trim().to_owned();
+        let (of_low, of_high) = (unit(low), unit(high));
+        let complete = |bound: &str, own: &str, other: &str| match (bound.is_empty(), own.is_empty()) {
+            (false, true) => format!("{bound} {other}"),
+            _ => bound.to_owned(),
+        };
+        let bounds = [complete(low, &of_low, &of_high), complete(high, &of_high, &of_low)];
+        let (name, role) = find_quantity(quantity).ok_or_else(form)?;
+        if role.is_some_and(|role| role.dimension() == Dimension::Angle) && of_low.is_empty() && of_high.is_empty() {
+            return Err(format!("'{text}': the angle has no unit: write deg or rad"));
+        }
+        Self::between(text, name, [&bounds[0], &bounds[1]], form)
+    }
+
+    /// A limit by both bounds, either empty where there is none.
+    fn between(
+        text: &str,
+        quantity: &str,
+        [low, high]: [&str; 2],
+        form: impl Fn() -> String + Copy,
+    ) -> Result<Self, String> {
+        let (quantity, role) = find_quantity(quantity).ok_or_else(|| {
+            format!("'{quantity}' is not a known quantity: use {LOAD_FACTOR} or a role of the channel maps, such as airspeed")
+        })?;
         let (low, high) = (parse_bound(low, (role, quantity), form)?, parse_bound(high, (role, quantity), form)?);
         match (low, high) {
             (None, None) => Err(form()),
@@ -82,6 +143,19 @@ impl FromStr for Limit {
             _ => Ok(Self { quantity: quantity.to_owned(), low, high }),
         }
     }
+}
+
+/// The quantity that is called so, with its role where it has one.
+fn find_quantity(name: &str) -> Option<(&'static str, Option<Role>)> {
+    match name {
+        LOAD_FACTOR | "nz" => Some((LOAD_FACTOR, None)),
+        name => Role::from_name(name).map(|role| (role.name(), Some(role))),
+    }
+}
+
+/// Where the number ends that `text` begins with.
+fn split_number(text: &str) -> usize {
+    text.find(|letter: char| letter.is_alphabetic() && !"eE".contains(letter)).unwrap_or(text.len())
 }
 
 /// A bound in SI; none where `text` is empty, `form` what is said of text that is not a number.
@@ -94,8 +168,7 @@ fn parse_bound(
     if text.is_empty() {
         return Ok(None);
     }
-    let digits = text.find(|letter: char| letter.is_alphabetic() && !"eE".contains(letter)).unwrap_or(text.len());
-    let (number, unit) = text.split_at(digits);
+    let (number, unit) = text.split_at(split_number(text));
     let number: f64 = number.trim().parse().map_err(|_| form())?;
     if unit.is_empty() {
         return Ok(Some(number));
@@ -156,6 +229,31 @@ mod tests {
             [("n_z".to_owned(), None, Some(3.8)), ("calibrated_airspeed".to_owned(), Some(36.0), Some(92.6))];
         assert_eq!(found, expected);
         assert_eq!(Limit::of_envelope(&FlightEnvelope::default()), []);
+    }
+
+    #[test]
+    fn limits_are_read_as_they_stand_on_a_card() {
+        let kt = 1852.0 / 3600.0;
+        let found = Limit::parse_list("alpha < 14 deg, 0.2 <= nz < 3.5; 150 kt > airspeed > 75, p=:1 q=-1:1").unwrap();
+        let expected = [
+            ("alpha", None, Some(14_f64.to_radians())),
+            ("n_z", Some(0.2), Some(3.5)),
+            ("airspeed", Some(75.0 * kt), Some(150.0 * kt)),
+            ("p", None, Some(1.0)),
+            ("q", Some(-1.0), Some(1.0)),
+        ];
+        assert_eq!(found.len(), expected.len());
+        for (limit, (quantity, low, high)) in found.iter().zip(expected) {
+            let near = |a: Option<f64>, b: Option<f64>| a.unwrap_or(f64::MAX) - b.unwrap_or(f64::MAX);
+            assert_eq!(limit.quantity, quantity);
+            assert!(near(limit.low, low).abs() < 1e-12 && near(limit.high, high).abs() < 1e-12, "{limit:?}");
+        }
+        for wrong in
+            ["alpha < 14", "alpha < 14 kt", "14 < 15 deg", "alpha < < 3 deg", "lift < 2", "3 < n_z < 2", "<", "alpha <"]
+        {
+            assert!(Limit::parse_list(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(Limit::parse_list(" "), Ok(Vec::new()));
     }
 
     #[test]

@@ -171,6 +171,11 @@ pub enum EditError {
 }
 
 impl Edit {
+    /// Whether it keeps experiments, which are results: it is no step of undo.
+    pub(crate) fn keeps_experiments(&self) -> bool {
+        matches!(self, Self::Experiment(ExperimentEdit::Keep(_) | ExperimentEdit::Add(_)))
+    }
+
     /// Name of the step in the undo list.
     pub fn label(&self) -> String {
         match self {

@@ -139,6 +139,19 @@ impl Session {
         Self { experiments: Vec::new(), ..self.clone() }
     }
 
+    /// The session with further experiments, for its own manoeuvres; those it has already or has no room for are left out.
+    #[must_use]
+    pub(crate) fn with_experiments(&self, added: &[Experiment]) -> Self {
+        let mut next = self.clone();
+        for experiment in added {
+            if !next.has_experiment(experiment) {
+                let _ = next.keep(experiment.clone());
+            }
+        }
+        next.follow_manoeuvres();
+        next
+    }
+
     /// Gives every experiment the manoeuvres of the session: those marked since as they are, those removed no more.
     pub(super) fn follow_manoeuvres(&mut self) {
         let present = Configuration::from_session(self).manoeuvres;
@@ -284,7 +297,7 @@ pub fn noise_experiments(session: &Session) -> Vec<Experiment> {
     let one = |factor: f64| {
         let mut configuration = Configuration::from_session(session);
         configuration.filter.measurement_noise.iter_mut().for_each(|noise| *noise *= factor);
-        Experiment { name: format!("Measurement noise x {factor}"), configuration: configuration.into() }
+        Experiment { name: format!("{factor} x measurement noise"), configuration: configuration.into() }
     };
     NOISE_FACTORS.map(one).into()
 }

@@ -123,11 +123,13 @@ impl Verdicts {
         self.pooled.iter().filter(|fit| fit.is_unused)
     }
 
-    /// The verdict in one line: its level, how many manoeuvres are good, and the coefficients by level.
+    /// The verdict in one line: its level with the coefficients that are worse, how many manoeuvres are good, and the other coefficients
+    /// by level, the worst first.
     pub fn headline(&self) -> String {
         if self.windows.is_empty() {
             return format!("{}: no manoeuvre, nothing is estimated", self.session.level.name());
         }
+        let level = self.session.level;
         let good = self.windows.values().filter(|window| window.verdict.level == Level::Good).count();
         let windows = format!("{good} of {} manoeuvres good", self.windows.len());
         let fits_of_level = |level: Level| -> Option<String> {
@@ -135,9 +137,14 @@ impl Verdicts {
             let names: Vec<&str> = fits.map(|fit| fit.coefficient.name()).collect();
             (!names.is_empty()).then(|| format!("{} {}", names.join(", "), level.name()))
         };
-        let fits = [Level::Good, Level::Caution, Level::Bad].into_iter().filter_map(fits_of_level);
-        let parts: Vec<String> = std::iter::once(windows).chain(fits).collect();
-        format!("{}: {}", self.session.level.name(), parts.join("; "))
+        let of_levels = |is_worse: bool| {
+            let levels = [Level::Bad, Level::Caution, Level::Good].into_iter();
+            levels.filter(move |one| (*one > level) == is_worse).filter_map(&fits_of_level)
+        };
+        let worse: Vec<String> = of_levels(true).collect();
+        let except = if worse.is_empty() { String::new() } else { format!(" except {}", worse.join(", ")) };
+        let parts: Vec<String> = std::iter::once(windows).chain(of_levels(false)).collect();
+        format!("{}{except}: {}", level.name(), parts.join("; "))
     }
 }
 

@@ -44,3 +44,30 @@ fn experiments_are_kept_saved_as_what_differs_and_taken_up_in_one_step() {
         assert!(Edit::Experiment(refused.clone()).apply(&session).is_err(), "{refused:?}");
     }
 }
+
+#[test]
+fn a_kept_experiment_stays_through_undo_and_redo_of_older_edits() {
+    let mut history = History::new(example());
+    let names = |history: &History| -> Vec<String> {
+        history.present().experiments.iter().map(|experiment| experiment.name.clone()).collect()
+    };
+    let method = |method| Edit::Filter(FilterEdit::Method(method));
+    history.apply(&method(Method::Ekf)).unwrap();
+    let later = Manoeuvre { name: "e9".to_owned(), ..example().windows[0].clone() };
+    history.apply(&Edit::Window(WindowEdit::Add(later))).unwrap();
+    assert!(history.undo());
+    history.apply(&Edit::Experiment(ExperimentEdit::Keep("kept".to_owned()))).unwrap();
+    let (steps, done) = history.steps();
+    assert_eq!((steps.len(), done), (2, 1), "no step of its own");
+    for (done, windows) in [(0, 2), (2, 3), (1, 2)] {
+        history.go_to(done);
+        assert_eq!(names(&history), ["kept"], "after {done} steps");
+        let kept = &history.present().experiments[0].configuration;
+        assert_eq!((kept.filter.method, kept.manoeuvres.len()), (Method::Ekf, windows), "after {done} steps");
+    }
+    let removed = Edit::Experiment(ExperimentEdit::Drop("kept".to_owned()));
+    history.apply(&removed).unwrap();
+    assert_eq!(names(&history), [""; 0]);
+    assert!(history.undo());
+    assert_eq!(names(&history), ["kept"], "its removal is a step");
+}
