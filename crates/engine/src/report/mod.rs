@@ -49,7 +49,7 @@ pub use mass::{FlownMassRow, ItemRow, MassRow};
 pub use prediction::{PredictionAgreement, PredictionRow, ValidationRow};
 pub use proof::{BandRow, ProofRow, ReplayRow, TestRow, TheilRow, rows as proof_rows};
 pub use reference::{Reference, reference};
-pub use responses::{ResponseRow, SystemRow, response_rows, response_table};
+pub use responses::{ModeComparisonRow, ResponseRow, SystemRow, response_rows, response_table};
 pub use results::{
     AgreementRow, ChannelRow, ClockRow, CorrelationRow, DerivativeRow, DerivativeSummaryRow, DroppedRow, EngineRow,
     ExpressionRow, FORMAT, FitRow, FlightRow, InnovationRow, InnovationSummaryRow, MonitorRow, PhaseRow, RecordingRow,

@@ -199,7 +199,16 @@ pub(super) fn overall(contents: &Contents<'_>) -> Option<String> {
     let mut used = contents.results.windows.iter().filter_map(|row| Some(row.verdict.as_ref()?.level)).peekable();
     let none_good = used.peek().is_some() && used.all(|level| level > Level::Good);
     let none_good = if none_good { "; no manoeuvre is good" } else { "" };
-    Some(format!("{level}, {extent}{doubtful}{none_good}"))
+    let contradicted = contradicted_modes(contents);
+    Some(format!("{level}, {extent}{doubtful}{none_good}{contradicted}"))
+}
+
+/// Quantities of modes for which the frequency responses give another value than the model that is judged.
+fn contradicted_modes(contents: &Contents<'_>) -> String {
+    let rows = contents.results.studies.mode_comparison.iter().filter(|row| row.contradiction);
+    let names: Vec<String> =
+        rows.map(|row| format!("{} {} (response to {})", row.mode, row.quantity, row.surface)).collect();
+    if names.is_empty() { String::new() } else { format!("; contradicted by frequency responses: {}", names.join(", ")) }
 }
 
 /// Coefficients of the motion out of the plane of symmetry.

@@ -1,12 +1,12 @@
 //! Section on frequency responses and low-order equivalent systems.
 
 use super::bode::{BodeModel, bode_figure};
-use super::{Block, Contents, Figure, paragraph};
+use super::{Block, Contents, Figure, paragraph, table_or};
 use crate::notation;
-use crate::report::responses::SystemRow;
+use crate::report::responses::{ModeComparisonRow, SystemRow};
 use crate::report::table::{Cell, Column, Table, TableOf};
-use crate::session::Level;
-use crate::study::SurfaceResponse;
+use crate::session::{Finding, Level};
+use crate::study::{EquivalentStudy, ModeComparison, SurfaceResponse};
 
 /// A Bode plot for each control with its equivalent system, and the parameters of all.
 pub fn responses(contents: &Contents<'_>) -> Vec<Block> {
@@ -19,26 +19,69 @@ pub fn responses(contents: &Contents<'_>) -> Vec<Block> {
     )];
     let side_by_side = |figure: Figure| Block::Figure(Figure { columns: 3, panel_height_mm: 38.0, ..figure });
     blocks.extend(found.surfaces.iter().filter_map(surface_figure).map(side_by_side));
-    let systems = &contents.results.studies.equivalent_systems;
-    blocks.push(Block::Table(parameters(systems.iter().filter(|row| row.error.is_none()))));
-    let failed = systems.iter().filter_map(|row| Some(format!("{}: {}", row.input, row.error.as_ref()?)));
-    let judged = found.surfaces.iter().filter_map(|surface| Some((surface, surface.system.as_ref().ok()?)));
-    let doubted = judged.flat_map(|(surface, system)| {
-        let reasons = system.verdict.reasons.iter().filter(|reason| reason.level > Level::Good);
-        reasons.map(|reason| format!("{}: {}", surface.surface.role().name(), reason.text))
-    });
-    let listed: Vec<String> = failed.chain(doubted).collect();
+    let is_answer = |row: &&SystemRow| row.error.is_none() && row.verdict != Level::Bad.name();
+    let accepted = parameters(contents.results.studies.equivalent_systems.iter().filter(is_answer));
+    blocks.push(table_or(accepted, "No equivalent system fits its response."));
+    let listed: Vec<String> = found.surfaces.iter().flat_map(reservations).collect();
     if !listed.is_empty() {
         blocks.push(Block::List(listed));
     }
+    let compared = compared_modes(&contents.results.studies.mode_comparison);
+    blocks.extend((!compared.rows.is_empty()).then_some(Block::Table(compared)));
+    blocks.extend(contradictions(contents));
     blocks
+}
+
+/// Why the equivalent system of a control is missing, rejected or doubtful.
+fn reservations(surface: &SurfaceResponse) -> Vec<String> {
+    let control = surface.surface.name();
+    let system = match &surface.system {
+        Ok(system) => system,
+        Err(error) => return vec![format!("{control}: no equivalent system: {error}")],
+    };
+    let of_level = |reason: &&Finding| reason.level == system.verdict.level && reason.level > Level::Good;
+    let is_rejected = system.is_rejected();
+    let word = if is_rejected { format!("rejected, form {}: ", system.fit.form) } else { String::new() };
+    system.verdict.reasons.iter().filter(of_level).map(|reason| format!("{control}: {word}{}", line(reason))).collect()
+}
+
+/// What was found and what to do, without the place.
+fn line(found: &Finding) -> String {
+    format!("{} {}", found.text, found.fix_text)
+}
+
+/// Modes on which the responses and the identified model contradict each other; none where they agree.
+pub(super) fn contradictions(contents: &Contents<'_>) -> Option<Block> {
+    let study = contents.snapshot.studies.responses.ready()?;
+    let found: Vec<Finding> = study.compared_modes().filter_map(ModeComparison::finding).collect();
+    let lines: Vec<String> = found.iter().map(ToString::to_string).collect();
+    (!lines.is_empty()).then_some(Block::List(lines))
+}
+
+fn compared_modes(rows: &[ModeComparisonRow]) -> Table {
+    let caption = "Natural modes by the equivalent system of a response and by the identified model, with 95 % intervals. Intervals that do not overlap contradict each other.";
+    let word = |row: &ModeComparisonRow| if row.contradiction { "contradict" } else { "overlap" };
+    TableOf::new("mode_comparison", caption, rows)
+        .text("mode", "Mode", |row| row.mode)
+        .text("quantity", "Quantity", |row| row.quantity)
+        .text("unit", "Unit", |row| row.unit)
+        .text("surface", "Response to", |row| row.surface)
+        .number("response", "Response", "", 3, |row| row.response)
+        .number("response_low", "95 % from", "", 3, |row| row.response_low)
+        .number("response_high", "to", "", 3, |row| row.response_high)
+        .number("model", "Model", "", 3, |row| row.model)
+        .number("model_low", "95 % from", "", 3, |row| row.model_low)
+        .number("model_high", "to", "", 3, |row| row.model_high)
+        .text("agreement", "Intervals", word)
+        .done()
 }
 
 /// Bode plot of one control's response with its equivalent system.
 pub fn surface_figure(surface: &SurfaceResponse) -> Option<Figure> {
     let study = surface.response.as_ref().ok()?;
-    let model = |system: &crate::study::EquivalentStudy| {
-        Some(BodeModel::pair("equivalent system", &system.fit.model, study.responses.get(system.input)?))
+    let model = |system: &EquivalentStudy| {
+        let label = if system.is_rejected() { "rejected system" } else { "equivalent system" };
+        Some(BodeModel::pair(label, &system.fit.model, study.responses.get(system.input)?))
     };
     let mut models: Vec<BodeModel> = surface.system.as_ref().ok().and_then(model).into_iter().flatten().collect();
     if let Some(response) = study.responses.first().filter(|_| !surface.model.is_empty()) {
@@ -48,7 +91,7 @@ pub fn surface_figure(surface: &SurfaceResponse) -> Option<Figure> {
 }
 
 fn parameters<'r>(rows: impl Iterator<Item = &'r SystemRow>) -> Table {
-    TableOf::new("equivalent_systems", "Low-order equivalent systems; the gain in SI units and rad.", rows)
+    TableOf::new("equivalent_systems", "Accepted low-order equivalent systems; the gain in SI units and rad. Mismatch cost: limit 100.", rows)
         .text("response", "Response", |row| row.output.as_str())
         .text("input", "to", |row| row.input.as_str())
         .text("form", "Form", |row| row.form.as_str())
