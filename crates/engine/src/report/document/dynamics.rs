@@ -24,7 +24,7 @@ pub fn dynamics(contents: &Contents<'_>) -> Parts {
     };
     let mut blocks = vec![
         paragraph(
-            "The identified model linearised in steady flight, by default at the median condition of the identification manoeuvres. Intervals follow from the corrected standard errors, by linearisation and by sampling.",
+            "The identified model linearised in steady flight, by default at the median of the conditions of the identification manoeuvres (mean before each input). Intervals follow from the corrected standard errors, by linearisation and by sampling.",
         ),
         Block::Facts(trim(row)),
     ];

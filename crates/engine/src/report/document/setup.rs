@@ -10,6 +10,7 @@ use crate::report::table::{Cell, Table, TableOf};
 use crate::report::tables;
 use crate::report::{MapRow, WindowRow, applied_delays};
 use crate::session::{Manoeuvre, Session, WindowRole};
+use crate::stage::CONDITION_NOTE;
 
 /// The session and the units of the report.
 pub fn overview(contents: &Contents<'_>) -> Parts {
@@ -196,7 +197,9 @@ fn manoeuvre_table(contents: &Contents<'_>) -> Table {
         results.manoeuvre_map.iter().find(|found| found.name == row.name && found.flight == row.flight)
     };
     let map_value = |row: &WindowRow, value: &dyn Fn(&MapRow) -> Option<f64>| condition(row).and_then(value);
-    let caption = "Manoeuvres: mean condition, wind and gusts where they are known, and drift before the input.";
+    let caption = format!(
+        "Manoeuvres: condition, wind and gusts where they are known, and drift before the input. {CONDITION_NOTE}"
+    );
     TableOf::new("flown", caption, &results.windows)
         .text("window", "Manoeuvre", |row| &row.name)
         .text("role", "Use", |row| if row.role == WindowRole::Validation.name() { "val" } else { "id" })
