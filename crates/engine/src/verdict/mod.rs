@@ -53,4 +53,5 @@ pub use fold::{Folded, fold};
 pub(crate) use judge::NO_WINDOW;
 pub use judge::judge;
 pub use judged_flights::{JudgedFlights, fly_and_judge, judged_flights};
+use stated_quantity::mean_mass;
 pub use stated_quantity::{StatedQuantity, stated_quantity};

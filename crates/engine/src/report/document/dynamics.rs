@@ -3,7 +3,7 @@
 use doublet_core::statistics::NORMAL_95;
 
 use super::level_map::level_map;
-use super::responses::contradictions;
+use super::responses::list_contradictions;
 use super::{Axis, Block, Contents, Figure, LineStyle, Panel, Parts, Plot, paragraph, points};
 use crate::notation::significant;
 use crate::report::table::{Cell, Column, Table, TableOf};
@@ -32,7 +32,7 @@ pub fn dynamics(contents: &Contents<'_>) -> Parts {
         blocks.extend(row.systems.get(key).map(|model| Block::Table(matrices(key, name, model))));
     }
     blocks.push(Block::Table(modes(row)));
-    blocks.extend(contradictions(contents));
+    blocks.extend(list_contradictions(contents));
     blocks.push(Block::Figure(roots(study)));
     blocks.push(Block::Table(levels(row)));
     blocks.extend(anticipation(study).map(Block::Figure));

@@ -28,7 +28,7 @@ pub fn responses(contents: &Contents<'_>) -> Vec<Block> {
     }
     let compared = compared_modes(&contents.results.studies.mode_comparison);
     blocks.extend((!compared.rows.is_empty()).then_some(Block::Table(compared)));
-    blocks.extend(contradictions(contents));
+    blocks.extend(list_contradictions(contents));
     blocks
 }
 
@@ -50,17 +50,21 @@ fn line(found: &Finding) -> String {
     format!("{} {}", found.text, found.fix_text)
 }
 
-/// Modes on which the responses and the identified model contradict each other; none where they agree.
-pub(super) fn contradictions(contents: &Contents<'_>) -> Option<Block> {
-    let study = contents.snapshot.studies.responses.ready()?;
-    let found: Vec<Finding> = study.compared_modes().filter_map(ModeComparison::finding).collect();
-    let lines: Vec<String> = found.iter().map(ToString::to_string).collect();
+/// Modes on which the responses and the identified model contradict each other, a line each.
+pub(super) fn contradictions(contents: &Contents<'_>) -> Vec<String> {
+    let study = contents.snapshot.studies.responses.ready();
+    let compared = study.iter().flat_map(|study| study.compared_modes());
+    compared.filter_map(ModeComparison::finding).map(|found| found.to_string()).collect()
+}
+
+/// The same as a block; none where they agree.
+pub(super) fn list_contradictions(contents: &Contents<'_>) -> Option<Block> {
+    let lines = contradictions(contents);
     (!lines.is_empty()).then_some(Block::List(lines))
 }
 
 fn compared_modes(rows: &[ModeComparisonRow]) -> Table {
     let caption = "Natural modes by the equivalent system of a response and by the identified model, with 95 % intervals. Intervals that do not overlap contradict each other.";
-    let word = |row: &ModeComparisonRow| if row.contradiction { "contradict" } else { "overlap" };
     TableOf::new("mode_comparison", caption, rows)
         .text("mode", "Mode", |row| row.mode)
         .text("quantity", "Quantity", |row| row.quantity)
@@ -72,7 +76,7 @@ fn compared_modes(rows: &[ModeComparisonRow]) -> Table {
         .number("model", "Model", "", 3, |row| row.model)
         .number("model_low", "95 % from", "", 3, |row| row.model_low)
         .number("model_high", "to", "", 3, |row| row.model_high)
-        .text("agreement", "Intervals", word)
+        .text("agreement", "Intervals", |row| if row.contradiction { "contradict" } else { "overlap" })
         .done()
 }
 
