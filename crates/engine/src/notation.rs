@@ -206,6 +206,21 @@ pub fn system_parameter(name: &str) -> (String, &'static str) {
     fixed.map(|(symbol, unit)| (symbol.to_owned(), unit)).or_else(of_kind).unwrap_or_else(|| (name.to_owned(), ""))
 }
 
+/// A quantity of the sensitivity study, called as the results call it, in words.
+pub fn sensitivity_quantity(name: &str) -> &str {
+    match name {
+        "x_cg" => "CG aft",
+        "y_cg" => "CG right",
+        "z_cg" => "CG up",
+        "delta_e" => "elevator scale",
+        "delta_a" => "aileron scale",
+        "delta_r" => "rudder scale",
+        "alpha" => "α scale",
+        "beta" => "β scale",
+        other => other,
+    }
+}
+
 /// The symbol of a unit as it is printed: `m/s²` for `m/s^2`.
 pub fn unit_symbol(symbol: &str) -> String {
     symbol.replace("^2", "²").replace("^3", "³")

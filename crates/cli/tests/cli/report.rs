@@ -82,7 +82,7 @@ const SECTIONS: [&str; 24] = [
     "Validation",
     "Proof of match",
     "Independent checks",
-    "Sensitivity and total error",
+    "Sensitivity to stated quantities",
     "Dependence on flight condition",
     "Frequency responses",
     "Linear model, modes and flying qualities",

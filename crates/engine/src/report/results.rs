@@ -70,6 +70,8 @@ pub struct Results {
     pub warnings: Vec<String>,
     /// Recordings read.
     pub recordings: Vec<RecordingRow>,
+    /// Files beside the recordings that the derivatives rest on.
+    pub files: Vec<FileRow>,
     /// Flights of the recordings.
     pub flights: Vec<FlightRow>,
     /// One entry per flight and engine with a power model.
@@ -210,6 +212,19 @@ pub struct RecordingRow {
     /// Path as in the session.
     pub path: String,
     /// SHA-256 of the file.
+    pub sha256: String,
+}
+
+/// A file beside the recordings.
+#[derive(Clone, Debug, Serialize)]
+pub struct FileRow {
+    /// `aircraft` or `instruments`.
+    pub kind: &'static str,
+    /// Flight; empty if it is of all flights.
+    pub flight: String,
+    /// Path as in the session.
+    pub path: String,
+    /// SHA-256 of the file, without changes that the session makes.
     pub sha256: String,
 }
 

@@ -48,6 +48,7 @@ pub use crate::snapshot::{
 pub use calibration::{CaseCounts, calibrate_levels};
 pub use dependence::{Dependence, dependences};
 pub use findings::{findings, folded};
+pub use fit::CONDITION_LIMIT;
 pub use fixes::fixes;
 pub use fold::{Folded, fold};
 pub(crate) use judge::NO_WINDOW;

@@ -15,6 +15,7 @@ mod fits;
 mod instrumentation;
 mod kinds;
 mod level_map;
+mod mass;
 mod path;
 mod prior;
 mod proof;
