@@ -64,10 +64,10 @@ pub fn unit(dimension: Dimension) -> (&'static str, f64) {
 }
 
 /// Unit in which a number of the SI unit `symbol` is shown, and its factor from SI, where people read it otherwise than it is kept:
-/// angles in degrees.
+/// angles in degrees, powers in kilowatts.
 pub fn shown(symbol: &str) -> Option<(&'static str, f64)> {
-    use Dimension::{Acceleration, Angle, AngularAcceleration, AngularRate};
-    let dimensions = [Angle, AngularRate, AngularAcceleration, Acceleration];
+    use Dimension::{Acceleration, Angle, AngularAcceleration, AngularRate, Power};
+    let dimensions = [Angle, AngularRate, AngularAcceleration, Acceleration, Power];
     dimensions.into_iter().find(|dimension| dimension.si_symbol() == symbol).map(unit)
 }
 

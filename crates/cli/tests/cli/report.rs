@@ -125,6 +125,9 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
     let in_revolutions: Vec<u64> =
         known.iter().map(|bits| (f64::from_bits(*bits) * (60.0 / std::f64::consts::TAU)).to_bits()).collect();
     known.extend(in_revolutions);
+    // Powers are shown in kilowatts.
+    let in_kilowatts: Vec<u64> = known.iter().map(|bits| (f64::from_bits(*bits) * 1e-3).to_bits()).collect();
+    known.extend(in_kilowatts);
     engine_speeds_are_in_revolutions(&html, &results);
     accuracies_are_those_of_the_instruments_file(&html);
     // What rounding alone moved is shown as zero.

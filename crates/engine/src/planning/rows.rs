@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use doublet_core::model::regressors;
+use doublet_core::quantity::Role;
 use doublet_dynamics::design::{
     Basis, CONTROLS, Criterion, DesignKind, Designed, Limit, PlannedManoeuvre, Request, SURFACE_NAMES, THROTTLE,
     design, relative_peak_factor, window_variables,
@@ -84,6 +85,26 @@ pub struct ExcursionRow {
     pub limit_high: Option<f64>,
     pub limit_source: Option<String>,
     pub margin: Option<f64>,
+}
+
+impl ExcursionRow {
+    /// Its name as people read it.
+    pub fn title(&self) -> &'static str {
+        Role::from_name(self.name).map_or(self.name, notation::role)
+    }
+
+    /// Whether its extreme is beyond a limit.
+    pub fn is_beyond_limit(&self) -> bool {
+        self.margin.is_some_and(|margin| margin < 0.0)
+    }
+
+    /// By how much its extreme is beyond the limit; none where it is within or has none.
+    pub fn warning(&self) -> Option<String> {
+        let (unit, factor) = notation::shown(self.unit).unwrap_or((self.unit, 1.0));
+        let beyond = significant(-factor * self.margin.filter(|_| self.is_beyond_limit())?, 2);
+        let source = self.limit_source.as_deref().unwrap_or("limit");
+        Some(format!("do not fly unchanged: {} is expected {beyond} {unit} beyond its limit ({source})", self.title()))
+    }
 }
 
 /// A window.
@@ -202,15 +223,7 @@ pub fn designed_rows(
     if row.failed_samples > 0 {
         row.notes.push(format!("{} of {} draws have no trim or left the flight", row.failed_samples, row.samples));
     }
-    for own in row.excursions.iter().filter(|own| own.margin.is_some_and(|margin| margin < 0.0)) {
-        let (unit, factor) = notation::shown(own.unit).unwrap_or((own.unit, 1.0));
-        row.notes.push(format!(
-            "{} may pass its limit ({}) by {} {unit}",
-            own.name,
-            own.limit_source.as_deref().unwrap_or_default(),
-            significant(-factor * own.margin.unwrap_or_default(), 2),
-        ));
-    }
+    row.notes.extend(row.excursions.iter().filter_map(ExcursionRow::warning));
     Ok((row, designed))
 }
 

@@ -16,8 +16,8 @@ use super::table::{Table, TableOf};
 use crate::session::{Level, Manoeuvre, Session};
 use crate::snapshot::{Slot, Snapshot};
 use crate::stage::{
-    CONDITION_NOTE,    FlownMass, WindowAero, WindowFits, WindowPath, WindowProposal, find_open_candidates, mean_of_finite,
-    measure_condition, measure_steadiness, movement, significance,
+    CONDITION_NOTE, FlownMass, WindowAero, WindowFits, WindowPath, WindowProposal, find_open_candidates,
+    mean_of_finite, measure_condition, measure_steadiness, movement, significance,
 };
 
 /// Use of a manoeuvre that was found and is not in the session.
@@ -285,7 +285,8 @@ impl MapRow {
         if path.tells_wind() {
             let states = &path.reconstruction.states;
             let winds = [State::WindNorth, State::WindEast, State::WindDown].map(|wind| &states[wind as usize]);
-            let [north, east] = [winds[0], winds[1]].map(|wind| mean_of_finite(wind.iter().copied()).unwrap_or(f64::NAN));
+            let [north, east] =
+                [winds[0], winds[1]].map(|wind| mean_of_finite(wind.iter().copied()).unwrap_or(f64::NAN));
             self.wind_m_s = finite(north.hypot(east));
             let squares: f64 = winds.iter().map(|wind| squares_about_mean(wind)).sum();
             self.wind_deviation_m_s = finite((squares / winds[0].len() as f64).sqrt());

@@ -52,8 +52,8 @@ pub use reference::{Reference, reference};
 pub use responses::{ModeComparisonRow, ResponseRow, SystemRow, response_rows, response_table};
 pub use results::{
     AgreementRow, ChannelRow, ClockRow, CorrelationRow, DerivativeRow, DerivativeSummaryRow, DroppedRow, EngineRow,
-    ExpressionRow, FORMAT, FileRow, FitRow, FlightRow, InnovationRow, InnovationSummaryRow, MonitorRow, PhaseRow, RecordingRow,
-    ReferenceRow, RegressorRow, ResidualSummaryRow, Results, SpreadRow, StateRow, VERSION, WindowRow,
+    ExpressionRow, FORMAT, FileRow, FitRow, FlightRow, InnovationRow, InnovationSummaryRow, MonitorRow, PhaseRow,
+    RecordingRow, ReferenceRow, RegressorRow, ResidualSummaryRow, Results, SpreadRow, StateRow, VERSION, WindowRow,
 };
 pub use sensor_errors::{
     InitialRow, SensorErrorRow, SensorErrorsRow, SensorOutputRow, SensorWindowRow, error_table,

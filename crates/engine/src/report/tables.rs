@@ -99,7 +99,9 @@ pub fn fits(results: &Results) -> Table {
         .number("r_squared", "R²", "", 4, |(_, fit)| fit.r_squared)
         .number("rms_relative_percent", "RMS rel", "%", 3, |(_, fit)| fit.rms_relative_percent)
         .number("residual_deviation", "Residual std", "", 3, |(_, fit)| fit.residual_deviation)
-        .number("condition_number", &format!("Condition (limit {CONDITION_LIMIT})"), "", 3, |(_, fit)| fit.condition_number)
+        .number("condition_number", &format!("Condition (limit {CONDITION_LIMIT})"), "", 3, |(_, fit)| {
+            fit.condition_number
+        })
         .optional("verdict", "Verdict", |(_, fit)| fit.verdict.as_ref().map(level))
         .optional("error", "Remark", |(_, fit)| fit.error.as_deref())
         .done()

@@ -31,8 +31,7 @@ pub fn condition_samples(aero: &WindowAero) -> Range<usize> {
 pub fn measure_condition(aero: &WindowAero) -> Option<FlightCondition> {
     let (data, samples) = (&aero.data, condition_samples(aero));
     let column = |values: &[f64]| mean_of_finite(samples.clone().filter_map(|k| values.get(k).copied()));
-    let pressures =
-        samples.clone().map(|k| 0.5 * data.density_kg_m3[k] * data.airspeed_m_s[k] * data.airspeed_m_s[k]);
+    let pressures = samples.clone().map(|k| 0.5 * data.density_kg_m3[k] * data.airspeed_m_s[k] * data.airspeed_m_s[k]);
     Some(FlightCondition {
         airspeed_m_s: column(&data.airspeed_m_s)?,
         altitude_m: data.altitude_m.as_ref().and_then(|altitude_m| column(altitude_m)),

@@ -160,7 +160,8 @@ pub fn describe_change(entry: &RecordingRef, hash: &str) -> Option<Message> {
 /// One line that names the clock, the instrument's channel or the signal and the fix.
 pub fn align_flight(context: &Context<'_>, read: &LoadedFlight, flight: &Flight) -> StageResult<LoadedFlight> {
     let (mut recording, clocks, mut findings) = align(&read.recording, flight)?;
-    let instruments = flight.instruments.as_ref().map(|setting| derive(&mut recording, context, setting)).transpose()?;
+    let instruments =
+        flight.instruments.as_ref().map(|setting| derive(&mut recording, context, setting)).transpose()?;
     let (instruments_sha256, stated_noise) = instruments.unzip();
     let (held, of_samples) = match flight.signals.held_samples {
         HeldSampleUse::Once => use_held_once(&mut recording, &flight.name),

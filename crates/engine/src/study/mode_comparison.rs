@@ -105,11 +105,7 @@ fn list_quantities(surface: Surface) -> &'static [(&'static str, ModeQuantity)] 
 }
 
 /// What the equivalent system of the response to a control and the modes of the identified model both give with an interval.
-pub(super) fn compare_modes(
-    surface: Surface,
-    system: &EquivalentStudy,
-    modes: &[ModeEstimate],
-) -> Vec<ModeComparison> {
+pub(super) fn compare_modes(surface: Surface, system: &EquivalentStudy, modes: &[ModeEstimate]) -> Vec<ModeComparison> {
     let quantities = list_quantities(surface).iter();
     let rows = quantities.filter_map(|&(mode, quantity)| {
         let estimate = modes.iter().find(|estimate| estimate.mode.name == mode)?;

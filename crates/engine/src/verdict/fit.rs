@@ -264,7 +264,8 @@ fn condition(at: &Place, name: &str, estimate: &Fit) -> Option<Finding> {
     if found <= CONDITION_LIMIT {
         return None;
     }
-    let text = message!("Regressors are nearly collinear: condition number {:.0} (limit {:.0}).", found, CONDITION_LIMIT);
+    let text =
+        message!("Regressors are nearly collinear: condition number {:.0} (limit {:.0}).", found, CONDITION_LIMIT);
     let finding = Finding::new(Level::Caution, "condition", at, text).with_figure(found, CONDITION_LIMIT);
     Some(
         finding

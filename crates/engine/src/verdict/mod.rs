@@ -56,3 +56,4 @@ pub use judge::judge;
 pub use judged_flights::{JudgedFlights, fly_and_judge, judged_flights};
 use stated_quantity::mean_mass;
 pub use stated_quantity::{StatedQuantity, stated_quantity};
+pub(crate) use studies::{TWIN_CAUTION, TWIN_PART, compare_twins};

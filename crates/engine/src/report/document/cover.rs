@@ -3,6 +3,7 @@
 use doublet_core::model::{AeroData, is_constant_name};
 use doublet_core::quantity::Role;
 
+use super::conditions::{altitude_kind, conditions};
 use super::{Block, Contents};
 use super::{findings, purpose};
 use crate::date;
@@ -88,6 +89,7 @@ fn summary<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
     );
     let mut summary = vec![("Manoeuvres", windows)];
     summary.extend(list_ranges(contents).map(|ranges| ("Identified within", ranges)));
+    summary.extend(conditions(contents));
     summary.push(("Filter", consistency(&results.windows)));
     if !results.proof_of_match.windows.is_empty() {
         summary.push(("Proof of match", proof(contents)));
@@ -103,7 +105,7 @@ fn summary<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
     summary
 }
 
-/// Ranges of the motion and the mass in the manoeuvres of the identification: the model is not known outside them.
+/// Ranges of the motion in the manoeuvres of the identification: the model is not known outside them.
 fn list_ranges(contents: &Contents<'_>) -> Option<String> {
     let used = contents.session.windows.iter().filter(|window| window.role == WindowRole::Identification);
     let aero = used.filter_map(|window| contents.snapshot.windows.get(&window.name)?.aero.ready());
@@ -112,7 +114,7 @@ fn list_ranges(contents: &Contents<'_>) -> Option<String> {
     let control = |role: Role| move |data: &AeroData| data.controls.get(&role).map_or(Vec::new(), |one| one.to_vec());
     let ranges = [
         describe_range(&data, ("V", " m/s", 1.0), &|data| data.airspeed_m_s.to_vec()),
-        describe_range(&data, ("h", " m", 1.0), &|data| {
+        describe_range(&data, (altitude_kind(contents), " m", 1.0), &|data| {
             data.altitude_m.as_ref().map_or(Vec::new(), |one| one.to_vec())
         }),
         describe_range(&data, ("α", "°", degrees), &|data| data.alpha_rad.to_vec()),
@@ -120,9 +122,6 @@ fn list_ranges(contents: &Contents<'_>) -> Option<String> {
         describe_range(&data, ("δe", "°", degrees), &control(Role::Elevator)),
         describe_range(&data, ("δa", "°", degrees), &control(Role::Aileron)),
         describe_range(&data, ("δr", "°", degrees), &control(Role::Rudder)),
-        describe_range(&data, ("mass", " kg", 1.0), &|data| {
-            data.mass.first().map_or(Vec::new(), |mass| vec![mass.mass_kg])
-        }),
     ];
     let found: Vec<String> = ranges.into_iter().flatten().collect();
     (!found.is_empty()).then(|| found.join(", "))
@@ -208,7 +207,11 @@ fn contradicted_modes(contents: &Contents<'_>) -> String {
     let rows = contents.results.studies.mode_comparison.iter().filter(|row| row.contradiction);
     let names: Vec<String> =
         rows.map(|row| format!("{} {} (response to {})", row.mode, row.quantity, row.surface)).collect();
-    if names.is_empty() { String::new() } else { format!("; contradicted by frequency responses: {}", names.join(", ")) }
+    if names.is_empty() {
+        String::new()
+    } else {
+        format!("; contradicted by frequency responses: {}", names.join(", "))
+    }
 }
 
 /// Coefficients of the motion out of the plane of symmetry.

@@ -1,10 +1,11 @@
 //! Section on how the aircraft flies: trim, state matrices, modes with their intervals, levels of flying qualities.
 
 use doublet_core::statistics::NORMAL_95;
+use doublet_dynamics::modes::ModeEstimate;
 
 use super::level_map::level_map;
 use super::responses::list_contradictions;
-use super::{Axis, Block, Contents, Figure, LineStyle, Panel, Parts, Plot, paragraph, points};
+use super::{Axis, Block, Contents, Figure, LineStyle, Mark, Panel, Parts, Plot, paragraph, points};
 use crate::notation::significant;
 use crate::report::table::{Cell, Column, Table, TableOf};
 use crate::report::{AnticipationChart, DynamicsRow, LinearRow, ModeRow, QualityRow, anticipation_chart};
@@ -87,23 +88,24 @@ fn matrices(key: &str, name: &str, model: &LinearRow) -> Table {
 }
 
 fn modes(row: &DynamicsRow) -> Table {
+    let oscillates = |mode: &ModeRow| mode.period_s.is_some();
     let error = |mode: &ModeRow, key: &str| Some(mode.intervals.get(key)?.delta?.standard_error);
     let sampled = |mode: &ModeRow| {
-        let shown = if mode.period_s.is_some() { "frequency_rad_s" } else { "real_1_s" };
+        let shown = if oscillates(mode) { "frequency_rad_s" } else { "real_1_s" };
         mode.intervals.get(shown).and_then(|figure| figure.sampled)
     };
     let name = |mode: &ModeRow| match mode.not_judged {
         Some(_) => format!("{} (not judged)", mode.name),
         None => mode.name.to_owned(),
     };
-    let caption = "Natural modes with standard errors; the sampled 95 % interval is that of the frequency, or of the real part of aperiodic modes.";
+    let caption = "Natural modes with standard errors; the sampled 95 % interval is that of the frequency, or of the real part of aperiodic modes, which have neither frequency nor damping.";
     TableOf::new("modes", caption, &row.modes)
         .column(Column::new("mode", "Mode"), |mode| Cell::text(name(mode)))
         .number("real", "Real", "1/s", 3, |mode| mode.real_1_s)
         .maybe("real_error", "±", "1/s", 2, |mode| error(mode, "real_1_s"))
-        .number("frequency", "Frequency", "rad/s", 4, |mode| mode.frequency_rad_s)
+        .maybe("frequency", "Frequency", "rad/s", 4, |mode| Some(mode.frequency_rad_s).filter(|_| oscillates(mode)))
         .maybe("frequency_error", "±", "rad/s", 2, |mode| error(mode, "frequency_rad_s"))
-        .number("damping", "Damping", "", 3, |mode| mode.damping)
+        .maybe("damping", "Damping", "", 3, |mode| Some(mode.damping).filter(|_| oscillates(mode)))
         .maybe("damping_error", "±", "", 2, |mode| error(mode, "damping"))
         .maybe("period", "Period", "s", 3, |mode| mode.period_s)
         .maybe("half", "Time to half", "s", 3, |mode| mode.time_to_half_s)
@@ -113,17 +115,32 @@ fn modes(row: &DynamicsRow) -> Table {
         .done()
 }
 
-/// Eigenvalues in the upper half plane with their 95 % ellipses, the slow ones again at their own scale.
+/// Eigenvalues in the upper half plane, the slow ones again at their own scale, then each oscillation close up with its 95 % ellipse, which is
+/// too small to be seen among the others.
 fn roots(study: &DynamicsStudy) -> Figure {
+    let oscillations = study.modes.modes.iter().enumerate().filter(|(_, estimate)| estimate.mode.oscillates());
+    let close_up = oscillations.map(|(index, estimate)| draw_close_up(index, estimate));
     Figure {
         name: "roots".to_owned(),
-        caption:
-            "Eigenvalues with 95 % confidence ellipses (intervals if aperiodic); left: fast modes, right: slow modes."
-                .to_owned(),
+        caption: "Eigenvalues with 95 % intervals of aperiodic modes: fast modes, slow modes, then each oscillation close up with its 95 % confidence ellipse."
+            .to_owned(),
         columns: 2,
         panel_height_mm: HEIGHT_MM,
-        panels: vec![plot_roots(study, false), plot_roots(study, true)],
+        panels: [plot_roots(study, false), plot_roots(study, true)].into_iter().chain(close_up).collect(),
     }
+}
+
+fn draw_close_up(index: usize, estimate: &ModeEstimate) -> Panel {
+    let place = [estimate.mode.real_1_s, estimate.mode.imaginary_rad_s];
+    let marks = vec![
+        points(estimate.mode.name, index, LineStyle::Dots, vec![place]),
+        points("95 %", index, LineStyle::Solid, estimate.ellipse(OUTLINE)),
+    ];
+    plot_plane(marks)
+}
+
+fn plot_plane(marks: Vec<Mark>) -> Panel {
+    Panel::Plot(Plot { x: Axis::new("real part", "1/s"), y: Axis::new("imaginary part", "rad/s"), marks })
 }
 
 fn plot_roots(study: &DynamicsStudy, slow: bool) -> Panel {
@@ -135,14 +152,13 @@ fn plot_roots(study: &DynamicsStudy, slow: bool) -> Panel {
         }
         let place = [mode.real_1_s, mode.imaginary_rad_s];
         marks.push(points(mode.name, index, LineStyle::Dots, vec![place]));
-        marks.push(points("", index, LineStyle::Solid, estimate.ellipse(OUTLINE)));
         if !mode.oscillates() {
             let half = NORMAL_95 * estimate.covariance[0].max(0.0).sqrt();
             let ends = vec![[place[0] - half, 0.0], [place[0] + half, 0.0]];
             marks.push(points("", index, LineStyle::Solid, ends));
         }
     }
-    Panel::Plot(Plot { x: Axis::new("real part", "1/s"), y: Axis::new("imaginary part", "rad/s"), marks })
+    plot_plane(marks)
 }
 
 /// Frequency below which a mode is drawn among the slow ones.

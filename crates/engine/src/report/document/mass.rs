@@ -1,11 +1,12 @@
 //! What the aircraft weighed: the stated empty mass, and the mass as flown with what it rests on.
 
 use doublet_core::quantity::Role;
+use doublet_core::statistics::extent;
 
 use super::{Block, Contents, Parts, paragraph};
 use crate::notation::significant;
 use crate::report::table::TableOf;
-use crate::report::{WindowRow, tables};
+use crate::report::{FlownMassRow, WindowRow, tables};
 
 /// Empty mass and centre of gravity with what they come from: the aircraft file, or a weighing that was saved in the session. An aircraft
 /// that carries nothing else states the mass that it flew with.
@@ -26,7 +27,8 @@ pub(super) fn empty_aircraft(contents: &Contents<'_>) -> Option<[Block; 2]> {
         true => ["Empty aircraft", "Empty mass", "Centre of gravity, empty"],
         false => ["Aircraft as flown", "Stated mass, constant", "Centre of gravity"],
     };
-    let facts = [(mass, format!("{} kg", significant(empty.mass_kg, 6))), (centre, place), ("Source", source.to_owned())];
+    let facts =
+        [(mass, format!("{} kg", significant(empty.mass_kg, 6))), (centre, place), ("Source", source.to_owned())];
     let facts = facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect();
     Some([Block::Heading(heading.to_owned()), Block::Facts(facts)])
 }
@@ -76,18 +78,24 @@ pub(super) fn cg_range(contents: &Contents<'_>) -> Option<String> {
 }
 
 fn range(contents: &Contents<'_>, unit: &str, value: &dyn Fn(&WindowRow) -> Option<f64>) -> Option<String> {
-    let values = contents.results.windows.iter().filter_map(value).filter(|value| value.is_finite());
-    let [low, high] = values.fold(None, |ends: Option<[f64; 2]>, value| {
-        Some(ends.map_or([value; 2], |[low, high]| [low.min(value), high.max(value)]))
-    })?;
-    let (low, high) = (significant(low, 5), significant(high, 5));
+    let values: Vec<f64> = contents.results.windows.iter().filter_map(value).collect();
+    let [low, high] = extent(&values)?.map(|end| significant(end, 5));
     Some(if low == high { format!("{low} {unit}") } else { format!("{low} to {high} {unit}") })
 }
 
-/// How the fuel of each flight is known, once where all flights agree.
+/// How the fuel of each flight is known and from what, once where all flights agree.
 fn fuel(contents: &Contents<'_>) -> Option<String> {
+    of_flights(contents, &|mass| format!("{} ({})", mass.fuel_basis, mass.fuel))
+}
+
+/// Whether the fuel was measured, stated or assumed; none for an aircraft without a load.
+pub(super) fn fuel_basis(contents: &Contents<'_>) -> Option<String> {
+    of_flights(contents, &|mass| mass.fuel_basis.to_owned()).filter(|_| carries_load(contents))
+}
+
+fn of_flights(contents: &Contents<'_>, words: &dyn Fn(&FlownMassRow) -> String) -> Option<String> {
     let flights = contents.results.flights.iter().filter_map(|flight| flight.mass_properties.as_ref());
-    let mut known: Vec<String> = flights.map(|mass| format!("{} ({})", mass.fuel_basis, mass.fuel)).collect();
+    let mut known: Vec<String> = flights.map(words).collect();
     known.dedup();
     (!known.is_empty()).then(|| known.join("; "))
 }
@@ -109,7 +117,9 @@ fn uncertainty(contents: &Contents<'_>) -> String {
     let fuel_kg = channels.filter(|row| row.role == Role::FuelMass.name()).find_map(|row| row.accuracy);
     let rest = "forces scale with the mass, moments with the inertia";
     match fuel_kg {
-        Some(fuel_kg) => format!("fuel ± {} kg (instruments file); the rest not stated; {rest}", significant(fuel_kg, 2)),
+        Some(fuel_kg) => {
+            format!("fuel ± {} kg (instruments file); the rest not stated; {rest}", significant(fuel_kg, 2))
+        }
         None => format!("not stated; {rest}"),
     }
 }

@@ -4,6 +4,7 @@ mod bode;
 mod checks;
 mod conclusions;
 mod condition;
+mod conditions;
 mod cover;
 mod derivatives;
 mod display;

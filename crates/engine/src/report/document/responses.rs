@@ -95,17 +95,21 @@ pub fn surface_figure(surface: &SurfaceResponse) -> Option<Figure> {
 }
 
 fn parameters<'r>(rows: impl Iterator<Item = &'r SystemRow>) -> Table {
-    TableOf::new("equivalent_systems", "Accepted low-order equivalent systems; the gain in SI units and rad. Mismatch cost: limit 100.", rows)
-        .text("response", "Response", |row| row.output.as_str())
-        .text("input", "to", |row| row.input.as_str())
-        .text("form", "Form", |row| row.form.as_str())
-        .column(Column::new("name", "Parameter"), |row| Cell::text(notation::system_parameter(&row.name).0))
-        .text("unit", "Unit", |row| notation::system_parameter(&row.name).1)
-        .number("value", "Value", "", 4, |row| row.value)
-        .number("standard_error", "Std error", "", 2, |row| row.standard_error)
-        .number("low", "Low", "", 4, |row| row.low)
-        .number("high", "High", "", 4, |row| row.high)
-        .number("cost", "Mismatch cost", "", 2, |row| row.cost)
-        .text("verdict", "Verdict", |row| row.verdict)
-        .done()
+    TableOf::new(
+        "equivalent_systems",
+        "Accepted low-order equivalent systems; the gain in SI units and rad. Mismatch cost: limit 100.",
+        rows,
+    )
+    .text("response", "Response", |row| row.output.as_str())
+    .text("input", "to", |row| row.input.as_str())
+    .text("form", "Form", |row| row.form.as_str())
+    .column(Column::new("name", "Parameter"), |row| Cell::text(notation::system_parameter(&row.name).0))
+    .text("unit", "Unit", |row| notation::system_parameter(&row.name).1)
+    .number("value", "Value", "", 4, |row| row.value)
+    .number("standard_error", "Std error", "", 2, |row| row.standard_error)
+    .number("low", "Low", "", 4, |row| row.low)
+    .number("high", "High", "", 4, |row| row.high)
+    .number("cost", "Mismatch cost", "", 2, |row| row.cost)
+    .text("verdict", "Verdict", |row| row.verdict)
+    .done()
 }

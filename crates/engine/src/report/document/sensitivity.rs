@@ -1,6 +1,6 @@
 //! Section on the sensitivity of the derivatives (thesis Tables 7.2 to 7.12).
 
-use super::{Block, Contents, Parts, paragraph};
+use super::{Block, Contents, Parts};
 use crate::notation::{self, significant};
 use crate::report::studies::{SensitivityRow, StudyResults, TornadoRow, TotalErrorRow};
 use crate::report::table::{Cell, Column, Table, TableOf};

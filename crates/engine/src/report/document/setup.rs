@@ -3,6 +3,7 @@
 use doublet_core::quantity::{Dimension, Role};
 use doublet_core::series::TimeRange;
 
+use super::conditions::altitude_kind;
 use super::figure::line;
 use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Parts, Plot, mass, paragraph};
 use crate::notation::{self, significant};
@@ -144,7 +145,8 @@ fn manoeuvre_table(contents: &Contents<'_>) -> Table {
     };
     let map_value = |row: &WindowRow, value: &dyn Fn(&MapRow) -> Option<f64>| condition(row).and_then(value);
     let caption = format!(
-        "Manoeuvres: condition, wind and gusts where they are known, and drift before the input. {CONDITION_NOTE}"
+        "Manoeuvres: condition ({}), wind and gusts where they are known, and drift before the input. {CONDITION_NOTE}",
+        altitude_kind(contents)
     );
     TableOf::new("flown", caption, &results.windows)
         .text("window", "Manoeuvre", |row| &row.name)

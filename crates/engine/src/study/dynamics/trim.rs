@@ -157,9 +157,10 @@ impl<'a> Flown<'a> {
 
     /// Median over the manoeuvres of the mean of a value over the samples of each one's condition; none where no manoeuvre has it.
     fn median(&self, value: impl Fn(&WindowAero, usize) -> Option<f64>) -> Option<f64> {
-        let means = self.windows.iter().filter_map(|(aero, samples)| {
-            mean_of_finite(samples.clone().filter_map(|sample| value(aero, sample)))
-        });
+        let means = self
+            .windows
+            .iter()
+            .filter_map(|(aero, samples)| mean_of_finite(samples.clone().filter_map(|sample| value(aero, sample))));
         median(&mut means.collect::<Vec<f64>>())
     }
 
