@@ -121,6 +121,14 @@ pub fn role(role: Role) -> &'static str {
     }
 }
 
+/// Symbol of the role called `name`; a name that no role has as it is.
+pub fn role_symbol(name: &str) -> &str {
+    match Role::from_name(name) {
+        Some(found) => role(found),
+        None => name,
+    }
+}
+
 /// Symbol of a state.
 pub fn state(state: State) -> &'static str {
     match state {

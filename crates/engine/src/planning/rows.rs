@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use doublet_core::model::regressors;
-use doublet_core::quantity::Role;
 use doublet_dynamics::design::{
     Basis, CONTROLS, Criterion, DesignKind, Designed, Limit, PlannedManoeuvre, Request, SURFACE_NAMES, THROTTLE,
     design, relative_peak_factor, window_variables,
@@ -89,8 +88,8 @@ pub struct ExcursionRow {
 
 impl ExcursionRow {
     /// Its name as people read it.
-    pub fn title(&self) -> &'static str {
-        Role::from_name(self.name).map_or(self.name, notation::role)
+    pub fn title(&self) -> &str {
+        notation::role_symbol(self.name)
     }
 
     /// Whether its extreme is beyond a limit.

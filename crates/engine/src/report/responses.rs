@@ -99,6 +99,8 @@ pub struct ModeComparisonRow {
     pub model_low: f64,
     /// Upper end.
     pub model_high: f64,
+    /// Response over model, less one.
+    pub difference_percent: f64,
     /// Whether the intervals do not overlap.
     pub contradiction: bool,
 }
@@ -117,6 +119,7 @@ impl From<&ModeComparison> for ModeComparisonRow {
             model: model.value,
             model_low: model.low,
             model_high: model.high,
+            difference_percent: found.difference_percent(),
             contradiction: found.is_contradiction(),
         }
     }

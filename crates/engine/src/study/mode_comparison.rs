@@ -5,6 +5,7 @@ use std::f64::consts::LN_2;
 use doublet_dynamics::modes::{Figure, ModeEstimate};
 
 use super::equivalent::EquivalentStudy;
+use crate::notation::significant;
 use crate::session::{Finding, Level, Surface};
 
 /// What of a mode both ways give.
@@ -71,6 +72,11 @@ impl ModeComparison {
         self.response.high < self.model.low || self.model.high < self.response.low
     }
 
+    /// Value of the response over that of the model, less one, per cent.
+    pub fn difference_percent(&self) -> f64 {
+        100.0 * (self.response.value / self.model.value - 1.0)
+    }
+
     /// The contradiction in a sentence; none where the intervals overlap.
     pub fn finding(&self) -> Option<Finding> {
         let Self { surface, mode, quantity, response, model } = self;
@@ -79,12 +85,12 @@ impl ModeComparison {
             unit => format!(" {unit}"),
         };
         let text = format!(
-            "Contradiction on {mode} {}: response {:.3} to {:.3}, model {:.3} to {:.3}{unit}.",
+            "Contradiction on {mode} {}: response {} to {}, model {} to {}{unit}.",
             quantity.name(),
-            response.low,
-            response.high,
-            model.low,
-            model.high
+            significant(response.low, 4),
+            significant(response.high, 4),
+            significant(model.low, 4),
+            significant(model.high, 4)
         );
         let found = Finding::new(Level::Caution, "twin", format!("{} response", surface.name()), text);
         self.is_contradiction().then(|| found.with_fix_text("Check control delay, response band and free responses."))

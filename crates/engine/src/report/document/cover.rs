@@ -2,12 +2,13 @@
 
 use doublet_core::model::{AeroData, is_constant_name};
 use doublet_core::quantity::Role;
+use doublet_core::reconstruct::Measurement;
 
 use super::conditions::{altitude_kind, conditions};
 use super::{Block, Contents};
 use super::{findings, purpose};
 use crate::date;
-use crate::notation::{plural, significant};
+use crate::notation::{self, plural, significant};
 use crate::report::QualityRow;
 use crate::report::results::{DerivativeRow, FitRow, WindowRow};
 use crate::report::table::{Table, TableOf};
@@ -210,7 +211,7 @@ fn contradicted_modes(contents: &Contents<'_>) -> String {
     if names.is_empty() {
         String::new()
     } else {
-        format!("; contradicted by frequency responses: {}", names.join(", "))
+        format!("; frequency responses differ beyond both intervals on {}", names.join(", "))
     }
 }
 
@@ -232,7 +233,7 @@ fn describe_doubt(fit: &FitRow) -> Option<String> {
     let level = fit.verdict.as_ref().map(|verdict| verdict.level).filter(|level| *level > Level::Good)?;
     let is_doubtful = |row: &&DerivativeRow| row.verdict.as_ref().is_some_and(|verdict| verdict.level > Level::Good);
     let rows = fit.derivatives.iter().filter(is_doubtful).filter(|row| !is_constant_name(&row.name));
-    let names: Vec<&str> = rows.map(|row| row.name.as_str()).collect();
+    let names: Vec<String> = rows.map(|row| notation::derivative(&row.name)).collect();
     let names = if names.is_empty() { String::new() } else { format!(": {}", names.join(", ")) };
     Some(format!("{} ({}{names})", fit.coefficient, level.name()))
 }
@@ -244,13 +245,30 @@ pub(super) fn next_steps(contents: &Contents<'_>) -> Vec<String> {
     for line in found.iter().filter(|line| line.level > Level::Good && !line.fix.is_empty()) {
         let fix = sentence(&line.fix);
         if steps.len() < STEPS && !steps.iter().any(|known| known.contains(&fix)) {
-            steps.push(format!("{}: {fix} ({})", line.place, line.level.name()));
+            steps.push(format!("{}: {fix} ({})", with_symbols(contents, &line.place), line.level.name()));
         }
     }
     if is_not_validated(contents) {
         steps.push("Validation: Keep a manoeuvre of each surface out of the fit, or fly one more.".to_owned());
     }
     steps
+}
+
+/// A text with the symbols of the estimated derivatives and of the measurements for their names.
+fn with_symbols(contents: &Contents<'_>, text: &str) -> String {
+    let derivatives = contents.results.pooled.iter().flat_map(|fit| &fit.derivatives).map(|row| row.name.as_str());
+    let is_known = |word: &str| derivatives.clone().any(|name| name == word);
+    let symbol = |word: &str| match Measurement::from_name(word) {
+        Some(measurement) => notation::measurement(measurement).to_owned(),
+        None if is_known(word) => notation::derivative(word),
+        None => word.to_owned(),
+    };
+    let is_part = |letter: char| letter.is_alphanumeric() || letter == '_';
+    let convert = |piece: &str| {
+        let word = piece.trim_end_matches(|letter| !is_part(letter));
+        symbol(word) + &piece[word.len()..]
+    };
+    text.split_inclusive(|letter| !is_part(letter)).map(convert).collect()
 }
 
 /// Whether there is a pooled estimate that no manoeuvre was kept to validate.

@@ -6,7 +6,7 @@ use doublet_dynamics::modes::ModeEstimate;
 use super::level_map::level_map;
 use super::responses::list_contradictions;
 use super::{Axis, Block, Contents, Figure, LineStyle, Mark, Panel, Parts, Plot, paragraph, points};
-use crate::notation::significant;
+use crate::notation::{self, significant};
 use crate::report::table::{Cell, Column, Table, TableOf};
 use crate::report::{AnticipationChart, DynamicsRow, LinearRow, ModeRow, QualityRow, anticipation_chart};
 use crate::study::DynamicsStudy;
@@ -56,7 +56,7 @@ pub fn dynamics(contents: &Contents<'_>) -> Parts {
 
 fn trim(row: &DynamicsRow) -> Vec<(String, String)> {
     let trim = &row.trim;
-    let degrees = |value: f64| format!("{:.2} deg", value.to_degrees());
+    let degrees = |value: f64| format!("{} deg", significant(value.to_degrees(), 3));
     let fact = |name: &str, value: String| (name.to_owned(), value);
     vec![
         fact("True airspeed", format!("{:.2} m/s", trim.airspeed_m_s)),
@@ -74,10 +74,10 @@ fn trim(row: &DynamicsRow) -> Vec<(String, String)> {
 fn matrices(key: &str, name: &str, model: &LinearRow) -> Table {
     let heads = model.states.iter().chain(&model.inputs);
     let mut columns = vec![Column::new("row", "")];
-    columns.extend(heads.map(|head| Column::number(head, head, "", 4)));
+    columns.extend(heads.map(|head| Column::number(head, notation::role_symbol(head), "", 4)));
     let rows = model.states.iter().enumerate().map(|(index, state)| {
         let values = model.A[index].iter().chain(&model.B[index]).map(|value| Cell::Number(*value));
-        std::iter::once(Cell::text(format!("{state}'"))).chain(values).collect()
+        std::iter::once(Cell::text(format!("{}'", notation::role_symbol(state)))).chain(values).collect()
     });
     Table {
         name: format!("matrices_{key}"),

@@ -76,6 +76,7 @@ fn compared_modes(rows: &[ModeComparisonRow]) -> Table {
         .number("model", "Model", "", 3, |row| row.model)
         .number("model_low", "95 % from", "", 3, |row| row.model_low)
         .number("model_high", "to", "", 3, |row| row.model_high)
+        .number("difference_percent", "Difference", "%", 2, |row| row.difference_percent)
         .text("agreement", "Intervals", |row| if row.contradiction { "contradict" } else { "overlap" })
         .done()
 }
@@ -100,8 +101,8 @@ fn parameters<'r>(rows: impl Iterator<Item = &'r SystemRow>) -> Table {
         "Accepted low-order equivalent systems; the gain in SI units and rad. Mismatch cost: limit 100.",
         rows,
     )
-    .text("response", "Response", |row| row.output.as_str())
-    .text("input", "to", |row| row.input.as_str())
+    .text("response", "Response", |row| notation::role_symbol(&row.output))
+    .text("input", "to", |row| notation::role_symbol(&row.input))
     .text("form", "Form", |row| row.form.as_str())
     .column(Column::new("name", "Parameter"), |row| Cell::text(notation::system_parameter(&row.name).0))
     .text("unit", "Unit", |row| notation::system_parameter(&row.name).1)
