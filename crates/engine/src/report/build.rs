@@ -12,9 +12,10 @@ use doublet_core::statistics::{NORMAL_95, sample_rate_hz};
 use super::manoeuvre_map::{MapOf, manoeuvre_map};
 use super::prediction::{PredictionAgreement, PredictionRow};
 use super::results::{
-    ChannelRow, ClockRow, DerivativeRow, DroppedRow, ExpressionRow, FORMAT, FileRow, FitRow, FlightRow, InnovationRow,
+    ChannelRow, ClockRow, DerivativeRow, DroppedRow, ExpressionRow, FORMAT, FitRow, FlightRow, InnovationRow,
     RecordingRow, RegressorRow, Results, StateRow, VERSION, WindowRow,
 };
+use super::setup::FileRow;
 use super::{gusts, mass, setup, signals, summary};
 use crate::date;
 use crate::session::{Manoeuvre, STEADY, Session, path_warning};

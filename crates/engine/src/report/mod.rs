@@ -52,13 +52,14 @@ pub use reference::{Reference, reference};
 pub use responses::{ModeComparisonRow, ResponseRow, SystemRow, response_rows, response_table};
 pub use results::{
     AgreementRow, ChannelRow, ClockRow, CorrelationRow, DerivativeRow, DerivativeSummaryRow, DroppedRow, EngineRow,
-    ExpressionRow, FORMAT, FileRow, FitRow, FlightRow, InnovationRow, InnovationSummaryRow, MonitorRow, PhaseRow,
-    RecordingRow, ReferenceRow, RegressorRow, ResidualSummaryRow, Results, SpreadRow, StateRow, VERSION, WindowRow,
+    ExpressionRow, FORMAT, FitRow, FlightRow, InnovationRow, InnovationSummaryRow, MonitorRow, PhaseRow, RecordingRow,
+    ReferenceRow, RegressorRow, ResidualSummaryRow, Results, SpreadRow, StateRow, VERSION, WindowRow,
 };
 pub use sensor_errors::{
     InitialRow, SensorErrorRow, SensorErrorsRow, SensorOutputRow, SensorWindowRow, error_table,
     rows as sensor_error_rows,
 };
+pub use setup::FileRow;
 pub(crate) use setup::session_sha256;
 pub use signals::{NoiseRow, ProposalRow, SignalRow};
 pub use studies::{

@@ -107,7 +107,7 @@ pub struct ModeComparisonRow {
 
 impl From<&ModeComparison> for ModeComparisonRow {
     fn from(found: &ModeComparison) -> Self {
-        let ModeComparison { surface, mode, quantity, response, model } = found;
+        let ModeComparison { surface, mode, quantity, response, model, .. } = found;
         Self {
             mode,
             quantity: quantity.name(),

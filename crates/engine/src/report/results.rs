@@ -11,6 +11,7 @@ use super::mass::{FlownMassRow, MassRow};
 use super::prediction::{PredictionRow, ValidationRow};
 use super::proof::ProofRow;
 use super::sensor_errors::SensorErrorsRow;
+use super::setup::FileRow;
 use super::signals::{NoiseRow, ProposalRow, SignalRow};
 use super::studies::StudyResults;
 use crate::session::Verdict;
@@ -212,19 +213,6 @@ pub struct RecordingRow {
     /// Path as in the session.
     pub path: String,
     /// SHA-256 of the file.
-    pub sha256: String,
-}
-
-/// A file beside the recordings.
-#[derive(Clone, Debug, Serialize)]
-pub struct FileRow {
-    /// `aircraft` or `instruments`.
-    pub kind: &'static str,
-    /// Flight; empty if it is of all flights.
-    pub flight: String,
-    /// Path as in the session.
-    pub path: String,
-    /// SHA-256 of the file, without changes that the session makes.
     pub sha256: String,
 }
 

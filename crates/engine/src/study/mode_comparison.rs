@@ -64,6 +64,8 @@ pub struct ModeComparison {
     pub response: Bounded,
     /// By the identified model.
     pub model: Bounded,
+    /// Whether the form of the equivalent system fits the response.
+    pub is_fitting: bool,
 }
 
 impl ModeComparison {
@@ -79,7 +81,7 @@ impl ModeComparison {
 
     /// The contradiction in a sentence; none where the intervals overlap.
     pub fn finding(&self) -> Option<Finding> {
-        let Self { surface, mode, quantity, response, model } = self;
+        let Self { surface, mode, quantity, response, model, is_fitting } = self;
         let unit = match quantity.unit() {
             "" => String::new(),
             unit => format!(" {unit}"),
@@ -93,7 +95,12 @@ impl ModeComparison {
             significant(model.high, 4)
         );
         let found = Finding::new(Level::Caution, "twin", format!("{} response", surface.name()), text);
-        self.is_contradiction().then(|| found.with_fix_text("Check control delay, response band and free responses."))
+        let fix = if *is_fitting {
+            "Check control delay, response band and free responses."
+        } else {
+            "Fit a form of higher order to the response first."
+        };
+        self.is_contradiction().then(|| found.with_fix_text(fix))
     }
 }
 
@@ -112,11 +119,12 @@ fn list_quantities(surface: Surface) -> &'static [(&'static str, ModeQuantity)] 
 
 /// What the equivalent system of the response to a control and the modes of the identified model both give with an interval.
 pub(super) fn compare_modes(surface: Surface, system: &EquivalentStudy, modes: &[ModeEstimate]) -> Vec<ModeComparison> {
+    let is_fitting = system.verdict.reasons.iter().all(|reason| reason.code != "form");
     let quantities = list_quantities(surface).iter();
     let rows = quantities.filter_map(|&(mode, quantity)| {
         let estimate = modes.iter().find(|estimate| estimate.mode.name == mode)?;
         let (response, model) = (measured(system, quantity)?, modelled(estimate, quantity)?);
-        Some(ModeComparison { surface, mode, quantity, response, model })
+        Some(ModeComparison { surface, mode, quantity, response, model, is_fitting })
     });
     rows.collect()
 }
@@ -150,6 +158,7 @@ mod tests {
             quantity: ModeQuantity::TimeConstant,
             response: Bounded { value: 0.25, low: 0.2, high: 0.3 },
             model: Bounded { value: 0.5 * (low + high), low, high },
+            is_fitting: true,
         };
         for (low, high, contradicts) in [(0.31, 0.4, true), (0.1, 0.19, true), (0.3, 0.4, false), (0.1, 0.5, false)] {
             let found = compared(low, high).finding().map(|found| (found.level, found.code));

@@ -1,7 +1,9 @@
 //! Section on the independent checks: every window again in the frequency domain and by output error.
 
+use doublet_core::model::is_constant_name;
+
 use super::{Block, Contents, Parts, paragraph};
-use crate::notation::significant;
+use crate::notation::{self, significant};
 use crate::report::study_tables::{check_table, followed_table};
 use crate::report::table::{Cell, Column, Table, TableOf};
 use crate::study::{ESTIMATORS, Estimator, FollowedOutput};
@@ -83,12 +85,13 @@ fn derivative_checks(contents: &Contents<'_>) -> Vec<Check> {
     let part = significant(100.0 * TWIN_PART, 2);
     let expected = format!("at most {TWIN_CAUTION} joint std errors, or {part} %, apart");
     let twins = compare_twins(contents.snapshot);
-    let figures = twins.iter().filter(|twin| twin.times().is_finite()).map(|twin| Judged {
-        check: format!("{} by {}", twin.name.split('_').next().unwrap_or_default(), twin.method),
-        figure: twin.times(),
-        place: format!("{}, {}", twin.name, twin.window),
-        is_within: twin.times() <= TWIN_CAUTION,
-    });
+    let figures =
+        twins.iter().filter(|twin| twin.times().is_finite() && !is_constant_name(twin.name)).map(|twin| Judged {
+            check: format!("{} by {}", twin.name.split('_').next().unwrap_or_default(), twin.method),
+            figure: twin.times(),
+            place: format!("{}, {}", notation::derivative(twin.name), twin.window),
+            is_within: twin.times() <= TWIN_CAUTION,
+        });
     gather(figures, &expected, 1.0)
 }
 
@@ -101,7 +104,7 @@ fn output_checks(contents: &Contents<'_>) -> Vec<Check> {
         outputs.map(|output| (window.window.as_str(), output))
     });
     let figures = outputs.filter(|(_, output)| output.r_squared.is_finite()).map(|(window, output)| Judged {
-        check: format!("simulated {}", output.output.name()),
+        check: format!("simulated {}", notation::role_symbol(output.output.name())),
         figure: output.r_squared,
         place: window.to_owned(),
         is_within: output.departure().is_none(),
@@ -110,7 +113,7 @@ fn output_checks(contents: &Contents<'_>) -> Vec<Check> {
 }
 
 fn table(checks: &[Check]) -> Table {
-    let caption = "Checks over all manoeuvres: what is expected, the value furthest from it, and how many are within. Outputs that hardly move are within at any R².";
+    let caption = "Checks over all manoeuvres: what is expected, the value furthest from it, and how many are within, without constants. Outputs that hardly move are within at any R².";
     let found = |check: &Check| match &check.worst {
         (figure, _) if *figure == 0.0 => format!("all within {} %", significant(100.0 * TWIN_PART, 2)),
         (figure, place) => format!("{} ({place})", significant(*figure, 3)),

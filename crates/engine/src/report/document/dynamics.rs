@@ -5,7 +5,7 @@ use doublet_dynamics::modes::ModeEstimate;
 
 use super::level_map::level_map;
 use super::responses::list_contradictions;
-use super::{Axis, Block, Contents, Figure, LineStyle, Mark, Panel, Parts, Plot, paragraph, points};
+use super::{Axis, Block, Contents, Figure, LineStyle, Panel, Parts, Plot, paragraph, points};
 use crate::notation::{self, significant};
 use crate::report::table::{Cell, Column, Table, TableOf};
 use crate::report::{AnticipationChart, DynamicsRow, LinearRow, ModeRow, QualityRow, anticipation_chart};
@@ -13,8 +13,9 @@ use crate::study::DynamicsStudy;
 
 /// Points of an ellipse.
 const OUTLINE: usize = 73;
-/// Height of a figure, mm.
+/// Height of a figure, mm, and of a panel of the eigenvalues.
 const HEIGHT_MM: f64 = 50.0;
+const ROOTS_HEIGHT_MM: f64 = 36.0;
 
 /// Linear model, modes and levels.
 pub fn dynamics(contents: &Contents<'_>) -> Parts {
@@ -124,24 +125,32 @@ fn roots(study: &DynamicsStudy) -> Figure {
         name: "roots".to_owned(),
         caption: "Eigenvalues with 95 % intervals of aperiodic modes: fast modes, slow modes, then each oscillation close up with its 95 % confidence ellipse."
             .to_owned(),
-        columns: 2,
-        panel_height_mm: HEIGHT_MM,
+        columns: 3,
+        panel_height_mm: ROOTS_HEIGHT_MM,
         panels: [plot_roots(study, false), plot_roots(study, true)].into_iter().chain(close_up).collect(),
     }
 }
 
 fn draw_close_up(index: usize, estimate: &ModeEstimate) -> Panel {
     let place = [estimate.mode.real_1_s, estimate.mode.imaginary_rad_s];
+    let ellipse = estimate.ellipse(OUTLINE);
+    let axis = |label: &str, unit: &str, at: usize| {
+        let half = ellipse.iter().map(|point| (point[at] - place[at]).abs()).fold(0.0, f64::max);
+        let ticks = [-half, 0.0, half].map(|shift| (place[at] + shift, significant(place[at] + shift, 4)));
+        let range = (half > 0.0).then_some([place[at] - MARGIN * half, place[at] + MARGIN * half]);
+        let places = if range.is_some() { ticks.into() } else { Vec::new() };
+        Axis { range, places, ..Axis::new(label, unit) }
+    };
+    let (x, y) = (axis("real part", "1/s", 0), axis("imaginary part", "rad/s", 1));
     let marks = vec![
         points(estimate.mode.name, index, LineStyle::Dots, vec![place]),
-        points("95 %", index, LineStyle::Solid, estimate.ellipse(OUTLINE)),
+        points("", index, LineStyle::Solid, ellipse.clone()),
     ];
-    plot_plane(marks)
+    Panel::Plot(Plot { x, y, marks })
 }
 
-fn plot_plane(marks: Vec<Mark>) -> Panel {
-    Panel::Plot(Plot { x: Axis::new("real part", "1/s"), y: Axis::new("imaginary part", "rad/s"), marks })
-}
+/// Half width of a close-up over that of its ellipse.
+const MARGIN: f64 = 1.3;
 
 fn plot_roots(study: &DynamicsStudy, slow: bool) -> Panel {
     let mut marks = Vec::new();
@@ -158,7 +167,7 @@ fn plot_roots(study: &DynamicsStudy, slow: bool) -> Panel {
             marks.push(points("", index, LineStyle::Solid, ends));
         }
     }
-    plot_plane(marks)
+    Panel::Plot(Plot { x: Axis::new("real part", "1/s"), y: Axis::new("imaginary part", "rad/s"), marks })
 }
 
 /// Frequency below which a mode is drawn among the slow ones.

@@ -69,17 +69,21 @@ pub(super) fn flown(contents: &Contents<'_>) -> Parts {
 
 /// Mass in the manoeuvres; none where it is not known.
 pub(super) fn mass_range(contents: &Contents<'_>) -> Option<String> {
-    range(contents, "kg", &|row| Some(row.mass_properties.as_ref()?.properties.mass_kg))
+    range(contents, ("kg", 5), &|row| Some(row.mass_properties.as_ref()?.properties.mass_kg))
 }
 
 /// Centre of gravity in the manoeuvres on the mean chord; none where it is not known.
 pub(super) fn cg_range(contents: &Contents<'_>) -> Option<String> {
-    range(contents, "% of the mean chord", &|row| Some(100.0 * row.mass_properties.as_ref()?.mean_chord_fraction?))
+    range(contents, ("% of the mean chord", 3), &|row| Some(100.0 * row.mass_properties.as_ref()?.mean_chord_fraction?))
 }
 
-fn range(contents: &Contents<'_>, unit: &str, value: &dyn Fn(&WindowRow) -> Option<f64>) -> Option<String> {
+fn range(
+    contents: &Contents<'_>,
+    (unit, digits): (&str, usize),
+    value: &dyn Fn(&WindowRow) -> Option<f64>,
+) -> Option<String> {
     let values: Vec<f64> = contents.results.windows.iter().filter_map(value).collect();
-    let [low, high] = extent(&values)?.map(|end| significant(end, 5));
+    let [low, high] = extent(&values)?.map(|end| significant(end, digits));
     Some(if low == high { format!("{low} {unit}") } else { format!("{low} to {high} {unit}") })
 }
 

@@ -70,12 +70,12 @@ fn compared_modes(rows: &[ModeComparisonRow]) -> Table {
         .text("quantity", "Quantity", |row| row.quantity)
         .text("unit", "Unit", |row| row.unit)
         .text("surface", "Response to", |row| row.surface)
-        .number("response", "Response", "", 3, |row| row.response)
-        .number("response_low", "95 % from", "", 3, |row| row.response_low)
-        .number("response_high", "to", "", 3, |row| row.response_high)
-        .number("model", "Model", "", 3, |row| row.model)
-        .number("model_low", "95 % from", "", 3, |row| row.model_low)
-        .number("model_high", "to", "", 3, |row| row.model_high)
+        .number("response", "Response", "", 4, |row| row.response)
+        .number("response_low", "95 % from", "", 4, |row| row.response_low)
+        .number("response_high", "to", "", 4, |row| row.response_high)
+        .number("model", "Model", "", 4, |row| row.model)
+        .number("model_low", "95 % from", "", 4, |row| row.model_low)
+        .number("model_high", "to", "", 4, |row| row.model_high)
         .number("difference_percent", "Difference", "%", 2, |row| row.difference_percent)
         .text("agreement", "Intervals", |row| if row.contradiction { "contradict" } else { "overlap" })
         .done()
@@ -98,7 +98,7 @@ pub fn surface_figure(surface: &SurfaceResponse) -> Option<Figure> {
 fn parameters<'r>(rows: impl Iterator<Item = &'r SystemRow>) -> Table {
     TableOf::new(
         "equivalent_systems",
-        "Accepted low-order equivalent systems; the gain in SI units and rad. Mismatch cost: limit 100.",
+        "Accepted low-order equivalent systems; the gain in SI units and rad. A mismatch cost above 100 is rejected.",
         rows,
     )
     .text("response", "Response", |row| notation::role_symbol(&row.output))
