@@ -58,10 +58,10 @@ pub fn unit(dimension: Dimension) -> (&'static str, f64) {
 }
 
 /// Unit in which a number of the SI unit `symbol` is shown, and its factor from SI, where people read it otherwise than it is kept:
-/// angles in degrees.
+/// angles in degrees, powers in kilowatts.
 pub fn shown(symbol: &str) -> Option<(&'static str, f64)> {
-    use Dimension::{Acceleration, Angle, AngularAcceleration, AngularRate};
-    let dimensions = [Angle, AngularRate, AngularAcceleration, Acceleration];
+    use Dimension::{Acceleration, Angle, AngularAcceleration, AngularRate, Power};
+    let dimensions = [Angle, AngularRate, AngularAcceleration, Acceleration, Power];
     dimensions.into_iter().find(|dimension| dimension.si_symbol() == symbol).map(unit)
 }
 
@@ -112,6 +112,14 @@ pub fn role(role: Role) -> &'static str {
         Role::Power1 => "power 1",
         Role::Power2 => "power 2",
         other => other.name(),
+    }
+}
+
+/// Symbol of the role called `name`; a name that no role has as it is.
+pub fn role_symbol(name: &str) -> &str {
+    match Role::from_name(name) {
+        Some(found) => role(found),
+        None => name,
     }
 }
 
@@ -198,6 +206,21 @@ pub fn system_parameter(name: &str) -> (String, &'static str) {
         kinds.into_iter().find_map(|(letter, prefix, unit)| Some((with(letter, prefix)?, unit)))
     };
     fixed.map(|(symbol, unit)| (symbol.to_owned(), unit)).or_else(of_kind).unwrap_or_else(|| (name.to_owned(), ""))
+}
+
+/// A quantity of the sensitivity study, called as the results call it, in words.
+pub fn sensitivity_quantity(name: &str) -> &str {
+    match name {
+        "x_cg" => "CG aft",
+        "y_cg" => "CG right",
+        "z_cg" => "CG up",
+        "delta_e" => "elevator scale",
+        "delta_a" => "aileron scale",
+        "delta_r" => "rudder scale",
+        "alpha" => "α scale",
+        "beta" => "β scale",
+        other => other,
+    }
 }
 
 /// The symbol of a unit as it is printed: `m/s²` for `m/s^2`.

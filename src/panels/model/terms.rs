@@ -7,6 +7,7 @@ use doublet_core::model::{Coefficient, Structure, Term, Variable};
 use doublet_engine::session::{
     Edit, EstimationEdit, ExperimentEdit, ModelEdit, PooledConstants, PredictionParameters, ResidualWeights,
 };
+use doublet_engine::verdict::CONDITION_LIMIT;
 use eframe::egui::{self, CollapsingHeader, Grid, Key, RichText, ScrollArea, TextEdit, Ui};
 
 use crate::command::{UiCommand, ViewCommand};
@@ -285,7 +286,7 @@ fn warnings(ctx: &PanelContext<'_>, ui: &mut Ui) {
                     ui.label(notation::derivative_job(ui, &format!("{name}_")));
                     let quality = &fit.quality;
                     ui.weak(format!(
-                        "R² {}   residual {}   condition {}   {} samples",
+                        "R² {}   residual {}   condition {} (limit {CONDITION_LIMIT})   {} samples",
                         notation::fixed(quality.r_squared, 4),
                         notation::number(fit.residual_std),
                         notation::number(fit.condition_number),

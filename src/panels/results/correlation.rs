@@ -2,6 +2,7 @@
 
 use doublet_core::model::Coefficient;
 use doublet_engine::stage::{CoefficientFit, RegressorCorrelation};
+use doublet_engine::verdict::CONDITION_LIMIT;
 use eframe::egui::{
     Align2, FontId, Label, Mesh, Rect, RichText, Role, ScrollArea, Sense, Shape, Stroke, StrokeKind, Ui, UiBuilder,
     Vec2, WidgetInfo, pos2, vec2,
@@ -110,7 +111,7 @@ fn parameter_block(found: &CoefficientFit, constants: bool) -> Block {
     let values = shown.iter().flat_map(|&row| shown.iter().map(move |&column| fit.correlation[(row, column)]));
     Block {
         coefficient,
-        about: format!("condition number {}", notation::number(fit.condition_number)),
+        about: format!("condition number {} (limit {CONDITION_LIMIT})", notation::number(fit.condition_number)),
         names: shown.iter().map(|&at| notation::derivative(&fit.names[at])).collect(),
         values: values.collect(),
         trouble: None,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use doublet_core::estimate::Fit;
 use doublet_engine::stage::{CoefficientFit, describe_origin, errors, significance};
-use doublet_engine::verdict::{Level, Verdict, dependences};
+use doublet_engine::verdict::{CONDITION_LIMIT, Level, Verdict, dependences};
 use eframe::egui::{self, FontId, Galley, RichText, ScrollArea, Ui};
 use egui_extras::Column;
 
@@ -160,7 +160,7 @@ fn quality(ui: &mut Ui, line: egui::Rect, fit: &CoefficientFit, error_galley: Op
     let (text, color) = match &fit.fit {
         Ok(estimate) => (
             format!(
-                "{name}   R² {}   residual {}   condition {}{without}",
+                "{name}   R² {}   residual {}   condition {} (limit {CONDITION_LIMIT}){without}",
                 notation::fixed(estimate.quality.r_squared, 4),
                 notation::number(estimate.residual_std),
                 notation::number(estimate.condition_number)

@@ -3,7 +3,7 @@
 use doublet_engine::report::document::surface_figure;
 use doublet_engine::run::Slot;
 use doublet_engine::session::Surface;
-use doublet_engine::study::{EquivalentStudy, Study, SurfaceResponse};
+use doublet_engine::study::{Bounded, EquivalentStudy, ModeComparison, Study, SurfaceResponse};
 use eframe::egui::{self, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
@@ -61,9 +61,38 @@ fn response(ui: &mut Ui, found: &SurfaceResponse) {
         None => trouble(ui, found.response.as_ref().err().map(ToString::to_string).as_deref()),
     }
     match &found.system {
-        Ok(system) => parameters(ui, system),
+        Ok(system) => {
+            judgement(ui, system);
+            parameters(ui, system);
+        }
         Err(error) => trouble(ui, Some(&error.to_string())),
     }
+    found.modes.iter().for_each(|compared| compared_mode(ui, compared));
+}
+
+/// Why the system is rejected or doubtful.
+fn judgement(ui: &mut Ui, system: &EquivalentStudy) {
+    if system.is_rejected() {
+        trouble(ui, Some("Rejected: do not use these parameters."));
+    }
+    for reason in &system.verdict.reasons {
+        ui.add(egui::Label::new(format!("{} {}", reason.text, reason.fix_text)).wrap());
+    }
+}
+
+/// A quantity of a mode by the response and by the identified model, as a contradiction where the intervals do not overlap.
+fn compared_mode(ui: &mut Ui, compared: &ModeComparison) {
+    if let Some(found) = compared.finding() {
+        return trouble(ui, Some(&format!("{} {}", found.text, found.fix_text)));
+    }
+    let by = |name: &str, found: &Bounded| {
+        let [value, low, high] = [found.value, found.low, found.high].map(notation::number);
+        format!("{name} {value} ({low} to {high})")
+    };
+    let (mode, quantity) = (compared.mode, compared.quantity);
+    let unit = if quantity.unit().is_empty() { String::new() } else { format!(" {}", quantity.unit()) };
+    let both = [by("response", &compared.response), by("model", &compared.model)].join(", ");
+    ui.weak(format!("{mode} {}: {both}{unit}", quantity.name()));
 }
 
 /// Parameters and what follows from them, with 95 % intervals.

@@ -92,7 +92,10 @@ fn tornado(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &SensitivityStudy) {
         let points = bars.iter().enumerate().map(|(at, bar)| [bar.change_percent[side], place(at) + shift]);
         chart.curves.push(ChartCurve::new(name, color, ChartStyle::LevelBars(0.36), points.collect()));
     }
-    let words = bars.iter().enumerate().map(|(at, bar)| (place(at), bar.quantity.replace('_', " ")));
+    let words = bars
+        .iter()
+        .enumerate()
+        .map(|(at, bar)| (place(at), doublet_engine::notation::sensitivity_quantity(&bar.quantity).to_owned()));
     chart.upright_places = words.collect();
     let height = ui.available_height();
     ctx.chart(ui, &chart, height);
@@ -112,7 +115,8 @@ fn table(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &SensitivityStudy) {
                 for table in &study.tables {
                     header.col(|ui| {
                         let step = &table.step;
-                        let text = RichText::new(step.quantity.name().replace('_', " ")).size(11.0);
+                        let text = RichText::new(doublet_engine::notation::sensitivity_quantity(&step.quantity.name()))
+                            .size(11.0);
                         let hint = format!(
                             "{} ± {} {}",
                             notation::number(step.nominal),

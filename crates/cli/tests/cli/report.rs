@@ -82,7 +82,7 @@ const SECTIONS: [&str; 24] = [
     "Validation",
     "Proof of match",
     "Independent checks",
-    "Sensitivity and total error",
+    "Sensitivity to stated quantities",
     "Dependence on flight condition",
     "Frequency responses",
     "Linear model, modes and flying qualities",
@@ -125,6 +125,9 @@ fn report_and_tables_hold_the_numbers_of_the_results() {
     let in_revolutions: Vec<u64> =
         known.iter().map(|bits| (f64::from_bits(*bits) * (60.0 / std::f64::consts::TAU)).to_bits()).collect();
     known.extend(in_revolutions);
+    // Powers are shown in kilowatts.
+    let in_kilowatts: Vec<u64> = known.iter().map(|bits| (f64::from_bits(*bits) * 1e-3).to_bits()).collect();
+    known.extend(in_kilowatts);
     engine_speeds_are_in_revolutions(&html, &results);
     accuracies_are_those_of_the_instruments_file(&html);
     // What rounding alone moved is shown as zero.

@@ -27,13 +27,19 @@ impl MassProperties {
         }
     }
 
+    /// Every entry times `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self {
+            mass_kg: factor * self.mass_kg,
+            cg_from_datum_m: self.cg_from_datum_m.map(|position_m| factor * position_m),
+            inertia: self.inertia.scaled(factor),
+        }
+    }
+
     /// What there is here beyond `other`, entry by entry: the change that leads from `other` to this.
     #[must_use]
     pub fn minus(&self, other: &Self) -> Self {
-        self.plus(&Self {
-            mass_kg: -other.mass_kg,
-            cg_from_datum_m: other.cg_from_datum_m.map(|position_m| -position_m),
-            inertia: other.inertia.scaled(-1.0),
-        })
+        self.plus(&other.scaled(-1.0))
     }
 }

@@ -523,12 +523,11 @@ impl Campaign {
     }
 }
 
-/// Median airspeed (m/s) and altitude (m) of a window, and its mass (kg).
+/// Airspeed (m/s) and altitude (m) of a window's condition, and its mass (kg).
 fn condition_of(window: &Manoeuvre, snapshot: &Snapshot) -> Option<(f64, Option<f64>, f64)> {
     let aero = snapshot.windows.get(&window.name)?.aero.ready()?;
-    let airspeed = median(&mut aero.data.airspeed_m_s.to_vec())?;
-    let altitude = aero.data.altitude_m.as_ref().and_then(|altitude| median(&mut altitude.to_vec()));
-    Some((airspeed, altitude, aero.data.mass.first()?.mass_kg))
+    let found = crate::stage::measure_condition(aero)?;
+    Some((found.airspeed_m_s, found.altitude_m, aero.data.mass.first()?.mass_kg))
 }
 
 /// Airspeed (m/s), altitude (m) and mass (kg) at the beginning of a window.

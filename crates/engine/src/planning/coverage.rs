@@ -106,7 +106,7 @@ pub fn design_coverage(
     let paths: Vec<_> = flights.iter().flat_map(|flight| &flight.paths).collect();
     let pooled = pooled_fits(&aero, &session.structure, &session.estimation);
     let model = pooled_model(&pooled, (&session.structure, &session.estimation), &aero, &mut Vec::new())?;
-    let flown = Flown { windows: aero.iter().map(|(_, aero)| &**aero).collect() };
+    let flown = Flown::new(aero.iter().map(|(_, aero)| &**aero));
     let engines = &aircraft.loaded.powerplant.engines;
     let condition = flown.level_condition(&model.model, engines, session.filter.gravity_m_s2)?;
     let pairs: Vec<FlownWindow<'_>> =

@@ -1,6 +1,5 @@
 //! A design as a card: stick picture, excursions with their limits, errors to expect.
 
-use doublet_core::quantity::Role;
 use doublet_core::series::Series;
 use doublet_dynamics::design::{CONTROLS, Designed, PlannedManoeuvre, SURFACE_NAMES, THROTTLE};
 
@@ -24,7 +23,7 @@ pub fn design_document(session: &Session, row: &DesignRow, designed: &Designed) 
         date: date::today(),
         notice: "Deflections are from trim; positive: right aileron down, elevator trailing edge down, rudder trailing edge left."
             .to_owned(),
-        cover: vec![facts(row)],
+        cover: notes(row).chain([facts(row)]).collect(),
         signatures: Vec::new(),
         style: Style::default(),
         sections: vec![
@@ -34,6 +33,13 @@ pub fn design_document(session: &Session, row: &DesignRow, designed: &Designed) 
             section("notes", "Crew notes", vec![Block::Lines(6)]),
         ],
     }
+}
+
+/// What is wrong with the design: bad where it is expected beyond a limit.
+fn notes(row: &DesignRow) -> impl Iterator<Item = Block> + '_ {
+    let is_beyond = row.excursions.iter().any(ExcursionRow::is_beyond_limit);
+    let level = if is_beyond { Level::Bad } else { Level::Caution };
+    row.notes.iter().map(move |note| Block::Outcome(level, note.clone()))
 }
 
 fn degrees(rad: f64) -> String {
@@ -109,7 +115,7 @@ fn excursions(row: &DesignRow) -> Table {
     let caption = "Mean extremes ± 3 standard deviations, over random gusts, initial states and derivatives.";
     let factor = |own: &&ExcursionRow| notation::shown(own.unit).map_or(1.0, |shown| shown.1);
     TableOf::new("excursions", caption, &row.excursions)
-        .text("name", "quantity", |own| Role::from_name(own.name).map_or(own.name, notation::role))
+        .text("name", "quantity", |own| own.title())
         .text("unit", "unit", |own| notation::shown(own.unit).map_or(own.unit, |shown| shown.0))
         .number("nominal_low", "nominal least", "", 4, |own| factor(own) * own.nominal_low)
         .number("nominal_high", "greatest", "", 4, |own| factor(own) * own.nominal_high)
@@ -119,6 +125,7 @@ fn excursions(row: &DesignRow) -> Table {
         .maybe("limit_high", "greatest limit", "", 4, |own| Some(factor(own) * own.limit_high?))
         .optional("limit_source", "limit from", |own| own.limit_source.as_deref())
         .maybe("margin", "margin", "", 3, |own| Some(factor(own) * own.margin?))
+        .optional("beyond", "within", |own| own.margin.map(|_| if own.is_beyond_limit() { "no" } else { "yes" }))
         .done()
 }
 

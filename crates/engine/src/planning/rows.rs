@@ -86,6 +86,26 @@ pub struct ExcursionRow {
     pub margin: Option<f64>,
 }
 
+impl ExcursionRow {
+    /// Its name as people read it.
+    pub fn title(&self) -> &str {
+        notation::role_symbol(self.name)
+    }
+
+    /// Whether its extreme is beyond a limit.
+    pub fn is_beyond_limit(&self) -> bool {
+        self.margin.is_some_and(|margin| margin < 0.0)
+    }
+
+    /// By how much its extreme is beyond the limit; none where it is within or has none.
+    pub fn warning(&self) -> Option<String> {
+        let (unit, factor) = notation::shown(self.unit).unwrap_or((self.unit, 1.0));
+        let beyond = significant(-factor * self.margin.filter(|_| self.is_beyond_limit())?, 2);
+        let source = self.limit_source.as_deref().unwrap_or("limit");
+        Some(format!("do not fly unchanged: {} is expected {beyond} {unit} beyond its limit ({source})", self.title()))
+    }
+}
+
 /// A window.
 #[derive(Clone, Debug, Serialize)]
 #[expect(missing_docs, reason = "docs/results.md says what each key is")]
@@ -202,15 +222,7 @@ pub fn designed_rows(
     if row.failed_samples > 0 {
         row.notes.push(format!("{} of {} draws have no trim or left the flight", row.failed_samples, row.samples));
     }
-    for own in row.excursions.iter().filter(|own| own.margin.is_some_and(|margin| margin < 0.0)) {
-        let (unit, factor) = notation::shown(own.unit).unwrap_or((own.unit, 1.0));
-        row.notes.push(format!(
-            "{} may pass its limit ({}) by {} {unit}",
-            own.name,
-            own.limit_source.as_deref().unwrap_or_default(),
-            significant(-factor * own.margin.unwrap_or_default(), 2),
-        ));
-    }
+    row.notes.extend(row.excursions.iter().filter_map(ExcursionRow::warning));
     Ok((row, designed))
 }
 

@@ -100,7 +100,6 @@ impl DesignSheet {
     /// The card on screen, kinds side by side before it.
     pub fn blocks(&self) -> Vec<Block> {
         let compared = (!self.row.comparison.is_empty()).then(|| Block::Table(comparison_table(&self.row)));
-        let notes = self.row.notes.iter().map(|note| Block::Outcome(Level::Caution, note.clone()));
         let best = self.row.comparison.iter().filter_map(|own| Some((own, own.costs.get(self.row.criterion)?)));
         let best = best.min_by(|a, b| a.1.total_cmp(b.1)).filter(|(own, _)| own.kind != self.row.kind);
         let better = best.map(|(own, _)| {
@@ -114,7 +113,7 @@ impl DesignSheet {
         let card = sections.flat_map(|section| {
             std::iter::once(Block::Heading(section.title.clone())).chain(section.blocks.iter().cloned())
         });
-        compared.into_iter().chain(better).chain(notes).chain(self.card.cover.iter().cloned()).chain(card).collect()
+        compared.into_iter().chain(better).chain(self.card.cover.iter().cloned()).chain(card).collect()
     }
 
     /// Files that go with the card.

@@ -17,7 +17,7 @@ use crate::builtin::PREFIX;
 use crate::planning::{self, CAMPAIGN_FORMAT, CAMPAIGN_VERSION, Risk};
 use crate::session::{Manoeuvre, Session, Surface};
 use crate::snapshot::Snapshot;
-use crate::stage::{ObjectiveTest, movement};
+use crate::stage::{ObjectiveTest, measure_condition, movement};
 
 /// Shortest run with the way back to trim, s.
 const LEAST_RUN_S: f64 = 60.0;
@@ -181,7 +181,7 @@ fn burn_of_flight(session: &Session, snapshot: &Snapshot, flight: &str) -> Optio
     (rate.is_finite() && rate > 0.0).then_some(rate)
 }
 
-/// A manoeuvre with its median airspeed and altitude.
+/// A manoeuvre with the airspeed and altitude of its condition.
 struct Condition<'a> {
     window: &'a Manoeuvre,
     airspeed_m_s: f64,
@@ -198,9 +198,9 @@ fn conditions<'a>(session: &'a Session, snapshot: &Snapshot) -> Vec<Condition<'a
 
 fn condition<'a>(window: &'a Manoeuvre, snapshot: &Snapshot) -> Option<Condition<'a>> {
     let aero = snapshot.windows.get(&window.name)?.aero.ready()?;
-    let airspeed_m_s = median(&mut aero.data.airspeed_m_s.to_vec())?.round();
-    let altitude = aero.data.altitude_m.as_ref().and_then(|altitude| median(&mut altitude.to_vec()));
-    Some(Condition { window, airspeed_m_s, altitude_m: altitude.unwrap_or(0.0).round() })
+    let found = measure_condition(aero)?;
+    let altitude_m = found.altitude_m.unwrap_or(0.0).round();
+    Some(Condition { window, airspeed_m_s: found.airspeed_m_s.round(), altitude_m })
 }
 
 /// What was flown, and by which aircraft.

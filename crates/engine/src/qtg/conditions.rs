@@ -3,20 +3,21 @@
 use std::f64::consts::TAU;
 
 use doublet_core::quantity::Dimension;
+use doublet_core::reconstruct::Measurement;
 use doublet_core::validate::{Histories, Signal};
 
 use super::units::shown;
 use crate::notation::significant;
 use crate::session::{Manoeuvre, Surface};
 use crate::snapshot::Snapshot;
-use crate::stage::{WindowAero, deflection};
+use crate::stage::{WindowAero, WindowPath, deflection};
 
 /// What is said of what is missing.
 pub(crate) const NOT_GIVEN: &str = "not given";
 
 /// Speed, height, attitude, loading, power and configuration at the first sample.
 pub fn initial(
-    window: &Manoeuvre,
+    (window, path): (&Manoeuvre, &WindowPath),
     aero: &WindowAero,
     measured: &Histories,
     snapshot: &Snapshot,
@@ -54,9 +55,11 @@ pub fn initial(
         (
             "Flow angles",
             format!(
-                "angle of attack {}, sideslip {}",
+                "angle of attack {}{}, sideslip {}{}",
                 stated_signal(Signal::AngleOfAttack),
-                stated_signal(Signal::Sideslip)
+                source(path, Measurement::AngleOfAttack),
+                stated_signal(Signal::Sideslip),
+                source(path, Measurement::Sideslip)
             ),
         ),
         ("Controls", deflections.join(", ")),
@@ -71,6 +74,11 @@ pub fn initial(
         ("Configuration", configuration.unwrap_or(NOT_GIVEN).to_owned()),
     ];
     facts.map(|(name, text)| (name.to_owned(), text)).into()
+}
+
+/// That a flow angle is reconstructed, where no vane measured it.
+fn source(path: &WindowPath, vane: Measurement) -> &'static str {
+    if path.missing.contains(&vane) { " (reconstructed, not measured)" } else { "" }
 }
 
 /// A number in the unit of the pages, or that it is not given.

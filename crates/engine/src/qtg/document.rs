@@ -60,7 +60,7 @@ fn facts(facts: impl IntoIterator<Item = (&'static str, String)>) -> Block {
 }
 
 fn tally(found: &Qualification) -> Block {
-    let worst = found.tests.iter().map(|test| test.outcome.level()).max().unwrap_or_default();
+    let worst = found.tests.iter().map(QualificationTest::level).max().unwrap_or_default();
     Block::Outcome(worst, found.tally())
 }
 
@@ -325,7 +325,7 @@ fn result_box(test: &QualificationTest, date: &str) -> Table {
 }
 
 fn page(test: &QualificationTest, date: &str) -> Section {
-    let mut blocks = vec![Block::Outcome(test.outcome.level(), format!("{}: {}", test.outcome.label(), test.reason))];
+    let mut blocks = vec![Block::Outcome(test.level(), format!("{}: {}", test.outcome.label(), test.reason))];
     blocks.extend(test.window.is_some().then(|| Block::Table(result_box(test, date))));
     blocks.push(Block::Facts(test.page.facts.clone()));
     if !test.page.initial.is_empty() {

@@ -272,7 +272,8 @@ impl Evaluation<'_> {
             span_s[1] = span_s[1].min(span_s[0] + LEAD_S);
         }
         let configuration = self.entry.configuration.as_ref().or(self.file.device.get("configuration"));
-        test.page.initial = initial(manoeuvre, aero, &measured, self.snapshot, configuration.map(String::as_str));
+        test.page.initial =
+            initial((manoeuvre, path), aero, &measured, self.snapshot, configuration.map(String::as_str));
         match &self.rule.judgement {
             Judgement::Snapshot(requirements) | Judgement::TrimChange(requirements) => {
                 if let Err(error) = require_vane(&manoeuvre.name, path) {
@@ -297,6 +298,7 @@ impl Evaluation<'_> {
                 Ok((flown, start)) => {
                     self.judge_flown(&mut test, manoeuvre, &flown, aero, moved.as_ref());
                     test.page.facts.extend(start.iter().flat_map(TrimmedStart::facts));
+                    test.add_reservations(start.as_ref().and_then(TrimmedStart::difference), &path.missing);
                 }
             },
         }

@@ -19,6 +19,7 @@ mod snapshot;
 mod trimmed;
 mod units;
 
+use doublet_core::reconstruct::Measurement;
 use serde::Serialize;
 
 use crate::report::document::Figure;
@@ -146,6 +147,21 @@ impl QualificationTest {
     pub fn section(&self) -> String {
         format!("test-{}", self.id)
     }
+
+    /// Adds to its reason that the trim differs from the flight, and that the angle of attack of that flight was not measured.
+    fn add_reservations(&mut self, difference: Option<String>, missing: &[Measurement]) {
+        let Some(difference) = difference else { return };
+        let is_measured = !missing.contains(&Measurement::AngleOfAttack);
+        let source = if is_measured { "" } else { ", whose angle of attack is reconstructed, not measured" };
+        self.reason = format!("{}; {difference}{source}", self.reason);
+        self.page.is_reserved = true;
+    }
+
+    /// How good its outcome is: at most a caution where the trim of the model differs from the flight.
+    pub fn level(&self) -> Level {
+        let reserved = if self.page.is_reserved { Level::Caution } else { Level::Good };
+        self.outcome.level().max(reserved)
+    }
 }
 
 /// One test on one window.
@@ -255,6 +271,8 @@ pub struct DataCopy {
 /// What stands on the page of a test beside its numbers.
 #[derive(Clone, Debug, Default)]
 pub struct Page {
+    /// Whether the trim of the model differs from the flight.
+    pub is_reserved: bool,
     /// Facts above the result: objective, condition, procedures, evaluation.
     pub facts: Vec<(String, String)>,
     /// Initial conditions.

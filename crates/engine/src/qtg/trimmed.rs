@@ -13,6 +13,11 @@ use crate::notation::significant;
 use crate::session::Surface;
 use crate::stage::{WindowAero, WindowFlight};
 
+/// Difference of pitch, angle of attack and elevator, rad, and of thrust, per cent, from which the trim of the model differs from the flight: the
+/// tolerances of the longitudinal trim (14 CFR Part 60, Table A2A, 2.c.5).
+const APART_RAD: f64 = std::f64::consts::PI / 180.0;
+const APART_PERCENT: f64 = 5.0;
+
 /// Shortest steady flight before the input that gives a trim, s.
 pub(super) const LEAST_STEADY_S: f64 = 0.5;
 
@@ -76,6 +81,30 @@ fn condition(flight: &WindowFlight, aero: &WindowAero, steady: Range<usize>) -> 
 }
 
 impl TrimmedStart {
+    /// Thrust of the trim less that of the flight, per cent; none where the trim does not hold the path, or without thrust.
+    fn thrust_difference_percent(&self) -> Option<f64> {
+        let Self { trim, condition, .. } = self;
+        let is_held = trim.path_rad == condition.path_rad && trim.recorded_thrust_n != 0.0;
+        is_held.then(|| 100.0 * (trim.thrust_n / trim.recorded_thrust_n - 1.0))
+    }
+
+    /// How far the trim of the model is from the flight, beyond what the rule allows a trim; none where it is near.
+    pub fn difference(&self) -> Option<String> {
+        let Self { trim, condition, pitch_rad, .. } = self;
+        let angles = [
+            ("pitch", trim.attitude_rad[1] - pitch_rad),
+            ("angle of attack", trim.alpha_rad - condition.flow_rad[0]),
+            ("elevator", trim.controls_rad[1] - trim.recorded_controls_rad[1]),
+        ];
+        let apart = angles.into_iter().filter(|(_, less)| less.abs() > APART_RAD);
+        let angle = |value: f64| shown(value, Dimension::Angle);
+        let angles = apart.map(|(name, less)| format!("{name} {} (limit {})", angle(less), angle(APART_RAD)));
+        let thrust = self.thrust_difference_percent().filter(|percent| percent.abs() > APART_PERCENT);
+        let thrust = thrust.map(|percent| format!("thrust {} % (limit {APART_PERCENT} %)", significant(percent, 2)));
+        let all: Vec<String> = angles.chain(thrust).collect();
+        (!all.is_empty()).then(|| format!("trim of the model less the flight: {}", all.join(", ")))
+    }
+
     /// What the page says of the start.
     pub fn facts(&self) -> Vec<(String, String)> {
         let Self { trim, condition, pitch_rad, span_s: [from_s, to_s] } = self;
@@ -98,11 +127,9 @@ impl TrimmedStart {
             format!("bank {}", angle(bank - condition.bank_rad)),
         ];
         differences.extend(surfaces);
-        differences.push(if trim.path_rad == condition.path_rad && trim.recorded_thrust_n != 0.0 {
-            let percent = 100.0 * (trim.thrust_n / trim.recorded_thrust_n - 1.0);
-            format!("thrust {} %", significant(percent, 2))
-        } else {
-            format!("flight path {}", angle(trim.path_rad - condition.path_rad))
+        differences.push(match self.thrust_difference_percent() {
+            Some(percent) => format!("thrust {} %", significant(percent, 2)),
+            None => format!("flight path {}", angle(trim.path_rad - condition.path_rad)),
         });
         vec![("Trimmed at".to_owned(), flown), ("Trim of the model less the flight".to_owned(), differences.join(", "))]
     }

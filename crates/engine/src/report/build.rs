@@ -15,6 +15,7 @@ use super::results::{
     ChannelRow, ClockRow, DerivativeRow, DroppedRow, ExpressionRow, FORMAT, FitRow, FlightRow, InnovationRow,
     RecordingRow, RegressorRow, Results, StateRow, VERSION, WindowRow,
 };
+use super::setup::FileRow;
 use super::{gusts, mass, setup, signals, summary};
 use crate::date;
 use crate::session::{Manoeuvre, STEADY, Session, path_warning};
@@ -56,6 +57,7 @@ pub fn build(session: &Session, snapshot: &Snapshot) -> Results {
         verdict: verdicts.map(|found| found.session.clone()),
         warnings: warnings(session),
         recordings: recordings(session, snapshot),
+        files: files(session, snapshot),
         flights: flights(session, snapshot),
         engines: super::engines::rows(session, snapshot),
         windows: active.filter_map(|window| window_row(window, snapshot)).collect(),
@@ -109,6 +111,26 @@ fn warnings(session: &Session) -> Vec<String> {
     let problems = crate::session::check(session);
     let beside = problems.iter().filter(|finding| finding.place.is_named(STEADY)).map(ToString::to_string);
     none.into_iter().chain(path_warning(session)).chain(beside).collect()
+}
+
+/// Aircraft and instruments files.
+fn files(session: &Session, snapshot: &Snapshot) -> Vec<FileRow> {
+    let aircraft = session.aircraft.iter().zip(snapshot.aircraft.ready()).map(|(path, loaded)| FileRow {
+        kind: "aircraft",
+        flight: String::new(),
+        path: path.clone(),
+        sha256: loaded.sha256.clone(),
+    });
+    let instruments = session.flights.iter().filter_map(|flight| {
+        let loaded = snapshot.flights.get(&flight.name)?.ready()?;
+        Some(FileRow {
+            kind: "instruments",
+            flight: flight.name.clone(),
+            path: flight.instruments.as_ref()?.file.clone(),
+            sha256: loaded.instruments_sha256.clone()?,
+        })
+    });
+    aircraft.chain(instruments).collect()
 }
 
 fn recordings(session: &Session, snapshot: &Snapshot) -> Vec<RecordingRow> {

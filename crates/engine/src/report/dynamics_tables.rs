@@ -2,7 +2,7 @@
 
 use super::dynamics::{DynamicsRow, LinearRow, MeasuredRow, ModeRow, QualitiesRow, QualityRow};
 use super::table::{Cell, Column, Table, TableOf};
-use crate::notation::significant;
+use crate::notation::{self, significant};
 
 /// A and B of a part of the motion, one row per state, and their standard errors.
 pub fn matrix_tables(key: &str, name: &str, model: &LinearRow) -> [Table; 2] {
@@ -20,10 +20,10 @@ fn matrices(
     ([a, b], digits): ([&[Vec<f64>]; 2], usize),
 ) -> Table {
     let heads = model.states.iter().chain(&model.inputs);
-    let numbers = heads.map(|head| Column::number(head, head, "", digits));
+    let numbers = heads.map(|head| Column::number(head, notation::role_symbol(head), "", digits));
     let rows = model.states.iter().enumerate().map(|(index, state)| {
         let values = a[index].iter().chain(&b[index]).map(|value| Cell::Number(*value));
-        std::iter::once(Cell::text(format!("{state}'"))).chain(values).collect()
+        std::iter::once(Cell::text(format!("{}'", notation::role_symbol(state)))).chain(values).collect()
     });
     Table {
         name,
@@ -46,17 +46,17 @@ pub fn mode_table(row: &DynamicsRow) -> Table {
         None => mode.name.to_owned(),
     };
     let oscillating = |mode: &ModeRow, value: Option<f64>| mode.period_s.and(value);
-    let caption = "Natural modes with standard errors; the sampled 95 % interval is that of the frequency, or of the real part of aperiodic modes.";
+    let caption = "Natural modes with standard errors; the sampled 95 % interval is that of the frequency, or of the real part of aperiodic modes, which have neither frequency nor damping.";
     TableOf::new("modes", caption, &row.modes)
         .column(Column::new("mode", "Mode"), |mode| Cell::text(name(mode)))
         .number("real", "Real", "1/s", 3, |mode| mode.real_1_s)
         .maybe("real_error", "±", "1/s", 2, |mode| error(mode, "real_1_s"))
         .maybe("imaginary", "Imaginary", "rad/s", 4, |mode| oscillating(mode, Some(mode.imaginary_rad_s)))
         .maybe("imaginary_error", "±", "rad/s", 2, |mode| oscillating(mode, error(mode, "imaginary_rad_s")))
-        .number("frequency", "Frequency", "rad/s", 4, |mode| mode.frequency_rad_s)
-        .maybe("frequency_error", "±", "rad/s", 2, |mode| error(mode, "frequency_rad_s"))
-        .number("damping", "Damping", "", 3, |mode| mode.damping)
-        .maybe("damping_error", "±", "", 2, |mode| error(mode, "damping"))
+        .maybe("frequency", "Frequency", "rad/s", 4, |mode| oscillating(mode, Some(mode.frequency_rad_s)))
+        .maybe("frequency_error", "±", "rad/s", 2, |mode| oscillating(mode, error(mode, "frequency_rad_s")))
+        .maybe("damping", "Damping", "", 3, |mode| oscillating(mode, Some(mode.damping)))
+        .maybe("damping_error", "±", "", 2, |mode| oscillating(mode, error(mode, "damping")))
         .maybe("period", "Period", "s", 3, |mode| mode.period_s)
         .maybe("half", "Time to half", "s", 3, |mode| mode.time_to_half_s)
         .maybe("double", "Time to double", "s", 3, |mode| mode.time_to_double_s)

@@ -16,8 +16,8 @@ use super::table::{Table, TableOf};
 use crate::session::{Level, Manoeuvre, Session};
 use crate::snapshot::{Slot, Snapshot};
 use crate::stage::{
-    FlownMass, WindowAero, WindowFits, WindowPath, WindowProposal, find_open_candidates, measure_steadiness, movement,
-    significance,
+    CONDITION_NOTE, FlownMass, WindowAero, WindowFits, WindowPath, WindowProposal, find_open_candidates,
+    mean_of_finite, measure_condition, measure_steadiness, movement, significance,
 };
 
 /// Use of a manoeuvre that was found and is not in the session.
@@ -46,16 +46,16 @@ pub struct MapRow {
     pub start_s: f64,
     /// Duration, s.
     pub duration_s: f64,
-    /// Mean true airspeed, m/s.
+    /// True airspeed of its condition (mean before the input, of all of it without a steady part there), m/s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub airspeed_m_s: Option<f64>,
-    /// Mean altitude, m.
+    /// Altitude of its condition, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub altitude_m: Option<f64>,
-    /// Mean dynamic pressure, Pa.
+    /// Dynamic pressure of its condition, Pa.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dynamic_pressure_pa: Option<f64>,
-    /// Mean angle of attack, rad.
+    /// Angle of attack of its condition, rad.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alpha_rad: Option<f64>,
     /// Largest minus smallest angle of sideslip, rad.
@@ -105,13 +105,13 @@ pub enum MapQuantity {
     /// First instant.
     Start,
     Duration,
-    /// Mean true airspeed.
+    /// True airspeed of the condition.
     Airspeed,
-    /// Mean altitude.
+    /// Altitude of the condition.
     Altitude,
-    /// Mean dynamic pressure.
+    /// Dynamic pressure of the condition.
     DynamicPressure,
-    /// Mean angle of attack.
+    /// Angle of attack of the condition.
     AngleOfAttack,
     /// Range of the angle of sideslip.
     SideslipRange,
@@ -169,10 +169,10 @@ impl MapQuantity {
         match self {
             Self::Start => "Start".to_owned(),
             Self::Duration => "Duration".to_owned(),
-            Self::Airspeed => "True airspeed, mean".to_owned(),
-            Self::Altitude => "Altitude, mean".to_owned(),
-            Self::DynamicPressure => "Dynamic pressure, mean".to_owned(),
-            Self::AngleOfAttack => "Angle of attack, mean".to_owned(),
+            Self::Airspeed => "True airspeed".to_owned(),
+            Self::Altitude => "Altitude".to_owned(),
+            Self::DynamicPressure => "Dynamic pressure".to_owned(),
+            Self::AngleOfAttack => "Angle of attack".to_owned(),
             Self::SideslipRange => "Sideslip, range".to_owned(),
             Self::Deflection => "Largest deflection".to_owned(),
             Self::Mass => "Mass".to_owned(),
@@ -269,14 +269,13 @@ impl MapRow {
 
     /// The flight condition and the input by the reconstructed path.
     fn add_aero(&mut self, window: &Manoeuvre, aero: &WindowAero) {
-        let data = &aero.data;
-        self.airspeed_m_s = mean(data.airspeed_m_s.iter().copied());
-        self.altitude_m =
-            data.altitude_m.as_ref().and_then(|altitude| mean(altitude.iter().copied())).or(self.altitude_m);
-        self.alpha_rad = mean(data.alpha_rad.iter().copied());
-        self.sideslip_range_rad = range(&data.beta_rad);
-        let pressure = data.airspeed_m_s.iter().zip(&*data.density_kg_m3).map(|(speed, rho)| 0.5 * rho * speed * speed);
-        self.dynamic_pressure_pa = mean(pressure);
+        if let Some(found) = measure_condition(aero) {
+            self.airspeed_m_s = Some(found.airspeed_m_s);
+            self.altitude_m = found.altitude_m.or(self.altitude_m);
+            self.alpha_rad = Some(found.alpha_rad);
+            self.dynamic_pressure_pa = Some(found.dynamic_pressure_pa);
+        }
+        self.sideslip_range_rad = range(&aero.data.beta_rad);
         self.deflection_rad = movement(window, aero).map(|moved| moved.largest_rad.abs());
         self.airspeed_slope_m_s2 = measure_steadiness(aero).map(|before| before.airspeed_slope_m_s2);
     }
@@ -286,7 +285,8 @@ impl MapRow {
         if path.tells_wind() {
             let states = &path.reconstruction.states;
             let winds = [State::WindNorth, State::WindEast, State::WindDown].map(|wind| &states[wind as usize]);
-            let [north, east] = [winds[0], winds[1]].map(|wind| mean(wind.iter().copied()).unwrap_or(f64::NAN));
+            let [north, east] =
+                [winds[0], winds[1]].map(|wind| mean_of_finite(wind.iter().copied()).unwrap_or(f64::NAN));
             self.wind_m_s = finite(north.hypot(east));
             let squares: f64 = winds.iter().map(|wind| squares_about_mean(wind)).sum();
             self.wind_deviation_m_s = finite((squares / winds[0].len() as f64).sqrt());
@@ -324,13 +324,6 @@ impl MapRow {
 
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
-}
-
-/// Mean of the finite values.
-fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let (sum, count) =
-        values.filter(|value| value.is_finite()).fold((0.0, 0.0), |(sum, n), value| (sum + value, n + 1.0));
-    finite(sum / count)
 }
 
 /// Largest less smallest of the finite values.
@@ -404,7 +397,8 @@ fn recording<'s>(flight: &str, snapshot: &'s Snapshot, of: MapOf) -> Option<&'s 
 
 /// The rows as a table, without innovations and fits one by one.
 pub fn table(results: &Results) -> Table {
-    let caption = "Manoeuvres and candidates: flight condition, input and consistency of results.";
+    let caption =
+        format!("Manoeuvres and candidates: flight condition, input and consistency of results. {CONDITION_NOTE}");
     TableOf::new("manoeuvre_map", caption, &results.manoeuvre_map)
         .text("name", "Name", |row| &row.name)
         .text("flight", "Flight", |row| &row.flight)

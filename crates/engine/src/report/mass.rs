@@ -31,6 +31,8 @@ pub struct MassRow {
 pub struct FlownMassRow {
     /// Source of the fuel data, in words.
     pub fuel: String,
+    /// Whether the fuel was measured, stated or assumed, in words.
+    pub fuel_basis: &'static str,
     /// Time of the first record, s.
     pub start_s: f64,
     /// Mass properties at that time.
@@ -67,6 +69,7 @@ pub fn mass_properties(session: &Session, snapshot: &Snapshot) -> Option<MassRow
 pub(crate) fn flown_masses(flown: &FlownMass) -> FlownMassRow {
     FlownMassRow {
         fuel: flown.fuel.description().to_owned(),
+        fuel_basis: flown.fuel.basis(),
         start_s: flown.start.time_s,
         start: flown_row(&flown.start),
         end_s: flown.end.time_s,

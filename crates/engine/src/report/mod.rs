@@ -55,7 +55,7 @@ pub use prediction::{PredictionAgreement, PredictionRow, ValidationRow};
 pub use proof::{BandRow, ProofRow, ReplayRow, TestRow, TheilRow, rows as proof_rows, shown_tables as proof_tables};
 pub use proposal_tables::{manoeuvre_table, onset_table, steady_noise_table, tuned_noise_table};
 pub use reference::{Reference, reference};
-pub use responses::{ResponseRow, SystemRow, parameter_table, response_rows, response_table};
+pub use responses::{ModeComparisonRow, ResponseRow, SystemRow, parameter_table, response_rows, response_table};
 pub use results::{
     AgreementRow, ChannelRow, ClockRow, CorrelationRow, DerivativeRow, DerivativeSummaryRow, DroppedRow, EngineRow,
     ExpressionRow, FORMAT, FitRow, FlightRow, InnovationRow, InnovationSummaryRow, MonitorRow, PhaseRow, RecordingRow,
@@ -65,6 +65,7 @@ pub use sensor_errors::{
     InitialRow, SensorErrorRow, SensorErrorsRow, SensorOutputRow, SensorWindowRow, error_table,
     output_table as sensor_output_table, rows as sensor_error_rows,
 };
+pub use setup::FileRow;
 pub(crate) use setup::session_sha256;
 pub use signals::{NoiseRow, ProposalRow, SignalRow};
 pub use studies::{

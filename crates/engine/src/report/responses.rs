@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::studies::where_finite;
 use super::table::{Table, TableOf, table};
-use crate::study::{EquivalentStudy, FlightResponses, ResponseStudy};
+use crate::study::{EquivalentStudy, FlightResponses, ModeComparison, ResponseStudy};
 
 /// A frequency response at one frequency; gain and phase are missing where the coherence does not make them a value.
 #[derive(Clone, Debug, Serialize)]
@@ -74,6 +74,55 @@ pub struct SystemRow {
     pub verdict: &'static str,
     /// Why the system is missing.
     pub error: Option<String>,
+}
+
+/// A quantity of a natural mode by the equivalent system of a response and by the identified model, each with its 95 % interval.
+#[derive(Clone, Debug, Serialize)]
+pub struct ModeComparisonRow {
+    /// Natural mode.
+    pub mode: &'static str,
+    /// `frequency`, `damping` or `time constant`.
+    pub quantity: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Control of the response.
+    pub surface: &'static str,
+    /// Value by the equivalent system.
+    pub response: f64,
+    /// Lower end of its interval.
+    pub response_low: f64,
+    /// Upper end.
+    pub response_high: f64,
+    /// Value by the identified model.
+    pub model: f64,
+    /// Lower end of its interval.
+    pub model_low: f64,
+    /// Upper end.
+    pub model_high: f64,
+    /// Response over model, less one.
+    pub difference_percent: f64,
+    /// Whether the intervals do not overlap.
+    pub contradiction: bool,
+}
+
+impl From<&ModeComparison> for ModeComparisonRow {
+    fn from(found: &ModeComparison) -> Self {
+        let ModeComparison { surface, mode, quantity, response, model, .. } = found;
+        Self {
+            mode,
+            quantity: quantity.name(),
+            unit: quantity.unit(),
+            surface: surface.name(),
+            response: response.value,
+            response_low: response.low,
+            response_high: response.high,
+            model: model.value,
+            model_low: model.low,
+            model_high: model.high,
+            difference_percent: found.difference_percent(),
+            contradiction: found.is_contradiction(),
+        }
+    }
 }
 
 pub fn response_rows(study: &ResponseStudy) -> Vec<ResponseRow> {

@@ -11,6 +11,7 @@ use super::mass::{FlownMassRow, MassRow};
 use super::prediction::{PredictionRow, ValidationRow};
 use super::proof::ProofRow;
 use super::sensor_errors::SensorErrorsRow;
+use super::setup::FileRow;
 use super::signals::{NoiseRow, ProposalRow, SignalRow};
 use super::studies::StudyResults;
 use crate::session::Verdict;
@@ -70,6 +71,8 @@ pub struct Results {
     pub warnings: Vec<String>,
     /// Recordings read.
     pub recordings: Vec<RecordingRow>,
+    /// Files beside the recordings that the derivatives rest on.
+    pub files: Vec<FileRow>,
     /// Flights of the recordings.
     pub flights: Vec<FlightRow>,
     /// One entry per flight and engine with a power model.

@@ -3,7 +3,7 @@
 use doublet_core::sensitivity::NoiseEffect;
 use serde::{Serialize, Serializer};
 
-use super::responses::{ResponseRow, SystemRow, flight_rows, response_table};
+use super::responses::{ModeComparisonRow, ResponseRow, SystemRow, flight_rows, response_table};
 use super::table::{Table, table};
 use crate::graph::StageResult;
 use crate::session::Finding;
@@ -52,6 +52,9 @@ pub struct StudyResults {
     /// Parameters of their low-order equivalent systems.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub equivalent_systems: Vec<SystemRow>,
+    /// Natural modes by these beside those of the identified model.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub mode_comparison: Vec<ModeComparisonRow>,
     /// Effect of recording noise on the derivatives.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub monte_carlo: Vec<MonteCarloRow>,
@@ -324,6 +327,7 @@ pub fn build(snapshot: &Snapshot) -> StudyResults {
     }
     if let Some(study) = snapshot.studies.responses.ready() {
         (results.response, results.equivalent_systems) = flight_rows(study);
+        results.mode_comparison = study.compared_modes().map(Into::into).collect();
     }
     if let Some(study) = snapshot.studies.monte_carlo.ready() {
         results.monte_carlo = monte_carlo_rows(study);
@@ -564,6 +568,7 @@ pub fn tables(results: &StudyResults) -> Vec<Table> {
         table("lags", "Delay and first-order lag of every control.", &results.lags),
         response_table(&results.response),
         table("equivalent_systems", "Low-order equivalent systems of the responses.", &results.equivalent_systems),
+        table("mode_comparison", "Natural modes by responses and by the identified model.", &results.mode_comparison),
         table("monte_carlo", "Effect of measurement noise on each pooled derivative.", &results.monte_carlo),
     ];
     tables.into_iter().flatten().collect()

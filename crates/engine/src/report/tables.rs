@@ -8,6 +8,7 @@ use super::prediction::PredictionAgreement;
 use super::results::{AgreementRow, EngineRow, FitRow, Results};
 use super::table::{Cell, Column, Table, TableOf};
 use crate::session::Verdict;
+use crate::verdict::CONDITION_LIMIT;
 
 /// Every table of the results that leaves the program as a file, in the order of `docs/results.md`.
 pub fn all(results: &Results) -> Vec<Table> {
@@ -29,6 +30,7 @@ pub fn all(results: &Results) -> Vec<Table> {
         channels(results),
         clocks(results),
         recordings(results),
+        files(results),
         noise(results),
         signals(results),
     ];
@@ -97,7 +99,9 @@ pub fn fits(results: &Results) -> Table {
         .number("r_squared", "R²", "", 4, |(_, fit)| fit.r_squared)
         .number("rms_relative_percent", "RMS rel", "%", 3, |(_, fit)| fit.rms_relative_percent)
         .number("residual_deviation", "Residual std", "", 3, |(_, fit)| fit.residual_deviation)
-        .number("condition_number", "Condition", "", 3, |(_, fit)| fit.condition_number)
+        .number("condition_number", &format!("Condition (limit {CONDITION_LIMIT})"), "", 3, |(_, fit)| {
+            fit.condition_number
+        })
         .optional("verdict", "Verdict", |(_, fit)| fit.verdict.as_ref().map(level))
         .optional("error", "Remark", |(_, fit)| fit.error.as_deref())
         .done()
@@ -279,6 +283,16 @@ pub fn recordings(results: &Results) -> Table {
     TableOf::new("recordings", "Recordings and their content.", &results.recordings)
         .text("flight", "Flight", |row| &row.flight)
         .text("path", "Recording", |row| &row.path)
+        .text("sha256", "SHA-256", |row| &row.sha256)
+        .done()
+}
+
+/// Aircraft and instruments files and their hashes.
+pub fn files(results: &Results) -> Table {
+    TableOf::new("files", "Aircraft and instruments files and their content.", &results.files)
+        .text("kind", "Kind", |row| row.kind)
+        .text("flight", "Flight", |row| &row.flight)
+        .text("path", "File", |row| &row.path)
         .text("sha256", "SHA-256", |row| &row.sha256)
         .done()
 }

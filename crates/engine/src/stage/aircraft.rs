@@ -18,6 +18,7 @@ use super::mass::{FuelRecord, FuelSource};
 use super::samples::channel_at;
 use crate::builtin;
 use crate::graph::{Context, Footprint, Keyed, Stage, StageError, StageResult};
+use crate::keep::hash_bytes;
 use crate::session::{AircraftChanges, Session};
 
 /// An aircraft file as read.
@@ -27,6 +28,8 @@ pub struct LoadedAircraft {
     pub aircraft: Aircraft,
     /// Engines with their charts and maps.
     pub powerplant: Powerplant,
+    /// SHA-256 of its file, before the changes of the session.
+    pub sha256: String,
 }
 
 impl Footprint for LoadedAircraft {
@@ -74,6 +77,7 @@ impl LoadedAircraft {
         (file, maps): (&Path, &Path),
         context: &Context<'_>,
     ) -> StageResult<Self> {
+        let sha256 = hash_bytes(text.as_bytes());
         let edited = if changes.is_empty() { "" } else { ", with the session's changes" };
         let named = |error: &dyn std::fmt::Display| format!("{path}{edited}: {error}");
         let text = if changes.is_empty() {
@@ -90,7 +94,7 @@ impl LoadedAircraft {
         aircraft.notes.extend(note(changes));
         let section = parse_propulsion_section(&text, file).map_err(|error| named(&error))?;
         let powerplant = section.powerplant(&aircraft.engines, maps, |map| context.read_text(map));
-        Ok(Self { powerplant: powerplant.map_err(|error| named(&error))?, aircraft })
+        Ok(Self { powerplant: powerplant.map_err(|error| named(&error))?, aircraft, sha256 })
     }
 }
 

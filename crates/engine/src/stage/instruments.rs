@@ -22,6 +22,7 @@ use rayon::prelude::*;
 
 use super::align::channel;
 use crate::graph::{Context, StageResult};
+use crate::keep::hash_bytes;
 use crate::session::InstrumentSetting;
 
 /// A pause between samples of a control sensor that ends a stretch, s: it records around each manoeuvre only.
@@ -32,7 +33,7 @@ const POD_MARGIN: f64 = 1.0;
 const YOKE: &str = "yoke";
 const COLUMN: &str = "column";
 
-/// Adds every role the instruments give to a recording on the flight's time line, and returns the noise their file states. A role the
+/// Adds every role the instruments give to a recording on the flight's time line, and returns the SHA-256 of their file with the noise it states. A role the
 /// recording has is kept, and said.
 ///
 /// # Errors
@@ -41,7 +42,7 @@ pub fn derive(
     recording: &mut Recording,
     context: &Context<'_>,
     setting: &InstrumentSetting,
-) -> StageResult<BTreeMap<Role, StatedNoise>> {
+) -> StageResult<(String, BTreeMap<Role, StatedNoise>)> {
     let content = context.text(&setting.file, "aircraft")?;
     let instruments = file::parse(&content).map_err(|error| format!("{}: {error}", setting.file))?;
     let mut derived = Vec::new();
@@ -78,7 +79,7 @@ pub fn derive(
         });
     }
     recording.warnings.extend(warnings);
-    Ok(instruments.noise)
+    Ok((hash_bytes(content.as_bytes()), instruments.noise))
 }
 
 /// Samples of a channel in SI, whatever unit it was recorded in.

@@ -52,6 +52,18 @@ impl FuelSource {
             (FuelRecord::None, _) => "fuel of the loading, constant",
         }
     }
+
+    /// Whether the fuel was measured, stated or assumed.
+    pub fn basis(&self) -> &'static str {
+        match (self.record, self.is_stated) {
+            (FuelRecord::Tanks | FuelRecord::Total, false) => "measured",
+            (FuelRecord::Tanks, true) => "measured, shifted by the session",
+            (FuelRecord::Total | FuelRecord::Flow, true) => "initial fuel stated, burn measured",
+            (FuelRecord::Flow, false) => "initial fuel assumed, burn measured",
+            (FuelRecord::None, true) => "stated, not measured",
+            (FuelRecord::None, false) => "assumed, not measured",
+        }
+    }
 }
 
 /// The aircraft over one flight.

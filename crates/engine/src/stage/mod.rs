@@ -9,6 +9,7 @@ mod air_data;
 mod air_density;
 mod aircraft;
 mod align;
+mod condition;
 mod control_delays;
 mod delays;
 mod delays_and_gusts;
@@ -61,6 +62,7 @@ pub use aircraft::{
 };
 pub use align::{UsedClock, is_stamped_by};
 pub(crate) use align::{align, is_of_engine_or_fuel};
+pub use condition::{CONDITION_NOTE, FlightCondition, condition_samples, mean_of_finite, measure_condition};
 pub use control_delays::{ControlDelay, control_delays};
 pub use delays::{SensorDelay, SensorDelays, flow_delay_by_lift};
 pub use delays_and_gusts::{DelaysAndGusts, estimate_delays_and_gusts, estimate_in_turn, needs_delays_or_gusts};

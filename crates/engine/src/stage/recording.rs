@@ -35,6 +35,8 @@ pub struct LoadedFlight {
     pub expressions: Vec<ExpressedChannel>,
     /// UTC of the first sample, s since 1970-01-01, where a recorder's clock says.
     pub utc_start_s: Option<f64>,
+    /// SHA-256 of the instruments file, where the flight has one.
+    pub instruments_sha256: Option<String>,
     /// Noise that the instruments file states.
     pub stated_noise: BTreeMap<Role, StatedNoise>,
     /// What was found in its signals and what was done about it.
@@ -158,10 +160,9 @@ pub fn describe_change(entry: &RecordingRef, hash: &str) -> Option<Message> {
 /// One line that names the clock, the instrument's channel or the signal and the fix.
 pub fn align_flight(context: &Context<'_>, read: &LoadedFlight, flight: &Flight) -> StageResult<LoadedFlight> {
     let (mut recording, clocks, mut findings) = align(&read.recording, flight)?;
-    let stated_noise = match &flight.instruments {
-        Some(setting) => derive(&mut recording, context, setting)?,
-        None => BTreeMap::new(),
-    };
+    let instruments =
+        flight.instruments.as_ref().map(|setting| derive(&mut recording, context, setting)).transpose()?;
+    let (instruments_sha256, stated_noise) = instruments.unzip();
     let (held, of_samples) = match flight.signals.held_samples {
         HeldSampleUse::Once => use_held_once(&mut recording, &flight.name),
         HeldSampleUse::Every => Default::default(),
@@ -178,7 +179,8 @@ pub fn align_flight(context: &Context<'_>, read: &LoadedFlight, flight: &Flight)
         treated,
         expressions: Vec::new(),
         utc_start_s,
-        stated_noise,
+        instruments_sha256,
+        stated_noise: stated_noise.unwrap_or_default(),
         findings,
         stalls: Vec::new(),
     };

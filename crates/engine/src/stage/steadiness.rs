@@ -31,11 +31,7 @@ pub struct Steadiness {
 pub fn measure_steadiness(aero: &WindowAero) -> Option<Steadiness> {
     let data = &aero.data;
     let time_s = &*data.time_s;
-    let length_s = time_before_input(&movements(aero).collect::<Vec<_>>())?;
-    if length_s < SHORTEST_S {
-        return None;
-    }
-    let input = time_s.partition_point(|time| time - time_s[0] < length_s);
+    let (length_s, input) = part_before_input(aero)?;
     let sideways = data.alpha_rad.iter().zip(&*data.beta_rad);
     let w_m_s: Vec<f64> = data
         .airspeed_m_s
@@ -50,6 +46,13 @@ pub fn measure_steadiness(aero: &WindowAero) -> Option<Steadiness> {
         w_slope_m_s2: slope_of(&w_m_s),
         climb_m_s: data.altitude_m.as_ref().map(|altitude_m| slope_of(altitude_m)),
     })
+}
+
+/// Length, s, and number of samples of a window before its input; none where it begins with the input or has none.
+pub(super) fn part_before_input(aero: &WindowAero) -> Option<(f64, usize)> {
+    let time_s = &*aero.data.time_s;
+    let length_s = time_before_input(&movements(aero).collect::<Vec<_>>())?;
+    (length_s >= SHORTEST_S).then(|| (length_s, time_s.partition_point(|time| time - time_s[0] < length_s)))
 }
 
 /// Time from the start to the input, s: where the first of the surfaces that move leaves its rest.

@@ -7,7 +7,7 @@ use doublet_dynamics::frequency::{
 
 use super::response::{ResponseError, ResponseStudy};
 use super::systems::{Alternative, judge_system};
-use crate::session::Verdict;
+use crate::session::{Level, Verdict};
 
 /// What a form is fitted to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +44,13 @@ pub struct EquivalentStudy {
     pub margins: Margins,
     /// Whether the form fits, and whether a richer one and the other method say the same.
     pub verdict: Verdict,
+}
+
+impl EquivalentStudy {
+    /// Whether its parameters must not be used.
+    pub fn is_rejected(&self) -> bool {
+        self.verdict.level == Level::Bad
+    }
 }
 
 /// Outputs whose integral is an attitude.

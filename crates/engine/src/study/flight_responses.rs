@@ -4,6 +4,7 @@ use doublet_dynamics::frequency::{Delay, Form, state_space_response};
 use nalgebra::Complex;
 
 use super::equivalent::{EquivalentStudy, equivalent_study};
+use super::mode_comparison::{ModeComparison, compare_modes};
 use super::response::{ResponseRequest, ResponseStudy, ResponseWindow, session_responses};
 use super::{DynamicsRequest, DynamicsStudy, StudyInput};
 use crate::graph::{Context, Footprint, Stage, StageError, StageResult};
@@ -20,6 +21,8 @@ pub struct SurfaceResponse {
     pub system: StageResult<EquivalentStudy>,
     /// Response of the identified model about the trim of the windows, at the same frequencies; empty where there is none.
     pub model: Vec<Complex<f64>>,
+    /// Modes by the equivalent system beside those of the identified model; empty where one of the two is missing.
+    pub modes: Vec<ModeComparison>,
 }
 
 /// Responses of every control that moves in some window by itself.
@@ -27,6 +30,13 @@ pub struct SurfaceResponse {
 pub struct FlightResponses {
     /// In the order elevator, aileron, rudder.
     pub surfaces: Vec<SurfaceResponse>,
+}
+
+impl FlightResponses {
+    /// Modes of all controls by both ways.
+    pub fn compared_modes(&self) -> impl Iterator<Item = &ModeComparison> {
+        self.surfaces.iter().flat_map(|surface| &surface.modes)
+    }
 }
 
 impl Footprint for FlightResponses {
@@ -90,7 +100,11 @@ impl Stage for FlightResponses {
             };
             let model = response.as_ref().ok().and_then(of_model).unwrap_or_default();
             let system = response.as_ref().map_err(Clone::clone).and_then(fitted);
-            surfaces.push(SurfaceResponse { surface, response, system, model });
+            let modes = match (&system, &dynamics) {
+                (Ok(system), Some(dynamics)) => compare_modes(surface, system, &dynamics.modes.modes),
+                _ => Vec::new(),
+            };
+            surfaces.push(SurfaceResponse { surface, response, system, model, modes });
         }
         if surfaces.is_empty() {
             return Err("no manoeuvre in use moves one control alone: state the surface of a manoeuvre".into());

@@ -245,7 +245,7 @@ fn conditions(input: &StudyInput<'_>) -> Vec<ConditionRegression> {
     found
 }
 
-/// A derivative from one window and the mean condition there.
+/// A derivative from one window and its flight condition.
 fn condition_point(
     window: &StudyWindow<'_>,
     coefficient: Coefficient,
@@ -255,9 +255,9 @@ fn condition_point(
     let (fit, estimate) = own_fit(window, coefficient)?;
     let index = estimate.names.iter().position(|name| name == derivative)?;
     estimate.origins[index].is_estimated().then_some(())?;
+    let samples = stage::condition_samples(&window.aero);
     let mean = |variable: Variable| {
-        let column = window.aero.variables.get(variable)?;
-        Some(column.iter().sum::<f64>() / column.len() as f64)
+        stage::mean_of_finite(window.aero.variables.get(variable)?.get(samples.clone())?.iter().copied())
     };
     let condition = variables.iter().map(|(_, variable)| mean(*variable)).collect::<Option<Vec<_>>>()?;
     let point = ConditionPoint {

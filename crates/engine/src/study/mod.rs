@@ -11,6 +11,7 @@ mod identified;
 mod lags;
 mod least_squares;
 mod manoeuvres;
+mod mode_comparison;
 mod mode_coverage;
 mod monte_carlo;
 mod response;
@@ -41,6 +42,7 @@ pub use least_squares::{CoefficientForms, FormEstimates, FormRequest, least_squa
 pub use manoeuvres::{
     CoefficientLeftOut, ConditionRegression, KindComparison, ManoeuvreStudy, TermContribution, WindowContributions,
 };
+pub use mode_comparison::{Bounded, ModeComparison, ModeQuantity};
 pub use mode_coverage::{FigureCoverage, ModeCoverage, mode_coverage};
 pub use monte_carlo::{MonteCarloRequest, MonteCarloStudy};
 pub use response::{ResponseError, ResponseRequest, ResponseStudy, ResponseWindow, session_responses, table_responses};

@@ -100,7 +100,7 @@ fn compare(
     seed: u64,
 ) -> StageResult<Vec<Found>> {
     let line = |error: doublet_dynamics::linear::LinearError| error.to_string();
-    let flown = Flown { windows: flight.aero.iter().map(|(_, aero)| &**aero).collect() };
+    let flown = Flown::new(flight.aero.iter().map(|(_, aero)| &**aero));
     let model = pooled_model(&flight.pooled, (&session.structure, &session.estimation), &flight.aero, &mut Vec::new())?;
     let truth = scenario.vehicle.aero.derivatives().iter();
     let derivatives: Derivatives = truth.map(|d| (d.coefficient, d.term.clone(), d.value)).collect();

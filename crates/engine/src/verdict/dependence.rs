@@ -96,9 +96,7 @@ fn accelerometer_position(
     if moments.iter().all(Option::is_none) {
         return None;
     }
-    let (window, _) = fit.windows.first()?;
-    let aero = snapshot.windows.get(window)?.aero.ready()?;
-    let mass = aero.data.mass.first()?;
+    let mass = super::mean_mass(snapshot, fit)?;
     let aircraft = &snapshot.aircraft.ready()?.aircraft;
     let reference = &aircraft.reference;
     let lengths = [reference.lateral_moment_length_m, reference.chord_m, reference.lateral_moment_length_m];

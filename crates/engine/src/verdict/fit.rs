@@ -19,7 +19,7 @@ use crate::stage::{CoefficientFit, Prediction, WindowAero};
 /// How many times its noise a regressor must vary.
 const EXCITATION: f64 = 3.0;
 /// Condition number of the scaled regressors.
-const CONDITION: f64 = 100.0;
+pub const CONDITION_LIMIT: f64 = 100.0;
 /// Variance inflation factor (Klein and Morelli 5.5).
 const INFLATION: f64 = 10.0;
 /// Coefficient of determination of a prediction.
@@ -261,11 +261,12 @@ fn recorded_noise(series: &doublet_core::series::Series, window: TimeRange) -> O
 
 fn condition(at: &Place, name: &str, estimate: &Fit) -> Option<Finding> {
     let found = estimate.condition_number;
-    if found <= CONDITION {
+    if found <= CONDITION_LIMIT {
         return None;
     }
-    let text = message!("Regressors are nearly collinear: condition number {:.0} (limit {:.0}).", found, CONDITION);
-    let finding = Finding::new(Level::Caution, "condition", at, text).with_figure(found, CONDITION);
+    let text =
+        message!("Regressors are nearly collinear: condition number {:.0} (limit {:.0}).", found, CONDITION_LIMIT);
+    let finding = Finding::new(Level::Caution, "condition", at, text).with_figure(found, CONDITION_LIMIT);
     Some(
         finding
             .with_fix_text("Remove a term, or add manoeuvres that separate them.")

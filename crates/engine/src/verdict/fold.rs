@@ -81,12 +81,28 @@ fn fold_group(group: &[&Finding], paths: &[&str]) -> Folded {
         }
     }
     if is_first_alone {
-        text.push_str(&format!(" (first of {count} similar)"));
+        text.push_str(&format!(
+            " ({}, first of {count} similar)",
+            first.place.pooled().unwrap_or(&first.place.to_string())
+        ));
     } else if count > places.len() {
         text.push_str(&format!(" ({count} times)"));
     }
     let place = in_words(&places);
-    Folded { level: first.level, code: first.code, place, text, fix: first.fix_text.clone(), count }
+    Folded { level: first.level, code: first.code, place, text, fix: join_fixes(group), count }
+}
+
+/// What to do: each different fix once; beyond a few only how many more there are.
+fn join_fixes(group: &[&Finding]) -> String {
+    let mut fixes: Vec<&str> = Vec::new();
+    for finding in group.iter().filter(|finding| !finding.fix_text.is_empty()) {
+        if !fixes.contains(&finding.fix_text.as_str()) {
+            fixes.push(&finding.fix_text);
+        }
+    }
+    let shown = fixes[..fixes.len().min(NAMED)].join(" ");
+    let more = fixes.len().saturating_sub(NAMED);
+    if more > 0 { format!("{shown} {more} more alike.") } else { shown }
 }
 
 /// Places in words: one or two by their names, more by their number and what they have in common.
@@ -248,8 +264,23 @@ mod tests {
             scatter("Cn_p", [0.75, 0.03, 0.24]),
             scatter("Cn_r", [0.1, 0.02, 0.2]),
         ]);
-        let expected = "Cl_r, Cn_p, Cn_r (pooled): 'a' gives -1.40 ± 0.10, together -0.98 (first of 3 similar)";
+        let expected = "Cl_r, Cn_p, Cn_r (pooled): 'a' gives -1.40 ± 0.10, together -0.98 (Cl_r, first of 3 similar)";
         assert_eq!(lines(&found), [expected]);
+    }
+
+    #[test]
+    fn different_fixes_of_one_kind_are_all_said() {
+        let fixed = |derivative: &str, fix: &str| {
+            let text = message!("{} is nearly collinear", quoted(derivative));
+            Finding::new(Level::Caution, "vif", Place::derivative(derivative, None), text).with_fix_text(fix)
+        };
+        let names = ["a", "b", "c", "d"];
+        for (count, expected) in [(1, "a."), (2, "a. b."), (4, "a. b. c. 1 more alike.")] {
+            let found: Vec<Finding> = names[..count].iter().map(|name| fixed(name, &format!("{name}."))).collect();
+            assert_eq!(fold(&found, &[])[0].fix, expected);
+        }
+        let same = [fixed("a", "Remove a term."), fixed("b", "Remove a term.")];
+        assert_eq!(fold(&same, &[])[0].fix, "Remove a term.");
     }
 
     #[test]

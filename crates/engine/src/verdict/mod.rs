@@ -48,9 +48,12 @@ pub use crate::snapshot::{
 pub use calibration::{CaseCounts, calibrate_levels};
 pub use dependence::{Dependence, dependences};
 pub use findings::{findings, folded};
+pub use fit::CONDITION_LIMIT;
 pub use fixes::fixes;
 pub use fold::{Folded, fold};
 pub(crate) use judge::NO_WINDOW;
 pub use judge::judge;
 pub use judged_flights::{JudgedFlights, fly_and_judge, judged_flights};
+use stated_quantity::mean_mass;
 pub use stated_quantity::{StatedQuantity, stated_quantity};
+pub(crate) use studies::{TWIN_CAUTION, TWIN_PART, compare_twins};

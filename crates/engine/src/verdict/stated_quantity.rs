@@ -1,5 +1,6 @@
 //! Stated numbers that derivatives follow one to one, and that no flight shows wrong: mass and inertia.
 
+use doublet_core::airframe::MassProperties;
 use doublet_core::model::Coefficient;
 use serde::Serialize;
 
@@ -11,7 +12,7 @@ use crate::stage::{CoefficientFit, FuelRecord};
 pub struct StatedQuantity {
     /// Quantity: `mass`, `Ixx`, `Iyy`, `Izz`.
     pub quantity: &'static str,
-    /// Its value in the first manoeuvre of the fit.
+    /// Its mean over the middles of the manoeuvres of the fit.
     pub value: f64,
     /// Unit.
     pub unit: &'static str,
@@ -27,11 +28,18 @@ impl std::fmt::Display for StatedQuantity {
     }
 }
 
+/// Mass properties of the manoeuvres of a fit: the mean over their middles; none before its coefficients are formed.
+pub(super) fn mean_mass(snapshot: &Snapshot, fit: &CoefficientFit) -> Option<MassProperties> {
+    let aero = fit.windows.iter().filter_map(|(window, _)| snapshot.windows.get(window)?.aero.ready());
+    let flown = aero.map(|aero| &aero.data).filter(|data| !data.time_s.is_empty());
+    let all: Vec<MassProperties> = flown.map(|data| *data.mass.at(data.time_s.len() / 2)).collect();
+    let sum = all.iter().copied().reduce(|sum, mass| sum.plus(&mass))?;
+    Some(sum.scaled((all.len() as f64).recip()))
+}
+
 /// The number that the derivatives of a fit follow one to one; none before its coefficients are formed.
 pub fn stated_quantity(snapshot: &Snapshot, fit: &CoefficientFit) -> Option<StatedQuantity> {
-    let (window, _) = fit.windows.first()?;
-    let aero = snapshot.windows.get(window)?.aero.ready()?;
-    let mass = aero.data.mass.first()?;
+    let mass = mean_mass(snapshot, fit)?;
     let (quantity, value, unit) = match fit.coefficient {
         Coefficient::Cl => ("Ixx", mass.inertia.xx, "kg m2"),
         Coefficient::Cm => ("Iyy", mass.inertia.yy, "kg m2"),

@@ -7,14 +7,15 @@ use doublet_core::message;
 use super::judge::{Evidence, level_above};
 use super::{Finding, Level, delay};
 use crate::session::{Fix, Place};
+use crate::snapshot::Snapshot;
 use crate::stage::{WindowFits, WindowReplay};
-use crate::study::{CheckedDerivative, FollowedFlight, LagKind};
+use crate::study::{CheckedDerivative, Estimator, FollowedFlight, LagKind, WindowChecks};
 
 /// Difference to a twin in joint errors, and the part of the estimate it must be as well: two methods differ by what neither's error
 /// knows of.
-const TWIN_CAUTION: f64 = 3.0;
+pub(crate) const TWIN_CAUTION: f64 = 3.0;
 const TWIN_BAD: f64 = 8.0;
-const TWIN_PART: f64 = 0.1;
+pub(crate) const TWIN_PART: f64 = 0.1;
 /// Delay of a control: samples of the recording and t for a caution, s for bad.
 const DELAY_SAMPLES: f64 = 1.5;
 const DELAY_T: f64 = 4.0;
@@ -55,49 +56,80 @@ fn twins(evidence: Evidence<'_>, found: &mut StudyFindings) {
     let Some(checks) = evidence.snapshot.studies.checks.ready() else { return };
     for window in &checks.windows {
         found.windows.entry(window.window.clone()).or_default().extend(window.findings());
-        let fits = evidence.snapshot.windows.get(&window.window).and_then(|results| results.fits.ready());
-        let Some(fits) = fits else { continue };
-        // A motion whose flight does not follow its recording says nothing against the derivatives of another method.
-        let strays = |flight: &&FollowedFlight| flight.findings(&window.window).iter().any(|f| f.level == Level::Bad);
-        let astray: Vec<_> = window.flights().filter(strays).map(|flight| flight.axis.name()).collect();
-        for (method, _, estimates) in window.estimates().filter(|(_, part, _)| !astray.contains(&part.axis())) {
-            for twin in &estimates.derivatives {
-                if let Some(finding) = apart(&window.window, fits, method.name, twin) {
-                    let key = (window.window.clone(), twin.name.clone());
-                    found.derivatives.entry(key).or_default().push(finding);
-                }
-            }
+    }
+    for twin in compare_twins(evidence.snapshot) {
+        if let Some(finding) = twin.finding() {
+            let key = (twin.window.to_owned(), twin.name.to_owned());
+            found.derivatives.entry(key).or_default().push(finding);
         }
     }
 }
 
-/// A derivative of a window's own fit against the same by another method.
-fn apart(window: &str, fits: &WindowFits, method: &str, twin: &CheckedDerivative) -> Option<Finding> {
-    let (estimate, error) = fits.fits.iter().find_map(|fit| {
+/// A derivative of a window's own fit and the same by another method, each with its standard error.
+pub(crate) struct Twin<'s> {
+    pub(crate) window: &'s str,
+    pub(crate) method: &'static str,
+    pub(crate) name: &'s str,
+    own: [f64; 2],
+    other: [f64; 2],
+}
+
+/// Every derivative of every window beside the same by other methods, as far as their flights follow the recording: a motion that does not
+/// says nothing against the derivatives of another method.
+pub(crate) fn compare_twins(snapshot: &Snapshot) -> Vec<Twin<'_>> {
+    let checks = snapshot.studies.checks.ready();
+    checks.into_iter().flat_map(|checks| &checks.windows).flat_map(|window| compare_window(snapshot, window)).collect()
+}
+
+fn compare_window<'s>(snapshot: &'s Snapshot, window: &'s WindowChecks) -> Vec<Twin<'s>> {
+    let fits = snapshot.windows.get(&window.window).and_then(|results| results.fits.ready());
+    let Some(fits) = fits else { return Vec::new() };
+    let strays = |flight: &&FollowedFlight| flight.findings(&window.window).iter().any(|f| f.level == Level::Bad);
+    let astray: Vec<_> = window.flights().filter(strays).map(|flight| flight.axis.name()).collect();
+    let followed = window.estimates().filter(|(_, part, _)| !astray.contains(&part.axis()));
+    let compare = |method: &'static Estimator, twin: &'s CheckedDerivative| {
+        let own = own_estimate(fits, &twin.name)?;
+        let other = [twin.estimate, twin.standard_error];
+        Some(Twin { window: &window.window, method: method.name, name: &twin.name, own, other })
+    };
+    let all = followed.flat_map(|(method, _, found)| found.derivatives.iter().map(move |twin| (method, twin)));
+    all.filter_map(|(method, twin)| compare(method, twin)).collect()
+}
+
+/// A derivative of a window's own fit with its corrected error.
+fn own_estimate(fits: &WindowFits, name: &str) -> Option<[f64; 2]> {
+    fits.fits.iter().find_map(|fit| {
         let estimate = fit.fit.as_ref().ok()?;
-        let index = estimate.names.iter().position(|name| *name == twin.name)?;
-        Some((estimate.estimates[index], *fit.corrected_errors.get(index)?))
-    })?;
-    let difference = (estimate - twin.estimate).abs();
-    if difference < TWIN_PART * estimate.abs() {
-        return None;
+        let index = estimate.names.iter().position(|own| own == name)?;
+        Some([estimate.estimates[index], *fit.corrected_errors.get(index)?])
+    })
+}
+
+impl Twin<'_> {
+    /// Their difference in joint standard errors; zero where it is a small part of the estimate.
+    pub(crate) fn times(&self) -> f64 {
+        let difference = (self.own[0] - self.other[0]).abs();
+        if difference < TWIN_PART * self.own[0].abs() { 0.0 } else { difference / self.own[1].hypot(self.other[1]) }
     }
-    let times = difference / error.hypot(twin.standard_error);
-    let (level, limit) = level_above(times, TWIN_CAUTION, TWIN_BAD)?;
-    let text = message!(
-        "Equation error {:.4} ± {:.2}, {} {:.4} ± {:.2}: {:.1} joint standard errors apart (limit {}).",
-        estimate,
-        error,
-        method,
-        twin.estimate,
-        twin.standard_error,
-        times,
-        limit
-    );
-    let finding =
-        Finding::new(level, "twin", Place::derivative(&twin.name, Some(window)), text).with_figure(times, limit);
-    let fix_text = "Check the fit of output error, the delays and the frequency band.";
-    Some(finding.with_fix_text(fix_text).with_setting("Derivatives", "model"))
+
+    fn finding(&self) -> Option<Finding> {
+        let (times, [estimate, error], [other, other_error]) = (self.times(), self.own, self.other);
+        let (level, limit) = level_above(times, TWIN_CAUTION, TWIN_BAD)?;
+        let text = message!(
+            "Equation error {:.4} ± {:.2}, {} {:.4} ± {:.2}: {:.1} joint standard errors apart (limit {}).",
+            estimate,
+            error,
+            self.method,
+            other,
+            other_error,
+            times,
+            limit
+        );
+        let place = Place::derivative(self.name, Some(self.window));
+        let finding = Finding::new(level, "twin", place, text).with_figure(times, limit);
+        let fix_text = "Check the fit of output error, the delays and the frequency band.";
+        Some(finding.with_fix_text(fix_text).with_setting("Derivatives", "model"))
+    }
 }
 
 fn timing(evidence: Evidence<'_>, found: &mut StudyFindings) {

@@ -1,6 +1,6 @@
 //! The conclusions: what is wrong or contradictory first, then what may be used, then what to do.
 
-use super::{Block, Contents, cover};
+use super::{Block, Contents, cover, responses};
 use crate::notation::significant;
 use crate::report::ValidationRow;
 use crate::report::results::FitRow;
@@ -17,12 +17,15 @@ pub fn conclusions(contents: &Contents<'_>) -> Vec<Block> {
     let found = verdict::folded(contents.session, contents.snapshot);
     let mut blocks = Vec::new();
     let contradictory = |line: &&Folded| CONTRADICTIONS.contains(&line.code) && line.level > Level::Good;
-    list_findings("Contradictions", found.iter().filter(contradictory).collect(), &mut blocks);
-    let lines_of_level =
-        |level: Level| found.iter().filter(|line| line.level == level && !contradictory(line)).collect();
-    list_findings("Results that must not be used", lines_of_level(Level::Bad), &mut blocks);
+    let contradictions = found.iter().filter(contradictory).map(ToString::to_string);
+    list_lines("Contradictions", contradictions.chain(responses::contradictions(contents)).collect(), &mut blocks);
+    let lines_of_level = |level: Level| {
+        let lines = found.iter().filter(|line| line.level == level && !contradictory(line));
+        lines.map(ToString::to_string).collect()
+    };
+    list_lines("Results that must not be used", lines_of_level(Level::Bad), &mut blocks);
     blocks.extend(usable(contents));
-    list_findings("Cautions", lines_of_level(Level::Caution), &mut blocks);
+    list_lines("Cautions", lines_of_level(Level::Caution), &mut blocks);
     let next = cover::next_steps(contents);
     if !next.is_empty() {
         blocks.extend([Block::Heading("Recommendations".to_owned()), Block::List(next)]);
@@ -30,14 +33,13 @@ pub fn conclusions(contents: &Contents<'_>) -> Vec<Block> {
     blocks
 }
 
-fn list_findings(heading: &str, lines: Vec<&Folded>, blocks: &mut Vec<Block>) {
+fn list_lines(heading: &str, lines: Vec<String>, blocks: &mut Vec<Block>) {
     if lines.is_empty() {
         return;
     }
-    let mut text: Vec<String> = lines.iter().take(FINDINGS).map(ToString::to_string).collect();
-    if lines.len() > FINDINGS {
-        text.push(format!("{} more, less important.", lines.len() - FINDINGS));
-    }
+    let more = lines.len().saturating_sub(FINDINGS);
+    let mut text: Vec<String> = lines.into_iter().take(FINDINGS).collect();
+    text.extend((more > 0).then(|| format!("{more} more, less important.")));
     blocks.extend([Block::Heading(heading.to_owned()), Block::List(text)]);
 }
 

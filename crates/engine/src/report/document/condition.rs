@@ -65,7 +65,7 @@ pub fn condition(contents: &Contents<'_>) -> Parts {
     }
     let mut appendix = vec![
         paragraph(
-            "Weighted regression of the single-manoeuvre estimates on mean true airspeed V and altitude h. Scatter above 1 means that the manoeuvres differ by more than their errors and the slopes explain.",
+            "Weighted regression of the single-manoeuvre estimates on true airspeed V and altitude h of their conditions. Scatter above 1 means that the manoeuvres differ by more than their errors and the slopes explain.",
         ),
         Block::Table(table),
     ];

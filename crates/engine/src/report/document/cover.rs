@@ -2,11 +2,13 @@
 
 use doublet_core::model::{AeroData, is_constant_name};
 use doublet_core::quantity::Role;
+use doublet_core::reconstruct::Measurement;
 
+use super::conditions::{altitude_kind, conditions};
 use super::{Block, Contents};
 use super::{findings, purpose};
 use crate::date;
-use crate::notation::{plural, significant};
+use crate::notation::{self, plural, significant};
 use crate::report::QualityRow;
 use crate::report::results::{DerivativeRow, FitRow, WindowRow};
 use crate::report::table::{Table, TableOf};
@@ -88,6 +90,7 @@ fn summary<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
     );
     let mut summary = vec![("Manoeuvres", windows)];
     summary.extend(list_ranges(contents).map(|ranges| ("Identified within", ranges)));
+    summary.extend(conditions(contents));
     summary.push(("Filter", consistency(&results.windows)));
     if !results.proof_of_match.windows.is_empty() {
         summary.push(("Proof of match", proof(contents)));
@@ -103,7 +106,7 @@ fn summary<'a>(contents: &Contents<'_>) -> Vec<(&'a str, String)> {
     summary
 }
 
-/// Ranges of the motion and the mass in the manoeuvres of the identification: the model is not known outside them.
+/// Ranges of the motion in the manoeuvres of the identification: the model is not known outside them.
 fn list_ranges(contents: &Contents<'_>) -> Option<String> {
     let used = contents.session.windows.iter().filter(|window| window.role == WindowRole::Identification);
     let aero = used.filter_map(|window| contents.snapshot.windows.get(&window.name)?.aero.ready());
@@ -112,7 +115,7 @@ fn list_ranges(contents: &Contents<'_>) -> Option<String> {
     let control = |role: Role| move |data: &AeroData| data.controls.get(&role).map_or(Vec::new(), |one| one.to_vec());
     let ranges = [
         describe_range(&data, ("V", " m/s", 1.0), &|data| data.airspeed_m_s.to_vec()),
-        describe_range(&data, ("h", " m", 1.0), &|data| {
+        describe_range(&data, (altitude_kind(contents), " m", 1.0), &|data| {
             data.altitude_m.as_ref().map_or(Vec::new(), |one| one.to_vec())
         }),
         describe_range(&data, ("α", "°", degrees), &|data| data.alpha_rad.to_vec()),
@@ -120,9 +123,6 @@ fn list_ranges(contents: &Contents<'_>) -> Option<String> {
         describe_range(&data, ("δe", "°", degrees), &control(Role::Elevator)),
         describe_range(&data, ("δa", "°", degrees), &control(Role::Aileron)),
         describe_range(&data, ("δr", "°", degrees), &control(Role::Rudder)),
-        describe_range(&data, ("mass", " kg", 1.0), &|data| {
-            data.mass.first().map_or(Vec::new(), |mass| vec![mass.mass_kg])
-        }),
     ];
     let found: Vec<String> = ranges.into_iter().flatten().collect();
     (!found.is_empty()).then(|| found.join(", "))
@@ -199,7 +199,20 @@ pub(super) fn overall(contents: &Contents<'_>) -> Option<String> {
     let mut used = contents.results.windows.iter().filter_map(|row| Some(row.verdict.as_ref()?.level)).peekable();
     let none_good = used.peek().is_some() && used.all(|level| level > Level::Good);
     let none_good = if none_good { "; no manoeuvre is good" } else { "" };
-    Some(format!("{level}, {extent}{doubtful}{none_good}"))
+    let contradicted = contradicted_modes(contents);
+    Some(format!("{level}, {extent}{doubtful}{none_good}{contradicted}"))
+}
+
+/// Quantities of modes for which the frequency responses give another value than the model that is judged.
+fn contradicted_modes(contents: &Contents<'_>) -> String {
+    let rows = contents.results.studies.mode_comparison.iter().filter(|row| row.contradiction);
+    let names: Vec<String> =
+        rows.map(|row| format!("{} {} (response to {})", row.mode, row.quantity, row.surface)).collect();
+    if names.is_empty() {
+        String::new()
+    } else {
+        format!("; frequency responses differ beyond both intervals on {}", names.join(", "))
+    }
 }
 
 /// Coefficients of the motion out of the plane of symmetry.
@@ -220,7 +233,7 @@ fn describe_doubt(fit: &FitRow) -> Option<String> {
     let level = fit.verdict.as_ref().map(|verdict| verdict.level).filter(|level| *level > Level::Good)?;
     let is_doubtful = |row: &&DerivativeRow| row.verdict.as_ref().is_some_and(|verdict| verdict.level > Level::Good);
     let rows = fit.derivatives.iter().filter(is_doubtful).filter(|row| !is_constant_name(&row.name));
-    let names: Vec<&str> = rows.map(|row| row.name.as_str()).collect();
+    let names: Vec<String> = rows.map(|row| notation::derivative(&row.name)).collect();
     let names = if names.is_empty() { String::new() } else { format!(": {}", names.join(", ")) };
     Some(format!("{} ({}{names})", fit.coefficient, level.name()))
 }
@@ -232,13 +245,30 @@ pub(super) fn next_steps(contents: &Contents<'_>) -> Vec<String> {
     for line in found.iter().filter(|line| line.level > Level::Good && !line.fix.is_empty()) {
         let fix = sentence(&line.fix);
         if steps.len() < STEPS && !steps.iter().any(|known| known.contains(&fix)) {
-            steps.push(format!("{}: {fix} ({})", line.place, line.level.name()));
+            steps.push(format!("{}: {fix} ({})", with_symbols(contents, &line.place), line.level.name()));
         }
     }
     if is_not_validated(contents) {
         steps.push("Validation: Keep a manoeuvre of each surface out of the fit, or fly one more.".to_owned());
     }
     steps
+}
+
+/// A text with the symbols of the estimated derivatives and of the measurements for their names.
+fn with_symbols(contents: &Contents<'_>, text: &str) -> String {
+    let derivatives = contents.results.pooled.iter().flat_map(|fit| &fit.derivatives).map(|row| row.name.as_str());
+    let is_known = |word: &str| derivatives.clone().any(|name| name == word);
+    let symbol = |word: &str| match Measurement::from_name(word) {
+        Some(measurement) => notation::measurement(measurement).to_owned(),
+        None if is_known(word) => notation::derivative(word),
+        None => word.to_owned(),
+    };
+    let is_part = |letter: char| letter.is_alphanumeric() || letter == '_';
+    let convert = |piece: &str| {
+        let word = piece.trim_end_matches(|letter| !is_part(letter));
+        symbol(word) + &piece[word.len()..]
+    };
+    text.split_inclusive(|letter| !is_part(letter)).map(convert).collect()
 }
 
 /// Whether there is a pooled estimate that no manoeuvre was kept to validate.

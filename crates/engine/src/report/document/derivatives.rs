@@ -132,7 +132,7 @@ fn close_pairs(fits: &[&FitRow]) -> Table {
     Table {
         name: "correlated".to_owned(),
         caption: format!(
-            "Derivatives with a correlation of {CLOSE} or more: only their combination is well determined."
+            "Derivatives with a correlation of {CLOSE} or more: an error of one goes with an error of the other. The intervals of both allow for it."
         ),
         columns: vec![
             Column::new("first", "Derivative"),

@@ -6,7 +6,8 @@ use crate::report::table::{Cell, Table};
 use crate::session::NoiseChannel;
 
 /// Columns whose numbers are in the unit another column of the row states, by the name of the table.
-const BY_ROW: [(&str, &[&str]); 5] = [
+const BY_ROW: [(&str, &[&str]); 6] = [
+    ("engines", &["value"]),
     ("noise", &["used", "proposed", "deviation"]),
     ("wind_and_bias", &["mean", "standard_deviation", "minimum", "maximum"]),
     ("match", &["worst_error"]),

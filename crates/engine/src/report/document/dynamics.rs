@@ -1,9 +1,12 @@
 //! Section on how the aircraft flies: trim, state matrices, modes with their intervals, levels of flying qualities.
 
 use doublet_core::statistics::NORMAL_95;
+use doublet_dynamics::modes::ModeEstimate;
 
 use super::level_map::level_map;
+use super::responses::list_contradictions;
 use super::{Axis, Block, Contents, Figure, LineStyle, Panel, Parts, Plot, paragraph, points};
+use crate::notation::significant;
 use crate::report::{
     AnticipationChart, DynamicsRow, anticipation_chart, criterion_table, level_table, matrix_tables, mode_table,
 };
@@ -16,8 +19,9 @@ const MODES: [&str; 12] = [
     "mode", "real", "real_error", "frequency", "frequency_error", "damping", "damping_error", "period", "half",
     "double", "low", "high",
 ];
-/// Height of a figure, mm.
+/// Height of a figure, mm, and of a panel of the eigenvalues.
 const HEIGHT_MM: f64 = 50.0;
+const ROOTS_HEIGHT_MM: f64 = 36.0;
 
 /// Linear model, modes and levels.
 pub fn dynamics(contents: &Contents<'_>) -> Parts {
@@ -28,7 +32,7 @@ pub fn dynamics(contents: &Contents<'_>) -> Parts {
     };
     let mut blocks = vec![
         paragraph(
-            "The identified model linearised in steady flight, by default at the median condition of the identification manoeuvres. Intervals follow from the corrected standard errors, by linearisation and by sampling.",
+            "The identified model linearised in steady flight, by default at the median of the conditions of the identification manoeuvres (mean before each input). Intervals follow from the corrected standard errors, by linearisation and by sampling.",
         ),
         Block::Facts(trim(row)),
     ];
@@ -37,6 +41,7 @@ pub fn dynamics(contents: &Contents<'_>) -> Parts {
         blocks.extend(tables.map(|[matrices, _]| Block::Table(matrices)));
     }
     blocks.push(Block::Table(mode_table(row).select(&MODES)));
+    blocks.extend(list_contradictions(contents));
     blocks.push(Block::Figure(roots(study)));
     blocks.push(Block::Table(level_table(&row.qualities)));
     blocks.extend(anticipation(study).map(Block::Figure));
@@ -59,7 +64,7 @@ pub fn dynamics(contents: &Contents<'_>) -> Parts {
 
 fn trim(row: &DynamicsRow) -> Vec<(String, String)> {
     let trim = &row.trim;
-    let degrees = |value: f64| format!("{:.2} deg", value.to_degrees());
+    let degrees = |value: f64| format!("{} deg", significant(value.to_degrees(), 3));
     let fact = |name: &str, value: String| (name.to_owned(), value);
     vec![
         fact("True airspeed", format!("{:.2} m/s", trim.airspeed_m_s)),
@@ -74,18 +79,41 @@ fn trim(row: &DynamicsRow) -> Vec<(String, String)> {
     ]
 }
 
-/// Eigenvalues in the upper half plane with their 95 % ellipses, the slow ones again at their own scale.
+/// Eigenvalues in the upper half plane, the slow ones again at their own scale, then each oscillation close up with its 95 % ellipse, which is
+/// too small to be seen among the others.
 fn roots(study: &DynamicsStudy) -> Figure {
+    let oscillations = study.modes.modes.iter().enumerate().filter(|(_, estimate)| estimate.mode.oscillates());
+    let close_up = oscillations.map(|(index, estimate)| draw_close_up(index, estimate));
     Figure {
         name: "roots".to_owned(),
-        caption:
-            "Eigenvalues with 95 % confidence ellipses (intervals if aperiodic); left: fast modes, right: slow modes."
-                .to_owned(),
-        columns: 2,
-        panel_height_mm: HEIGHT_MM,
-        panels: vec![plot_roots(study, false), plot_roots(study, true)],
+        caption: "Eigenvalues with 95 % intervals of aperiodic modes: fast modes, slow modes, then each oscillation close up with its 95 % confidence ellipse."
+            .to_owned(),
+        columns: 3,
+        panel_height_mm: ROOTS_HEIGHT_MM,
+        panels: [plot_roots(study, false), plot_roots(study, true)].into_iter().chain(close_up).collect(),
     }
 }
+
+fn draw_close_up(index: usize, estimate: &ModeEstimate) -> Panel {
+    let place = [estimate.mode.real_1_s, estimate.mode.imaginary_rad_s];
+    let ellipse = estimate.ellipse(OUTLINE);
+    let axis = |label: &str, unit: &str, at: usize| {
+        let half = ellipse.iter().map(|point| (point[at] - place[at]).abs()).fold(0.0, f64::max);
+        let ticks = [-half, 0.0, half].map(|shift| (place[at] + shift, significant(place[at] + shift, 4)));
+        let range = (half > 0.0).then_some([place[at] - MARGIN * half, place[at] + MARGIN * half]);
+        let places = if range.is_some() { ticks.into() } else { Vec::new() };
+        Axis { range, places, ..Axis::new(label, unit) }
+    };
+    let (x, y) = (axis("real part", "1/s", 0), axis("imaginary part", "rad/s", 1));
+    let marks = vec![
+        points(estimate.mode.name, index, LineStyle::Dots, vec![place]),
+        points("", index, LineStyle::Solid, ellipse.clone()),
+    ];
+    Panel::Plot(Plot { x, y, marks })
+}
+
+/// Half width of a close-up over that of its ellipse.
+const MARGIN: f64 = 1.3;
 
 fn plot_roots(study: &DynamicsStudy, slow: bool) -> Panel {
     let mut marks = Vec::new();
@@ -96,7 +124,6 @@ fn plot_roots(study: &DynamicsStudy, slow: bool) -> Panel {
         }
         let place = [mode.real_1_s, mode.imaginary_rad_s];
         marks.push(points(mode.name, index, LineStyle::Dots, vec![place]));
-        marks.push(points("", index, LineStyle::Solid, estimate.ellipse(OUTLINE)));
         if !mode.oscillates() {
             let half = NORMAL_95 * estimate.covariance[0].max(0.0).sqrt();
             let ends = vec![[place[0] - half, 0.0], [place[0] + half, 0.0]];

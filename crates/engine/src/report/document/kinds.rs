@@ -79,7 +79,7 @@ impl SectionKind {
             Innovations "Innovations", Model "Model structure and correlation",
             Derivatives "Aerodynamic and control derivatives", Fits "Fits and residuals", Validation "Validation",
             Match "Proof of match", Prior "Comparison with the earlier estimate", Checks "Independent checks",
-            Experiments "Experiments", Sensitivity "Sensitivity and total error",
+            Experiments "Experiments", Sensitivity "Sensitivity to stated quantities",
             Condition "Dependence on flight condition", Responses "Frequency responses",
             Dynamics "Linear model, modes and flying qualities", Engines "Engines", Conclusions "Conclusions",
             Warnings "Findings",

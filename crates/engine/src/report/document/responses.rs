@@ -1,12 +1,12 @@
 //! Section on frequency responses and low-order equivalent systems.
 
 use super::bode::{BodeModel, bode_figure};
-use super::{Block, Contents, Figure, paragraph};
+use super::{Block, Contents, Figure, paragraph, table_or};
 use crate::notation;
-use crate::report::responses::SystemRow;
+use crate::report::responses::{ModeComparisonRow, SystemRow};
 use crate::report::table::{Cell, Column, Table, TableOf};
-use crate::session::Level;
-use crate::study::SurfaceResponse;
+use crate::session::{Finding, Level};
+use crate::study::{EquivalentStudy, ModeComparison, SurfaceResponse};
 
 /// A Bode plot for each control with its equivalent system, and the parameters of all.
 pub fn responses(contents: &Contents<'_>) -> Vec<Block> {
@@ -19,26 +19,74 @@ pub fn responses(contents: &Contents<'_>) -> Vec<Block> {
     )];
     let side_by_side = |figure: Figure| Block::Figure(Figure { columns: 3, panel_height_mm: 38.0, ..figure });
     blocks.extend(found.surfaces.iter().filter_map(surface_figure).map(side_by_side));
-    let systems = &contents.results.studies.equivalent_systems;
-    blocks.push(Block::Table(parameters(systems.iter().filter(|row| row.error.is_none()))));
-    let failed = systems.iter().filter_map(|row| Some(format!("{}: {}", row.input, row.error.as_ref()?)));
-    let judged = found.surfaces.iter().filter_map(|surface| Some((surface, surface.system.as_ref().ok()?)));
-    let doubted = judged.flat_map(|(surface, system)| {
-        let reasons = system.verdict.reasons.iter().filter(|reason| reason.level > Level::Good);
-        reasons.map(|reason| format!("{}: {}", surface.surface.role().name(), reason.text))
-    });
-    let listed: Vec<String> = failed.chain(doubted).collect();
+    let is_answer = |row: &&SystemRow| row.error.is_none() && row.verdict != Level::Bad.name();
+    let accepted = parameters(contents.results.studies.equivalent_systems.iter().filter(is_answer));
+    blocks.push(table_or(accepted, "No equivalent system fits its response."));
+    let listed: Vec<String> = found.surfaces.iter().flat_map(reservations).collect();
     if !listed.is_empty() {
         blocks.push(Block::List(listed));
     }
+    let compared = compared_modes(&contents.results.studies.mode_comparison);
+    blocks.extend((!compared.rows.is_empty()).then_some(Block::Table(compared)));
+    blocks.extend(list_contradictions(contents));
     blocks
+}
+
+/// Why the equivalent system of a control is missing, rejected or doubtful.
+fn reservations(surface: &SurfaceResponse) -> Vec<String> {
+    let control = surface.surface.name();
+    let system = match &surface.system {
+        Ok(system) => system,
+        Err(error) => return vec![format!("{control}: no equivalent system: {error}")],
+    };
+    let of_level = |reason: &&Finding| reason.level == system.verdict.level && reason.level > Level::Good;
+    let is_rejected = system.is_rejected();
+    let word = if is_rejected { format!("rejected, form {}: ", system.fit.form) } else { String::new() };
+    system.verdict.reasons.iter().filter(of_level).map(|reason| format!("{control}: {word}{}", line(reason))).collect()
+}
+
+/// What was found and what to do, without the place.
+fn line(found: &Finding) -> String {
+    format!("{} {}", found.text, found.fix_text)
+}
+
+/// Modes on which the responses and the identified model contradict each other, a line each.
+pub(super) fn contradictions(contents: &Contents<'_>) -> Vec<String> {
+    let study = contents.snapshot.studies.responses.ready();
+    let compared = study.iter().flat_map(|study| study.compared_modes());
+    compared.filter_map(ModeComparison::finding).map(|found| found.to_string()).collect()
+}
+
+/// The same as a block; none where they agree.
+pub(super) fn list_contradictions(contents: &Contents<'_>) -> Option<Block> {
+    let lines = contradictions(contents);
+    (!lines.is_empty()).then_some(Block::List(lines))
+}
+
+fn compared_modes(rows: &[ModeComparisonRow]) -> Table {
+    let caption = "Natural modes by the equivalent system of a response and by the identified model, with 95 % intervals. Intervals that do not overlap contradict each other.";
+    TableOf::new("mode_comparison", caption, rows)
+        .text("mode", "Mode", |row| row.mode)
+        .text("quantity", "Quantity", |row| row.quantity)
+        .text("unit", "Unit", |row| row.unit)
+        .text("surface", "Response to", |row| row.surface)
+        .number("response", "Response", "", 4, |row| row.response)
+        .number("response_low", "95 % from", "", 4, |row| row.response_low)
+        .number("response_high", "to", "", 4, |row| row.response_high)
+        .number("model", "Model", "", 4, |row| row.model)
+        .number("model_low", "95 % from", "", 4, |row| row.model_low)
+        .number("model_high", "to", "", 4, |row| row.model_high)
+        .number("difference_percent", "Difference", "%", 2, |row| row.difference_percent)
+        .text("agreement", "Intervals", |row| if row.contradiction { "contradict" } else { "overlap" })
+        .done()
 }
 
 /// Bode plot of one control's response with its equivalent system.
 pub fn surface_figure(surface: &SurfaceResponse) -> Option<Figure> {
     let study = surface.response.as_ref().ok()?;
-    let model = |system: &crate::study::EquivalentStudy| {
-        Some(BodeModel::pair("equivalent system", &system.fit.model, study.responses.get(system.input)?))
+    let model = |system: &EquivalentStudy| {
+        let label = if system.is_rejected() { "rejected system" } else { "equivalent system" };
+        Some(BodeModel::pair(label, &system.fit.model, study.responses.get(system.input)?))
     };
     let mut models: Vec<BodeModel> = surface.system.as_ref().ok().and_then(model).into_iter().flatten().collect();
     if let Some(response) = study.responses.first().filter(|_| !surface.model.is_empty()) {
@@ -48,17 +96,21 @@ pub fn surface_figure(surface: &SurfaceResponse) -> Option<Figure> {
 }
 
 fn parameters<'r>(rows: impl Iterator<Item = &'r SystemRow>) -> Table {
-    TableOf::new("equivalent_systems", "Low-order equivalent systems; the gain in SI units and rad.", rows)
-        .text("response", "Response", |row| row.output.as_str())
-        .text("input", "to", |row| row.input.as_str())
-        .text("form", "Form", |row| row.form.as_str())
-        .column(Column::new("name", "Parameter"), |row| Cell::text(notation::system_parameter(&row.name).0))
-        .text("unit", "Unit", |row| notation::system_parameter(&row.name).1)
-        .number("value", "Value", "", 4, |row| row.value)
-        .number("standard_error", "Std error", "", 2, |row| row.standard_error)
-        .number("low", "Low", "", 4, |row| row.low)
-        .number("high", "High", "", 4, |row| row.high)
-        .number("cost", "Mismatch cost", "", 2, |row| row.cost)
-        .text("verdict", "Verdict", |row| row.verdict)
-        .done()
+    TableOf::new(
+        "equivalent_systems",
+        "Accepted low-order equivalent systems; the gain in SI units and rad. A mismatch cost above 100 is rejected.",
+        rows,
+    )
+    .text("response", "Response", |row| notation::role_symbol(&row.output))
+    .text("input", "to", |row| notation::role_symbol(&row.input))
+    .text("form", "Form", |row| row.form.as_str())
+    .column(Column::new("name", "Parameter"), |row| Cell::text(notation::system_parameter(&row.name).0))
+    .text("unit", "Unit", |row| notation::system_parameter(&row.name).1)
+    .number("value", "Value", "", 4, |row| row.value)
+    .number("standard_error", "Std error", "", 2, |row| row.standard_error)
+    .number("low", "Low", "", 4, |row| row.low)
+    .number("high", "High", "", 4, |row| row.high)
+    .number("cost", "Mismatch cost", "", 2, |row| row.cost)
+    .text("verdict", "Verdict", |row| row.verdict)
+    .done()
 }

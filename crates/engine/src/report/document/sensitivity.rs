@@ -1,9 +1,10 @@
 //! Section on the sensitivity of the derivatives (thesis Tables 7.2 to 7.12).
 
-use super::{Block, Contents, Parts, paragraph};
-use crate::notation;
+use super::{Block, Contents, Parts};
+use crate::notation::{self, significant};
 use crate::report::studies::{SensitivityRow, StudyResults, TornadoRow, TotalErrorRow};
 use crate::report::table::{Cell, Column, Table, TableOf};
+use crate::study::STEP_FRACTION;
 
 /// Change of the estimate, per cent, that rounding alone can cause.
 const ROUNDING_PERCENT: f64 = 1e-9;
@@ -14,9 +15,10 @@ pub fn sensitivity(contents: &Contents<'_>) -> Parts {
     if study.sensitivity.is_empty() {
         return Parts::default();
     }
-    let mut blocks = vec![paragraph(
-        "Change of each pooled derivative per unit of an input quantity, by central difference. The total error combines the corrected standard error with the change by one step of every quantity, assuming an error of one step in each. A step is not the accuracy of its quantity.",
-    )];
+    let percent = significant(100.0 * STEP_FRACTION, 2);
+    let mut blocks = vec![Block::Paragraph(format!(
+        "Change of each pooled derivative per unit of an input quantity, by central difference over one step. The step is {percent} % of the quantity, for the centre of gravity {percent} % of the chord. It is not the accuracy of the quantity, which the files do not state: scale the change with the accuracy you know."
+    ))];
     let mut appendix = vec![Block::Table(widest_table(study))];
     for (group, partials) in sensitivity_tables(study) {
         let (table, unmoved) = moved(partials);
@@ -45,7 +47,7 @@ pub fn widest_table(study: &StudyResults) -> Table {
     let bars = names.into_iter().filter_map(|name| study.tornado.iter().find(|bar| bar.derivative == name));
     TableOf::new("widest", "Dominant uncertainty of each derivative: change over one step down and up.", bars)
         .symbol("derivative", "Derivative", |bar| &bar.derivative)
-        .text("quantity", "Quantity", |bar| &bar.quantity)
+        .text("quantity", "Quantity", |bar| notation::sensitivity_quantity(&bar.quantity))
         .number("low_percent", "Step down", "%", 3, |bar| bar.low_percent)
         .number("high_percent", "Step up", "%", 3, |bar| bar.high_percent)
         .number("in_standard_errors", "In corrected std errors", "", 3, |bar| bar.in_standard_errors)
@@ -53,8 +55,8 @@ pub fn widest_table(study: &StudyResults) -> Table {
 }
 
 fn total_errors(study: &StudyResults) -> Table {
-    let caption = "Total error of each derivative: by noise (corrected standard error), by one step of every quantity, and both; \
-                   the dominant quantity and the change over one step of it, down and up.";
+    let caption = "Error of each derivative by noise (corrected standard error), by an assumed error of one step in every quantity, \
+                   and by both; the dominant quantity and the change over one step of it, down and up.";
     let rows = study.total_errors.iter().filter(|row| !row.derivative.ends_with("_0"));
     let rows = rows.map(|row| (row, study.tornado.iter().find(|bar| bar.derivative == row.derivative)));
     // What only rounding moved was not moved.
@@ -65,9 +67,9 @@ fn total_errors(study: &StudyResults) -> Table {
         .symbol("derivative", "Derivative", |(row, _)| &row.derivative)
         .number("estimate", "Estimate", "", 4, |(row, _)| row.estimate)
         .number("standard_error", "Std error", "", 2, |(row, _)| row.standard_error)
-        .number("by_quantities", "By quantities", "", 2, |(row, _)| row.by_quantities)
-        .number("total", "Total error", "", 2, |(row, _)| row.total)
-        .optional("quantity", "Dominant", |(_, bar)| bar.map(|bar| bar.quantity.as_str()))
+        .number("by_quantities", "One step in each", "", 2, |(row, _)| row.by_quantities)
+        .number("total", "Noise and steps", "", 2, |(row, _)| row.total)
+        .optional("quantity", "Dominant", |(_, bar)| bar.map(|bar| notation::sensitivity_quantity(&bar.quantity)))
         .maybe("low_percent", "Step down", "%", 3, |(_, bar)| bar.map(|bar| bar.low_percent))
         .maybe("high_percent", "Step up", "%", 3, |(_, bar)| bar.map(|bar| bar.high_percent))
         .done()
@@ -100,8 +102,10 @@ fn distinct<'a>(values: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
 fn quantities(rows: &[SensitivityRow]) -> Table {
     let names = distinct(rows.iter().map(|row| row.quantity.as_str()));
     let first = names.into_iter().filter_map(|name| rows.iter().find(|row| row.quantity == name));
-    TableOf::new("quantities", "Quantities varied, and the step of each.", first)
-        .text("quantity", "Quantity", |row| &row.quantity)
+    let caption = "Quantities varied, and the step of each. Scales are per cent of the recorded value; the centre of gravity is aft of \
+                   the leading edge of the mean chord, right of and above the datum, in per cent of the chord.";
+    TableOf::new("quantities", caption, first)
+        .text("quantity", "Quantity", |row| notation::sensitivity_quantity(&row.quantity))
         .text("unit", "Unit", |row| row.unit)
         .number("value", "Value", "", 4, |row| row.value)
         .number("step", "Step", "", 3, |row| row.step)
@@ -114,7 +118,7 @@ fn partials(group: &str, rows: &[&SensitivityRow]) -> Table {
     columns.extend(quantities.iter().map(|&name| {
         let unit = rows.iter().find(|row| row.quantity == name).map_or("", |row| row.unit);
         let unit = if unit == "-" { "" } else { unit };
-        Column::number(name, &format!("per {name}"), unit, 3)
+        Column::number(name, &format!("per {}", notation::sensitivity_quantity(name)), unit, 3)
     }));
     let table_rows = distinct(rows.iter().map(|row| row.derivative.as_str())).into_iter().map(|derivative| {
         let cell = |quantity: &&str| {

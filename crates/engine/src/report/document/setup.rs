@@ -3,13 +3,15 @@
 use doublet_core::quantity::{Dimension, Role};
 use doublet_core::series::TimeRange;
 
+use super::conditions::altitude_kind;
 use super::figure::line;
-use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Parts, Plot, paragraph};
+use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Parts, Plot, mass, paragraph};
 use crate::notation::{self, significant};
 use crate::report::table::{Cell, Table, TableOf};
 use crate::report::tables;
 use crate::report::{MapRow, WindowRow, applied_delays};
 use crate::session::{Manoeuvre, Session, WindowRole};
+use crate::stage::CONDITION_NOTE;
 
 /// The session and the units of the report.
 pub fn overview(contents: &Contents<'_>) -> Parts {
@@ -28,9 +30,9 @@ pub fn overview(contents: &Contents<'_>) -> Parts {
             "Tables and figures use degrees and degrees per second. Everything else, including the stored channels, is in SI units. Derivatives are per radian and per unit of the dimensionless rate. Body axes are x forward, y right, z down.",
         ),
     ];
-    let recordings = tables::recordings(results);
-    let appendix = (!recordings.rows.is_empty()).then_some(Block::Table(recordings));
-    Parts { body, appendix: appendix.into_iter().collect() }
+    let provenance = [tables::recordings(results), tables::files(results)];
+    let provenance = provenance.into_iter().filter(|table| !table.rows.is_empty());
+    Parts { body, appendix: provenance.map(Block::Table).collect() }
 }
 
 /// Reference geometry, what is on board, mass properties.
@@ -53,64 +55,10 @@ pub fn aircraft(contents: &Contents<'_>) -> Parts {
             ("Moment reference (datum axes: x aft, y right, z up)".to_owned(), moment),
         ]));
     }
-    blocks.extend(weighing(contents).into_iter().flatten());
-    let Some(mass) = &results.mass_properties else {
-        blocks.push(paragraph("The mass properties are not known."));
-        return blocks.into();
-    };
-    let fuel = results.flights.iter().find_map(|flight| Some(flight.mass_properties.as_ref()?.fuel.clone()));
-    let span = |value: &dyn Fn(&WindowRow) -> Option<f64>, unit: &str| {
-        let values: Vec<f64> = results.windows.iter().filter_map(value).filter(|value| value.is_finite()).collect();
-        let low = values.iter().copied().reduce(f64::min)?;
-        let high = values.iter().copied().reduce(f64::max)?;
-        let (low, high) = (significant(low, 5), significant(high, 5));
-        Some(if low == high { format!("{low} {unit}") } else { format!("{low} to {high} {unit}") })
-    };
-    let mass_kg = span(&|row| Some(row.mass_properties.as_ref()?.properties.mass_kg), "kg");
-    let cg = span(&|row| Some(100.0 * row.mass_properties.as_ref()?.mean_chord_fraction?), "% of the mean chord");
-    blocks.push(Block::Heading("Mass properties as flown".to_owned()));
-    let known = [("Mass in the manoeuvres", mass_kg), ("Centre of gravity", cg), ("Fuel", fuel.clone())];
-    let known = known.into_iter().filter_map(|(name, text)| Some((name.to_owned(), text?)));
-    blocks.push(Block::Facts(known.collect()));
-    let mut appendix: Vec<Block> = fuel
-        .map(|fuel| {
-            paragraph(&format!("At the start and the end of each flight and in the middle of each manoeuvre: {fuel}."))
-        })
-        .into_iter()
-        .collect();
-    appendix.push(Block::Table(tables::mass_properties(results)));
-    if !mass.items.is_empty() {
-        let caption = "On board besides the empty aircraft, at the start of the first flight.";
-        let loading = TableOf::new("loading", caption, &mass.items)
-            .text("kind", "Kind", |item| item.kind)
-            .text("place", "Place", |item| &item.place)
-            .number("mass_kg", "Mass", "kg", 4, |item| item.mass_kg);
-        blocks.push(Block::Table(loading.done()));
-    }
-    Parts { body: blocks, appendix }
-}
-
-/// Empty mass and centre of gravity with what they come from: the aircraft file, or a weighing that was saved in the session.
-fn weighing(contents: &Contents<'_>) -> Option<[Block; 2]> {
-    /// What a weighing sets.
-    const KEYS: [&str; 2] = ["mass.mass_kg", "mass.cg_datum_m"];
-    let empty = &contents.snapshot.aircraft.ready()?.aircraft.empty;
-    let changes = &contents.session.aircraft_changes;
-    let source = match KEYS.map(|key| changes.get(key).is_some()) {
-        [true, true] => "mass and centre of gravity set in the session (weighing)",
-        [true, false] => "mass set in the session",
-        [false, true] => "centre of gravity set in the session",
-        [false, false] => "aircraft file",
-    };
-    let [x, y, z] = empty.cg_from_datum_m.map(|value| significant(value, 5));
-    let place = format!("x {x} m, y {y} m, z {z} m from the datum");
-    let facts = [
-        ("Empty mass", format!("{} kg", significant(empty.mass_kg, 6))),
-        ("Centre of gravity, empty", place),
-        ("Source", source.to_owned()),
-    ];
-    let facts = facts.into_iter().map(|(name, text)| (name.to_owned(), text)).collect();
-    Some([Block::Heading("Empty aircraft".to_owned()), Block::Facts(facts)])
+    blocks.extend(mass::empty_aircraft(contents).into_iter().flatten());
+    let mass = mass::flown(contents);
+    blocks.extend(mass.body);
+    Parts { body: blocks, appendix: mass.appendix }
 }
 
 /// Flight condition of every manoeuvre, and the manoeuvres on each flight.
@@ -186,7 +134,10 @@ fn manoeuvre_table(contents: &Contents<'_>) -> Table {
         results.manoeuvre_map.iter().find(|found| found.name == row.name && found.flight == row.flight)
     };
     let map_value = |row: &WindowRow, value: &dyn Fn(&MapRow) -> Option<f64>| condition(row).and_then(value);
-    let caption = "Manoeuvres: mean condition, wind and gusts where they are known, and drift before the input.";
+    let caption = format!(
+        "Manoeuvres: condition ({}), wind and gusts where they are known, and drift before the input. {CONDITION_NOTE}",
+        altitude_kind(contents)
+    );
     TableOf::new("flown", caption, &results.windows)
         .text("window", "Manoeuvre", |row| &row.name)
         .text("role", "Use", |row| if row.role == WindowRole::Validation.name() { "val" } else { "id" })

@@ -1,12 +1,11 @@
 //! Levels of flying qualities at every condition that was flown.
 
-use doublet_core::statistics::median;
 use doublet_dynamics::linear::{FlightModel, Linearised, Method, linearise};
 use doublet_dynamics::qualities::{Airplane, Judgement, Limits, Measures, judge};
 
 use super::StudyInput;
 use super::trim::Flown;
-use crate::stage::StudyWindow;
+use crate::stage::{StudyWindow, measure_condition};
 
 /// How near manoeuvres of one condition are: airspeed, m/s, and altitude, m.
 const NEAR: [f64; 2] = [3.0, 150.0];
@@ -46,7 +45,7 @@ fn judge_group(
     (limits, airplane): (&Limits, &Airplane),
     measured: &dyn Fn(&Linearised) -> Measures,
 ) -> Option<MapPoint> {
-    let flown = Flown { windows: group.iter().map(|window| &*window.aero).collect() };
+    let flown = Flown::new(group.iter().map(|window| &*window.aero));
     let engines = &input.aircraft.loaded.powerplant.engines;
     let gravity = input.settings.filter.gravity_m_s2;
     let condition = if model.has_thrust() {
@@ -68,10 +67,8 @@ fn judge_group(
 fn groups<'a, 'b>(input: &'a StudyInput<'b>) -> Vec<Vec<&'a StudyWindow<'b>>> {
     let mut groups: Vec<([f64; 2], Vec<&StudyWindow<'b>>)> = Vec::new();
     for window in input.windows {
-        let data = &window.aero.data;
-        let altitude = data.altitude_m.as_ref().and_then(|altitude| median(&mut altitude.to_vec()));
-        let Some(airspeed) = median(&mut data.airspeed_m_s.to_vec()) else { continue };
-        let place = [airspeed, altitude.unwrap_or(0.0)];
+        let Some(found) = measure_condition(&window.aero) else { continue };
+        let place = [found.airspeed_m_s, found.altitude_m.unwrap_or(0.0)];
         let near = |other: &[f64; 2]| (0..2).all(|axis| (other[axis] - place[axis]).abs() <= NEAR[axis]);
         match groups.iter_mut().find(|(other, _)| near(other)) {
             Some((_, own)) => own.push(window),

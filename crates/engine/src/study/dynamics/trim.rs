@@ -1,5 +1,7 @@
 //! The condition of a trim: what is asked for, the rest as flown.
 
+use std::ops::Range;
+
 use doublet_core::airframe::{InertiaTensor, MassProperties};
 use doublet_core::atmos::Atmosphere;
 use doublet_core::model::{Gyroscopic, Position, RECORDED, angular_momentum};
@@ -10,9 +12,9 @@ use doublet_dynamics::linear::{Condition, FlightModel, SteadyFlight, UncertainMo
 use super::{DynamicsRequest, ModelToTrim, StudyInput, window_key};
 use crate::graph::{Context, StageResult};
 use crate::session::WindowRole;
-use crate::stage::{AircraftData, StudyWindow, WindowAero};
+use crate::stage::{AircraftData, StudyWindow, WindowAero, condition_samples, mean_of_finite};
 
-/// The condition that is asked for, what is left open being the median over the samples of the windows, and their names. A model about
+/// The condition that is asked for, what is left open being the median of the windows' conditions, and their names. A model about
 /// the centre of gravity is one about that of these windows from here on.
 ///
 /// # Errors
@@ -24,7 +26,7 @@ pub fn condition(
     notes: &mut Vec<String>,
 ) -> StageResult<(Condition, Vec<String>)> {
     let windows = windows(request, input)?;
-    let flown = Flown { windows: windows.iter().map(|window| &*window.aero).collect() };
+    let flown = Flown::new(windows.iter().map(|window| &*window.aero));
     let gamma_rad = request.gamma_rad.or(model.model.has_thrust().then_some(0.0));
     let mut as_flown = flown.condition(input.settings.filter.gravity_m_s2, gamma_rad)?;
     model.model.moment_reference.get_or_insert(Position::Datum(as_flown.mass.cg_from_datum_m));
@@ -112,22 +114,26 @@ fn asked_mass(
     Ok(mass)
 }
 
-/// Samples of windows together.
+/// Manoeuvres together, each with the samples of its flight condition.
 pub struct Flown<'a> {
-    /// Coefficients of the windows.
-    pub windows: Vec<&'a WindowAero>,
+    windows: Vec<(&'a WindowAero, Range<usize>)>,
 }
 
-impl Flown<'_> {
+impl<'a> Flown<'a> {
+    /// Manoeuvres by their coefficients.
+    pub fn new(windows: impl IntoIterator<Item = &'a WindowAero>) -> Self {
+        Self { windows: windows.into_iter().map(|aero| (aero, condition_samples(aero))).collect() }
+    }
+
     /// The median condition, straight flight, thrust held.
     ///
     /// # Errors
     /// One line: no samples, or an altitude beyond the standard atmosphere where no Mach number tells the speed of sound.
     pub fn condition(&self, gravity_m_s2: f64, gamma_rad: Option<f64>) -> StageResult<Condition> {
-        let altitude_m = self.median(|aero| aero.data.altitude_m.as_deref()).unwrap_or(0.0);
-        let density_kg_m3 = self.median(|aero| Some(&aero.data.density_kg_m3)).ok_or(EMPTY)?;
-        let airspeed_m_s = self.median(|aero| Some(&aero.data.airspeed_m_s)).ok_or(EMPTY)?;
-        let speed_of_sound_m_s = match self.median(|aero| aero.data.mach.as_deref()) {
+        let altitude_m = self.column(|aero| aero.data.altitude_m.as_deref()).unwrap_or(0.0);
+        let density_kg_m3 = self.column(|aero| Some(&aero.data.density_kg_m3)).ok_or(EMPTY)?;
+        let airspeed_m_s = self.column(|aero| Some(&aero.data.airspeed_m_s)).ok_or(EMPTY)?;
+        let speed_of_sound_m_s = match self.column(|aero| aero.data.mach.as_deref()) {
             Some(mach) if mach > 0.0 => airspeed_m_s / mach,
             _ => Atmosphere::STANDARD.speed_of_sound_m_s(altitude_m)?,
         };
@@ -144,71 +150,65 @@ impl Flown<'_> {
             pressure_rise_pa: self.pressure_rise_pa(),
             rotor_momentum_n_m_s: self.rotor_momentum(),
             recorded: RECORDED.map(|(_, role)| {
-                self.median(|aero| aero.data.controls.get(&role).map(|column| &**column)).unwrap_or(0.0)
+                self.column(|aero| aero.data.controls.get(&role).map(|column| &**column)).unwrap_or(0.0)
             }),
         })
     }
 
-    /// Median of a column over all windows that have it.
-    fn median<'c>(&'c self, column: impl Fn(&'c WindowAero) -> Option<&'c [f64]>) -> Option<f64> {
-        let mut values: Vec<f64> = self.windows.iter().filter_map(|aero| column(aero)).flatten().copied().collect();
-        median(&mut values)
+    /// Median over the manoeuvres of the mean of a value over the samples of each one's condition; none where no manoeuvre has it.
+    fn median(&self, value: impl Fn(&WindowAero, usize) -> Option<f64>) -> Option<f64> {
+        let means = self
+            .windows
+            .iter()
+            .filter_map(|(aero, samples)| mean_of_finite(samples.clone().filter_map(|sample| value(aero, sample))));
+        median(&mut means.collect::<Vec<f64>>())
+    }
+
+    /// The same of a column.
+    fn column(&self, column: impl Fn(&WindowAero) -> Option<&[f64]>) -> Option<f64> {
+        self.median(|aero, sample| column(aero)?.get(sample).copied())
     }
 
     /// Median of each mass property.
     fn mass(&self) -> MassProperties {
+        let of = |value: &dyn Fn(&MassProperties) -> f64| {
+            self.median(|aero, sample| Some(value(aero.data.mass.at(sample)))).unwrap_or(0.0)
+        };
         MassProperties {
-            mass_kg: self.median_of(&|mass| mass.mass_kg),
-            cg_from_datum_m: [0, 1, 2].map(|axis| self.median_of(&|mass| mass.cg_from_datum_m[axis])),
+            mass_kg: of(&|mass| mass.mass_kg),
+            cg_from_datum_m: [0, 1, 2].map(|axis| of(&|mass| mass.cg_from_datum_m[axis])),
             inertia: InertiaTensor {
-                xx: self.median_of(&|mass| mass.inertia.xx),
-                yy: self.median_of(&|mass| mass.inertia.yy),
-                zz: self.median_of(&|mass| mass.inertia.zz),
-                xz: self.median_of(&|mass| mass.inertia.xz),
-                xy: self.median_of(&|mass| mass.inertia.xy),
-                yz: self.median_of(&|mass| mass.inertia.yz),
+                xx: of(&|mass| mass.inertia.xx),
+                yy: of(&|mass| mass.inertia.yy),
+                zz: of(&|mass| mass.inertia.zz),
+                xz: of(&|mass| mass.inertia.xz),
+                xy: of(&|mass| mass.inertia.xy),
+                yz: of(&|mass| mass.inertia.yz),
             },
         }
     }
 
-    fn median_of(&self, value: &dyn Fn(&MassProperties) -> f64) -> f64 {
-        let each = self
-            .windows
-            .iter()
-            .flat_map(|aero| (0..aero.data.time_s.len()).map(|k| value(aero.data.mass.at(k))).collect::<Vec<_>>());
-        median(&mut each.collect::<Vec<_>>()).unwrap_or(0.0)
-    }
-
     /// Median of the total-pressure rise through the propellers, Pa; zero where it is not known.
     fn pressure_rise_pa(&self) -> f64 {
-        let rises = self.windows.iter().filter_map(|aero| {
-            let over = aero.data.propeller_pressure.as_ref()?;
-            let pressure =
-                aero.data.airspeed_m_s.iter().zip(aero.data.density_kg_m3.iter()).map(|(v, rho)| 0.5 * rho * v * v);
-            Some(over.iter().zip(pressure).map(|(over, pressure)| over * pressure).collect::<Vec<_>>())
-        });
-        median(&mut rises.flatten().collect::<Vec<_>>()).unwrap_or(0.0)
+        let rise = |aero: &WindowAero, sample: usize| {
+            let over = aero.data.propeller_pressure.as_ref()?.get(sample)?;
+            Some(0.5 * over * aero.data.density_kg_m3[sample] * aero.data.airspeed_m_s[sample].powi(2))
+        };
+        self.median(rise).unwrap_or(0.0)
     }
 
     /// Median angular momentum of the rotors along body x, as the coefficients were formed with it, kg m²/s.
     fn rotor_momentum(&self) -> f64 {
-        let mut all = Vec::new();
-        for aero in &self.windows {
+        let momentum = |aero: &WindowAero, sample: usize| {
             let gyroscopic = aero.settings.gyroscopic;
-            if gyroscopic != Gyroscopic::Ignored {
-                let samples = 0..aero.data.time_s.len();
-                all.extend(samples.map(|k| angular_momentum(&aero.data.engines, gyroscopic, k)));
-            }
-        }
-        median(&mut all).unwrap_or(0.0)
+            (gyroscopic != Gyroscopic::Ignored).then(|| angular_momentum(&aero.data.engines, gyroscopic, sample))
+        };
+        self.median(momentum).unwrap_or(0.0)
     }
 
     /// Median speed of the crankshaft of an engine, rad/s.
     fn engine_speed(&self, engine: usize) -> Option<f64> {
-        let speeds = self.windows.iter().filter_map(|aero| aero.data.engines.get(engine));
-        let mut values: Vec<f64> =
-            speeds.flat_map(|engine| engine.speed_rad_s.iter().map(|speed| speed.abs())).collect();
-        median(&mut values)
+        self.median(|aero, sample| Some(aero.data.engines.get(engine)?.speed_rad_s.get(sample)?.abs()))
     }
 
     /// The median condition in level flight, thrust falling with airspeed as it does about the trim of `model` there.

@@ -48,6 +48,21 @@ pub struct FollowedOutput {
     pub deviation: f64,
 }
 
+impl FollowedOutput {
+    /// Coefficient of determination that an output reaches which is followed.
+    pub const LEAST_R_SQUARED: f64 = POORLY;
+
+    /// How far the flight departs from the output, with the limit of its coefficient of determination; none where it follows.
+    pub fn departure(&self) -> Option<(Level, f64)> {
+        match self.r_squared {
+            _ if self.rms <= WITHIN * self.deviation => None,
+            r_squared if r_squared < NOT => Some((Level::Bad, NOT)),
+            r_squared if r_squared < POORLY => Some((Level::Caution, POORLY)),
+            _ => None,
+        }
+    }
+}
+
 /// One state the followed flight starts from, beside the path.
 #[derive(Clone, Copy, Debug)]
 pub struct FollowedStart {
@@ -77,12 +92,8 @@ impl FollowedFlight {
         let place = Place::in_manoeuvre(window, format!("output error ({})", self.axis.name()));
         let fix_text = "Do not use these derivatives: add a term or shorten the manoeuvre.";
         let mut found = Vec::new();
-        for output in self.outputs.iter().filter(|output| output.rms > WITHIN * output.deviation) {
-            let (level, limit) = match output.r_squared {
-                r_squared if r_squared < NOT => (Level::Bad, NOT),
-                r_squared if r_squared < POORLY => (Level::Caution, POORLY),
-                _ => continue,
-            };
+        for output in &self.outputs {
+            let Some((level, limit)) = output.departure() else { continue };
             let (name, unit) = (output.output.name(), output.output.unit());
             let text = format!(
                 "The simulation does not follow {name}: R2 {:.2}, largest error {:.3e} {unit}.",
