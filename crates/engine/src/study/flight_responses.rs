@@ -21,7 +21,7 @@ pub struct SurfaceResponse {
     pub system: StageResult<EquivalentStudy>,
     /// Response of the identified model about the trim of the windows, at the same frequencies; empty where there is none.
     pub model: Vec<Complex<f64>>,
-    /// Modes by the equivalent system beside those of the identified model; empty where one of the two is missing.
+    /// Modes by the equivalent system beside those of the identified model; empty where one of the two is missing or rejected.
     pub modes: Vec<ModeComparison>,
 }
 
@@ -101,7 +101,9 @@ impl Stage for FlightResponses {
             let model = response.as_ref().ok().and_then(of_model).unwrap_or_default();
             let system = response.as_ref().map_err(Clone::clone).and_then(fitted);
             let modes = match (&system, &dynamics) {
-                (Ok(system), Some(dynamics)) => compare_modes(surface, system, &dynamics.modes.modes),
+                (Ok(system), Some(dynamics)) if !system.is_rejected() => {
+                    compare_modes(surface, system, &dynamics.modes.modes)
+                }
                 _ => Vec::new(),
             };
             surfaces.push(SurfaceResponse { surface, response, system, model, modes });

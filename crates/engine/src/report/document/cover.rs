@@ -243,8 +243,10 @@ pub(super) fn next_steps(contents: &Contents<'_>) -> Vec<String> {
     let found = verdict::folded(contents.session, contents.snapshot);
     let mut steps: Vec<String> = Vec::new();
     for line in found.iter().filter(|line| line.level > Level::Good && !line.fix.is_empty()) {
-        let fix = sentence(&line.fix);
-        if steps.len() < STEPS && !steps.iter().any(|known| known.contains(&fix)) {
+        let fix = with_symbols(contents, &sentence(&line.fix));
+        // Fixes that differ in their last choice alone are one step.
+        let begin = fix.split(" or ").next().unwrap_or_default();
+        if steps.len() < STEPS && !steps.iter().any(|known| known.contains(begin)) {
             steps.push(format!("{}: {fix} ({})", with_symbols(contents, &line.place), line.level.name()));
         }
     }

@@ -22,7 +22,8 @@ pub(super) fn empty_aircraft(contents: &Contents<'_>) -> Option<[Block; 2]> {
         [false, false] => "aircraft file",
     };
     let [x, y, z] = empty.cg_from_datum_m.map(|value| significant(value, 5));
-    let place = format!("x {x} m, y {y} m, z {z} m from the datum");
+    let is_stated = empty.cg_from_datum_m != [0.0; 3];
+    let place = if is_stated { format!("x {x} m, y {y} m, z {z} m from the datum") } else { "not stated".to_owned() };
     let [heading, mass, centre] = match carries_load(contents) {
         true => ["Empty aircraft", "Empty mass", "Centre of gravity, empty"],
         false => ["Aircraft as flown", "Stated mass, constant", "Centre of gravity"],
