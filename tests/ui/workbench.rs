@@ -178,10 +178,11 @@ impl Bench<'_> {
 
     /// Types into the field called `name`, over what it holds, and confirms.
     pub fn enter(&mut self, name: &str, text: &str) {
-        // A window's edge in the lane may bear the same name as its field.
+        // A window's edge in the lane, and the text before a field, may bear the same name as the field.
         let field = |harness: &Harness<'_, Workbench>, act: &dyn Fn(&egui_kittest::Node<'_>)| {
+            use egui::accesskit::Role;
             let is_field =
-                |node: &egui_kittest::Node<'_>| node.accesskit_node().role() != egui::accesskit::Role::Button;
+                |node: &egui_kittest::Node<'_>| !matches!(node.accesskit_node().role(), Role::Button | Role::Label);
             act(&harness.get_all_by_label(name).find(is_field).expect("there is a field"));
         };
         field(&self.harness, &|node| node.scroll_to_me());
