@@ -232,6 +232,8 @@ fn frequency_responses_are_drawn_with_their_equivalent_systems() {
         // A positive deflection gives a negative rate.
         assert!(system.fit.model.gain < 0.0, "{:?}", found.surface);
     }
+    bench.harness.set_size(egui::vec2(1500.0, 1400.0));
+    bench.settle();
     assert!(bench.harness.query_by_label("1/Tθ₂").is_some(), "the equivalent system of the elevator");
     bench.choose("aileron");
     assert!(bench.harness.query_by_label("1/Tθ₂").is_none(), "that of the aileron in its place");

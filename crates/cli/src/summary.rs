@@ -98,9 +98,9 @@ fn print_stated_quantities(results: &Results) {
         }
     }
     let parts: Vec<String> =
-        by_text.iter().map(|(text, coefficients)| format!("{} to {text}", coefficients.join(" "))).collect();
+        by_text.iter().map(|(text, coefficients)| format!("{} {text}", coefficients.join(" "))).collect();
     if let Some(source) = source {
-        text::line(&format!("derivatives proportional: {} ({source})", parts.join(", ")));
+        text::line(&format!("derivatives proportional to: {} ({source})", parts.join(", ")));
     }
 }
 

@@ -104,6 +104,6 @@ pub fn describe(ui: &mut Ui, counts: VerdictCounts) {
     let VerdictCounts { level, good, caution, bad } = counts;
     level_mark(ui, Some(level));
     let text = format!("{} ({good} good, {caution} caution, {bad} bad)", level.name());
-    let label = ui.add(Label::new(notation::typeset(&text, 11.5)));
+    let label = ui.add(Label::new(notation::typeset(&text, 11.5)).wrap_mode(egui::TextWrapMode::Extend));
     label.on_hover_text("Level of the session, and the derivatives by their level");
 }

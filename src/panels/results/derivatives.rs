@@ -58,7 +58,8 @@ impl Panel for Derivatives {
                 && ui.button("Copy as CSV").on_hover_text("Copy the table to the clipboard").clicked();
             if matches!(scope, Scope::All | Scope::Chosen) {
                 let unit = RichText::new("per rad, rates non-dimensional").size(11.0).weak();
-                ui.label(unit).on_hover_text("Rates are non-dimensional with the reference geometry");
+                let unit = egui::Label::new(unit).wrap_mode(egui::TextWrapMode::Extend);
+                ui.add(unit).on_hover_text("Rates are non-dimensional with the reference geometry");
             }
             is_copied
         });

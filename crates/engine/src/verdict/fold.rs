@@ -100,9 +100,11 @@ fn join_fixes(group: &[&Finding]) -> String {
             fixes.push(&finding.fix_text);
         }
     }
-    let shown = fixes[..fixes.len().min(NAMED)].join(" ");
+    let shown = &fixes[..fixes.len().min(NAMED)];
+    let separator = if shown.iter().all(|fix| fix.ends_with('.')) { " " } else { "; " };
+    let shown = shown.join(separator);
     let more = fixes.len().saturating_sub(NAMED);
-    if more > 0 { format!("{shown} {more} more alike.") } else { shown }
+    if more > 0 { format!("{shown}{separator}{more} more alike.") } else { shown }
 }
 
 /// Places in words: one or two by their names, more by their number and what they have in common.

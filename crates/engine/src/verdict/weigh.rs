@@ -19,6 +19,9 @@ const INCONSISTENT_PART: f64 = 0.5;
 
 /// Code of manoeuvres that the model does not describe.
 const OUTLYING: &str = "outlying";
+/// Change of an estimate without them in errors by the noise inside manoeuvres, from which they are named: the scatter between manoeuvres
+/// holds what they do.
+const SIGNIFICANT: f64 = 3.0;
 
 /// Standard error without the spoilt samples over that with them, and over the estimate, from which these determine the derivative.
 const LOST: (f64, f64) = (2.0, 0.5);
@@ -279,11 +282,12 @@ pub(super) fn find_outlying(evidence: Evidence<'_>, fit: &CoefficientFit) -> Opt
     let worst = found.outlying.first()?;
     let changes = |(name, consequence): &(String, Consequence)| {
         let estimate = fit.fit.as_ref().ok()?;
-        let now = estimate.estimates[estimate.names.iter().position(|other| other == name)?];
+        let index = estimate.names.iter().position(|other| other == name)?;
+        let (now, error) = (estimate.estimates[index], *fit.noise_errors.get(index)?);
         let effect = consequence.effects.iter().find(|effect| effect.cause == Cause::OutlyingLeftOut)?;
         let change = (effect.estimate - now).abs();
-        let is_changed = change > CAUTION.1 * now.abs() && consequence.motion_ratio * change > LEAST_PART;
-        Some(is_changed && effect.error_ratio < LOST.0)
+        let is_changed = change > (CAUTION.1 * now.abs()).max(SIGNIFICANT * error);
+        Some(is_changed && consequence.motion_ratio * change > LEAST_PART && effect.error_ratio < LOST.0)
     };
     if !found.derivatives.iter().filter_map(changes).any(|is_changed| is_changed) {
         return None;

@@ -102,7 +102,7 @@ fn experiment_gives_what_the_session_with_its_configuration_gives() {
     let session = demo();
     let added = [structure_experiments(&session, Coefficient::Cm), noise_experiments(&session)].concat();
     let added: Vec<_> =
-        added.into_iter().filter(|one| one.name.contains("Cm_q") || one.name.ends_with("x 2")).collect();
+        added.into_iter().filter(|one| one.name.contains("Cm_q") || one.name.starts_with("2 x")).collect();
     let [damping, noise] = [0, 1].map(|at| added[at].name.clone());
     let session = Edit::Experiment(ExperimentEdit::Add(added)).apply(&session).unwrap();
     let cache = Cache::new(1 << 30);

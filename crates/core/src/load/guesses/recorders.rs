@@ -341,6 +341,26 @@ mod tests {
             assert!(parsed.is_ok(), "{:?}", parsed.err());
         }
         assert_eq!(recorders().len(), SHIPPED.len());
+        for recorder in recorders() {
+            let Signature { sources, channels, with_roles, least, .. } = &recorder.signature;
+            let roles = if *with_roles { recorder.roles.values().map(Vec::len).sum() } else { 0 };
+            assert!(
+                sources.len() + channels.len() + roles >= *least,
+                "{}: no recording has its signature",
+                recorder.name
+            );
+        }
+    }
+
+    #[test]
+    fn surfaces_and_velocities_of_a_table_of_datarefs_are_known() {
+        let head = "sim/flightmodel/position/P,sim/flightmodel/position/local_vz,sim/flightmodel/forces/g_nrml,\
+                    sim/flightmodel/controls/hstab1_elv1def[0]";
+        let row = |role: Role| row_of(head, role).map(|(_, unit, turned)| (unit.unwrap_or_default(), turned));
+        assert_eq!(row(Role::RollRate), Some(("deg/s", false)));
+        assert_eq!(row(Role::VelocityNorth), Some(("m/s", true)));
+        assert_eq!(row(Role::SpecificForceZ), Some(("g", true)));
+        assert_eq!(row(Role::Elevator), Some(("deg", false)));
     }
 
     /// Channel, unit and sign of a role of a table of one recorder, whose columns hold small numbers that vary.

@@ -15,7 +15,7 @@ const STARTS: usize = 8;
 /// Passes of the weights.
 const PASSES: usize = 8;
 /// Fewest manoeuvres of which one can differ from most.
-const FEWEST: usize = 3;
+const FEWEST: usize = 4;
 
 /// A manoeuvre that the model of a coefficient does not describe.
 #[derive(Clone, Debug, PartialEq)]
