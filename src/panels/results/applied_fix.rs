@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use doublet_engine::session::{Fix, Session};
 use doublet_engine::verdict::{VerdictCounts, Verdicts};
-use eframe::egui::{Label, Rect, Ui};
+use eframe::egui::{Label, Rect, TextWrapMode, Ui};
 
 use crate::notation;
 use crate::panels::{EditRequest, PanelContext};
@@ -104,6 +104,6 @@ pub fn describe(ui: &mut Ui, counts: VerdictCounts) {
     let VerdictCounts { level, good, caution, bad } = counts;
     level_mark(ui, Some(level));
     let text = format!("{} ({good} good, {caution} caution, {bad} bad)", level.name());
-    let label = ui.add(Label::new(notation::typeset(&text, 11.5)).wrap_mode(egui::TextWrapMode::Extend));
+    let label = ui.add(Label::new(notation::typeset(&text, 11.5)).wrap_mode(TextWrapMode::Extend));
     label.on_hover_text("Level of the session, and the derivatives by their level");
 }
