@@ -139,21 +139,19 @@ fn edit(app: &mut Workbench, request: EditRequest) {
     }
 }
 
-/// How the message on manoeuvres that share time ends.
-const SHARED_SAMPLES: &str = "samples they share count twice";
-
 /// Says which manoeuvres share time with one that was added or moved; takes that back once none does.
 fn announce_overlap(app: &mut Workbench, edit: &Edit) {
     let Edit::Window(WindowEdit::Add(Manoeuvre { name, .. }) | WindowEdit::Place { name, .. }) = edit else { return };
     let session = app.document.session();
     let Some(window) = session.window(name) else { return };
     let shared = panels::overlapping(session, &window.flight, window.window, name);
-    let line = panels::overlap_text(&shared).map(|shared| format!("{name} {shared}: {SHARED_SAMPLES}"));
-    let was_said = app.message.as_ref().is_some_and(|message| message.text.ends_with(SHARED_SAMPLES));
-    match line {
-        Some(line) => app.set_message(line),
-        None if was_said => app.message = None,
-        None => {}
+    match panels::overlap_text(&shared) {
+        Some(shared) => {
+            let text = format!("{name} {shared}: samples they share count twice");
+            app.set_message(text);
+            app.message.iter_mut().for_each(|message| message.is_overlap = true);
+        }
+        None => drop(app.message.take_if(|message| message.is_overlap)),
     }
 }
 

@@ -55,6 +55,8 @@ pub struct Message {
     pub text: String,
     /// Something went wrong.
     pub is_error: bool,
+    /// It says that manoeuvres share time.
+    pub is_overlap: bool,
     /// File or folder that was written and can be opened.
     pub written: Option<std::path::PathBuf>,
 }
@@ -318,12 +320,12 @@ impl Workbench {
     /// Shows one line in the status bar.
     pub fn set_message(&mut self, text: impl Into<String>) {
         self.said_at_s = None;
-        self.message = Some(Message { text: text.into(), is_error: false, written: None });
+        self.message = Some(Message { text: text.into(), is_error: false, is_overlap: false, written: None });
     }
 
     /// Says what went wrong.
     pub fn complain(&mut self, text: impl Into<String>) {
-        self.message = Some(Message { text: text.into(), is_error: true, written: None });
+        self.message = Some(Message { text: text.into(), is_error: true, is_overlap: false, written: None });
     }
 
     /// Closes what was said to be wrong.

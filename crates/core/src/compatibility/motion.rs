@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 use crate::prep::{between_samples, finest_step, stretches};
 use crate::quantity::{Dimension, Role};
 use crate::series::{Channel, Recording, Series, TimeRange, gap_threshold_s};
-use crate::statistics::{median_step, ranked};
+use crate::statistics::{extent, median_step, ranked};
 
 /// Longest segment, s.
 const LONGEST_SEGMENT_S: f64 = 40.0;
@@ -309,10 +309,9 @@ impl Motion {
 
 /// Finest step between samples where it is coarse against the range of the column; zero elsewhere.
 fn coarse_step(samples: &[f64], column: &[f64]) -> f64 {
-    let finite = || column.iter().copied().filter(|value| value.is_finite());
-    let range = finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min);
+    let Some([least, greatest]) = extent(column) else { return 0.0 };
     let step = finest_step(samples);
-    if step.is_finite() && step > COARSE * range { step } else { 0.0 }
+    if step.is_finite() && step > COARSE * (greatest - least) { step } else { 0.0 }
 }
 
 /// Starts and numbers of steps of the segments of a flight.

@@ -31,7 +31,7 @@ const WIDTHS_ABSURD: f64 = 5.0;
 const SCATTER_CAUTION: (f64, f64) = (3.0, 25.0);
 const SCATTER_BAD: (f64, f64) = (10.0, 50.0);
 /// Standard error without a manoeuvre over that with it, by the regressors alone, below which the others determine the derivative too.
-const SHARED: f64 = 2.0;
+pub(super) const SHARED: f64 = 2.0;
 
 /// What speaks against the parameter `index` of a fit; `window` is none for the pooled one.
 pub(super) fn findings(

@@ -171,7 +171,7 @@ fn fit_verdict(
             .iter_mut()
             .for_each(|finding| finding.level = weigh::weighed(evidence, finding, std::slice::from_ref(fit)).0);
         findings.extend(biased::finding(evidence, fit));
-        findings.extend(weigh::find_outlying(evidence, fit));
+        findings.extend(weigh::judge_outlying(evidence, fit));
     }
     let names = fit.fit.as_ref().map(|fit| fit.names.as_slice()).unwrap_or_default();
     let mut derivatives = Vec::with_capacity(names.len());

@@ -5,8 +5,8 @@ use doublet_core::message;
 use doublet_core::message::{Message, quoted, written};
 use doublet_core::model::Coefficient;
 
-use super::derivative::is_determined;
-use super::effect::{self, CAUTION, LEAST_PART};
+use super::derivative::{SHARED, is_determined};
+use super::effect::{CAUTION, LEAST_PART, OUTLYING_RATIO};
 use super::judge::Evidence;
 use super::{Finding, Level, Verdict, accelerometer, biased, propulsion, spoilt};
 use crate::notation::significant;
@@ -277,7 +277,7 @@ fn quote_all<'a>(names: impl Iterator<Item = &'a str>) -> Message {
 
 /// That the model of a fit does not describe some of its manoeuvres, where leaving them out changes a derivative that the others
 /// determine as well.
-pub(super) fn find_outlying(evidence: Evidence<'_>, fit: &CoefficientFit) -> Option<Finding> {
+pub(super) fn judge_outlying(evidence: Evidence<'_>, fit: &CoefficientFit) -> Option<Finding> {
     let found = evidence.consequences.iter().find(|one| one.coefficient == fit.coefficient)?;
     let worst = found.outlying.first()?;
     let changes = |(name, consequence): &(String, Consequence)| {
@@ -287,7 +287,7 @@ pub(super) fn find_outlying(evidence: Evidence<'_>, fit: &CoefficientFit) -> Opt
         let effect = consequence.effects.iter().find(|effect| effect.cause == Cause::OutlyingLeftOut)?;
         let change = (effect.estimate - now).abs();
         let is_changed = change > (CAUTION.1 * now.abs()).max(SIGNIFICANT * error);
-        Some(is_changed && consequence.motion_ratio * change > LEAST_PART && effect.error_ratio < LOST.0)
+        Some(is_changed && consequence.motion_ratio * change > LEAST_PART && effect.error_ratio < SHARED)
     };
     if !found.derivatives.iter().filter_map(changes).any(|is_changed| is_changed) {
         return None;
@@ -301,10 +301,10 @@ pub(super) fn find_outlying(evidence: Evidence<'_>, fit: &CoefficientFit) -> Opt
         quoted(&worst.name),
         others,
         worst.ratio,
-        effect::OUTLYING
+        OUTLYING_RATIO
     );
     let place = Place::derivative(fit.coefficient.name(), None);
-    let finding = Finding::new(Level::Caution, OUTLYING, place, text).with_figure(worst.ratio, effect::OUTLYING);
+    let finding = Finding::new(Level::Caution, OUTLYING, place, text).with_figure(worst.ratio, OUTLYING_RATIO);
     let finding = finding.with_fix_text("Check configuration, contact with the ground and stall; or ignore them.");
     let fix = Fix::ignore(found.outlying.iter().map(|manoeuvre| manoeuvre.name.as_str()));
     Some(finding.with_setting("Manoeuvres", "manoeuvre.role").with_fix(Some(fix)))

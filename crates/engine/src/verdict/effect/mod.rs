@@ -15,7 +15,7 @@ use crate::graph::StageResult;
 use crate::session::{PathSource, Session};
 use crate::snapshot::{Cause, Consequence, Effect};
 use crate::stage::{self, AeroWindow, Regression};
-pub(super) use outlying::{OUTLYING, Outlying};
+pub(super) use outlying::{OUTLYING_RATIO, Outlying};
 use variant::Used;
 pub(super) use variant::outside;
 

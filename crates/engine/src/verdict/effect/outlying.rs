@@ -4,7 +4,7 @@ use doublet_core::estimate::{Constraint, PooledFit, PooledRegression};
 use doublet_core::statistics::median;
 
 /// Root mean square residual of a manoeuvre over the median of all, from which the model does not describe it.
-pub(in crate::verdict) const OUTLYING: f64 = 4.0;
+pub(in crate::verdict) const OUTLYING_RATIO: f64 = 4.0;
 /// Root mean square residual of a manoeuvre in the ordinary fit, over the median or over that of its own fit, from which such manoeuvres are
 /// looked for: one of them raises the residual of all.
 const UNEVEN: f64 = 2.0;
@@ -45,7 +45,7 @@ pub(super) fn find_outlying(pooled: &PooledRegression, fit: &PooledFit) -> Vec<O
         sizes = measure_residuals(&weighted, &scales);
     }
     let found = ratios(&sizes).into_iter().flatten().zip(&pooled.windows);
-    let found = found.filter(|(ratio, _)| *ratio > OUTLYING);
+    let found = found.filter(|(ratio, _)| *ratio > OUTLYING_RATIO);
     let mut found: Vec<Outlying> =
         found.map(|(ratio, window)| Outlying { name: window.label.clone(), ratio }).collect();
     found.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
