@@ -1,5 +1,6 @@
 //! `doublet inspect`: what a recording holds.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -94,11 +95,20 @@ fn print_source(source: &Source) {
 /// Says which channels of a source a map cannot use as they are: of an unknown unit, or with another number of samples than its
 /// only clock.
 fn doubts(source: &Source) {
+    let mut of_unknown_unit: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for channel in &source.channels {
+        let unit = channel.unit.as_deref().filter(|unit| !unit.is_empty() && Unit::parse(unit).is_err());
+        unit.into_iter().for_each(|unit| of_unknown_unit.entry(unit).or_default().push(&channel.name));
+    }
+    for (unit, channels) in of_unknown_unit {
+        let names = channels.join(", ");
+        text::line(&format!(
+            "warning: {}: unknown unit '{unit}' of {names}; give 'unit' in the channel map",
+            source.name
+        ));
+    }
     for channel in &source.channels {
         let place = format!("warning: {}/{}", source.name, channel.name);
-        if let Some(Err(error)) = channel.unit.as_deref().filter(|unit| !unit.is_empty()).map(Unit::parse) {
-            text::line(&format!("{place}: {error}; give 'unit' in the channel map"));
-        }
         // A channel far from the number of stamps is a parameter, not a history.
         let near = |stamps: usize| (stamps / 2..=2 * stamps).contains(&channel.samples);
         if let ([clock], None) = (&source.clocks[..], channel.clock)

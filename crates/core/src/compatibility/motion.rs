@@ -97,6 +97,8 @@ pub(super) struct Motion {
     sines: [Sines; ANGLES.len()],
     /// Finest step between samples by role, where it is more than [`COARSE`] of the range of the column; zero elsewhere.
     resolutions: Vec<f64>,
+    /// Whether the bank is recorded within a turn in radians and covers it: its column runs on beyond that.
+    pub banks_by_turns: bool,
     /// Velocity over the ground as it was recorded, north, east and down.
     ground_velocity: [Option<Series>; 3],
 }
@@ -168,8 +170,10 @@ impl Motion {
         let segments = if moving.is_empty() { ranges } else { moving };
         let ground_velocity = [Role::VelocityNorth, Role::VelocityEast, Role::VelocityDown];
         let ground_velocity = ground_velocity.map(|role| recording.role(role).map(|channel| scaled(&channel.series)));
+        let bank = recording.role(Role::BankAngle);
+        let banks_by_turns = bank.is_some_and(|channel| find_turn(&channel.series.values) == Some(TAU));
         let (time_s, sines) = (at_s.into(), Default::default());
-        Some(Self { step_s, segments, time_s, columns, sines, resolutions, ground_velocity })
+        Some(Self { step_s, segments, time_s, columns, sines, resolutions, banks_by_turns, ground_velocity })
     }
 
     /// Finest step between samples of a role that a recorder rounds coarsely; zero of any other.
@@ -257,6 +261,7 @@ impl Motion {
             columns: self.columns.iter().map(|column| column.as_deref().map(select)).collect(),
             sines: Default::default(),
             resolutions: self.resolutions.clone(),
+            banks_by_turns: self.banks_by_turns,
             ground_velocity: [const { None }; 3],
         };
         // What is moved against the rest many times shares the sines of the rest.
@@ -380,14 +385,16 @@ fn is_flying(speed: &Series, level: f64, start_s: f64, end_s: f64) -> bool {
     all == 0 || above * 10 >= all * 9
 }
 
-/// An angle that runs on where it is recorded within one turn, whichever unit its turn is in.
+/// The turn that an angle is recorded within, in whichever unit; none where it does not cover one.
+fn find_turn(values: &[f64]) -> Option<f64> {
+    let [least, greatest] = extent(values)?;
+    let range = greatest - least;
+    [TAU.to_radians(), TAU, 360.0].into_iter().find(|turn| range > 0.9 * turn && range < 1.02 * turn)
+}
+
+/// An angle that runs on where it is recorded within one turn.
 fn unwrapped(values: &[f64]) -> Vec<f64> {
-    let finite = || values.iter().copied().filter(|value| value.is_finite());
-    let range = finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min);
-    let turns = [TAU.to_radians(), TAU, 360.0];
-    let Some(turn) = turns.into_iter().find(|turn| range > 0.9 * turn && range < 1.02 * turn) else {
-        return values.to_vec();
-    };
+    let Some(turn) = find_turn(values) else { return values.to_vec() };
     let (mut added, mut last) = (0.0, f64::NAN);
     let mut unwrapped = Vec::with_capacity(values.len());
     for &value in values {

@@ -89,6 +89,20 @@ fn level(m: &Motion, k: usize, value: f64) -> f64 {
     if m.at(BankAngle, k).abs() < 0.26 { value } else { f64::NAN }
 }
 
+/// A value at less than 60 degrees of pitch, not a number above: the other Euler angles turn fast there and jump at 90 degrees.
+fn off_the_vertical(m: &Motion, k: usize, value: f64) -> f64 {
+    if m.sin_cos(PitchAngle, k).1 > 0.5 { value } else { f64::NAN }
+}
+
+/// A value; where no airspeed gives the centripetal acceleration, not a number in banks and where the aircraft pitches by 0.1 rad/s.
+fn by_gravity(m: &Motion, k: usize, value: f64) -> f64 {
+    match (m.has(TrueAirspeed), m.at(PitchRate, k).abs() < 0.1) {
+        (true, _) => value,
+        (false, true) => level(m, k, value),
+        (false, false) => f64::NAN,
+    }
+}
+
 /// Relation whose lag is a second and whose offset is free, of channels that no wind touches.
 const EXACT: Kinematic = Kinematic {
     compared: RollRate,
@@ -116,7 +130,7 @@ pub(super) const RELATIONS: &[Kinematic] = &[
         needs: &[RollRate, BankAngle],
         uses: &[PitchAngle, PitchRate, YawRate],
         clock: ClockEffect::Multiplies,
-        y: (|m, k| m.at(RollRate, k), nothing),
+        y: (|m, k| off_the_vertical(m, k, m.at(RollRate, k)), nothing),
         x: (
             |m, k| {
                 let (sin_phi, cos_phi) = m.sin_cos(BankAngle, k);
@@ -144,7 +158,13 @@ pub(super) const RELATIONS: &[Kinematic] = &[
         needs: &[YawRate, HeadingAngle],
         uses: &[BankAngle, PitchAngle, PitchRate],
         clock: ClockEffect::Multiplies,
-        y: (|m, k| m.at(YawRate, k) * m.sin_cos(BankAngle, k).1 / m.sin_cos(PitchAngle, k).1, nothing),
+        y: (
+            |m, k| {
+                let value = m.at(YawRate, k) * m.sin_cos(BankAngle, k).1 / m.sin_cos(PitchAngle, k).1;
+                off_the_vertical(m, k, value)
+            },
+            nothing,
+        ),
         x: (
             |m, k| -m.at(PitchRate, k) * m.sin_cos(BankAngle, k).0 / m.sin_cos(PitchAngle, k).1,
             |m, k| m.at(HeadingAngle, k),
@@ -267,7 +287,7 @@ pub(super) const RELATIONS: &[Kinematic] = &[
         uses: &[BankAngle, PitchAngle, TrueAirspeed, AngleOfAttack, Sideslip, RollRate, PitchRate],
         origin: true,
         noise: 1.0,
-        y: (|m, k| m.at(SpecificForceZ, k), nothing),
+        y: (|m, k| by_gravity(m, k, m.at(SpecificForceZ, k)), nothing),
         x: (|m, k| centripetal(m, k)[2] - gravity(m, k)[2], |m, k| air_velocity(m, k)[2]),
         ..EXACT
     },

@@ -52,7 +52,10 @@ impl Size {
         if values.is_empty() {
             return Outcome::Undetermined;
         }
-        let outside = values.iter().filter(|value| !(self.range.0..=self.range.1).contains(*value)).count();
+        let is_inside = |value: f64| {
+            (self.range.0..=self.range.1).contains(&value) || (self.role == BankAngle && motion.banks_by_turns)
+        };
+        let outside = values.iter().filter(|value| !is_inside(**value)).count();
         let last = values.len() - 1;
         values.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
         let largest = values[last - last / 100];

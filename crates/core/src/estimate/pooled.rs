@@ -63,6 +63,22 @@ impl PooledRegression {
         Ok(PooledFit { fit, samples, parameters, prior_information: found.prior_information })
     }
 
+    /// The regression with the samples of each window replaced by the rows of the triangle `R` of `[X z] = Q R`, one more than there are
+    /// terms at most: the same estimates and sums of squared residuals, not the same residual deviation.
+    ///
+    /// # Errors
+    /// Sizes that differ and values that are not finite.
+    pub fn reduce(&self) -> Result<Self, EstimateError> {
+        let reduce = |window: &PooledWindow| {
+            check_values(&self.names, &window.x, &window.z)?;
+            let factor = Triangle::reduce(&window.x, &window.z).factor().clone();
+            let (x, z) =
+                (factor.columns(0, self.names.len()).into_owned(), factor.column(self.names.len()).as_slice().to_vec());
+            Ok(PooledWindow { label: window.label.clone(), x, z })
+        };
+        Ok(Self { windows: self.windows.iter().map(reduce).collect::<Result<_, _>>()?, ..self.clone() })
+    }
+
     /// Names of the parameters all windows share, in the order of the fit.
     pub fn shared(&self) -> impl Iterator<Item = &String> {
         self.names.iter().zip(&self.per_window).filter(|(_, own)| !**own).map(|(name, _)| name)

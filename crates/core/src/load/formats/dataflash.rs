@@ -359,7 +359,8 @@ impl Log {
                 for ((label, (unit, _)), values) in layout.labels.iter().zip(&units).zip(&collected) {
                     if !values.is_empty() {
                         let values = samples.iter().map(|&sample| values[sample]).collect();
-                        source.channels.push(ChannelInfo::new(label.clone(), unit.clone(), values));
+                        let unit = unit.clone().filter(|unit| unit != INSTANCE);
+                        source.channels.push(ChannelInfo::new(label.clone(), unit, values));
                     }
                 }
                 sources.push(source);

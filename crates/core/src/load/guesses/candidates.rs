@@ -40,10 +40,27 @@ pub(crate) struct Candidate<'p> {
 /// Channels that may play a role, but for those that hold no measurement of the aircraft.
 pub(crate) fn candidates(probes: &[Probe]) -> Vec<Candidate<'_>> {
     let mut found = all(probes);
+    let sources = probes.iter().flat_map(|probe| &probe.sources).filter(|source| states_uncertainties(source));
+    let with_uncertainties: Vec<&str> = sources.map(|source| source.name.as_str()).collect();
     found.retain(|candidate| {
-        !NOT_MEASURED.iter().any(|name| candidate.full.contains(name)) && !is_commanded(&candidate.channel.name)
+        let is_uncertainty = uncertain_quantity(&candidate.channel.name).is_some()
+            && with_uncertainties.contains(&candidate.from.source.as_str());
+        !NOT_MEASURED.iter().any(|name| candidate.full.contains(name))
+            && !is_commanded(&candidate.channel.name)
+            && !is_uncertainty
     });
     found
+}
+
+/// What a channel would be the uncertainty of: `yaw` of `yaw_u`.
+fn uncertain_quantity(name: &str) -> Option<&str> {
+    name.strip_suffix("_u").or_else(|| name.strip_suffix("_U"))
+}
+
+/// Whether a source names two uncertainties or more beside their quantities: `roll_u` is no velocity then, nor `vel_u` one upwards.
+fn states_uncertainties(source: &Source) -> bool {
+    let has = |name: &str| source.channels.iter().any(|channel| channel.name == name);
+    source.channels.iter().filter(|channel| uncertain_quantity(&channel.name).is_some_and(has)).count() >= 2
 }
 
 /// Channels that have a clock and samples.

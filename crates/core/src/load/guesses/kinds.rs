@@ -152,9 +152,10 @@ fn find_motor(name: &str) -> Option<String> {
     (is_numbered || is(&CORNERS, next)).then(|| next.clone())
 }
 
-/// Motors of a source that are told apart by a number or by their corner.
+/// Motors of a source that are told apart by a number or by their corner; an odd number is no multirotor, but weights `W0` to `W4`.
 fn count_motors(source: &Source) -> usize {
-    source.channels.iter().filter_map(|channel| find_motor(channel.label())).collect::<BTreeSet<_>>().len()
+    let motors: BTreeSet<_> = source.channels.iter().filter_map(|channel| find_motor(channel.label())).collect();
+    if motors.len() % 2 == 0 { motors.len() } else { 0 }
 }
 
 /// Takes the speeds of the motors of a multirotor from the engines.

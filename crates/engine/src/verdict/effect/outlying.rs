@@ -1,10 +1,13 @@
 //! Manoeuvres that a model does not describe while it describes the others: another configuration, contact with the ground, a stall.
 
-use doublet_core::estimate::{Constraint, PooledFit, PooledRegression};
-use doublet_core::statistics::median;
+use doublet_core::estimate::{Constraint, PooledFit, PooledRegression, PooledWindow};
+use doublet_core::statistics::{median, squares_about_mean};
 
 /// Root mean square residual of a manoeuvre over the median of all, from which the model does not describe it.
 pub(in crate::verdict) const OUTLYING_RATIO: f64 = 4.0;
+/// Root mean square residual of a manoeuvre over the standard deviation of its coefficient, from which the model does not describe it: large
+/// inputs leave larger residuals than small ones, of the same part.
+pub(in crate::verdict) const UNDESCRIBED: f64 = 0.3;
 /// Root mean square residual of a manoeuvre in the ordinary fit, over the median or over that of its own fit, from which such manoeuvres are
 /// looked for: one of them raises the residual of all.
 const UNEVEN: f64 = 2.0;
@@ -26,67 +29,96 @@ pub(in crate::verdict) struct Outlying {
     pub(in crate::verdict) ratio: f64,
 }
 
-/// Manoeuvres whose residual is many times that of most, the largest first. Each manoeuvre is weighted by its own residual, `min sum_w n_w
+/// Manoeuvres whose residual is many times that of most and a large part of their motion, the largest first. Each manoeuvre is weighted by its own residual, `min sum_w n_w
 /// ln(s_w)` with its root mean square `s_w`: the maximum likelihood for noise that differs from one to the other, by repeated weights
-/// `1 / s_w`. They start from the estimate of a single manoeuvre, or of all, that leaves the least median residual.
+/// `1 / s_w`. They start from the estimate of a single manoeuvre, or of all, that leaves the least median residual. Priors say nothing here.
 pub(super) fn find_outlying(pooled: &PooledRegression, fit: &PooledFit) -> Vec<Outlying> {
-    let ordinary = measure_residuals(fit, &vec![1.0; pooled.windows.len()]);
-    if ordinary.len() < FEWEST || is_even(pooled, &ordinary) {
+    if pooled.windows.len() < FEWEST {
         return Vec::new();
     }
-    let middle = |sizes: &Vec<f64>| median(&mut sizes.clone()).unwrap_or(f64::INFINITY);
-    let alone = (0..pooled.windows.len()).step_by(pooled.windows.len().div_ceil(STARTS));
-    let starts = alone.filter_map(|index| measure_by_estimate_of(pooled, index)).chain([ordinary]);
-    let Some(mut sizes) = starts.min_by(|a, b| middle(a).total_cmp(&middle(b))) else { return Vec::new() };
-    for _ in 0..PASSES {
-        let Some(ratios) = ratios(&sizes) else { return Vec::new() };
-        let scales: Vec<f64> = ratios.iter().map(|ratio| ratio.max(LEAST)).collect();
-        let Ok(weighted) = divide(pooled, &scales).fit() else { return Vec::new() };
-        sizes = measure_residuals(&weighted, &scales);
-    }
-    let found = ratios(&sizes).into_iter().flatten().zip(&pooled.windows);
-    let found = found.filter(|(ratio, _)| *ratio > OUTLYING_RATIO);
+    let counts = pooled.windows.iter().map(|window| window.z.len().max(1) as f64).collect();
+    let Ok(mut reduced) = pooled.reduce() else { return Vec::new() };
+    reduced
+        .constraints
+        .iter_mut()
+        .filter(|one| matches!(one, Constraint::Prior { .. }))
+        .for_each(|one| *one = Constraint::Free);
+    let search = Search { reduced, counts };
+    let sizes = search.weigh(&measure_residuals(fit, &search.counts)).unwrap_or_default();
+    let ratios = ratios(&sizes).unwrap_or_default();
+    let is_undescribed = |size: f64, window: &PooledWindow| {
+        size > UNDESCRIBED * (squares_about_mean(&window.z) / window.z.len() as f64).sqrt()
+    };
+    let found = sizes.iter().zip(ratios).zip(&pooled.windows);
+    let found = found.filter(|((size, ratio), window)| *ratio > OUTLYING_RATIO && is_undescribed(**size, window));
     let mut found: Vec<Outlying> =
-        found.map(|(ratio, window)| Outlying { name: window.label.clone(), ratio }).collect();
+        found.map(|((_, ratio), window)| Outlying { name: window.label.clone(), ratio }).collect();
     found.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
     found
 }
 
-/// Whether the ordinary fit describes every manoeuvre about as well as most, and as well as its own fit does.
-fn is_even(pooled: &PooledRegression, ordinary: &[f64]) -> bool {
-    let is_near_own = |(index, size): (usize, &f64)| {
-        fit_alone(pooled, index).is_none_or(|own| *size < UNEVEN * measure_residuals(&own, &[1.0])[0])
-    };
-    ratios(ordinary).is_none_or(|ratios| ratios.iter().all(|ratio| *ratio < UNEVEN))
-        && ordinary.iter().enumerate().all(is_near_own)
+/// A regression whose manoeuvres are reduced to their triangles, which have their sums of squared residuals, and their numbers of samples.
+struct Search {
+    reduced: PooledRegression,
+    counts: Vec<f64>,
 }
 
-/// The fit of one manoeuvre; none where that does not determine the derivatives.
-fn fit_alone(pooled: &PooledRegression, index: usize) -> Option<PooledFit> {
-    let windows = vec![pooled.windows[index].clone()];
-    let (names, per_window) = (pooled.names.clone(), pooled.per_window.clone());
-    PooledRegression { names, per_window, constraints: pooled.constraints.clone(), windows }.fit().ok()
+impl Search {
+    /// Residuals of the weighted fit; none where the ordinary fit, with the residuals `ordinary`, is even or no fit succeeds.
+    fn weigh(&self, ordinary: &[f64]) -> Option<Vec<f64>> {
+        if self.is_even(ordinary) {
+            return None;
+        }
+        let middle = |sizes: &Vec<f64>| median(&mut sizes.clone()).unwrap_or(f64::INFINITY);
+        let alone = (0..self.counts.len()).step_by(self.counts.len().div_ceil(STARTS));
+        let starts = alone.filter_map(|index| self.measure_by_estimate_of(index)).chain([ordinary.to_vec()]);
+        let mut sizes = starts.min_by(|a, b| middle(a).total_cmp(&middle(b)))?;
+        for _ in 0..PASSES {
+            let scales: Vec<f64> = ratios(&sizes)?.iter().map(|ratio| ratio.max(LEAST)).collect();
+            let weighted = divide(&self.reduced, &scales).fit().ok()?;
+            sizes = measure_residuals(&weighted, &self.counts);
+            sizes.iter_mut().zip(scales).for_each(|(size, scale)| *size *= scale);
+        }
+        Some(sizes)
+    }
+
+    /// Whether the ordinary fit describes every manoeuvre about as well as most, and as well as its own fit does.
+    fn is_even(&self, ordinary: &[f64]) -> bool {
+        let is_near_own = |(index, size): (usize, &f64)| {
+            let own = self.fit_alone(index).map(|own| measure_residuals(&own, &self.counts[index..=index])[0]);
+            own.is_none_or(|own| *size < UNEVEN * own)
+        };
+        ratios(ordinary).is_none_or(|ratios| ratios.iter().all(|ratio| *ratio < UNEVEN))
+            && ordinary.iter().enumerate().all(is_near_own)
+    }
+
+    /// The fit of one manoeuvre; none where that does not determine the derivatives.
+    fn fit_alone(&self, index: usize) -> Option<PooledFit> {
+        let PooledRegression { names, per_window, constraints, windows } = &self.reduced;
+        let (names, per_window, constraints) = (names.clone(), per_window.clone(), constraints.clone());
+        PooledRegression { names, per_window, constraints, windows: vec![windows[index].clone()] }.fit().ok()
+    }
+
+    /// Residuals of all manoeuvres, each with its own parameters fitted, by the estimates that one of them gives alone.
+    fn measure_by_estimate_of(&self, index: usize) -> Option<Vec<f64>> {
+        let own = self.fit_alone(index)?;
+        let constraint = |(term, per_window): (usize, &bool)| match per_window {
+            true => Constraint::Free,
+            false => Constraint::Fixed(own.fit.estimates[own.parameters[0][term]]),
+        };
+        let constraints = self.reduced.per_window.iter().enumerate().map(constraint).collect();
+        let fit = PooledRegression { constraints, ..self.reduced.clone() }.fit().ok()?;
+        Some(measure_residuals(&fit, &self.counts))
+    }
 }
 
-/// Residuals of all manoeuvres, each with its own parameters fitted, by the estimates that one of them gives alone.
-fn measure_by_estimate_of(pooled: &PooledRegression, index: usize) -> Option<Vec<f64>> {
-    let own = fit_alone(pooled, index)?;
-    let constraint = |(term, per_window): (usize, &bool)| match per_window {
-        true => Constraint::Free,
-        false => Constraint::Fixed(own.fit.estimates[own.parameters[0][term]]),
-    };
-    let constraints = pooled.per_window.iter().enumerate().map(constraint).collect();
-    let fit = PooledRegression { constraints, ..pooled.clone() }.fit().ok()?;
-    Some(measure_residuals(&fit, &vec![1.0; pooled.windows.len()]))
-}
-
-/// Root mean square residual of every manoeuvre of a fit whose samples were divided by `scales`.
-fn measure_residuals(fit: &PooledFit, scales: &[f64]) -> Vec<f64> {
-    let size = |samples: &std::ops::Range<usize>| {
+/// Root mean square residual of every manoeuvre, by their numbers of samples.
+fn measure_residuals(fit: &PooledFit, counts: &[f64]) -> Vec<f64> {
+    let size = |(samples, count): (&std::ops::Range<usize>, &f64)| {
         let squares: f64 = fit.fit.residuals[samples.clone()].iter().map(|residual| residual * residual).sum();
-        (squares / samples.len().max(1) as f64).sqrt()
+        (squares / count).sqrt()
     };
-    fit.samples.iter().zip(scales).map(|(samples, scale)| scale * size(samples)).collect()
+    fit.samples.iter().zip(counts).map(size).collect()
 }
 
 /// Sizes over their median; none where that is nothing.
@@ -112,10 +144,16 @@ mod tests {
 
     use super::*;
 
-    /// Manoeuvres of the same regressor, each with a slope of its own, and noise of one per cent.
+    /// Manoeuvres of the same regressor with an amplitude of one, each with a slope of its own, and noise of one per cent.
     fn regression(slopes: &[f64]) -> PooledRegression {
-        let windows = slopes.iter().enumerate().map(|(index, slope)| {
-            let x = DMatrix::from_fn(200, 2, |k, column| if column == 0 { 1.0 } else { (0.1 * k as f64).sin() });
+        regression_of(&slopes.iter().map(|slope| (*slope, 1.0)).collect::<Vec<_>>())
+    }
+
+    /// Manoeuvres of the same regressor, each with a slope and an amplitude, and noise of one per cent.
+    fn regression_of(manoeuvres: &[(f64, f64)]) -> PooledRegression {
+        let windows = manoeuvres.iter().enumerate().map(|(index, (slope, amplitude))| {
+            let input = |k: usize| amplitude * (0.1 * k as f64).sin();
+            let x = DMatrix::from_fn(200, 2, |k, column| if column == 0 { 1.0 } else { input(k) });
             let noise = |k: usize| 0.01 * (12.9898 * (k + 211 * index) as f64).sin();
             let z = x.column(1).iter().enumerate().map(|(k, x)| slope * x + noise(k)).collect();
             PooledWindow { label: format!("{index}"), x, z }
@@ -149,5 +187,27 @@ mod tests {
         assert!(find(&[1.0, 1.01, 0.99, 1.005, 1.0]).is_empty());
         assert!(find(&[1.0, 2.0]).is_empty());
         assert!(find(&[1.0, 1.3, 1.6, 1.9, 2.2]).is_empty(), "slopes all over the place have no majority");
+    }
+    #[test]
+    fn a_large_input_whose_residual_is_a_small_part_of_its_motion_is_described() {
+        let small = (1.0, 0.2);
+        let found = |slope| {
+            let pooled = regression_of(&[small, small, small, (slope, 2.0), small]);
+            find_outlying(&pooled, &pooled.fit().unwrap()).len()
+        };
+        assert_eq!([found(1.1), found(2.0)], [0, 1], "residuals of a tenth and of half the motion");
+    }
+
+    #[test]
+    fn reduced_manoeuvres_leave_the_residuals_of_all_samples() {
+        let pooled = regression(&[1.0, 1.2, 0.9, 1.1]);
+        let (whole, reduced) = (pooled.fit().unwrap(), pooled.reduce().unwrap().fit().unwrap());
+        let counts = vec![200.0; 4];
+        for (index, estimate) in whole.fit.estimates.iter().enumerate() {
+            assert!((estimate - reduced.fit.estimates[index]).abs() < 1e-12);
+        }
+        for (a, b) in measure_residuals(&whole, &counts).iter().zip(measure_residuals(&reduced, &counts)) {
+            assert!((a - b).abs() < 1e-12, "{a} {b}");
+        }
     }
 }
