@@ -4,6 +4,7 @@ use doublet_core::airframe::MassProperties;
 use doublet_core::model::Coefficient;
 use serde::Serialize;
 
+use crate::notation::significant;
 use crate::snapshot::Snapshot;
 use crate::stage::{CoefficientFit, FuelRecord};
 
@@ -24,7 +25,7 @@ pub struct StatedQuantity {
 
 impl std::fmt::Display for StatedQuantity {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} {:.0} {}", self.quantity, self.value, self.unit)
+        write!(f, "{} {} {}", self.quantity, significant(self.value, 4), self.unit)
     }
 }
 
@@ -50,4 +51,21 @@ pub fn stated_quantity(snapshot: &Snapshot, fit: &CoefficientFit) -> Option<Stat
         snapshot.flown.values().filter_map(|slot| slot.ready()).any(|flown| flown.fuel.record != FuelRecord::None);
     let source = if is_recorded { "aircraft file and recorded fuel" } else { "aircraft file" };
     Some(StatedQuantity { quantity, value, unit, source, percent_per_percent: 1.0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_inertia_of_a_small_aircraft_keeps_its_digits() {
+        let of = |value| StatedQuantity {
+            quantity: "Ixx",
+            value,
+            unit: "kg m2",
+            source: "aircraft file",
+            percent_per_percent: 1.0,
+        };
+        assert_eq!([of(0.31245).to_string(), of(2170.4).to_string()], ["Ixx 0.3124 kg m2", "Ixx 2170 kg m2"]);
+    }
 }

@@ -183,12 +183,15 @@ mod tests {
             ("time,motor1,motor2,gear1,gear2", None),
             ("time,motor_fl,motor_fr,w_rl,w_rr", Some("multirotor")),
             ("time,RPM0,RPM1,RPM2,RPM3", Some("multirotor")),
+            ("time,W0,W1,W2,W3", Some("multirotor")),
             ("time,pwm_1,pwm_2,pwm_3,pwm_4", None),
             ("time,roll,collective,flaps,fuel", Some("helicopter")),
         ] {
             let probe = probe_of(&format!("{head}\n{rows}"));
             let map = guess(&[probe]);
             assert_eq!(map.kind.as_deref(), wanted, "{head}");
+            let of_five = probe_of(&format!("{head},W4\n{}", rows.replace('\n', ",1\n")));
+            assert!(!head.contains("W0") || guess(&[of_five]).kind.is_none(), "weights of an estimator");
             assert!(map.row(Role::EngineSpeed1).is_none() && map.row(Role::EngineSpeed2).is_none(), "{head}");
         }
     }

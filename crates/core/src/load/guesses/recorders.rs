@@ -363,6 +363,15 @@ mod tests {
         assert_eq!(row(Role::Elevator), Some(("deg", false)));
     }
 
+    #[test]
+    fn surfaces_of_a_plane_are_known_before_its_mixer_and_turned() {
+        let head = "ATT/DesRoll,IMU/GyrX,GPS/Lng,AETR/Ail,AETR/Elev,AETR/Rudd";
+        for (role, channel) in [(Role::Aileron, "Ail"), (Role::Elevator, "Elev"), (Role::Rudder, "Rudd")] {
+            let found = row_of(head, role).map(|(found, _, turned)| (found, turned));
+            assert_eq!(found, Some((format!("AETR/{channel}"), true)));
+        }
+    }
+
     /// Channel, unit and sign of a role of a table of one recorder, whose columns hold small numbers that vary.
     fn row_of(head: &str, role: Role) -> Option<(String, Option<&'static str>, bool)> {
         let columns = head.split(',').count();

@@ -51,6 +51,16 @@ fn a_climb_is_the_third_part_of_a_velocity_and_an_altitude_that_of_a_place() {
 }
 
 #[test]
+fn uncertainties_beside_their_quantities_are_no_velocities() {
+    let map = guess_of("ROLL,PITCH,YAW,VX,VY,VZ,ROLL_U,PITCH_U,YAW_U,VEL_U", |now| {
+        let ([north, east, down], angles) = (now.speeds, [now.bank, now.pitch, now.heading].map(|angle| angle * DEG));
+        [angles.to_vec(), vec![north, east, down], vec![0.1, 0.1, 0.2, 1.2]].concat()
+    });
+    assert_eq!(read(&map, Role::VelocityDown), Some(("VZ", "m/s")));
+    assert_eq!(read(&map, Role::BankAngle), Some(("ROLL", "deg")));
+}
+
+#[test]
 fn a_compass_in_degrees_says_nothing_of_attitude_in_radians() {
     let compass =
         guess_of("roll,pitch,heading", |now| vec![now.bank, now.pitch, (now.heading * DEG).rem_euclid(360.0)]);

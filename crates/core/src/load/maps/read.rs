@@ -66,8 +66,9 @@ fn read_probes(plan: &Plan, mut probes: Vec<Probe>) -> Result<Recording, LoadErr
         used.extend(assignment.parts.iter().flatten().map(|&(at, _)| at));
     }
     reader.derive(&mut recording, &mut used)?;
+    let of_roles: BTreeSet<ClockAt> = reader.stamps.keys().copied().collect();
     reader.add_unmapped(&used, &mut recording);
-    reader.note_clocks(&mut recording);
+    reader.note_clocks(&of_roles, &mut recording);
     Ok(recording)
 }
 
@@ -362,9 +363,10 @@ impl Reader<'_> {
         Channel { source: source.name.clone(), name: channel.name.clone(), unit, series }
     }
 
-    /// Warnings on samples left out and gaps of the clocks that were used, and their UTC starts.
-    fn note_clocks(&self, recording: &mut Recording) {
-        for (&(probe, source, clock), stamps) in &self.stamps {
+    /// Warnings on samples left out by the clocks that were used and on gaps of those of roles, and their UTC starts.
+    fn note_clocks(&self, of_roles: &BTreeSet<ClockAt>, recording: &mut Recording) {
+        for (&at, stamps) in &self.stamps {
+            let (probe, source, clock) = at;
             let contents = &self.probes[probe].sources[source];
             let clock = &contents.clocks[clock];
             let place = message!("{}: source {}", file(&self.probes[probe].path), quoted(&contents.name));
@@ -386,9 +388,8 @@ impl Reader<'_> {
                     channel
                 ));
             }
-            if let Some(longest) =
-                clock.gaps.iter().max_by(|a, b| (a.end_s - a.start_s).total_cmp(&(b.end_s - b.start_s)))
-            {
+            let longest = clock.gaps.iter().max_by(|a, b| (a.end_s - a.start_s).total_cmp(&(b.end_s - b.start_s)));
+            if let Some(longest) = longest.filter(|_| of_roles.contains(&at)) {
                 let (count, length) = (clock.gaps.len(), longest.end_s - longest.start_s);
                 let after_s = longest.start_s;
                 let gaps = "gaps in time, the longest";

@@ -7,6 +7,7 @@ use doublet_core::quantity::Role::{self, *};
 use doublet_core::series::{Channel, Recording, Series};
 use nalgebra::{Rotation3, Vector3};
 
+mod aerobatics;
 mod causes;
 mod recorders;
 
