@@ -1,5 +1,7 @@
 //! Channels that may play a role: what their names and units say, and the row that one of them starts as.
 
+use std::collections::BTreeMap;
+
 use crate::load::contents::{ChannelInfo, Probe, Source};
 use crate::load::maps::by_hand::{By, ChannelName, ManualChannel};
 use crate::load::names::foreign_names::is_role_name;
@@ -40,16 +42,28 @@ pub(crate) struct Candidate<'p> {
 /// Channels that may play a role, but for those that hold no measurement of the aircraft.
 pub(crate) fn candidates(probes: &[Probe]) -> Vec<Candidate<'_>> {
     let mut found = all(probes);
-    let sources = probes.iter().flat_map(|probe| &probe.sources).filter(|source| states_uncertainties(source));
-    let with_uncertainties: Vec<&str> = sources.map(|source| source.name.as_str()).collect();
+    let sources: BTreeMap<&str, &Source> =
+        probes.iter().flat_map(|probe| &probe.sources).map(|source| (source.name.as_str(), source)).collect();
     found.retain(|candidate| {
-        let is_uncertainty = uncertain_quantity(&candidate.channel.name).is_some()
-            && with_uncertainties.contains(&candidate.from.source.as_str());
+        let is_beside_others = sources.get(candidate.from.source.as_str()).is_some_and(|source| {
+            is_uncertainty(source, &candidate.channel.name) || is_derivative(source, &candidate.channel.name)
+        });
         !NOT_MEASURED.iter().any(|name| candidate.full.contains(name))
             && !is_commanded(&candidate.channel.name)
-            && !is_uncertainty
+            && !is_beside_others
     });
     found
+}
+
+/// Whether a source has a channel of this name.
+fn has(source: &Source, name: &str) -> bool {
+    source.channels.iter().any(|channel| channel.name == name)
+}
+
+/// Whether a channel is the rate of change of a letter: `dr` beside `dp` and `dq` is of the yaw rate, no rudder.
+fn is_derivative(source: &Source, name: &str) -> bool {
+    let rates = ["dp", "dq", "dr"];
+    rates.contains(&name) && rates.iter().all(|rate| has(source, rate))
 }
 
 /// What a channel would be the uncertainty of: `yaw` of `yaw_u`.
@@ -57,10 +71,10 @@ fn uncertain_quantity(name: &str) -> Option<&str> {
     name.strip_suffix("_u").or_else(|| name.strip_suffix("_U"))
 }
 
-/// Whether a source names two uncertainties or more beside their quantities: `roll_u` is no velocity then, nor `vel_u` one upwards.
-fn states_uncertainties(source: &Source) -> bool {
-    let has = |name: &str| source.channels.iter().any(|channel| channel.name == name);
-    source.channels.iter().filter(|channel| uncertain_quantity(&channel.name).is_some_and(has)).count() >= 2
+/// Whether a channel is an uncertainty: a source that names two or more beside their quantities (`roll_u`) has no upward velocity `vel_u`.
+fn is_uncertainty(source: &Source, name: &str) -> bool {
+    let is_beside = |channel: &&ChannelInfo| uncertain_quantity(&channel.name).is_some_and(|name| has(source, name));
+    uncertain_quantity(name).is_some() && source.channels.iter().filter(is_beside).count() >= 2
 }
 
 /// Channels that have a clock and samples.

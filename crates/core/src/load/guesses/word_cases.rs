@@ -61,6 +61,13 @@ fn uncertainties_beside_their_quantities_are_no_velocities() {
 }
 
 #[test]
+fn a_rate_of_change_beside_those_of_other_rates_is_no_rudder() {
+    let of = |head| guess_of(head, |now| vec![0.2 * now.bank, 0.1 * now.pitch, 0.1 * now.bank]);
+    assert!(of("dp,dq,dr").row(Role::Rudder).is_none());
+    assert_eq!(read(&of("da,de,dr"), Role::Rudder).map(|row| row.0), Some("dr"));
+}
+
+#[test]
 fn a_compass_in_degrees_says_nothing_of_attitude_in_radians() {
     let compass =
         guess_of("roll,pitch,heading", |now| vec![now.bank, now.pitch, (now.heading * DEG).rem_euclid(360.0)]);
