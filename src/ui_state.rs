@@ -133,9 +133,6 @@ impl HouseStyle {
     }
 
     /// The style of a report.
-    ///
-    /// # Errors
-    /// One line: a logo that cannot be read.
     pub fn style(&self) -> Result<Style, String> {
         let usual = Style::default();
         let lines = self.signatures.lines().map(str::trim).filter(|line| !line.is_empty());

@@ -82,9 +82,6 @@ fn class(name: &str) -> Result<AircraftClass, String> {
 
 impl PlainArguments {
     /// The aircraft the arguments describe; none where they describe none.
-    ///
-    /// # Errors
-    /// One line where neither inertia nor class is given.
     pub fn describe(&self, name: &str) -> Result<Option<PlainAircraft>, String> {
         let (Some(area_m2), Some(span_m), Some(chord_m), Some(mass_kg)) = (self.area, self.span, self.chord, self.mass)
         else {
@@ -104,9 +101,6 @@ impl PlainArguments {
 }
 
 /// Lists, prints or makes aircraft files.
-///
-/// # Errors
-/// One line: an aircraft that there is not or cannot be, a file that exists or cannot be written.
 pub fn aircraft(arguments: &AircraftArguments) -> Result<(), String> {
     match &arguments.command {
         AircraftCommand::List { json } => list(*json),
@@ -166,9 +160,6 @@ fn list(json: bool) -> Result<(), String> {
 }
 
 /// Writes an aircraft to a file that is not there yet.
-///
-/// # Errors
-/// One line: an aircraft that cannot be, a file that exists or cannot be written.
 pub fn write(plain: &PlainAircraft, path: &Path) -> Result<(), String> {
     if path.exists() {
         return Err(format!("{} exists: choose another name, or name it with --aircraft", path.display()));
@@ -177,9 +168,6 @@ pub fn write(plain: &PlainAircraft, path: &Path) -> Result<(), String> {
 }
 
 /// Reads `IXX,IYY,IZZ` or `IXX,IYY,IZZ,IXZ`, kg m².
-///
-/// # Errors
-/// One line when it is neither.
 fn inertia(text: &str) -> Result<[f64; 4], String> {
     let numbers: Vec<f64> = text
         .split(',')

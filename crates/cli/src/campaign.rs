@@ -37,9 +37,6 @@ pub struct CampaignArguments {
 }
 
 /// Plans a campaign, matches it with a session and writes its cards.
-///
-/// # Errors
-/// One line: a file that is not understood, a session that cannot be run, a point that cannot be flown, a file that cannot be written.
 pub fn campaign(arguments: &CampaignArguments) -> Result<(), String> {
     let campaign = Campaign::open(&arguments.campaign)?;
     let folder = arguments.campaign.parent().map(PathBuf::from).unwrap_or_default();

@@ -19,9 +19,6 @@ pub struct CheckArguments {
 }
 
 /// Checks a session or an aircraft file and prints what it says: bad where anything found is.
-///
-/// # Errors
-/// One line when it has no form as JSON.
 pub fn check(arguments: &CheckArguments) -> Result<Outcome, String> {
     let warn = |finding: &Finding| text::error_line(&format!("{}: {finding}", finding.level.name()));
     let checked = check_file(&arguments.file, &warn);

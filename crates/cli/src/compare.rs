@@ -79,9 +79,6 @@ impl Family {
 }
 
 /// Computes every experiment and prints a row each.
-///
-/// # Errors
-/// One line: what is wrong with the session, that it has no experiments, that the file cannot be written.
 pub fn compare(arguments: &CompareArguments) -> Result<(), String> {
     let opened = open_to_run(&arguments.session)?;
     let add = |session: Session, family: &Family| {

@@ -64,9 +64,6 @@ fn measurement(name: &str) -> Result<Measurement, String> {
 }
 
 /// Estimates errors of the sensors, prints them, takes them where asked.
-///
-/// # Errors
-/// One line: what is wrong with the session or the errors asked for, or why they were not found.
 pub fn compatibility(arguments: &CompatibilityArguments) -> Result<(), String> {
     let opened = open_to_run(&arguments.session)?;
     let mut asked = opened.session.clone();

@@ -82,9 +82,6 @@ pub struct CalibrateArguments {
 pub const SCENARIO: &str = "coverage";
 
 /// Flies the scenario, identifies every flight and prints a row per derivative.
-///
-/// # Errors
-/// One line: a session, scenario or flight that cannot be used.
 pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
     if arguments.verdict {
         print_judged(arguments, &studied(arguments, verdict::judged_flights)?);
@@ -129,9 +126,6 @@ pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
 }
 
 /// Flies sound flights, flights in gusts and flights with one fault each and prints how the levels fit the truth.
-///
-/// # Errors
-/// As for [`coverage`].
 pub fn calibrate(arguments: &CalibrateArguments) -> Result<(), String> {
     let scenario = crate::simulate::open(&arguments.scenario)?;
     let flights = (arguments.realisations, arguments.seed);
@@ -201,9 +195,6 @@ fn print_judged(arguments: &CoverageArguments, found: &JudgedFlights) {
 }
 
 /// The study of coverage the arguments ask for.
-///
-/// # Errors
-/// As for [`coverage`].
 pub fn computed(arguments: &CoverageArguments) -> Result<Coverage, String> {
     match arguments.recorded {
         true => studied(arguments, recorded_coverage),

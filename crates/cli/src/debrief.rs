@@ -41,9 +41,6 @@ pub struct DebriefArguments {
 }
 
 /// Runs the flights of a design and prints what was promised, obtained and is true.
-///
-/// # Errors
-/// One line: a file that cannot be read, a flight that cannot be run, a derivative that is missing.
 pub fn debrief(arguments: &DebriefArguments) -> Result<(), String> {
     let place = arguments.design.join("design.json");
     let named = |path: &Path, error: String| format!("{}: {error}", path.display());

@@ -193,9 +193,6 @@ pub fn places(names: &[String]) -> Vec<usize> {
 }
 
 /// Designs an input, prints what it promises, and writes its files.
-///
-/// # Errors
-/// One line: a session that cannot be run, no model, no input within time and limits, a file that cannot be written.
 pub fn design(arguments: &DesignArguments) -> Result<(), String> {
     let (session, snapshot, basis) = arguments.basis.open()?;
     let request = Request {
@@ -277,9 +274,6 @@ fn print(row: &DesignRow) {
 }
 
 /// Prints what was flown against goals, window by window, and what to fly next.
-///
-/// # Errors
-/// One line: a session that cannot be run, no model, a goal of an unknown derivative.
 pub fn enough(arguments: &EnoughArguments) -> Result<(), String> {
     if arguments.basis.surfaces.iter().any(|name| name == SURFACE_NAMES[THROTTLE]) {
         return Err("enough compares inputs of the surfaces: leave out the throttle".to_owned());

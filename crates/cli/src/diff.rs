@@ -39,9 +39,6 @@ struct Side {
 }
 
 /// Compares and prints.
-///
-/// # Errors
-/// One line per thing that is wrong with either.
 pub fn diff(arguments: &DiffArguments) -> Result<(), String> {
     let side = |path| Side::open(path, arguments.settings);
     let (first, second) = (side(&arguments.first)?, side(&arguments.second)?);

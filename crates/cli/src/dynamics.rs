@@ -184,9 +184,6 @@ fn window(path: &Path, name: &str) -> Result<u64, String> {
 }
 
 /// Prints or writes the linear models about a trim.
-///
-/// # Errors
-/// One line per thing that is wrong.
 pub fn linear(arguments: &LinearArguments) -> Result<(), String> {
     let study = study(&arguments.trim, &JudgedArguments::default())?;
     let row = dynamics_row(&study);
@@ -219,9 +216,6 @@ pub fn linear(arguments: &LinearArguments) -> Result<(), String> {
 }
 
 /// Prints the modes about a trim, or over a parameter.
-///
-/// # Errors
-/// One line per thing that is wrong.
 pub fn modes(arguments: &ModesArguments) -> Result<(), String> {
     let study = study(&arguments.trim, &JudgedArguments::default())?;
     if let Some((name, from, to, steps)) = &arguments.locus {
@@ -284,9 +278,6 @@ fn describe_mode(mode: &Mode) -> serde_json::Value {
 }
 
 /// Prints the levels of the flying qualities about a trim.
-///
-/// # Errors
-/// One line per thing that is wrong.
 pub fn qualities(arguments: &QualitiesArguments) -> Result<(), String> {
     let study = study(&arguments.trim, &arguments.judged)?;
     let row = dynamics_row(&study);

@@ -76,9 +76,6 @@ fn window(text: &str) -> Result<TimeRange, String> {
 }
 
 /// Fits equations of motion and prints their parameters by all methods.
-///
-/// # Errors
-/// One line: what is wrong with equations, table, columns or time, or why no method has a result.
 pub fn equations(arguments: &EquationArguments) -> Result<Outcome, String> {
     if let Some(dt) = arguments.dt.filter(|dt| !(dt.is_finite() && *dt > 0.0)) {
         return Err(format!("--dt {dt}: the interval must be above 0 s"));

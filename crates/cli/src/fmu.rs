@@ -21,9 +21,6 @@ pub struct FmuArguments {
 }
 
 /// Writes the unit.
-///
-/// # Errors
-/// One line per thing that is wrong.
 pub fn fmu(arguments: &FmuArguments) -> Result<(), String> {
     let study = study(&arguments.trim, &JudgedArguments::default())?;
     let name = arguments.out.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned());

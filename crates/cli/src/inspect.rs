@@ -26,9 +26,6 @@ pub struct InspectArguments {
 }
 
 /// Prints sources, channels, units, rates, gaps and problems of a recording.
-///
-/// # Errors
-/// One line when the recording or the channel map cannot be read.
 pub fn inspect(arguments: &InspectArguments) -> Result<(), String> {
     let probe = read_contents(&arguments.recording).map_err(|error| error.to_string())?;
     if arguments.json {

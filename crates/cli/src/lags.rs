@@ -32,9 +32,6 @@ pub fn taken(text: &str) -> Result<(Surface, LagKind), String> {
 }
 
 /// Finds lags and delays, prints them, takes those asked for.
-///
-/// # Errors
-/// One line: what is wrong with the session, its windows, or with what is to be taken.
 pub fn lags(arguments: &LagArguments) -> Result<(), String> {
     let (session, snapshot) = computed(&arguments.study.session, &[Study::Lags])?;
     shown(Study::Lags, &session, &snapshot, &arguments.study)?;

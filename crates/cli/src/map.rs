@@ -46,9 +46,6 @@ pub struct MapArguments {
 
 /// Prints or writes the map that names, units and values of the channels suggest, as a start to be looked at; bad where the time can be
 /// read in two ways.
-///
-/// # Errors
-/// One line: a recording that cannot be read, a map that there is not, a file that exists or cannot be written.
 pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
     if arguments.list {
         let names = builtin::names("channel_maps");

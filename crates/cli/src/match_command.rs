@@ -24,9 +24,6 @@ pub struct MatchArguments {
 }
 
 /// Computes the session and prints which tests pass.
-///
-/// # Errors
-/// One line per thing that is wrong, and how many tests fail.
 pub fn match_command(arguments: &MatchArguments) -> Result<(), String> {
     let rule = PercentRule::ALL.into_iter().find(|rule| rule.name() == arguments.percent).unwrap_or_default();
     let reading = Reading { percent: rule, ..Reading::default() };

@@ -39,9 +39,6 @@ pub struct PriorArguments {
 }
 
 /// Prints prior, flight and both combined for every derivative, and the test of their conflict for every coefficient.
-///
-/// # Errors
-/// One line: a session without a model, an earlier estimate that cannot be read.
 pub fn prior(arguments: &PriorArguments) -> Result<(), String> {
     let request = request(arguments)?;
     let (session, snapshot) = computed(&arguments.session, &[])?;

@@ -29,9 +29,6 @@ pub struct PropagateArguments {
 }
 
 /// Computes the session and prints the function.
-///
-/// # Errors
-/// One line per thing that is wrong.
 pub fn propagate(arguments: &PropagateArguments) -> Result<(), String> {
     let request = DynamicsRequest { samples: 2, ..DynamicsRequest::default() };
     let (_, snapshot) = computed(&arguments.session, &[Study::Dynamics(request)])?;

@@ -48,9 +48,6 @@ pub enum Choice {
 }
 
 /// Fits a column of a table and prints the estimates with their errors.
-///
-/// # Errors
-/// One line: what is wrong with the table, a column, a term or the fit.
 pub fn regress(arguments: &RegressArguments) -> Result<(), String> {
     if let Some(dt) = arguments.dt.filter(|dt| !(dt.is_finite() && *dt > 0.0)) {
         return Err(format!("--dt {dt}: the interval must be above 0 s"));

@@ -111,9 +111,6 @@ fn band(text: &str) -> Result<[f64; 2], String> {
 }
 
 /// Prints the responses of an output to its inputs.
-///
-/// # Errors
-/// One line: what is wrong with the session, the table, a signal or the settings.
 pub fn response(arguments: &ResponseArguments) -> Result<(), String> {
     let study = studied(arguments, false)?;
     if let Some(out) = &arguments.out {
@@ -129,9 +126,6 @@ pub fn response(arguments: &ResponseArguments) -> Result<(), String> {
 }
 
 /// Prints the low-order equivalent system of each response.
-///
-/// # Errors
-/// As [`response`], and what the fit refuses.
 pub fn loes(arguments: &LoesArguments) -> Result<Outcome, String> {
     let study = studied(&arguments.response, true)?;
     let delay = arguments.delay.map_or(Delay::Free, Delay::Fixed);

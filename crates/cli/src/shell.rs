@@ -26,9 +26,6 @@ pub struct ManArguments {
 }
 
 /// Prints the completions for a shell.
-///
-/// # Errors
-/// None.
 pub fn completions(arguments: &CompletionArguments) -> Result<(), String> {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut Arguments::command(), PROGRAM, &mut script);
@@ -37,9 +34,6 @@ pub fn completions(arguments: &CompletionArguments) -> Result<(), String> {
 }
 
 /// Writes the man pages.
-///
-/// # Errors
-/// One line: the folder cannot be written.
 pub fn man(arguments: &ManArguments) -> Result<(), String> {
     let refused = |error: std::io::Error| format!("{}: {error}", arguments.out.display());
     std::fs::create_dir_all(&arguments.out).map_err(refused)?;

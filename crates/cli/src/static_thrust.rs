@@ -19,9 +19,6 @@ pub struct StaticThrustArguments {
 }
 
 /// Evaluates a static thrust test.
-///
-/// # Errors
-/// One line: a file that cannot be read, engines without models, a reading without thrust.
 pub fn static_thrust(arguments: &StaticThrustArguments) -> Result<(), String> {
     let path = &arguments.test;
     let named = |error: String| format!("{}: {error}", path.display());

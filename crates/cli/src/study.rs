@@ -90,9 +90,6 @@ pub fn study(study: Study, arguments: &StudyArguments) -> Result<(), String> {
 }
 
 /// Prints a study that was computed and writes all results where asked.
-///
-/// # Errors
-/// One line: why the results cannot be written.
 pub fn shown(study: Study, session: &Session, snapshot: &Snapshot, arguments: &StudyArguments) -> Result<(), String> {
     let results = report::build(session, snapshot);
     if text::is_json() {

@@ -17,9 +17,6 @@ pub struct SwingArguments {
 }
 
 /// Evaluates swings.
-///
-/// # Errors
-/// One line: a file that cannot be read, a swing that gives no inertia.
 pub fn swing(arguments: &SwingArguments) -> Result<(), String> {
     let path = &arguments.swing;
     let found = SwingFile::open(path)?.evaluate().map_err(|error| format!("{}: {error}", path.display()))?;

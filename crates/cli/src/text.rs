@@ -46,9 +46,6 @@ pub fn is_json() -> bool {
 
 /// Prints what was collected, unless the command printed a document of its own: `version`, `lines[]` and `tables[]`, each `columns[]`
 /// and `rows[][]` with numbers as printed, of a table of the engine as computed.
-///
-/// # Errors
-/// One line: standard output did not take everything.
 pub fn finish() -> Result<(), String> {
     let collected = COLLECTED.lock().unwrap_or_else(PoisonError::into_inner).take();
     if let Some(Collected { lines, tables, has_document: false }) = collected {

@@ -24,9 +24,6 @@ pub struct WeighArguments {
 }
 
 /// Evaluates a weighing, and sets the empty aircraft of a session by it.
-///
-/// # Errors
-/// One line: a file that cannot be read, readings that give no centre of gravity, a session that cannot be saved.
 pub fn weigh(arguments: &WeighArguments) -> Result<(), String> {
     let path = &arguments.weighing;
     let named = |error: String| format!("{}: {error}", path.display());

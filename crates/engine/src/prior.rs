@@ -52,9 +52,7 @@ impl PriorValue {
 /// A value with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ValueRow {
-    /// Value.
     pub value: f64,
-    /// Standard error.
     pub standard_error: f64,
 }
 
@@ -96,9 +94,7 @@ pub struct ConflictRow {
 /// Prior, flight and both for every derivative of the coefficients of which something was known.
 #[derive(Clone, Debug, Serialize)]
 pub struct PriorStudy {
-    /// Derivatives.
     pub derivatives: Vec<PriorRow>,
-    /// Coefficients.
     pub coefficients: Vec<ConflictRow>,
 }
 

@@ -46,8 +46,8 @@ impl<'de> Visitor<'de> for OneOf {
     }
 }
 
-/// Declares inside the `impl` of an enum its `ALL`, in the order of the table, and a text of each variant:
-/// `named_variants! { pub name: First "first", Second "second" }`.
+/// Declares inside the `impl` of an enum its `ALL`, in the order of the table, and a text of each variant; where that is its `name`,
+/// `from_name` too: `named_variants! { pub name: First "first", Second "second" }`.
 #[macro_export]
 macro_rules! named_variants {
     ($(#[$doc:meta])* $vis:vis $text_of:ident: $($variant:ident $text:literal),* $(,)?) => {

@@ -110,18 +110,12 @@ pub struct Linearised {
 }
 
 /// Trims and linearises.
-///
-/// # Errors
-/// [`LinearError`], one line.
 pub fn linearise(model: &FlightModel, condition: &Condition, method: Method) -> Result<Linearised, LinearError> {
     let trim = trim(model, condition)?;
     linearise_at(model, &trim, method)
 }
 
 /// Linearises about a trim that is known.
-///
-/// # Errors
-/// [`LinearError`], one line.
 pub fn linearise_at(model: &FlightModel, trim: &Trim, method: Method) -> Result<Linearised, LinearError> {
     let equations = Equations::new(model, &trim.condition)?;
     let (point, input) = (trim.state(), trim.input());

@@ -62,9 +62,6 @@ impl Simulation {
     }
 
     /// States after `duration_s` with constant inputs, by classical Runge-Kutta steps of at most `step_s`.
-    ///
-    /// # Errors
-    /// As [`Self::rates`].
     pub fn advance(
         &self,
         state: &[f64; STATES],

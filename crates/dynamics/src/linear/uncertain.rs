@@ -76,9 +76,6 @@ impl UncertainModel {
     }
 
     /// The linear model on both sides of every derivative that has an error, for central differences, trimmed anew each time.
-    ///
-    /// # Errors
-    /// [`LinearError`], one line.
     pub fn sensitivities(&self, condition: &Condition) -> Result<Sensitivities, LinearError> {
         /// Step as a fraction of the derivative and of its error.
         const FRACTION: f64 = 1e-3;

@@ -34,9 +34,6 @@ impl CalibrationFit {
 }
 
 /// Readings from lines of two numbers each, as they are typed or copied from a table; empty lines and what follows `#` are passed over.
-///
-/// # Errors
-/// The first line that holds something else.
 pub fn points(text: &str) -> Result<Vec<[f64; 2]>, String> {
     let mut points = Vec::new();
     for (at, line) in text.lines().enumerate() {

@@ -101,9 +101,6 @@ impl<'a> Context<'a> {
     }
 
     /// Goes on, or ends the stage.
-    ///
-    /// # Errors
-    /// [`StageError::Cancelled`](super::StageError::Cancelled) once it was asked to stop.
     pub fn checkpoint(&self) -> StageResult<()> {
         Ok(self.control.checkpoint()?)
     }
@@ -117,9 +114,6 @@ impl<'a> Context<'a> {
     }
 
     /// The same, its progress told to `progress`.
-    ///
-    /// # Errors
-    /// As [`Context::get`].
     pub(crate) fn get_watched<S: Stage>(
         &self,
         params: S::Params<'_>,
@@ -205,18 +199,12 @@ impl<'a> Context<'a> {
     }
 
     /// Text of a file that people write, at a place on disk.
-    ///
-    /// # Errors
-    /// As [`doublet_core::load::read_text`].
     pub fn read_text(&self, place: &Path) -> io::Result<String> {
         self.read().entry(place.to_path_buf()).or_insert_with(|| FileStamp::read(place));
         doublet_core::load::read_text(place)
     }
 
     /// Text of a file written in a session, or of what comes with the program in `kind`.
-    ///
-    /// # Errors
-    /// One line with the names there are, or why the file cannot be read.
     pub fn text(&self, path: &str, kind: &str) -> StageResult<String> {
         if let Some(name) = path.strip_prefix(builtin::PREFIX) {
             let text = builtin::text(kind, name).map(str::to_owned);

@@ -75,9 +75,6 @@ pub enum Source {
 
 impl Source {
     /// A text file as it grows.
-    ///
-    /// # Errors
-    /// One line when it cannot be opened.
     pub fn tail(path: &Path, wait: Option<Duration>) -> Result<Self, String> {
         let file = TailedFile::open(path).map_err(|error| error.to_string())?;
         Ok(Self::Tail { file: file.into(), path: path.to_owned(), wait, last: Instant::now(), trouble: None })
@@ -140,9 +137,6 @@ impl Source {
     }
 
     /// Adds the rows that came.
-    ///
-    /// # Errors
-    /// One line when the source cannot be read.
     pub fn poll(&mut self, rows: &mut Vec<StreamRow>) -> Result<Polled, String> {
         match self {
             Self::Replay(replay) => Ok(if replay.poll(rows) { Polled::Rows } else { Polled::Ended }),

@@ -298,9 +298,6 @@ pub struct FlownPoint {
 
 impl Campaign {
     /// Reads a file, or a campaign that comes with the program.
-    ///
-    /// # Errors
-    /// One line: what cannot be read or is not understood.
     pub fn open(path: &Path) -> Result<Self, String> {
         let Some(name) = path.to_str().and_then(|name| name.strip_prefix(builtin::PREFIX)) else {
             return toml_file::open(path, Self::parse);
@@ -310,9 +307,6 @@ impl Campaign {
     }
 
     /// Reads the text of a file.
-    ///
-    /// # Errors
-    /// One line: place in the file and what is wrong.
     pub fn parse(text: &str) -> StageResult<Self> {
         let campaign: Self = toml_file::parse(text, (FORMAT, VERSION), |file: &Self| (&file.format, file.version))?;
         if campaign.points.is_empty() {

@@ -65,18 +65,12 @@ pub struct Debrief {
 
 impl Promise {
     /// Reads `design.json`.
-    ///
-    /// # Errors
-    /// One line: what is not understood.
     pub fn parse(text: &str) -> Result<Self, String> {
         serde_json::from_str(text).map_err(|error| error.to_string())
     }
 }
 
 /// True derivatives of a `truth.toml`.
-///
-/// # Errors
-/// One line: what is not understood.
 pub fn true_derivatives(text: &str) -> Result<BTreeMap<String, f64>, String> {
     let table: toml::Table = text.parse().map_err(|error: toml::de::Error| error.to_string())?;
     let derivatives = table.get("derivatives").and_then(toml::Value::as_table).into_iter().flatten();
@@ -84,9 +78,6 @@ pub fn true_derivatives(text: &str) -> Result<BTreeMap<String, f64>, String> {
 }
 
 /// Compares flights of a design, each run as its session, with the promise and with the truth of each flight where it is known.
-///
-/// # Errors
-/// One line: a flight without a pooled fit, or without a derivative that was promised.
 pub fn debrief(promise: &Promise, flights: &[(Snapshot, Option<BTreeMap<String, f64>>)]) -> StageResult<Debrief> {
     let found = flights.iter().map(|(snapshot, truth)| {
         let pooled = snapshot.pooled.ready().ok_or("the flight has no pooled fit: check its findings")?;

@@ -26,7 +26,6 @@ pub struct DesignRow {
     pub criterion: &'static str,
     /// Cost by every criterion.
     pub costs: BTreeMap<&'static str, f64>,
-    /// The trim.
     pub trim: BTreeMap<&'static str, f64>,
     /// Standard deviation of the gusts, m/s.
     pub gust_m_s: f64,
@@ -36,7 +35,6 @@ pub struct DesignRow {
     pub predicted: Vec<PredictedRow>,
     /// How far the aircraft goes.
     pub excursions: Vec<ExcursionRow>,
-    /// Manoeuvres.
     pub manoeuvres: Vec<ManoeuvreRow>,
     /// Nodes of the input, straight lines between them.
     pub signal: Vec<SignalRow>,
@@ -46,7 +44,6 @@ pub struct DesignRow {
     pub samples: usize,
     /// Draws without a trim or whose flight ended.
     pub failed_samples: usize,
-    /// Seed.
     pub seed: u64,
     /// The same by other kinds of input.
     pub comparison: Vec<ComparedKind>,

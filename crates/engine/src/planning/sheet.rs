@@ -117,9 +117,6 @@ impl DesignSheet {
     }
 
     /// Files that go with the card.
-    ///
-    /// # Errors
-    /// One line: a design that cannot be written as JSON.
     pub fn files(&self) -> Result<Vec<(String, Vec<u8>)>, String> {
         design_files(&self.session, Some(&self.aircraft), &self.row, &self.designed, [FULL_TRAVEL_RAD; 3])
     }

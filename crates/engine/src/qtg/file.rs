@@ -177,9 +177,6 @@ pub const ENGINEERING_DATA: f64 = 0.4;
 
 impl TestFile {
     /// Reads a file, or one that comes with the program: `builtin:qtg/demo`.
-    ///
-    /// # Errors
-    /// One line: file, place in it and what is wrong.
     pub fn open(path: &Path) -> Result<Self, String> {
         let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
         let text = match path.to_str().and_then(|name| name.strip_prefix(builtin::PREFIX)) {
@@ -194,9 +191,6 @@ impl TestFile {
     }
 
     /// Reads the text of a file; the path of its rule starts from `folder`.
-    ///
-    /// # Errors
-    /// One line: place in the file and what is wrong.
     pub fn parse(text: &str, folder: &Path) -> StageResult<Self> {
         let file: FileTable = toml::from_str(text).map_err(|error| toml_error::one_line(text, &error))?;
         if file.format != FORMAT {

@@ -52,7 +52,6 @@ pub struct IndexRow {
     pub id: String,
     /// Paragraph as the rule prints it.
     pub paragraph: String,
-    /// Name.
     pub name: String,
     /// Flight condition the rule asks for.
     pub condition: String,

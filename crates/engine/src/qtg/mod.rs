@@ -42,9 +42,7 @@ pub const CARDS: &str = "qtg_cards.toml";
 /// What tests came to.
 #[derive(Clone, Debug, Serialize)]
 pub struct Qualification {
-    /// [`FORMAT`].
     pub format: &'static str,
-    /// [`VERSION`].
     pub version: u32,
     /// Program and its version.
     pub app: String,
@@ -56,7 +54,6 @@ pub struct Qualification {
     pub aircraft: String,
     /// SHA-256 of the session in its saved form.
     pub session_sha256: String,
-    /// Rule.
     pub rule: String,
     /// Date of its edition.
     pub edition: String,
@@ -171,7 +168,6 @@ pub struct QualificationTest {
     pub id: String,
     /// Number in the rule.
     pub rule_id: String,
-    /// Title.
     pub title: String,
     /// How sure its tolerance is.
     pub certainty: &'static str,
@@ -213,7 +209,6 @@ pub struct QualificationTest {
 pub struct ChannelRow {
     /// Requirement it belongs to, counted from 1: one band of each must hold.
     pub requirement: usize,
-    /// Parameter.
     pub parameter: &'static str,
     /// Tolerance in the units of the page.
     pub tolerance: String,
@@ -236,7 +231,6 @@ pub struct ChannelRow {
 pub struct ValueRow {
     /// Requirement it belongs to, counted from 1; 0 for a number that is not judged.
     pub requirement: usize,
-    /// Parameter.
     pub parameter: String,
     /// Tolerance in the units of the page; empty for a number that is not judged.
     pub tolerance: String,

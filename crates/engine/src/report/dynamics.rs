@@ -17,7 +17,6 @@ use crate::study::dynamics::{MapPoint, MeasuredWindow};
 pub struct DynamicsRow {
     /// Manoeuvres whose median conditions are the defaults.
     pub windows: Vec<String>,
-    /// The trim.
     pub trim: TrimRow,
     /// Meaning of the signs.
     pub signs: &'static str,
@@ -29,11 +28,9 @@ pub struct DynamicsRow {
     pub measured: Vec<MeasuredRow>,
     /// Draws of the derivatives behind the sampled intervals and the probabilities.
     pub samples: usize,
-    /// Their seed.
     pub seed: u64,
     /// Levels of flying qualities.
     pub qualities: QualitiesRow,
-    /// Notes.
     pub notes: Vec<String>,
 }
 
@@ -109,7 +106,6 @@ pub struct FigureRow {
 /// A natural mode.
 #[derive(Clone, Debug, Serialize)]
 pub struct ModeRow {
-    /// Name.
     pub name: &'static str,
     /// Why its values are not judged.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -172,9 +168,7 @@ pub struct MeasuredRow {
 /// Levels of flying qualities.
 #[derive(Clone, Debug, Serialize)]
 pub struct QualitiesRow {
-    /// Standard.
     pub standard: String,
-    /// Its date.
     pub date: String,
     /// Class of the aircraft.
     pub class: &'static str,
@@ -190,7 +184,6 @@ pub struct QualitiesRow {
     pub level: Option<&'static str>,
     /// Probability of each level: Level 1, 2, 3, worse.
     pub probabilities: Option<[f64; 4]>,
-    /// Criteria.
     pub criteria: Vec<QualityRow>,
     /// Note on the definitions.
     pub note: String,
@@ -219,7 +212,6 @@ pub struct LevelMapRow {
 /// One criterion.
 #[derive(Clone, Debug, Serialize)]
 pub struct QualityRow {
-    /// Criterion.
     pub criterion: String,
     /// Its level, or `not judged`.
     pub level: &'static str,

@@ -23,9 +23,6 @@ impl Reference {
 
 /// Reads `results.json` of another session, a table with the columns `derivative`, `estimate` and perhaps `standard_error`, or a
 /// Digital DATCOM listing, whose derivatives are taken in body axes at level flight with rates as `q c/V`, `p b/2V`, `r b/2V`.
-///
-/// # Errors
-/// One line: the file and why it holds no derivatives.
 pub fn reference(path: &Path) -> Result<Reference, String> {
     let place = path.display();
     let bytes = doublet_core::load::read_bytes(path).map_err(|error| format!("{place}: {error}"))?;

@@ -7,9 +7,6 @@ use crate::stage::{self, AircraftData, StudyWindow};
 use crate::study::StudyInput;
 
 /// The output of a study of everything that `snapshot` has of `session`.
-///
-/// # Errors
-/// As [`with_study_input`], and those of the study.
 pub fn answer<S: for<'i> Stage<Inputs<'i> = &'i StudyInput<'i>>>(
     session: &Session,
     snapshot: &Snapshot,

@@ -109,9 +109,6 @@ impl WindowContext {
     }
 
     /// Values of `role` at the samples; `None` when it was not recorded.
-    ///
-    /// # Errors
-    /// One line when its record does not reach over the window or pauses in it.
     pub fn values(&self, role: Role) -> StageResult<Option<Arc<[f64]>>> {
         self.channels.get(&role).cloned().transpose()
     }

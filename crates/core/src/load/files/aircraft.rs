@@ -68,9 +68,6 @@ pub fn read(path: &Path) -> Result<Aircraft, AircraftFileError> {
 }
 
 /// Reads and checks the text of an aircraft file.
-///
-/// # Errors
-/// As [`read`].
 pub fn parse(text: &str) -> Result<Aircraft, AircraftFileError> {
     let header: FileHeader = toml::from_str(text).map_err(|error| syntax(text, &error))?;
     if header.format != FORMAT {
@@ -86,8 +83,6 @@ pub fn parse(text: &str) -> Result<Aircraft, AircraftFileError> {
 }
 
 /// JSON Schema of aircraft files.
-/// # Errors
-/// As [`crate::schema::schema_of`].
 pub fn schema() -> Result<serde_json::Value, crate::schema::Refused> {
     crate::schema::schema_of::<RawAircraft>(FORMAT)
 }

@@ -57,9 +57,6 @@ pub fn read(path: &Path) -> Result<Instruments, InstrumentError> {
 }
 
 /// Reads the text of an instrument file.
-///
-/// # Errors
-/// As [`read`].
 pub fn parse(text: &str) -> Result<Instruments, InstrumentError> {
     let header: FileHeader = toml::from_str(text).map_err(|error| syntax(text, &error))?;
     if header.format != FORMAT || header.version != VERSION {
@@ -72,9 +69,6 @@ pub fn parse(text: &str) -> Result<Instruments, InstrumentError> {
 }
 
 /// JSON Schema of instruments files.
-///
-/// # Errors
-/// As [`schema_of`].
 pub fn schema() -> Result<serde_json::Value, Refused> {
     schema_of::<File>(FORMAT)
 }

@@ -326,9 +326,6 @@ impl ChannelMap {
     }
 
     /// JSON Schema of channel maps.
-    ///
-    /// # Errors
-    /// As [`schema_of`].
     pub fn schema() -> Result<serde_json::Value, Refused> {
         schema_of::<Header>(FORMAT)
     }

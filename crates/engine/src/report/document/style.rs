@@ -95,17 +95,11 @@ struct StyleFile {
 
 impl Style {
     /// Reads a file; its logo lies beside it.
-    ///
-    /// # Errors
-    /// One line: file, key and what is wrong.
     pub fn open(path: &Path) -> Result<Self, String> {
         toml_file::open(path, |text| Self::parse(text, path.parent().unwrap_or(Path::new(""))))
     }
 
     /// Reads the text of a file whose logo lies in `folder`.
-    ///
-    /// # Errors
-    /// One line: key and what is wrong.
     pub fn parse(text: &str, folder: &Path) -> Result<Self, String> {
         let file = toml_file::parse(text, (FORMAT, VERSION), |file: &StyleFile| (&file.format, file.version))?;
         let units = match file.units.as_deref() {
@@ -154,9 +148,6 @@ fn find_section(name: &str) -> Result<SectionKind, String> {
 
 impl Logo {
     /// Reads a picture.
-    ///
-    /// # Errors
-    /// One line: the file and what is wrong with it.
     pub fn open(path: &Path) -> Result<Self, String> {
         let name = path.display();
         let named = |error: std::io::Error| format!("{name}: {error}");

@@ -50,7 +50,6 @@ impl Level {
 /// Something found in a session, its recordings or its results: what, where, by how much, and what to do.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
-    /// Level.
     pub level: Level,
     /// Kind, for example `nis` or `held-samples`; findings of one kind are folded into one line.
     pub code: &'static str,

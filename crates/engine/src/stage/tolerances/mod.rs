@@ -291,26 +291,17 @@ impl Tolerances {
     }
 
     /// Those that come with the program, percentages taken as asked.
-    ///
-    /// # Errors
-    /// As [`Self::builtin`].
     pub fn builtin_by(reading: &Reading) -> StageResult<Self> {
         let text = builtin::text("tolerances", BUILTIN).ok_or_else(|| format!("tolerances '{BUILTIN}' not found"))?;
         Self::parse_by(text, reading)
     }
 
     /// Reads the text of a file.
-    ///
-    /// # Errors
-    /// One line that names the test and what is wrong with it.
     pub fn parse(text: &str) -> StageResult<Self> {
         Self::parse_by(text, &Reading::default())
     }
 
     /// Reads the text of a file, percentages taken as asked.
-    ///
-    /// # Errors
-    /// As [`Self::parse`].
     pub fn parse_by(text: &str, reading: &Reading) -> StageResult<Self> {
         file::parse(text, reading)
     }

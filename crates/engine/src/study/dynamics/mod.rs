@@ -286,9 +286,6 @@ fn joined_limits(standard: Standard) -> StageResult<Limits> {
 }
 
 /// Limits that come with the program, by name.
-///
-/// # Errors
-/// One line with those there are, or what is wrong with the file.
 pub fn limits(name: &str) -> StageResult<Limits> {
     let known = || builtin::names(LIMITS).join(", ");
     let text = builtin::text(LIMITS, name);
