@@ -116,7 +116,7 @@ pub struct HouseStyle {
 impl HouseStyle {
     /// All sections in their order.
     pub fn sections(&self) -> Vec<SectionKind> {
-        let named = |name: &String| SectionKind::ALL.into_iter().find(|kind| kind.name() == name);
+        let named = |name: &String| SectionKind::from_name(name);
         let mut order: Vec<SectionKind> = self.order.iter().filter_map(named).collect();
         let others: Vec<SectionKind> = SectionKind::ALL.into_iter().filter(|kind| !order.contains(kind)).collect();
         order.extend(others);

@@ -15,11 +15,11 @@ struct PanelInfo {
 }
 
 macro_rules! panels {
-    ($($(#[$doc:meta])* $pane:ident: $title:literal $(tab $tab:literal)?, page $page:literal, $make:expr;)*) => {
+    ($($pane:ident: $title:literal $(tab $tab:literal)?, page $page:literal, $make:expr;)*) => {
         /// The panels there are, in the order in which menus show them.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
         pub enum Pane {
-            $($(#[$doc])* $pane,)*
+            $($pane,)*
         }
 
         impl Pane {

@@ -209,7 +209,7 @@ mod tests {
     }
 
     fn figure(panel: Panel) -> Figure {
-        Figure { name: "f".into(), caption: "f".into(), columns: 1, panel_height_mm: 50.0, panels: vec![panel] }
+        Figure::new("f", "f", (1, 50.0), vec![panel])
     }
 
     fn plot(range: [f64; 2], marks: Vec<Mark>) -> Figure {

@@ -55,7 +55,7 @@ impl std::str::FromStr for Family {
             "filters" => Ok(Self::Filters),
             "noise" => Ok(Self::Noise),
             "manoeuvres" => Ok(Self::Manoeuvres),
-            name => Coefficient::ALL.into_iter().find(|one| one.name() == name).map(Self::Terms).ok_or_else(|| {
+            name => Coefficient::from_name(name).map(Self::Terms).ok_or_else(|| {
                 let all = Coefficient::ALL.map(Coefficient::name).join(", ");
                 format!("'{name}' is not a family: use filters, noise, manoeuvres or a coefficient ({all})")
             }),

@@ -173,7 +173,7 @@ impl BasisArguments {
 
     fn request(&self, kind: DesignKind, time_s: f64) -> Request {
         let surfaces = places(&self.surfaces);
-        let criterion = Criterion::ALL.into_iter().find(|criterion| criterion.name() == self.criterion);
+        let criterion = Criterion::from_name(&self.criterion);
         Request {
             criterion: criterion.unwrap_or(Criterion::A),
             usage: self.usage,

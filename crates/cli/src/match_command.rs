@@ -25,7 +25,7 @@ pub struct MatchArguments {
 
 /// Computes the session and prints which tests pass.
 pub fn match_command(arguments: &MatchArguments) -> Result<(), String> {
-    let rule = PercentRule::ALL.into_iter().find(|rule| rule.name() == arguments.percent).unwrap_or_default();
+    let rule = PercentRule::from_name(&arguments.percent).unwrap_or_default();
     let reading = Reading { percent: rule, ..Reading::default() };
     let read = |path: &Path| {
         let text = read_text(path).map_err(|error| format!("{}: {error}", path.display()))?;

@@ -27,7 +27,7 @@ const COMPUTING: f32 = 0.3;
 pub fn report(arguments: &ReportArguments) -> Result<Outcome, String> {
     let style = arguments.style.as_deref().map(Style::open).transpose()?.unwrap_or_default();
     // In the order they are named.
-    let asked = |name: &String| SectionKind::ALL.into_iter().find(|section| section.name() == name);
+    let asked = |name: &String| SectionKind::from_name(name);
     let sections: Vec<SectionKind> = match (arguments.sections.as_slice(), style.sections.as_slice()) {
         ([], []) => SectionKind::ALL.to_vec(),
         ([], of_style) => of_style.to_vec(),

@@ -8,7 +8,7 @@ use doublet_dynamics::frequency::{Delay, EquivalentSystem, FittedParameter, Form
 use doublet_dynamics::qualities::{Airplane, Limits};
 use doublet_engine::builtin;
 use doublet_engine::keep;
-use doublet_engine::report::document::{Block, BodeModel, Document, Figure, Style, bode_figure};
+use doublet_engine::report::document::{Block, BodeModel, Document, Figure, bode_figure};
 use doublet_engine::report::{self, QualitiesRow, equivalent_levels, parameter_table, response_rows, response_table};
 use doublet_engine::run::{Control, Snapshot};
 use doublet_engine::session::{Manoeuvre, Session, Surface};
@@ -255,9 +255,7 @@ fn draw(arguments: &ResponseArguments, study: &ResponseStudy, fits: &[Equivalent
                 date: doublet_engine::date::today(),
                 notice: String::new(),
                 cover: figures.into_iter().map(Block::Figure).collect(),
-                signatures: Vec::new(),
-                style: Style::default(),
-                sections: Vec::new(),
+                ..Document::default()
             };
             write(path, &doublet_report::pdf(&document, &Control::default(), &|_| {})?)
         }

@@ -67,7 +67,7 @@ fn estimator() -> impl TypedValueParser<Value = &'static Estimator> {
 }
 
 fn axis(text: &str) -> Result<MotionAxis, String> {
-    let found = MotionAxis::ALL.into_iter().find(|axis| axis.name() == text);
+    let found = MotionAxis::from_name(text);
     found.ok_or_else(|| format!("'{text}' is not a motion: use longitudinal, lateral or both"))
 }
 

@@ -71,7 +71,6 @@ impl From<Known> for ValueRow {
 
 /// A derivative before the flight, by the flight, and by both.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct PriorRow {
     pub name: String,
     pub prior: Option<ValueRow>,
@@ -83,7 +82,6 @@ pub struct PriorRow {
 
 /// Whether prior and flight contradict each other in one coefficient.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct ConflictRow {
     pub coefficient: &'static str,
     pub distance: f64,

@@ -44,12 +44,8 @@ pub(super) enum Page {
 impl Page {
     const ALL: [Self; 3] = [Self::Recording, Self::Channels, Self::Check];
 
-    fn title(self) -> &'static str {
-        match self {
-            Self::Recording => "Recording and aircraft",
-            Self::Channels => "Channels",
-            Self::Check => "Check",
-        }
+    doublet_core::variant_texts! {
+        title: Recording "Recording and aircraft", Channels "Channels", Check "Check"
     }
 
     /// The page `by` places on.

@@ -105,7 +105,11 @@ fn row(ctx: &mut PanelContext<'_>, ui: &mut Ui, field: &AircraftField, is_chosen
 
 /// What the check of the aircraft says of a field: the range that is allowed.
 fn problem(ctx: &PanelContext<'_>, field: &AircraftField) -> Option<String> {
-    Some(match ctx.snapshot.aircraft_errors.iter().find(|error| error.to_string().contains(&field.key))? {
+    let is_of_field = |error: &&AircraftError| {
+        let rest = error.field().strip_prefix(&field.key);
+        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+    };
+    Some(match ctx.snapshot.aircraft_errors.iter().find(is_of_field)? {
         AircraftError::OutOfRange { allowed, .. } => format!("must be {allowed}"),
         _ => "see above".to_owned(),
     })

@@ -144,13 +144,12 @@ fn figure_of(ctx: &PanelContext<'_>, form: FigureForm, window: &Manoeuvre) -> Op
         let line = Mark::Line { label, colour, style: LineStyle::Solid, series, scale };
         Some(Panel::Plot(Plot { x: x.clone(), y: Axis::new(notation::role(role), unit), marks: vec![line] }))
     };
-    let figure = Figure {
-        name: format!("manoeuvre_{}", window.name.replace(' ', "_")),
-        caption: format!("manoeuvre {}", window.name),
-        columns: 1,
-        panel_height_mm: PANEL_MM,
-        panels: roles(window.surface).into_iter().enumerate().filter_map(panel).collect(),
-    };
+    let figure = Figure::new(
+        format!("manoeuvre_{}", window.name.replace(' ', "_")),
+        format!("manoeuvre {}", window.name),
+        (1, PANEL_MM),
+        roles(window.surface).into_iter().enumerate().filter_map(panel).collect(),
+    );
     Some(FigureRequest { figure: figure.with_excluded(&window.excluded), form })
 }
 

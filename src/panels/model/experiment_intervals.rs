@@ -94,7 +94,7 @@ pub fn interval(row: &ExperimentRow, coefficient: &str, name: &str) -> Option<In
 
 /// The unit of a derivative, behind a space, by the term of the session or of an experiment.
 fn unit(session: &Session, coefficient: &str, name: &str) -> String {
-    let Some(coefficient) = Coefficient::ALL.into_iter().find(|one| one.name() == coefficient) else {
+    let Some(coefficient) = Coefficient::from_name(coefficient) else {
         return String::new();
     };
     let kept = session.experiments.iter().map(|experiment| &experiment.configuration.structure);

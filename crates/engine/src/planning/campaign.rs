@@ -229,20 +229,14 @@ pub enum Flown {
 }
 
 impl Flown {
-    /// Name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Flown => "flown",
-            Self::Partly => "partly passed",
-            Self::Repeat => "repeat",
-            Self::Missing => "missing",
-        }
+    doublet_core::variant_texts! {
+        /// Name in tables.
+        pub name: Flown "flown", Partly "partly passed", Repeat "repeat", Missing "missing"
     }
 }
 
 /// A point in its place: loading, margins, and what was flown of it.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/planning.md says what each key is")]
 pub struct PlannedPoint {
     pub id: String,
     pub airspeed_m_s: f64,
@@ -284,7 +278,6 @@ pub struct PlannedPoint {
 
 /// A window flown, for the envelope.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/planning.md says what each key is")]
 pub struct FlownPoint {
     pub window: String,
     pub airspeed_m_s: f64,

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::date;
 use crate::graph::StageResult;
 use crate::notation::significant;
-use crate::report::document::{Block, Document, Section, Style};
+use crate::report::document::{Block, Document, Section};
 use crate::report::{Cell, Column, Table, TableOf};
 use crate::snapshot::Snapshot;
 use crate::study::{Estimate, estimates};
@@ -37,7 +37,6 @@ pub struct PromisedError {
 
 /// A derivative over all flights of a design.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-#[expect(missing_docs, reason = "docs/planning.md says what each key is")]
 pub struct DebriefRow {
     pub name: String,
     pub promised: f64,
@@ -52,7 +51,6 @@ pub struct DebriefRow {
 
 /// What flights of a design gave.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-#[expect(missing_docs, reason = "docs/planning.md says what each key is")]
 pub struct Debrief {
     pub kind: String,
     pub time_s: f64,
@@ -147,11 +145,9 @@ pub fn debrief_document(title: &str, found: &Debrief) -> Document {
         subtitle: title.to_owned(),
         app: crate::PROGRAM.to_owned(),
         date: date::today(),
-        notice: String::new(),
         cover: vec![Block::Facts(facts)],
-        signatures: Vec::new(),
-        style: Style::default(),
         sections: vec![Section::plain("derivatives", "Derivatives", false, vec![Block::Table(debrief_table(found))])],
+        ..Document::default()
     }
 }
 

@@ -53,7 +53,6 @@ pub struct DesignRow {
 
 /// A derivative with the errors to expect.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct PredictedRow {
     pub name: String,
     pub estimate: f64,
@@ -68,7 +67,6 @@ pub struct PredictedRow {
 
 /// How far one quantity goes.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct ExcursionRow {
     pub name: &'static str,
     pub unit: &'static str,
@@ -105,7 +103,6 @@ impl ExcursionRow {
 
 /// A window.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct ManoeuvreRow {
     pub number: usize,
     pub name: String,
@@ -120,7 +117,6 @@ pub struct ManoeuvreRow {
 
 /// A node of the input: time since the start of the window, deflections and thrust about the trim.
 #[derive(Clone, Copy, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct SignalRow {
     pub manoeuvre: usize,
     pub time_s: f64,
@@ -132,7 +128,6 @@ pub struct SignalRow {
 
 /// Correlation of two regressors over the windows, each less its mean there.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct CorrelationRow {
     pub first: String,
     pub second: String,
@@ -141,7 +136,6 @@ pub struct CorrelationRow {
 
 /// Another kind of input, within the same limits and time.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct ComparedKind {
     pub kind: &'static str,
     pub costs: BTreeMap<&'static str, f64>,

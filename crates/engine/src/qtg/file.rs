@@ -72,20 +72,9 @@ pub enum Constants {
 }
 
 impl Constants {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Identification, Self::Refit];
-
-    /// Name on the command line and in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Identification => "identification",
-            Self::Refit => "refit",
-        }
-    }
-
-    /// The one called `name`.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|constants| constants.name() == name)
+    doublet_core::named_variants! {
+        /// Name on the command line and in files.
+        pub name: Identification "identification", Refit "refit"
     }
 }
 
@@ -239,7 +228,7 @@ impl TestFile {
 
 fn percent(name: Option<&str>) -> StageResult<PercentRule> {
     let Some(name) = name else { return Ok(PercentRule::default()) };
-    let found = PercentRule::ALL.into_iter().find(|rule| rule.name() == name);
+    let found = PercentRule::from_name(name);
     Ok(found.ok_or_else(|| format!("percent: '{name}' is neither range nor sample"))?)
 }
 

@@ -108,16 +108,11 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// What the page says.
-    pub fn label(self) -> &'static str {
-        match self {
-            Self::Passed => "PASS",
-            Self::PassedInPart => "PASS IN PART",
-            Self::Failed => "FAIL",
-            Self::NoRecording => "NO RECORDING",
-            Self::RecordTooShort => "RECORD TOO SHORT",
-            Self::NotComputed => "NOT COMPUTED",
-        }
+    doublet_core::variant_texts! {
+        /// What the page says.
+        pub label:
+            Passed "PASS", PassedInPart "PASS IN PART", Failed "FAIL", NoRecording "NO RECORDING",
+            RecordTooShort "RECORD TOO SHORT", NotComputed "NOT COMPUTED",
     }
 
     /// Whether it passed; none where it was not judged.

@@ -36,7 +36,6 @@ pub struct DynamicsRow {
 
 /// A steady flight.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "names with units say it")]
 pub struct TrimRow {
     pub airspeed_m_s: f64,
     pub altitude_m: f64,
@@ -66,7 +65,6 @@ pub struct TrimRow {
 /// A linear model; matrices row by row.
 #[derive(Clone, Debug, Serialize)]
 #[expect(non_snake_case, reason = "keys as every tool for control calls them")]
-#[expect(missing_docs, reason = "the matrices of x' = A x + B u, y = C x + D u and the standard errors of A and B")]
 pub struct LinearRow {
     pub states: Vec<String>,
     pub state_units: Vec<String>,
@@ -87,7 +85,6 @@ pub struct LinearRow {
 
 /// A 95 % interval.
 #[derive(Clone, Copy, Debug, Serialize)]
-#[expect(missing_docs, reason = "names say it")]
 pub struct IntervalRow {
     pub standard_error: f64,
     pub low: f64,

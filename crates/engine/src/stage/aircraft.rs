@@ -324,7 +324,14 @@ impl AircraftData {
             _ => Vec::new(),
         };
         let shifts_kg = shifts.into_iter().filter(|(_, shift_kg)| shift_kg.abs() > SMALLEST_SHIFT_KG).collect();
-        FuelSource { record, is_stated: self.fuel_is_stated, shifts_kg }
+        let unused = recording.role(Role::FuelMass).filter(|_| record == FuelRecord::None);
+        let unused_range_kg = unused.map(|channel| {
+            let recorded = channel.series.values.iter().filter(|value| value.is_finite());
+            let (low, high) =
+                recorded.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+            high - low
+        });
+        FuelSource { record, is_stated: self.fuel_is_stated, shifts_kg, unused_range_kg }
     }
 
     /// First and last time at which the fuel is known, of the inertial samples where it is constant.

@@ -28,7 +28,7 @@ use crate::load::guesses::user_names::UserNames;
 use crate::load::guesses::vectors;
 use crate::load::maps::by_hand::{By, ChannelName, ManualChannel, ManualChannelMap, ManualTime};
 use crate::load::names::foreign_names::AIRSPEEDS_OF_NO_KIND;
-use crate::load::names::role_names::NAMES;
+use crate::load::names::role_names::{NAMES, names_of};
 use crate::load::names::stated_unit::name_and_unit;
 use crate::load::names::tokens::tokens;
 use crate::load::names::words::plain_letters;
@@ -198,7 +198,7 @@ fn settle_airspeed(map: &mut ManualChannelMap, probes: &[Probe], candidates: &[C
     }
     let calibrated = ManualChannel { fit: given.fit, ..row(candidate, Role::CalibratedAirspeed) };
     map.set(Role::CalibratedAirspeed, Some(calibrated));
-    let names = NAMES.iter().find(|(role, _)| *role == Role::TrueAirspeed).map_or(&[][..], |(_, names)| names);
+    let names = names_of(&NAMES, Role::TrueAirspeed);
     let another = best(candidates, taken, Role::TrueAirspeed, names, &|candidate, name| candidate.plain == name);
     map.set(Role::TrueAirspeed, another.map(|index| row(&candidates[index], Role::TrueAirspeed)));
 }

@@ -201,6 +201,16 @@ pub fn line(label: &'static str, colour: usize, series: &Series, scale: f64) -> 
 }
 
 impl Figure {
+    /// A figure of so many panels beside each other, each so high (mm).
+    pub fn new(
+        name: impl Into<String>,
+        caption: impl Into<String>,
+        (columns, panel_height_mm): (usize, f64),
+        panels: Vec<Panel>,
+    ) -> Self {
+        Self { name: name.into(), caption: caption.into(), columns, panel_height_mm, panels }
+    }
+
     /// The figure with excluded parts of time behind what its plots show.
     #[must_use]
     pub fn with_excluded(mut self, parts: &[TimeRange]) -> Self {

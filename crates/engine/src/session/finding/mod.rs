@@ -37,13 +37,9 @@ pub enum Level {
 }
 
 impl Level {
-    /// Name as in the results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Good => "good",
-            Self::Caution => "caution",
-            Self::Bad => "bad",
-        }
+    doublet_core::variant_texts! {
+        /// Name as in the results.
+        pub name: Good "good", Caution "caution", Bad "bad"
     }
 }
 
