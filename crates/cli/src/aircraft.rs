@@ -20,18 +20,11 @@ pub struct AircraftArguments {
 #[derive(Debug, Subcommand)]
 enum AircraftCommand {
     /// List the aircraft that come with the program.
-    List {
-        /// Print one JSON document.
-        #[arg(long)]
-        json: bool,
-    },
+    List,
     /// Print the file of an aircraft that comes with the program.
     Show {
         /// Its name.
         name: String,
-        /// Print one JSON document.
-        #[arg(long)]
-        json: bool,
     },
     /// Write an aircraft file from a few numbers.
     New {
@@ -42,9 +35,6 @@ enum AircraftCommand {
         output: PathBuf,
         #[command(flatten)]
         plain: PlainArguments,
-        /// Print one JSON document.
-        #[arg(long)]
-        json: bool,
     },
 }
 
@@ -103,58 +93,46 @@ impl PlainArguments {
 /// Lists, prints or makes aircraft files.
 pub fn aircraft(arguments: &AircraftArguments) -> Result<(), String> {
     match &arguments.command {
-        AircraftCommand::List { json } => list(*json),
-        AircraftCommand::Show { name, json } => {
+        AircraftCommand::List => list(),
+        AircraftCommand::Show { name } => {
             let known = || builtin::aircraft().join(", ");
             let found = builtin::text("aircraft", name).filter(|_| builtin::aircraft().contains(&name.as_str()));
             let found = found.ok_or_else(|| format!("aircraft '{name}' not found: give one of {}", known()))?;
-            match json {
-                true => text::document(&json!({ "version": 1, "aircraft": found }).to_string()),
-                false => text::document(found.trim_end()),
-            }
-            Ok(())
+            text::json_or(&json!({ "version": 1, "aircraft": found }), found.trim_end())
         }
-        AircraftCommand::New { name, output, plain, json } => {
+        AircraftCommand::New { name, output, plain } => {
             let plain = plain.describe(name)?.ok_or("give --area, --span, --chord and --mass")?;
             write(&plain, output)?;
             let [xx, yy, zz] = plain.moments_kg_m2;
-            match json {
-                true => text::document(
-                    &json!({ "version": 1, "file": output, "moments_kg_m2": [xx, yy, zz], "note": plain.note })
-                        .to_string(),
-                ),
-                false => {
-                    text::line(&format!("{}: Ixx {xx:.0}, Iyy {yy:.0}, Izz {zz:.0} kg m2", output.display()));
-                    plain.note.iter().for_each(|note| text::line(note));
-                }
-            }
+            text::json(&json!({ "version": 1, "file": output, "moments_kg_m2": [xx, yy, zz], "note": plain.note }))?;
+            text::line(&format!("{}: Ixx {xx:.0}, Iyy {yy:.0}, Izz {zz:.0} kg m2", output.display()));
+            plain.note.iter().for_each(|note| text::line(note));
             Ok(())
         }
     }
 }
 
-fn list(json: bool) -> Result<(), String> {
+fn list() -> Result<(), String> {
     let context = Context::new(Path::new("."));
     let load = |name: &&'static str| {
         let loaded = stage::load_aircraft(&context, &format!("{}{name}", builtin::PREFIX));
         Ok((*name, loaded.map_err(|error| error.to_string())?))
     };
     let found = builtin::aircraft().iter().map(load).collect::<Result<Vec<_>, String>>()?;
-    if json {
+    if text::is_json() {
         let row = |(name, loaded): &(&str, Keyed<stage::LoadedAircraft>)| {
             let reference = loaded.aircraft.reference;
             json!({ "name": name, "title": loaded.aircraft.name, "area_m2": reference.area_m2, "span_m": reference.span_m, "chord_m": reference.chord_m })
         };
         let rows: Vec<_> = found.iter().map(row).collect();
-        text::document(&json!({ "version": 1, "aircraft": rows }).to_string());
-    } else {
-        for (name, loaded) in &found {
-            let reference = loaded.aircraft.reference;
-            text::line(&format!(
-                "{name:<24} {} (S {} m2, b {} m, c {} m)",
-                loaded.aircraft.name, reference.area_m2, reference.span_m, reference.chord_m
-            ));
-        }
+        return text::json(&json!({ "version": 1, "aircraft": rows }));
+    }
+    for (name, loaded) in &found {
+        let reference = loaded.aircraft.reference;
+        text::line(&format!(
+            "{name:<24} {} (S {} m2, b {} m, c {} m)",
+            loaded.aircraft.name, reference.area_m2, reference.span_m, reference.chord_m
+        ));
     }
     Ok(())
 }

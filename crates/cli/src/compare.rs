@@ -120,8 +120,7 @@ fn print(rows: &ExperimentRows) -> Result<(), String> {
     if text::is_json() {
         let failed: Vec<_> = failed.iter().map(|(name, error)| json!({ "name": name, "error": error })).collect();
         let all = json!({ "experiments": ready, "failed": failed });
-        text::document(&serde_json::to_string_pretty(&all).map_err(|error| error.to_string())?);
-        return Ok(());
+        return text::json(&all);
     }
     let header =
         ["experiment", "verdict", "good", "caution", "bad", "NIS", "dAIC", "validation error", "settings that differ"];

@@ -73,9 +73,6 @@ pub struct CalibrateArguments {
     /// Seed of the first flight; each next flight adds one.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Print one JSON document.
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// Scenario flown unless another is asked for.
@@ -134,10 +131,7 @@ pub fn calibrate(arguments: &CalibrateArguments) -> Result<(), String> {
         let gusts = if arguments.session.is_none() { GustSource::Estimated } else { session.gusts };
         verdict::calibrate_levels(&Session { gusts, ..session.clone() }, scenario, flights, context)
     })?;
-    if arguments.json {
-        text::document(&serde_json::to_string_pretty(&found).map_err(|error| error.to_string())?);
-        return Ok(());
-    }
+    text::json(&found)?;
     text::show(&case_table(&found));
     Ok(())
 }

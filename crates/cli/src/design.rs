@@ -62,9 +62,6 @@ pub struct BasisArguments {
     /// Random seed.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Print one JSON document.
-    #[arg(long)]
-    json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -207,10 +204,7 @@ pub fn design(arguments: &DesignArguments) -> Result<(), String> {
     PathShare::measure(&session, &snapshot).iter().for_each(|share| row.add_path(share, arguments.with_flown));
     let written =
         arguments.out.as_ref().map(|_| write(arguments, (&session, &snapshot), &row, &designed)).transpose()?;
-    if arguments.basis.json {
-        text::document(&serde_json::to_string(&row).map_err(|error| error.to_string())?);
-        return Ok(());
-    }
+    text::json(&row)?;
     print(&row);
     written.into_iter().for_each(|line| text::line(&line));
     Ok(())
@@ -285,10 +279,7 @@ pub fn enough(arguments: &EnoughArguments) -> Result<(), String> {
         next: arguments.basis.request(DesignKind::Multisine, arguments.time),
     };
     let found = planning::enough(&session.windows, &basis, &options, &|| Ok(())).map_err(|error| error.to_string())?;
-    if arguments.basis.json {
-        text::document(&serde_json::to_string(&found).map_err(|error| error.to_string())?);
-        return Ok(());
-    }
+    text::json(&found)?;
     let word = if found.enough { "enough" } else { "not enough" };
     text::line(&format!("{word}: {} of {} goals are met", found.met, found.of));
     text::show_all(&planning::enough_tables(&found));

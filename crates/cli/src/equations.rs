@@ -43,9 +43,6 @@ pub struct EquationArguments {
     /// Piece length of output error, s, for unstable motions.
     #[arg(long, value_name = "S", value_parser = positive)]
     pub piece: Option<f64>,
-    /// Print one JSON document.
-    #[arg(long)]
-    pub json: bool,
 }
 
 fn pair(text: &str) -> Result<(String, String), String> {
@@ -101,13 +98,9 @@ pub fn equations(arguments: &EquationArguments) -> Result<Outcome, String> {
         piece_s: arguments.piece,
     };
     let found = fit_equations(&arguments.table, &request).map_err(|error| error.to_string())?;
-    if arguments.json {
-        let described = equation_document(&found);
-        text::document(&serde_json::to_string_pretty(&described).map_err(|error| error.to_string())?);
-    } else {
-        print(&found);
-        text::verdict(&found.verdict);
-    }
+    text::json(&equation_document(&found))?;
+    print(&found);
+    text::verdict(&found.verdict);
     Ok(found.verdict.level.into())
 }
 

@@ -2,9 +2,9 @@
 
 use std::sync::LazyLock;
 
-use clap::{Args, CommandFactory};
+use clap::Args;
 
-use crate::Arguments;
+use crate::command_line;
 use crate::pages::{PAGES, source};
 use crate::search::{Prepared, Query, Rank};
 use crate::{glossary, text};
@@ -118,7 +118,7 @@ pub fn help(arguments: &HelpArguments) -> Result<(), String> {
         list();
         return Ok(());
     };
-    let mut command = Arguments::command();
+    let mut command = command_line();
     command.build();
     if let Some(mut found) = arguments
         .topic
@@ -136,7 +136,7 @@ pub fn help(arguments: &HelpArguments) -> Result<(), String> {
 
 fn list() {
     text::line("commands (`doublet help COMMAND`)");
-    let command = Arguments::command();
+    let command = command_line();
     let row = |name: &str, about: String| vec![format!("  {name}"), about];
     let rows: Vec<_> = command
         .get_subcommands()

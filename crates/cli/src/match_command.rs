@@ -42,7 +42,7 @@ pub fn match_command(arguments: &MatchArguments) -> Result<(), String> {
         return Err("no validation manoeuvre: mark one as validation".to_owned());
     }
     if text::is_json() {
-        text::document(&serde_json::to_string_pretty(&rows).map_err(|error| error.to_string())?);
+        text::json(&rows)?;
     }
     print(&rows, rule);
     let tests = || rows.windows.iter().flat_map(|window| &window.tests);

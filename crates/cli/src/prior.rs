@@ -33,9 +33,6 @@ pub struct PriorArguments {
     /// Aircraft for the rate normalisation of the listing.
     #[arg(long)]
     aircraft: Option<String>,
-    /// Print one JSON document.
-    #[arg(long)]
-    json: bool,
 }
 
 /// Prints prior, flight and both combined for every derivative, and the test of their conflict for every coefficient.
@@ -43,12 +40,8 @@ pub fn prior(arguments: &PriorArguments) -> Result<(), String> {
     let request = request(arguments)?;
     let (session, snapshot) = computed(&arguments.session, &[])?;
     let study = combine(&request, &session, &snapshot)?;
-    if arguments.json {
-        let document = json!({ "version": 1, "derivatives": study.derivatives, "coefficients": study.coefficients });
-        text::document(&document.to_string());
-    } else {
-        print(&study);
-    }
+    text::json(&json!({ "version": 1, "derivatives": study.derivatives, "coefficients": study.coefficients }))?;
+    print(&study);
     Ok(())
 }
 
@@ -59,7 +52,7 @@ pub fn prior(arguments: &PriorArguments) -> Result<(), String> {
 pub fn compare(path: &Path, prior: &Path, (session, snapshot): (&Session, &Snapshot)) -> Result<PriorStudy, String> {
     let (alpha_deg, aircraft) = (None, None);
     let (path, prior) = (path.to_owned(), prior.to_owned());
-    let arguments = PriorArguments { session: path, prior, relative: RELATIVE, alpha_deg, aircraft, json: false };
+    let arguments = PriorArguments { session: path, prior, relative: RELATIVE, alpha_deg, aircraft };
     combine(&request(&arguments)?, session, snapshot)
 }
 

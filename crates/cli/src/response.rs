@@ -59,9 +59,6 @@ pub struct ResponseArguments {
     /// Bode plot, .svg or .pdf (one page per input).
     #[arg(long, value_name = "FILE")]
     pub figure: Option<PathBuf>,
-    /// Print one JSON document.
-    #[arg(long)]
-    pub json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -117,9 +114,7 @@ pub fn response(arguments: &ResponseArguments) -> Result<(), String> {
         write_rows(out, &study)?;
     }
     draw(arguments, &study, &[])?;
-    if arguments.json {
-        return print_json(&describe(&study));
-    }
+    text::json(&describe(&study))?;
     print_study(&study);
     print_responses(&study);
     Ok(())
@@ -143,14 +138,14 @@ pub fn loes(arguments: &LoesArguments) -> Result<Outcome, String> {
         write_rows(out, &study)?;
     }
     draw(&arguments.response, &study, &fits)?;
-    if arguments.response.json {
+    if text::is_json() {
         let mut document = describe(&study);
         let systems: Vec<Value> = fits.iter().map(|fit| describe_fit(&study, fit, levels(fit))).collect();
         if let ([Value::Object(system)], Value::Object(members)) = (&systems[..], &mut document) {
             members.extend(system.clone());
         }
         document["systems"] = Value::Array(systems);
-        print_json(&document)?;
+        text::json(&document)?;
     } else {
         print_study(&study);
         for fit in &fits {
@@ -253,7 +248,6 @@ fn draw(arguments: &ResponseArguments, study: &ResponseStudy, fits: &[Equivalent
                 subtitle: arguments.source.display().to_string(),
                 app: doublet_engine::PROGRAM.to_owned(),
                 date: doublet_engine::date::today(),
-                notice: String::new(),
                 cover: figures.into_iter().map(Block::Figure).collect(),
                 ..Document::default()
             };
@@ -261,11 +255,6 @@ fn draw(arguments: &ResponseArguments, study: &ResponseStudy, fits: &[Equivalent
         }
         _ => Err(format!("--figure {}: name it .svg or .pdf", path.display())),
     }
-}
-
-fn print_json(document: &Value) -> Result<(), String> {
-    text::document(&serde_json::to_string_pretty(document).map_err(|error| error.to_string())?);
-    Ok(())
 }
 
 fn describe(study: &ResponseStudy) -> Value {

@@ -161,8 +161,7 @@ pub fn run(arguments: &RunArguments) -> Result<Outcome, String> {
     progress.finish();
     let put = written.map_err(|error| error.to_string())?;
     if text::is_json() {
-        let results = serde_json::to_string_pretty(&report::build(&session, &snapshot));
-        text::document(&results.map_err(|error| error.to_string())?);
+        text::json(&report::build(&session, &snapshot))?;
     }
     summary::print(&session, &snapshot, arguments.verbose);
     let outcome = outcome(&snapshot, arguments.strict);

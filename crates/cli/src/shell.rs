@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, CommandFactory};
+use clap::Args;
 use clap_complete::Shell;
 
-use crate::Arguments;
+use crate::command_line;
 use crate::text;
 
 /// Name the pages and completions are for.
@@ -28,7 +28,7 @@ pub struct ManArguments {
 /// Prints the completions for a shell.
 pub fn completions(arguments: &CompletionArguments) -> Result<(), String> {
     let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Arguments::command(), PROGRAM, &mut script);
+    clap_complete::generate(arguments.shell, &mut command_line(), PROGRAM, &mut script);
     text::write_out(&script);
     Ok(())
 }
@@ -37,7 +37,7 @@ pub fn completions(arguments: &CompletionArguments) -> Result<(), String> {
 pub fn man(arguments: &ManArguments) -> Result<(), String> {
     let refused = |error: std::io::Error| format!("{}: {error}", arguments.out.display());
     std::fs::create_dir_all(&arguments.out).map_err(refused)?;
-    clap_mangen::generate_to(Arguments::command(), &arguments.out).map_err(refused)?;
+    clap_mangen::generate_to(command_line(), &arguments.out).map_err(refused)?;
     text::line(&format!("man pages in {}", arguments.out.display()));
     Ok(())
 }

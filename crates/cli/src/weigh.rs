@@ -18,9 +18,6 @@ pub struct WeighArguments {
     /// Session to which the empty mass and centre of gravity are written.
     #[arg(long, value_name = "FILE")]
     session: Option<PathBuf>,
-    /// Print one JSON document.
-    #[arg(long)]
-    json: bool,
 }
 
 /// Evaluates a weighing, and sets the empty aircraft of a session by it.
@@ -39,13 +36,10 @@ pub fn weigh(arguments: &WeighArguments) -> Result<(), String> {
         found.apply(&mut changed.aircraft_changes);
         session::save(&changed, place).map_err(|error| error.to_string())?;
     }
-    if arguments.json {
-        text::document(&serde_json::to_string(&found).map_err(|error| error.to_string())?);
-    } else {
-        print(&found);
-        if let Some(place) = &arguments.session {
-            text::line(&format!("empty mass and centre of gravity saved in {}", place.display()));
-        }
+    text::json(&found)?;
+    print(&found);
+    if let Some(place) = &arguments.session {
+        text::line(&format!("empty mass and centre of gravity saved in {}", place.display()));
     }
     Ok(())
 }
