@@ -14,8 +14,7 @@ use doublet_engine::report::{case_table, coverage_table, mode_coverage_table};
 use doublet_engine::run::Control;
 use doublet_engine::session::{self, GustSource, Session};
 use doublet_engine::study::{self, Coverage};
-use doublet_engine::verdict::Level;
-use doublet_engine::verdict::{self, JudgedFlights};
+use doublet_engine::verdict::{self, JudgedFlights, Level};
 
 use crate::arguments::not_negative;
 use crate::progress::Progress;

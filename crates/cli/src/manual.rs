@@ -4,10 +4,9 @@ use std::sync::LazyLock;
 
 use clap::Args;
 
-use crate::command_line;
 use crate::pages::{PAGES, source};
 use crate::search::{Prepared, Query, Rank};
-use crate::{glossary, text};
+use crate::{command_line, glossary, text};
 
 /// Lines that a search prints at most.
 const MOST_LINES: usize = 60;
@@ -104,9 +103,6 @@ pub fn find_lines(sought: &str) -> Vec<&'static Line> {
 }
 
 /// Prints the help of a command, a page of the manual, the lines that hold a text, or what there is.
-///
-/// # Errors
-/// One line where nothing is called so or no line holds the text.
 pub fn help(arguments: &HelpArguments) -> Result<(), String> {
     if let Some(sought) = &arguments.search {
         return search(sought);

@@ -7,11 +7,10 @@ use clap::Args;
 use doublet_core::load::{ManualChannel, Probe};
 use doublet_core::quantity::Role;
 use doublet_engine::begin::{self, Inspected};
-use doublet_engine::builtin;
 use doublet_engine::confidence::weigh;
-use doublet_engine::keep;
 use doublet_engine::run::Control;
 use doublet_engine::stage::{FlightPhysics, PhysicsRow};
+use doublet_engine::{builtin, keep};
 use serde_json::json;
 
 use crate::outcome::Outcome;

@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
-use doublet_engine::builtin;
 use doublet_engine::report::document::{SectionKind, Style};
 use doublet_engine::run::Control;
-use doublet_engine::session;
 use doublet_engine::study::Study;
 use doublet_engine::study::dynamics::is_modelled;
+use doublet_engine::{builtin, session};
 use doublet_report::{Order, ReportFormat};
 
 use crate::arguments::ReportArguments;

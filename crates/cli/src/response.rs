@@ -6,8 +6,6 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
 use doublet_dynamics::frequency::{Delay, EquivalentSystem, FittedParameter, Form};
 use doublet_dynamics::qualities::{Airplane, Limits};
-use doublet_engine::builtin;
-use doublet_engine::keep;
 use doublet_engine::report::document::{Block, BodeModel, Document, Figure, bode_figure};
 use doublet_engine::report::{self, QualitiesRow, equivalent_levels, parameter_table, response_rows, response_table};
 use doublet_engine::run::{Control, Snapshot};
@@ -17,6 +15,7 @@ use doublet_engine::study::{
     EquivalentStudy, FitMethod, ResponseRequest, ResponseStudy, ResponseWindow, equivalent_study, session_responses,
     table_responses,
 };
+use doublet_engine::{builtin, keep};
 use serde_json::{Value, json};
 
 use crate::arguments::{not_negative, positive};

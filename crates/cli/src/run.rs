@@ -48,9 +48,6 @@ pub const CACHE_BYTES: usize = 2 << 30;
 
 /// Opens the session and computes everything it asks for; the bar goes up to `share` of its length. What fails leaves its error in
 /// its place and does not take the rest with it.
-///
-/// # Errors
-/// One line per thing because of which nothing can be computed.
 pub fn compute(path: &Path, studies: &[Study], progress: &Progress, share: f32) -> Result<(Session, Snapshot), String> {
     let opened = open_to_run(path)?;
     let snapshot = compute_session(&opened.session, &opened.folder, studies, progress, share)?;

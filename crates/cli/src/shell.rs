@@ -5,8 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use clap_complete::Shell;
 
-use crate::command_line;
-use crate::text;
+use crate::{command_line, text};
 
 /// Name the pages and completions are for.
 const PROGRAM: &str = "doublet";

@@ -6,12 +6,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::autosave::{AbandonedAutosave, Autosave, AutosaveFile};
-use crate::builtin;
-use crate::compare;
 use crate::keep::{Lock, LockResult, describe_owner, hash_bytes, remove_leftovers};
 use crate::run::Autosaver;
 use crate::session::{self, Session, rebased};
 use crate::undo::History;
+use crate::{builtin, compare};
 
 /// Time between two attempts to keep unsaved work where that could not be.
 const RETRY: Duration = Duration::from_secs(2);

@@ -13,10 +13,10 @@ use std::path::{Path, PathBuf};
 
 use doublet_engine::keep::{Earlier, Put, Staging};
 use doublet_engine::prior::PriorStudy;
+use doublet_engine::report as results;
 use doublet_engine::report::document::{self, Document, SectionKind, Style};
 #[cfg(feature = "pdf")]
 use doublet_engine::report::document::{Block, Figure};
-use doublet_engine::report::{self as results};
 use doublet_engine::run::{Control, Snapshot};
 use doublet_engine::session::Session;
 

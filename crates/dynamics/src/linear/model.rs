@@ -3,10 +3,9 @@
 use doublet_core::replay::MotionAxis;
 use nalgebra::DMatrix;
 
-use super::analytic;
 use super::flight::{Equations, INPUT_NAMES, INPUTS, InputVector, STATE_NAMES, STATES, StateVector};
 use super::state_space::{Quantity, StateSpace, state};
-use super::{Condition, FlightModel, LinearError, Trim, trim};
+use super::{Condition, FlightModel, LinearError, Trim, analytic, trim};
 
 /// Names and units of the outputs beside the states.
 const AIR_OUTPUTS: [(&str, &str); 6] =

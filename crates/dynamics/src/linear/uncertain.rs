@@ -3,8 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::Distribution;
-use rand_distr::StandardNormal;
+use rand_distr::{Distribution, StandardNormal};
 
 use super::{Condition, FlightModel, LinearError, Linearised, Method, Part, StateSpace, linearise};
 

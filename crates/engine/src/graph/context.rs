@@ -182,9 +182,6 @@ impl<'a> Context<'a> {
 
     /// Place on disk of a path written in a session, from here on read by this stage: relative to its folder, or what comes with the
     /// program.
-    ///
-    /// # Errors
-    /// One line when a built-in does not exist, or nothing that can be read to an end is at the path.
     pub(crate) fn locate(&self, path: &str) -> StageResult<PathBuf> {
         if let Some(name) = path.strip_prefix(builtin::PREFIX) {
             return Ok(builtin::on_disk(name)?);

@@ -168,9 +168,6 @@ impl SwingFile {
     }
 
     /// Moment of inertia of every swing, and the tensor by all of them.
-    ///
-    /// # Errors
-    /// One line: a number that cannot be, or a swing whose inertia is not above zero.
     pub fn evaluate(&self) -> Result<Swung, String> {
         within("mass_kg", self.mass_kg, (1e-3, 1e6), "kg")?;
         within("mass_error_kg", self.mass_error_kg, (0.0, self.mass_kg), "kg")?;

@@ -200,9 +200,6 @@ impl Recorder {
 
     /// Ends the recording and writes a session of it, with the manoeuvres found. A flight that cannot be read is left out unless it is
     /// the only one.
-    ///
-    /// # Errors
-    /// One line when nothing was recorded or nothing of it can be read by the map.
     pub fn finish(mut self, reading: &Reading<'_>) -> Result<Recorded, String> {
         let mut flights: BTreeMap<usize, Vec<PathBuf>> = BTreeMap::new();
         let mut notes = self.describe_names();

@@ -81,18 +81,12 @@ impl Source {
     }
 
     /// Lines by UDP at `address`, from one sender alone where `from` names it.
-    ///
-    /// # Errors
-    /// One line when nothing can listen there.
     pub fn lines(address: &str, from: Option<IpAddr>, format: LineFormat) -> Result<Self, String> {
         let (text, json) = (TextDecoder::new("stream").into(), JsonDecoder::default());
         Ok(Self::Lines { socket: Socket::listen(address, from)?, format, text, json })
     }
 
     /// MAVLink packets by UDP at `address`, from one sender alone where `from` names it.
-    ///
-    /// # Errors
-    /// One line when nothing can listen there.
     pub fn mavlink(address: &str, from: Option<IpAddr>) -> Result<Self, String> {
         Ok(Self::Mavlink { socket: Socket::listen(address, from)?, decoder: Box::default() })
     }

@@ -287,9 +287,6 @@ impl LiveWatch {
     }
 
     /// Ends the recording, if there is one, and makes a session of it.
-    ///
-    /// # Errors
-    /// One line when nothing was recorded or it cannot be read.
     pub fn finish(self) -> Result<Option<Recorded>, String> {
         let Some(recorder) = self.recorder else { return Ok(None) };
         let reading = Reading { left_out: &self.map.left_out, time_s: &|row| self.map.time_s(row) };

@@ -9,12 +9,11 @@ use serde::{Deserialize, Serialize};
 
 use super::evaluation::{SlopeRow, evaluate, is_acceleration};
 use super::safety::{EntryGate, Risk, WindBox, entry};
-use crate::builtin;
 use crate::graph::StageResult;
 use crate::live::Limit;
 use crate::session::{Level, Manoeuvre, Session, Surface, WindowRole};
 use crate::snapshot::Snapshot;
-use crate::toml_file;
+use crate::{builtin, toml_file};
 
 /// Value of the `format` key.
 pub(crate) const FORMAT: &str = "doublet campaign";
@@ -335,9 +334,6 @@ impl Campaign {
     }
 
     /// The points in the order they are flown, fuel burnt on the way, matched with the windows of a session where there is one.
-    ///
-    /// # Errors
-    /// One line: fuel that ends before the last point, an altitude beyond the atmosphere, a loading that is impossible.
     pub fn plan(
         &self,
         aircraft: &Aircraft,

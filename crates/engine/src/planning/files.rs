@@ -5,8 +5,7 @@ use std::fmt::Write;
 
 use doublet_core::airframe::{Aircraft, Loading};
 use doublet_core::atmos::Atmosphere;
-use doublet_core::propulsion::Ambient;
-use doublet_core::propulsion::EngineInput;
+use doublet_core::propulsion::{Ambient, EngineInput};
 use doublet_core::simulate::scenario::{self, FILE_FORMAT, FILE_VERSION, Start};
 use doublet_core::simulate::{self, Scenario};
 use doublet_dynamics::design::{Designed, SURFACE_NAMES, THROTTLE};

@@ -190,9 +190,6 @@ fn costs(costs: [f64; 3]) -> BTreeMap<&'static str, f64> {
 
 /// Designs an input and says what it promises, with `compare` beside every other kind within the same limits and time. `goes_on` is asked
 /// before each kind.
-///
-/// # Errors
-/// One line: no input within time and limits; or that it was stopped.
 pub fn designed_rows(
     basis: &Basis,
     request: &Request,

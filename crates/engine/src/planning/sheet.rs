@@ -74,9 +74,6 @@ pub struct DesignSheet {
 }
 
 /// Designs an input from what `snapshot` has of `session`, limits and noise as flown.
-///
-/// # Errors
-/// One line: no model, no input within time and limits; or that it was stopped.
 pub fn design_sheet(
     session: &Session,
     snapshot: &Snapshot,

@@ -17,9 +17,6 @@ pub fn answer<S: for<'i> Stage<Inputs<'i> = &'i StudyInput<'i>>>(
 }
 
 /// Hands everything that `snapshot` has of `session` to a study.
-///
-/// # Errors
-/// One line: no aircraft, nothing identified; those of the study.
 pub fn with_study_input<T>(
     session: &Session,
     snapshot: &Snapshot,

@@ -71,9 +71,6 @@ impl Stage for WindowContext {
 
 impl WindowContext {
     /// What was recorded around the samples `data` of a window of which parts are left out.
-    ///
-    /// # Errors
-    /// One line when settling leaves nothing of the window.
     pub fn new(
         recording: &Recording,
         (data, excluded): (&FilterData, &[TimeRange]),

@@ -1,7 +1,6 @@
 //! Findings about what was on board: outside the envelope, impossible, changed by hand, or only assumed.
 
-use doublet_core::airframe::Aircraft;
-use doublet_core::airframe::MassProperties;
+use doublet_core::airframe::{Aircraft, MassProperties};
 use doublet_core::message;
 use doublet_core::message::{Message, quoted};
 

@@ -3,8 +3,7 @@
 use crate::load::contents::{ChannelInfo, Probe, Source};
 use crate::load::maps::by_hand::{By, ChannelName, ManualChannel};
 use crate::load::names::foreign_names::is_role_name;
-use crate::load::names::stated_unit::split_unit;
-use crate::load::names::stated_unit::{is_count, is_signal_unit, name_and_unit, stated_unit};
+use crate::load::names::stated_unit::{is_count, is_signal_unit, name_and_unit, split_unit, stated_unit};
 use crate::load::names::tokens::{essence, tokens};
 use crate::load::names::words::{is_commanded, join_words, plain_letters};
 use crate::quantity::{Dimension, Role, Unit};

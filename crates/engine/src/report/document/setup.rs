@@ -8,8 +8,7 @@ use super::figure::line;
 use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Parts, Plot, mass, paragraph};
 use crate::notation::{self, significant};
 use crate::report::table::{Cell, Table, TableOf};
-use crate::report::tables;
-use crate::report::{MapRow, WindowRow, applied_delays};
+use crate::report::{MapRow, WindowRow, applied_delays, tables};
 use crate::session::{Manoeuvre, Session, WindowRole};
 use crate::stage::CONDITION_NOTE;
 

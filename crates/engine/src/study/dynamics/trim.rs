@@ -120,9 +120,6 @@ impl<'a> Flown<'a> {
     }
 
     /// The median condition, straight flight, thrust held.
-    ///
-    /// # Errors
-    /// One line: no samples, or an altitude beyond the standard atmosphere where no Mach number tells the speed of sound.
     pub fn condition(&self, gravity_m_s2: f64, gamma_rad: Option<f64>) -> StageResult<Condition> {
         let altitude_m = self.column(|aero| aero.data.altitude_m.as_deref()).unwrap_or(0.0);
         let density_kg_m3 = self.column(|aero| Some(&aero.data.density_kg_m3)).ok_or(EMPTY)?;
