@@ -6,8 +6,7 @@ use doublet_engine::notation::significant;
 use doublet_engine::session::Session;
 use eframe::egui::{self, Color32, Sense, Stroke, Ui, pos2};
 
-use crate::notation;
-use crate::theme;
+use crate::{notation, theme};
 
 /// Room between an interval and the edges of its cell.
 const MARGIN: f32 = 5.0;
