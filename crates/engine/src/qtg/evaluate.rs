@@ -74,9 +74,6 @@ impl Judged {
 }
 
 /// Runs a session whose relative paths start from `folder` with the windows that the tests need, judges them and lays the guide out.
-///
-/// # Errors
-/// One line: a window of the tests that cannot be run, a derivative the model does not have; or that it was stopped.
 pub fn judge(
     session: &Session,
     folder: &Path,

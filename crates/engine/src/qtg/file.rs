@@ -5,13 +5,12 @@ use std::path::Path;
 
 use doublet_core::load::read_text;
 use doublet_core::quantity::Unit;
-use doublet_core::toml_error;
 use doublet_core::validate::Signal;
 use serde::Deserialize;
 
-use crate::builtin;
 use crate::graph::StageResult;
 use crate::stage::{Judgement, PercentRule, Reading, Tolerances};
+use crate::{builtin, toml_file};
 
 /// Value of the `format` key.
 const FORMAT: &str = "doublet qualification tests";
@@ -181,13 +180,7 @@ impl TestFile {
 
     /// Reads the text of a file; the path of its rule starts from `folder`.
     pub fn parse(text: &str, folder: &Path) -> StageResult<Self> {
-        let file: FileTable = toml::from_str(text).map_err(|error| toml_error::one_line(text, &error))?;
-        if file.format != FORMAT {
-            return Err(format!("format is '{}', expected '{FORMAT}'", file.format).into());
-        }
-        if file.version != VERSION {
-            return Err(format!("version {} is not known: this program reads version {VERSION}", file.version).into());
-        }
+        let file = toml_file::parse(text, (FORMAT, VERSION), |file: &FileTable| (&file.format, file.version))?;
         let reading = Reading { percent: percent(file.percent.as_deref())?, normal_range: ranges(&file.normal_range)? };
         let rule = rule(file.rule.as_deref(), &reading, folder)?;
         let rule = if file.engineering_data { rule.scaled(ENGINEERING_DATA) } else { rule };
