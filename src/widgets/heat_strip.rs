@@ -8,8 +8,7 @@ use super::figure::{FigureRequest, printed};
 use super::hatch::hatch;
 use super::time_plot::{VALUE_AXIS_WIDTH, x_at};
 use super::time_view::TimeRange;
-use crate::notation;
-use crate::theme;
+use crate::{notation, theme};
 
 /// Height of a strip and room between two.
 const STRIP: f32 = 17.0;

@@ -6,11 +6,10 @@ use doublet_engine::aircraft::{AircraftField, ChangedValue, FieldUnit, PlaceKind
 use doublet_engine::session::{AircraftEdit, Edit};
 use eframe::egui::{self, Align, Grid, Layout, RichText, ScrollArea, TextEdit, Ui};
 
-use crate::notation;
 use crate::panels::{PanelContext, caption};
-use crate::theme;
 use crate::widgets::EditPhase;
 use crate::widgets::quantity_edit::QuantityEdit;
+use crate::{notation, theme};
 
 /// Keys with their first values.
 type FirstValues = &'static [(&'static str, f64)];

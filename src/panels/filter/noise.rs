@@ -8,8 +8,7 @@ use doublet_engine::stage::NoiseRow;
 use eframe::egui::containers::menu::{MenuButton, MenuConfig};
 use eframe::egui::{self, CollapsingHeader, Grid, RichText, ScrollArea, Ui};
 
-use crate::panels::filter::filter_settings;
-use crate::panels::filter::noise_advice;
+use crate::panels::filter::{filter_settings, noise_advice};
 use crate::panels::{Panel, PanelContext, caption, consistency_color};
 use crate::widgets::quantity_edit::QuantityEdit;
 use crate::widgets::term::column_title;

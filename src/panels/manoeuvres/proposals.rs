@@ -7,14 +7,13 @@ use doublet_engine::session::{CandidateEdit, Edit, Manoeuvre, Surface, WindowEdi
 use doublet_engine::stage::{Candidate, FlightProposals, find_candidates};
 use eframe::egui::{self, CollapsingHeader, Grid, Response, RichText, ScrollArea, Sense, Stroke, Ui, vec2};
 
-use crate::notation;
 use crate::panels::manoeuvres::manoeuvre_list::menu;
 use crate::panels::{PanelContext, View, role_color};
-use crate::theme;
 use crate::widgets::chart::figure_entries;
 use crate::widgets::figure::{FigureForm, FigureRequest};
 use crate::widgets::hatch::hatch;
 use crate::widgets::time_view::TimeRange;
+use crate::{notation, theme};
 
 /// Size of a thumbnail, points.
 const SIZE: egui::Vec2 = vec2(132.0, 66.0);
