@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::layouts::{Arranged, LayoutKey};
 use crate::notation::Units;
-use crate::panels::Pane;
+use crate::pane::Pane;
 use crate::step::Step;
 use crate::widgets::time_view::{TimeRange, TimeView};
 

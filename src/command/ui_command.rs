@@ -5,7 +5,7 @@ use doublet_engine::study::Study;
 use eframe::egui::{self, Key, KeyboardShortcut, Modifiers, ThemePreference};
 
 use crate::notation::Units;
-use crate::panels::Pane;
+use crate::pane::Pane;
 use crate::step::Step;
 
 /// Something a user can ask for; [`table`] says in words what each is.

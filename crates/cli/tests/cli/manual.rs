@@ -125,7 +125,7 @@ fn between<'a>(line: &'a str, before: &str, after: &str) -> Option<&'a str> {
 
 #[test]
 fn every_panel_has_its_entry() {
-    let source = text("src/panels/pane.rs");
+    let source = text("src/pane.rs");
     let rows: Vec<&str> = source.lines().filter(|line| line.contains(", page \"")).collect();
     assert!(rows.len() >= 20, "{rows:?}");
     let mut page = String::from(
