@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Order of the rooms of every crate: the folders and files directly below `src`. A room uses only rooms that stand before it in
-ORDER; rooms joined by + are a knot that is not untied yet and may use each other. Prints every arrow that goes the wrong way and every room
-without a place; exit code 1 if there is one. `scripts/check_rooms.py --knots` prints rooms, arrows and knots of each crate instead."""
+ORDER. Prints every arrow that goes the wrong way and every room without a place; exit code 1 if there is one.
+`scripts/check_rooms.py --knots` prints rooms, arrows and knots of each crate instead."""
 
 import re
 import sys
@@ -20,7 +20,7 @@ ORDER = {
         propose regress schema shell summary thesis time_option weigh swing batch manual map run simulate tune compare compatibility
         diff dynamics export fix match_command new propagate structure variants arguments datcom debrief engine fmu inspect static_thrust
         response study campaign design lags prior qtg coverage report fidelity""",
-    "src": "step theme notation widgets app+command+layouts+panels+ui_state",
+    "src": "step theme notation widgets pane command layouts ui_state panels app",
 }
 
 
@@ -81,7 +81,7 @@ def main():
         if "--knots" in sys.argv:
             print(f"{place}: {len(rooms)} rooms, {len(uses)} arrows, knots: {knots(rooms, uses) or 'none'}")
             continue
-        levels = {room: level for level, names in enumerate(order.split()) for room in names.split("+")}
+        levels = {room: level for level, room in enumerate(order.split())}
         breaches += [f"{place}/{room} has no place in ORDER" for room in sorted(rooms - levels.keys())]
         for (user, used), places in sorted(uses.items()):
             if levels.get(user, 0) < levels.get(used, 0):

@@ -1,14 +1,16 @@
 #!/usr/bin/env bash
 # Holds what a command can hold of plain words: no forbidden form in a text a user can read. Texts are the string literals of the
-# program and of the Python package, docstrings, the help of the command line, notebooks and the prose of pages of the manual. Needs bash,
-# find and awk. `scripts/list_strings.py` has the same rules and counts them. Prints every breach; exit code 1 if there is one.
+# program and of the Python package, docstrings, the help of the command line, notebooks, the names of settings and the prose of pages of
+# the manual. Needs bash, find and awk. `scripts/list_strings.py` has the same rules and counts them. Prints every breach; exit code 1 if
+# there is one.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 # Path (beginning), form, reason. A form is that of the rules below.
 allowed='
 '
-pages=(README.md CHANGELOG.md docs/*.md docs/reference/*.md docs/paper/*.md packaging/*.md crates/python/README.md)
+pages=(README.md CHANGELOG.md docs/*.md docs/reference/*.md docs/paper/*.md packaging/*.md crates/python/README.md
+    src/panels/model/setting_words.txt)
 python=(crates/python/python/doublet/*.py docs/notebooks/*.ipynb)
 
 files=$(find src crates -name '*.rs' -not -path '*/tests/*' -not -path '*/benches/*' -not -path '*/examples/*' -not -name tests.rs | sort)
@@ -80,7 +82,7 @@ BEGIN {
 }
 FNR == 1 { in_text = 0; raw = ""; in_tests = 0; is_help = 0; is_code = 0; comment = 0; last = "" }
 # Prose: not in blocks of code, not what is quoted as code.
-FILENAME ~ /\.md$/ {
+FILENAME ~ /\.(md|txt)$/ {
     if ($0 ~ /^```/) { is_code = !is_code; next }
     if (is_code || $0 ~ /^    / || $0 ~ /^<!--/) next
     first = FNR
@@ -132,8 +134,9 @@ in_tests { next }
 # Unit tests end a file.
 !in_text && line ~ /^#\[cfg\(test\)\]/ { last = line; next }
 last != "" { if (line ~ /^mod [a-z_]+ \{/) in_tests = 1; last = ""; if (in_tests) next }
-# Help texts: doc comments of the types that clap reads.
+# Help texts: doc comments of the types that clap reads, and of the table of commands.
 FILENAME ~ /^crates\/cli\// && line ~ /^#\[derive\(/ { is_help = line ~ /(Parser|Args|Subcommand|ValueEnum)/ }
+FILENAME ~ /^crates\/cli\// && line ~ /^commands! \{/ { is_help = 1 }
 FILENAME ~ /^crates\/cli\// && line ~ /^}/ { is_help = 0 }
 !in_text && is_help && line ~ /^ *\/\/\/ / {
     help = line

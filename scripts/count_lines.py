@@ -4,7 +4,8 @@
     scripts/count_lines.py             by crate
     scripts/count_lines.py --rooms     by folder below the sources of each crate
 
-Tests are files below `tests` or `benches` and what follows `#[cfg(test)]` at the end of a file.
+Tests are files below `tests` or `benches`, what follows `#[cfg(test)]` at the end of a file, and the files of modules that are compiled
+for tests alone.
 """
 import collections
 import pathlib
@@ -15,11 +16,18 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 KINDS = ["code", "documentation", "comments", "blank", "tests"]
 
 
+def is_test_module(path):
+    """Whether a file is a module that the one above it compiles for tests alone."""
+    above = [path.parent / "mod.rs", path.parent.with_suffix(".rs")]
+    declared = re.compile(rf"^#\[cfg\(test\)\]\nmod {path.stem};", re.MULTILINE)
+    return any(file.is_file() and declared.search(file.read_text(encoding="utf-8")) for file in above)
+
+
 def count(path):
     """Lines of a file by kind."""
     lines = path.read_text(encoding="utf-8").splitlines()
     found = collections.Counter()
-    if {"tests", "benches"} & set(path.relative_to(ROOT).parts):
+    if {"tests", "benches"} & set(path.relative_to(ROOT).parts) or is_test_module(path):
         found["tests"] = len(lines)
         return found
     is_test = False

@@ -74,7 +74,7 @@ def literals(text):
 
 
 def help_lines(text):
-    """Doc comments of the types clap makes its help of: (line, text)."""
+    """Doc comments of the types clap makes its help of, and of the table of commands: (line, text)."""
     lines = text.split("\n")
     depth_of_type = None
     is_clap, depth, block, first = False, 0, [], 0
@@ -82,6 +82,7 @@ def help_lines(text):
         line = raw.strip()
         if line.startswith("#[derive(") and re.search(r"\b(Parser|Args|Subcommand|ValueEnum)\b", line):
             is_clap = True
+        is_clap |= line == "commands! {"
         if line.startswith("///"):
             if not block:
                 first = number
@@ -93,7 +94,7 @@ def help_lines(text):
         if block and (inside or is_clap):
             yield first, " ".join(block)
         block = []
-        if is_clap and re.match(r"(pub(\([^)]*\))? )?(struct|enum) ", line):
+        if is_clap and re.match(r"((pub(\([^)]*\))? )?(struct|enum)|commands!) ", line):
             depth_of_type, is_clap = depth, False
         code = re.sub(r'"(?:[^"\\]|\\.)*"', "", line.split("//")[0])
         depth += code.count("{") - code.count("}")
@@ -130,7 +131,7 @@ def sources(paths):
             parts = set(file.relative_to(ROOT).parts)
             if file.suffix == ".rs" and not parts & {"tests", "tests.rs", "benches", "examples", "target"}:
                 yield file
-            elif file.suffix == ".md" and top != ROOT / "crates":
+            elif (file.suffix == ".md" and top != ROOT / "crates") or file.name == "setting_words.txt":
                 yield file
             elif file.suffix == ".ipynb" or (file.suffix == ".py" and not parts & {"tests", "target"}):
                 yield file
@@ -139,7 +140,7 @@ def sources(paths):
 def strings(file):
     """(line, kind, text) of one file."""
     text = file.read_text(encoding="utf-8")
-    if file.suffix == ".md":
+    if file.suffix in {".md", ".txt"}:
         yield from prose(text)
         return
     if file.suffix == ".py":

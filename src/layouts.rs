@@ -4,7 +4,7 @@ use eframe::egui::Id;
 use egui_tiles::{Container, Linear, LinearDir, Tile, TileId, Tiles, Tree};
 use serde::{Deserialize, Serialize};
 
-use crate::panels::Pane;
+use crate::pane::Pane;
 use crate::step::Step;
 
 /// Width the shares of a new layout are meant for, points.

@@ -4,6 +4,7 @@ pub mod app;
 pub mod command;
 pub mod layouts;
 pub mod notation;
+mod pane;
 pub mod panels;
 pub mod step;
 pub mod theme;

@@ -32,17 +32,14 @@ impl Step {
             Filter "Filter", Model "Model", Results "Results", Report "Report",
     }
 
-    pub fn done_when(self) -> &'static str {
-        match self {
-            Self::Recording => "Done when every recording is read",
-            Self::Channels => "Done when all channels are consistent",
-            Self::Aircraft => "Done when mass, inertia and envelope are valid",
-            Self::Signals => "Done when clocks are fitted and no manoeuvre has a gap",
-            Self::Manoeuvres => "Done when every manoeuvre is confirmed or ignored",
-            Self::Filter => "Done when the innovations of every manoeuvre are as predicted",
-            Self::Model => "Done when every coefficient has a fit with separable terms",
-            Self::Results => "Done when the verdict is good",
-            Self::Report => "Done when the report is up to date",
-        }
+    doublet_core::variant_texts! {
+        pub done_when:
+            Recording "Done when every recording is read", Channels "Done when all channels are consistent",
+            Aircraft "Done when mass, inertia and envelope are valid",
+            Signals "Done when clocks are fitted and no manoeuvre has a gap",
+            Manoeuvres "Done when every manoeuvre is confirmed or ignored",
+            Filter "Done when the innovations of every manoeuvre are as predicted",
+            Model "Done when every coefficient has a fit with separable terms",
+            Results "Done when the verdict is good", Report "Done when the report is up to date",
     }
 }

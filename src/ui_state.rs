@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::layouts::{Arranged, LayoutKey};
 use crate::notation::Units;
-use crate::panels::Pane;
+use crate::pane::Pane;
 use crate::step::Step;
 use crate::widgets::time_view::{TimeRange, TimeView};
 
@@ -116,7 +116,7 @@ pub struct HouseStyle {
 impl HouseStyle {
     /// All sections in their order.
     pub fn sections(&self) -> Vec<SectionKind> {
-        let named = |name: &String| SectionKind::ALL.into_iter().find(|kind| kind.name() == name);
+        let named = |name: &String| SectionKind::from_name(name);
         let mut order: Vec<SectionKind> = self.order.iter().filter_map(named).collect();
         let others: Vec<SectionKind> = SectionKind::ALL.into_iter().filter(|kind| !order.contains(kind)).collect();
         order.extend(others);
@@ -133,9 +133,6 @@ impl HouseStyle {
     }
 
     /// The style of a report.
-    ///
-    /// # Errors
-    /// One line: a logo that cannot be read.
     pub fn style(&self) -> Result<Style, String> {
         let usual = Style::default();
         let lines = self.signatures.lines().map(str::trim).filter(|line| !line.is_empty());

@@ -10,8 +10,6 @@ use eframe::egui::{
 };
 
 use super::Workbench;
-use crate::notation;
-use crate::theme;
 use crate::ui_state::TraceRequest;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::figure::FigureRequest;
@@ -19,6 +17,7 @@ use crate::widgets::spectrum_chart::{density_unit, spectrum_chart, spectrum_curv
 use crate::widgets::ticks::draw_time_axis;
 use crate::widgets::time_plot::TIME_AXIS_HEIGHT;
 use crate::widgets::time_view::TimeRange;
+use crate::{notation, theme};
 
 /// Windows open at once; of one more the oldest is closed.
 const MOST_OPEN: usize = 4;

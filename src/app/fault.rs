@@ -58,9 +58,6 @@ impl Workbench {
     }
 
     /// Gives up a drag that a panic has cut off, and writes unsaved work at once.
-    ///
-    /// # Errors
-    /// One line when it could not be written.
     fn keep_work_after_panic(&mut self) -> Result<(), String> {
         self.edits.push(EditRequest::Abort);
         guarded("autosave", || self.document.autosave_now())

@@ -52,9 +52,6 @@ pub struct Entry {
 }
 
 /// Folders and files of `folder` that end in one of `extensions`, hidden ones left out.
-///
-/// # Errors
-/// When the folder cannot be read.
 pub fn entries(folder: &Path, extensions: &[String]) -> std::io::Result<Vec<Entry>> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder)? {

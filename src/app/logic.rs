@@ -8,8 +8,9 @@ use doublet_engine::session::{Edit, Manoeuvre, Session, WindowEdit};
 use doublet_engine::study::Study;
 use eframe::egui::{self, KeyboardShortcut, Modifiers, ViewportCommand};
 
+use super::dispatch::dispatch;
 use super::{Document, Pending, Workbench};
-use crate::command::{UiCommand, ViewCommand, dispatch};
+use crate::command::{UiCommand, ViewCommand};
 use crate::panels::{self, EditRequest};
 use crate::ui_state::UiState;
 use crate::widgets::time_view::TimeRange;
@@ -37,7 +38,7 @@ pub fn run(app: &mut Workbench, ctx: &egui::Context) {
     app.notice_change(ctx);
     take_shortcuts(app, ctx);
     for command in std::mem::take(&mut app.commands) {
-        dispatch::dispatch(app, command, ctx);
+        dispatch(app, command, ctx);
     }
     for request in std::mem::take(&mut app.edits) {
         edit(app, request);

@@ -4,12 +4,14 @@ mod analysis;
 mod annotate;
 mod begin;
 mod changed;
+mod dispatch;
 mod draw;
 mod fault;
 pub mod files;
 pub mod help;
 mod history;
 mod logic;
+mod mark_commands;
 mod pending;
 mod public;
 mod recovery;
@@ -176,17 +178,11 @@ impl Opening {
 
 impl Workbench {
     /// Starts computing, sets fonts and themes up and takes the stored layout.
-    ///
-    /// # Errors
-    /// When the operating system refuses a thread.
     pub fn new(cc: &eframe::CreationContext<'_>, document: Document) -> std::io::Result<Self> {
         Self::with_cache(cc, document, Arc::new(Cache::new(CACHE_BYTES)))
     }
 
     /// The same with a cache that other workbenches may share.
-    ///
-    /// # Errors
-    /// When the operating system refuses a thread.
     pub fn with_cache(
         cc: &eframe::CreationContext<'_>,
         document: Document,
@@ -445,9 +441,6 @@ impl eframe::App for Workbench {
 }
 
 /// Opens the window and runs until it is closed.
-///
-/// # Errors
-/// One line: what is wrong with the session, or why no window can be opened and what to do without one.
 pub fn run(session: Option<&Path>) -> Result<(), String> {
     let document = match session {
         Some(path) => Document::open(path)?,

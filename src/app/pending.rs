@@ -6,14 +6,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use doublet_core::load::FORMATS;
-use doublet_engine::aircraft;
-use doublet_engine::builtin;
-use doublet_engine::calibrate;
 use doublet_engine::export::{self, Format, IdentifiedModel};
 use doublet_engine::keep::Put;
 use doublet_engine::report::{self, Outputs};
 use doublet_engine::run::{Control, Job};
 use doublet_engine::session::{AircraftEdit, Edit, ReportFigure, ReportFigureEdit, Session, SignalEdit};
+use doublet_engine::{aircraft, builtin, calibrate};
 use doublet_report::Order;
 use eframe::egui::{self, ViewportCommand, vec2};
 

@@ -23,9 +23,6 @@ const FILES: [(&str, &str); 3] = [
 const DIGITS: usize = 8;
 
 /// The worked case on the files at `paths`, whatever they are called.
-///
-/// # Errors
-/// One line when a file cannot be read, or none of them is one of the recording.
 pub(super) fn session(paths: &[PathBuf]) -> Result<Session, String> {
     let hashes: Result<Vec<String>, _> = paths.iter().map(|path| session::content_hash(path)).collect();
     let hashes = hashes.map_err(|error| error.to_string())?;

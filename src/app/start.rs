@@ -3,16 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use doublet_engine::session;
-use doublet_engine::{builtin, date};
+use doublet_engine::{builtin, date, session};
 use eframe::egui::text::LayoutJob;
 use eframe::egui::{
     self, Button, Color32, CornerRadius, FontId, Label, Rect, RichText, Role, ScrollArea, Sense, Stroke, StrokeKind,
     Ui, WidgetInfo, pos2, vec2,
 };
 
-use super::timeline;
-use super::{Document, Workbench, public};
+use super::{Document, Workbench, public, timeline};
 use crate::command::{FileCommand, HelpCommand, UiCommand};
 use crate::panels::headline;
 use crate::ui_state::Thumbnail;

@@ -1,7 +1,5 @@
 //! Commands: what a user can ask for, from the menu, a shortcut or the palette, out of one table.
 
-pub mod dispatch;
-mod marking;
 pub mod palette;
 pub mod ui_command;
 

@@ -5,128 +5,82 @@ use doublet_engine::study::Study;
 use eframe::egui::{self, Key, KeyboardShortcut, Modifiers, ThemePreference};
 
 use crate::notation::Units;
-use crate::panels::Pane;
+use crate::pane::Pane;
 use crate::step::Step;
 
-/// Something a user can ask for.
+/// Something a user can ask for; [`table`] says in words what each is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum UiCommand {
-    /// Session files and results.
     File(FileCommand),
-    /// The session.
     Edit(EditCommand),
-    /// Manoeuvres marked in the flight.
     Mark(MarkCommand),
-    /// The run in the background.
     Run(RunCommand),
-    /// What is on screen.
     View(ViewCommand),
-    /// Finding one's way.
     Help(HelpCommand),
 }
 
 /// Commands on session files and results.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FileCommand {
-    /// Make a session of a recording, asking for its file.
     New,
-    /// Make a session of a folder of CSV files, asking for it.
     NewFromFolder,
-    /// Go on with the new session that was left.
     ContinueNew,
-    /// Open a session, asking for its file.
     Open,
-    /// Open a second session beside the present one, asking for its file.
     OpenBeside,
-    /// Close the second session.
     CloseBeside,
-    /// Open the session that comes with the program.
     OpenShipped,
     /// Open another one that comes with the program, by its name.
     OpenShippedSession(&'static str),
-    /// Open the worked case of a public recording, asking for its files.
     OpenPublic,
     /// Open one of the sessions opened last.
     OpenRecent(usize),
-    /// Save to the session's file, asking for one where it has none.
     Save,
-    /// Save to another file.
     SaveAs,
-    /// Write the edited aircraft to a file of its own, which the session then uses.
     SaveAircraft,
     /// Write the instruments with what was fitted to a file, which the flight then uses.
     SaveInstruments,
-    /// Write tables and time histories of the results to a folder.
     Export,
-    /// Write the report to a folder.
     Report,
-    /// Mark derivatives from elsewhere beside the estimates, asking for their file.
     AddReference,
-    /// Mark them no more.
     ClearReferences,
-    /// Write the identified model for other simulators to a folder.
     ExportModel,
-    /// Ask where a recording is that is not found.
     FindRecording,
-    /// Close the window.
     Quit,
 }
 
 /// Commands on the session.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EditCommand {
-    /// Take the last step back.
     Undo,
-    /// Bring the last undone step again.
     Redo,
-    /// Show the list of edits, or no more.
     History,
-    /// Make a manoeuvre of the part between the markers.
     AddWindow,
-    /// Remove the chosen window.
     RemoveWindow,
-    /// Let the name of the chosen window be typed.
     RenameWindow,
-    /// Use the selected windows for this.
     UseWindows(WindowRole),
     /// Write words at the time under the pointer, else at marker A.
     Annotate,
-    /// Select every window.
     SelectAll,
-    /// Choose the next window.
     NextWindow,
-    /// Choose the previous window.
     PreviousWindow,
 }
 
 /// Commands that mark manoeuvres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MarkCommand {
-    /// Make a manoeuvre of all that is on screen.
     NewShown,
-    /// Let the chosen one start at the pointer.
     StartHere,
-    /// Let the chosen one end at the pointer.
     EndHere,
-    /// Divide the chosen one at the pointer.
     Split,
-    /// Leave the part between the markers out.
     Exclude,
     /// Take the excluded part at the pointer in again, else all of the chosen one.
     Include,
-    /// State the surface the selected ones move.
     Surface(Option<Surface>),
-    /// Write a note on the chosen one.
     Note,
-    /// Lock the edges of the chosen one, or free them.
     Lock,
-    /// Accept the candidate on screen and show the next.
     Accept,
-    /// Refuse the candidate on screen and show the next.
     Refuse,
-    /// Show the next candidate.
     NextCandidate,
-    /// Offer refused candidates again.
     ShowRefused,
 }
 
@@ -134,94 +88,59 @@ pub enum MarkCommand {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "copied once a click")]
 pub enum RunCommand {
-    /// Compute what is out of date.
     Again,
-    /// Compute something beside the derivatives.
     Study(Study),
-    /// Stop.
     Cancel,
 }
 
 /// Commands that change what is on screen and nothing else.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ViewCommand {
-    /// Show the whole recording.
     ZoomHome,
-    /// Show what was shown before.
     ZoomBack,
-    /// Take back a step back.
     ZoomForward,
-    /// Show the chosen window.
     ZoomToWindow,
-    /// Show the part between the markers.
     ZoomToMarkers,
-    /// Remove both markers.
     ClearMarkers,
-    /// Bring a panel to the front, opening it where it is closed.
     Show(Pane),
-    /// Show the chosen window in the plots of the flight.
     OpenWindow,
-    /// Show the layout of a step.
     Step(Step),
-    /// Show flight, plots, settings and results at once.
     Overview,
     /// Show the layout kept under a name, by its place among them.
     NamedLayout(usize),
-    /// Keep the layout on screen under a name, asking for it.
     KeepLayout,
     /// Forget the layout kept under a name, by its place among them.
     ForgetLayout(usize),
-    /// Show the start page.
     StartPage,
-    /// Leave the start page.
     Workbench,
-    /// Put every panel of the layout on screen back where it first was.
     ResetLayout,
-    /// Choose the theme.
     Appearance(ThemePreference),
-    /// Choose the units shown.
     Units(Units),
-    /// Make text and controls larger.
     Larger,
-    /// Make text and controls smaller.
     Smaller,
 }
 
 /// Commands that explain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum HelpCommand {
-    /// Find any command by its name.
     Palette,
-    /// Explain what is under the pointer.
     Here,
-    /// Show the contents of the manual.
     Manual,
-    /// Show the glossary.
     Glossary,
-    /// Show every command with its keys.
     Shortcuts,
-    /// Show the way from recording to report on the shipped flight.
     Tour,
-    /// Say which doublet this is.
     About,
 }
 
 /// The menus, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Menu {
-    /// Session files and results.
     File,
-    /// The session.
     Edit,
-    /// Manoeuvres.
     Mark,
-    /// What is on screen.
     View,
-    /// Steps and layouts.
     Layout,
-    /// Panels to bring to the front.
     Panels,
-    /// The run in the background.
     Run,
     Help,
 }

@@ -4,11 +4,10 @@ use doublet_engine::report::document::{Colour, Figure, Mark, Panel as FigurePane
 use doublet_engine::session::Annotation;
 use eframe::egui::{CornerRadius, FontId, Id, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 
-use crate::notation;
 use crate::panels::{PanelContext, View};
-use crate::theme;
 use crate::widgets::time_plot::{StackResponse, x_at};
 use crate::widgets::time_view::TimeRange;
+use crate::{notation, theme};
 
 /// Longest words beside a line, points; more is shown by a pause.
 const WIDEST: f32 = 150.0;

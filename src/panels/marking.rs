@@ -5,7 +5,6 @@ use doublet_engine::report::document::Figure;
 use doublet_engine::session::{Edit, Manoeuvre, Session, Surface, WindowEdit, WindowRole};
 use eframe::egui::{self, Align2, Color32, CornerRadius, FontId, Rect, Shape, Stroke, Ui, pos2, vec2};
 
-use crate::command::dispatch::new_window;
 use crate::command::{CommandInfo, EditCommand, MarkCommand, UiCommand, ViewCommand};
 use crate::panels::{Pane, PanelContext, View};
 use crate::theme;
@@ -24,6 +23,13 @@ const EXCLUDE_BY_MARKERS: &str = "Set markers A and B inside the manoeuvre first
     Or drag with Alt inside it, unless the desktop moves windows so.";
 /// Most candidates drawn at once.
 const MOST_CANDIDATES: usize = 200;
+
+/// A window of `part` with a name nobody has.
+pub fn new_window(session: &Session, flight: String, part: TimeRange) -> Manoeuvre {
+    let names = (1..).map(|number| format!("manoeuvre {number}"));
+    let name = names.into_iter().find(|name| session.window(name).is_none()).unwrap_or_default();
+    Manoeuvre::new(name, flight, part)
+}
 
 /// The manoeuvres of the flight that a view shows; in that of the chosen one, that alone.
 fn shown<'a>(ctx: &PanelContext<'a>, view: View) -> impl Iterator<Item = &'a Manoeuvre> {

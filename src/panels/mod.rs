@@ -8,7 +8,6 @@ mod manoeuvres;
 mod marking;
 mod model;
 mod overlaid;
-mod pane;
 mod recording;
 mod report;
 mod results;
@@ -32,6 +31,7 @@ use eframe::egui::{self, Color32, RichText, ScrollArea, Ui};
 
 use crate::command::{CommandInfo, FileCommand, RunCommand, UiCommand};
 use crate::notation;
+pub use crate::pane::Pane;
 use crate::theme::{self, Palette};
 use crate::ui_state::{Selection, UiState};
 use crate::widgets::chart::Chart;
@@ -42,10 +42,9 @@ use crate::widgets::time_plot::{PlotCache, SpanMark, StackResponse, TimePlot, ti
 use crate::widgets::time_view::{TimeRange, TimeView};
 use crate::widgets::{EditPhase, named_id};
 pub use guarded::GuardedPanel;
-pub use marking::{Spot, menu as mark_menu, overlap_text, overlapping};
+pub use marking::{Spot, menu as mark_menu, new_window, overlap_text, overlapping};
 pub use model::experiments::count_experiments;
 pub use overlaid::names as overlaid_names;
-pub use pane::Pane;
 pub use results::summary::{headline, judge_shown};
 use working::Working;
 

@@ -148,13 +148,12 @@ impl AttitudeView<'_> {
             |name: &str, half: f32| Axis { range: Some([-f64::from(half), f64::from(half)]), ..Axis::new(name, "m") };
         let (x, y) = (axis("across", half.x), axis("up", half.y));
         let marks = self.faces.iter().map(face).chain(self.arrows.iter().map(arrow)).collect();
-        Figure {
-            name: format!("replay_{}", self.name),
-            caption: format!("attitude, {}", self.name),
-            columns: 1,
-            panel_height_mm: WIDTH_MM * f64::from(rect.height() / rect.width().max(1.0)),
-            panels: vec![Panel::Plot(Plot { x, y, marks })],
-        }
+        Figure::new(
+            format!("replay_{}", self.name),
+            format!("attitude, {}", self.name),
+            (1, WIDTH_MM * f64::from(rect.height() / rect.width().max(1.0))),
+            vec![Panel::Plot(Plot { x, y, marks })],
+        )
     }
 
     /// A level ring through the aircraft with the points of the compass.

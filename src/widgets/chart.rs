@@ -194,13 +194,12 @@ impl Chart {
             (axis(0), self.levels.iter().map(level_mark).chain(self.curves.iter().map(curve_mark)).collect());
         let x = Axis { places: self.places.clone(), ..x };
         let y = Axis { places: self.upright_places.clone(), ..axis(1) };
-        Figure {
-            name: self.name.replace(' ', "_"),
-            caption: self.name.clone(),
-            columns: 1,
-            panel_height_mm: WIDTH_MM * f64::from(size.y / size.x.max(1.0)),
-            panels: vec![Panel::Plot(doublet_engine::report::document::Plot { x, y, marks })],
-        }
+        Figure::new(
+            self.name.replace(' ', "_"),
+            self.name.clone(),
+            (1, WIDTH_MM * f64::from(size.y / size.x.max(1.0))),
+            vec![Panel::Plot(doublet_engine::report::document::Plot { x, y, marks })],
+        )
     }
 }
 

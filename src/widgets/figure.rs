@@ -72,17 +72,11 @@ pub fn printed(color: Color32) -> Colour {
 }
 
 /// The figure as PNG on white.
-///
-/// # Errors
-/// One line when it cannot be drawn, for example because it is too large.
 pub fn png(figure: &Figure) -> Result<Vec<u8>, String> {
     pixels(figure)?.encode_png().map_err(|error| format!("the figure: {error}"))
 }
 
 /// The same for the clipboard.
-///
-/// # Errors
-/// As [`png`].
 pub fn picture(figure: &Figure) -> Result<ColorImage, String> {
     let pixels = pixels(figure)?;
     let size = [pixels.width(), pixels.height()].map(|side| side as usize);
@@ -95,9 +89,6 @@ fn pixels(figure: &Figure) -> Result<Pixmap, String> {
 }
 
 /// A drawing on white, `width` pixels wide.
-///
-/// # Errors
-/// One line when it cannot be drawn.
 pub fn page_picture(svg: &str, width: u32) -> Result<ColorImage, String> {
     let pixels = drawn(svg, |own| width as f32 / own.max(1.0))?;
     let size = [pixels.width(), pixels.height()].map(|side| side as usize);
@@ -218,7 +209,7 @@ mod tests {
     }
 
     fn figure(panel: Panel) -> Figure {
-        Figure { name: "f".into(), caption: "f".into(), columns: 1, panel_height_mm: 50.0, panels: vec![panel] }
+        Figure::new("f", "f", (1, 50.0), vec![panel])
     }
 
     fn plot(range: [f64; 2], marks: Vec<Mark>) -> Figure {

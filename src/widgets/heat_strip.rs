@@ -8,8 +8,7 @@ use super::figure::{FigureRequest, printed};
 use super::hatch::hatch;
 use super::time_plot::{VALUE_AXIS_WIDTH, x_at};
 use super::time_view::TimeRange;
-use crate::notation;
-use crate::theme;
+use crate::{notation, theme};
 
 /// Height of a strip and room between two.
 const STRIP: f32 = 17.0;
@@ -103,13 +102,12 @@ impl HeatStrips<'_> {
             let marks = vec![Mark::Bars { label: "".into(), colour, width, bars }];
             Panel::Plot(Plot { x: x.clone(), y: Axis::new(name.clone(), "%"), marks })
         };
-        Figure {
-            name: self.name.replace(' ', "_"),
-            caption: self.name.to_owned(),
-            columns: 1,
-            panel_height_mm: STRIP_MM,
-            panels: self.rows.iter().map(panel).collect(),
-        }
+        Figure::new(
+            self.name.replace(' ', "_"),
+            self.name.to_owned(),
+            (1, STRIP_MM),
+            self.rows.iter().map(panel).collect(),
+        )
         .with_excluded(self.excluded)
     }
 }

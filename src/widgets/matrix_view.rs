@@ -148,13 +148,12 @@ impl MatrixView<'_> {
             values: self.values.chunks(size.max(1)).map(<[f64]>::to_vec).collect(),
             full_scale: self.full_scale,
         };
-        Figure {
-            name: self.name.replace(' ', "_"),
-            caption: self.name.to_owned(),
-            columns: 1,
-            panel_height_mm: (ROW_MM * size as f64).min(WIDTH_MM),
-            panels: vec![Panel::Matrix(matrix)],
-        }
+        Figure::new(
+            self.name.replace(' ', "_"),
+            self.name.to_owned(),
+            (1, (ROW_MM * size as f64).min(WIDTH_MM)),
+            vec![Panel::Matrix(matrix)],
+        )
     }
 
     /// Coloured cells, with their values where there is room.

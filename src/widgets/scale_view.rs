@@ -172,13 +172,12 @@ impl ScaleView<'_> {
         let handle =
             |handle: &Handle| mark(&handle.name, handle.color, LineStyle::Dots, &mut std::iter::once(handle.at));
         let marks = self.outlines.iter().map(outline).chain(self.handles.iter().map(handle)).collect();
-        Figure {
-            name: format!("aircraft_{}", self.name.replace(' ', "_")),
-            caption: format!("the aircraft {}", self.name),
-            columns: 1,
-            panel_height_mm: WIDTH_MM * f64::from(frame.rect.height() / frame.rect.width().max(1.0)),
-            panels: vec![Panel::Plot(Plot { x: axis(0), y: axis(1), marks })],
-        }
+        Figure::new(
+            format!("aircraft_{}", self.name.replace(' ', "_")),
+            format!("the aircraft {}", self.name),
+            (1, WIDTH_MM * f64::from(frame.rect.height() / frame.rect.width().max(1.0))),
+            vec![Panel::Plot(Plot { x: axis(0), y: axis(1), marks })],
+        )
     }
 
     /// Lowest and highest coordinates of everything.

@@ -8,9 +8,8 @@ use eframe::egui::{
 use egui_plot::{AxisHints, Plot, PlotPoint};
 
 use super::chart::{RIGHT_ROOM, TICK_SPACING, settle_axes, titled, unit_of};
-use super::level_mark;
-use super::named_id;
 use super::ticks::ticks;
+use super::{level_mark, named_id};
 use crate::theme;
 
 /// Part of the extent left free around the marks.

@@ -31,13 +31,12 @@ pub(super) fn stack_figure(
         Panel::Plot(Plot { x: x.clone(), y, marks })
     };
     let shape = |frame: &Rect| f64::from(frame.height() / frame.width().max(1.0));
-    Figure {
-        name: "all".to_owned(),
-        caption: "time histories".to_owned(),
-        columns: 1,
-        panel_height_mm: WIDTH_MM * frames.iter().map(shape).sum::<f64>() / frames.len().max(1) as f64,
-        panels: plots.iter().take(frames.len()).enumerate().map(one).collect(),
-    }
+    Figure::new(
+        "all",
+        "time histories",
+        (1, WIDTH_MM * frames.iter().map(shape).sum::<f64>() / frames.len().max(1) as f64),
+        plots.iter().take(frames.len()).enumerate().map(one).collect(),
+    )
 }
 
 /// A span on paper.

@@ -20,18 +20,11 @@ pub struct AircraftArguments {
 #[derive(Debug, Subcommand)]
 enum AircraftCommand {
     /// List the aircraft that come with the program.
-    List {
-        /// Print one JSON document.
-        #[arg(long)]
-        json: bool,
-    },
+    List,
     /// Print the file of an aircraft that comes with the program.
     Show {
         /// Its name.
         name: String,
-        /// Print one JSON document.
-        #[arg(long)]
-        json: bool,
     },
     /// Write an aircraft file from a few numbers.
     New {
@@ -42,9 +35,6 @@ enum AircraftCommand {
         output: PathBuf,
         #[command(flatten)]
         plain: PlainArguments,
-        /// Print one JSON document.
-        #[arg(long)]
-        json: bool,
     },
 }
 
@@ -82,9 +72,6 @@ fn class(name: &str) -> Result<AircraftClass, String> {
 
 impl PlainArguments {
     /// The aircraft the arguments describe; none where they describe none.
-    ///
-    /// # Errors
-    /// One line where neither inertia nor class is given.
     pub fn describe(&self, name: &str) -> Result<Option<PlainAircraft>, String> {
         let (Some(area_m2), Some(span_m), Some(chord_m), Some(mass_kg)) = (self.area, self.span, self.chord, self.mass)
         else {
@@ -104,71 +91,53 @@ impl PlainArguments {
 }
 
 /// Lists, prints or makes aircraft files.
-///
-/// # Errors
-/// One line: an aircraft that there is not or cannot be, a file that exists or cannot be written.
 pub fn aircraft(arguments: &AircraftArguments) -> Result<(), String> {
     match &arguments.command {
-        AircraftCommand::List { json } => list(*json),
-        AircraftCommand::Show { name, json } => {
+        AircraftCommand::List => list(),
+        AircraftCommand::Show { name } => {
             let known = || builtin::aircraft().join(", ");
             let found = builtin::text("aircraft", name).filter(|_| builtin::aircraft().contains(&name.as_str()));
             let found = found.ok_or_else(|| format!("aircraft '{name}' not found: give one of {}", known()))?;
-            match json {
-                true => text::document(&json!({ "version": 1, "aircraft": found }).to_string()),
-                false => text::document(found.trim_end()),
-            }
-            Ok(())
+            text::json_or(&json!({ "version": 1, "aircraft": found }), found.trim_end())
         }
-        AircraftCommand::New { name, output, plain, json } => {
+        AircraftCommand::New { name, output, plain } => {
             let plain = plain.describe(name)?.ok_or("give --area, --span, --chord and --mass")?;
             write(&plain, output)?;
             let [xx, yy, zz] = plain.moments_kg_m2;
-            match json {
-                true => text::document(
-                    &json!({ "version": 1, "file": output, "moments_kg_m2": [xx, yy, zz], "note": plain.note })
-                        .to_string(),
-                ),
-                false => {
-                    text::line(&format!("{}: Ixx {xx:.0}, Iyy {yy:.0}, Izz {zz:.0} kg m2", output.display()));
-                    plain.note.iter().for_each(|note| text::line(note));
-                }
-            }
+            text::json(&json!({ "version": 1, "file": output, "moments_kg_m2": [xx, yy, zz], "note": plain.note }))?;
+            text::line(&format!("{}: Ixx {xx:.0}, Iyy {yy:.0}, Izz {zz:.0} kg m2", output.display()));
+            plain.note.iter().for_each(|note| text::line(note));
             Ok(())
         }
     }
 }
 
-fn list(json: bool) -> Result<(), String> {
+fn list() -> Result<(), String> {
     let context = Context::new(Path::new("."));
     let load = |name: &&'static str| {
         let loaded = stage::load_aircraft(&context, &format!("{}{name}", builtin::PREFIX));
         Ok((*name, loaded.map_err(|error| error.to_string())?))
     };
     let found = builtin::aircraft().iter().map(load).collect::<Result<Vec<_>, String>>()?;
-    if json {
+    if text::is_json() {
         let row = |(name, loaded): &(&str, Keyed<stage::LoadedAircraft>)| {
             let reference = loaded.aircraft.reference;
             json!({ "name": name, "title": loaded.aircraft.name, "area_m2": reference.area_m2, "span_m": reference.span_m, "chord_m": reference.chord_m })
         };
         let rows: Vec<_> = found.iter().map(row).collect();
-        text::document(&json!({ "version": 1, "aircraft": rows }).to_string());
-    } else {
-        for (name, loaded) in &found {
-            let reference = loaded.aircraft.reference;
-            text::line(&format!(
-                "{name:<24} {} (S {} m2, b {} m, c {} m)",
-                loaded.aircraft.name, reference.area_m2, reference.span_m, reference.chord_m
-            ));
-        }
+        return text::json(&json!({ "version": 1, "aircraft": rows }));
+    }
+    for (name, loaded) in &found {
+        let reference = loaded.aircraft.reference;
+        text::line(&format!(
+            "{name:<24} {} (S {} m2, b {} m, c {} m)",
+            loaded.aircraft.name, reference.area_m2, reference.span_m, reference.chord_m
+        ));
     }
     Ok(())
 }
 
 /// Writes an aircraft to a file that is not there yet.
-///
-/// # Errors
-/// One line: an aircraft that cannot be, a file that exists or cannot be written.
 pub fn write(plain: &PlainAircraft, path: &Path) -> Result<(), String> {
     if path.exists() {
         return Err(format!("{} exists: choose another name, or name it with --aircraft", path.display()));
@@ -177,9 +146,6 @@ pub fn write(plain: &PlainAircraft, path: &Path) -> Result<(), String> {
 }
 
 /// Reads `IXX,IYY,IZZ` or `IXX,IYY,IZZ,IXZ`, kg m².
-///
-/// # Errors
-/// One line when it is neither.
 fn inertia(text: &str) -> Result<[f64; 4], String> {
     let numbers: Vec<f64> = text
         .split(',')

@@ -31,15 +31,9 @@ pub struct CampaignArguments {
     /// Formats.
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = REPORTS, value_parser = report_format())]
     format: Vec<String>,
-    /// Print one JSON document.
-    #[arg(long)]
-    json: bool,
 }
 
 /// Plans a campaign, matches it with a session and writes its cards.
-///
-/// # Errors
-/// One line: a file that is not understood, a session that cannot be run, a point that cannot be flown, a file that cannot be written.
 pub fn campaign(arguments: &CampaignArguments) -> Result<(), String> {
     let campaign = Campaign::open(&arguments.campaign)?;
     let folder = arguments.campaign.parent().map(PathBuf::from).unwrap_or_default();
@@ -82,10 +76,7 @@ pub fn campaign(arguments: &CampaignArguments) -> Result<(), String> {
         progress.finish();
         written = Some(put?);
     }
-    if arguments.json {
-        text::document(&document.to_string());
-        return Ok(());
-    }
+    text::json(&document)?;
     print(&planned);
     if let Some(put) = written {
         put.notes().for_each(|note| text::line(&note));

@@ -13,23 +13,14 @@ use crate::text;
 pub struct CheckArguments {
     /// Session or aircraft file.
     pub file: PathBuf,
-    /// Print JSON: findings and relations between channels.
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// Checks a session or an aircraft file and prints what it says: bad where anything found is.
-///
-/// # Errors
-/// One line when it has no form as JSON.
 pub fn check(arguments: &CheckArguments) -> Result<Outcome, String> {
     let warn = |finding: &Finding| text::error_line(&format!("{}: {finding}", finding.level.name()));
     let checked = check_file(&arguments.file, &warn);
-    if arguments.json {
-        text::document(&serde_json::to_string_pretty(&checked).map_err(|error| error.to_string())?);
-    } else {
-        print(&checked);
-    }
+    text::json(&checked)?;
+    print(&checked);
     Ok(checked.level().into())
 }
 

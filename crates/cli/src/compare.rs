@@ -55,7 +55,7 @@ impl std::str::FromStr for Family {
             "filters" => Ok(Self::Filters),
             "noise" => Ok(Self::Noise),
             "manoeuvres" => Ok(Self::Manoeuvres),
-            name => Coefficient::ALL.into_iter().find(|one| one.name() == name).map(Self::Terms).ok_or_else(|| {
+            name => Coefficient::from_name(name).map(Self::Terms).ok_or_else(|| {
                 let all = Coefficient::ALL.map(Coefficient::name).join(", ");
                 format!("'{name}' is not a family: use filters, noise, manoeuvres or a coefficient ({all})")
             }),
@@ -79,9 +79,6 @@ impl Family {
 }
 
 /// Computes every experiment and prints a row each.
-///
-/// # Errors
-/// One line: what is wrong with the session, that it has no experiments, that the file cannot be written.
 pub fn compare(arguments: &CompareArguments) -> Result<(), String> {
     let opened = open_to_run(&arguments.session)?;
     let add = |session: Session, family: &Family| {
@@ -123,8 +120,7 @@ fn print(rows: &ExperimentRows) -> Result<(), String> {
     if text::is_json() {
         let failed: Vec<_> = failed.iter().map(|(name, error)| json!({ "name": name, "error": error })).collect();
         let all = json!({ "experiments": ready, "failed": failed });
-        text::document(&serde_json::to_string_pretty(&all).map_err(|error| error.to_string())?);
-        return Ok(());
+        return text::json(&all);
     }
     let header =
         ["experiment", "verdict", "good", "caution", "bad", "NIS", "dAIC", "validation error", "settings that differ"];

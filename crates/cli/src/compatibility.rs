@@ -37,9 +37,6 @@ pub struct CompatibilityArguments {
     /// Save the common errors to the session, which then corrects for them.
     #[arg(long)]
     pub take: bool,
-    /// Print one JSON document.
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// Noise model.
@@ -64,9 +61,6 @@ fn measurement(name: &str) -> Result<Measurement, String> {
 }
 
 /// Estimates errors of the sensors, prints them, takes them where asked.
-///
-/// # Errors
-/// One line: what is wrong with the session or the errors asked for, or why they were not found.
 pub fn compatibility(arguments: &CompatibilityArguments) -> Result<(), String> {
     let opened = open_to_run(&arguments.session)?;
     let mut asked = opened.session.clone();
@@ -84,13 +78,10 @@ pub fn compatibility(arguments: &CompatibilityArguments) -> Result<(), String> {
         .ready()
         .ok_or_else(|| snapshot.sensor_errors.error().unwrap_or("sensor errors were not estimated").to_owned())?;
     let rows = report::sensor_error_rows(&found.0);
-    if arguments.json {
-        text::document(&serde_json::to_string_pretty(&rows).map_err(|error| error.to_string())?);
-    } else {
-        text::show(&report::error_table(&rows));
-        text::line("");
-        text::show(&report::sensor_output_table(&rows));
-    }
+    text::json(&rows)?;
+    text::show(&report::error_table(&rows));
+    text::line("");
+    text::show(&report::sensor_output_table(&rows));
     if arguments.take {
         let mut next = opened.session;
         for row in found.0.errors.iter().filter(|row| row.window.is_none()) {

@@ -14,8 +14,7 @@ use doublet_engine::report::{case_table, coverage_table, mode_coverage_table};
 use doublet_engine::run::Control;
 use doublet_engine::session::{self, GustSource, Session};
 use doublet_engine::study::{self, Coverage};
-use doublet_engine::verdict::Level;
-use doublet_engine::verdict::{self, JudgedFlights};
+use doublet_engine::verdict::{self, JudgedFlights, Level};
 
 use crate::arguments::not_negative;
 use crate::progress::Progress;
@@ -73,18 +72,12 @@ pub struct CalibrateArguments {
     /// Seed of the first flight; each next flight adds one.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Print one JSON document.
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// Scenario flown unless another is asked for.
 pub const SCENARIO: &str = "coverage";
 
 /// Flies the scenario, identifies every flight and prints a row per derivative.
-///
-/// # Errors
-/// One line: a session, scenario or flight that cannot be used.
 pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
     if arguments.verdict {
         print_judged(arguments, &studied(arguments, verdict::judged_flights)?);
@@ -129,9 +122,6 @@ pub fn coverage(arguments: &CoverageArguments) -> Result<(), String> {
 }
 
 /// Flies sound flights, flights in gusts and flights with one fault each and prints how the levels fit the truth.
-///
-/// # Errors
-/// As for [`coverage`].
 pub fn calibrate(arguments: &CalibrateArguments) -> Result<(), String> {
     let scenario = crate::simulate::open(&arguments.scenario)?;
     let flights = (arguments.realisations, arguments.seed);
@@ -140,10 +130,7 @@ pub fn calibrate(arguments: &CalibrateArguments) -> Result<(), String> {
         let gusts = if arguments.session.is_none() { GustSource::Estimated } else { session.gusts };
         verdict::calibrate_levels(&Session { gusts, ..session.clone() }, scenario, flights, context)
     })?;
-    if arguments.json {
-        text::document(&serde_json::to_string_pretty(&found).map_err(|error| error.to_string())?);
-        return Ok(());
-    }
+    text::json(&found)?;
     text::show(&case_table(&found));
     Ok(())
 }
@@ -201,9 +188,6 @@ fn print_judged(arguments: &CoverageArguments, found: &JudgedFlights) {
 }
 
 /// The study of coverage the arguments ask for.
-///
-/// # Errors
-/// As for [`coverage`].
 pub fn computed(arguments: &CoverageArguments) -> Result<Coverage, String> {
     match arguments.recorded {
         true => studied(arguments, recorded_coverage),

@@ -10,9 +10,9 @@ use doublet_core::load::datcom::{
     PredictionOptions, beside,
 };
 use doublet_engine::graph::Context;
+use doublet_engine::report::Reference;
 use doublet_engine::stage::{self, AircraftData};
 use doublet_engine::{builtin, report};
-use serde_json::Value;
 
 use crate::{new, text};
 
@@ -56,17 +56,10 @@ pub fn datcom(arguments: &DatcomArguments) -> Result<(), String> {
     }
 }
 
-/// An identified derivative.
-pub struct Identified {
-    pub name: String,
-    pub estimate: f64,
-    pub corrected_error: f64,
-}
-
 fn print_listing(path: &Path, arguments: &DatcomArguments) -> Result<(), String> {
     let listing = DatcomListing::read(path).map_err(|error| error.to_string())?;
     let aircraft = arguments.aircraft.as_deref().map(aircraft_data).transpose()?;
-    let identified = arguments.results.as_deref().map(identified).transpose()?;
+    let identified = arguments.results.as_deref().map(report::reference).transpose()?;
     let alphas: Vec<f64> =
         if arguments.alpha_deg.is_empty() {
             vec![listing.level_flight_alpha_rad().ok_or_else(|| {
@@ -84,7 +77,7 @@ fn print_listing(path: &Path, arguments: &DatcomArguments) -> Result<(), String>
     for (alpha, predicted) in tables {
         text::line("");
         text::line(&format!("angle of attack {} deg", text::number(alpha.to_degrees(), 4)));
-        print_table(&predicted, identified.as_deref());
+        print_table(&predicted, identified.as_ref());
     }
     Ok(())
 }
@@ -153,20 +146,20 @@ fn print_head(listing: &DatcomListing, aircraft: Option<&AircraftData>) {
     }
 }
 
-fn print_table(predicted: &[PredictedDerivative], identified: Option<&[Identified]>) {
+fn print_table(predicted: &[PredictedDerivative], identified: Option<&Reference>) {
     let Some(identified) = identified else {
         let rows = predicted.iter().map(|row| vec![row.name.to_owned(), text::number(row.value, 4)]);
         text::table(&["derivative", "DATCOM"], &rows.collect::<Vec<_>>());
         return;
     };
-    let pairs: Vec<_> = identified.iter().map(|row| (row.name.as_str(), row.estimate)).collect();
+    let pairs: Vec<_> = identified.values.iter().map(|(name, value, _)| (name.as_str(), *value)).collect();
     let both = beside(predicted, &pairs);
     let rows = predicted.iter().map(|row| {
         let mut cells = vec![row.name.to_owned(), text::number(row.value, 4)];
-        let own = identified.iter().find(|own| own.name == row.name);
-        if let (Some(pair), Some(own)) = (both.iter().find(|pair| pair.name == row.name), own) {
+        if let Some(pair) = both.iter().find(|pair| pair.name == row.name) {
+            let error = identified.get(row.name).and_then(|(_, error)| error);
             cells.push(text::number(pair.identified, 4));
-            cells.push(text::number(own.corrected_error, 2));
+            cells.push(text::number(error.unwrap_or(f64::NAN), 2));
             cells.push(text::number(pair.ratio(), 3));
             cells.push(if pair.same_sign() { "" } else { "signs differ" }.to_owned());
         }
@@ -174,30 +167,6 @@ fn print_table(predicted: &[PredictedDerivative], identified: Option<&[Identifie
     });
     let header = ["derivative", "DATCOM", "identified", "corrected error", "DATCOM/identified", ""];
     text::table(&header, &rows.collect::<Vec<_>>());
-}
-
-/// The pooled derivatives of a run.
-pub fn identified(path: &Path) -> Result<Vec<Identified>, String> {
-    let refuse = |reason: &str| format!("{}: {reason}", path.display());
-    let content = doublet_core::load::read_text(path).map_err(|error| refuse(&error.to_string()))?;
-    let results: Value = serde_json::from_str(&content).map_err(|error| refuse(&error.to_string()))?;
-    if results["format"] != report::FORMAT {
-        return Err(refuse("not a results file: give the results.json of a `doublet run`"));
-    }
-    let derivatives =
-        results["pooled"].as_array().into_iter().flatten().filter_map(|fit| fit["derivatives"].as_array());
-    let rows = derivatives.flatten().filter_map(|row| {
-        Some(Identified {
-            name: row["name"].as_str()?.to_owned(),
-            estimate: row["estimate"].as_f64()?,
-            corrected_error: row["corrected_standard_error"].as_f64().unwrap_or(f64::NAN),
-        })
-    });
-    let rows: Vec<_> = rows.collect();
-    if rows.is_empty() {
-        return Err(refuse("it has no pooled derivatives: mark manoeuvres for identification and run again"));
-    }
-    Ok(rows)
 }
 
 fn write_deck(aircraft: &str, output: &Path, arguments: &DatcomArguments) -> Result<(), String> {

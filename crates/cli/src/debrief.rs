@@ -35,15 +35,9 @@ pub struct DebriefArguments {
     /// Formats of the page.
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = REPORTS, value_parser = report_format())]
     format: Vec<String>,
-    /// Print one JSON document.
-    #[arg(long)]
-    json: bool,
 }
 
 /// Runs the flights of a design and prints what was promised, obtained and is true.
-///
-/// # Errors
-/// One line: a file that cannot be read, a flight that cannot be run, a derivative that is missing.
 pub fn debrief(arguments: &DebriefArguments) -> Result<(), String> {
     let place = arguments.design.join("design.json");
     let named = |path: &Path, error: String| format!("{}: {error}", path.display());
@@ -73,10 +67,7 @@ pub fn debrief(arguments: &DebriefArguments) -> Result<(), String> {
     let debrief = planning::debrief(&promise, &found).map_err(|error| error.to_string())?;
     let written = arguments.out.as_ref().map(|folder| write(arguments, folder, &opened.session.title, &debrief));
     let written = written.transpose()?;
-    if arguments.json {
-        text::document(&serde_json::to_string(&debrief).map_err(|error| error.to_string())?);
-        return Ok(());
-    }
+    text::json(&debrief)?;
     print(&debrief);
     if let Some(put) = written {
         put.notes().for_each(|note| text::line(&note));

@@ -62,9 +62,6 @@ pub struct BasisArguments {
     /// Random seed.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Print one JSON document.
-    #[arg(long)]
-    json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -173,7 +170,7 @@ impl BasisArguments {
 
     fn request(&self, kind: DesignKind, time_s: f64) -> Request {
         let surfaces = places(&self.surfaces);
-        let criterion = Criterion::ALL.into_iter().find(|criterion| criterion.name() == self.criterion);
+        let criterion = Criterion::from_name(&self.criterion);
         Request {
             criterion: criterion.unwrap_or(Criterion::A),
             usage: self.usage,
@@ -193,9 +190,6 @@ pub fn places(names: &[String]) -> Vec<usize> {
 }
 
 /// Designs an input, prints what it promises, and writes its files.
-///
-/// # Errors
-/// One line: a session that cannot be run, no model, no input within time and limits, a file that cannot be written.
 pub fn design(arguments: &DesignArguments) -> Result<(), String> {
     let (session, snapshot, basis) = arguments.basis.open()?;
     let request = Request {
@@ -210,10 +204,7 @@ pub fn design(arguments: &DesignArguments) -> Result<(), String> {
     PathShare::measure(&session, &snapshot).iter().for_each(|share| row.add_path(share, arguments.with_flown));
     let written =
         arguments.out.as_ref().map(|_| write(arguments, (&session, &snapshot), &row, &designed)).transpose()?;
-    if arguments.basis.json {
-        text::document(&serde_json::to_string(&row).map_err(|error| error.to_string())?);
-        return Ok(());
-    }
+    text::json(&row)?;
     print(&row);
     written.into_iter().for_each(|line| text::line(&line));
     Ok(())
@@ -277,9 +268,6 @@ fn print(row: &DesignRow) {
 }
 
 /// Prints what was flown against goals, window by window, and what to fly next.
-///
-/// # Errors
-/// One line: a session that cannot be run, no model, a goal of an unknown derivative.
 pub fn enough(arguments: &EnoughArguments) -> Result<(), String> {
     if arguments.basis.surfaces.iter().any(|name| name == SURFACE_NAMES[THROTTLE]) {
         return Err("enough compares inputs of the surfaces: leave out the throttle".to_owned());
@@ -291,10 +279,7 @@ pub fn enough(arguments: &EnoughArguments) -> Result<(), String> {
         next: arguments.basis.request(DesignKind::Multisine, arguments.time),
     };
     let found = planning::enough(&session.windows, &basis, &options, &|| Ok(())).map_err(|error| error.to_string())?;
-    if arguments.basis.json {
-        text::document(&serde_json::to_string(&found).map_err(|error| error.to_string())?);
-        return Ok(());
-    }
+    text::json(&found)?;
     let word = if found.enough { "enough" } else { "not enough" };
     text::line(&format!("{word}: {} of {} goals are met", found.met, found.of));
     text::show_all(&planning::enough_tables(&found));

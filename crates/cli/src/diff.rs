@@ -20,11 +20,8 @@ pub struct DiffArguments {
     /// Compare settings only, without a run.
     #[arg(long)]
     pub settings: bool,
-    /// Print JSON.
-    #[arg(long, conflicts_with = "csv")]
-    pub json: bool,
     /// Print CSV.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "json")]
     pub csv: bool,
 }
 
@@ -39,9 +36,6 @@ struct Side {
 }
 
 /// Compares and prints.
-///
-/// # Errors
-/// One line per thing that is wrong with either.
 pub fn diff(arguments: &DiffArguments) -> Result<(), String> {
     let side = |path| Side::open(path, arguments.settings);
     let (first, second) = (side(&arguments.first)?, side(&arguments.second)?);
@@ -53,10 +47,8 @@ pub fn diff(arguments: &DiffArguments) -> Result<(), String> {
         (Some(first), Some(second)) => Some(differences(first, second)),
         _ => None,
     };
-    if arguments.json {
-        let all = serde_json::json!({ "settings": differing, "derivatives": derivatives, "note": CAVEAT });
-        text::document(&serde_json::to_string_pretty(&all).map_err(|error| error.to_string())?);
-    } else if arguments.csv {
+    text::json(&serde_json::json!({ "settings": differing, "derivatives": derivatives, "note": CAVEAT }))?;
+    if arguments.csv {
         csv(differing.as_deref().unwrap_or_default(), derivatives.as_deref().unwrap_or_default())?;
     } else {
         print_settings(differing.as_deref());

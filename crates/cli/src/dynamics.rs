@@ -56,9 +56,6 @@ pub struct TrimArguments {
     /// Random seed.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Print one JSON document.
-    #[arg(long)]
-    pub json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -184,9 +181,6 @@ fn window(path: &Path, name: &str) -> Result<u64, String> {
 }
 
 /// Prints or writes the linear models about a trim.
-///
-/// # Errors
-/// One line per thing that is wrong.
 pub fn linear(arguments: &LinearArguments) -> Result<(), String> {
     let study = study(&arguments.trim, &JudgedArguments::default())?;
     let row = dynamics_row(&study);
@@ -194,11 +188,7 @@ pub fn linear(arguments: &LinearArguments) -> Result<(), String> {
     if let Some(out) = &arguments.out {
         written = Some((write_linear(&row, out).map_err(|error| error.to_string())?, out));
     }
-    if arguments.trim.json {
-        let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from("linear.json"));
-        text::document(&linear_json(&row, &out).to_string());
-        return Ok(());
-    }
+    text::json(&linear_json(&row, arguments.out.as_deref().unwrap_or(Path::new("linear.json"))))?;
     print_trim(&row);
     for (name, model) in row.systems.iter().filter(|(_, model)| model.states.len() <= 4) {
         for table in matrix_tables(name, name, model) {
@@ -219,9 +209,6 @@ pub fn linear(arguments: &LinearArguments) -> Result<(), String> {
 }
 
 /// Prints the modes about a trim, or over a parameter.
-///
-/// # Errors
-/// One line per thing that is wrong.
 pub fn modes(arguments: &ModesArguments) -> Result<(), String> {
     let study = study(&arguments.trim, &JudgedArguments::default())?;
     if let Some((name, from, to, steps)) = &arguments.locus {
@@ -229,36 +216,21 @@ pub fn modes(arguments: &ModesArguments) -> Result<(), String> {
         let values: Vec<f64> = (0..*steps).map(|step| from + (to - from) * share(step)).collect();
         let parameter = LocusParameter::parse(name);
         let points = locus(&study.model, &study.condition, &parameter, &values).map_err(|error| error.to_string())?;
-        return print_locus(name, &parameter, &points, arguments.trim.json);
+        return print_locus(name, &parameter, &points);
     }
     let row = dynamics_row(&study);
-    if arguments.trim.json {
-        let document = json!({
-            "trim": row.trim, "windows": row.windows, "modes": row.modes, "measured": row.measured, "samples": row.samples,
-            "seed": row.seed, "notes": row.notes,
-        });
-        text::document(&document.to_string());
-        return Ok(());
-    }
+    text::json(&json!({
+        "trim": row.trim, "windows": row.windows, "modes": row.modes, "measured": row.measured, "samples": row.samples,
+        "seed": row.seed, "notes": row.notes,
+    }))?;
     print_modes(&row);
     print_measured(&row);
     Ok(())
 }
 
-fn print_locus(name: &str, parameter: &LocusParameter, points: &[LocusPoint], as_json: bool) -> Result<(), String> {
-    if as_json {
-        let rows: Vec<Value> = points
-            .iter()
-            .map(|point| match &point.modes {
-                Ok(modes) => {
-                    json!({ "value": point.value, "modes": modes.iter().map(describe_mode).collect::<Vec<_>>() })
-                }
-                Err(error) => json!({ "value": point.value, "error": error.to_string() }),
-            })
-            .collect();
-        text::document(&json!({ "parameter": name, "unit": parameter.unit(), "points": rows }).to_string());
-        return Ok(());
-    }
+fn print_locus(name: &str, parameter: &LocusParameter, points: &[LocusPoint]) -> Result<(), String> {
+    let described: Vec<Value> = points.iter().map(describe_point).collect();
+    text::json(&json!({ "parameter": name, "unit": parameter.unit(), "points": described }))?;
     let rows = points.iter().flat_map(|point| match &point.modes {
         Ok(modes) => modes.iter().map(|mode| (point.value, Ok(mode))).collect(),
         Err(error) => vec![(point.value, Err(error.to_string()))],
@@ -276,7 +248,14 @@ fn print_locus(name: &str, parameter: &LocusParameter, points: &[LocusPoint], as
     Ok(())
 }
 
-fn describe_mode(mode: &Mode) -> serde_json::Value {
+fn describe_point(point: &LocusPoint) -> Value {
+    match &point.modes {
+        Ok(modes) => json!({ "value": point.value, "modes": modes.iter().map(describe_mode).collect::<Vec<_>>() }),
+        Err(error) => json!({ "value": point.value, "error": error.to_string() }),
+    }
+}
+
+fn describe_mode(mode: &Mode) -> Value {
     json!({
         "name": mode.name, "real_1_s": mode.real_1_s, "imaginary_rad_s": mode.imaginary_rad_s,
         "frequency_rad_s": mode.frequency_rad_s(), "damping": mode.damping(),
@@ -284,21 +263,14 @@ fn describe_mode(mode: &Mode) -> serde_json::Value {
 }
 
 /// Prints the levels of the flying qualities about a trim.
-///
-/// # Errors
-/// One line per thing that is wrong.
 pub fn qualities(arguments: &QualitiesArguments) -> Result<(), String> {
     let study = study(&arguments.trim, &arguments.judged)?;
     let row = dynamics_row(&study);
     let found = &row.qualities;
-    if arguments.trim.json {
-        let document = json!({
-            "trim": row.trim, "windows": row.windows, "qualities": found, "samples": row.samples, "seed": row.seed,
-            "notes": row.notes,
-        });
-        text::document(&document.to_string());
-        return Ok(());
-    }
+    text::json(&json!({
+        "trim": row.trim, "windows": row.windows, "qualities": found, "samples": row.samples, "seed": row.seed,
+        "notes": row.notes,
+    }))?;
     print_trim(&row);
     print_qualities(found);
     print_notes(&row);

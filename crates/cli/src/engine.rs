@@ -47,9 +47,6 @@ const INPUT_UNITS: [&str; 5] = ["rpm", "inHg", "K", "m", "m/s"];
 const OUTPUT_UNITS: [&str; 3] = ["hp", "N", "-"];
 
 /// Prints power, thrust, efficiency, total-pressure rise and their sensitivities at one condition.
-///
-/// # Errors
-/// One line: an aircraft without engine models, or a condition that makes no sense.
 pub fn engine(arguments: &EngineArguments) -> Result<(), String> {
     let reference = new::aircraft_reference(&arguments.aircraft)?;
     let loaded = stage::load_aircraft(&Context::new(Path::new(".")), &reference)?;

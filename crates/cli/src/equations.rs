@@ -43,9 +43,6 @@ pub struct EquationArguments {
     /// Piece length of output error, s, for unstable motions.
     #[arg(long, value_name = "S", value_parser = positive)]
     pub piece: Option<f64>,
-    /// Print one JSON document.
-    #[arg(long)]
-    pub json: bool,
 }
 
 fn pair(text: &str) -> Result<(String, String), String> {
@@ -76,9 +73,6 @@ fn window(text: &str) -> Result<TimeRange, String> {
 }
 
 /// Fits equations of motion and prints their parameters by all methods.
-///
-/// # Errors
-/// One line: what is wrong with equations, table, columns or time, or why no method has a result.
 pub fn equations(arguments: &EquationArguments) -> Result<Outcome, String> {
     if let Some(dt) = arguments.dt.filter(|dt| !(dt.is_finite() && *dt > 0.0)) {
         return Err(format!("--dt {dt}: the interval must be above 0 s"));
@@ -104,13 +98,9 @@ pub fn equations(arguments: &EquationArguments) -> Result<Outcome, String> {
         piece_s: arguments.piece,
     };
     let found = fit_equations(&arguments.table, &request).map_err(|error| error.to_string())?;
-    if arguments.json {
-        let described = equation_document(&found);
-        text::document(&serde_json::to_string_pretty(&described).map_err(|error| error.to_string())?);
-    } else {
-        print(&found);
-        text::verdict(&found.verdict);
-    }
+    text::json(&equation_document(&found))?;
+    print(&found);
+    text::verdict(&found.verdict);
     Ok(found.verdict.level.into())
 }
 

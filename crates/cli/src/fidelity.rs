@@ -33,9 +33,6 @@ const MARKER: &str = "<!-- doublet fidelity writes all that follows -->\n";
 const END: &str = "<!-- end of what doublet fidelity writes -->\n";
 
 /// Identifies the shipped flight both ways, flies the coverage study, and writes the tables behind the marker of the document.
-///
-/// # Errors
-/// One line: a study that fails, or a file without the marker.
 pub fn fidelity(arguments: &FidelityArguments) -> Result<(), String> {
     let place = arguments.out.display();
     let document = doublet_core::load::read_text(&arguments.out).map_err(|error| format!("{place}: {error}"))?;

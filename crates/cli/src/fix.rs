@@ -33,9 +33,6 @@ pub struct FixArguments {
 }
 
 /// Lists the fixes of a session with the verdict after each, the best first, or applies some.
-///
-/// # Errors
-/// One line: what is wrong with the session, that a number is not one of a fix, or why the session cannot be written.
 pub fn fix(arguments: &FixArguments) -> Result<(), String> {
     let target = arguments.output.as_deref().unwrap_or(&arguments.session);
     let _lock = if arguments.apply.is_empty() { None } else { Lock::lock_for_writing(target)? };

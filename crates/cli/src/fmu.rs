@@ -21,9 +21,6 @@ pub struct FmuArguments {
 }
 
 /// Writes the unit.
-///
-/// # Errors
-/// One line per thing that is wrong.
 pub fn fmu(arguments: &FmuArguments) -> Result<(), String> {
     let study = study(&arguments.trim, &JudgedArguments::default())?;
     let name = arguments.out.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
@@ -32,16 +29,12 @@ pub fn fmu(arguments: &FmuArguments) -> Result<(), String> {
     write_fmu(&simulation, names, &name, &arguments.out).map_err(|error| error.to_string())?;
     let trim = &study.modes.linearised.trim;
     let path = arguments.out.display();
-    if arguments.trim.json {
-        let document = json!({
-            "version": 1, "file": arguments.out, "fmi": "3.0", "derivatives": names, "airspeed_m_s": trim.condition.airspeed_m_s,
-            "altitude_m": trim.condition.altitude_m, "controls_rad": trim.controls_rad, "thrust_n": trim.thrust_n,
-        });
-        text::document(&document.to_string());
-    } else {
-        let (speed, altitude) = (trim.condition.airspeed_m_s, trim.condition.altitude_m);
-        text::line(&format!("{path}: FMI 3.0, begins at {speed:.2} m/s, {altitude:.0} m"));
-        study.notes.iter().for_each(|note| text::line(note));
-    }
+    let (speed, altitude) = (trim.condition.airspeed_m_s, trim.condition.altitude_m);
+    text::json(&json!({
+        "version": 1, "file": arguments.out, "fmi": "3.0", "derivatives": names, "airspeed_m_s": speed,
+        "altitude_m": altitude, "controls_rad": trim.controls_rad, "thrust_n": trim.thrust_n,
+    }))?;
+    text::line(&format!("{path}: FMI 3.0, begins at {speed:.2} m/s, {altitude:.0} m"));
+    study.notes.iter().for_each(|note| text::line(note));
     Ok(())
 }

@@ -21,21 +21,13 @@ pub struct InspectArguments {
     /// Channel map (file or name of a shipped one) to apply.
     #[arg(long)]
     pub map: Option<String>,
-    /// Print one JSON document.
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// Prints sources, channels, units, rates, gaps and problems of a recording.
-///
-/// # Errors
-/// One line when the recording or the channel map cannot be read.
 pub fn inspect(arguments: &InspectArguments) -> Result<(), String> {
     let probe = read_contents(&arguments.recording).map_err(|error| error.to_string())?;
-    if arguments.json {
-        let document = serde_json::to_string_pretty(&describe(&probe)?).map_err(|error| error.to_string())?;
-        text::document(&document);
-        return Ok(());
+    if text::is_json() {
+        return text::json(&describe(&probe)?);
     }
     text::line(&format!("{}: {}", probe.path.display(), probe.format));
     for source in &probe.sources {

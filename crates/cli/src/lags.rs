@@ -21,7 +21,7 @@ pub struct LagArguments {
 /// Reads `CONTROL=KIND`.
 pub fn taken(text: &str) -> Result<(Surface, LagKind), String> {
     let (control, kind) = text.split_once('=').ok_or("write it as CONTROL=KIND, for example elevator=delay")?;
-    let surface = Surface::ALL.into_iter().find(|surface| surface.name() == control.trim());
+    let surface = Surface::from_name(control.trim());
     let surface = surface.ok_or_else(|| format!("control '{control}' not found: use elevator, aileron or rudder"))?;
     let kind = match kind.trim() {
         "delay" => LagKind::Delay,
@@ -32,9 +32,6 @@ pub fn taken(text: &str) -> Result<(Surface, LagKind), String> {
 }
 
 /// Finds lags and delays, prints them, takes those asked for.
-///
-/// # Errors
-/// One line: what is wrong with the session, its windows, or with what is to be taken.
 pub fn lags(arguments: &LagArguments) -> Result<(), String> {
     let (session, snapshot) = computed(&arguments.study.session, &[Study::Lags])?;
     shown(Study::Lags, &session, &snapshot, &arguments.study)?;

@@ -67,44 +67,9 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use aircraft::AircraftArguments;
-use arguments::ReportArguments;
-use batch::BatchArguments;
-use check::CheckArguments;
 use clap::{ArgAction, ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
-use compare::CompareArguments;
-use compatibility::CompatibilityArguments;
-use coverage::{CalibrateArguments, CoverageArguments};
-use datcom::DatcomArguments;
-use diff::DiffArguments;
 use doublet_engine::graph::guarded;
-use doublet_engine::study::{MonteCarloRequest, Study};
-use dynamics::{LinearArguments, ModesArguments, QualitiesArguments};
-use engine::EngineArguments;
-use equations::EquationArguments;
-use export::ExportArguments;
-use fidelity::FidelityArguments;
-use fix::FixArguments;
-use fmu::FmuArguments;
-use inspect::InspectArguments;
-use lags::LagArguments;
-use manual::HelpArguments;
-use map::MapArguments;
-use match_command::MatchArguments;
-use new::NewArguments;
 use outcome::Outcome;
-use prior::PriorArguments;
-use propagate::PropagateArguments;
-use propose::ProposeArguments;
-use regress::RegressArguments;
-use response::{LoesArguments, ResponseArguments};
-use run::RunArguments;
-use shell::{CompletionArguments, ManArguments};
-use simulate::SimulateArguments;
-use structure::StructureArguments;
-use study::{CheckStudyArguments, MonteCarloArguments, StudyArguments};
-use tune::TuneArguments;
-use variants::VariantArguments;
 
 /// Aircraft system identification from flight test; without a command, the workbench.
 #[derive(Debug, Parser)]
@@ -117,113 +82,124 @@ pub struct Arguments {
     pub command: Option<Command>,
 }
 
-/// Commands without a window.
-#[derive(Debug, Subcommand)]
-pub enum Command {
+/// The commands without a window, a row each: its help, its arguments and what runs it.
+macro_rules! commands {
+    ($($(#[$help:meta])* $name:ident($arguments:ty) => $run:path;)*) => {
+        /// Commands without a window.
+        #[derive(Debug, Subcommand)]
+        pub enum Command { $($(#[$help])* $name($arguments),)* }
+
+        fn outcome(command: Command) -> Result<Outcome, String> {
+            match command { $(Command::$name(arguments) => $run(&arguments).map(Outcome::from),)* }
+        }
+    };
+}
+
+commands! {
     /// List sources, channels, units, rates and gaps of a recording.
-    Inspect(InspectArguments),
+    Inspect(inspect::InspectArguments) => inspect::inspect;
     /// Guess a channel map for recordings, or list and print shipped maps.
-    Map(MapArguments),
+    Map(map::MapArguments) => map::map;
     /// Make a session for one or more recordings.
-    New(NewArguments),
+    New(new::NewArguments) => new::new;
     /// List, print or make aircraft files.
-    Aircraft(AircraftArguments),
+    Aircraft(aircraft::AircraftArguments) => aircraft::aircraft;
     /// Check a session or an aircraft file and print the findings.
-    Check(CheckArguments),
+    Check(check::CheckArguments) => check::check;
     /// Run a session and write tables and time histories.
-    Run(RunArguments),
+    Run(run::RunArguments) => run::run;
     /// Run a session and write a report.
-    Report(ReportArguments),
+    Report(arguments::ReportArguments) => report::report;
     /// Print sensitivities of the derivatives to loading, deflections, air angles and fuel.
-    Sensitivity(StudyArguments),
+    Sensitivity(study::StudyArguments) => study::sensitivity;
     /// Compare manoeuvres: leave one out, input kinds, flight conditions.
-    Manoeuvres(StudyArguments),
+    Manoeuvres(study::StudyArguments) => study::manoeuvres;
     /// Estimate each manoeuvre again in the frequency domain and by output error.
-    Checks(CheckStudyArguments),
+    Checks(study::CheckStudyArguments) => study::checks;
     /// Find lag and delay of each control from the fit.
-    Lags(LagArguments),
+    Lags(lags::LagArguments) => lags::lags;
     /// Follow a flight in real time: path, derivatives, correlation and limits.
-    Live(crate::live::LiveArguments),
+    Live(live::LiveArguments) => live::live;
     /// Estimate constant sensor errors over all manoeuvres: bias, scale factor, misalignment.
-    Compatibility(CompatibilityArguments),
+    Compatibility(compatibility::CompatibilityArguments) => compatibility::compatibility;
     /// Search for model terms, stepwise or by orthogonal functions.
-    Structure(StructureArguments),
+    Structure(structure::StructureArguments) => structure::structure;
     /// Fit one column of a table by others, without a session.
-    Regress(RegressArguments),
+    Regress(regress::RegressArguments) => regress::regress;
     /// Fit your equations of motion to a table.
-    Equations(EquationArguments),
+    Equations(equations::EquationArguments) => equations::equations;
     /// Print frequency responses with coherence and error bars.
-    Response(ResponseArguments),
+    Response(response::ResponseArguments) => response::response;
     /// Fit a low-order equivalent system to a frequency response.
-    Loes(LoesArguments),
+    Loes(response::LoesArguments) => response::loes;
     /// Print weighted, generalised, constrained and total least-squares estimates beside ordinary ones.
-    Variants(VariantArguments),
+    Variants(variants::VariantArguments) => variants::variants;
     /// Repeat reconstruction and fit many times with fresh measurement noise.
-    MonteCarlo(MonteCarloArguments),
+    MonteCarlo(study::MonteCarloArguments) => study::monte_carlo;
     /// Compare the experiments of a session: verdict, NIS, fits and derivatives.
-    Compare(CompareArguments),
+    Compare(compare::CompareArguments) => compare::compare;
     /// List the fixes of a session with their effect, or apply some.
-    Fix(FixArguments),
+    Fix(fix::FixArguments) => fix::fix;
     /// Propose manoeuvres, steady parts or noise from the recordings of a session.
-    Propose(ProposeArguments),
+    Propose(propose::ProposeArguments) => propose::propose;
     /// Simulate validation manoeuvres with the model and print which tolerances pass.
-    Match(MatchArguments),
+    Match(match_command::MatchArguments) => match_command::match_command;
     /// Evaluate a qualification test guide on a session and write it.
-    Qtg(crate::qtg::QtgArguments),
+    Qtg(qtg::QtgArguments) => qtg::qtg;
     /// Write the identified aircraft as a Functional Mock-up Unit (FMI 3.0).
-    Fmu(FmuArguments),
+    Fmu(fmu::FmuArguments) => fmu::fmu;
     /// Combine an earlier estimate with that of the flight, and compare both.
-    Prior(PriorArguments),
+    Prior(prior::PriorArguments) => prior::prior;
     /// Print or write the linear model about a trim.
-    Linear(LinearArguments),
+    Linear(dynamics::LinearArguments) => dynamics::linear;
     /// Print natural modes with intervals, or a root locus.
-    Modes(ModesArguments),
+    Modes(dynamics::ModesArguments) => dynamics::modes;
     /// Print flying-qualities levels with reasons and probabilities.
-    Qualities(QualitiesArguments),
+    Qualities(dynamics::QualitiesArguments) => dynamics::qualities;
     /// Design the inputs of the next flight within limits.
-    Design(crate::design::DesignArguments),
+    Design(design::DesignArguments) => design::design;
     /// Plan a campaign: envelope, test points in order, flight-test cards.
-    Campaign(crate::campaign::CampaignArguments),
+    Campaign(campaign::CampaignArguments) => campaign::campaign;
     /// Find empty mass and centre of gravity from a weighing.
-    Weigh(crate::weigh::WeighArguments),
+    Weigh(weigh::WeighArguments) => weigh::weigh;
     /// Find moments of inertia from an aircraft swung as a pendulum.
-    Swing(crate::swing::SwingArguments),
+    Swing(swing::SwingArguments) => swing::swing;
     /// Compare the pull of the engines at rest with their models.
-    StaticThrust(crate::static_thrust::StaticThrustArguments),
+    StaticThrust(static_thrust::StaticThrustArguments) => static_thrust::static_thrust;
     /// Compare flown designs with predicted errors and the true values.
-    Debrief(crate::debrief::DebriefArguments),
+    Debrief(debrief::DebriefArguments) => debrief::debrief;
     /// Compare the errors so far with goals, and propose the next manoeuvre.
-    Enough(crate::design::EnoughArguments),
+    Enough(design::EnoughArguments) => design::enough;
     /// Print a function of the derivatives with its interval.
-    Propagate(PropagateArguments),
+    Propagate(propagate::PropagateArguments) => propagate::propagate;
     /// Write the identified model for JSBSim or as DAVE-ML, with check points.
-    Export(ExportArguments),
+    Export(export::ExportArguments) => export::export;
     /// Compare two sessions or two runs: settings and derivatives.
-    Diff(DiffArguments),
+    Diff(diff::DiffArguments) => diff::diff;
     /// Run many sessions or swept settings on all cores; continues when interrupted.
-    Batch(BatchArguments),
+    Batch(batch::BatchArguments) => batch::batch;
     /// Simulate a scenario many times and print the coverage of the intervals.
-    Coverage(CoverageArguments),
+    Coverage(coverage::CoverageArguments) => coverage::coverage;
     /// Simulate fault-free and faulty flights and print how the verdict rates them.
-    Calibrate(CalibrateArguments),
+    Calibrate(coverage::CalibrateArguments) => coverage::calibrate;
     /// Write estimates and true values of the shipped flight into a document.
-    Fidelity(FidelityArguments),
+    Fidelity(fidelity::FidelityArguments) => fidelity::fidelity;
     /// Print the JSON Schema of a doublet file, for editors.
-    Schema(crate::schema::SchemaArguments),
+    Schema(schema::SchemaArguments) => schema::schema;
     /// Simulate a flight and write its recordings and its truth.
-    Simulate(SimulateArguments),
+    Simulate(simulate::SimulateArguments) => simulate::simulate;
     /// Print power, thrust and their sensitivities at one condition.
-    Engine(EngineArguments),
+    Engine(engine::EngineArguments) => engine::engine;
     /// Estimate noise settings, or a sensor delay, by maximum likelihood.
-    Tune(TuneArguments),
+    Tune(tune::TuneArguments) => tune::tune;
     /// Compare Digital DATCOM derivatives with identified ones, or write an input deck.
-    Datcom(DatcomArguments),
+    Datcom(datcom::DatcomArguments) => datcom::datcom;
     /// Print a page of the manual or the help of a command.
-    Help(HelpArguments),
+    Help(manual::HelpArguments) => manual::help;
     /// Print shell completions.
-    Completions(CompletionArguments),
+    Completions(shell::CompletionArguments) => shell::completions;
     /// Write man pages, one per command.
-    Man(ManArguments),
+    Man(shell::ManArguments) => shell::man;
 }
 
 /// What the arguments ask for.
@@ -339,65 +315,4 @@ fn execute(command: Command, as_json: bool) -> u8 {
         Ok(outcome) => outcome.code(),
         Err(message) => failed(message),
     }
-}
-
-fn outcome(command: Command) -> Result<Outcome, String> {
-    let done = match command {
-        Command::Check(arguments) => return check::check(&arguments),
-        Command::Map(arguments) => return map::map(&arguments),
-        Command::New(arguments) => return new::new(&arguments),
-        Command::Run(arguments) => return run::run(&arguments),
-        Command::Report(arguments) => return report::report(&arguments),
-        Command::Qtg(arguments) => return qtg::qtg(&arguments),
-        Command::Equations(arguments) => return equations::equations(&arguments),
-        Command::Loes(arguments) => return response::loes(&arguments),
-        Command::Aircraft(arguments) => aircraft::aircraft(&arguments),
-        Command::Inspect(arguments) => inspect::inspect(&arguments),
-        Command::Sensitivity(arguments) => study::study(Study::Sensitivity, &arguments),
-        Command::Manoeuvres(arguments) => study::study(Study::Manoeuvres, &arguments),
-        Command::Checks(arguments) => study::study(Study::Checks(arguments.request()), &arguments.study),
-        Command::Compatibility(arguments) => compatibility::compatibility(&arguments),
-        Command::Structure(arguments) => structure::structure(&arguments),
-        Command::Variants(arguments) => variants::variants(&arguments),
-        Command::Lags(arguments) => lags::lags(&arguments),
-        Command::Live(arguments) => live::live(&arguments),
-        Command::Regress(arguments) => regress::regress(&arguments),
-        Command::Response(arguments) => response::response(&arguments),
-        Command::MonteCarlo(arguments) => {
-            let request = MonteCarloRequest { realisations: arguments.realisations as usize, seed: arguments.seed };
-            study::study(Study::MonteCarlo(request), &arguments.study)
-        }
-        Command::Compare(arguments) => compare::compare(&arguments),
-        Command::Fix(arguments) => fix::fix(&arguments),
-        Command::Propose(arguments) => propose::propose(&arguments),
-        Command::Match(arguments) => match_command::match_command(&arguments),
-        Command::Fmu(arguments) => fmu::fmu(&arguments),
-        Command::Prior(arguments) => prior::prior(&arguments),
-        Command::Linear(arguments) => dynamics::linear(&arguments),
-        Command::Modes(arguments) => dynamics::modes(&arguments),
-        Command::Qualities(arguments) => dynamics::qualities(&arguments),
-        Command::Campaign(arguments) => campaign::campaign(&arguments),
-        Command::Design(arguments) => design::design(&arguments),
-        Command::Weigh(arguments) => weigh::weigh(&arguments),
-        Command::Swing(arguments) => swing::swing(&arguments),
-        Command::StaticThrust(arguments) => static_thrust::static_thrust(&arguments),
-        Command::Debrief(arguments) => debrief::debrief(&arguments),
-        Command::Enough(arguments) => design::enough(&arguments),
-        Command::Propagate(arguments) => propagate::propagate(&arguments),
-        Command::Export(arguments) => export::export(&arguments),
-        Command::Diff(arguments) => diff::diff(&arguments),
-        Command::Batch(arguments) => batch::batch(&arguments),
-        Command::Coverage(arguments) => coverage::coverage(&arguments),
-        Command::Calibrate(arguments) => coverage::calibrate(&arguments),
-        Command::Fidelity(arguments) => fidelity::fidelity(&arguments),
-        Command::Schema(arguments) => schema::schema(&arguments),
-        Command::Simulate(arguments) => simulate::simulate(&arguments),
-        Command::Engine(arguments) => engine::engine(&arguments),
-        Command::Datcom(arguments) => datcom::datcom(&arguments),
-        Command::Tune(arguments) => tune::tune(&arguments),
-        Command::Help(arguments) => manual::help(&arguments),
-        Command::Completions(arguments) => shell::completions(&arguments),
-        Command::Man(arguments) => shell::man(&arguments),
-    };
-    done.map(|()| Outcome::Done)
 }

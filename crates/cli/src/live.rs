@@ -97,9 +97,6 @@ fn speed(text: &str) -> Result<Speed, String> {
 }
 
 /// Watches a flight to its end and prints every update.
-///
-/// # Errors
-/// One line: nothing to watch, a map, session or aircraft that cannot be used, a source that cannot be read.
 pub fn live(arguments: &LiveArguments) -> Result<(), String> {
     let (file_wait, socket_wait) = waits(arguments.wait)?;
     let file = arguments.file.clone().map(Feed::File);

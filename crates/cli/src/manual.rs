@@ -2,12 +2,11 @@
 
 use std::sync::LazyLock;
 
-use clap::{Args, CommandFactory};
+use clap::Args;
 
-use crate::Arguments;
 use crate::pages::{PAGES, source};
 use crate::search::{Prepared, Query, Rank};
-use crate::{glossary, text};
+use crate::{command_line, glossary, text};
 
 /// Lines that a search prints at most.
 const MOST_LINES: usize = 60;
@@ -104,9 +103,6 @@ pub fn find_lines(sought: &str) -> Vec<&'static Line> {
 }
 
 /// Prints the help of a command, a page of the manual, the lines that hold a text, or what there is.
-///
-/// # Errors
-/// One line where nothing is called so or no line holds the text.
 pub fn help(arguments: &HelpArguments) -> Result<(), String> {
     if let Some(sought) = &arguments.search {
         return search(sought);
@@ -118,7 +114,7 @@ pub fn help(arguments: &HelpArguments) -> Result<(), String> {
         list();
         return Ok(());
     };
-    let mut command = Arguments::command();
+    let mut command = command_line();
     command.build();
     if let Some(mut found) = arguments
         .topic
@@ -136,7 +132,7 @@ pub fn help(arguments: &HelpArguments) -> Result<(), String> {
 
 fn list() {
     text::line("commands (`doublet help COMMAND`)");
-    let command = Arguments::command();
+    let command = command_line();
     let row = |name: &str, about: String| vec![format!("  {name}"), about];
     let rows: Vec<_> = command
         .get_subcommands()

@@ -7,11 +7,10 @@ use clap::Args;
 use doublet_core::load::{ManualChannel, Probe};
 use doublet_core::quantity::Role;
 use doublet_engine::begin::{self, Inspected};
-use doublet_engine::builtin;
 use doublet_engine::confidence::weigh;
-use doublet_engine::keep;
 use doublet_engine::run::Control;
 use doublet_engine::stage::{FlightPhysics, PhysicsRow};
+use doublet_engine::{builtin, keep};
 use serde_json::json;
 
 use crate::outcome::Outcome;
@@ -39,33 +38,22 @@ pub struct MapArguments {
     /// Time channel of a source and its unit. Repeatable.
     #[arg(long, value_name = time_option::FORM, conflicts_with_all = ["list", "show"])]
     pub time: Vec<String>,
-    /// Print one JSON document.
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// Prints or writes the map that names, units and values of the channels suggest, as a start to be looked at; bad where the time can be
 /// read in two ways.
-///
-/// # Errors
-/// One line: a recording that cannot be read, a map that there is not, a file that exists or cannot be written.
 pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
     if arguments.list {
         let names = builtin::names("channel_maps");
-        match arguments.json {
-            true => text::document(&json!({ "version": 1, "maps": names }).to_string()),
-            false => names.iter().for_each(|name| text::line(name)),
-        }
+        text::json(&json!({ "version": 1, "maps": names }))?;
+        names.iter().for_each(|name| text::line(name));
         return Ok(Outcome::Done);
     }
     if let Some(name) = &arguments.show {
         let known = || builtin::names("channel_maps").join(", ");
         let text = builtin::text("channel_maps", name);
         let text = text.ok_or_else(|| format!("channel map '{name}' not found: give one of {}", known()))?;
-        match arguments.json {
-            true => text::document(&json!({ "version": 1, "map": text }).to_string()),
-            false => text::document(text),
-        }
+        text::json_or(&json!({ "version": 1, "map": text }), text)?;
         return Ok(Outcome::Done);
     }
     let mut inspected = begin::inspect(&arguments.recordings, &Control::default(), &|_| {})?;
@@ -82,9 +70,9 @@ pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
         }
         keep::replace(path, written.as_bytes()).map_err(|error| format!("{}: {error}", path.display()))?;
     }
-    if arguments.json {
+    if text::is_json() {
         let (roles, unused) = describe_roles(&inspected, compared.as_ref());
-        let document = json!({
+        text::json(&json!({
             "version": 1,
             "map": written,
             "recorders": inspected.guess.recorders,
@@ -95,8 +83,7 @@ pub fn map(arguments: &MapArguments) -> Result<Outcome, String> {
             "derived": inspected.guess.derivations(),
             "contradictions": against,
             "questions": asked.iter().map(|question| question.line()).collect::<Vec<_>>(),
-        });
-        text::document(&serde_json::to_string_pretty(&document).map_err(|error| error.to_string())?);
+        }))?;
     } else if let Some(path) = &arguments.write {
         asked.iter().for_each(|question| text::line(&format!("question: {}", question.line())));
         text::line(&format!("{}: check every row, then use it with --map", path.display()));

@@ -24,11 +24,8 @@ pub struct MatchArguments {
 }
 
 /// Computes the session and prints which tests pass.
-///
-/// # Errors
-/// One line per thing that is wrong, and how many tests fail.
 pub fn match_command(arguments: &MatchArguments) -> Result<(), String> {
-    let rule = PercentRule::ALL.into_iter().find(|rule| rule.name() == arguments.percent).unwrap_or_default();
+    let rule = PercentRule::from_name(&arguments.percent).unwrap_or_default();
     let reading = Reading { percent: rule, ..Reading::default() };
     let read = |path: &Path| {
         let text = read_text(path).map_err(|error| format!("{}: {error}", path.display()))?;
@@ -45,7 +42,7 @@ pub fn match_command(arguments: &MatchArguments) -> Result<(), String> {
         return Err("no validation manoeuvre: mark one as validation".to_owned());
     }
     if text::is_json() {
-        text::document(&serde_json::to_string_pretty(&rows).map_err(|error| error.to_string())?);
+        text::json(&rows)?;
     }
     print(&rows, rule);
     let tests = || rows.windows.iter().flat_map(|window| &window.tests);

@@ -71,9 +71,6 @@ pub enum StructureName {
 }
 
 /// A channel map by file or by the name of one that comes with the program, with how a session refers to it.
-///
-/// # Errors
-/// One line when there is none or it cannot be read.
 pub fn channel_map(name: &str) -> Result<(String, ChannelMap), String> {
     let plain = name.strip_prefix(builtin::PREFIX).unwrap_or(name);
     if let Some(text) = builtin::text("channel_maps", plain) {
@@ -96,9 +93,6 @@ fn absolute(path: &Path) -> Result<String, String> {
 
 /// Writes a session for the recordings: one flight each, or one for all, with the manoeuvres found in it, or one window over the whole
 /// of it where none is.
-///
-/// # Errors
-/// One line: a recording or map that cannot be used, an aircraft that cannot be, a session that exists already or cannot be written.
 pub fn new(arguments: &NewArguments) -> Result<Outcome, String> {
     if arguments.output.exists() {
         return Err(format!("{} exists: choose another name", arguments.output.display()));
@@ -345,9 +339,6 @@ fn aircraft_of_map(reference: &str, map: &ChannelMap) -> Result<Option<String>, 
 }
 
 /// How a session refers to an aircraft given by file or by the name of one that comes with the program.
-///
-/// # Errors
-/// One line when there is none.
 pub fn aircraft_reference(name: &str) -> Result<String, String> {
     let plain = name.strip_prefix(builtin::PREFIX).unwrap_or(name);
     if builtin::text("aircraft", plain).is_some() {

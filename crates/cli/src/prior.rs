@@ -6,7 +6,7 @@ use clap::Args;
 use doublet_core::load::datcom::DatcomListing;
 use doublet_engine::graph::Context;
 use doublet_engine::prior::{PriorRequest, PriorStudy, PriorValue};
-use doublet_engine::report::Reference;
+use doublet_engine::report::{Reference, reference};
 use doublet_engine::run::{Snapshot, answer};
 use doublet_engine::session::Session;
 use serde_json::json;
@@ -33,36 +33,23 @@ pub struct PriorArguments {
     /// Aircraft for the rate normalisation of the listing.
     #[arg(long)]
     aircraft: Option<String>,
-    /// Print one JSON document.
-    #[arg(long)]
-    json: bool,
 }
 
 /// Prints prior, flight and both combined for every derivative, and the test of their conflict for every coefficient.
-///
-/// # Errors
-/// One line: a session without a model, an earlier estimate that cannot be read.
 pub fn prior(arguments: &PriorArguments) -> Result<(), String> {
     let request = request(arguments)?;
     let (session, snapshot) = computed(&arguments.session, &[])?;
     let study = combine(&request, &session, &snapshot)?;
-    if arguments.json {
-        let document = json!({ "version": 1, "derivatives": study.derivatives, "coefficients": study.coefficients });
-        text::document(&document.to_string());
-    } else {
-        print(&study);
-    }
+    text::json(&json!({ "version": 1, "derivatives": study.derivatives, "coefficients": study.coefficients }))?;
+    print(&study);
     Ok(())
 }
 
 /// An earlier estimate in a file beside a flight that is computed, with the defaults of `prior`.
-///
-/// # Errors
-/// One line: an earlier estimate that cannot be read or has nothing in common with the model.
 pub fn compare(path: &Path, prior: &Path, (session, snapshot): (&Session, &Snapshot)) -> Result<PriorStudy, String> {
     let (alpha_deg, aircraft) = (None, None);
     let (path, prior) = (path.to_owned(), prior.to_owned());
-    let arguments = PriorArguments { session: path, prior, relative: RELATIVE, alpha_deg, aircraft, json: false };
+    let arguments = PriorArguments { session: path, prior, relative: RELATIVE, alpha_deg, aircraft };
     combine(&request(&arguments)?, session, snapshot)
 }
 
@@ -82,12 +69,11 @@ fn read(arguments: &PriorArguments) -> Result<Vec<PriorValue>, String> {
     let refuse = |what: &str| format!("{}: {what}", path.display());
     let known = match path.extension().and_then(|ending| ending.to_str()) {
         Some("json") => {
-            let value = |row: datcom::Identified| PriorValue {
-                name: row.name,
-                mean: row.estimate,
-                deviation: row.corrected_error,
+            let value = |(name, mean, error): (String, f64, Option<f64>)| {
+                let deviation = error.unwrap_or(f64::NAN);
+                PriorValue { name, mean, deviation }
             };
-            datcom::identified(path)?.into_iter().map(value).collect()
+            reference(path)?.values.into_iter().map(value).collect()
         }
         Some("csv") => read_table(path)?,
         _ => {

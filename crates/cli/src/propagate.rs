@@ -1,8 +1,10 @@
 //! `doublet propagate`: a function of the derivatives with its interval.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::Args;
+use doublet_dynamics::propagate::Interval;
 use doublet_engine::study::dynamics::{Named, named_values, propagate_expression};
 use doublet_engine::study::{DynamicsRequest, Study};
 use serde_json::json;
@@ -23,15 +25,9 @@ pub struct PropagateArguments {
     /// Random seed.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Print one JSON document.
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// Computes the session and prints the function.
-///
-/// # Errors
-/// One line per thing that is wrong.
 pub fn propagate(arguments: &PropagateArguments) -> Result<(), String> {
     let request = DynamicsRequest { samples: 2, ..DynamicsRequest::default() };
     let (_, snapshot) = computed(&arguments.session, &[Study::Dynamics(request)])?;
@@ -41,21 +37,17 @@ pub fn propagate(arguments: &PropagateArguments) -> Result<(), String> {
         propagate_expression(study, &arguments.expression, arguments.samples as usize, arguments.seed)
             .map_err(|error| error.to_string())?;
     let shares: Vec<_> = result.shares.iter().map(|(index, share)| (names[*index].clone(), *share)).collect();
-    if arguments.json {
-        let interval = |interval: doublet_dynamics::propagate::Interval| json!({ "standard_error": interval.standard_error, "low": interval.low, "high": interval.high });
-        let document = json!({
-            "expression": arguments.expression,
-            "value": result.value,
-            "delta": result.delta.map(interval),
-            "sampled": result.sampled.map(interval),
-            "shares": shares.iter().map(|(name, share)| json!({ "derivative": name, "share": share })).collect::<Vec<_>>(),
-            "condition": named_values(study).into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect::<serde_json::Map<String, serde_json::Value>>(),
-            "samples": arguments.samples,
-            "seed": arguments.seed,
-        });
-        text::document(&document.to_string());
-        return Ok(());
-    }
+    let interval = |interval: Interval| json!({ "standard_error": interval.standard_error, "low": interval.low, "high": interval.high });
+    text::json(&json!({
+        "expression": arguments.expression,
+        "value": result.value,
+        "delta": result.delta.map(interval),
+        "sampled": result.sampled.map(interval),
+        "shares": shares.iter().map(|(name, share)| json!({ "derivative": name, "share": share })).collect::<Vec<_>>(),
+        "condition": named_values(study).into_iter().collect::<BTreeMap<_, _>>(),
+        "samples": arguments.samples,
+        "seed": arguments.seed,
+    }))?;
     text::line(&format!("{} = {}", arguments.expression, number(result.value, 6)));
     for (way, interval) in [("by slopes", result.delta), ("by samples", result.sampled)] {
         if let Some(interval) = interval {

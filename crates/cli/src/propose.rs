@@ -46,9 +46,6 @@ pub struct Target {
 }
 
 /// Prints proposals and, where asked, puts them into the session.
-///
-/// # Errors
-/// One line when the session or a recording cannot be read, or the session cannot be written.
 pub fn propose(arguments: &ProposeArguments) -> Result<(), String> {
     let (What::Manoeuvres(target) | What::Steady(target) | What::Onsets(target) | What::Noise(target)) =
         &arguments.what;

@@ -29,9 +29,6 @@ pub struct QtgArguments {
     /// Formats of the guide.
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = REPORTS, value_parser = report_format())]
     pub format: Vec<String>,
-    /// Print the results as one JSON document.
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// Part of the bar that computing takes; writing takes the rest.
@@ -58,17 +55,14 @@ pub fn qtg(arguments: &QtgArguments) -> Result<Outcome, String> {
     let written = set.write(&judged.guide, "qualification test guide", &Control::default(), &show);
     progress.finish();
     let put = written?;
-    if arguments.json {
-        text::document(&serde_json::to_string_pretty(found).map_err(|error| error.to_string())?);
-    } else {
-        print(found);
-        put.notes().for_each(|note| text::line(&note));
-        text::line(&format!("guide in {}", put.folder.display()));
-        if judged.cards.is_some() {
-            let (cards, session) = (put.folder.join(CARDS), arguments.session.display());
-            let cards = cards.display();
-            text::line(&format!("cards of the missing tests: doublet campaign {cards} --session {session} --out DIR"));
-        }
+    text::json(found)?;
+    print(found);
+    put.notes().for_each(|note| text::line(&note));
+    text::line(&format!("guide in {}", put.folder.display()));
+    if judged.cards.is_some() {
+        let (cards, session) = (put.folder.join(CARDS), arguments.session.display());
+        let cards = cards.display();
+        text::line(&format!("cards of the missing tests: doublet campaign {cards} --session {session} --out DIR"));
     }
     Ok(if found.failed + found.not_judged > 0 { Outcome::Bad } else { Outcome::Done })
 }

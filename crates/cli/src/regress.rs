@@ -31,9 +31,6 @@ pub struct RegressArguments {
     /// CSV file for measured values, fitted values and residuals.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Print one JSON document.
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// Selection of terms.
@@ -48,9 +45,6 @@ pub enum Choice {
 }
 
 /// Fits a column of a table and prints the estimates with their errors.
-///
-/// # Errors
-/// One line: what is wrong with the table, a column, a term or the fit.
 pub fn regress(arguments: &RegressArguments) -> Result<(), String> {
     if let Some(dt) = arguments.dt.filter(|dt| !(dt.is_finite() && *dt > 0.0)) {
         return Err(format!("--dt {dt}: the interval must be above 0 s"));
@@ -69,12 +63,8 @@ pub fn regress(arguments: &RegressArguments) -> Result<(), String> {
     if let Some(out) = &arguments.out {
         write_rows(out, &found, arguments.dt)?;
     }
-    if arguments.json {
-        let described = describe(&regression.output, &found);
-        text::document(&serde_json::to_string_pretty(&described).map_err(|error| error.to_string())?);
-    } else {
-        print(&regression.output, &found);
-    }
+    text::json(&describe(&regression.output, &found))?;
+    print(&regression.output, &found);
     Ok(())
 }
 

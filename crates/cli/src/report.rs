@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
-use doublet_engine::builtin;
 use doublet_engine::report::document::{SectionKind, Style};
 use doublet_engine::run::Control;
-use doublet_engine::session;
 use doublet_engine::study::Study;
 use doublet_engine::study::dynamics::is_modelled;
+use doublet_engine::{builtin, session};
 use doublet_report::{Order, ReportFormat};
 
 use crate::arguments::ReportArguments;
@@ -27,7 +26,7 @@ const COMPUTING: f32 = 0.3;
 pub fn report(arguments: &ReportArguments) -> Result<Outcome, String> {
     let style = arguments.style.as_deref().map(Style::open).transpose()?.unwrap_or_default();
     // In the order they are named.
-    let asked = |name: &String| SectionKind::ALL.into_iter().find(|section| section.name() == name);
+    let asked = |name: &String| SectionKind::from_name(name);
     let sections: Vec<SectionKind> = match (arguments.sections.as_slice(), style.sections.as_slice()) {
         ([], []) => SectionKind::ALL.to_vec(),
         ([], of_style) => of_style.to_vec(),

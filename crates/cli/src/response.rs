@@ -6,9 +6,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
 use doublet_dynamics::frequency::{Delay, EquivalentSystem, FittedParameter, Form};
 use doublet_dynamics::qualities::{Airplane, Limits};
-use doublet_engine::builtin;
-use doublet_engine::keep;
-use doublet_engine::report::document::{Block, BodeModel, Document, Figure, Style, bode_figure};
+use doublet_engine::report::document::{Block, BodeModel, Document, Figure, bode_figure};
 use doublet_engine::report::{self, QualitiesRow, equivalent_levels, parameter_table, response_rows, response_table};
 use doublet_engine::run::{Control, Snapshot};
 use doublet_engine::session::{Manoeuvre, Session, Surface};
@@ -17,6 +15,7 @@ use doublet_engine::study::{
     EquivalentStudy, FitMethod, ResponseRequest, ResponseStudy, ResponseWindow, equivalent_study, session_responses,
     table_responses,
 };
+use doublet_engine::{builtin, keep};
 use serde_json::{Value, json};
 
 use crate::arguments::{not_negative, positive};
@@ -59,9 +58,6 @@ pub struct ResponseArguments {
     /// Bode plot, .svg or .pdf (one page per input).
     #[arg(long, value_name = "FILE")]
     pub figure: Option<PathBuf>,
-    /// Print one JSON document.
-    #[arg(long)]
-    pub json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -111,27 +107,19 @@ fn band(text: &str) -> Result<[f64; 2], String> {
 }
 
 /// Prints the responses of an output to its inputs.
-///
-/// # Errors
-/// One line: what is wrong with the session, the table, a signal or the settings.
 pub fn response(arguments: &ResponseArguments) -> Result<(), String> {
     let study = studied(arguments, false)?;
     if let Some(out) = &arguments.out {
         write_rows(out, &study)?;
     }
     draw(arguments, &study, &[])?;
-    if arguments.json {
-        return print_json(&describe(&study));
-    }
+    text::json(&describe(&study))?;
     print_study(&study);
     print_responses(&study);
     Ok(())
 }
 
 /// Prints the low-order equivalent system of each response.
-///
-/// # Errors
-/// As [`response`], and what the fit refuses.
 pub fn loes(arguments: &LoesArguments) -> Result<Outcome, String> {
     let study = studied(&arguments.response, true)?;
     let delay = arguments.delay.map_or(Delay::Free, Delay::Fixed);
@@ -149,14 +137,14 @@ pub fn loes(arguments: &LoesArguments) -> Result<Outcome, String> {
         write_rows(out, &study)?;
     }
     draw(&arguments.response, &study, &fits)?;
-    if arguments.response.json {
+    if text::is_json() {
         let mut document = describe(&study);
         let systems: Vec<Value> = fits.iter().map(|fit| describe_fit(&study, fit, levels(fit))).collect();
         if let ([Value::Object(system)], Value::Object(members)) = (&systems[..], &mut document) {
             members.extend(system.clone());
         }
         document["systems"] = Value::Array(systems);
-        print_json(&document)?;
+        text::json(&document)?;
     } else {
         print_study(&study);
         for fit in &fits {
@@ -259,21 +247,13 @@ fn draw(arguments: &ResponseArguments, study: &ResponseStudy, fits: &[Equivalent
                 subtitle: arguments.source.display().to_string(),
                 app: doublet_engine::PROGRAM.to_owned(),
                 date: doublet_engine::date::today(),
-                notice: String::new(),
                 cover: figures.into_iter().map(Block::Figure).collect(),
-                signatures: Vec::new(),
-                style: Style::default(),
-                sections: Vec::new(),
+                ..Document::default()
             };
             write(path, &doublet_report::pdf(&document, &Control::default(), &|_| {})?)
         }
         _ => Err(format!("--figure {}: name it .svg or .pdf", path.display())),
     }
-}
-
-fn print_json(document: &Value) -> Result<(), String> {
-    text::document(&serde_json::to_string_pretty(document).map_err(|error| error.to_string())?);
-    Ok(())
 }
 
 fn describe(study: &ResponseStudy) -> Value {

@@ -18,9 +18,6 @@ struct RoleOption<'t> {
 }
 
 /// Gives each role named by `options` its channel in the guess.
-///
-/// # Errors
-/// One line: an option that is not of [`FORM`], a role, channel or unit there is not, a channel of several sources.
 pub fn set_roles(inspected: &mut Inspected, options: &[String]) -> Result<(), String> {
     for option in options {
         let (role, parsed) = parse(option).map_err(|line| format!("--role '{option}': {line}"))?;

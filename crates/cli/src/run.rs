@@ -48,9 +48,6 @@ pub const CACHE_BYTES: usize = 2 << 30;
 
 /// Opens the session and computes everything it asks for; the bar goes up to `share` of its length. What fails leaves its error in
 /// its place and does not take the rest with it.
-///
-/// # Errors
-/// One line per thing because of which nothing can be computed.
 pub fn compute(path: &Path, studies: &[Study], progress: &Progress, share: f32) -> Result<(Session, Snapshot), String> {
     let opened = open_to_run(path)?;
     let snapshot = compute_session(&opened.session, &opened.folder, studies, progress, share)?;
@@ -58,9 +55,6 @@ pub fn compute(path: &Path, studies: &[Study], progress: &Progress, share: f32) 
 }
 
 /// Opens a session that can be run.
-///
-/// # Errors
-/// One line per thing that keeps it from being run.
 pub fn open_to_run(path: &Path) -> Result<Opened, String> {
     let opened = session::open(path).map_err(|error| format!("{}: {error}", path.display()))?;
     let stopped: Vec<_> = session::check(&opened.session).into_iter().filter(session::stops_run).collect();
@@ -71,9 +65,6 @@ pub fn open_to_run(path: &Path) -> Result<Opened, String> {
 }
 
 /// The session with its relative paths from the folder `to` in place of `from`; an empty one is the working folder.
-///
-/// # Errors
-/// One line: the working folder is not known.
 pub fn rebase(session: &Session, from: &Path, to: &Path) -> Result<Session, String> {
     let absolute = |folder: &Path| {
         let folder = if folder == Path::new("") { Path::new(".") } else { folder };
@@ -83,9 +74,6 @@ pub fn rebase(session: &Session, from: &Path, to: &Path) -> Result<Session, Stri
 }
 
 /// Computes a session whose relative paths start from `folder`.
-///
-/// # Errors
-/// As [`compute`].
 pub fn compute_session(
     session: &Session,
     folder: &Path,
@@ -110,9 +98,6 @@ pub fn compute_session(
 }
 
 /// A session and everything that follows from it, studies included. Windows and coefficients that failed are said and left out.
-///
-/// # Errors
-/// As [`compute`]; one line for a study that has no result.
 pub fn computed(path: &Path, studies: &[Study]) -> Result<(Session, Snapshot), String> {
     let progress = Progress::new();
     let result = compute(path, studies, &progress, 1.0);
@@ -139,9 +124,6 @@ pub fn print_error(error: &str) {
 }
 
 /// How a command ends that does the same for every coefficient and did it for `done` of them.
-///
-/// # Errors
-/// One line where it did it for none.
 pub fn some_done(done: usize) -> Result<(), String> {
     if done > 0 { Ok(()) } else { Err("no coefficient has data to fit: mark a manoeuvre as identification".to_owned()) }
 }
@@ -176,8 +158,7 @@ pub fn run(arguments: &RunArguments) -> Result<Outcome, String> {
     progress.finish();
     let put = written.map_err(|error| error.to_string())?;
     if text::is_json() {
-        let results = serde_json::to_string_pretty(&report::build(&session, &snapshot));
-        text::document(&results.map_err(|error| error.to_string())?);
+        text::json(&report::build(&session, &snapshot))?;
     }
     summary::print(&session, &snapshot, arguments.verbose);
     let outcome = outcome(&snapshot, arguments.strict);

@@ -33,9 +33,6 @@ pub enum FileKind {
 }
 
 /// Prints a schema.
-///
-/// # Errors
-/// One line where a type has none.
 pub fn schema(arguments: &SchemaArguments) -> Result<(), String> {
     let schema = match arguments.file {
         FileKind::Session => session::json_schema(),

@@ -2,11 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, CommandFactory};
+use clap::Args;
 use clap_complete::Shell;
 
-use crate::Arguments;
-use crate::text;
+use crate::{command_line, text};
 
 /// Name the pages and completions are for.
 const PROGRAM: &str = "doublet";
@@ -26,24 +25,18 @@ pub struct ManArguments {
 }
 
 /// Prints the completions for a shell.
-///
-/// # Errors
-/// None.
 pub fn completions(arguments: &CompletionArguments) -> Result<(), String> {
     let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Arguments::command(), PROGRAM, &mut script);
+    clap_complete::generate(arguments.shell, &mut command_line(), PROGRAM, &mut script);
     text::write_out(&script);
     Ok(())
 }
 
 /// Writes the man pages.
-///
-/// # Errors
-/// One line: the folder cannot be written.
 pub fn man(arguments: &ManArguments) -> Result<(), String> {
     let refused = |error: std::io::Error| format!("{}: {error}", arguments.out.display());
     std::fs::create_dir_all(&arguments.out).map_err(refused)?;
-    clap_mangen::generate_to(Arguments::command(), &arguments.out).map_err(refused)?;
+    clap_mangen::generate_to(command_line(), &arguments.out).map_err(refused)?;
     text::line(&format!("man pages in {}", arguments.out.display()));
     Ok(())
 }

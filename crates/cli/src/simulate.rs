@@ -38,9 +38,6 @@ pub struct SimulateArguments {
 }
 
 /// Lists scenarios, aircraft and inputs, or flies a scenario and writes what its recorders hold.
-///
-/// # Errors
-/// One line: an unknown scenario, a trim that cannot be reached, a file that cannot be written.
 pub fn simulate(arguments: &SimulateArguments) -> Result<(), String> {
     if arguments.list {
         list();

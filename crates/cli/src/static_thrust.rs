@@ -13,15 +13,9 @@ use crate::text::{self, number};
 pub struct StaticThrustArguments {
     /// Static thrust file (TOML): pull, engine settings and air.
     pub test: PathBuf,
-    /// Print one JSON document.
-    #[arg(long)]
-    json: bool,
 }
 
 /// Evaluates a static thrust test.
-///
-/// # Errors
-/// One line: a file that cannot be read, engines without models, a reading without thrust.
 pub fn static_thrust(arguments: &StaticThrustArguments) -> Result<(), String> {
     let path = &arguments.test;
     let named = |error: String| format!("{}: {error}", path.display());
@@ -29,11 +23,8 @@ pub fn static_thrust(arguments: &StaticThrustArguments) -> Result<(), String> {
     let folder = path.parent().map(PathBuf::from).unwrap_or_default();
     let loaded = load_aircraft(&Context::new(&folder), &file.aircraft).map_err(|error| named(error.to_string()))?;
     let found = file.evaluate(&loaded.powerplant).map_err(named)?;
-    if arguments.json {
-        text::document(&serde_json::to_string(&found).map_err(|error| error.to_string())?);
-    } else {
-        print(&found);
-    }
+    text::json(&found)?;
+    print(&found);
     Ok(())
 }
 

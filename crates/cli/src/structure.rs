@@ -40,9 +40,6 @@ fn term(text: &str) -> Result<Term, String> {
 }
 
 /// Prints every step of the search and the terms it ends with.
-///
-/// # Errors
-/// One line: what is wrong with the session, its windows or the search.
 pub fn structure(arguments: &StructureArguments) -> Result<(), String> {
     let (session, snapshot) = computed(&arguments.session, &[])?;
     let windows = snapshot.aero(&session);

@@ -13,7 +13,7 @@ use doublet_engine::report::{
 };
 use doublet_engine::run::{Control, Snapshot};
 use doublet_engine::session::Session;
-use doublet_engine::study::{CheckRequest, Estimator, Study};
+use doublet_engine::study::{CheckRequest, Estimator, MonteCarloRequest, Study};
 
 use crate::run::computed;
 use crate::text;
@@ -53,13 +53,6 @@ pub struct CheckStudyArguments {
     pub with: Vec<&'static Estimator>,
 }
 
-impl CheckStudyArguments {
-    /// What is checked.
-    pub fn request(&self) -> CheckRequest {
-        CheckRequest { axis: self.axis, estimators: self.with.iter().copied().collect() }
-    }
-}
-
 /// An estimator that runs where it is asked for.
 fn estimator() -> impl TypedValueParser<Value = &'static Estimator> {
     let keys = Estimator::on_request().map(|estimator| PossibleValue::new(estimator.key).help(estimator.about));
@@ -67,7 +60,7 @@ fn estimator() -> impl TypedValueParser<Value = &'static Estimator> {
 }
 
 fn axis(text: &str) -> Result<MotionAxis, String> {
-    let found = MotionAxis::ALL.into_iter().find(|axis| axis.name() == text);
+    let found = MotionAxis::from_name(text);
     found.ok_or_else(|| format!("'{text}' is not a motion: use longitudinal, lateral or both"))
 }
 
@@ -77,11 +70,26 @@ const MAP_COLUMNS: [&str; 11] = [
     "nis_ratio", "worst_r_squared",
 ];
 
+pub fn sensitivity(arguments: &StudyArguments) -> Result<(), String> {
+    study(Study::Sensitivity, arguments)
+}
+
+pub fn manoeuvres(arguments: &StudyArguments) -> Result<(), String> {
+    study(Study::Manoeuvres, arguments)
+}
+
+pub fn checks(arguments: &CheckStudyArguments) -> Result<(), String> {
+    let request = CheckRequest { axis: arguments.axis, estimators: arguments.with.iter().copied().collect() };
+    study(Study::Checks(request), &arguments.study)
+}
+
+pub fn monte_carlo(arguments: &MonteCarloArguments) -> Result<(), String> {
+    let request = MonteCarloRequest { realisations: arguments.realisations as usize, seed: arguments.seed };
+    study(Study::MonteCarlo(request), &arguments.study)
+}
+
 /// Computes one study of a session and prints it.
-///
-/// # Errors
-/// One line per thing that is wrong.
-pub fn study(study: Study, arguments: &StudyArguments) -> Result<(), String> {
+fn study(study: Study, arguments: &StudyArguments) -> Result<(), String> {
     if let Some(out) = &arguments.out {
         report::check_target(out).map_err(|error| error.to_string())?;
     }
@@ -90,9 +98,6 @@ pub fn study(study: Study, arguments: &StudyArguments) -> Result<(), String> {
 }
 
 /// Prints a study that was computed and writes all results where asked.
-///
-/// # Errors
-/// One line: why the results cannot be written.
 pub fn shown(study: Study, session: &Session, snapshot: &Snapshot, arguments: &StudyArguments) -> Result<(), String> {
     let results = report::build(session, snapshot);
     if text::is_json() {
@@ -101,19 +106,19 @@ pub fn shown(study: Study, session: &Session, snapshot: &Snapshot, arguments: &S
         if study == Study::Manoeuvres {
             all["manoeuvre_map"] = serde_json::json!(results.manoeuvre_map);
         }
-        text::document(&serde_json::to_string_pretty(&all).map_err(|error| error.to_string())?);
+        text::json(&all)?;
     }
     match study {
-        Study::Sensitivity => sensitivity(&results.studies),
+        Study::Sensitivity => print_sensitivity(&results.studies),
         Study::Manoeuvres => {
             text::show(&manoeuvre_map(&results).select(&MAP_COLUMNS));
             text::line("");
-            manoeuvres(&results.studies);
+            print_manoeuvres(&results.studies);
         }
-        Study::Checks(_) => checks(&results.studies),
+        Study::Checks(_) => print_checks(&results.studies),
         Study::Lags => text::show(&lag_table(&results.studies.lags)),
         Study::Responses | Study::Experiments => {}
-        Study::MonteCarlo(_) => monte_carlo(&results),
+        Study::MonteCarlo(_) => print_monte_carlo(&results),
         Study::Dynamics(_) => results.dynamics.iter().for_each(crate::dynamics::print_modes),
     }
     if let Some(out) = &arguments.out {
@@ -126,7 +131,7 @@ pub fn shown(study: Study, session: &Session, snapshot: &Snapshot, arguments: &S
 }
 
 /// Change of each derivative per unit of each quantity, as thesis Tables 7.2-7.12, then the widest bars.
-fn sensitivity(results: &report::StudyResults) {
+fn print_sensitivity(results: &report::StudyResults) {
     for (group, table) in sensitivity_tables(results) {
         text::line(&format!("{group}: change of the derivative per unit"));
         text::show(&table);
@@ -136,7 +141,7 @@ fn sensitivity(results: &report::StudyResults) {
     text::show(&widest_table(results));
 }
 
-fn manoeuvres(results: &report::StudyResults) {
+fn print_manoeuvres(results: &report::StudyResults) {
     let parts = [
         ("each manoeuvre left out and predicted by the others", left_out_table(&results.leave_one_out)),
         ("kinds of input: mean ± scatter (manoeuvres)", kind_table(&results.input_kinds)),
@@ -149,7 +154,7 @@ fn manoeuvres(results: &report::StudyResults) {
     }
 }
 
-fn monte_carlo(results: &report::Results) {
+fn print_monte_carlo(results: &report::Results) {
     let rows = &results.studies.monte_carlo;
     if let Some(row) = rows.first() {
         text::line(&format!("{} realisations of the filter's noise settings", row.realisations));
@@ -157,7 +162,7 @@ fn monte_carlo(results: &report::Results) {
     text::show(&monte_carlo_table(rows, &results.pooled));
 }
 
-fn checks(results: &report::StudyResults) {
+fn print_checks(results: &report::StudyResults) {
     let (outputs, estimates): (Vec<_>, Vec<_>) =
         results.checks.iter().partition(|row| row.largest_deviation.is_finite());
     text::show(&check_table(estimates));

@@ -11,23 +11,14 @@ use crate::text::{self, number};
 pub struct SwingArguments {
     /// Swing file (TOML): mass, lengths and times of each swing.
     pub swing: PathBuf,
-    /// Print one JSON document.
-    #[arg(long)]
-    json: bool,
 }
 
 /// Evaluates swings.
-///
-/// # Errors
-/// One line: a file that cannot be read, a swing that gives no inertia.
 pub fn swing(arguments: &SwingArguments) -> Result<(), String> {
     let path = &arguments.swing;
     let found = SwingFile::open(path)?.evaluate().map_err(|error| format!("{}: {error}", path.display()))?;
-    if arguments.json {
-        text::document(&serde_json::to_string(&found).map_err(|error| error.to_string())?);
-    } else {
-        print(&found);
-    }
+    text::json(&found)?;
+    print(&found);
     Ok(())
 }
 

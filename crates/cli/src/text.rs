@@ -7,6 +7,7 @@ use std::sync::{Mutex, PoisonError};
 use doublet_engine::notation::{format_number, is_direction_mark};
 use doublet_engine::report::{Cell, Column, Table};
 use doublet_engine::verdict::Verdict;
+use serde::Serialize;
 use serde_json::{Value, json};
 
 /// Longest line of a message, in characters: what a file holds may be quoted in it.
@@ -46,9 +47,6 @@ pub fn is_json() -> bool {
 
 /// Prints what was collected, unless the command printed a document of its own: `version`, `lines[]` and `tables[]`, each `columns[]`
 /// and `rows[][]` with numbers as printed, of a table of the engine as computed.
-///
-/// # Errors
-/// One line: standard output did not take everything.
 pub fn finish() -> Result<(), String> {
     let collected = COLLECTED.lock().unwrap_or_else(PoisonError::into_inner).take();
     if let Some(Collected { lines, tables, has_document: false }) = collected {
@@ -92,6 +90,22 @@ pub fn line(text: &str) {
 pub fn document(text: &str) {
     collected(|all| all.has_document = true);
     write_out(format!("{text}\n").as_bytes());
+}
+
+/// Prints `found` as the document of the command where one JSON document is wanted; what is printed otherwise is then left out.
+pub fn json(found: &impl Serialize) -> Result<(), String> {
+    if is_json() {
+        document(&serde_json::to_string_pretty(found).map_err(|error| error.to_string())?);
+    }
+    Ok(())
+}
+
+/// As [`json`](fn@json); otherwise writes `text` as it is.
+pub fn json_or(found: &impl Serialize, text: &str) -> Result<(), String> {
+    if !is_json() {
+        document(text);
+    }
+    json(found)
 }
 
 /// Writes a line to standard error, or several; long ones are cut.

@@ -11,9 +11,6 @@ pub const FORM: &str = "CHANNEL[,source=NAME][,unit=UNIT][,rate=HZ]";
 
 /// Makes the channels that `options` name the time of their sources in the guess; in seconds where no unit is said or stated. With a rate, the
 /// channel gives the start alone.
-///
-/// # Errors
-/// One line: a channel or unit that there is not, a rate that cannot be.
 pub fn set_times(inspected: &mut Inspected, options: &[String]) -> Result<(), String> {
     for option in options {
         set_time(inspected, option).map_err(|line| format!("--time '{option}': {line}"))?;

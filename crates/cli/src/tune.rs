@@ -58,9 +58,6 @@ fn range(text: &str) -> Result<f64, String> {
 }
 
 /// Prints proposed settings.
-///
-/// # Errors
-/// One line: what is wrong with the session, its windows or the search.
 pub fn tune(arguments: &TuneArguments) -> Result<(), String> {
     let opened = session::open(&arguments.session).map_err(|e| format!("{}: {e}", arguments.session.display()))?;
     let mut session = opened.session;

@@ -45,9 +45,6 @@ fn deviation(text: &str) -> Result<(String, f64), String> {
 }
 
 /// Prints every derivative by every form.
-///
-/// # Errors
-/// One line: what is wrong with the session, its windows or what is known.
 pub fn variants(arguments: &VariantArguments) -> Result<(), String> {
     let (session, snapshot) = computed(&arguments.session, &[])?;
     let request = FormRequest { known: arguments.know.clone(), noise: arguments.noise.clone(), order: arguments.order };

@@ -18,15 +18,9 @@ pub struct WeighArguments {
     /// Session to which the empty mass and centre of gravity are written.
     #[arg(long, value_name = "FILE")]
     session: Option<PathBuf>,
-    /// Print one JSON document.
-    #[arg(long)]
-    json: bool,
 }
 
 /// Evaluates a weighing, and sets the empty aircraft of a session by it.
-///
-/// # Errors
-/// One line: a file that cannot be read, readings that give no centre of gravity, a session that cannot be saved.
 pub fn weigh(arguments: &WeighArguments) -> Result<(), String> {
     let path = &arguments.weighing;
     let named = |error: String| format!("{}: {error}", path.display());
@@ -42,13 +36,10 @@ pub fn weigh(arguments: &WeighArguments) -> Result<(), String> {
         found.apply(&mut changed.aircraft_changes);
         session::save(&changed, place).map_err(|error| error.to_string())?;
     }
-    if arguments.json {
-        text::document(&serde_json::to_string(&found).map_err(|error| error.to_string())?);
-    } else {
-        print(&found);
-        if let Some(place) = &arguments.session {
-            text::line(&format!("empty mass and centre of gravity saved in {}", place.display()));
-        }
+    text::json(&found)?;
+    print(&found);
+    if let Some(place) = &arguments.session {
+        text::line(&format!("empty mass and centre of gravity saved in {}", place.display()));
     }
     Ok(())
 }

@@ -58,9 +58,6 @@ pub fn state_folder() -> PathBuf {
 
 impl AutosaveFile {
     /// A slot in `folder`, which is made where it is missing, named after the session file `of`.
-    ///
-    /// # Errors
-    /// When the folder cannot be written.
     pub fn new(folder: &Path, of: Option<&Path>) -> io::Result<Self> {
         std::fs::create_dir_all(folder)?;
         let stem = of.and_then(Path::file_stem).map_or("unnamed".into(), |stem| stem.to_string_lossy());
@@ -95,9 +92,6 @@ impl AutosaveFile {
     }
 
     /// Forgets what is kept.
-    ///
-    /// # Errors
-    /// When it cannot be removed.
     pub fn clear(&self) -> io::Result<()> {
         match std::fs::remove_file(&self.path) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
@@ -118,9 +112,6 @@ pub struct AbandonedAutosave {
 
 impl AbandonedAutosave {
     /// Forgets it for good.
-    ///
-    /// # Errors
-    /// When it cannot be removed.
     pub fn discard(self) -> io::Result<()> {
         self.slot.clear()
     }

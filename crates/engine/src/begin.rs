@@ -152,17 +152,11 @@ pub fn name_of(path: &Path) -> String {
 }
 
 /// Looks at recordings of one flight: everything they hold, the maps that fit and a guess.
-///
-/// # Errors
-/// One line when one cannot be read, or the work was cancelled.
 pub fn inspect(paths: &[PathBuf], control: &Control, progress: &dyn Fn(f32)) -> Result<Inspected, String> {
     inspect_for(paths, None, control, progress)
 }
 
 /// The same for a session, in whose folder a file of names is looked for too.
-///
-/// # Errors
-/// As [`inspect`].
 pub fn inspect_for(
     paths: &[PathBuf],
     session: Option<&Path>,
@@ -190,9 +184,6 @@ pub fn inspect_for(
 }
 
 /// What recordings of one flight hold, without a search for the maps that fit: for a map that is known.
-///
-/// # Errors
-/// As [`inspect`].
 pub fn inspect_for_map(paths: &[PathBuf], control: &Control, progress: &dyn Fn(f32)) -> Result<Inspected, String> {
     Ok(Inspected { paths: paths.to_vec(), probes: probe_all(paths, control, progress)?, ..Inspected::default() })
 }
@@ -221,18 +212,12 @@ pub fn unit_reason(row: &ManualChannel, probes: &[Probe]) -> &'static str {
 }
 
 /// What reading by a map made by hand will do.
-///
-/// # Errors
-/// One line when it is no map.
 pub fn plan_by_hand(probes: &[Probe], map: &ManualChannelMap) -> Result<Plan, String> {
     let text = map.text().map_err(|error| error.to_string())?;
     Ok(plan_all(probes, &ChannelMap::parse(&text).map_err(|error| error.to_string())?))
 }
 
 /// The channels that `plan` reads, against each other.
-///
-/// # Errors
-/// One line when they cannot be read.
 pub fn compare(plan: &Plan) -> Result<FlightPhysics, String> {
     let recording = load::read(plan).map_err(|error| error.to_string())?;
     Ok(physics_of(&recording, "the map"))
@@ -316,9 +301,6 @@ fn fix_clocks(map: &mut ManualChannelMap, factor: f64, probes: &[Probe]) {
 
 /// The session for `inspected` recordings read by `plan`: one flight, the manoeuvres its controls show as windows, or all of it as one
 /// window.
-///
-/// # Errors
-/// One line when a recording cannot be read by the map, or the work was cancelled.
 pub fn begin(
     order: &Order,
     inspected: &Inspected,
@@ -333,9 +315,6 @@ pub fn begin(
 
 /// Adds a flight of `inspected` recordings, read by `plan`, to a session, with the manoeuvres its controls show as windows, or all of
 /// it as one window, and the noise of its steady parts where it is the first; returns what the search for manoeuvres found.
-///
-/// # Errors
-/// As [`begin`].
 pub fn add_flight(
     session: &mut Session,
     (name, map): (&str, &MapRef),
@@ -446,9 +425,6 @@ pub fn empty_session(title: &str, aircraft: Option<&str>) -> Session {
 }
 
 /// How a session refers to the recording at `path`.
-///
-/// # Errors
-/// One line when it cannot be read.
 pub fn reference(path: &Path, channel_map: MapRef) -> Result<RecordingRef, String> {
     let full = path.canonicalize().map_err(|error| format!("{}: {error}", path.display()))?;
     Ok(RecordingRef {
@@ -505,9 +481,6 @@ impl PlainAircraft {
     }
 
     /// The aircraft as the text of an aircraft file.
-    ///
-    /// # Errors
-    /// One line when it is no aircraft: a number that cannot be, inertia no body has.
     pub fn text(&self) -> Result<String, String> {
         let [xx, yy, zz] = self.moments_kg_m2;
         let name = toml::Value::from(self.name.as_str());

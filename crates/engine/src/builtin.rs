@@ -114,9 +114,6 @@ pub fn sessions() -> Vec<&'static str> {
 /// program alone where that cannot be written.
 ///
 /// The folder's name carries the content's hash, so versions of the program do not disturb each other.
-///
-/// # Errors
-/// One line when nothing is called so or the files can be written nowhere.
 pub fn on_disk(name: &str) -> Result<PathBuf, String> {
     // Comparing megabytes once per program is enough; a file that left the disk since is written again.
     static PLACES: LazyLock<Mutex<HashMap<String, PathBuf>>> = LazyLock::new(Mutex::default);

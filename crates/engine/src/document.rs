@@ -6,12 +6,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::autosave::{AbandonedAutosave, Autosave, AutosaveFile};
-use crate::builtin;
-use crate::compare;
 use crate::keep::{Lock, LockResult, describe_owner, hash_bytes, remove_leftovers};
 use crate::run::Autosaver;
 use crate::session::{self, Session, rebased};
 use crate::undo::History;
+use crate::{builtin, compare};
 
 /// Time between two attempts to keep unsaved work where that could not be.
 const RETRY: Duration = Duration::from_secs(2);
@@ -83,9 +82,6 @@ impl Document {
     }
 
     /// Opens a session file, or `builtin:` and the name of a session that comes with the program.
-    ///
-    /// # Errors
-    /// One line: the file, what is wrong with it, and where the version before it is.
     pub fn open(path: &Path) -> Result<Self, String> {
         let shipped = session::shipped(path);
         if let Some(name) = builtin::sessions().into_iter().find(|name| shipped == Some(*name)) {
@@ -101,17 +97,11 @@ impl Document {
     }
 
     /// The session that comes with the program.
-    ///
-    /// # Errors
-    /// One line, should it not be readable.
     pub fn open_demo() -> Result<Self, String> {
         Self::open_shipped(Self::SHIPPED)
     }
 
     /// A session that comes with the program, by its name.
-    ///
-    /// # Errors
-    /// One line, when there is none of this name or it should not be readable.
     pub fn open_shipped(name: &'static str) -> Result<Self, String> {
         let text = builtin::session(name).ok_or_else(|| format!("no session '{name}' comes with this program"))?;
         let session = session::parse(text).map_err(|error| error.to_string())?;
@@ -194,9 +184,6 @@ impl Document {
     }
 
     /// Like [`Document::autosave`], and waits until it lasts.
-    ///
-    /// # Errors
-    /// One line when it could not be written.
     pub fn autosave_now(&mut self) -> Result<(), String> {
         self.autosave();
         match self.keeping.as_ref().map(|keeping| &keeping.autosaver) {
@@ -273,9 +260,6 @@ impl Document {
     /// Saves to `path`, which becomes the session's file. Relative paths of recordings, aircraft and channel maps keep
     /// meaning the same files. Unsaved work is kept aside until the file is written in full. What somebody else wrote into another
     /// file that is replaced stays in its `*.bak`, however often this is saved.
-    ///
-    /// # Errors
-    /// One line when the file cannot be written, another program has it open, or somebody else has changed it.
     pub fn save(&mut self, path: &Path) -> Result<(), String> {
         let is_own = self.path.as_deref().is_some_and(|own| absolute(own) == absolute(path));
         if is_own && let Some(changed) = self.changed_on_disk() {

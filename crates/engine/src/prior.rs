@@ -52,9 +52,7 @@ impl PriorValue {
 /// A value with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ValueRow {
-    /// Value.
     pub value: f64,
-    /// Standard error.
     pub standard_error: f64,
 }
 
@@ -73,7 +71,6 @@ impl From<Known> for ValueRow {
 
 /// A derivative before the flight, by the flight, and by both.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct PriorRow {
     pub name: String,
     pub prior: Option<ValueRow>,
@@ -85,7 +82,6 @@ pub struct PriorRow {
 
 /// Whether prior and flight contradict each other in one coefficient.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct ConflictRow {
     pub coefficient: &'static str,
     pub distance: f64,
@@ -96,9 +92,7 @@ pub struct ConflictRow {
 /// Prior, flight and both for every derivative of the coefficients of which something was known.
 #[derive(Clone, Debug, Serialize)]
 pub struct PriorStudy {
-    /// Derivatives.
     pub derivatives: Vec<PriorRow>,
-    /// Coefficients.
     pub coefficients: Vec<ConflictRow>,
 }
 

@@ -12,9 +12,6 @@ use crate::study::{Coverage, Estimate, estimates, flown_loading, summarise, wind
 /// [`crate::study::coverage`] with every flight written by its recorders (rates, clocks, resolution, fuel probes, control sensors) and run as
 /// a session: channel maps, clocks and instruments are those of `session`'s first flight, and the corrected errors contain those of the path.
 /// Gusts and delays are estimated.
-///
-/// # Errors
-/// As [`crate::study::coverage`]; files that cannot be written or read.
 pub fn recorded_coverage(
     session: &Session,
     scenario: &Scenario,

@@ -42,9 +42,6 @@ pub enum TraceAnalysis {
 }
 
 /// Analyses the samples of `series` inside `range`.
-///
-/// # Errors
-/// One line: too few samples.
 pub fn analyse(view: &TraceView, series: &Series, range: TimeRange) -> StageResult<TraceAnalysis> {
     let within = series.within(range);
     match view {

@@ -23,9 +23,6 @@ pub struct Instance {
 
 impl Instance {
     /// The unit whose `resources/model.json` reads `text`.
-    ///
-    /// # Errors
-    /// One line: what of the file is not understood.
     pub fn new(text: &str) -> Result<Self, String> {
         let simulation = Simulation::from_json(text)?;
         let (state, input) = (simulation.state, simulation.input);

@@ -37,9 +37,6 @@ impl Aircraft {
     }
 
     /// The aircraft with the changes and the loading of a session.
-    ///
-    /// # Errors
-    /// One line: a change that its file cannot have, a mass that is not one, a place it does not have.
     pub fn in_session(&self, session: &Session) -> PyResult<Keyed<AircraftData>> {
         let Session { aircraft_changes: changes, loading, .. } = session;
         if changes.is_empty() && loading.is_none() {

@@ -107,9 +107,6 @@ impl Notices {
 const LOOK: Duration = Duration::from_millis(50);
 
 /// Does `work` in a thread while other Python threads run; `progress` is called with the part done, 0 to 1, and Ctrl-C cancels.
-///
-/// # Errors
-/// The line of the work, `KeyboardInterrupt`, or what `progress` raised.
 pub fn attend<T: Send + 'static, E: Into<StageError> + Send>(
     py: Python<'_>,
     name: &str,
@@ -120,9 +117,6 @@ pub fn attend<T: Send + 'static, E: Into<StageError> + Send>(
 }
 
 /// As [`attend`]; the notices of the work become warnings while it goes on.
-///
-/// # Errors
-/// As for [`attend`], and a warning that is an error.
 pub fn attend_with<T: Send + 'static, E: Into<StageError> + Send>(
     py: Python<'_>,
     name: &str,

@@ -37,9 +37,6 @@ pub fn matrix<'py>(py: Python<'py>, values: &DMatrix<f64>) -> Bound<'py, PyArray
 }
 
 /// The values of an array, without a copy where they lie side by side.
-///
-/// # Errors
-/// One line: the array has gaps between its values.
 pub fn slice<'a>(name: &str, array: &'a PyReadonlyArray1<'_, f64>) -> PyResult<&'a [f64]> {
     array
         .as_slice()

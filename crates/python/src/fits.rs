@@ -25,10 +25,9 @@ use pyo3::types::PyDict;
 use crate::attend::{Show, attend, detached, refuse};
 use crate::columns::{matrix, owned, shared};
 use crate::judged::{self, JudgedWindow, session_json, session_of_arrays};
-use crate::output_error;
 use crate::path::{FLIGHT, Path, Reconstructed};
-use crate::predicted;
 use crate::settings::preparation_with;
+use crate::{output_error, predicted};
 
 /// What is known of a derivative beforehand, as Python gives it: coefficient, term, kind, two numbers.
 type ConstraintGiven = (String, String, String, f64, f64);

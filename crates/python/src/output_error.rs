@@ -24,7 +24,7 @@ pub fn rows<'py>(
 ) -> PyResult<Vec<Bound<'py, PyDict>>> {
     let axis = axis
         .map(|name| {
-            let found = MotionAxis::ALL.into_iter().find(|axis| axis.name() == name);
+            let found = MotionAxis::from_name(name);
             found.ok_or_else(|| refuse(format!("'{name}' is not a motion: use longitudinal, lateral or both")))
         })
         .transpose()?;

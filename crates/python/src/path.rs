@@ -78,12 +78,12 @@ fn window((name, start_s, end_s, surface, kind, role, excluded): WindowGiven) ->
     let surface = surface
         .map(|text| {
             let known = Surface::ALL.map(Surface::name);
-            let found = Surface::ALL.into_iter().find(|surface| surface.name() == text);
+            let found = Surface::from_name(&text);
             found.ok_or_else(|| wrong("surface", &text, &known))
         })
         .transpose()?;
     let known = WindowRole::ALL.map(WindowRole::name);
-    let found = WindowRole::ALL.into_iter().find(|one| one.name() == role);
+    let found = WindowRole::from_name(&role);
     let role = found.ok_or_else(|| wrong("role", &role, &known))?;
     let window = TimeRange::new(start_s, end_s);
     let mut manoeuvre = Manoeuvre { surface, kind, role, ..Manoeuvre::new(name, FLIGHT.to_owned(), window) };

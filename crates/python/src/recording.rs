@@ -9,11 +9,10 @@ use doublet_core::load::{ChannelMap, plan_all, read};
 use doublet_core::message::Message;
 use doublet_core::quantity::{Role, Unit};
 use doublet_core::series::{Channel, Recording as Samples, Series};
-use doublet_engine::begin;
-use doublet_engine::builtin;
 use doublet_engine::confidence::{WeighedRole, weigh};
 use doublet_engine::graph::{Control, Keyed, StageError};
 use doublet_engine::stage::{FlightPhysics, LoadedFlight, physics_of, proposals};
+use doublet_engine::{begin, builtin};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 

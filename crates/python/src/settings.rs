@@ -12,9 +12,6 @@ use crate::attend::refuse;
 const TABLES: [&str; 3] = ["filter.", "preparation.", "sensor_errors."];
 
 /// A session of tables such as `{"filter": {"method": "ekf"}}`, everything else as it is by default.
-///
-/// # Errors
-/// The line of the session file: a name, a value or a combination that cannot be.
 pub fn session_with(tables: &str) -> PyResult<Session> {
     let mut all: toml::Table = serde_json::from_str(tables).map_err(refuse)?;
     all.insert("format".to_owned(), FORMAT.into());

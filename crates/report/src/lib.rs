@@ -13,10 +13,10 @@ use std::path::{Path, PathBuf};
 
 use doublet_engine::keep::{Earlier, Put, Staging};
 use doublet_engine::prior::PriorStudy;
+use doublet_engine::report as results;
 use doublet_engine::report::document::{self, Document, SectionKind, Style};
 #[cfg(feature = "pdf")]
 use doublet_engine::report::document::{Block, Figure};
-use doublet_engine::report::{self as results};
 use doublet_engine::run::{Control, Snapshot};
 use doublet_engine::session::Session;
 
@@ -35,18 +35,12 @@ pub struct Page {
 }
 
 /// Says that this build has no typesetter.
-///
-/// # Errors
-/// Always.
 #[cfg(not(feature = "pdf"))]
 pub fn pages(_: &Document, _: &Control, _: &dyn Fn(f32)) -> Result<Vec<Page>, String> {
     Err("this build of doublet has no typesetter: build it with the feature pdf to see pages".to_owned())
 }
 
 /// Says that this build has no typesetter.
-///
-/// # Errors
-/// Always.
 #[cfg(not(feature = "pdf"))]
 pub fn pdf(_: &Document, _: &Control, _: &dyn Fn(f32)) -> Result<Vec<u8>, String> {
     Err("this build of doublet cannot write PDF: build it with the feature pdf, or use html".to_owned())
@@ -92,9 +86,6 @@ pub struct Order {
 }
 
 /// Writes the report on a run, all forms of it in one step; what else the folder holds stays. `progress` is told the part done, 0 to 1.
-///
-/// # Errors
-/// One line: what could not be written, or that it was cancelled.
 pub fn write(
     session: &Session,
     snapshot: &Snapshot,
@@ -139,9 +130,6 @@ pub struct DocumentSet<'a> {
 impl DocumentSet<'_> {
     /// Writes the document and what lies beside it in one step as the set called `set`; what else the folder holds stays. `progress` is
     /// told the part done, 0 to 1.
-    ///
-    /// # Errors
-    /// One line: what could not be written, or that it was cancelled.
     pub fn write(
         &self,
         document: &Document,

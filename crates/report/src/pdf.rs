@@ -30,9 +30,6 @@ const FONT_FILES: [&str; 4] =
     ["LibertinusSerif-Regular.otf", "LibertinusSerif-Bold.otf", "LibertinusSerif-Italic.otf", "DejaVuSans.ttf"];
 
 /// The whole file. The same contents give the same bytes.
-///
-/// # Errors
-/// One line: that it was cancelled, or what the typesetter refuses.
 pub fn pdf(document: &Document, control: &Control, progress: &dyn Fn(f32)) -> Result<Vec<u8>, String> {
     let pages = typeset(document, control, progress)?;
     // Tags of every cell and label would double the file; who needs the structure has the HTML.
@@ -57,9 +54,6 @@ pub struct Page {
 }
 
 /// The same pages as drawings.
-///
-/// # Errors
-/// As [`pdf`].
 pub fn pages(document: &Document, control: &Control, progress: &dyn Fn(f32)) -> Result<Vec<Page>, String> {
     let typeset = typeset(document, control, progress)?;
     let pages = typeset.pages().iter().map(draw_page).collect();

@@ -4,9 +4,8 @@ use doublet_core::airframe::AircraftClass;
 use doublet_engine::begin::PlainAircraft;
 use eframe::egui::{ComboBox, Grid, RichText, TextEdit, Ui, vec2};
 
-use crate::notation;
-use crate::theme;
 use crate::widgets::quantity_edit::parse_typed;
+use crate::{notation, theme};
 
 /// Width of a number, points.
 const NUMBER: f32 = 92.0;

@@ -6,9 +6,8 @@ use doublet_engine::verdict::Level;
 use eframe::egui::{self, Align, Button, Key, Label, Layout, Modifiers, ProgressBar, RichText, ScrollArea, Ui, vec2};
 
 use super::{Choice, Choosing, Step, physics, recording, roles};
-use crate::notation;
-use crate::theme;
 use crate::widgets::level_mark::{channel_legend, level_mark};
+use crate::{notation, theme};
 
 /// Height of the foot: what is to be done first, the buttons.
 const FOOT: f32 = 62.0;
@@ -44,12 +43,8 @@ pub(super) enum Page {
 impl Page {
     const ALL: [Self; 3] = [Self::Recording, Self::Channels, Self::Check];
 
-    fn title(self) -> &'static str {
-        match self {
-            Self::Recording => "Recording and aircraft",
-            Self::Channels => "Channels",
-            Self::Check => "Check",
-        }
+    doublet_core::variant_texts! {
+        title: Recording "Recording and aircraft", Channels "Channels", Check "Check"
     }
 
     /// The page `by` places on.

@@ -6,11 +6,10 @@ use doublet_engine::aircraft::{AircraftField, ChangedValue, FieldUnit, PlaceKind
 use doublet_engine::session::{AircraftEdit, Edit};
 use eframe::egui::{self, Align, Grid, Layout, RichText, ScrollArea, TextEdit, Ui};
 
-use crate::notation;
 use crate::panels::{PanelContext, caption};
-use crate::theme;
 use crate::widgets::EditPhase;
 use crate::widgets::quantity_edit::QuantityEdit;
+use crate::{notation, theme};
 
 /// Keys with their first values.
 type FirstValues = &'static [(&'static str, f64)];
@@ -105,7 +104,11 @@ fn row(ctx: &mut PanelContext<'_>, ui: &mut Ui, field: &AircraftField, is_chosen
 
 /// What the check of the aircraft says of a field: the range that is allowed.
 fn problem(ctx: &PanelContext<'_>, field: &AircraftField) -> Option<String> {
-    Some(match ctx.snapshot.aircraft_errors.iter().find(|error| error.to_string().contains(&field.key))? {
+    let is_of_field = |error: &&AircraftError| {
+        let rest = error.field().strip_prefix(&field.key);
+        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+    };
+    Some(match ctx.snapshot.aircraft_errors.iter().find(is_of_field)? {
         AircraftError::OutOfRange { allowed, .. } => format!("must be {allowed}"),
         _ => "see above".to_owned(),
     })

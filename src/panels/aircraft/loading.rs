@@ -11,16 +11,15 @@ use doublet_engine::stage::{FlownMass, PooledFits, loading_on_board};
 use eframe::egui::{self, Align, Grid, Id, Layout, RichText, ScrollArea, Slider, Ui, UiBuilder};
 use egui_extras::Column;
 
-use crate::notation;
 use crate::panels::results::intervals::estimate;
 use crate::panels::{
     EditRequest, Panel, PanelContext, awaiting, caption, choices, dim_if, is_window_constant, role_color, trouble,
 };
-use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::grid::figures_grid;
 use crate::widgets::quantity_edit;
 use crate::widgets::term::{column_title, column_titles};
+use crate::{notation, theme};
 
 /// Largest mass of a place that states none, kg.
 const USUAL_CAPACITY_KG: f64 = 150.0;

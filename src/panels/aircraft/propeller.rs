@@ -5,12 +5,11 @@ use doublet_core::quantity::{Dimension, Role};
 use doublet_engine::stage::{EngineOverFlight, FlightEngines, PropellerCurves, engine_partials};
 use eframe::egui::{ComboBox, DragValue, Grid, Label, RichText, ScrollArea, Ui};
 
-use crate::notation;
 use crate::panels::aircraft::propulsion::pairs;
 use crate::panels::{PanelContext, empty, trouble};
-use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::term::{column_title, column_title_called};
+use crate::{notation, theme};
 
 /// Height of the numbers below the bars.
 const TABLE: f32 = 216.0;

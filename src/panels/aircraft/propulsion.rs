@@ -7,12 +7,11 @@ use doublet_core::quantity::Dimension;
 use doublet_engine::stage::{EngineOverFlight, FlightEngines};
 use eframe::egui::{self, RichText, Ui};
 
-use crate::notation;
 use crate::panels::aircraft::propeller::{self, Partials};
 use crate::panels::{Panel, PanelContext, View, choices, empty, trouble};
-use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::time_plot::{PlotCache, TimePlot, Trace, TraceStyle};
+use crate::{notation, theme};
 
 /// Points of a flight that a chart shows at most.
 const MOST_POINTS: usize = 1500;

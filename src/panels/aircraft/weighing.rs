@@ -6,9 +6,8 @@ use doublet_core::quantity::Dimension;
 use doublet_engine::weigh::{ScaleReadings, weigh};
 use eframe::egui::{self, DragValue, Grid, Label, RichText, ScrollArea, Ui};
 
-use crate::notation;
 use crate::panels::{PanelContext, caption};
-use crate::theme;
+use crate::{notation, theme};
 
 /// Rows a weighing begins with, and how many it may have.
 const ATTITUDES: usize = 3;

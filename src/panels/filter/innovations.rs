@@ -6,14 +6,13 @@ use doublet_engine::stage::WindowPath;
 use eframe::egui::{Label, RichText, Ui};
 use egui_extras::Column;
 
-use crate::notation;
 use crate::panels::filter::noise_advice;
 use crate::panels::overlaid::Overlaid;
 use crate::panels::{Panel, PanelContext, View, awaiting, choices, consistency_color, empty, trouble};
-use crate::theme;
 use crate::widgets::grid::texts_grid;
 use crate::widgets::term::column_titles;
 use crate::widgets::time_plot::{PlotCache, TimePlot, Trace};
+use crate::{notation, theme};
 
 #[derive(Default)]
 pub struct Innovations {

@@ -8,8 +8,7 @@ use doublet_engine::stage::NoiseRow;
 use eframe::egui::containers::menu::{MenuButton, MenuConfig};
 use eframe::egui::{self, CollapsingHeader, Grid, RichText, ScrollArea, Ui};
 
-use crate::panels::filter::filter_settings;
-use crate::panels::filter::noise_advice;
+use crate::panels::filter::{filter_settings, noise_advice};
 use crate::panels::{Panel, PanelContext, caption, consistency_color};
 use crate::widgets::quantity_edit::QuantityEdit;
 use crate::widgets::term::column_title;
@@ -121,16 +120,10 @@ fn inputs(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
     Grid::new("process noise").num_columns(4).spacing([6.0, 3.0]).show(ui, |ui| {
         header(ui, false);
         for input in Input::ALL {
-            let row = Row {
-                name: format!("Q {}", input.name()),
-                symbol: notation::role(input.role()),
-                about: input.description(),
-                dimension: input.dimension(),
-                value: ctx.session.filter.process_noise[input as usize],
-                usual: usual.process_noise[input as usize],
-                mark: None,
-                recorded: recorded(ctx, NoiseChannel::Input(input)),
-            };
+            let values = [&ctx.session.filter.process_noise, &usual.process_noise].map(|all| all[input as usize]);
+            let words = [notation::role(input.role()), input.description()];
+            let row = Row::new(format!("Q {}", input.name()), words, input.dimension(), values);
+            let row = Row { recorded: recorded(ctx, NoiseChannel::Input(input)), ..row };
             row.show(ctx, ui, |value| Edit::noise(NoiseChannel::Input(input), value));
         }
     });
@@ -147,16 +140,10 @@ fn measurements(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings)
             let channels =
                 path.and_then(|path| path.assessment().consistency.as_ref()).map(|consistency| &consistency.channels);
             let channel = channels.into_iter().flatten().find(|channel| channel.measurement == measurement);
-            let row = Row {
-                name: format!("R {}", measurement.name()),
-                symbol: notation::measurement(measurement),
-                about: measurement.description(),
-                dimension: measurement.dimension(),
-                value: ctx.session.filter.measurement_noise[index],
-                usual: usual.measurement_noise[index],
-                mark: channel,
-                recorded: recorded(ctx, NoiseChannel::Measurement(measurement)),
-            };
+            let values = [&ctx.session.filter.measurement_noise, &usual.measurement_noise].map(|all| all[index]);
+            let words = [notation::measurement(measurement), measurement.description()];
+            let row = Row::new(format!("R {}", measurement.name()), words, measurement.dimension(), values);
+            let row = Row { mark: channel, recorded: recorded(ctx, NoiseChannel::Measurement(measurement)), ..row };
             row.show(ctx, ui, |value| Edit::noise(NoiseChannel::Measurement(measurement), value));
         }
     });
@@ -167,34 +154,18 @@ fn initial(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
     CollapsingHeader::new("Initial deviation √P₀").show(ui, |ui| {
         Grid::new("initial deviation").num_columns(3).spacing([6.0, 3.0]).show(ui, |ui| {
             for state in State::ALL {
-                let row = Row {
-                    name: format!("P {}", state.name()),
-                    symbol: notation::state(state),
-                    about: state.description(),
-                    dimension: state.dimension(),
-                    value: ctx.session.filter.initial_deviation[state as usize],
-                    usual: usual.initial_deviation[state as usize],
-                    mark: None,
-                    recorded: None,
-                };
+                let all = [&ctx.session.filter.initial_deviation, &usual.initial_deviation];
+                let row = Row::of_state(format!("P {}", state.name()), state, all);
                 row.show(ctx, ui, |value| Edit::Filter(FilterEdit::InitialDeviation(state, value)));
             }
         });
     });
     CollapsingHeader::new("Random walk, per √s").show(ui, |ui| {
         Grid::new("random walk").num_columns(3).spacing([6.0, 3.0]).show(ui, |ui| {
-            for state in &State::ALL[9..] {
-                let row = Row {
-                    name: format!("walk {}", state.name()),
-                    symbol: notation::state(*state),
-                    about: state.description(),
-                    dimension: state.dimension(),
-                    value: ctx.session.filter.random_walk[*state as usize],
-                    usual: usual.random_walk[*state as usize],
-                    mark: None,
-                    recorded: None,
-                };
-                row.show(ctx, ui, |value| Edit::Filter(FilterEdit::RandomWalk(*state, value)));
+            for &state in &State::ALL[9..] {
+                let all = [&ctx.session.filter.random_walk, &usual.random_walk];
+                let row = Row::of_state(format!("walk {}", state.name()), state, all);
+                row.show(ctx, ui, |value| Edit::Filter(FilterEdit::RandomWalk(state, value)));
             }
         });
     });
@@ -206,16 +177,10 @@ fn sensors(ctx: &mut PanelContext<'_>, ui: &mut Ui, usual: &FilterSettings) {
         ui.weak("Zero: not estimated.");
         Grid::new("air data").num_columns(3).spacing([6.0, 3.0]).show(ui, |ui| {
             for state in AirState::ALL {
-                let row = Row {
-                    name: format!("P {}", state.name()),
-                    symbol: state.description(),
-                    about: "Constant over a manoeuvre; needs excitation to be observable",
-                    dimension: state.dimension(),
-                    value: ctx.session.filter.air_data_deviation[state as usize],
-                    usual: usual.air_data_deviation[state as usize],
-                    mark: None,
-                    recorded: None,
-                };
+                let all = [&ctx.session.filter.air_data_deviation, &usual.air_data_deviation];
+                let words = [state.description(), "Constant over a manoeuvre; needs excitation to be observable"];
+                let values = all.map(|all| all[state as usize]);
+                let row = Row::new(format!("P {}", state.name()), words, state.dimension(), values);
                 row.show(ctx, ui, |value| Edit::Filter(FilterEdit::AirDataDeviation(state, value)));
             }
         });
@@ -319,7 +284,18 @@ fn fixed_cell<T>(ui: &mut Ui, width: f32, content: impl FnOnce(&mut Ui) -> T) ->
     .inner
 }
 
-impl Row<'_> {
+impl<'a> Row<'a> {
+    /// A row with its symbol and what it is, its value and the usual one.
+    fn new(name: String, [symbol, about]: [&'a str; 2], dimension: Dimension, [value, usual]: [f64; 2]) -> Self {
+        Self { name, symbol, about, dimension, value, usual, mark: None, recorded: None }
+    }
+
+    /// The row of a state among all values and all usual ones.
+    fn of_state<const N: usize>(name: String, state: State, all: [&[f64; N]; 2]) -> Self {
+        let words = [notation::state(state), state.description()];
+        Self::new(name, words, state.dimension(), all.map(|all| all[state as usize]))
+    }
+
     /// Symbol, field, reset, and a mark of consistency.
     fn show(self, ctx: &mut PanelContext<'_>, ui: &mut Ui, edit: impl Fn(f64) -> Edit) {
         let (unit, scale) = ctx.unit(self.dimension);

@@ -5,10 +5,9 @@ use doublet_engine::session::{Edit, NoiseChannel};
 use doublet_engine::stage::{NoiseAdvice, NoiseEstimate, NoiseStep};
 use eframe::egui::{self, Button, RichText, Ui};
 
-use crate::notation;
 use crate::panels::PanelContext;
 use crate::panels::filter::noise::PROPOSAL;
-use crate::theme;
+use crate::{notation, theme};
 
 /// The advice on a measurement of the chosen manoeuvre.
 pub fn find<'a>(ctx: &PanelContext<'a>, measurement: Measurement) -> Option<&'a NoiseAdvice> {

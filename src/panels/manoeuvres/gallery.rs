@@ -3,12 +3,11 @@
 use doublet_engine::session::{Manoeuvre, Surface};
 use eframe::egui::{self, Align2, FontId, Rect, RichText, Role, ScrollArea, Sense, Stroke, Ui, WidgetInfo, vec2};
 
-use crate::notation;
 use crate::panels::manoeuvres::proposals::{curve, hatch_excluded, picture_menu, roles};
 use crate::panels::recording::overlay::Overlay;
 use crate::panels::{Panel, PanelContext, empty, role_color, select};
-use crate::theme;
 use crate::widgets::level_mark;
+use crate::{notation, theme};
 
 /// Least width of a picture and its height over its width.
 const LEAST_WIDTH: f32 = 170.0;

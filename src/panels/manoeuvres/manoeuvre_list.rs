@@ -10,15 +10,14 @@ use eframe::egui::{self, ComboBox, FontId, Galley, Id, Label, Response, RichText
 use egui_extras::{Column, TableBuilder, TableRow};
 
 use crate::command::{EditCommand, MarkCommand, UiCommand};
-use crate::notation;
 use crate::panels::manoeuvres::proposals::{proposals, thumbnails};
 use crate::panels::manoeuvres::window_filter::{Order, WindowFilter};
 use crate::panels::marking::{self, Spot};
 use crate::panels::{EditRequest, Panel, PanelContext, role_color, select_among};
-use crate::theme;
 use crate::widgets::grid::texts_grid;
 use crate::widgets::quantity_edit::QuantityEdit;
 use crate::widgets::term::column_title;
+use crate::{notation, theme};
 
 /// Height of a row.
 const ROW: f32 = 26.0;

@@ -473,11 +473,10 @@ fn figure(ui: &Ui, titles: &[String; 2], marks: &[ScatterMark], done: &ScatterDo
     let is_drawn = |mark: &Mark| matches!(mark, Mark::Points { points, .. } if !points.is_empty());
     let axis = |at: usize| Axis { range: Some([done.range[0][at], done.range[1][at]]), ..Axis::new(&titles[at], "") };
     let marks = levels.into_iter().map(of_level).chain([candidates]).filter(is_drawn).collect();
-    Figure {
-        name: "manoeuvre_map".to_owned(),
-        caption: format!("{} over {}", titles[1], titles[0]),
-        columns: 1,
-        panel_height_mm: SHAPE * WIDTH_MM,
-        panels: vec![FigurePanel::Plot(Plot { x: axis(0), y: axis(1), marks })],
-    }
+    Figure::new(
+        "manoeuvre_map",
+        format!("{} over {}", titles[1], titles[0]),
+        (1, SHAPE * WIDTH_MM),
+        vec![FigurePanel::Plot(Plot { x: axis(0), y: axis(1), marks })],
+    )
 }

@@ -7,14 +7,13 @@ use doublet_engine::session::{CandidateEdit, Edit, Manoeuvre, Surface, WindowEdi
 use doublet_engine::stage::{Candidate, FlightProposals, find_candidates};
 use eframe::egui::{self, CollapsingHeader, Grid, Response, RichText, ScrollArea, Sense, Stroke, Ui, vec2};
 
-use crate::notation;
 use crate::panels::manoeuvres::manoeuvre_list::menu;
 use crate::panels::{PanelContext, View, role_color};
-use crate::theme;
 use crate::widgets::chart::figure_entries;
 use crate::widgets::figure::{FigureForm, FigureRequest};
 use crate::widgets::hatch::hatch;
 use crate::widgets::time_view::TimeRange;
+use crate::{notation, theme};
 
 /// Size of a thumbnail, points.
 const SIZE: egui::Vec2 = vec2(132.0, 66.0);
@@ -144,13 +143,12 @@ fn figure_of(ctx: &PanelContext<'_>, form: FigureForm, window: &Manoeuvre) -> Op
         let line = Mark::Line { label, colour, style: LineStyle::Solid, series, scale };
         Some(Panel::Plot(Plot { x: x.clone(), y: Axis::new(notation::role(role), unit), marks: vec![line] }))
     };
-    let figure = Figure {
-        name: format!("manoeuvre_{}", window.name.replace(' ', "_")),
-        caption: format!("manoeuvre {}", window.name),
-        columns: 1,
-        panel_height_mm: PANEL_MM,
-        panels: roles(window.surface).into_iter().enumerate().filter_map(panel).collect(),
-    };
+    let figure = Figure::new(
+        format!("manoeuvre_{}", window.name.replace(' ', "_")),
+        format!("manoeuvre {}", window.name),
+        (1, PANEL_MM),
+        roles(window.surface).into_iter().enumerate().filter_map(panel).collect(),
+    );
     Some(FigureRequest { figure: figure.with_excluded(&window.excluded), form })
 }
 

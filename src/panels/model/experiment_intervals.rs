@@ -6,8 +6,7 @@ use doublet_engine::notation::significant;
 use doublet_engine::session::Session;
 use eframe::egui::{self, Color32, Sense, Stroke, Ui, pos2};
 
-use crate::notation;
-use crate::theme;
+use crate::{notation, theme};
 
 /// Room between an interval and the edges of its cell.
 const MARGIN: f32 = 5.0;
@@ -94,7 +93,7 @@ pub fn interval(row: &ExperimentRow, coefficient: &str, name: &str) -> Option<In
 
 /// The unit of a derivative, behind a space, by the term of the session or of an experiment.
 fn unit(session: &Session, coefficient: &str, name: &str) -> String {
-    let Some(coefficient) = Coefficient::ALL.into_iter().find(|one| one.name() == coefficient) else {
+    let Some(coefficient) = Coefficient::from_name(coefficient) else {
         return String::new();
     };
     let kept = session.experiments.iter().map(|experiment| &experiment.configuration.structure);

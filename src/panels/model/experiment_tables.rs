@@ -5,12 +5,11 @@ use doublet_engine::run::{ExperimentRows, Slot};
 use doublet_engine::session::{Configuration, Session};
 use eframe::egui::{Grid, Label, RichText, Ui};
 
-use crate::notation;
 use crate::panels::PanelContext;
 use crate::panels::model::experiment_intervals::interval;
 use crate::panels::model::setting_words::{setting_words, value_words};
-use crate::theme;
 use crate::widgets::csv_text::csv_text;
+use crate::{notation, theme};
 
 /// Titles of the table of derivatives and of its text.
 const TITLES: [&str; 6] = ["derivative", "first", "first_error", "second", "second_error", "difference"];

@@ -11,15 +11,13 @@ use doublet_engine::verdict::{Level, VerdictCounts};
 use eframe::egui::{self, Align, Button, Color32, Label, Layout, ProgressBar, RichText, ScrollArea, TextEdit, Ui};
 use egui_extras::{Column, TableBuilder, TableRow};
 
-use crate::notation;
 use crate::panels::model::experiment_intervals::{Axis, interval};
 use crate::panels::model::experiment_tables::{Differences, scores_csv};
 use crate::panels::model::terms::PRESETS;
-use crate::panels::overlaid;
-use crate::panels::{EditRequest, Panel, PanelContext, choices};
-use crate::theme;
+use crate::panels::{EditRequest, Panel, PanelContext, choices, overlaid};
 use crate::widgets::level_mark::level_mark;
 use crate::widgets::term::{column_title, column_title_called};
+use crate::{notation, theme};
 
 /// Titles and widths of the columns behind the name, and how narrow a panel still has them: 0 for one with room for all.
 const COLUMNS: [(&str, f32, u8); 8] = [

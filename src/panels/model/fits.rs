@@ -7,17 +7,15 @@ use doublet_engine::stage::{CoefficientFit, FittedSeries, Misfit, MisfitPlace, P
 use eframe::egui::{self, RichText, ScrollArea, Sense, Ui, vec2};
 use egui_extras::Column;
 
-use crate::notation;
-use crate::panels::model::misfit;
-use crate::panels::model::residuals;
+use crate::panels::model::{misfit, residuals};
 use crate::panels::overlaid::Overlaid;
 use crate::panels::{Panel, PanelContext, View, awaiting, choices, dim_if, empty, role_color, trouble};
-use crate::theme;
 use crate::widgets::grid::texts_grid;
 use crate::widgets::heat_strip::{self, HeatStrips};
 use crate::widgets::term::column_titles;
 use crate::widgets::ticks::draw_time_axis;
 use crate::widgets::time_plot::{PlotCache, SpanMark, TIME_AXIS_HEIGHT, TimePlot, Trace, TraceStyle};
+use crate::{notation, theme};
 
 /// Width of the panel from which a column stands beside the fits, and that of the column: a part of it between limits.
 const BESIDE: f32 = 640.0;

@@ -5,12 +5,11 @@ use doublet_engine::stage::{ProofOfMatch, WindowReplay};
 use eframe::egui::{self, RichText, Ui};
 use egui_extras::Column;
 
-use crate::notation;
 use crate::panels::{Panel, PanelContext, View, choices, dim_if, empty, trouble};
-use crate::theme;
 use crate::widgets::grid::texts_grid;
 use crate::widgets::term::column_titles;
 use crate::widgets::time_plot::{PlotCache, TimePlot, Trace, TraceStyle};
+use crate::{notation, theme};
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Aspect {

@@ -5,12 +5,11 @@ use doublet_core::model::Coefficient;
 use doublet_engine::stage::{CoherentChannel, Misfit, MisfitPlace, ResidualStudy};
 use eframe::egui::{self, Label, ProgressBar, RichText, ScrollArea, Ui};
 
-use crate::notation;
 use crate::panels::model::residuals;
 use crate::panels::{PanelContext, caption, choices, trouble};
-use crate::theme;
 use crate::widgets::chart::Chart;
 use crate::widgets::spectrum_chart::{spectrum_chart, spectrum_curve, white_bounds};
+use crate::{notation, theme};
 
 /// Height of a chart of the column.
 const CHART_HEIGHT: f32 = 170.0;

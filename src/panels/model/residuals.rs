@@ -4,10 +4,9 @@ use doublet_core::model::Coefficient;
 use doublet_engine::stage::ResidualStudy;
 use eframe::egui::Ui;
 
-use crate::notation;
 use crate::panels::{PanelContext, awaiting, choices};
-use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
+use crate::{notation, theme};
 
 /// Draws both charts of the coefficient that is chosen above them.
 pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, chosen: &mut Coefficient) {

@@ -11,13 +11,9 @@ use doublet_engine::verdict::CONDITION_LIMIT;
 use eframe::egui::{self, CollapsingHeader, Grid, Key, RichText, ScrollArea, TextEdit, Ui};
 
 use crate::command::{UiCommand, ViewCommand};
-use crate::notation;
-use crate::panels::model::coefficient_settings;
-use crate::panels::model::constraints;
-use crate::panels::model::experiments;
-use crate::panels::model::term_effects;
+use crate::panels::model::{coefficient_settings, constraints, experiments, term_effects};
 use crate::panels::{Pane, Panel, PanelContext, break_before, choices};
-use crate::theme;
+use crate::{notation, theme};
 
 /// Variables that always have a row.
 const COMMON: [Variable; 10] = [

@@ -10,14 +10,13 @@ use doublet_engine::verdict::Level;
 use eframe::egui::{self, Align, Label, Layout, Panel as Bar, RichText, ScrollArea, Sense, TextStyle, Ui, vec2};
 use egui_extras::{Column, TableRow};
 
-use crate::notation;
 use crate::panels::{Panel, PanelContext, chosen_flight, trouble};
-use crate::theme;
 use crate::widgets::curves;
 use crate::widgets::grid::texts_grid;
 use crate::widgets::level_mark::{channel_legend, channel_words, level_mark};
 use crate::widgets::sparkline::Sparkline;
 use crate::widgets::term::column_titles;
+use crate::{notation, theme};
 
 /// Height of a row and width of a sparkline.
 const ROW: f32 = 22.0;

@@ -4,11 +4,10 @@ use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Series, TimeRange, gap_threshold_s, value_at};
 use eframe::egui::{ComboBox, Ui};
 
-use crate::notation;
 use crate::panels::recording::flight::{key, resolve};
 use crate::panels::{Panel, PanelContext, chosen_flight, empty, role_color};
-use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
+use crate::{notation, theme};
 
 /// Points drawn at most.
 const MOST: usize = 4000;

@@ -8,9 +8,8 @@ use doublet_engine::stage::LoadedFlight;
 use doublet_engine::verdict::Level;
 use eframe::egui::{self, DragAndDrop, Panel as Bar, Response, RichText, ScrollArea, TextEdit, Ui, vec2};
 
-use crate::command::dispatch::new_window;
 use crate::notation::{self, Units};
-use crate::panels::marking::{self, Spot};
+use crate::panels::marking::{self, Spot, new_window};
 use crate::panels::signals::expressions::{self, Draft};
 use crate::panels::{Panel, PanelContext, View, awaiting, empty, role_color, select, trouble};
 use crate::theme;

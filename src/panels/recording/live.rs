@@ -10,11 +10,10 @@ use doublet_engine::run::{LiveOrder, LiveThread, LiveView};
 use doublet_engine::verdict::Level;
 use eframe::egui::{self, CollapsingHeader, Label, ScrollArea, Ui, WidgetText};
 
-use crate::notation;
 use crate::panels::{Panel, PanelContext, empty, text_field, trouble};
-use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::level_mark::level_mark;
+use crate::{notation, theme};
 
 /// Time without anything new after which a file has ended, s.
 const WAIT_S: u64 = 10;

@@ -9,13 +9,12 @@ use doublet_core::series::Series;
 use doublet_engine::session::{Manoeuvre, Surface};
 use eframe::egui::{Id, Rect, ScrollArea, Ui};
 
-use crate::notation;
 use crate::panels::manoeuvres::proposals::roles;
 use crate::panels::{PanelContext, empty};
-use crate::theme;
 use crate::widgets::hatch::hatch;
 use crate::widgets::time_plot::{PlotCache, StackResponse, TimePlot, Trace, TraceStyle, time_stack, x_at};
 use crate::widgets::time_view::{TimeRange, TimeView};
+use crate::{notation, theme};
 
 /// Windows drawn at most: more are not told apart.
 const MOST: usize = 8;

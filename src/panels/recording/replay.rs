@@ -5,12 +5,11 @@ use doublet_core::quantity::Dimension;
 use doublet_engine::aircraft::{Instant, Motion, ShapePart, instant, ned_from_body, shape};
 use eframe::egui::{self, Align, Align2, Color32, FontId, Grid, Label, Layout, RichText, Sense, Slider, Ui, vec2};
 
-use crate::notation;
 use crate::panels::{Panel, PanelContext, awaiting, choices, empty};
-use crate::theme;
 use crate::widgets::attitude_view::{Arrow, AttitudeView, Camera, Face};
 use crate::widgets::figure::FigureRequest;
 use crate::widgets::time_view::TimeRange;
+use crate::{notation, theme};
 
 /// How many times faster than it was flown.
 const SPEEDS: [(f64, &str); 5] = [(0.25, "¼×"), (1.0, "1×"), (4.0, "4×"), (16.0, "16×"), (64.0, "64×")];

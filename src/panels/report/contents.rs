@@ -1,10 +1,9 @@
 //! The report: its printed pages or one section, the sections it has, and the button that writes it.
 
 use doublet_core::model::{Coefficient, Term};
-use doublet_engine::date;
-use doublet_engine::report;
 use doublet_engine::report::document::{Document, Section, SectionKind, build, chosen};
 use doublet_engine::session::{Edit, ReportFigure, ReportFigureEdit, Session};
+use doublet_engine::{date, report};
 use doublet_report::ReportFormat;
 use eframe::egui::{self, CollapsingHeader, RichText, ScrollArea, TextEdit, Ui};
 

@@ -5,12 +5,11 @@ use doublet_engine::stage::CoefficientFit;
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use egui_extras::Column;
 
-use crate::notation;
 use crate::panels::manoeuvres::manoeuvre_list::menu;
 use crate::panels::{PanelContext, awaiting, dim_if, is_window_constant, role_color, select};
-use crate::theme;
 use crate::widgets::csv_text::csv_text;
 use crate::widgets::grid::figures_grid;
+use crate::{notation, theme};
 
 /// Estimate and standard error of `derivative` among `fits`.
 fn parameter(fits: &[CoefficientFit], derivative: &str) -> Option<(f64, f64)> {

@@ -8,11 +8,10 @@ use eframe::egui::{
     Vec2, WidgetInfo, pos2, vec2,
 };
 
-use crate::notation;
 use crate::panels::{Panel, PanelContext, awaiting, choices, is_window_constant};
-use crate::theme;
 use crate::ui_state::Scope;
 use crate::widgets::matrix_view::{self, MatrixView};
+use crate::{notation, theme};
 
 /// Correlations from here on deserve attention (Klein and Morelli 2006, section 5.1: 0.9).
 const NOTABLE: f64 = 0.9;

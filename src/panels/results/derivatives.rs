@@ -9,17 +9,14 @@ use doublet_engine::verdict::{CONDITION_LIMIT, Level, Verdict, dependences};
 use eframe::egui::{self, FontId, Galley, RichText, ScrollArea, Ui};
 use egui_extras::Column;
 
-use crate::notation;
-use crate::panels::results::by_window;
-use crate::panels::results::intervals;
-use crate::panels::results::over_windows;
+use crate::panels::results::{by_window, intervals, over_windows};
 use crate::panels::{Panel, PanelContext, awaiting, dim_if, is_window_constant, trouble};
-use crate::theme;
 use crate::ui_state::Scope;
 use crate::widgets::csv_text::csv_text;
 use crate::widgets::grid::figures_grid;
 use crate::widgets::level_mark;
 use crate::widgets::term::column_title;
+use crate::{notation, theme};
 
 /// Height of a row.
 const ROW: f32 = 20.0;

@@ -12,12 +12,11 @@ use doublet_engine::study::dynamics::{CATEGORIES, CLASSES};
 use doublet_engine::study::{DynamicsRequest, DynamicsStudy};
 use eframe::egui::{ComboBox, Grid, Label, RichText, ScrollArea, Slider, Ui};
 
-use crate::notation;
 use crate::panels::aircraft::loading::selected_mass;
 use crate::panels::{Panel, PanelContext, awaiting, choices, dim_if, trouble};
-use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::term::column_title;
+use crate::{notation, theme};
 
 /// Points of an ellipse.
 const OUTLINE: usize = 73;

@@ -7,11 +7,10 @@ use doublet_engine::stage::CoefficientFit;
 use eframe::egui::{ComboBox, Ui};
 
 use crate::command::{FileCommand, UiCommand};
-use crate::notation;
 use crate::panels::overlaid::Overlaid;
 use crate::panels::{PanelContext, awaiting, is_window_constant};
-use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
+use crate::{notation, theme};
 
 /// Distance of the estimates of an overlaid experiment from those of the session, in manoeuvres.
 const OFFSET: f64 = 0.18;

@@ -5,12 +5,11 @@ use doublet_engine::stage::KindSummary;
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use egui_extras::Column;
 
-use crate::notation;
 use crate::panels::{PanelContext, awaiting, dim_if};
-use crate::theme;
 use crate::widgets::csv_text::csv_text;
 use crate::widgets::grid::figures_grid;
 use crate::widgets::term::{column_title, column_title_called};
+use crate::{notation, theme};
 
 /// Titles of the columns over all windows.
 const TITLES: [&str; 6] = ["Manoeuvres", "Mean", "Scatter", "Std. error", "Min", "Max"];

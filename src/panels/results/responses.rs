@@ -8,11 +8,10 @@ use eframe::egui::{self, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
 use crate::command::{RunCommand, UiCommand};
-use crate::notation;
 use crate::panels::{Panel, PanelContext, choices, dim_if, empty, offer, study_button, trouble};
-use crate::theme;
 use crate::widgets::figure_view::figure_view;
 use crate::widgets::term::column_titles;
+use crate::{notation, theme};
 
 pub struct Responses {
     surface: Surface,

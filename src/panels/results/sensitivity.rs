@@ -7,12 +7,11 @@ use eframe::egui::{self, ComboBox, RichText, ScrollArea, Ui};
 use egui_extras::Column;
 
 use crate::command::{RunCommand, UiCommand};
-use crate::notation;
 use crate::panels::{Panel, PanelContext, choices, dim_if, empty, offer, study_button, trouble};
-use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::csv_text::csv_text;
 use crate::widgets::grid::figures_grid;
+use crate::{notation, theme};
 
 const BARS: usize = 10;
 /// Changes below this are left out of the chart, per cent.

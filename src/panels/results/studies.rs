@@ -10,13 +10,12 @@ use eframe::egui::{self, Align, Button, ComboBox, DragValue, Label, Layout, Prog
 use egui_extras::Column;
 
 use crate::command::{RunCommand, UiCommand, ViewCommand};
-use crate::notation;
 use crate::panels::{Pane, Panel, PanelContext, choices, empty, offer, trouble};
-use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::document_view::draw_table;
 use crate::widgets::grid::figures_grid;
 use crate::widgets::term::column_title;
+use crate::{notation, theme};
 
 /// Width of the list of studies.
 const LIST: f32 = 208.0;

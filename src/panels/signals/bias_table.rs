@@ -4,11 +4,10 @@ use doublet_engine::stage::{BIAS_STATES, BiasTable};
 use eframe::egui::{self, RichText, Ui};
 use egui_extras::Column;
 
-use crate::notation;
 use crate::panels::{PanelContext, awaiting, dim_if};
-use crate::theme;
 use crate::widgets::csv_text::csv_text;
 use crate::widgets::grid::texts_grid;
+use crate::{notation, theme};
 
 /// Names of the lines below the windows.
 const SUMMARY: [&str; 4] = ["mean", "σ", "min", "max"];

@@ -5,9 +5,8 @@ use doublet_engine::session::{EXPRESSION_SOURCE, Edit, ExpressionEdit, Expressio
 use doublet_engine::stage::{LoadedFlight, expression_preview};
 use eframe::egui::{self, ComboBox, Grid, Id, Key, Popup, Response, RichText, TextEdit, Ui};
 
-use crate::notation;
 use crate::panels::PanelContext;
-use crate::theme;
+use crate::{notation, theme};
 
 /// What can be written, in short.
 const HINT: &str = "Roles by name (alpha, v_north), channels in quotes (\"source/name\"), + - * / ^, sin cos tan asin acos atan atan2 \

@@ -9,15 +9,14 @@ use doublet_engine::session::{
 use doublet_engine::stage::{FlightProposals, LoadedFlight, SignalSpectrum, UsedClock};
 use eframe::egui::{self, CollapsingHeader, ComboBox, Grid, RichText, ScrollArea, Ui};
 
-use crate::notation;
 use crate::panels::{Panel, PanelContext, View, caption, empty};
-use crate::theme;
 use crate::widgets::EditPhase;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
 use crate::widgets::quantity_edit::QuantityEdit;
 use crate::widgets::spectrum_chart::{spectrum_chart, spectrum_curve};
 use crate::widgets::term::column_title;
 use crate::widgets::time_plot::{PlotCache, SpanMark, TimePlot, Trace, TraceStyle};
+use crate::{notation, theme};
 
 /// Height of the plots of spectrum and clock, points.
 const PLOT_HEIGHT: f32 = 150.0;

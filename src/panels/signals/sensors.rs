@@ -7,10 +7,9 @@ use doublet_engine::calibrate::{self, CalibrationFit, Curve, SensorCalibration, 
 use eframe::egui::{self, Align, Label, Layout, RichText, ScrollArea, TextEdit, Ui, vec2};
 
 use crate::command::{FileCommand, UiCommand, ViewCommand};
-use crate::notation;
 use crate::panels::{Pane, Panel, PanelContext, caption, empty, trouble};
-use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
+use crate::{notation, theme};
 
 /// Instruments that are offered where a flight names none.
 const EXAMPLE: &str = "builtin:c337f_instruments";

@@ -125,7 +125,7 @@ fn between<'a>(line: &'a str, before: &str, after: &str) -> Option<&'a str> {
 
 #[test]
 fn every_panel_has_its_entry() {
-    let source = text("src/panels/pane.rs");
+    let source = text("src/pane.rs");
     let rows: Vec<&str> = source.lines().filter(|line| line.contains(", page \"")).collect();
     assert!(rows.len() >= 20, "{rows:?}");
     let mut page = String::from(
@@ -182,7 +182,7 @@ fn shapes(folder: &str) -> BTreeMap<String, Vec<Field>> {
                     let name = between(&marks, "rename = \"", "\"").unwrap_or(name.rsplit(' ').next().unwrap());
                     if !marks.contains("serde(skip)") {
                         let (is_flat, is_optional) = (marks.contains("flatten"), marks.contains("skip_serializing_if"));
-                        let text = comment.join(" ");
+                        let text = if comment.is_empty() { name_in_words(name) } else { comment.join(" ") };
                         fields.push(Field { name: name.to_owned(), kind: kind.to_owned(), text, is_flat, is_optional });
                     }
                 }
@@ -204,6 +204,30 @@ fn shapes(folder: &str) -> BTreeMap<String, Vec<Field>> {
         }
     }
     found
+}
+
+/// A key as words, its unit behind them: `mass_kg`, "Mass, kg."
+fn name_in_words(name: &str) -> String {
+    let units = [
+        ("_kg_m2", "kg m²"),
+        ("_kg_m3", "kg/m³"),
+        ("_rad_s", "rad/s"),
+        ("_m_s2", "m/s²"),
+        ("_m_s", "m/s"),
+        ("_pa", "Pa"),
+        ("_kg", "kg"),
+        ("_rad", "rad"),
+        ("_deg", "deg"),
+        ("_m", "m"),
+        ("_s", "s"),
+        ("_n", "N"),
+        ("_k", "K"),
+        ("_w", "W"),
+    ];
+    let with_unit = units.iter().find_map(|(ending, unit)| Some((name.strip_suffix(ending)?, *unit)));
+    let (words, unit) = with_unit.map_or((name, String::new()), |(words, unit)| (words, format!(", {unit}")));
+    let (first, rest) = words.split_at(1);
+    format!("{}{}{unit}.", first.to_uppercase(), rest.replace('_', " "))
 }
 
 /// Names of the structs in a type.

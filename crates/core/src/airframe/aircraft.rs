@@ -144,9 +144,11 @@ pub struct MassLimits {
 }
 
 /// Stall without flaps and power, unaccelerated.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Stall {
     /// Calibrated airspeed, m/s.
+    #[serde(rename = "airspeed_m_s")]
     pub calibrated_airspeed_m_s: f64,
     /// Mass it is stated for, kg.
     pub mass_kg: f64,
@@ -177,7 +179,8 @@ pub struct Tank {
 }
 
 /// What the fuel mass of a tank means where the empty mass includes unusable fuel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum FuelBookkeeping {
     /// All of a tank's fuel is added to the empty mass: the unusable fuel counts twice, as in the thesis.
     #[default]
@@ -200,7 +203,8 @@ pub struct Station {
 }
 
 /// Ground contact of a nose wheel and two main wheels, m from the datum.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct WheelStations {
     /// Nose wheel, x.
     pub nose_x_m: f64,
@@ -211,15 +215,20 @@ pub struct WheelStations {
 }
 
 /// Positions of the sensors, m from the datum; `None` where not known.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct SensorStations {
     /// Accelerometers.
+    #[serde(rename = "accelerometer_datum_m")]
     pub accelerometer_from_datum_m: Option<[f64; 3]>,
     /// Angle-of-attack vane or boom.
+    #[serde(rename = "alpha_vane_datum_m")]
     pub alpha_vane_from_datum_m: Option<[f64; 3]>,
     /// Sideslip vane or boom.
+    #[serde(rename = "beta_vane_datum_m")]
     pub beta_vane_from_datum_m: Option<[f64; 3]>,
     /// Antenna of the satellite navigation receiver.
+    #[serde(rename = "antenna_datum_m")]
     pub antenna_from_datum_m: Option<[f64; 3]>,
 }
 

@@ -31,6 +31,19 @@ pub enum AircraftError {
     Loading(LoadingIssue),
 }
 
+impl AircraftError {
+    /// Key of what is wrong, as in the aircraft file.
+    pub fn field(&self) -> &str {
+        match self {
+            Self::OutOfRange { field, .. }
+            | Self::Name { field, .. }
+            | Self::Inertia { field, .. }
+            | Self::Missing { field, .. } => field,
+            Self::Loading(_) => "loading",
+        }
+    }
+}
+
 /// Largest distance from the datum, and smallest and largest length accepted, m.
 const LARGEST_LENGTH_M: f64 = 1_000.0;
 const SMALLEST_LENGTH_M: f64 = 1.0e-3;

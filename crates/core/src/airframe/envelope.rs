@@ -1,7 +1,10 @@
 //! Limits of the centre of gravity over mass.
 
+use serde::Deserialize;
+
 /// Forward and aft limit of the centre of gravity at one mass.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct EnvelopeRow {
     /// Mass, kg.
     pub mass_kg: f64,

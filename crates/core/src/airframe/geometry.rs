@@ -1,7 +1,10 @@
 //! Wing panels and the mean aerodynamic chord.
 
+use serde::Deserialize;
+
 /// A wing panel of constant taper. Stations are in datum axes, m.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "names say it")]
 pub struct WingPanel {
     pub name: String,
@@ -16,7 +19,8 @@ pub struct WingPanel {
 }
 
 /// A mean aerodynamic chord and where it lies. Stations are in datum axes, m.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct MeanChord {
     /// x of its leading edge.
     pub leading_edge_x_m: f64,

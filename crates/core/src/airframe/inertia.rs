@@ -1,11 +1,14 @@
 //! Inertia of component groups by shape, and of the whole about its centre of gravity.
 
+use serde::Deserialize;
+
 use super::aircraft::FixedItem;
 use super::frames::body_from_datum;
 use super::tensor::InertiaTensor;
 
 /// A body axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Axis {
     /// Forward.
     X,

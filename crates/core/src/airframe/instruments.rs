@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::Deserialize;
+
 use crate::quantity::Role;
 
 /// The instruments of one installation, in SI.
@@ -86,13 +88,15 @@ pub struct PedalCurve {
 }
 
 /// Orientation of a control sensor.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SensorMount {
     /// Sensor.
     pub sensor: String,
     /// Rows: the sensor's axes in axes of the reference sensor, with the control at neutral, before the rest angle.
     pub sensor_from_reference: [[f64; 3]; 3],
     /// Angle about its z axis at neutral, rad.
+    #[serde(default)]
     pub rest_rad: f64,
 }
 

@@ -1,5 +1,7 @@
 //! Statistical mass and inertia of comparable aircraft, beside which an aircraft's own are held.
 
+use serde::Deserialize;
+
 use super::tensor::InertiaTensor;
 
 /// Mass of a component group as a fraction of maximum take-off mass (thesis Tables 5.10-5.11).
@@ -18,7 +20,8 @@ pub struct ComponentFraction {
 }
 
 /// Radii of gyration without dimension, with the lengths they belong to (thesis Eq. 5.11, Table 5.13).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct GyrationRadii {
     /// `2 R_x / b`.
     pub x: f64,
@@ -53,11 +56,6 @@ impl AircraftClass {
         pub name:
             SinglePropeller "single-propeller", TwinPropeller "twin-propeller", FuselageJets "fuselage-jets",
             TwoWingJets "two-wing-jets", FourWingJets "four-wing-jets",
-    }
-
-    /// The class called so.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|class| class.name() == name)
     }
 
     /// Radii of gyration of an aircraft of this kind, `length_m` long.

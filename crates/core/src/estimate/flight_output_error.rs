@@ -446,9 +446,6 @@ pub(super) fn roots_of_diagonal(covariance: &DMatrix<f64>) -> Vec<f64> {
 ///
 /// The autocorrelation of an output that is measured at a part of the samples only counts by that part: sums over them are of as
 /// many products as there are.
-///
-/// # Errors
-/// As for [`covariance_of_outputs`].
 pub(super) fn corrected_covariance(
     fit: &OutputErrorFit,
     measured: &DMatrix<f64>,

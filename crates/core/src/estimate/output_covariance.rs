@@ -24,9 +24,6 @@ pub(super) type Output<'a> = Vec<Option<OutputWindow<'a>>>;
 /// function of derivatives of several coefficients, as a natural mode is, needs what they have in common.
 ///
 /// Its blocks on the diagonal are [`PooledFit::coloured_covariance`] but for the longest lag, which all fits have in common here.
-///
-/// # Errors
-/// As for [`super::coloured_covariance`].
 pub fn joint_coloured_covariance(fits: &[(&PooledFit, &[PooledWindow])]) -> Result<DMatrix<f64>, EstimateError> {
     let mut labels: Vec<&str> = Vec::new();
     for window in fits.iter().flat_map(|(_, windows)| *windows) {

@@ -91,9 +91,6 @@ pub fn output_error<E: From<EstimateError>>(
 }
 
 /// As [`output_error`], with a simulation of several sets of parameters at once, at most `lanes`: a result for each.
-///
-/// # Errors
-/// As for [`output_error`].
 pub(super) fn output_error_in_lanes<E: From<EstimateError>>(
     parameters: &[OutputParameter],
     measured: &DMatrix<f64>,

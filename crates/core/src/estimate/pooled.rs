@@ -36,9 +36,6 @@ pub struct PooledRegression {
 
 impl PooledRegression {
     /// [`pooled`] over all its windows, under its constraints as [`super::constrained_least_squares`].
-    ///
-    /// # Errors
-    /// As for both.
     pub fn fit(&self) -> Result<PooledFit, EstimateError> {
         if self.constraints.iter().all(|constraint| *constraint == Constraint::Free) {
             return pooled(&self.names, &self.per_window, &self.windows);
@@ -185,9 +182,6 @@ pub fn stacked(names: &[String], per_window: &[bool], windows: &[PooledWindow]) 
 
 impl PooledFit {
     /// Covariance for correlated residuals, whose products are taken inside each window only; `windows` are those fitted.
-    ///
-    /// # Errors
-    /// As for [`super::coloured_covariance`].
     pub fn coloured_covariance(
         &self,
         windows: &[PooledWindow],

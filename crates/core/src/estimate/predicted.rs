@@ -37,9 +37,6 @@ pub struct ExpectedErrors {
 
 impl PooledFit {
     /// The noise that this fit of `windows` left in its residuals, with the lags and the taper of `settings`.
-    ///
-    /// # Errors
-    /// As for [`super::coloured_covariance`].
     pub fn residual_noise(
         &self,
         windows: &[PooledWindow],

@@ -192,9 +192,6 @@ impl RecursiveFourier {
 
     /// Equation error with the samples so far: column `z` by the columns `x`, whose parameters are called `names`. The covariance is as
     /// for [`super::frequency_equation_error`], to be multiplied by [`Self::covariance_factor`].
-    ///
-    /// # Errors
-    /// As for [`super::frequency_equation_error`].
     pub fn fit(&self, names: &[String], z: usize, x: &[usize]) -> Result<Fit, EstimateError> {
         self.fit_of(&|column| self.transform(column), names, z, x)
     }

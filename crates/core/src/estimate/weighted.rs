@@ -52,9 +52,6 @@ pub fn weighted_least_squares(
 
 /// Covariance of a weighted fit for correlated residuals, whose products are taken inside each of `windows` only: that of
 /// [`super::coloured_covariance`] with rows and residuals times the roots of their weights.
-///
-/// # Errors
-/// As for [`super::coloured_covariance`].
 pub fn weighted_coloured_covariance(
     fit: &Fit,
     x: &DMatrix<f64>,
@@ -82,9 +79,6 @@ pub struct GeneralisedFit {
 impl GeneralisedFit {
     /// Covariance for the colour that the autoregression leaves in the residuals: that of [`super::coloured_covariance`] with rows
     /// and residuals whitened by it.
-    ///
-    /// # Errors
-    /// As for [`super::coloured_covariance`].
     pub fn coloured_covariance(
         &self,
         x: &DMatrix<f64>,

@@ -111,18 +111,12 @@ impl<'p> Budget<'p> {
     }
 
     /// The file, to be read piece by piece.
-    ///
-    /// # Errors
-    /// As [`Self::read_whole`].
     pub fn pieces(&self) -> Result<Pieces<'p>, LoadError> {
         let (file, stored) = self.open()?;
         Ok(Pieces::new(self.path, file, usize::try_from(stored).unwrap_or(usize::MAX)))
     }
 
     /// Refuses `bytes` that are known beforehand, without taking them.
-    ///
-    /// # Errors
-    /// As [`Self::take`].
     pub fn check(&self, bytes: u64, what: impl FnOnce() -> String) -> Result<(), LoadError> {
         self.take(bytes, what).map(|()| self.give_back(bytes))
     }

@@ -105,9 +105,6 @@ fn columns(data: &AeroData, settings: &CoefficientSettings, acceleration: impl F
 
 /// Specific force at the centre of gravity of each sample, m/s², moved there from the accelerometers (thesis Eq. 4.10) with the
 /// angular acceleration the settings ask for.
-///
-/// # Errors
-/// As for [`coefficients`].
 pub fn specific_force_at_cg(data: &AeroData, settings: &CoefficientSettings) -> Result<[Vec<f64>; 3], ModelError> {
     data.check()?;
     let acceleration = angular_acceleration(data, settings)?;

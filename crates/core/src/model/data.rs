@@ -12,11 +12,13 @@ use crate::quantity::Role;
 use crate::series::TimeRange;
 
 /// A point of the aircraft.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Position {
     /// Body axes from the centre of gravity, m: it moves with the centre of gravity.
+    #[serde(rename = "body_from_cg_m")]
     BodyFromCg([f64; 3]),
     /// Datum axes (x aft, y right, z up), m: fixed to the aircraft.
+    #[serde(rename = "datum_m")]
     Datum([f64; 3]),
 }
 
@@ -92,7 +94,8 @@ pub enum Axes {
 }
 
 /// Whether thrust belongs to the coefficients.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum ThrustTreatment {
     /// Force and moment of the thrust stay inside the coefficients (thesis Eq. 3.23-3.24).
     Included,

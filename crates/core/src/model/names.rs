@@ -28,11 +28,6 @@ impl Coefficient {
         /// Name as printed, for example `Cm`.
         pub name: CX "CX", CY "CY", CZ "CZ", Cl "Cl", Cm "Cm", Cn "Cn", CD "CD", CL "CL"
     }
-
-    /// The coefficient called `name`; case matters, `Cl` is roll and `CL` is lift.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|coefficient| coefficient.name() == name)
-    }
 }
 
 /// Declares [`Variable`] with its name in terms, its name in derivatives and its description.

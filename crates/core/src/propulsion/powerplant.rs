@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::Vector3;
+use serde::Deserialize;
 use thiserror::Error;
 
 use super::chart::EngineChart;
@@ -11,9 +12,11 @@ use super::propeller::PropellerMap;
 use crate::airframe::EngineStation;
 
 /// Sense of rotation of a rotor seen from behind, looking forward.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Rotation {
     /// Clockwise: angular momentum along +x of the body axes.
+    #[default]
     Clockwise,
     /// Counter-clockwise: angular momentum along -x.
     CounterClockwise,

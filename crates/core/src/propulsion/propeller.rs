@@ -43,14 +43,8 @@ pub struct PropellerMapData {
 /// outside its grids.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PropellerMap {
-    name: String,
-    origin: String,
-    diameter_m: f64,
-    effective_area_m2: f64,
-    flight_level_m: Vec<f64>,
-    speed_rad_s: Vec<f64>,
-    advance_ratio: Vec<f64>,
-    power_coefficient: Vec<f64>,
+    /// What it was made from, without its tables.
+    data: PropellerMapData,
     /// Efficiency and thrust coefficient side by side: `[flight level][speed][power coefficient][advance ratio]`.
     values: Vec<[f64; 2]>,
 }
@@ -95,37 +89,27 @@ impl PropellerMap {
                 append_table(table, rows, columns, &mut values)?;
             }
         }
-        Ok(Self {
-            name: data.name,
-            origin: data.origin,
-            diameter_m: data.diameter_m,
-            effective_area_m2: data.effective_area_m2,
-            flight_level_m: data.flight_level_m,
-            speed_rad_s: data.speed_rad_s,
-            advance_ratio: data.advance_ratio,
-            power_coefficient: data.power_coefficient,
-            values,
-        })
+        Ok(Self { data: PropellerMapData { tables: Vec::new(), ..data }, values })
     }
 
     /// Name of the propeller.
     pub fn name(&self) -> &str {
-        &self.name
+        &self.data.name
     }
 
     /// Where the numbers come from.
     pub fn origin(&self) -> &str {
-        &self.origin
+        &self.data.origin
     }
 
     /// Diameter D, m.
     pub fn diameter_m(&self) -> f64 {
-        self.diameter_m
+        self.data.diameter_m
     }
 
     /// Effective area A_eff of the total-pressure rise, m².
     pub(crate) fn effective_area_m2(&self) -> f64 {
-        self.effective_area_m2
+        self.data.effective_area_m2
     }
 
     /// Efficiency and thrust coefficient, linear in J and C_P inside each map, then in pressure altitude and speed.
@@ -140,16 +124,17 @@ impl PropellerMap {
         speed_rad_s: f64,
         pressure_altitude_m: f64,
     ) -> PropellerPoint {
-        let (level, level_w) = bracket(&self.flight_level_m, pressure_altitude_m);
-        let (speed, speed_w) = bracket(&self.speed_rad_s, speed_rad_s);
-        let (row, row_w) = bracket(&self.power_coefficient, power_coefficient);
-        let (column, column_w) = bracket(&self.advance_ratio, advance_ratio);
-        let columns = self.advance_ratio.len();
+        let (level, level_w) = bracket(&self.data.flight_level_m, pressure_altitude_m);
+        let (speed, speed_w) = bracket(&self.data.speed_rad_s, speed_rad_s);
+        let (row, row_w) = bracket(&self.data.power_coefficient, power_coefficient);
+        let (column, column_w) = bracket(&self.data.advance_ratio, advance_ratio);
+        let columns = self.data.advance_ratio.len();
         let mut sum = [0.0; 2];
         for (l, lw) in [(level, 1.0 - level_w), (level + 1, level_w)] {
             for (s, sw) in [(speed, 1.0 - speed_w), (speed + 1, speed_w)] {
                 for (r, rw) in [(row, 1.0 - row_w), (row + 1, row_w)] {
-                    let start = ((l * self.speed_rad_s.len() + s) * self.power_coefficient.len() + r) * columns;
+                    let start =
+                        ((l * self.data.speed_rad_s.len() + s) * self.data.power_coefficient.len() + r) * columns;
                     let (left, right) = (self.values[start + column], self.values[start + column + 1]);
                     let weight = lw * sw * rw;
                     for k in 0..2 {
@@ -160,10 +145,10 @@ impl PropellerMap {
         }
         let mut off_range = OffRanges::default();
         for (variable, grid, value) in [
-            (MapVariable::AdvanceRatio, &self.advance_ratio, advance_ratio),
-            (MapVariable::PowerCoefficient, &self.power_coefficient, power_coefficient),
-            (MapVariable::PropellerSpeed, &self.speed_rad_s, speed_rad_s),
-            (MapVariable::FlightLevel, &self.flight_level_m, pressure_altitude_m),
+            (MapVariable::AdvanceRatio, &self.data.advance_ratio, advance_ratio),
+            (MapVariable::PowerCoefficient, &self.data.power_coefficient, power_coefficient),
+            (MapVariable::PropellerSpeed, &self.data.speed_rad_s, speed_rad_s),
+            (MapVariable::FlightLevel, &self.data.flight_level_m, pressure_altitude_m),
         ] {
             off_range.check(variable, value, grid[0], grid[grid.len() - 1]);
         }

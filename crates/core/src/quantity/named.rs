@@ -46,14 +46,23 @@ impl<'de> Visitor<'de> for OneOf {
     }
 }
 
-/// Declares inside the `impl` of an enum its `ALL`, in the order of the table, and a text of each variant:
-/// `named_variants! { pub name: First "first", Second "second" }`.
+/// Declares inside the `impl` of an enum its `ALL`, in the order of the table, and a text of each variant; where that is its `name`,
+/// `from_name` too: `named_variants! { pub name: First "first", Second "second" }`.
 #[macro_export]
 macro_rules! named_variants {
-    ($(#[$doc:meta])* $vis:vis $text_of:ident: $($variant:ident $text:literal),* $(,)?) => {
+    ($(#[$doc:meta])* pub name: $($variant:ident $text:literal),* $(,)?) => {
+        $crate::named_variants! { $(#[$doc])* (pub) name: $($variant $text),* }
+
+        /// The one called `name`.
+        pub fn from_name(name: &str) -> Option<Self> { Self::ALL.into_iter().find(|one| one.name() == name) }
+    };
+    ($(#[$doc:meta])* ($vis:vis) $text_of:ident: $($variant:ident $text:literal),*) => {
         /// All of them, in their order.
         pub const ALL: [Self; [$($text),*].len()] = [$(Self::$variant),*];
         $crate::variant_texts! { $(#[$doc])* $vis $text_of: $($variant $text),* }
+    };
+    ($(#[$doc:meta])* $vis:vis $text_of:ident: $($variant:ident $text:literal),* $(,)?) => {
+        $crate::named_variants! { $(#[$doc])* ($vis) $text_of: $($variant $text),* }
     };
 }
 

@@ -37,8 +37,7 @@ pub use outliers::without_outliers;
 pub use packed::dispatch::Width;
 pub use pass::Watch;
 #[doc(hidden)]
-pub use run::reconstruct_with;
-pub use run::{instructions, lane_groups, lanes, reconstruct, reconstruct_many};
+pub use run::{instructions, lane_groups, lanes, reconstruct, reconstruct_many, reconstruct_with};
 pub use sequential::{FilteredSample, SequentialFilter};
 pub use settings::{
     FilterSettings, InputHold, Linearisation, Method, SMOOTHER_TOLERANCE, SettingError, USUAL_OUTLIER_LIMIT,

@@ -36,13 +36,12 @@ impl MotionAxis {
         }
     }
 
-    /// Coefficients of body axes that it needs, in words.
-    pub(super) fn needs(self) -> &'static str {
-        match self {
-            Self::Longitudinal => "longitudinal motion needs CX and CZ (or CD and CL) and Cm",
-            Self::Lateral => "lateral motion needs CY, Cl and Cn",
-            Self::Both => "six degrees of freedom need CX (or CD and CL), CY, CZ, Cl, Cm and Cn",
-        }
+    crate::variant_texts! {
+        /// Coefficients of body axes that it needs, in words.
+        pub(super) needs:
+            Longitudinal "longitudinal motion needs CX and CZ (or CD and CL) and Cm",
+            Lateral "lateral motion needs CY, Cl and Cn",
+            Both "six degrees of freedom need CX (or CD and CL), CY, CZ, Cl, Cm and Cn",
     }
 }
 

@@ -64,14 +64,11 @@ pub struct Step {
 }
 
 impl QuantityGroup {
-    /// Heading in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::CentreOfGravityAndInertia => "centre of gravity and inertia",
-            Self::Deflections => "control deflections",
-            Self::AirAngles => "air angles",
-            Self::Fuel => "fuel mass",
-        }
+    crate::variant_texts! {
+        /// Heading in tables.
+        pub name:
+            CentreOfGravityAndInertia "centre of gravity and inertia", Deflections "control deflections",
+            AirAngles "air angles", Fuel "fuel mass",
     }
 }
 

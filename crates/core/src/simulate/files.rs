@@ -7,11 +7,10 @@ use hdf5_writer::{
     Hdf5Writer, WriteOptions,
 };
 
-use super::SimulateError;
 use super::recorder::Stream;
 use super::run::Flight;
-use super::summary;
 use super::truth::{COLUMNS, LOADING_COLUMNS, Truth};
+use super::{SimulateError, summary};
 
 /// A file of a flight.
 #[derive(Clone, Debug, PartialEq, Eq)]

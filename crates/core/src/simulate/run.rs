@@ -4,8 +4,6 @@ use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::SimulateError;
-use super::boxes;
 use super::inputs::FirstOrderLag;
 use super::instruments::Instant;
 use super::pilot::{Pilot, View, wrap};
@@ -16,6 +14,7 @@ use super::trim::{full_throttle_pa, trim};
 use super::truth::Truth;
 use super::turbulence::Dryden;
 use super::vehicle::{Body, Controls, Environment, Loads, Surface};
+use super::{SimulateError, boxes};
 use crate::airframe::Loading;
 use crate::atmos::{Atmosphere, AtmosphereError};
 use crate::motion::{State, runge_kutta_from};

@@ -3,11 +3,10 @@
 use nalgebra::Vector3;
 use serde::Deserialize;
 
-use super::SimulateError;
-use super::flight_plan;
 use super::plan::{DesignedInput, Hands, Manoeuvre, Segment};
 use super::trim::TrimCondition;
 use super::vehicle::Vehicle;
+use super::{SimulateError, flight_plan};
 use crate::airframe::Loading;
 use crate::atmos::Atmosphere;
 use crate::toml_error;

@@ -4,14 +4,13 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::SimulateError;
-use super::boxes;
 use super::modes::modes;
 use super::plan::{Power, Task};
 use super::recorder::Clock;
 use super::run::Flight;
 use super::trim::{Trim, TrimCondition, trim};
 use super::truth::{FIRST_TANK, Truth};
+use super::{SimulateError, boxes};
 use crate::airframe::{Loading, MassProperties};
 use crate::motion::Mode;
 

@@ -29,11 +29,6 @@ impl Quantity {
         pub name: Alpha "alpha", Beta "beta", LoadFactor "n_z", RollRate "p", Airspeed "V", Altitude "h", Bank "phi"
     }
 
-    /// The quantity called `name`.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|quantity| quantity.name() == name)
-    }
-
     /// Unit.
     pub fn unit(self) -> &'static str {
         match self {

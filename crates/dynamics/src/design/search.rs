@@ -115,9 +115,6 @@ pub struct Designed {
 
 /// Designs inputs of one kind: amplitudes as large as limits, peaks and rates allow, the other free parameters by a pattern search over the
 /// mean cost of the estimate and of draws of the derivatives.
-///
-/// # Errors
-/// [`DesignError`], one line.
 pub fn design(basis: &Basis, request: &Request) -> Result<Designed, DesignError> {
     let plant = Plant::new(basis.model.model.clone(), &basis.condition)?;
     check_room(&basis.limits, &plant.trim)?;

@@ -6,6 +6,7 @@ use doublet_core::model::{Axes, Derivatives, Position, RecordedValues, ThrustTre
 use doublet_core::motion::{FactoredInertia, State};
 use doublet_core::replay::{Forces, Instant, MotionAxis, Sample};
 use nalgebra::{Matrix3, SVector, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::LinearError;
 
@@ -25,7 +26,7 @@ pub(crate) type StateVector = SVector<f64, STATES>;
 pub(crate) type InputVector = SVector<f64, INPUTS>;
 
 /// Line of action of one engine.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ThrustLine {
     /// A point of it.
     pub position: Position,

@@ -3,10 +3,9 @@
 use doublet_core::replay::MotionAxis;
 use nalgebra::DMatrix;
 
-use super::analytic;
 use super::flight::{Equations, INPUT_NAMES, INPUTS, InputVector, STATE_NAMES, STATES, StateVector};
 use super::state_space::{Quantity, StateSpace, state};
-use super::{Condition, FlightModel, LinearError, Trim, trim};
+use super::{Condition, FlightModel, LinearError, Trim, analytic, trim};
 
 /// Names and units of the outputs beside the states.
 const AIR_OUTPUTS: [(&str, &str); 6] =
@@ -110,18 +109,12 @@ pub struct Linearised {
 }
 
 /// Trims and linearises.
-///
-/// # Errors
-/// [`LinearError`], one line.
 pub fn linearise(model: &FlightModel, condition: &Condition, method: Method) -> Result<Linearised, LinearError> {
     let trim = trim(model, condition)?;
     linearise_at(model, &trim, method)
 }
 
 /// Linearises about a trim that is known.
-///
-/// # Errors
-/// [`LinearError`], one line.
 pub fn linearise_at(model: &FlightModel, trim: &Trim, method: Method) -> Result<Linearised, LinearError> {
     let equations = Equations::new(model, &trim.condition)?;
     let (point, input) = (trim.state(), trim.input());

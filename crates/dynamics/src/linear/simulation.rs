@@ -62,9 +62,6 @@ impl Simulation {
     }
 
     /// States after `duration_s` with constant inputs, by classical Runge-Kutta steps of at most `step_s`.
-    ///
-    /// # Errors
-    /// As [`Self::rates`].
     pub fn advance(
         &self,
         state: &[f64; STATES],
@@ -121,18 +118,14 @@ impl Simulation {
             derivatives: model.derivatives.entries().iter().map(write_entry).collect(),
             reference: model.reference,
             stability_axes: model.axes == Axes::Stability,
-            moment_reference: model.moment_reference.map(Into::into),
-            thrust: thrust_name(model.thrust).to_owned(),
-            engines: model.engines.iter().map(write_engine).collect(),
+            moment_reference: model.moment_reference,
+            thrust: model.thrust,
+            engines: model.engines.clone(),
             condition: condition.into(),
             state: *state,
             input: *input,
         }
     }
-}
-
-fn write_engine(line: &ThrustLine) -> Line {
-    Line { position: line.position.into(), direction_body: line.direction_body, share: line.share }
 }
 
 fn write_entry(entry: &doublet_core::model::Derivative) -> Entry {
@@ -162,9 +155,9 @@ struct File {
     derivatives: Vec<Entry>,
     reference: ReferenceGeometry,
     stability_axes: bool,
-    moment_reference: Option<Place>,
-    thrust: String,
-    engines: Vec<Line>,
+    moment_reference: Option<Position>,
+    thrust: ThrustTreatment,
+    engines: Vec<ThrustLine>,
     condition: Air,
     state: [f64; STATES],
     input: [f64; INPUTS],
@@ -175,20 +168,6 @@ struct Entry {
     coefficient: String,
     term: String,
     value: f64,
-}
-
-#[derive(Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
-enum Place {
-    BodyFromCgM([f64; 3]),
-    DatumM([f64; 3]),
-}
-
-#[derive(Deserialize, Serialize)]
-struct Line {
-    position: Place,
-    direction_body: [f64; 3],
-    share: f64,
 }
 
 #[derive(Deserialize, Serialize)]
@@ -211,35 +190,6 @@ struct Air {
 
 fn is_zero(recorded: &RecordedValues) -> bool {
     recorded.iter().all(|value| *value == 0.0)
-}
-
-/// Names of what of the thrust is inside the coefficients.
-const THRUSTS: [(&str, ThrustTreatment); 3] = [
-    ("included", ThrustTreatment::Included),
-    ("force_removed", ThrustTreatment::ForceRemoved),
-    ("removed", ThrustTreatment::Removed),
-];
-
-fn thrust_name(thrust: ThrustTreatment) -> &'static str {
-    THRUSTS.iter().find(|(_, treatment)| *treatment == thrust).map_or("included", |(name, _)| name)
-}
-
-impl From<Position> for Place {
-    fn from(position: Position) -> Self {
-        match position {
-            Position::BodyFromCg(place) => Self::BodyFromCgM(place),
-            Position::Datum(place) => Self::DatumM(place),
-        }
-    }
-}
-
-impl From<Place> for Position {
-    fn from(place: Place) -> Self {
-        match place {
-            Place::BodyFromCgM(place) => Self::BodyFromCg(place),
-            Place::DatumM(place) => Self::Datum(place),
-        }
-    }
 }
 
 impl From<&Condition> for Air {
@@ -287,24 +237,19 @@ impl Air {
 impl File {
     fn read(self) -> Result<Simulation, String> {
         let derivatives = self.derivatives.iter().map(read_entry).collect::<Result<Derivatives, String>>()?;
-        let thrust = THRUSTS.iter().find(|(name, _)| *name == self.thrust).map(|(_, treatment)| *treatment);
         let model = FlightModel {
             derivatives,
             reference: self.reference,
             axes: if self.stability_axes { Axes::Stability } else { Axes::Body },
-            moment_reference: self.moment_reference.map(Into::into),
-            thrust: thrust.ok_or_else(|| format!("unknown treatment of the thrust '{}'", self.thrust))?,
-            engines: self.engines.into_iter().map(read_engine).collect(),
+            moment_reference: self.moment_reference,
+            thrust: self.thrust,
+            engines: self.engines,
         };
         let simulation =
             Simulation { model, condition: self.condition.condition(), state: self.state, input: self.input };
         simulation.rates(&simulation.state, &simulation.input).map_err(|error| error.to_string())?;
         Ok(simulation)
     }
-}
-
-fn read_engine(line: Line) -> ThrustLine {
-    ThrustLine { position: line.position.into(), direction_body: line.direction_body, share: line.share }
 }
 
 fn read_entry(entry: &Entry) -> Result<(Coefficient, Term, f64), String> {

@@ -104,9 +104,6 @@ impl Trim {
 /// Trims without sideslip: angle of attack, thrust (or flight path), bank and deflections at which no acceleration is left, by Newton's
 /// method with central differences; steps are the shortest ones where the model leaves an unknown open. Attitude and rates follow from
 /// the flight path and the turn (Stevens and Lewis 2003, section 3.6).
-///
-/// # Errors
-/// [`LinearError`], one line.
 pub fn trim(model: &FlightModel, condition: &Condition) -> Result<Trim, LinearError> {
     let motion = model.motion()?;
     let equations = Equations::new(model, condition)?;

@@ -3,8 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::Distribution;
-use rand_distr::StandardNormal;
+use rand_distr::{Distribution, StandardNormal};
 
 use super::{Condition, FlightModel, LinearError, Linearised, Method, Part, StateSpace, linearise};
 
@@ -76,9 +75,6 @@ impl UncertainModel {
     }
 
     /// The linear model on both sides of every derivative that has an error, for central differences, trimmed anew each time.
-    ///
-    /// # Errors
-    /// [`LinearError`], one line.
     pub fn sensitivities(&self, condition: &Condition) -> Result<Sensitivities, LinearError> {
         /// Step as a fraction of the derivative and of its error.
         const FRACTION: f64 = 1e-3;

@@ -58,9 +58,6 @@ pub enum PencilError {
 
 /// Fits `y_j(t) = offset_j + sum over modes` with common eigenvalues to signals sampled every `step_s`; `order` counts eigenvalues, two
 /// per oscillation. Errors are those of least squares with white residuals of each signal's own size.
-///
-/// # Errors
-/// [`PencilError`], one line.
 pub fn fit_free_response(signals: &[&[f64]], step_s: f64, order: usize) -> Result<FreeResponse, PencilError> {
     let samples = signals.first().map_or(0, |signal| signal.len());
     let count = signals.len();

@@ -20,17 +20,9 @@ pub enum QualityLevel {
 }
 
 impl QualityLevel {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::One, Self::Two, Self::Three, Self::WorseThanThree];
-
-    /// In words.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::One => "Level 1",
-            Self::Two => "Level 2",
-            Self::Three => "Level 3",
-            Self::WorseThanThree => "worse than Level 3",
-        }
+    doublet_core::named_variants! {
+        /// In words.
+        pub name: One "Level 1", Two "Level 2", Three "Level 3", WorseThanThree "worse than Level 3"
     }
 
     /// What it is after limits up to this level are violated.

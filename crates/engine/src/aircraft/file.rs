@@ -5,16 +5,12 @@ use std::path::Path;
 use doublet_core::load::aircraft as aircraft_file;
 use doublet_core::load::propulsion_maps::parse_propulsion_section;
 
-use crate::builtin;
 use crate::graph::Context;
-use crate::keep;
 use crate::session::Session;
+use crate::{builtin, keep};
 
 /// Writes the aircraft of a session with its changes to `path`, and beside it the charts and maps of its engines. Relative paths of the
 /// session start from `folder`. Comments and order of the file stay.
-///
-/// # Errors
-/// One line: the session has no aircraft, or one that cannot be, or the files cannot be written.
 pub fn save(session: &Session, folder: &Path, path: &Path) -> Result<(), String> {
     let named = session.aircraft.as_deref().ok_or(crate::stage::NO_AIRCRAFT)?;
     let context = Context::new(folder);

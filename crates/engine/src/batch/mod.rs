@@ -52,9 +52,6 @@ pub struct Tally {
 
 /// Computes what is not finished yet. A run that fails is kept as its error and does not stop the others; it is tried again next
 /// time. `progress` is told how many are done and which was last.
-///
-/// # Errors
-/// One line when what a run found cannot be written.
 pub fn compute(jobs: &[BatchJob], store: &Store, progress: &(dyn Fn(usize, &str) + Sync)) -> Result<Tally, String> {
     let cache = Cache::new(CACHE_BYTES);
     let done = AtomicUsize::new(0);

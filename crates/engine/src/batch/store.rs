@@ -24,9 +24,7 @@ pub struct Finished {
 /// One derivative of a run; numbers that do not exist are left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// Coefficient.
     pub coefficient: String,
-    /// Derivative.
     pub derivative: String,
     /// Estimate; per radian where the variable is an angle.
     pub estimate: Option<f64>,
@@ -46,9 +44,6 @@ pub struct Store(PathBuf);
 
 impl Store {
     /// The store that belongs to the table `out`: `NAME.runs` beside it, made where it is missing. Leftovers of batches that died are removed.
-    ///
-    /// # Errors
-    /// One line when it cannot be made.
     pub fn beside(out: &Path) -> Result<Self, String> {
         let name = out.file_name().ok_or_else(|| format!("{} is not a file name", out.display()))?;
         let folder = out.with_file_name(format!("{}.runs", name.to_string_lossy()));
@@ -69,9 +64,6 @@ impl Store {
     }
 
     /// Keeps what a run found; it lasts once this returns.
-    ///
-    /// # Errors
-    /// One line when it cannot be written.
     pub fn put(&self, job: &BatchJob, finished: &Finished) -> Result<(), String> {
         let place = self.result_path(job);
         let text = serde_json::to_string(finished).map_err(|error| error.to_string())?;

@@ -45,17 +45,11 @@ pub(crate) type Combination = (Vec<(String, String)>, Result<Session, String>);
 
 impl Sweep {
     /// JSON Schema of sweeps.
-    ///
-    /// # Errors
-    /// As [`schema_of`].
     pub fn schema() -> Result<serde_json::Value, Refused> {
         schema_of::<Self>(FORMAT)
     }
 
     /// Reads a sweep from its text.
-    ///
-    /// # Errors
-    /// One line with the line or setting that is wrong.
     pub fn parse(text: &str) -> Result<Self, String> {
         let sweep: Self = toml::from_str(text).map_err(|error| toml_error::one_line(text, &error))?;
         if sweep.version > VERSION {
@@ -75,9 +69,6 @@ impl Sweep {
     }
 
     /// Refuses a setting that the session cannot have with any of its values.
-    ///
-    /// # Errors
-    /// One line that names the setting.
     pub fn check(&self, base: &Session) -> Result<(), String> {
         for varied in &self.varied {
             let mut tried =

@@ -15,9 +15,6 @@ pub(super) enum Column {
 }
 
 /// Writes the table of `jobs` in one step, as Parquet or CSV after the ending of `out`.
-///
-/// # Errors
-/// One line when a run is not finished, the ending is another, or the file cannot be written.
 pub fn write(jobs: &[BatchJob], store: &Store, out: &Path) -> Result<usize, String> {
     let unfinished = |job: &BatchJob| format!("{} is not finished: run the batch again without --task", job.name);
     let rows: Vec<(&BatchJob, Finished)> = jobs

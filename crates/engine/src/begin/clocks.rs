@@ -39,9 +39,6 @@ const MOST_PAIRS: usize = 4;
 const LARGEST_ERROR_S: f64 = 0.5;
 
 /// A recording of `inspected` files on one time line, and the clocks that the quantities recorded twice show to be off.
-///
-/// # Errors
-/// One line when a clock cannot be fitted.
 pub fn align_recorders(inspected: &Inspected, recording: Recording) -> Result<(Recording, Vec<ClockSetting>), String> {
     let clocks = find_clocks(inspected, &recording);
     if clocks.is_empty() {
@@ -53,9 +50,6 @@ pub fn align_recorders(inspected: &Inspected, recording: Recording) -> Result<(R
 }
 
 /// The channels that `plan` reads, on one time line and against each other, with the clocks of recorders that were found to be off.
-///
-/// # Errors
-/// One line when it cannot be read.
 pub fn read_and_compare(
     inspected: &Inspected,
     plan: &Plan,
@@ -70,9 +64,6 @@ pub fn read_and_compare(
 const MOST_RECORDERS: usize = 8;
 
 /// Whether recordings are of recorders of one flight: no two of them have all rates and specific forces, together they have them.
-///
-/// # Errors
-/// One line when one cannot be read.
 pub fn are_of_one_flight(paths: &[PathBuf]) -> Result<bool, String> {
     if !(2..=MOST_RECORDERS).contains(&paths.len()) {
         return Ok(false);

@@ -10,17 +10,11 @@ use crate::graph::Context;
 use crate::keep;
 
 /// The text of an instruments file that a session names, relative to `folder`, or of one that comes with the program.
-///
-/// # Errors
-/// One line when there is none.
 pub fn read(folder: &Path, file: &str) -> Result<String, String> {
     Context::new(folder).text(file, "aircraft").map_err(String::from)
 }
 
 /// Every calibration that the text of an instruments file has.
-///
-/// # Errors
-/// One line that says what is wrong with the file.
 pub fn calibrations(text: &str) -> Result<Vec<SensorCalibration>, String> {
     check(text)?;
     let file: toml::Table = toml::from_str(text).map_err(|error| toml_error::one_line(text, &error))?;
@@ -77,9 +71,6 @@ fn entries(value: Option<&toml::Value>) -> impl Iterator<Item = &toml::Table> {
 }
 
 /// The text of an instruments file with a calibration as fitted, its readings in a comment above; comments and order stay.
-///
-/// # Errors
-/// One line where the text is no instruments file, before or after.
 pub fn with_calibration(text: &str, kind: &SensorKind, fit: &CalibrationFit) -> Result<String, String> {
     check(text)?;
     let mut document: DocumentMut =
@@ -174,9 +165,6 @@ fn set(table: &mut Table, key: &str, value: Item, about: &str) {
 }
 
 /// Writes the text of an instruments file to `path`.
-///
-/// # Errors
-/// One line when it is none, or cannot be written.
 pub fn save(text: &str, path: &Path) -> Result<(), String> {
     check(text)?;
     keep::replace(path, text.as_bytes()).map_err(|error| format!("{}: {error}", path.display()))

@@ -34,9 +34,6 @@ impl CalibrationFit {
 }
 
 /// Readings from lines of two numbers each, as they are typed or copied from a table; empty lines and what follows `#` are passed over.
-///
-/// # Errors
-/// The first line that holds something else.
 pub fn points(text: &str) -> Result<Vec<[f64; 2]>, String> {
     let mut points = Vec::new();
     for (at, line) in text.lines().enumerate() {
@@ -59,9 +56,6 @@ pub fn points(text: &str) -> Result<Vec<[f64; 2]>, String> {
 ///
 /// Lines and polynomials by least squares; the exponent of the pod by least squares on the logarithm of the angle; a probe by the most
 /// readings that never fall, with straight lines between them (thesis Tables 4.9 and 4.10).
-///
-/// # Errors
-/// One line: too few readings, readings that are all the same, angles of a pod that are not above zero.
 pub fn fit(kind: &SensorKind, degree: usize, readings: &[[f64; 2]]) -> Result<CalibrationFit, String> {
     let mut points = readings.to_vec();
     points.sort_by(|one, other| one[0].total_cmp(&other[0]));

@@ -36,7 +36,6 @@ struct Estimate {
 /// One derivative in two runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DerivativeDifference {
-    /// Coefficient.
     pub coefficient: String,
     /// Derivative.
     pub name: String,
@@ -53,18 +52,12 @@ pub struct DerivativeDifference {
 }
 
 /// The estimates of results just computed.
-///
-/// # Errors
-/// One line, should the results have no saved form.
 pub fn estimates_of(results: &Results) -> Result<Estimates, String> {
     let value = serde_json::to_value(results).map_err(|error| error.to_string())?;
     serde_json::from_value(value).map_err(|error| error.to_string())
 }
 
 /// The estimates of a run: `results.json`, or the folder it is in.
-///
-/// # Errors
-/// One line when there are none.
 pub fn read_estimates(path: &Path) -> Result<Estimates, String> {
     let path = if path.is_dir() { path.join("results.json") } else { path.to_path_buf() };
     let place = path.display();

@@ -126,9 +126,6 @@ impl ExperimentRow {
     }
 
     /// The row of an experiment beside the session as it is, which gives `present`.
-    ///
-    /// # Errors
-    /// As [`experiment_differences`].
     pub fn new(
         experiment: &Experiment,
         outcome: ExperimentOutcome,
@@ -168,9 +165,6 @@ impl ExperimentRow {
 }
 
 /// Settings that differ between two configurations of a session.
-///
-/// # Errors
-/// Should a setting have no saved form.
 pub fn experiment_differences(
     session: &Session,
     first: &Configuration,

@@ -17,9 +17,6 @@ const NAMES: [&str; 4] = ["name", "path", "source", "reference"];
 const ENDINGS: [(&str, &str); 5] = [("_m_s2", "m/s²"), ("_kg", "kg"), ("_rad", "rad"), ("_m", "m"), ("_s", "s")];
 
 /// Every setting that differs between two sessions, in the order of their names.
-///
-/// # Errors
-/// As [`to_table`].
 pub fn settings(first: &Session, second: &Session) -> Result<Vec<SettingDifference>, SessionError> {
     let (first, mut second) = (flat(first)?, flat(second)?);
     let mut all: BTreeMap<_, _> = first.into_iter().map(|(name, value)| (name, (Some(value), None))).collect();

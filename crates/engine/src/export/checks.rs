@@ -4,8 +4,7 @@ use std::fmt::Write;
 
 use doublet_core::model::Variable;
 
-use super::{CHECK_TOLERANCE, MARK};
-use super::{IdentifiedCoefficient, IdentifiedModel};
+use super::{CHECK_TOLERANCE, IdentifiedCoefficient, IdentifiedModel, MARK};
 
 /// How many points beside the middle of all ranges.
 const POINTS: usize = 40;

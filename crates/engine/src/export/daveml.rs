@@ -4,8 +4,7 @@ use doublet_core::model::{Coefficient, Gyroscopic, Term, ThrustTreatment, Variab
 
 use super::checks::{Input, Normalisation, inputs, normalisation, normalised_name, points};
 use super::xml::{Document, number};
-use super::{ExportError, MARK};
-use super::{IdentifiedCoefficient, IdentifiedModel};
+use super::{ExportError, IdentifiedCoefficient, IdentifiedModel, MARK};
 
 /// Name space of MathML.
 const MATHML: &str = "http://www.w3.org/1998/Math/MathML";

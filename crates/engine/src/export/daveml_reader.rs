@@ -92,9 +92,6 @@ impl CheckResult {
 
 impl DaveMl {
     /// Reads a file.
-    ///
-    /// # Errors
-    /// [`DaveMlError`] with the line.
     pub fn parse(text: &str) -> Result<Self, DaveMlError> {
         let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
         let document = Document::parse_with_options(text, options).map_err(|e| DaveMlError::Xml(e.to_string()))?;
@@ -120,17 +117,11 @@ impl DaveMl {
     }
 
     /// Value of the variable `id` for given inputs.
-    ///
-    /// # Errors
-    /// [`DaveMlError::Undefined`] with the variable that has no value.
     pub fn evaluate(&self, id: &str, inputs: &[(String, f64)]) -> Result<f64, DaveMlError> {
         self.value(id, inputs, self.definitions.len().min(MAX_DEPTH))
     }
 
     /// Evaluates every output of every check case.
-    ///
-    /// # Errors
-    /// Those of [`DaveMl::evaluate`].
     pub fn check(&self) -> Result<Vec<CheckResult>, DaveMlError> {
         let mut results = Vec::new();
         for case in &self.cases {

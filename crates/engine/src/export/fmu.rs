@@ -21,9 +21,6 @@ const LIBRARY: &str = "doublet_fmu";
 const LIBRARY_FILES: [&str; 3] = ["libdoublet_fmu.so", "doublet_fmu.dll", "libdoublet_fmu.dylib"];
 
 /// Writes `simulation`, whose derivatives have `names`, to the archive `path`.
-///
-/// # Errors
-/// [`ExportError`]: the library is not there, or a file cannot be written.
 pub fn write_fmu(simulation: &Simulation, names: &[String], aircraft: &str, path: &Path) -> Result<(), ExportError> {
     let file = |path: &Path| {
         let path = path.display().to_string();

@@ -6,8 +6,7 @@ use doublet_core::model::{Coefficient, Term, Variable};
 use super::checks::{normalisation, normalised_name};
 use super::daveml::statement;
 use super::xml::{Document, number};
-use super::{ExportError, MARK};
-use super::{IdentifiedCoefficient, IdentifiedModel};
+use super::{ExportError, IdentifiedCoefficient, IdentifiedModel, MARK};
 
 /// Metres per foot.
 const M_PER_FT: f64 = 0.3048;

@@ -97,9 +97,6 @@ impl LinearFormat {
 }
 
 /// Writes the linear models of a study to `path`, in the form its ending names; a file that is there is replaced in one step.
-///
-/// # Errors
-/// [`ExportError`], one line: another ending, or a file that cannot be written.
 pub fn write_linear(row: &DynamicsRow, path: &Path) -> Result<LinearFormat, ExportError> {
     let shown = path.display().to_string();
     let format = LinearFormat::from_path(path).ok_or_else(|| ExportError::Ending { path: shown.clone() })?;

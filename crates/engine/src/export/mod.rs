@@ -36,11 +36,6 @@ impl Format {
         /// Name on the command line.
         pub name: JsbSim "jsbsim", DaveMl "daveml"
     }
-
-    /// The format called `name`.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|format| format.name() == name)
-    }
 }
 
 /// Why the model cannot leave the program.

@@ -43,9 +43,6 @@ impl IdentifiedModel {
     ///
     /// Where each window had its own constant the exported one is their mean weighted by samples, its error and correlation
     /// following linearly. Standard errors are the corrected ones, correlations those of the regressors.
-    ///
-    /// # Errors
-    /// [`ExportError::NoModel`] with what is missing or failed.
     pub fn new(session: &Session, snapshot: &Snapshot) -> Result<Self, ExportError> {
         let refuse = |reason: String| ExportError::NoModel(reason);
         if session.aircraft.is_none() {

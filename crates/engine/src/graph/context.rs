@@ -101,9 +101,6 @@ impl<'a> Context<'a> {
     }
 
     /// Goes on, or ends the stage.
-    ///
-    /// # Errors
-    /// [`StageError::Cancelled`](super::StageError::Cancelled) once it was asked to stop.
     pub fn checkpoint(&self) -> StageResult<()> {
         Ok(self.control.checkpoint()?)
     }
@@ -117,9 +114,6 @@ impl<'a> Context<'a> {
     }
 
     /// The same, its progress told to `progress`.
-    ///
-    /// # Errors
-    /// As [`Context::get`].
     pub(crate) fn get_watched<S: Stage>(
         &self,
         params: S::Params<'_>,
@@ -188,9 +182,6 @@ impl<'a> Context<'a> {
 
     /// Place on disk of a path written in a session, from here on read by this stage: relative to its folder, or what comes with the
     /// program.
-    ///
-    /// # Errors
-    /// One line when a built-in does not exist, or nothing that can be read to an end is at the path.
     pub(crate) fn locate(&self, path: &str) -> StageResult<PathBuf> {
         if let Some(name) = path.strip_prefix(builtin::PREFIX) {
             return Ok(builtin::on_disk(name)?);
@@ -205,18 +196,12 @@ impl<'a> Context<'a> {
     }
 
     /// Text of a file that people write, at a place on disk.
-    ///
-    /// # Errors
-    /// As [`doublet_core::load::read_text`].
     pub fn read_text(&self, place: &Path) -> io::Result<String> {
         self.read().entry(place.to_path_buf()).or_insert_with(|| FileStamp::read(place));
         doublet_core::load::read_text(place)
     }
 
     /// Text of a file written in a session, or of what comes with the program in `kind`.
-    ///
-    /// # Errors
-    /// One line with the names there are, or why the file cannot be read.
     pub fn text(&self, path: &str, kind: &str) -> StageResult<String> {
         if let Some(name) = path.strip_prefix(builtin::PREFIX) {
             let text = builtin::text(kind, name).map(str::to_owned);

@@ -16,9 +16,6 @@ static QUIET: Once = Once::new();
 static PLACE: Mutex<Option<String>> = Mutex::new(None);
 
 /// The result of `work`; a panic in it, or in what it has other threads of the pool do, becomes an error that names `what`.
-///
-/// # Errors
-/// Those of `work`, and one line of the panic with its place in the program.
 pub fn guarded<T, E: From<String>>(what: &str, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
     QUIET.call_once(|| {
         let usual = std::panic::take_hook();

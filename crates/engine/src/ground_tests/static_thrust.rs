@@ -86,7 +86,6 @@ pub struct PulledReading {
 /// What a static thrust test gives.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Pulled {
-    /// Readings.
     pub readings: Vec<PulledReading>,
     /// Factor of the thrust of the models, by weighted least squares through the origin.
     pub factor: f64,
@@ -104,17 +103,11 @@ pub struct Pulled {
 
 impl StaticThrustFile {
     /// Reads a file.
-    ///
-    /// # Errors
-    /// One line: what cannot be read or is not understood.
     pub fn open(path: &Path) -> Result<Self, String> {
         toml_file::open(path, Self::parse)
     }
 
     /// Reads the text of a file.
-    ///
-    /// # Errors
-    /// One line: place in the file and what is wrong.
     pub fn parse(text: &str) -> Result<Self, String> {
         let file: Self = toml_file::parse(text, (FORMAT, VERSION), |file: &Self| (&file.format, file.version))?;
         if file.readings.is_empty() {
@@ -124,9 +117,6 @@ impl StaticThrustFile {
     }
 
     /// Thrust of every reading beside that of the models, and the factor between them.
-    ///
-    /// # Errors
-    /// One line: engines without models, a number that cannot be, a reading without thrust.
     pub fn evaluate(&self, powerplant: &Powerplant) -> Result<Pulled, String> {
         within("slope_deg", self.slope_deg, (-10.0, 10.0), "deg")?;
         within("cable_deg", self.cable_deg, (-60.0, 60.0), "deg")?;

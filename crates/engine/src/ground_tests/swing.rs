@@ -107,7 +107,6 @@ fn gravity() -> f64 {
 /// One swing evaluated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SwungRow {
-    /// Name.
     pub name: String,
     /// Axis in body axes.
     pub axis: [f64; 3],
@@ -117,7 +116,6 @@ pub struct SwungRow {
     pub period_error_s: f64,
     /// Moment of inertia about the axis through the centre of gravity, kg m².
     pub inertia_kg_m2: f64,
-    /// Its standard error, kg m².
     pub standard_error_kg_m2: f64,
     /// What one standard error of each measurement changes, kg m².
     pub contributions_kg_m2: BTreeMap<&'static str, f64>,
@@ -126,11 +124,8 @@ pub struct SwungRow {
 /// An element of the inertia tensor.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct InertiaRow {
-    /// Name.
     pub name: &'static str,
-    /// Value, kg m².
     pub value_kg_m2: f64,
-    /// Standard error, kg m².
     pub standard_error_kg_m2: f64,
     /// 95 % interval, kg m².
     pub interval_kg_m2: [f64; 2],
@@ -139,7 +134,6 @@ pub struct InertiaRow {
 /// What the swings give.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Swung {
-    /// Swings.
     pub swings: Vec<SwungRow>,
     /// Elements that the swings determine: by least squares over all of them.
     pub tensor: Vec<InertiaRow>,
@@ -160,17 +154,11 @@ const MASS: usize = 1;
 
 impl SwingFile {
     /// Reads a file.
-    ///
-    /// # Errors
-    /// One line: what cannot be read or is not understood.
     pub fn open(path: &Path) -> Result<Self, String> {
         toml_file::open(path, Self::parse)
     }
 
     /// Reads the text of a file.
-    ///
-    /// # Errors
-    /// One line: place in the file and what is wrong.
     pub fn parse(text: &str) -> Result<Self, String> {
         let file: Self = toml_file::parse(text, (FORMAT, VERSION), |file: &Self| (&file.format, file.version))?;
         if file.swings.is_empty() {
@@ -180,9 +168,6 @@ impl SwingFile {
     }
 
     /// Moment of inertia of every swing, and the tensor by all of them.
-    ///
-    /// # Errors
-    /// One line: a number that cannot be, or a swing whose inertia is not above zero.
     pub fn evaluate(&self) -> Result<Swung, String> {
         within("mass_kg", self.mass_kg, (1e-3, 1e6), "kg")?;
         within("mass_error_kg", self.mass_error_kg, (0.0, self.mass_kg), "kg")?;

@@ -47,9 +47,6 @@ fn begin(builder: &tempfile::Builder<'_, '_>, folder: &Path) -> io::Result<tempf
 
 /// Like [`replace`]; what the file held before is then in `*.bak`, which is replaced in one step too. Leftovers of writers that died
 /// in its folder are removed.
-///
-/// # Errors
-/// As [`replace`].
 pub fn replace_keeping_previous(path: &Path, bytes: &[u8]) -> io::Result<()> {
     match std::fs::read(path) {
         Ok(previous) => replace(&previous_of(path), &previous)?,
@@ -100,9 +97,6 @@ fn readable_by_others(builder: &mut tempfile::Builder<'_, '_>) {
 fn readable_by_others(_: &mut tempfile::Builder<'_, '_>) {}
 
 /// Makes the name of a new file or folder last.
-///
-/// # Errors
-/// When the folder it lies in cannot be opened or synced.
 pub(crate) fn sync_folder_of(path: &Path) -> io::Result<()> {
     sync_folder(folder_of(path))
 }

@@ -73,9 +73,6 @@ pub struct PrivateFolder {
 
 impl PrivateFolder {
     /// A new folder in `home`.
-    ///
-    /// # Errors
-    /// When `home` cannot be written.
     pub fn new(home: &Path) -> io::Result<Self> {
         sweep(home);
         // The lock comes before the folder, so that nobody takes the folder for that of a dead program.

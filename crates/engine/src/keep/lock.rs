@@ -68,9 +68,6 @@ impl Lock {
     /// Asks for `target`, by a lock on the file `.NAME.lock` beside it. A file that a dead program left is taken over: the system
     /// lets go of a lock when its holder ends, however it ends. Where the system knows no locks, the process named in the file
     /// decides.
-    ///
-    /// # Errors
-    /// When the folder cannot be written.
     pub fn try_lock(target: &Path) -> io::Result<LockResult> {
         let path = lock_path(target);
         for _ in 0..TRIES {
@@ -107,9 +104,6 @@ impl Lock {
     }
 
     /// Takes hold of a session file to write it; `None` where no lock can be written, which writing says better.
-    ///
-    /// # Errors
-    /// One line that names the program which has it open.
     pub fn lock_for_writing(target: &Path) -> Result<Option<Self>, String> {
         match Self::try_lock(target) {
             Ok(LockResult::Acquired(lock)) => Ok(Some(lock)),

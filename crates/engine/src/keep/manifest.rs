@@ -107,9 +107,6 @@ pub(crate) fn hash_bytes(bytes: &[u8]) -> String {
 }
 
 /// Adds the content of a file to a hash.
-///
-/// # Errors
-/// When it cannot be read.
 pub(crate) fn hash_file(path: &Path, hasher: &mut Sha256) -> io::Result<()> {
     let mut file = std::fs::File::open(path)?;
     let mut block = vec![0_u8; 1 << 16];

@@ -107,9 +107,6 @@ impl LiveEstimates {
     }
 
     /// Takes in, where the aircraft flies, the samples of `aero` whose index on the grid, `index(time)`, is not passed yet, up to before `end`.
-    ///
-    /// # Errors
-    /// One line: what the model refuses.
     pub fn take(
         &mut self,
         aero: &WindowAero,

@@ -73,9 +73,6 @@ impl FromStr for Limit {
 impl Limit {
     /// Limits as they are written on a card, separated by commas: `alpha < 14 deg, 0.2 < n_z < 3.5, 75 < airspeed < 150 kt`; those of
     /// [`Limit::from_str`] as well, separated by spaces. A bound without a unit has that of the other one.
-    ///
-    /// # Errors
-    /// One line: what cannot be read, an unknown quantity, a unit of another quantity, an angle without a unit.
     pub fn parse_list(text: &str) -> Result<Vec<Self>, String> {
         let items = text.split([',', ';', '\n']).map(str::trim).filter(|item| !item.is_empty());
         let is_card = |item: &str| item.contains(['<', '>', '≤', '≥']);

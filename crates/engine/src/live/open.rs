@@ -75,9 +75,6 @@ struct Like {
 }
 
 /// Finds what is to be watched.
-///
-/// # Errors
-/// One line: nothing to watch, a file, map, session or aircraft that cannot be used.
 pub fn open(opening: &Opening) -> Result<Watched, String> {
     let in_memory = opening.in_memory.clone().map(|(session, folder)| Like { session, folder });
     let mut like = opening.session.as_deref().map(read_session).transpose()?.or(in_memory);

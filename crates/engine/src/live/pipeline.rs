@@ -100,9 +100,6 @@ impl Grid {
 
 impl LivePipeline {
     /// Before the first sample.
-    ///
-    /// # Errors
-    /// One line: settings of the filter outside their range.
     pub fn new(settings: LiveSettings) -> Result<Self, String> {
         let delays_s = settings.filter.measurement_delay_s;
         let filter = FilterSettings { measurement_delay_s: [0.0; MEASUREMENTS], ..settings.filter.clone() };

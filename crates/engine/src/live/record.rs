@@ -61,9 +61,6 @@ pub struct Reading<'a> {
 impl Recorder {
     /// Into `folder`, which must not exist, with the text of the channel map that reads it; the session takes the settings of `like`, or
     /// those by default with this aircraft.
-    ///
-    /// # Errors
-    /// One line when it exists or cannot be made.
     pub fn new(folder: &Path, map: &str, like: Option<&Session>, aircraft: Option<&str>) -> Result<Self, String> {
         if folder.exists() {
             return Err(format!(
@@ -87,9 +84,6 @@ impl Recorder {
     }
 
     /// Writes rows; a source whose file cannot be made is left out.
-    ///
-    /// # Errors
-    /// One line when the disk does not take them.
     pub fn write(&mut self, rows: &[Arrived]) -> Result<(), String> {
         for Arrived { row, stamp_s, restarts, .. } in rows {
             let key = (*restarts, Arc::clone(&row.source));
@@ -132,9 +126,6 @@ impl Recorder {
     }
 
     /// Sends what was written to the disk.
-    ///
-    /// # Errors
-    /// One line when the disk does not take it, or the file is gone.
     pub fn flush(&mut self) -> Result<(), String> {
         for file in self.files.values_mut() {
             file.flush().map_err(|error| describe_error(&file.path, &error))?;
@@ -151,9 +142,6 @@ impl Recorder {
     }
 
     /// Writes a session of what was recorded so far, each flight as one manoeuvre; none before there are two rows.
-    ///
-    /// # Errors
-    /// As [`Self::flush`].
     pub fn renew(&mut self, left_out: &[Arc<str>]) -> Result<(), String> {
         self.flush()?;
         self.sync()?;
@@ -212,9 +200,6 @@ impl Recorder {
 
     /// Ends the recording and writes a session of it, with the manoeuvres found. A flight that cannot be read is left out unless it is
     /// the only one.
-    ///
-    /// # Errors
-    /// One line when nothing was recorded or nothing of it can be read by the map.
     pub fn finish(mut self, reading: &Reading<'_>) -> Result<Recorded, String> {
         let mut flights: BTreeMap<usize, Vec<PathBuf>> = BTreeMap::new();
         let mut notes = self.describe_names();

@@ -75,27 +75,18 @@ pub enum Source {
 
 impl Source {
     /// A text file as it grows.
-    ///
-    /// # Errors
-    /// One line when it cannot be opened.
     pub fn tail(path: &Path, wait: Option<Duration>) -> Result<Self, String> {
         let file = TailedFile::open(path).map_err(|error| error.to_string())?;
         Ok(Self::Tail { file: file.into(), path: path.to_owned(), wait, last: Instant::now(), trouble: None })
     }
 
     /// Lines by UDP at `address`, from one sender alone where `from` names it.
-    ///
-    /// # Errors
-    /// One line when nothing can listen there.
     pub fn lines(address: &str, from: Option<IpAddr>, format: LineFormat) -> Result<Self, String> {
         let (text, json) = (TextDecoder::new("stream").into(), JsonDecoder::default());
         Ok(Self::Lines { socket: Socket::listen(address, from)?, format, text, json })
     }
 
     /// MAVLink packets by UDP at `address`, from one sender alone where `from` names it.
-    ///
-    /// # Errors
-    /// One line when nothing can listen there.
     pub fn mavlink(address: &str, from: Option<IpAddr>) -> Result<Self, String> {
         Ok(Self::Mavlink { socket: Socket::listen(address, from)?, decoder: Box::default() })
     }
@@ -140,9 +131,6 @@ impl Source {
     }
 
     /// Adds the rows that came.
-    ///
-    /// # Errors
-    /// One line when the source cannot be read.
     pub fn poll(&mut self, rows: &mut Vec<StreamRow>) -> Result<Polled, String> {
         match self {
             Self::Replay(replay) => Ok(if replay.poll(rows) { Polled::Rows } else { Polled::Ended }),

@@ -75,7 +75,6 @@ impl std::fmt::Display for Counts {
 /// A derivative as estimated so far.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LiveDerivative {
-    /// Name.
     pub name: String,
     /// Estimate of the regression in the frequency domain; none where its regressor does not move.
     pub estimate: Option<f64>,
@@ -96,7 +95,6 @@ pub struct LiveDerivative {
 /// An estimate by recursive least squares in time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TimeDomain {
-    /// Estimate.
     pub estimate: f64,
     /// Standard error, corrected for correlated residuals.
     pub standard_error: f64,
@@ -107,7 +105,6 @@ pub struct TimeDomain {
 pub struct CorrelationLamp {
     /// Coefficient that has both.
     pub coefficient: String,
-    /// The regressors.
     pub regressors: [String; 2],
     /// Their correlation over the frequencies of the regression.
     pub correlation: f64,

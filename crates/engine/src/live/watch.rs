@@ -69,9 +69,6 @@ pub struct Step {
 impl LiveWatch {
     /// Watches `source` through the channel map of this text, at `speed` times real time; without one as fast as samples come. A socket
     /// that is silent for `wait` has ended; without that it is listened to until it is stopped.
-    ///
-    /// # Errors
-    /// One line: a map or settings that cannot be used.
     pub fn new(
         source: Source,
         map_text: String,
@@ -109,9 +106,6 @@ impl LiveWatch {
 
     /// Keeps every row in the new folder `folder`, beside the channel map and a session with the settings of `like`, or those by
     /// default with this aircraft.
-    ///
-    /// # Errors
-    /// One line when it exists or cannot be made.
     pub fn record(&mut self, folder: &Path, like: Option<&Session>, aircraft: Option<&str>) -> Result<(), String> {
         self.recorder = Some(Recorder::new(folder, &self.map_text, like, aircraft)?);
         Ok(())
@@ -293,9 +287,6 @@ impl LiveWatch {
     }
 
     /// Ends the recording, if there is one, and makes a session of it.
-    ///
-    /// # Errors
-    /// One line when nothing was recorded or it cannot be read.
     pub fn finish(self) -> Result<Option<Recorded>, String> {
         let Some(recorder) = self.recorder else { return Ok(None) };
         let reading = Reading { left_out: &self.map.left_out, time_s: &|row| self.map.time_s(row) };

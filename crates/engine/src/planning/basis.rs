@@ -53,9 +53,6 @@ impl Default for DesignOptions {
 pub type FlownWindow<'a> = (AeroWindow<'a>, &'a Reconstruction);
 
 /// What a design starts from, of a session that was run with the study of its dynamics.
-///
-/// # Errors
-/// One line: no model, no trim, no fit whose noise is known.
 pub fn design_basis(session: &Session, snapshot: &Snapshot, options: &DesignOptions) -> StageResult<Basis> {
     let study = snapshot.studies.dynamics.ready();
     let study =
@@ -72,9 +69,6 @@ pub fn design_basis(session: &Session, snapshot: &Snapshot, options: &DesignOpti
 }
 
 /// What a design starts from, of everything a study looks at: the model trimmed at the median condition of the identification windows.
-///
-/// # Errors
-/// As [`design_basis`].
 pub fn basis_of(input: &StudyInput<'_>, options: &DesignOptions, context: &Context<'_>) -> StageResult<Basis> {
     let (model, condition) = level_model(input, context)?;
     let windows = input.windows.iter();
@@ -91,9 +85,6 @@ fn as_measured(estimation: &Estimation) -> Estimation {
 }
 
 /// [`design_basis`] of windows, a model and a condition.
-///
-/// # Errors
-/// One line: no identification window, no fit whose noise is known.
 pub fn basis(
     settings: Settings<'_>,
     windows: &[FlownWindow<'_>],

@@ -9,12 +9,11 @@ use serde::{Deserialize, Serialize};
 
 use super::evaluation::{SlopeRow, evaluate, is_acceleration};
 use super::safety::{EntryGate, Risk, WindBox, entry};
-use crate::builtin;
 use crate::graph::StageResult;
 use crate::live::Limit;
 use crate::session::{Level, Manoeuvre, Session, Surface, WindowRole};
 use crate::snapshot::Snapshot;
-use crate::toml_file;
+use crate::{builtin, toml_file};
 
 /// Value of the `format` key.
 pub(crate) const FORMAT: &str = "doublet campaign";
@@ -229,20 +228,14 @@ pub enum Flown {
 }
 
 impl Flown {
-    /// Name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Flown => "flown",
-            Self::Partly => "partly passed",
-            Self::Repeat => "repeat",
-            Self::Missing => "missing",
-        }
+    doublet_core::variant_texts! {
+        /// Name in tables.
+        pub name: Flown "flown", Partly "partly passed", Repeat "repeat", Missing "missing"
     }
 }
 
 /// A point in its place: loading, margins, and what was flown of it.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/planning.md says what each key is")]
 pub struct PlannedPoint {
     pub id: String,
     pub airspeed_m_s: f64,
@@ -284,7 +277,6 @@ pub struct PlannedPoint {
 
 /// A window flown, for the envelope.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/planning.md says what each key is")]
 pub struct FlownPoint {
     pub window: String,
     pub airspeed_m_s: f64,
@@ -298,9 +290,6 @@ pub struct FlownPoint {
 
 impl Campaign {
     /// Reads a file, or a campaign that comes with the program.
-    ///
-    /// # Errors
-    /// One line: what cannot be read or is not understood.
     pub fn open(path: &Path) -> Result<Self, String> {
         let Some(name) = path.to_str().and_then(|name| name.strip_prefix(builtin::PREFIX)) else {
             return toml_file::open(path, Self::parse);
@@ -310,9 +299,6 @@ impl Campaign {
     }
 
     /// Reads the text of a file.
-    ///
-    /// # Errors
-    /// One line: place in the file and what is wrong.
     pub fn parse(text: &str) -> StageResult<Self> {
         let campaign: Self = toml_file::parse(text, (FORMAT, VERSION), |file: &Self| (&file.format, file.version))?;
         if campaign.points.is_empty() {
@@ -348,9 +334,6 @@ impl Campaign {
     }
 
     /// The points in the order they are flown, fuel burnt on the way, matched with the windows of a session where there is one.
-    ///
-    /// # Errors
-    /// One line: fuel that ends before the last point, an altitude beyond the atmosphere, a loading that is impossible.
     pub fn plan(
         &self,
         aircraft: &Aircraft,

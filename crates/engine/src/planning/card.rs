@@ -246,17 +246,16 @@ fn stick_picture(point: &PlannedPoint) -> Option<Figure> {
     } else {
         ""
     };
-    Some(Figure {
-        name: format!("stick-{}", point.id),
-        caption: format!("Stick picture, {first} first: {}; then release.{mirrored}", sequence.join(", ")),
-        columns: 1,
-        panel_height_mm: 26.0,
-        panels: vec![Panel::Plot(Plot {
+    Some(Figure::new(
+        format!("stick-{}", point.id),
+        format!("Stick picture, {first} first: {}; then release.{mirrored}", sequence.join(", ")),
+        (1, 26.0),
+        vec![Panel::Plot(Plot {
             x: Axis::time(),
             y: Axis { label: point.surface.clone(), places, ..Axis::default() },
             marks: vec![points("", 0, LineStyle::Solid, nodes)],
         })],
-    })
+    ))
 }
 
 /// Slopes of the manoeuvres flown, beside those of the identified derivatives.

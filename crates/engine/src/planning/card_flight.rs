@@ -44,9 +44,6 @@ struct Run {
 
 /// The cards one after the other as a scenario, and the session of its recordings in `flight` beside it, whose manoeuvres have surface and
 /// kind of the cards: for aircraft that the simulator knows. Inputs of pulses are for identification, all else for validation.
-///
-/// # Errors
-/// One line: a loading that cannot be, a session that cannot be written.
 pub fn campaign_flight(
     points: &[PlannedPoint],
     aircraft: &Aircraft,

@@ -146,16 +146,15 @@ pub fn envelope_figure(
     altitude.marks.push(points("planned", 1, LineStyle::Dots, at));
     let at = planned.iter().map(|point| [point.calibrated_m_s, 1.0]);
     load.marks.push(points("", 1, LineStyle::Dots, at));
-    Figure {
-        name: "envelope".to_owned(),
-        caption: format!(
+    Figure::new(
+        "envelope",
+        format!(
             "Envelope at {} kg with planned and flown points; smallest and largest load factor of each flown manoeuvre.",
             number(mass_kg, 4)
         ),
-        columns: 1,
-        panel_height_mm: 60.0,
-        panels: vec![Panel::Plot(altitude), Panel::Plot(load)],
-    }
+        (1, 60.0),
+        vec![Panel::Plot(altitude), Panel::Plot(load)],
+    )
 }
 
 /// Limits of airspeed over altitude as true airspeeds of the standard atmosphere, and the ceiling.

@@ -81,9 +81,6 @@ type Extremes = Vec<(f64, f64)>;
 
 /// Flies `known` so many times, identifies these flights together with the settings of `session`, designs by `request` from that, flies the design once for each seed
 /// behind `first_seed` with other gusts and noise each time, and identifies each flight by itself.
-///
-/// # Errors
-/// One line: a flight that cannot be flown, a fit that fails, no design; or that it was stopped.
 pub fn design_coverage(
     session: &Session,
     known: &Scenario,

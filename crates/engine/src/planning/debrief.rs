@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::date;
 use crate::graph::StageResult;
 use crate::notation::significant;
-use crate::report::document::{Block, Document, Section, Style};
+use crate::report::document::{Block, Document, Section};
 use crate::report::{Cell, Column, Table, TableOf};
 use crate::snapshot::Snapshot;
 use crate::study::{Estimate, estimates};
@@ -37,7 +37,6 @@ pub struct PromisedError {
 
 /// A derivative over all flights of a design.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-#[expect(missing_docs, reason = "docs/planning.md says what each key is")]
 pub struct DebriefRow {
     pub name: String,
     pub promised: f64,
@@ -52,7 +51,6 @@ pub struct DebriefRow {
 
 /// What flights of a design gave.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-#[expect(missing_docs, reason = "docs/planning.md says what each key is")]
 pub struct Debrief {
     pub kind: String,
     pub time_s: f64,
@@ -65,18 +63,12 @@ pub struct Debrief {
 
 impl Promise {
     /// Reads `design.json`.
-    ///
-    /// # Errors
-    /// One line: what is not understood.
     pub fn parse(text: &str) -> Result<Self, String> {
         serde_json::from_str(text).map_err(|error| error.to_string())
     }
 }
 
 /// True derivatives of a `truth.toml`.
-///
-/// # Errors
-/// One line: what is not understood.
 pub fn true_derivatives(text: &str) -> Result<BTreeMap<String, f64>, String> {
     let table: toml::Table = text.parse().map_err(|error: toml::de::Error| error.to_string())?;
     let derivatives = table.get("derivatives").and_then(toml::Value::as_table).into_iter().flatten();
@@ -84,9 +76,6 @@ pub fn true_derivatives(text: &str) -> Result<BTreeMap<String, f64>, String> {
 }
 
 /// Compares flights of a design, each run as its session, with the promise and with the truth of each flight where it is known.
-///
-/// # Errors
-/// One line: a flight without a pooled fit, or without a derivative that was promised.
 pub fn debrief(promise: &Promise, flights: &[(Snapshot, Option<BTreeMap<String, f64>>)]) -> StageResult<Debrief> {
     let found = flights.iter().map(|(snapshot, truth)| {
         let pooled = snapshot.pooled.ready().ok_or("the flight has no pooled fit: check its findings")?;
@@ -156,11 +145,9 @@ pub fn debrief_document(title: &str, found: &Debrief) -> Document {
         subtitle: title.to_owned(),
         app: crate::PROGRAM.to_owned(),
         date: date::today(),
-        notice: String::new(),
         cover: vec![Block::Facts(facts)],
-        signatures: Vec::new(),
-        style: Style::default(),
         sections: vec![Section::plain("derivatives", "Derivatives", false, vec![Block::Table(debrief_table(found))])],
+        ..Document::default()
     }
 }
 

@@ -14,9 +14,6 @@ pub const FLIGHT_FOLDER: &str = "flight";
 
 /// The loading of a session with the fuel at which the aircraft has a mass (kg): parts of the tanks as stated, or as in the standard loading,
 /// each up to its capacity.
-///
-/// # Errors
-/// One line: no fuel is stated, or no fuel gives that mass.
 pub fn loading_of_mass(aircraft: &Aircraft, loading: Option<&Loading>, mass_kg: f64) -> StageResult<Loading> {
     /// Halvings: a thousand kilograms to a microgram.
     const HALVINGS: usize = 60;
@@ -53,9 +50,6 @@ pub fn loading_of_mass(aircraft: &Aircraft, loading: Option<&Loading>, mass_kg: 
 
 /// The session over recordings of a scenario in `folder`, on the clocks and with the instruments of the first flight of `session`. Gusts and
 /// delays are estimated; the fuel is that of the recorders where `session` takes it from them.
-///
-/// # Errors
-/// One line: the session has no flight.
 pub fn designed_session(session: &Session, scenario: &Scenario, folder: &str) -> StageResult<Session> {
     let mut flight = session.flights.first().ok_or("the session has no flight whose recorders could be used")?.clone();
     move_recordings(&mut flight, folder);

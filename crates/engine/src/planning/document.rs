@@ -5,9 +5,7 @@ use doublet_dynamics::design::{CONTROLS, Designed, PlannedManoeuvre, SURFACE_NAM
 
 use super::rows::{ComparedKind, DesignRow, ExcursionRow};
 use crate::notation::significant;
-use crate::report::document::{
-    Axis, Block, Document, Figure, LineStyle, Mark, Panel, Plot, Section, Style, line, points,
-};
+use crate::report::document::{Axis, Block, Document, Figure, LineStyle, Mark, Panel, Plot, Section, line, points};
 use crate::report::{Cell, Column, Table, TableOf};
 use crate::session::{Level, Session};
 use crate::snapshot::{DerivativeRow, Enough, NextRow};
@@ -24,14 +22,13 @@ pub fn design_document(session: &Session, row: &DesignRow, designed: &Designed) 
         notice: "Deflections are from trim; positive: right aileron down, elevator trailing edge down, rudder trailing edge left."
             .to_owned(),
         cover: notes(row).chain([facts(row)]).collect(),
-        signatures: Vec::new(),
-        style: Style::default(),
-        sections: vec![
+                sections: vec![
             section("input", "Input", input(row, designed)),
             section("excursions", "Expected excursions", vec![Block::Table(excursions(row).select(&EXCURSIONS))]),
             section("errors", "Expected standard errors", vec![Block::Table(predicted(row).select(&PREDICTED))]),
             section("notes", "Crew notes", vec![Block::Lines(6)]),
         ],
+        ..Document::default()
     }
 }
 
@@ -68,13 +65,12 @@ fn input(row: &DesignRow, designed: &Designed) -> Vec<Block> {
             continue;
         }
         shown.push(index);
-        blocks.push(Block::Figure(Figure {
-            name: format!("input-{}", index + 1),
-            caption: format!("Manoeuvre {}: {}.", index + 1, manoeuvre.name),
-            columns: 1,
-            panel_height_mm: 24.0,
-            panels: manoeuvre.surfaces.iter().map(|&surface| draw_stick(manoeuvre, surface)).collect(),
-        }));
+        blocks.push(Block::Figure(Figure::new(
+            format!("input-{}", index + 1),
+            format!("Manoeuvre {}: {}.", index + 1, manoeuvre.name),
+            (1, 24.0),
+            manoeuvre.surfaces.iter().map(|&surface| draw_stick(manoeuvre, surface)).collect(),
+        )));
     }
     let order = row.manoeuvres.iter().map(|own| {
         let thrust = own.peak_thrust_n.map(|peak| format!("thrust by {} N", significant(peak, 3)));
@@ -252,16 +248,10 @@ fn errors_over_goals(found: &Enough) -> Figure {
         .collect();
     let end_s = found.windows.last().map_or(0.0, |window| window.time_s);
     marks.push(points("goal", LINES, LineStyle::Dashed, [[0.0, 0.0], [end_s, 0.0]]));
-    Figure {
-        name: "errors-over-goals".to_owned(),
-        caption: "Corrected errors over their goals, as powers of ten, of the derivatives furthest from theirs."
-            .to_owned(),
-        columns: 1,
-        panel_height_mm: 45.0,
-        panels: vec![Panel::Plot(Plot {
-            x: Axis::new("time flown", "s"),
-            y: Axis::new("lg (error / goal)", ""),
-            marks,
-        })],
-    }
+    Figure::new(
+        "errors-over-goals",
+        "Corrected errors over their goals, as powers of ten, of the derivatives furthest from theirs.",
+        (1, 45.0),
+        vec![Panel::Plot(Plot { x: Axis::new("time flown", "s"), y: Axis::new("lg (error / goal)", ""), marks })],
+    )
 }

@@ -86,9 +86,6 @@ impl EnoughOptions {
 
 /// Goes through the identification windows of `windows` in their order: the errors that the windows up to each give together, in the noise that all of
 /// them left; and what one manoeuvre more would make of them.
-///
-/// # Errors
-/// One line: a goal of a derivative there is not; regressors that cannot be formed; or that it was stopped, which `goes_on` says.
 pub fn enough<'a>(
     windows: impl IntoIterator<Item = &'a Manoeuvre>,
     basis: &Basis,

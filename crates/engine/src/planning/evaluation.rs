@@ -12,7 +12,6 @@ use crate::stage::{WindowAero, deflection};
 
 /// A slope, or a constant, by least squares over the manoeuvres of a card.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-#[expect(missing_docs, reason = "docs/planning.md says what each key is")]
 pub struct SlopeRow {
     pub name: &'static str,
     pub unit: &'static str,

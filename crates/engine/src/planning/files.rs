@@ -5,8 +5,7 @@ use std::fmt::Write;
 
 use doublet_core::airframe::{Aircraft, Loading};
 use doublet_core::atmos::Atmosphere;
-use doublet_core::propulsion::Ambient;
-use doublet_core::propulsion::EngineInput;
+use doublet_core::propulsion::{Ambient, EngineInput};
 use doublet_core::simulate::scenario::{self, FILE_FORMAT, FILE_VERSION, Start};
 use doublet_core::simulate::{self, Scenario};
 use doublet_dynamics::design::{Designed, SURFACE_NAMES, THROTTLE};
@@ -35,9 +34,6 @@ pub(super) fn aircraft_name(session: &Session) -> &str {
 
 /// Everything that goes with the card of a design, by file name; `full_travel_rad` is that of the surfaces to either side. The session is
 /// that of a simulated flight of the scenario whose files are in `flight` beside it: only for aircraft that the simulator knows.
-///
-/// # Errors
-/// One line: a design that cannot be written as JSON or as a session.
 pub fn design_files(
     session: &Session,
     aircraft: Option<&Aircraft>,
@@ -74,9 +70,6 @@ pub(super) fn loading_text(loading: &Loading) -> String {
 
 /// A scenario file for `doublet simulate`: the manoeuvres one after the other from the design's trim, in its gusts, with a loading. Changes of
 /// the thrust are those of the manifold pressure at the trim of the simulator's aircraft, none for others.
-///
-/// # Errors
-/// One line: an aircraft that the simulator cannot trim there.
 pub(super) fn design_scenario(
     row: &DesignRow,
     designed: &Designed,

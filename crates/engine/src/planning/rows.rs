@@ -26,7 +26,6 @@ pub struct DesignRow {
     pub criterion: &'static str,
     /// Cost by every criterion.
     pub costs: BTreeMap<&'static str, f64>,
-    /// The trim.
     pub trim: BTreeMap<&'static str, f64>,
     /// Standard deviation of the gusts, m/s.
     pub gust_m_s: f64,
@@ -36,7 +35,6 @@ pub struct DesignRow {
     pub predicted: Vec<PredictedRow>,
     /// How far the aircraft goes.
     pub excursions: Vec<ExcursionRow>,
-    /// Manoeuvres.
     pub manoeuvres: Vec<ManoeuvreRow>,
     /// Nodes of the input, straight lines between them.
     pub signal: Vec<SignalRow>,
@@ -46,7 +44,6 @@ pub struct DesignRow {
     pub samples: usize,
     /// Draws without a trim or whose flight ended.
     pub failed_samples: usize,
-    /// Seed.
     pub seed: u64,
     /// The same by other kinds of input.
     pub comparison: Vec<ComparedKind>,
@@ -56,7 +53,6 @@ pub struct DesignRow {
 
 /// A derivative with the errors to expect.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct PredictedRow {
     pub name: String,
     pub estimate: f64,
@@ -71,7 +67,6 @@ pub struct PredictedRow {
 
 /// How far one quantity goes.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct ExcursionRow {
     pub name: &'static str,
     pub unit: &'static str,
@@ -108,7 +103,6 @@ impl ExcursionRow {
 
 /// A window.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct ManoeuvreRow {
     pub number: usize,
     pub name: String,
@@ -123,7 +117,6 @@ pub struct ManoeuvreRow {
 
 /// A node of the input: time since the start of the window, deflections and thrust about the trim.
 #[derive(Clone, Copy, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct SignalRow {
     pub manoeuvre: usize,
     pub time_s: f64,
@@ -135,7 +128,6 @@ pub struct SignalRow {
 
 /// Correlation of two regressors over the windows, each less its mean there.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct CorrelationRow {
     pub first: String,
     pub second: String,
@@ -144,7 +136,6 @@ pub struct CorrelationRow {
 
 /// Another kind of input, within the same limits and time.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct ComparedKind {
     pub kind: &'static str,
     pub costs: BTreeMap<&'static str, f64>,
@@ -199,9 +190,6 @@ fn costs(costs: [f64; 3]) -> BTreeMap<&'static str, f64> {
 
 /// Designs an input and says what it promises, with `compare` beside every other kind within the same limits and time. `goes_on` is asked
 /// before each kind.
-///
-/// # Errors
-/// One line: no input within time and limits; or that it was stopped.
 pub fn designed_rows(
     basis: &Basis,
     request: &Request,

@@ -20,9 +20,7 @@ const RAISED_STEP_M_S: f64 = 0.1;
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Risk {
-    /// Hazard.
     pub hazard: String,
-    /// Mitigation.
     pub mitigation: String,
 }
 
@@ -139,9 +137,6 @@ struct Bound {
 const LOADED: [&str; 3] = ["turn", "manoeuvring", "pull-up"];
 
 /// The load factor a point holds: as stated, or that of a level turn at its bank.
-///
-/// # Errors
-/// One line: a turn that states neither.
 fn load_factor(point: &TestPoint) -> StageResult<f64> {
     let kind = point.kind.to_lowercase();
     if point.bank_deg.is_none() && point.load_factor.is_none() && LOADED.iter().any(|word| kind.contains(word)) {

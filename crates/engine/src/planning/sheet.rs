@@ -74,9 +74,6 @@ pub struct DesignSheet {
 }
 
 /// Designs an input from what `snapshot` has of `session`, limits and noise as flown.
-///
-/// # Errors
-/// One line: no model, no input within time and limits; or that it was stopped.
 pub fn design_sheet(
     session: &Session,
     snapshot: &Snapshot,
@@ -117,9 +114,6 @@ impl DesignSheet {
     }
 
     /// Files that go with the card.
-    ///
-    /// # Errors
-    /// One line: a design that cannot be written as JSON.
     pub fn files(&self) -> Result<Vec<(String, Vec<u8>)>, String> {
         design_files(&self.session, Some(&self.aircraft), &self.row, &self.designed, [FULL_TRAVEL_RAD; 3])
     }

@@ -6,9 +6,6 @@ use super::Campaign;
 use crate::live::{Opening, Watched, open};
 
 /// Finds what is to be watched, and by which limits.
-///
-/// # Errors
-/// One line: those of [`open`]; a campaign that cannot be read.
 pub fn open_flight(opening: &Opening) -> Result<Watched, String> {
     let mut watched = open(opening)?;
     if let Some(name) = &opening.campaign {

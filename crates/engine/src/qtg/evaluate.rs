@@ -64,9 +64,6 @@ pub struct Judged {
 
 impl Judged {
     /// Files that go with the guide: the results and the copies of the validation data.
-    ///
-    /// # Errors
-    /// One line: results that cannot be written as JSON.
     pub fn beside(&self) -> Result<Vec<(String, Vec<u8>)>, String> {
         let json = serde_json::to_vec_pretty(&self.found).map_err(|error| error.to_string())?;
         let copies = self.found.tests.iter().filter_map(|test| test.data.as_ref());
@@ -77,9 +74,6 @@ impl Judged {
 }
 
 /// Runs a session whose relative paths start from `folder` with the windows that the tests need, judges them and lays the guide out.
-///
-/// # Errors
-/// One line: a window of the tests that cannot be run, a derivative the model does not have; or that it was stopped.
 pub fn judge(
     session: &Session,
     folder: &Path,
@@ -106,9 +100,6 @@ pub fn judge(
 }
 
 /// Judges every test of `file` on a session and what the run of it, [`prepare`]d, found.
-///
-/// # Errors
-/// One line that names a test and a derivative it changes that the model does not have.
 pub fn evaluate(session: &Session, snapshot: &Snapshot, file: &TestFile) -> StageResult<Qualification> {
     let prepared = prepare(session, file);
     let mut tests = Vec::new();

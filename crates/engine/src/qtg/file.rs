@@ -5,13 +5,12 @@ use std::path::Path;
 
 use doublet_core::load::read_text;
 use doublet_core::quantity::Unit;
-use doublet_core::toml_error;
 use doublet_core::validate::Signal;
 use serde::Deserialize;
 
-use crate::builtin;
 use crate::graph::StageResult;
 use crate::stage::{Judgement, PercentRule, Reading, Tolerances};
+use crate::{builtin, toml_file};
 
 /// Value of the `format` key.
 const FORMAT: &str = "doublet qualification tests";
@@ -72,20 +71,9 @@ pub enum Constants {
 }
 
 impl Constants {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Identification, Self::Refit];
-
-    /// Name on the command line and in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Identification => "identification",
-            Self::Refit => "refit",
-        }
-    }
-
-    /// The one called `name`.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|constants| constants.name() == name)
+    doublet_core::named_variants! {
+        /// Name on the command line and in files.
+        pub name: Identification "identification", Refit "refit"
     }
 }
 
@@ -177,9 +165,6 @@ pub const ENGINEERING_DATA: f64 = 0.4;
 
 impl TestFile {
     /// Reads a file, or one that comes with the program: `builtin:qtg/demo`.
-    ///
-    /// # Errors
-    /// One line: file, place in it and what is wrong.
     pub fn open(path: &Path) -> Result<Self, String> {
         let named = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
         let text = match path.to_str().and_then(|name| name.strip_prefix(builtin::PREFIX)) {
@@ -194,17 +179,8 @@ impl TestFile {
     }
 
     /// Reads the text of a file; the path of its rule starts from `folder`.
-    ///
-    /// # Errors
-    /// One line: place in the file and what is wrong.
     pub fn parse(text: &str, folder: &Path) -> StageResult<Self> {
-        let file: FileTable = toml::from_str(text).map_err(|error| toml_error::one_line(text, &error))?;
-        if file.format != FORMAT {
-            return Err(format!("format is '{}', expected '{FORMAT}'", file.format).into());
-        }
-        if file.version != VERSION {
-            return Err(format!("version {} is not known: this program reads version {VERSION}", file.version).into());
-        }
+        let file = toml_file::parse(text, (FORMAT, VERSION), |file: &FileTable| (&file.format, file.version))?;
         let reading = Reading { percent: percent(file.percent.as_deref())?, normal_range: ranges(&file.normal_range)? };
         let rule = rule(file.rule.as_deref(), &reading, folder)?;
         let rule = if file.engineering_data { rule.scaled(ENGINEERING_DATA) } else { rule };
@@ -245,7 +221,7 @@ impl TestFile {
 
 fn percent(name: Option<&str>) -> StageResult<PercentRule> {
     let Some(name) = name else { return Ok(PercentRule::default()) };
-    let found = PercentRule::ALL.into_iter().find(|rule| rule.name() == name);
+    let found = PercentRule::from_name(name);
     Ok(found.ok_or_else(|| format!("percent: '{name}' is neither range nor sample"))?)
 }
 

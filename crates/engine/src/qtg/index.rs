@@ -26,17 +26,11 @@ pub enum IndexStatus {
 }
 
 impl IndexStatus {
-    /// What the index says.
-    pub fn label(self) -> &'static str {
-        match self {
-            Self::Passed => "pass",
-            Self::Partly => "partly passed",
-            Self::Failed => "FAIL",
-            Self::NotJudged => "not judged",
-            Self::Missing => "missing: card written",
-            Self::Withheld => "missing: no card",
-            Self::Outside => "outside the model",
-        }
+    doublet_core::variant_texts! {
+        /// What the index says.
+        pub label:
+            Passed "pass", Partly "partly passed", Failed "FAIL", NotJudged "not judged",
+            Missing "missing: card written", Withheld "missing: no card", Outside "outside the model",
     }
 
     /// Whether a record is still to be flown.
@@ -52,7 +46,6 @@ pub struct IndexRow {
     pub id: String,
     /// Paragraph as the rule prints it.
     pub paragraph: String,
-    /// Name.
     pub name: String,
     /// Flight condition the rule asks for.
     pub condition: String,

@@ -42,9 +42,7 @@ pub const CARDS: &str = "qtg_cards.toml";
 /// What tests came to.
 #[derive(Clone, Debug, Serialize)]
 pub struct Qualification {
-    /// [`FORMAT`].
     pub format: &'static str,
-    /// [`VERSION`].
     pub version: u32,
     /// Program and its version.
     pub app: String,
@@ -56,7 +54,6 @@ pub struct Qualification {
     pub aircraft: String,
     /// SHA-256 of the session in its saved form.
     pub session_sha256: String,
-    /// Rule.
     pub rule: String,
     /// Date of its edition.
     pub edition: String,
@@ -111,16 +108,11 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// What the page says.
-    pub fn label(self) -> &'static str {
-        match self {
-            Self::Passed => "PASS",
-            Self::PassedInPart => "PASS IN PART",
-            Self::Failed => "FAIL",
-            Self::NoRecording => "NO RECORDING",
-            Self::RecordTooShort => "RECORD TOO SHORT",
-            Self::NotComputed => "NOT COMPUTED",
-        }
+    doublet_core::variant_texts! {
+        /// What the page says.
+        pub label:
+            Passed "PASS", PassedInPart "PASS IN PART", Failed "FAIL", NoRecording "NO RECORDING",
+            RecordTooShort "RECORD TOO SHORT", NotComputed "NOT COMPUTED",
     }
 
     /// Whether it passed; none where it was not judged.
@@ -171,7 +163,6 @@ pub struct QualificationTest {
     pub id: String,
     /// Number in the rule.
     pub rule_id: String,
-    /// Title.
     pub title: String,
     /// How sure its tolerance is.
     pub certainty: &'static str,
@@ -213,7 +204,6 @@ pub struct QualificationTest {
 pub struct ChannelRow {
     /// Requirement it belongs to, counted from 1: one band of each must hold.
     pub requirement: usize,
-    /// Parameter.
     pub parameter: &'static str,
     /// Tolerance in the units of the page.
     pub tolerance: String,
@@ -236,7 +226,6 @@ pub struct ChannelRow {
 pub struct ValueRow {
     /// Requirement it belongs to, counted from 1; 0 for a number that is not judged.
     pub requirement: usize,
-    /// Parameter.
     pub parameter: String,
     /// Tolerance in the units of the page; empty for a number that is not judged.
     pub tolerance: String,

@@ -227,13 +227,12 @@ pub fn figure(id: &str, window: &Manoeuvre, replay: &WindowReplay, aero: &Window
     }
     // As high as the page of the test holds them beside its text.
     let rows = panels.len().div_ceil(COLUMNS).max(1) as f64;
-    Figure {
-        name: format!("qtg {id}"),
-        caption: format!("{id}: flight, manoeuvre {}{band}, and model.", window.name),
-        columns: COLUMNS,
-        panel_height_mm: (PAGE_MM / rows - AROUND_MM).clamp(LOWEST_MM, HIGHEST_MM),
+    Figure::new(
+        format!("qtg {id}"),
+        format!("{id}: flight, manoeuvre {}{band}, and model.", window.name),
+        (COLUMNS, (PAGE_MM / rows - AROUND_MM).clamp(LOWEST_MM, HIGHEST_MM)),
         panels,
-    }
+    )
 }
 
 /// Panels beside each other.

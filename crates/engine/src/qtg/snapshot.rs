@@ -42,9 +42,6 @@ impl Snapshot {
 
 /// Derivatives of the pooled estimate; constants that every window has for itself are the mean of the identification's, so that the
 /// model predicts a trim instead of following it.
-///
-/// # Errors
-/// One line that names the coefficient or term without an estimate.
 pub fn model(pooled: &PooledFits, structure: &Structure) -> StageResult<Derivatives> {
     let mut entries = Vec::new();
     for (coefficient, terms) in &structure.models {
@@ -81,9 +78,6 @@ fn value_of(estimate: &Fit, coefficient: Coefficient, term: &Term, windows: &[&s
 /// the recorded one as its angle of attack does, at the same flight-path angle; its bank holds the side force:
 /// `m g cos(theta) sin(phi) + q S CY` is that of the flight. What its `CX` leaves of the recorded force along body x is more or less
 /// thrust, or at the recorded thrust more or less rate of climb.
-///
-/// # Errors
-/// One line: no sample there, a model without the coefficients, no trim.
 pub fn snapshot(
     model: &Derivatives,
     aero: &WindowAero,

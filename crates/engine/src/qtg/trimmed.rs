@@ -39,9 +39,6 @@ pub(super) struct TrimmedStart {
 }
 
 /// Trims the model in the steady flight between two times of the recording.
-///
-/// # Errors
-/// One line: no steady flight there, a model without a trim.
 pub(super) fn trimmed(
     model: &Derivatives,
     flight: WindowFlight,

@@ -17,7 +17,6 @@ use crate::study::dynamics::{MapPoint, MeasuredWindow};
 pub struct DynamicsRow {
     /// Manoeuvres whose median conditions are the defaults.
     pub windows: Vec<String>,
-    /// The trim.
     pub trim: TrimRow,
     /// Meaning of the signs.
     pub signs: &'static str,
@@ -29,17 +28,14 @@ pub struct DynamicsRow {
     pub measured: Vec<MeasuredRow>,
     /// Draws of the derivatives behind the sampled intervals and the probabilities.
     pub samples: usize,
-    /// Their seed.
     pub seed: u64,
     /// Levels of flying qualities.
     pub qualities: QualitiesRow,
-    /// Notes.
     pub notes: Vec<String>,
 }
 
 /// A steady flight.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "names with units say it")]
 pub struct TrimRow {
     pub airspeed_m_s: f64,
     pub altitude_m: f64,
@@ -69,7 +65,6 @@ pub struct TrimRow {
 /// A linear model; matrices row by row.
 #[derive(Clone, Debug, Serialize)]
 #[expect(non_snake_case, reason = "keys as every tool for control calls them")]
-#[expect(missing_docs, reason = "the matrices of x' = A x + B u, y = C x + D u and the standard errors of A and B")]
 pub struct LinearRow {
     pub states: Vec<String>,
     pub state_units: Vec<String>,
@@ -90,7 +85,6 @@ pub struct LinearRow {
 
 /// A 95 % interval.
 #[derive(Clone, Copy, Debug, Serialize)]
-#[expect(missing_docs, reason = "names say it")]
 pub struct IntervalRow {
     pub standard_error: f64,
     pub low: f64,
@@ -109,7 +103,6 @@ pub struct FigureRow {
 /// A natural mode.
 #[derive(Clone, Debug, Serialize)]
 pub struct ModeRow {
-    /// Name.
     pub name: &'static str,
     /// Why its values are not judged.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -172,9 +165,7 @@ pub struct MeasuredRow {
 /// Levels of flying qualities.
 #[derive(Clone, Debug, Serialize)]
 pub struct QualitiesRow {
-    /// Standard.
     pub standard: String,
-    /// Its date.
     pub date: String,
     /// Class of the aircraft.
     pub class: &'static str,
@@ -190,7 +181,6 @@ pub struct QualitiesRow {
     pub level: Option<&'static str>,
     /// Probability of each level: Level 1, 2, 3, worse.
     pub probabilities: Option<[f64; 4]>,
-    /// Criteria.
     pub criteria: Vec<QualityRow>,
     /// Note on the definitions.
     pub note: String,
@@ -219,7 +209,6 @@ pub struct LevelMapRow {
 /// One criterion.
 #[derive(Clone, Debug, Serialize)]
 pub struct QualityRow {
-    /// Criterion.
     pub criterion: String,
     /// Its level, or `not judged`.
     pub level: &'static str,

@@ -24,12 +24,8 @@ impl TableFormat {
         pub name: Csv "csv", Latex "latex", Markdown "markdown"
     }
 
-    fn ending(self) -> &'static str {
-        match self {
-            Self::Csv => "csv",
-            Self::Latex => "tex",
-            Self::Markdown => "md",
-        }
+    doublet_core::variant_texts! {
+        ending: Csv "csv", Latex "tex", Markdown "md"
     }
 }
 

@@ -69,11 +69,9 @@ pub fn gusts(snapshot: &Snapshot) -> Option<GustRow> {
 /// The delay of a group of measurements.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DelayRow {
-    /// Measurements.
     pub measurements: Vec<&'static str>,
     /// Delay of the time stamps in addition to the stated one, s.
     pub delay_s: f64,
-    /// Its standard error, s.
     pub standard_error_s: f64,
     /// Whether the filter uses it, because it is significant.
     pub applied: bool,

@@ -28,7 +28,6 @@ pub const CANDIDATE: &str = "candidate";
 pub struct MapRow {
     /// Name; of a candidate the proposed name.
     pub name: String,
-    /// Flight.
     pub flight: String,
     /// Use; `candidate` if it is not in the session.
     #[serde(rename = "use")]
@@ -44,7 +43,6 @@ pub struct MapRow {
     pub level: Option<Level>,
     /// First instant, s.
     pub start_s: f64,
-    /// Duration, s.
     pub duration_s: f64,
     /// True airspeed of its condition (mean before the input, of all of it without a steady part there), m/s.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -48,9 +48,7 @@ pub struct FlownMassRow {
 pub struct ItemRow {
     /// Kind: fuel, seat, luggage or item.
     pub kind: &'static str,
-    /// Place.
     pub place: String,
-    /// Mass, kg.
     pub mass_kg: f64,
 }
 

@@ -215,9 +215,6 @@ fn is_results(path: &Path) -> bool {
 }
 
 /// Refuses a folder that holds files of which doublet wrote none.
-///
-/// # Errors
-/// [`ReportError::Occupied`].
 pub fn check_target(folder: &Path) -> Result<(), ReportError> {
     let occupied = || ReportError::Occupied(folder.display().to_string());
     match std::fs::read_dir(folder) {

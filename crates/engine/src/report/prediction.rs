@@ -10,7 +10,6 @@ pub struct PredictionRow {
     pub window: String,
     /// Use of the manoeuvre.
     pub role: &'static str,
-    /// Coefficient.
     pub coefficient: &'static str,
     /// Agreement with the observation.
     #[serde(flatten)]
@@ -46,7 +45,6 @@ impl PredictionAgreement {
 /// Prediction of one coefficient over the validation windows.
 #[derive(Clone, Debug, Serialize)]
 pub struct ValidationRow {
-    /// Coefficient.
     pub coefficient: &'static str,
     /// Validation manoeuvres.
     pub windows: usize,

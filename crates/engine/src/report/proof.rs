@@ -35,11 +35,9 @@ pub struct ReplayRow {
 pub struct TestRow {
     /// Number in the rule.
     pub id: String,
-    /// Name.
     pub name: String,
     /// Whether every requirement is met by one of its bands.
     pub passed: bool,
-    /// Bands.
     pub bands: Vec<BandRow>,
 }
 
@@ -48,7 +46,6 @@ pub struct TestRow {
 pub struct BandRow {
     /// Its requirement, counted from 1: one band of each must hold.
     pub requirement: usize,
-    /// Signal.
     pub signal: &'static str,
     /// Its SI unit.
     pub unit: &'static str,
@@ -67,7 +64,6 @@ pub struct BandRow {
 /// Theil's coefficient and the parts of the mean square error.
 #[derive(Clone, Debug, Serialize)]
 pub struct TheilRow {
-    /// Signal.
     pub signal: &'static str,
     /// Coefficient: 0 perfect, 1 none.
     pub coefficient: f64,

@@ -23,9 +23,6 @@ impl Reference {
 
 /// Reads `results.json` of another session, a table with the columns `derivative`, `estimate` and perhaps `standard_error`, or a
 /// Digital DATCOM listing, whose derivatives are taken in body axes at level flight with rates as `q c/V`, `p b/2V`, `r b/2V`.
-///
-/// # Errors
-/// One line: the file and why it holds no derivatives.
 pub fn reference(path: &Path) -> Result<Reference, String> {
     let place = path.display();
     let bytes = doublet_core::load::read_bytes(path).map_err(|error| format!("{place}: {error}"))?;
@@ -53,15 +50,19 @@ type Values = Vec<(String, f64, Option<f64>)>;
 fn read_results(text: &str) -> Result<Values, String> {
     let results: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
     if results["format"] != super::results::FORMAT {
-        return Err(format!("its format is not '{}'", super::results::FORMAT));
+        return Err("not a results file: give the results.json of a `doublet run`".to_owned());
     }
     let fits = results["pooled"].as_array().map(Vec::as_slice).unwrap_or_default();
     let rows = fits.iter().flat_map(|fit| fit["derivatives"].as_array().map(Vec::as_slice).unwrap_or_default());
     let value = |row: &Value| {
-        let error = row["corrected_standard_error"].as_f64().or(row["standard_error"].as_f64());
+        let error = row.get("corrected_standard_error").or(row.get("standard_error")).and_then(Value::as_f64);
         Some((row["name"].as_str()?.to_owned(), row["estimate"].as_f64()?, error))
     };
-    Ok(rows.filter_map(value).collect())
+    let values: Values = rows.filter_map(value).collect();
+    if values.is_empty() {
+        return Err("it has no pooled derivatives: mark manoeuvres for identification and run again".to_owned());
+    }
+    Ok(values)
 }
 
 fn read_table(text: &str) -> Result<Values, String> {

@@ -10,9 +10,7 @@ use crate::study::{EquivalentStudy, FlightResponses, ModeComparison, ResponseStu
 /// A frequency response at one frequency; gain and phase are missing where the coherence does not make them a value.
 #[derive(Clone, Debug, Serialize)]
 pub struct ResponseRow {
-    /// Input.
     pub input: String,
-    /// Output.
     pub output: String,
     /// Angular frequency, rad/s.
     pub frequency_rad_s: f64,
@@ -45,11 +43,8 @@ pub struct ResponseRow {
 /// A parameter of an equivalent system, or what follows from it.
 #[derive(Clone, Debug, Serialize)]
 pub struct SystemRow {
-    /// Input.
     pub input: String,
-    /// Output.
     pub output: String,
-    /// Form.
     pub form: String,
     /// Data of the fit.
     pub method: &'static str,
@@ -58,7 +53,6 @@ pub struct SystemRow {
     /// Value, SI.
     #[serde(serialize_with = "where_finite")]
     pub value: f64,
-    /// Its standard error.
     #[serde(serialize_with = "where_finite")]
     pub standard_error: f64,
     /// Lower end of the 95 % interval.
@@ -83,7 +77,6 @@ pub struct ModeComparisonRow {
     pub mode: &'static str,
     /// `frequency`, `damping` or `time constant`.
     pub quantity: &'static str,
-    /// Its unit.
     pub unit: &'static str,
     /// Control of the response.
     pub surface: &'static str,

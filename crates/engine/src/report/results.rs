@@ -27,9 +27,7 @@ pub const VERSION: u32 = 3;
 /// Everything a run found, numbers only; time histories are in the HDF5 file beside it.
 #[derive(Clone, Debug, Serialize)]
 pub struct Results {
-    /// [`FORMAT`].
     pub format: &'static str,
-    /// [`VERSION`].
     pub version: u32,
     /// Program and its version.
     pub app: String,
@@ -142,7 +140,6 @@ pub struct SpreadRow {
 /// Innovations of one measurement over the windows.
 #[derive(Clone, Debug, Serialize)]
 pub struct InnovationSummaryRow {
-    /// Measurement.
     pub measurement: &'static str,
     /// Manoeuvres with this measurement.
     pub windows: usize,
@@ -159,7 +156,6 @@ pub struct InnovationSummaryRow {
 /// Relative residual of the fits of single identification windows.
 #[derive(Clone, Debug, Serialize)]
 pub struct ResidualSummaryRow {
-    /// Coefficient.
     pub coefficient: &'static str,
     /// Number of manoeuvres.
     pub windows: usize,
@@ -174,7 +170,6 @@ pub struct ResidualSummaryRow {
 /// One derivative, pooled and over the identification windows.
 #[derive(Clone, Debug, Serialize)]
 pub struct DerivativeSummaryRow {
-    /// Coefficient.
     pub coefficient: &'static str,
     /// Derivative.
     pub name: String,
@@ -208,7 +203,6 @@ pub struct DerivativeSummaryRow {
 /// A recording that was read.
 #[derive(Clone, Debug, Serialize)]
 pub struct RecordingRow {
-    /// Flight.
     pub flight: String,
     /// Path as in the session.
     pub path: String,
@@ -219,7 +213,6 @@ pub struct RecordingRow {
 /// A flight: what its recordings gave together.
 #[derive(Clone, Debug, Serialize)]
 pub struct FlightRow {
-    /// Name.
     pub name: String,
     /// Day it was flown, as the session states it; otherwise that of its first sample in UTC, if recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -257,16 +250,12 @@ pub struct FlightRow {
 /// A channel by expression.
 #[derive(Clone, Debug, Serialize)]
 pub struct ExpressionRow {
-    /// Name.
     pub name: String,
     /// Unit of the values below: SI with a role, otherwise as stated in the session.
     pub unit: String,
-    /// Expression.
     pub expression: String,
-    /// Role.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub role: Option<&'static str>,
-    /// Samples.
     pub samples: usize,
     /// Samples with a value.
     pub values: usize,
@@ -278,7 +267,6 @@ pub struct ExpressionRow {
 /// A channel that plays a role.
 #[derive(Clone, Debug, Serialize)]
 pub struct ChannelRow {
-    /// Role.
     pub role: &'static str,
     /// Recorder or file group.
     pub source: String,
@@ -286,7 +274,6 @@ pub struct ChannelRow {
     pub name: String,
     /// SI unit.
     pub unit: String,
-    /// Samples.
     pub samples: usize,
     /// Samples per second between the first and the last.
     pub rate_hz: f64,
@@ -326,7 +313,6 @@ pub struct ClockRow {
 /// One engine over a whole flight.
 #[derive(Clone, Debug, Serialize)]
 pub struct EngineRow {
-    /// Flight.
     pub flight: String,
     /// Name of the engine's station on the aircraft.
     pub engine: String,
@@ -373,7 +359,6 @@ pub struct AgreementRow {
 /// Correlation of modelled less monitor power with one variable.
 #[derive(Clone, Debug, Serialize)]
 pub struct CorrelationRow {
-    /// Variable.
     pub variable: String,
     /// Correlation coefficient.
     pub coefficient: f64,
@@ -388,7 +373,6 @@ pub struct PhaseRow {
     pub start_s: f64,
     /// Last instant, s.
     pub end_s: f64,
-    /// Agreement.
     #[serde(flatten)]
     pub agreement: AgreementRow,
 }
@@ -396,9 +380,7 @@ pub struct PhaseRow {
 /// One window.
 #[derive(Clone, Debug, Serialize)]
 pub struct WindowRow {
-    /// Name.
     pub name: String,
-    /// Flight.
     pub flight: String,
     /// First instant, s.
     pub start_s: f64,
@@ -410,7 +392,6 @@ pub struct WindowRow {
     pub surface: Option<&'static str>,
     /// Kind of input in words.
     pub kind: String,
-    /// Note.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub note: String,
     /// Parts excluded from filter updates, fits and scores; absent if empty.
@@ -456,7 +437,6 @@ pub struct WindowRow {
 /// One state at the end of a window.
 #[derive(Clone, Debug, Serialize)]
 pub struct StateRow {
-    /// State.
     pub state: &'static str,
     /// SI unit.
     pub unit: &'static str,
@@ -477,7 +457,6 @@ pub struct StateRow {
 /// Innovations of one measurement.
 #[derive(Clone, Debug, Serialize)]
 pub struct InnovationRow {
-    /// Measurement.
     pub measurement: &'static str,
     /// Updates.
     pub samples: usize,
@@ -496,7 +475,6 @@ pub struct InnovationRow {
 /// One fit.
 #[derive(Clone, Debug, Serialize)]
 pub struct FitRow {
-    /// Coefficient.
     pub coefficient: &'static str,
     /// Manoeuvres of its samples.
     pub windows: Vec<String>,
@@ -506,7 +484,6 @@ pub struct FitRow {
     /// Why the fit failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
-    /// Samples.
     pub samples: usize,
     /// Coefficient of determination.
     pub r_squared: f64,
@@ -519,7 +496,6 @@ pub struct FitRow {
     /// Stated value to which all its derivatives are proportional.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub follows: Option<StatedQuantity>,
-    /// Derivatives.
     pub derivatives: Vec<DerivativeRow>,
     /// Correlation of the estimates, row by row.
     pub parameter_correlation: Vec<Vec<f64>>,
@@ -546,7 +522,6 @@ impl FitRow {
 pub struct DerivativeRow {
     /// Name, for example `Cm_q`.
     pub name: String,
-    /// Its verdict.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verdict: Option<Verdict>,
     /// Its part of the coefficient's motion, and its estimate without suspect causes; of pooled fits only.
@@ -576,7 +551,6 @@ pub struct DerivativeRow {
 /// Correlation of the regressors of one coefficient.
 #[derive(Clone, Debug, Serialize)]
 pub struct RegressorRow {
-    /// Coefficient.
     pub coefficient: &'static str,
     /// Derivatives of the regressors.
     pub derivatives: Vec<String>,
@@ -589,6 +563,5 @@ pub struct RegressorRow {
 pub struct DroppedRow {
     /// Derivative.
     pub name: String,
-    /// Reason.
     pub reason: String,
 }

@@ -25,9 +25,7 @@ pub struct SensorErrorRow {
     /// Manoeuvre, if each has its own value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub window: Option<String>,
-    /// Unit.
     pub unit: &'static str,
-    /// Estimate.
     pub estimate: f64,
     /// Standard error for white residuals.
     pub standard_error: f64,
@@ -35,7 +33,6 @@ pub struct SensorErrorRow {
     pub corrected_standard_error: f64,
     /// Estimate with the highest correlation of errors.
     pub partner: String,
-    /// Their correlation.
     #[serde(serialize_with = "where_finite")]
     pub correlation: f64,
     /// Result of each manoeuvre alone.
@@ -55,7 +52,6 @@ pub struct SensorWindowRow {
     pub standard_error: f64,
     /// Estimate with the highest correlation of errors there.
     pub partner: String,
-    /// Their correlation.
     #[serde(serialize_with = "where_finite")]
     pub correlation: f64,
 }
@@ -67,16 +63,13 @@ pub struct InitialRow {
     pub name: String,
     /// Estimate, SI.
     pub estimate: f64,
-    /// Standard error.
     pub standard_error: f64,
 }
 
 /// What a measurement is left with.
 #[derive(Clone, Debug, Serialize)]
 pub struct SensorOutputRow {
-    /// Measurement.
     pub measurement: &'static str,
-    /// Samples.
     pub samples: usize,
     /// Root mean square of the residual, of filter error the innovation, SI.
     pub rms: f64,

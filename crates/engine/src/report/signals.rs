@@ -10,7 +10,6 @@ use crate::stage::{FlightNoise, FlightProposals, LoadedFlight, TreatedSignal};
 /// A signal that was smoothed or resampled.
 #[derive(Clone, Debug, Serialize)]
 pub struct SignalRow {
-    /// Role.
     pub role: &'static str,
     /// Recorded channel, `source/name`.
     pub recorded: String,

@@ -77,7 +77,6 @@ pub struct CheckRow {
     /// Estimate by this method.
     #[serde(serialize_with = "where_finite")]
     pub estimate: f64,
-    /// Its standard error.
     #[serde(serialize_with = "where_finite")]
     pub standard_error: f64,
     /// Estimate by equation error in the time domain from the same manoeuvre.
@@ -102,9 +101,7 @@ pub struct CheckRow {
 /// What noise of the recording does to one derivative.
 #[derive(Clone, Debug, Serialize)]
 pub struct MonteCarloRow {
-    /// Derivative.
     pub derivative: String,
-    /// Estimate.
     pub estimate: f64,
     /// Standard deviation over the realisations.
     pub noise_error: f64,
@@ -120,20 +117,17 @@ pub struct MonteCarloRow {
     pub high: f64,
     /// Realisations used.
     pub realisations: usize,
-    /// Seed.
     pub seed: u64,
 }
 
 /// Lag or delay of one control.
 #[derive(Clone, Debug, Serialize)]
 pub struct LagRow {
-    /// Control.
     pub control: &'static str,
     /// `delay` or `first-order lag`.
     pub kind: &'static str,
     /// Coefficient; empty for all together.
     pub coefficient: &'static str,
-    /// Value, s.
     #[serde(serialize_with = "where_finite")]
     pub value_s: f64,
     /// Standard error corrected for correlated residuals, s.
@@ -151,17 +145,13 @@ pub struct LagRow {
 pub struct SensitivityRow {
     /// Table of the thesis.
     pub table: &'static str,
-    /// Quantity.
     pub quantity: String,
     /// Unit of its value, its step and its change.
     pub unit: &'static str,
-    /// Value.
     pub value: f64,
     /// Half width of the central difference.
     pub step: f64,
-    /// Derivative.
     pub derivative: String,
-    /// Estimate.
     pub estimate: f64,
     /// Estimate one step below.
     pub low: f64,
@@ -178,9 +168,7 @@ pub struct SensitivityRow {
 /// One bar of a tornado chart.
 #[derive(Clone, Debug, Serialize)]
 pub struct TornadoRow {
-    /// Derivative.
     pub derivative: String,
-    /// Quantity.
     pub quantity: String,
     /// Change of the derivative one step below, per cent.
     pub low_percent: f64,
@@ -193,7 +181,6 @@ pub struct TornadoRow {
 /// Total error of one derivative.
 #[derive(Clone, Debug, Serialize)]
 pub struct TotalErrorRow {
-    /// Derivative.
     pub derivative: String,
     /// Pooled estimate.
     pub estimate: f64,
@@ -208,11 +195,9 @@ pub struct TotalErrorRow {
 /// One derivative without one window, and the prediction of that window by the others.
 #[derive(Clone, Debug, Serialize)]
 pub struct LeftOutRow {
-    /// Coefficient.
     pub coefficient: &'static str,
     /// Manoeuvre left out.
     pub window: String,
-    /// Derivative.
     pub derivative: String,
     /// Estimate without the manoeuvre.
     pub estimate: f64,
@@ -236,11 +221,8 @@ pub struct LeftOutRow {
 /// One derivative from manoeuvres of two kinds of input.
 #[derive(Clone, Debug, Serialize)]
 pub struct KindRow {
-    /// Coefficient.
     pub coefficient: &'static str,
-    /// Derivative.
     pub derivative: String,
-    /// First kind.
     pub first_kind: String,
     /// Number of its manoeuvres.
     pub first_count: usize,
@@ -249,7 +231,6 @@ pub struct KindRow {
     /// Standard deviation over them.
     #[serde(serialize_with = "where_finite")]
     pub first_scatter: f64,
-    /// Second kind.
     pub second_kind: String,
     /// Number of its manoeuvres.
     pub second_count: usize,
@@ -268,7 +249,6 @@ pub struct KindRow {
 pub struct ContributionRow {
     /// Manoeuvre.
     pub window: String,
-    /// Coefficient.
     pub coefficient: &'static str,
     /// Derivative of the term.
     pub derivative: String,
@@ -280,7 +260,6 @@ pub struct ContributionRow {
 /// One parameter of a derivative as a linear function of the flight condition.
 #[derive(Clone, Debug, Serialize)]
 pub struct ConditionRow {
-    /// Derivative.
     pub derivative: String,
     /// Variables of the regression, `V` m/s, `h` m, `alpha` rad.
     pub variables: String,
@@ -292,13 +271,11 @@ pub struct ConditionRow {
     /// Value or slope.
     #[serde(serialize_with = "where_finite")]
     pub estimate: f64,
-    /// Its standard error.
     #[serde(serialize_with = "where_finite")]
     pub standard_error: f64,
     /// Scatter of the manoeuvres about the line over their stated errors.
     #[serde(serialize_with = "where_finite")]
     pub scatter_ratio: f64,
-    /// Manoeuvres.
     pub manoeuvres: usize,
     /// Why the regression failed.
     pub error: Option<String>,

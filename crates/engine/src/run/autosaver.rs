@@ -53,9 +53,6 @@ fn lock(shared: &Shared) -> MutexGuard<'_, Inbox> {
 
 impl Autosaver {
     /// Starts writing to `slot`.
-    ///
-    /// # Errors
-    /// When the operating system refuses a thread.
     pub fn start(slot: AutosaveFile) -> std::io::Result<Self> {
         let shared = Arc::<Shared>::default();
         let for_thread = Arc::clone(&shared);
@@ -78,9 +75,6 @@ impl Autosaver {
     }
 
     /// Waits until all that was asked for is on the disk.
-    ///
-    /// # Errors
-    /// One line when the last write failed.
     pub fn settle(&self) -> StageResult<()> {
         let mut inbox = lock(&self.shared);
         inbox.hurry = true;

@@ -116,9 +116,6 @@ pub struct Engine {
 
 impl Engine {
     /// Starts the coordinator, which keeps outputs of stages in `cache`; `wake` is called after every new snapshot.
-    ///
-    /// # Errors
-    /// When the operating system refuses a thread.
     pub fn start(cache: Arc<Cache>, wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         let shared = Arc::new(Shared {
             inbox: Mutex::default(),

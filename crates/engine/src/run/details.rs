@@ -72,9 +72,6 @@ pub struct DetailInputs<'a> {
 }
 
 /// Looks closer at the results of `snapshot`.
-///
-/// # Errors
-/// That it was stopped: between its parts, and inside the filter.
 pub(super) fn details(
     session: &Session,
     snapshot: &Snapshot,

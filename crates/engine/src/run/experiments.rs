@@ -22,9 +22,6 @@ impl Hash for Trial<'_> {
 
 impl Trial<'_> {
     /// Runs it.
-    ///
-    /// # Errors
-    /// One line: why no manoeuvre has a flight path, or that it was stopped.
     pub(super) fn snapshot(&self, context: &Context<'_>) -> StageResult<Snapshot> {
         let (session, folder) = (self.session, context.folder());
         let scope = Scope { session, folder, first: None, studies: &[], cause: "experiment", generation: 1 };
@@ -84,9 +81,6 @@ pub(super) fn with_trial<T>(
 }
 
 /// What the session gives with the configuration of an experiment; without one as it is.
-///
-/// # Errors
-/// One line: why nothing can be computed, or that it was stopped.
 pub(super) fn outcome(
     session: &Session,
     experiment: Option<&Experiment>,

@@ -17,9 +17,6 @@ pub struct Job<T> {
 impl<T: Send + 'static> Job<T> {
     /// Starts `work` in a thread called `name`. It is given a control to look at between its steps and a function to tell the part
     /// done, 0 to 1, and returns what it came to, such as the place of what it wrote, or one line why there is nothing; `wake` is called after every step.
-    ///
-    /// # Errors
-    /// When the operating system refuses a thread.
     pub fn start<E: Into<StageError>>(
         name: &str,
         wake: impl Fn() + Send + Sync + 'static,
@@ -64,9 +61,6 @@ impl<T: Send + 'static> Job<T> {
     }
 
     /// Waits for the end: what it came to, or one line why there is nothing.
-    ///
-    /// # Errors
-    /// The line of the work.
     pub fn finish(mut self) -> StageResult<T> {
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(result)) => result,

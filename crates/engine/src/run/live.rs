@@ -104,9 +104,6 @@ fn lock(view: &Mutex<Arc<LiveView>>) -> MutexGuard<'_, Arc<LiveView>> {
 
 impl LiveThread {
     /// Begins to watch; `wake` is called after every update.
-    ///
-    /// # Errors
-    /// When the operating system refuses a thread.
     pub fn start(order: LiveOrder, wake: impl Fn() + Send + 'static) -> std::io::Result<Self> {
         let (view, stop) = (Arc::<Mutex<Arc<LiveView>>>::default(), Arc::<AtomicBool>::default());
         let (shared, stopped) = (Arc::clone(&view), Arc::clone(&stop));

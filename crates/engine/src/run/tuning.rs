@@ -16,9 +16,6 @@ use crate::graph::{Control, StageResult};
 use crate::stage::WindowPath;
 
 /// Noise settings that make the measurements of these windows most likely; `progress` hears of every step.
-///
-/// # Errors
-/// One line: no windows, what stops the filter, cancellation.
 pub fn tune_noise(
     paths: &[&WindowPath],
     settings: &FilterSettings,
@@ -54,9 +51,6 @@ pub fn tune_noise(
 
 /// The common delay of some measurements that makes all measurements of these windows most likely, searched within `range_s`
 /// of its present setting.
-///
-/// # Errors
-/// One line: no windows, what stops the filter, no maximum within the range, cancellation.
 pub fn tune_delay(
     paths: &[&WindowPath],
     settings: &FilterSettings,

@@ -126,9 +126,6 @@ impl AircraftChanges {
     }
 
     /// The text of an aircraft file with the changes, its comments and order kept.
-    ///
-    /// # Errors
-    /// One line where the text is no TOML, or a key leads through what is no table.
     pub fn apply(&self, text: &str) -> Result<String, String> {
         let mut document: DocumentMut =
             text.parse().map_err(|error: toml_edit::TomlError| error.to_string().trim_end().replace('\n', " "))?;

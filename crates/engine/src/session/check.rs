@@ -89,9 +89,6 @@ fn names<'a>(kind: &str, all: impl Iterator<Item = &'a str>, found: &mut Vec<Fin
 }
 
 /// Whether a name suits the files of results.
-///
-/// # Errors
-/// One line with what is wrong and what to do.
 pub(super) fn name_fits(kind: &str, name: &str) -> Result<(), String> {
     unfit(kind, name).map_or(Ok(()), |finding| Err(finding.to_string()))
 }

@@ -202,9 +202,6 @@ impl Edit {
     }
 
     /// The session after this edit.
-    ///
-    /// # Errors
-    /// [`EditError`] when the edit names what is not there or sets what cannot be.
     pub fn apply(&self, session: &Session) -> Result<Session, EditError> {
         let mut next = session.clone();
         match self {

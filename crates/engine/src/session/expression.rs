@@ -31,9 +31,6 @@ pub struct ExpressionSetting {
 
 impl ExpressionSetting {
     /// The expression and its unit.
-    ///
-    /// # Errors
-    /// One line: what is wrong with the name, the unit, the role or the expression.
     pub fn parse(&self) -> Result<(Expression, Unit), String> {
         let Self { name, unit, role, .. } = self;
         let refused = |letter: char| letter.is_control() || matches!(letter, '/' | '"' | '{' | '}');

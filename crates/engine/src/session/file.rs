@@ -29,9 +29,6 @@ fn file_error(path: &Path) -> impl FnOnce(std::io::Error) -> SessionError {
 
 /// Opens a session file, or `builtin:` and the name of a session that comes with the program, whose relative paths start from the
 /// present folder. What lies in the folder of a file is named from there, however the file names it.
-///
-/// # Errors
-/// [`SessionError`] when the file cannot be read or is not a session this program understands.
 pub fn open(path: &Path) -> Result<Opened, SessionError> {
     if let Some(name) = shipped(path) {
         let unknown = || {
@@ -64,9 +61,6 @@ fn text_of(path: &Path) -> std::io::Result<String> {
 }
 
 /// Like [`save`], and what `*.bak` holds stays.
-///
-/// # Errors
-/// As [`save`].
 pub fn save_without_backup(session: &Session, path: &Path) -> Result<(), SessionError> {
     refuse_shipped(path)?;
     replace(path, print(session)?.as_bytes()).map_err(file_error(path))
@@ -121,9 +115,6 @@ fn rebase(path: &mut String, old: &Path, new: &Path) {
 }
 
 /// SHA-256 of a file, or of the names and contents of the files of a folder in order of their names, in hexadecimal.
-///
-/// # Errors
-/// [`SessionError::File`] when a file cannot be read.
 pub fn content_hash(path: &Path) -> Result<String, SessionError> {
     let mut hasher = Sha256::new();
     if path.is_dir() {

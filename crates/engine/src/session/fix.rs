@@ -146,9 +146,6 @@ impl Fix {
     }
 
     /// The session after all its edits.
-    ///
-    /// # Errors
-    /// As [`Edit::apply`].
     pub fn apply(&self, session: &Session) -> Result<Session, EditError> {
         self.edits.iter().try_fold(session.clone(), |session, edit| edit.apply(&session))
     }

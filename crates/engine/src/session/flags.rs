@@ -16,12 +16,9 @@ pub enum WindowFlag {
 }
 
 impl WindowFlag {
-    /// The word for it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Locked => "lock",
-            Self::Confirmed => "confirmation",
-        }
+    doublet_core::variant_texts! {
+        /// The word for it.
+        pub name: Locked "lock", Confirmed "confirmation"
     }
 
     /// What setting it does to a window, or taking it back.

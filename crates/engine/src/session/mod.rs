@@ -230,7 +230,6 @@ pub struct InstrumentSetting {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LevelFlight {
-    /// Mass, kg.
     pub mass_kg: f64,
     /// True airspeed at the numbers 0, 85 and 100, m/s.
     pub airspeed_m_s: [f64; 3],

@@ -31,9 +31,6 @@ pub struct ReportFigure {
 
 impl ReportFigure {
     /// A drawing as it is now.
-    ///
-    /// # Errors
-    /// One line should it have no saved form.
     pub(crate) fn pack(caption: &str, drawing: &impl Serialize) -> Result<Self, String> {
         let broken = |error: &dyn std::fmt::Display| format!("the figure '{caption}' cannot be kept: {error}");
         let text = toml::to_string(drawing).map_err(|error| broken(&error))?;
@@ -44,9 +41,6 @@ impl ReportFigure {
     }
 
     /// The drawing.
-    ///
-    /// # Errors
-    /// One line where what was saved is damaged.
     pub(crate) fn unpack<T: DeserializeOwned>(&self) -> Result<T, String> {
         let broken =
             |error: &dyn std::fmt::Display| format!("its drawing cannot be read ({error}): choose the plot again");

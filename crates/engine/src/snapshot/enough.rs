@@ -23,7 +23,6 @@ pub struct Enough {
 
 /// A derivative with its goal.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct DerivativeRow {
     pub name: String,
     pub estimate: f64,
@@ -35,7 +34,6 @@ pub struct DerivativeRow {
 
 /// What the windows up to one say together.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct WindowInformation {
     pub window: String,
     pub time_s: f64,
@@ -47,7 +45,6 @@ pub struct WindowInformation {
 
 /// A manoeuvre that could be flown next.
 #[derive(Clone, Debug, Serialize)]
-#[expect(missing_docs, reason = "docs/results.md says what each key is")]
 pub struct NextRow {
     pub kind: &'static str,
     pub surfaces: Vec<&'static str>,

@@ -39,7 +39,6 @@ pub struct ExperimentOutcome {
 /// NIS of one measurement.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeasurementNis {
-    /// Measurement.
     pub measurement: &'static str,
     /// Median over the manoeuvres; 1 is ideal.
     pub nis: f64,
@@ -48,7 +47,6 @@ pub struct MeasurementNis {
 /// What a configuration gives for one coefficient.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CoefficientOutcome {
-    /// Coefficient.
     pub coefficient: &'static str,
     /// Level of its fit.
     pub level: Option<Level>,
@@ -63,7 +61,6 @@ pub struct CoefficientOutcome {
 pub struct FitOutcome {
     /// Parameters estimated.
     pub parameters: usize,
-    /// Samples.
     pub samples: usize,
     /// R² of the fit.
     pub r_squared: f64,
@@ -145,7 +142,6 @@ impl SettingDifference {
 /// An estimate with its interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Interval {
-    /// Estimate.
     pub estimate: f64,
     /// Standard error, corrected for correlated residuals.
     pub standard_error: f64,

@@ -125,7 +125,6 @@ slots! {
         pub log: Vec<LogEntry>,
     }
     slots {
-        /// The aircraft.
         aircraft: Slot<LoadedAircraft> => LoadedAircraft::NAME,
         /// Mass properties of the aircraft with the session's loading on board, and where they lie in the envelope.
         loaded: Slot<LoadedState>,

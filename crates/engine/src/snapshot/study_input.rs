@@ -7,9 +7,6 @@ use crate::stage::{self, AircraftData, StudyWindow};
 use crate::study::StudyInput;
 
 /// The output of a study of everything that `snapshot` has of `session`.
-///
-/// # Errors
-/// As [`with_study_input`], and those of the study.
 pub fn answer<S: for<'i> Stage<Inputs<'i> = &'i StudyInput<'i>>>(
     session: &Session,
     snapshot: &Snapshot,
@@ -20,9 +17,6 @@ pub fn answer<S: for<'i> Stage<Inputs<'i> = &'i StudyInput<'i>>>(
 }
 
 /// Hands everything that `snapshot` has of `session` to a study.
-///
-/// # Errors
-/// One line: no aircraft, nothing identified; those of the study.
 pub fn with_study_input<T>(
     session: &Session,
     snapshot: &Snapshot,

@@ -75,7 +75,6 @@ pub enum Cause {
 /// What an estimate becomes without a suspect cause.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Effect {
-    /// Cause.
     pub cause: Cause,
     /// Object: manoeuvres, or a flight and its channel; empty for all manoeuvres.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -97,7 +96,6 @@ pub struct Consequence {
     /// Motion of its regressor over that of the coefficient: times a change of the estimate, the part of the motion this moves.
     #[serde(skip)]
     pub motion_ratio: f64,
-    /// Effects.
     pub effects: Vec<Effect>,
 }
 

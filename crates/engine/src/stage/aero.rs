@@ -104,9 +104,6 @@ impl WindowAero {
     }
 
     /// The same window with other columns or settings.
-    ///
-    /// # Errors
-    /// One line: what the model refuses.
     pub fn form(data: AeroData, settings: CoefficientSettings, air_density: AirDensity) -> StageResult<Self> {
         let coefficients = coefficients(&data, &settings)?;
         let variables = variables(&data, &settings)?;
@@ -133,9 +130,6 @@ impl WindowAero {
 
 /// The same window as if its filter had been given `data` and found `path` instead of the nominal ones, at the same times: air, engines, loading and
 /// deflections stay, and what differs between `data` and the samples of `nominal` is added to the inertial samples as measured.
-///
-/// # Errors
-/// One line: what the model refuses.
 pub fn aero_along(
     aero: &WindowAero,
     (nominal_data, nominal): (&FilterData, &Reconstruction),
@@ -146,9 +140,6 @@ pub fn aero_along(
 }
 
 /// [`aero_along`] with the motion of `path` taken from `source`.
-///
-/// # Errors
-/// As for [`aero_along`].
 pub fn aero_along_from(
     aero: &WindowAero,
     (nominal_data, nominal): (&FilterData, &Reconstruction),

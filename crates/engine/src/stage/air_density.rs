@@ -89,7 +89,6 @@ pub(super) struct WindowAir {
     pub altitude_m: Arc<[f64]>,
     /// Static temperature, K.
     pub temperature_k: Arc<[f64]>,
-    /// Density, kg/m^3.
     pub density_kg_m3: Arc<[f64]>,
     /// Where the density comes from.
     pub source: AirDensity,
@@ -99,9 +98,6 @@ pub(super) struct WindowAir {
 
 /// Air over a window: density as recorded, else `rho = p / (R T)` with the static pressure as recorded or standard at the altitude, and
 /// the static temperature as recorded or standard at the altitude. `down_m` is the path below its origin at `origin_m` above the sea.
-///
-/// # Errors
-/// One line where a channel has a gap, or a value leaves the atmosphere.
 pub(super) fn air_over(window: &WindowContext, down_m: &[f64], origin_m: f64) -> StageResult<WindowAir> {
     let (altitude_m, standard) = match window.values(Role::Altitude)? {
         Some(altitude) => (altitude, AirDensity::RecordedAltitude),

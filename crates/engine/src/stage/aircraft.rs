@@ -43,17 +43,11 @@ pub const NO_AIRCRAFT: &str =
     "no aircraft: only flight paths are computed; choose an aircraft file or a shipped aircraft";
 
 /// Reads an aircraft as its file says.
-///
-/// # Errors
-/// One line that names the file and the fix.
 pub fn load_aircraft(context: &Context<'_>, path: &str) -> StageResult<Keyed<LoadedAircraft>> {
     context.get::<LoadedAircraft>((path, &AircraftChanges::default()), ())
 }
 
 /// Reads the aircraft of a session, with its changes.
-///
-/// # Errors
-/// As [`load_aircraft`]; [`StageError::NotApplicable`] where the session names none.
 pub fn aircraft_of(context: &Context<'_>, session: &Session) -> StageResult<Keyed<LoadedAircraft>> {
     let path = session.aircraft.as_deref().ok_or(StageError::NotApplicable)?;
     context.get::<LoadedAircraft>((path, &session.aircraft_changes), ())
@@ -61,9 +55,6 @@ pub fn aircraft_of(context: &Context<'_>, session: &Session) -> StageResult<Keye
 
 /// An aircraft from the text of its file, `named` in errors, with the changes of a session. Propulsion maps that it names are
 /// read from the working folder.
-///
-/// # Errors
-/// One line that names what is wrong.
 pub fn parse_aircraft(named: &str, text: &str, changes: &AircraftChanges) -> StageResult<LoadedAircraft> {
     let context = Context::new(Path::new(""));
     LoadedAircraft::parse((named, text), changes, (Path::new(named), Path::new("")), &context)
@@ -205,9 +196,6 @@ impl AircraftData {
     }
 
     /// Mass properties over a window, with the fuel of the flight.
-    ///
-    /// # Errors
-    /// One line when the recorded fuel does not cover the window or does not fit the tanks.
     pub(crate) fn mass_history(&self, recording: &Recording, time_s: &[f64]) -> StageResult<MassHistory> {
         let aircraft = &self.loaded.aircraft;
         let history = match self.fuel(recording, time_s)? {
@@ -228,9 +216,6 @@ impl AircraftData {
     }
 
     /// What was on board at one time of a flight.
-    ///
-    /// # Errors
-    /// As for [`Self::mass_history`].
     pub(crate) fn loading_at(&self, recording: &Recording, time_s: f64) -> StageResult<Loading> {
         let mut loading = self.loading.clone();
         match self.fuel(recording, &[time_s])? {
@@ -339,7 +324,14 @@ impl AircraftData {
             _ => Vec::new(),
         };
         let shifts_kg = shifts.into_iter().filter(|(_, shift_kg)| shift_kg.abs() > SMALLEST_SHIFT_KG).collect();
-        FuelSource { record, is_stated: self.fuel_is_stated, shifts_kg }
+        let unused = recording.role(Role::FuelMass).filter(|_| record == FuelRecord::None);
+        let unused_range_kg = unused.map(|channel| {
+            let recorded = channel.series.values.iter().filter(|value| value.is_finite());
+            let (low, high) =
+                recorded.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+            high - low
+        });
+        FuelSource { record, is_stated: self.fuel_is_stated, shifts_kg, unused_range_kg }
     }
 
     /// First and last time at which the fuel is known, of the inertial samples where it is constant.

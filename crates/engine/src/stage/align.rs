@@ -26,9 +26,6 @@ pub struct UsedClock {
 }
 
 /// The recording with every clock of the flight applied, the clocks, and those that could not be fitted but only stamp engines or fuel.
-///
-/// # Errors
-/// One line: a channel that is not there, or channels that do not agree on a clock.
 pub fn align(recording: &Recording, flight: &Flight) -> StageResult<(Recording, Vec<UsedClock>, Vec<Finding>)> {
     // Each is fitted to the recording as read and knows nothing of the others; the first error is that of the session's order.
     let clocks: Vec<StageResult<_>> =
@@ -75,9 +72,6 @@ pub fn is_stamped_by(pattern: &str, source: &str) -> bool {
 }
 
 /// The channel written `source/name`.
-///
-/// # Errors
-/// One line with the channels that have this name, or the names of the source.
 pub fn channel<'a>(recording: &'a Recording, path: &str) -> StageResult<&'a Channel> {
     let found = recording.channels.iter().find(|channel| {
         path.strip_prefix(channel.source.as_str()).and_then(|rest| rest.strip_prefix('/')) == Some(&channel.name)

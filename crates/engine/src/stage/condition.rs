@@ -16,7 +16,6 @@ pub struct FlightCondition {
     pub airspeed_m_s: f64,
     /// Altitude, m; absent where none is known.
     pub altitude_m: Option<f64>,
-    /// Dynamic pressure, Pa.
     pub dynamic_pressure_pa: f64,
     /// Angle of attack, rad.
     pub alpha_rad: f64,

@@ -40,9 +40,6 @@ pub fn needs_delays_or_gusts(session: &Session) -> bool {
 /// delays are estimated in steady air first, and gusts with them. Where gusts remain, delays are estimated once more with these, and gusts
 /// with those. In gusts the innovations do not tell how late vanes and airspeed are: `flow_delay` gives that of the vanes, that of the airspeed
 /// is left out.
-///
-/// # Errors
-/// Those of the functions.
 pub fn estimate_in_turn<E>(
     session: &Session,
     gusts: &dyn Fn(&FilterSettings) -> Result<Option<Gusts>, E>,

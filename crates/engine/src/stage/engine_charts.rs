@@ -65,9 +65,6 @@ pub fn propeller_curves(map: &PropellerMap, speed_rad_s: f64, altitude_m: f64) -
 
 /// Partial derivatives of power, thrust and total-pressure rise at `point`, over the reading resolution of thesis 7.2.2
 /// (Tables 7.13-7.14).
-///
-/// # Errors
-/// One line where the point is outside the troposphere.
 pub fn engine_partials(model: &EngineModel, point: &EnginePoint) -> StageResult<EngineSensitivities> {
     let found = engine_sensitivities(model, point, &Steps::READING_RESOLUTION, DensityRule::StandardPressure);
     found.map_err(|error| error.to_string().into())

@@ -44,7 +44,6 @@ pub struct Air<'a> {
     pub altitude_m: &'a [f64],
     /// Static temperature, K.
     pub temperature_k: &'a [f64],
-    /// Density, kg/m³.
     pub density_kg_m3: &'a [f64],
 }
 
@@ -74,9 +73,6 @@ pub struct ExtrapolatedThrust {
 }
 
 /// Recorded thrust where there is one, else thrust from engine chart and propeller map.
-///
-/// # Errors
-/// One line: a gap in an engine channel.
 pub fn engines(window: &WindowContext, aircraft: &AircraftData, air: &Air<'_>) -> StageResult<Engines> {
     let mut result = Engines::default();
     let mut rises: Vec<Vec<f64>> = Vec::new();

@@ -27,9 +27,6 @@ pub struct ExpressedChannel {
 }
 
 /// The flight with a channel for each expression, in their order. A role that is recorded goes over to the expression, and is said.
-///
-/// # Errors
-/// One line with the expression, the position in it, and the fix.
 pub fn add_expressions(flight: &LoadedFlight, settings: &[ExpressionSetting]) -> StageResult<LoadedFlight> {
     let mut flight = flight.clone();
     for setting in settings {
@@ -55,9 +52,6 @@ pub fn add_expressions(flight: &LoadedFlight, settings: &[ExpressionSetting]) ->
 
 /// First value of an expression as it would be in the place of the one called `instead`, or behind all others; in its own unit, `None`
 /// where no sample has one.
-///
-/// # Errors
-/// As [`add_expressions`].
 pub fn expression_preview(
     flight: &LoadedFlight,
     instead: Option<&str>,

@@ -430,9 +430,6 @@ pub struct Regression {
 impl Regression {
     /// The regression of `coefficient` by `terms` over the windows `used`, under what is known of its derivatives. With weights of the
     /// residuals its samples are pseudo-values or whitened, so that whatever fits it has the weights.
-    ///
-    /// # Errors
-    /// One line: a window lacks a variable, or no weights are found.
     pub fn new(
         coefficient: Coefficient,
         terms: &[Term],

@@ -114,9 +114,6 @@ struct FlightAir {
 /// Inputs are taken on a grid of 2 Hz by straight lines between their samples; no line bridges a gap. The static pressure is the
 /// recorded one, else that of the pressure altitude; temperature and density are those recorded, else of the gas law, else of the
 /// standard atmosphere.
-///
-/// # Errors
-/// One line when the recording spans more than two days.
 pub fn flight_engines(recording: &Recording, powerplant: &Powerplant) -> StageResult<Option<FlightEngines>> {
     let has = |role: Role| recording.role(role).is_some();
     let known: Vec<_> = powerplant

@@ -35,9 +35,6 @@ const COLUMN: &str = "column";
 
 /// Adds every role the instruments give to a recording on the flight's time line, and returns the SHA-256 of their file with the noise it states. A role the
 /// recording has is kept, and said.
-///
-/// # Errors
-/// One line: a file or a channel that is not there, or signals that cannot be used.
 pub fn derive(
     recording: &mut Recording,
     context: &Context<'_>,

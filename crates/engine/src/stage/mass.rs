@@ -38,6 +38,8 @@ pub struct FuelSource {
     pub is_stated: bool,
     /// What the session's statement adds to the recorded fuel, tank by tank or, without a tank, in all, kg; those that it changes.
     pub shifts_kg: Vec<(Option<String>, f64)>,
+    /// Highest minus lowest recorded fuel, where no record of it is used, kg.
+    pub unused_range_kg: Option<f64>,
 }
 
 impl FuelSource {

@@ -22,9 +22,6 @@ const GIGABYTE: f64 = 1e9;
 static MEMORY: LazyLock<Option<u64>> = LazyLock::new(memory);
 
 /// Whether the memory can hold a manoeuvre of so many samples, or several of so many together, while they are computed.
-///
-/// # Errors
-/// One line with what it takes, what there is and what to do.
 pub fn fit_in_memory(samples: usize) -> StageResult<()> {
     fit_in(samples, *MEMORY)
 }

@@ -98,9 +98,6 @@ pub fn observation_bands(
 
 /// Ranks the channels of a recording by how much of the power of a residual follows them over a quarter of the window on either side of
 /// an instant, at least 2 s (see [`coherence`]). Channels that are constant, or missing in a part of the part, are left out.
-///
-/// # Errors
-/// One line: that the coefficient has no residual there, or too few samples about the instant.
 pub fn misfit(recording: &Recording, fits: &WindowFits, place: MisfitPlace) -> StageResult<Misfit> {
     let found = fits.fits.iter().find(|fit| fit.coefficient == place.coefficient);
     let series = found.and_then(|fit| fit.series.as_ref());

@@ -19,9 +19,6 @@ const RATES: [Input; 3] = [Input::RollRate, Input::PitchRate, Input::YawRate];
 const ATTITUDE: [Measurement; 3] = [Measurement::BankAngle, Measurement::PitchAngle, Measurement::HeadingAngle];
 
 /// Moves the specific forces from `position_m` to the centre of gravity.
-///
-/// # Errors
-/// One line where the rates cannot be differentiated.
 pub(crate) fn move_accelerometer(
     inputs: &mut InputSeries,
     position_m: [f64; 3],

@@ -91,9 +91,6 @@ impl Stage for LoadedFlight {
 }
 
 /// Reads a flight, every recorder on its own clock.
-///
-/// # Errors
-/// One line that names the file, the channel and the fix.
 pub fn read_flight(context: &Context<'_>, recordings: &[RecordingRef]) -> StageResult<LoadedFlight> {
     let place = |entry: &RecordingRef| context.locate(&entry.path).map_err(|line| describe_missing(&line, entry));
     let places = recordings.iter().map(place).collect::<Result<Vec<_>, _>>()?;
@@ -155,9 +152,6 @@ pub fn describe_change(entry: &RecordingRef, hash: &str) -> Option<Message> {
 }
 
 /// Puts a flight as read on its time line, adds what its instruments give, and smooths and resamples what the session says.
-///
-/// # Errors
-/// One line that names the clock, the instrument's channel or the signal and the fix.
 pub fn align_flight(context: &Context<'_>, read: &LoadedFlight, flight: &Flight) -> StageResult<LoadedFlight> {
     let (mut recording, clocks, mut findings) = align(&read.recording, flight)?;
     let instruments =

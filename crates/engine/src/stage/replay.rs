@@ -142,9 +142,6 @@ pub struct ReplayWindow<'a> {
 
 /// Derivatives of the pooled estimate, with the constants of a window: its own where it was identified, else those that leave no
 /// mean residual in its coefficients, so that the replay tests derivatives, not trim.
-///
-/// # Errors
-/// One line that names the coefficient or term without an estimate.
 pub fn model_of_window(
     pooled: &PooledFits,
     structure: &Structure,
@@ -192,9 +189,6 @@ fn mean_residual<'a>(
 }
 
 /// Flies a window with `model` from its reconstructed start as [`window_flight`] has it, and judges it outside excluded parts.
-///
-/// # Errors
-/// One line: a path that was not smoothed, a model that cannot fly, a motion that diverges.
 pub fn replay(
     window: &ReplayWindow<'_>,
     model: &Derivatives,
@@ -207,9 +201,6 @@ pub fn replay(
 }
 
 /// Flies a window made ready with `model` and judges it outside excluded parts.
-///
-/// # Errors
-/// One line: a model that cannot fly, a motion that diverges.
 pub(crate) fn fly_window(
     window: &ReplayWindow<'_>,
     model: &Derivatives,
@@ -265,9 +256,6 @@ pub struct WindowFlight {
 }
 
 /// Makes a window ready to be flown in its reconstructed wind, with its recorded controls, thrust and loading.
-///
-/// # Errors
-/// One line: a path that was not smoothed, and what [`Replay::new`] refuses.
 pub fn window_flight(
     path: &Reconstruction,
     aero: &WindowAero,

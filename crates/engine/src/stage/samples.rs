@@ -15,17 +15,11 @@ pub fn gaps(recording: &Recording, time_s: &[f64]) -> Vec<(f64, f64)> {
 }
 
 /// Values of `role` at `time_s` by straight lines between its own samples; `None` when the recording has no such role.
-///
-/// # Errors
-/// One line when the samples do not reach over `time_s` or pause too long to be bridged.
 pub(crate) fn values_at(recording: &Recording, role: Role, time_s: &[f64]) -> StageResult<Option<Arc<[f64]>>> {
     recording.role(role).map(|channel| channel_at(recording, channel, role.name(), time_s)).transpose()
 }
 
 /// Values of a channel of `recording` at `time_s` by straight lines between its own samples; `what` it is goes into the message.
-///
-/// # Errors
-/// As for [`values_at`].
 pub(crate) fn channel_at(
     recording: &Recording,
     channel: &Channel,

@@ -31,9 +31,6 @@ pub struct TreatedSignal {
 }
 
 /// Treats every signal a rule names. The recorded channels stay; the roles move to the treated ones.
-///
-/// # Errors
-/// One line with the role and what cannot be done.
 pub(crate) fn treat_signals(recording: &mut Recording, setting: &SignalSetting) -> StageResult<Vec<TreatedSignal>> {
     recording.max_gap_s = setting.max_gap_s;
     let mut done = Vec::new();

@@ -71,9 +71,6 @@ impl Stage for WindowContext {
 
 impl WindowContext {
     /// What was recorded around the samples `data` of a window of which parts are left out.
-    ///
-    /// # Errors
-    /// One line when settling leaves nothing of the window.
     pub fn new(
         recording: &Recording,
         (data, excluded): (&FilterData, &[TimeRange]),
@@ -109,9 +106,6 @@ impl WindowContext {
     }
 
     /// Values of `role` at the samples; `None` when it was not recorded.
-    ///
-    /// # Errors
-    /// One line when its record does not reach over the window or pauses in it.
     pub fn values(&self, role: Role) -> StageResult<Option<Arc<[f64]>>> {
         self.channels.get(&role).cloned().transpose()
     }

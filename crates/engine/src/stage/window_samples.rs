@@ -63,9 +63,6 @@ const MIN_SAMPLES: usize = 10;
 
 /// Takes the samples of one window for the filter, without measurements in the parts `excluded`. Without an aircraft every sensor is
 /// taken to be at the centre of gravity.
-///
-/// # Errors
-/// One line: a missing inertial channel, a window without samples, a gap that cannot be bridged.
 pub fn samples(
     recording: &Recording,
     (window, excluded): (TimeRange, &[TimeRange]),

@@ -54,9 +54,6 @@ pub(crate) type Estimate = (String, f64, f64, f64);
 /// Flies `scenario` once for each seed from `first_seed` on, with other gusts, another hand on the controls and other noise each time,
 /// identifies its manoeuvres together with the settings of `session`, and counts how often the truth lies within 1.96
 /// standard errors. Instruments are those the session's filter describes ([`Flight::measured`]); loading and gravity are the scenario's.
-///
-/// # Errors
-/// One line: an aircraft that cannot be read, a flight that cannot be flown, a fit that fails; or that it was stopped.
 pub fn coverage(
     session: &Session,
     scenario: &Scenario,

@@ -122,17 +122,11 @@ pub fn names_of_equations() -> Vec<&'static str> {
 }
 
 /// JSON Schema of files of equations.
-///
-/// # Errors
-/// As [`schema_of`].
 pub fn equation_schema() -> Result<serde_json::Value, Refused> {
     schema_of::<File>(FORMAT)
 }
 
 /// Understands the text of a file of equations; `constants` stand in the place of its own.
-///
-/// # Errors
-/// [`EquationError::File`].
 pub fn equation_text(text: &str, constants: &BTreeMap<String, f64>) -> Result<EquationText, EquationError> {
     let fault = |reason: String| EquationError::File { reason };
     let read: File = toml::from_str(text).map_err(|error| fault(toml_error::one_line(text, &error)))?;
@@ -157,17 +151,11 @@ pub fn equation_text(text: &str, constants: &BTreeMap<String, f64>) -> Result<Eq
 /// Fits equations of motion to the columns of a table, by equation error, output error
 /// ([`doublet_core::estimate::output_error_of`]) and filter error ([`doublet_core::estimate::filter_error_of`]). Any recording is a table; only the columns the equations name are looked at, and where they
 /// have clocks of their own, those with fewer values are taken on straight lines at the stamps of the one with most.
-///
-/// # Errors
-/// [`EquationError`], one line; why one method failed is in the result where the other did not.
 pub fn fit_equations(path: &Path, request: &EquationRequest) -> Result<EquationStudy, EquationError> {
     fit_equation_model(path, &EquationModel::new(&request.equations)?, request)
 }
 
 /// As [`fit_equations`] with equations that are understood; those of the request do not count.
-///
-/// # Errors
-/// As [`fit_equations`].
 pub fn fit_equation_model(
     path: &Path,
     model: &EquationModel,

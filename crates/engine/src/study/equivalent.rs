@@ -66,9 +66,6 @@ enum Attitude {
 
 /// Fits a form to a study that was made for it: without a method by output error where there is a single input, which short windows bias
 /// least, and by coherence of several.
-///
-/// # Errors
-/// As [`fit_records`] and [`fit_response`].
 pub fn equivalent_study(
     study: &ResponseStudy,
     input: usize,

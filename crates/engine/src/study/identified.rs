@@ -45,9 +45,6 @@ struct Row {
 }
 
 /// One fit as part of a model.
-///
-/// # Errors
-/// One line: the coefficient has no estimate, or an estimate no term.
 pub(crate) fn identified(
     fit: &CoefficientFit,
     terms: &[Term],

@@ -67,9 +67,6 @@ impl LagKind {
 
 impl ControlLag {
     /// Value to take, to a tenth of a millisecond, and its standard error, s.
-    ///
-    /// # Errors
-    /// One line: why none was found; that coefficients disagree about it; that it lies at an end of the range searched.
     pub fn found_s(&self) -> StageResult<(f64, f64)> {
         let search = self.result.as_ref().map_err(Clone::clone)?;
         if let Some(disagreement) = self.disagreement() {

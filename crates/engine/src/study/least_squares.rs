@@ -67,9 +67,6 @@ const LEAST_SQUARES_FORMS: [(&str, Form); 6] = [
 ];
 
 /// Every coefficient of the structure that some identification window excites, by every form that applies, or one line why not.
-///
-/// # Errors
-/// One line: a derivative of the request is not in the model.
 pub fn least_squares_forms(
     windows: &[AeroWindow<'_>],
     session: &Session,

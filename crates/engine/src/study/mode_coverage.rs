@@ -51,9 +51,6 @@ type Found = (&'static str, Vec<(FigureInterval, f64)>);
 
 /// Flies `scenario` once for each seed from `first_seed` on, identifies each flight with the settings of `session`, linearises both the
 /// identified model and the truth at the median condition of its windows, and counts how often the intervals hold the truth.
-///
-/// # Errors
-/// One line: an aircraft that cannot be read, a flight that cannot be flown, a fit or a trim that fails; or that it was stopped.
 pub fn mode_coverage(
     session: &Session,
     scenario: &Scenario,

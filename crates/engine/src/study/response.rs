@@ -121,9 +121,6 @@ const HIGHEST_RAD_S: f64 = 20.0;
 
 /// Responses over windows of a session: signals are states of the path (`phi`, `theta` ...), rates, specific forces and flow angles as the
 /// coefficients have them, and recorded channels by their role (`delta_e` ...).
-///
-/// # Errors
-/// A signal that is none, no window with samples, and what the numerics refuse.
 pub fn session_responses(
     windows: &[ResponseWindow<'_>],
     request: &ResponseRequest,
@@ -209,9 +206,6 @@ fn coefficient_signal(aero: &WindowAero, role: Role) -> Option<Vec<f64>> {
 
 /// Responses between columns of a table, or expressions of them, as they stand in the file: no unit is converted but that of time. Rows
 /// without a value, and pauses of the time, part it into records.
-///
-/// # Errors
-/// A table, a column or an expression that is not understood, no time, and what the numerics refuse.
 pub fn table_responses(
     path: &Path,
     dt_s: Option<f64>,

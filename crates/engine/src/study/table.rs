@@ -83,9 +83,6 @@ pub enum TableError {
 
 /// Fits a column of the table `path` by terms of others, by least squares with the errors of
 /// [`doublet_core::estimate::coloured_covariance`]. Any recording is a table: its channels are the columns.
-///
-/// # Errors
-/// [`TableError`], one line.
 pub fn regress_table(path: &Path, regression: &TableRegression) -> Result<TableFit, TableError> {
     let probe = inspect(path)?;
     let columns = Columns::from_probe(&probe);

@@ -118,9 +118,6 @@ pub struct CaseCounts {
 }
 
 /// Flies every case once for each seed from `first_seed` on.
-///
-/// # Errors
-/// One line: an aircraft that cannot be read, a flight that cannot be flown; or that it was stopped.
 pub fn calibrate_levels(
     session: &Session,
     scenario: &Scenario,

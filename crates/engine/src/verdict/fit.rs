@@ -1,12 +1,11 @@
 //! Findings about the fit of one coefficient: excitation, condition and what it predicts.
 
 use doublet_core::estimate::Fit;
-use doublet_core::message;
 use doublet_core::message::{Message, quoted};
 use doublet_core::model::{Coefficient, Term, Variable, is_constant_name, regressors};
 use doublet_core::reconstruct::{Input, Measurement, State};
 use doublet_core::series::TimeRange;
-use doublet_core::statistics;
+use doublet_core::{message, statistics};
 use nalgebra::DMatrix;
 
 use super::derivative::is_determined;

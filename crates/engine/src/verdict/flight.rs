@@ -1,10 +1,9 @@
 //! Findings about how a window is flown: on its wheels, too slow for its wing, across a turn.
 
-use doublet_core::message;
 use doublet_core::quantity::Role;
 use doublet_core::reconstruct::State;
 use doublet_core::series::{Recording, Series, TimeRange};
-use doublet_core::statistics;
+use doublet_core::{message, statistics};
 
 use super::judge::{Evidence, level_above};
 use super::{Finding, Level};

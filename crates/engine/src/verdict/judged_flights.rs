@@ -33,9 +33,6 @@ pub struct JudgedFlights {
 /// Flies `scenario` once for each seed from `first_seed` on, records it by instruments that are as the filter of `session` describes them
 /// ([`simulate::Flight::measured`]) and judges what both steps make of it. Of a manoeuvre flown more than once the last repetitions
 /// are validation windows.
-///
-/// # Errors
-/// One line: an aircraft that cannot be read, a flight that cannot be flown; or that it was stopped.
 pub fn judged_flights(
     session: &Session,
     scenario: &Scenario,
@@ -78,9 +75,6 @@ fn everywhere(verdicts: &Verdicts) -> Vec<Finding> {
 
 /// One flight of `scenario` through both steps, with the session that was identified and the snapshot of its results. `spoil` changes the
 /// recording first: the flight of a faulty instrument.
-///
-/// # Errors
-/// One line: an aircraft that cannot be read, a flight that cannot be flown; or that it was stopped.
 pub fn fly_and_judge(
     session: &Session,
     scenario: &Scenario,

@@ -1,10 +1,8 @@
 //! Findings about what was on board: outside the envelope, impossible, changed by hand, or only assumed.
 
-use doublet_core::airframe::Aircraft;
-use doublet_core::airframe::MassProperties;
+use doublet_core::airframe::{Aircraft, MassProperties};
 use doublet_core::message;
 use doublet_core::message::{Message, quoted};
-use doublet_core::quantity::Role;
 
 use super::judge::Evidence;
 use super::{Finding, Level};
@@ -24,30 +22,20 @@ pub(super) fn loading_findings(
     let flown = evidence.snapshot.flown.get(&manoeuvre.flight).and_then(|slot| slot.ready());
     let shifted = flown.and_then(|flown| shifted(place, (evidence.session, &manoeuvre.flight), &flown.fuel));
     let possible = impossible(place, aero).or_else(|| envelope(place, evidence, aero));
-    let unused = flown.and_then(|flown| find_unused_fuel(place, (evidence, &manoeuvre.flight), aero, &flown.fuel));
+    let unused = flown.and_then(|flown| find_unused_fuel(place, aero, &flown.fuel));
     possible.into_iter().chain(shifted).chain(unused).collect()
 }
 
 /// Whether fuel is recorded whose change matters, and the aircraft file gives it no place.
-fn find_unused_fuel(
-    place: &Place,
-    (evidence, flight): (Evidence<'_>, &str),
-    aero: &WindowAero,
-    fuel: &FuelSource,
-) -> Option<Finding> {
-    if fuel.record != FuelRecord::None {
-        return None;
-    }
-    let recording = &evidence.snapshot.flights.get(flight)?.ready()?.recording;
-    let recorded = recording.role(Role::FuelMass)?.series.values.iter().filter(|value| value.is_finite());
-    let (low, high) = recorded.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
-    let part = (high - low) / aero.data.mass.first()?.mass_kg;
+fn find_unused_fuel(place: &Place, aero: &WindowAero, fuel: &FuelSource) -> Option<Finding> {
+    let range_kg = fuel.unused_range_kg?;
+    let part = range_kg / aero.data.mass.first()?.mass_kg;
     if part.is_nan() || part <= UNUSED_FUEL {
         return None;
     }
     let text = message!(
-        "The recorded fuel falls by {:.0} kg, {:.1} % of the mass (limit {:.0} %), and is not used.",
-        high - low,
+        "The recorded fuel changes by {:.0} kg, {:.1} % of the mass (limit {:.0} %), and is not used.",
+        range_kg,
         100.0 * part,
         100.0 * UNUSED_FUEL
     );

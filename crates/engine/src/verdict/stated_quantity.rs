@@ -15,7 +15,6 @@ pub struct StatedQuantity {
     pub quantity: &'static str,
     /// Its mean over the middles of the manoeuvres of the fit.
     pub value: f64,
-    /// Unit.
     pub unit: &'static str,
     /// Source: `aircraft file`, or `aircraft file and recorded fuel`.
     pub source: &'static str,

@@ -51,7 +51,6 @@ struct Reading {
 /// What a weighing gives; positions in datum axes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Weighed {
-    /// Attitudes.
     pub attitudes: usize,
     /// Mean of the totals, kg.
     pub mass_kg: f64,
@@ -73,7 +72,6 @@ pub struct Weighed {
     pub r_squared: f64,
     /// Fuel and items taken off, kg.
     pub taken_off_kg: f64,
-    /// Empty mass, kg.
     pub empty_mass_kg: f64,
     /// Centre of gravity of the empty aircraft, m.
     pub empty_cg_datum_m: [f64; 3],
@@ -85,25 +83,16 @@ pub struct Weighed {
 
 impl WeighingFile {
     /// Reads a file.
-    ///
-    /// # Errors
-    /// One line: what cannot be read or is not understood.
     pub fn open(path: &Path) -> Result<Self, String> {
         toml_file::open(path, Self::parse)
     }
 
     /// Reads the text of a file.
-    ///
-    /// # Errors
-    /// One line: place in the file and what is wrong.
     pub fn parse(text: &str) -> Result<Self, String> {
         toml_file::parse(text, (FORMAT, VERSION), |file: &Self| (&file.format, file.version))
     }
 
     /// Mass and centre of gravity as weighed and of the empty aircraft.
-    ///
-    /// # Errors
-    /// One line: a tank the aircraft does not have, a mass that cannot be, readings that give no centre of gravity.
     pub fn evaluate(&self, aircraft: &Aircraft) -> Result<Weighed, String> {
         let readings: Vec<ScaleReadings> = self.readings.iter().map(Reading::si).collect();
         let found = weigh(aircraft, &readings)?;

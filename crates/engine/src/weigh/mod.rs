@@ -19,9 +19,6 @@ pub struct ScaleReadings {
 }
 
 /// Mass and centre of gravity by the readings that hold a load (thesis Eq. 5.4 to 5.6).
-///
-/// # Errors
-/// One line: the file states no wheels, a reading cannot be, or the attitudes are too few or alike.
 pub fn weigh(aircraft: &Aircraft, readings: &[ScaleReadings]) -> Result<WeighingResult, String> {
     let wheels =
         aircraft.wheels.as_ref().ok_or("the aircraft file states no wheels: add [wheels] with their places")?;

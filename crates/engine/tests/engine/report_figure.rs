@@ -24,7 +24,7 @@ fn figure() -> Figure {
     let names = vec!["a".to_owned(), "b".to_owned()];
     let matrix = Matrix { title: "m".to_owned(), names, values, full_scale: 1.0 };
     let panels = vec![Panel::Plot(plot), Panel::Matrix(matrix)];
-    Figure { name: "f".to_owned(), caption: "rates".to_owned(), columns: 1, panel_height_mm: 40.0, panels }
+    Figure::new("f", "rates", (1, 40.0), panels)
 }
 
 #[test]

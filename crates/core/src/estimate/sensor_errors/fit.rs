@@ -106,9 +106,6 @@ const SETTLED: f64 = 0.01;
 /// gains held while the estimates move (filter error; Jategaonkar, chapter 5).
 ///
 /// `go_on` is asked before every path.
-///
-/// # Errors
-/// [`SensorErrorFault`].
 pub fn sensor_errors(
     windows: &[SensorErrorWindow<'_>],
     settings: &SensorErrorSettings,

@@ -68,9 +68,6 @@ pub fn read(path: &Path) -> Result<Aircraft, AircraftFileError> {
 }
 
 /// Reads and checks the text of an aircraft file.
-///
-/// # Errors
-/// As [`read`].
 pub fn parse(text: &str) -> Result<Aircraft, AircraftFileError> {
     let header: FileHeader = toml::from_str(text).map_err(|error| syntax(text, &error))?;
     if header.format != FORMAT {
@@ -86,8 +83,6 @@ pub fn parse(text: &str) -> Result<Aircraft, AircraftFileError> {
 }
 
 /// JSON Schema of aircraft files.
-/// # Errors
-/// As [`crate::schema::schema_of`].
 pub fn schema() -> Result<serde_json::Value, crate::schema::Refused> {
     crate::schema::schema_of::<RawAircraft>(FORMAT)
 }
@@ -110,11 +105,11 @@ struct RawAircraft {
     reference: RawReference,
     #[serde(default)]
     datum: RawDatum,
-    mean_chord: Option<RawMeanChord>,
+    mean_chord: Option<MeanChord>,
     #[serde(default)]
-    wing_panel: Vec<RawPanel>,
+    wing_panel: Vec<WingPanel>,
     mass: RawMass,
-    stall: Option<RawStall>,
+    stall: Option<Stall>,
     #[serde(default)]
     flight_envelope: FlightEnvelope,
     #[serde(default)]
@@ -126,17 +121,17 @@ struct RawAircraft {
     #[serde(default)]
     luggage: Vec<RawStation>,
     #[serde(default)]
-    envelope: Vec<RawEnvelopeRow>,
+    envelope: Vec<EnvelopeRow>,
     inertia: RawInertia,
     #[serde(default)]
     loading: RawLoading,
-    wheels: Option<RawWheels>,
+    wheels: Option<WheelStations>,
     #[serde(default)]
-    sensors: RawSensors,
+    sensors: SensorStations,
     moment_reference: Option<RawPoint>,
     #[serde(default)]
     component_fraction: Vec<RawFraction>,
-    gyration_radii: Option<RawRadii>,
+    gyration_radii: Option<GyrationRadii>,
     #[serde(default)]
     engine: Vec<RawEngine>,
     #[serde(rename = "propulsion")]
@@ -164,48 +159,13 @@ struct RawDatum {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawMeanChord {
-    leading_edge_x_m: f64,
-    y_m: f64,
-    chord_m: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawPanel {
-    name: String,
-    root_y_m: f64,
-    semispan_m: f64,
-    root_chord_m: f64,
-    taper: f64,
-    root_leading_edge_x_m: f64,
-    tip_leading_edge_x_m: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
 struct RawMass {
     mass_kg: f64,
     cg_datum_m: [f64; 3],
     max_takeoff_kg: Option<f64>,
     max_landing_kg: Option<f64>,
     #[serde(default)]
-    fuel: RawBookkeeping,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawStall {
-    airspeed_m_s: f64,
-    mass_kg: f64,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum RawBookkeeping {
-    #[default]
-    AddAll,
-    AddUsable,
+    fuel: FuelBookkeeping,
 }
 
 #[derive(Deserialize)]
@@ -251,7 +211,7 @@ enum RawShape {
     },
     Rod {
         length_m: f64,
-        along: RawAxis,
+        along: Axis,
     },
     Cuboid {
         length_m: f64,
@@ -269,22 +229,6 @@ struct RawProducts {
     xy: f64,
     xz: f64,
     yz: f64,
-}
-
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum RawAxis {
-    X,
-    Y,
-    Z,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawEnvelopeRow {
-    mass_kg: f64,
-    forward_x_m: f64,
-    aft_x_m: f64,
 }
 
 #[derive(Deserialize)]
@@ -318,23 +262,6 @@ struct RawLoading {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawWheels {
-    nose_x_m: f64,
-    main_x_m: f64,
-    main_y_m: f64,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct RawSensors {
-    accelerometer_datum_m: Option<[f64; 3]>,
-    alpha_vane_datum_m: Option<[f64; 3]>,
-    beta_vane_datum_m: Option<[f64; 3]>,
-    antenna_datum_m: Option<[f64; 3]>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
 struct RawPoint {
     position_datum_m: [f64; 3],
 }
@@ -348,15 +275,6 @@ struct RawFraction {
     attributed_kg: f64,
     #[serde(default)]
     methods_percent: BTreeMap<String, f64>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawRadii {
-    x: f64,
-    y: f64,
-    z: f64,
-    length_m: f64,
 }
 
 #[derive(Deserialize)]
@@ -396,14 +314,7 @@ impl RawShape {
                     needed: "the mass the stated moments of inertia belong to",
                 })?,
             },
-            Self::Rod { length_m, along } => OwnInertia::Rod {
-                length_m,
-                along: match along {
-                    RawAxis::X => Axis::X,
-                    RawAxis::Y => Axis::Y,
-                    RawAxis::Z => Axis::Z,
-                },
-            },
+            Self::Rod { length_m, along } => OwnInertia::Rod { length_m, along },
             Self::Cuboid { length_m, width_m, height_m } => OwnInertia::Cuboid { length_m, width_m, height_m },
             Self::Propeller { radius_m } => OwnInertia::Propeller { radius_m },
         })
@@ -485,41 +396,15 @@ impl RawEngine {
     }
 }
 
-impl RawPanel {
-    fn into_panel(self) -> WingPanel {
-        WingPanel {
-            name: self.name,
-            root_y_m: self.root_y_m,
-            semispan_m: self.semispan_m,
-            root_chord_m: self.root_chord_m,
-            taper: self.taper,
-            root_leading_edge_x_m: self.root_leading_edge_x_m,
-            tip_leading_edge_x_m: self.tip_leading_edge_x_m,
-        }
-    }
-}
-
-impl RawEnvelopeRow {
-    fn into_row(self) -> EnvelopeRow {
-        EnvelopeRow { mass_kg: self.mass_kg, forward_x_m: self.forward_x_m, aft_x_m: self.aft_x_m }
-    }
-}
-
 impl RawAircraft {
     fn into_aircraft(self) -> Result<Aircraft, AircraftError> {
-        let mean_chord = self.mean_chord.map(|chord| MeanChord {
-            leading_edge_x_m: chord.leading_edge_x_m,
-            y_m: chord.y_m,
-            chord_m: chord.chord_m,
-        });
-        let envelope: Vec<_> = self.envelope.into_iter().map(RawEnvelopeRow::into_row).collect();
         Ok(Aircraft {
             name: self.name,
             notes: self.notes,
             reference: self.reference.into_reference(),
             datum: self.datum.origin,
-            stated_mean_chord: mean_chord,
-            wing_panels: self.wing_panel.into_iter().map(RawPanel::into_panel).collect(),
+            stated_mean_chord: self.mean_chord,
+            wing_panels: self.wing_panel,
             empty: FixedItem {
                 name: "empty".to_owned(),
                 mass_kg: self.mass.mass_kg,
@@ -528,17 +413,12 @@ impl RawAircraft {
             fixed_items: self.fixed_item.into_iter().map(RawItem::into_item).collect(),
             limits: MassLimits { max_takeoff_kg: self.mass.max_takeoff_kg, max_landing_kg: self.mass.max_landing_kg },
             flight_envelope: self.flight_envelope,
-            stall: self
-                .stall
-                .map(|RawStall { airspeed_m_s, mass_kg }| Stall { calibrated_airspeed_m_s: airspeed_m_s, mass_kg }),
+            stall: self.stall,
             tanks: self.tank.into_iter().map(RawTank::into_tank).collect::<Result<_, _>>()?,
-            fuel_bookkeeping: match self.mass.fuel {
-                RawBookkeeping::AddAll => FuelBookkeeping::AddAll,
-                RawBookkeeping::AddUsable => FuelBookkeeping::AddUsable,
-            },
+            fuel_bookkeeping: self.mass.fuel,
             seats: self.seat.into_iter().map(|seat| seat.into_station("seat")).collect::<Result<_, _>>()?,
             luggage: self.luggage.into_iter().map(|bay| bay.into_station("luggage")).collect::<Result<_, _>>()?,
-            envelope: (!envelope.is_empty()).then_some(Envelope { rows: envelope }),
+            envelope: (!self.envelope.is_empty()).then_some(Envelope { rows: self.envelope }),
             inertia: self.inertia.into_model()?,
             standard_loading: Loading {
                 fuel_kg: self.loading.fuel_kg,
@@ -546,26 +426,12 @@ impl RawAircraft {
                 luggage_kg: self.loading.luggage_kg,
                 added_items: self.loading.added_item.into_iter().map(RawItem::into_item).collect(),
             },
-            wheels: self.wheels.map(|wheels| WheelStations {
-                nose_x_m: wheels.nose_x_m,
-                main_x_m: wheels.main_x_m,
-                main_y_m: wheels.main_y_m,
-            }),
-            sensors: SensorStations {
-                accelerometer_from_datum_m: self.sensors.accelerometer_datum_m,
-                alpha_vane_from_datum_m: self.sensors.alpha_vane_datum_m,
-                beta_vane_from_datum_m: self.sensors.beta_vane_datum_m,
-                antenna_from_datum_m: self.sensors.antenna_datum_m,
-            },
+            wheels: self.wheels,
+            sensors: self.sensors,
             engines: self.engine.into_iter().map(RawEngine::into_station).collect(),
             moment_reference_from_datum_m: self.moment_reference.map(|point| point.position_datum_m),
             component_fractions: self.component_fraction.into_iter().map(RawFraction::into_fraction).collect(),
-            gyration_radii: self.gyration_radii.map(|radii| GyrationRadii {
-                x: radii.x,
-                y: radii.y,
-                z: radii.z,
-                length_m: radii.length_m,
-            }),
+            gyration_radii: self.gyration_radii,
         })
     }
 }

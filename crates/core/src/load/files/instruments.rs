@@ -57,9 +57,6 @@ pub fn read(path: &Path) -> Result<Instruments, InstrumentError> {
 }
 
 /// Reads the text of an instrument file.
-///
-/// # Errors
-/// As [`read`].
 pub fn parse(text: &str) -> Result<Instruments, InstrumentError> {
     let header: FileHeader = toml::from_str(text).map_err(|error| syntax(text, &error))?;
     if header.format != FORMAT || header.version != VERSION {
@@ -72,9 +69,6 @@ pub fn parse(text: &str) -> Result<Instruments, InstrumentError> {
 }
 
 /// JSON Schema of instruments files.
-///
-/// # Errors
-/// As [`schema_of`].
 pub fn schema() -> Result<serde_json::Value, Refused> {
     schema_of::<File>(FORMAT)
 }
@@ -186,7 +180,7 @@ struct ControlTable {
     #[serde(default)]
     pedal: Vec<PedalTable>,
     #[serde(default)]
-    mount: Vec<MountTable>,
+    mount: Vec<SensorMount>,
 }
 
 #[derive(Deserialize)]
@@ -211,15 +205,6 @@ struct PedalTable {
     sensor: String,
     deflection_deg_per_m: [f64; 6],
     range_m: [f64; 2],
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct MountTable {
-    sensor: String,
-    sensor_from_reference: [[f64; 3]; 3],
-    #[serde(default)]
-    rest_rad: f64,
 }
 
 #[derive(Deserialize)]
@@ -293,13 +278,9 @@ impl ControlTable {
             offset_m: self.elevator.offset_cm * CM,
             outboard_ratio: self.outboard_ratio,
             pedals: self.pedal.into_iter().map(read_pedal).collect(),
-            mounts: self.mount.into_iter().map(read_mount).collect(),
+            mounts: self.mount,
         }
     }
-}
-
-fn read_mount(table: MountTable) -> SensorMount {
-    SensorMount { sensor: table.sensor, sensor_from_reference: table.sensor_from_reference, rest_rad: table.rest_rad }
 }
 
 fn read_pedal(table: PedalTable) -> PedalCurve {

@@ -154,21 +154,10 @@ pub struct EngineSection {
     pub propeller: Option<String>,
     /// Sense of rotation seen from behind, looking forward.
     #[serde(default)]
-    pub rotation: RotationName,
+    pub rotation: Rotation,
     /// Moment of inertia of everything turning with the crankshaft about its axis, kg m².
     #[serde(default)]
     pub rotor_inertia_kg_m2: f64,
-}
-
-/// Sense of rotation as written in files.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum RotationName {
-    /// Clockwise seen from behind.
-    #[default]
-    Clockwise,
-    /// Counter-clockwise seen from behind.
-    CounterClockwise,
 }
 
 /// The `[propulsion]` section of the text of an aircraft file, empty where it has none; `path` serves messages only.
@@ -260,10 +249,7 @@ impl PropulsionSection {
             };
             if let Some(entry) = self.engine.iter().find(|entry| entry.name == station.name) {
                 engine.rotor_inertia_kg_m2 = entry.rotor_inertia_kg_m2;
-                engine.rotation = match entry.rotation {
-                    RotationName::Clockwise => Rotation::Clockwise,
-                    RotationName::CounterClockwise => Rotation::CounterClockwise,
-                };
+                engine.rotation = entry.rotation;
                 if let (Some(chart), Some(propeller)) = (&entry.chart, &entry.propeller) {
                     let (chart_file, propeller_file) = (folder.join(chart), folder.join(propeller));
                     let read_chart = || parse_engine_chart(&text(&chart_file)?, &chart_file);

@@ -75,9 +75,6 @@ fn read_sources(format: Option<Format>, path: &Path, budget: &Budget<'_>) -> Res
 }
 
 /// Like [`probe`], and reads every channel to count the samples that are not finite.
-///
-/// # Errors
-/// As [`probe`].
 pub fn inspect(path: &Path) -> Result<Probe, LoadError> {
     let mut probe = probe(path)?;
     probe.complete()?;
@@ -86,9 +83,6 @@ pub fn inspect(path: &Path) -> Result<Probe, LoadError> {
 
 impl Probe {
     /// Reads the channels that are still in the file.
-    ///
-    /// # Errors
-    /// As [`probe`].
     pub fn complete(&mut self) -> Result<(), LoadError> {
         hdf5::complete(self)
     }

@@ -1,8 +1,7 @@
 //! Recordings that a guess once took wrongly, each as small as it can be.
 
 use crate::load::guesses::guess::guess;
-use crate::load::maps::by_hand::By;
-use crate::load::maps::by_hand::ManualChannelMap;
+use crate::load::maps::by_hand::{By, ManualChannelMap};
 use crate::load::probe_of;
 use crate::quantity::Role;
 

@@ -5,8 +5,8 @@ use crate::load::guesses::guess_frames::is_track;
 use crate::load::guesses::other_quantities::is_other_quantity;
 use crate::load::guesses::vectors;
 use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap, NameFit, OtherSide};
-use crate::load::names::foreign_names::{FOREIGN_AILERON, FOREIGN_NAMES, FRENCH_CONTROLS, NEEDS, Need, ends_on};
-use crate::load::names::role_names::{AILERON, NAMES, RoleNames};
+use crate::load::names::foreign_names::{FOREIGN_NAMES, FRENCH_CONTROLS, NEEDS, Need, ends_on};
+use crate::load::names::role_names::{NAMES, RoleNames, names_of};
 use crate::load::names::stated_unit::is_signal_unit;
 use crate::load::names::tokens::end_on;
 use crate::quantity::Role;
@@ -21,8 +21,8 @@ const INSTEAD_OF_AIRSPEED: [Role; 2] = [Role::EquivalentAirspeed, Role::ImpactPr
 impl NameFit {
     fn names(self) -> &'static [RoleNames] {
         match self {
-            Self::Foreign | Self::ForeignEnd => FOREIGN_NAMES,
-            _ => NAMES,
+            Self::Foreign | Self::ForeignEnd => &FOREIGN_NAMES,
+            _ => &NAMES,
         }
     }
 
@@ -256,7 +256,7 @@ pub(crate) fn names_sensor_of(candidate: &Candidate<'_>, role: Role) -> bool {
     let end = candidate.tokens.iter().rposition(|token| !SENSORS.contains(&token.as_str())).map_or(0, |last| last + 1);
     let head = candidate.tokens[..end].concat();
     let is_name = |(other, names): &RoleNames| *other == role && names.contains(&head.as_str());
-    end < candidate.tokens.len() && NAMES.iter().chain(FOREIGN_NAMES).any(is_name)
+    end < candidate.tokens.len() && NAMES.iter().chain(&*FOREIGN_NAMES).any(is_name)
 }
 
 /// Tokens behind a name that say where it was measured, not what.
@@ -283,7 +283,7 @@ fn begins_on(tokens: &[String], name: &str) -> bool {
 
 /// Whether a channel's name says a side and `name`, of ailerons, which it ends on, does not: one of a pair is not their common deflection.
 fn is_other_side(plain: &str, name: &str) -> bool {
-    let is_aileron = AILERON.contains(&name) || FOREIGN_AILERON.contains(&name);
+    let is_aileron = [&NAMES, &FOREIGN_NAMES].iter().any(|all| names_of(all, Role::Aileron).contains(&name));
     let is_short = |side: &str| plain == format!("{side}{name}") || plain == format!("{name}{side}");
     let has_short_side = ["l", "r", "lh", "rh"].iter().any(|side| is_short(side));
     let has_word = || LEFT.iter().chain(&RIGHT).any(|side| plain.contains(side) && !name.contains(side));

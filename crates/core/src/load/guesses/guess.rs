@@ -6,29 +6,21 @@ use std::collections::BTreeSet;
 
 use crate::load::contents::{Probe, Source};
 use crate::load::file::stem;
-use crate::load::guesses::alike;
-use crate::load::guesses::by_physics;
 use crate::load::guesses::by_words::{
     add_instead_of_airspeed, add_names, add_rates_in_their_unit, add_total_pressure, give_named, leave_out_signals,
     take_vectors_from_one_source,
 };
 use crate::load::guesses::candidates::{Candidate, best, candidates, row};
-use crate::load::guesses::guess_frames;
-use crate::load::guesses::increments;
-use crate::load::guesses::kinds;
-use crate::load::guesses::motion;
-use crate::load::guesses::motion_signs;
-use crate::load::guesses::motion_units;
 use crate::load::guesses::pairs::add_other_sides;
-use crate::load::guesses::ranges;
 use crate::load::guesses::recorders::{self, Claims};
 use crate::load::guesses::runner_up::add_runners_up;
-use crate::load::guesses::slopes;
 use crate::load::guesses::user_names::UserNames;
-use crate::load::guesses::vectors;
+use crate::load::guesses::{
+    alike, by_physics, guess_frames, increments, kinds, motion, motion_signs, motion_units, ranges, slopes, vectors,
+};
 use crate::load::maps::by_hand::{By, ChannelName, ManualChannel, ManualChannelMap, ManualTime};
 use crate::load::names::foreign_names::AIRSPEEDS_OF_NO_KIND;
-use crate::load::names::role_names::NAMES;
+use crate::load::names::role_names::{NAMES, names_of};
 use crate::load::names::stated_unit::name_and_unit;
 use crate::load::names::tokens::tokens;
 use crate::load::names::words::plain_letters;
@@ -198,7 +190,7 @@ fn settle_airspeed(map: &mut ManualChannelMap, probes: &[Probe], candidates: &[C
     }
     let calibrated = ManualChannel { fit: given.fit, ..row(candidate, Role::CalibratedAirspeed) };
     map.set(Role::CalibratedAirspeed, Some(calibrated));
-    let names = NAMES.iter().find(|(role, _)| *role == Role::TrueAirspeed).map_or(&[][..], |(_, names)| names);
+    let names = names_of(&NAMES, Role::TrueAirspeed);
     let another = best(candidates, taken, Role::TrueAirspeed, names, &|candidate, name| candidate.plain == name);
     map.set(Role::TrueAirspeed, another.map(|index| row(&candidates[index], Role::TrueAirspeed)));
 }

@@ -3,8 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::load::contents::{ChannelInfo, Probe, Source};
-use crate::load::guesses::motion::ground_speed;
-use crate::load::guesses::motion::height;
+use crate::load::guesses::motion::{ground_speed, height};
 use crate::load::guesses::trace::Trace;
 use crate::load::maps::by_hand::{By, ManualChannel, ManualChannelMap};
 use crate::load::names::tokens::tokens;

@@ -2,8 +2,7 @@
 
 use crate::atmos::STANDARD_GRAVITY_M_S2;
 use crate::load::contents::Probe;
-use crate::load::guesses::motion::ground_speed;
-use crate::load::guesses::motion::{MOST_PAIRS, ask, fit_line, is_free, lag_of, set_sign, turn};
+use crate::load::guesses::motion::{MOST_PAIRS, ask, fit_line, ground_speed, is_free, lag_of, set_sign, turn};
 use crate::load::guesses::trace::Trace;
 use crate::load::maps::by_hand::{ManualChannel, ManualChannelMap};
 use crate::load::names::tokens::tokens;

@@ -11,8 +11,7 @@ use crate::load::guesses::layouts::Layout;
 use crate::load::maps::attitude::QuaternionAxes;
 use crate::load::maps::by_hand::{By, ChannelName, ManualChannel, ManualQuaternion};
 use crate::load::maps::map::matches;
-use crate::load::names::stated_unit::split_unit;
-use crate::load::names::stated_unit::stated_unit;
+use crate::load::names::stated_unit::{split_unit, stated_unit};
 use crate::quantity::{Role, Unit};
 
 /// What a file of a recorder says first.

@@ -17,12 +17,11 @@ impl QuaternionAxes {
         pub name: Ned "ned", Enu "enu"
     }
 
-    /// The axes in words.
-    pub fn description(self) -> &'static str {
-        match self {
-            Self::Ned => "body forward, right, down into north, east, down",
-            Self::Enu => "body forward, left, up into east, north, up",
-        }
+    crate::variant_texts! {
+        /// The axes in words.
+        pub description:
+            Ned "body forward, right, down into north, east, down",
+            Enu "body forward, left, up into east, north, up",
     }
 
     /// Euler angles phi, theta, psi, rad, of a quaternion `w, x, y, z` from body to Earth axes; NaN of one without length.

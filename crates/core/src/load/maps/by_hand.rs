@@ -2,8 +2,7 @@
 
 use toml::{Table, Value};
 
-use crate::load::contents::ChannelInfo;
-use crate::load::contents::Probe;
+use crate::load::contents::{ChannelInfo, Probe};
 use crate::load::error::LoadError;
 use crate::load::maps::attitude::QuaternionAxes;
 use crate::load::maps::map::{FORMAT, VERSION};

@@ -326,9 +326,6 @@ impl ChannelMap {
     }
 
     /// JSON Schema of channel maps.
-    ///
-    /// # Errors
-    /// As [`schema_of`].
     pub fn schema() -> Result<serde_json::Value, Refused> {
         schema_of::<Header>(FORMAT)
     }
@@ -490,7 +487,7 @@ impl Text<'_> {
         let axes = match &table.axes {
             None => QuaternionAxes::Ned,
             Some(name) => {
-                let known = QuaternionAxes::ALL.into_iter().find(|axes| axes.name() == name.get_ref());
+                let known = QuaternionAxes::from_name(name.get_ref());
                 let what = || format!("axes '{}' are not known: use \"ned\" or \"enu\"", name.get_ref());
                 known.ok_or_else(|| self.fault(name.span().start, what()))?
             }

@@ -7,8 +7,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::load::clock::TimeFault;
-use crate::load::clock::fault_at;
+use crate::load::clock::{TimeFault, fault_at};
 use crate::load::clocks::counter::unwrap_counter;
 use crate::load::contents::{Data, Probe, Source};
 use crate::load::error::LoadError;

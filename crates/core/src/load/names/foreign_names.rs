@@ -1,179 +1,15 @@
 //! German, French, Spanish, Portuguese, Italian and Dutch names of channels, and what some of them need beside them to have one reading.
 
-use crate::load::names::role_names::{RoleNames, is_known};
+use std::sync::LazyLock;
+
+use crate::load::names::role_names::{RoleNames, is_known, read_names};
 use crate::load::names::stated_unit::stem_and_unit;
 use crate::load::names::words::{join_words, plain_letters};
 use crate::quantity::Role;
 
 /// Names a role goes by in other languages than English as [`crate::load::names::words::join_words`] writes them, best first.
-#[rustfmt::skip]
-pub(crate) const FOREIGN_NAMES: &[RoleNames] = &[
-    (Role::SpecificForceX, &[
-        "beschlx", "beschleunigungx", "xbeschleunigung", "beschllangs", "beschllaengs", "beschleunigunglangs",
-        "beschleunigunglaengs", "langsbeschl", "laengsbeschl", "langsbeschleunigung", "laengsbeschleunigung",
-        "accelerationx", "accelerationlongitudinale", "accellongitudinale", "acclongitudinale", "facteurchargenx",
-        "facteurchargex", "facteurchargelongitudinal", "aceleracionx", "aceleracionlongitudinal", "aceleracaox",
-        "aceleracaolongitudinal", "accelerazionex", "accelerazionelongitudinale", "versnellingx", "versnellinglangs",
-        "langsversnelling",
-    ]),
-    (Role::SpecificForceY, &[
-        "beschly", "beschleunigungy", "ybeschleunigung", "beschlquer", "beschleunigungquer", "querbeschl",
-        "querbeschleunigung", "seitenbeschleunigung", "accelerationy", "accelerationlaterale", "accellaterale",
-        "acclaterale", "facteurchargeny", "facteurchargey", "facteurchargelateral", "aceleraciony", "aceleracionlateral", "aceleracaoy",
-        "aceleracaolateral", "accelerazioney", "accelerazionelaterale", "versnellingy", "versnellingdwars",
-        "dwarsversnelling",
-    ]),
-    (Role::SpecificForceZ, &[
-        "beschlz", "beschleunigungz", "zbeschleunigung", "beschlhoch", "beschleunigunghoch", "beschlvertikal",
-        "vertikalbeschl", "vertikalbeschleunigung", "beschlnormal", "normalbeschl", "normalbeschleunigung",
-        "lastvielfaches", "accelerationz", "accelerationverticale", "accelverticale", "accverticale",
-        "accelerationnormale", "accelnormale", "accnormale", "facteurchargenz", "facteurchargez", "facteurchargenormal",
-        "facteurchargevertical", "facteurcharge", "factorcargavertical", "factorcarganormal", "factorcarga",
-        "fattoredicaricoverticale", "fattoredicariconormale", "fattoredicarico", "fatordecarga", "fatorcarga", "aceleracionz", "aceleracionvertical", "aceleracaoz", "aceleracaovertical",
-        "aceleracaonormal", "accelerazionez", "accelerazioneverticale", "accelerazionenormale", "versnellingz",
-        "versnellingverticaal", "verticaleversnelling", "normaalversnelling",
-    ]),
-    (Role::RollRate, &[
-        "velocidadalabeo", "滚转角速度", "滚转速率", "rollrate", "drehratex", "drehrateroll", "rolldrehrate", "rollgeschw",
-        "rollgeschwindigkeit", "rollwinkelgeschwindigkeit", "winkelgeschwindigkeitx", "kreiselx", "vitesseroulis",
-        "tauxroulis", "vitesseangulaireroulis", "vitesserotationroulis", "vitesseangulairex", "roulis", "rollen",
-        "razaorolamento", "taxarolamento", "velocidaderolamento", "velocitarollio", "velocitadirollio", "rolsnelheid",
-    ]),
-    (Role::PitchRate, &[
-        "velocidadcabeceo", "俯仰角速度", "俯仰速率", "nickrate", "drehratey", "drehratenick", "nickdrehrate", "nickgeschw",
-        "nickgeschwindigkeit", "nickwinkelgeschwindigkeit", "winkelgeschwindigkeity", "kreisely", "vitessetangage",
-        "tauxtangage", "vitesseangulairetangage", "vitesserotationtangage", "vitesseangulairey", "tangage", "nicken",
-        "razaoarfagem", "taxaarfagem", "velocidadearfagem", "velocitabeccheggio", "velocitadibeccheggio",
-        "stampsnelheid",
-    ]),
-    (Role::YawRate, &[
-        "velocidadguinada", "偏航角速度", "偏航速率", "gierrate", "drehratez", "drehrategier", "gierdrehrate", "giergeschw",
-        "giergeschwindigkeit", "gierwinkelgeschwindigkeit", "winkelgeschwindigkeitz", "kreiselz", "vitesselacet",
-        "tauxlacet", "vitesseangulairelacet", "vitesserotationlacet", "vitesseangulairez", "lacet", "gieren",
-        "razaoguinada", "taxaguinada", "velocidadeguinada", "velocitaimbardata", "velocitadiimbardata", "giersnelheid",
-    ]),
-    (Role::VelocityNorth, &[
-        "vnord", "vnorte", "vnoord", "geschwnord", "geschwindigkeitnord", "nordgeschwindigkeit", "vitessenord", "velocidadnorte",
-        "velocidadenorte", "velocitanord", "snelheidnoord", "noordsnelheid",
-    ]),
-    (Role::VelocityEast, &[
-        "vost", "vest", "veste", "vleste", "voost", "geschwost", "geschwindigkeitost", "ostgeschwindigkeit", "vitesseest", "velocidadeste",
-        "velocidadeleste", "velocitaest", "snelheidoost", "oostsnelheid",
-    ]),
-    (Role::VelocityDown, &[
-        "vunten", "vbas", "vabajo", "vbaixo", "vgiu", "vomlaag", "vitessebas", "velocidadvertical", "velocidadabajo", "velocitaverticale", "вертикальнаяскорость", "升降速度", "垂直速度", "爬升率",
-        "vario", "variometer", "variometre", "steigrate", "steiggeschw", "steiggeschwindigkeit", "vertikalgeschw",
-        "vertikalgeschwindigkeit", "vitesseverticale", "vitesseascensionnelle", "tauxmontee", "sinkrate", "sinkgeschw",
-        "sinkgeschwindigkeit", "vz", "geschwunten", "geschwindigkeitunten", "velocidadeparabaixo", "velocitagiu", "snelheidomlaag",
-    ]),
-    (Role::BankAngle, &[
-        "yatis", "yatisacisi", "φ",
-        "alabeo", "anguloalabeo", "rollio", "angolorollio", "rolamento", "angulorolamento", "крен", "уголкрена", "滚转角",
-        "横滚角", "滚转", "横滚", "rollwinkel", "hangewinkel", "haengewinkel", "querlage", "querneigung", "querneigungswinkel",
-        "schraglage", "schraeglage", "gite", "anglegite", "angleroulis", "assiettelaterale", "inclinaisonlaterale",
-        "roulis", "rollen", "angolodirollio", "rolhoek",
-    ]),
-    (Role::PitchAngle, &[
-        "yunuslama", "dikilme", "yunuslamaacisi", "θ",
-        "cabeceo", "angulocabeceo", "beccheggio", "arfagem", "тангаж", "уголтангажа", "俯仰角", "俯仰", "nickwinkel",
-        "langsneigung", "laengsneigung", "langsneigungswinkel", "laengsneigungswinkel", "assiette",
-        "assiettelongitudinale", "angleassiette", "angletangage", "tangage", "nicken", "anguloarfagem",
-        "angolobeccheggio", "angolodibeccheggio", "langslagewinkel", "laengslagewinkel", "langshelling", "stamphoek",
-    ]),
-    (Role::HeadingAngle, &[
-        "yonelme", "sapma", "yonelmeacisi", "ψ",
-        "guinada", "rumbo", "rumboverdadero", "angoloprua", "angolodiprua", "pruavera", "azimut", "imbardata", "prua", "proa", "курс", "рыскание", "偏航角", "航向角", "偏航", "航向", "gierwinkel",
-        "steuerkurs", "steuerkurswahr", "kurs", "cap", "capvrai", "capgeographique", "anglecap", "anglelacet",
-        "capmagnetique", "lacet", "gieren", "angulodeguinada", "anguloguinada", "angoloimbardata", "angolodiimbardata",
-        "koers", "gierhoek",
-    ]),
-    (Role::TrueAirspeed, &[
-        "velocidadaire", "velocidadaerodinamica", "velocidadverdadera", "воздушнаяскорость", "真空速", "空速",
-        "fluggeschwwahr", "fluggeschwindigkeitwahr", "wahrefluggeschw", "wahrefluggeschwindigkeit",
-        "wahreeigengeschwindigkeit", "eigengeschwindigkeitwahr", "taswahr", "vwahr", "vitessevraie", "vitesseairvraie",
-        "vitessepropre", "vv", "eigengeschwindigkeit", "fluggeschw", "fluggeschwindigkeit", "vitesseair", "vp",
-        "velocidadeverdadeira", "velocitavera", "wareluchtsnelheid", "waresnelheid",
-    ]),
-    (Role::AngleOfAttack, &[
-        "anguloataque", "уголатаки", "迎角", "攻角", "anstellwinkel", "anstellw", "incidence", "angleincidence",
-        "angleattaque", "angoloattacco", "angolodiattacco", "invalshoek",
-    ]),
-    (Role::Sideslip, &[
-        "derrape", "deslizamiento", "resbalamiento", "anguloresbalamiento", "уголскольжения", "侧滑角", "schiebewinkel",
-        "schiebew", "derapage", "anglederapage", "derrapagem", "anguloderrapagem", "derapata", "angoloderapata",
-        "angolodiderapata", "sliphoek",
-    ]),
-    (Role::Aileron, FOREIGN_AILERON),
-    (Role::Elevator, &[
-        "timonprofundidad", "elevador", "profundor", "рульвысоты", "升降舵", "hohenruder", "hoehenruder",
-        "hohenruderausschlag", "hoehenruderausschlag", "hohenruderwinkel", "hoehenruderwinkel", "hohenruderstellung",
-        "hoehenruderstellung", "profondeur", "gouverneprofondeur", "hohenrudereta", "hoehenrudereta", "braquageprofondeur", "braquagegouverneprofondeur",
-        "eta", "equilibratore", "hoogteroer",
-    ]),
-    (Role::Rudder, &[
-        "timondireccion", "leme", "timone", "рульнаправления", "方向舵", "seitenruder", "seitenruderausschlag",
-        "seitenruderwinkel", "seitenruderstellung", "seitenruderzeta", "gouvernedirection", "braquagedirection",
-        "braquagegouvernedirection", "direction", "palonnier", "zeta", "lemedirecao", "timonedidirezione",
-        "richtingsroer",
-    ]),
-    (Role::ElevatorTrim, &[
-        "hohenrudertrimmung", "hoehenrudertrimmung", "hohenrudertrimm", "hoehenrudertrimm", "trimmruder",
-        "compensateurprofondeur", "tabprofondeur",
-    ]),
-    (Role::Stabiliser, &["hohenflosse", "hoehenflosse"]),
-    (Role::Flap, &[
-        "klappen", "landeklappen", "klappenstellung", "klappenwinkel", "wolbklappen", "woelbklappen", "volets",
-        "braquagevolets",
-    ]),
-    (Role::StaticPressure, &["statischerdruck", "statikdruck", "druckstatisch", "luftdruck", "pressionstatique"]),
-    (Role::AirTemperature, &[
-        "aussentemperatur", "lufttemperatur", "statischetemperatur", "temperaturestatique", "temperatureexterieure",
-        "temperatureair", "temperaturaexterior", "temperature", "temperaturaexterna", "temperaturaesterna",
-        "buitentemperatuur",
-    ]),
-    (Role::TotalTemperature, &["gesamttemperatur", "totaltemperatur", "temperaturetotale"]),
-    (Role::AirDensity, &["luftdichte", "densiteair", "massevolumique", "massevolumiqueair"]),
-    (Role::Mach, &["machzahl", "nombremach"]),
-    (Role::CalibratedAirspeed, &[
-        "velocidadindicada", "velocitaindicata", "velocidadeindicada", "приборнаяскорость", "表速", "指示空速",
-        "iasangezeigt", "angezeigtefluggeschw", "angezeigtefluggeschwindigkeit", "fluggeschwangezeigt",
-        "fluggeschwindigkeitangezeigt", "vangezeigt", "vitesseindiquee", "vitesseairindiquee", "vitesseconventionnelle",
-        "vc", "aangewezensnelheid",
-    ]),
-    (Role::Altitude, &[
-        "irtifa", "yukseklik",
-        "altitud", "altitudpresion", "altitudbarometrica", "altura", "quota", "quotabarometrica", "quotapressione", "altezza", "altitudepressao", "высота", "气压高度", "高度", "hohe", "hoehe",
-        "druckhohe", "druckhoehe", "hohemsl", "hoehemsl", "flughohe", "flughoehe", "barohohe", "barohoehe",
-        "barometrischehohe", "barometrischehoehe", "altitudepression", "altitudebaro", "altitudebarometrique", "baro",
-        "altitudine", "hoogte", "drukhoogte",
-    ]),
-    (Role::Latitude, &["latitud", "enlem", "latitudine", "широта", "纬度", "breitengrad", "breite", "breedtegraad"]),
-    (Role::Longitude, &[
-        "boylam",
-        "longitud", "longitudine", "долгота", "经度", "langengrad", "laengengrad", "lange", "laenge", "lengtegraad",
-    ]),
-    (Role::GpsAltitude, &["gpshohe", "gpshoehe", "hohegps", "hoehegps", "altitudegps"]),
-    (Role::FuelMass, &[
-        "kraftstoff", "kraftstoffmasse", "treibstoff", "treibstoffmasse", "carburant", "massecarburant",
-    ]),
-    (Role::FuelFlow, &["kraftstoffdurchfluss", "kraftstoffverbrauch", "debitcarburant", "consommationcarburant"]),
-    (Role::Thrust1, &["schub", "schub1", "poussee", "poussee1"]),
-    (Role::Thrust2, &["schub2", "poussee2"]),
-    (Role::EngineSpeed1, &["drehzahl", "motordrehzahl", "drehzahl1", "regime", "regimemoteur", "regime1"]),
-    (Role::EngineSpeed2, &["drehzahl2", "motordrehzahl2", "regime2", "regimemoteur2"]),
-    (Role::ManifoldPressure1, &["ladedruck", "ladedruck1", "pressionadmission", "pressionadmission1"]),
-    (Role::ManifoldPressure2, &["ladedruck2", "pressionadmission2"]),
-    (Role::Power1, &["leistung", "motorleistung", "puissance", "puissancemoteur"]),
-];
-
-/// Names of ailerons in the order of [`crate::load::names::role_names::AILERON`].
-#[rustfmt::skip]
-pub(crate) const FOREIGN_AILERON: &[&str] = &[
-    "querruder", "aleron", "alerones", "alettoni", "alettone", "rolroer", "элероны", "副翼", "querruderausschlag",
-    "querruderwinkel", "querruderstellung", "ailerons", "braquageailerons", "gauchissement",
-    "braquagegauchissement", "xi", "querruderxi", "querruderrechts", "rechtesquerruder", "alettonedestro", "ailerondroit", "braquageailerondroit",
-    "querruderlinks", "linkesquerruder", "alettonesinistro", "ailerongauche", "braquageailerongauche",
-];
+pub(crate) static FOREIGN_NAMES: LazyLock<Vec<RoleNames>> =
+    LazyLock::new(|| read_names(include_str!("../../../../../assets/channel_names/foreign.txt")));
 
 /// Airspeeds that do not say whether they are true or indicated.
 pub(crate) const AIRSPEEDS_OF_NO_KIND: [&str; 4] =
@@ -296,7 +132,13 @@ mod tests {
 
     #[test]
     fn names_are_those_that_join_words_writes() {
-        for (role, names) in FOREIGN_NAMES {
+        let text = include_str!("../../../../../assets/channel_names/foreign.txt");
+        assert_eq!(
+            FOREIGN_NAMES.len(),
+            text.lines().filter(|line| !line.starts_with(['#', ' '])).count(),
+            "every line begins with a role"
+        );
+        for (role, names) in &*FOREIGN_NAMES {
             for name in *names {
                 assert_eq!(join_words(name), *name, "{}", role.name());
             }

@@ -1,113 +1,23 @@
 //! Units that channels state, beside their name or at the end of it.
 
+use std::cmp::Reverse;
+use std::sync::LazyLock;
+
 use crate::load::contents::ChannelInfo;
 use crate::load::names::role_names::{self, NAMES};
 use crate::load::names::tokens::tokens;
 use crate::load::names::words::plain_letters;
 use crate::quantity::{Dimension, Role, Unit};
 
-/// Ends of names that tell a unit, in small letters, longest first.
-const UNIT_ENDINGS: &[(&str, &str)] = &[
-    ("_rad_sec2", "rad/s^2"),
-    ("_deg_sec2", "deg/s^2"),
-    ("_slugs_ft3", "slug/ft^3"),
-    ("_slug_ft3", "slug/ft^3"),
-    ("_slugft3", "slug/ft^3"),
-    ("_kgpm3", "kg/m^3"),
-    ("_radps2", "rad/s^2"),
-    ("_degs2", "deg/s^2"),
-    ("_dps2", "deg/s^2"),
-    ("_fps2", "ft/s^2"),
-    ("_fts2", "ft/s^2"),
-    ("_lbf_ft2", "psf"),
-    ("_ft_sec2", "ft/s^2"),
-    ("_fps_sec", "ft/s^2"),
-    ("_kg_m3", "kg/m^3"),
-    ("_rad_s2", "rad/s^2"),
-    ("_deg_s2", "deg/s^2"),
-    ("_rad_sec", "rad/s"),
-    ("_deg_sec", "deg/s"),
-    ("_ft_sec", "ft/s"),
-    ("_ft_min", "ft/min"),
-    ("_m_sec", "m/s"),
-    ("_nmi_h", "kt"),
-    ("_km_h", "km/h"),
-    ("_rad_s", "rad/s"),
-    ("_deg_s", "deg/s"),
-    ("_radps", "rad/s"),
-    ("_degps", "deg/s"),
-    ("_degs", "deg/s"),
-    ("_rads", "rad/s"),
-    ("_dps", "deg/s"),
-    ("_rps", "rad/s"),
-    ("_m_s2", "m/s^2"),
-    ("_mps2", "m/s^2"),
-    ("_mpss", "m/s^2"),
-    ("_ms2", "m/s^2"),
-    ("_mss", "m/s^2"),
-    ("_ft_s2", "ft/s^2"),
-    ("_m_s", "m/s"),
-    ("_mps", "m/s"),
-    ("_ms", "m/s"),
-    ("_kmh", "km/h"),
-    ("_kph", "km/h"),
-    ("_mph", "mph"),
-    ("_ft_s", "ft/s"),
-    ("_fps", "ft/s"),
-    ("_fpm", "ft/min"),
-    ("_celsius", "degC"),
-    ("_deg_c", "degC"),
-    ("_degc", "degC"),
-    ("_psf", "psf"),
-    ("_mb", "mbar"),
-    ("_km", "km"),
-    ("_mm", "mm"),
-    ("_mg", "mg"),
-    ("_cm", "cm"),
-    ("_c", "degC"),
-    ("_inhg", "inHg"),
-    ("_mbar", "mbar"),
-    ("_hpa", "hPa"),
-    ("_kpa", "kPa"),
-    ("_rad", "rad"),
-    ("_deg", "deg"),
-    ("_kts", "kt"),
-    ("_kt", "kt"),
-    ("_pa", "Pa"),
-    ("_psi", "psi"),
-    ("_rpm", "rpm"),
-    ("_ft", "ft"),
-    ("_kg", "kg"),
-    ("_lb", "lb"),
-    ("_k", "K"),
-    ("_g", "g"),
-    ("_m", "m"),
-    ("_n", "N"),
-    ("_w", "W"),
-    ("_r", "degR"),
-    ("_%", "%"),
-];
-
-/// Units that stand right behind the name of a role: `alphadeg`, `pdegs`, `iaskt`.
-const GLUED: &[(&str, &str)] = &[
-    ("degps", "deg/s"),
-    ("degs", "deg/s"),
-    ("radps", "rad/s"),
-    ("rads", "rad/s"),
-    ("dps", "deg/s"),
-    ("rps", "rad/s"),
-    ("deg", "deg"),
-    ("rad", "rad"),
-    ("kts", "kt"),
-    ("kt", "kt"),
-    ("mps", "m/s"),
-    ("fps", "ft/s"),
-    ("fpm", "ft/min"),
-    ("kmh", "km/h"),
-    ("hpa", "hPa"),
-    ("inhg", "inHg"),
-    ("ft", "ft"),
-];
+/// Ends of names that tell a unit, in small letters, longest first: behind a line, and right behind the name of a role.
+static UNIT_ENDINGS: LazyLock<[Vec<(&str, &str)>; 2]> = LazyLock::new(|| {
+    let units = role_names::read_words(include_str!("../../../../../assets/channel_names/unit_endings.txt"));
+    let mut all: Vec<_> =
+        units.into_iter().flat_map(|(unit, ends)| ends.into_iter().map(move |end| (end, unit))).collect();
+    all.sort_by_key(|(end, _)| Reverse(end.len()));
+    let (apart, glued) = all.into_iter().partition(|(end, _)| end.starts_with('_'));
+    [apart, glued]
+});
 
 /// Ends of names that look like a unit and are a direction or an angle.
 const NO_UNITS: &[&str] = &["v_n", "vel_n", "velocity_n", "pos_n", "position_n", "angle_psi", "heading_psi", "yaw_psi"];
@@ -117,7 +27,7 @@ pub fn stem_and_unit(name: &str) -> (&str, Option<Unit>) {
     let lower = name.to_ascii_lowercase().replace('-', "_");
     let is_unit = !NO_UNITS.iter().any(|name| lower.ends_with(name));
     let known = |(ending, _): &&(&str, &str)| lower.len() > ending.len() && lower.ends_with(ending);
-    let ending = UNIT_ENDINGS.iter().find(known).filter(|(ending, _)| is_unit && is_meant(ending, &lower));
+    let ending = UNIT_ENDINGS[0].iter().find(known).filter(|(ending, _)| is_unit && is_meant(ending, &lower));
     ending.map_or((name, None), |(ending, unit)| {
         (&name[..name.len() - ending.len()], Unit::parse(unit).ok().map(|unit| as_force(&lower, unit)))
     })
@@ -256,7 +166,7 @@ fn split_glued(name: &str) -> (String, Option<Unit>) {
         };
         (!role_names::is_known(&plain) && NAMES.iter().any(has)).then(|| (stem.to_owned(), Some(unit)))
     };
-    GLUED.iter().find_map(split).unwrap_or_else(|| (name.to_owned(), None))
+    UNIT_ENDINGS[1].iter().find_map(split).unwrap_or_else(|| (name.to_owned(), None))
 }
 
 /// A name and the axis at its end: `[0]`, `_x`.

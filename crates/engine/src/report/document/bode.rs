@@ -104,17 +104,16 @@ pub fn bode_figure(study: &ResponseStudy, input: usize, models: &[BodeModel]) ->
     let panel = |y: Axis, marks: Vec<Mark>| Panel::Plot(Plot { x: axis.clone(), y, marks });
     let with = |first: Mark, ordinate: usize| std::iter::once(first).chain(of_models(ordinate)).collect();
     let zero_to_one = Axis { range: Some([0.0, 1.0]), ..Axis::new("coherence", "") };
-    Some(Figure {
-        name: format!("response-{output}-{name}"),
-        caption: format!("Frequency response of {output} to {name}: gain, phase and coherence."),
-        columns: 1,
-        panel_height_mm: 40.0,
-        panels: vec![
+    Some(Figure::new(
+        format!("response-{output}-{name}"),
+        format!("Frequency response of {output} to {name}: gain, phase and coherence."),
+        (1, 40.0),
+        vec![
             panel(Axis::new("gain", "dB"), with(gains, 1)),
             panel(Axis::new("phase", "deg"), with(angles, 2)),
             panel(zero_to_one, coherences),
         ],
-    })
+    ))
 }
 
 /// The logarithm of frequency with its round values.

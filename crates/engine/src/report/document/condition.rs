@@ -55,13 +55,12 @@ pub fn condition(contents: &Contents<'_>) -> Parts {
     if panels.is_empty() {
         body.push(paragraph("No derivative depends significantly on them."));
     } else {
-        body.push(Block::Figure(Figure {
-            name: "condition".to_owned(),
-            caption: format!("Derivatives that depend on airspeed or altitude: {LINES}"),
-            columns: 3,
-            panel_height_mm: 26.0,
+        body.push(Block::Figure(Figure::new(
+            "condition",
+            format!("Derivatives that depend on airspeed or altitude: {LINES}"),
+            (3, 26.0),
             panels,
-        }));
+        )));
     }
     let mut appendix = vec![
         paragraph(
@@ -95,13 +94,12 @@ fn draw_coefficient(
     let panels: Vec<Panel> = own.flat_map(|found| varied().map(|index| panel(found, index))).collect();
     let name = coefficient.name();
     (!panels.is_empty()).then(|| {
-        Block::Figure(Figure {
-            name: format!("condition {name}"),
-            caption: format!("Derivatives of {name} over the flight condition: {LINES}"),
-            columns: 4,
-            panel_height_mm: 22.0,
+        Block::Figure(Figure::new(
+            format!("condition {name}"),
+            format!("Derivatives of {name} over the flight condition: {LINES}"),
+            (4, 22.0),
             panels,
-        })
+        ))
     })
 }
 

@@ -5,8 +5,7 @@ use doublet_core::quantity::Role;
 use doublet_core::reconstruct::Measurement;
 
 use super::conditions::{altitude_kind, conditions};
-use super::{Block, Contents};
-use super::{findings, purpose};
+use super::{Block, Contents, findings, purpose};
 use crate::date;
 use crate::notation::{self, plural, significant};
 use crate::report::QualityRow;

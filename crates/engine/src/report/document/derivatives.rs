@@ -45,15 +45,12 @@ pub fn model(contents: &Contents<'_>) -> Vec<Block> {
     let fits: Vec<&FitRow> = results.pooled.iter().filter(|fit| fit.error.is_none()).collect();
     let panels: Vec<Panel> = fits.iter().map(|fit| correlation(fit)).collect();
     if !panels.is_empty() {
-        blocks.push(Block::Figure(Figure {
-            name: "correlation".to_owned(),
-            caption:
-                "Correlation of the parameters in the pooled estimate, without the constants of single manoeuvres."
-                    .to_owned(),
-            columns: 3,
-            panel_height_mm: 36.0,
+        blocks.push(Block::Figure(Figure::new(
+            "correlation",
+            "Correlation of the parameters in the pooled estimate, without the constants of single manoeuvres.",
+            (3, 36.0),
             panels,
-        }));
+        )));
     }
     blocks.extend(regressors(contents));
     let pairs = close_pairs(&fits);
@@ -77,14 +74,12 @@ fn regressors(contents: &Contents<'_>) -> Option<Block> {
     let several = contents.results.regressor_correlation.iter().filter(|row| row.derivatives.len() > 1);
     let panels: Vec<Panel> = several.map(draw_matrix).collect();
     (!panels.is_empty()).then(|| {
-        Block::Figure(Figure {
-            name: "regressors".to_owned(),
-            caption: "Correlation of the regressors over the identification manoeuvres, named by their derivatives."
-                .to_owned(),
-            columns: 3,
-            panel_height_mm: 36.0,
+        Block::Figure(Figure::new(
+            "regressors",
+            "Correlation of the regressors over the identification manoeuvres, named by their derivatives.",
+            (3, 36.0),
             panels,
-        })
+        ))
     })
 }
 
@@ -199,13 +194,12 @@ fn one_coefficient(contents: &Contents<'_>, coefficient: &str) -> Vec<Block> {
     let panels: Vec<Panel> =
         of_this.filter(|row| !row.name.ends_with("_0")).map(|row| scatter(contents, row)).collect();
     if !panels.is_empty() {
-        blocks.push(Block::Figure(Figure {
-            name: format!("derivatives {coefficient}"),
-            caption: format!("Derivatives of {coefficient} by number of the identification manoeuvre."),
-            columns: 3,
-            panel_height_mm: 26.0,
+        blocks.push(Block::Figure(Figure::new(
+            format!("derivatives {coefficient}"),
+            format!("Derivatives of {coefficient} by number of the identification manoeuvre."),
+            (3, 26.0),
             panels,
-        }));
+        )));
     }
     blocks
 }

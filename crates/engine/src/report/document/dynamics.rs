@@ -84,14 +84,12 @@ fn trim(row: &DynamicsRow) -> Vec<(String, String)> {
 fn roots(study: &DynamicsStudy) -> Figure {
     let oscillations = study.modes.modes.iter().enumerate().filter(|(_, estimate)| estimate.mode.oscillates());
     let close_up = oscillations.map(|(index, estimate)| draw_close_up(index, estimate));
-    Figure {
-        name: "roots".to_owned(),
-        caption: "Eigenvalues with 95 % intervals of aperiodic modes: fast modes, slow modes, then each oscillation close up with its 95 % confidence ellipse."
-            .to_owned(),
-        columns: 3,
-        panel_height_mm: ROOTS_HEIGHT_MM,
-        panels: [plot_roots(study, false), plot_roots(study, true)].into_iter().chain(close_up).collect(),
-    }
+    Figure::new(
+        "roots",
+        "Eigenvalues with 95 % intervals of aperiodic modes: fast modes, slow modes, then each oscillation close up with its 95 % confidence ellipse.",
+        (3, ROOTS_HEIGHT_MM),
+        [plot_roots(study, false), plot_roots(study, true)].into_iter().chain(close_up).collect(),
+    )
 }
 
 fn draw_close_up(index: usize, estimate: &ModeEstimate) -> Panel {
@@ -151,16 +149,14 @@ fn anticipation(study: &DynamicsStudy) -> Option<Figure> {
         places,
         ..Axis::new(label, unit)
     };
-    Some(Figure {
-        name: "control_anticipation".to_owned(),
-        caption: "Control anticipation parameter over short-period damping, logarithmic, with the boundaries of Levels 1 to 3."
-            .to_owned(),
-        columns: 1,
-        panel_height_mm: HEIGHT_MM,
-        panels: vec![Panel::Plot(Plot {
+    Some(Figure::new(
+        "control_anticipation",
+        "Control anticipation parameter over short-period damping, logarithmic, with the boundaries of Levels 1 to 3.",
+        (1, HEIGHT_MM),
+        vec![Panel::Plot(Plot {
             x: axis("short-period damping", "", ranges[0], across),
             y: axis("CAP", "rad/s²/g", ranges[1], up),
             marks,
         })],
-    })
+    ))
 }

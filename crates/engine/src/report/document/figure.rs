@@ -64,7 +64,6 @@ pub struct Axis {
 /// Correlations or the like.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Matrix {
-    /// Title.
     pub title: String,
     /// Name of each row and column.
     pub names: Vec<String>,
@@ -118,7 +117,6 @@ pub enum Mark {
     Line {
         /// What it is, for the legend.
         label: Cow<'static, str>,
-        /// Colour.
         colour: Colour,
         /// Joined or not.
         style: LineStyle,
@@ -132,9 +130,7 @@ pub enum Mark {
     Band {
         /// What it is, for the legend.
         label: Cow<'static, str>,
-        /// Colour.
         colour: Colour,
-        /// Centre.
         #[serde(with = "samples")]
         centre: Series,
         /// Half width at each sample.
@@ -146,7 +142,6 @@ pub enum Mark {
     Points {
         /// What they are, for the legend.
         label: Cow<'static, str>,
-        /// Colour.
         colour: Colour,
         /// Joined or not.
         style: LineStyle,
@@ -157,7 +152,6 @@ pub enum Mark {
     Bars {
         /// What they are, for the legend.
         label: Cow<'static, str>,
-        /// Colour.
         colour: Colour,
         /// Width on the horizontal axis.
         width: f64,
@@ -168,9 +162,7 @@ pub enum Mark {
     Level {
         /// What it is, for the legend.
         label: Cow<'static, str>,
-        /// Colour.
         colour: Colour,
-        /// Value.
         value: f64,
         /// Ends of the band.
         band: [f64; 2],
@@ -179,7 +171,6 @@ pub enum Mark {
     Span {
         /// What it is, for the legend.
         label: Cow<'static, str>,
-        /// Colour.
         colour: Colour,
         /// First and last value.
         ends: [f64; 2],
@@ -210,6 +201,16 @@ pub fn line(label: &'static str, colour: usize, series: &Series, scale: f64) -> 
 }
 
 impl Figure {
+    /// A figure of so many panels beside each other, each so high (mm).
+    pub fn new(
+        name: impl Into<String>,
+        caption: impl Into<String>,
+        (columns, panel_height_mm): (usize, f64),
+        panels: Vec<Panel>,
+    ) -> Self {
+        Self { name: name.into(), caption: caption.into(), columns, panel_height_mm, panels }
+    }
+
     /// The figure with excluded parts of time behind what its plots show.
     #[must_use]
     pub fn with_excluded(mut self, parts: &[TimeRange]) -> Self {

@@ -119,6 +119,6 @@ fn pairs<'a>(
             ]
         })
         .collect();
-    let figure = Figure { name, caption, columns: 2, panel_height_mm: 22.0, panels };
+    let figure = Figure::new(name, caption, (2, 22.0), panels);
     (!figure.panels.is_empty()).then(|| Block::Figure(figure.with_excluded(excluded)))
 }

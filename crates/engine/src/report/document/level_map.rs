@@ -54,14 +54,12 @@ fn level_map_figure(row: &QualitiesRow) -> Figure {
     for (name, _) in names.into_iter().take(PANELS) {
         panels.push(panel(name, row, |point| point.criteria.get(name).copied()));
     }
-    Figure {
-        name: "level_map".to_owned(),
-        caption: "Levels over airspeed and altitude at the conditions that were flown; the first panel is the worst of all criteria that count."
-            .to_owned(),
-        columns: 3,
-        panel_height_mm: 30.0,
+    Figure::new(
+        "level_map",
+        "Levels over airspeed and altitude at the conditions that were flown; the first panel is the worst of all criteria that count.",
+        (3, 30.0),
         panels,
-    }
+    )
 }
 
 fn panel<'a>(name: &str, row: &'a QualitiesRow, level: impl Fn(&'a LevelMapRow) -> Option<&'a str>) -> Panel {

@@ -46,7 +46,7 @@ use crate::session::{Level, Session};
 use crate::snapshot::Snapshot;
 
 /// A report.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Document {
     pub title: String,
     /// Aircraft.
@@ -184,14 +184,13 @@ pub fn build(
     body.extend(appendices);
     Document {
         date: crate::date::today(),
-        notice: String::new(),
-        style: Style::default(),
         cover: cover::cover(&contents).into_iter().map(display::shown).collect(),
         signatures: ["Prepared", "Checked", "Approved"].map(str::to_owned).into(),
         title: if session.title.is_empty() { "Flight test report".to_owned() } else { session.title.clone() },
         subtitle: results.aircraft.clone(),
         app: results.app.clone(),
         sections: body,
+        ..Document::default()
     }
 }
 

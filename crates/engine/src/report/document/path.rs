@@ -138,13 +138,12 @@ pub(crate) fn wind_and_bias(contents: &Contents<'_>) -> Vec<Block> {
         panels.push(Panel::Plot(Plot { x: Axis::new("manoeuvre", ""), y: Axis::new(label, unit), marks }));
     }
     if !panels.is_empty() {
-        blocks.push(Block::Figure(Figure {
-            name: "wind and bias".to_owned(),
-            caption: "Wind and biases by number of the manoeuvre.".to_owned(),
-            columns: 3,
-            panel_height_mm: 26.0,
+        blocks.push(Block::Figure(Figure::new(
+            "wind and bias",
+            "Wind and biases by number of the manoeuvre.",
+            (3, 26.0),
             panels,
-        }));
+        )));
     }
     blocks
 }
@@ -168,13 +167,12 @@ pub fn innovations(contents: &Contents<'_>) -> Parts {
         };
         let panels: Vec<Panel> = Measurement::ALL.into_iter().filter_map(|m| innovation(m, path)).collect();
         if !panels.is_empty() {
-            let figure = Figure {
-                name: format!("innovations {}", window.name),
-                caption: format!("Innovations of manoeuvre {} in their predicted ±2σ band.", window.name),
-                columns: 4,
-                panel_height_mm: 14.0,
+            let figure = Figure::new(
+                format!("innovations {}", window.name),
+                format!("Innovations of manoeuvre {} in their predicted ±2σ band.", window.name),
+                (4, 14.0),
                 panels,
-            };
+            );
             blocks.push(Block::Figure(figure.with_excluded(&window.excluded)));
         }
     }

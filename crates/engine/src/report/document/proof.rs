@@ -41,13 +41,12 @@ fn figure(window: &str, replay: &WindowReplay) -> Option<Figure> {
     let any = replay.series.iter().any(|series| series.half_band.is_some());
     let panels: Vec<Panel> =
         replay.series.iter().filter(|series| series.half_band.is_some() || !any).map(panel).collect();
-    (!panels.is_empty()).then_some(Figure {
-        name: format!("match {window}"),
-        caption: format!("Manoeuvre {window}: measured with the widest tolerance band, and simulated."),
-        columns: 2,
-        panel_height_mm: 22.0,
+    (!panels.is_empty()).then_some(Figure::new(
+        format!("match {window}"),
+        format!("Manoeuvre {window}: measured with the widest tolerance band, and simulated."),
+        (2, 22.0),
         panels,
-    })
+    ))
 }
 
 fn panel(series: &ReplaySeries) -> Panel {

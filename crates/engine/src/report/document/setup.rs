@@ -8,8 +8,7 @@ use super::figure::line;
 use super::{Axis, Block, Colour, Contents, Figure, LineStyle, Mark, Panel, Parts, Plot, mass, paragraph};
 use crate::notation::{self, significant};
 use crate::report::table::{Cell, Table, TableOf};
-use crate::report::tables;
-use crate::report::{MapRow, WindowRow, applied_delays};
+use crate::report::{MapRow, WindowRow, applied_delays, tables};
 use crate::session::{Manoeuvre, Session, WindowRole};
 use crate::stage::CONDITION_NOTE;
 
@@ -100,13 +99,12 @@ pub fn windows(contents: &Contents<'_>) -> Parts {
         };
         let panels: Vec<Panel> = [Role::Altitude, Role::TrueAirspeed].into_iter().filter_map(panel).collect();
         if !panels.is_empty() {
-            let figure = Figure {
-                name: format!("flight {}", flight.name),
-                caption: format!("Altitude and airspeed of flight '{}', with its manoeuvres.", flight.name),
-                columns: 1,
-                panel_height_mm: 32.0,
+            let figure = Figure::new(
+                format!("flight {}", flight.name),
+                format!("Altitude and airspeed of flight '{}', with its manoeuvres.", flight.name),
+                (1, 32.0),
                 panels,
-            };
+            );
             let of_flight = contents.session.active_windows().filter(|window| window.flight == flight.name);
             let excluded: Vec<TimeRange> = of_flight.flat_map(|window| window.excluded.iter().copied()).collect();
             blocks.push(Block::Figure(figure.with_excluded(&excluded)));
@@ -175,13 +173,12 @@ pub fn engines(contents: &Contents<'_>) -> Parts {
             }));
             Panel::Plot(Plot { x: Axis::time(), y: Axis::new(format!("P {}", engine.name), power_unit), marks })
         });
-        blocks.push(Block::Figure(Figure {
-            name: format!("engines {}", flight.name),
-            caption: format!("Power of the engines over flight {}.", flight.name),
-            columns: 1,
-            panel_height_mm: 32.0,
-            panels: panels.collect(),
-        }));
+        blocks.push(Block::Figure(Figure::new(
+            format!("engines {}", flight.name),
+            format!("Power of the engines over flight {}.", flight.name),
+            (1, 32.0),
+            panels.collect(),
+        )));
     }
     let by_phase = tables::engines(results);
     let whole = by_phase.clone().only("phase", |cell| *cell == Cell::text("whole flight"));

@@ -95,17 +95,11 @@ struct StyleFile {
 
 impl Style {
     /// Reads a file; its logo lies beside it.
-    ///
-    /// # Errors
-    /// One line: file, key and what is wrong.
     pub fn open(path: &Path) -> Result<Self, String> {
         toml_file::open(path, |text| Self::parse(text, path.parent().unwrap_or(Path::new(""))))
     }
 
     /// Reads the text of a file whose logo lies in `folder`.
-    ///
-    /// # Errors
-    /// One line: key and what is wrong.
     pub fn parse(text: &str, folder: &Path) -> Result<Self, String> {
         let file = toml_file::parse(text, (FORMAT, VERSION), |file: &StyleFile| (&file.format, file.version))?;
         let units = match file.units.as_deref() {
@@ -148,15 +142,12 @@ impl Style {
 
 fn find_section(name: &str) -> Result<SectionKind, String> {
     let known = || SectionKind::ALL.map(SectionKind::name).join(", ");
-    let found = SectionKind::ALL.into_iter().find(|kind| kind.name() == name);
+    let found = SectionKind::from_name(name);
     found.ok_or_else(|| format!("sections: '{name}' is not one of {}", known()))
 }
 
 impl Logo {
     /// Reads a picture.
-    ///
-    /// # Errors
-    /// One line: the file and what is wrong with it.
     pub fn open(path: &Path) -> Result<Self, String> {
         let name = path.display();
         let named = |error: std::io::Error| format!("{name}: {error}");
@@ -308,13 +299,7 @@ mod tests {
         assert!((numbers[0] - 100.0).abs() < 1e-9 && (numbers[1] - 1000.0).abs() < 1e-9 && numbers[2] == 11.6);
         let marks = vec![points("", 0, LineStyle::Dots, [[1852.0 / 36.0, 2.0]])];
         let plot = Plot { x: Axis::new("V", "m/s"), y: Axis::new("CZ", ""), marks };
-        let mut figure = Figure {
-            name: String::new(),
-            caption: String::new(),
-            columns: 1,
-            panel_height_mm: 20.0,
-            panels: vec![Panel::Plot(plot)],
-        };
+        let mut figure = Figure::new("", "", (1, 20.0), vec![Panel::Plot(plot)]);
         figure_in_knots_and_feet(&mut figure);
         let Panel::Plot(plot) = &figure.panels[0] else { panic!("a plot") };
         let Mark::Points { points, .. } = &plot.marks[0] else { panic!("points") };

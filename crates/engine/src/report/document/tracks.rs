@@ -53,13 +53,12 @@ fn with_residuals(window: &Manoeuvre, path: &WindowPath) -> Option<Figure> {
     });
     let panels: Vec<Panel> = panels.flatten().collect();
     (!panels.is_empty()).then(|| {
-        Figure {
-            name: format!("path {}", window.name),
-            caption: format!("Manoeuvre {}: measured channels, reconstructed path, and residuals.", window.name),
-            columns: 4,
-            panel_height_mm: 15.0,
+        Figure::new(
+            format!("path {}", window.name),
+            format!("Manoeuvre {}: measured channels, reconstructed path, and residuals.", window.name),
+            (4, 15.0),
             panels,
-        }
+        )
         .with_excluded(&window.excluded)
     })
 }
@@ -67,12 +66,13 @@ fn with_residuals(window: &Manoeuvre, path: &WindowPath) -> Option<Figure> {
 /// Biases of the inertial sensors over time.
 fn biases(window: &Manoeuvre, path: &WindowPath) -> Option<Figure> {
     let panels = bias_panels(path);
-    (!panels.is_empty()).then(|| Figure {
-        name: format!("biases {}", window.name),
-        caption: format!("Manoeuvre {}: biases of the inertial sensors over time, with their ±2σ band.", window.name),
-        columns: 3,
-        panel_height_mm: 20.0,
-        panels,
+    (!panels.is_empty()).then(|| {
+        Figure::new(
+            format!("biases {}", window.name),
+            format!("Manoeuvre {}: biases of the inertial sensors over time, with their ±2σ band.", window.name),
+            (3, 20.0),
+            panels,
+        )
     })
 }
 
@@ -81,16 +81,12 @@ fn compact(window: &Manoeuvre, path: &WindowPath) -> Option<Figure> {
     let channels = Measurement::ALL.into_iter().filter_map(|measurement| channel(measurement, path));
     let panels: Vec<Panel> = channels.chain(bias_panels(path)).collect();
     (!panels.is_empty()).then(|| {
-        Figure {
-            name: format!("path {}", window.name),
-            caption: format!(
-                "Manoeuvre {}: measured and reconstructed channels, and biases with their ±2σ band.",
-                window.name
-            ),
-            columns: 5,
-            panel_height_mm: 13.0,
+        Figure::new(
+            format!("path {}", window.name),
+            format!("Manoeuvre {}: measured and reconstructed channels, and biases with their ±2σ band.", window.name),
+            (5, 13.0),
             panels,
-        }
+        )
         .with_excluded(&window.excluded)
     })
 }

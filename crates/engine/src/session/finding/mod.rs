@@ -37,20 +37,15 @@ pub enum Level {
 }
 
 impl Level {
-    /// Name as in the results.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Good => "good",
-            Self::Caution => "caution",
-            Self::Bad => "bad",
-        }
+    doublet_core::variant_texts! {
+        /// Name as in the results.
+        pub name: Good "good", Caution "caution", Bad "bad"
     }
 }
 
 /// Something found in a session, its recordings or its results: what, where, by how much, and what to do.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
-    /// Level.
     pub level: Level,
     /// Kind, for example `nis` or `held-samples`; findings of one kind are folded into one line.
     pub code: &'static str,

@@ -47,7 +47,7 @@ pub(super) fn constraint_from(table: ConstraintTable) -> Result<TermConstraint, 
     let ConstraintTable { coefficient, term, fixed, lower, upper, mean, deviation } = table;
     let place = format!("estimation.constraint of {coefficient} '{term}'");
     let names = Coefficient::ALL.map(Coefficient::name);
-    let found = Coefficient::ALL.into_iter().find(|known| known.name() == coefficient);
+    let found = Coefficient::from_name(&coefficient);
     let found = found.ok_or_else(|| unknown("estimation.constraint", "coefficient", &coefficient, &names))?;
     let term =
         Term::parse(&term).map_err(|error| SessionError::Term { place: place.clone(), reason: error.to_string() })?;

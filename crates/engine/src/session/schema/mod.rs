@@ -177,9 +177,6 @@ fn choose<T: Copy>(choices: &[(&'static str, T)], place: &str, name: &str) -> Re
 }
 
 /// JSON Schema of session files.
-///
-/// # Errors
-/// As [`schema_of`].
 pub fn json_schema() -> Result<serde_json::Value, Refused> {
     schema_of::<File>(FORMAT)
 }
@@ -198,9 +195,6 @@ fn read<T: DeserializeOwned>(text: &str) -> Result<T, SessionError> {
 }
 
 /// Reads a session from its text.
-///
-/// # Errors
-/// [`SessionError`] with the line of a syntax error or unknown key, or the key of an unknown name.
 pub fn parse(text: &str) -> Result<Session, SessionError> {
     let header: FileHeader = read(text)?;
     if header.format != FORMAT {
@@ -224,9 +218,6 @@ fn file_from(table: toml::Table) -> Result<File, SessionError> {
 }
 
 /// Reads a session from the tables of its present saved form.
-///
-/// # Errors
-/// As [`parse`], without a line.
 pub fn from_table(table: toml::Table) -> Result<Session, SessionError> {
     session_from(file_from(table)?)
 }
@@ -343,18 +334,12 @@ fn structure_from(table: &BTreeMap<String, Vec<String>>) -> Result<Structure, Se
 }
 
 /// Writes a session as text that [`parse`] reads back to an equal session.
-///
-/// # Errors
-/// [`SessionError::Term`] should a value have no TOML form.
 pub fn print(session: &Session) -> Result<String, SessionError> {
     let body = toml::to_string_pretty(&file_of(session)?).map_err(|error| no_form(&error))?;
     Ok(format!("# Noise is stated as standard deviations. Every number is in SI units and radians.\n{body}"))
 }
 
 /// The tables of the saved form of a session.
-///
-/// # Errors
-/// As [`print`](fn@print).
 pub fn to_table(session: &Session) -> Result<toml::Table, SessionError> {
     toml::Table::try_from(file_of(session)?).map_err(|error| no_form(&error))
 }

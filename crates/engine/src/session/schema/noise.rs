@@ -28,9 +28,6 @@ impl NoiseTable {
     }
 
     /// The reasons.
-    ///
-    /// # Errors
-    /// [`SessionError::Name`] for an entry that does not exist.
     pub fn reasons(self) -> Result<BTreeMap<String, String>, SessionError> {
         match self.reason.keys().find(|name| NoiseChannel::from_name(name).is_none()) {
             Some(name) => {

@@ -32,15 +32,7 @@ struct FileTable {
     #[serde(default)]
     test: Vec<TestTable>,
     #[serde(default)]
-    outside: Vec<OutsideTable>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct OutsideTable {
-    id: String,
-    name: String,
-    reason: String,
+    outside: Vec<OutsideTest>,
 }
 
 #[derive(Deserialize)]
@@ -130,8 +122,7 @@ pub fn parse(text: &str, reading: &Reading) -> StageResult<Tolerances> {
         return Err("it has no test: add one".into());
     }
     if !file.outside.is_empty() {
-        let outside = |OutsideTable { id, name, reason }| OutsideTest { id, name, reason };
-        tolerances.outside = file.outside.into_iter().map(outside).collect();
+        tolerances.outside = file.outside;
     }
     Ok(Tolerances {
         name: file.name,
@@ -153,13 +144,13 @@ fn based_on(name: &str, reading: &Reading) -> StageResult<Tolerances> {
 }
 
 fn certainty(name: &str) -> StageResult<Certainty> {
-    let found = Certainty::ALL.into_iter().find(|certainty| certainty.name() == name);
+    let found = Certainty::from_name(name);
     Ok(found.ok_or_else(|| format!("certainty '{name}' must be read, second-hand or unverified"))?)
 }
 
 fn objective_test(table: TestTable, reading: &Reading, of_rule: Option<Certainty>) -> StageResult<ObjectiveTest> {
     let surface = |name: &String| -> StageResult<Surface> {
-        let found = Surface::ALL.into_iter().find(|surface| surface.name() == name);
+        let found = Surface::from_name(name);
         Ok(found.ok_or_else(|| format!("surface '{name}' must be elevator, aileron or rudder"))?)
     };
     if table.surface.is_none() && table.kinds.is_empty() {

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use doublet_core::quantity::Dimension;
 use doublet_core::validate::{Signal, ToleranceTest};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::builtin;
 use crate::graph::StageResult;
@@ -33,7 +33,8 @@ pub struct Tolerances {
 }
 
 /// A test of a rule that does not apply to a model of the motion in the air.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct OutsideTest {
     /// Number in the rule, or the first and last of several.
     pub id: String,
@@ -61,13 +62,11 @@ impl Certainty {
         pub name: Read "read", SecondHand "second-hand", Unverified "unverified"
     }
 
-    /// What a page says of it.
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Read => "read in the rule",
-            Self::SecondHand => "from another text: compare it with the rule",
-            Self::Unverified => "not compared with the rule: compare it before use",
-        }
+    doublet_core::variant_texts! {
+        /// What a page says of it.
+        pub words:
+            Read "read in the rule", SecondHand "from another text: compare it with the rule",
+            Unverified "not compared with the rule: compare it before use",
     }
 }
 
@@ -88,12 +87,11 @@ impl PercentRule {
         pub name: NormalRange "range", Sample "sample"
     }
 
-    /// What it takes the percentage of, in words.
-    pub fn reference_description(self) -> &'static str {
-        match self {
-            Self::NormalRange => "of the largest value in the normal operating range (default: in the record)",
-            Self::Sample => "of the flight's value at each sample",
-        }
+    doublet_core::variant_texts! {
+        /// What it takes the percentage of, in words.
+        pub reference_description:
+            NormalRange "of the largest value in the normal operating range (default: in the record)",
+            Sample "of the flight's value at each sample",
     }
 }
 
@@ -291,26 +289,17 @@ impl Tolerances {
     }
 
     /// Those that come with the program, percentages taken as asked.
-    ///
-    /// # Errors
-    /// As [`Self::builtin`].
     pub fn builtin_by(reading: &Reading) -> StageResult<Self> {
         let text = builtin::text("tolerances", BUILTIN).ok_or_else(|| format!("tolerances '{BUILTIN}' not found"))?;
         Self::parse_by(text, reading)
     }
 
     /// Reads the text of a file.
-    ///
-    /// # Errors
-    /// One line that names the test and what is wrong with it.
     pub fn parse(text: &str) -> StageResult<Self> {
         Self::parse_by(text, &Reading::default())
     }
 
     /// Reads the text of a file, percentages taken as asked.
-    ///
-    /// # Errors
-    /// As [`Self::parse`].
     pub fn parse_by(text: &str, reading: &Reading) -> StageResult<Self> {
         file::parse(text, reading)
     }

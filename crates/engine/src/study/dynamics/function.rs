@@ -36,9 +36,6 @@ pub fn named_values(study: &DynamicsStudy) -> Vec<(&'static str, f64)> {
 }
 
 /// Value of an expression of derivatives and of [`named_values`], with its interval by slopes and by `samples` draws.
-///
-/// # Errors
-/// One line: what is wrong with the expression, and where.
 pub fn propagate_expression(study: &DynamicsStudy, expression: &str, samples: usize, seed: u64) -> StageResult<Named> {
     let model = &study.model;
     let constants = named_values(study);

@@ -48,12 +48,9 @@ pub enum Standard {
 impl Standard {
     pub const ALL: [Self; 2] = [Self::MilF8785c, Self::MilStd1797a];
 
-    /// Name of its file.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::MilF8785c => "mil_f_8785c",
-            Self::MilStd1797a => "mil_std_1797a",
-        }
+    doublet_core::variant_texts! {
+        /// Name of its file.
+        pub name: MilF8785c "mil_f_8785c", MilStd1797a "mil_std_1797a"
     }
 }
 
@@ -286,9 +283,6 @@ fn joined_limits(standard: Standard) -> StageResult<Limits> {
 }
 
 /// Limits that come with the program, by name.
-///
-/// # Errors
-/// One line with those there are, or what is wrong with the file.
 pub fn limits(name: &str) -> StageResult<Limits> {
     let known = || builtin::names(LIMITS).join(", ");
     let text = builtin::text(LIMITS, name);

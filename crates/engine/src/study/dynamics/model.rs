@@ -39,9 +39,6 @@ impl Stage for ModelToTrim {
 
 /// The pooled estimate as an aircraft with the geometry and engines of its first window, and the covariance of its derivatives: corrected
 /// errors, and correlations within and across coefficients from the residuals as they are. What of it is left out is noted.
-///
-/// # Errors
-/// One line where no coefficient has an estimate.
 pub fn pooled_model(
     pooled: &PooledFits,
     (structure, estimation): (&Structure, &Estimation),

@@ -16,9 +16,6 @@ use crate::stage::{AircraftData, StudyWindow, WindowAero, condition_samples, mea
 
 /// The condition that is asked for, what is left open being the median of the windows' conditions, and their names. A model about
 /// the centre of gravity is one about that of these windows from here on.
-///
-/// # Errors
-/// One line: a window that is not there or has no coefficients, a loading that is impossible.
 pub fn condition(
     request: &DynamicsRequest,
     input: &StudyInput<'_>,
@@ -60,9 +57,6 @@ pub fn condition(
 }
 
 /// The identified model of a study and the median condition of its identification windows, level where the thrust is known.
-///
-/// # Errors
-/// One line: no model, no trim.
 pub fn level_model(input: &StudyInput<'_>, context: &Context<'_>) -> StageResult<(UncertainModel, Condition)> {
     let mut model = context.get::<ModelToTrim>((), input)?.model.clone();
     let (condition, _) = condition(&DynamicsRequest::default(), input, &mut model, &mut Vec::new())?;
@@ -126,9 +120,6 @@ impl<'a> Flown<'a> {
     }
 
     /// The median condition, straight flight, thrust held.
-    ///
-    /// # Errors
-    /// One line: no samples, or an altitude beyond the standard atmosphere where no Mach number tells the speed of sound.
     pub fn condition(&self, gravity_m_s2: f64, gamma_rad: Option<f64>) -> StageResult<Condition> {
         let altitude_m = self.column(|aero| aero.data.altitude_m.as_deref()).unwrap_or(0.0);
         let density_kg_m3 = self.column(|aero| Some(&aero.data.density_kg_m3)).ok_or(EMPTY)?;
@@ -212,9 +203,6 @@ impl<'a> Flown<'a> {
     }
 
     /// The median condition in level flight, thrust falling with airspeed as it does about the trim of `model` there.
-    ///
-    /// # Errors
-    /// As [`Flown::condition`], and without a trim.
     pub(crate) fn level_condition(
         &self,
         model: &FlightModel,
@@ -228,9 +216,6 @@ impl<'a> Flown<'a> {
 
     /// Lets the thrust of a condition fall with airspeed as it does about the trim of `model` there; whether propeller maps say how, the
     /// thrust being held otherwise.
-    ///
-    /// # Errors
-    /// One line without a trim.
     pub(super) fn set_thrust_slope(
         &self,
         model: &FlightModel,

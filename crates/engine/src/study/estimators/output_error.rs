@@ -152,9 +152,6 @@ pub(super) fn line_of(error: FlightFitError) -> String {
 
 impl<'a> OutputErrorFlight<'a> {
     /// Output error over `window`.
-    ///
-    /// # Errors
-    /// One line: nothing to start from; the search does not settle.
     pub(super) fn fit(
         input: &'a StudyInput<'a>,
         window: &'a StudyWindow<'a>,

@@ -5,9 +5,8 @@ use doublet_core::series::TimeRange;
 use doublet_engine::session::{CandidateEdit, Edit, Manoeuvre, Surface, WindowEdit, WindowFlag};
 use doublet_engine::stage::open_windows;
 
-use super::dispatch::new_window;
-use super::ui_command::MarkCommand;
-use crate::app::Workbench;
+use super::Workbench;
+use crate::command::MarkCommand;
 use crate::panels;
 use crate::widgets::span_editor::snapped;
 
@@ -130,7 +129,7 @@ fn new_shown(app: &mut Workbench) {
     let TimeRange { start_s, end_s } = app.state.time.range();
     let samples_s = samples(app, &flight);
     let shown = TimeRange::new(snapped(&samples_s, start_s), snapped(&samples_s, end_s));
-    add(app, new_window(app.document.session(), flight, shown));
+    add(app, panels::new_window(app.document.session(), flight, shown));
 }
 
 /// Adds a manoeuvre and chooses it.

@@ -1,13 +1,13 @@
 //! Carries out commands.
 
 use doublet_core::series::TimeRange;
-use doublet_engine::session::{Annotation, Edit, Manoeuvre, WindowEdit};
+use doublet_engine::session::{Annotation, Edit, WindowEdit};
 use eframe::egui;
 
-use super::marking::mark;
-use super::ui_command::{EditCommand, FileCommand, HelpCommand, RunCommand, UiCommand, ViewCommand};
-use crate::app::help::Topic;
-use crate::app::{Asked, Document, Pending, Workbench};
+use super::help::Topic;
+use super::mark_commands::mark;
+use super::{Asked, Document, Pending, Workbench};
+use crate::command::{EditCommand, FileCommand, HelpCommand, RunCommand, UiCommand, ViewCommand};
 use crate::layouts::{Arranged, LayoutKey};
 use crate::panels::{self, Pane};
 
@@ -148,18 +148,11 @@ fn add_window(app: &mut Workbench) {
         [Some(a), Some(b)] if a != b => TimeRange::new(a, b),
         _ => return app.complain("Set markers A and B first, or drag with Ctrl in a plot."),
     };
-    let window = new_window(app.document.session(), flight, part);
+    let window = panels::new_window(app.document.session(), flight, part);
     let name = window.name.clone();
     app.apply(&Edit::Window(WindowEdit::Add(window)));
     let session = app.document.session().clone();
     panels::choose(&mut app.state, &session, &name);
-}
-
-/// A window of `part` with a name nobody has.
-pub fn new_window(session: &doublet_engine::session::Session, flight: String, part: TimeRange) -> Manoeuvre {
-    let names = (1..).map(|number| format!("manoeuvre {number}"));
-    let name = names.into_iter().find(|name| session.window(name).is_none()).unwrap_or_default();
-    Manoeuvre::new(name, flight, part)
 }
 
 /// Shows a layout, away from the start page.
