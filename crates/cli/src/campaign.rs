@@ -8,6 +8,7 @@ use doublet_engine::graph::Context;
 use doublet_engine::planning::{
     Campaign, CampaignFlight, FlownPoint, PlannedPoint, campaign_document, campaign_flight, flown_points,
 };
+use doublet_engine::report::document::Style;
 use doublet_engine::run::Control;
 use doublet_engine::stage::load_aircraft;
 use doublet_report::{DocumentSet, ReportFormat};
@@ -31,6 +32,9 @@ pub struct CampaignArguments {
     /// Formats.
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = REPORTS, value_parser = report_format())]
     format: Vec<String>,
+    /// House style of the cards; units = "aviation" for knots and feet.
+    #[arg(long, value_name = "FILE")]
+    style: Option<PathBuf>,
     /// Print one JSON document.
     #[arg(long)]
     json: bool,
@@ -42,6 +46,7 @@ pub struct CampaignArguments {
 /// One line: a file that is not understood, a session that cannot be run, a point that cannot be flown, a file that cannot be written.
 pub fn campaign(arguments: &CampaignArguments) -> Result<(), String> {
     let campaign = Campaign::open(&arguments.campaign)?;
+    let style = arguments.style.as_deref().map(Style::open).transpose()?.unwrap_or_default();
     let folder = arguments.campaign.parent().map(PathBuf::from).unwrap_or_default();
     let context = Context::new(&folder);
     let loaded = load_aircraft(&context, &campaign.aircraft).map_err(|error| error.to_string())?;
@@ -77,7 +82,7 @@ pub fn campaign(arguments: &CampaignArguments) -> Result<(), String> {
         let set = DocumentSet { folder, name: "campaign", formats: &formats, beside: &beside };
         let progress = Progress::new();
         let show = |part| progress.update(part, "writing the cards");
-        let laid_out = campaign_document(&campaign, aircraft, &planned, &flown);
+        let laid_out = campaign_document(&campaign, aircraft, (&planned, &flown), &style);
         let put = set.write(&laid_out, "campaign", &Control::default(), &show);
         progress.finish();
         written = Some(put?);

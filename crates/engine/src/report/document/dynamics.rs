@@ -4,7 +4,6 @@ use doublet_core::statistics::NORMAL_95;
 use doublet_dynamics::modes::ModeEstimate;
 
 use super::level_map::level_map;
-use super::responses::list_contradictions;
 use super::{Axis, Block, Contents, Figure, LineStyle, Panel, Parts, Plot, paragraph, points};
 use crate::notation::significant;
 use crate::report::{
@@ -41,7 +40,6 @@ pub fn dynamics(contents: &Contents<'_>) -> Parts {
         blocks.extend(tables.map(|[matrices, _]| Block::Table(matrices)));
     }
     blocks.push(Block::Table(mode_table(row).select(&MODES)));
-    blocks.extend(list_contradictions(contents));
     blocks.push(Block::Figure(roots(study)));
     blocks.push(Block::Table(level_table(&row.qualities)));
     blocks.extend(anticipation(study).map(Block::Figure));

@@ -104,6 +104,7 @@ impl SectionKind {
             Self::Experiments => "Derivatives of each experiment",
             Self::Sensitivity => "Sensitivity by group of quantities",
             Self::Engines => "Engines by phase of flight",
+            Self::Responses => "Equivalent systems of the responses",
             Self::Dynamics => "Paragraphs of the flying-quality criteria",
             other => other.title(),
         }
