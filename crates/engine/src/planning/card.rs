@@ -128,7 +128,7 @@ pub(super) fn card(campaign: &Campaign, point: &PlannedPoint, units: UnitSystem)
         blocks.push(Block::Table(evaluation(point)));
     }
     blocks.extend([Block::Heading("Runs".to_owned()), Block::Table(runs(point, surface))]);
-    blocks.extend([Block::Heading("Crew notes".to_owned()), Block::Lines(4)]);
+    blocks.extend([Block::Heading("Crew notes".to_owned()), Block::Lines(2)]);
     let title = format!("Card {}: {} {}", point.id, surface, point.kind);
     Section::plain(&format!("card-{}", point.id), &title, true, blocks)
 }

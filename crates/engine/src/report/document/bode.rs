@@ -7,6 +7,7 @@ use nalgebra::Complex;
 
 use super::figure::{points, points_with_bars};
 use super::{Axis, Figure, LineStyle, Mark, Panel, Plot};
+use crate::notation;
 use crate::study::ResponseStudy;
 
 /// A model drawn over a response.
@@ -106,7 +107,11 @@ pub fn bode_figure(study: &ResponseStudy, input: usize, models: &[BodeModel]) ->
     let zero_to_one = Axis { range: Some([0.0, 1.0]), ..Axis::new("coherence", "") };
     Some(Figure {
         name: format!("response-{output}-{name}"),
-        caption: format!("Frequency response of {output} to {name}: gain, phase and coherence."),
+        caption: format!(
+            "Frequency response of {} to {}: gain, phase and coherence.",
+            notation::role_symbol(output),
+            notation::role_symbol(name)
+        ),
         columns: 1,
         panel_height_mm: 40.0,
         panels: vec![

@@ -105,7 +105,7 @@ impl SectionKind {
             Self::Sensitivity => "Sensitivity by group of quantities",
             Self::Engines => "Engines by phase of flight",
             Self::Responses => "Equivalent systems of the responses",
-            Self::Dynamics => "Paragraphs of the flying-quality criteria",
+            Self::Dynamics => "State matrices and paragraphs of the criteria",
             other => other.title(),
         }
     }
