@@ -1,13 +1,9 @@
-//! The commit this program is built from, and the pages of the manual as one table.
+//! The pages of the manual as one table.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::{env, fs, io};
 
 fn main() -> io::Result<()> {
-    println!("cargo::rerun-if-env-changed=DOUBLET_COMMIT");
-    let commit = env::var("DOUBLET_COMMIT").ok().or_else(commit).unwrap_or_else(|| "unknown".to_owned());
-    println!("cargo::rustc-env=DOUBLET_COMMIT={commit}");
     let docs =
         Path::new(&env::var("CARGO_MANIFEST_DIR").map_err(io::Error::other)?).join("../../docs").canonicalize()?;
     let mut pages = Vec::new();
@@ -35,19 +31,4 @@ fn markdown(folder: &Path) -> io::Result<Vec<PathBuf>> {
     files.retain(|file| file.extension().is_some_and(|extension| extension == "md"));
     files.sort();
     Ok(files)
-}
-
-/// The commit of the source, where it is a checkout. Only a release follows every new commit: others would be built again for it.
-fn commit() -> Option<String> {
-    let git = |arguments: &[&str]| {
-        let output = Command::new("git").args(arguments).output().ok().filter(|output| output.status.success())?;
-        Some(String::from_utf8(output.stdout).ok()?.trim().to_owned())
-    };
-    if env::var("PROFILE").is_ok_and(|profile| profile == "release") {
-        for file in ["HEAD", "logs/HEAD"] {
-            let place = git(&["rev-parse", "--path-format=absolute", "--git-path", file])?;
-            println!("cargo::rerun-if-changed={place}");
-        }
-    }
-    git(&["rev-parse", "--short=10", "HEAD"])
 }

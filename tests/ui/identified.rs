@@ -123,7 +123,7 @@ fn roots_follow_a_slider_and_every_answer_is_that_of_the_engine_alone() {
     let prior = bench.snapshot().inquiries.prior.ready().expect("it is computed").clone();
     let row = prior.derivatives.iter().find(|row| row.name == "Cm_alpha").expect("it was known");
     assert!(row.is_contradiction() && (row.flight.value - estimate).abs() < 1e-12);
-    assert!(bench.harness.query_by_label_contains("prior and flight disagree").is_some());
+    assert!(bench.harness.query_by_label_contains("Prior and flight disagree").is_some());
     picture(&mut bench.harness, "prior");
     assert_eq!(unexplained(&bench), [""; 0], "every title says what it is");
     assert_eq!(broken(&bench, &short_cells(&prior.blocks())), [""; 0], "short cells stay on one line");

@@ -8,6 +8,7 @@ use doublet_engine::graph::Context;
 use doublet_engine::planning::{
     Campaign, CampaignFlight, FlownPoint, PlannedPoint, campaign_document, campaign_flight, flown_points,
 };
+use doublet_engine::report::document::Style;
 use doublet_engine::run::Control;
 use doublet_engine::stage::load_aircraft;
 use doublet_report::{DocumentSet, ReportFormat};
@@ -31,11 +32,15 @@ pub struct CampaignArguments {
     /// Formats.
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', default_value = REPORTS, value_parser = report_format())]
     format: Vec<String>,
+    /// House style of the cards; units = "aviation" for knots and feet.
+    #[arg(long, value_name = "FILE")]
+    style: Option<PathBuf>,
 }
 
 /// Plans a campaign, matches it with a session and writes its cards.
 pub fn campaign(arguments: &CampaignArguments) -> Result<(), String> {
     let campaign = Campaign::open(&arguments.campaign)?;
+    let style = arguments.style.as_deref().map(Style::open).transpose()?.unwrap_or_default();
     let folder = arguments.campaign.parent().map(PathBuf::from).unwrap_or_default();
     let context = Context::new(&folder);
     let loaded = load_aircraft(&context, &campaign.aircraft).map_err(|error| error.to_string())?;
@@ -71,7 +76,7 @@ pub fn campaign(arguments: &CampaignArguments) -> Result<(), String> {
         let set = DocumentSet { folder, name: "campaign", formats: &formats, beside: &beside };
         let progress = Progress::new();
         let show = |part| progress.update(part, "writing the cards");
-        let laid_out = campaign_document(&campaign, aircraft, &planned, &flown);
+        let laid_out = campaign_document(&campaign, aircraft, (&planned, &flown), &style);
         let put = set.write(&laid_out, "campaign", &Control::default(), &show);
         progress.finish();
         written = Some(put?);

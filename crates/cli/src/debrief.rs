@@ -93,8 +93,11 @@ fn print(found: &Debrief) {
     let Debrief { kind, time_s, flights, .. } = found;
     text::line(&format!("{kind}, {} s of manoeuvres, flights: {flights}", number(*time_s, 4)));
     text::show(&debrief_table(found));
-    text::line(&format!("obtained over promised: median {}", number(found.median_over_promised, 3)));
-    if let (Some(inside), Some(off)) = (found.inside_percent, found.rms_off) {
-        text::line(&format!("truth inside the 95 % intervals: {inside:.1} %; rms error {} std errors", number(off, 3)));
+    let [over, noise] = [found.median_over_promised, found.median_noise_over_promised].map(|ratio| number(ratio, 3));
+    text::line(&format!("obtained over promised: median {over}; noise of the fits alone {noise}"));
+    if let (Some(inside), Some(noise), Some(off)) = (found.inside_percent, found.inside_noise_percent, found.rms_off) {
+        let off = number(off, 3);
+        text::line(&format!("truth inside the 95 % intervals: {inside:.1} %; rms error {off} std errors"));
+        text::line(&format!("truth inside the intervals of the noise alone: {noise:.1} %"));
     }
 }

@@ -245,7 +245,6 @@ fn draw(arguments: &ResponseArguments, study: &ResponseStudy, fits: &[Equivalent
             let document = Document {
                 title: format!("Frequency response of {} to {}", study.output, study.inputs.join(", ")),
                 subtitle: arguments.source.display().to_string(),
-                app: doublet_engine::PROGRAM.to_owned(),
                 date: doublet_engine::date::today(),
                 cover: figures.into_iter().map(Block::Figure).collect(),
                 ..Document::default()

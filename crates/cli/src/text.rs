@@ -200,7 +200,7 @@ fn json_value(cell: &Cell) -> Value {
         Cell::Empty => Value::Null,
         Cell::Text(text) | Cell::Symbol(text) => Value::from(text.as_str()),
         Cell::Count(count) => Value::from(*count),
-        Cell::Number(number) => Value::from(*number),
+        Cell::Number(number) | Cell::Measured { value: number, .. } => Value::from(*number),
         Cell::Flag(flag) => Value::from(*flag),
     }
 }

@@ -27,6 +27,18 @@ pub fn format_number(value: f64, digits: usize, plain: std::ops::Range<i32>) -> 
     })
 }
 
+/// `value` to the second digit of its error; where that is beyond six decimals or not known to four significant digits.
+pub fn format_by_error(value: f64, error: f64) -> String {
+    const MOST_DECIMALS: usize = 6;
+    let decimals = if error.is_finite() && error != 0.0 { decimals_of_error(error) } else { usize::MAX };
+    match decimals {
+        decimals if decimals <= MOST_DECIMALS && value.is_finite() => {
+            format!("{value:.decimals$}").replace('-', "\u{2212}")
+        }
+        _ => significant(value, 4),
+    }
+}
+
 /// Decimals of a number with this error: the error has two digits.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of decimals")]
 pub fn decimals_of_error(error: f64) -> usize {

@@ -45,6 +45,7 @@ pub fn design_input(
     usage: f64,
     peak_rad: Option<f64>,
     rate_rad_s: f64,
+    peak_thrust_n: Option<f64>,
     gust_m_s: Option<f64>,
     limits: Vec<(String, f64, f64)>,
     rounds: usize,
@@ -78,9 +79,9 @@ pub fn design_input(
     let options = DesignOptions {
         peak_rad: peak_rad.map(|peak| positive("peak", peak)).transpose()?,
         rate_rad_s: positive("rate", rate_rad_s)?,
+        peak_thrust_n: peak_thrust_n.map(|peak| positive("peak_thrust", peak)).transpose()?,
         limits: limits.into_iter().map(limit).collect::<PyResult<_>>()?,
         gust_m_s,
-        ..DesignOptions::default()
     };
     if gust_m_s.is_some_and(|gust| !gust.is_finite() || gust < 0.0) {
         return Err(refuse("gusts must be zero or more"));

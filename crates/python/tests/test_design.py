@@ -101,6 +101,7 @@ def test_what_cannot_be_designed_is_refused(fit):
         (dict(duration=1.0, kind="3-2-1-1"), "takes at least"),
         (dict(duration=float("nan")), "duration NaN must be above zero"),
         (dict(peak=-1.0), "peak -1 must be above zero"),
+        (dict(peak_thrust=0.0), "peak_thrust 0 must be above zero"),
         (dict(usage=2.0), "usage 2 must lie between"),
         (dict(gusts=-1.0), "gusts must be zero or more"),
         (dict(envelope={"q": (0.0, 1.0)}), "'q' is nothing an envelope limits"),

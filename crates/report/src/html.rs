@@ -6,6 +6,7 @@ use doublet_engine::notation;
 use doublet_engine::report::document::{Block, Document, Style};
 use doublet_engine::report::{Cell, Table, alignments};
 
+use crate::PROGRAM;
 use crate::svg::{escape, svg};
 
 const STYLE: &str = include_str!("style.css");
@@ -18,7 +19,7 @@ pub fn html(document: &Document) -> String {
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
          <meta name=\"generator\" content=\"{}\"><title>{title}</title><style>{STYLE}</style></head><body><header>{}<h1>{title}</h1><p>{}</p>\
          </header><div id=\"cover\">\n",
-        escape(&document.app),
+        escape(PROGRAM),
         head(&document.style),
         escape(&document.subtitle)
     ));
@@ -38,7 +39,7 @@ pub fn html(document: &Document) -> String {
         section.blocks.iter().for_each(|block| page.block(block));
         page.out.push_str("</section>\n");
     }
-    let (app, date) = (escape(&document.app), escape(&document.date));
+    let (app, date) = (escape(PROGRAM), escape(&document.date));
     let words = [&document.style.footer, &document.notice].map(|words| match words.as_str() {
         "" => String::new(),
         words => format!("<p>{}</p>", escape(words)),
@@ -155,7 +156,7 @@ fn cell_text(cell: &Cell, digits: usize) -> String {
             format!("<i>{}</i><sub>{}</sub>{}", escape(&letter), escape(&subscript), escape(&suffix))
         }
         // The value to its last digit for whoever copies it, the readable one for the eye.
-        Cell::Number(value) if value.is_finite() => {
+        Cell::Number(value) | Cell::Measured { value, .. } if value.is_finite() => {
             format!("<data value=\"{value}\">{}</data>", escape(&cell.readable(digits)))
         }
         _ => escape(&cell.readable(digits)),

@@ -24,6 +24,11 @@ pub use html::html;
 #[cfg(feature = "pdf")]
 pub use pdf::{Page, pages, pdf};
 
+/// The program with the commit it was built from, as every document states it.
+pub const PROGRAM: &str = concat!("doublet ", env!("CARGO_PKG_VERSION"), " (", env!("DOUBLET_BUILD"), ")");
+/// The commit of the source, ten digits of it.
+pub const COMMIT: &str = env!("DOUBLET_COMMIT");
+
 /// A page as it is printed.
 #[cfg(not(feature = "pdf"))]
 #[derive(Clone, Debug)]
@@ -104,7 +109,7 @@ pub fn write(
 
 /// What the report on a run contains.
 pub fn assemble(session: &Session, snapshot: &Snapshot, order: &Order) -> Document {
-    let found = results::build(session, snapshot);
+    let found = results::Results { app: PROGRAM.to_owned(), ..results::build(session, snapshot) };
     let mut document = document::build(session, snapshot, &found, &order.sections, order.prior.as_ref());
     if order.without_appendix {
         document.drop_appendices();

@@ -19,9 +19,9 @@ use typst_layout::PagedDocument;
 use typst_pdf::PdfOptions;
 use typst_svg::SvgOptions;
 
-use crate::figures;
 use crate::library::library;
 use crate::svg::svg;
+use crate::{PROGRAM, figures};
 
 /// The typeset source.
 const TEMPLATE: &str = include_str!("report.typ");
@@ -33,11 +33,7 @@ const FONT_FILES: [&str; 4] =
 pub fn pdf(document: &Document, control: &Control, progress: &dyn Fn(f32)) -> Result<Vec<u8>, String> {
     let pages = typeset(document, control, progress)?;
     // Tags of every cell and label would double the file; who needs the structure has the HTML.
-    let options = PdfOptions {
-        creator: Smart::Custom(Some(document.app.as_str().into())),
-        tagged: false,
-        ..PdfOptions::default()
-    };
+    let options = PdfOptions { creator: Smart::Custom(Some(PROGRAM.into())), tagged: false, ..PdfOptions::default() };
     let bytes = typst_pdf::pdf(&pages, &options).map_err(|errors| failure(&errors))?;
     // What the typesetter remembers of this report would only help to set the same one again.
     typst::comemo::evict(0);
@@ -114,7 +110,7 @@ fn contents(document: &Document) -> Value {
     json!({
         "title": document.title,
         "subtitle": document.subtitle,
-        "app": document.app,
+        "app": PROGRAM,
         "date": document.date,
         "notice": document.notice,
         "signatures": document.signatures,

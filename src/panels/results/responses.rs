@@ -3,7 +3,7 @@
 use doublet_engine::report::document::surface_figure;
 use doublet_engine::run::Slot;
 use doublet_engine::session::Surface;
-use doublet_engine::study::{Bounded, EquivalentStudy, ModeComparison, Study, SurfaceResponse};
+use doublet_engine::study::{EquivalentStudy, ModeComparison, Study, SurfaceResponse};
 use eframe::egui::{self, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
@@ -79,19 +79,18 @@ fn judgement(ui: &mut Ui, system: &EquivalentStudy) {
     }
 }
 
-/// A quantity of a mode by the response and by the identified model, as a contradiction where the intervals do not overlap.
+/// A quantity of a mode by the ways that give it, as a contradiction where two intervals do not overlap.
 fn compared_mode(ui: &mut Ui, compared: &ModeComparison) {
     if let Some(found) = compared.finding() {
         return trouble(ui, Some(&format!("{} {}", found.text, found.fix_text)));
     }
-    let by = |name: &str, found: &Bounded| {
+    let ways = compared.ways().map(|(name, found)| {
         let [value, low, high] = [found.value, found.low, found.high].map(notation::number);
         format!("{name} {value} ({low} to {high})")
-    };
+    });
     let (mode, quantity) = (compared.mode, compared.quantity);
     let unit = if quantity.unit().is_empty() { String::new() } else { format!(" {}", quantity.unit()) };
-    let both = [by("response", &compared.response), by("model", &compared.model)].join(", ");
-    ui.weak(format!("{mode} {}: {both}{unit}", quantity.name()));
+    ui.weak(format!("{mode} {}: {}{unit}", quantity.name(), ways.collect::<Vec<_>>().join(", ")));
 }
 
 /// Parameters and what follows from them, with 95 % intervals.

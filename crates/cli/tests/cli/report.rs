@@ -91,7 +91,7 @@ const SECTIONS: [&str; 24] = [
     "Recordings",
     "Mass properties",
     "Fits of each manoeuvre",
-    "Paragraphs of the flying-quality criteria",
+    "State matrices and paragraphs of the criteria",
     "Findings",
 ];
 

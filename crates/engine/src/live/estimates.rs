@@ -8,10 +8,8 @@ use doublet_core::model::{Coefficient, Term, Variable, regressors};
 use super::settings::LiveSettings;
 use super::update::{CorrelationLamp, LiveDerivative, TimeDomain};
 use crate::session::{Level, Surface};
-use crate::stage::WindowAero;
+use crate::stage::{CONDITION_LIMIT, WindowAero};
 
-/// Condition number of the regressors beyond which an estimate is not good.
-const CONDITION: f64 = 100.0;
 /// Part of a coefficient's variation that a fit explains at least where it is good.
 const LEAST_R2: f64 = 0.5;
 /// Part of a derivative by a control that its error is at most where a manoeuvre has moved the control.
@@ -167,7 +165,7 @@ impl LiveEstimates {
             let both: Vec<Both> =
                 model.names.iter().map(|name| Both::new(name, fit.as_ref(), factor, time.as_ref())).collect();
             // What terms left out would change, and what either domain alone explains, no error says.
-            let is_ill = |fit: &Fit| fit.condition_number > CONDITION || fit.quality.r_squared < LEAST_R2;
+            let is_ill = |fit: &Fit| fit.condition_number > CONDITION_LIMIT || fit.quality.r_squared < LEAST_R2;
             let is_whole = model.is_complete && !is_reduced && is_long_enough && !fit.as_ref().is_none_or(is_ill);
             let is_told = is_flown(&self.terms, model, &both) && both.iter().all(Both::agree);
             let level_at_best = match is_whole && is_told {

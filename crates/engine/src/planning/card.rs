@@ -5,7 +5,7 @@ use doublet_core::simulate::{Form, InputKind};
 use super::campaign::{Campaign, PlannedPoint};
 use super::safety::M_S_PER_KT;
 use crate::notation::significant;
-use crate::report::document::{Axis, Block, Figure, LineStyle, Panel, Plot, Section, points};
+use crate::report::document::{Axis, Block, Figure, LineStyle, Panel, Plot, Section, UnitSystem, points};
 use crate::report::{Cell, Column, Table, TableOf};
 use crate::session::Level;
 
@@ -41,27 +41,35 @@ impl PlannedPoint {
     }
 }
 
-/// Speeds of a card in the unit of the instrument as well.
-fn airspeed(point: &PlannedPoint, tolerance_m_s: f64) -> String {
-    format!(
-        "{} m/s true, {} m/s ({} kt) calibrated; ±{} m/s (±{} kt)",
-        significant(point.airspeed_m_s, 3),
-        significant(point.calibrated_m_s, 3),
-        significant(point.calibrated_m_s / M_S_PER_KT, 3),
-        significant(tolerance_m_s, 2),
-        significant(tolerance_m_s / M_S_PER_KT, 2)
-    )
+/// A speed in m/s and in the unit of the instrument, or in that alone.
+pub(super) fn speed(units: UnitSystem, m_s: f64, digits: usize) -> String {
+    let kt = significant(m_s / M_S_PER_KT, digits);
+    match units {
+        UnitSystem::Si => format!("{} m/s ({kt} kt)", significant(m_s, digits)),
+        UnitSystem::Aviation => format!("{kt} kt"),
+    }
 }
 
-fn altitude(point: &PlannedPoint, tolerance_m: f64) -> String {
-    let feet = |metres: f64, digits| significant(metres / M_PER_FT, digits);
-    format!(
-        "{} m ({} ft); ±{} m (±{} ft)",
-        significant(point.altitude_m, 4),
-        feet(point.altitude_m, 4),
-        significant(tolerance_m, 2),
-        feet(tolerance_m, 2)
-    )
+/// An altitude in m and in the unit of the instrument, or in that alone.
+pub(super) fn height(units: UnitSystem, metres: f64, digits: usize) -> String {
+    let ft = significant(metres / M_PER_FT, digits);
+    match units {
+        UnitSystem::Si => format!("{} m ({ft} ft)", significant(metres, digits)),
+        UnitSystem::Aviation => format!("{ft} ft"),
+    }
+}
+
+fn airspeed(point: &PlannedPoint, tolerance_m_s: f64, units: UnitSystem) -> String {
+    let calibrated = format!("{} calibrated", speed(units, point.calibrated_m_s, 3));
+    let flown = match units {
+        UnitSystem::Si => format!("{} m/s true, {calibrated}", significant(point.airspeed_m_s, 3)),
+        UnitSystem::Aviation => format!("{calibrated}, {} true", speed(units, point.airspeed_m_s, 3)),
+    };
+    format!("{flown}; ±{}", speed(units, tolerance_m_s, 2))
+}
+
+fn altitude(point: &PlannedPoint, tolerance_m: f64, units: UnitSystem) -> String {
+    format!("{}; ±{}", height(units, point.altitude_m, 4), height(units, tolerance_m, 2))
 }
 
 /// Power setting as the instruments show it.
@@ -77,10 +85,8 @@ fn power(point: &PlannedPoint) -> String {
 }
 
 /// Limits of the wind in which a point is flown.
-fn wind(campaign: &Campaign) -> String {
-    let limit = |name: &str, value: Option<f64>| {
-        value.map(|value| format!("{name} {} m/s ({} kt)", significant(value, 2), significant(value / M_S_PER_KT, 2)))
-    };
+fn wind(campaign: &Campaign, units: UnitSystem) -> String {
+    let limit = |name: &str, value: Option<f64>| value.map(|value| format!("{name} {}", speed(units, value, 2)));
     let wind = &campaign.wind;
     let stated = [
         limit("mean wind below", wind.speed_m_s),
@@ -102,11 +108,11 @@ fn gate(campaign: &Campaign) -> String {
 }
 
 /// One card: entry, input, procedure, hazards, a row per run to fill in, room for notes.
-pub(super) fn card(campaign: &Campaign, point: &PlannedPoint) -> Section {
+pub(super) fn card(campaign: &Campaign, point: &PlannedPoint, units: UnitSystem) -> Section {
     let surface = if point.surface.is_empty() { "all surfaces" } else { &point.surface };
     let mut blocks: Vec<Block> = Vec::new();
     blocks.extend(point.entry_note.iter().map(|note| Block::Outcome(Level::Caution, note.clone())));
-    blocks.extend([Block::Heading("Entry".to_owned()), Block::Facts(facts(campaign, point))]);
+    blocks.extend([Block::Heading("Entry".to_owned()), Block::Facts(facts(campaign, point, units))]);
     blocks.extend(stick_picture(point).map(Block::Figure));
     let procedure: Vec<String> = point.procedure.iter().chain(&campaign.procedure).cloned().collect();
     if !procedure.is_empty() {
@@ -122,29 +128,21 @@ pub(super) fn card(campaign: &Campaign, point: &PlannedPoint) -> Section {
         blocks.push(Block::Table(evaluation(point)));
     }
     blocks.extend([Block::Heading("Runs".to_owned()), Block::Table(runs(point, surface))]);
-    blocks.extend([Block::Heading("Crew notes".to_owned()), Block::Lines(4)]);
+    blocks.extend([Block::Heading("Crew notes".to_owned()), Block::Lines(2)]);
     let title = format!("Card {}: {} {}", point.id, surface, point.kind);
     Section::plain(&format!("card-{}", point.id), &title, true, blocks)
 }
 
-fn facts(campaign: &Campaign, point: &PlannedPoint) -> Vec<(String, String)> {
+fn facts(campaign: &Campaign, point: &PlannedPoint, units: UnitSystem) -> Vec<(String, String)> {
     let given = |text: &String| if text.is_empty() { "not given".to_owned() } else { text.clone() };
     let margin = point.cg_margin_m.map_or_else(String::new, |own| format!(", {} m inside", significant(own, 2)));
-    let stall = point.stall_m_s.map_or_else(
-        || "not given".to_owned(),
-        |stall| {
-            let (kt, ratio) = (stall / M_S_PER_KT, point.calibrated_m_s / stall);
-            let ratio = significant(ratio, 3);
-            format!("{} m/s ({} kt) calibrated; entry is {ratio} times that", significant(stall, 3), significant(kt, 3))
-        },
-    );
-    let knock_off = point.least_airspeed_m_s.map_or_else(
-        || "not given".to_owned(),
-        |least| {
-            let room = point.calibrated_m_s - least;
-            format!("{} m/s ({} kt)", significant(room, 2), significant(room / M_S_PER_KT, 2))
-        },
-    );
+    let stall = |stall: f64| {
+        let ratio = significant(point.calibrated_m_s / stall, 3);
+        format!("{} calibrated; entry is {ratio} times that", speed(units, stall, 3))
+    };
+    let stall = point.stall_m_s.map_or_else(|| "not given".to_owned(), stall);
+    let room = |least: f64| speed(units, point.calibrated_m_s - least, 2);
+    let knock_off = point.least_airspeed_m_s.map_or_else(|| "not given".to_owned(), room);
     let load = point.bank_deg.map(|bank| format!("{} deg of bank, ", significant(bank, 3))).unwrap_or_default();
     let load = format!("{load}load factor {}", significant(point.load_factor, 3));
     let flown = match point.status {
@@ -161,12 +159,12 @@ fn facts(campaign: &Campaign, point: &PlannedPoint) -> Vec<(String, String)> {
         significant(point.cg_x_m, 4)
     );
     [
-        ("Airspeed", airspeed(point, campaign.entry.airspeed_m_s)),
-        ("Altitude", altitude(point, campaign.entry.altitude_m)),
+        ("Airspeed", airspeed(point, campaign.entry.airspeed_m_s, units)),
+        ("Altitude", altitude(point, campaign.entry.altitude_m, units)),
         ("Configuration", given(&point.configuration)),
         ("Power", power(point)),
         ("Steady before the input", gate(campaign)),
-        ("Wind box", wind(campaign)),
+        ("Wind box", wind(campaign, units)),
         ("Mass and centre of gravity", mass),
         ("Greatest bank and load factor", load),
         ("Stall at this mass and load factor", stall),

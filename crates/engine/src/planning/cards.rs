@@ -4,33 +4,35 @@ use doublet_core::airframe::{Aircraft, FlightEnvelope, calibrated_m_s};
 use doublet_core::atmos::Atmosphere;
 
 use super::campaign::{Campaign, FlownPoint, PlannedPoint};
-use super::card::card;
+use super::card::{card, height, speed};
 use crate::date;
 use crate::notation::significant;
-use crate::report::document::{Axis, Block, Document, Figure, LineStyle, Mark, Panel, Plot, Section, Style, points};
+use crate::report::document::{
+    Axis, Block, Document, Figure, LineStyle, Mark, Panel, Plot, Section, Style, UnitSystem, points,
+};
 use crate::report::{Cell, Column, Table, TableOf};
 
-/// Lays a campaign out: cards last, one a page.
+/// Lays a campaign out in a style: cards last, one a page.
 pub fn campaign_document(
     campaign: &Campaign,
     aircraft: &Aircraft,
-    planned: &[PlannedPoint],
-    flown: &[FlownPoint],
+    (planned, flown): (&[PlannedPoint], &[FlownPoint]),
+    style: &Style,
 ) -> Document {
     let mass_kg = planned.first().map_or(0.0, |point| point.mass_kg);
     let mut sections = vec![
-        Section::plain("order", "Test points in their order", true, vec![Block::Table(order(planned))]),
+        Section::plain("order", "Test points in their order", false, vec![Block::Table(order(planned))]),
         Section::plain(
             "envelope",
             "Envelope",
             true,
             vec![
                 Block::Figure(envelope_figure(&aircraft.flight_envelope, mass_kg, planned, flown)),
-                Block::List(limits(&aircraft.flight_envelope)),
+                Block::List(limits(&aircraft.flight_envelope, style.units)),
             ],
         ),
     ];
-    sections.extend(planned.iter().map(|point| card(campaign, point)));
+    sections.extend(planned.iter().map(|point| card(campaign, point, style.units)));
     let fact = |(name, text): (&String, &String)| (name.clone(), text.clone());
     let mut facts = vec![("Aircraft".to_owned(), aircraft.name.clone())];
     facts.extend(campaign.facts.iter().map(fact));
@@ -43,17 +45,18 @@ pub fn campaign_document(
     if !campaign.restrictions.is_empty() {
         cover.extend([Block::Heading("Restrictions".to_owned()), Block::List(campaign.restrictions.clone())]);
     }
-    Document {
+    let mut document = Document {
         title: campaign.title.clone(),
         subtitle: aircraft.name.clone(),
-        app: format!("doublet {}", env!("CARGO_PKG_VERSION")),
         date: date::today(),
         notice: "Limits on these pages are from the aircraft file; the flight manual takes precedence.".to_owned(),
         cover,
         signatures: ["Captain", "Test engineer", "Experiment lead"].map(str::to_owned).into(),
         style: Style::default(),
         sections,
-    }
+    };
+    Style { is_compact: true, ..style.clone() }.apply(&mut document);
+    document
 }
 
 fn number(value: f64, digits: usize) -> String {
@@ -83,24 +86,26 @@ fn order(planned: &[PlannedPoint]) -> Table {
 }
 
 /// What the envelope states and does not, one line each.
-fn limits(envelope: &FlightEnvelope) -> Vec<String> {
-    let line = |name: &str, value: Option<f64>, unit: &str| match value {
-        Some(value) => format!("{name}: {} {unit}", number(value, 4)),
-        None => format!("{name}: not given"),
-    };
-    vec![
-        line("stall, flaps up, power off", envelope.stall_m_s, "m/s calibrated"),
-        line("onset of buffet over the stall", envelope.buffet_over_stall, "times"),
-        line("VA", envelope.manoeuvring_m_s, "m/s calibrated"),
-        line("VFE", envelope.flaps_extended_m_s, "m/s calibrated"),
-        line("VH", envelope.max_level_m_s, "m/s calibrated"),
-        line("VNE", envelope.never_exceed_m_s, "m/s calibrated"),
-        line("least load factor", envelope.load_factor_low, ""),
-        line("greatest load factor", envelope.load_factor_high, ""),
-        line("service ceiling", envelope.ceiling_m, "m"),
-        line("power of each engine", envelope.engine_power_w.map(|power| power / 1000.0), "kW"),
-        line("engine speed", envelope.engine_speed_rad_s, "rad/s"),
-    ]
+fn limits(envelope: &FlightEnvelope, units: UnitSystem) -> Vec<String> {
+    let calibrated = |value: f64| format!("{} calibrated", speed(units, value, 3));
+    let plain = |value: f64| number(value, 4);
+    let stated = [
+        ("stall, flaps up, power off", envelope.stall_m_s.map(calibrated)),
+        ("onset of buffet over the stall", envelope.buffet_over_stall.map(|over| format!("{} times", plain(over)))),
+        ("VA", envelope.manoeuvring_m_s.map(calibrated)),
+        ("VFE", envelope.flaps_extended_m_s.map(calibrated)),
+        ("VH", envelope.max_level_m_s.map(calibrated)),
+        ("VNE", envelope.never_exceed_m_s.map(calibrated)),
+        ("least load factor", envelope.load_factor_low.map(plain)),
+        ("greatest load factor", envelope.load_factor_high.map(plain)),
+        ("service ceiling", envelope.ceiling_m.map(|ceiling| height(units, ceiling, 4))),
+        ("power of each engine", envelope.engine_power_w.map(|power| format!("{} kW", plain(power / 1000.0)))),
+        (
+            "engine speed",
+            envelope.engine_speed_rad_s.map(|speed| format!("{} rev/min", plain(60.0 * speed / std::f64::consts::TAU))),
+        ),
+    ];
+    stated.into_iter().map(|(name, value)| format!("{name}: {}", value.as_deref().unwrap_or("not given"))).collect()
 }
 
 /// Colours of the information that windows gave: much, as much as the others, little.

@@ -43,10 +43,13 @@ pub struct DebriefRow {
     pub promised_noise: f64,
     pub estimate: f64,
     pub obtained: f64,
+    pub obtained_noise: f64,
     pub over_promised: f64,
+    pub noise_over_promised: f64,
     pub truth: Option<f64>,
     pub off: Option<f64>,
     pub inside: Option<usize>,
+    pub inside_noise: Option<usize>,
 }
 
 /// What flights of a design gave.
@@ -57,7 +60,9 @@ pub struct Debrief {
     pub flights: usize,
     pub derivatives: Vec<DebriefRow>,
     pub median_over_promised: f64,
+    pub median_noise_over_promised: f64,
     pub inside_percent: Option<f64>,
+    pub inside_noise_percent: Option<f64>,
     pub rms_off: Option<f64>,
 }
 
@@ -79,51 +84,86 @@ pub fn true_derivatives(text: &str) -> Result<BTreeMap<String, f64>, String> {
 pub fn debrief(promise: &Promise, flights: &[(Snapshot, Option<BTreeMap<String, f64>>)]) -> StageResult<Debrief> {
     let found = flights.iter().map(|(snapshot, truth)| {
         let pooled = snapshot.pooled.ready().ok_or("the flight has no pooled fit: check its findings")?;
-        Ok((estimates((**pooled).clone(), |fit| &fit.corrected_errors)?, truth))
+        let all = estimates((**pooled).clone(), |fit| &fit.corrected_errors)?;
+        let noise = estimates((**pooled).clone(), |fit| &fit.noise_errors)?;
+        let one = |((name, value, _, error), (.., noise)): (Estimate, Estimate)| {
+            let truth = truth.as_ref().and_then(|truth| truth.get(&name).copied());
+            (name, Obtained { value, error, noise, truth })
+        };
+        Ok(all.into_iter().zip(noise).map(one).collect())
     });
-    let found: Vec<_> = found.collect::<StageResult<_>>()?;
+    let found: Vec<BTreeMap<String, Obtained>> = found.collect::<StageResult<_>>()?;
     let mut derivatives = Vec::new();
-    let mut all_off = Vec::new();
+    let (mut all_off, mut all_inside_noise) = (Vec::new(), 0);
     for own in &promise.predicted {
         let Some(promised) = own.promised.or(own.corrected) else { continue };
-        let of_flight = |(estimates, truth): &(Vec<Estimate>, &Option<BTreeMap<String, f64>>)| {
-            let (name, estimate, _, error) = estimates.iter().find(|estimate| estimate.0 == own.name)?.clone();
-            let truth = truth.as_ref().and_then(|truth| truth.get(&name).copied());
-            Some((estimate, error, truth))
-        };
-        let rows: Option<Vec<(f64, f64, Option<f64>)>> = found.iter().map(of_flight).collect();
+        let rows: Option<Vec<Obtained>> = found.iter().map(|flight| flight.get(&own.name).copied()).collect();
         let rows = rows.ok_or_else(|| format!("{} was promised and is not in every flight", own.name))?;
-        let count = rows.len() as f64;
-        let obtained = (rows.iter().map(|row| row.1 * row.1).sum::<f64>() / count).sqrt();
-        let off: Option<Vec<f64>> =
-            rows.iter().map(|(estimate, error, truth)| Some((estimate - (*truth)?) / error)).collect();
+        let off: Option<Vec<f64>> = rows.iter().map(|row| Some(row.miss()? / row.error)).collect();
+        let off_noise: Option<Vec<f64>> = rows.iter().map(|row| Some(row.miss()? / row.noise)).collect();
+        let inside_noise = off_noise.as_deref().map(count_inside);
         all_off.extend(off.iter().flatten());
-        let rms = |off: &Vec<f64>| (off.iter().map(|z| z * z).sum::<f64>() / count).sqrt();
+        all_inside_noise += inside_noise.unwrap_or(0);
+        let promised_noise = own.corrected.unwrap_or(promised);
+        let obtained = root_mean_square(rows.iter().map(|row| row.error));
+        let obtained_noise = root_mean_square(rows.iter().map(|row| row.noise));
         derivatives.push(DebriefRow {
             name: own.name.clone(),
             promised,
-            promised_noise: own.corrected.unwrap_or(promised),
-            estimate: rows.iter().map(|row| row.0).sum::<f64>() / count,
+            promised_noise,
+            estimate: rows.iter().map(|row| row.value).sum::<f64>() / rows.len() as f64,
             obtained,
+            obtained_noise,
             over_promised: obtained / promised,
-            truth: rows.first().and_then(|row| row.2),
-            inside: off.as_ref().map(|off| off.iter().filter(|z| z.abs() <= NORMAL_95).count()),
-            off: off.as_ref().map(rms),
+            noise_over_promised: obtained_noise / promised_noise,
+            truth: rows.first().and_then(|row| row.truth),
+            inside: off.as_deref().map(count_inside),
+            inside_noise,
+            off: off.map(|off| root_mean_square(off.into_iter())),
         });
     }
-    let mut ratios: Vec<f64> = derivatives.iter().map(|row| row.over_promised).collect();
-    let number = all_off.len() as f64;
-    let known = !all_off.is_empty();
+    let ratio = |value: &dyn Fn(&DebriefRow) -> f64| {
+        let mut ratios: Vec<f64> = derivatives.iter().map(value).collect();
+        doublet_core::statistics::median(&mut ratios).ok_or("the design promised no error")
+    };
+    let percent = |inside: usize| (!all_off.is_empty()).then(|| 100.0 * inside as f64 / all_off.len() as f64);
     Ok(Debrief {
         kind: promise.kind.clone(),
         time_s: promise.time_s,
         flights: flights.len(),
-        median_over_promised: doublet_core::statistics::median(&mut ratios).ok_or("the design promised no error")?,
-        inside_percent: known
-            .then(|| 100.0 * all_off.iter().filter(|z: &&f64| z.abs() <= NORMAL_95).count() as f64 / number),
-        rms_off: known.then(|| (all_off.iter().map(|z: &f64| z * z).sum::<f64>() / number).sqrt()),
+        median_over_promised: ratio(&|row| row.over_promised)?,
+        median_noise_over_promised: ratio(&|row| row.noise_over_promised)?,
+        inside_percent: percent(count_inside(&all_off)),
+        inside_noise_percent: percent(all_inside_noise),
+        rms_off: (!all_off.is_empty()).then(|| root_mean_square(all_off.iter().copied())),
         derivatives,
     })
+}
+
+/// A derivative of one flight.
+#[derive(Clone, Copy)]
+struct Obtained {
+    value: f64,
+    /// Corrected standard error, and the part of it that is noise.
+    error: f64,
+    noise: f64,
+    truth: Option<f64>,
+}
+
+impl Obtained {
+    /// Estimate less truth.
+    fn miss(&self) -> Option<f64> {
+        Some(self.value - self.truth?)
+    }
+}
+
+fn count_inside(off: &[f64]) -> usize {
+    off.iter().filter(|z| z.abs() <= NORMAL_95).count()
+}
+
+fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value * value, count + 1.0));
+    (sum / count).sqrt()
 }
 
 /// Lays a debrief out as a page: what was promised, obtained and is true.
@@ -133,17 +173,23 @@ pub fn debrief_document(title: &str, found: &Debrief) -> Document {
         fact("Input", format!("{}, {} s of manoeuvres", found.kind, significant(found.time_s, 4))),
         fact("Flights", found.flights.to_string()),
         fact("Obtained over promised error", format!("{} (median)", significant(found.median_over_promised, 3))),
+        fact(
+            "Noise of the fits over promised",
+            format!("{} (median)", significant(found.median_noise_over_promised, 3)),
+        ),
     ];
     facts.extend(
         found
             .inside_percent
             .map(|percent| fact("Truth inside the 95 % intervals", format!("{} %", significant(percent, 3)))),
     );
+    let noise = found.inside_noise_percent;
+    facts
+        .extend(noise.map(|percent| fact("Inside those of the noise alone", format!("{} %", significant(percent, 3)))));
     facts.extend(found.rms_off.map(|off| fact("Rms error", format!("{} standard errors", significant(off, 3)))));
     Document {
         title: "Debrief: promised, obtained, true".to_owned(),
         subtitle: title.to_owned(),
-        app: crate::PROGRAM.to_owned(),
         date: date::today(),
         cover: vec![Block::Facts(facts)],
         sections: vec![Section::plain("derivatives", "Derivatives", false, vec![Block::Table(debrief_table(found))])],
@@ -153,18 +199,22 @@ pub fn debrief_document(title: &str, found: &Debrief) -> Document {
 
 /// Derivatives: promised against obtained errors, and the truth where it is known.
 pub fn debrief_table(found: &Debrief) -> Table {
-    let caption = "Corrected standard errors, root mean square over the flights; estimates are means. Truth is known of simulated flights only.";
+    let caption = "Corrected standard errors, root mean square over the flights, and their part by the noise of the fits; estimates are means. Truth is known of simulated flights only.";
+    let inside = |inside: Option<usize>| match inside {
+        Some(inside) => Cell::text(format!("{inside} of {}", found.flights)),
+        None => Cell::Empty,
+    };
     TableOf::new("debrief", caption, &found.derivatives)
         .symbol("name", "Derivative", |row| &row.name)
         .number("promised", "Promised error", "", 2, |row| row.promised)
         .number("obtained", "Obtained error", "", 2, |row| row.obtained)
         .number("over_promised", "Obtained over promised", "", 3, |row| row.over_promised)
+        .number("promised_noise", "Promised noise", "", 2, |row| row.promised_noise)
+        .number("noise_over_promised", "Obtained over promised noise", "", 3, |row| row.noise_over_promised)
         .number("estimate", "Estimate", "", 4, |row| row.estimate)
         .maybe("truth", "Truth", "", 4, |row| row.truth)
         .maybe("off", "Rms error in std errors", "", 3, |row| row.off)
-        .column(Column::new("inside", "Truth inside 95 %"), |row| match row.inside {
-            Some(inside) => Cell::text(format!("{inside} of {}", found.flights)),
-            None => Cell::Empty,
-        })
+        .column(Column::new("inside", "Truth inside 95 %"), |row| inside(row.inside))
+        .column(Column::new("inside_noise", "Inside noise 95 %"), |row| inside(row.inside_noise))
         .done()
 }

@@ -17,7 +17,6 @@ pub fn design_document(session: &Session, row: &DesignRow, designed: &Designed) 
     Document {
         title: format!("Test card: {} on {}", row.kind, row.surfaces.join(", ")),
         subtitle: session.title.clone(),
-        app: format!("doublet {}", env!("CARGO_PKG_VERSION")),
         date: date::today(),
         notice: "Deflections are from trim; positive: right aileron down, elevator trailing edge down, rudder trailing edge left."
             .to_owned(),
@@ -254,4 +253,60 @@ fn errors_over_goals(found: &Enough) -> Figure {
         (1, 45.0),
         vec![Panel::Plot(Plot { x: Axis::new("time flown", "s"), y: Axis::new("lg (error / goal)", ""), marks })],
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+
+    fn excursion(margin: Option<f64>) -> ExcursionRow {
+        ExcursionRow {
+            name: "alpha",
+            unit: "rad",
+            trim: 0.1,
+            nominal_low: 0.05,
+            nominal_high: 0.15,
+            low: 0.04,
+            high: 0.17,
+            limit_low: None,
+            limit_high: margin.map(|margin| 0.17 + margin),
+            limit_source: margin.map(|_| "as flown".to_owned()),
+            margin,
+        }
+    }
+
+    #[test]
+    fn a_card_beyond_its_limit_says_so_above_everything_else() {
+        let row = |excursion: ExcursionRow| DesignRow {
+            kind: "doublet",
+            surfaces: vec!["elevator"],
+            time_s: 20.0,
+            criterion: "a",
+            costs: BTreeMap::new(),
+            trim: BTreeMap::new(),
+            gust_m_s: 0.0,
+            band_hz: [0.0; 2],
+            predicted: Vec::new(),
+            notes: excursion.warning().into_iter().collect(),
+            excursions: vec![excursion],
+            manoeuvres: Vec::new(),
+            signal: Vec::new(),
+            correlations: Vec::new(),
+            samples: 0,
+            failed_samples: 0,
+            seed: 1,
+            comparison: Vec::new(),
+        };
+        let beyond = row(excursion(Some(-0.02)));
+        let found: Vec<Block> = notes(&beyond).collect();
+        let [Block::Outcome(Level::Bad, text)] = found.as_slice() else { panic!("one banner: {found:?}") };
+        assert_eq!(text, "do not fly unchanged: α is expected 1.1 deg beyond its limit (as flown)");
+        assert_eq!(excursions(&beyond).rows[0].last(), Some(&Cell::text("no")));
+        for margin in [None, Some(0.0), Some(0.03)] {
+            let within = row(excursion(margin));
+            assert_eq!(notes(&within).count(), 0, "{margin:?}");
+        }
+    }
 }

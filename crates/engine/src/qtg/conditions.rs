@@ -52,16 +52,8 @@ pub fn initial(
                 stated(turned, Dimension::Angle)
             ),
         ),
-        (
-            "Flow angles",
-            format!(
-                "angle of attack {}{}, sideslip {}{}",
-                stated_signal(Signal::AngleOfAttack),
-                source(path, Measurement::AngleOfAttack),
-                stated_signal(Signal::Sideslip),
-                source(path, Measurement::Sideslip)
-            ),
-        ),
+        ("Angle of attack", stated_signal(Signal::AngleOfAttack) + source(path, Measurement::AngleOfAttack)),
+        ("Sideslip", stated_signal(Signal::Sideslip) + source(path, Measurement::Sideslip)),
         ("Controls", deflections.join(", ")),
         ("Mass", mass.map_or(NOT_GIVEN.to_owned(), |mass| format!("{} kg", significant(mass.mass_kg, 5)))),
         (

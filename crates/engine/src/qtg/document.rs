@@ -29,7 +29,6 @@ pub fn document(session: &Session, snapshot: &Snapshot, file: &TestFile, found: 
     Document {
         title: if found.title.is_empty() { "Qualification test guide".to_owned() } else { found.title.clone() },
         subtitle: found.aircraft.clone(),
-        app: found.app.clone(),
         date: found.date.clone(),
         notice: notice(found),
         cover: cover(file, found),

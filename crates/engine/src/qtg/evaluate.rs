@@ -289,7 +289,7 @@ impl Evaluation<'_> {
                 Ok((flown, start)) => {
                     self.judge_flown(&mut test, manoeuvre, &flown, aero, moved.as_ref());
                     test.page.facts.extend(start.iter().flat_map(TrimmedStart::facts));
-                    test.add_reservations(start.as_ref().and_then(TrimmedStart::difference), &path.missing);
+                    test.add_reservation(start.as_ref().and_then(TrimmedStart::difference));
                 }
             },
         }

@@ -19,7 +19,6 @@ mod snapshot;
 mod trimmed;
 mod units;
 
-use doublet_core::reconstruct::Measurement;
 use serde::Serialize;
 
 use crate::report::document::Figure;
@@ -140,12 +139,10 @@ impl QualificationTest {
         format!("test-{}", self.id)
     }
 
-    /// Adds to its reason that the trim differs from the flight, and that the angle of attack of that flight was not measured.
-    fn add_reservations(&mut self, difference: Option<String>, missing: &[Measurement]) {
+    /// Adds to its reason that the trim differs from the flight.
+    fn add_reservation(&mut self, difference: Option<String>) {
         let Some(difference) = difference else { return };
-        let is_measured = !missing.contains(&Measurement::AngleOfAttack);
-        let source = if is_measured { "" } else { ", whose angle of attack is reconstructed, not measured" };
-        self.reason = format!("{}; {difference}{source}", self.reason);
+        self.reason = format!("{}; {difference}", self.reason);
         self.page.is_reserved = true;
     }
 

@@ -95,11 +95,12 @@ impl TrimmedStart {
         ];
         let apart = angles.into_iter().filter(|(_, less)| less.abs() > APART_RAD);
         let angle = |value: f64| shown(value, Dimension::Angle);
-        let angles = apart.map(|(name, less)| format!("{name} {} (limit {})", angle(less), angle(APART_RAD)));
+        let angles: Vec<String> = apart.map(|(name, less)| format!("{name} {}", angle(less))).collect();
+        let angles = (!angles.is_empty()).then(|| format!("{} (limit {})", angles.join(", "), angle(APART_RAD)));
         let thrust = self.thrust_difference_percent().filter(|percent| percent.abs() > APART_PERCENT);
         let thrust = thrust.map(|percent| format!("thrust {} % (limit {APART_PERCENT} %)", significant(percent, 2)));
-        let all: Vec<String> = angles.chain(thrust).collect();
-        (!all.is_empty()).then(|| format!("trim of the model less the flight: {}", all.join(", ")))
+        let all: Vec<String> = angles.into_iter().chain(thrust).collect();
+        (!all.is_empty()).then(|| format!("trim off by {}", all.join(", ")))
     }
 
     /// What the page says of the start.

@@ -58,8 +58,8 @@ fn exact(cell: &Cell) -> String {
         Cell::Empty => String::new(),
         Cell::Text(text) | Cell::Symbol(text) => text.clone(),
         Cell::Count(count) => count.to_string(),
-        Cell::Number(value) if value.is_finite() => value.to_string(),
-        Cell::Number(_) => String::new(),
+        Cell::Number(value) | Cell::Measured { value, .. } if value.is_finite() => value.to_string(),
+        Cell::Number(_) | Cell::Measured { .. } => String::new(),
         Cell::Flag(flag) => flag.to_string(),
     }
 }
@@ -119,14 +119,14 @@ pub fn latex(table: &Table) -> String {
 fn latex_cell(cell: &Cell, digits: usize) -> String {
     match cell {
         Cell::Symbol(name) => latex_symbol(name),
-        Cell::Number(value) if value.is_finite() => {
+        Cell::Number(value) | Cell::Measured { value, .. } if value.is_finite() => {
             let text = cell.readable(digits).replace('\u{2212}', "-");
             match text.split_once('e') {
                 Some((mantissa, exponent)) => format!("${mantissa}\\cdot 10^{{{exponent}}}$"),
                 None => format!("${text}$"),
             }
         }
-        Cell::Number(_) => "--".to_owned(),
+        Cell::Number(_) | Cell::Measured { .. } => "--".to_owned(),
         _ => escape_latex(&cell.readable(digits)),
     }
 }

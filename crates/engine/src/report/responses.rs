@@ -70,7 +70,8 @@ pub struct SystemRow {
     pub error: Option<String>,
 }
 
-/// A quantity of a natural mode by the equivalent system of a response and by the identified model, each with its 95 % interval.
+/// A quantity of a natural mode by the equivalent system of a response, by the free responses and by the identified model, each with its 95 %
+/// interval where it gives one.
 #[derive(Clone, Debug, Serialize)]
 pub struct ModeComparisonRow {
     /// Natural mode.
@@ -78,44 +79,74 @@ pub struct ModeComparisonRow {
     /// `frequency`, `damping` or `time constant`.
     pub quantity: &'static str,
     pub unit: &'static str,
-    /// Control of the response.
+    /// Control of the manoeuvres.
     pub surface: &'static str,
-    /// Value by the equivalent system.
-    pub response: f64,
+    /// Value by the equivalent system; none where it is rejected or missing.
+    pub response: Option<f64>,
     /// Lower end of its interval.
-    pub response_low: f64,
+    pub response_low: Option<f64>,
     /// Upper end.
-    pub response_high: f64,
+    pub response_high: Option<f64>,
+    /// Value by the free responses behind the inputs.
+    pub free: Option<f64>,
+    /// Lower end of its interval.
+    pub free_low: Option<f64>,
+    /// Upper end.
+    pub free_high: Option<f64>,
     /// Value by the identified model.
     pub model: f64,
     /// Lower end of its interval.
     pub model_low: f64,
     /// Upper end.
     pub model_high: f64,
-    /// Response over model, less one.
-    pub difference_percent: f64,
-    /// Whether the intervals do not overlap.
-    pub contradiction: bool,
+    /// Pairs of the three whose intervals do not overlap; empty for none.
+    pub contradictions: String,
 }
 
 impl From<&ModeComparison> for ModeComparisonRow {
     fn from(found: &ModeComparison) -> Self {
-        let ModeComparison { surface, mode, quantity, response, model, .. } = found;
+        let ModeComparison { surface, mode, quantity, response, free, model, .. } = found;
+        let pairs: Vec<String> = found.contradictions().iter().map(|pair| pair.join(" and ")).collect();
         Self {
             mode,
             quantity: quantity.name(),
             unit: quantity.unit(),
             surface: surface.name(),
-            response: response.value,
-            response_low: response.low,
-            response_high: response.high,
+            response: response.map(|found| found.value),
+            response_low: response.map(|found| found.low),
+            response_high: response.map(|found| found.high),
+            free: free.map(|found| found.value),
+            free_low: free.map(|found| found.low),
+            free_high: free.map(|found| found.high),
             model: model.value,
             model_low: model.low,
             model_high: model.high,
-            difference_percent: found.difference_percent(),
-            contradiction: found.is_contradiction(),
+            contradictions: pairs.join("; "),
         }
     }
+}
+
+/// Natural modes by the three ways, a row per quantity and control.
+pub fn mode_comparison_table(rows: &[ModeComparisonRow]) -> Table {
+    let caption = "Natural modes by the equivalent system of the response, by the free responses behind the inputs (weighted mean of the manoeuvres) and by the identified model, with 95 % intervals. Intervals that do not overlap contradict each other.";
+    TableOf::new("mode_comparison", caption, rows)
+        .text("mode", "Mode", |row| row.mode)
+        .text("quantity", "Quantity", |row| row.quantity)
+        .text("unit", "Unit", |row| row.unit)
+        .text("surface", "Manoeuvres", |row| row.surface)
+        .maybe("response", "Response", "", 3, |row| row.response)
+        .maybe("response_low", "95 % from", "", 3, |row| row.response_low)
+        .maybe("response_high", "to", "", 3, |row| row.response_high)
+        .maybe("free", "Free", "", 3, |row| row.free)
+        .maybe("free_low", "95 % from", "", 3, |row| row.free_low)
+        .maybe("free_high", "to", "", 3, |row| row.free_high)
+        .number("model", "Model", "", 3, |row| row.model)
+        .number("model_low", "95 % from", "", 3, |row| row.model_low)
+        .number("model_high", "to", "", 3, |row| row.model_high)
+        .optional("contradictions", "Contradict", |row| {
+            (!row.contradictions.is_empty()).then_some(row.contradictions.as_str())
+        })
+        .done()
 }
 
 pub fn response_rows(study: &ResponseStudy) -> Vec<ResponseRow> {

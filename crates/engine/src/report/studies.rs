@@ -3,7 +3,7 @@
 use doublet_core::sensitivity::NoiseEffect;
 use serde::{Serialize, Serializer};
 
-use super::responses::{ModeComparisonRow, ResponseRow, SystemRow, flight_rows, response_table};
+use super::responses::{ModeComparisonRow, ResponseRow, SystemRow, flight_rows, mode_comparison_table, response_table};
 use super::table::{Table, table};
 use crate::graph::StageResult;
 use crate::session::Finding;
@@ -545,7 +545,7 @@ pub fn tables(results: &StudyResults) -> Vec<Table> {
         table("lags", "Delay and first-order lag of every control.", &results.lags),
         response_table(&results.response),
         table("equivalent_systems", "Low-order equivalent systems of the responses.", &results.equivalent_systems),
-        table("mode_comparison", "Natural modes by responses and by the identified model.", &results.mode_comparison),
+        Some(mode_comparison_table(&results.mode_comparison)).filter(|table| !table.rows.is_empty()),
         table("monte_carlo", "Effect of measurement noise on each pooled derivative.", &results.monte_carlo),
     ];
     tables.into_iter().flatten().collect()

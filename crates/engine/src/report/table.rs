@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::notation::significant;
+use crate::notation::{format_by_error, significant};
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
@@ -40,6 +40,12 @@ pub enum Cell {
     Count(usize),
     /// A number; not finite where it does not exist.
     Number(f64),
+    /// A number that is read to the second digit of its standard error.
+    Measured {
+        value: f64,
+        /// Its standard error.
+        error: f64,
+    },
     /// Yes or no.
     Flag(bool),
 }
@@ -74,7 +80,7 @@ impl Cell {
 
     /// Whether it is a quantity, to be set to the right.
     pub fn is_quantity(&self) -> bool {
-        matches!(self, Self::Count(_) | Self::Number(_))
+        matches!(self, Self::Count(_) | Self::Number(_) | Self::Measured { .. })
     }
 
     /// What people read in a column of `digits` significant digits.
@@ -85,6 +91,7 @@ impl Cell {
             Self::Symbol(name) => crate::notation::derivative(name),
             Self::Count(count) => count.to_string(),
             Self::Number(value) => significant(*value, digits),
+            Self::Measured { value, error } => format_by_error(*value, *error),
             Self::Flag(true) => "yes".to_owned(),
             Self::Flag(false) => "no".to_owned(),
         }

@@ -25,6 +25,9 @@ pub struct DroppedTerm {
     pub reason: String,
 }
 
+/// Condition number of the scaled regressors above which they are nearly collinear.
+pub const CONDITION_LIMIT: f64 = 100.0;
+
 #[derive(Clone, Debug)]
 pub struct CoefficientFit {
     pub coefficient: Coefficient,

@@ -74,8 +74,8 @@ pub use engine_charts::{PropellerCurves, PropellerLine, engine_partials, propell
 pub use engines::ExtrapolatedThrust;
 pub use expressions::{ExpressedChannel, add_expressions, expression_preview};
 pub use fit::{
-    AeroWindow, CoefficientFit, DroppedTerm, FittedSeries, PooledFits, Regression, VaneScale, WindowFits,
-    describe_origin, errors, pooled_fits, pooled_regressions, significance, window_fits,
+    AeroWindow, CONDITION_LIMIT, CoefficientFit, DroppedTerm, FittedSeries, PooledFits, Regression, VaneScale,
+    WindowFits, describe_origin, errors, pooled_fits, pooled_regressions, significance, window_fits,
 };
 pub(crate) use fit::{applies, constant_name};
 pub use flight_engines::{EngineOverFlight, FlightEngines, PowerAgreement, flight_engines};

@@ -21,7 +21,7 @@ pub struct SurfaceResponse {
     pub system: StageResult<EquivalentStudy>,
     /// Response of the identified model about the trim of the windows, at the same frequencies; empty where there is none.
     pub model: Vec<Complex<f64>>,
-    /// Modes by the equivalent system beside those of the identified model; empty where one of the two is missing or rejected.
+    /// Modes of the identified model beside those by the equivalent system and by the free responses; empty without a model.
     pub modes: Vec<ModeComparison>,
 }
 
@@ -33,7 +33,7 @@ pub struct FlightResponses {
 }
 
 impl FlightResponses {
-    /// Modes of all controls by both ways.
+    /// Modes by the manoeuvres of all controls.
     pub fn compared_modes(&self) -> impl Iterator<Item = &ModeComparison> {
         self.surfaces.iter().flat_map(|surface| &surface.modes)
     }
@@ -100,12 +100,10 @@ impl Stage for FlightResponses {
             };
             let model = response.as_ref().ok().and_then(of_model).unwrap_or_default();
             let system = response.as_ref().map_err(Clone::clone).and_then(fitted);
-            let modes = match (&system, &dynamics) {
-                (Ok(system), Some(dynamics)) if !system.is_rejected() => {
-                    compare_modes(surface, system, &dynamics.modes.modes)
-                }
-                _ => Vec::new(),
+            let compared = |study: &DynamicsStudy| {
+                compare_modes(surface, system.as_ref().ok(), (&study.measured, &study.modes.modes))
             };
+            let modes = dynamics.as_deref().map(compared).unwrap_or_default();
             surfaces.push(SurfaceResponse { surface, response, system, model, modes });
         }
         if surfaces.is_empty() {

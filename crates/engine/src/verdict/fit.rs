@@ -13,12 +13,10 @@ use super::judge::Evidence;
 use super::{Finding, Level, delay, propulsion, remedies, vane};
 use crate::session::{Fix, Manoeuvre, Place, Session, Surface, WindowRole};
 use crate::snapshot::Snapshot;
-use crate::stage::{CoefficientFit, Prediction, WindowAero};
+use crate::stage::{CONDITION_LIMIT, CoefficientFit, Prediction, WindowAero};
 
 /// How many times its noise a regressor must vary.
 const EXCITATION: f64 = 3.0;
-/// Condition number of the scaled regressors.
-pub const CONDITION_LIMIT: f64 = 100.0;
 /// Variance inflation factor (Klein and Morelli 5.5).
 const INFLATION: f64 = 10.0;
 /// Coefficient of determination of a prediction.

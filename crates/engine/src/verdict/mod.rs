@@ -45,10 +45,10 @@ pub use crate::session::{Finding, Level, PlausibleRange, Verdict};
 pub use crate::snapshot::{
     Cause, Consequence, DerivativeVerdict, Effect, FitVerdict, VerdictCounts, Verdicts, WindowVerdict,
 };
+pub use crate::stage::CONDITION_LIMIT;
 pub use calibration::{CaseCounts, calibrate_levels};
 pub use dependence::{Dependence, dependences};
 pub use findings::{findings, folded};
-pub use fit::CONDITION_LIMIT;
 pub use fixes::fixes;
 pub use fold::{Folded, fold};
 pub(crate) use judge::NO_WINDOW;

@@ -12,8 +12,8 @@ use doublet_engine::session::{
     WindowFlags, WindowRole,
 };
 use doublet_engine::stage::{
-    AeroWindow, AirDensity, CoefficientFit, PooledFits, Prediction, WindowAero, control_delays, errors, pooled_fits,
-    window_fits,
+    AeroWindow, AirDensity, CoefficientFit, PooledFits, Prediction, WindowAero, condition_samples, control_delays,
+    errors, measure_condition, pooled_fits, window_fits,
 };
 use nalgebra::DVector;
 use proptest::prelude::*;
@@ -338,4 +338,34 @@ fn late_deflection_is_found_by_the_residuals_and_is_in_the_errors() {
     let added: f64 = found.iter().map(|delay| delay.mean_square("Cl_delta_a")).sum();
     assert!(error > corrected && added.sqrt() > 0.5 * error, "{error} {corrected} {added}: the delay does not show");
     assert!(error < 2.0 * (corrected * corrected + added).sqrt(), "{error} {corrected} {added}");
+}
+
+#[test]
+fn condition_is_the_mean_before_the_input_or_of_a_manoeuvre_without_one() {
+    const INPUT_S: f64 = 3.0;
+    let (data, settings, _) = flight::window(400);
+    let start_s = data.time_s[0];
+    let after = |value: f64| -> Arc<[f64]> {
+        data.time_s.iter().map(|time| if time - start_s < INPUT_S { 0.0 } else { value }).collect()
+    };
+    let form = |elevator: Arc<[f64]>| {
+        let data = AeroData {
+            airspeed_m_s: after(10.0).iter().map(|change| 50.0 + change).collect(),
+            alpha_rad: after(0.02).iter().map(|change| 0.1 + change).collect(),
+            density_kg_m3: data.time_s.iter().map(|_| 1.2).collect(),
+            controls: [(Role::Elevator, elevator), (Role::Aileron, after(0.0)), (Role::Rudder, after(0.0))].into(),
+            ..data.clone()
+        };
+        WindowAero::form(data, settings.clone(), AirDensity::Recorded).unwrap()
+    };
+    let steered = form(after(0.05));
+    let samples = condition_samples(&steered);
+    let last_s = data.time_s[samples.end - 1] - start_s;
+    assert!(samples.start == 0 && (INPUT_S - 0.2..INPUT_S).contains(&last_s), "{last_s}");
+    let found = measure_condition(&steered).unwrap();
+    assert!((found.airspeed_m_s - 50.0).abs() < 1e-9 && (found.alpha_rad - 0.1).abs() < 1e-12, "{found:?}");
+    assert!((found.dynamic_pressure_pa - 1500.0).abs() < 1e-6, "{found:?}");
+    let still = form(after(0.0));
+    assert_eq!(condition_samples(&still), 0..400);
+    assert!(measure_condition(&still).unwrap().airspeed_m_s > 55.0);
 }

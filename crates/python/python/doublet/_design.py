@@ -65,7 +65,7 @@ class Design:
 
     def nodes(self, manoeuvre: int = 1) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
         """Nodes of a manoeuvre, straight lines between them: time since its start (s), and each surface's deflection about the trim (rad),
-        arrays of shape (n,).
+        arrays of shape (n,); with a throttle also the change of thrust ``thrust_n`` (N).
 
         Args:
             manoeuvre: Number of the manoeuvre, from 1.
@@ -76,11 +76,12 @@ class Design:
         rows = [row for row in self._row["signal"] if row["manoeuvre"] == manoeuvre]
         if not rows:
             raise DoubletError(f"the design has no manoeuvre {manoeuvre}: give 1 to {len(self.manoeuvres)}")
-        columns = {name: np.array([row[name] for row in rows]) for name in ("time_s", *_SURFACES)}
+        names = ("time_s", *_SURFACES, *(["thrust_n"] if "throttle" in self._row["surfaces"] else []))
+        columns = {name: np.array([row[name] for row in rows]) for name in names}
         return columns.pop("time_s"), columns
 
     def at(self, time: Any, manoeuvre: int = 1) -> dict[str, NDArray[np.float64]]:
-        """Deflections about the trim (rad) at any ``time`` (s, shape (n,)) since the start of ``manoeuvre``, by surface, shape (n,)."""
+        """Deflections about the trim (rad) at any ``time`` (s, shape (n,)) since the start of ``manoeuvre``, by surface as in :meth:`nodes`."""
         nodes, deflections = self.nodes(manoeuvre)
         return {name: np.interp(time, nodes, values) for name, values in deflections.items()}
 
@@ -99,7 +100,7 @@ class Design:
 
         axis = axis_of(axes)
         time, deflections = self.nodes(manoeuvre)
-        for name in self._row["surfaces"]:
+        for name in (name for name in self._row["surfaces"] if name in deflections):
             axis.plot(time, np.degrees(deflections[name]), linewidth=1, label=name)
         axis.set_xlabel("time [s]")
         axis.set_ylabel("deflection about the trim [deg]")
@@ -128,6 +129,7 @@ def design_input(
     criterion: Literal["d", "a", "max-relative"] = "a",
     peak: Optional[float] = None,
     rate: float = float(np.radians(60.0)),
+    peak_thrust: Optional[float] = None,
     envelope: Optional[Mapping[str, tuple[float, float]]] = None,
     usage: float = 0.9,
     gusts: Optional[float] = None,
@@ -143,13 +145,14 @@ def design_input(
     Args:
         identified: Fit of :func:`fit`, or results of :func:`run` with ``studies=["dynamics"]``: those give the numbers of the
             command line.
-        surfaces: Surfaces to move.
+        surfaces: Controls to move: ``"aileron"``, ``"elevator"``, ``"rudder"``, ``"throttle"``.
         duration: Time of all windows together, s.
         kind: ``"multisine"``, ``"doublet"``, ``"3-2-1-1"`` and others that a wrong name lists.
         criterion: Criterion to minimise: ``"d"``, determinant of the covariance; ``"a"``, sum of squared relative errors;
             ``"max-relative"``, the largest of them.
         peak: Largest deflection from the trim, rad; that of the windows unless given.
         rate: Fastest deflection, rad/s.
+        peak_thrust: Largest change of thrust by an input of the throttle, N; a fifth of the trim's unless given.
         envelope: Limits that replace those of the windows: ``alpha``, ``beta``, ``phi`` (rad), ``n_z``, ``p`` (rad/s), ``V``
             (m/s), ``h`` (m), each ``(low, high)``.
         usage: Fraction of the margin to the limits that the nominal response may use.
@@ -166,7 +169,7 @@ def design_input(
     """
     limits = [(name, float(low), float(high)) for name, (low, high) in (envelope or {}).items()]
     row, csv = _doublet.design_input(
-        identified._inner, dict(trim), list(surfaces), kind, criterion, duration, usage, peak, rate, gusts, limits, rounds, samples, seed, with_flown,
-        progress,
+        identified._inner, dict(trim), list(surfaces), kind, criterion, duration, usage, peak, rate, peak_thrust, gusts, limits, rounds, samples, seed,
+        with_flown, progress,
     )
     return Design(json.loads(row), csv, identified.verdict)

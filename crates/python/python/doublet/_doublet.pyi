@@ -210,6 +210,7 @@ def design_input(
     usage: float,
     peak_rad: Optional[float],
     rate_rad_s: float,
+    peak_thrust_n: Optional[float],
     gust_m_s: Optional[float],
     limits: Sequence[tuple[str, float, float]],
     rounds: int,

@@ -2,6 +2,7 @@
 
 pub mod axis;
 mod plot;
+mod strokes;
 
 use std::fmt::Write;
 
@@ -9,6 +10,7 @@ use doublet_engine::notation::{is_direction_mark, significant};
 use doublet_engine::report::document::{Colour, Figure, LineStyle, Mark, Matrix, Panel};
 
 pub use plot::{Range, range};
+use strokes::{Shape, Strokes, draw_shape};
 
 /// Width of every figure: 170 mm.
 pub const WIDTH: f64 = 170.0 * MM;
@@ -92,7 +94,8 @@ impl Svg<'_> {
 pub fn svg(figure: &Figure, prefix: &str) -> String {
     let columns = figure.columns.max(1).min(figure.panels.len().max(1));
     let rows = figure.panels.len().div_ceil(columns);
-    let legend = legend_rows(legend(figure));
+    let strokes = Strokes::of_figure(figure);
+    let legend = legend_rows(legend(figure, &strokes));
     let top = legend.len() as f64 * LEGEND;
     let body = figure.panel_height_mm * MM;
     let under = axis::UNDER;
@@ -133,7 +136,7 @@ pub fn svg(figure: &Figure, prefix: &str) -> String {
         };
         let is_last = index + columns >= figure.panels.len();
         match panel {
-            Panel::Plot(plot) => plot::draw(&mut svg, plot, range, area, is_last),
+            Panel::Plot(plot) => plot::draw(&mut svg, plot, (range, &strokes), area, is_last),
             Panel::Matrix(matrix) => draw_matrix(&mut svg, matrix, area, columns == 1),
         }
     }
@@ -146,32 +149,35 @@ fn longest(names: &[String]) -> f64 {
 }
 
 /// What a legend shows of a mark.
-#[derive(Clone, Copy, PartialEq)]
 enum Sample {
-    Line { dashed: bool },
-    Area,
-    Point,
+    /// With the attribute of its dashes.
+    Line(String),
+    /// With its opacity.
+    Area(&'static str),
+    Point(Shape),
 }
 
 /// Label, colour and sample of a mark.
 type LegendEntry<'a> = (&'a str, Colour, Sample);
 
 /// Every label once, in the order it is drawn first.
-fn legend(figure: &Figure) -> Vec<LegendEntry<'_>> {
+fn legend<'a>(figure: &'a Figure, strokes: &Strokes) -> Vec<LegendEntry<'a>> {
     let mut entries: Vec<LegendEntry<'_>> = Vec::new();
     for panel in &figure.panels {
         let Panel::Plot(plot) = panel else { continue };
         for mark in &plot.marks {
             let entry = match mark {
                 Mark::Line { label, colour, style, .. } | Mark::Points { label, colour, style, .. } => {
-                    let dots = *style == LineStyle::Dots;
-                    let dashed = *style == LineStyle::Dashed;
-                    (label.as_ref(), *colour, if dots { Sample::Point } else { Sample::Line { dashed } })
+                    let sample = match style {
+                        LineStyle::Dots => Sample::Point(strokes.shape(*colour)),
+                        LineStyle::Solid | LineStyle::Dashed => Sample::Line(strokes.dashes(*style, *colour)),
+                    };
+                    (label.as_ref(), *colour, sample)
                 }
                 Mark::Band { label, colour, .. }
                 | Mark::Bars { label, colour, .. }
-                | Mark::Level { label, colour, .. }
-                | Mark::Span { label, colour, .. } => (label.as_ref(), *colour, Sample::Area),
+                | Mark::Level { label, colour, .. } => (label.as_ref(), *colour, Sample::Area("0.25")),
+                Mark::Span { label, colour, .. } => (label.as_ref(), *colour, Sample::Area(strokes.opacity(*colour))),
             };
             if !entry.0.is_empty() && !entries.iter().any(|(label, ..)| *label == entry.0) {
                 entries.push(entry);
@@ -183,7 +189,7 @@ fn legend(figure: &Figure) -> Vec<LegendEntry<'_>> {
 
 /// Room an entry of a legend takes.
 fn entry_width(label: &str) -> f64 {
-    18.0 + label.chars().count() as f64 * CHARACTER + 14.0
+    21.0 + label.chars().count() as f64 * CHARACTER + 14.0
 }
 
 /// The entries line by line, none wider than the figure unless it is alone.
@@ -207,22 +213,19 @@ fn draw_legend(svg: &mut Svg<'_>, rows: &[Vec<LegendEntry<'_>>]) {
     for (row, entries) in rows.iter().enumerate() {
         let mut x = 2.0;
         let y = (row as f64 + 0.5) * LEGEND;
-        for &(label, colour, sample) in entries {
-            let ink = ink(colour);
+        for (label, colour, sample) in entries {
+            let ink = ink(*colour);
             match sample {
-                Sample::Line { dashed } => {
-                    let dash = if dashed { plot::DASHES } else { "" };
-                    svg.rule((x, y), (x + 14.0, y), &format!("stroke=\"{ink}\" stroke-width=\"1.2\"{dash}"));
+                Sample::Line(dash) => {
+                    svg.rule((x, y), (x + 18.0, y), &format!("stroke=\"{ink}\" stroke-width=\"1.2\"{dash}"));
                 }
-                Sample::Area => svg.put(format_args!(
-                    "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"14\" height=\"6\" fill=\"{ink}\" fill-opacity=\"0.25\"/>",
+                Sample::Area(opacity) => svg.put(format_args!(
+                    "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"14\" height=\"6\" fill=\"{ink}\" fill-opacity=\"{opacity}\"/>",
                     y - 3.0
                 )),
-                Sample::Point => {
-                    svg.put(format_args!("<circle cx=\"{:.1}\" cy=\"{y:.1}\" r=\"1.7\" fill=\"{ink}\"/>", x + 7.0));
-                }
+                Sample::Point(shape) => svg.out.push_str(&draw_shape((x + 7.0, y), &ink, *shape)),
             }
-            svg.text(x + 18.0, y + 0.36 * TEXT, "start", label);
+            svg.text(x + 21.0, y + 0.36 * TEXT, "start", label);
             x += entry_width(label);
         }
     }

@@ -2,9 +2,10 @@
 
 use doublet_core::series::{Band, Decimated, Pyramid, Series, decimate, decimate_band};
 use doublet_core::statistics;
-use doublet_engine::report::document::{LineStyle, Mark, Panel, Plot};
+use doublet_engine::report::document::{Colour, LineStyle, Mark, Panel, Plot};
 
 use super::axis::{TITLE_UNDER, Ticks, UNDER, ticks};
+use super::strokes::{Shape, Strokes, draw_shape};
 use super::{Area, CHARACTER, Svg, TEXT, ink};
 
 /// Room above and below the data, as a part of their extent.
@@ -15,9 +16,6 @@ const TICK_HEIGHT: f64 = 11.0;
 const TICK_WIDTH: f64 = 24.0;
 /// Width of a column of which only the extremes are drawn, points.
 const COLUMN: f64 = 1.0;
-
-/// What makes a stroke dashed.
-pub(super) const DASHES: &str = " stroke-dasharray=\"4 2.5\"";
 
 /// Extent of both axes.
 #[derive(Clone, Debug, PartialEq)]
@@ -139,6 +137,7 @@ fn y_labels(plot: &Plot, ticks: &Ticks) -> Vec<(f64, String)> {
 struct Frame<'a> {
     area: Area,
     range: &'a Range,
+    strokes: &'a Strokes,
 }
 
 impl Frame<'_> {
@@ -160,8 +159,8 @@ impl Frame<'_> {
 }
 
 /// Draws the panel; `is_last` when its horizontal axis is to be named.
-pub fn draw(svg: &mut Svg<'_>, plot: &Plot, range: &Range, area: Area, is_last: bool) {
-    let frame = Frame { area, range };
+pub fn draw(svg: &mut Svg<'_>, plot: &Plot, (range, strokes): (&Range, &Strokes), area: Area, is_last: bool) {
+    let frame = Frame { area, range, strokes };
     let bottom = area.y + area.height;
     let vertical = y_ticks(range, area.height);
     let most = (area.width / TICK_WIDTH) as usize;
@@ -212,30 +211,37 @@ pub fn draw(svg: &mut Svg<'_>, plot: &Plot, range: &Range, area: Area, is_last: 
 }
 
 /// Draws a path of `lines`, each a list of points on the page.
-fn draw_lines(svg: &mut Svg<'_>, path: &str, ink: &str, style: LineStyle) {
-    let dash = if style == LineStyle::Dashed { DASHES } else { "" };
+fn draw_lines(svg: &mut Svg<'_>, path: &str, ink: &str, dash: &str) {
     svg.put(format_args!(
         "<path d=\"{path}\" fill=\"none\" stroke=\"{ink}\" stroke-width=\"0.8\" stroke-linejoin=\"round\"{dash}/>"
     ));
 }
 
-fn draw_dot(svg: &mut Svg<'_>, (x, y): (f64, f64), ink: &str) {
-    svg.put(format_args!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"1.5\" fill=\"{ink}\"/>"));
+fn draw_dot(svg: &mut Svg<'_>, place: (f64, f64), ink: &str, shape: Shape) {
+    svg.out.push_str(&draw_shape(place, ink, shape));
 }
 
-fn draw_series(svg: &mut Svg<'_>, series: &Series, scale: f64, (ink, style): (&str, LineStyle), frame: &Frame<'_>) {
+fn draw_series(
+    svg: &mut Svg<'_>,
+    series: &Series,
+    scale: f64,
+    (colour, style): (Colour, LineStyle),
+    frame: &Frame<'_>,
+) {
+    let ink = &ink(colour);
     let (time_s, values, [from, to]) = (&series.time_s, &series.values, frame.range.x);
     let mut drawn = Decimated::<[f64; 2]>::default();
     decimate(&Pyramid::new(time_s, values), time_s, values, scale, (from, to), frame.columns(), &mut drawn);
     if style == LineStyle::Dots {
-        drawn.points.iter().for_each(|&[x, y]| draw_dot(svg, (frame.x(x), frame.y(y)), ink));
+        let shape = frame.strokes.shape(colour);
+        drawn.points.iter().for_each(|&[x, y]| draw_dot(svg, (frame.x(x), frame.y(y)), ink, shape));
         return;
     }
     let mut path = String::new();
     for line in drawn.lines() {
         add_line(&mut path, line.iter().map(|&[x, y]| (frame.x(x), frame.y(y))));
     }
-    draw_lines(svg, &path, ink, style);
+    draw_lines(svg, &path, ink, &frame.strokes.dashes(style, colour));
 }
 
 fn draw_band(svg: &mut Svg<'_>, centre: &Series, half_width: &[f64], scale: f64, ink: &str, frame: &Frame<'_>) {
@@ -254,7 +260,8 @@ fn draw_band(svg: &mut Svg<'_>, centre: &Series, half_width: &[f64], scale: f64,
     svg.put(format_args!("<path d=\"{path}\" fill=\"{ink}\" fill-opacity=\"0.25\"/>"));
 }
 
-fn draw_points(svg: &mut Svg<'_>, points: &[[f64; 3]], (ink, style): (&str, LineStyle), frame: &Frame<'_>) {
+fn draw_points(svg: &mut Svg<'_>, points: &[[f64; 3]], (colour, style): (Colour, LineStyle), frame: &Frame<'_>) {
+    let ink = &ink(colour);
     for &[at, value, bar] in points.iter().filter(|point| point.iter().all(|value| value.is_finite())) {
         let x = frame.x(at);
         let style = format!("stroke=\"{ink}\" stroke-width=\"0.7\"");
@@ -262,28 +269,27 @@ fn draw_points(svg: &mut Svg<'_>, points: &[[f64; 3]], (ink, style): (&str, Line
     }
     let is_drawn = |[x, y, _]: &[f64; 3]| x.is_finite() && y.is_finite();
     if style == LineStyle::Dots {
+        let shape = frame.strokes.shape(colour);
         points
             .iter()
             .filter(|point| is_drawn(point))
-            .for_each(|&[x, y, _]| draw_dot(svg, (frame.x(x), frame.y(y)), ink));
+            .for_each(|&[x, y, _]| draw_dot(svg, (frame.x(x), frame.y(y)), ink, shape));
         return;
     }
     let mut path = String::new();
     for line in points.split(|point| !is_drawn(point)) {
         add_line(&mut path, line.iter().map(|&[x, y, _]| (frame.x(x), frame.y(y))));
     }
-    draw_lines(svg, &path, ink, style);
+    draw_lines(svg, &path, ink, &frame.strokes.dashes(style, colour));
 }
 
 fn draw_mark(svg: &mut Svg<'_>, mark: &Mark, frame: &Frame<'_>) {
     match mark {
-        Mark::Line { colour, style, series, scale, .. } => {
-            draw_series(svg, series, *scale, (&ink(*colour), *style), frame)
-        }
+        Mark::Line { colour, style, series, scale, .. } => draw_series(svg, series, *scale, (*colour, *style), frame),
         Mark::Band { colour, centre, half_width, scale, .. } => {
             draw_band(svg, centre, half_width, *scale, &ink(*colour), frame);
         }
-        Mark::Points { colour, style, points, .. } => draw_points(svg, points, (&ink(*colour), *style), frame),
+        Mark::Points { colour, style, points, .. } => draw_points(svg, points, (*colour, *style), frame),
         Mark::Bars { colour, width, bars, .. } => {
             for &[at, height] in bars {
                 let (left, right) = (frame.x(at - 0.5 * width), frame.x(at + 0.5 * width));
@@ -312,11 +318,12 @@ fn draw_mark(svg: &mut Svg<'_>, mark: &Mark, frame: &Frame<'_>) {
         Mark::Span { colour, ends, .. } => {
             let (from, to) = (frame.x(ends[0]), frame.x(ends[1]));
             svg.put(format_args!(
-                "<rect x=\"{from:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{}\" fill-opacity=\"0.25\"/>",
+                "<rect x=\"{from:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{}\" fill-opacity=\"{}\"/>",
                 frame.area.y,
                 (to - from).max(0.5),
                 frame.area.height,
-                ink(*colour)
+                ink(*colour),
+                frame.strokes.opacity(*colour)
             ));
         }
     }

@@ -7,6 +7,7 @@ use nalgebra::Complex;
 
 use super::figure::{points, points_with_bars};
 use super::{Axis, Figure, LineStyle, Mark, Panel, Plot};
+use crate::notation;
 use crate::study::ResponseStudy;
 
 /// A model drawn over a response.
@@ -106,7 +107,11 @@ pub fn bode_figure(study: &ResponseStudy, input: usize, models: &[BodeModel]) ->
     let zero_to_one = Axis { range: Some([0.0, 1.0]), ..Axis::new("coherence", "") };
     Some(Figure::new(
         format!("response-{output}-{name}"),
-        format!("Frequency response of {output} to {name}: gain, phase and coherence."),
+        format!(
+            "Frequency response of {} to {}: gain, phase and coherence.",
+            notation::role_symbol(output),
+            notation::role_symbol(name)
+        ),
         (1, 40.0),
         vec![
             panel(Axis::new("gain", "dB"), with(gains, 1)),

@@ -125,3 +125,32 @@ fn table(checks: &[Check]) -> Table {
         .column(Column::new("within", "Within"), |check| Cell::text(format!("{} of {}", check.within, check.of)))
         .done()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn judged(check: &str, figure: f64, place: &str, is_within: bool) -> Judged {
+        Judged { check: check.to_owned(), figure, place: place.to_owned(), is_within }
+    }
+
+    #[test]
+    fn the_table_of_checks_shows_the_worst_figure_and_how_many_are_within() {
+        let apart = [
+            judged("Cm by output error", 0.5, "Cmα, 01", true),
+            judged("Cl by output error", 0.0, "Clp, 02", true),
+            judged("Cm by output error", 4.2, "Cmq, 02", false),
+            judged("Cm by output error", 1.5, "Cmq, 03", true),
+        ];
+        let followed = [judged("simulated q", 0.93, "01", true), judged("simulated q", 0.31, "02", false)];
+        let checks =
+            [gather(apart.into_iter(), "at most 2", 1.0), gather(followed.into_iter(), "R² at least 0.5", -1.0)];
+        let found = table(&checks.concat());
+        let rows: Vec<Vec<String>> =
+            found.rows.iter().map(|row| row.iter().map(|cell| cell.readable(3)).collect()).collect();
+        let within = format!("all within {} %", significant(100.0 * TWIN_PART, 2));
+        assert_eq!(rows[0], ["Cm by output error", "at most 2", "4.20 (Cmq, 02)", "2 of 3"]);
+        assert_eq!(rows[1], ["Cl by output error", "at most 2", within.as_str(), "1 of 1"]);
+        assert_eq!(rows[2], ["simulated q", "R² at least 0.5", "0.310 (02)", "1 of 2"]);
+    }
+}

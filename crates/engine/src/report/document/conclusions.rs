@@ -17,11 +17,12 @@ pub fn conclusions(contents: &Contents<'_>) -> Vec<Block> {
     let found = verdict::folded(contents.session, contents.snapshot);
     let mut blocks = Vec::new();
     let contradictory = |line: &&Folded| CONTRADICTIONS.contains(&line.code) && line.level > Level::Good;
-    let contradictions = found.iter().filter(contradictory).map(ToString::to_string);
+    let sentence = |line: &Folded| cover::with_symbols(contents, &line.to_string());
+    let contradictions = found.iter().filter(contradictory).map(sentence);
     list_lines("Contradictions", contradictions.chain(responses::contradictions(contents)).collect(), &mut blocks);
     let lines_of_level = |level: Level| {
         let lines = found.iter().filter(|line| line.level == level && !contradictory(line));
-        lines.map(ToString::to_string).collect()
+        lines.map(sentence).collect()
     };
     list_lines("Results that must not be used", lines_of_level(Level::Bad), &mut blocks);
     blocks.extend(usable(contents));

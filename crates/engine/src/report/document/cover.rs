@@ -202,16 +202,12 @@ pub(super) fn overall(contents: &Contents<'_>) -> Option<String> {
     Some(format!("{level}, {extent}{doubtful}{none_good}{contradicted}"))
 }
 
-/// Quantities of modes for which the frequency responses give another value than the model that is judged.
+/// Quantities of modes on which responses, free responses and the model that is judged contradict each other.
 fn contradicted_modes(contents: &Contents<'_>) -> String {
-    let rows = contents.results.studies.mode_comparison.iter().filter(|row| row.contradiction);
+    let rows = contents.results.studies.mode_comparison.iter().filter(|row| !row.contradictions.is_empty());
     let names: Vec<String> =
-        rows.map(|row| format!("{} {} (response to {})", row.mode, row.quantity, row.surface)).collect();
-    if names.is_empty() {
-        String::new()
-    } else {
-        format!("; frequency responses differ beyond both intervals on {}", names.join(", "))
-    }
+        rows.map(|row| format!("{} {} ({}: {})", row.mode, row.quantity, row.surface, row.contradictions)).collect();
+    if names.is_empty() { String::new() } else { format!("; 95 % intervals contradict on {}", names.join(", ")) }
 }
 
 /// Coefficients of the motion out of the plane of symmetry.
@@ -256,7 +252,7 @@ pub(super) fn next_steps(contents: &Contents<'_>) -> Vec<String> {
 }
 
 /// A text with the symbols of the estimated derivatives and of the measurements for their names.
-fn with_symbols(contents: &Contents<'_>, text: &str) -> String {
+pub(super) fn with_symbols(contents: &Contents<'_>, text: &str) -> String {
     let derivatives = contents.results.pooled.iter().flat_map(|fit| &fit.derivatives).map(|row| row.name.as_str());
     let is_known = |word: &str| derivatives.clone().any(|name| name == word);
     let symbol = |word: &str| match Measurement::from_name(word) {

@@ -1,5 +1,7 @@
 //! Tables of a report in the units its readers think in, with the symbols they know.
 
+use doublet_core::statistics::NORMAL_95;
+
 use super::Block;
 use crate::notation;
 use crate::report::table::{Cell, Table};
@@ -18,7 +20,10 @@ const BY_ROW: [(&str, &[&str]); 6] = [
 /// The block with angles in degrees and angular rates in degrees per second where it is a table, and entries of noise by their symbols.
 pub fn shown(block: Block) -> Block {
     match block {
-        Block::Table(table) => Block::Table(without_empty_columns(with_powers(with_symbols(in_degrees(table))))),
+        Block::Table(table) => {
+            let table = without_empty_columns(with_powers(with_symbols(in_degrees(table))));
+            Block::Table(to_errors(table))
+        }
         other => other,
     }
 }
@@ -40,6 +45,44 @@ fn without_empty_columns(table: Table) -> Table {
         columns: columns.collect(),
         rows: table.rows.into_iter().map(of_row).collect(),
     }
+}
+
+/// Columns of estimates: their digits follow the error of their row.
+const ESTIMATES: [&str; 5] = ["estimate", "value", "pooled", "low", "high"];
+/// Columns with the error of a row, the one that holds most first.
+const ERRORS: [&str; 3] = ["corrected_standard_error", "standard_error", "error"];
+
+/// Estimates with as many digits as their errors leave: those of their own column, of their row, or of the interval of the row.
+fn to_errors(mut table: Table) -> Table {
+    let place = |key: &str| table.columns.iter().position(|column| column.key == key);
+    let of_row = ERRORS.iter().find_map(|key| place(key));
+    let interval = place("low").zip(place("high")).filter(|_| place("estimate").or(place("value")).is_some());
+    let own_error = |key: &str| {
+        let keys = [format!("{key}_error"), format!("{key}_standard_error"), key.replace("_error", "_standard_error")];
+        keys.iter().filter(|other| *other != key).find_map(|key| place(key))
+    };
+    let columns: Vec<(usize, Option<usize>)> = (0..table.columns.len())
+        .filter_map(|index| {
+            let key = table.columns[index].key.as_str();
+            let own = own_error(key);
+            (own.is_some() || ESTIMATES.contains(&key)).then_some((index, own.or(of_row)))
+        })
+        .collect();
+    for row in &mut table.rows {
+        let half = interval.and_then(|(low, high)| Some(0.5 * (number(&row[high])? - number(&row[low])?) / NORMAL_95));
+        let errors: Vec<Option<f64>> =
+            columns.iter().map(|(_, error)| error.and_then(|error| number(&row[error])).or(half)).collect();
+        for ((index, _), error) in columns.iter().zip(errors) {
+            if let (Some(value), Some(error)) = (number(&row[*index]), error) {
+                row[*index] = Cell::Measured { value, error };
+            }
+        }
+    }
+    table
+}
+
+fn number(cell: &Cell) -> Option<f64> {
+    if let Cell::Number(value) = cell { Some(*value) } else { None }
 }
 
 fn is_empty(cell: &Cell) -> bool {
@@ -112,6 +155,26 @@ fn scale(cell: &mut Cell, factor: f64) {
 mod tests {
     use super::*;
     use crate::report::table::Column;
+
+    #[test]
+    fn estimates_have_the_digits_their_errors_leave() {
+        let columns = ["estimate", "low", "high", "standard_error", "damping", "damping_error", "speed"];
+        let table = |keys: &[&str], numbers: &[f64]| Table {
+            name: String::new(),
+            caption: String::new(),
+            columns: keys.iter().map(|key| Column::number(key, key, "", 4)).collect(),
+            rows: vec![numbers.iter().map(|value| Cell::Number(*value)).collect()],
+        };
+        let read = |table: Table| -> Vec<String> {
+            let Block::Table(table) = shown(Block::Table(table)) else { panic!("a table") };
+            table.rows[0].iter().zip(&table.columns).map(|(cell, column)| cell.readable(column.digits)).collect()
+        };
+        let found = read(table(&columns, &[-0.100_72, -0.102_0, -0.099_47, 0.000_64, 0.4188, 0.032, 46.331]));
+        assert_eq!(found, ["−0.10072", "−0.10200", "−0.09947", "6.400e−4", "0.419", "0.03200", "46.33"]);
+        // Without a column of errors the interval gives them; limits without an estimate are left as they are.
+        assert_eq!(read(table(&columns[..3], &[0.2221, -0.03847, 0.4826])), ["0.22", "−0.04", "0.48"]);
+        assert_eq!(read(table(&columns[1..3], &[-0.03847, 0.4826])), ["−0.03847", "0.4826"]);
+    }
 
     #[test]
     fn angles_of_columns_and_of_rows_are_in_degrees_and_nothing_else_changes() {

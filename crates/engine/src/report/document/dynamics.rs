@@ -4,7 +4,6 @@ use doublet_core::statistics::NORMAL_95;
 use doublet_dynamics::modes::ModeEstimate;
 
 use super::level_map::level_map;
-use super::responses::list_contradictions;
 use super::{Axis, Block, Contents, Figure, LineStyle, Panel, Parts, Plot, paragraph, points};
 use crate::notation::significant;
 use crate::report::{
@@ -36,18 +35,13 @@ pub fn dynamics(contents: &Contents<'_>) -> Parts {
         ),
         Block::Facts(trim(row)),
     ];
-    for (key, name) in [("longitudinal", "Longitudinal motion"), ("lateral", "Lateral motion")] {
-        let tables = row.systems.get(key).map(|model| matrix_tables(key, name, model));
-        blocks.extend(tables.map(|[matrices, _]| Block::Table(matrices)));
-    }
     blocks.push(Block::Table(mode_table(row).select(&MODES)));
-    blocks.extend(list_contradictions(contents));
     blocks.push(Block::Figure(roots(study)));
     blocks.push(Block::Table(level_table(&row.qualities)));
     blocks.extend(anticipation(study).map(Block::Figure));
     let qualities = &row.qualities;
     blocks.push(Block::Paragraph(format!(
-        "{} ({}), {}: {}, {}. Paragraphs, and what the others need, are in the appendix.",
+        "{} ({}), {}: {}, {}. State matrices, paragraphs, and what the other criteria need are in the appendix.",
         qualities.standard,
         qualities.note,
         qualities.airplane_from,
@@ -57,7 +51,10 @@ pub fn dynamics(contents: &Contents<'_>) -> Parts {
     if !row.notes.is_empty() {
         blocks.push(Block::List(row.notes.clone()));
     }
-    let mut appendix = vec![Block::Table(criterion_table(&row.qualities))];
+    let parts = [("longitudinal", "Longitudinal motion"), ("lateral", "Lateral motion")];
+    let systems = parts.iter().filter_map(|(key, name)| Some(matrix_tables(key, name, row.systems.get(*key)?)));
+    let mut appendix: Vec<Block> = systems.map(|[matrices, _]| Block::Table(matrices)).collect();
+    appendix.push(Block::Table(criterion_table(&row.qualities)));
     appendix.extend(level_map(&row.qualities));
     Parts { body: blocks, appendix }
 }

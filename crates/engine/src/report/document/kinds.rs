@@ -104,7 +104,8 @@ impl SectionKind {
             Self::Experiments => "Derivatives of each experiment",
             Self::Sensitivity => "Sensitivity by group of quantities",
             Self::Engines => "Engines by phase of flight",
-            Self::Dynamics => "Paragraphs of the flying-quality criteria",
+            Self::Responses => "Equivalent systems of the responses",
+            Self::Dynamics => "State matrices and paragraphs of the criteria",
             other => other.title(),
         }
     }

@@ -51,8 +51,6 @@ pub struct Document {
     pub title: String,
     /// Aircraft.
     pub subtitle: String,
-    /// Program and its version.
-    pub app: String,
     /// Day it was made, `YYYY-MM-DD`.
     pub date: String,
     /// What stands at the foot of every page; empty for nothing.
@@ -188,7 +186,6 @@ pub fn build(
         signatures: ["Prepared", "Checked", "Approved"].map(str::to_owned).into(),
         title: if session.title.is_empty() { "Flight test report".to_owned() } else { session.title.clone() },
         subtitle: results.aircraft.clone(),
-        app: results.app.clone(),
         sections: body,
         ..Document::default()
     }
@@ -228,7 +225,7 @@ fn parts(kind: SectionKind, contents: &Contents<'_>) -> Parts {
         SectionKind::Experiments => experiments::experiments(contents),
         SectionKind::Sensitivity => sensitivity::sensitivity(contents),
         SectionKind::Condition => condition::condition(contents),
-        SectionKind::Responses => responses::responses(contents).into(),
+        SectionKind::Responses => responses::responses(contents),
         SectionKind::Dynamics => dynamics::dynamics(contents),
         SectionKind::Engines => setup::engines(contents),
         SectionKind::Conclusions => conclusions::conclusions(contents).into(),

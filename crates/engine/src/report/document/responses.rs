@@ -1,17 +1,17 @@
 //! Section on frequency responses and low-order equivalent systems.
 
 use super::bode::{BodeModel, bode_figure};
-use super::{Block, Contents, Figure, paragraph, table_or};
+use super::{Block, Contents, Figure, Parts, paragraph, table_or};
 use crate::notation;
-use crate::report::responses::{ModeComparisonRow, SystemRow};
+use crate::report::responses::{SystemRow, mode_comparison_table};
 use crate::report::table::{Cell, Column, Table, TableOf};
 use crate::session::{Finding, Level};
 use crate::study::{EquivalentStudy, ModeComparison, SurfaceResponse};
 
-/// A Bode plot for each control with its equivalent system, and the parameters of all.
-pub fn responses(contents: &Contents<'_>) -> Vec<Block> {
+/// A Bode plot for each control with its equivalent system, and the modes by all ways; in the appendix the parameters of the systems.
+pub fn responses(contents: &Contents<'_>) -> Parts {
     let Some(found) = contents.snapshot.studies.responses.ready() else {
-        return Vec::new();
+        return Parts::default();
     };
     let mut blocks = vec![paragraph(
         "Responses of the rates to the controls over all single-control manoeuvres: composites of several spectral window lengths, with 95 % bars of the random error. The low-order equivalent systems are fitted to the transforms of the records \
@@ -21,15 +21,13 @@ pub fn responses(contents: &Contents<'_>) -> Vec<Block> {
     blocks.extend(found.surfaces.iter().filter_map(surface_figure).map(side_by_side));
     let is_answer = |row: &&SystemRow| row.error.is_none() && row.verdict != Level::Bad.name();
     let accepted = parameters(contents.results.studies.equivalent_systems.iter().filter(is_answer));
-    blocks.push(table_or(accepted, "No equivalent system fits its response."));
     let listed: Vec<String> = found.surfaces.iter().flat_map(reservations).collect();
     if !listed.is_empty() {
         blocks.push(Block::List(listed));
     }
-    let compared = compared_modes(&contents.results.studies.mode_comparison);
+    let compared = mode_comparison_table(&contents.results.studies.mode_comparison);
     blocks.extend((!compared.rows.is_empty()).then_some(Block::Table(compared)));
-    blocks.extend(list_contradictions(contents));
-    blocks
+    Parts { body: blocks, appendix: vec![table_or(accepted, "No equivalent system fits its response.")] }
 }
 
 /// Why the equivalent system of a control is missing, rejected or doubtful.
@@ -50,35 +48,11 @@ fn line(found: &Finding) -> String {
     format!("{} {}", found.text, found.fix_text)
 }
 
-/// Modes on which the responses and the identified model contradict each other, a line each.
+/// Modes on which responses, free responses and the identified model contradict each other, a line each.
 pub(super) fn contradictions(contents: &Contents<'_>) -> Vec<String> {
     let study = contents.snapshot.studies.responses.ready();
     let compared = study.iter().flat_map(|study| study.compared_modes());
     compared.filter_map(ModeComparison::finding).map(|found| found.to_string()).collect()
-}
-
-/// The same as a block; none where they agree.
-pub(super) fn list_contradictions(contents: &Contents<'_>) -> Option<Block> {
-    let lines = contradictions(contents);
-    (!lines.is_empty()).then_some(Block::List(lines))
-}
-
-fn compared_modes(rows: &[ModeComparisonRow]) -> Table {
-    let caption = "Natural modes by the equivalent system of a response and by the identified model, with 95 % intervals. Intervals that do not overlap contradict each other.";
-    TableOf::new("mode_comparison", caption, rows)
-        .text("mode", "Mode", |row| row.mode)
-        .text("quantity", "Quantity", |row| row.quantity)
-        .text("unit", "Unit", |row| row.unit)
-        .text("surface", "Response to", |row| row.surface)
-        .number("response", "Response", "", 4, |row| row.response)
-        .number("response_low", "95 % from", "", 4, |row| row.response_low)
-        .number("response_high", "to", "", 4, |row| row.response_high)
-        .number("model", "Model", "", 4, |row| row.model)
-        .number("model_low", "95 % from", "", 4, |row| row.model_low)
-        .number("model_high", "to", "", 4, |row| row.model_high)
-        .number("difference_percent", "Difference", "%", 2, |row| row.difference_percent)
-        .text("agreement", "Intervals", |row| if row.contradiction { "contradict" } else { "overlap" })
-        .done()
 }
 
 /// Bode plot of one control's response with its equivalent system.

@@ -17,9 +17,9 @@ pub fn sensitivity(contents: &Contents<'_>) -> Parts {
     }
     let percent = significant(100.0 * STEP_FRACTION, 2);
     let mut blocks = vec![Block::Paragraph(format!(
-        "Change of each pooled derivative per unit of an input quantity, by central difference over one step. The step is {percent} % of the quantity, for the centre of gravity {percent} % of the chord. It is not the accuracy of the quantity, which the files do not state: scale the change with the accuracy you know."
+        "Change of each pooled derivative per unit of an input quantity, by central difference over one step. The step is {percent} % of the quantity, for the centre of gravity {percent} % of the chord; the appendix has both. It is not the accuracy of the quantity, which the files do not state: scale the change with the accuracy you know."
     ))];
-    let mut appendix = vec![Block::Table(widest_table(study))];
+    let mut appendix = vec![Block::Table(quantities(&study.sensitivity)), Block::Table(widest_table(study))];
     for (group, partials) in sensitivity_tables(study) {
         let (table, unmoved) = moved(partials);
         appendix.extend((!table.rows.is_empty()).then_some(Block::Table(table)));
@@ -30,7 +30,6 @@ pub fn sensitivity(contents: &Contents<'_>) -> Parts {
     }
     let totals = total_errors(study);
     blocks.extend((!totals.rows.is_empty()).then_some(Block::Table(totals)));
-    blocks.push(Block::Table(quantities(&study.sensitivity)));
     Parts { body: blocks, appendix }
 }
 

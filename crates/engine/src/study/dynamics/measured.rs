@@ -19,6 +19,8 @@ const NEAR: f64 = 0.5;
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredWindow {
     pub window: String,
+    /// Control of the manoeuvre.
+    pub surface: Surface,
     /// Ends of the free response, s.
     pub span_s: [f64; 2],
     /// Modes with the name of the model's mode that is near, or why there are none.
@@ -43,13 +45,16 @@ fn measured(window: &StudyWindow<'_>, model: &[Mode]) -> Option<MeasuredWindow> 
     let step_s = median_step(time)?;
     let [p, q, r] = data.rates_rad_s.each_ref().map(|column| &column[rows.clone()]);
     let (alpha, beta) = (&data.alpha_rad[rows.clone()], &data.beta_rad[rows]);
-    let symmetric = window.manoeuvre.surface? == Surface::Elevator;
-    let found =
-        if symmetric { fit_free_response(&[q, alpha], step_s, 2) } else { fit_free_response(&[p, r, beta], step_s, 3) };
+    let surface = window.manoeuvre.surface?;
+    let found = if surface == Surface::Elevator {
+        fit_free_response(&[q, alpha], step_s, 2)
+    } else {
+        fit_free_response(&[p, r, beta], step_s, 3)
+    };
     let modes = found
         .map(|found| found.modes.into_iter().map(|mode| name_mode(mode, model)).collect())
         .map_err(|error| error.to_string());
-    Some(MeasuredWindow { window: window.manoeuvre.name.clone(), span_s: [start_s, end_s], modes })
+    Some(MeasuredWindow { window: window.manoeuvre.name.clone(), surface, span_s: [start_s, end_s], modes })
 }
 
 fn name_mode(mode: MeasuredMode, model: &[Mode]) -> (Option<&'static str>, MeasuredMode) {
