@@ -97,7 +97,7 @@ pub fn value_words(difference: &SettingDifference, value: Option<&str>) -> Strin
     let Some(value) = value else { return "not set".to_owned() };
     let Ok(number) = value.parse::<f64>() else {
         let named = VALUES.iter().find(|(key, _)| *key == value);
-        return named.map_or_else(|| value.to_owned(), |(_, words)| (*words).to_owned());
+        return named.map_or_else(|| value.replace("^2", "²"), |(_, words)| (*words).to_owned());
     };
     let (number, unit) = match difference.unit.strip_prefix("rad") {
         Some(per) => (number.to_degrees(), format!("deg{per}")),
