@@ -14,8 +14,9 @@ pub const LEAST_WIDTH: f32 = 1240.0;
 /// Width of the column of settings, and of one that holds a wide table, points.
 const COLUMN: f32 = 380.0;
 const WIDE_COLUMN: f32 = 640.0;
-/// Part of the height that the plots have above a drawer.
-const ABOVE_DRAWER: f32 = 0.64;
+/// Part of the height that the plots have above a drawer, and above one with the settings.
+const ABOVE_DRAWER: f32 = 0.6;
+const ABOVE_SETTINGS: f32 = 0.5;
 
 impl Step {
     /// Panels of its layout: the plots, the settings beside them, the drawer below.
@@ -138,7 +139,8 @@ impl Arrangement {
                 }
                 (one, other) => one.or(other),
             };
-        let left = join(&mut tiles, LinearDir::Vertical, plots, below, ABOVE_DRAWER);
+        let above = if narrow_settings { ABOVE_SETTINGS } else { ABOVE_DRAWER };
+        let left = join(&mut tiles, LinearDir::Vertical, plots, below, above);
         let part = match self.beside {
             Beside::Column => 1.0 - COLUMN / REFERENCE_WIDTH,
             Beside::Wide => 1.0 - WIDE_COLUMN / REFERENCE_WIDTH,

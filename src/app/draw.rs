@@ -6,10 +6,10 @@ use std::sync::Arc;
 use doublet_engine::run::{DetailRequest, InquiryRequest};
 use doublet_engine::verdict::Level;
 use eframe::egui::{
-    self, Align, Button, Frame, Layout, Margin, MenuBar, Panel as Bar, ProgressBar, RichText, Role, Sense, Spinner, Ui,
-    WidgetInfo, WidgetText, vec2,
+    self, Align, Button, Frame, Id, Layout, Margin, MenuBar, Panel as Bar, ProgressBar, Response, RichText, Role,
+    Sense, Spinner, Ui, WidgetInfo, WidgetText, vec2,
 };
-use egui_tiles::{Container, EditAction, SimplificationOptions, Tile, TileId, Tiles, UiResponse};
+use egui_tiles::{Container, EditAction, SimplificationOptions, Tabs, Tile, TileId, Tiles, UiResponse};
 
 use super::{Workbench, start, step_bar, timeline};
 use crate::command::{CommandInfo, EditCommand, FileCommand, Menu, RunCommand, UiCommand, ViewCommand};
@@ -25,6 +25,8 @@ const MESSAGE_S: f64 = 12.0;
 const GAP: f32 = 4.0;
 /// Room kept for the title of the session beside menus and steps.
 const LEAST_TITLE: f32 = 40.0;
+/// Frames in which a tab that was opened is scrolled into view.
+const FRAMES_TO_REVEAL: u8 = 4;
 /// Width of a column of the names of panels.
 const PANEL_NAMES: f32 = 150.0;
 
@@ -395,6 +397,32 @@ fn titles(tiles: &Tiles<Pane>, tile: TileId) -> Vec<&'static str> {
     }
 }
 
+/// Whether a tile is the open tab of several.
+fn is_open(tiles: &Tiles<Pane>, tile: TileId) -> bool {
+    let tabs = tiles.parent_of(tile).and_then(|parent| tiles.get_container(parent));
+    matches!(tabs, Some(Container::Tabs(tabs)) if tabs.active == Some(tile))
+}
+
+/// The open tab of several, from frame to frame.
+#[derive(Clone, Copy)]
+struct OpenTab {
+    tile: TileId,
+    /// Width of it beyond the right edge of the tabs, negative beyond the left one.
+    hidden: f32,
+    /// Frames in which it is still scrolled into view.
+    frames: u8,
+}
+
+impl OpenTab {
+    fn kept(ctx: &egui::Context, tabs: TileId) -> Option<Self> {
+        ctx.data(|data| data.get_temp(Id::unique(("open tab", tabs))))
+    }
+
+    fn keep(self, ctx: &egui::Context, tabs: TileId) {
+        ctx.data_mut(|data| data.insert_temp(Id::unique(("open tab", tabs)), self));
+    }
+}
+
 /// Draws panels into tiles.
 struct Docking<'a> {
     panels: &'a mut BTreeMap<Pane, GuardedPanel>,
@@ -436,8 +464,27 @@ impl egui_tiles::Behavior<Pane> for Docking<'_> {
 
     // A cross on every tab would take the room of a tab more.
     fn is_tab_closable(&self, tiles: &Tiles<Pane>, tile: TileId) -> bool {
-        let tabs = tiles.parent_of(tile).and_then(|parent| tiles.get_container(parent));
-        matches!(tabs, Some(Container::Tabs(tabs)) if tabs.active == Some(tile))
+        is_open(tiles, tile)
+    }
+
+    fn on_tab_button(&mut self, tiles: &mut Tiles<Pane>, tile: TileId, button: Response) -> Response {
+        if let Some(parent) = tiles.parent_of(tile).filter(|_| is_open(tiles, tile)) {
+            let (all, seen) = (button.rect, button.interact_rect);
+            let hidden = (all.right() - seen.right()) - (seen.left() - all.left());
+            let known = OpenTab::kept(&button.ctx, parent).filter(|known| known.tile == tile);
+            let frames = known.map_or(FRAMES_TO_REVEAL, |known| known.frames);
+            OpenTab { tile, hidden, frames }.keep(&button.ctx, parent);
+        }
+        button
+    }
+
+    /// Scrolls the tabs until one that was just opened is seen whole.
+    fn top_bar_right_ui(&mut self, _: &Tiles<Pane>, ui: &mut Ui, tile: TileId, _: &Tabs, offset: &mut f32) {
+        if let Some(open) = OpenTab::kept(ui.ctx(), tile).filter(|open| open.frames > 0) {
+            *offset += open.hidden;
+            OpenTab { frames: open.frames - 1, ..open }.keep(ui.ctx(), tile);
+            ui.ctx().request_repaint();
+        }
     }
 
     fn on_edit(&mut self, action: EditAction) {

@@ -58,7 +58,10 @@ fn title(document: &Document) -> String {
     let name = document.path.as_deref().and_then(Path::file_name).and_then(|name| name.to_str());
     let mark = if document.history.is_modified() { "• " } else { "" };
     let held = if document.held_by().is_some() { " (open elsewhere)" } else { "" };
-    format!("{mark}{}{held} – doublet", name.unwrap_or(document.session().title.as_str()))
+    match name.unwrap_or(document.session().title.as_str()) {
+        "" => "doublet".to_owned(),
+        name => format!("{mark}{name}{held} – doublet"),
+    }
 }
 
 /// Files dropped on the window, files chosen in a dialog, and the wish to close the window.

@@ -192,10 +192,7 @@ impl Workbench {
                 (title, Purpose::Save, vec![extension.to_owned()], format!("{name}.{extension}"))
             }
         };
-        let folder = match self.document.path {
-            Some(_) => self.document.folder.clone(),
-            None => std::env::current_dir().unwrap_or_default(),
-        };
+        let folder = self.start_folder();
         let title = title.to_owned();
         let mut places: Vec<PathBuf> = Vec::new();
         for place in self.state.recent.iter().filter_map(|path| path.parent()).filter(|place| place.is_dir()) {
@@ -205,6 +202,22 @@ impl Workbench {
         }
         self.files.ask(FileQuestion { title, purpose, extensions, folder, name, places }, ctx);
         self.asked = Some(asked);
+    }
+
+    /// The folder in which a file is looked for first: that of the new session's recording, of the session, of a session not saved yet
+    /// that of its recording, otherwise of the session opened last.
+    fn start_folder(&self) -> PathBuf {
+        let folder_of = |path: &Path| path.parent().map(Path::to_path_buf).filter(|folder| folder.is_dir());
+        let begun = self.begun_from().filter(|_| self.is_beginning());
+        let of_session = || self.document.path.is_some().then(|| self.document.folder.clone());
+        let recordings = self.document.session().flights.iter().flat_map(|flight| &flight.recordings);
+        let recorded = || recordings.map(|recording| Path::new(&recording.path)).find(|path| path.is_absolute());
+        begun
+            .and_then(folder_of)
+            .or_else(of_session)
+            .or_else(|| recorded().and_then(folder_of))
+            .or_else(|| self.state.recent.iter().find_map(|path| folder_of(path)))
+            .unwrap_or_else(|| std::env::current_dir().unwrap_or_default())
     }
 
     /// Asks where the first recording of the chosen flight is that is not found.

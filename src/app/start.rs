@@ -146,7 +146,7 @@ fn actions(app: &Workbench, ui: &mut Ui) -> Option<UiCommand> {
             "From recording to report on the shipped flight, with the real controls",
             UiCommand::Help(HelpCommand::Tour),
         ),
-        ("Keys and gestures", "Mouse and keyboard shortcuts", UiCommand::Help(HelpCommand::Shortcuts)),
+        ("Keyboard shortcuts", "Keys and mouse gestures", UiCommand::Help(HelpCommand::Shortcuts)),
     ];
     for (name, about, command) in rows {
         if ui.add_sized(vec2(ACTIONS, 30.0), Button::new(name)).on_hover_text(about).clicked() {

@@ -442,8 +442,9 @@ fn draft_of_a_new_session_is_kept_when_left_and_escape_asks_before_it_is_lost() 
 }
 
 #[test]
-fn described_aircraft_is_saved_under_its_own_name() {
-    let mut bench = Bench::open();
+fn described_aircraft_is_saved_under_its_own_name_beside_the_recording() {
+    let mut bench = Bench::shipped();
+    crate::recording::write(bench.folder.path());
     let path = foreign(bench.folder.path());
     bench.drop_file(path);
     bench.wait_for("Create session");
@@ -452,6 +453,8 @@ fn described_aircraft_is_saved_under_its_own_name() {
     click(&mut bench.harness, "Save the aircraft…", 4);
     let name = bench.harness.get_by_label("File name").accesskit_node().value();
     assert_eq!(name.as_deref(), Some("Trainer_II.toml"));
+    let folder = bench.folder.path().canonicalize().expect("it is there").display().to_string();
+    assert!(bench.harness.query_by_label(&folder).is_some(), "where the recording is");
 }
 
 #[test]
@@ -506,6 +509,27 @@ fn a_session_is_created_once_the_unit_of_a_control_is_confirmed() {
     bench.harness.get_by_label("confirm the unit of delta_e").click();
     bench.harness.run_steps(3);
     assert!(is_open(&bench));
+}
+
+#[test]
+fn a_session_is_created_once_every_inertial_channel_is_there_and_all_units_are_confirmed_at_once() {
+    let mut bench = Bench::open();
+    let path = foreign(bench.folder.path());
+    bench.drop_file(path);
+    bench.wait_for("Create session");
+    bench.choose_entry("aircraft", "none: flight path only");
+    let is_open = |bench: &Bench<'_>| !bench.harness.get_by_label("Create session").accesskit_node().is_disabled();
+    let needed = "First: in Channels: missing, needed for the flight path: q";
+    assert!(!is_open(&bench) && bench.harness.query_by_label(needed).is_some(), "the pitch rate is missing");
+    bench.step("Channels");
+    bench.choose_entry("channel of q", "channel 17");
+    assert!(is_open(&bench));
+    bench.step("Check");
+    assert!(bench.harness.query_all_by_label_contains("confirm the unit of").count() > 1);
+    picture(&mut bench.harness, "begin_units");
+    bench.harness.get_by_label_contains("Confirm all").click();
+    bench.harness.run_steps(3);
+    assert_eq!(bench.harness.query_all_by_label_contains("confirm the unit of").count(), 0);
 }
 
 /// How late the clock of the second recorder is, s.

@@ -298,3 +298,20 @@ fn table_of_windows_is_filtered_by_words_use_and_verdict_and_ordered_by_a_click_
     assert!(levels.is_sorted_by(|a, b| a >= b) && levels.first() != levels.last(), "{levels:?}");
     picture(&mut bench.harness, "windows_ordered");
 }
+
+#[test]
+fn manoeuvre_that_cuts_its_input_says_so_in_its_row() {
+    let mut bench = Bench::shipped();
+    bench.show(Pane::Manoeuvres);
+    bench.settle();
+    let is_said = |bench: &Bench<'_>| bench.harness.query_by_label_contains("Cuts its input").is_some();
+    assert!(!is_said(&bench));
+    let TimeRange { end_s, .. } = bench.session().windows[0].window;
+    let input = bench.snapshot().proposals["FT1"].ready().expect("it is looked through").windows[0].clone();
+    let window = TimeRange { start_s: 0.5 * (input.onset_s + input.input_end_s), end_s };
+    let name = bench.session().windows[0].name.clone();
+    bench.harness.state_mut().apply(&Edit::Window(WindowEdit::Place { name, window }));
+    bench.settle();
+    assert!(is_said(&bench));
+    picture(&mut bench.harness, "manoeuvre_cut");
+}

@@ -185,12 +185,6 @@ fn proposed_manoeuvres_are_accepted_one_by_one_or_all_at_once() {
     harness.get_by_label_contains("Accept all").click();
     settle(&mut harness);
     assert_eq!(session(&harness).windows.len(), found.windows.len());
-    harness.get_by_label("Side by side").click();
-    settle(&mut harness);
-    harness.get_by_label("thumbnail 01 aileron doublet").click();
-    settle(&mut harness);
-    assert_eq!(harness.state().state.selection.window.as_deref(), Some("01 aileron doublet"));
-    picture(&mut harness, "side_by_side");
     harness.state_mut().request(UiCommand::Edit(EditCommand::Undo));
     settle(&mut harness);
     assert_eq!(session(&harness).windows.len(), 1, "all of them are one step");

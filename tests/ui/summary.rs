@@ -5,6 +5,7 @@ use std::path::Path;
 use doublet::app::Workbench;
 use doublet::command::{EditCommand, UiCommand, ViewCommand};
 use doublet::panels::Pane;
+use doublet::step::Step;
 use doublet_core::model::{Coefficient, Lag, Term};
 use doublet_core::series::TimeRange;
 use doublet_engine::session::{
@@ -54,6 +55,21 @@ fn first_tab_and_lamp_show_the_verdict_of_the_run() {
         assert!(finding.panel.is_none_or(|panel| Pane::from_title(panel).is_some()), "{finding:?}");
     }
     picture(&mut bench.harness, "summary");
+}
+
+#[test]
+fn drawer_of_a_laptop_shows_several_manoeuvres_beside_the_findings() {
+    let mut bench = Bench::shipped_in(1280.0, 720.0);
+    bench.request(UiCommand::View(ViewCommand::Step(Step::Filter)));
+    bench.settle();
+    picture(&mut bench.harness, "summary_drawer");
+    let cells: Vec<_> =
+        bench.harness.get_all_by_label_contains("Flight path, ").filter(|cell| cell.rect().bottom() < 700.0).collect();
+    assert!(cells.len() >= 5, "{} rows", cells.len());
+    let finding = bench.harness.get_all_by_label_contains("all manoeuvres: caution").map(|node| node.rect());
+    let finding =
+        finding.reduce(|one, other| if one.left() > other.left() { one } else { other }).expect("there is one");
+    assert!(cells.iter().all(|cell| cell.rect().right() < finding.left()));
 }
 
 /// Keeps the elevator of the small flight at rest.

@@ -301,7 +301,7 @@ const LEVELS: [&str; 4] = ["Level 1", "Level 2", "Level 3", "worse than Level 3"
 pub fn print_modes(row: &DynamicsRow) {
     print_trim(row);
     text::line("");
-    text::show(&mode_table(row));
+    text::show(&mode_table(&row.modes));
     text::line(&format!("± are standard errors by linearisation; {} samples, seed {}", row.samples, row.seed));
     print_notes(row);
 }

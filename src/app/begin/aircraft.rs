@@ -143,13 +143,14 @@ impl AircraftForm {
     fn state(&self, ui: &mut Ui) {
         let palette = theme::palette(ui);
         let guessed = self.guessed();
-        if let Err(line) = self.aircraft() {
-            ui.label(RichText::new(line).color(palette.error));
-        } else if !guessed.is_empty() {
-            let text = format!("Guesses, not values of your aircraft: {}", guessed.join(", "));
-            ui.label(RichText::new(text).color(palette.warning));
-        }
         ui.weak("Mass and inertia are those of the flight. Stations, fuel and engines can be added to the file later.");
+        let (text, color) = match self.aircraft() {
+            Err(line) => (line, palette.error),
+            Ok(_) if guessed.is_empty() => (String::new(), palette.warning),
+            Ok(_) => (format!("Guesses, not values of your aircraft: {}", guessed.join(", ")), palette.warning),
+        };
+        // Its line is kept where it says nothing: the buttons below do not move while numbers are typed.
+        ui.label(RichText::new(text).color(color));
     }
 
     /// A field for a number, with its guess as a hint.

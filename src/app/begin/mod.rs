@@ -8,6 +8,7 @@ mod recording;
 mod roles;
 mod travel;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,11 +19,13 @@ use doublet_core::quantity::{Role, Unit};
 use doublet_engine::begin::{self, Inspected, Order};
 use doublet_engine::run::{Control, Job};
 use doublet_engine::session::{MapRef, Session};
+use doublet_engine::verdict::Level;
 use eframe::egui;
 
 use super::{Asked, Document, Workbench};
+use crate::notation;
 use aircraft::AircraftForm;
-use page::{Answer, Page};
+use page::{Answer, Page, missing_roles};
 use physics::Comparison;
 
 /// Roles from which a shipped map that fits is taken to be the recorder's own.
@@ -158,8 +161,16 @@ impl Choosing {
     }
 
     /// What is still to be done before the session can be made.
-    fn lacks(&self) -> Option<&'static str> {
-        self.lacks_aircraft_or_name().or(self.lacks_roles()).or(self.lacks_units())
+    fn lacks(&self) -> Option<Cow<'static, str>> {
+        let before = self.lacks_aircraft_or_name().or(self.lacks_roles()).map(Cow::from);
+        before.or_else(|| self.lacks_inputs().map(Cow::from)).or_else(|| self.lacks_units().map(Cow::from))
+    }
+
+    /// The channels without which there is no flight path.
+    fn lacks_inputs(&self) -> Option<String> {
+        let lack = missing_roles(self).into_iter().find(|lack| lack.level == Level::Bad)?;
+        let names: Vec<_> = lack.roles.iter().map(|role| notation::role(*role)).collect();
+        Some(format!("in Channels: {} {}", lack.means, names.join("  ")))
     }
 
     /// A control whose values can be read in two units: nothing in the motion shows which.
@@ -213,11 +224,15 @@ impl Choosing {
         }
     }
 
-    /// Takes the unit of `role` in the map made by hand for known.
-    fn confirm_unit(&mut self, role: Role) {
-        if let Some(mut row) = self.hand.row(role).cloned() {
-            row.is_unit_known = true;
-            self.hand.set(role, Some(row));
+    /// Takes the units of `roles` in the map made by hand for known.
+    fn confirm_units(&mut self, roles: &[Role]) {
+        for role in roles {
+            if let Some(mut row) = self.hand.row(*role).cloned() {
+                row.is_unit_known = true;
+                self.hand.set(*role, Some(row));
+            }
+        }
+        if !roles.is_empty() {
             self.plan_again();
         }
     }
@@ -244,6 +259,14 @@ impl Workbench {
     pub fn draft_name(&self) -> Option<&str> {
         match &self.beginning.step {
             Some(Step::Choosing(choosing)) if self.beginning.is_left => Some(&choosing.name),
+            _ => None,
+        }
+    }
+
+    /// The first recording of the session being made.
+    pub(super) fn begun_from(&self) -> Option<&Path> {
+        match &self.beginning.step {
+            Some(Step::Choosing(choosing)) => choosing.inspected.paths.first().map(PathBuf::as_path),
             _ => None,
         }
     }
@@ -398,7 +421,7 @@ impl Workbench {
         self.state.flight_plots = None;
         self.state.show_layout(crate::layouts::LayoutKey::Step(crate::step::Step::Manoeuvres));
         self.set_message(if found {
-            let found = crate::notation::plural(windows, "manoeuvre");
+            let found = notation::plural(windows, "manoeuvre");
             format!("New session: {found} found. Save it with Ctrl+S")
         } else {
             "New session: no manoeuvre found; one covers the whole recording. Draw others above the plots".to_owned()

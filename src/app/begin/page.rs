@@ -1,9 +1,12 @@
 //! A new session as a page of steps: the recording and its aircraft, what the channels mean, and a check of both.
 
+use doublet_core::quantity::Role;
 use doublet_core::reconstruct::Measurement;
 use doublet_engine::begin::{Missing, missing};
 use doublet_engine::verdict::Level;
-use eframe::egui::{self, Align, Button, Key, Label, Layout, Modifiers, ProgressBar, RichText, ScrollArea, Ui, vec2};
+use eframe::egui::{
+    self, Align, Button, Grid, Key, Label, Layout, Modifiers, ProgressBar, RichText, ScrollArea, Ui, vec2,
+};
 
 use super::{Choice, Choosing, Step, physics, recording, roles};
 use crate::widgets::level_mark::{channel_legend, level_mark};
@@ -59,10 +62,7 @@ impl Page {
             Self::Recording if choosing.lacks_aircraft_or_name().is_some() => Level::Bad,
             Self::Recording => Level::Good,
             Self::Channels if choosing.lacks_roles().is_some() => Level::Bad,
-            Self::Channels if !missing_roles(choosing).is_empty() => {
-                missing_roles(choosing).iter().map(|lack| lack.level).max().unwrap_or_default()
-            }
-            Self::Channels => Level::Good,
+            Self::Channels => missing_roles(choosing).iter().map(|lack| lack.level).max().unwrap_or_default(),
             Self::Check if choosing.lacks_units().is_some() => Level::Bad,
             Self::Check if !choosing.questions().is_empty() => choosing.comparison.worst().max(Level::Caution),
             Self::Check => choosing.comparison.worst(),
@@ -188,7 +188,7 @@ fn foot(choosing: &mut Choosing, below: bool, ui: &mut Ui) -> Answer {
     if let Some(line) = &choosing.complaint {
         ui.add(Label::new(RichText::new(line).color(theme::palette(ui).error)).truncate());
     } else {
-        let text = match lacks {
+        let text = match &lacks {
             Some(lacks) => RichText::new(format!("First: {lacks}")).color(theme::palette(ui).warning),
             None if open > 0 => {
                 let count = notation::plural(open, "open question");
@@ -203,7 +203,7 @@ fn foot(choosing: &mut Choosing, below: bool, ui: &mut Ui) -> Answer {
         let button = ui.add_enabled(lacks.is_none(), Button::new("Create session").min_size(vec2(120.0, BUTTON.y)));
         let pressed =
             lacks.is_none() && !below && ui.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Enter));
-        let button = button.on_hover_text("Ctrl+Enter").on_disabled_hover_text(lacks.unwrap_or_default());
+        let button = button.on_hover_text("Ctrl+Enter").on_disabled_hover_text(lacks.as_deref().unwrap_or_default());
         if button.clicked() || pressed {
             answer = Answer::Make;
         }
@@ -238,6 +238,9 @@ fn channels(choosing: &mut Choosing, ui: &mut Ui) {
 /// What is missing, what is open, and what contradicts.
 fn check(choosing: &mut Choosing, ui: &mut Ui) {
     ui.strong("Missing");
+    if choosing.plan().is_ok_and(|plan| plan.problems.is_empty()) && missing_roles(choosing).is_empty() {
+        ui.weak("Nothing is missing.");
+    }
     lacking(choosing, ui);
     open_questions(choosing, ui);
     ui.add_space(8.0);
@@ -245,22 +248,31 @@ fn check(choosing: &mut Choosing, ui: &mut Ui) {
     physics::show(choosing, ui);
 }
 
-/// What the recording leaves open, one line each; a unit that its values suggest is confirmed by a click.
+/// What the recording leaves open, one line each; units that their values suggest are confirmed by a click, one or all.
 fn open_questions(choosing: &mut Choosing, ui: &mut Ui) {
     if choosing.questions().is_empty() {
         return;
     }
     ui.add_space(8.0);
-    ui.strong("Open questions");
-    let mut confirmed = None;
-    for question in choosing.questions() {
-        ui.horizontal_top(|ui| {
+    let units: Vec<Role> =
+        choosing.questions().iter().filter_map(|question| Some(choosing.open_unit(question)?.0)).collect();
+    let mut confirmed: Vec<Role> = Vec::new();
+    ui.horizontal(|ui| {
+        ui.strong("Open questions");
+        if units.len() > 1 && ui.small_button(format!("Confirm all {} units", units.len())).clicked() {
+            confirmed.clone_from(&units);
+        }
+    });
+    Grid::new("open questions").num_columns(3).spacing([8.0, 3.0]).show(ui, |ui| {
+        for question in choosing.questions() {
             level_mark(ui, Some(if question.must_be_answered { Level::Bad } else { Level::Caution }));
             if let Some((role, unit)) = choosing.open_unit(question) {
                 let button = ui.small_button(format!("Confirm {}", notation::unit_symbol(unit.symbol)));
                 let name = format!("confirm the unit of {}", role.name());
                 ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(name.as_str()));
-                confirmed = button.clicked().then_some(role).or(confirmed);
+                confirmed.extend(button.clicked().then_some(role));
+            } else {
+                ui.label("");
             }
             let text = match &question.option {
                 Some(_) if question.role.is_some() => {
@@ -269,11 +281,10 @@ fn open_questions(choosing: &mut Choosing, ui: &mut Ui) {
                 _ => question.text(),
             };
             ui.add(Label::new(text).wrap());
-        });
-    }
-    if let Some(role) = confirmed {
-        choosing.confirm_unit(role);
-    }
+            ui.end_row();
+        }
+    });
+    choosing.confirm_units(&confirmed);
 }
 
 /// The maps that fit, the one with most roles first, and the one made by hand.
@@ -296,7 +307,7 @@ fn maps(choosing: &mut Choosing, ui: &mut Ui) {
 }
 
 /// Roles that no channel is given; of those whose channel cannot be read the problems of the plan say why.
-fn missing_roles(choosing: &Choosing) -> Vec<Missing> {
+pub(super) fn missing_roles(choosing: &Choosing) -> Vec<Missing> {
     let Ok(plan) = choosing.plan() else { return Vec::new() };
     let derived = choosing.derives_position();
     let position = Measurement::ALL[..3].iter().map(|measurement| measurement.role());

@@ -21,10 +21,9 @@ const LISTED: usize = 6;
 const WITHOUT: &str = "none: flight path only";
 /// Channels listed of one source.
 const MOST_CHANNELS: usize = 400;
-/// Height of a list of findings and of channels, and of the only list of channels in a window that is tall enough.
+/// Height of a list of findings and of channels, and of what is below the only list of channels, which has the rest of the page.
 const LIST: f32 = 150.0;
-const TALL_LIST: f32 = 300.0;
-const TALL: f32 = 700.0;
+const BELOW_LIST: f32 = 40.0;
 
 /// Draws the page.
 pub(super) fn show(choosing: &mut Choosing, ui: &mut Ui) -> Answer {
@@ -107,10 +106,7 @@ fn recorders(choosing: &mut Choosing, ui: &mut Ui) {
 /// Format, sources and findings; the place of a recording that is to be left out.
 fn contents(choosing: &Choosing, ui: &mut Ui) -> Option<usize> {
     let mut removed = None;
-    let is_roomy = choosing.inspected.probes.len() == 1
-        && choosing.aircraft_form.is_none()
-        && ui.ctx().content_rect().height() >= TALL;
-    let height = if is_roomy { TALL_LIST } else { LIST };
+    let is_alone = choosing.inspected.probes.len() == 1;
     for (at, probe) in choosing.inspected.probes.iter().enumerate() {
         let count: usize = probe.sources.iter().map(|source| source.channels.len()).sum();
         let sources = match probe.sources.len() {
@@ -147,10 +143,10 @@ fn contents(choosing: &Choosing, ui: &mut Ui) -> Option<usize> {
                 });
             });
         }
-        CollapsingHeader::new("Channels")
-            .id_salt((&probe.path, "channels"))
-            .default_open(true)
-            .show(ui, |ui| channels(probe, height, ui));
+        CollapsingHeader::new("Channels").id_salt((&probe.path, "channels")).default_open(true).show(ui, |ui| {
+            let rest = ui.clip_rect().bottom() - ui.cursor().top() - BELOW_LIST;
+            channels(probe, if is_alone { rest.max(LIST) } else { LIST }, ui);
+        });
     }
     removed
 }

@@ -1,6 +1,6 @@
 //! The table of roles on the page of a new session.
 
-use doublet_core::load::{ChannelName, ManualChannel, ManualTime, QuaternionAxes, RowValues, guess_row};
+use doublet_core::load::{ChannelName, ManualChannel, ManualTime, QuaternionAxes, RowValues, Source, guess_row};
 use doublet_core::quantity::{Dimension, Role, Unit};
 use doublet_core::reconstruct::{Input, Measurement};
 use doublet_engine::begin::unit_reason;
@@ -18,7 +18,8 @@ const DOUBTFUL: f64 = 0.8;
 /// Rate offered first for a source without time, Hz.
 const USUAL_RATE_HZ: f64 = 50.0;
 
-/// Widths of the columns with what a role is, and with the evidence for its channel.
+/// Widths of the columns with the name of a role, with what it is, and with the evidence for its channel: the same in every table.
+const NAME: f32 = 124.0;
 const MEANING: std::ops::RangeInclusive<f32> = 152.0..=236.0;
 /// Width of the other columns.
 const OTHERS: f32 = 1020.0;
@@ -28,6 +29,9 @@ const EVIDENCE: f32 = 118.0;
 const TRAVEL: &str = "travel";
 /// Controls, after what the filter needs.
 const CONTROLS: [Role; 3] = [Role::Elevator, Role::Aileron, Role::Rudder];
+/// What latitude, longitude and altitude give where it is not recorded.
+const POSITION: [Role; 3] = [Role::PositionNorth, Role::PositionEast, Role::PositionDown];
+const POSITION_HINT: &str = "Position north, east and down from latitude, longitude and altitude";
 /// What density and speed come from where they are not measured.
 const AIR: [Role; 8] = [
     Role::Altitude,
@@ -131,8 +135,7 @@ fn by_hand(choosing: &mut Choosing, ui: &mut Ui) {
     }
     let fixes = [Role::Latitude, Role::Longitude].iter().all(|role| choosing.hand.row(*role).is_some());
     if fixes {
-        let text = "Position north, east and down from latitude, longitude and altitude";
-        ui.checkbox(&mut choosing.hand.position_from_fixes, text);
+        ui.checkbox(&mut choosing.hand.position_from_fixes, POSITION_HINT);
     } else {
         choosing.hand.position_from_fixes = false;
     }
@@ -199,7 +202,7 @@ fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mu
             header(ui, &columns);
             for &role in roles {
                 mark(choosing, role, ui);
-                ui.label(notation::role(role));
+                cell(ui, NAME, RichText::new(notation::role(role)), role.description());
                 cell(ui, meaning, RichText::new(role.description()).weak(), role.description());
                 row(choosing, names, (role, single), ui);
                 ui.end_row();
@@ -221,7 +224,12 @@ fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single): (Role, bo
         let row = chosen.map(|from| guess_row(&choosing.inspected.probes, role, &from));
         choosing.hand.set(role, row);
     }
-    let Some(mut row) = choosing.hand.row(role).cloned() else { return };
+    let Some(mut row) = choosing.hand.row(role).cloned() else {
+        if choosing.hand.position_from_fixes && POSITION.contains(&role) {
+            cell(ui, EVIDENCE, RichText::new("from GPS fixes").small().weak(), POSITION_HINT);
+        }
+        return;
+    };
     reason(choosing, (role, &row), ui);
     unit(&mut row, role, ui);
     let sign = ui.selectable_label(row.turned, if row.turned { "−" } else { "+" });
@@ -258,10 +266,10 @@ fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single): (Role, bo
     }
 }
 
-/// A text of at most that width; all of it, or more, under the pointer.
+/// A text in that width; all of it, or more, under the pointer.
 fn cell(ui: &mut Ui, width: f32, text: RichText, about: &str) {
     ui.scope(|ui| {
-        ui.set_max_width(width);
+        ui.set_width(width);
         ui.add(egui::Label::new(text).truncate()).on_hover_text(about);
     });
 }
@@ -320,7 +328,10 @@ fn unit(row: &mut ManualChannel, role: Role, ui: &mut Ui) {
 /// Where time comes from, for every source that has none of a known name.
 fn times(choosing: &mut Choosing, ui: &mut Ui) {
     let inspected = std::sync::Arc::clone(&choosing.inspected);
-    let without = inspected.probes.iter().flat_map(|probe| &probe.sources).filter(|source| source.clocks.is_empty());
+    // A source of single values needs no time.
+    let is_series = |source: &&Source| source.channels.iter().any(|channel| channel.samples > 1);
+    let sources = inspected.probes.iter().flat_map(|probe| &probe.sources).filter(is_series);
+    let without = sources.filter(|source| source.clocks.is_empty());
     for source in without {
         let at = choosing.hand.time.iter().position(|(name, _)| *name == source.name);
         let mut time = at.map(|at| choosing.hand.time[at].1.clone());

@@ -10,7 +10,7 @@ use eframe::egui::{self, ComboBox, FontId, Galley, Id, Label, Response, RichText
 use egui_extras::{Column, TableBuilder, TableRow};
 
 use crate::command::{EditCommand, MarkCommand, UiCommand};
-use crate::panels::manoeuvres::proposals::{proposals, thumbnails};
+use crate::panels::manoeuvres::proposals::proposals;
 use crate::panels::manoeuvres::window_filter::{Order, WindowFilter};
 use crate::panels::marking::{self, Spot};
 use crate::panels::{EditRequest, Panel, PanelContext, role_color, select_among};
@@ -27,6 +27,8 @@ const REASON: f32 = 11.5;
 const DRAG_S: f64 = 0.05;
 /// Room of the column with a window's mark, which that line starts behind.
 const MARK: f32 = 18.0;
+/// Width from which buttons and filter stand in one row.
+const ONE_ROW: f32 = 820.0;
 /// Height of a panel below which every row of the table counts.
 const LITTLE: f32 = 320.0;
 /// Width of the fields of times, and of the other columns; names are whole in theirs as long as those of the proposals are.
@@ -72,6 +74,7 @@ pub struct Manoeuvres {
 
 impl Panel for Manoeuvres {
     fn show(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui) {
+        let in_one_row = ui.available_width() >= ONE_ROW;
         ui.horizontal(|ui| {
             for (name, command, hint) in [
                 ("◀", EditCommand::PreviousWindow, "Previous manoeuvre (Page up)"),
@@ -89,11 +92,17 @@ impl Panel for Manoeuvres {
             }
             let used = ctx.session.windows.iter().filter(|window| window.role == WindowRole::Identification).count();
             ui.weak(format!("{} in all, {used} for identification", ctx.session.windows.len()));
+            if in_one_row {
+                ui.separator();
+                self.filter.show(ctx, ui);
+            }
         });
+        if !in_one_row {
+            ui.horizontal_wrapped(|ui| self.filter.show(ctx, ui));
+        }
         let windows = self.filter(ctx, ui);
         bulk(ctx, ui);
         proposals(ctx, ui);
-        thumbnails(ctx, ui);
         ui.add_space(2.0);
         let session = ctx.session;
         if let Some(window) = ctx.state.renaming.take().and_then(|name| session.window(&name)) {
@@ -147,7 +156,6 @@ impl Panel for Manoeuvres {
 impl Manoeuvres {
     /// What the filter lets through; how many that are, where it leaves any out.
     fn filter<'a>(&mut self, ctx: &mut PanelContext<'a>, ui: &mut Ui) -> Vec<&'a Manoeuvre> {
-        self.filter.show(ctx, ui);
         let windows = self.filter.windows(ctx);
         if self.filter.is_set() {
             ui.horizontal(|ui| {
@@ -421,14 +429,23 @@ fn error<'a>(ctx: &PanelContext<'a>, window: &Manoeuvre) -> Option<&'a str> {
     results.path.error().or(results.aero.error()).or(results.fits.error())
 }
 
-/// Why a window has no results, laid out in lines of `width`.
+/// Why a window has no results, or that it cuts its input, laid out in lines of `width`.
 fn reason(ctx: &PanelContext<'_>, ui: &Ui, window: &Manoeuvre, width: f32) -> Option<Arc<Galley>> {
-    let color = theme::palette(ui).error;
-    let text = error(ctx, window)?.to_owned();
+    let (text, color) = match error(ctx, window) {
+        Some(error) => (error.to_owned(), theme::palette(ui).error),
+        None => (describe_cut(ctx, window)?, theme::palette(ui).warning),
+    };
     Some(ui.painter().layout(text, FontId::proportional(REASON), color, width))
 }
 
-/// The row below a window without results that says why, across all columns.
+/// That a manoeuvre uses a part of its input only.
+fn describe_cut(ctx: &PanelContext<'_>, window: &Manoeuvre) -> Option<String> {
+    let input = ctx.snapshot.proposals.get(&window.flight)?.latest()?.cut_input(window)?;
+    let [start, end] = [input.onset_s, input.input_end_s].map(|time_s| notation::fixed(time_s, 2));
+    Some(format!("Cuts its input, which lasts from {start} s to {end} s: only a part of it is used."))
+}
+
+/// The row below a window that says why it has no results, or what it cuts, across all columns.
 fn reason_row(
     ctx: &mut PanelContext<'_>,
     mut row: TableRow<'_, '_>,

@@ -198,6 +198,8 @@ impl ManoeuvreMap {
             let (rect, _) = ui.allocate_exact_size(vec2(14.0, 14.0), Sense::hover());
             hollow(ui.painter(), rect.center(), 5.0, ui.visuals().text_color());
             ui.weak("candidate");
+            ui.separator();
+            ui.weak("Drag around marks to select them");
         });
     }
 

@@ -1,25 +1,23 @@
-//! Manoeuvres found in the control deflections, to be taken one by one or all, and every window's input side by side.
+//! Manoeuvres found in the control deflections, to be taken one by one or all, and the curves of pictures of manoeuvres.
 
 use doublet_core::quantity::Role;
 use doublet_core::series::Series;
 use doublet_engine::report::document::{Axis, Colour, Figure, LineStyle, Mark, Panel, Plot};
 use doublet_engine::session::{CandidateEdit, Edit, Manoeuvre, Surface, WindowEdit};
 use doublet_engine::stage::{Candidate, FlightProposals, find_candidates};
-use eframe::egui::{self, CollapsingHeader, Grid, Response, RichText, ScrollArea, Sense, Stroke, Ui, vec2};
+use eframe::egui::{self, CollapsingHeader, Grid, Response, ScrollArea, Ui, vec2};
 
+use crate::notation;
 use crate::panels::manoeuvres::manoeuvre_list::menu;
-use crate::panels::{PanelContext, View, role_color};
+use crate::panels::{PanelContext, View};
 use crate::widgets::chart::figure_entries;
 use crate::widgets::figure::{FigureForm, FigureRequest};
 use crate::widgets::hatch::hatch;
 use crate::widgets::time_view::TimeRange;
-use crate::{notation, theme};
 
-/// Size of a thumbnail, points.
-const SIZE: egui::Vec2 = vec2(132.0, 66.0);
 /// Height of a panel of its figure, mm.
 const PANEL_MM: f64 = 45.0;
-/// Most points of a curve of a thumbnail.
+/// Most points of a curve of a picture.
 const MOST: usize = 132;
 
 /// The windows the chosen flight proposes and the session does not have.
@@ -29,13 +27,14 @@ pub fn proposals(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
     let (open, refused) = open_and_refused(ctx, found);
     let header = match (open.len(), refused.len(), found.windows.len()) {
         (_, _, 0) => "No manoeuvre found in the control deflections".to_owned(),
-        (0, 0, 1) => "The manoeuvre found is in the session".to_owned(),
         (0, 0, all) => format!("All {all} manoeuvres found are in the session"),
         (open, 0, all) => format!("Manoeuvres found: {all}, not in the session: {open}"),
         (open, refused, all) => format!("Manoeuvres found: {all}, not in the session: {open}, refused: {refused}"),
     };
     if open.is_empty() && refused.is_empty() && found.findings.is_empty() {
-        ui.weak(header);
+        if found.windows.is_empty() {
+            ui.weak(header);
+        }
         return;
     }
     CollapsingHeader::new(header).id_salt("proposals").default_open(false).show(ui, |ui| {
@@ -98,22 +97,6 @@ fn draw_refused(ctx: &mut PanelContext<'_>, ui: &mut Ui, flight: &str, refused: 
     });
 }
 
-/// Input and response of every window, side by side; a click chooses one.
-pub fn thumbnails(ctx: &mut PanelContext<'_>, ui: &mut Ui) {
-    let session = ctx.session;
-    let most = (ui.available_height() / 3.0).clamp(SIZE.y + 4.0, 260.0);
-    CollapsingHeader::new("Side by side").id_salt("thumbnails").default_open(false).show(ui, |ui| {
-        ScrollArea::vertical().id_salt("side by side").max_height(most).show(ui, |ui| {
-            ui.horizontal_wrapped(|ui| {
-                ui.spacing_mut().item_spacing = vec2(4.0, 4.0);
-                for window in &session.windows {
-                    thumbnail(ctx, ui, window);
-                }
-            });
-        });
-    });
-}
-
 /// Control and rate a manoeuvre shows most in.
 pub(crate) fn roles(surface: Option<Surface>) -> [Role; 2] {
     let surface = surface.unwrap_or(Surface::Elevator);
@@ -150,39 +133,6 @@ fn figure_of(ctx: &PanelContext<'_>, form: FigureForm, window: &Manoeuvre) -> Op
         roles(window.surface).into_iter().enumerate().filter_map(panel).collect(),
     );
     Some(FigureRequest { figure: figure.with_excluded(&window.excluded), form })
-}
-
-fn thumbnail(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
-    let palette = theme::palette(ui);
-    let (rect, response) = ui.allocate_exact_size(SIZE, Sense::click());
-    let label = format!("thumbnail {}", window.name);
-    ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(label.as_str()));
-    if !ui.is_rect_visible(rect) {
-        return;
-    }
-    let chosen = ctx.selection().window.as_deref() == Some(window.name.as_str());
-    let edge = if chosen { Stroke::new(2.0, palette.accent) } else { Stroke::new(1.0, palette.ignored) };
-    let painter = ui.painter_at(rect);
-    painter.rect(rect, 3.0, ui.visuals().extreme_bg_color, edge, egui::StrokeKind::Inside);
-    let loaded = ctx.snapshot.flights.get(&window.flight).and_then(|slot| slot.latest());
-    for (role, color) in roles(window.surface).into_iter().zip([palette.series[0], palette.series[1]]) {
-        let Some(channel) = loaded.and_then(|loaded| loaded.recording.role(role)) else { continue };
-        let points = curve(&channel.series, window, rect.shrink2(vec2(3.0, 12.0)));
-        painter.line(points, Stroke::new(1.2, color));
-    }
-    hatch_excluded(ui, window, rect.shrink2(vec2(3.0, 12.0)));
-    let font = egui::FontId::proportional(10.5);
-    let at = rect.left_top() + vec2(5.0, 2.0);
-    painter.text(at, egui::Align2::LEFT_TOP, &window.name, font, role_color(palette, window.role));
-    picture_menu(ctx, &response, window);
-    let [control, rate] = roles(window.surface).map(notation::role);
-    let response = response.on_hover_ui(|ui| {
-        ui.label(RichText::new(&window.name).strong());
-        ui.label(format!("{control} and {rate}, each over its own range"));
-    });
-    if response.clicked() {
-        ctx.choose(&window.name);
-    }
 }
 
 /// Hatches the excluded parts of a manoeuvre in a picture of it, which `rect` is as wide as.

@@ -81,29 +81,27 @@ impl WindowFilter {
         !self.words.trim().is_empty() || self.kind.is_some() || self.role.is_some() || self.level.is_some()
     }
 
-    /// Draws what is asked for.
+    /// Draws what is asked for, in a row.
     pub fn show(&mut self, ctx: &PanelContext<'_>, ui: &mut Ui) {
         let mut kinds: Vec<&str> = ctx.session.windows.iter().map(|window| window.kind.as_str()).collect();
         kinds.sort_unstable();
         kinds.dedup();
         kinds.retain(|kind| !kind.is_empty());
-        ui.horizontal_wrapped(|ui| {
-            let field = ui.add(TextEdit::singleline(&mut self.words).hint_text("Filter").desired_width(96.0));
-            ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("filter manoeuvres"));
-            let kinds = kinds.into_iter().map(|kind| (kind.to_owned(), kind.to_owned()));
-            choice(ui, ("type", "any type"), &mut self.kind, kinds);
-            choice(ui, ("use", "any use"), &mut self.role, WindowRole::ALL.map(|role| (role, role.name().to_owned())));
-            let levels = [Level::Bad, Level::Caution, Level::Good].map(|level| (level, level.name().to_owned()));
-            choice(ui, ("verdict", "any verdict"), &mut self.level, levels);
-            let worst = ui.selectable_label(self.order == Order::Verdict, "worst first");
-            if worst.on_hover_text("Sort by verdict").clicked() {
-                self.order = if self.order == Order::Verdict { Order::Session } else { Order::Verdict };
-                self.reversed = false;
-            }
-            if self.is_set() && ui.small_button("✖").on_hover_text("Show all manoeuvres").clicked() {
-                *self = Self { order: self.order, reversed: self.reversed, ..Self::default() };
-            }
-        });
+        let field = ui.add(TextEdit::singleline(&mut self.words).hint_text("Filter").desired_width(96.0));
+        ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("filter manoeuvres"));
+        let kinds = kinds.into_iter().map(|kind| (kind.to_owned(), kind.to_owned()));
+        choice(ui, ("type", "any type"), &mut self.kind, kinds);
+        choice(ui, ("use", "any use"), &mut self.role, WindowRole::ALL.map(|role| (role, role.name().to_owned())));
+        let levels = [Level::Bad, Level::Caution, Level::Good].map(|level| (level, level.name().to_owned()));
+        choice(ui, ("verdict", "any verdict"), &mut self.level, levels);
+        let worst = ui.selectable_label(self.order == Order::Verdict, "worst first");
+        if worst.on_hover_text("Sort by verdict").clicked() {
+            self.order = if self.order == Order::Verdict { Order::Session } else { Order::Verdict };
+            self.reversed = false;
+        }
+        if self.is_set() && ui.small_button("✖").on_hover_text("Show all manoeuvres").clicked() {
+            *self = Self { order: self.order, reversed: self.reversed, ..Self::default() };
+        }
     }
 
     /// The title of a column that orders the windows: a click by it, a second the other way, a third as before.

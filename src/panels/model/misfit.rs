@@ -35,12 +35,10 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, chosen: &mut Coefficient, p
         let all: Vec<_> = studies.iter().map(|study| (study.coefficient, study.coefficient.name())).collect();
         let study_of = |coefficient| studies.iter().find(|study| study.coefficient == coefficient).unwrap_or(first);
         let mut shown = study_of(*chosen).coefficient;
-        ui.horizontal_wrapped(|ui| {
-            ui.weak("Residual of");
-            if choices(ui, &mut shown, &all) {
-                *chosen = shown;
-            }
-        });
+        ui.weak("Residual of");
+        if choices(ui, &mut shown, &all) {
+            *chosen = shown;
+        }
         let study = study_of(shown);
         if let Some(chart) = spectrum(study, ui) {
             ctx.chart(ui, &chart, CHART_HEIGHT);

@@ -301,7 +301,6 @@ fn sections(choice: &mut ReportChoice, house: &mut HouseStyle, pages: &Pages, ui
             let mut label = ui.selectable_label(!choice.as_pages && choice.shown == kind, title);
             if is_empty {
                 label = label.on_hover_text("Empty: the report omits this section");
-                ui.label(RichText::new("empty").size(11.0).weak());
             }
             if label.clicked() {
                 (choice.shown, choice.as_pages) = (kind, false);

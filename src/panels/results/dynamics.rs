@@ -5,18 +5,19 @@ use std::ops::RangeInclusive;
 
 use doublet_core::airframe::Loading;
 use doublet_core::statistics::median;
-use doublet_engine::report::document::level_map;
-use doublet_engine::report::{AnticipationChart, ModeRow, QualityRow, anticipation_chart, mode_rows, qualities_row};
+use doublet_engine::report::document::{Block, level_map};
+use doublet_engine::report::{
+    AnticipationChart, anticipation_chart, criterion_table, level_table, mode_rows, qualities_row, shown_mode_table,
+};
 use doublet_engine::run::Slot;
 use doublet_engine::study::dynamics::{CATEGORIES, CLASSES};
 use doublet_engine::study::{DynamicsRequest, DynamicsStudy};
-use eframe::egui::{ComboBox, Grid, Label, RichText, ScrollArea, Slider, Ui};
+use eframe::egui::{ComboBox, ScrollArea, Slider, Ui};
 
 use crate::panels::aircraft::loading::selected_mass;
 use crate::panels::{Panel, PanelContext, awaiting, choices, dim_if, trouble};
+use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
-use crate::widgets::term::column_title;
-use crate::{notation, theme};
 
 /// Points of an ellipse.
 const OUTLINE: usize = 73;
@@ -67,8 +68,8 @@ impl Panel for Dynamics {
         dim_if(ui, matches!(slot, Slot::Cancelled { .. } | Slot::Failed { .. }));
         match self.aspect {
             Aspect::Roots => roots(ctx, ui, study),
-            Aspect::Modes => modes(ui, study),
-            Aspect::Levels => levels(ui, study),
+            Aspect::Modes => document(ctx, ui, &modes(study)),
+            Aspect::Levels => document(ctx, ui, &levels(study)),
             Aspect::Map => ctx.document(ui, &level_map(&qualities_row(study))),
             Aspect::Anticipation => anticipation(ctx, ui, study),
         }
@@ -177,95 +178,34 @@ fn roots(ctx: &mut PanelContext<'_>, ui: &mut Ui, study: &DynamicsStudy) {
     ctx.chart(ui, &chart, height);
 }
 
-/// A figure with its standard error.
-fn with_error(mode: &ModeRow, key: &str, value: Option<f64>) -> String {
-    let Some(value) = value else { return String::new() };
-    let error = mode.intervals.get(key).and_then(|figure| figure.delta).map(|interval| interval.standard_error);
-    error.map_or_else(
-        || notation::number(value),
-        |error| format!("{} ± {}", notation::within(value, error), notation::within(error, error)),
-    )
+/// Draws blocks that may be higher than the panel.
+fn document(ctx: &mut PanelContext<'_>, ui: &mut Ui, blocks: &[Block]) {
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| ctx.document(ui, blocks));
 }
 
-fn modes(ui: &mut Ui, study: &DynamicsStudy) {
-    ScrollArea::horizontal().show(ui, |ui| {
-        Grid::new("modes").striped(true).show(ui, |ui| {
-            for head in ["mode", "real [1/s]", "frequency [rad/s]", "damping", "period [s]", "half [s]", "double [s]"] {
-                column_title(ui, head);
-            }
-            ui.end_row();
-            for mode in &mode_rows(study) {
-                ui.label(mode.name);
-                ui.label(with_error(mode, "real_1_s", Some(mode.real_1_s)));
-                ui.label(with_error(mode, "frequency_rad_s", Some(mode.frequency_rad_s)));
-                ui.label(with_error(mode, "damping", Some(mode.damping)));
-                ui.label(with_error(mode, "period_s", mode.period_s));
-                ui.label(with_error(mode, "time_to_half_s", mode.time_to_half_s));
-                ui.label(with_error(mode, "time_to_double_s", mode.time_to_double_s));
-                ui.end_row();
-            }
-        });
-    });
-    // Notes wrap in the panel: in the table they would be cut.
-    ScrollArea::vertical().id_salt("notes").show(ui, |ui| {
-        wrapped(ui, "± is one standard error, from the corrected covariance of the derivatives.");
-        study.notes.iter().for_each(|note| wrapped(ui, note));
-    });
-}
-
-/// A weak text over the width of the panel.
-fn wrapped(ui: &mut Ui, text: &str) {
-    ui.add(Label::new(RichText::new(in_letters(text)).weak()).wrap());
+/// Modes with their intervals, and what is to be known of them.
+fn modes(study: &DynamicsStudy) -> Vec<Block> {
+    let about = "± is one standard error, from the corrected covariance of the derivatives.".to_owned();
+    let notes = study.notes.iter().map(|note| typeset(note));
+    let words = std::iter::once(about).chain(notes).map(Block::Paragraph);
+    std::iter::once(Block::Table(shown_mode_table(&mode_rows(study)))).chain(words).collect()
 }
 
 /// `text` with units and symbols as they are printed.
-fn in_letters(text: &str) -> String {
+fn typeset(text: &str) -> String {
     text.replace("omega_sp^2", "ω²sp").replace("rad/s^2", "rad/s²")
 }
 
-fn levels(ui: &mut Ui, study: &DynamicsStudy) {
+/// The level of every criterion, and the paragraphs of all with what is needed for those not judged.
+fn levels(study: &DynamicsStudy) -> Vec<Block> {
     let found = qualities_row(study);
-    let paragraph = |row: &QualityRow| format!("{}, {}", row.standard, row.source);
     let worst = found.level.unwrap_or("not judged");
-    let line = format!("{}, {}: {worst}, {}", found.standard, found.airplane_from, found.extent());
-    ui.add(Label::new(line).wrap());
-    wrapped(ui, &found.note);
-    ScrollArea::both().show(ui, |ui| {
-        Grid::new("levels").striped(true).show(ui, |ui| {
-            for head in ["criterion", "level", "probability", "values [95 %]", "not Level 1 because", "paragraph"] {
-                column_title(ui, head);
-            }
-            ui.end_row();
-            for criterion in found.criteria.iter().filter(|row| row.is_judged()) {
-                ui.label(&criterion.criterion);
-                if criterion.counts {
-                    ui.label(criterion.level_text())
-                } else {
-                    ui.weak(criterion.level_text())
-                };
-                ui.label(criterion.probability().map_or_else(String::new, |share| format!("{:.0} %", 100.0 * share)));
-                ui.label(in_letters(&criterion.value_texts(notation::number).join("; ")));
-                ui.label(in_letters(&criterion.reasons.join("; ")));
-                ui.weak(paragraph(criterion));
-                ui.end_row();
-            }
-        });
-        ui.separator();
-        Grid::new("not judged").striped(true).show(ui, |ui| {
-            for head in ["not judged", "needed", "values [95 %]", "paragraph"] {
-                column_title(ui, head);
-            }
-            ui.end_row();
-            for criterion in &found.criteria {
-                let Some(needed) = &criterion.needed else { continue };
-                ui.label(&criterion.criterion);
-                ui.label(needed);
-                ui.label(in_letters(&criterion.value_texts(notation::number).join("; ")));
-                ui.weak(paragraph(criterion));
-                ui.end_row();
-            }
-        });
-    });
+    vec![
+        Block::Paragraph(format!("{}, {}: {worst}, {}", found.standard, found.airplane_from, found.extent())),
+        Block::Table(level_table(&found)),
+        Block::Paragraph(typeset(&found.note)),
+        Block::Table(criterion_table(&found)),
+    ]
 }
 
 /// Control anticipation over short-period damping in logarithms, with the lines of all levels.

@@ -16,6 +16,9 @@ use crate::ui_state::Scope;
 use crate::widgets::level_mark::level_mark;
 use crate::widgets::quantity_edit;
 
+/// Width of the verdict after a fix, and room for the scroll bar right of the findings.
+const AFTER: f32 = 270.0;
+const SCROLL_ROOM: f32 = 10.0;
 /// Code of channels that contradict each other.
 const CONTRADICTION: &str = "physics";
 
@@ -68,6 +71,7 @@ pub fn show(ctx: &mut PanelContext<'_>, ui: &mut Ui, kind: &FindingKind<'_>, hel
     ui.horizontal_top(|ui| {
         level_mark(ui, Some(finding.level));
         ui.vertical(|ui| {
+            ui.set_max_width(ui.available_width() - SCROLL_ROOM);
             ui.spacing_mut().item_spacing.y = 1.0;
             let more = if alike > 1 { format!("   and {} more like this", alike - 1) } else { String::new() };
             let weak = ui.visuals().weak_text_color();
@@ -147,10 +151,13 @@ fn applied_actions(ctx: &mut PanelContext<'_>, ui: &mut Ui, fix: &Fix) {
     }
 }
 
-/// The verdict before and after a fix, or why the latter is not there.
+/// The verdict before and after a fix, or why the latter is not there; the latter is in a row of its own where both do not fit.
 fn change(ui: &mut Ui, before: Option<VerdictCounts>, after: Result<VerdictCounts, &str>) {
     ui.horizontal_wrapped(|ui| {
         before.into_iter().for_each(|before| describe(ui, before));
+        if ui.available_size_before_wrap().x < AFTER {
+            ui.end_row();
+        }
         ui.label("→");
         match after {
             Ok(after) => describe(ui, after),

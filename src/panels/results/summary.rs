@@ -21,11 +21,13 @@ use crate::widgets::level_mark::{self, level_mark};
 
 /// Height of a row.
 const ROW: f32 = 21.0;
-/// Width of a cell, and the room between two.
+/// Width of a cell, usual and least, and the room between two.
 const CELL: f32 = 40.0;
+const LEAST_CELL: f32 = 28.0;
 const GAP: f32 = 2.0;
-/// Width in which the names of windows are read, and the room right of the grid.
+/// Width in which the names of windows are read, usual and least, and the room right of the grid.
 const NAMES: f32 = 150.0;
+const LEAST_NAMES: f32 = 110.0;
 const RIGHT_ROOM: f32 = 24.0;
 /// Least width of the reasons.
 const LEAST_REASONS: f32 = 260.0;
@@ -33,7 +35,7 @@ const LEAST_REASONS: f32 = 260.0;
 const WIDE: f32 = 720.0;
 /// Height of the reasons where there are none: a heading and the least list.
 const NO_REASONS: f32 = 108.0;
-/// A panel up to this height has the grid alone where there are no reasons.
+/// A panel up to this height has the grid alone where there are no reasons, and the reasons beside a closer grid where both fit.
 const LOW: f32 = 300.0;
 /// Reasons said at once; the rest is asked for.
 const WORST: usize = 3;
@@ -137,10 +139,13 @@ impl Panel for Summary {
             ui.multiply_opacity(0.6);
         }
         let room = ui.available_size();
-        if room.x >= WIDE {
-            // Every coefficient keeps its column and every window a name that can be read.
-            let fits = ctx.session.structure.models.len();
-            let most = (room.x - NAMES - (fits + 1) as f32 * (CELL + GAP) - RIGHT_ROOM).max(LEAST_REASONS);
+        let columns = ctx.session.structure.models.len() + 1;
+        let cell = if room.x >= WIDE || room.y > LOW { CELL } else { LEAST_CELL };
+        let names = if cell < CELL { LEAST_NAMES } else { NAMES };
+        // Every coefficient keeps its column and every window a name that can be read.
+        let most = room.x - names - columns as f32 * (cell + GAP) - RIGHT_ROOM;
+        if room.x >= WIDE || (room.y <= LOW && most >= LEAST_REASONS) {
+            let most = most.max(LEAST_REASONS);
             let bar = Bar::right("reasons beside").default_size(most.min(0.5 * room.x));
             let bar = bar.size_range(LEAST_REASONS..=most);
             bar.show(ui, |ui| self.reasons(ctx, ui, &listed));
@@ -155,7 +160,7 @@ impl Panel for Summary {
             bar.show(ui, |ui| self.reasons(ctx, ui, &listed));
         }
         let ground = egui::Frame::new().inner_margin(egui::Margin { right: 6, ..Default::default() });
-        egui::CentralPanel::default().frame(ground).show(ui, |ui| self.grid(ctx, ui, &verdicts));
+        egui::CentralPanel::default().frame(ground).show(ui, |ui| self.grid(ctx, ui, &verdicts, cell));
     }
 }
 
@@ -183,7 +188,7 @@ impl Summary {
     }
 
     /// Windows down, coefficients across; all windows together first.
-    fn grid(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, verdicts: &Verdicts) {
+    fn grid(&mut self, ctx: &mut PanelContext<'_>, ui: &mut Ui, verdicts: &Verdicts, cell: f32) {
         let fits: Vec<Coefficient> = ctx.session.structure.models.iter().map(|(coefficient, _)| *coefficient).collect();
         let windows: Vec<Option<&str>> = std::iter::once(None)
             .chain(ctx.session.windows.iter().map(|window| Some(window.name.as_str())))
@@ -195,8 +200,8 @@ impl Summary {
             .striped(true)
             .auto_shrink(false)
             .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
-            .column(Column::remainder().at_least(110.0).clip(true))
-            .columns(Column::exact(CELL), fits.len() + 1)
+            .column(Column::remainder().at_least(LEAST_NAMES).clip(true))
+            .columns(Column::exact(cell), fits.len() + 1)
             .header(20.0, |mut header| {
                 header.col(|_| {});
                 header.col(|ui| {

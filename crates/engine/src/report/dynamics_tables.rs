@@ -1,6 +1,6 @@
 //! Tables of how the identified aircraft flies: state matrices, modes, levels of flying qualities.
 
-use super::dynamics::{DynamicsRow, LinearRow, MeasuredRow, ModeRow, QualitiesRow, QualityRow};
+use super::dynamics::{LinearRow, MeasuredRow, ModeRow, QualitiesRow, QualityRow};
 use super::table::{Cell, Column, Table, TableOf};
 use crate::notation::{self, significant};
 
@@ -34,7 +34,7 @@ fn matrices(
 }
 
 /// Natural modes with their standard errors and the 95 % intervals of the frequency, of the real part where aperiodic.
-pub fn mode_table(row: &DynamicsRow) -> Table {
+pub fn mode_table(modes: &[ModeRow]) -> Table {
     let error = |mode: &ModeRow, key: &str| Some(mode.intervals.get(key)?.delta?.standard_error);
     let shown = |mode: &ModeRow| {
         mode.intervals.get(if mode.period_s.is_some() { "frequency_rad_s" } else { "real_1_s" }).copied()
@@ -47,7 +47,7 @@ pub fn mode_table(row: &DynamicsRow) -> Table {
     };
     let oscillating = |mode: &ModeRow, value: Option<f64>| mode.period_s.and(value);
     let caption = "Natural modes with standard errors; the sampled 95 % interval is that of the frequency, or of the real part of aperiodic modes, which have neither frequency nor damping.";
-    TableOf::new("modes", caption, &row.modes)
+    TableOf::new("modes", caption, modes)
         .column(Column::new("mode", "Mode"), |mode| Cell::text(name(mode)))
         .number("real", "Real", "1/s", 3, |mode| mode.real_1_s)
         .maybe("real_error", "±", "1/s", 2, |mode| error(mode, "real_1_s"))
@@ -65,6 +65,17 @@ pub fn mode_table(row: &DynamicsRow) -> Table {
         .maybe("low", "95 % from", "", 4, |mode| Some(sampled(mode)?.low))
         .maybe("high", "to", "", 4, |mode| Some(sampled(mode)?.high))
         .done()
+}
+
+/// Columns of the modes that people read.
+const MODES: [&str; 12] = [
+    "mode", "real", "real_error", "frequency", "frequency_error", "damping", "damping_error", "period", "half",
+    "double", "low", "high",
+];
+
+/// Natural modes as people read them.
+pub fn shown_mode_table(modes: &[ModeRow]) -> Table {
+    mode_table(modes).select(&MODES)
 }
 
 /// Modes measured in the free responses.
@@ -95,7 +106,7 @@ pub fn level_table(found: &QualitiesRow) -> Table {
         .column(Column::new("values", "Values [95 % interval]"), |row| values(row))
         .column(Column::new("level", "Level"), |row| Cell::text(row.level_text()))
         .column(Column::new("probability", "Probability"), |row| Cell::text(percent(row.probability())))
-        .column(Column::new("reasons", "Not Level 1 because"), |row| Cell::text(row.reasons.join("; ")))
+        .column(Column::new("reasons", "Not Level 1 because"), |row| Cell::text(typeset(&row.reasons.join("; "))))
         .done()
 }
 
@@ -112,5 +123,10 @@ pub fn criterion_table(found: &QualitiesRow) -> Table {
 }
 
 fn values(row: &QualityRow) -> Cell {
-    Cell::text(row.value_texts(|value| significant(value, 3)).join("; "))
+    Cell::text(typeset(&row.value_texts(|value| significant(value, 3)).join("; ")))
+}
+
+/// Squares as people read them.
+fn typeset(text: &str) -> String {
+    text.replace("^2", "²")
 }

@@ -43,7 +43,7 @@ pub use dynamics::{
     DynamicsRow, FigureRow, IntervalRow, LevelMapRow, LinearRow, MeasuredRow, ModeRow, QualitiesRow, QualityRow,
     TrimRow, dynamics_row, mode_rows, qualities_row,
 };
-pub use dynamics_tables::{criterion_table, level_table, matrix_tables, measured_table, mode_table};
+pub use dynamics_tables::{criterion_table, level_table, matrix_tables, measured_table, mode_table, shown_mode_table};
 pub use equivalent_levels::equivalent_levels;
 pub use formats::{TableFormat, alignments, csv, latex, markdown};
 pub use gusts::{DelayRow, GustRow, applied_delays};

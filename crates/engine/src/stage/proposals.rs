@@ -74,6 +74,25 @@ pub struct WindowProposal {
     pub base_time_s: f64,
 }
 
+/// Time by which a manoeuvre may start after its input or end before it without cutting it, s.
+const CUT_S: f64 = 0.1;
+
+impl FlightProposals {
+    /// The input, of the surface of a manoeuvre where that is stated, that the manoeuvre starts or ends within.
+    pub fn cut_input(&self, manoeuvre: &Manoeuvre) -> Option<&WindowProposal> {
+        let is_of = |found: &&WindowProposal| {
+            let surfaces = manoeuvre.surface.zip(found.manoeuvre.surface);
+            found.manoeuvre.flight == manoeuvre.flight && surfaces.is_none_or(|(own, other)| own == other)
+        };
+        let TimeRange { start_s, end_s } = manoeuvre.window;
+        let is_cut = |found: &&WindowProposal| {
+            let holds = |time_s: f64| found.onset_s + CUT_S < time_s && time_s < found.input_end_s - CUT_S;
+            holds(start_s) || holds(end_s)
+        };
+        self.windows.iter().filter(is_of).find(is_cut)
+    }
+}
+
 impl WindowProposal {
     /// The session's window that covers the input of this one already.
     pub fn covering_window<'a>(&self, session: &'a Session) -> Option<&'a Manoeuvre> {

@@ -7,17 +7,12 @@ use super::level_map::level_map;
 use super::{Axis, Block, Contents, Figure, LineStyle, Panel, Parts, Plot, paragraph, points};
 use crate::notation::significant;
 use crate::report::{
-    AnticipationChart, DynamicsRow, anticipation_chart, criterion_table, level_table, matrix_tables, mode_table,
+    AnticipationChart, DynamicsRow, anticipation_chart, criterion_table, level_table, matrix_tables, shown_mode_table,
 };
 use crate::study::DynamicsStudy;
 
 /// Points of an ellipse.
 const OUTLINE: usize = 73;
-/// Columns of the modes that are on paper.
-const MODES: [&str; 12] = [
-    "mode", "real", "real_error", "frequency", "frequency_error", "damping", "damping_error", "period", "half",
-    "double", "low", "high",
-];
 /// Height of a figure, mm, and of a panel of the eigenvalues.
 const HEIGHT_MM: f64 = 50.0;
 const ROOTS_HEIGHT_MM: f64 = 36.0;
@@ -35,7 +30,7 @@ pub fn dynamics(contents: &Contents<'_>) -> Parts {
         ),
         Block::Facts(trim(row)),
     ];
-    blocks.push(Block::Table(mode_table(row).select(&MODES)));
+    blocks.push(Block::Table(shown_mode_table(&row.modes)));
     blocks.push(Block::Figure(roots(study)));
     blocks.push(Block::Table(level_table(&row.qualities)));
     blocks.extend(anticipation(study).map(Block::Figure));
