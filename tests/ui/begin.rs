@@ -503,6 +503,8 @@ fn a_session_is_created_once_the_unit_of_a_control_is_confirmed() {
     bench.wait_for("Create session");
     bench.choose_entry("aircraft", "none: flight path only");
     let is_open = |bench: &Bench<'_>| !bench.harness.get_by_label("Create session").accesskit_node().is_disabled();
+    bench.step("Channels");
+    bench.choose_entry("channel of q", "channel 17");
     assert!(!is_open(&bench), "degrees or per cent is not known");
     bench.step("Check");
     picture(&mut bench.harness, "begin_unit");

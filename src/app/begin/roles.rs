@@ -18,8 +18,7 @@ const DOUBTFUL: f64 = 0.8;
 /// Rate offered first for a source without time, Hz.
 const USUAL_RATE_HZ: f64 = 50.0;
 
-/// Widths of the columns with the name of a role, with what it is, and with the evidence for its channel: the same in every table.
-const NAME: f32 = 124.0;
+/// Widths of the columns with what a role is, and with the evidence for its channel.
 const MEANING: std::ops::RangeInclusive<f32> = 152.0..=236.0;
 /// Width of the other columns.
 const OTHERS: f32 = 1020.0;
@@ -202,7 +201,7 @@ fn table(choosing: &mut Choosing, names: &[ChannelName], roles: &[Role], ui: &mu
             header(ui, &columns);
             for &role in roles {
                 mark(choosing, role, ui);
-                cell(ui, NAME, RichText::new(notation::role(role)), role.description());
+                ui.label(notation::role(role));
                 cell(ui, meaning, RichText::new(role.description()).weak(), role.description());
                 row(choosing, names, (role, single), ui);
                 ui.end_row();
@@ -266,10 +265,10 @@ fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single): (Role, bo
     }
 }
 
-/// A text in that width; all of it, or more, under the pointer.
+/// A text of at most that width; all of it, or more, under the pointer.
 fn cell(ui: &mut Ui, width: f32, text: RichText, about: &str) {
     ui.scope(|ui| {
-        ui.set_width(width);
+        ui.set_max_width(width);
         ui.add(egui::Label::new(text).truncate()).on_hover_text(about);
     });
 }

@@ -7,17 +7,19 @@ use doublet_core::airframe::Loading;
 use doublet_core::statistics::median;
 use doublet_engine::report::document::{Block, level_map};
 use doublet_engine::report::{
-    AnticipationChart, anticipation_chart, criterion_table, level_table, mode_rows, qualities_row, shown_mode_table,
+    AnticipationChart, QualityRow, anticipation_chart, mode_rows, qualities_row, shown_mode_table,
 };
 use doublet_engine::run::Slot;
 use doublet_engine::study::dynamics::{CATEGORIES, CLASSES};
 use doublet_engine::study::{DynamicsRequest, DynamicsStudy};
-use eframe::egui::{ComboBox, ScrollArea, Slider, Ui};
+use eframe::egui::{ComboBox, Grid, Label, RichText, ScrollArea, Slider, Ui};
 
+use crate::notation;
 use crate::panels::aircraft::loading::selected_mass;
 use crate::panels::{Panel, PanelContext, awaiting, choices, dim_if, trouble};
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
+use crate::widgets::term::column_title;
 
 /// Points of an ellipse.
 const OUTLINE: usize = 73;
@@ -69,7 +71,7 @@ impl Panel for Dynamics {
         match self.aspect {
             Aspect::Roots => roots(ctx, ui, study),
             Aspect::Modes => document(ctx, ui, &modes(study)),
-            Aspect::Levels => document(ctx, ui, &levels(study)),
+            Aspect::Levels => levels(ui, study),
             Aspect::Map => ctx.document(ui, &level_map(&qualities_row(study))),
             Aspect::Anticipation => anticipation(ctx, ui, study),
         }
@@ -196,16 +198,49 @@ fn typeset(text: &str) -> String {
     text.replace("omega_sp^2", "ω²sp").replace("rad/s^2", "rad/s²")
 }
 
-/// The level of every criterion, and the paragraphs of all with what is needed for those not judged.
-fn levels(study: &DynamicsStudy) -> Vec<Block> {
+fn levels(ui: &mut Ui, study: &DynamicsStudy) {
     let found = qualities_row(study);
+    let paragraph = |row: &QualityRow| format!("{}, {}", row.standard, row.source);
     let worst = found.level.unwrap_or("not judged");
-    vec![
-        Block::Paragraph(format!("{}, {}: {worst}, {}", found.standard, found.airplane_from, found.extent())),
-        Block::Table(level_table(&found)),
-        Block::Paragraph(typeset(&found.note)),
-        Block::Table(criterion_table(&found)),
-    ]
+    let line = format!("{}, {}: {worst}, {}", found.standard, found.airplane_from, found.extent());
+    ui.add(Label::new(line).wrap());
+    ui.add(Label::new(RichText::new(typeset(&found.note)).weak()).wrap());
+    ScrollArea::both().show(ui, |ui| {
+        Grid::new("levels").striped(true).show(ui, |ui| {
+            for head in ["criterion", "level", "probability", "values [95 %]", "not Level 1 because", "paragraph"] {
+                column_title(ui, head);
+            }
+            ui.end_row();
+            for criterion in found.criteria.iter().filter(|row| row.is_judged()) {
+                ui.label(&criterion.criterion);
+                if criterion.counts {
+                    ui.label(criterion.level_text())
+                } else {
+                    ui.weak(criterion.level_text())
+                };
+                ui.label(criterion.probability().map_or_else(String::new, |share| format!("{:.0} %", 100.0 * share)));
+                ui.label(typeset(&criterion.value_texts(notation::number).join("; ")));
+                ui.label(typeset(&criterion.reasons.join("; ")));
+                ui.weak(paragraph(criterion));
+                ui.end_row();
+            }
+        });
+        ui.separator();
+        Grid::new("not judged").striped(true).show(ui, |ui| {
+            for head in ["not judged", "needed", "values [95 %]", "paragraph"] {
+                column_title(ui, head);
+            }
+            ui.end_row();
+            for criterion in &found.criteria {
+                let Some(needed) = &criterion.needed else { continue };
+                ui.label(&criterion.criterion);
+                ui.label(needed);
+                ui.label(typeset(&criterion.value_texts(notation::number).join("; ")));
+                ui.weak(paragraph(criterion));
+                ui.end_row();
+            }
+        });
+    });
 }
 
 /// Control anticipation over short-period damping in logarithms, with the lines of all levels.
