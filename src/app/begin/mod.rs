@@ -8,7 +8,6 @@ mod recording;
 mod roles;
 mod travel;
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -161,16 +160,15 @@ impl Choosing {
     }
 
     /// What is still to be done before the session can be made.
-    fn lacks(&self) -> Option<Cow<'static, str>> {
-        let before = self.lacks_aircraft_or_name().or(self.lacks_roles()).map(Cow::from);
-        before.or_else(|| self.lacks_inputs().map(Cow::from)).or_else(|| self.lacks_units().map(Cow::from))
+    fn lacks(&self) -> Option<&'static str> {
+        self.lacks_aircraft_or_name().or(self.lacks_roles()).or(self.lacks_units())
     }
 
-    /// The channels without which there is no flight path.
-    fn lacks_inputs(&self) -> Option<String> {
+    /// The channels without which there is no flight path: the session shows the recording alone.
+    fn describe_missing_inputs(&self) -> Option<String> {
         let lack = missing_roles(self).into_iter().find(|lack| lack.level == Level::Bad)?;
         let names: Vec<_> = lack.roles.iter().map(|role| notation::role(*role)).collect();
-        Some(format!("in Channels: {} {}", lack.means, names.join("  ")))
+        Some(format!("{} {}", lack.means, names.join("  ")))
     }
 
     /// A control whose values can be read in two units: nothing in the motion shows which.

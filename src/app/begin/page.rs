@@ -62,7 +62,10 @@ impl Page {
             Self::Recording if choosing.lacks_aircraft_or_name().is_some() => Level::Bad,
             Self::Recording => Level::Good,
             Self::Channels if choosing.lacks_roles().is_some() => Level::Bad,
-            Self::Channels => missing_roles(choosing).iter().map(|lack| lack.level).max().unwrap_or_default(),
+            Self::Channels => {
+                let worst = missing_roles(choosing).iter().map(|lack| lack.level).max();
+                worst.unwrap_or_default().min(Level::Caution)
+            }
             Self::Check if choosing.lacks_units().is_some() => Level::Bad,
             Self::Check if !choosing.questions().is_empty() => choosing.comparison.worst().max(Level::Caution),
             Self::Check => choosing.comparison.worst(),
@@ -188,14 +191,17 @@ fn foot(choosing: &mut Choosing, below: bool, ui: &mut Ui) -> Answer {
     if let Some(line) = &choosing.complaint {
         ui.add(Label::new(RichText::new(line).color(theme::palette(ui).error)).truncate());
     } else {
-        let text = match &lacks {
-            Some(lacks) => RichText::new(format!("First: {lacks}")).color(theme::palette(ui).warning),
-            None if open > 0 => {
+        let text = match (lacks, choosing.describe_missing_inputs()) {
+            (Some(lacks), _) => RichText::new(format!("First: {lacks}")).color(theme::palette(ui).warning),
+            (None, Some(missing)) => RichText::new(missing).color(theme::palette(ui).warning),
+            (None, None) if open > 0 => {
                 let count = notation::plural(open, "open question");
                 let text = format!("{count}: Create assumes what step Check lists");
                 RichText::new(text).color(theme::palette(ui).warning)
             }
-            None => RichText::new("The recording is neither changed nor copied. Save the session yourself.").weak(),
+            (None, None) => {
+                RichText::new("The recording is neither changed nor copied. Save the session yourself.").weak()
+            }
         };
         ui.add(Label::new(text).truncate());
     }
@@ -203,7 +209,7 @@ fn foot(choosing: &mut Choosing, below: bool, ui: &mut Ui) -> Answer {
         let button = ui.add_enabled(lacks.is_none(), Button::new("Create session").min_size(vec2(120.0, BUTTON.y)));
         let pressed =
             lacks.is_none() && !below && ui.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Enter));
-        let button = button.on_hover_text("Ctrl+Enter").on_disabled_hover_text(lacks.as_deref().unwrap_or_default());
+        let button = button.on_hover_text("Ctrl+Enter").on_disabled_hover_text(lacks.unwrap_or_default());
         if button.clicked() || pressed {
             answer = Answer::Make;
         }

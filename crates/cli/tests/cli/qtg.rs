@@ -325,7 +325,7 @@ fn what_is_wrong_with_a_test_file_is_said_with_file_and_field() {
         (format!("{head}[equipment]\nflaps = 50.0\n[[test]]\nid = \"2.d.6\"\n"), "equipment: 'flaps'"),
         (format!("{head}[equipment]\nflaps_m_s = -1.0\n[[test]]\nid = \"2.d.6\"\n"), "equipment.flaps_m_s is -1"),
         (head.replace("version = 1", "version = 7"), "version 7"),
-        (head.replace("qualification", "driving"), "format is"),
+        (head.replace("qualification", "driving"), "'doublet driving tests'"),
     ] {
         std::fs::write(&tests, &text).unwrap();
         let output = qtg(tests.to_str().unwrap(), &folder.path().join("out"));

@@ -97,8 +97,8 @@ pub(super) struct Motion {
     sines: [Sines; ANGLES.len()],
     /// Finest step between samples by role, where it is more than [`COARSE`] of the range of the column; zero elsewhere.
     resolutions: Vec<f64>,
-    /// Whether the bank is recorded within a turn in radians and covers it: its column runs on beyond that.
-    pub banks_by_turns: bool,
+    /// The turn that the recorded bank covers, as it was read; its column runs on beyond that.
+    bank_turn: Option<f64>,
     /// Velocity over the ground as it was recorded, north, east and down.
     ground_velocity: [Option<Series>; 3],
 }
@@ -170,10 +170,9 @@ impl Motion {
         let segments = if moving.is_empty() { ranges } else { moving };
         let ground_velocity = [Role::VelocityNorth, Role::VelocityEast, Role::VelocityDown];
         let ground_velocity = ground_velocity.map(|role| recording.role(role).map(|channel| scaled(&channel.series)));
-        let bank = recording.role(Role::BankAngle);
-        let banks_by_turns = bank.is_some_and(|channel| find_turn(&channel.series.values) == Some(TAU));
+        let bank_turn = recording.role(Role::BankAngle).and_then(|channel| find_turn(&channel.series.values));
         let (time_s, sines) = (at_s.into(), Default::default());
-        Some(Self { step_s, segments, time_s, columns, sines, resolutions, banks_by_turns, ground_velocity })
+        Some(Self { step_s, segments, time_s, columns, sines, resolutions, bank_turn, ground_velocity })
     }
 
     /// Finest step between samples of a role that a recorder rounds coarsely; zero of any other.
@@ -187,6 +186,11 @@ impl Motion {
         let range = TimeRange { start_s, end_s }.indices(&series.time_s);
         let samples = series.time_s[range.clone()].iter().zip(&series.values[range]);
         samples.filter(|(_, value)| value.is_finite()).map(|(time_s, value)| [*time_s, *value]).collect()
+    }
+
+    /// The turn that an angle covers whose column runs on beyond it, as it was read.
+    pub(super) fn turn(&self, role: Role) -> Option<f64> {
+        self.bank_turn.filter(|_| role == Role::BankAngle)
     }
 
     /// Whether `role` is recorded.
@@ -233,8 +237,12 @@ impl Motion {
     pub(super) fn changed(mut self, role: Role, change: impl Fn(f64) -> f64) -> Self {
         let column = self.column(role).map(|column| column.iter().map(|value| change(*value)).collect());
         self.set(role, column);
+        let scaled = |length: f64| (change(length) - change(0.0)).abs();
         let step = &mut self.resolutions[role as usize];
-        *step = (change(*step) - change(0.0)).abs();
+        *step = scaled(*step);
+        if role == Role::BankAngle {
+            self.bank_turn = self.bank_turn.map(scaled);
+        }
         self
     }
 
@@ -261,7 +269,7 @@ impl Motion {
             columns: self.columns.iter().map(|column| column.as_deref().map(select)).collect(),
             sines: Default::default(),
             resolutions: self.resolutions.clone(),
-            banks_by_turns: self.banks_by_turns,
+            bank_turn: self.bank_turn,
             ground_velocity: [const { None }; 3],
         };
         // What is moved against the rest many times shares the sines of the rest.

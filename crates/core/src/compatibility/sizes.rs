@@ -52,10 +52,11 @@ impl Size {
         if values.is_empty() {
             return Outcome::Undetermined;
         }
-        let is_inside = |value: f64| {
-            (self.range.0..=self.range.1).contains(&value) || (self.role == BankAngle && motion.banks_by_turns)
+        let is_inside = |value: f64| (self.range.0..=self.range.1).contains(&value);
+        let outside = match motion.turn(self.role) {
+            Some(turn) if is_inside(turn) => 0,
+            _ => values.iter().filter(|value| !is_inside(**value)).count(),
         };
-        let outside = values.iter().filter(|value| !is_inside(**value)).count();
         let last = values.len() - 1;
         values.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
         let largest = values[last - last / 100];

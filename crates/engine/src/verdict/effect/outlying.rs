@@ -31,7 +31,7 @@ pub(in crate::verdict) struct Outlying {
 
 /// Manoeuvres whose residual is many times that of most and a large part of their motion, the largest first. Each manoeuvre is weighted by its own residual, `min sum_w n_w
 /// ln(s_w)` with its root mean square `s_w`: the maximum likelihood for noise that differs from one to the other, by repeated weights
-/// `1 / s_w`. They start from the estimate of a single manoeuvre, or of all, that leaves the least median residual. Priors say nothing here.
+/// `1 / s_w`. They start from the estimate of a single manoeuvre, or of all, that leaves the least median residual. Priors are left out.
 pub(super) fn find_outlying(pooled: &PooledRegression, fit: &PooledFit) -> Vec<Outlying> {
     if pooled.windows.len() < FEWEST {
         return Vec::new();
