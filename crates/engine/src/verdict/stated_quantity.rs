@@ -65,6 +65,6 @@ mod tests {
             source: "aircraft file",
             percent_per_percent: 1.0,
         };
-        assert_eq!([of(0.31245).to_string(), of(2170.4).to_string()], ["Ixx 0.3124 kg m2", "Ixx 2170 kg m2"]);
+        assert_eq!([of(0.31246).to_string(), of(2170.4).to_string()], ["Ixx 0.3125 kg m2", "Ixx 2170 kg m2"]);
     }
 }
