@@ -4,7 +4,7 @@ use doublet_core::model::{Term, Variable};
 use doublet_core::quantity::{Dimension, Role};
 use doublet_engine::notation::{decimals_of_error, role_unit, unit};
 pub use doublet_engine::notation::{
-    derivative, derivative_parts, measurement, plural, role, signal, state, term, unit_symbol,
+    derivative, derivative_parts, measurement, plural, raise_powers, role, signal, state, term,
 };
 use eframe::egui::text::{LayoutJob, TextFormat};
 use eframe::egui::{self, Align, Color32, FontId};

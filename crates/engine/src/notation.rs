@@ -235,14 +235,14 @@ pub fn sensitivity_quantity(name: &str) -> &str {
     }
 }
 
-/// The symbol of a unit as it is printed: `m/s²` for `m/s^2`.
-pub fn unit_symbol(symbol: &str) -> String {
-    symbol.replace("^2", "²").replace("^3", "³")
+/// A unit or a text with its powers as they are printed: `m/s²` for `m/s^2`.
+pub fn raise_powers(text: &str) -> String {
+    text.replace("^2", "²").replace("^3", "³")
 }
 
 /// A term such as `qc/V` or `alpha^2*delta_e` as it is printed: `qc/V`, `α²·δe`.
 pub fn term(name: &str) -> String {
-    greek(&name.replace("^2", "²").replace("^3", "³").replace('*', "·"))
+    greek(&raise_powers(name).replace('*', "·"))
 }
 
 /// A derivative such as `Cm_delta_e` split into its letter, its subscript and what follows: `C`, `mδe`, ``.

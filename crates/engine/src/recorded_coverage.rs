@@ -53,5 +53,5 @@ fn identify_recorded(
         return Err(format!("{place}: {error}").into());
     }
     let pooled = snapshot.pooled.ready().ok_or(StageError::NotApplicable)?;
-    estimates((**pooled).clone(), |fit| &fit.corrected_errors)
+    estimates(pooled, |fit| &fit.corrected_errors)
 }

@@ -273,7 +273,7 @@ fn open_questions(choosing: &mut Choosing, ui: &mut Ui) {
         for question in choosing.questions() {
             level_mark(ui, Some(if question.must_be_answered { Level::Bad } else { Level::Caution }));
             if let Some((role, unit)) = choosing.open_unit(question) {
-                let button = ui.small_button(format!("Confirm {}", notation::unit_symbol(unit.symbol)));
+                let button = ui.small_button(format!("Confirm {}", notation::raise_powers(unit.symbol)));
                 let name = format!("confirm the unit of {}", role.name());
                 ui.ctx().accesskit_node_builder(button.id, |node| node.set_label(name.as_str()));
                 confirmed.extend(button.clicked().then_some(role));

@@ -83,7 +83,7 @@ fn planned(choosing: &Choosing, index: usize, ui: &mut Ui) {
             ui.label(notation::role(*role));
             ui.weak(role.description());
             ui.label(&assignment.channels).on_hover_text(&assignment.description);
-            ui.label(notation::unit_symbol(assignment.unit.symbol));
+            ui.label(notation::raise_powers(assignment.unit.symbol));
             if let Some(shape) = choosing.comparison.shape(*role) {
                 shape.show(ui, *role);
                 for value in shape.range().into_iter().flatten() {
@@ -254,7 +254,7 @@ fn row(choosing: &mut Choosing, names: &[ChannelName], (role, single): (Role, bo
             let shown = ui.label(RichText::new(notation::number(value)).font(theme::figures(ui)));
             let recorded = format!("{} {}", notation::number(value), unit.symbol);
             let si = format!("{} {}", notation::number(unit.to_si(value)), role.dimension().si_symbol());
-            shown.on_hover_text(notation::unit_symbol(&format!("{recorded}, with sign, scale and offset: {si}")));
+            shown.on_hover_text(notation::raise_powers(&format!("{recorded}, with sign, scale and offset: {si}")));
         }
     }
     if let Some(shape) = choosing.comparison.shape(role) {
@@ -312,11 +312,11 @@ fn certainty(weighed: &WeighedRole) -> String {
 }
 
 fn unit(row: &mut ManualChannel, role: Role, ui: &mut Ui) {
-    let symbol = notation::unit_symbol(row.unit.map_or("–", |unit| unit.symbol));
+    let symbol = notation::raise_powers(row.unit.map_or("–", |unit| unit.symbol));
     let combo = ComboBox::from_id_salt(("unit", role.name())).selected_text(symbol).width(64.0);
     let combo = combo.show_ui(ui, |ui| {
         for unit in Unit::all().filter(|unit| unit.dimension == role.dimension()) {
-            if ui.selectable_value(&mut row.unit, Some(unit), notation::unit_symbol(unit.symbol)).clicked() {
+            if ui.selectable_value(&mut row.unit, Some(unit), notation::raise_powers(unit.symbol)).clicked() {
                 row.is_unit_known = true;
             }
         }

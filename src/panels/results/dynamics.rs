@@ -188,14 +188,9 @@ fn document(ctx: &mut PanelContext<'_>, ui: &mut Ui, blocks: &[Block]) {
 /// Modes with their intervals, and what is to be known of them.
 fn modes(study: &DynamicsStudy) -> Vec<Block> {
     let about = "± is one standard error, from the corrected covariance of the derivatives.".to_owned();
-    let notes = study.notes.iter().map(|note| typeset(note));
+    let notes = study.notes.iter().map(|note| notation::raise_powers(note));
     let words = std::iter::once(about).chain(notes).map(Block::Paragraph);
     std::iter::once(Block::Table(shown_mode_table(&mode_rows(study)))).chain(words).collect()
-}
-
-/// `text` with units and symbols as they are printed.
-fn typeset(text: &str) -> String {
-    text.replace("omega_sp^2", "ω²sp").replace("rad/s^2", "rad/s²")
 }
 
 fn levels(ui: &mut Ui, study: &DynamicsStudy) {
@@ -204,7 +199,7 @@ fn levels(ui: &mut Ui, study: &DynamicsStudy) {
     let worst = found.level.unwrap_or("not judged");
     let line = format!("{}, {}: {worst}, {}", found.standard, found.airplane_from, found.extent());
     ui.add(Label::new(line).wrap());
-    ui.add(Label::new(RichText::new(typeset(&found.note)).weak()).wrap());
+    ui.add(Label::new(RichText::new(notation::raise_powers(&found.note)).weak()).wrap());
     ScrollArea::both().show(ui, |ui| {
         Grid::new("levels").striped(true).show(ui, |ui| {
             for head in ["criterion", "level", "probability", "values [95 %]", "not Level 1 because", "paragraph"] {
@@ -219,8 +214,8 @@ fn levels(ui: &mut Ui, study: &DynamicsStudy) {
                     ui.weak(criterion.level_text())
                 };
                 ui.label(criterion.probability().map_or_else(String::new, |share| format!("{:.0} %", 100.0 * share)));
-                ui.label(typeset(&criterion.value_texts(notation::number).join("; ")));
-                ui.label(typeset(&criterion.reasons.join("; ")));
+                ui.label(notation::raise_powers(&criterion.value_texts(notation::number).join("; ")));
+                ui.label(notation::raise_powers(&criterion.reasons.join("; ")));
                 ui.weak(paragraph(criterion));
                 ui.end_row();
             }
@@ -235,7 +230,7 @@ fn levels(ui: &mut Ui, study: &DynamicsStudy) {
                 let Some(needed) = &criterion.needed else { continue };
                 ui.label(&criterion.criterion);
                 ui.label(needed);
-                ui.label(typeset(&criterion.value_texts(notation::number).join("; ")));
+                ui.label(notation::raise_powers(&criterion.value_texts(notation::number).join("; ")));
                 ui.weak(paragraph(criterion));
                 ui.end_row();
             }

@@ -89,14 +89,19 @@ fn level(m: &Motion, k: usize, value: f64) -> f64 {
     if m.at(BankAngle, k).abs() < 0.26 { value } else { f64::NAN }
 }
 
-/// A value at less than 60 degrees of pitch, not a number above: the other Euler angles turn fast there and jump at 90 degrees.
-fn off_the_vertical(m: &Motion, k: usize, value: f64) -> f64 {
-    if m.sin_cos(PitchAngle, k).1 > 0.5 { value } else { f64::NAN }
+/// Cosine of 60 degrees of pitch, above which the other Euler angles turn fast; at 90 degrees they jump.
+const STEEP_COSINE: f64 = 0.5;
+/// Pitch rate, rad/s, from which the centripetal acceleration matters beside gravity: 3 m/s² at 30 m/s, more in a fast aircraft.
+const PULL_UP_RAD_S: f64 = 0.1;
+
+/// A value, not a number in steep climbs and dives.
+fn drop_steep(m: &Motion, k: usize, value: f64) -> f64 {
+    if m.sin_cos(PitchAngle, k).1 > STEEP_COSINE { value } else { f64::NAN }
 }
 
-/// A value; where no airspeed gives the centripetal acceleration, not a number in banks and where the aircraft pitches by 0.1 rad/s.
-fn by_gravity(m: &Motion, k: usize, value: f64) -> f64 {
-    match (m.has(TrueAirspeed), m.at(PitchRate, k).abs() < 0.1) {
+/// A value; where no airspeed gives the centripetal acceleration, not a number in banks and pull-ups.
+fn drop_curved(m: &Motion, k: usize, value: f64) -> f64 {
+    match (m.has(TrueAirspeed), m.at(PitchRate, k).abs() < PULL_UP_RAD_S) {
         (true, _) => value,
         (false, true) => level(m, k, value),
         (false, false) => f64::NAN,
@@ -130,7 +135,7 @@ pub(super) const RELATIONS: &[Kinematic] = &[
         needs: &[RollRate, BankAngle],
         uses: &[PitchAngle, PitchRate, YawRate],
         clock: ClockEffect::Multiplies,
-        y: (|m, k| off_the_vertical(m, k, m.at(RollRate, k)), nothing),
+        y: (|m, k| drop_steep(m, k, m.at(RollRate, k)), nothing),
         x: (
             |m, k| {
                 let (sin_phi, cos_phi) = m.sin_cos(BankAngle, k);
@@ -161,7 +166,7 @@ pub(super) const RELATIONS: &[Kinematic] = &[
         y: (
             |m, k| {
                 let value = m.at(YawRate, k) * m.sin_cos(BankAngle, k).1 / m.sin_cos(PitchAngle, k).1;
-                off_the_vertical(m, k, value)
+                drop_steep(m, k, value)
             },
             nothing,
         ),
@@ -287,7 +292,7 @@ pub(super) const RELATIONS: &[Kinematic] = &[
         uses: &[BankAngle, PitchAngle, TrueAirspeed, AngleOfAttack, Sideslip, RollRate, PitchRate],
         origin: true,
         noise: 1.0,
-        y: (|m, k| by_gravity(m, k, m.at(SpecificForceZ, k)), nothing),
+        y: (|m, k| drop_curved(m, k, m.at(SpecificForceZ, k)), nothing),
         x: (|m, k| centripetal(m, k)[2] - gravity(m, k)[2], |m, k| air_velocity(m, k)[2]),
         ..EXACT
     },

@@ -140,6 +140,11 @@ impl Source {
         Self { name: one_line(&name.into()), ..Self::default() }
     }
 
+    /// Whether it has a channel called `name`.
+    pub(crate) fn has_channel(&self, name: &str) -> bool {
+        self.channels.iter().any(|channel| channel.name == name)
+    }
+
     /// Adds a matrix given column by column; a single column is a plain channel.
     pub(crate) fn push_columns(&mut self, name: &str, unit: Option<&str>, columns: Vec<Arc<[f64]>>) {
         let single = columns.len() == 1;

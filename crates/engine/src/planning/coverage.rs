@@ -125,7 +125,7 @@ pub fn design_coverage(
         let extremes = extremes(&flight.flight, &next_windows, &designed.plant.trim);
         // A design predicts what the noise gives, not the scatter between windows.
         let found =
-            estimates(flight.pooled, |fit| &fit.noise_errors).map_err(|error| error.at(format!("seed {seed}")))?;
+            estimates(&flight.pooled, |fit| &fit.noise_errors).map_err(|error| error.at(format!("seed {seed}")))?;
         context.step();
         Ok((found, extremes))
     };

@@ -84,8 +84,8 @@ pub fn true_derivatives(text: &str) -> Result<BTreeMap<String, f64>, String> {
 pub fn debrief(promise: &Promise, flights: &[(Snapshot, Option<BTreeMap<String, f64>>)]) -> StageResult<Debrief> {
     let found = flights.iter().map(|(snapshot, truth)| {
         let pooled = snapshot.pooled.ready().ok_or("the flight has no pooled fit: check its findings")?;
-        let all = estimates((**pooled).clone(), |fit| &fit.corrected_errors)?;
-        let noise = estimates((**pooled).clone(), |fit| &fit.noise_errors)?;
+        let all = estimates(pooled, |fit| &fit.corrected_errors)?;
+        let noise = estimates(pooled, |fit| &fit.noise_errors)?;
         let one = |((name, value, _, error), (.., noise)): (Estimate, Estimate)| {
             let truth = truth.as_ref().and_then(|truth| truth.get(&name).copied());
             (name, Obtained { value, error, noise, truth })

@@ -257,7 +257,6 @@ fn errors_over_goals(found: &Enough) -> Figure {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
 
     use super::*;
 
@@ -282,22 +281,10 @@ mod tests {
         let row = |excursion: ExcursionRow| DesignRow {
             kind: "doublet",
             surfaces: vec!["elevator"],
-            time_s: 20.0,
             criterion: "a",
-            costs: BTreeMap::new(),
-            trim: BTreeMap::new(),
-            gust_m_s: 0.0,
-            band_hz: [0.0; 2],
-            predicted: Vec::new(),
             notes: excursion.warning().into_iter().collect(),
             excursions: vec![excursion],
-            manoeuvres: Vec::new(),
-            signal: Vec::new(),
-            correlations: Vec::new(),
-            samples: 0,
-            failed_samples: 0,
-            seed: 1,
-            comparison: Vec::new(),
+            ..DesignRow::default()
         };
         let beyond = row(excursion(Some(-0.02)));
         let found: Vec<Block> = notes(&beyond).collect();

@@ -170,23 +170,11 @@ mod tests {
         let share = PathShare { parts: parts.into(), time_s: 100.0 };
         let mut row = DesignRow {
             kind: "doublet",
-            surfaces: Vec::new(),
             time_s: 125.0,
             criterion: "d",
-            costs: BTreeMap::new(),
-            trim: BTreeMap::new(),
-            gust_m_s: 0.0,
-            band_hz: [0.0; 2],
             predicted: vec![predicted("Cm_q", 3.0), predicted("Cl_p", 3.0), predicted("CX_q", 3.0)],
-            excursions: Vec::new(),
             manoeuvres: vec![manoeuvre("elevator", 25.0), manoeuvre("aileron", 60.0), manoeuvre("rudder", 40.0)],
-            signal: Vec::new(),
-            correlations: Vec::new(),
-            samples: 0,
-            failed_samples: 0,
-            seed: 1,
-            comparison: Vec::new(),
-            notes: Vec::new(),
+            ..DesignRow::default()
         };
         row.add_path(&share, false);
         let promised: Vec<f64> = row.predicted.iter().filter_map(|own| own.promised).collect();

@@ -14,7 +14,7 @@ use crate::graph::StageResult;
 use crate::notation::{self, significant};
 
 /// A design and what it promises.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct DesignRow {
     /// Kind of input.
     pub kind: &'static str,

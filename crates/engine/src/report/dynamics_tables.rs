@@ -106,7 +106,9 @@ pub fn level_table(found: &QualitiesRow) -> Table {
         .column(Column::new("values", "Values [95 % interval]"), |row| values(row))
         .column(Column::new("level", "Level"), |row| Cell::text(row.level_text()))
         .column(Column::new("probability", "Probability"), |row| Cell::text(percent(row.probability())))
-        .column(Column::new("reasons", "Not Level 1 because"), |row| Cell::text(typeset(&row.reasons.join("; "))))
+        .column(Column::new("reasons", "Not Level 1 because"), |row| {
+            Cell::text(notation::raise_powers(&row.reasons.join("; ")))
+        })
         .done()
 }
 
@@ -123,10 +125,5 @@ pub fn criterion_table(found: &QualitiesRow) -> Table {
 }
 
 fn values(row: &QualityRow) -> Cell {
-    Cell::text(typeset(&row.value_texts(|value| significant(value, 3)).join("; ")))
-}
-
-/// Squares as people read them.
-fn typeset(text: &str) -> String {
-    text.replace("^2", "²")
+    Cell::text(notation::raise_powers(&row.value_texts(|value| significant(value, 3)).join("; ")))
 }

@@ -12,6 +12,7 @@ use doublet_core::prep::{Interpolation, fuel_from_flow, resample};
 use doublet_core::propulsion::Powerplant;
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Series};
+use doublet_core::statistics::extent;
 
 use super::instruments::tank_channel;
 use super::mass::{FuelRecord, FuelSource};
@@ -325,12 +326,8 @@ impl AircraftData {
         };
         let shifts_kg = shifts.into_iter().filter(|(_, shift_kg)| shift_kg.abs() > SMALLEST_SHIFT_KG).collect();
         let unused = recording.role(Role::FuelMass).filter(|_| record == FuelRecord::None);
-        let unused_range_kg = unused.map(|channel| {
-            let recorded = channel.series.values.iter().filter(|value| value.is_finite());
-            let (low, high) =
-                recorded.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
-            high - low
-        });
+        let unused_range_kg =
+            unused.and_then(|channel| extent(&*channel.series.values)).map(|[least, greatest]| greatest - least);
         FuelSource { record, is_stated: self.fuel_is_stated, shifts_kg, unused_range_kg }
     }
 

@@ -67,7 +67,7 @@ pub fn coverage(
         context.checkpoint()?;
         let seed = first_seed + index as u64;
         let found = fly(session, scenario, &aircraft, &windows, seed, &context);
-        let found = found.and_then(|flight| estimates(flight.pooled, |fit| &fit.corrected_errors));
+        let found = found.and_then(|flight| estimates(&flight.pooled, |fit| &fit.corrected_errors));
         let found = found.map_err(|error| error.at(format!("seed {seed}")))?;
         context.step();
         Ok(found)
@@ -195,11 +195,10 @@ pub(crate) fn flown_loading(scenario: &Scenario) -> Loading {
 }
 
 /// Estimates of one flight, with the errors that `errors` takes from each fit as their corrected ones.
-pub(crate) fn estimates(pooled: PooledFits, errors: fn(&CoefficientFit) -> &[f64]) -> StageResult<Vec<Estimate>> {
+pub(crate) fn estimates(pooled: &PooledFits, errors: fn(&CoefficientFit) -> &[f64]) -> StageResult<Vec<Estimate>> {
     let mut estimates = Vec::new();
-    for fit in pooled.fits {
-        let errors = errors(&fit).to_vec();
-        let found = fit.fit?;
+    for fit in &pooled.fits {
+        let (errors, found) = (errors(fit), fit.fit.as_ref().map_err(Clone::clone)?);
         for (index, name) in found.names.iter().enumerate().filter(|(_, name)| !name.ends_with(']')) {
             estimates.push((name.clone(), found.estimates[index], found.standard_errors[index], errors[index]));
         }

@@ -4,7 +4,7 @@ use doublet_core::message;
 use doublet_core::model::Coefficient;
 use doublet_core::quantity::Role;
 use doublet_core::series::{Recording, Series, TimeRange};
-use doublet_core::statistics::median_step;
+use doublet_core::statistics::{extent, median_step};
 
 use super::judge::Evidence;
 use super::{Finding, Level, flight, remedies};
@@ -135,9 +135,7 @@ fn measure_shortest_pulse(control: &Series, window: TimeRange) -> Option<(f64, f
 
 /// Largest less smallest value.
 fn measure_travel(values: &[f64]) -> f64 {
-    let (low, high) =
-        values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
-    high - low
+    extent(values).map_or(0.0, |[least, greatest]| greatest - least)
 }
 
 /// The derivative that damps a motion, as pooled.

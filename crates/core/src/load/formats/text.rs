@@ -321,7 +321,7 @@ impl<'l> Table<'l> {
                 continue;
             }
             warnings.extend(column.describe_words(&name));
-            if source.channels.iter().any(|channel| channel.name == name) {
+            if source.has_channel(&name) {
                 let unique = format!("{name} (column {})", index + 1);
                 warnings.push(message!(
                     "two columns are called {}; the later one is listed as {}",

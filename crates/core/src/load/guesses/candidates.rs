@@ -54,15 +54,10 @@ pub(crate) fn candidates(probes: &[Probe]) -> Vec<Candidate<'_>> {
     found
 }
 
-/// Whether a source has a channel of this name.
-fn has(source: &Source, name: &str) -> bool {
-    source.channels.iter().any(|channel| channel.name == name)
-}
-
 /// Whether a channel is the rate of change of a letter: `dr` beside `dp` and `dq` is of the yaw rate, no rudder.
 fn is_derivative(source: &Source, name: &str) -> bool {
     let rates = ["dp", "dq", "dr"];
-    rates.contains(&name) && rates.iter().all(|rate| has(source, rate))
+    rates.contains(&name) && rates.iter().all(|rate| source.has_channel(rate))
 }
 
 /// What a channel would be the uncertainty of: `yaw` of `yaw_u`.
@@ -72,7 +67,8 @@ fn uncertain_quantity(name: &str) -> Option<&str> {
 
 /// Whether a channel is an uncertainty: a source that names two or more beside their quantities (`roll_u`) has no upward velocity `vel_u`.
 fn is_uncertainty(source: &Source, name: &str) -> bool {
-    let is_beside = |channel: &&ChannelInfo| uncertain_quantity(&channel.name).is_some_and(|name| has(source, name));
+    let is_beside =
+        |channel: &&ChannelInfo| uncertain_quantity(&channel.name).is_some_and(|name| source.has_channel(name));
     uncertain_quantity(name).is_some() && source.channels.iter().filter(is_beside).count() >= 2
 }
 

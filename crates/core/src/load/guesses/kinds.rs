@@ -125,8 +125,8 @@ fn turns_from_track(map: &ManualChannelMap, probes: &[Probe]) -> bool {
 
 /// Whether a source is a message that only copters log.
 fn is_copter(source: &Source) -> bool {
-    let has = |name: &str| source.channels.iter().any(|channel| channel.name == name);
-    source.name == "MOTB" || (source.name == "CTUN" && COPTER_FIELDS.iter().any(|name| has(name)) && !has("NavRoll"))
+    let has_copter_field = COPTER_FIELDS.iter().any(|name| source.has_channel(name));
+    source.name == "MOTB" || (source.name == "CTUN" && has_copter_field && !source.has_channel("NavRoll"))
 }
 
 /// Whether the status of an autopilot says that the vehicle is a rotary wing at every time.

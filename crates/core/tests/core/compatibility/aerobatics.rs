@@ -6,7 +6,7 @@ use doublet_core::compatibility::check;
 use doublet_core::quantity::Role::{self, *};
 use nalgebra::{Rotation3, Vector3};
 
-use super::{GRAVITY_M_S2, RATE_HZ, WIND_M_S, mistakes, recording, scaled};
+use super::{GRAVITY_M_S2, RATE_HZ, WIND_M_S, mistakes, recording, sample_path, scaled};
 
 /// Airspeed, m/s.
 const SPEED_M_S: f64 = 30.0;
@@ -56,23 +56,7 @@ fn columns() -> BTreeMap<Role, Vec<f64>> {
         if step % per_sample == 0 {
             let force = rate.cross(&air) - turned.inverse() * Vector3::new(0.0, 0.0, GRAVITY_M_S2);
             let (phi, theta, psi) = turned.euler_angles();
-            let sample = [
-                (RollRate, rate[0]),
-                (PitchRate, rate[1]),
-                (YawRate, rate[2]),
-                (SpecificForceX, force[0]),
-                (SpecificForceY, force[1]),
-                (SpecificForceZ, force[2]),
-                (BankAngle, phi),
-                (PitchAngle, theta),
-                (HeadingAngle, psi.rem_euclid(std::f64::consts::TAU)),
-                (VelocityNorth, ground[0]),
-                (VelocityEast, ground[1]),
-                (VelocityDown, ground[2]),
-                (PositionDown, position[2]),
-                (Altitude, -position[2]),
-            ];
-            for (role, value) in sample {
+            for (role, value) in sample_path(rate, force, [phi, theta, psi], ground, position) {
                 columns.entry(role).or_default().push(value);
             }
         }

@@ -51,6 +51,34 @@ fn rates(t: f64) -> Vector3<f64> {
     (body_to_earth(t - h).inverse() * body_to_earth(t + h)).scaled_axis() / (2.0 * h)
 }
 
+/// Samples of inertial sensors, attitude and path over the ground at one time.
+fn sample_path(
+    rate: Vector3<f64>,
+    force: Vector3<f64>,
+    attitude: [f64; 3],
+    ground: Vector3<f64>,
+    position: Vector3<f64>,
+) -> [(Role, f64); 16] {
+    [
+        (RollRate, rate[0]),
+        (PitchRate, rate[1]),
+        (YawRate, rate[2]),
+        (SpecificForceX, force[0]),
+        (SpecificForceY, force[1]),
+        (SpecificForceZ, force[2]),
+        (BankAngle, attitude[0]),
+        (PitchAngle, attitude[1]),
+        (HeadingAngle, attitude[2].rem_euclid(std::f64::consts::TAU)),
+        (VelocityNorth, ground[0]),
+        (VelocityEast, ground[1]),
+        (VelocityDown, ground[2]),
+        (PositionNorth, position[0]),
+        (PositionEast, position[1]),
+        (PositionDown, position[2]),
+        (Altitude, -position[2]),
+    ]
+}
+
 /// Every channel at its samples; positions by a fine sum.
 fn columns() -> BTreeMap<Role, Vec<f64>> {
     let mut columns: BTreeMap<Role, Vec<f64>> = BTreeMap::new();
@@ -68,23 +96,8 @@ fn columns() -> BTreeMap<Role, Vec<f64>> {
         let surfaces = (-slope - 2.0 * rate) / 6.0;
         let altitude_m = -position[2];
         let temperature_k = 288.15 - 0.0065 * altitude_m;
-        let sample = [
-            (RollRate, rate[0]),
-            (PitchRate, rate[1]),
-            (YawRate, rate[2]),
-            (SpecificForceX, force[0]),
-            (SpecificForceY, force[1]),
-            (SpecificForceZ, force[2]),
-            (BankAngle, attitude[0]),
-            (PitchAngle, attitude[1]),
-            (HeadingAngle, attitude[2].rem_euclid(std::f64::consts::TAU)),
-            (VelocityNorth, ground[0]),
-            (VelocityEast, ground[1]),
-            (VelocityDown, ground[2]),
-            (PositionNorth, position[0]),
-            (PositionEast, position[1]),
-            (PositionDown, position[2]),
-            (Altitude, altitude_m),
+        let of_path = sample_path(rate, force, attitude, ground, position);
+        let of_air = [
             (TrueAirspeed, air[0]),
             (AngleOfAttack, air[1]),
             (Sideslip, air[2]),
@@ -94,7 +107,7 @@ fn columns() -> BTreeMap<Role, Vec<f64>> {
             (AirTemperature, temperature_k),
             (Mach, air[0] / (1.4 * 287.05287 * temperature_k).sqrt()),
         ];
-        for (role, value) in sample {
+        for (role, value) in of_path.into_iter().chain(of_air) {
             columns.entry(role).or_default().push(value);
         }
         for part in 0..10 {

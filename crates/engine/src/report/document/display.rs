@@ -98,7 +98,7 @@ fn with_powers(mut table: Table) -> Table {
     let Some(unit) = table.columns.iter().position(|column| column.key == "unit") else { return table };
     for row in &mut table.rows {
         if let Cell::Text(text) = &mut row[unit] {
-            *text = notation::unit_symbol(text).replace("kg m2", "kg m²");
+            *text = notation::raise_powers(text).replace("kg m2", "kg m²");
         }
     }
     table
