@@ -1,7 +1,7 @@
 //! Files replaced in one step: written beside, synced, renamed.
 
 use std::ffi::OsString;
-use std::fs::TryLockError;
+use std::fs::{OpenOptions, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -11,11 +11,14 @@ use super::sweep::{PART, sweep};
 const PREVIOUS: &str = ".bak";
 
 /// Writes `bytes` to `path`. Whoever reads it, also after a kill or a power cut at any instant, finds all of the old content or
-/// all of the new. Links are followed; permissions stay.
+/// all of the new. Links are followed; permissions stay. A device or a pipe is written to, never replaced by a file.
 ///
 /// # Errors
 /// When the folder cannot be written; the file is then untouched.
 pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    if is_device_or_pipe(path) {
+        return OpenOptions::new().write(true).open(path)?.write_all(bytes);
+    }
     let path = target(path);
     let folder = folder_of(&path);
     let prefix = part_prefix(&path);
@@ -48,6 +51,9 @@ fn begin(builder: &tempfile::Builder<'_, '_>, folder: &Path) -> io::Result<tempf
 /// Like [`replace`]; what the file held before is then in `*.bak`, which is replaced in one step too. Leftovers of writers that died
 /// in its folder are removed.
 pub fn replace_keeping_previous(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    if is_device_or_pipe(path) {
+        return replace(path, bytes);
+    }
     match std::fs::read(path) {
         Ok(previous) => replace(&previous_of(path), &previous)?,
         Err(error) if error.kind() == io::ErrorKind::NotFound => {}
@@ -72,6 +78,11 @@ fn previous_of(path: &Path) -> PathBuf {
 /// The file itself where `path` is a link to it.
 fn target(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
+}
+
+/// Such as `/dev/null`, `/dev/stdout` or a named pipe.
+fn is_device_or_pipe(path: &Path) -> bool {
+    path.metadata().is_ok_and(|present| !present.is_file() && !present.is_dir())
 }
 
 /// The folder a file lies in.

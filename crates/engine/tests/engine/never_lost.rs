@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use doublet_engine::autosave::{AutosaveFile, abandoned_autosaves};
 use doublet_engine::document::Document;
-use doublet_engine::keep::{Lock, LockResult};
+use doublet_engine::keep::{self, Lock, LockResult};
 use doublet_engine::session::{self, Edit, Session};
 use rand::{RngExt, SeedableRng};
 
@@ -295,6 +295,24 @@ fn a_session_that_cannot_be_read_names_the_version_before_it() {
 }
 
 #[cfg(unix)]
+/// `/dev/null` and `/dev/stdout` are such files too: as root, a rename would put a file in their place.
+#[test]
+#[cfg(unix)]
+fn a_pipe_is_written_to_and_stays_a_pipe() {
+    use std::os::unix::fs::FileTypeExt;
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let reader = std::thread::spawn({
+        let pipe = pipe.clone();
+        move || std::fs::read(&pipe).unwrap()
+    });
+    keep::replace_keeping_previous(&pipe, b"text").unwrap();
+    assert_eq!(reader.join().unwrap(), b"text");
+    assert!(pipe.metadata().unwrap().file_type().is_fifo());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
 #[test]
 fn a_saved_file_keeps_its_permissions_and_its_links() {
     use std::os::unix::fs::PermissionsExt;
