@@ -89,7 +89,10 @@ pub fn list_questions(probe: &Probe, guessed: &ManualChannelMap) -> Vec<Question
         probe.sources.iter().filter(is_open).flat_map(|source| source.clocks.iter().map(move |clock| (source, clock)));
     let of_clocks = clocks.filter_map(|(source, clock)| {
         let text = format!("time {}", clock.question.as_ref()?);
-        let coarse = clock.coarse.filter(|_| plays_role(source, guessed));
+        let coarse = clock.coarse;
+        if coarse.is_some() && !plays_role(source, guessed) {
+            return None;
+        }
         let option = coarse.map(|coarse| format!("--time {},rate={}", clock.channel, coarse.rate_hz));
         let must_be_answered = clock.is_unit_ambiguous || coarse.is_some();
         Some(Question { option, must_be_answered, ..Question::new(&source.name, text, About::Clock) })

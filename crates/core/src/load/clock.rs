@@ -181,7 +181,7 @@ impl Clock {
             .map(|pair| Gap { start_s: pair[0], end_s: pair[1] })
             .collect();
         let rate_hz = if median > 0.0 { 1.0 / median } else { 0.0 };
-        let coarse = (repeated == fault_count && 2 * fault_count > time_s.len())
+        let coarse = (repeated == fault_count && 2 * fault_count > time_s.len() && kept.len() > 1)
             .then(|| CoarseStamps::measure(time_s, kept.len(), median));
         let question = coarse.map(|coarse| ask_about(channel, coarse, kept.len(), time_s.len()));
         Self {
@@ -218,7 +218,7 @@ impl Clock {
 /// What to do with stamps that are coarser than the samples: `stamps` different ones of `samples`.
 fn ask_about(channel: &str, coarse: CoarseStamps, stamps: usize, samples: usize) -> String {
     let each = samples as f64 / stamps as f64;
-    let (rate_hz, start_s) = (coarse.rate_hz, coarse.start_s(coarse.rate_hz));
+    let (rate_hz, start_s) = (coarse.rate_hz, (coarse.start_s(coarse.rate_hz) * 1e6).round() / 1e6);
     format!(
         "'{channel}' repeats each stamp {each:.0} times: it is coarser than the samples; state start time {start_s} s and sample \
          rate {rate_hz} Hz in the channel map (repair 'drop' would keep {stamps} of {samples} samples)"

@@ -16,9 +16,11 @@ mod format;
 mod formats;
 mod guesses;
 mod maps;
+mod mavlink;
 mod names;
 mod pieces;
 mod restart;
+mod row;
 pub mod stream;
 
 pub use budget::{BUDGET_VARIABLE, available_memory, memory};

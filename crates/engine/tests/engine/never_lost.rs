@@ -303,12 +303,9 @@ fn a_pipe_is_written_to_and_stays_a_pipe() {
     let folder = tempfile::tempdir().unwrap();
     let pipe = folder.path().join("pipe");
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-    let reader = std::thread::spawn({
-        let pipe = pipe.clone();
-        move || std::fs::read(&pipe).unwrap()
-    });
+    let reader = Command::new("cat").arg(&pipe).stdout(Stdio::piped()).spawn().unwrap();
     keep::replace_keeping_previous(&pipe, b"text").unwrap();
-    assert_eq!(reader.join().unwrap(), b"text");
+    assert_eq!(reader.wait_with_output().unwrap().stdout, b"text");
     assert!(pipe.metadata().unwrap().file_type().is_fifo());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }

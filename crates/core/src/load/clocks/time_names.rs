@@ -32,6 +32,8 @@ const COUNTERS: &[&str] = &[
     "packetcounter", "packet_counter", "packet", "frame_number", "framenumber", "frame_id", "seq", "ligne", "tick",
     "ticks", "step", "cycle", "iteration",
 ];
+/// The time that PlotJuggler writes, in s.
+const PLOT_TIME: &str = "__time";
 /// Names that are a unit by themselves.
 const UNIT_NAMES: &[&str] = &["sec", "secs", "seconds", "ms", "milliseconds", "us", "usec", "microseconds"];
 /// Words of time: a channel whose name holds one and that increases throughout is a time vector.
@@ -62,6 +64,9 @@ pub(crate) fn plain_name(name: &str) -> String {
 
 /// Rank of a name among those of time vectors, the best 0, and the unit it states.
 pub(crate) fn time_name(name: &str) -> Option<(usize, Option<Unit>)> {
+    if name.trim() == PLOT_TIME {
+        return Some((0, Unit::parse("s").ok()));
+    }
     let (name, head) = split_head(name);
     let plain = plain_name(&name);
     let (stem, unit) = UNIT_ENDINGS

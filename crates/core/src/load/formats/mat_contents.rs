@@ -17,10 +17,11 @@ pub(crate) const MAX_COLUMNS: usize = 4096;
 
 /// Sources of a MAT v5 file, and warnings: variables at the top are one source named after the file, every struct is one.
 ///
-/// Two layouts of flight test are known by their form. A matrix whose columns are named by a text of as many rows, or by as many cells
-/// of text, beside it (as SIDPAC's `fdata` with its labels) has its columns called so; a second such text whose name says `unit` has
-/// their units. A struct of one row of numbers and its units (FTIS: `data`, `units`, `description`) is a channel of the struct it
-/// stands in.
+/// Three layouts of flight test are known by their form. A matrix whose columns are named by a text of as many rows, or by as many cells
+/// of text, beside it or in a struct beside it has its columns called so; a second such text whose name says `unit` has their units.
+/// SIDPAC's `fdata` of 90 columns keeps its own: their order is fixed. A struct of one row of numbers and its units (FTIS: `data`,
+/// `units`, `description`) is a channel of the struct it belongs to. A struct of `time` and `signals` (Simulink: `values`, `label`) is
+/// a source.
 pub(crate) fn sources(path: &Path, budget: &Budget<'_>) -> Result<(Vec<Source>, Vec<Message>), LoadError> {
     let mut tree = Tree { sources: vec![Source::new(stem(path))], warnings: Vec::new() };
     // An array without a name is the store of objects that the format keeps at its end.
@@ -37,23 +38,30 @@ struct Tree {
     warnings: Vec<Message>,
 }
 
-/// Names and units of the columns of a matrix.
+/// Names and units of the columns of a matrix; a column may have no name.
 type Labels = Vec<(String, Option<String>)>;
+
+/// SIDPAC's table of flight data, and its columns.
+const SIDPAC_TABLE: (&str, usize) = ("fdata", 90);
 
 impl Tree {
     /// Adds values that stand side by side.
     fn add_all(&mut self, at: usize, path: &str, values: Fields) {
-        let texts: Vec<(String, Vec<String>)> =
-            values.iter().filter_map(|(name, value)| Some((name.to_string(), rows_of_text(value)?))).collect();
+        let texts = texts_of(&values);
         for (name, value) in values {
             let labels = match &value {
-                Value::Numbers { rows, columns, .. } => labels(&texts, *(rows.min(columns))),
+                Value::Numbers { rows, columns, .. } if (&*name, *columns) != SIDPAC_TABLE => {
+                    labels(&texts, *(rows.min(columns)))
+                }
                 _ => None,
             };
             match (labels, value) {
                 (Some(labels), Value::Numbers { rows, columns, values }) => {
-                    for ((name, unit), values) in labels.into_iter().zip(split(rows, columns, values)) {
-                        self.sources[at].channels.push(ChannelInfo::shared(name, unit, values));
+                    for (index, ((label, unit), values)) in
+                        labels.into_iter().zip(split(rows, columns, values)).enumerate()
+                    {
+                        let label = if label.is_empty() { format!("{name}[{index}]") } else { label };
+                        self.sources[at].channels.push(ChannelInfo::shared(label, unit, values));
                     }
                 }
                 (_, value) => self.add(at, path, &name, value),
@@ -91,6 +99,12 @@ impl Tree {
                     self.sources[at].channels.push(ChannelInfo::shared(name, unit, values));
                     return;
                 }
+                if let [fields] = &elements[..]
+                    && let Some(source) = simulink_source(&full, name, fields)
+                {
+                    self.sources.push(source);
+                    return;
+                }
                 let single = elements.len() == 1;
                 for (index, fields) in elements.into_iter().enumerate() {
                     let path = if single { full.clone() } else { format!("{full}({})", index + 1) };
@@ -105,6 +119,44 @@ impl Tree {
             }
         }
     }
+}
+
+/// The texts among values that stand side by side, and those in a struct among them.
+fn texts_of(values: &Fields) -> Vec<(String, Vec<String>)> {
+    let text = |(name, value): &(Arc<str>, Value)| Some((name.to_string(), rows_of_text(value)?));
+    let within = values.iter().filter_map(|(_, value)| match value {
+        Value::Structs(elements) if elements.len() == 1 => Some(elements[0].iter().filter_map(text)),
+        _ => None,
+    });
+    values.iter().filter_map(text).chain(within.flatten()).collect()
+}
+
+/// The source of a struct that Simulink writes of one block: `time`, and `signals` with `values` and `label`.
+fn simulink_source(path: &str, name: &str, fields: &Fields) -> Option<Source> {
+    let field = |fields: &'_ Fields, wanted: &str| fields.iter().position(|(name, _)| &**name == wanted);
+    let Value::Numbers { values: time, .. } = &fields[field(fields, "time")?].1 else { return None };
+    let Value::Structs(signals) = &fields[field(fields, "signals")?].1 else { return None };
+    let mut source = Source::new(path);
+    source.push_columns("time", Some("s"), vec![Arc::clone(time)]);
+    for (index, signal) in signals.iter().enumerate() {
+        let Value::Numbers { rows, columns, values } = &signal[field(signal, "values")?].1 else { return None };
+        let label = field(signal, "label").and_then(|at| rows_of_text(&signal[at].1)).unwrap_or_default().concat();
+        let (label, unit) = split_unit(&label);
+        let columns = split(*rows, *columns, Arc::clone(values));
+        let words: Vec<&str> = label.split([' ', ',']).filter(|word| !word.is_empty()).collect();
+        if words.len() == columns.len() && words.len() > 1 {
+            for (word, values) in words.into_iter().zip(columns) {
+                source.push_columns(word, unit.as_deref(), vec![values]);
+            }
+        } else if !label.is_empty() {
+            source.push_columns(&label, unit.as_deref(), columns);
+        } else if signals.len() == 1 {
+            source.push_columns(name, None, columns);
+        } else {
+            source.push_columns(&format!("{name}({})", index + 1), None, columns);
+        }
+    }
+    Some(source)
 }
 
 /// Rows of a text, or of cells of one row each, trimmed; nothing of anything else.
@@ -124,7 +176,7 @@ fn rows_of_text(value: &Value) -> Option<Vec<String>> {
     }
 }
 
-/// Names of the `columns` of a matrix, where exactly one text beside it has as many rows, no two alike, and their units.
+/// Names of the `columns` of a matrix, where exactly one text beside it has as many rows, none of them twice, and their units.
 fn labels(texts: &[(String, Vec<String>)], columns: usize) -> Option<Labels> {
     if columns < 2 {
         return None;
@@ -134,9 +186,9 @@ fn labels(texts: &[(String, Vec<String>)], columns: usize) -> Option<Labels> {
     let [(_, names)] = names[..] else { return None };
     let split: Labels = names.iter().map(|name| split_unit(name)).collect();
     let is_name = |(index, (name, _)): (usize, &(String, Option<String>))| {
-        !name.is_empty() && split[..index].iter().all(|(other, _)| other != name)
+        name.is_empty() || split[..index].iter().all(|(other, _)| other != name)
     };
-    if !split.iter().enumerate().all(is_name) {
+    if !split.iter().enumerate().all(is_name) || split.iter().all(|(name, _)| name.is_empty()) {
         return None;
     }
     let units = if let [(_, units)] = units[..] { Some(units) } else { None };

@@ -17,6 +17,8 @@ mod tall;
 pub(crate) mod tdms;
 pub(crate) mod text;
 pub(crate) mod text_layout;
+mod topics;
 pub(crate) mod ulog;
+mod unsupported;
 pub(crate) mod vbox;
 pub(crate) mod xplane_fdr;

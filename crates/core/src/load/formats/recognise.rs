@@ -10,7 +10,7 @@ use crate::load::error::LoadError;
 use crate::load::file::stem;
 use crate::load::format::Format;
 use crate::load::formats::finish::finish;
-use crate::load::formats::{dataflash, hdf5, mat_contents, mcap, mdf4, parquet, tdms, text, ulog};
+use crate::load::formats::{dataflash, hdf5, mat_contents, mcap, mdf4, parquet, tdms, text, ulog, unsupported};
 
 /// Bytes looked at to recognise a file.
 const HEAD_BYTES: usize = 4096;
@@ -41,7 +41,8 @@ pub fn probe(path: &Path) -> Result<Probe, LoadError> {
         return hdf5::probe(path, format);
     }
     let budget = Budget::for_file(path, format.unwrap_or(Format::DelimitedText));
-    let (format, mut sources, warnings) = read_sources(format, path, &budget)?;
+    let read = read_sources(format, path, &budget);
+    let (format, mut sources, warnings) = read.map_err(|error| unsupported::name_format(error, &head))?;
     sources.iter_mut().for_each(|source| find_clocks(source, |_, _| {}));
     if format == Format::MatV5 {
         inherit_clocks(&mut sources, &stem(path));

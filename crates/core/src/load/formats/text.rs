@@ -14,7 +14,7 @@ use crate::load::format::Format;
 use crate::load::formats::finish::finish;
 use crate::load::formats::tall::Tall;
 use crate::load::formats::text_layout::{Separator, TextLayout, number, opens_quote};
-use crate::load::formats::{clock_columns, flysight, vbox, xplane_fdr};
+use crate::load::formats::{clock_columns, flysight, topics, vbox, xplane_fdr};
 use crate::message;
 use crate::message::{Message, quoted};
 use crate::statistics::extent;
@@ -33,7 +33,7 @@ const UNIX_TIMES: [&str; 3] = ["unix time", "unix", "epoch"];
 /// What a file is read as: its format, its sources and what was noticed.
 pub(crate) type Contents = (Format, Vec<Source>, Vec<Message>);
 
-/// The one source of a text file.
+/// The sources of a text file.
 pub(crate) fn sources(path: &Path, contents: &[u8], budget: &Budget<'_>) -> Result<Contents, LoadError> {
     let reason = |reason: &str| LoadError::NotRecognised { path: path.to_owned(), reason: reason.to_owned() };
     let contents = &*from_utf16(contents);
@@ -58,7 +58,7 @@ pub(crate) fn sources(path: &Path, contents: &[u8], budget: &Budget<'_>) -> Resu
     let mut source = with_notes(stem(path), &layout);
     read_table((path, budget), (&layout, &contents[layout.data_at..]), &mut source, &mut warnings)?;
     vbox::settle(&mut source);
-    Ok((layout.format(), vec![source], warnings))
+    Ok((layout.format(), topics::split(source), warnings))
 }
 
 /// An empty source with the lines before the header of its table.

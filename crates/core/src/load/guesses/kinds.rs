@@ -28,6 +28,8 @@ const HOVER_PART: f64 = 0.2;
 /// Climb of a rocket, at least, m/s, and the speed over the Earth that an aeroplane at least has.
 const ROCKET_M_S: f64 = 80.0;
 const FLIGHT_M_S: f64 = 10.0;
+/// Programs of ArduPilot for aeroplanes, as the first message of a log names them.
+const PLANE_PROGRAMS: [&str; 2] = ["ArduPlane", "APM:Plane"];
 /// Flags of an autopilot's vehicle status that are 1 of a rotary wing (PX4, `VehicleStatus.msg`).
 const ROTARY_FLAGS: [&str; 2] = ["vehicle_type", "is_rotary_wing"];
 
@@ -58,7 +60,14 @@ fn find_kind(probes: &[Probe], map: &ManualChannelMap) -> Option<String> {
     let words: BTreeSet<String> =
         sources().flat_map(|source| source.channels.iter().flat_map(|channel| tokens(&channel.name))).collect();
     let found = KINDS.iter().find(|(_, names)| names.iter().any(|name| words.contains(*name)));
-    found.map(|(kind, _)| *kind).or_else(|| kind_of_motion(map, probes)).map(str::to_owned)
+    // What flies as an aeroplane hovers nowhere: it is carried, or its receiver finds its height.
+    let by_motion = || if sources().any(is_plane) { None } else { kind_of_motion(map, probes) };
+    found.map(|(kind, _)| *kind).or_else(by_motion).map(str::to_owned)
+}
+
+/// Whether a text of the recording names the program of an autopilot for aeroplanes.
+fn is_plane(source: &Source) -> bool {
+    source.notes.iter().any(|(_, text)| PLANE_PROGRAMS.iter().any(|name| text.starts_with(name)))
 }
 
 /// What hovers is a multirotor or a helicopter, what climbs at once faster than any aeroplane a rocket.

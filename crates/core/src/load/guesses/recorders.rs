@@ -123,7 +123,7 @@ const SHIPPED: &[&str] = shipped![
     "xplaneconnect", "xplane_fdr", "xplane_datarefs", "xplane_udp", "xplane_data", "flightgear",
     "flightgear_properties", "garmin", "inertialsense", "jsbsim_properties", "jsbsim", "msfs", "msfs_programs",
     "flight_data_accessor", "opensky", "dashlink", "cloudahoy", "datcon", "dji_flight_log", "phone_logger",
-    "racechrono", "vbox", "flysight",
+    "racechrono", "vbox", "flysight", "sidpac",
 ];
 
 /// The recorders that come with the program.
@@ -264,7 +264,8 @@ fn best(columns: &[Column], probe: &Probe, role: Role) -> Option<ManualChannel> 
     row.is_unit_known = unit.is_some();
     row.asks_sign = column.ask_sign;
     row.turned = column.sign < 0.0;
-    row.scale = column.scale;
+    // Numbers of a channel that states its unit are in that unit.
+    row.scale = if channel.unit.is_some() { 1.0 } else { column.scale };
     Some(row)
 }
 

@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 
 use crate::load::names::stated_unit::split_unit;
 
-use super::row::{StreamChannel, StreamRow};
+use crate::load::row::{StreamChannel, StreamRow};
 
 /// Most sources and most channels of one that are told apart.
 const MOST_SOURCES: usize = 100;

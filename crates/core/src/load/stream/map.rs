@@ -16,7 +16,7 @@ use crate::load::maps::map::{ATTITUDE, ChannelMap, VELOCITY, matches};
 use crate::load::maps::plan::{Assignment, Plan, plan_all};
 use crate::quantity::{Role, Unit};
 
-use super::row::{StreamChannel, StreamRow};
+use crate::load::row::{StreamChannel, StreamRow};
 
 /// Rows of a source that tell its time, and of one whose time the map states.
 const HEAD_ROWS: usize = 8;

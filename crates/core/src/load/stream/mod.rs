@@ -3,14 +3,12 @@
 
 mod json;
 mod map;
-mod mavlink;
-mod row;
 mod tail;
 mod text;
 
+pub use crate::load::mavlink::{Field, FieldType, MESSAGES, MavlinkDecoder, Message, packet_checksum};
+pub use crate::load::row::{StreamChannel, StreamRow};
 pub use json::JsonDecoder;
 pub use map::{RoleSample, StreamMap};
-pub use mavlink::{Field, FieldType, MESSAGES, MavlinkDecoder, Message, packet_checksum};
-pub use row::{StreamChannel, StreamRow};
 pub use tail::TailedFile;
 pub use text::TextDecoder;

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use crate::load::error::LoadError;
 use crate::load::file::stem;
 
-use super::row::StreamRow;
 use super::text::TextDecoder;
+use crate::load::row::StreamRow;
 
 /// Bytes read at once.
 const PIECE: usize = 256 * 1024;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::load::formats::text::columns_of;
 use crate::load::formats::text_layout::TextLayout;
 
-use super::row::{StreamChannel, StreamRow};
+use crate::load::row::{StreamChannel, StreamRow};
 
 /// Lines of numbers that settle how a text is laid out.
 const SETTLING_LINES: usize = 5;

@@ -1,6 +1,7 @@
 //! Matrices with their labels beside them, channels that are structs, and the tables of simulators and avionics in their own forms.
 
-use doublet_core::load::inspect;
+use doublet_core::load::{guess, inspect};
+use doublet_core::quantity::Role;
 
 use super::{channel, element, written};
 
@@ -86,12 +87,62 @@ fn texts_that_do_not_name_every_column_name_none() {
     for labels in [
         vec![text("labels", &["time", "alpha"])],
         vec![text("labels", &["time", "alpha", "alpha"])],
+        vec![text("labels", &[" ", " ", " "])],
         vec![text("labels", &["time", "alpha", "V"]), text("others", &["t", "a", "v"])],
     ] {
         let (_folder, path) = written("run.mat", file(&[labels, vec![numbers("fdata", &columns)]].concat()));
         let probe = inspect(&path).unwrap();
         assert_eq!(channel(&probe, "run", "fdata[1]").values(), ALPHA);
     }
+}
+
+#[test]
+fn texts_in_a_struct_name_columns_too_and_a_column_without_a_name_keeps_its_own() {
+    let columns: [&[f64]; 3] = [&TIME, &ALPHA, &SPEED];
+    let texts = [("varlab", cells("", &["time", " ", "V"])), ("varunits", cells("", &["(sec)", "", "(ft/sec)"]))];
+    let (_folder, path) = written("run.mat", file(&[numbers("data", &columns), structure("fds", &texts)]));
+    let probe = inspect(&path).unwrap();
+    assert_eq!(channel(&probe, "run", "data[1]").values(), ALPHA);
+    assert_eq!(channel(&probe, "run", "V").unit.as_deref(), Some("ft/sec"));
+}
+
+#[test]
+fn columns_of_sidpac_are_known_by_their_order() {
+    let rows = 200;
+    let wave = |k: usize| (0..rows).map(|row| (0.1 * row as f64 + k as f64).sin()).collect::<Vec<_>>();
+    let mut columns: Vec<Vec<f64>> = (0..90).map(wave).collect();
+    columns[0] = (0..rows).map(|row| 0.02 * row as f64).collect();
+    let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+    let (_folder, path) = written("run.mat", file(&[numbers("fdata", &slices)]));
+    let map = guess(&[inspect(&path).unwrap()]);
+    assert_eq!(map.recorders, ["SIDPAC"]);
+    for (role, channel, unit) in [
+        (Role::TrueAirspeed, "fdata[1]", "ft/s"),
+        (Role::RollRate, "fdata[4]", "deg/s"),
+        (Role::SpecificForceZ, "fdata[12]", "g"),
+        (Role::Elevator, "fdata[13]", "deg"),
+    ] {
+        let row = map.row(role).unwrap();
+        assert_eq!((row.from.channel.as_str(), row.unit.unwrap().symbol, row.turned), (channel, unit, false));
+    }
+}
+
+#[test]
+fn a_struct_of_simulink_is_a_source_whose_labels_name_its_signals() {
+    let signal = |label: &'static str, columns: &[&[f64]]| {
+        structure("", &[("values", numbers("", columns)), ("label", text("", &[label]))])
+    };
+    let block = |name: &'static str, signals: Vec<u8>| {
+        structure(name, &[("time", numbers("", &[&TIME])), ("signals", signals)])
+    };
+    let named = block("air", signal("alpha, V (ft/sec)", &[&ALPHA, &SPEED]));
+    let nameless = block("Vtas", signal("", &[&SPEED]));
+    let (_folder, path) = written("run.mat", file(&[named, nameless]));
+    let probe = inspect(&path).unwrap();
+    assert_eq!(channel(&probe, "air", "alpha").values(), ALPHA);
+    assert_eq!(channel(&probe, "air", "V").unit.as_deref(), Some("ft/sec"));
+    assert_eq!(channel(&probe, "Vtas", "Vtas").clock, Some(0));
+    assert_eq!(probe.sources[0].clocks[0].rate_hz, 50.0);
 }
 
 #[test]

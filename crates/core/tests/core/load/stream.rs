@@ -76,6 +76,26 @@ fn mavlink_packets_come_back_with_equal_values_from_a_stream_and_from_a_telemetr
 }
 
 #[test]
+fn a_telemetry_log_is_named_where_a_recording_is_asked_for() {
+    let attitude = MESSAGES.iter().find(|message| message.name == "ATTITUDE").unwrap();
+    let random = &mut ChaCha8Rng::seed_from_u64(1);
+    for with_stamps in [true, false] {
+        let mut log = Vec::new();
+        for step in 0..50_u32 {
+            for packet in [heartbeat(0), packet(attitude, &values_of(attitude, 20 * step, random), 2, step as u8)] {
+                if with_stamps {
+                    log.extend((1_700_000_000_000_000_u64 + u64::from(step) * 20_000).to_be_bytes());
+                }
+                log.extend(packet);
+            }
+        }
+        let (_folder, path) = super::written("flight.tlog", log);
+        let error = inspect(&path).unwrap_err().to_string();
+        assert!(error.contains("MAVLink telemetry log is not read"), "{error}");
+    }
+}
+
+#[test]
 fn lost_and_damaged_packets_are_counted_and_the_rest_is_read() {
     let attitude = MESSAGES.iter().find(|message| message.name == "ATTITUDE").unwrap();
     let random = &mut ChaCha8Rng::seed_from_u64(1);

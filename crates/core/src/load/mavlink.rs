@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::row::{StreamChannel, StreamRow};
+use crate::load::row::{StreamChannel, StreamRow};
 
 /// First byte of a packet of version 1 and of version 2.
 const START: [u8; 2] = [0xfe, 0xfd];
@@ -13,6 +13,8 @@ const CHECKSUM: usize = 2;
 const SIGNATURE: usize = 13;
 /// Bytes of the stamp before each packet of a telemetry log.
 const LOG_STAMP: usize = 8;
+/// Packets that must follow each other at the beginning of a file.
+const LEAST_PACKETS: usize = 3;
 /// Flag of a signed packet of version 2.
 const SIGNED: u8 = 1;
 
@@ -252,6 +254,21 @@ fn packet(bytes: &[u8]) -> Option<Packet<'_>> {
     });
     let is_valid = has_known_flags && is_whole;
     Some(Packet { length, system, component, sequence, message, payload, is_valid })
+}
+
+/// Whether a file that begins with `head` is a telemetry log.
+pub(crate) fn is_log(head: &[u8]) -> bool {
+    [LOG_STAMP, 0].into_iter().any(|stamp| {
+        let mut at = stamp;
+        for _ in 0..LEAST_PACKETS {
+            let Some(rest) = head.get(at..).filter(|rest| rest.first().is_some_and(|byte| START.contains(byte))) else {
+                return false;
+            };
+            let Some(packet) = packet(rest).filter(|packet| packet.is_valid) else { return false };
+            at += packet.length + stamp;
+        }
+        true
+    })
 }
 
 impl MavlinkDecoder {

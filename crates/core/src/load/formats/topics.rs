@@ -1,0 +1,146 @@
+//! Wide tables of messages: a column for every field of every topic, named `topic/field`, and a row for every message. PlotJuggler
+//! writes such tables, with a column `__time` in s.
+
+use crate::load::clocks::time_names::is_time_name;
+use crate::load::contents::{ChannelInfo, Source};
+
+/// Largest part of the topics that a row holds on average.
+const FILLED_SHARE: f64 = 0.6;
+
+/// Columns whose fields are in the same rows.
+struct Topic {
+    /// Parts of the name that all of them begin with.
+    path: Vec<String>,
+    rows: Vec<bool>,
+    columns: Vec<usize>,
+}
+
+/// A source for every topic of such a table; any other source as it is.
+pub(crate) fn split(source: Source) -> Vec<Source> {
+    let is_clock = |channel: &ChannelInfo| is_time_name(&channel.name) && parts(&channel.name).len() == 1;
+    let Some(clock) = source.channels.iter().position(is_clock) else { return vec![source] };
+    let topics = find_topics(&source.channels, clock);
+    let filled: usize = topics.iter().map(|topic| topic.rows.iter().filter(|is_filled| **is_filled).count()).sum();
+    let cells = topics.len() * source.channels[clock].samples;
+    if topics.len() < 2 || filled as f64 > FILLED_SHARE * cells as f64 {
+        return vec![source];
+    }
+    let mut sources: Vec<Source> = Vec::new();
+    for topic in topics {
+        let name = topic_name(&topic.path);
+        let count =
+            sources.iter().filter(|other| other.name == name || other.name.starts_with(&format!("{name} "))).count();
+        let mut part = Source::new(if count == 0 { name } else { format!("{name} {}", count + 1) });
+        part.notes.clone_from(&source.notes);
+        part.first_column = Some(0);
+        for column in std::iter::once(clock).chain(topic.columns) {
+            let channel = &source.channels[column];
+            let values = channel.values().iter().zip(&topic.rows).filter(|(_, is_filled)| **is_filled);
+            let kept = ChannelInfo::new("", channel.unit.clone(), values.map(|(value, _)| *value).collect());
+            let name = if column == clock { channel.name.clone() } else { field_name(&channel.name, &topic.path) };
+            part.channels.push(ChannelInfo { name, is_time_of_day: channel.is_time_of_day, ..kept });
+        }
+        sources.push(part);
+    }
+    sources
+}
+
+/// The topics of all columns but the clock; none where a column names no topic.
+fn find_topics(channels: &[ChannelInfo], clock: usize) -> Vec<Topic> {
+    let mut folders: Vec<Topic> = Vec::new();
+    for (index, channel) in channels.iter().enumerate().filter(|(index, _)| *index != clock) {
+        let mut path = parts(&channel.name);
+        if path.pop().is_none() || path.is_empty() {
+            return Vec::new();
+        }
+        let at = folders.iter().position(|folder| folder.path == path).unwrap_or_else(|| {
+            folders.push(Topic { path, rows: vec![false; channel.samples], columns: Vec::new() });
+            folders.len() - 1
+        });
+        let folder = &mut folders[at];
+        folder.rows.iter_mut().zip(channel.values()).for_each(|(is_filled, value)| *is_filled |= value.is_finite());
+        folder.columns.push(index);
+    }
+    let mut topics: Vec<Topic> = Vec::new();
+    for folder in folders.into_iter().filter(|folder| folder.rows.contains(&true)) {
+        let same = topics.iter_mut().find(|topic| topic.path[0] == folder.path[0] && topic.rows == folder.rows);
+        let Some(topic) = same else {
+            topics.push(folder);
+            continue;
+        };
+        let common = topic.path.iter().zip(&folder.path).take_while(|(one, other)| one == other).count();
+        topic.path.truncate(common);
+        topic.columns.extend(folder.columns);
+    }
+    topics
+}
+
+/// The parts of a name between its strokes.
+fn parts(name: &str) -> Vec<String> {
+    name.split('/').filter(|part| !part.is_empty()).map(str::to_owned).collect()
+}
+
+/// The name of a topic as the recording has it: of several instances, the first has no number (`sensor_accel.00`, `sensor_accel.01`).
+fn topic_name(path: &[String]) -> String {
+    let name = path.join("/");
+    match split_number(&name) {
+        Some((stem, 0)) => stem.to_owned(),
+        Some((stem, number)) => format!("{stem}.{number}"),
+        None => name,
+    }
+}
+
+/// The name of a field within its topic; `q.03` is `q[3]`.
+fn field_name(name: &str, topic: &[String]) -> String {
+    let fields: Vec<String> = parts(name).split_off(topic.len());
+    let written = fields.iter().map(|field| match split_number(field) {
+        Some((stem, number)) => format!("{stem}[{number}]"),
+        None => field.clone(),
+    });
+    written.collect::<Vec<_>>().join(".")
+}
+
+/// A name and the number of two digits behind its last point.
+fn split_number(name: &str) -> Option<(&str, usize)> {
+    let (stem, number) = name.rsplit_once('.')?;
+    let is_number = number.len() >= 2 && number.bytes().all(|digit| digit.is_ascii_digit());
+    Some((stem, number.parse().ok().filter(|_| is_number)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::load::guesses::guess::guess;
+    use crate::load::probe_of;
+    use crate::quantity::Role;
+
+    #[test]
+    fn a_row_for_every_message_makes_a_source_for_every_topic() {
+        let head = "__time,vehicle_attitude/q.00,vehicle_attitude/q.01,vehicle_attitude/q.02,vehicle_attitude/q.03,\
+                    sensor_combined/gyro_rad.00,sensor_combined/gyro_rad.01,sensor_accel.01/x";
+        let mut text = format!("{head}\n");
+        for k in 0..400_u32 {
+            let t = 0.01 * f64::from(k);
+            let half = 0.25 * t.sin();
+            text += &format!("{t:.3},{:.6},{:.6},0,0,,,\n", half.cos(), half.sin());
+            text += &format!("{:.3},,,,,{:.6},0.01,\n{:.3},,,,,,,9.81\n", t + 0.002, 0.5 * t.cos(), t + 0.004);
+        }
+        let probe = probe_of(&text);
+        let names: Vec<&str> = probe.sources.iter().map(|source| source.name.as_str()).collect();
+        assert_eq!(names, ["vehicle_attitude", "sensor_combined", "sensor_accel.1"]);
+        assert!(probe.sources.iter().all(|source| (source.clocks[0].rate_hz - 100.0).abs() < 0.1));
+        let map = guess(std::slice::from_ref(&probe));
+        let rate = &map.row(Role::RollRate).unwrap().from;
+        assert_eq!((rate.source.as_str(), rate.channel.as_str()), ("sensor_combined", "gyro_rad[0]"));
+        let rate = rate.find(std::slice::from_ref(&probe)).unwrap();
+        assert!(rate.samples == 400 && (rate.values()[100] - 0.5 * 1.0_f64.cos()).abs() < 1e-5);
+        assert!(map.attitude.is_some());
+    }
+
+    #[test]
+    fn a_full_table_stays_one_source() {
+        let rows: String = (0..50).map(|k| format!("{k},1.{k},2.{k}\n")).collect();
+        let probe = probe_of(&format!("time,sim/position/P,sim/joystick/yoke\n{rows}"));
+        assert_eq!(probe.sources.len(), 1);
+        assert_eq!(probe.sources[0].channels[1].name, "sim/position/P");
+    }
+}
