@@ -1,5 +1,6 @@
 # Whole pieces of work on the shipped flight by mouse and keyboard, timed, sourced by shots.sh (SCENES=must_show): manoeuvres marked anew and
-# a gust excluded; filters and structures compared and the best made current. Each is saved and what it holds is counted.
+# a gust excluded; filters and structures compared and the best made current; three causes of a stranger's session applied. Each is saved,
+# what it holds is counted, and too few or too slow is an error.
 work=$(mktemp -d)
 chord() { xdotool key "$1"; sleep "${pause:-0.25}"; }
 # Waits until nothing has changed on screen for two seconds.
@@ -25,15 +26,19 @@ saved() {
 settle=3 start sessions/demo.toml
 still
 began=$SECONDS
+corrected=0
 chord ctrl+5
-# The manoeuvres of the session go: all are marked anew, every fifth with another end.
+# The manoeuvres of the session go: all are marked anew, every fifth with a later end, dragged by its edge.
 chord ctrl+shift+a; chord Delete
 for at in $(seq 1 50); do
     chord y
     if [ $((at % 6)) = 0 ]; then
-        chord w; chord a
-        for _ in $(seq 1 12); do xdotool key ctrl+Right; done
-        chord bracketright
+        chord w
+        xdotool mousemove 828 300; sleep 0.3
+        xdotool mousedown 1
+        for x in 832 840 850; do xdotool mousemove $x 300; sleep 0.05; done
+        xdotool mouseup 1; sleep 0.2
+        corrected=$((corrected + 1))
     fi
 done
 chord w
@@ -47,12 +52,14 @@ still
 shot must_marked
 saved marked
 stop
-python3 - "$work/marked.toml" "$marked" "$((SECONDS - began))" <<'PYTHON'
+python3 - "$work/marked.toml" "$corrected" "$marked" "$((SECONDS - began))" <<'PYTHON'
 import sys, tomllib
 session = tomllib.load(open(sys.argv[1], "rb"))
-windows = session["manoeuvre"]
-excluded = sum(bool(window.get("excluded")) for window in windows)
-print(f"{len(windows)} manoeuvres marked, {excluded} with an excluded part: {sys.argv[2]} s of hand, {sys.argv[3]} s with every result and the file")
+manoeuvres = session["manoeuvre"]
+excluded = sum(bool(one.get("exclude")) for one in manoeuvres)
+corrected, hand, took = sys.argv[2:]
+print(f"{len(manoeuvres)} manoeuvres marked, {corrected} of them corrected, {excluded} with an excluded part: {hand} s of hand, {took} s with every result and the file")
+assert len(manoeuvres) >= 35 and excluded == 1 and int(took) < 180
 PYTHON
 
 settle=3 start sessions/demo.toml
@@ -79,6 +86,27 @@ stop
 python3 - "$work/compared.toml" "$hand" "$took" <<'PYTHON'
 import sys, tomllib
 session = tomllib.load(open(sys.argv[1], "rb"))
-print(f"{len(session["experiment"])} experiments: {sys.argv[2]} s of hand, {sys.argv[3]} s with every result and the best made current")
+experiments = len(session["experiment"])
+print(f"{experiments} experiments: {sys.argv[2]} s of hand, {sys.argv[3]} s with every result and the best made current")
+assert experiments >= 18 and int(sys.argv[3]) < 120
 PYTHON
+
+# A stranger's session of the same flight: the first cause of the summary is applied, three times.
+python3 tests/ui_real/spoilt.py "$work"
+settle=3 start "$work/session.toml"
+still
+began=$SECONDS
+chord ctrl+8; still
+# What a fix has done stays in its row until the pointer has left the list.
+apply() { click "$1" "$2"; still; xdotool mousemove 2 990; still; }
+apply 587 408
+apply 582 373
+apply 630 287
+took=$((SECONDS - began))
+shot must_mended
+saved mended
+stop
+verdict() { "$program" run "$work/$1.toml" --out "$work/$1" | head -1; }
+echo "three causes applied, $took s with every result: $(verdict session), then $(verdict mended)"
+verdict mended | grep -q "^verdict good"
 rm -rf "$work"

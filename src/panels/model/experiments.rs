@@ -33,7 +33,7 @@ const COLUMNS: [(&str, f32, u8); 8] = [
 /// Widths of name and overlay, of an interval (least and most), and between columns.
 const NAME: f32 = 150.0;
 const OVERLAY: f32 = 46.0;
-const INTERVAL: [f32; 2] = [44.0, 150.0];
+const INTERVAL: [f32; 2] = [50.0, 150.0];
 const GAP: f32 = 4.0;
 /// Height of a row, and of the titles, which have two lines.
 const ROW: f32 = 20.0;
@@ -91,13 +91,16 @@ impl Panel for Experiments {
         let axes = Axis::all(session, &known, coefficient);
         let fitting = Fitting::new(ui, axes.len());
         let (all, fits) = (axes.len(), fitting.intervals);
-        ui.horizontal_wrapped(|ui| {
+        let show_hidden = |ui: &mut Ui| {
             if fits < all && ui.small_button("Next derivatives").on_hover_text(format!("{fits} of {all} fit")).clicked()
             {
                 self.first += fits;
             }
             fitting.name_hidden(ui);
-        });
+        };
+        if fits < all || fitting.narrow > 0 {
+            ui.horizontal_wrapped(show_hidden);
+        }
         self.first = if fits < all { self.first % all } else { 0 };
         let axes = &axes[self.first..all.min(self.first + fits)];
         let part = if self.chosen.is_empty() { 1.0 } else { TABLE_PART };
@@ -470,7 +473,6 @@ fn written(title: &str, value: f64) -> String {
         "PSE" => return notation::number(value),
         "ΔAIC" | "ΔBIC" => 0,
         "NIS ratio" => 2,
-        "validation error" => 3,
         _ => 4,
     };
     notation::fixed(value, decimals)
