@@ -33,8 +33,10 @@ const COLUMNS: [(&str, f32, u8); 8] = [
 /// Widths of name and overlay, of an interval (least and most), and between columns.
 const NAME: f32 = 150.0;
 const OVERLAY: f32 = 46.0;
-const INTERVAL: [f32; 2] = [50.0, 150.0];
+const INTERVAL: [f32; 2] = [44.0, 150.0];
 const GAP: f32 = 4.0;
+/// Size of the letters above an interval: the longest names fit the least width.
+const TITLE: f32 = 11.5;
 /// Height of a row, and of the titles, which have two lines.
 const ROW: f32 = 20.0;
 const HEADER: f32 = 36.0;
@@ -227,7 +229,7 @@ impl Experiments {
     }
 
     fn interval_title(&mut self, ui: &mut Ui, axis: &Axis<'_>) {
-        let label = ui.centered_and_justified(|ui| ui.label(notation::derivative_job(ui, axis.name))).inner;
+        let label = ui.centered_and_justified(|ui| ui.label(notation::typeset(axis.name, TITLE))).inner;
         ui.ctx().accesskit_node_builder(label.id, |node| {
             node.set_role(eframe::egui::accesskit::Role::ColumnHeader);
             node.set_label(format!("order by {}", axis.name));
