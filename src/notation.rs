@@ -13,6 +13,9 @@ use serde::{Deserialize, Serialize};
 /// Decimals of a number stated within its error at most; one that needs more has an exponent.
 const MOST_DECIMALS: usize = 6;
 
+/// Letters of flying qualities and statistics by the names that text files give them.
+const WORDS: [(&str, &str); 4] = [("omega", "ω"), ("zeta", "ζ"), ("tau", "τ"), ("R2", "R²")];
+
 /// Units of the variables of terms that have one, behind the comma of their descriptions.
 const TERM_UNITS: [&str; 3] = ["rad", "m/s", "m"];
 
@@ -190,8 +193,15 @@ fn symbols(text: &str) -> Vec<(String, String)> {
 
 /// Letter and subscript of a word that is a coefficient, a derivative or the name of a quantity.
 fn symbol(word: &str) -> Option<(String, String)> {
-    if let Some(of) = Role::from_name(word).filter(|role| LETTERS.contains(role)) {
-        return Some((role(of).to_owned(), String::new()));
+    let (base, power) = word.find(['²', '³']).map_or((word, ""), |at| word.split_at(at));
+    if let Some(of) = Role::from_name(base).filter(|role| LETTERS.contains(role)) {
+        return Some((format!("{}{power}", role(of)), String::new()));
+    }
+    if let Some((_, letter)) = WORDS.iter().find(|(name, _)| *name == base) {
+        return Some((format!("{letter}{power}"), String::new()));
+    }
+    if let Some(of) = word.strip_prefix("omega_") {
+        return Some(("ω".to_owned(), of.to_owned()));
     }
     let (change, symbol) = word.strip_prefix('Δ').map_or(("", word), |symbol| ("Δ", symbol));
     let variables = symbol.strip_prefix('C')?.strip_prefix(|axis| AXES.contains(axis))?;
@@ -314,6 +324,8 @@ mod tests {
         assert_eq!(set("CX_alpha2 (pooled)"), ["C|Xα²", " (pooled)|"]);
         assert_eq!(set("CXα and ΔCY"), ["C|Xα", " and ΔC|Y"]);
         assert_eq!(set("Cmα̇ [1]"), ["C|mα̇", " [1]|"]);
+        assert_eq!(set("1, alpha², qc/V"), ["1, α², qc/V|"]);
+        assert_eq!(set("omega_sp² with zeta omega, R2 0.9"), ["ω|sp²", " with ζ ω, R² 0.9|"]);
         assert_eq!(set("most of psi, v_east"), ["most of ψ, Ve|"]);
         for same in ["Clear of Clouds, CG, C, CXYZ, Cmd", "nothing gives 'delta_e'", "the manoeuvre's CSV"] {
             assert_eq!(set(same), [format!("{same}|")]);

@@ -13,7 +13,7 @@ use egui_tiles::{Container, EditAction, SimplificationOptions, Tabs, Tile, TileI
 
 use super::{Workbench, start, step_bar, timeline};
 use crate::command::{CommandInfo, EditCommand, FileCommand, Menu, RunCommand, UiCommand, ViewCommand};
-use crate::layouts::LayoutKey;
+use crate::layouts::{LEAST_WIDTH, LayoutKey};
 use crate::panels::{GuardedPanel, Pane, PanelContext, count_experiments, headline, judge_shown, overlaid_names};
 use crate::step::Step;
 use crate::widgets::level_mark;
@@ -27,6 +27,9 @@ const GAP: f32 = 4.0;
 const LEAST_TITLE: f32 = 40.0;
 /// Frames in which a tab that was opened is scrolled into view.
 const FRAMES_TO_REVEAL: u8 = 4;
+/// Room on either side of the title of a tab, in a window narrower than its layouts are made for and in others.
+const CLOSE: f32 = 4.0;
+const APART: f32 = 8.0;
 /// Width of a column of the names of panels.
 const PANEL_NAMES: f32 = 150.0;
 
@@ -104,7 +107,10 @@ fn panels(app: &mut Workbench, ui: &mut Ui) {
         wanted: &mut wanted,
         figures: &mut app.figures,
     };
-    let mut docking = Docking { panels: &mut app.panels, context, touched: false, pointed: None, has_failed: false };
+    let is_narrow = ui.available_width() < LEAST_WIDTH;
+    let open = open_tabs(&layout.tiles);
+    let mut docking =
+        Docking { panels: &mut app.panels, context, open, touched: false, pointed: None, has_failed: false, is_narrow };
     layout.ui(&mut docking, ui);
     let Docking { touched, pointed, has_failed, .. } = docking;
     app.pointed = pointed;
@@ -397,10 +403,13 @@ fn titles(tiles: &Tiles<Pane>, tile: TileId) -> Vec<&'static str> {
     }
 }
 
-/// Whether a tile is the open tab of several.
-fn is_open(tiles: &Tiles<Pane>, tile: TileId) -> bool {
-    let tabs = tiles.parent_of(tile).and_then(|parent| tiles.get_container(parent));
-    matches!(tabs, Some(Container::Tabs(tabs)) if tabs.active == Some(tile))
+/// The open tab of each row of tabs, and the row. Found before the tiles are drawn: a row is not among them meanwhile.
+fn open_tabs(tiles: &Tiles<Pane>) -> Vec<(TileId, TileId)> {
+    let open = |(row, tile): (&TileId, &Tile<Pane>)| match tile {
+        Tile::Container(Container::Tabs(tabs)) => Some((tabs.active?, *row)),
+        _ => None,
+    };
+    tiles.iter().filter_map(open).collect()
 }
 
 /// The open tab of several, from frame to frame.
@@ -427,12 +436,16 @@ impl OpenTab {
 struct Docking<'a> {
     panels: &'a mut BTreeMap<Pane, GuardedPanel>,
     context: PanelContext<'a>,
+    /// Open tabs with their rows.
+    open: Vec<(TileId, TileId)>,
     /// Whether a panel or an edge was moved.
     touched: bool,
     /// Panel under the pointer.
     pointed: Option<Pane>,
     /// Whether a panel has panicked.
     has_failed: bool,
+    /// Whether tabs are close together, so that those of eight panels fit half of a small window.
+    is_narrow: bool,
 }
 
 impl egui_tiles::Behavior<Pane> for Docking<'_> {
@@ -462,13 +475,22 @@ impl egui_tiles::Behavior<Pane> for Docking<'_> {
         }
     }
 
-    // A cross on every tab would take the room of a tab more.
-    fn is_tab_closable(&self, tiles: &Tiles<Pane>, tile: TileId) -> bool {
-        is_open(tiles, tile)
+    fn tab_title_spacing(&self, _: &egui::Visuals) -> f32 {
+        if self.is_narrow { CLOSE } else { APART }
     }
 
-    fn on_tab_button(&mut self, tiles: &mut Tiles<Pane>, tile: TileId, button: Response) -> Response {
-        if let Some(parent) = tiles.parent_of(tile).filter(|_| is_open(tiles, tile)) {
+    // A cross on every tab would take the room of a tab more.
+    fn is_tab_closable(&self, _: &Tiles<Pane>, tile: TileId) -> bool {
+        self.open.iter().any(|(open, _)| *open == tile)
+    }
+
+    fn on_tab_close(&mut self, _: &mut Tiles<Pane>, _: TileId) -> bool {
+        self.touched = true;
+        true
+    }
+
+    fn on_tab_button(&mut self, _: &mut Tiles<Pane>, tile: TileId, button: Response) -> Response {
+        if let Some(&(_, parent)) = self.open.iter().find(|(open, _)| *open == tile) {
             let (all, seen) = (button.rect, button.interact_rect);
             let hidden = (all.right() - seen.right()) - (seen.left() - all.left());
             let known = OpenTab::kept(&button.ctx, parent).filter(|known| known.tile == tile);

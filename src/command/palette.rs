@@ -119,12 +119,12 @@ mod tests {
             ("inertia", "Loading"),
             ("engine", "Propulsion"),
             ("fuel", "Loading"),
-            ("compare", "Derivatives"),
+            ("compare", "Experiments"),
             ("kalman", "Noise and filter"),
             ("weighing", "Airframe"),
             ("model", "Model"),
             ("AIC", "Model"),
-            ("board", "Derivatives"),
+            ("board", "Experiments"),
         ] {
             assert_eq!(matching(&table, typed)[0].name, first, "{typed}");
         }

@@ -29,7 +29,7 @@ const RIGHT_ROOM: f32 = 18.0;
 /// Height of the time axis below the last plot.
 pub const TIME_AXIS_HEIGHT: f32 = 34.0;
 /// Least height of one plot; a stack that needs more scrolls, its time axis stays.
-const LEAST_HEIGHT: f32 = 84.0;
+const LEAST_HEIGHT: f32 = 82.0;
 /// Room above and below the data, as a fraction of their extent.
 const MARGIN: f64 = 0.08;
 /// Height of the legend inside a plot with the room about it.

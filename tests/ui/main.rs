@@ -34,6 +34,7 @@ mod preprocess;
 mod propulsion;
 mod public;
 mod rasteriser;
+mod recorders;
 mod recording;
 mod recovery;
 mod replay;

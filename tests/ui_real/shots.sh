@@ -8,7 +8,10 @@ program=${2:-target/release/doublet}
 mkdir -p "$out"
 display=:$((90 + RANDOM % 400))
 home=$(mktemp -d)
-Xvfb "$display" -screen 0 1600x1000x24 >/dev/null 2>&1 &
+# SIZE is that of the screen, SCALE that of its text.
+size=${SIZE:-1600x1000}
+width=${size%x*} height=${size#*x}
+Xvfb "$display" -screen 0 "${size}x24" >/dev/null 2>&1 &
 server=$!
 window=
 finish() {
@@ -19,14 +22,15 @@ finish() {
 trap finish EXIT
 sleep 1
 export DISPLAY=$display HOME=$home XDG_DATA_HOME=$home/data LIBGL_ALWAYS_SOFTWARE=1
+export WINIT_X11_SCALE_FACTOR=${SCALE:-1}
 
 # Starts the program and waits for its window.
 start() {
     "$program" "$@" &
     window=$!
     id=$(timeout 60 xdotool search --sync --onlyvisible --pid "$window" | tail -1)
-    xdotool windowmove "$id" 0 0 windowsize "$id" 1600 1000
-    xdotool windowfocus --sync "$id" mousemove 800 990
+    xdotool windowmove "$id" 0 0 windowsize "$id" "$width" "$height"
+    xdotool windowfocus --sync "$id" mousemove "$((width / 2))" "$((height - 10))"
     sleep "${settle:-8}"
 }
 

@@ -109,7 +109,7 @@ pub fn missing(has: impl Fn(Role) -> bool) -> Vec<Missing> {
     let (means, level) = if unmeasured.len() == MEASUREMENTS {
         (NO_PATH_MEASUREMENT, Level::Bad)
     } else {
-        ("not measured, optional for the filter:", Level::Good)
+        ("Not measured (optional):", Level::Good)
     };
     let all = [
         Missing { roles: inputs, means: "missing, needed for the flight path:", level: Level::Bad },

@@ -5,7 +5,8 @@ use doublet_core::airframe::{Aircraft, LoadedState};
 use doublet_core::quantity::Dimension;
 use doublet_engine::aircraft::{AircraftField, ChangedValue, PlaceKind, Section, ShapePart, fields, shape};
 use doublet_engine::session::{AircraftEdit, Edit};
-use eframe::egui::{self, Color32, RichText, Ui, vec2};
+use eframe::egui::text::{LayoutJob, TextFormat};
+use eframe::egui::{self, Color32, FontId, Label, RichText, Ui, vec2};
 
 use crate::command::{FileCommand, UiCommand};
 use crate::notation;
@@ -291,11 +292,14 @@ fn follows(ctx: &PanelContext<'_>, ui: &mut Ui, loaded: &LoadedState, when: &str
             ("Izz", zz, INERTIA.to_owned()),
             ("Ixz", xz, INERTIA.to_owned()),
         ] {
-            ui.label(RichText::new(name).size(11.5).weak());
-            ui.label(RichText::new(value).font(figures.clone()).size(12.0));
-            if !unit.is_empty() {
-                ui.label(RichText::new(unit).size(11.5).weak());
-            }
+            // One label, so that a line does not end between a name and its value.
+            let mut job = LayoutJob::default();
+            let small = TextFormat::simple(FontId::proportional(11.5), ui.visuals().weak_text_color());
+            let figure = TextFormat::simple(FontId::new(12.0, figures.family.clone()), ui.visuals().text_color());
+            job.append(name, 0.0, small.clone());
+            job.append(&value, 4.0, figure);
+            job.append(&unit, 4.0, small);
+            ui.add(Label::new(job).extend());
             ui.add_space(4.0);
         }
     })

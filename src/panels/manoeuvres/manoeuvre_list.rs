@@ -553,12 +553,11 @@ impl FlagButton {
 
 fn use_of(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
     let mut role = window.role;
-    let combo =
-        ComboBox::from_id_salt(("use", &window.name)).selected_text(role.name()).width(106.0).show_ui(ui, |ui| {
-            for choice in WindowRole::ALL {
-                ui.selectable_value(&mut role, choice, choice.name());
-            }
-        });
+    let combo = ComboBox::from_id_salt(("use", &window.name)).selected_text(role.name()).width(USE).show_ui(ui, |ui| {
+        for choice in WindowRole::ALL {
+            ui.selectable_value(&mut role, choice, choice.name());
+        }
+    });
     ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label(format!("use of {}", window.name)));
     if role != window.role {
         ctx.edit(Edit::Window(WindowEdit::Role { name: window.name.clone(), role }));
@@ -568,12 +567,14 @@ fn use_of(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
 fn surface_of(ctx: &mut PanelContext<'_>, ui: &mut Ui, window: &Manoeuvre) {
     let mut surface = window.surface;
     let text = |surface: Option<Surface>| surface.map_or("any", Surface::name);
-    let combo =
-        ComboBox::from_id_salt(("surface", &window.name)).selected_text(text(surface)).width(80.0).show_ui(ui, |ui| {
+    let combo = ComboBox::from_id_salt(("surface", &window.name)).selected_text(text(surface)).width(SURFACE).show_ui(
+        ui,
+        |ui| {
             for choice in [None].into_iter().chain(Surface::ALL.map(Some)) {
                 ui.selectable_value(&mut surface, choice, text(choice));
             }
-        });
+        },
+    );
     ui.ctx().accesskit_node_builder(combo.response.id, |node| node.set_label(format!("surface of {}", window.name)));
     if surface != window.surface {
         ctx.edit(Edit::Window(WindowEdit::Surface { name: window.name.clone(), surface }));

@@ -35,6 +35,8 @@ const NAME: f32 = 150.0;
 const OVERLAY: f32 = 46.0;
 const INTERVAL: [f32; 2] = [44.0, 150.0];
 const GAP: f32 = 4.0;
+/// Size of the letters above an interval: the longest names fit the least width.
+const TITLE: f32 = 11.5;
 /// Height of a row, and of the titles, which have two lines.
 const ROW: f32 = 20.0;
 const HEADER: f32 = 36.0;
@@ -91,13 +93,16 @@ impl Panel for Experiments {
         let axes = Axis::all(session, &known, coefficient);
         let fitting = Fitting::new(ui, axes.len());
         let (all, fits) = (axes.len(), fitting.intervals);
-        ui.horizontal_wrapped(|ui| {
+        let show_hidden = |ui: &mut Ui| {
             if fits < all && ui.small_button("Next derivatives").on_hover_text(format!("{fits} of {all} fit")).clicked()
             {
                 self.first += fits;
             }
             fitting.name_hidden(ui);
-        });
+        };
+        if fits < all || fitting.narrow > 0 {
+            ui.horizontal_wrapped(show_hidden);
+        }
         self.first = if fits < all { self.first % all } else { 0 };
         let axes = &axes[self.first..all.min(self.first + fits)];
         let part = if self.chosen.is_empty() { 1.0 } else { TABLE_PART };
@@ -224,7 +229,7 @@ impl Experiments {
     }
 
     fn interval_title(&mut self, ui: &mut Ui, axis: &Axis<'_>) {
-        let label = ui.centered_and_justified(|ui| ui.label(notation::derivative_job(ui, axis.name))).inner;
+        let label = ui.centered_and_justified(|ui| ui.label(notation::typeset(axis.name, TITLE))).inner;
         ui.ctx().accesskit_node_builder(label.id, |node| {
             node.set_role(eframe::egui::accesskit::Role::ColumnHeader);
             node.set_label(format!("order by {}", axis.name));
@@ -470,7 +475,6 @@ fn written(title: &str, value: f64) -> String {
         "PSE" => return notation::number(value),
         "ΔAIC" | "ΔBIC" => 0,
         "NIS ratio" => 2,
-        "validation error" => 3,
         _ => 4,
     };
     notation::fixed(value, decimals)

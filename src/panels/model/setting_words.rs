@@ -38,7 +38,9 @@ pub fn setting_words(setting: &str) -> String {
 pub fn value_words(difference: &SettingDifference, value: Option<&str>) -> String {
     let Some(value) = value else { return "not set".to_owned() };
     let Ok(number) = value.parse::<f64>() else {
-        return words(value).map_or_else(|| notation::raise_powers(value), str::to_owned);
+        let is_terms = difference.setting.starts_with("model.");
+        let shown = || if is_terms { notation::term(value) } else { notation::raise_powers(value) };
+        return words(value).map_or_else(shown, str::to_owned);
     };
     let (number, unit) = match difference.unit.strip_prefix("rad") {
         Some(per) => (number.to_degrees(), format!("deg{per}")),

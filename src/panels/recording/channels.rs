@@ -104,7 +104,8 @@ fn shortened(ui: &mut Ui, name: &str) {
     };
     let letters: Vec<char> = name.chars().collect();
     let without = |kept: usize| {
-        let head = kept / 3;
+        // Of a path the folders matter least.
+        let head = if name.contains('/') { 0 } else { kept / 3 };
         letters[..head].iter().chain(&['…']).chain(&letters[letters.len() + head - kept..]).collect::<String>()
     };
     let room = ui.available_width();

@@ -7,7 +7,8 @@ use doublet_core::airframe::Loading;
 use doublet_core::statistics::median;
 use doublet_engine::report::document::{Block, level_map};
 use doublet_engine::report::{
-    AnticipationChart, QualityRow, anticipation_chart, mode_rows, qualities_row, shown_mode_table,
+    AnticipationChart, Table, anticipation_chart, criterion_table, level_table, mode_rows, qualities_row,
+    shown_mode_table,
 };
 use doublet_engine::run::Slot;
 use doublet_engine::study::dynamics::{CATEGORIES, CLASSES};
@@ -19,7 +20,7 @@ use crate::panels::aircraft::loading::selected_mass;
 use crate::panels::{Panel, PanelContext, awaiting, choices, dim_if, trouble};
 use crate::theme;
 use crate::widgets::chart::{Chart, ChartCurve, ChartStyle};
-use crate::widgets::term::column_title;
+use crate::widgets::term::column_title_called;
 
 /// Points of an ellipse.
 const OUTLINE: usize = 73;
@@ -27,6 +28,8 @@ const OUTLINE: usize = 73;
 const ROOT: f32 = 4.0;
 /// Width of a slider with its value and name, points.
 const SLIDER_ROOM: f32 = 290.0;
+/// Width of a column of levels whose words break over lines, points.
+const WIDEST: f32 = 250.0;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Aspect {
@@ -193,48 +196,36 @@ fn modes(study: &DynamicsStudy) -> Vec<Block> {
     std::iter::once(Block::Table(shown_mode_table(&mode_rows(study)))).chain(words).collect()
 }
 
+/// Levels of flying qualities, then the paragraphs of all criteria and what is needed for those not judged.
 fn levels(ui: &mut Ui, study: &DynamicsStudy) {
     let found = qualities_row(study);
-    let paragraph = |row: &QualityRow| format!("{}, {}", row.standard, row.source);
     let worst = found.level.unwrap_or("not judged");
     let line = format!("{}, {}: {worst}, {}", found.standard, found.airplane_from, found.extent());
     ui.add(Label::new(line).wrap());
-    ui.add(Label::new(RichText::new(notation::raise_powers(&found.note)).weak()).wrap());
-    ScrollArea::both().show(ui, |ui| {
-        Grid::new("levels").striped(true).show(ui, |ui| {
-            for head in ["criterion", "level", "probability", "values [95 %]", "not Level 1 because", "paragraph"] {
-                column_title(ui, head);
+    let note = notation::raise_powers(&found.note);
+    ui.add(Label::new(notation::typeset_in(&note, 13.0, ui.visuals().weak_text_color())).wrap());
+    ScrollArea::both().auto_shrink(false).show(ui, |ui| {
+        for table in [level_table(&found), criterion_table(&found)] {
+            ui.add_space(6.0);
+            whole_table(ui, &table);
+        }
+    });
+}
+
+/// A table of the report with every row and every word, in a scroll area of the caller.
+fn whole_table(ui: &mut Ui, table: &Table) {
+    ui.add(Label::new(RichText::new(&table.caption).size(11.5).weak()).wrap());
+    Grid::new(&table.name).striped(true).max_col_width(WIDEST).show(ui, |ui| {
+        for column in &table.columns {
+            column_title_called(ui, &column.title(), &column.heading);
+        }
+        ui.end_row();
+        for row in &table.rows {
+            for (cell, column) in row.iter().zip(&table.columns) {
+                ui.add(Label::new(notation::typeset(&cell.readable(column.digits), 13.0)).wrap());
             }
             ui.end_row();
-            for criterion in found.criteria.iter().filter(|row| row.is_judged()) {
-                ui.label(&criterion.criterion);
-                if criterion.counts {
-                    ui.label(criterion.level_text())
-                } else {
-                    ui.weak(criterion.level_text())
-                };
-                ui.label(criterion.probability().map_or_else(String::new, |share| format!("{:.0} %", 100.0 * share)));
-                ui.label(notation::raise_powers(&criterion.value_texts(notation::number).join("; ")));
-                ui.label(notation::raise_powers(&criterion.reasons.join("; ")));
-                ui.weak(paragraph(criterion));
-                ui.end_row();
-            }
-        });
-        ui.separator();
-        Grid::new("not judged").striped(true).show(ui, |ui| {
-            for head in ["not judged", "needed", "values [95 %]", "paragraph"] {
-                column_title(ui, head);
-            }
-            ui.end_row();
-            for criterion in &found.criteria {
-                let Some(needed) = &criterion.needed else { continue };
-                ui.label(&criterion.criterion);
-                ui.label(needed);
-                ui.label(notation::raise_powers(&criterion.value_texts(notation::number).join("; ")));
-                ui.weak(paragraph(criterion));
-                ui.end_row();
-            }
-        });
+        }
     });
 }
 

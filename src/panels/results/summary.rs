@@ -271,7 +271,8 @@ impl Summary {
         };
         level_mark::paint(ui.painter(), rect.center(), 5.0, Some(level), level_mark::color(ui, Some(level)));
         let response = response.on_hover_ui(|ui| {
-            ui.strong(format!("{}: {word}", place.title()));
+            let title = format!("{}: {word}", place.title());
+            ui.label(notation::typeset_in(&title, 13.0, ui.visuals().strong_text_color()));
             reasons.iter().take(WORST).for_each(|reason| drop(ui.label(reason.text.to_string())));
         });
         manoeuvre_menu(ctx, &response, place.window.as_deref());
@@ -319,7 +320,8 @@ impl Summary {
                 ui.add_space(4.0);
                 ui.horizontal(|ui| {
                     level_mark(ui, Some(level));
-                    if ui.link(RichText::new(format!("{title}: {}", level.name())).strong()).clicked() {
+                    let line = format!("{title}: {}", level.name());
+                    if ui.link(notation::typeset_in(&line, 13.0, ui.visuals().strong_text_color())).clicked() {
                         self.chosen = place;
                     }
                 });

@@ -11,6 +11,8 @@ use crate::snapshot::SettingDifference;
 
 /// Keys of the header, which are no settings.
 const HEADER: [&str; 3] = ["format", "version", "app"];
+/// Start of the settings that are the terms of a coefficient.
+const MODEL: &str = "model.";
 /// What tells the entries of a list apart, the first an entry has.
 const NAMES: [&str; 4] = ["name", "path", "source", "reference"];
 /// Units by the ending of a key, longer endings first.
@@ -26,8 +28,16 @@ pub fn settings(first: &Session, second: &Session) -> Result<Vec<SettingDifferen
     all.extend(second.into_iter().map(|(name, value)| (name, (None, Some(value)))));
     let differing = all.into_iter().filter(|(_, (first, second))| first != second);
     Ok(differing
+        .filter(|(setting, (first, second))| !setting.starts_with(MODEL) || terms(first) != terms(second))
         .map(|(setting, (first, second))| SettingDifference { unit: unit(&setting), setting, first, second })
         .collect())
+}
+
+/// Terms of a coefficient in alphabetical order: estimates do not depend on the order in which a model lists them.
+fn terms(value: &Option<String>) -> Option<Vec<&str>> {
+    let mut terms: Vec<&str> = value.as_deref()?.split(", ").collect();
+    terms.sort_unstable();
+    Some(terms)
 }
 
 /// Every value of the session's saved form by its full name.

@@ -42,7 +42,7 @@ pub struct NoiseAdvice {
     pub measurement: Measurement,
     /// Value in use.
     pub used: NoiseEstimate,
-    /// By the innovations of the manoeuvre; none where they are not noise, or smaller than the path explains.
+    /// By the innovations of the manoeuvre; none where they are not noise, or where the uncertain path alone explains them.
     pub innovations: Option<NoiseEstimate>,
     /// By steady flight, the resolution of the recorder or the instruments file; none without a proposal.
     pub steady: Option<NoiseEstimate>,
@@ -72,7 +72,8 @@ impl NoiseAdvice {
 ///
 /// With rho the ratio of found to predicted deviation of the innovations, S their predicted variance (its median over the window) and R
 /// the square of the value in use: the innovations explain `R + (rho^2 - 1) S` (covariance matching; Mehra, IEEE Trans. Automatic Control
-/// 17, 1972), and a deviation s gives `NIS = rho^2 S / (S - R + s^2)`, both with the uncertainty of the path as it is.
+/// 17, 1972), and a deviation s gives `NIS = rho^2 S / (S - R + s^2)`, both with the uncertainty of the path as it is. Where that leaves
+/// nothing for the noise, `rho^2 S` is still the most it can be; it is taken where R is much larger.
 pub fn noise_advice(path: &WindowPath, used: &[f64], noise: Option<&FlightNoise>) -> Vec<NoiseAdvice> {
     let channels = path.assessment().consistency.as_ref().map_or(&[][..], |found| &found.channels);
     let one = |channel| channel_advice(path, channel, *used.get(channel.measurement as usize)?, noise);
@@ -114,7 +115,11 @@ fn advise(channel: &ChannelConsistency, used: f64, predicted: f64, row: Option<&
     let is_small = channel.deviation_ratio < 1.0 / WORTH_CHANGING;
     let is_noise = !channel.has_offset() && (is_small || !channel.is_correlated());
     let explained = variance + (found - 1.0) * predicted;
-    let innovations = (is_noise && explained > 0.0).then(|| estimate(explained.sqrt()));
+    // Innovations contain the noise: it is no larger than they are, however uncertain the path.
+    let bound = found * predicted;
+    let asked =
+        if explained > 0.0 { Some(explained) } else { Some(bound).filter(|_| AGREE * AGREE * bound < variance) };
+    let innovations = asked.filter(|_| is_noise).map(|asked| estimate(asked.sqrt()));
     let steady = row.and_then(NoiseRow::proposed).map(estimate);
     let agree = |a: f64, b: f64, factor: f64| a <= factor * b && b <= factor * a;
     let apart = innovations.zip(steady).filter(|(one, other)| !agree(one.std, other.std, AGREE));
@@ -243,6 +248,21 @@ mod tests {
         let found = advise(&correlated, 2.0, 5.0, Some(&row(1.0, 0.0)));
         assert_eq!((found.step, found.innovations), (NoiseStep::NotNoise, None));
         assert_eq!(found.recommended(), None);
+    }
+
+    #[test]
+    fn noise_many_times_too_high_is_bounded_by_the_innovations() {
+        // R = 4 of S = 4.1: a tenth of the predicted deviation leaves 4 - 0.99 * 4.1 < 0, and 0.01 * 4.1 at most.
+        let found = advise(&channel(0.1), 2.0, 4.1, None);
+        let asked = found.innovations.unwrap();
+        assert!((asked.std - 0.041_f64.sqrt()).abs() < 1e-12);
+        assert!((asked.nis - 0.041 / (0.1 + 0.041)).abs() < 1e-12);
+        assert_eq!((found.step, found.recommended()), (NoiseStep::Set, Some(asked)));
+        assert!(found.is_no_worse(asked));
+        // R = 4 of S = 40: the path is uncertain, and 0.36 * 40 is more than the noise in use.
+        let found = advise(&channel(0.6), 2.0, 40.0, None);
+        assert_eq!((found.step, found.innovations), (NoiseStep::Keep, None));
+        assert!(found.reason.contains("process noise"));
     }
 
     #[test]

@@ -2,10 +2,11 @@
 
 use doublet_core::message;
 use doublet_core::message::Message;
-use doublet_core::reconstruct::consistency::WORTH_CHANGING;
+use doublet_core::reconstruct::Measurement;
+use doublet_core::reconstruct::consistency::{ChannelConsistency, WORTH_CHANGING};
 
 use super::fold::{Folded, fold};
-use super::noise::MeasurementNoise;
+use super::noise::{ADVICE, MeasurementNoise, find_far_too_high};
 use super::{Finding, Level, sideslip};
 use crate::notation::significant;
 use crate::session::{Place, Session, path_warning};
@@ -46,13 +47,14 @@ pub fn findings(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
 /// What the innovations of every window advise, where their size is not as predicted. A factor on the noise is that of all windows.
 fn advice(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
     let noise = MeasurementNoise::new(session, snapshot);
+    let (hinted, mut found): (Vec<Measurement>, Vec<Finding>) = find_far_too_high(&noise).into_iter().unzip();
     let is_as_predicted = |ratio: f64| (1.0 / WORTH_CHANGING..=WORTH_CHANGING).contains(&ratio);
-    let mut found = Vec::new();
     for window in &session.windows {
         let path = snapshot.windows.get(&window.name).and_then(|results| results.path.ready());
         let channels =
             path.iter().filter_map(|path| path.assessment().consistency.as_ref()).flat_map(|found| &found.channels);
-        for channel in channels.filter(|channel| !is_as_predicted(channel.deviation_ratio)) {
+        let is_new = |channel: &&ChannelConsistency| !hinted.contains(&channel.measurement);
+        for channel in channels.filter(is_new).filter(|channel| !is_as_predicted(channel.deviation_ratio)) {
             let (measurement, ratio) = (channel.measurement, channel.deviation_ratio);
             let Some(advice) = noise.advise(window, channel) else { continue };
             let factor = || Some(noise.pooled(measurement)? / noise.used(measurement));
@@ -66,7 +68,7 @@ fn advice(session: &Session, snapshot: &Snapshot) -> Vec<Finding> {
             };
             let name = measurement.name();
             let text = message!("{} innovations are {:.2} of predicted", name, ratio);
-            let finding = Finding::new(Level::Good, "innovation-advice", Place::manoeuvre(&window.name), text);
+            let finding = Finding::new(Level::Good, ADVICE, Place::manoeuvre(&window.name), text);
             let setting = format!("filter.measurement_noise.{name}");
             let finding = finding.with_figure(ratio, 1.0).with_fix_text(fix_text);
             let fix = factor.filter(|factor| !is_as_predicted(*factor)).and_then(|_| noise.fix(measurement));

@@ -58,6 +58,18 @@ fn settings_that_differ_are_named_with_their_units() {
     assert!(found.iter().zip(&back).all(|(a, b)| a.setting == b.setting && a.first == b.second && a.second == b.first));
 }
 
+#[test]
+fn order_of_the_terms_of_a_model_is_no_difference() {
+    let first = demo();
+    let mut second = first.clone();
+    second.structure.models[0].1.reverse();
+    assert_ne!(first.structure, second.structure);
+    assert_eq!(settings(&first, &second).unwrap(), []);
+    second.structure.models[0].1.pop();
+    let found = settings(&first, &second).unwrap();
+    assert_eq!(found.iter().map(|row| row.setting.as_str()).collect::<Vec<_>>(), ["model.CX"]);
+}
+
 fn run(derivatives: &str) -> Estimates {
     let folder = tempfile::tempdir().unwrap();
     let text = format!(

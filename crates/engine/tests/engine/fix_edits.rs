@@ -19,7 +19,7 @@ use doublet_engine::session::{
     WindowEdit, WindowRole,
 };
 use doublet_engine::stage::{self, CoefficientFit, ConstantError, SensorDelay, SensorDelays};
-use doublet_engine::verdict::{self, Finding, fly_and_judge, judge};
+use doublet_engine::verdict::{self, Finding, Level, fly_and_judge, judge};
 
 use crate::verdict_causes::{changed, consistency};
 
@@ -261,6 +261,33 @@ fn advice_on_innovations_sets_the_noise_that_explains_them() {
         // R + (1.5^2 - 1) S with S at least R.
         assert!(matches!(factors[..], [factor] if factor >= 1.49), "{}: {factors:?}", fix.label);
     }
+}
+
+#[test]
+fn noise_of_a_vane_that_is_far_too_high_is_one_hint_whose_fix_is_bounded_by_the_innovations() {
+    let (session, mut snapshot) = flown();
+    let alpha = "filter.measurement_noise.alpha";
+    let hints = |session: &Session, snapshot: &Snapshot| -> Vec<Finding> {
+        let all = verdict::findings(session, snapshot).into_iter().filter(|one| one.code == "innovation-advice");
+        all.filter(|one| one.setting.as_deref() == Some(alpha) && one.place == Place::from("session")).collect()
+    };
+    assert!(hints(&session, &snapshot).is_empty(), "the noise is right");
+    change_channels(&mut snapshot, |channel| {
+        if channel.measurement == Measurement::AngleOfAttack {
+            (channel.deviation_ratio, channel.mean) = (0.1, 0.0);
+        }
+    });
+    let found = hints(&session, &snapshot);
+    let [hint] = &found[..] else { panic!("{found:?}") };
+    assert_eq!((hint.level, hint.figure), (Level::Good, Some(0.1)));
+    let others = verdict::findings(&session, &snapshot);
+    let others = others.iter().filter(|one| one.code == "innovation-advice" && one.setting.as_deref() == Some(alpha));
+    assert_eq!(others.count(), 1, "said once");
+    let fixed = hint.fix.as_ref().expect("it has a fix").apply(&session).unwrap();
+    let index = Measurement::AngleOfAttack as usize;
+    let factor = fixed.filter.measurement_noise[index] / session.filter.measurement_noise[index];
+    // A tenth of the predicted deviation, which is that of the noise or more.
+    assert!((0.01..0.67).contains(&factor), "{factor}");
 }
 
 #[test]

@@ -4,7 +4,7 @@
 mod outlying;
 mod variant;
 
-use doublet_core::estimate::PooledFit;
+use doublet_core::estimate::{Constraint, PooledFit, PooledRegression};
 use doublet_core::model::{Coefficient, Structure, Term, Variable};
 use doublet_core::statistics::squares_about_mean;
 use rayon::prelude::*;
@@ -163,32 +163,42 @@ fn fit_consequences(fitted: &Fitted, variants: &[Variant]) -> Consequences {
         Some((variant.suspect.clone(), fit.clone()))
     };
     let mut others: Vec<(Suspect, PooledFit)> = variants.iter().filter_map(same).collect();
-    others.extend(left_out(regression));
-    let outlying = outlying::find_outlying(&regression.pooled, fit);
+    let pooled = &regression.pooled;
+    let reduced = pooled.reduce().ok();
+    let outlying = reduced.clone().map(|reduced| outlying::find_outlying(pooled, reduced, fit)).unwrap_or_default();
+    // Triangles give the estimates and their unit covariance; a prior is weighed by the number of samples as well.
+    let is_prior = |constraint: &Constraint| matches!(constraint, Constraint::Prior { .. });
+    let small = reduced.filter(|_| !pooled.constraints.iter().any(is_prior));
+    let pooled = small.as_ref().unwrap_or(pooled);
+    others.extend(left_out(pooled));
     let names: Vec<String> = outlying.iter().map(|manoeuvre| manoeuvre.name.clone()).collect();
-    others.extend(fit_without(regression, Suspect::new(Cause::OutlyingLeftOut, names)));
+    others.extend(fit_without(pooled, Suspect::new(Cause::OutlyingLeftOut, names)));
     let derivatives = regression.pooled.shared().map(|name| (name.clone(), consequence(name, fitted, &others)));
     Consequences { coefficient: regression.coefficient, derivatives: derivatives.collect(), outlying }
 }
 
 /// The fit without each manoeuvre, or each group of them where there are many.
-fn left_out(regression: &Regression) -> Vec<(Suspect, PooledFit)> {
-    let count = regression.pooled.windows.len();
+fn left_out(pooled: &PooledRegression) -> Vec<(Suspect, PooledFit)> {
+    let count = pooled.windows.len();
     let groups = count.min(GROUPS);
     if groups < 2 {
         return Vec::new();
     }
-    let names = |group: usize| regression.pooled.windows.iter().skip(group).step_by(groups);
+    let names = |group: usize| pooled.windows.iter().skip(group).step_by(groups);
     let suspect =
         |group: usize| Suspect::new(Cause::LeftOut, names(group).map(|window| window.label.clone()).collect());
-    (0..groups).into_par_iter().filter_map(|group| fit_without(regression, suspect(group))).collect()
+    (0..groups).into_par_iter().filter_map(|group| fit_without(pooled, suspect(group))).collect()
 }
 
 /// The fit without the manoeuvres of a suspect; none where there are none, or the others do not suffice.
-fn fit_without(regression: &Regression, suspect: Suspect) -> Option<(Suspect, PooledFit)> {
-    let mut pooled = regression.pooled.clone();
-    pooled.windows.retain(|window| !suspect.of.contains(&window.label));
-    let fit = pooled.fit().ok().filter(|_| !suspect.of.is_empty())?;
+fn fit_without(pooled: &PooledRegression, suspect: Suspect) -> Option<(Suspect, PooledFit)> {
+    if suspect.of.is_empty() {
+        return None;
+    }
+    let PooledRegression { names, per_window, constraints, windows } = pooled;
+    let (names, per_window, constraints) = (names.clone(), per_window.clone(), constraints.clone());
+    let windows = windows.iter().filter(|window| !suspect.of.contains(&window.label)).cloned().collect();
+    let fit = PooledRegression { names, per_window, constraints, windows }.fit().ok()?;
     Some((suspect, fit))
 }
 
@@ -219,7 +229,33 @@ fn consequence(name: &str, (regression, fit): &Fitted, others: &[(Suspect, Poole
 
 #[cfg(test)]
 mod tests {
+    use doublet_core::estimate::PooledWindow;
+    use nalgebra::DMatrix;
+
     use super::*;
+
+    #[test]
+    fn estimates_without_a_manoeuvre_are_those_of_all_its_samples() {
+        let window = |index: usize| {
+            let x =
+                DMatrix::from_fn(90, 2, |k, term| if term == 0 { 1.0 } else { (0.2 * (k + 9 * index) as f64).sin() });
+            let z = (0..90).map(|k| 2.0 * x[(k, 1)] + (0.3 * (k * k + index) as f64).cos()).collect();
+            PooledWindow { label: index.to_string(), x, z }
+        };
+        let pooled = PooledRegression {
+            names: vec!["C_0".to_owned(), "C_a".to_owned()],
+            per_window: vec![true, false],
+            constraints: Vec::new(),
+            windows: (0..4).map(window).collect(),
+        };
+        let (whole, reduced) = (left_out(&pooled), left_out(&pooled.reduce().unwrap()));
+        assert_eq!((whole.len(), reduced.len()), (4, 4));
+        for ((of, a), (_, b)) in whole.iter().zip(&reduced) {
+            let apart = a.fit.estimates.iter().zip(&b.fit.estimates).map(|(a, b)| (a - b).abs());
+            assert!(apart.fold(0.0, f64::max) < 1e-12, "{:?}", of.of);
+            assert!((&a.fit.unit_covariance - &b.fit.unit_covariance).amax() < 1e-12, "{:?}", of.of);
+        }
+    }
 
     #[test]
     fn a_cause_in_doubt_makes_no_derivative_bad() {

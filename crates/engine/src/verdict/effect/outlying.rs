@@ -32,12 +32,16 @@ pub(in crate::verdict) struct Outlying {
 /// Manoeuvres whose residual is many times that of most and a large part of their motion, the largest first. Each manoeuvre is weighted by its own residual, `min sum_w n_w
 /// ln(s_w)` with its root mean square `s_w`: the maximum likelihood for noise that differs from one to the other, by repeated weights
 /// `1 / s_w`. They start from the estimate of a single manoeuvre, or of all, that leaves the least median residual. Priors are left out.
-pub(super) fn find_outlying(pooled: &PooledRegression, fit: &PooledFit) -> Vec<Outlying> {
+/// `reduced` is the regression with the manoeuvres reduced to their triangles.
+pub(super) fn find_outlying(
+    pooled: &PooledRegression,
+    mut reduced: PooledRegression,
+    fit: &PooledFit,
+) -> Vec<Outlying> {
     if pooled.windows.len() < FEWEST {
         return Vec::new();
     }
     let counts = pooled.windows.iter().map(|window| window.z.len().max(1) as f64).collect();
-    let Ok(mut reduced) = pooled.reduce() else { return Vec::new() };
     reduced
         .constraints
         .iter_mut()
@@ -168,7 +172,10 @@ mod tests {
 
     fn find(slopes: &[f64]) -> Vec<String> {
         let pooled = regression(slopes);
-        find_outlying(&pooled, &pooled.fit().unwrap()).into_iter().map(|found| found.name).collect()
+        find_outlying(&pooled, pooled.reduce().unwrap(), &pooled.fit().unwrap())
+            .into_iter()
+            .map(|found| found.name)
+            .collect()
     }
 
     #[test]
@@ -193,7 +200,7 @@ mod tests {
         let small = (1.0, 0.2);
         let found = |slope| {
             let pooled = regression_of(&[small, small, small, (slope, 2.0), small]);
-            find_outlying(&pooled, &pooled.fit().unwrap()).len()
+            find_outlying(&pooled, pooled.reduce().unwrap(), &pooled.fit().unwrap()).len()
         };
         assert_eq!([found(1.1), found(2.0)], [0, 1], "residuals of a tenth and of half the motion");
     }
@@ -208,6 +215,51 @@ mod tests {
         }
         for (a, b) in measure_residuals(&whole, &counts).iter().zip(measure_residuals(&reduced, &counts)) {
             assert!((a - b).abs() < 1e-12, "{a} {b}");
+        }
+    }
+
+    /// Manoeuvres timed, their samples and terms, and repetitions.
+    const TIMED: [usize; 3] = [22, 671, 6];
+    const ROUNDS: usize = 200;
+
+    /// Manoeuvres of several regressors, every seventh with other slopes where `is_uneven`.
+    fn large(is_uneven: bool) -> PooledRegression {
+        let [count, samples, terms] = TIMED;
+        let windows = (0..count).map(|index| {
+            let wave = |k: usize, term: usize| (0.01 * ((1 + 3 * term) * k + 17 * index) as f64).sin();
+            let x = DMatrix::from_fn(samples, terms, |k, term| if term == 0 { 1.0 } else { wave(k, term) });
+            let slope = if is_uneven && index % 7 == 3 { 3.0 } else { 1.0 };
+            let noise = |k: usize| 0.01 * (12.9898 * (k + 211 * index) as f64).sin();
+            let z = (0..samples).map(|k| slope * x.row(k).sum() + noise(k)).collect();
+            PooledWindow { label: format!("{index}"), x, z }
+        });
+        PooledRegression {
+            names: (0..terms).map(|term| format!("term {term}")).collect(),
+            per_window: (0..terms).map(|term| term == 0).collect(),
+            constraints: Vec::new(),
+            windows: windows.collect(),
+        }
+    }
+
+    #[test]
+    #[ignore = "measures time: run alone"]
+    fn time_of_the_search_for_outlying_manoeuvres() {
+        for is_uneven in [false, true] {
+            let pooled = large(is_uneven);
+            let fit = pooled.fit().unwrap();
+            let least_ms = |work: &dyn Fn()| {
+                let time = |_| {
+                    let start = std::time::Instant::now();
+                    work();
+                    1e3 * start.elapsed().as_secs_f64()
+                };
+                (0..ROUNDS).map(time).fold(f64::INFINITY, f64::min)
+            };
+            let reduced = pooled.reduce().unwrap();
+            let reduce = least_ms(&|| drop(std::hint::black_box(pooled.reduce())));
+            let search = least_ms(&|| drop(std::hint::black_box(find_outlying(&pooled, reduced.clone(), &fit))));
+            println!("uneven {is_uneven}: {reduce:.3} ms to triangles, {search:.3} ms to search, one coefficient");
+            assert_eq!(find_outlying(&pooled, reduced, &fit).len(), if is_uneven { 3 } else { 0 });
         }
     }
 }
