@@ -1,5 +1,7 @@
 //! Covariance of estimates from several outputs at once whose residuals are coloured and hang together.
 
+use std::borrow::Cow;
+
 use nalgebra::{Complex, DMatrix};
 
 use super::covariance::{
@@ -113,7 +115,7 @@ impl<'a> Joint<'a> {
             .map(|output| {
                 let mut spectra = |window: &OutputWindow<'a>| {
                     let OutputWindow { sensitivities: x, columns, .. } = *window;
-                    transforms.spectra(&Block { x, columns, residuals: Vec::new() }, max_lag)
+                    transforms.spectra(&Block { x: Cow::Borrowed(x), columns, residuals: Vec::new() }, max_lag)
                 };
                 output.iter().map(|window| window.as_ref().map(&mut spectra)).collect()
             })

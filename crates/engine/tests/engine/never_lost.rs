@@ -294,25 +294,25 @@ fn a_session_that_cannot_be_read_names_the_version_before_it() {
     assert!(message.contains("nonsense") && message.contains("flight.toml.bak"), "{message}");
 }
 
-#[cfg(unix)]
 /// `/dev/null` and `/dev/stdout` are such files too: as root, a rename would put a file in their place.
-#[test]
 #[cfg(unix)]
+#[test]
 fn a_pipe_is_written_to_and_stays_a_pipe() {
     use std::os::unix::fs::FileTypeExt;
     let folder = tempfile::tempdir().unwrap();
     let pipe = folder.path().join("pipe");
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-    let reader = std::thread::spawn({
-        let pipe = pipe.clone();
-        move || std::fs::read(&pipe).unwrap()
+    let read = std::thread::scope(|scope| {
+        let reader = scope.spawn(|| std::fs::read(&pipe).unwrap());
+        keep::replace_keeping_previous(&pipe, b"text").unwrap();
+        reader.join().unwrap()
     });
-    keep::replace_keeping_previous(&pipe, b"text").unwrap();
-    assert_eq!(reader.join().unwrap(), b"text");
+    assert_eq!(read, b"text");
     assert!(pipe.metadata().unwrap().file_type().is_fifo());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
+#[cfg(unix)]
 #[test]
 fn a_saved_file_keeps_its_permissions_and_its_links() {
     use std::os::unix::fs::PermissionsExt;
