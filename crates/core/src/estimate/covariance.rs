@@ -10,6 +10,7 @@ use std::sync::Arc;
 use nalgebra::{Complex, DMatrix, DVector};
 use rustfft::{Fft, FftPlanner};
 
+use super::transform_length::transform_length;
 use super::{EstimateError, Fit};
 
 /// How the autocorrelation of the residual enters.
@@ -491,18 +492,6 @@ pub(super) fn add_products(
     }
 }
 
-/// Smallest length not below `samples` whose only prime factors are 2 and 3.
-pub(super) fn transform_length(samples: usize) -> usize {
-    let mut best = samples.next_power_of_two();
-    let mut threes = 3;
-    while threes < best {
-        let length = threes * samples.div_ceil(threes).next_power_of_two();
-        best = best.min(length);
-        threes *= 3;
-    }
-    best
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -599,12 +588,5 @@ mod tests {
         let fit = super::super::least_squares(&["a".to_owned()], &x, &[1.0; 10]).unwrap();
         let settings = Coloured { max_lag: Some(10), taper: Taper::None };
         assert!(matches!(coloured_covariance(&fit, &x, &settings), Err(EstimateError::Setting { .. })));
-    }
-
-    #[test]
-    fn transform_length_is_smooth_and_long_enough() {
-        assert_eq!(transform_length(2750), 4 * 729);
-        assert_eq!(transform_length(1000), 1024);
-        assert_eq!(transform_length(1), 1);
     }
 }

@@ -5,8 +5,9 @@ use std::borrow::Cow;
 use nalgebra::{Complex, DMatrix};
 
 use super::covariance::{
-    Block, Spectra, Taper, Transforms, Unit, left_of_noise, longest_lag, sandwich, transform_length, with_transforms,
+    Block, Spectra, Taper, Transforms, Unit, left_of_noise, longest_lag, sandwich, with_transforms,
 };
+use super::transform_length::transform_length;
 use super::{EstimateError, PooledFit, PooledWindow};
 
 /// One output in one window: sensitivities, samples by parameters, the parameter of each column, and the residuals. Of output error both
